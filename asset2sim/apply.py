@@ -1,0 +1,60 @@
+"""Apply: asset + overlay → a refined, self-contained folder. Edits only what the overlay names; reads the input only."""
+
+import shutil
+from dataclasses import dataclass
+from pathlib import Path
+
+from asset2sim.collision.files import CollisionFiles, write_hulls
+from asset2sim.collision.hulls import Hulls
+from asset2sim.extraction import Extraction
+from asset2sim.urdf.edit import refined_document
+from asset2sim.urdf.mesh_files import bring_meshes
+from schemas.overlay import PhysicsOverlay
+from schemas.settings import PhysicsSettings
+
+URDF_NAME = "mobility.urdf"
+COMPANIONS = ("semantics.txt", "meta.json", "mobility_v2.json")
+"""PartNet-Mobility's files beside the URDF that stay true after scaling (its bounding box would not)."""
+
+
+@dataclass(frozen=True)
+class Folder:
+    """A refined folder being written: visual mesh reference → its path in it, and each link's hull files."""
+
+    path: Path
+    mesh_places: dict[str, str]
+    collision: CollisionFiles
+
+    @property
+    def urdf(self) -> Path:
+        """The folder's URDF."""
+        return self.path / URDF_NAME
+
+
+def write_folder(
+    extraction: Extraction, overlay: PhysicsOverlay, hulls: Hulls, target: Path, settings: PhysicsSettings
+) -> Folder:
+    """Write meshes, companions, collision hulls and the URDF."""
+    target.mkdir(parents=True, exist_ok=True)
+    looks = {mesh.file for link in extraction.features.links for mesh in link.meshes if mesh.role == "visual"}
+    wanted = {reference: file for reference, file in extraction.mesh_files.items() if reference in looks}
+    places = bring_meshes(wanted, extraction.urdf.parent, target)
+    for name in COMPANIONS:
+        if (extraction.folder / name).is_file():
+            shutil.copyfile(extraction.folder / name, target / name)
+    folder = Folder(target, places, write_hulls(hulls, target))
+    write_urdf(extraction, overlay, folder, settings)
+    return folder
+
+
+def with_hulls(folder: Folder, hulls: Hulls) -> Folder:
+    """The same folder with other collision hulls; its URDF is to be written again."""
+    return Folder(folder.path, folder.mesh_places, write_hulls(hulls, folder.path))
+
+
+def write_urdf(extraction: Extraction, overlay: PhysicsOverlay, folder: Folder, settings: PhysicsSettings) -> None:
+    """Write the folder's URDF."""
+    document = refined_document(
+        extraction.urdf, extraction.features, overlay, folder.mesh_places, folder.collision, settings
+    )
+    folder.urdf.write_bytes(document)

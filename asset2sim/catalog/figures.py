@@ -1,0 +1,83 @@
+"""The figures of a run: what its records add up to, for MLflow and for the summary."""
+
+from collections.abc import Callable, Sequence
+from statistics import fmean, median
+
+from asset2sim.catalog.rows import queries, total_seconds, unsteady_joints
+from schemas.asset import AssetRecord
+from schemas.measurement import Measurement
+from schemas.settings import Thresholds
+from schemas.vocabulary import FailureMode, Stage, Status
+
+
+def run_figures(records: Sequence[AssetRecord], limits: Thresholds) -> dict[str, float]:
+    """Name → figure; what has no value is left out. Shares (0 to 1) are of measured assets, ``success_rate`` of all."""
+    ok = sum(record.status is Status.OK for record in records)
+    paid = [call for record in records for call in record.calls if not call.cached]
+    figures: dict[str, float] = {
+        "assets": len(records),
+        "ok": ok,
+        "failed": len(records) - ok,
+        "queries": len(paid),
+        "prompt_tokens": sum(call.prompt_tokens for call in paid),
+        "completion_tokens": sum(call.completion_tokens for call in paid),
+        "cost_usd": sum(call.cost_usd for call in paid),
+    }
+    if records:
+        figures["success_rate"] = ok / len(records)
+        figures["queries_per_asset"] = fmean(queries(record) for record in records)
+        figures["tokens_per_asset"] = (figures["prompt_tokens"] + figures["completion_tokens"]) / len(records)
+    figures |= {f"failures_{mode.value}": count for mode, count in failure_counts(records).items()}
+    return figures | _penetration(records) | _shares(records, limits) | _seconds(records)
+
+
+def failure_counts(records: Sequence[AssetRecord]) -> dict[FailureMode, int]:
+    """Failure mode → assets, every mode but ``none``, in the order of the enumeration."""
+    return {
+        mode: sum(record.failure_mode is mode for record in records)
+        for mode in FailureMode
+        if mode is not FailureMode.NONE
+    }
+
+
+def drift_passes(measured: Measurement, limits: Thresholds) -> bool:
+    """Whether the untouched object stayed where it was."""
+    return measured.finite and measured.drift_m <= limits.drift_m and measured.drift_rad <= limits.drift_rad
+
+
+def _penetration(records: Sequence[AssetRecord]) -> dict[str, float]:
+    values = [1000.0 * record.measurement.penetration_m for record in records if record.measurement]
+    figures = _spread("penetration_mm", values, {"mean": fmean, "median": median, "max": max})
+    touching = [value for value in values if value > 0.0]
+    # The paper averages over the objects that penetrate at all.
+    return (
+        figures | _spread("penetration_mm", touching, {"mean_nonzero": fmean}) | {"penetrating_assets": len(touching)}
+    )
+
+
+def _shares(records: Sequence[AssetRecord], limits: Thresholds) -> dict[str, float]:
+    measured = [(record, record.measurement) for record in records if record.measurement]
+    if not measured:
+        return {"measured": 0}
+    return {
+        "measured": len(measured),
+        "penetration_pass_share": fmean(m.penetration_m <= limits.penetration_m for _, m in measured),
+        "drift_pass_share": fmean(drift_passes(m, limits) for _, m in measured),
+        "oscillation_pass_share": fmean(m.finite and not unsteady_joints(r, limits) for r, m in measured),
+    }
+
+
+def _seconds(records: Sequence[AssetRecord]) -> dict[str, float]:
+    figures: dict[str, float] = {}
+    for stage in Stage:
+        values = [record.seconds[stage.value] for record in records if stage.value in record.seconds]
+        figures |= _spread(f"seconds_{stage.value}", values, {"mean": fmean, "median": median})
+    return figures | _spread(
+        "seconds_asset", [total_seconds(r) for r in records], {"mean": fmean, "median": median, "max": max}
+    )
+
+
+def _spread(
+    name: str, values: Sequence[float], functions: dict[str, Callable[[Sequence[float]], float]]
+) -> dict[str, float]:
+    return {f"{name}_{label}": float(function(values)) for label, function in functions.items()} if values else {}

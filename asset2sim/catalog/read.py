@@ -1,0 +1,104 @@
+"""Reading the catalog: a table as a DataFrame, or SQL over all of them. A reader never sees half of a run."""
+
+from collections.abc import Callable, Sequence
+from difflib import get_close_matches
+from pathlib import Path
+from typing import TypeVar
+
+import duckdb
+import pandas as pd
+import pyarrow as pa
+import pyarrow.parquet as pq
+
+from asset2sim.catalog.switch import find_catalog
+from schemas.errors import UnknownChoiceError, UsageError
+from schemas.tables import TABLES
+
+Result = TypeVar("Result")
+
+_ATTEMPTS = 20
+_NULLABLE = {pa.int64(): pd.Int64Dtype(), pa.bool_(): pd.BooleanDtype()}
+
+
+def read_table(out: Path, name: str) -> pd.DataFrame:
+    """One table of OUT's catalog; counts and flags keep their type where some are null.
+
+    Raises UnknownChoiceError for a name that is no table, UsageError where OUT has no catalog.
+    """
+    if name not in TABLES:
+        raise UnknownChoiceError("table", name, TABLES)
+    return _steadily(out, lambda folder: _frame(folder / TABLES[name].file))
+
+
+def query(out: Path, sql: str, parameters: Sequence[object] = ()) -> pd.DataFrame:
+    """The answer to a DuckDB query in which every table goes by its name; ``?`` stand for ``parameters``.
+
+    Raises UsageError where OUT has no catalog or the query is at fault.
+    """
+    try:
+        return _steadily(out, lambda folder: _answer(folder, sql, parameters))
+    except duckdb.Error as error:
+        raise UsageError(f"the query failed: {str(error).splitlines()[0]}") from error
+
+
+def read_asset(out: Path, asset_id: str) -> dict[str, pd.DataFrame]:
+    """Table name → this asset's rows, of every method and model, and its runs; all from one state of OUT.
+
+    Raises UnknownChoiceError, naming the closest ids, where the catalog has no such asset.
+    """
+    return _steadily(out, lambda folder: _asset_frames(folder, asset_id))
+
+
+def _asset_frames(folder: Path, asset_id: str) -> dict[str, pd.DataFrame]:
+    path = folder / TABLES["assets"].file
+    known = pq.read_table(path, columns=["asset_id"]).column("asset_id").unique().to_pylist()
+    if asset_id not in known:
+        raise UnknownChoiceError("asset", asset_id, get_close_matches(asset_id, known, n=8, cutoff=0.5) or known)
+    mine = [("asset_id", "==", asset_id)]
+    frames = {table.name: _frame(folder / table.file, mine) for table in TABLES.values() if table.per_asset}
+    runs = _frame(folder / TABLES["runs"].file)
+    return frames | {"runs": runs[runs["run_id"].isin(frames["assets"]["run_id"])]}
+
+
+def _frame(path: Path, filters: list[tuple[str, str, str]] | None = None) -> pd.DataFrame:
+    frame: pd.DataFrame = pq.read_table(path, filters=filters).to_pandas(types_mapper=_NULLABLE.get)
+    return frame
+
+
+def _answer(folder: Path, sql: str, parameters: Sequence[object]) -> pd.DataFrame:
+    with duckdb.connect(":memory:") as connection:
+        for table in TABLES.values():
+            path = folder / table.file
+            if path.is_file():
+                quoted = str(path).replace("'", "''")
+                connection.execute(f"CREATE VIEW {table.name} AS SELECT * FROM read_parquet('{quoted}')")
+        return connection.execute(sql, list(parameters)).df()
+
+
+def _steadily(out: Path, read: Callable[[Path], Result]) -> Result:
+    """``read`` of a folder that nobody replaced meanwhile: another run may switch the tables between two files."""
+    for attempt in range(_ATTEMPTS):
+        folder = find_catalog(out)
+        if folder is None:
+            raise UsageError(
+                f"no catalog in {out}: run 'asset2sim refine DATA --out {out}' first, or name another --out"
+            )
+        before = _identity(folder)
+        try:
+            result = read(folder)
+        except (OSError, duckdb.Error):
+            if _identity(folder) == before or attempt == _ATTEMPTS - 1:
+                raise
+            continue
+        if _identity(folder) == before:
+            return result
+    raise UsageError(f"the catalog in {out} is being rewritten all the time; try again when no run is writing to it")
+
+
+def _identity(folder: Path) -> tuple[int, int] | None:
+    """What tells one generation of the folder from the next: it is a new folder every time."""
+    try:
+        stat = folder.stat()
+    except FileNotFoundError:
+        return None
+    return stat.st_ino, stat.st_mtime_ns

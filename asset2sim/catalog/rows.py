@@ -1,0 +1,278 @@
+"""Records to rows: pure functions, one per table. A number that was never measured is null, never 0."""
+
+import json
+from collections import Counter
+from collections.abc import Sequence
+
+from asset2sim.catalog.run import RunRow, without_credentials
+from asset2sim.metrics.verdict import oscillates, oscillating_joints
+from schemas.asset import AssetRecord
+from schemas.measurement import Measurement
+from schemas.settings import Thresholds
+from schemas.vocabulary import PAPER_FAILURE_MODES, Severity, Stage, Status
+
+Row = dict[str, object]
+
+
+def table_rows(run: RunRow, records: Sequence[AssetRecord]) -> dict[str, list[Row]]:
+    """Table name → rows, for every table in ``schemas.tables.TABLES``."""
+    limits = run.settings.thresholds
+    return {
+        "assets": [asset_row(run, record) for record in records],
+        "links": [row for record in records for row in link_rows(run.run_id, record)],
+        "joints": [row for record in records for row in joint_rows(run.run_id, record, limits)],
+        "model_calls": [row for record in records for row in call_rows(run.run_id, record)],
+        "trace": [row for record in records for row in trace_rows(run.run_id, record)],
+        "findings": [row for record in records for row in finding_rows(run.run_id, record)],
+        "runs": [run_row(run, records)],
+    }
+
+
+def queries(record: AssetRecord) -> int:
+    """Model calls that were not answered from the cache."""
+    return sum(not call.cached for call in record.calls)
+
+
+def total_seconds(record: AssetRecord) -> float:
+    """Wall time of the asset, s: the stages added up, or ``total`` where the record states one."""
+    stages = sum(record.seconds.get(stage.value, 0.0) for stage in Stage)
+    return record.seconds.get("total", stages)
+
+
+def sliders(record: AssetRecord) -> frozenset[str]:
+    """Names of the prismatic joints, as far as the record knows the asset's joints."""
+    joints = record.overlay.joints if record.overlay else record.features.joints if record.features else ()
+    return frozenset(joint.name for joint in joints if joint.type == "prismatic")
+
+
+def unsteady_joints(record: AssetRecord, limits: Thresholds) -> tuple[str, ...] | None:
+    """Names of the joints that oscillate; None where nothing was measured."""
+    return oscillating_joints(record.measurement, sliders(record), limits) if record.measurement else None
+
+
+def asset_row(run: RunRow, record: AssetRecord) -> Row:
+    """The row of ``assets``."""
+    paid = [call for call in record.calls if not call.cached]
+    severities = Counter(finding.severity for finding in record.findings)
+    return _asset_key(run.run_id, record) | {
+        "category": record.category,
+        "subset": record.ref.subset,
+        "prompt": record.ref.prompt,
+        "status": record.status.value,
+        "failure_mode": record.failure_mode.value,
+        "paper_failure_mode": PAPER_FAILURE_MODES.get(record.failure_mode),
+        "reason": record.reason,
+        **_shape_columns(record),
+        **_measured_columns(record.measurement),
+        "oscillating_joints": _count(unsteady_joints(record, run.settings.thresholds)),
+        "queries": len(paid),
+        "cached_calls": len(record.calls) - len(paid),
+        "prompt_tokens": sum(call.prompt_tokens for call in paid),
+        "completion_tokens": sum(call.completion_tokens for call in paid),
+        "cost_usd": float(sum(call.cost_usd for call in paid)),
+        "refine_steps": len(record.trace),
+        "refine_accepted": sum(step.accepted for step in record.trace),
+        "phi_evaluations": sum(step.evaluations for step in record.trace),
+        "errors": severities[Severity.ERROR],
+        "warnings": severities[Severity.WARNING],
+        **{f"seconds_{stage.value}": record.seconds.get(stage.value) for stage in Stage},
+        "seconds_total": float(total_seconds(record)),
+        "content_hash": record.content_hash,
+        "source_path": record.ref.path,
+    }
+
+
+def link_rows(run_id: str, record: AssetRecord) -> list[Row]:
+    """Rows of ``links``: none where the asset never got an overlay."""
+    if record.overlay is None:
+        return []
+    features = {link.name: link for link in record.features.links} if record.features else {}
+    rows = []
+    for link in record.overlay.links:
+        seen = features.get(link.name)
+        row = _asset_key(run_id, record) | {
+            "link": link.name,
+            "label": link.label,
+            "joint_kind": seen.joint_kind if seen else None,
+            "material": link.material,
+            "density_kg_m3": link.density_kg_m3,
+            "hollow_factor": link.hollow_factor,
+            "volume_m3": link.volume_m3,
+            "volume_source": link.volume_source.value,
+            "mass_kg": link.mass_kg,
+            "mass_source": link.mass_source.value,
+            "com_source": link.com_source.value,
+            "inertia_source": link.inertia_source.value,
+            "n_meshes": len(seen.meshes) if seen else None,
+            "n_watertight": sum(mesh.watertight for mesh in seen.meshes) if seen else None,
+            "n_faces": sum(mesh.n_faces for mesh in seen.meshes) if seen else None,
+        }
+        row |= {f"com_{axis}_m": value for axis, value in zip("xyz", link.com, strict=True)}
+        row |= {
+            f"i{axes}_kg_m2": value
+            for axes, value in zip(("xx", "xy", "xz", "yy", "yz", "zz"), link.inertia, strict=True)
+        }
+        rows.append(row)
+    return rows
+
+
+def joint_rows(run_id: str, record: AssetRecord, limits: Thresholds) -> list[Row]:
+    """Rows of ``joints``: the movable ones, with what each did when measured; none without an overlay."""
+    if record.overlay is None:
+        return []
+    features = {joint.name: joint for joint in record.features.joints} if record.features else {}
+    motions = {motion.name: motion for motion in record.measurement.joints} if record.measurement else {}
+    settled = record.measurement.settle_motion if record.measurement else {}
+    rows = []
+    for joint in record.overlay.joints:
+        seen, motion = features.get(joint.name), motions.get(joint.name)
+        row = _asset_key(run_id, record) | {
+            "joint": joint.name,
+            "type": joint.type,
+            "position_unit": "m" if joint.type == "prismatic" else "rad",
+            "label": joint.label,
+            "parent": seen.parent if seen else None,
+            "child": seen.child if seen else None,
+            "damping": joint.damping,
+            "damping_source": joint.damping_source.value,
+            "friction": joint.friction,
+            "friction_source": joint.friction_source.value,
+            "stiffness": joint.stiffness,
+            "stiffness_source": joint.stiffness_source.value,
+            "spring_reference": joint.spring_reference,
+            "lower": joint.lower,
+            "upper": joint.upper,
+            "limits_source": joint.limits_source.value,
+            "closed": joint.closed,
+            "open": joint.open,
+            "openness_confidence": seen.openness_confidence if seen else None,
+            "initial_position": joint.initial_position,
+            "position_source": joint.position_source.value,
+            "effective_inertia": joint.effective_inertia,
+            "gravity_load": joint.gravity_load,
+            "holds": joint.holds,
+            "amplitude": motion.amplitude if motion else None,
+            "sign_changes": motion.sign_changes if motion else None,
+            "final_position": motion.final_position if motion else None,
+            "settle_motion": settled.get(joint.name),
+            "oscillates": oscillates(motion, joint.type == "prismatic", limits) if motion else None,
+        }
+        rows.append(row)
+    return rows
+
+
+def call_rows(run_id: str, record: AssetRecord) -> list[Row]:
+    """Rows of ``model_calls``."""
+    return [
+        _asset_key(run_id, record)
+        | {"call_index": index, "call_model": call.model}
+        | call.model_dump(exclude={"model"})
+        for index, call in enumerate(record.calls)
+    ]
+
+
+def trace_rows(run_id: str, record: AssetRecord) -> list[Row]:
+    """Rows of ``trace``."""
+    return [
+        _asset_key(run_id, record)
+        | {
+            "step_index": index,
+            "step": step.step,
+            "proposer": step.proposer,
+            "phi_before_mm": 1000.0 * step.phi_before_m,
+            "phi_after_mm": 1000.0 * step.phi_after_m,
+            "moved_joints": list(step.moved),
+            "moved_positions": list(step.moved.values()),
+            "accepted": step.accepted,
+            "evaluations": step.evaluations,
+            "reason": step.reason,
+        }
+        for index, step in enumerate(record.trace)
+    ]
+
+
+def finding_rows(run_id: str, record: AssetRecord) -> list[Row]:
+    """Rows of ``findings``."""
+    return [
+        _asset_key(run_id, record) | {"finding_index": index} | finding.model_dump(mode="python")
+        for index, finding in enumerate(record.findings)
+    ]
+
+
+def run_row(run: RunRow, records: Sequence[AssetRecord]) -> Row:
+    """The row of ``runs``."""
+    paid = [call for record in records for call in record.calls if not call.cached]
+    ok = sum(record.status is Status.OK for record in records)
+    return {
+        "run_id": run.run_id,
+        "started_at": run.started_at,
+        "finished_at": run.finished_at,
+        "outcome": run.outcome,
+        "dataset": run.dataset,
+        "subset": run.subset,
+        "method": run.settings.method.value,
+        "model": run.settings.model.model,
+        "settings_json": without_credentials(run.settings.model_dump_json()),
+        "git_commit": run.git_commit,
+        "git_dirty": run.git_dirty,
+        "versions_json": json.dumps(run.versions, sort_keys=True),
+        "assets": len(records),
+        "ok": ok,
+        "failed": len(records) - ok,
+        "failure_modes_json": json.dumps(Counter(record.failure_mode.value for record in records), sort_keys=True),
+        "queries": len(paid),
+        "prompt_tokens": sum(call.prompt_tokens for call in paid),
+        "completion_tokens": sum(call.completion_tokens for call in paid),
+        "cost_usd": float(sum(call.cost_usd for call in paid)),
+        "seconds": (run.finished_at - run.started_at).total_seconds(),
+        "asset_seconds": float(sum(total_seconds(record) for record in records)),
+    }
+
+
+def _asset_key(run_id: str, record: AssetRecord) -> Row:
+    return {
+        "run_id": run_id,
+        "asset_id": record.ref.asset_id,
+        "method": record.method.value,
+        "model": record.model,
+    }
+
+
+def _shape_columns(record: AssetRecord) -> Row:
+    """Scale, mass, size and counts, as far as the asset got."""
+    overlay, features = record.overlay, record.features
+    size = [edge * overlay.scale for edge in features.rest_size] if overlay and features else [None] * 3
+    links = features.links if features else overlay.links if overlay else None
+    joints = overlay.joints if overlay else features.movable_joints if features else None
+    return {
+        "scale": overlay.scale if overlay else None,
+        "scale_source": overlay.scale_source.value if overlay else None,
+        "mass_kg": overlay.mass_kg if overlay else None,
+        **{f"size_{axis}_m": edge for axis, edge in zip("xyz", size, strict=True)},
+        "contact_friction": overlay.contact_friction if overlay else None,
+        "n_links": _count(links),
+        "n_joints": _count(joints),
+    }
+
+
+def _measured_columns(measured: Measurement | None) -> Row:
+    """What the simulator saw. A simulation that left the finite numbers has no drift or speed worth keeping."""
+    moved = measured if measured is not None and measured.finite else None
+    return {
+        "penetration_mm": 1000.0 * measured.penetration_m if measured else None,
+        "deepest_contact_mm": 1000.0 * max((p.depth_m for p in measured.pairs), default=0.0) if measured else None,
+        "penetrating_pairs": len(measured.pairs) if measured else None,
+        "drift_m": moved.drift_m if moved else None,
+        "drift_rad": moved.drift_rad if moved else None,
+        "peak_speed_m_s": moved.peak_speed_m_s if moved else None,
+        "finite": measured.finite if measured else None,
+        "engine": measured.engine if measured else None,
+        "engine_version": measured.engine_version if measured else None,
+        "timestep_s": measured.timestep_s if measured else None,
+        "settle_s": measured.settle_s if measured else None,
+        "test_s": measured.test_s if measured else None,
+    }
+
+
+def _count(items: Sequence[object] | None) -> int | None:
+    return None if items is None else len(items)

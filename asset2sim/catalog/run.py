@@ -1,0 +1,93 @@
+"""The record of one dataset run: what was run, with which settings and versions, from when to when."""
+
+import platform
+import re
+import subprocess
+import uuid
+from datetime import UTC, datetime
+from importlib import metadata
+from pathlib import Path
+from typing import Literal
+
+from pydantic import AwareDatetime, Field
+
+from schemas.base import Frozen
+from schemas.settings import Settings
+
+Outcome = Literal["finished", "interrupted"]
+
+RECORDED_PACKAGES = (
+    "asset2sim", "numpy", "scipy", "trimesh", "yourdfpy", "pybullet", "pydantic", "litellm", "prefect", "prefect-dask",
+    "distributed", "pyarrow", "duckdb", "pandas", "mlflow",
+)  # fmt: skip
+"""Packages whose version can change a result or how it is kept."""
+
+_CREDENTIALS_IN_URL = re.compile(r"://[^/@\s\"]+@")
+
+
+class RunRow(Frozen):
+    """One run over a dataset. ``finished_at`` equals ``started_at`` until ``finish_run``."""
+
+    run_id: str
+    started_at: AwareDatetime
+    finished_at: AwareDatetime
+    dataset: str
+    subset: str | None = None
+    settings: Settings = Settings()
+    git_commit: str | None = None
+    git_dirty: bool | None = None
+    versions: dict[str, str] = Field(default_factory=dict)
+    outcome: Outcome = "finished"
+
+
+def start_run(settings: Settings, dataset: str, subset: str | None = None) -> RunRow:
+    """A run that starts now, with an id that sorts by time, and the commit and versions that it runs on."""
+    now = datetime.now(UTC)
+    commit, dirty = git_state(Path(__file__).resolve().parent)
+    return RunRow(
+        run_id=f"{now:%Y%m%dT%H%M%S}-{uuid.uuid4().hex[:8]}",
+        started_at=now,
+        finished_at=now,
+        dataset=dataset,
+        subset=subset,
+        settings=settings,
+        git_commit=commit,
+        git_dirty=dirty,
+        versions=versions(),
+    )
+
+
+def finish_run(run: RunRow, outcome: Outcome = "finished") -> RunRow:
+    """The same run, ended now."""
+    return run.model_copy(update={"finished_at": datetime.now(UTC), "outcome": outcome})
+
+
+def versions() -> dict[str, str]:
+    """Package → version of what is installed of ``RECORDED_PACKAGES``, and Python's own."""
+    found = {"python": platform.python_version()}
+    for package in RECORDED_PACKAGES:
+        try:
+            found[package] = metadata.version(package)
+        except metadata.PackageNotFoundError:
+            continue
+    return found
+
+
+def git_state(folder: Path) -> tuple[str | None, bool | None]:
+    """(commit, whether tracked files differ from it) of the checkout around a folder; (None, None) outside one."""
+    try:
+        commit = _git(folder, "rev-parse", "HEAD").strip()
+        changes = _git(folder, "status", "--porcelain", "--untracked-files=no")
+    except (OSError, subprocess.SubprocessError):
+        return None, None
+    return commit, bool(changes.strip())
+
+
+def without_credentials(text: str) -> str:
+    """The text with ``user:password@`` taken out of every URL, so that no table or log keeps one."""
+    return _CREDENTIALS_IN_URL.sub("://", text)
+
+
+def _git(folder: Path, *arguments: str) -> str:
+    command = ["git", "-C", str(folder), *arguments]
+    return subprocess.run(command, capture_output=True, text=True, check=True, timeout=10).stdout

@@ -1,0 +1,106 @@
+"""The summary of a run: one line per asset and a line of totals, for the terminal and as Markdown."""
+
+from collections.abc import Sequence
+
+from rich import box
+from rich.table import Table
+from rich.text import Text
+
+from asset2sim.catalog.figures import run_figures
+from asset2sim.catalog.rows import queries, total_seconds, unsteady_joints
+from asset2sim.catalog.text import NOTHING, number
+from schemas.asset import AssetRecord
+from schemas.settings import Thresholds
+from schemas.vocabulary import Status
+
+HEADINGS = ("asset", "category", "verdict", "failure mode", "scale", "mass kg", "Φ mm", "drift mm", "drift rad", "osc.",
+            "calls", "s")  # fmt: skip
+
+_LIMITS = Thresholds()
+
+
+def summary_table(records: Sequence[AssetRecord], limits: Thresholds = _LIMITS) -> Table:
+    """For the terminal, readable from 100 columns on: failed assets come last, where one looks first.
+
+    The verdict column holds the failure mode of an asset that failed; the caption holds the totals.
+    """
+    caption = totals_line(records, limits)
+    table = Table(
+        box=box.SIMPLE_HEAD,
+        show_edge=False,
+        pad_edge=False,
+        caption=caption,
+        caption_justify="left",
+        padding=(0, 1, 0, 0),
+    )
+    # Every failure mode fits and no number loses a digit: the first two columns give way.
+    table.add_column("asset", overflow="fold", min_width=min(8, max((len(r.ref.asset_id) for r in records), default=0)))
+    table.add_column("category", overflow="fold", min_width=8)
+    table.add_column("verdict", no_wrap=True)
+    for heading in HEADINGS[4:]:
+        table.add_column(heading.replace(" ", "\n"), justify="right", no_wrap=True)
+    for record in sorted(records, key=lambda record: record.status is not Status.OK):
+        asset, category, verdict, mode, *numbers = _cells(record, limits)
+        passed = record.status is Status.OK
+        table.add_row(
+            asset, category, Text(verdict if passed else mode, style="green" if passed else "bold red"), *numbers
+        )
+    return table
+
+
+def summary_markdown(records: Sequence[AssetRecord], limits: Thresholds = _LIMITS) -> str:
+    """The same in Markdown, in the records' order, with verdict and failure mode apart and the totals under it."""
+    lines = ["| " + " | ".join(HEADINGS) + " |", "|" + "|".join(["---"] * 4 + ["---:"] * (len(HEADINGS) - 4)) + "|"]
+    for record in records:
+        lines.append("| " + " | ".join(cell.replace("|", "\\|") for cell in _cells(record, limits)) + " |")
+    return "\n".join([*lines, "", totals_line(records, limits), ""])
+
+
+def totals_line(records: Sequence[AssetRecord], limits: Thresholds = _LIMITS) -> str:
+    """The run in one line."""
+    if not records:
+        return "no assets"
+    figures = run_figures(records, limits)
+    parts = [f"{figures['ok']:.0f} of {figures['assets']:.0f} ok ({100.0 * figures['success_rate']:.1f} %)"]
+    if measured := figures["measured"]:
+        mean = figures.get("penetration_mm_mean_nonzero")
+        touching = f"mean over {figures['penetrating_assets']:.0f} not zero {number(mean, 'mm')}"
+        parts.append(f"Φ {touching if mean else 'zero everywhere'}")
+        for name in ("drift", "oscillation"):
+            parts.append(f"{name} {figures[f'{name}_pass_share'] * measured:.0f}/{measured:.0f}")
+    tokens = figures["prompt_tokens"] + figures["completion_tokens"]
+    parts += [
+        f"{figures['queries_per_asset']:.2f} calls an asset",
+        f"{tokens:.0f} tokens",
+        f"{figures['cost_usd']:.2f} USD",
+    ]
+    return " · ".join([*parts, f"{sum(total_seconds(record) for record in records):.0f} s of work"])
+
+
+def _cells(record: AssetRecord, limits: Thresholds) -> list[str]:
+    """(12,) cells in the order of ``HEADINGS``."""
+    overlay, measured = record.overlay, record.measurement
+    moved = measured if measured and measured.finite else None
+    oscillating = unsteady_joints(record, limits)
+    passed = record.status is Status.OK
+    return [
+        record.ref.asset_id,
+        record.category,
+        record.status.value,
+        NOTHING if passed else record.failure_mode.value,
+        number(overlay.scale if overlay else None),
+        number(overlay.mass_kg if overlay else None),
+        _fixed(1000.0 * measured.penetration_m if measured else None, 3),
+        _fixed(1000.0 * moved.drift_m if moved else None, 3),
+        _fixed(moved.drift_rad if moved else None, 4),
+        NOTHING if oscillating is None else str(len(oscillating)),
+        str(queries(record)),
+        f"{total_seconds(record):.1f}",
+    ]
+
+
+def _fixed(value: float | None, decimals: int) -> str:
+    """Fixed decimals, so that a column can be compared at a glance; an exponent where the number would be too wide."""
+    if value is None:
+        return NOTHING
+    return f"{value:.{decimals}f}" if abs(value) < 1e5 else f"{value:.1e}"

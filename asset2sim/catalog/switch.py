@@ -1,0 +1,125 @@
+"""All tables at once: a folder of new files takes the place of the old one in a single step.
+
+The new files are written to ``.catalog.staging`` and synced; the folder is renamed to ``.catalog.ready``, a name that
+only a complete one bears; then it changes places with ``catalog``. Where the system can exchange two names (Linux)
+there is no moment without ``catalog``; elsewhere two renames leave a short one, and ``find_catalog`` then knows the
+folder to read.
+"""
+
+import ctypes
+import errno
+import os
+import shutil
+import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+CATALOG = "catalog"
+STAGING = ".catalog.staging"
+READY = ".catalog.ready"
+OLD = ".catalog.old"
+
+_AT_FDCWD = -100
+_RENAME_EXCHANGE = 2
+_CANNOT_EXCHANGE = (errno.ENOSYS, errno.EINVAL, errno.ENOTSUP, errno.EPERM)
+
+
+def find_catalog(out: Path) -> Path | None:
+    """The folder that holds OUT's last complete set of tables; None if there is none. Changes nothing."""
+    for name in (CATALOG, READY, OLD):
+        if (out / name).is_dir():
+            return out / name
+    return None
+
+
+def recover(out: Path) -> None:
+    """Puts right what a killed run left: the last complete set is ``catalog``, the rest goes. Needs the lock of OUT."""
+    found = find_catalog(out)
+    if found is not None and found.name != CATALOG:
+        os.rename(found, out / CATALOG)
+        _sync_folder(out)
+    for name in (STAGING, READY, OLD):
+        if (out / name).is_dir():
+            shutil.rmtree(out / name)
+
+
+@contextmanager
+def replace_catalog(out: Path) -> Iterator[Path]:
+    """Gives an empty folder to write the new tables into; on leaving without an exception it becomes ``catalog``.
+
+    Other files that somebody put into ``catalog`` move along. Needs the output's lock; call ``recover`` first.
+    """
+    staging = out / STAGING
+    staging.mkdir(parents=True)
+    try:
+        yield staging
+        _carry_over(out / CATALOG, staging)
+        for path in [*sorted(staging.rglob("*")), staging]:
+            _sync(path)
+    except BaseException:
+        shutil.rmtree(staging, ignore_errors=True)
+        raise
+    os.rename(staging, out / READY)
+    _sync_folder(out)
+    _switch(out)
+    _sync_folder(out)
+    shutil.rmtree(out / OLD, ignore_errors=True)
+
+
+def _switch(out: Path) -> None:
+    """``ready`` becomes ``catalog``, and what was there becomes ``old``."""
+    catalog, ready, old = out / CATALOG, out / READY, out / OLD
+    if not catalog.exists():
+        os.rename(ready, catalog)
+    elif _exchange(ready, catalog):
+        os.rename(ready, old)
+    else:
+        os.rename(catalog, old)
+        os.rename(ready, catalog)
+
+
+def _exchange(first: Path, second: Path) -> bool:
+    """Swaps two names in one step; False where the system or the file system cannot."""
+    if not sys.platform.startswith("linux"):
+        return False
+    rename = getattr(ctypes.CDLL(None, use_errno=True), "renameat2", None)
+    if rename is None:
+        return False
+    if rename(_AT_FDCWD, os.fsencode(first), _AT_FDCWD, os.fsencode(second), _RENAME_EXCHANGE) == 0:
+        return True
+    code = ctypes.get_errno()
+    if code in _CANNOT_EXCHANGE:
+        return False
+    raise OSError(code, os.strerror(code), str(first), None, str(second))
+
+
+def _carry_over(source: Path, staging: Path) -> None:
+    if not source.is_dir():
+        return
+    for entry in source.iterdir():
+        target = staging / entry.name
+        if target.exists():
+            continue
+        if entry.is_dir() and not entry.is_symlink():
+            shutil.copytree(entry, target, symlinks=True)
+        else:
+            shutil.copy2(entry, target, follow_symlinks=False)
+
+
+def _sync(path: Path) -> None:
+    if path.is_symlink():
+        return
+    if path.is_dir():
+        _sync_folder(path)
+        return
+    with path.open("rb") as file:
+        os.fsync(file.fileno())
+
+
+def _sync_folder(folder: Path) -> None:
+    handle = os.open(folder, os.O_RDONLY)
+    try:
+        os.fsync(handle)
+    finally:
+        os.close(handle)

@@ -1,0 +1,25 @@
+"""Numbers as people read them."""
+
+import math
+
+NOTHING = "–"
+"""What stands for a value that is not there."""
+
+
+def number(value: object, unit: str = "", digits: int = 3) -> str:
+    """A number to so many significant digits, without a needless exponent; ``NOTHING`` for None and NaN."""
+    if not isinstance(value, int | float) or math.isnan(value):
+        return NOTHING
+    if isinstance(value, int) or (float(value).is_integer() and abs(value) < 10**digits):
+        shown = f"{int(value)}"
+    elif 1e-4 <= abs(value) < 1e6:
+        decimals = max(0, digits - 1 - math.floor(math.log10(abs(value))))
+        shown = f"{value:.{min(decimals, 6)}f}"
+    else:
+        shown = f"{value:.{digits - 1}e}"
+    return f"{shown} {unit}" if unit else shown
+
+
+def vector(values: tuple[object, ...], digits: int = 3) -> str:
+    """Numbers in brackets."""
+    return "(" + ", ".join(number(value, digits=digits) for value in values) + ")"

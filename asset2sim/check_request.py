@@ -1,0 +1,38 @@
+"""Whether a run can start as asked, before anything is written."""
+
+import os
+from collections.abc import Sequence
+from pathlib import Path
+
+from asset2sim.dataset import load_dataset
+from asset2sim.models.choices import check_model
+from schemas.asset import AssetRef
+from schemas.errors import UsageError
+from schemas.settings import Settings
+
+
+def check_request(
+    data: Path, out: Path, settings: Settings, subset: str | None, asset_ids: Sequence[str], limit: int | None
+) -> list[AssetRef]:
+    """The assets to refine, as ``load_dataset`` has them. Raises ``UsageError`` for whatever cannot be done as asked."""
+    refs = load_dataset(data, subset, asset_ids, limit)
+    check_model(settings.model)
+    check_output(out.resolve(), data.resolve(), refs)
+    return refs
+
+
+def check_output(out: Path, data: Path, refs: Sequence[AssetRef]) -> None:
+    """Refuse an output folder (absolute) that is the input or part of it, or that cannot be written to."""
+    if out == data:
+        raise UsageError(f"--out {out} is the dataset itself, which is never written to; choose another folder")
+    for ref in refs:
+        source = Path(ref.path)
+        if out.is_relative_to(source) or source.is_relative_to(out / "assets"):
+            raise UsageError(f"--out {out} and asset {ref.asset_id} at {source} overlap; choose another --out")
+    if out.exists() and not out.is_dir():
+        raise UsageError(f"--out {out} is a file; name a folder")
+    above = out
+    while not above.exists():
+        above = above.parent
+    if not os.access(above, os.W_OK | os.X_OK):
+        raise UsageError(f"--out {out}: {above} is not writable; choose another folder")

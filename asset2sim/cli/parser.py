@@ -1,0 +1,114 @@
+"""Commands and options. A mistake is one line that names the valid choices, not a page of usage."""
+
+import argparse
+import os
+from collections.abc import Sequence
+from pathlib import Path
+from typing import NoReturn
+
+from asset2sim.cli.request import RefineRequest
+from schemas.errors import UsageError
+from schemas.settings import ModelSettings, RunSettings, Settings, ViewSettings
+from schemas.vocabulary import Method
+
+EXAMPLE = """\
+for example:
+  asset2sim refine data/raw --out data/refined
+  asset2sim refine PARTNET --out OUT --subset paper9 --model openai/gpt-4o
+  asset2sim failures --out OUT
+"""
+
+
+class Parser(argparse.ArgumentParser):
+    """An argument parser that raises ``UsageError`` instead of printing its usage and leaving."""
+
+    def error(self, message: str) -> NoReturn:
+        """The user's mistake, and where help is."""
+        raise UsageError(f"{message} (see: {self.prog} --help)")
+
+
+def parse(arguments: Sequence[str]) -> argparse.Namespace:
+    """The parsed command line; ``command`` names the command. Raises ``UsageError``."""
+    parser = Parser(
+        prog="asset2sim",
+        description="Make articulated URDF assets interaction-ready: masses, inertias, joint dynamics, scale and start state.",
+        epilog=EXAMPLE,
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+        allow_abbrev=False,
+    )
+    commands = parser.add_subparsers(dest="command", metavar="COMMAND", required=True)
+    _add_refine(commands.add_parser("refine", help="refine a dataset", allow_abbrev=False))
+    failures = commands.add_parser("failures", help="the failure modes of a refined dataset", allow_abbrev=False)
+    show = commands.add_parser("show", help="one refined asset", allow_abbrev=False)
+    show.add_argument("asset_id", metavar="ASSET_ID", help="an asset's id, as the manifest has it")
+    for command in (failures, show):
+        command.add_argument("--out", type=Path, required=True, metavar="OUT", help="the output folder of a run")
+    doctor = commands.add_parser("doctor", help="what works here, and what does not", allow_abbrev=False)
+    doctor.add_argument("--out", type=Path, default=Path("data/refined"), metavar="OUT", help="where output would go")
+    _add_model(doctor)
+    _add_refine(commands.add_parser("nightly", help="refine a dataset on the schedule of catalog.yaml", allow_abbrev=False))
+    return parser.parse_args(arguments)
+
+
+def refine_request(options: argparse.Namespace) -> RefineRequest:
+    """The request that ``asset2sim refine`` and ``asset2sim nightly`` were given."""
+    ids = tuple(name.strip() for name in (options.assets or "").split(",") if name.strip())
+    settings = Settings(
+        method=Method(options.method),
+        model=model_settings(options),
+        views=ViewSettings(write=not options.no_views),
+        run=RunSettings(workers=options.workers, scheduler=options.scheduler),
+    )
+    return RefineRequest(
+        data=options.data,
+        out=options.out,
+        subset=options.subset,
+        asset_ids=ids,
+        limit=options.limit,
+        settings=settings,
+        strict=options.strict,
+    )
+
+
+def model_settings(options: argparse.Namespace) -> ModelSettings:
+    """The model that ``--model`` and ``--api-base`` name."""
+    return ModelSettings(model=options.model, api_base=options.api_base)
+
+
+def usable_cores() -> int:
+    """Processor cores that this process may use."""
+    if hasattr(os, "sched_getaffinity"):
+        return len(os.sched_getaffinity(0))
+    return os.cpu_count() or 1
+
+
+def _add_refine(parser: argparse.ArgumentParser) -> None:
+    add = parser.add_argument
+    add("data", type=Path, metavar="DATA", help="a folder with manifest.csv, a folder of asset folders, or one asset folder")
+    add("--out", type=Path, required=True, metavar="OUT", help="the output folder")
+    add("--subset", metavar="S", help="only the manifest's rows of this subset")
+    add("--assets", metavar="ID,ID", help="only these assets")
+    add("--limit", type=_positive, metavar="N", help="only the first N of them")
+    add("--method", choices=[method.value for method in Method], default=Method.ASSET2SIM.value, help="how to refine")
+    _add_model(parser)
+    add("--workers", type=_positive, default=usable_cores(), metavar="N", help="assets at work at once (default: all cores)")
+    add("--scheduler", metavar="tcp://…", help="a Dask scheduler to use instead of a cluster of our own")
+    add("--no-views", action="store_true", help="write no pictures")
+    add("--strict", action="store_true", help="exit with 1 if an asset failed")
+
+
+def _add_model(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument(
+        "--model", default=ModelSettings().model, metavar="STR", help="any LiteLLM model (default: %(default)s)"
+    )
+    parser.add_argument("--api-base", metavar="URL", help="the address of a server of your own for that model")
+
+
+def _positive(text: str) -> int:
+    try:
+        number = int(text)
+    except ValueError:
+        number = 0
+    if number < 1:
+        raise argparse.ArgumentTypeError(f"'{text}' is not a whole number from 1 on")
+    return number

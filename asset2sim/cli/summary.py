@@ -1,0 +1,24 @@
+"""What a run says at its end."""
+
+import sys
+
+from rich.text import Text
+
+from asset2sim.catalog.failures import failure_breakdown, render_failures
+from asset2sim.catalog.summary import summary_table
+from asset2sim.cli.console import output
+from asset2sim.run_result import RunResult
+
+
+def print_summary(result: RunResult) -> None:
+    """Every asset with its verdict, the failure modes, and where the output is."""
+    console = output()
+    console.print(summary_table(result.records, result.run.settings.thresholds))
+    console.print()
+    console.print(render_failures(failure_breakdown(result.out)))
+    console.print(Text(f"assets:  {result.out / 'assets'}\ncatalog: {result.out / 'catalog'}"))
+    sys.stdout.flush()
+    for warning in result.warnings:
+        sys.stderr.write(f"asset2sim: {warning}\n")
+    if result.stopped is not None:
+        sys.stderr.write(f"asset2sim: {result.stopped}; {len(result.records)} finished assets are in the catalog\n")

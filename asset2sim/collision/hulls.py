@@ -1,0 +1,73 @@
+"""The convex hulls that stand for each link in collision, in the link's frame at the final scale."""
+
+from collections.abc import Mapping
+
+import numpy as np
+from scipy.spatial import ConvexHull, QhullError
+
+from asset2sim.arrays import Array
+from asset2sim.extraction import Extraction, LinkGeometry
+
+Hulls = dict[str, tuple[Array, ...]]
+"""Link → (k, 3) hull points of each convex piece, m at the final scale in the link's frame."""
+
+SHEET_THICKNESS_M = 2e-3
+"""Thickness given to a link that is nothing but sheets, m: engines refuse or lose what has none."""
+INSIDE_M = 1e-6
+"""How far outside another hull a point may lie and still count as inside, m."""
+
+
+def collision_hulls(extraction: Extraction, scale: float) -> Hulls:
+    """The hulls of every link's meshes; pieces that lie wholly inside another piece of their link are left out.
+
+    Sheets beside solid pieces are decals and do not collide; a link of sheets alone is thickened.
+    """
+    return {name: link_hulls(geometry, scale) for name, geometry in extraction.geometry.items()}
+
+
+def link_hulls(geometry: LinkGeometry, scale: float) -> tuple[Array, ...]:
+    """The hulls of one link."""
+    pieces = [piece * scale for piece in geometry.pieces]
+    if not pieces:
+        return tuple(thickened(sheet * scale) for sheet in geometry.sheets)
+    return outermost(pieces)
+
+
+def outermost(pieces: list[Array]) -> tuple[Array, ...]:
+    """The pieces that are not wholly inside another one, in their order."""
+    planes = [half_spaces(piece) for piece in pieces]
+    boxes = [(piece.min(axis=0), piece.max(axis=0)) for piece in pieces]
+    volume = [float(np.prod(high - low)) for low, high in boxes]
+    kept: list[int] = []
+    for index in sorted(range(len(pieces)), key=lambda i: (-volume[i], i)):
+        low, high = boxes[index]
+        inside = any(
+            np.all(low >= boxes[other][0] - INSIDE_M)
+            and np.all(high <= boxes[other][1] + INSIDE_M)
+            and planes[other] is not None
+            and float((pieces[index] @ planes[other][:, :3].T + planes[other][:, 3]).max()) <= INSIDE_M
+            for other in kept
+        )
+        if not inside:
+            kept.append(index)
+    return tuple(pieces[index] for index in sorted(kept))
+
+
+def half_spaces(points: Array) -> Array | None:
+    """(f, 4) planes of a hull as (normal, offset), non-positive inside; None where the points are coplanar."""
+    try:
+        return np.asarray(ConvexHull(points).equations)
+    except (QhullError, ValueError):
+        return None
+
+
+def thickened(points: Array) -> Array:
+    """The points of a sheet, doubled to both sides of its plane."""
+    center = points.mean(axis=0)
+    normal = np.linalg.svd(points - center, full_matrices=True)[2][2]
+    return np.vstack([points + normal * SHEET_THICKNESS_M / 2.0, points - normal * SHEET_THICKNESS_M / 2.0])
+
+
+def count(hulls: Mapping[str, tuple[Array, ...]]) -> int:
+    """How many hulls there are in all."""
+    return sum(len(pieces) for pieces in hulls.values())

@@ -1,0 +1,119 @@
+"""Clearing the overlaps that no state avoids: cutting the caps off hulls that reach into each other.
+
+A hull fills what its mesh leaves open, and parts that touch or share a hinge overlap as authored. Where no state near the
+requested one is free of that, each of the two hulls loses the cap that reaches into the other, up to a share of its
+extent. Looks are not touched.
+"""
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from asset2sim.arrays import Array
+from asset2sim.collision.hulls import Hulls
+from asset2sim.geometry.hull import hull_of
+from asset2sim.kinematics import apply
+from schemas.features import JointFeatures
+
+LARGEST_SHARE = 0.5
+"""Largest share of a hull's extent along the cut that it may lose in all: beyond it the shape would be another one."""
+ROUNDS = 12
+"""Passes over all pairs: cutting one pair can only shrink hulls, so few are ever needed."""
+CLEARANCE_M = 1e-5
+"""Gap left between two hulls beyond what the engine's margins take, m."""
+
+
+@dataclass(frozen=True)
+class Overlap:
+    """Two hulls that overlap: link and index of each, the unit (3,) normal from B to A in the root frame, and depth (m)."""
+
+    a: tuple[str, int]
+    b: tuple[str, int]
+    normal: Array
+    depth: float
+
+
+@dataclass(frozen=True)
+class Cut:
+    """What one link lost: the deepest cut (m) and the largest share of a hull's extent, and the link it was cleared of."""
+
+    link: str
+    other: str
+    depth_m: float
+    share: float
+
+
+def contact_pairs(joints: Sequence[JointFeatures], links: Sequence[str]) -> Iterator[tuple[str, str]]:
+    """The link pairs whose contacts engines see: all but a link and its parent."""
+    parents = {joint.child: joint.parent for joint in joints}
+    for index, first in enumerate(links):
+        for second in links[index + 1 :]:
+            if parents.get(first) != second and parents.get(second) != first:
+                yield first, second
+
+
+def trim(points: Array, normal: Array, offset: float) -> Array | None:
+    """The part of a hull with normal · x ≥ offset, as hull points; None if nothing with a volume is left.
+
+    The clipped hull is spanned by the points kept and by where segments from kept to removed points cross the plane.
+    """
+    height = points @ normal - offset
+    kept, removed = points[height >= 0.0], points[height < 0.0]
+    if not len(removed):
+        return points
+    if not len(kept):
+        return None
+    above, below = height[height >= 0.0][:, None, None], -height[height < 0.0][None, :, None]
+    crossing = (kept[:, None] * below + removed[None] * above) / (above + below)
+    hull = hull_of(np.vstack([kept, crossing.reshape(-1, 3)]))
+    return None if hull is None else hull[0]
+
+
+class Trimmer:
+    """Hulls being cut, with what each has lost of its original extent."""
+
+    def __init__(self, hulls: Hulls, poses: Mapping[str, Array]) -> None:
+        self.poses = poses
+        self.hulls = {link: list(pieces) for link, pieces in hulls.items()}
+        self.original = {(link, i): piece for link, pieces in hulls.items() for i, piece in enumerate(pieces)}
+        self.cuts: dict[tuple[str, str], Cut] = {}
+
+    def placed(self, key: tuple[str, int]) -> Array:
+        """One hull's points in the root frame."""
+        return apply(self.poses[key[0]], self.hulls[key[0]][key[1]])
+
+    def clear(self, overlap: Overlap, margin: float) -> bool:
+        """Cut both hulls of an overlap so that they part by the engine's margins; False where that would take too much."""
+        first, second = self.placed(overlap.a), self.placed(overlap.b)
+        low, high = float((first @ overlap.normal).min()), float((second @ overlap.normal).max())
+        need = high - low + 2.0 * margin + CLEARANCE_M
+        if need <= 0.0:
+            return True
+        extent_a, extent_b = float(np.ptp(first @ overlap.normal)), float(np.ptp(second @ overlap.normal))
+        share = extent_a / max(extent_a + extent_b, 1e-12)
+        cut_a = self._cut(overlap.a, overlap.b[0], overlap.normal, low + share * need)
+        cut_b = self._cut(overlap.b, overlap.a[0], -overlap.normal, -(high - (1.0 - share) * need))
+        return cut_a and cut_b
+
+    def _cut(self, key: tuple[str, int], other: str, normal: Array, offset: float) -> bool:
+        """Keep normal · x ≥ offset of one hull (root frame), if it then still has enough of its extent."""
+        rotation, translation = self.poses[key[0]][:3, :3], self.poses[key[0]][:3, 3]
+        local, local_offset = rotation.T @ normal, offset - float(translation @ normal)
+        heights = self.original[key] @ local
+        lost = (local_offset - float(heights.min())) / max(float(np.ptp(heights)), 1e-12)
+        if lost <= 0.0:
+            return True
+        kept = None if lost > LARGEST_SHARE else trim(self.hulls[key[0]][key[1]], local, local_offset)
+        if kept is None:
+            return False
+        self.hulls[key[0]][key[1]] = kept
+        depth = local_offset - float(heights.min())
+        known = self.cuts.get((key[0], other))
+        if known is None or depth > known.depth_m:
+            self.cuts[(key[0], other)] = Cut(key[0], other, depth, lost)
+        return True
+
+    def result(self) -> Hulls:
+        """The hulls as they are now."""
+        return {link: tuple(pieces) for link, pieces in self.hulls.items()}

@@ -1,0 +1,161 @@
+"""A dataset is a list of asset references: from a manifest, from a folder of asset folders, or from one asset folder."""
+
+import csv
+from collections import Counter
+from collections.abc import Iterable, Sequence
+from pathlib import Path
+
+from schemas.asset import AssetRef
+from schemas.errors import UnknownChoiceError, UsageError
+
+MANIFEST = "manifest.csv"
+REQUIRED_COLUMNS = ("asset_id", "path")
+COLUMNS = ("asset_id", "category", "path", "subset", "prompt")
+MAX_ID_LENGTH = 200
+"""Characters of an asset's id: it names a folder, and file systems stop at 255 bytes."""
+
+
+def load_dataset(
+    data: Path, subset: str | None = None, asset_ids: Sequence[str] = (), limit: int | None = None
+) -> list[AssetRef]:
+    """The assets of a dataset, in the manifest's order, else by name; ``limit`` takes the first so many of those chosen.
+
+    ``data`` holds a ``manifest.csv``, or asset folders (one or two levels down), or is one asset folder. Paths come out
+    absolute. A manifest row whose folder is missing stays: it fails as an asset, not as a run. Raises ``UsageError``, naming
+    the valid choices, for a dataset that cannot be read and for a subset or an asset that it does not have.
+    """
+    if not data.exists():
+        raise UsageError(f"no dataset at {data}: {_neighbours(data)}")
+    if not data.is_dir():
+        raise UsageError(f"{data} is a file; name the folder that holds {MANIFEST}, asset folders, or one asset's URDF")
+    root = data.resolve()
+    manifest = root / MANIFEST
+    refs = read_manifest(manifest) if manifest.is_file() else find_assets(root)
+    refs = _choose_subset(refs, subset)
+    refs = _choose_ids(refs, asset_ids)
+    if limit is not None and limit < 1:
+        raise UsageError(f"--limit {limit}: choose a number from 1 to {len(refs)}")
+    return refs[:limit]
+
+
+def read_manifest(manifest: Path) -> list[AssetRef]:
+    """The rows of a manifest; paths in it are relative to its folder. Raises ``UsageError`` naming the line at fault."""
+    try:
+        with manifest.open(encoding="utf-8-sig", newline="") as file:
+            reader = csv.DictReader(file, skipinitialspace=True)
+            columns = [name.strip() for name in reader.fieldnames or ()]
+            missing = [name for name in REQUIRED_COLUMNS if name not in columns]
+            if missing:
+                raise UsageError(
+                    f"{manifest}: column {_listed(missing)} missing; it has {_listed(columns)}, "
+                    f"and columns may be {_listed(COLUMNS)}"
+                )
+            reader.fieldnames = columns
+            refs = [_row(manifest, reader.line_num, row) for row in reader]
+    except (UnicodeDecodeError, csv.Error) as error:
+        raise UsageError(f"{manifest}: not a comma-separated table in UTF-8 ({error})") from error
+    except OSError as error:
+        raise UsageError(f"{manifest}: {error.strerror}") from error
+    if not refs:
+        raise UsageError(f"{manifest}: no rows under the heading; add a row per asset")
+    return _unique(refs, str(manifest))
+
+
+def find_assets(root: Path) -> list[AssetRef]:
+    """The asset folders at, one below or two below a folder, by name; a folder two below has its parent as category."""
+    if _holds_urdf(root):
+        return [AssetRef(asset_id=check_asset_id(root.name, str(root)), path=str(root))]
+    refs: list[AssetRef] = []
+    for folder in _folders(root):
+        if _holds_urdf(folder):
+            refs.append(AssetRef(asset_id=check_asset_id(folder.name, str(folder)), path=str(folder)))
+            continue
+        for inner in _folders(folder):
+            if _holds_urdf(inner):
+                category = None if (inner / "meta.json").is_file() else folder.name
+                asset_id = check_asset_id(inner.name, str(inner))
+                refs.append(AssetRef(asset_id=asset_id, path=str(inner), category=category))
+    if not refs:
+        raise UsageError(
+            f"{root}: neither {MANIFEST}, nor a URDF file here or in a folder one or two levels down; "
+            "name a dataset folder or one asset folder"
+        )
+    return _unique(refs, str(root))
+
+
+def check_asset_id(asset_id: str, where: str) -> str:
+    """The id, if it can name a folder of the output; else ``UsageError``."""
+    unsafe = [character for character in asset_id if character in '/\\:*?"<>|' or not character.isprintable()]
+    if unsafe:
+        raise UsageError(
+            f"{where}: asset_id {asset_id!r} holds {unsafe[0]!r}; it names a folder of the output, "
+            "so use letters, digits, '.', '_', '-' and spaces"
+        )
+    if not asset_id or asset_id != asset_id.strip() or asset_id.startswith("."):
+        raise UsageError(f"{where}: asset_id {asset_id!r} names a folder of the output; it may not be empty or start with '.'")
+    if len(asset_id.encode()) > MAX_ID_LENGTH:
+        raise UsageError(f"{where}: asset_id '{asset_id[:20]}…' has over {MAX_ID_LENGTH} bytes; it names a folder")
+    return asset_id
+
+
+def _row(manifest: Path, line: int, row: dict[str, str | None]) -> AssetRef:
+    where = f"{manifest}, line {line}"
+    if None in row:
+        raise UsageError(f"{where}: more cells than columns; put quotes round a text that holds a comma")
+    cells = {name: (row.get(name) or "").strip() for name in COLUMNS}
+    if not cells["path"]:
+        raise UsageError(f"{where}: asset '{cells['asset_id']}' has no path; give its folder, relative to {manifest.parent}")
+    return AssetRef(
+        asset_id=check_asset_id(cells["asset_id"], where),
+        path=str((manifest.parent / cells["path"]).resolve()),
+        category=cells["category"] or None,
+        subset=cells["subset"] or None,
+        prompt=cells["prompt"] or None,
+    )
+
+
+def _unique(refs: list[AssetRef], where: str) -> list[AssetRef]:
+    twice = [asset_id for asset_id, count in Counter(ref.asset_id for ref in refs).items() if count > 1]
+    if twice:
+        raise UsageError(f"{where}: asset_id {_listed(twice[:10])} more than once; each names one folder of the output")
+    return refs
+
+
+def _choose_subset(refs: list[AssetRef], subset: str | None) -> list[AssetRef]:
+    if subset is None:
+        return refs
+    chosen = [ref for ref in refs if ref.subset == subset]
+    if not chosen:
+        raise UnknownChoiceError("subset", subset, {ref.subset for ref in refs if ref.subset is not None})
+    return chosen
+
+
+def _choose_ids(refs: list[AssetRef], asset_ids: Sequence[str]) -> list[AssetRef]:
+    known = {ref.asset_id for ref in refs}
+    for asset_id in asset_ids:
+        if asset_id not in known:
+            raise UnknownChoiceError("asset", asset_id, known)
+    wanted = set(asset_ids)
+    return [ref for ref in refs if ref.asset_id in wanted] if wanted else refs
+
+
+def _holds_urdf(folder: Path) -> bool:
+    """Whether the folder is an asset's: a URDF file in it, or in its ``urdf`` folder as ROS packages have it."""
+    return any(folder.glob("*.urdf")) or any(folder.glob("urdf/*.urdf"))
+
+
+def _folders(parent: Path) -> list[Path]:
+    return sorted(path for path in parent.iterdir() if path.is_dir() and not path.name.startswith("."))
+
+
+def _listed(names: Iterable[str]) -> str:
+    return ", ".join(names) or "none"
+
+
+def _neighbours(data: Path) -> str:
+    """What does exist where the missing folder was looked for."""
+    parent = data.absolute().parent
+    while not parent.is_dir():
+        parent = parent.parent
+    found = [path.name for path in _folders(parent)][:20]
+    return f"{parent} has the folders {_listed(found)}"

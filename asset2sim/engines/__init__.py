@@ -1,0 +1,1 @@
+"""Simulators, each behind the same small interface: a file per engine."""

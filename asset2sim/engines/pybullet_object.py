@@ -1,0 +1,131 @@
+"""One object in one PyBullet client, with joint damping, friction and stiffness honoured as its URDF states them.
+
+PyBullet applies damping from URDF but neither friction nor stiffness, runs a hidden velocity motor on every joint, and
+damps every body (design.md). Here the hidden motor becomes the dry friction, a torque the spring, and the body damping 0.
+"""
+
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+import pybullet
+from pybullet_utils.bullet_client import BulletClient
+
+from asset2sim.arrays import Array
+from asset2sim.engines.console import captured_console
+from asset2sim.urdf.dynamics import Dynamics, read_dynamics
+from schemas.errors import AssetError
+from schemas.vocabulary import FailureMode
+
+FLAGS = pybullet.URDF_USE_INERTIA_FROM_FILE | pybullet.URDF_USE_SELF_COLLISION | pybullet.URDF_IGNORE_VISUAL_SHAPES
+"""Authored inertia, and self-collision with PyBullet's default filter (no contacts of a link with its parent)."""
+
+
+@dataclass(frozen=True)
+class PyBulletObject:
+    """A loaded object: its client and body, link names by index (-1 is the root), and its movable joints in order."""
+
+    client: BulletClient
+    body: int
+    link_names: dict[int, str]
+    joint_index: dict[str, int]
+    dynamics: dict[str, Dynamics]
+    console: tuple[str, ...]
+
+    def place(self, positions: Mapping[str, float]) -> None:
+        """Set joint positions (rad, m) at rest; joints not named go to zero."""
+        for name, index in self.joint_index.items():
+            self.client.resetJointState(self.body, index, positions.get(name, 0.0), 0.0)
+
+    def positions(self) -> Array:
+        """(n,) joint positions in ``joint_index``' order, rad or m."""
+        states = self.client.getJointStates(self.body, list(self.joint_index.values()))
+        return np.array([state[0] for state in states], dtype=float)
+
+    def velocities(self) -> Array:
+        """(n,) joint velocities in ``joint_index``' order, rad/s or m/s."""
+        states = self.client.getJointStates(self.body, list(self.joint_index.values()))
+        return np.array([state[1] for state in states], dtype=float)
+
+
+@contextmanager
+def loaded(urdf: Path, *, fixed_base: bool, timestep_s: float) -> Iterator[PyBulletObject]:
+    """Load a URDF into a client of its own, gravity along -z, joint dynamics applied. The client ends with the block.
+
+    Raises AssetError (engine_crash) where PyBullet refuses the file, with what it printed.
+    """
+    client = BulletClient(connection_mode=pybullet.DIRECT)
+    try:
+        client.setTimeStep(timestep_s)
+        client.setGravity(0.0, 0.0, -9.81)
+        with captured_console() as console:
+            try:
+                body = client.loadURDF(str(urdf), useFixedBase=fixed_base, flags=FLAGS)
+            except pybullet.error:
+                body = -1
+        if body < 0:
+            said = "; ".join(console[-3:]) or "nothing"
+            raise AssetError(
+                FailureMode.ENGINE_CRASH, "engine_refused", f"PyBullet refuses {urdf.name} and says: {said}"
+            )
+        yield prepared(client, body, read_dynamics(urdf), tuple(console))
+    finally:
+        client.disconnect()
+
+
+def prepared(client: BulletClient, body: int, dynamics: dict[str, Dynamics], console: tuple[str, ...]) -> PyBulletObject:
+    """The object with PyBullet's inventions switched off and its joints' damping and friction in force."""
+    link_names = {-1: client.getBodyInfo(body)[0].decode()}
+    joint_index: dict[str, int] = {}
+    client.changeDynamics(body, -1, linearDamping=0.0, angularDamping=0.0)
+    for index in range(client.getNumJoints(body)):
+        info = client.getJointInfo(body, index)
+        name, kind = info[1].decode(), info[2]
+        link_names[index] = info[12].decode()
+        client.changeDynamics(body, index, linearDamping=0.0, angularDamping=0.0)
+        if kind == pybullet.JOINT_FIXED:
+            continue
+        joint_index[name] = index
+        terms = dynamics[name]
+        client.changeDynamics(body, index, jointDamping=terms.damping)
+        # A velocity motor at rest with a bounded force is Coulomb friction; force 0 switches the hidden motor off.
+        client.setJointMotorControl2(
+            body, index, pybullet.VELOCITY_CONTROL, targetVelocity=0.0, force=terms.friction
+        )
+    return PyBulletObject(client, body, link_names, joint_index, {k: dynamics[k] for k in joint_index}, console)
+
+
+def stepper(item: PyBulletObject) -> "Stepper":
+    """What advances the object by one step at a time."""
+    springs = [(item.joint_index[name], terms) for name, terms in item.dynamics.items() if terms.stiffness > 0.0]
+    return Stepper(
+        item,
+        [index for index, _ in springs],
+        np.array([terms.stiffness for _, terms in springs]),
+        np.array([terms.spring_reference for _, terms in springs]),
+    )
+
+
+@dataclass(frozen=True)
+class Stepper:
+    """Steps a client, with the spring torques -k (q - q_ref) that PyBullet leaves out."""
+
+    item: PyBulletObject
+    indices: list[int]
+    stiffness: Array
+    reference: Array
+
+    def step(self) -> None:
+        """Advance by one time step."""
+        if self.indices:
+            states = self.item.client.getJointStates(self.item.body, self.indices)
+            positions = np.array([state[0] for state in states])
+            self.item.client.setJointMotorControlArray(
+                self.item.body,
+                self.indices,
+                pybullet.TORQUE_CONTROL,
+                forces=list(self.stiffness * (self.reference - positions)),
+            )
+        self.item.client.stepSimulation()

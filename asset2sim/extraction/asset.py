@@ -1,0 +1,99 @@
+"""The whole asset: links, joints, boxes at rest and closed, and the hash of what was read."""
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from asset2sim.arrays import Array, vector
+from asset2sim.content import hash_files
+from asset2sim.extraction.joints import read_joint, with_ends
+from asset2sim.extraction.links import LinkGeometry, MeshReader, read_link
+from asset2sim.kinematics import apply, link_to_root, tree_of
+from asset2sim.urdf.locate import find_urdf
+from asset2sim.urdf.read import read_urdf
+from asset2sim.urdf.semantics import read_category, read_semantics
+from schemas.asset import AssetRef
+from schemas.base import Vector3
+from schemas.errors import AssetError
+from schemas.features import Features, LinkFeatures
+from schemas.finding import Finding
+from schemas.vocabulary import FailureMode
+
+
+@dataclass(frozen=True)
+class Extraction:
+    """Features, with what later stages need and no table holds.
+
+    ``geometry`` maps link → its hull points and convex pieces, ``mesh_files`` mesh reference → file, or None if missing.
+    ``closed_size`` is the object's box with every joint closed, ``link_centers`` the boxes' centres at rest in the root
+    frame; both m at the authored scale.
+    """
+
+    folder: Path
+    urdf: Path
+    features: Features
+    findings: tuple[Finding, ...]
+    geometry: dict[str, LinkGeometry]
+    mesh_files: dict[str, Path | None]
+    closed_size: Vector3
+    link_centers: dict[str, Vector3]
+
+
+def extract(ref: AssetRef) -> Extraction:
+    """Everything that can be read off one asset.
+
+    Raises AssetError: unreadable_asset (no URDF, not XML, not a tree), missing_mesh (a link none of whose meshes is there),
+    invalid_joint_configuration (numbers that make no sense).
+    """
+    folder = Path(ref.path)
+    urdf = find_urdf(folder)
+    robot = read_urdf(urdf)
+    base = urdf.parent
+    reader = MeshReader(base)
+    labels = read_semantics(folder)
+    links: list[LinkFeatures] = []
+    geometry: dict[str, LinkGeometry] = {}
+    for link in robot.links:
+        kind, label = labels.get(link.name, ("", ""))
+        link_features, geometry[link.name] = read_link(link, label, kind, reader)
+        links.append(link_features)
+    points = {name: item.points for name, item in geometry.items()}
+    if not any(len(cloud) for cloud in points.values()):
+        raise AssetError(FailureMode.MISSING_MESH, "no_geometry", f"{urdf.name}: no link has any geometry")
+    joints = [read_joint(joint, urdf) for joint in robot.joints]
+    tree = tree_of(joints)
+    root = (set(link.name for link in robot.links) - {joint.child for joint in joints}).pop()
+    rest = link_to_root(tree, root, {})
+    low, high = bounds(points, rest)
+    diagonal = float(np.linalg.norm(high - low))
+    joints = [with_ends(joint, tree, root, points, rest, diagonal) for joint in joints]
+    closed = {joint.name: joint.closed for joint in joints if joint.closed is not None}
+    closed_low, closed_high = bounds(points, link_to_root(tree, root, closed))
+    files = [path for path in reader.files.values() if path is not None]
+    companions = [file for file in (folder / "semantics.txt", folder / "meta.json") if file.is_file()]
+    features = Features(
+        asset_id=ref.asset_id,
+        category=ref.category or read_category(folder),
+        urdf_file=urdf.name,
+        root=root,
+        links=tuple(links),
+        joints=tuple(joints),
+        rest_box_min=vector(low),
+        rest_box_max=vector(high),
+        content_hash=hash_files([urdf, *files, *companions]),
+    )
+    centers = {
+        name: vector(apply(rest[name], (cloud.min(axis=0, keepdims=True) + cloud.max(axis=0, keepdims=True)) / 2)[0])
+        for name, cloud in points.items()
+        if len(cloud)
+    }
+    return Extraction(
+        folder, urdf, features, tuple(reader.findings), geometry, reader.files, vector(closed_high - closed_low), centers
+    )
+
+
+def bounds(points: dict[str, Array], poses: dict[str, Array]) -> tuple[Array, Array]:
+    """The (3,) minimum and maximum of all links' points at these poses, in the root's frame."""
+    placed = np.vstack([apply(poses[name], cloud) for name, cloud in points.items() if len(cloud)])
+    return placed.min(axis=0), placed.max(axis=0)

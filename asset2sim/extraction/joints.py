@@ -1,0 +1,82 @@
+"""One joint as authored, and which end of its range is closed."""
+
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+import yourdfpy
+
+from asset2sim.arrays import Array, vector
+from asset2sim.geometry.openness import Ends, joint_ends
+from asset2sim.kinematics import TreeJoint, rpy_of
+from schemas.errors import AssetError
+from schemas.features import JointFeatures
+from schemas.vocabulary import FailureMode
+
+
+def read_joint(joint: yourdfpy.Joint, urdf: Path) -> JointFeatures:
+    """One joint as authored, ends not yet known. Raises AssetError where a limited joint states no usable limits."""
+    origin = np.eye(4) if joint.origin is None else np.asarray(joint.origin, dtype=float)
+    axis = np.array([1.0, 0.0, 0.0]) if joint.axis is None else np.asarray(joint.axis, dtype=float)
+    axis = axis / max(float(np.linalg.norm(axis)), 1e-12)
+    limit, dynamics = joint.limit, joint.dynamics
+    lower = None if limit is None else limit.lower
+    upper = None if limit is None else limit.upper
+    if joint.type in ("revolute", "prismatic") and (lower is None) != (upper is None):
+        raise AssetError(
+            FailureMode.INVALID_JOINT_CONFIGURATION, "half_limits",
+            f"{urdf.name}: joint '{joint.name}' states one limit of two; state both lower and upper", joint=joint.name,
+        )  # fmt: skip
+    limited = joint.type in ("revolute", "prismatic") and lower is not None and upper is not None
+    return JointFeatures(
+        name=joint.name,
+        type=joint.type if limited or joint.type in ("fixed", "continuous") else unlimited(joint, urdf),
+        parent=joint.parent,
+        child=joint.child,
+        origin_xyz=vector(origin[:3, 3]),
+        origin_rpy=vector(rpy_of(origin[:3, :3])),
+        axis=vector(axis),
+        axis_in_root=vector(axis),
+        lower=lower if limited else None,
+        upper=upper if limited else None,
+        effort=None if limit is None else limit.effort,
+        velocity=None if limit is None else limit.velocity,
+        damping=None if dynamics is None else dynamics.damping,
+        friction=None if dynamics is None else dynamics.friction,
+        mimic=None if joint.mimic is None else joint.mimic.joint,
+        closed=None,
+        open=None,
+        openness_confidence=0.0,
+    )
+
+
+def unlimited(joint: yourdfpy.Joint, urdf: Path) -> str:
+    """The type of a revolute or prismatic joint without limits: a hinge turns freely, a slider has no end and is refused."""
+    if joint.type == "revolute":
+        return "continuous"
+    raise AssetError(
+        FailureMode.INVALID_JOINT_CONFIGURATION, "no_limits",
+        f"{urdf.name}: prismatic joint '{joint.name}' has no limits; state lower and upper", joint=joint.name,
+    )  # fmt: skip
+
+
+def with_ends(
+    joint: JointFeatures,
+    tree: Sequence[TreeJoint],
+    root: str,
+    points: dict[str, Array],
+    rest: dict[str, Array],
+    diagonal: float,
+) -> JointFeatures:
+    """The joint with its axis in the root frame and its closed and open ends."""
+    node = next(item for item in tree if item.name == joint.name)
+    turned = (rest[joint.parent] @ node.child_to_parent)[:3, :3] @ node.axis
+    changes: dict[str, object] = {"axis_in_root": vector(turned)}
+    if joint.type == "continuous":
+        changes |= {"closed": 0.0, "open": 0.0}
+    elif joint.movable and joint.lower is not None and joint.upper is not None:
+        # Inverted limits are mended by validation; here they only bound where to look.
+        low, high = sorted((joint.lower, joint.upper))
+        ends: Ends = joint_ends(tree, root, points, node, low, high, diagonal)
+        changes |= {"closed": ends.closed, "open": ends.open, "openness_confidence": ends.confidence}
+    return joint.model_copy(update=changes)

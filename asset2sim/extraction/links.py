@@ -1,0 +1,179 @@
+"""One link: its meshes, their union in the link's frame, and its convex pieces."""
+
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import numpy as np
+import yourdfpy
+
+from asset2sim.arrays import Array, six, vector
+from asset2sim.geometry.hull import hull_vertices, hull_volume
+from asset2sim.geometry.load import load_mesh, primitive, scale_vector
+from asset2sim.geometry.shape import Shape, combined, shape_of
+from asset2sim.urdf.locate import find_mesh
+from schemas.errors import AssetError
+from schemas.features import LinkFeatures, LinkInertial, MeshFeatures
+from schemas.finding import Finding
+from schemas.vocabulary import FailureMode, Severity, Stage, VolumeSource
+
+
+@dataclass
+class MeshReader:
+    """The meshes of one asset, each file read once; what could not be read becomes a finding."""
+
+    folder: Path
+    findings: list[Finding] = field(default_factory=list)
+    files: dict[str, Path | None] = field(default_factory=dict)
+    shapes: dict[tuple[str, tuple[float, ...]], Shape | None] = field(default_factory=dict)
+
+    def note(self, severity: Severity, code: str, message: str, link: str | None = None) -> None:
+        """Add a finding."""
+        self.findings.append(
+            Finding(stage=Stage.EXTRACT, severity=severity, code=code, message=message, link=link)
+        )
+
+    def shape(self, geometry: yourdfpy.Geometry, link: str) -> tuple[str, Shape | None]:
+        """The reference and the shape of one geometry; None, with a finding, where there is nothing to read."""
+        if geometry.mesh is None:
+            mesh = primitive(geometry)
+            name = "primitive"
+            return name, None if mesh is None else shape_of(mesh)
+        reference = geometry.mesh.filename
+        if reference not in self.files:
+            self.files[reference] = find_mesh(reference, self.folder)
+            if self.files[reference] is None:
+                self.note(
+                    Severity.WARNING, "missing_mesh",
+                    f"mesh '{reference}' of link '{link}' is not there; the reference is dropped: restore the file", link,
+                )  # fmt: skip
+        path = self.files[reference]
+        if path is None:
+            return reference, None
+        scale = scale_vector(geometry.mesh)
+        key = (reference, tuple(scale))
+        if key not in self.shapes:
+            try:
+                mesh = load_mesh(path)
+                mesh.apply_scale(scale)
+                self.shapes[key] = shape_of(mesh)
+            except ValueError as error:
+                self.note(
+                    Severity.WARNING, "unreadable_mesh",
+                    f"link '{link}': {error}; the reference is dropped: export the mesh again", link,
+                )  # fmt: skip
+                self.shapes[key] = None
+                self.files[reference] = None
+        return reference, self.shapes[key]
+
+
+@dataclass(frozen=True)
+class _Placed:
+    """A shape in its link's frame: (3, 3) rotation and (3,) translation of its mesh."""
+
+    shape: Shape
+    rotation: Array
+    translation: Array
+    primitive: bool
+
+    def points(self, points: Array) -> Array:
+        return points @ self.rotation.T + self.translation
+
+
+@dataclass(frozen=True)
+class LinkGeometry:
+    """A link's own shapes in its frame: (n, 3) hull points of all of it, and (k, 3) hull points of each convex piece.
+
+    ``pieces`` are those of its meshes; primitives are convex as they are. ``sheets`` are the (k, 3) points of flat meshes.
+    """
+
+    points: Array
+    pieces: tuple[Array, ...]
+    sheets: tuple[Array, ...]
+
+
+def read_link(link: yourdfpy.Link, label: str, kind: str, reader: MeshReader) -> tuple[LinkFeatures, LinkGeometry]:
+    """One link's features and geometry.
+
+    The solids are the collision geometry's where there is any, else the visual's. Raises AssetError (missing_mesh) where
+    the link refers to geometry and none of it can be read.
+    """
+    meshes: list[MeshFeatures] = []
+    placed: dict[str, list[_Placed]] = {"visual": [], "collision": []}
+    wanted = 0
+    for role, items in (("visual", link.visuals), ("collision", link.collisions)):
+        for item in items:
+            wanted += 1
+            file, shape = reader.shape(item.geometry, link.name)
+            if shape is None:
+                continue
+            meshes.append(mesh_features(file, role, shape))
+            origin = np.eye(4) if item.origin is None else np.asarray(item.origin, dtype=float)
+            placed[role].append(_Placed(shape, origin[:3, :3], origin[:3, 3], item.geometry.mesh is None))
+    if wanted and not meshes:
+        raise AssetError(
+            FailureMode.MISSING_MESH, "missing_mesh",
+            f"link '{link.name}': none of its {wanted} meshes can be read; restore its files or remove the link",
+            link=link.name,
+        )  # fmt: skip
+    own = placed["collision"] or placed["visual"]
+    inertial = read_inertial(link.inertial)
+    if not own:
+        empty = LinkFeatures(
+            name=link.name, label=label, joint_kind=kind, meshes=(), volume_m3=0.0, volume_source=VolumeSource.NONE,
+            hull_volume_m3=0.0, area_m2=0.0, box_min=(0.0, 0.0, 0.0), box_max=(0.0, 0.0, 0.0), center=(0.0, 0.0, 0.0),
+            unit_inertia=(0.0, 0.0, 0.0, 0.0, 0.0, 0.0), materials=(), inertial=inertial,
+        )  # fmt: skip
+        return empty, LinkGeometry(np.zeros((0, 3)), (), ())
+    # Sheets have a mass only where nothing else does: beside solid pieces they are decals.
+    solid = [item for item in own if not item.shape.flat] or own
+    body = combined([item.shape.solid.moved(item.rotation, item.translation) for item in solid])
+    points = hull_vertices(np.vstack([item.points(item.shape.points) for item in own]))
+    whole = hull_volume(points)
+    sources = {item.shape.source for item in solid}
+    features = LinkFeatures(
+        name=link.name,
+        label=label,
+        joint_kind=kind,
+        meshes=tuple(meshes),
+        # Pieces overlap in real assets: together they are never more than the link's own hull.
+        volume_m3=min(body.volume, whole) if whole > 0.0 else body.volume,
+        volume_source=sources.pop() if len(sources) == 1 else VolumeSource.MIXED,
+        hull_volume_m3=whole,
+        area_m2=sum(item.shape.area for item in own),
+        box_min=vector(points.min(axis=0)),
+        box_max=vector(points.max(axis=0)),
+        center=vector(body.center),
+        unit_inertia=six(body.inertia / body.volume),
+        materials=tuple(sorted({v.material.name for v in link.visuals if v.material and v.material.name})),
+        inertial=inertial,
+    )
+    meshed = [item for item in own if not item.primitive]
+    pieces = tuple(item.points(piece) for item in meshed for piece in item.shape.pieces)
+    sheets = tuple(item.points(item.shape.points) for item in meshed if item.shape.flat)
+    return features, LinkGeometry(points, pieces, sheets)
+
+
+def mesh_features(file: str, role: str, shape: Shape) -> MeshFeatures:
+    """One mesh reference as a record."""
+    return MeshFeatures(
+        file=file,
+        role=role,
+        watertight=shape.watertight,
+        flat=shape.flat,
+        n_faces=shape.n_faces,
+        volume_m3=shape.solid.volume,
+        volume_source=shape.source,
+        area_m2=shape.area,
+        box_min=vector(shape.box[0]),
+        box_max=vector(shape.box[1]),
+        center=vector(shape.solid.center),
+    )
+
+
+def read_inertial(inertial: yourdfpy.Inertial | None) -> LinkInertial | None:
+    """An authored inertial with its inertia turned into the link's axes, or None where mass or inertia is not stated."""
+    if inertial is None or inertial.mass is None or inertial.inertia is None:
+        return None
+    origin = np.eye(4) if inertial.origin is None else np.asarray(inertial.origin, dtype=float)
+    turned = origin[:3, :3] @ np.asarray(inertial.inertia, dtype=float) @ origin[:3, :3].T
+    return LinkInertial(mass_kg=max(float(inertial.mass), 0.0), com=vector(origin[:3, 3]), inertia=six(turned))

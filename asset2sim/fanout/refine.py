@@ -1,0 +1,71 @@
+"""All assets of a run, refined on a cluster: what finished, and why it stopped if it did."""
+
+import logging
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import partial
+from pathlib import Path
+
+from distributed import Client
+
+from asset2sim.fanout.cluster import open_client
+from asset2sim.fanout.progress import progress
+from asset2sim.fanout.spread import LostClusterError, spread
+from asset2sim.fanout.worker import PIPELINE, refine_on_worker
+from asset2sim.isolation import accept_children, stop_children
+from asset2sim.isolation.asset import failed_record
+from asset2sim.isolation.server import warm_up
+from asset2sim.run_result import INTERRUPTED
+from schemas.asset import AssetRecord, AssetRef
+from schemas.settings import Settings
+from schemas.vocabulary import FailureMode
+
+logger = logging.getLogger(__name__)
+
+
+@dataclass(frozen=True)
+class Refined:
+    """The records of the assets that finished, in the dataset's order; ``stopped`` says why that is not all of them."""
+
+    records: tuple[AssetRecord, ...]
+    stopped: str | None
+
+
+def refine_all(refs: Sequence[AssetRef], out: Path, settings: Settings, pipeline: str = PIPELINE) -> Refined:
+    """Refine every asset into ``out`` (absolute), on the cluster of ``settings.run``.
+
+    Ctrl-C and the loss of the cluster end it early, with no child process left and with the records that there are.
+    """
+    records: list[AssetRecord] = []
+    stopped: str | None = None
+    accept_children(str(out))
+    warm_up()
+    with open_client(settings.run) as client, progress(len(refs)) as report:
+        work = partial(refine_on_worker, out=out, settings=settings, pipeline=pipeline)
+        try:
+            for record in spread(client, refs, work, partial(_lost, settings=settings)):
+                records.append(record)
+                report(record)
+        except KeyboardInterrupt:
+            stopped = INTERRUPTED
+            _stop(client, out, settings)
+        except LostClusterError as error:
+            stopped = str(error)
+    place = {ref.asset_id: number for number, ref in enumerate(refs)}
+    return Refined(tuple(sorted(records, key=lambda record: place[record.ref.asset_id])), stopped)
+
+
+def _lost(ref: AssetRef, reason: str, settings: Settings) -> AssetRecord:
+    return failed_record(ref, settings, FailureMode.ENGINE_CRASH, reason)
+
+
+def _stop(client: Client, out: Path, settings: Settings) -> None:
+    """Kill this run's children, here or on the workers of another's cluster, which must accept a later run's again."""
+    if settings.run.scheduler is None:
+        stop_children(str(out))
+        return
+    try:
+        client.run(stop_children, str(out))
+        client.run(accept_children, str(out))
+    except (OSError, TimeoutError) as error:
+        logger.warning("cannot stop the workers (%s); what they still do ends with its time limit", error)

@@ -1,0 +1,1 @@
+"""Meshes, their volumes and hulls, and what they say about joints."""

@@ -1,0 +1,53 @@
+"""Convex hulls of point sets, and the mass properties of what a closed surface encloses."""
+
+import numpy as np
+import trimesh
+from scipy.spatial import ConvexHull, QhullError
+
+from asset2sim.arrays import Array
+
+FLAT_THICKNESS = 1e-4
+"""Thickness over longest extent below which a mesh is a sheet: decals of real assets lie below 1e-6, thin panels above 1e-3."""
+
+
+def hull_of(points: Array) -> tuple[Array, Array] | None:
+    """The (m, 3) hull vertices and (k, 3, 3) outward triangles of (n, 3) points, or None where they are coplanar."""
+    extent = float(np.ptp(points, axis=0).max()) if len(points) else 0.0
+    if len(points) < 4 or extent <= 0.0:
+        return None
+    try:
+        hull = ConvexHull(points)
+    except QhullError:
+        return None
+    if 3.0 * hull.volume <= FLAT_THICKNESS * extent * hull.area:
+        return None
+    triangles = points[hull.simplices]
+    normals = np.cross(triangles[:, 1] - triangles[:, 0], triangles[:, 2] - triangles[:, 0])
+    inward = np.einsum("ij,ij->i", normals, hull.equations[:, :3]) < 0.0
+    triangles[inward] = triangles[inward][:, ::-1]
+    return points[hull.vertices], triangles
+
+
+def solid(triangles: Array) -> tuple[float, Array, Array]:
+    """Volume, (3,) centre of mass and (3, 3) inertia about it of a closed surface of (k, 3, 3) outward triangles."""
+    # Integrals about a point of the surface's own box lose fewer digits than about a distant origin.
+    origin = triangles.reshape(-1, 3).mean(axis=0)
+    with np.errstate(divide="ignore", invalid="ignore"):  # a surface that encloses nothing has no centre; callers see volume 0
+        properties = trimesh.triangles.mass_properties(triangles - origin, density=1.0, skip_inertia=False)
+    return float(properties.volume), np.asarray(properties.center_mass) + origin, np.asarray(properties.inertia)
+
+
+def hull_vertices(points: Array) -> Array:
+    """The points that span the hull of (n, 3) points; all of them where they are coplanar."""
+    try:
+        return points[ConvexHull(points).vertices]
+    except (QhullError, ValueError):
+        return points
+
+
+def hull_volume(points: Array) -> float:
+    """Volume of the hull of (n, 3) points, m³; 0 where they are coplanar."""
+    try:
+        return float(ConvexHull(points).volume)
+    except (QhullError, ValueError):
+        return 0.0

@@ -1,0 +1,52 @@
+"""Loading the geometry of one visual or collision: a mesh file of any kind trimesh reads, or a primitive."""
+
+from pathlib import Path
+
+import numpy as np
+import trimesh
+import yourdfpy
+
+from asset2sim.arrays import Array
+
+
+def load_mesh(path: Path) -> trimesh.Trimesh:
+    """The file's triangles as one mesh with merged vertices, materials left behind.
+
+    Scenes (COLLADA, glTF) are flattened with their node transforms. Raises ValueError, naming the file, if it cannot be
+    read or holds no triangle.
+    """
+    try:
+        mesh = trimesh.load_mesh(str(path), skip_materials=True, process=False)
+        if isinstance(mesh, trimesh.Scene):
+            mesh = mesh.to_mesh()
+    except Exception as error:  # a loader raises whatever its format's parser raises
+        raise ValueError(f"{path.name}: cannot be read as a mesh ({type(error).__name__}: {error})") from error
+    if not isinstance(mesh, trimesh.Trimesh) or len(mesh.faces) == 0:
+        raise ValueError(f"{path.name}: holds no triangle")
+    if not np.isfinite(mesh.vertices).all():
+        raise ValueError(f"{path.name}: has vertices that are not finite")
+    bare = trimesh.Trimesh(vertices=mesh.vertices, faces=mesh.faces, process=False)
+    bare.merge_vertices()
+    bare.update_faces(bare.nondegenerate_faces())
+    bare.remove_unreferenced_vertices()
+    if len(bare.faces) == 0:
+        raise ValueError(f"{path.name}: every triangle is degenerate")
+    return bare
+
+
+def primitive(geometry: yourdfpy.Geometry) -> trimesh.Trimesh | None:
+    """The mesh of a URDF box, cylinder or sphere, or None if the geometry is none of these."""
+    if geometry.box is not None:
+        return trimesh.creation.box(extents=geometry.box.size)
+    if geometry.cylinder is not None:
+        return trimesh.creation.cylinder(radius=geometry.cylinder.radius, height=geometry.cylinder.length)
+    if geometry.sphere is not None:
+        return trimesh.creation.icosphere(subdivisions=3, radius=geometry.sphere.radius)
+    return None
+
+
+def scale_vector(mesh: yourdfpy.Mesh) -> Array:
+    """The (3,) scale of a mesh reference; 1 where it states none."""
+    if mesh.scale is None:
+        return np.ones(3)
+    return np.broadcast_to(np.asarray(mesh.scale, dtype=float), (3,)).copy()

@@ -1,0 +1,45 @@
+"""The convex pieces that a mesh stands for: the hull of each connected shell, in place of whatever hull an engine would make.
+
+Engines disagree on what a mesh is for collision: PyBullet takes one hull per OBJ group, MuJoCo one per file, and both close
+the gaps between separate shells. Written out as convex pieces, every engine simulates the same shapes.
+"""
+
+import numpy as np
+import trimesh
+from scipy.sparse import coo_matrix
+from scipy.sparse.csgraph import connected_components
+
+from asset2sim.arrays import Array
+from asset2sim.geometry.hull import hull_of
+
+MOST_SHELLS = 24
+"""Shells above which the whole hull is kept: a mesh of many fragments is one part drawn in pieces, not many parts."""
+LOOSE_SHARE = 0.5
+"""Share of the area in flat shells from which the shells are faces of one solid (a box drawn as six loose sides)."""
+
+
+def convex_pieces(mesh: trimesh.Trimesh) -> tuple[Array, ...]:
+    """The hull points (k, 3) of each convex piece, in the mesh's frame; empty where the whole mesh is flat.
+
+    Flat shells among solid ones are decals: they are left out.
+    """
+    points = np.asarray(mesh.vertices, dtype=float)
+    whole = hull_of(points)
+    if whole is None:
+        return ()
+    edges = mesh.edges
+    adjacency = coo_matrix((np.ones(len(edges)), (edges[:, 0], edges[:, 1])), shape=(len(points), len(points)))
+    count, label = connected_components(adjacency, directed=False)
+    if count == 1 or count > MOST_SHELLS:
+        return (whole[0],)
+    face_label = label[mesh.faces[:, 0]]
+    hulls, flat_area = [], 0.0
+    for shell in range(count):
+        hull = hull_of(points[label == shell])
+        if hull is None:
+            flat_area += float(mesh.area_faces[face_label == shell].sum())
+        else:
+            hulls.append(hull[0])
+    if not hulls or flat_area > LOOSE_SHARE * float(mesh.area):
+        return (whole[0],)
+    return tuple(hulls)

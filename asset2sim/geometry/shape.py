@@ -1,0 +1,103 @@
+"""Volume, centre and inertia of one mesh: signed where it is closed, its convex pieces where not, a slab where it is flat."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import trimesh
+
+from asset2sim.arrays import Array
+from asset2sim.geometry.hull import hull_of, solid
+from asset2sim.geometry.pieces import convex_pieces
+from asset2sim.physics.inertia import box_inertia
+from schemas.vocabulary import VolumeSource
+
+SLAB_THICKNESS = 1e-3
+"""Thickness over longest extent that a sheet is given, so that it has a mass and an inertia."""
+
+
+@dataclass(frozen=True)
+class Solid:
+    """Volume (m³), (3,) centre of mass, and (3, 3) inertia about it at unit density."""
+
+    volume: float
+    center: Array
+    inertia: Array
+
+    def moved(self, rotation: Array, translation: Array) -> "Solid":
+        """The same solid in another frame: (3, 3) rotation, then (3,) translation."""
+        return Solid(self.volume, rotation @ self.center + translation, rotation @ self.inertia @ rotation.T)
+
+
+@dataclass(frozen=True)
+class Shape:
+    """One mesh as physics sees it, in the mesh's frame.
+
+    ``points`` are the (n, 3) vertices of its hull, or all of them where it is flat; ``pieces`` the (k, 3) hull points of
+    each convex piece, none where it is flat; ``box`` the (2, 3) minimum and maximum.
+    """
+
+    solid: Solid
+    source: VolumeSource
+    points: Array
+    pieces: tuple[Array, ...]
+    area: float
+    watertight: bool
+    n_faces: int
+    box: Array
+
+    @property
+    def flat(self) -> bool:
+        """Whether the mesh is a sheet that encloses nothing."""
+        return not self.pieces
+
+
+def shape_of(mesh: trimesh.Trimesh) -> Shape:
+    """The shape of a mesh that has at least one face and merged vertices."""
+    points = np.asarray(mesh.vertices, dtype=float)
+    box = np.array([points.min(axis=0), points.max(axis=0)])
+    watertight = bool(mesh.is_watertight)
+    hull = hull_of(points)
+    if hull is None:
+        return Shape(slab(points), VolumeSource.BOX, points, (), float(mesh.area), watertight, len(mesh.faces), box)
+    pieces = convex_pieces(mesh)
+    body, source = combined([solid_of(piece) for piece in pieces]), VolumeSource.HULL
+    if watertight:
+        volume, center, inertia = solid(np.asarray(mesh.triangles, dtype=float))
+        sign = float(np.sign(volume))
+        # An inside-out or self-crossing shell integrates to nonsense; no solid exceeds its hull.
+        if 0.0 < abs(volume) <= 1.001 * solid_of(hull[0]).volume and np.linalg.eigvalsh(inertia * sign)[0] > 0.0:
+            body, source = Solid(abs(volume), center, inertia * sign), VolumeSource.SIGNED
+    return Shape(body, source, hull[0], pieces, float(mesh.area), watertight, len(mesh.faces), box)
+
+
+def solid_of(points: Array) -> Solid:
+    """The solid hull of (n, 3) points that are not coplanar."""
+    hull = hull_of(points)
+    if hull is None:
+        return slab(points)
+    return Solid(*solid(hull[1]))
+
+
+def slab(points: Array) -> Solid:
+    """A sheet as the box around its own plane, a thousandth of its extent thick."""
+    center = points.mean(axis=0)
+    _, _, axes = np.linalg.svd(points - center, full_matrices=False)
+    axes = np.vstack([axes, np.zeros((3 - len(axes), 3))])
+    axes[2] = np.cross(axes[0], axes[1])
+    along = (points - center) @ axes.T
+    low, high = along.min(axis=0), along.max(axis=0)
+    size = np.maximum(high - low, SLAB_THICKNESS * max(float((high - low).max()), 1e-9))
+    volume = float(size.prod())
+    return Solid(volume, center + axes.T @ ((low + high) / 2.0), axes.T @ box_inertia(volume, size) @ axes)
+
+
+def combined(solids: Sequence[Solid]) -> Solid:
+    """Several solids in one frame as one (parallel-axis theorem); overlaps count twice."""
+    volume = sum(item.volume for item in solids)
+    center = np.sum([item.volume * item.center for item in solids], axis=0) / volume
+    inertia = np.zeros((3, 3))
+    for item in solids:
+        offset = item.center - center
+        inertia += item.inertia + item.volume * (offset @ offset * np.eye(3) - np.outer(offset, offset))
+    return Solid(float(volume), center, inertia)

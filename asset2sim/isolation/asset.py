@@ -1,0 +1,102 @@
+"""One asset, from reference to record, whatever happens to the process in which it is refined."""
+
+import importlib
+from collections.abc import Callable
+from pathlib import Path
+
+from asset2sim.isolation.outcome import Ending, Outcome
+from asset2sim.isolation.run import run_isolated
+from schemas.asset import AssetRecord, AssetRef
+from schemas.call import ModelCall
+from schemas.errors import Asset2SimError
+from schemas.finding import Finding
+from schemas.request import ModelAnswer, ModelRequest
+from schemas.settings import Settings
+from schemas.vocabulary import FailureMode, Severity, Stage, Status
+
+Ask = Callable[[ModelRequest], ModelAnswer]
+
+LOG_FOLDER = "logs"
+
+
+class StoppedError(Asset2SimError):
+    """The run was stopped while this asset was in work; it has no record."""
+
+
+def log_file(out: Path, asset_id: str) -> Path:
+    """Where the console lines of one asset's process are kept, if it prints any."""
+    return out / LOG_FOLDER / f"{asset_id}.log"
+
+
+def refine_in_child(pipeline: str, ref: AssetRef, out: Path, settings: Settings, ask: Ask) -> AssetRecord:
+    """Refine one asset in a child process under the limits of ``settings.run``; always answers with a record.
+
+    ``pipeline`` names a function as ``module:function``, which the child imports and calls as
+    ``function(ref, out, settings, ask=ask)``; it returns the record. ``ask`` runs in this process. A child that crashes, hangs, outgrows its memory or raises leaves a failed record, which
+    keeps the model calls it had made. Raises ``StoppedError`` where ``stop_children(str(out))`` ended it.
+    """
+    calls: list[ModelCall] = []
+
+    def ask_and_keep(request: ModelRequest) -> ModelAnswer:
+        answer = ask(request)
+        calls.extend(answer.calls)
+        return answer
+
+    outcome = run_isolated(
+        call_by_name,
+        (pipeline, ref, out, settings),
+        time_limit_s=settings.run.asset_time_limit_s,
+        memory_limit_mb=settings.run.asset_memory_limit_mb,
+        services={"ask": ask_and_keep},
+        log_path=log_file(out, ref.asset_id),
+        owner=str(out),
+    )
+    if outcome.ending is Ending.STOPPED:
+        raise StoppedError(f"asset {ref.asset_id} was stopped with the run")
+    if outcome.ending is Ending.RETURNED and isinstance(outcome.value, AssetRecord):
+        return outcome.value
+    return record_of_death(ref, out, settings, outcome, tuple(calls))
+
+
+def call_by_name(name: str, *args: object, **services: object) -> object:
+    """Import ``module:function`` and call it."""
+    module, _, function = name.partition(":")
+    return getattr(importlib.import_module(module), function)(*args, **services)
+
+
+def record_of_death(
+    ref: AssetRef, out: Path, settings: Settings, outcome: Outcome, calls: tuple[ModelCall, ...]
+) -> AssetRecord:
+    """The failed record of an asset whose process did not come back with one."""
+    timed_out = outcome.ending is Ending.TIMED_OUT
+    mode = FailureMode.TIMEOUT if timed_out else FailureMode.ENGINE_CRASH
+    reason = outcome.reason or f"the pipeline returned {type(outcome.value).__name__} instead of a record"
+    log = log_file(out, ref.asset_id)
+    if log.exists():
+        reason = f"{reason} (see {log.relative_to(out)})"
+    return failed_record(ref, settings, mode, reason, seconds={"total": outcome.seconds}, calls=calls)
+
+
+def failed_record(
+    ref: AssetRef,
+    settings: Settings,
+    mode: FailureMode,
+    reason: str,
+    *,
+    seconds: dict[str, float] | None = None,
+    calls: tuple[ModelCall, ...] = (),
+) -> AssetRecord:
+    """A record that holds nothing but why there is nothing in it, with one finding that says the same."""
+    message = f"asset {ref.asset_id}: {reason}"
+    return AssetRecord(
+        ref=ref,
+        category=ref.category or "unknown",
+        method=settings.method,
+        model=settings.model.model,
+        status=Status.FAILED,
+        failure_mode=mode,
+        reason=reason,
+        findings=(Finding(stage=Stage.REFINE, severity=Severity.ERROR, code=mode.value, message=message),),
+        calls=calls,
+        seconds=seconds or {},
+    )

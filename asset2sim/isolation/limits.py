@@ -1,0 +1,74 @@
+"""What a child process does to itself before it works: its own process group, its limits, its log, and no survivors."""
+
+import faulthandler
+import fcntl
+import os
+import resource
+import signal
+import threading
+from multiprocessing import connection, parent_process
+from pathlib import Path
+
+MEGABYTE = 1024 * 1024
+
+
+def lead_own_group() -> None:
+    """Leave the terminal's process group: Ctrl-C goes to the parent alone, and the parent can kill the whole group."""
+    os.setsid()
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+
+
+def die_with_parent() -> None:
+    """Have this process group killed when the parent process goes, however it goes.
+
+    The fork server is no help here: it lives on while any child does. On Linux the kernel does it, by a signal on the
+    pipe whose other end only the parent holds, so a hang in C that never gives up the interpreter dies too.
+    """
+    parent = parent_process()
+    if parent is None:
+        raise RuntimeError("die_with_parent() is for child processes")
+    sentinel = parent.sentinel
+    if hasattr(fcntl, "F_SETSIG"):
+        fcntl.fcntl(sentinel, fcntl.F_SETOWN, -os.getpgrp())
+        fcntl.fcntl(sentinel, fcntl.F_SETSIG, signal.SIGKILL)
+        fcntl.fcntl(sentinel, fcntl.F_SETFL, fcntl.fcntl(sentinel, fcntl.F_GETFL) | os.O_ASYNC)
+        if connection.wait([sentinel], timeout=0):
+            os.killpg(0, signal.SIGKILL)
+    else:
+        threading.Thread(target=_kill_group_after, args=(sentinel,), daemon=True).start()
+
+
+def _kill_group_after(sentinel: int) -> None:
+    connection.wait([sentinel])
+    os.killpg(0, signal.SIGKILL)
+
+
+def limit_memory(megabytes: int) -> None:
+    """Let this process add at most so much address space to what it has; further allocations fail. Linux only.
+
+    Address space, not resident memory, because Linux enforces no limit on the latter. The share that the engines' code
+    takes is already there when the limit is set, hence the addition.
+    """
+    statm = Path("/proc/self/statm")
+    if not statm.exists():
+        return
+    present = int(statm.read_text(encoding="ascii").split()[0]) * resource.getpagesize()
+    wanted = present + megabytes * MEGABYTE
+    _, hard = resource.getrlimit(resource.RLIMIT_AS)
+    resource.setrlimit(resource.RLIMIT_AS, (wanted if hard == resource.RLIM_INFINITY else min(wanted, hard), hard))
+
+
+def forbid_core_files() -> None:
+    """Write no core file on a crash: they are large, and land wherever the run was started."""
+    resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
+
+
+def log_to(path: Path) -> None:
+    """Send everything that this process prints, C code included, to a file, with a traceback on a crash or SIGUSR1."""
+    path.parent.mkdir(parents=True, exist_ok=True)
+    descriptor = os.open(path, os.O_WRONLY | os.O_CREAT | os.O_TRUNC | os.O_APPEND, 0o644)
+    os.dup2(descriptor, 1)
+    os.dup2(descriptor, 2)
+    os.close(descriptor)
+    faulthandler.enable(file=2)
+    faulthandler.register(signal.SIGUSR1, file=2)

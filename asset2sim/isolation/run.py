@@ -1,0 +1,132 @@
+"""Run a function in a killable child process, answer its questions meanwhile, and say how it ended."""
+
+import os
+import pickle
+import signal
+import time
+from collections.abc import Callable, Mapping
+from multiprocessing import connection
+from multiprocessing.connection import Connection
+from multiprocessing.context import ForkServerProcess
+from pathlib import Path
+
+from asset2sim.isolation import stopping
+from asset2sim.isolation.messages import Answer, Call, Raised, Returned
+from asset2sim.isolation.outcome import Ending, Outcome
+from asset2sim.isolation.server import PROCESS_LOCK, start_child
+
+DUMP_WAIT_S = 0.1
+"""Time that a child gets to write down where it hangs before it is killed, s."""
+REAP_WAIT_S = 5.0
+"""Time in which a killed child must be gone, s: only a process stuck in the kernel takes longer."""
+
+
+def run_isolated(
+    function: Callable[..., object],
+    args: tuple[object, ...],
+    *,
+    time_limit_s: float,
+    memory_limit_mb: int,
+    services: Mapping[str, Callable[..., object]],
+    log_path: Path,
+    owner: str = "",
+) -> Outcome:
+    """Call ``function(*args, **services)`` in a child process of its own and wait for it.
+
+    ``function`` must be importable by name and its arguments and result picklable. Each service runs here, in the
+    calling thread, when the child calls it by keyword; the time it takes is not the child's, so it does not count
+    towards ``time_limit_s``. What the child prints goes to ``log_path``, which is removed if it stays empty. ``owner`` is
+    whom ``stop_children`` stops it for. Never raises for what the child does; raises ``UsageError`` where this process may
+    not have children.
+    """
+    if stopping.is_stopped(owner):
+        return Outcome(Ending.STOPPED, None, "stopped before it began", "", 0.0, 0.0)
+    work = pickle.dumps((function, args))
+    process, pipe = start_child(work, tuple(services), memory_limit_mb, log_path)
+    pid = process.pid
+    assert pid is not None, "a started process has an id"
+    stopping.register(pid, owner)
+    try:
+        return _supervise(process, pid, pipe, time_limit_s, memory_limit_mb, services, owner)
+    finally:
+        stopping.kill_group(pid)
+        _exit_code(process)
+        stopping.forget(pid)
+        pipe.close()
+        if log_path.exists() and log_path.stat().st_size == 0:
+            log_path.unlink()
+
+
+def _supervise(
+    process: ForkServerProcess,
+    pid: int,
+    pipe: Connection,
+    time_limit_s: float,
+    memory_limit_mb: int,
+    services: Mapping[str, Callable[..., object]],
+    owner: str,
+) -> Outcome:
+    started = time.monotonic()
+    served = 0.0
+
+    def outcome(ending: Ending, reason: str, value: object = None, detail: str = "") -> Outcome:
+        return Outcome(ending, value, reason, detail, time.monotonic() - started, served)
+
+    while True:
+        left = started + time_limit_s + served - time.monotonic()
+        if left <= 0 or not connection.wait([pipe], timeout=left):
+            _dump_traceback(pid)
+            return outcome(Ending.TIMED_OUT, f"not done after {time_limit_s:g} s, and killed")
+        try:
+            message = pipe.recv()
+            if isinstance(message, Call):
+                asked = time.monotonic()
+                answer = _serve(services, message)
+                served += time.monotonic() - asked
+                pipe.send(answer)
+                continue
+        except (EOFError, ConnectionError):
+            if stopping.is_stopped(owner):
+                return outcome(Ending.STOPPED, "stopped with the run")
+            return outcome(Ending.DIED, _cause_of_death(_exit_code(process), memory_limit_mb))
+        if isinstance(message, Returned):
+            return outcome(Ending.RETURNED, "", value=message.value)
+        if isinstance(message, Raised):
+            if message.out_of_memory:
+                reason = f"needed more than the {memory_limit_mb} MB of memory that one asset may add"
+                return outcome(Ending.OUT_OF_MEMORY, reason, detail=message.traceback)
+            return outcome(Ending.RAISED, f"{message.type_name}: {message.message}", detail=message.traceback)
+        return outcome(Ending.DIED, f"the child process said {type(message).__name__}, which means nothing here")
+
+
+def _serve(services: Mapping[str, Callable[..., object]], call: Call) -> Answer:
+    try:
+        return Answer(value=services[call.service](*call.args))
+    except Exception as error:  # whatever a service raises is the caller's to hear of, and the caller is the child
+        return Answer(error=f"{type(error).__name__}: {error}")
+
+
+def _dump_traceback(pid: int) -> None:
+    try:
+        os.kill(pid, signal.SIGUSR1)
+    except ProcessLookupError:
+        return
+    time.sleep(DUMP_WAIT_S)
+
+
+def _exit_code(process: ForkServerProcess) -> int | None:
+    """Wait for a dead child's exit code: negative is the signal that killed it."""
+    connection.wait([process.sentinel], timeout=REAP_WAIT_S)
+    with PROCESS_LOCK:
+        return process.exitcode
+
+
+def _cause_of_death(exit_code: int | None, memory_limit_mb: int) -> str:
+    if exit_code is None or exit_code >= 0:
+        return f"the process in which the asset ran ended with exit code {exit_code} and without a result"
+    name = signal.Signals(-exit_code).name
+    hint = {
+        "SIGKILL": "; Linux does that when memory runs out: use fewer workers",
+        "SIGABRT": f"; a library gave up, perhaps over the memory limit of {memory_limit_mb} MB",
+    }.get(name, "")
+    return f"the process in which the asset ran was killed by {name}{hint}"

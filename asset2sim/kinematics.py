@@ -1,0 +1,104 @@
+"""Forward kinematics of a joint tree: plain arrays in, plain arrays out."""
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.spatial.transform import Rotation
+
+from asset2sim.arrays import Array
+from schemas.features import JointFeatures
+
+
+@dataclass(frozen=True)
+class TreeJoint:
+    """One joint of a tree, ready to be evaluated.
+
+    ``child_to_parent`` is the (4, 4) transform at position zero, ``axis`` the (3,) unit axis in the joint's frame.
+    """
+
+    name: str
+    type: str
+    parent: str
+    child: str
+    child_to_parent: Array
+    axis: Array
+
+
+def transform(xyz: Sequence[float], rpy: Sequence[float] = (0.0, 0.0, 0.0)) -> Array:
+    """(4, 4) transform of a URDF origin: translation in metres, fixed-axis roll, pitch and yaw in radians."""
+    matrix = np.eye(4)
+    matrix[:3, :3] = Rotation.from_euler("xyz", rpy).as_matrix()
+    matrix[:3, 3] = xyz
+    return matrix
+
+
+def rpy_of(rotation: Array) -> Array:
+    """(3,) fixed-axis roll, pitch and yaw of a (3, 3) rotation, rad, as URDF writes them."""
+    pitch = math.atan2(-rotation[2, 0], math.hypot(rotation[0, 0], rotation[1, 0]))
+    if abs(math.cos(pitch)) < 1e-9:
+        return np.array([math.atan2(-rotation[1, 2], rotation[1, 1]), pitch, 0.0])
+    return np.array(
+        [math.atan2(rotation[2, 1], rotation[2, 2]), pitch, math.atan2(rotation[1, 0], rotation[0, 0])]
+    )
+
+
+def tree_of(joints: Sequence[JointFeatures], scale: float = 1.0) -> tuple[TreeJoint, ...]:
+    """The joints as a tree in topological order (parents first), with every length multiplied by ``scale``."""
+    remaining = [
+        TreeJoint(
+            joint.name,
+            joint.type,
+            joint.parent,
+            joint.child,
+            transform([scale * v for v in joint.origin_xyz], joint.origin_rpy),
+            np.asarray(joint.axis, dtype=float),
+        )
+        for joint in joints
+    ]
+    children = {joint.child for joint in remaining}
+    known = {joint.parent for joint in remaining if joint.parent not in children}
+    ordered: list[TreeJoint] = []
+    while remaining:
+        ready = [joint for joint in remaining if joint.parent in known]
+        if not ready:
+            raise ValueError("the joints do not form a tree: " + ", ".join(joint.name for joint in remaining))
+        ordered.extend(ready)
+        known.update(joint.child for joint in ready)
+        remaining = [joint for joint in remaining if joint.child not in known]
+    return tuple(ordered)
+
+
+def motion(joint: TreeJoint, position: float) -> Array:
+    """(4, 4) transform of the joint's own motion at ``position`` (radians or metres), in the joint's frame."""
+    matrix = np.eye(4)
+    if joint.type in ("revolute", "continuous"):
+        matrix[:3, :3] = Rotation.from_rotvec(joint.axis * position).as_matrix()
+    elif joint.type == "prismatic":
+        matrix[:3, 3] = joint.axis * position
+    return matrix
+
+
+def link_to_root(tree: Sequence[TreeJoint], root: str, positions: Mapping[str, float]) -> dict[str, Array]:
+    """Link name → (4, 4) link-to-root transform at these joint positions; joints not named are at zero."""
+    poses: dict[str, Array] = {root: np.eye(4)}
+    for joint in tree:
+        step = joint.child_to_parent @ motion(joint, positions.get(joint.name, 0.0))
+        poses[joint.child] = poses[joint.parent] @ step
+    return poses
+
+
+def subtree(tree: Sequence[TreeJoint], joint: str) -> tuple[str, ...]:
+    """The links that the named joint moves: its child and everything beyond."""
+    moved: list[str] = []
+    for item in tree:
+        if item.name == joint or item.parent in moved:
+            moved.append(item.child)
+    return tuple(moved)
+
+
+def apply(matrix: Array, points: Array) -> Array:
+    """(n, 3) points moved by a (4, 4) transform."""
+    moved: Array = points @ matrix[:3, :3].T + matrix[:3, 3]
+    return moved

@@ -1,0 +1,153 @@
+"""A model's answer, turned into a schema or refused with every reason."""
+
+import json
+from collections import Counter
+from collections.abc import Iterable, Sequence
+from typing import TypeVar
+
+from pydantic import Field, ValidationError
+
+from asset2sim.models.lenient_json import parse_json
+from schemas.base import Finite, Frozen
+from schemas.errors import InvalidAnswerError
+from schemas.features import Features
+from schemas.overlay import JointProposal, LinkProposal, Overlay
+
+__all__ = ["InvalidFieldsError", "RefinementAnswer", "parse_json", "parse_overlay", "parse_refinement"]
+
+_PARTS: dict[str, type[Frozen]] = {"links": LinkProposal, "joints": JointProposal}
+_Model = TypeVar("_Model", bound=Frozen)
+
+MAX_VIOLATIONS = 20
+"""Violations that a message lists; a model that makes more has misread the question."""
+MAX_CHOICES = 40
+"""Names that a message offers in place of an unknown one."""
+
+
+class RefinementAnswer(Frozen):
+    """A model's step: whether the state is right, whether it is done, and what to add to which joint's position."""
+
+    state_ok: bool
+    approved: bool
+    deltas: dict[str, Finite] = Field(default_factory=dict)
+
+
+class InvalidFieldsError(InvalidAnswerError):
+    """An answer whose fields do not fit; ``violations`` has a line for each."""
+
+    def __init__(self, violations: Sequence[str]) -> None:
+        self.violations = tuple(violations)
+        shown = "; ".join(self.violations[:MAX_VIOLATIONS])
+        more = len(self.violations) - MAX_VIOLATIONS
+        super().__init__(shown + (f"; and {more} more" if more > 0 else ""))
+
+    def __reduce__(self) -> tuple[object, ...]:
+        return InvalidFieldsError, (self.violations,)
+
+
+def parse_overlay(text: str, features: Features) -> Overlay:
+    """The overlay in a model's answer: finite, non-negative, names known and given once, positions for movable joints.
+
+    Raises ``InvalidAnswerError`` with every violation, its path and the valid choices. Whether the numbers are sensible
+    is for validation to say.
+    """
+    overlay = _fit(Overlay, parse_json(text))
+    links = [link.name for link in features.links]
+    joints = [joint.name for joint in features.joints]
+    movable = [joint.name for joint in features.movable_joints]
+    positions = overlay.initial_joint_positions
+    violations = [
+        *_name_violations("links", [link.name for link in overlay.links], "link", links),
+        *_name_violations("joints", [joint.name for joint in overlay.joints], "joint", joints),
+        *_key_violations("initial_joint_positions", positions, "movable joint", movable),
+        *(
+            f"asked[{index}]: '{_short(name)}' is neither 'scale' nor a joint; joints are: {_listed(joints)}"
+            for index, name in enumerate(overlay.asked)
+            if name != "scale" and name not in joints
+        ),
+    ]
+    if violations:
+        raise InvalidFieldsError(violations)
+    return overlay
+
+
+def parse_refinement(text: str, focus: Sequence[str]) -> RefinementAnswer:
+    """The step in a model's answer; deltas only for the focus joints. Raises ``InvalidAnswerError`` as above."""
+    answer = _fit(RefinementAnswer, parse_json(text))
+    violations = _key_violations("deltas", answer.deltas, "focus joint", focus)
+    if violations:
+        raise InvalidFieldsError(violations)
+    return answer
+
+
+def _fit(model: type[_Model], value: object) -> _Model:
+    if not isinstance(value, dict):
+        raise InvalidFieldsError([f"the answer is a JSON {_json_type(value)}; an object is wanted"])
+    try:
+        # Through JSON again, because strict mode takes a list for a tuple only there.
+        return model.model_validate_json(json.dumps(value), strict=True)
+    except ValidationError as error:
+        lines = [
+            _violation(".".join(_path(item["loc"])), item["msg"], item["type"], item["input"], item["loc"], model)
+            for item in error.errors(include_url=False)
+        ]
+        raise InvalidFieldsError(lines) from None
+
+
+def _violation(
+    path: str, message: str, kind: str, value: object, loc: tuple[int | str, ...], model: type[Frozen]
+) -> str:
+    if kind == "extra_forbidden":
+        owner = model
+        if len(loc) > 1:
+            owner = _PARTS.get(str(loc[0]), model)
+        return f"{path}: no such field; fields are: {_listed(sorted(owner.model_fields))}"
+    if kind == "missing":
+        return f"{path}: this field is required"
+    return f"{path or 'the answer'}: {message}, not {_short(json.dumps(value, default=str))}"
+
+
+def _path(loc: Iterable[int | str]) -> list[str]:
+    parts: list[str] = []
+    for item in loc:
+        if isinstance(item, int) and parts:
+            parts[-1] += f"[{item}]"
+        else:
+            parts.append(_short(str(item)))
+    return parts
+
+
+def _name_violations(path: str, names: Sequence[str], kind: str, known: Sequence[str]) -> list[str]:
+    unknown = [
+        f"{path}[{index}].name: unknown {kind} '{_short(name)}'; {kind}s are: {_listed(known)}"
+        for index, name in enumerate(names)
+        if name not in known
+    ]
+    twice = [
+        f"{path}: {kind} '{_short(name)}' is given {count} times; once is wanted"
+        for name, count in Counter(names).items()
+        if count > 1
+    ]
+    return unknown + twice
+
+
+def _key_violations(path: str, names: Iterable[str], kind: str, known: Sequence[str]) -> list[str]:
+    return [
+        f"{path}.{_short(name)}: '{_short(name)}' is not a {kind}; {kind}s are: {_listed(known)}"
+        for name in names
+        if name not in known
+    ]
+
+
+def _listed(names: Sequence[str]) -> str:
+    more = len(names) - MAX_CHOICES
+    return ", ".join(names[:MAX_CHOICES]) + (f", … ({len(names)} in all)" if more > 0 else "") or "none"
+
+
+def _json_type(value: object) -> str:
+    names = {list: "array", str: "string", bool: "boolean", type(None): "null"}
+    return names.get(type(value), "number")
+
+
+def _short(text: str, length: int = 60) -> str:
+    return text if len(text) <= length else text[:length] + "…"

@@ -1,0 +1,163 @@
+"""The prompts: a versioned text as the system part, and the object's facts and the user's words as blocks of data."""
+
+import functools
+import json
+from collections.abc import Iterable, Mapping, Sequence
+from pathlib import Path
+
+from schemas.base import Vector3
+from schemas.features import Features, JointFeatures, LinkFeatures
+from schemas.measurement import ContactPair
+from schemas.overlay import JointPhysics, PhysicsOverlay
+from schemas.request import LabelledImage, ModelRequest
+
+SYNTHESIS = "synthesis"
+REFINEMENT = "refinement"
+SIGNIFICANT_DIGITS = 5
+"""Digits kept of every number in a prompt: beyond what a model can use, and a third of the tokens of a double."""
+MAX_PAIRS = 20
+"""Overlapping pairs that a refinement prompt lists, worst first."""
+
+_ESCAPES = str.maketrans({"<": "\\u003c", ">": "\\u003e", "&": "\\u0026"})
+
+
+def synthesis_request(
+    features: Features,
+    guidance: str | None,
+    closed_size: Vector3,
+    link_centers: Mapping[str, Vector3],
+    images: Sequence[LabelledImage] = (),
+) -> ModelRequest:
+    """The question for a whole overlay.
+
+    ``closed_size`` is the object's box with every joint closed, m at scale 1. ``link_centers`` maps link names to the
+    centre of the link's shape in the root link's frame at rest, m; a link that it lacks is stated without a centre.
+    """
+    information = {
+        "purpose": SYNTHESIS,
+        "asset_id": features.asset_id,
+        "category": features.category,
+        "size_m": features.rest_size,
+        "size_closed_m": closed_size,
+        "links": [_link(link, link_centers.get(link.name)) for link in features.links],
+        "joints": [_joint(joint) for joint in features.joints],
+    }
+    text = f"{data_block('structured_information', information)}\n\n{data_block('user_guidance', guidance or '')}"
+    return ModelRequest(purpose=SYNTHESIS, system=system_text(SYNTHESIS), text=text, images=tuple(images))
+
+
+def refinement_request(
+    features: Features,
+    overlay: PhysicsOverlay,
+    phi_m: float,
+    pairs: Sequence[ContactPair],
+    positions: Mapping[str, float],
+    desired: Mapping[str, float],
+    focus: Sequence[str],
+    images: Sequence[LabelledImage] = (),
+) -> ModelRequest:
+    """The question for a step of the focus joints.
+
+    ``positions`` and ``desired`` map joint names to radians, or metres at the final scale; for a focus joint that one
+    of them lacks, the overlay's initial position stands.
+    """
+    joints = {joint.name: joint for joint in overlay.joints}
+    worst = sorted(pairs, key=lambda pair: -pair.penetration_m)[:MAX_PAIRS]
+    information = {
+        "purpose": REFINEMENT,
+        "asset_id": features.asset_id,
+        "category": features.category,
+        "phi_m": phi_m,
+        "pairs": [
+            {"link_a": pair.link_a, "link_b": pair.link_b, "penetration_m": pair.penetration_m} for pair in worst
+        ],
+        "focus_joints": [
+            _focus_joint(
+                joints[name],
+                features.joint(name),
+                positions.get(name, joints[name].initial_position),
+                desired.get(name, joints[name].initial_position),
+            )
+            for name in focus
+        ],
+    }
+    text = data_block("structured_information", information)
+    return ModelRequest(purpose=REFINEMENT, system=system_text(REFINEMENT), text=text, images=tuple(images))
+
+
+def with_validation_errors(request: ModelRequest, errors: Iterable[str]) -> ModelRequest:
+    """The same question, with what was wrong with the last answer as a further block of data."""
+    return request.model_copy(update={"text": f"{request.text}\n\n{data_block('validation_errors', list(errors))}"})
+
+
+def data_block(tag: str, value: object) -> str:
+    """A value as compact JSON between tags, which nothing inside it can close.
+
+    Angle brackets and ampersands are written as JSON escapes, so that the block still parses to the same value.
+    """
+    text = json.dumps(_rounded(value), ensure_ascii=False, allow_nan=False, separators=(",", ":"))
+    # A lone surrogate, as a badly decoded file yields it, cannot be sent to anyone.
+    return f"<{tag}>\n{text.translate(_ESCAPES).encode('utf-8', 'replace').decode('utf-8')}\n</{tag}>"
+
+
+@functools.cache
+def system_text(purpose: str) -> str:
+    """The system part for a purpose, from its file in ``prompts``."""
+    return (Path(__file__).parent / "prompts" / f"{purpose}.md").read_text(encoding="utf-8")
+
+
+def _link(link: LinkFeatures, center: Vector3 | None) -> dict[str, object]:
+    return {
+        "name": link.name,
+        "label": link.label,
+        "joint_kind": link.joint_kind,
+        "box_m": link.box_size,
+        "center_m": center,
+        "volume_m3": link.volume_m3,
+        "hull_volume_m3": link.hull_volume_m3,
+        "volume_source": link.volume_source.value,
+        "area_m2": link.area_m2,
+        "materials": link.materials,
+        "mass_kg": None if link.inertial is None else link.inertial.mass_kg,
+    }
+
+
+def _joint(joint: JointFeatures) -> dict[str, object]:
+    return {
+        "name": joint.name,
+        "type": joint.type,
+        "parent": joint.parent,
+        "child": joint.child,
+        "axis": joint.axis_in_root,
+        "lower": joint.lower,
+        "upper": joint.upper,
+        "closed": joint.closed,
+        "open": joint.open,
+        "open_confidence": joint.openness_confidence,
+    }
+
+
+def _focus_joint(joint: JointPhysics, authored: JointFeatures, position: float, desired: float) -> dict[str, object]:
+    return {
+        "name": joint.name,
+        "type": joint.type,
+        "label": joint.label,
+        "parent": authored.parent,
+        "child": authored.child,
+        "position": position,
+        "desired": desired,
+        "lower": joint.lower,
+        "upper": joint.upper,
+        "closed": joint.closed,
+        "open": joint.open,
+    }
+
+
+def _rounded(value: object) -> object:
+    if isinstance(value, float):
+        return float(f"{value:.{SIGNIFICANT_DIGITS}g}") + 0.0  # and no negative zero
+    if isinstance(value, Mapping):
+        return {key: _rounded(item) for key, item in value.items()}
+    if isinstance(value, list | tuple):
+        return [_rounded(item) for item in value]
+    return value

@@ -1,0 +1,79 @@
+"""From an object's features to an overlay: one question, and one more where the answer does not fit."""
+
+from collections.abc import Callable, Mapping, Sequence
+
+from asset2sim.models.answers import InvalidFieldsError, parse_overlay
+from asset2sim.models.prompt import synthesis_request, with_validation_errors
+from schemas.base import Vector3
+from schemas.call import ModelCall
+from schemas.errors import AssetError, InvalidAnswerError
+from schemas.features import Features
+from schemas.finding import Finding
+from schemas.overlay import Overlay
+from schemas.request import LabelledImage, ModelAnswer, ModelRequest
+from schemas.vocabulary import FailureMode, Severity, Stage
+
+MAX_ASKS = 2
+"""Questions per overlay: the second states what was wrong with the first answer, and a third rarely helps."""
+
+
+class SynthesisFailed(AssetError):
+    """No overlay could be had; ``calls`` holds what asking cost until then."""
+
+    def __init__(self, mode: FailureMode, code: str, message: str, calls: Sequence[ModelCall]) -> None:
+        super().__init__(mode, code, message)
+        self.calls = tuple(calls)
+
+    def __reduce__(self) -> tuple[object, ...]:
+        return SynthesisFailed, (self.mode, self.code, str(self), self.calls)
+
+
+def synthesize(
+    features: Features,
+    guidance: str | None,
+    closed_size: Vector3,
+    link_centers: Mapping[str, Vector3],
+    ask: Callable[[ModelRequest], ModelAnswer],
+    images: Sequence[LabelledImage] = (),
+) -> tuple[Overlay, tuple[ModelCall, ...], tuple[Finding, ...]]:
+    """A model's overlay for one object, with every call made for it and a finding where it was asked twice.
+
+    Sizes and centres are as ``synthesis_request`` takes them. Raises ``SynthesisFailed``: ``model_error`` where the
+    provider fails, ``no_valid_estimate`` where the second answer does not fit either.
+    """
+    first = request = synthesis_request(features, guidance, closed_size, link_centers, images)
+    calls: tuple[ModelCall, ...] = ()
+    findings: tuple[Finding, ...] = ()
+    refused: InvalidAnswerError | None = None
+    for _ in range(MAX_ASKS):
+        answer = ask(request)
+        if answer.content is None:
+            calls += answer.calls
+            raise SynthesisFailed(FailureMode.MODEL_ERROR, "model_error", answer.error or "the model failed", calls)
+        try:
+            return parse_overlay(answer.content, features), calls + answer.calls, findings
+        except InvalidAnswerError as error:
+            refused = error
+        calls += _marked_invalid(answer.calls)
+        findings += (_refusal(refused),)
+        request = with_validation_errors(first, _violations(refused))
+    message = f"the model answered {MAX_ASKS} times and no answer fits: {refused}"
+    raise SynthesisFailed(FailureMode.NO_VALID_ESTIMATE, "invalid_answer", message, calls)
+
+
+def _marked_invalid(calls: tuple[ModelCall, ...]) -> tuple[ModelCall, ...]:
+    """The calls of one answer, the last of which brought something that does not fit."""
+    return (*calls[:-1], *(call.model_copy(update={"outcome": "invalid_answer"}) for call in calls[-1:]))
+
+
+def _violations(error: InvalidAnswerError) -> tuple[str, ...]:
+    return error.violations if isinstance(error, InvalidFieldsError) else (str(error),)
+
+
+def _refusal(error: InvalidAnswerError) -> Finding:
+    return Finding(
+        stage=Stage.SYNTHESIZE,
+        severity=Severity.WARNING,
+        code="invalid_answer",
+        message=f"the model's answer was refused and it was asked again: {error}",
+    )

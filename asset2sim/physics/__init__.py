@@ -1,0 +1,1 @@
+"""Mass, inertia, and joint dynamics from what a joint moves."""

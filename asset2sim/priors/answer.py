@@ -1,0 +1,19 @@
+"""From a prompt's text to an answer's text, and nothing else: the offline model sees what any model would see."""
+
+import json
+
+from asset2sim.priors.information import ObjectInfo, read_prompt, read_refinement
+from asset2sim.priors.refinement import refine_state
+from asset2sim.priors.synthesis import synthesize
+
+
+def answer(text: str) -> str:
+    """The JSON answer to a prompt: an ``Overlay``, or for purpose "refinement" the keys state_ok, approved and deltas.
+
+    Works from ``text`` alone, never raises, and the same text always gives the same answer. A text without the two
+    blocks is answered as an object of which nothing is known.
+    """
+    information, guidance = read_prompt(text)
+    if information.get("purpose") == "refinement":
+        return json.dumps(refine_state(read_refinement(information)), sort_keys=True)
+    return synthesize(ObjectInfo.from_json(information), guidance).model_dump_json(exclude_none=True)

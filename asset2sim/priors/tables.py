@@ -1,0 +1,193 @@
+"""The data files beside this module as frozen rows. Every row states its source; nothing here is per object."""
+
+import csv
+import math
+from dataclasses import dataclass
+from functools import lru_cache
+from pathlib import Path
+
+_FOLDER = Path(__file__).parent / "tables"
+
+
+@dataclass(frozen=True)
+class Size:
+    """A category's typical size. ``dimension``: longest edge or height of the closed object, or its body's longest.
+
+    ``refines``: categories of which this is a kind, so that a word for it in the guidance says more than they do.
+    """
+
+    category: str
+    dimension: str
+    typical_m: float
+    min_m: float
+    max_m: float
+    mass_min_kg: float
+    mass_max_kg: float
+    contact: str
+    refines: tuple[str, ...]
+
+
+@dataclass(frozen=True)
+class Material:
+    """Density, the thickness of its walls relative to moulded plastic, and the Coulomb coefficient on a table."""
+
+    name: str
+    density_kg_m3: float
+    wall_factor: float
+    friction: float
+
+
+@dataclass(frozen=True)
+class PartMaterial:
+    """What a part is made of, and the share of its hulls' volume that is material."""
+
+    material: str
+    hollow: float
+
+
+@dataclass(frozen=True)
+class Mechanism:
+    """How a part moves. ``role``: main (opens), cap, control, roll, minor. "Slightly open" is the share
+    ``slightly`` of the range, of which a hinge's counts up to ``usual_rad``: nobody opens a lid by 270° in use.
+    """
+
+    role: str
+    coast_s: float
+    spring_hz: float | None
+    spring_rest: str
+    holds: bool
+    slightly: float
+    usual_rad: float
+
+
+@dataclass(frozen=True)
+class Word:
+    """What a phrase of the guidance means."""
+
+    kind: str
+    value: str
+
+
+Phrase = tuple[str, ...]
+
+
+@lru_cache
+def sizes() -> dict[str, Size]:
+    """Category → size; "*" is the fallback."""
+    return {
+        row["category"]: Size(
+            category=row["category"],
+            dimension=row["dimension"],
+            typical_m=float(row["typical_m"]),
+            min_m=float(row["min_m"]),
+            max_m=float(row["max_m"]),
+            mass_min_kg=float(row["mass_min_kg"]),
+            mass_max_kg=float(row["mass_max_kg"]),
+            contact=row["contact"],
+            refines=tuple(row["refines"].split("|")),
+        )
+        for row in _rows("sizes")
+    }
+
+
+@lru_cache
+def materials() -> dict[str, Material]:
+    """Name → material."""
+    return {
+        row["material"]: Material(
+            row["material"],
+            float(row["density_kg_m3"]),
+            float(row["wall_factor"]),
+            float(row["friction"]),
+        )
+        for row in _rows("materials")
+    }
+
+
+@lru_cache
+def nouns() -> dict[Phrase, str]:
+    """Noun phrase → category."""
+    return {tuple(row["phrase"].split()): row["category"] for row in _rows("synonyms")}
+
+
+@lru_cache
+def size_words() -> dict[Phrase, float]:
+    """Phrase → factor on the typical size."""
+    return {tuple(row["phrase"].split()): float(row["factor"]) for row in _rows("size_words")}
+
+
+@lru_cache
+def words() -> dict[Phrase, Word]:
+    """Phrase → meaning."""
+    return {tuple(row["phrase"].split()): Word(row["kind"], row["value"]) for row in _rows("words")}
+
+
+@lru_cache
+def material_words() -> dict[str, str]:
+    """A word of the guidance → material."""
+    return {row["word"]: row["material"] for row in _rows("material_words")}
+
+
+@lru_cache
+def part_words() -> dict[str, tuple[str, ...]]:
+    """A part's name in plain words → parts, the best match first; "@hinge", "@slider", "@main" stand for joints."""
+    return {row["word"]: tuple(row["parts"].split("|")) for row in _rows("part_words")}
+
+
+@lru_cache
+def part_labels() -> dict[str, str]:
+    """A link's label → part."""
+    return {row["label"]: row["part"] for row in _rows("part_labels")}
+
+
+@lru_cache
+def coast_times() -> dict[str, float]:
+    """A level of damping → the time in which a free joint loses 63 % of its speed, s."""
+    return {row["level"]: float(row["coast_s"]) for row in _rows("damping_levels")}
+
+
+@lru_cache
+def part_material(category: str, part: str) -> PartMaterial:
+    """The most specific row: category and part, then category for its body, then part, then anything.
+
+    A part that has a row of its own (a button, a wheel) is the same on every object, so it goes before the body.
+    """
+    table = _part_materials()
+    keys = ((category, part), ("*", part), (category, "*"), ("*", "*"))
+    return next(table[key] for key in keys if key in table)
+
+
+@lru_cache
+def mechanism(part: str, category: str, motion: str) -> Mechanism:
+    """The most specific row for the part, the category and the motion (hinge, slider, spin)."""
+    table = _mechanisms()
+    keys = ((part, category, motion), (part, "*", motion), ("*", "*", motion))
+    return next(table[key] for key in keys if key in table)
+
+
+@lru_cache
+def _part_materials() -> dict[tuple[str, str], PartMaterial]:
+    return {
+        (row["category"], row["part"]): PartMaterial(row["material"], float(row["hollow"])) for row in _rows("parts")
+    }
+
+
+@lru_cache
+def _mechanisms() -> dict[tuple[str, str, str], Mechanism]:
+    return {
+        (row["part"], row["category"], row["motion"]): Mechanism(
+            role=row["role"],
+            coast_s=float(row["coast_s"]),
+            spring_hz=float(row["spring_hz"]) if row["spring_hz"] else None,
+            spring_rest=row["spring_rest"],
+            holds=row["holds"] == "yes",
+            slightly=float(row["slightly"]),
+            usual_rad=math.radians(float(row["usual_deg"])) if row["usual_deg"] else math.inf,
+        )
+        for row in _rows("mechanisms")
+    }
+
+
+def _rows(name: str) -> list[dict[str, str]]:
+    with (_FOLDER / f"{name}.csv").open(encoding="utf-8", newline="") as file:
+        return list(csv.DictReader(file))

@@ -1,0 +1,48 @@
+"""Proposals over the focus joints: along one joint, seeded perturbations, and a systematic grid over two."""
+
+import itertools
+from collections.abc import Iterator, Mapping, Sequence
+
+import numpy as np
+
+from asset2sim.search.state import Band
+
+LINE = 24
+"""Positions tried to each side along one joint's band: 10 % of a range in steps of 0.4 %."""
+PERTURBATIONS = 48
+"""Random poses tried around the best on stagnation."""
+GRID = 13
+"""Positions per joint of the systematic search over pairs of focus joints."""
+
+Pose = dict[str, float]
+
+
+def along(best: Pose, joint: str, band: Band) -> Iterator[Pose]:
+    """Poses that move one joint through its band, nearest to the requested position first."""
+    offsets = np.linspace(0.0, 1.0, LINE + 1)[1:]
+    yield {**best, joint: band.requested}
+    for share in offsets:
+        for end in (band.low, band.high):
+            if end != band.requested:
+                yield {**best, joint: band.requested + float(share) * (end - band.requested)}
+
+
+def around(best: Pose, focus: Sequence[str], bands: Mapping[str, Band], seed: int) -> Iterator[Pose]:
+    """Seeded perturbations of the best pose over the focus joints: small ones first, up to the whole band."""
+    random = np.random.default_rng(seed)
+    for index in range(PERTURBATIONS):
+        size = (index + 1) / PERTURBATIONS
+        step = random.uniform(-1.0, 1.0, len(focus)) * size
+        moved = {
+            name: bands[name].clamp(best[name] + float(step[i]) * (bands[name].high - bands[name].low))
+            for i, name in enumerate(focus)
+        }
+        yield {**best, **moved}
+
+
+def grid(best: Pose, focus: Sequence[str], bands: Mapping[str, Band]) -> Iterator[Pose]:
+    """Every combination over each pair of focus joints' bands."""
+    for first, second in itertools.combinations(focus, 2):
+        for a in np.linspace(bands[first].low, bands[first].high, GRID):
+            for b in np.linspace(bands[second].low, bands[second].high, GRID):
+                yield {**best, first: float(a), second: float(b)}

@@ -1,0 +1,169 @@
+"""The loop: group penetrations by link pair, choose focus joints, propose, accept only where Φ falls, keep the best."""
+
+import hashlib
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
+
+from asset2sim.metrics.penetration import by_pair, penetration
+from asset2sim.search.focus import focus_joints
+from asset2sim.search.proposals import Pose, along, around, grid
+from asset2sim.search.state import Band, Evaluator, objective
+from schemas.features import JointFeatures
+from schemas.measurement import ContactPair
+from schemas.settings import SearchSettings
+from schemas.trace import TraceStep
+
+ROUNDS = 6
+"""Rounds of line searches: each takes the worst pair that is left, and real objects rarely have more than three."""
+BISECTIONS = 6
+"""Halvings of the last step towards the requested position: 10 % of a range becomes 0.2 %."""
+LEAST_GAIN_M = 1e-6
+"""Fall of Φ below which a pose counts as no better, m: contact caches move Φ by less."""
+
+Ask = Callable[[Pose, float, tuple[ContactPair, ...], tuple[str, ...]], Pose | None]
+"""Asks a model for a pose: (best pose, Φ, colliding pairs, focus joints) → proposed pose, or None if it has none."""
+
+
+@dataclass
+class Search:
+    """One search under way."""
+
+    joints: Sequence[JointFeatures]
+    bands: Mapping[str, Band]
+    evaluator: Evaluator
+    settings: SearchSettings
+    seed: int
+    best: Pose
+    phi: float
+    trace: list[TraceStep] = field(default_factory=list)
+
+    @property
+    def done(self) -> bool:
+        """Whether Φ is as low as wanted, or the budget is spent."""
+        return self.phi <= self.settings.target_phi_m or self.evaluator.spent
+
+    def pairs(self) -> tuple[ContactPair, ...]:
+        """The colliding pairs of the best pose, worst first."""
+        return by_pair(self.evaluator.points(self.best))
+
+    def record(self, proposer: str, pose: Pose, phi: float, evaluations: int, accepted: bool, reason: str) -> None:
+        """Add a step to the trace, and take the pose where it was accepted."""
+        moved = {name: value for name, value in pose.items() if value != self.best[name]}
+        self.trace.append(
+            TraceStep(
+                step=len(self.trace), proposer=proposer, phi_before_m=self.phi, phi_after_m=phi, moved=moved,
+                accepted=accepted, evaluations=evaluations, reason=reason,
+            )  # fmt: skip
+        )
+        if accepted:
+            self.best, self.phi = pose, phi
+
+    def consider(self, proposer: str, poses: Iterator[Pose]) -> bool:
+        """Try poses in order: the first that is good enough, else the one with the best objective. True if accepted."""
+        before, chosen, chosen_phi = self.evaluator.evaluations, None, self.phi
+        lowest = objective(self.phi, self.best, self.bands)
+        for pose in poses:
+            if self.evaluator.spent:
+                break
+            phi = self.evaluator.phi(pose)
+            if phi <= self.settings.target_phi_m:
+                chosen, chosen_phi = pose, phi
+                break
+            value = objective(phi, pose, self.bands)
+            if phi < self.phi - LEAST_GAIN_M and value < lowest:
+                chosen, chosen_phi, lowest = pose, phi, value
+        used = self.evaluator.evaluations - before
+        if chosen is None:
+            self.record(proposer, self.best, self.phi, used, False, "no proposal lowers Φ")
+            return False
+        self.record(proposer, chosen, chosen_phi, used, True, "Φ falls")
+        return True
+
+
+def refine_state(
+    asset_id: str,
+    joints: Sequence[JointFeatures],
+    requested: Pose,
+    bands: Mapping[str, Band],
+    alternatives: Pose,
+    evaluator: Evaluator,
+    settings: SearchSettings,
+    acceptable_m: float,
+    ask: Ask | None = None,
+) -> tuple[Pose, float, tuple[TraceStep, ...]]:
+    """The pose with the lowest Φ seen within the bands, that Φ (m), and the trace.
+
+    Closed form first (one joint at a time through its band), then seeded perturbations, then a grid. ``alternatives``
+    maps joints for which nobody asked a state to another position to start from. A model is asked only while Φ stays
+    above ``acceptable_m`` (m) after all of them, and its poses are held to the same rule.
+    """
+    start = penetration(evaluator.points(requested))
+    seed = int.from_bytes(hashlib.sha256(asset_id.encode()).digest()[:4], "big")
+    search = Search(joints, bands, evaluator, settings, seed, dict(requested), start)
+    search.record("request", search.best, start, 1, True, "the requested state")
+    search_focus(search)
+    start_elsewhere(search, alternatives)
+    for _ in range(settings.max_model_calls if ask is not None else 0):
+        if search.done or search.phi <= acceptable_m:
+            break
+        pairs = search.pairs()
+        focus = focus_joints(joints, pairs, list(bands))
+        if not focus or ask is None:
+            break
+        proposed = ask(search.best, search.phi, pairs, focus)
+        if proposed is None:
+            break
+        held = {name: bands[name].clamp(value) if name in bands else value for name, value in proposed.items()}
+        search.consider("model", iter([{**search.best, **held}]))
+        search_focus(search)
+    return search.best, search.phi, tuple(search.trace)
+
+
+def search_focus(search: Search) -> None:
+    """Lower Φ pair by pair until it is low enough or nothing helps."""
+    for _ in range(ROUNDS):
+        if search.done:
+            break
+        focus = focus_joints(search.joints, search.pairs(), list(search.bands))
+        if not focus:
+            break
+        lowered = [search.consider("line", along(search.best, name, search.bands[name])) for name in focus]
+        if search.done or any(lowered):
+            continue
+        if search.consider("perturbation", around(search.best, focus, search.bands, search.seed)):
+            continue
+        if not search.consider("grid", grid(search.best, focus, search.bands)):
+            break
+    if search.phi <= search.settings.target_phi_m:
+        bring_back(search)
+
+
+def start_elsewhere(search: Search, alternatives: Pose) -> None:
+    """Where links still overlap, start colliding joints that nobody asked for elsewhere, if that lowers Φ at once."""
+    while not search.done:
+        focus = focus_joints(search.joints, search.pairs(), list(search.bands))
+        untried = [name for name in focus if name in alternatives and search.best[name] == search.bands[name].requested]
+        poses = [{**search.best, name: alternatives[name]} for name in untried]
+        poses += [{**search.best, **{name: alternatives[name] for name in untried}}] if len(untried) > 1 else []
+        if not poses or not search.consider("authored", iter(poses)):
+            return
+
+
+def bring_back(search: Search) -> None:
+    """Halve each moved joint's way back to the requested position for as long as Φ stays low enough."""
+    for name, band in search.bands.items():
+        near, far = band.requested, search.best[name]
+        if near == far or not band.low <= far <= band.high or search.evaluator.spent:
+            continue
+        before = search.evaluator.evaluations
+        for _ in range(BISECTIONS):
+            middle = (near + far) / 2.0
+            if search.evaluator.phi({**search.best, name: middle}) <= search.settings.target_phi_m:
+                far = middle
+            else:
+                near = middle
+        if far != search.best[name]:
+            pose = {**search.best, name: far}
+            phi = search.evaluator.phi(pose)
+            used = search.evaluator.evaluations - before
+            search.record("line", pose, phi, used, phi <= search.settings.target_phi_m, "nearer to the requested state")

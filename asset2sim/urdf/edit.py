@@ -1,0 +1,157 @@
+"""Editing a URDF: scale, inertials, joints, mesh references. Everything else of the document stays as it was."""
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+
+import numpy as np
+from lxml import etree
+from lxml.etree import _Element as Element
+
+from asset2sim.kinematics import motion, rpy_of, transform, tree_of
+from schemas.features import Features, JointFeatures
+from schemas.overlay import JointPhysics, LinkPhysics, PhysicsOverlay
+from schemas.settings import PhysicsSettings
+
+
+def refined_document(
+    source: Path,
+    features: Features,
+    overlay: PhysicsOverlay,
+    mesh_places: Mapping[str, str],
+    collision_files: Mapping[str, Sequence[str]],
+    settings: PhysicsSettings,
+) -> bytes:
+    """The refined URDF as UTF-8 XML.
+
+    ``mesh_places`` maps each visual mesh reference to its path beside the new file; references without one are dropped,
+    having been found missing. ``collision_files`` holds each link's hulls, at the final scale in the link's frame; they
+    replace its collision meshes, while collision primitives stay and are scaled. URDF has no field for initial positions: a comment lists them (``overlay.json`` holds them too).
+    """
+    robot = etree.parse(str(source), etree.XMLParser(remove_comments=False)).getroot()
+    links = {link.name: link for link in overlay.links}
+    joints = {joint.name: joint for joint in overlay.joints}
+    for link in robot.findall("link"):
+        edit_geometry(link, overlay.scale, mesh_places)
+        write_collision(link, collision_files.get(str(link.get("name")), ()))
+        write_inertial(link, links[str(link.get("name"))])
+    for element in robot.findall("joint"):
+        authored = features.joint(str(element.get("name")))
+        scale_origin(element, overlay.scale)
+        if authored.name in joints:
+            write_joint(element, authored, joints[authored.name], settings)
+        elif authored.movable:
+            lock_joint(element, authored, overlay.scale)
+    for comment in robot.xpath("comment()[starts-with(., ' asset2sim')]"):
+        robot.remove(comment)
+    robot.insert(0, state_comment(overlay))
+    etree.indent(robot, space="  ")
+    document: bytes = etree.tostring(robot, xml_declaration=True, encoding="utf-8", pretty_print=True)
+    return document
+
+
+def edit_geometry(link: Element, scale: float, mesh_places: Mapping[str, str]) -> None:
+    """Scale a link's visuals and primitives, point visual meshes at the new files, drop collision and missing meshes."""
+    for item in [*link.findall("visual"), *link.findall("collision")]:
+        mesh = item.find("geometry/mesh")
+        if mesh is not None and item.tag == "collision":
+            link.remove(item)
+            continue
+        if mesh is not None:
+            place = mesh_places.get(str(mesh.get("filename")))
+            if place is None:
+                link.remove(item)
+                continue
+            mesh.set("filename", place)
+            authored = [float(word) for word in str(mesh.get("scale", "1 1 1")).split()]
+            mesh.set("scale", words([value * scale for value in (authored * 3)[:3]]))
+        scale_origin(item, scale)
+        for tag, keys in (("box", ("size",)), ("cylinder", ("radius", "length")), ("sphere", ("radius",))):
+            shape = item.find(f"geometry/{tag}")
+            for key in keys if shape is not None else ():
+                shape.set(key, words([float(word) * scale for word in str(shape.get(key)).split()]))
+
+
+def write_collision(link: Element, files: Sequence[str]) -> None:
+    """Add a link's hulls as collision elements."""
+    for file in files:
+        geometry = etree.SubElement(etree.SubElement(link, "collision"), "geometry")
+        etree.SubElement(geometry, "mesh", filename=file)
+
+
+def scale_origin(element: Element, scale: float) -> None:
+    """Multiply the translation of an element's origin."""
+    origin = element.find("origin")
+    if origin is not None and origin.get("xyz") is not None:
+        origin.set("xyz", words([float(word) * scale for word in str(origin.get("xyz")).split()]))
+
+
+def write_inertial(link: Element, physics: LinkPhysics) -> None:
+    """Replace a link's inertial: mass, centre of mass and inertia about it, in the link's axes."""
+    for old in link.findall("inertial"):
+        link.remove(old)
+    inertial = etree.Element("inertial")
+    etree.SubElement(inertial, "origin", xyz=words(physics.com), rpy="0 0 0")
+    etree.SubElement(inertial, "mass", value=word(physics.mass_kg))
+    names = ("ixx", "ixy", "ixz", "iyy", "iyz", "izz")
+    etree.SubElement(inertial, "inertia", {name: word(v) for name, v in zip(names, physics.inertia, strict=True)})
+    link.insert(0, inertial)
+
+
+def write_joint(element: Element, authored: JointFeatures, physics: JointPhysics, settings: PhysicsSettings) -> None:
+    """Write one movable joint's type, axis, limits and dynamics.
+
+    Stiffness goes into ``spring_stiffness`` and ``spring_reference``, the names that SDF uses; engines that know them only
+    from ``overlay.json`` lose nothing.
+    """
+    element.set("type", physics.type)
+    axis = child(element, "axis")
+    axis.set("xyz", words(authored.axis))
+    limit = child(element, "limit")
+    if physics.lower is not None and physics.upper is not None:
+        limit.set("lower", word(physics.lower))
+        limit.set("upper", word(physics.upper))
+    limit.set("effort", word(authored.effort if authored.effort else settings.default_effort))
+    limit.set("velocity", word(authored.velocity if authored.velocity else settings.default_velocity))
+    dynamics = child(element, "dynamics")
+    dynamics.set("damping", word(physics.damping))
+    dynamics.set("friction", word(physics.friction))
+    dynamics.set("spring_stiffness", word(physics.stiffness))
+    dynamics.set("spring_reference", word(physics.spring_reference))
+
+
+def lock_joint(element: Element, authored: JointFeatures, scale: float) -> None:
+    """Write a joint without a range as fixed where its limits hold it; its origin is scaled already."""
+    node = tree_of([authored], scale)[0]
+    position = (authored.lower or 0.0) * (scale if authored.prismatic else 1.0)
+    pose = transform([scale * v for v in authored.origin_xyz], authored.origin_rpy) @ motion(node, position)
+    origin = child(element, "origin")
+    origin.set("xyz", words(pose[:3, 3]))
+    origin.set("rpy", words(rpy_of(pose[:3, :3])))
+    element.set("type", "fixed")
+    for tag in ("axis", "limit", "dynamics", "mimic"):
+        for old in element.findall(tag):
+            element.remove(old)
+
+
+def state_comment(overlay: PhysicsOverlay) -> "etree._Comment":
+    """The comment that names scale and initial joint positions; units are radians and metres."""
+    lines = [f"{joint.name} = {joint.initial_position:.6g}" for joint in overlay.joints]
+    # A comment may not contain two hyphens; names that do are still in overlay.json.
+    state = "; ".join(lines).replace("--", "- -") or "none"
+    return etree.Comment(f" asset2sim: scale {overlay.scale:.6g}; initial joint positions (rad, m): {state} ")
+
+
+def child(element: Element, tag: str) -> Element:
+    """The element's child of that tag, made if there is none."""
+    found = element.find(tag)
+    return etree.SubElement(element, tag) if found is None else found
+
+
+def word(value: float) -> str:
+    """One number with the digits that a float holds, short where it can be."""
+    return f"{float(value):.9g}"
+
+
+def words(values: "list[float] | tuple[float, ...] | np.ndarray") -> str:
+    """Several numbers, separated by spaces."""
+    return " ".join(word(value) for value in values)

@@ -1,0 +1,103 @@
+"""Bringing an asset's mesh files, with their materials and textures, into a self-contained folder."""
+
+import re
+import shutil
+from collections.abc import Iterable, Mapping
+from pathlib import Path, PurePosixPath
+
+import trimesh
+
+COPIED = (".obj", ".stl")
+"""Formats that PyBullet, MuJoCo and PhysX all read; anything else is converted to OBJ."""
+
+MATERIAL_LINE = re.compile(r"^\s*mtllib\s+(.+?)\s*$", re.MULTILINE)
+TEXTURE_LINE = re.compile(r"^\s*(?:map_\w+|bump|disp|decal|norm)\s+(.+?)\s*$", re.MULTILINE | re.IGNORECASE)
+
+
+def bring_meshes(references: Mapping[str, Path | None], source: Path, target: Path) -> dict[str, str]:
+    """Copy every file that is there into ``target``; reference → its new path relative to ``target``, forward slashes.
+
+    Files under ``source`` keep their place; others go to ``meshes/`` under a name of their own. COLLADA and glTF become
+    OBJ, which every engine reads. Nothing under ``source`` is written to.
+    """
+    placed: dict[str, str] = {}
+    taken: dict[Path, str] = {}
+    for reference, file in references.items():
+        if file is None:
+            continue
+        if file not in taken:
+            place = free_place(file, source, taken.values())
+            if file.suffix.lower() in COPIED:
+                copy(file, target / place)
+                if file.suffix.lower() == ".obj":
+                    copy_materials(file, source, (target / place).parent, target)
+            else:
+                place = convert(file, target, place)
+            taken[file] = place
+        placed[reference] = taken[file]
+    return placed
+
+
+def free_place(file: Path, source: Path, taken: Iterable[str]) -> str:
+    """A path inside the target for one file: where it lies under ``source``, else ``meshes/``, numbered if taken."""
+    try:
+        return file.resolve().relative_to(source.resolve()).as_posix()
+    except ValueError:
+        place, number, used = f"meshes/{file.name}", 1, set(taken)
+        while place in used:
+            number += 1
+            place = f"meshes/{file.stem}_{number}{file.suffix}"
+        return place
+
+
+def copy(file: Path, place: Path) -> None:
+    """Copy one file's bytes, making its folder."""
+    place.parent.mkdir(parents=True, exist_ok=True)
+    shutil.copyfile(file, place)
+
+
+def copy_materials(obj: Path, source: Path, folder: Path, target: Path) -> None:
+    """Copy the material libraries that an OBJ names and the textures that those name, at the same relative paths.
+
+    A relative path that would leave the target is skipped: the mesh stays, without that texture.
+    """
+    for library in MATERIAL_LINE.findall(read_head(obj)):
+        file = obj.parent / library
+        place = inside(folder / library, target)
+        if place is None or not file.is_file():
+            continue
+        if place.is_file():
+            continue
+        copy(file, place)
+        for line in TEXTURE_LINE.findall(file.read_text(encoding="utf-8", errors="replace")):
+            name = line.split()[-1] if not (file.parent / line).is_file() else line
+            texture, texture_place = file.parent / name, inside(place.parent / name, target)
+            if texture.is_file() and texture_place is not None and not texture_place.is_file():
+                copy(texture, texture_place)
+
+
+def read_head(obj: Path, limit: int = 65_536) -> str:
+    """The beginning of an OBJ file, where ``mtllib`` stands by convention."""
+    with obj.open("rb") as stream:
+        return stream.read(limit).decode("utf-8", errors="replace")
+
+
+def inside(path: Path, folder: Path) -> Path | None:
+    """The normalised path if it lies inside the folder, else None."""
+    resolved = path.resolve()
+    return resolved if resolved.is_relative_to(folder.resolve()) else None
+
+
+def convert(file: Path, target: Path, place: str) -> str:
+    """Write a COLLADA or glTF file as OBJ with its materials beside it; the new path relative to the target."""
+    path = PurePosixPath(place)
+    # One folder a file: exporters name their material and texture files alike.
+    folder = target / path.parent / path.stem
+    folder.mkdir(parents=True, exist_ok=True)
+    scene = trimesh.load_scene(str(file))
+    mesh = scene.to_mesh()
+    text, extras = trimesh.exchange.obj.export_obj(mesh, mtl_name=f"{path.stem}.mtl", return_texture=True)
+    (folder / f"{path.stem}.obj").write_text(text, encoding="utf-8")
+    for name, data in extras.items():
+        (folder / name).write_bytes(data if isinstance(data, bytes) else str(data).encode())
+    return (path.parent / path.stem / f"{path.stem}.obj").as_posix()

@@ -1,0 +1,117 @@
+"""Reading a URDF into yourdfpy's typed model, and refusing what no simulator could load."""
+
+import logging
+import math
+import re
+from collections import Counter
+from pathlib import Path
+
+import numpy as np
+import yourdfpy
+from lxml import etree
+
+from schemas.errors import AssetError
+from schemas.vocabulary import FailureMode
+
+JOINT_TYPES = ("revolute", "continuous", "prismatic", "fixed")
+"""The joint types that PyBullet, MuJoCo and PhysX all load; floating and planar joints are not articulation."""
+
+logging.getLogger("yourdfpy").setLevel(logging.ERROR)
+
+
+def read_urdf(path: Path) -> yourdfpy.Robot:
+    """The URDF as yourdfpy's robot: links, joints, origins as (4, 4), no mesh loaded.
+
+    Raises AssetError: unreadable_asset if the file is not XML, not a URDF or not one tree of known joint types;
+    invalid_joint_configuration where a joint's numbers make no sense.
+    """
+    try:
+        document = etree.parse(str(path))
+    except (etree.XMLSyntaxError, OSError, UnicodeError) as error:
+        raise unreadable(path, "not_xml", f"not readable as XML ({error}); export the URDF again") from error
+    if document.getroot().tag != "robot":
+        raise unreadable(path, "not_urdf", f"the root element is <{document.getroot().tag}>, not <robot>")
+    check_numbers(path, document)
+    try:
+        model = yourdfpy.URDF.load(
+            str(path),
+            build_scene_graph=False,
+            build_collision_scene_graph=False,
+            load_meshes=False,
+            load_collision_meshes=False,
+        )
+    except Exception as error:  # yourdfpy raises what its parsers raise: any of them means a URDF that cannot be read
+        raise unreadable(path, "not_urdf", f"yourdfpy cannot read it: {type(error).__name__}: {error}") from error
+    check_tree(path, model.robot)
+    return model.robot
+
+
+def check_numbers(path: Path, document: "etree._ElementTree") -> None:
+    """Refuse numbers that are not finite, naming the element; yourdfpy would carry a NaN into every stage."""
+    for element in document.getroot().iter("origin", "axis", "limit", "mass", "inertia", "mesh", "box", "dynamics"):
+        for key, value in element.attrib.items():
+            if key == "filename":
+                continue
+            for word in str(value).replace(",", " ").split():
+                if re.fullmatch(r"[+-]?(nan|inf|infinity)", word, flags=re.IGNORECASE):
+                    owner = element.getparent()
+                    while owner is not None and owner.get("name") is None:
+                        owner = owner.getparent()
+                    name = "?" if owner is None else owner.get("name")
+                    raise AssetError(
+                        FailureMode.INVALID_JOINT_CONFIGURATION,
+                        "not_finite",
+                        f"{path.name}: <{element.tag} {key}='{value}'> of '{name}' is not finite; give it a number",
+                        joint=name,
+                    )
+
+
+def check_tree(path: Path, robot: yourdfpy.Robot) -> None:
+    """Refuse duplicate names, unknown parents and children, several roots, loops and unknown joint types."""
+    links = [link.name for link in robot.links]
+    if not links:
+        raise unreadable(path, "no_links", "it has no link")
+    for kind, names in (("link", links), ("joint", [joint.name for joint in robot.joints])):
+        twice = [name for name, count in Counter(names).items() if count > 1]
+        if twice:
+            raise unreadable(path, f"duplicate_{kind}", f"{kind} '{twice[0]}' is defined twice; rename one")
+    for joint in robot.joints:
+        for role, name in (("parent", joint.parent), ("child", joint.child)):
+            if name not in links:
+                raise invalid(path, "unknown_link", joint.name, f"its {role} '{name}' is not a link")
+        if joint.type not in JOINT_TYPES:
+            raise invalid(path, "joint_type", joint.name, f"type '{joint.type}'; use one of {', '.join(JOINT_TYPES)}")
+        if joint.axis is not None and joint.type != "fixed":
+            length = float(np.linalg.norm(joint.axis))
+            if not math.isfinite(length) or length < 1e-9:
+                raise invalid(path, "zero_axis", joint.name, "its axis has no direction")
+    parents = Counter(joint.child for joint in robot.joints)
+    for name, count in parents.items():
+        if count > 1:
+            raise unreadable(path, "two_parents", f"link '{name}' is the child of {count} joints; a URDF is a tree")
+    roots = [name for name in links if name not in parents]
+    if len(roots) != 1:
+        listed = ", ".join(roots) or "none: its joints form a loop"
+        raise unreadable(path, "roots", f"it must have one root link and has {len(roots)} ({listed})")
+    reached, frontier = {roots[0]}, [roots[0]]
+    while frontier:
+        link = frontier.pop()
+        for joint in robot.joints:
+            if joint.parent == link:
+                reached.add(joint.child)
+                frontier.append(joint.child)
+    lost = [name for name in links if name not in reached]
+    if lost:
+        raise unreadable(path, "loop", f"links {', '.join(lost[:5])} are not connected to root '{roots[0]}'")
+
+
+def unreadable(path: Path, code: str, problem: str) -> AssetError:
+    """An unreadable_asset error that names the file."""
+    return AssetError(FailureMode.UNREADABLE_ASSET, code, f"{path.name}: {problem}")
+
+
+def invalid(path: Path, code: str, joint: str, problem: str) -> AssetError:
+    """An invalid_joint_configuration error that names the file and the joint."""
+    return AssetError(
+        FailureMode.INVALID_JOINT_CONFIGURATION, code, f"{path.name}: joint '{joint}': {problem}", joint=joint
+    )

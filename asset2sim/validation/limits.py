@@ -1,0 +1,76 @@
+"""Joint limits at the final scale: mended where they are inverted, moved by whole turns where zero lies outside."""
+
+import math
+from dataclasses import dataclass
+
+from asset2sim.validation.notes import Notes
+from schemas.features import JointFeatures
+from schemas.vocabulary import Source
+
+LOCKED = 1e-9
+"""Range below which a joint cannot move, rad or m: MuJoCo would read equal limits as no limits at all."""
+
+
+@dataclass(frozen=True)
+class Range:
+    """One movable joint's range and ends at the final scale, rad or m; ``lower`` and ``upper`` are None for continuous joints."""
+
+    joint: JointFeatures
+    lower: float | None
+    upper: float | None
+    closed: float
+    open: float
+    source: Source
+
+    def clamp(self, position: float) -> float:
+        """The nearest position within the limits."""
+        if self.lower is None or self.upper is None:
+            return position
+        return min(max(position, self.lower), self.upper)
+
+    @property
+    def span(self) -> float:
+        """The length of the range; a full turn for continuous joints."""
+        return 2.0 * math.pi if self.lower is None or self.upper is None else self.upper - self.lower
+
+
+def joint_range(joint: JointFeatures, scale: float, notes: Notes) -> Range | None:
+    """The range of one joint, or None for joints that cannot move."""
+    if not joint.movable:
+        return None
+    factor = scale if joint.prismatic else 1.0
+    closed, opened = (joint.closed or 0.0) * factor, (joint.open or 0.0) * factor
+    if joint.lower is None or joint.upper is None:
+        return Range(joint, None, None, closed, opened, Source.AUTHORED)
+    lower, upper, source = joint.lower * factor, joint.upper * factor, Source.AUTHORED
+    if lower > upper:
+        notes.warn(
+            "limits_inverted",
+            f"joint '{joint.name}': lower limit {lower:.4g} exceeds upper {upper:.4g}; swapped: mend the URDF if that is wrong",
+            joint=joint.name, value=lower, limit=upper,
+        )  # fmt: skip
+        lower, upper, source = upper, lower, Source.RULE
+    if upper - lower < LOCKED:
+        notes.warn(
+            "joint_locked", f"joint '{joint.name}': its limits leave no range, so it is written as fixed",
+            joint=joint.name, value=upper - lower,
+        )  # fmt: skip
+        return None
+    turn = 2.0 * math.pi
+    shift = 0.0 if joint.prismatic else -turn * round((lower + upper) / 2.0 / turn)
+    if not lower <= 0.0 <= upper and shift != 0.0 and lower + shift <= 1e-6 and upper + shift >= -1e-6:
+        notes.info(
+            "limits_turned",
+            f"joint '{joint.name}': limits {lower:.4g} to {upper:.4g} rad moved by whole turns so that an engine's zero is inside",
+            joint=joint.name, value=shift,
+        )  # fmt: skip
+        lower, upper, source = min(lower + shift, 0.0), max(upper + shift, 0.0), Source.RULE
+        closed, opened = closed + shift, opened + shift
+    elif not lower <= 0.0 <= upper:
+        notes.warn(
+            "zero_outside_limits",
+            f"joint '{joint.name}': zero lies outside its limits {lower:.4g} to {upper:.4g}; engines that start there must be "
+            "given the initial position",
+            joint=joint.name, value=0.0, limit=lower if lower > 0.0 else upper,
+        )  # fmt: skip
+    return Range(joint, lower, upper, closed, opened, source)

@@ -1,0 +1,215 @@
+"""Masses, centres and inertias: m = v ρ s³ η, completed for every link and bounded so that engines take them."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from asset2sim.arrays import Array
+from asset2sim.kinematics import transform
+from asset2sim.physics.inertia import Mended, make_physical, tensor_of
+from asset2sim.validation.notes import Notes
+from schemas.features import Features, LinkFeatures
+from schemas.overlay import LinkProposal
+from schemas.settings import PhysicsSettings
+from schemas.vocabulary import Source, VolumeSource
+
+BOX_MARGIN = 0.1
+"""How far outside its link's box, as a share of the box, a proposed centre of mass may lie and still be believed."""
+
+
+@dataclass(frozen=True)
+class LinkMass:
+    """One link's mass properties at the final scale, (3,) centre and (3, 3) inertia about it in the link's frame."""
+
+    name: str
+    material: str | None
+    density: float
+    hollow: float
+    volume: float
+    volume_source: VolumeSource
+    mass: float
+    mass_source: Source
+    com: Array
+    com_source: Source
+    inertia: Array
+    inertia_source: Source
+
+
+def link_masses(
+    features: Features,
+    proposals: Mapping[str, LinkProposal],
+    scale: float,
+    source: Source,
+    settings: PhysicsSettings,
+    notes: Notes,
+) -> dict[str, LinkMass]:
+    """Mass properties of every link; links without geometry take a share of their neighbour's."""
+    solid = [link for link in features.links if link.has_geometry]
+    masses = {link.name: link_mass(link, proposals.get(link.name), scale, source, settings, notes) for link in solid}
+    masses = bound_ratio(masses, settings, notes)
+    for link in features.links:
+        if not link.has_geometry:
+            masses = share_mass(link, masses, features, scale, settings, notes)
+    return {link.name: finished(masses[link.name], settings, notes) for link in features.links}
+
+
+def link_mass(
+    link: LinkFeatures,
+    proposal: LinkProposal | None,
+    scale: float,
+    source: Source,
+    settings: PhysicsSettings,
+    notes: Notes,
+) -> LinkMass:
+    """One link with geometry. What the model leaves out is taken from the URDF, else from a fallback material."""
+    volume = link.volume_m3 * scale**3
+    density, hollow = settings.fallback_density_kg_m3, settings.fallback_hollow_factor
+    material, mass_source = None, Source.RULE
+    if proposal is not None:
+        material = proposal.material
+        density = proposal.density_kg_m3 or density
+        hollow = proposal.hollow_factor if proposal.hollow_factor is not None else hollow
+        if proposal.density_kg_m3 is not None or proposal.mass_kg is not None:
+            mass_source = source
+    mass = volume * density * hollow
+    if proposal is not None and proposal.mass_kg is not None:
+        mass = proposal.mass_kg
+    elif mass_source is Source.RULE and link.inertial is not None and link.inertial.mass_kg > settings.min_mass_kg:
+        mass, mass_source = link.inertial.mass_kg, Source.AUTHORED
+    if mass_source is Source.RULE:
+        notes.info(
+            "link_completed", f"link '{link.name}': the overlay states no material or mass; {mass:.4g} kg assumed",
+            link=link.name, value=mass,
+        )  # fmt: skip
+    if mass < settings.min_mass_kg:
+        notes.info(
+            "mass_raised", f"link '{link.name}': mass {mass:.3g} kg raised to the least that engines handle",
+            link=link.name, value=mass, limit=settings.min_mass_kg,
+        )  # fmt: skip
+        mass, mass_source = settings.min_mass_kg, Source.RULE
+    com = np.asarray(link.center) * scale
+    inertia = tensor_of(link.unit_inertia) * scale**2 * mass
+    result = LinkMass(
+        link.name, material, density, hollow, volume, link.volume_source,
+        mass, mass_source, com, Source.RULE, inertia, Source.RULE,
+    )  # fmt: skip
+    return result if proposal is None else believed(result, link, proposal, scale, source, settings, notes)
+
+
+def believed(
+    result: LinkMass,
+    link: LinkFeatures,
+    proposal: LinkProposal,
+    scale: float,
+    source: Source,
+    settings: PhysicsSettings,
+    notes: Notes,
+) -> LinkMass:
+    """The proposal's own centre and inertia where they are near what the shape gives; the shape's where they are not."""
+    if proposal.com is not None:
+        low, high = np.asarray(link.box_min) * scale, np.asarray(link.box_max) * scale
+        margin = BOX_MARGIN * (high - low)
+        com = np.asarray(proposal.com)
+        if np.all(com >= low - margin) and np.all(com <= high + margin):
+            result = replace(result, com=com, com_source=source)
+        else:
+            notes.warn(
+                "com_outside", f"link '{link.name}': the proposed centre of mass lies outside the link; its shape's is used",
+                link=link.name,
+            )  # fmt: skip
+    if proposal.inertia is not None:
+        inertia = tensor_of(proposal.inertia)
+        ratio = float(np.trace(inertia)) / max(float(np.trace(result.inertia)), 1e-12)
+        if 1.0 / settings.inertia_factor <= ratio <= settings.inertia_factor:
+            result = replace(result, inertia=inertia, inertia_source=source)
+        else:
+            notes.warn(
+                "inertia_implausible",
+                f"link '{link.name}': the proposed inertia is {ratio:.3g} times what its shape and mass give; the shape's is used",
+                link=link.name, value=ratio, limit=settings.inertia_factor,
+            )  # fmt: skip
+    return result
+
+
+def bound_ratio(masses: dict[str, LinkMass], settings: PhysicsSettings, notes: Notes) -> dict[str, LinkMass]:
+    """Raise the lightest links until the heaviest is at most ``max_mass_ratio`` times as heavy."""
+    least = max((item.mass for item in masses.values()), default=0.0) / settings.max_mass_ratio
+    bounded = {}
+    for name, item in masses.items():
+        if item.mass < least:
+            notes.info(
+                "mass_ratio", f"link '{name}': mass raised from {item.mass:.3g} to {least:.3g} kg, a share engines handle",
+                link=name, value=item.mass, limit=least,
+            )  # fmt: skip
+            factor = least / item.mass
+            item = replace(item, mass=least, mass_source=Source.RULE, inertia=item.inertia * factor)
+        bounded[name] = item
+    return bounded
+
+
+def share_mass(
+    link: LinkFeatures,
+    masses: dict[str, LinkMass],
+    features: Features,
+    scale: float,
+    settings: PhysicsSettings,
+    notes: Notes,
+) -> dict[str, LinkMass]:
+    """A link without geometry takes a share of the nearest link beyond it (else before it), leaving the total unchanged.
+
+    Both parts keep the donor's shape: the same centre of mass, and inertia in proportion. So no engine invents 1 kg.
+    """
+    neighbours = [(joint.child, joint) for joint in features.joints if joint.parent == link.name]
+    neighbours.sort(key=lambda item: (item[1].type != "fixed", -masses[item[0]].mass if item[0] in masses else 0.0))
+    neighbours += [(joint.parent, joint) for joint in features.joints if joint.child == link.name]
+    found = next(((name, joint) for name, joint in neighbours if name in masses), None)
+    if found is None:
+        tiny = settings.min_mass_kg
+        inertia = np.eye(3) * tiny * settings.min_half_extent_m**2
+        alone = LinkMass(
+            link.name, None, 0.0, 0.0, 0.0, VolumeSource.NONE,
+            tiny, Source.RULE, np.zeros(3), Source.RULE, inertia, Source.RULE,
+        )  # fmt: skip
+        return {**masses, link.name: alone}
+    name, joint = found
+    donor = masses[name]
+    share = settings.massless_share
+    pose = transform([scale * value for value in joint.origin_xyz], joint.origin_rpy)
+    if joint.child == link.name:
+        pose = np.linalg.inv(pose)
+    rotation = pose[:3, :3]
+    taken = replace(
+        donor,
+        name=link.name,
+        material=None,
+        density=0.0,
+        hollow=0.0,
+        volume=0.0,
+        volume_source=VolumeSource.NONE,
+        mass=share * donor.mass,
+        mass_source=Source.RULE,
+        com=rotation @ donor.com + pose[:3, 3],
+        com_source=Source.RULE,
+        inertia=share * rotation @ donor.inertia @ rotation.T,
+        inertia_source=Source.RULE,
+    )
+    kept = replace(donor, mass=(1.0 - share) * donor.mass, inertia=(1.0 - share) * donor.inertia)
+    notes.info(
+        "massless_link",
+        f"link '{link.name}' has no geometry: it takes {share:.0%} of the mass of '{name}', whose centre it shares, "
+        "so that no engine invents a mass for it",
+        link=link.name, value=taken.mass,
+    )  # fmt: skip
+    return {**masses, name: kept, link.name: taken}
+
+
+
+
+def finished(item: LinkMass, settings: PhysicsSettings, notes: Notes) -> LinkMass:
+    """The same link with an inertia that a body could have, no thinner than ``min_half_extent_m``."""
+    smallest = max(settings.min_inertia_kg_m2, item.mass * settings.min_half_extent_m**2 * 2.0 / 3.0)
+    mended: Mended = make_physical(item.inertia, smallest)
+    for change in mended.changes:
+        notes.info("inertia_mended", f"link '{item.name}': {change}", link=item.name)
+    return replace(item, inertia=mended.tensor)

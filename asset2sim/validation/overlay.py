@@ -1,0 +1,95 @@
+"""The whole of validation: scale, masses, limits, positions, joint dynamics, in that order."""
+
+import numpy as np
+
+from asset2sim.arrays import six, vector
+from asset2sim.extraction import Extraction
+from asset2sim.kinematics import tree_of
+from asset2sim.physics.mass_matrix import Body
+from asset2sim.validation.joints import joint_physics
+from asset2sim.validation.limits import Range, joint_range
+from asset2sim.validation.masses import LinkMass, link_masses
+from asset2sim.validation.notes import Notes
+from asset2sim.validation.positions import initial_positions
+from schemas.finding import Finding
+from schemas.overlay import LinkPhysics, Overlay, PhysicsOverlay
+from schemas.settings import PhysicsSettings
+from schemas.vocabulary import Source
+
+SMALLEST_M, LARGEST_M = 0.005, 5.0
+"""The longest edge that a household object may have after scaling, m: a button cell to a wardrobe wall."""
+
+
+def validate(
+    extraction: Extraction, overlay: Overlay, source: Source, contact_friction: float, settings: PhysicsSettings
+) -> tuple[PhysicsOverlay, tuple[Finding, ...]]:
+    """A complete overlay and what was changed to complete it.
+
+    ``source`` says who proposed (``model`` or ``prior``); what ``overlay.asked`` names counts as the user's.
+    """
+    notes, features, asked = Notes(), extraction.features, frozenset(overlay.asked)
+    scale, scale_source = bounded_scale(overlay, max(features.rest_size), source, notes)
+    links = {proposal.name: proposal for proposal in overlay.links}
+    masses = link_masses(features, links, scale, source, settings, notes)
+    ranges: dict[str, Range] = {}
+    for joint in features.joints:
+        span = joint_range(joint, scale, notes)
+        if span is not None:
+            ranges[joint.name] = span
+    starts = initial_positions(ranges, overlay.initial_joint_positions, asked, scale, source, settings, notes)
+    movable = [joint if joint.name in ranges else joint.model_copy(update={"type": "fixed"}) for joint in features.joints]
+    joints = joint_physics(
+        features,
+        tree_of(movable, scale),
+        {name: Body(item.mass, item.com, item.inertia) for name, item in masses.items()},
+        starts,
+        {proposal.name: proposal for proposal in overlay.joints},
+        asked,
+        scale,
+        source,
+        settings,
+        notes,
+    )
+    complete = PhysicsOverlay(
+        asset_id=features.asset_id,
+        scale=scale,
+        scale_source=scale_source,
+        contact_friction=contact_friction,
+        links=tuple(link_physics(masses[link.name], link.label) for link in features.links),
+        joints=joints,
+        notes=overlay.notes,
+    )
+    return complete, tuple(notes.findings)
+
+
+def bounded_scale(overlay: Overlay, longest_m: float, source: Source, notes: Notes) -> tuple[float, Source]:
+    """The proposed scale, moved to where the longest edge is that of some household object."""
+    wanted = overlay.scale * longest_m
+    if SMALLEST_M <= wanted <= LARGEST_M:
+        return overlay.scale, Source.USER if "scale" in overlay.asked else source
+    bounded = float(np.clip(wanted, SMALLEST_M, LARGEST_M)) / longest_m
+    notes.warn(
+        "scale_bounded",
+        f"scale {overlay.scale:.4g} would make the longest edge {wanted:.4g} m; set to {bounded:.4g}",
+        value=wanted, limit=bounded * longest_m,
+    )  # fmt: skip
+    return bounded, Source.RULE
+
+
+def link_physics(item: LinkMass, label: str) -> LinkPhysics:
+    """One link's masses as the record that is written."""
+    return LinkPhysics(
+        name=item.name,
+        label=label,
+        material=item.material,
+        density_kg_m3=item.density,
+        hollow_factor=item.hollow,
+        volume_m3=item.volume,
+        volume_source=item.volume_source,
+        mass_kg=item.mass,
+        mass_source=item.mass_source,
+        com=vector(item.com),
+        com_source=item.com_source,
+        inertia=six(item.inertia),
+        inertia_source=item.inertia_source,
+    )

@@ -1,0 +1,78 @@
+"""Initial joint positions: the requested state, and where every other joint starts."""
+
+import math
+from collections.abc import Collection, Mapping
+from dataclasses import dataclass, replace
+
+from asset2sim.validation.limits import Range
+from asset2sim.validation.notes import Notes
+from schemas.settings import PhysicsSettings
+from schemas.vocabulary import Source
+
+WIDEN_SHARE = 0.1
+"""How far outside its limits, as a share of the range, a requested position may lie for the limits to be widened to it."""
+
+
+@dataclass(frozen=True)
+class Start:
+    """Where one joint starts, rad or m at the final scale, and who says so; ``requested`` if the user asked for the state."""
+
+    range: Range
+    position: float
+    source: Source
+    requested: bool
+
+
+def initial_positions(
+    ranges: Mapping[str, Range],
+    proposed: Mapping[str, float],
+    asked: Collection[str],
+    scale: float,
+    source: Source,
+    settings: PhysicsSettings,
+    notes: Notes,
+) -> dict[str, Start]:
+    """Where every movable joint starts: as proposed, else closed where geometry is sure of it, else at its authored zero."""
+    starts: dict[str, Start] = {}
+    for name, span in ranges.items():
+        if name in proposed:
+            wanted = proposed[name] * (scale if span.joint.prismatic else 1.0)
+            requested = name in asked
+            widened, position = reach(span, wanted, requested, notes)
+            starts[name] = Start(widened, position, Source.USER if requested else source, requested)
+        elif span.joint.openness_confidence >= settings.sure_of_closed:
+            starts[name] = Start(span, span.clamp(span.closed), Source.RULE, False)
+        else:
+            starts[name] = Start(span, span.clamp(0.0), Source.RULE, False)
+    return starts
+
+
+def reach(span: Range, wanted: float, requested: bool, notes: Notes) -> tuple[Range, float]:
+    """The position that a proposal means within a range, widened slightly where the user's state needs it.
+
+    Whole turns are taken out of a hinge's angle. Beyond the margin the position is clamped: a proposal far outside the
+    limits is a mistake, not a wish.
+    """
+    lower, upper = span.lower, span.upper
+    if lower is None or upper is None or lower <= wanted <= upper:
+        return span, wanted
+    name = span.joint.name
+    if not span.joint.prismatic:
+        turned = wanted - 2.0 * math.pi * round((wanted - (lower + upper) / 2.0) / (2.0 * math.pi))
+        if lower <= turned <= upper:
+            return span, turned
+    excess = max(lower - wanted, wanted - upper)
+    if requested and excess <= WIDEN_SHARE * span.span:
+        notes.warn(
+            "limits_widened",
+            f"joint '{name}': limits {lower:.4g} to {upper:.4g} widened to hold the requested position {wanted:.4g}",
+            joint=name, value=wanted, limit=lower if wanted < lower else upper,
+        )  # fmt: skip
+        return replace(span, lower=min(lower, wanted), upper=max(upper, wanted), source=Source.USER), wanted
+    clamped = span.clamp(wanted)
+    notes.warn(
+        "position_clamped",
+        f"joint '{name}': position {wanted:.4g} lies outside its limits {lower:.4g} to {upper:.4g}; clamped to {clamped:.4g}",
+        joint=name, value=wanted, limit=clamped,
+    )  # fmt: skip
+    return span, clamped

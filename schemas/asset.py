@@ -1,0 +1,42 @@
+"""One asset to refine, and the record of how it went: what travels between the flow and the workers."""
+
+from pydantic import Field
+
+from schemas.base import Frozen
+from schemas.call import ModelCall
+from schemas.features import Features
+from schemas.finding import Finding
+from schemas.measurement import Measurement
+from schemas.overlay import PhysicsOverlay
+from schemas.trace import TraceStep
+from schemas.vocabulary import FailureMode, Method, Status
+
+
+class AssetRef(Frozen):
+    """Where an asset is (an absolute folder) and what its user asks for."""
+
+    asset_id: str
+    path: str
+    category: str | None = None
+    subset: str | None = None
+    prompt: str | None = None
+
+
+class AssetRecord(Frozen):
+    """Everything that one refinement leaves behind. ``features``, ``overlay`` and ``measurement`` are None if never reached."""
+
+    ref: AssetRef
+    category: str
+    method: Method
+    model: str
+    status: Status
+    failure_mode: FailureMode
+    reason: str
+    features: Features | None = None
+    overlay: PhysicsOverlay | None = None
+    measurement: Measurement | None = None
+    calls: tuple[ModelCall, ...] = ()
+    trace: tuple[TraceStep, ...] = ()
+    findings: tuple[Finding, ...] = ()
+    seconds: dict[str, float] = Field(default_factory=dict)
+    content_hash: str = ""

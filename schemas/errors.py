@@ -1,0 +1,52 @@
+"""Errors. A bad asset is data: ``AssetError`` becomes a row. A user's mistake is a ``UsageError``: one line, exit 2."""
+
+from collections.abc import Iterable
+
+from schemas.vocabulary import FailureMode
+
+
+class Asset2SimError(Exception):
+    """The base of every error that this project raises on purpose."""
+
+
+class UsageError(Asset2SimError):
+    """What the user asked for cannot be done as asked; the message names the valid choices."""
+
+
+class UnknownChoiceError(UsageError):
+    """A name that is not among the valid ones."""
+
+    def __init__(self, kind: str, value: str, choices: Iterable[str]) -> None:
+        listed = sorted(choices)
+        shown = ", ".join(listed[:30]) + (f", … ({len(listed)} in all)" if len(listed) > 30 else "")
+        super().__init__(f"unknown {kind} '{value}'; choose from: {shown or 'none are known'}")
+
+
+class AssetError(Asset2SimError):
+    """One asset cannot go on; it ends as a row with this failure mode and a finding with this message."""
+
+    def __init__(
+        self, mode: FailureMode, code: str, message: str, *, link: str | None = None, joint: str | None = None
+    ) -> None:
+        super().__init__(message)
+        self.mode = mode
+        self.code = code
+        self.link = link
+        self.joint = joint
+
+    def __reduce__(self) -> tuple[object, ...]:
+        return _rebuild_asset_error, (self.mode, self.code, str(self), self.link, self.joint)
+
+
+def _rebuild_asset_error(
+    mode: FailureMode, code: str, message: str, link: str | None, joint: str | None
+) -> "AssetError":
+    return AssetError(mode, code, message, link=link, joint=joint)
+
+
+class ModelError(Asset2SimError):
+    """A model call failed for good: the provider refused, could not be reached, or answered nothing."""
+
+
+class InvalidAnswerError(ModelError):
+    """The model answered, and the answer does not fit the schema."""

@@ -1,0 +1,142 @@
+"""What extraction reads off an asset: links, joints, meshes and boxes, at the authored scale and in SI units."""
+
+from schemas.base import Finite, Fraction, Frozen, Inertia6, NonNegative, Vector3
+from schemas.vocabulary import VolumeSource
+
+
+class MeshFeatures(Frozen):
+    """One mesh as one link refers to it, in the mesh's own frame with the reference's scale applied."""
+
+    file: str
+    role: str
+    watertight: bool
+    flat: bool
+    n_faces: int
+    volume_m3: NonNegative
+    volume_source: VolumeSource
+    area_m2: NonNegative
+    box_min: Vector3
+    box_max: Vector3
+    center: Vector3
+
+
+class LinkInertial(Frozen):
+    """An inertial as the URDF states it: mass, centre of mass and inertia about it, in the link's frame."""
+
+    mass_kg: NonNegative
+    com: Vector3
+    inertia: Inertia6
+
+
+class LinkFeatures(Frozen):
+    """One link: what it is called, its meshes, and their union in the link's own frame.
+
+    ``unit_inertia`` is the inertia about ``center`` divided by the mass (m²), of the link's own shape at uniform
+    density; ``volume_m3`` is the sum over its convex pieces or watertight meshes. All at the authored scale.
+    """
+
+    name: str
+    label: str
+    joint_kind: str
+    meshes: tuple[MeshFeatures, ...]
+    volume_m3: NonNegative
+    volume_source: VolumeSource
+    hull_volume_m3: NonNegative
+    area_m2: NonNegative
+    box_min: Vector3
+    box_max: Vector3
+    center: Vector3
+    unit_inertia: Inertia6
+    materials: tuple[str, ...]
+    inertial: LinkInertial | None
+
+    @property
+    def box_size(self) -> Vector3:
+        """(3,) edge lengths of the link's box in its own frame, m."""
+        low, high = self.box_min, self.box_max
+        return (high[0] - low[0], high[1] - low[1], high[2] - low[2])
+
+    @property
+    def has_geometry(self) -> bool:
+        """Whether any mesh or primitive belongs to the link."""
+        return self.hull_volume_m3 > 0.0 or self.area_m2 > 0.0
+
+
+class JointFeatures(Frozen):
+    """One joint as authored, with which end of its range is closed and which is open.
+
+    Positions are radians (revolute, continuous) or metres (prismatic). ``closed`` and ``open`` are None for fixed joints;
+    for continuous joints both are the authored zero. ``openness_confidence`` is 0 (a guess) to 1.
+    ``axis`` is in the joint's frame, ``axis_in_root`` in the root link's frame at the rest pose.
+    """
+
+    name: str
+    type: str
+    parent: str
+    child: str
+    origin_xyz: Vector3
+    origin_rpy: Vector3
+    axis: Vector3
+    axis_in_root: Vector3
+    lower: Finite | None
+    upper: Finite | None
+    effort: Finite | None
+    velocity: Finite | None
+    damping: Finite | None
+    friction: Finite | None
+    mimic: str | None
+    closed: Finite | None
+    open: Finite | None
+    openness_confidence: Fraction
+
+    @property
+    def movable(self) -> bool:
+        """Whether the joint has a degree of freedom that can be given a position."""
+        return self.type in ("revolute", "continuous", "prismatic")
+
+    @property
+    def prismatic(self) -> bool:
+        """Whether positions are metres."""
+        return self.type == "prismatic"
+
+
+class Features(Frozen):
+    """Everything that extraction knows of one asset (I = {M, G, S, A}; the views V are made when asked for).
+
+    ``rest_box_min`` and ``rest_box_max`` bound the object at its rest pose in the root link's frame, m.
+    """
+
+    asset_id: str
+    category: str
+    urdf_file: str
+    root: str
+    links: tuple[LinkFeatures, ...]
+    joints: tuple[JointFeatures, ...]
+    rest_box_min: Vector3
+    rest_box_max: Vector3
+    content_hash: str
+
+    @property
+    def rest_size(self) -> Vector3:
+        """(3,) edge lengths of the object's box at the rest pose, m at scale 1."""
+        low, high = self.rest_box_min, self.rest_box_max
+        return (high[0] - low[0], high[1] - low[1], high[2] - low[2])
+
+    @property
+    def movable_joints(self) -> tuple[JointFeatures, ...]:
+        """The joints that have a position."""
+        return tuple(joint for joint in self.joints if joint.movable)
+
+    def link(self, name: str) -> LinkFeatures:
+        """The link of that name; KeyError if there is none."""
+        for link in self.links:
+            if link.name == name:
+                return link
+        raise KeyError(name)
+
+    def joint(self, name: str) -> JointFeatures:
+        """The joint of that name; KeyError if there is none."""
+        for joint in self.joints:
+            if joint.name == name:
+                return joint
+        raise KeyError(name)

@@ -1,0 +1,137 @@
+"""The overlay: what a model proposes for one asset (``Overlay``), and what validation makes of it (``PhysicsOverlay``)."""
+
+from pydantic import Field
+
+from schemas.base import Finite, Fraction, Frozen, Inertia6, NonNegative, Positive, Vector3
+from schemas.vocabulary import Source, VolumeSource
+
+
+class LinkProposal(Frozen):
+    """What a model proposes for one link. Either ``mass_kg``, or ``density_kg_m3`` and ``hollow_factor``.
+
+    ``hollow_factor`` is the share of the link's volume that is material: solid 0.8 to 1, shelled 0.4 to 0.8, thin shell
+    0.2 to 0.5, less for hulls that enclose an interior. ``inertia`` and ``com`` are at the final scale, in the link's frame.
+    """
+
+    name: str
+    material: str | None = None
+    density_kg_m3: Positive | None = None
+    hollow_factor: Fraction | None = None
+    mass_kg: Positive | None = None
+    com: Vector3 | None = None
+    inertia: Inertia6 | None = None
+
+
+class JointProposal(Frozen):
+    """What a model proposes for one joint: absolute terms, or what a person feels, from which the terms are derived.
+
+    Absolute: ``damping`` (N·m·s/rad or N·s/m), ``friction`` (N·m or N), ``stiffness`` (N·m/rad or N/m).
+    Felt: ``coast_s`` is the time in which a free joint loses 63 % of its speed, ``spring_hz`` the frequency at which a
+    spring-loaded part would bounce undamped, ``spring_rest`` the position to which it returns (authored scale),
+    ``holds`` whether the joint must stay where it is placed against gravity.
+    """
+
+    name: str
+    damping: NonNegative | None = None
+    friction: NonNegative | None = None
+    stiffness: NonNegative | None = None
+    coast_s: Positive | None = None
+    spring_hz: Positive | None = None
+    spring_rest: Finite | None = None
+    holds: bool | None = None
+
+
+class Overlay(Frozen):
+    """A model's whole proposal. ``scale`` is uniform; positions are radians, or metres at the authored scale.
+
+    ``initial_joint_positions`` names only joints for which the user asks a state; every other joint starts closed or at
+    its authored zero. ``asked`` names what in the answer came from the user's words: ``scale``, or a joint's name.
+    """
+
+    scale: Positive
+    contact_material: str | None = None
+    links: tuple[LinkProposal, ...] = ()
+    joints: tuple[JointProposal, ...] = ()
+    initial_joint_positions: dict[str, Finite] = Field(default_factory=dict)
+    asked: tuple[str, ...] = ()
+    notes: tuple[str, ...] = ()
+
+
+class LinkPhysics(Frozen):
+    """One link as it is written: mass, centre of mass and inertia about it, at the final scale in the link's frame."""
+
+    name: str
+    label: str
+    material: str | None
+    density_kg_m3: NonNegative
+    hollow_factor: NonNegative
+    volume_m3: NonNegative
+    volume_source: VolumeSource
+    mass_kg: Positive
+    mass_source: Source
+    com: Vector3
+    com_source: Source
+    inertia: Inertia6
+    inertia_source: Source
+
+
+class JointPhysics(Frozen):
+    """One joint as it is written, at the final scale. ``lower`` and ``upper`` are None for continuous joints.
+
+    ``effective_inertia`` (kg·m² or kg) is what a torque or force on this joint alone accelerates, everything free:
+    1 / (M⁻¹)ⱼⱼ of the floating-base mass matrix at the initial position. ``gravity_load`` (N·m or N) is gravity's pull on
+    the joint there, the object resting as authored.
+    """
+
+    name: str
+    type: str
+    label: str
+    damping: NonNegative
+    damping_source: Source
+    friction: NonNegative
+    friction_source: Source
+    stiffness: NonNegative
+    stiffness_source: Source
+    spring_reference: Finite
+    lower: Finite | None
+    upper: Finite | None
+    limits_source: Source
+    closed: Finite
+    open: Finite
+    initial_position: Finite
+    position_source: Source
+    effective_inertia: NonNegative
+    gravity_load: Finite
+    holds: bool
+
+
+class PhysicsOverlay(Frozen):
+    """A complete overlay: every link and every movable joint, nothing left to an engine's default."""
+
+    asset_id: str
+    scale: Positive
+    scale_source: Source
+    contact_friction: NonNegative
+    links: tuple[LinkPhysics, ...]
+    joints: tuple[JointPhysics, ...]
+    notes: tuple[str, ...] = ()
+
+    @property
+    def mass_kg(self) -> float:
+        """The mass of the whole object, kg."""
+        return sum(link.mass_kg for link in self.links)
+
+    @property
+    def initial_positions(self) -> dict[str, float]:
+        """Joint name → initial position, radians or metres at the final scale."""
+        return {joint.name: joint.initial_position for joint in self.joints}
+
+    def with_positions(self, positions: dict[str, float], source: Source) -> "PhysicsOverlay":
+        """The same overlay, with these joints started elsewhere; ``source`` marks the joints that moved."""
+        joints = tuple(
+            joint.model_copy(update={"initial_position": positions[joint.name], "position_source": source})
+            if joint.name in positions and positions[joint.name] != joint.initial_position
+            else joint
+            for joint in self.joints
+        )
+        return self.model_copy(update={"joints": joints})

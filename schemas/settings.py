@@ -1,0 +1,142 @@
+"""Every number that steers a run, in one frozen place, each with its unit and its reason."""
+
+from pydantic import Field
+
+from schemas.base import Fraction, Frozen, NonNegative, Positive
+from schemas.vocabulary import Method
+
+
+class Thresholds(Frozen):
+    """What passes. The drift and oscillation bounds are the paper's (section 1 of the evaluation)."""
+
+    penetration_m: NonNegative = 0.002
+    """Φ above which a state is invalid, m: the paper's refinement approves a state at Φ ≤ 2 mm."""
+    drift_m: Positive = 1e-3
+    """Furthest the root may move over the test, m."""
+    drift_rad: Positive = 1e-2
+    """Furthest the root may turn over the test, rad."""
+    oscillation_sign_changes: int = Field(3, ge=1)
+    """Reversals of a joint that count as oscillation ..."""
+    oscillation_rad: Positive = 0.05
+    """... where a hinge's amplitude is above this, rad ..."""
+    oscillation_m: Positive = 0.005
+    """... or a slider's above this, m (the paper states none: 5 mm is as visible as 0.05 rad at 10 cm)."""
+    peak_speed_m_s: Positive = 6.0
+    """Fastest any link may move, m/s: a drop from 5 cm ends at 1 m/s, so 6 m/s is energy out of nowhere."""
+
+
+class PhysicsSettings(Frozen):
+    """Bounds that keep what is written simulable in every engine."""
+
+    min_mass_kg: Positive = 1e-3
+    """The lightest link, kg: the paper's tiny parts weigh 1 to 10 g; below 1 g contact solvers lose precision."""
+    max_mass_ratio: Positive = 1000.0
+    """Heaviest over lightest link: beyond about 1000 iterative solvers stop converging."""
+    massless_share: Fraction = 0.1
+    """Share of its neighbour's mass that a link without geometry takes over, so that no engine invents 1 kg for it."""
+    min_inertia_kg_m2: Positive = 1e-9
+    """Smallest principal moment: engines round smaller ones to zero, and a zero inertia freezes the link."""
+    min_half_extent_m: Positive = 1e-3
+    """Half thickness that a flat link is given for its inertia, m: a sheet has no volume and a singular inertia."""
+    max_damping_step: Fraction = 0.5
+    """Largest damping · Δt / I_eff at the coarse step: explicit damping is unstable from 1 on (design.md)."""
+    max_stiffness_step: Fraction = 0.25
+    """Largest stiffness · Δt² / I_eff at the coarse step: an explicit spring is unstable from 4 on."""
+    coarse_timestep_s: Positive = 1.0 / 60.0
+    """The coarsest time step that users run, s (robot learning at 60 Hz)."""
+    hold_margin: Positive = 1.5
+    """Friction over the gravity load for a joint that must stay where it is placed."""
+    default_coast_s: Positive = 0.1
+    """Time constant I_eff / damping where nobody says otherwise, s (design.md: passes in two engines)."""
+    default_friction_rad_s2: NonNegative = 1.0
+    """Friction over I_eff of a hinge where nobody says otherwise, rad/s²: it stops a slow swing within a second."""
+    default_friction_m_s2: NonNegative = 0.5
+    """Friction over moved mass of a slider where nobody says otherwise, m/s²: rollers at a coefficient of 0.05."""
+    spring_damping_ratio: Positive = 0.5
+    """Least damping ratio of a spring-loaded joint: a key that returns without ringing."""
+    fallback_density_kg_m3: Positive = 700.0
+    """Density where nobody states one, kg/m³: between wood and plastic."""
+    fallback_hollow_factor: Fraction = 0.3
+    """Hollow factor where nobody states one: a shell."""
+    inertia_factor: Positive = 10.0
+    """How far a proposed inertia or mass may lie from the one the link's shape gives before it is not believed."""
+    sure_of_closed: Fraction = 0.3
+    """Confidence in the closed end from which a joint for which nobody asks a state starts there, else at authored zero."""
+    default_effort: Positive = 100.0
+    """Effort limit written where a joint states none, N·m or N (URDF requires one)."""
+    default_velocity: Positive = 10.0
+    """Velocity limit written where a joint states none, rad/s or m/s (URDF requires one)."""
+    contact_friction: NonNegative = 0.5
+    """Coulomb coefficient of every contact where the overlay names no material."""
+
+
+class EngineSettings(Frozen):
+    """How the simulator is run."""
+
+    timestep_s: Positive = 1.0 / 240.0
+    """PyBullet's own default and the step its solver is tuned for, s."""
+    settle_s: Positive = 2.0
+    """T_set: time to come to rest before the reference pose is taken, s."""
+    test_s: Positive = 2.0
+    """T_test: time over which drift and oscillation are measured, s."""
+    drop_height_m: NonNegative = 0.002
+    """Height at which the object is set over the plane, m: enough that it never starts inside it."""
+
+
+class SearchSettings(Frozen):
+    """The closed loop over joint positions."""
+
+    target_phi_m: NonNegative = 1e-4
+    """ε: Φ at which the search is done, m."""
+    state_tolerance: Fraction = 0.10
+    """How far, as a share of its range, a joint may be moved from the requested state without leaving it."""
+    max_evaluations: int = Field(4000, ge=1)
+    """Evaluations of Φ per asset; one costs 5 to 30 µs on these objects."""
+    max_model_calls: int = Field(2, ge=0)
+    """Model proposals per asset once the search has failed or left the requested state."""
+
+
+class ModelSettings(Frozen):
+    """Which model answers, and how patiently it is asked."""
+
+    model: str = "prior/household"
+    api_base: str | None = None
+    temperature: NonNegative = 0.0
+    timeout_s: Positive = 120.0
+    """Time limit of one request, s."""
+    max_attempts: int = Field(4, ge=1)
+    """Attempts at one request where the provider answers 429, 5xx or not at all."""
+    max_completion_tokens: int = Field(16_384, ge=1)
+
+
+class ViewSettings(Frozen):
+    """The five canonical views."""
+
+    width: int = Field(320, ge=16)
+    height: int = Field(320, ge=16)
+    write: bool = True
+    """Whether views of the refined state are written beside it."""
+
+
+class RunSettings(Frozen):
+    """How a dataset is spread over processes, and what one asset may use."""
+
+    workers: int = Field(2, ge=1)
+    scheduler: str | None = None
+    asset_time_limit_s: Positive = 120.0
+    """Wall time of one asset, s: the slowest of the real objects needs about a tenth of it."""
+    asset_memory_limit_mb: int = Field(4096, ge=256)
+    """Address space that one asset's process may add, MB."""
+
+
+class Settings(Frozen):
+    """Everything that steers a run."""
+
+    method: Method = Method.ASSET2SIM
+    model: ModelSettings = ModelSettings()
+    physics: PhysicsSettings = PhysicsSettings()
+    engine: EngineSettings = EngineSettings()
+    search: SearchSettings = SearchSettings()
+    thresholds: Thresholds = Thresholds()
+    views: ViewSettings = ViewSettings()
+    run: RunSettings = RunSettings()

@@ -1,0 +1,262 @@
+"""The catalog's tables: an Arrow schema each, with units in column names and a description in every field."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import pyarrow as pa
+
+from schemas.vocabulary import Stage
+
+Column = tuple[str, pa.DataType, str, str]
+"""Name, type, unit, description. A name that ends in ``!`` may not be null."""
+
+TEXT = pa.string()
+REAL = pa.float64()
+COUNT = pa.int64()
+FLAG = pa.bool_()
+TIME = pa.timestamp("ms", tz="UTC")
+TEXTS = pa.list_(TEXT)
+REALS = pa.list_(REAL)
+
+BY_TYPE = "hinge / slider"
+POSITION = f"rad / m ({BY_TYPE})"
+
+
+@dataclass(frozen=True)
+class Table:
+    """One published table. ``key`` names the columns that make a row unique; ``grain`` says what a row is."""
+
+    name: str
+    grain: str
+    key: tuple[str, ...]
+    description: str
+    schema: pa.Schema
+
+    @property
+    def file(self) -> str:
+        """The table's file name in the catalog folder."""
+        return f"{self.name}.parquet"
+
+    @property
+    def per_asset(self) -> bool:
+        """Whether rows belong to one asset, method and model, and are replaced when that asset is refined again."""
+        return "asset_id" in self.key
+
+
+def _table(name: str, grain: str, key: tuple[str, ...], description: str, columns: Sequence[Column]) -> Table:
+    fields = [
+        pa.field(
+            column.removesuffix("!"),
+            kind,
+            nullable=not column.endswith("!"),
+            metadata={"description": text, "unit": unit},
+        )
+        for column, kind, unit, text in columns
+    ]
+    metadata = {"table": name, "grain": grain, "key": ",".join(key), "description": description}
+    return Table(name, grain, key, description, pa.schema(fields, metadata=metadata))
+
+
+_ASSET_KEY = ("asset_id", "method", "model")
+
+_ASSET_COLUMNS: tuple[Column, ...] = (
+    ("run_id!", TEXT, "", "Run that wrote the row; see the table runs"),
+    ("asset_id!", TEXT, "", "The asset, as the manifest names it"),
+    ("method!", TEXT, "", "How the asset was refined"),
+    ("model!", TEXT, "", "Model that the run asked for"),
+)
+
+_ASSETS: tuple[Column, ...] = (
+    *_ASSET_COLUMNS,
+    ("category!", TEXT, "", "What the object is"),
+    ("subset", TEXT, "", "The manifest's subset; null where it names none"),
+    ("prompt", TEXT, "", "The user's guidance; null where there is none"),
+    ("status!", TEXT, "", "ok or failed"),
+    ("failure_mode!", TEXT, "", "Why it failed, none for ok; see schemas.vocabulary.FailureMode"),
+    ("paper_failure_mode", TEXT, "", "The paper's name for the failure mode; null for ok"),
+    ("reason!", TEXT, "", "The verdict in a sentence"),
+    ("scale", REAL, "1", "Uniform scale against the authored size"),
+    ("scale_source", TEXT, "", "Where the scale came from"),
+    ("mass_kg", REAL, "kg", "Mass of the whole object"),
+    ("size_x_m", REAL, "m", "Box at the rest pose in the root link's frame, final scale"),
+    ("size_y_m", REAL, "m", "Box at the rest pose in the root link's frame, final scale"),
+    ("size_z_m", REAL, "m", "Box at the rest pose in the root link's frame, final scale"),
+    ("contact_friction", REAL, "1", "Coulomb coefficient of every contact"),
+    ("n_links", COUNT, "1", "Links, the root included"),
+    ("n_joints", COUNT, "1", "Movable joints"),
+    ("penetration_mm", REAL, "mm", "Φ at the initial position; null where it was never measured"),
+    ("deepest_contact_mm", REAL, "mm", "Deepest single contact point at the initial position"),
+    ("penetrating_pairs", COUNT, "1", "Pairs of links that overlap at the initial position"),
+    ("drift_m", REAL, "m", "Furthest the root moved over the test; null where not measured or not finite"),
+    ("drift_rad", REAL, "rad", "Furthest the root turned over the test; null where not measured or not finite"),
+    ("peak_speed_m_s", REAL, "m/s", "Fastest link over settling and test; null where not measured or not finite"),
+    ("oscillating_joints", COUNT, "1", "Joints that fail the oscillation thresholds; null where not measured"),
+    ("finite", FLAG, "", "Whether the simulation stayed finite"),
+    ("engine", TEXT, "", "Simulator that measured"),
+    ("engine_version", TEXT, "", "Its version"),
+    ("timestep_s", REAL, "s", "Its time step"),
+    ("settle_s", REAL, "s", "Time given to come to rest before the test"),
+    ("test_s", REAL, "s", "Length of the test"),
+    ("queries!", COUNT, "1", "Model calls that were not answered from the cache"),
+    ("cached_calls!", COUNT, "1", "Model calls that were"),
+    ("prompt_tokens!", COUNT, "1", "Tokens sent, cached calls left out"),
+    ("completion_tokens!", COUNT, "1", "Tokens received, cached calls left out"),
+    ("cost_usd!", REAL, "USD", "What the calls cost, cached calls left out"),
+    ("refine_steps!", COUNT, "1", "Refinement steps, accepted or not"),
+    ("refine_accepted!", COUNT, "1", "Refinement steps that were accepted"),
+    ("phi_evaluations!", COUNT, "1", "Evaluations of Φ over all steps"),
+    ("errors!", COUNT, "1", "Findings of severity error"),
+    ("warnings!", COUNT, "1", "Findings of severity warning"),
+    *(
+        (f"seconds_{stage.value}", REAL, "s", f"Wall time of the stage {stage.value}; null if not reached")
+        for stage in Stage
+    ),
+    ("seconds_total!", REAL, "s", "Wall time of the asset"),
+    ("content_hash!", TEXT, "", "Hash of everything that the result depends on; empty where the asset was unreadable"),
+    ("source_path!", TEXT, "", "Folder that the asset was read from"),
+)
+
+_LINKS: tuple[Column, ...] = (
+    *_ASSET_COLUMNS,
+    ("link!", TEXT, "", "Link name"),
+    ("label!", TEXT, "", "What the part is, from the asset's semantics"),
+    ("joint_kind", TEXT, "", "Kind of joint that the semantics give the part"),
+    ("material", TEXT, "", "Material that the density was taken from"),
+    ("density_kg_m3!", REAL, "kg/m³", "Density of the material"),
+    ("hollow_factor!", REAL, "1", "Share of the volume that is material"),
+    ("volume_m3!", REAL, "m³", "Volume that the mass was computed from"),
+    ("volume_source!", TEXT, "", "signed, hull, box, mixed or none"),
+    ("mass_kg!", REAL, "kg", "Mass"),
+    ("mass_source!", TEXT, "", "Where the mass came from"),
+    *((f"com_{a}_m!", REAL, "m", f"Centre of mass, {a}, in the link's frame at the final scale") for a in "xyz"),
+    ("com_source!", TEXT, "", "Where the centre of mass came from"),
+    *(
+        (f"i{ab}_kg_m2!", REAL, "kg·m²", f"Inertia {ab} about the centre of mass, along the link's axes")
+        for ab in ("xx", "xy", "xz", "yy", "yz", "zz")
+    ),
+    ("inertia_source!", TEXT, "", "Where the inertia came from"),
+    ("n_meshes", COUNT, "1", "Meshes and primitives of the link"),
+    ("n_watertight", COUNT, "1", "How many of them are watertight"),
+    ("n_faces", COUNT, "1", "Faces of all of them"),
+)
+
+_JOINTS: tuple[Column, ...] = (
+    *_ASSET_COLUMNS,
+    ("joint!", TEXT, "", "Joint name"),
+    ("type!", TEXT, "", "revolute, continuous or prismatic"),
+    ("position_unit!", TEXT, "", "Unit of this row's positions: rad or m"),
+    ("label!", TEXT, "", "What the moved part is"),
+    ("parent", TEXT, "", "Parent link"),
+    ("child", TEXT, "", "Child link"),
+    ("damping!", REAL, f"N·m·s/rad / N·s/m ({BY_TYPE})", "Viscous damping"),
+    ("damping_source!", TEXT, "", "Where the damping came from"),
+    ("friction!", REAL, f"N·m / N ({BY_TYPE})", "Coulomb friction"),
+    ("friction_source!", TEXT, "", "Where the friction came from"),
+    ("stiffness!", REAL, f"N·m/rad / N/m ({BY_TYPE})", "Spring stiffness, 0 for a passive joint"),
+    ("stiffness_source!", TEXT, "", "Where the stiffness came from"),
+    ("spring_reference!", REAL, POSITION, "Position at which the spring is at rest"),
+    ("lower", REAL, POSITION, "Lower limit at the final scale; null for continuous joints"),
+    ("upper", REAL, POSITION, "Upper limit at the final scale; null for continuous joints"),
+    ("limits_source!", TEXT, "", "Where the limits came from"),
+    ("closed!", REAL, POSITION, "Position at which the part is closed"),
+    ("open!", REAL, POSITION, "Position at which the part is fully open"),
+    ("openness_confidence", REAL, "1", "0 to 1: how sure it is which end is closed"),
+    ("initial_position!", REAL, POSITION, "Position that the object starts in"),
+    ("position_source!", TEXT, "", "Where the initial position came from"),
+    ("effective_inertia!", REAL, f"kg·m² / kg ({BY_TYPE})", "What a torque or force on this joint alone accelerates"),
+    ("gravity_load!", REAL, f"N·m / N ({BY_TYPE})", "Gravity's pull on the joint at the initial position"),
+    ("holds!", FLAG, "", "Whether it must stay where it is placed"),
+    ("amplitude", REAL, POSITION, "max q − min q over the untouched test; null where not measured"),
+    ("sign_changes", COUNT, "1", "Sign changes of Δq over the test; null where not measured"),
+    ("final_position", REAL, POSITION, "Position at the end of the test; null where not measured"),
+    ("settle_motion", REAL, POSITION, "Furthest from the initial position while settling; null where not measured"),
+    ("oscillates", FLAG, "", "Whether it fails the oscillation thresholds; null where not measured"),
+)
+
+_MODEL_CALLS: tuple[Column, ...] = (
+    *_ASSET_COLUMNS,
+    ("call_index!", COUNT, "1", "0 for the asset's first call"),
+    ("purpose!", TEXT, "", "What the call was for"),
+    ("call_model!", TEXT, "", "Model that was called"),
+    ("attempt!", COUNT, "1", "Attempt at the same request"),
+    ("prompt_tokens!", COUNT, "1", "Tokens sent"),
+    ("completion_tokens!", COUNT, "1", "Tokens received"),
+    ("cost_usd!", REAL, "USD", "Cost"),
+    ("latency_s!", REAL, "s", "Time to the answer"),
+    ("cached!", FLAG, "", "Whether it was answered from the cache"),
+    ("outcome!", TEXT, "", "ok, invalid_answer, provider_error or cached"),
+    ("prompt_hash!", TEXT, "", "Hash of the request"),
+)
+
+_TRACE: tuple[Column, ...] = (
+    *_ASSET_COLUMNS,
+    ("step_index!", COUNT, "1", "0 for the asset's first step"),
+    ("step!", COUNT, "1", "The step as the search counts it"),
+    ("proposer!", TEXT, "", "What proposed the positions"),
+    ("phi_before_mm!", REAL, "mm", "Φ before the step"),
+    ("phi_after_mm!", REAL, "mm", "Φ of the proposal"),
+    ("moved_joints!", TEXTS, "", "Joints that the proposal moves"),
+    ("moved_positions!", REALS, POSITION, "Their new positions, in the same order"),
+    ("accepted!", FLAG, "", "Whether the proposal was kept"),
+    ("evaluations!", COUNT, "1", "Evaluations of Φ that the step took"),
+    ("reason!", TEXT, "", "Why it was accepted or not"),
+)
+
+_FINDINGS: tuple[Column, ...] = (
+    *_ASSET_COLUMNS,
+    ("finding_index!", COUNT, "1", "0 for the asset's first finding"),
+    ("stage!", TEXT, "", "Stage that found it"),
+    ("severity!", TEXT, "", "info, warning or error"),
+    ("code!", TEXT, "", "Kind of finding"),
+    ("link", TEXT, "", "Link concerned"),
+    ("joint", TEXT, "", "Joint concerned"),
+    ("message!", TEXT, "", "What was found and what to do about it"),
+    ("value", REAL, "as the message says", "Number found"),
+    ("limit", REAL, "as the message says", "Bound that it met"),
+)
+
+_RUNS: tuple[Column, ...] = (
+    ("run_id!", TEXT, "", "The run"),
+    ("started_at!", TIME, "UTC", "Start"),
+    ("finished_at!", TIME, "UTC", "End"),
+    ("outcome!", TEXT, "", "finished or interrupted"),
+    ("dataset!", TEXT, "", "Dataset that was read"),
+    ("subset", TEXT, "", "Subset that was asked for"),
+    ("method!", TEXT, "", "Method"),
+    ("model!", TEXT, "", "Model"),
+    ("settings_json!", TEXT, "", "Every setting, as JSON"),
+    ("git_commit", TEXT, "", "Commit of the checkout; null outside one"),
+    ("git_dirty", FLAG, "", "Whether the checkout had changes"),
+    ("versions_json!", TEXT, "", "Versions of Python and the packages that matter, as JSON"),
+    ("assets!", COUNT, "1", "Assets of the run"),
+    ("ok!", COUNT, "1", "Those that passed"),
+    ("failed!", COUNT, "1", "Those that did not"),
+    ("failure_modes_json!", TEXT, "", "Failure mode → assets, as JSON"),
+    ("queries!", COUNT, "1", "Model calls that were not answered from the cache"),
+    ("prompt_tokens!", COUNT, "1", "Tokens sent"),
+    ("completion_tokens!", COUNT, "1", "Tokens received"),
+    ("cost_usd!", REAL, "USD", "What the calls cost"),
+    ("seconds!", REAL, "s", "Wall time of the run"),
+    ("asset_seconds!", REAL, "s", "Wall time of all its assets, added up"),
+)
+
+TABLES: dict[str, Table] = {
+    table.name: table
+    for table in (
+        _table("assets", "one row per asset, method and model: the latest", _ASSET_KEY,
+               "How each asset was refined, how it measures and what it cost", _ASSETS),
+        _table("links", "one row per link of an asset, method and model", (*_ASSET_KEY, "link"),
+               "Mass, centre of mass and inertia as written, and where each number came from", _LINKS),
+        _table("joints", "one row per movable joint of an asset, method and model", (*_ASSET_KEY, "joint"),
+               "Dynamics, limits and initial position as written, and what the joint did when measured", _JOINTS),
+        _table("model_calls", "one row per model call of an asset, method and model", (*_ASSET_KEY, "call_index"),
+               "Every call to a model: what for, what it cost and how it ended", _MODEL_CALLS),
+        _table("trace", "one row per refinement step of an asset, method and model", (*_ASSET_KEY, "step_index"),
+               "Every proposal of joint positions and what the simulator said of it", _TRACE),
+        _table("findings", "one row per finding of an asset, method and model", (*_ASSET_KEY, "finding_index"),
+               "Everything that a stage noticed, changed or refused", _FINDINGS),
+        _table("runs", "one row per run", ("run_id",),
+               "What was run, with which settings and versions, and how it ended", _RUNS),
+    )
+}  # fmt: skip
+"""Every table that the catalog publishes, by name."""

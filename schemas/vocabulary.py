@@ -1,0 +1,88 @@
+"""The enumerations: one home for every word that a table, a file or an option may hold."""
+
+from enum import StrEnum
+
+
+class FailureMode(StrEnum):
+    """Why an asset failed; the paper's five modes map onto these (``PAPER_FAILURE_MODES``)."""
+
+    NONE = "none"
+    UNREADABLE_ASSET = "unreadable_asset"
+    MISSING_MESH = "missing_mesh"
+    NO_VALID_ESTIMATE = "no_valid_estimate"
+    INVALID_JOINT_CONFIGURATION = "invalid_joint_configuration"
+    PENETRATION = "penetration"
+    DRIFT = "drift"
+    OSCILLATION = "oscillation"
+    ENGINE_CRASH = "engine_crash"
+    TIMEOUT = "timeout"
+    MODEL_ERROR = "model_error"
+
+
+PAPER_FAILURE_MODES: dict[FailureMode, str] = {
+    FailureMode.UNREADABLE_ASSET: "segmentation problem",
+    FailureMode.MISSING_MESH: "segmentation problem",
+    FailureMode.NO_VALID_ESTIMATE: "no valid parameter estimate",
+    FailureMode.MODEL_ERROR: "no valid parameter estimate",
+    FailureMode.INVALID_JOINT_CONFIGURATION: "invalid joint configuration",
+    FailureMode.PENETRATION: "invalid penetration state",
+    FailureMode.DRIFT: "drift or oscillation in simulation",
+    FailureMode.OSCILLATION: "drift or oscillation in simulation",
+    FailureMode.ENGINE_CRASH: "drift or oscillation in simulation",
+    FailureMode.TIMEOUT: "drift or oscillation in simulation",
+}
+"""The failure modes that the paper names for its large set, for each of ours."""
+
+
+class Status(StrEnum):
+    """How an asset ended."""
+
+    OK = "ok"
+    FAILED = "failed"
+
+
+class Stage(StrEnum):
+    """The stages of one asset, in order."""
+
+    EXTRACT = "extract"
+    SYNTHESIZE = "synthesize"
+    VALIDATE = "validate"
+    APPLY = "apply"
+    REFINE = "refine"
+    MEASURE = "measure"
+    PUBLISH = "publish"
+
+
+class Severity(StrEnum):
+    """How much a finding matters: an ``error`` fails the asset, a ``warning`` changed something, ``info`` explains."""
+
+    INFO = "info"
+    WARNING = "warning"
+    ERROR = "error"
+
+
+class Source(StrEnum):
+    """Where a number came from."""
+
+    USER = "user"
+    MODEL = "model"
+    PRIOR = "prior"
+    RULE = "rule"
+    SEARCH = "search"
+    AUTHORED = "authored"
+
+
+class VolumeSource(StrEnum):
+    """How a volume was obtained."""
+
+    SIGNED = "signed"
+    HULL = "hull"
+    BOX = "box"
+    MIXED = "mixed"
+    NONE = "none"
+
+
+class Method(StrEnum):
+    """How an asset is refined."""
+
+    ASSET2SIM = "asset2sim"

@@ -1,0 +1,55 @@
+"""What every test runs under: quiet libraries, and no network but this machine's own."""
+
+import socket
+from collections.abc import Iterator
+from typing import Any
+
+import pytest
+
+from asset2sim.models.environment import quiet_environment
+
+quiet_environment()
+
+_attempts: list[str] = []
+
+
+class NetworkForbiddenError(OSError):
+    """A test tried to reach another machine."""
+
+
+def _refuse_far_address(sock: socket.socket, address: Any) -> None:
+    # Connecting a datagram socket sends nothing; libraries do it to learn this machine's own address.
+    if sock.family not in (socket.AF_INET, socket.AF_INET6) or sock.type & socket.SOCK_DGRAM:
+        return
+    host = str(address[0])
+    if host == "localhost" or host == "::1" or host.startswith(("127.", "::ffff:127.")):
+        return
+    _attempts.append(f"{host}:{address[1]}")
+    raise NetworkForbiddenError(f"tests may not reach {host}:{address[1]}")
+
+
+@pytest.fixture(scope="session", autouse=True)
+def forbid_network() -> Iterator[None]:
+    """Let sockets of this process connect to the loopback interface and to local files only."""
+    connect, connect_ex = socket.socket.connect, socket.socket.connect_ex
+
+    def guarded(self: socket.socket, address: Any) -> None:
+        _refuse_far_address(self, address)
+        connect(self, address)
+
+    def guarded_ex(self: socket.socket, address: Any) -> int:
+        _refuse_far_address(self, address)
+        return connect_ex(self, address)
+
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(socket.socket, "connect", guarded)
+        patch.setattr(socket.socket, "connect_ex", guarded_ex)
+        yield
+
+
+@pytest.fixture(autouse=True)
+def network_attempts() -> Iterator[list[str]]:
+    """Addresses beyond this machine that the test tried to reach: a test that leaves any fails, even if it went on."""
+    _attempts.clear()
+    yield _attempts
+    assert not _attempts, f"the test tried to reach the network: {', '.join(_attempts)}"

@@ -1,0 +1,103 @@
+"""Functions that end badly, for the tests of isolation. Importable by name, since they run in a child process."""
+
+import ctypes
+import os
+import signal
+import subprocess
+import sys
+import time
+from collections.abc import Callable
+from pathlib import Path
+
+from asset2sim.isolation.asset import failed_record
+from schemas.asset import AssetRecord, AssetRef
+from schemas.errors import AssetError
+from schemas.request import ModelAnswer, ModelRequest
+from schemas.settings import Settings
+from schemas.vocabulary import FailureMode, Status
+
+
+def double(number: int) -> int:
+    return 2 * number
+
+
+def no_operation() -> None:
+    return None
+
+
+def segfault() -> None:
+    ctypes.string_at(0)
+
+
+def abort() -> None:
+    os.abort()
+
+
+def vanish() -> None:
+    os._exit(3)
+
+
+def sleep_for(seconds: float) -> str:
+    time.sleep(seconds)
+    return "awake"
+
+
+def hang_holding_the_interpreter() -> None:
+    """Spin in C without ever giving up the interpreter lock: no Python signal handler and no thread gets to run."""
+    ctypes.PyDLL(None).pause()
+    while True:
+        ctypes.PyDLL(None).pause()
+
+
+def eat_memory(megabytes: int) -> int:
+    return len(bytearray(megabytes * 1024 * 1024))
+
+
+def raise_key_error() -> None:
+    raise KeyError("joint_7")
+
+
+def raise_asset_error() -> None:
+    raise AssetError(FailureMode.MISSING_MESH, "missing_mesh", "link 'lid' needs lid.obj", link="lid")
+
+
+def return_the_unpicklable() -> Callable[[], None]:
+    return lambda: None
+
+
+def chatter_from_c() -> None:
+    libc = ctypes.CDLL(None)
+    libc.puts(b"a console line from C")
+    libc.fflush(None)
+    print("a line from Python")
+
+
+def ask_twice(number: int, *, ask: Callable[[int], int]) -> int:
+    return ask(number) + ask(number + 1)
+
+
+def start_a_grandchild_and_hang(pid_file: str) -> None:
+    grandchild = subprocess.Popen([sys.executable, "-c", "import time; time.sleep(600)"])
+    with open(pid_file, "w", encoding="ascii") as file:
+        file.write(f"{os.getpid()} {grandchild.pid}")
+    time.sleep(600)
+
+
+def thread_count() -> int:
+    return len(os.listdir("/proc/self/task"))
+
+
+def loaded_modules() -> set[str]:
+    return set(sys.modules)
+
+
+def ignore_every_signal_and_hang() -> None:
+    for name in (signal.SIGTERM, signal.SIGINT, signal.SIGHUP):
+        signal.signal(name, signal.SIG_IGN)
+    time.sleep(600)
+
+
+def no_pipeline(ref: AssetRef, out: Path, settings: Settings, *, ask: Callable[[ModelRequest], ModelAnswer]) -> AssetRecord:
+    """A pipeline that does nothing, well."""
+    record = failed_record(ref, settings, FailureMode.NONE, "nothing was asked")
+    return record.model_copy(update={"status": Status.OK, "findings": ()})

@@ -1,0 +1,144 @@
+"""Asset records for tests: complete ones with stated numbers, and failed ones that stopped early."""
+
+from collections.abc import Sequence
+
+from schemas.asset import AssetRecord, AssetRef
+from schemas.call import ModelCall
+from schemas.features import Features, JointFeatures, LinkFeatures, MeshFeatures
+from schemas.finding import Finding
+from schemas.measurement import ContactPair, JointMotion, Measurement
+from schemas.overlay import JointPhysics, LinkPhysics, PhysicsOverlay
+from schemas.trace import TraceStep
+from schemas.vocabulary import FailureMode, Method, Severity, Source, Stage, Status, VolumeSource
+
+MODEL = "prior/household"
+
+
+def make_call(**changes: object) -> ModelCall:
+    """A successful call of 1000 + 200 tokens at 0.01 USD."""
+    fields: dict[str, object] = {
+        "purpose": "overlay", "model": MODEL, "attempt": 1, "prompt_tokens": 1000, "completion_tokens": 200,
+        "cost_usd": 0.01, "latency_s": 0.5, "cached": False, "outcome": "ok", "prompt_hash": "abc",
+    }  # fmt: skip
+    return ModelCall.model_validate(fields | changes)
+
+
+def make_measurement(**changes: object) -> Measurement:
+    """A quiet object: Φ 0.5 mm, drift 0.1 mm and 0.001 rad, one hinge and one slider that hardly move."""
+    fields: dict[str, object] = {
+        "engine": "pybullet", "engine_version": "3.2.7", "timestep_s": 1 / 240, "settle_s": 2.0, "test_s": 2.0,
+        "penetration_m": 0.0005,
+        "pairs": (ContactPair(link_a="body", link_b="door", depth_m=0.0003, penetration_m=0.0005, n_points=2),),
+        "drift_m": 1e-4, "drift_rad": 1e-3, "peak_speed_m_s": 0.2,
+        "joints": (make_motion("hinge"), make_motion("slider")),
+        "settle_motion": {"hinge": 0.002, "slider": 0.0}, "finite": True,
+    }  # fmt: skip
+    return Measurement.model_validate(fields | changes)
+
+
+def make_motion(name: str, amplitude: float = 0.001, sign_changes: int = 0) -> JointMotion:
+    """What a joint did over the test."""
+    return JointMotion(name=name, amplitude=amplitude, sign_changes=sign_changes, final_position=0.1)
+
+
+def make_link(name: str, mass_kg: float = 1.0) -> LinkPhysics:
+    """A link of 1 litre."""
+    return LinkPhysics(
+        name=name, label=name, material="plastic", density_kg_m3=1000.0, hollow_factor=1.0, volume_m3=1e-3,
+        volume_source=VolumeSource.HULL, mass_kg=mass_kg, mass_source=Source.PRIOR, com=(0.0, 0.1, 0.2),
+        com_source=Source.RULE, inertia=(1e-3, 0.0, 1e-5, 2e-3, 0.0, 3e-3), inertia_source=Source.RULE,
+    )  # fmt: skip
+
+
+def make_joint(name: str, kind: str = "revolute", initial_position: float = 0.1) -> JointPhysics:
+    """A joint from 0 (closed) to 1 (open)."""
+    return JointPhysics(
+        name=name, type=kind, label="door", damping=0.01, damping_source=Source.RULE, friction=0.002,
+        friction_source=Source.USER, stiffness=0.0, stiffness_source=Source.RULE, spring_reference=0.0, lower=0.0,
+        upper=1.0, limits_source=Source.AUTHORED, closed=0.0, open=1.0, initial_position=initial_position,
+        position_source=Source.USER, effective_inertia=0.001, gravity_load=0.0, holds=False,
+    )  # fmt: skip
+
+
+def make_features(asset_id: str) -> Features:
+    """A cube of 1 m with a hinge and a slider, and the fixed joint of its root."""
+    joints = (("fixed", "fixed", "base", "body"), ("hinge", "revolute", "body", "door"),
+              ("slider", "prismatic", "body", "drawer"))  # fmt: skip
+    return Features(
+        asset_id=asset_id, category="Box", urdf_file="mobility.urdf", root="base",
+        links=tuple(_link_features(name) for name in ("base", "body", "door", "drawer")),
+        joints=tuple(_joint_features(*joint) for joint in joints),
+        rest_box_min=(-0.5, -0.5, -0.5), rest_box_max=(0.5, 0.5, 0.5), content_hash="features",
+    )  # fmt: skip
+
+
+def make_record(asset_id: str = "100", **changes: object) -> AssetRecord:
+    """An asset that passed, with every part of its record filled in."""
+    overlay = PhysicsOverlay(
+        asset_id=asset_id, scale=0.25, scale_source=Source.USER, contact_friction=0.5,
+        links=(make_link("base", 0.01), make_link("body", 2.0), make_link("door", 0.5), make_link("drawer", 0.49)),
+        joints=(make_joint("hinge"), make_joint("slider", "prismatic")),
+    )  # fmt: skip
+    fields: dict[str, object] = {
+        "ref": AssetRef(asset_id=asset_id, path=f"dataset/{asset_id}", subset="paper9", prompt="a small closed box"),
+        "category": "Box", "method": Method.ASSET2SIM, "model": MODEL, "status": Status.OK,
+        "failure_mode": FailureMode.NONE, "reason": "within every threshold", "features": make_features(asset_id),
+        "overlay": overlay, "measurement": make_measurement(),
+        "calls": (make_call(), make_call(purpose="state", cached=True, outcome="cached")),
+        "trace": (TraceStep(step=1, proposer="model", phi_before_m=0.004, phi_after_m=0.0005, moved={"hinge": 0.1},
+                            accepted=True, evaluations=12, reason="Φ fell"),),
+        "findings": (make_finding(Severity.WARNING, "link_completed"),),
+        "seconds": {stage.value: 0.1 * (i + 1) for i, stage in enumerate(Stage) if stage is not Stage.PUBLISH},
+        "content_hash": f"hash-{asset_id}",
+    }  # fmt: skip
+    return AssetRecord.model_validate(fields | changes)
+
+
+def make_failure(asset_id: str, mode: FailureMode, code: str = "bad_file", **changes: object) -> AssetRecord:
+    """An asset that stopped before its features were known."""
+    nothing: dict[str, object] = {
+        "status": Status.FAILED, "failure_mode": mode, "reason": f"{code}: cannot go on", "features": None,
+        "overlay": None, "measurement": None, "calls": (), "trace": (),
+        "findings": (make_finding(Severity.ERROR, code),), "seconds": {"extract": 0.05}, "content_hash": "",
+    }  # fmt: skip
+    return make_record(asset_id, **(nothing | changes))
+
+
+def make_finding(severity: Severity, code: str) -> Finding:
+    """A finding on the link ``body``."""
+    return Finding(
+        stage=Stage.EXTRACT,
+        severity=severity,
+        code=code,
+        message=f"{code}: look at it",
+        link="body",
+        value=2.0,
+        limit=1.0,
+    )
+
+
+def make_run_records(count: int, failed: Sequence[FailureMode] = ()) -> list[AssetRecord]:
+    """``count`` assets that passed, and one for each failure mode given."""
+    passed = [make_record(f"{1000 + i}") for i in range(count)]
+    return passed + [make_failure(f"bad{i}", mode) for i, mode in enumerate(failed)]
+
+
+def _link_features(name: str) -> LinkFeatures:
+    mesh = MeshFeatures(
+        file=f"{name}.obj", role="visual", watertight=name == "body", flat=False, n_faces=12, volume_m3=1e-3,
+        volume_source=VolumeSource.HULL, area_m2=0.06, box_min=(0, 0, 0), box_max=(0.1, 0.1, 0.1),
+        center=(0.05, 0.05, 0.05),
+    )  # fmt: skip
+    return LinkFeatures(
+        name=name, label=name, joint_kind="hinge", meshes=(mesh,), volume_m3=1e-3, volume_source=VolumeSource.HULL,
+        hull_volume_m3=1e-3, area_m2=0.06, box_min=(0, 0, 0), box_max=(0.1, 0.1, 0.1), center=(0.05, 0.05, 0.05),
+        unit_inertia=(1, 0, 0, 1, 0, 1), materials=(), inertial=None,
+    )  # fmt: skip
+
+
+def _joint_features(name: str, kind: str, parent: str, child: str) -> JointFeatures:
+    return JointFeatures(
+        name=name, type=kind, parent=parent, child=child, origin_xyz=(0, 0, 0), origin_rpy=(0, 0, 0), axis=(0, 0, 1),
+        axis_in_root=(0, 0, 1), lower=0.0, upper=1.0, effort=None, velocity=None, damping=None, friction=None,
+        mimic=None, closed=0.0, open=1.0, openness_confidence=0.9,
+    )  # fmt: skip

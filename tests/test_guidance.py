@@ -1,0 +1,334 @@
+"""The guidance's words: which part, which state, which feel. Expected positions are worked out by hand."""
+
+import pytest
+
+from asset2sim.priors.lexicon import segments, tokenize
+from tests import prior_objects as known
+from tests.prior_objects import Json, ask, felt
+
+SLIGHT_LID = 0.25 * 3.14
+
+PAPER_AND_MANIFEST: list[tuple[Json, str, dict[str, float]]] = [
+    (
+        known.BOX,
+        "A small box with slightly open rotational lid. Low damping for a smooth hinge behavior.",
+        {"lid": -0.25},
+    ),
+    (
+        known.BOX,
+        (
+            "A very small jewelry box or treasure chest with a slightly open rotational lid. Low damping for smooth "
+            "hinge behavior."
+        ),
+        {"lid": -0.25},
+    ),
+    (
+        known.BUCKET,
+        "A small plastic bucket with its handle swung halfway over. The handle swings freely.",
+        {"handle": 0.0},
+    ),
+    (
+        known.LAPTOP,
+        "I want a slightly open laptop. Low damping for smooth operation.",
+        {"screen": -1.8 + 0.916},
+    ),
+    (
+        known.MICROWAVE,
+        "I want a microwave opening its door halfway. Low damping for hinge-like behavior.",
+        {"door": 0.8},
+    ),
+    (
+        known.MICROWAVE,
+        "I want a microwave with its door halfway open. Low damping for hinge-like behavior.",
+        {"door": 0.8},
+    ),
+    (
+        known.SAFE,
+        "A small steel safe with its door wide open. The door is heavy and moves slowly.",
+        {"door": 3.0},
+    ),
+    (known.STAPLER, "I want a slightly open stapler.", {"lid": -0.3 + 0.33 * 1.5708}),
+    (
+        known.STAPLER,
+        "I want a slightly open stapler, with spring behavior in its joint for pressing/stapling.",
+        {"lid": -0.3 + 0.33 * 1.5708},
+    ),
+    (
+        known.SUITCASE,
+        "A small suitcase with its lid open all the way and its handle folded down.",
+        {"lid": 3.14, "handle": 1.57},
+    ),
+    (
+        known.SUITCASE,
+        "I want a small purse or handbag with the handle moving freely, resting sideways.",
+        {"handle": 1.57},
+    ),
+    (
+        known.SUITCASE,
+        "I want a small business suitcase with its lid slightly open and a low damping hinge.",
+        {"lid": SLIGHT_LID},
+    ),
+    (
+        known.DRAWERS,
+        (
+            "I want a very small two-drawer under-desk office cabinet, with the first drawer closed and the second "
+            "slightly open, with low damping sliding joints."
+        ),
+        {"d0": 0.0, "d1": 0.1},
+    ),
+    (
+        known.DRAWERS,
+        (
+            "I want a small office drawer cabinet with its top drawer slightly open and all the other drawers "
+            "closed, low friction slides."
+        ),
+        {"d0": 0.1, "d1": 0.0, "d2": 0.0},
+    ),
+    (
+        known.TOASTER,
+        "A countertop toaster with its lever up. The lever springs back when it is released.",
+        {"lever": 0.0},
+    ),
+    (
+        known.TOILET,
+        "I want a very small toilet for a baby, with its lid open all the way. Low damping for hinge-like behavior.",
+        {"lid": 1.6},
+    ),
+    (
+        known.TRASHCAN,
+        "A very small personal trash can with its lid slightly open. The hinge has low damping and holds its position.",
+        {"lid": SLIGHT_LID},
+    ),
+    (known.BOTTLE, "A plastic bottle with its cap in place.", {"cap": 0.0}),
+    (
+        known.GLASSES,
+        "A pair of eyeglasses, both temples open all the way, medium damping hinges.",
+        {"left": 0.0, "right": 0.0},
+    ),
+    (
+        known.SCISSORS,
+        (
+            "A wide open pair of scissors with two intersecting blades connected through a rotational hinge joint, "
+            "low damping for easy opening and closing motion."
+        ),
+        {"halves": 0.0},
+    ),
+    (
+        known.CABINET,
+        (
+            "A kitchen cabinet with its first door halfway open and everything else closed. Doors stay where they "
+            "are placed."
+        ),
+        {"door_left": 0.8, "door_right": 0.0, "drawer_left": 0.0, "drawer_right": 0.0},
+    ),
+    (
+        known.KEYBOARD,
+        "A standard plastic computer keyboard with light, spring-like keys for easy pressing.",
+        {},
+    ),
+    (
+        known.thing("FoldingChair", known.hinged("seat", "seat", closed=1.6)),
+        (
+            "I want a very small folding chair for a baby "
+            "that is easy to fold and unfold, with its seat open all the way in normal position."
+        ),
+        {"seat": 0.0},
+    ),
+    (
+        known.thing("Door", known.hinged("leaf", "rotation_door")),
+        "An interior door, slightly open, with high damping so that it does not slam.",
+        {"leaf": 0.25 * 1.5708},
+    ),
+    (
+        known.thing("Knife", known.hinged("blade", "rotation_blade")),
+        "I want a regular size folding knife that fits in hand. Low damping for hinge-like behavior.",
+        {},
+    ),
+    (
+        known.thing("Cart", known.spinning("w", "wheel")),
+        "A utility cart with wheels that roll freely.",
+        {},
+    ),
+    (
+        known.thing("Kettle", known.sliding("lid", "lid")),
+        "An electric kettle with its lid closed.",
+        {"lid": 0.0},
+    ),
+    (
+        known.thing(
+            "CoffeeMachine",
+            known.hinged("lid", "lid"),
+            known.sliding("b", "button", upper=0.01),
+        ),
+        "A household coffee machine, everything closed, with stiff buttons.",
+        {"lid": 0.0},
+    ),
+    (
+        known.thing("Furniture", known.hinged("DOOR1", ""), known.sliding("DRAWER-LOWER", "")),
+        "A piece of office or kitchen furniture at its real size, everything closed.",
+        {"DOOR1": 0.0, "DRAWER-LOWER": 0.0},
+    ),
+]
+
+OWN_PHRASINGS: list[tuple[Json, str, dict[str, float]]] = [
+    (known.TOILET, "A toilet with lid and seat open.", {"lid": 1.6, "seat": 1.6}),
+    (
+        known.TOILET,
+        "toilet; the lid is up, the seat is down",
+        {"lid": 1.6, "seat": 0.0},
+    ),
+    (known.TOILET, "Its lid half closed, its seat closed", {"lid": 0.8, "seat": 0.0}),
+    (known.TOILET, "lid open seat closed", {"lid": 1.6, "seat": 0.0}),
+    (known.MICROWAVE, "A microwave whose door is not open", {"door": 0.0}),
+    (known.MICROWAVE, "The door isn't closed.", {"door": 0.25 * 1.5708}),
+    (known.MICROWAVE, "the door is not fully open", {"door": 1.2}),
+    (known.MICROWAVE, "The door can be opened easily and stays open.", {}),
+    (known.MICROWAVE, "It beeps when the door is open.", {}),
+    (known.MICROWAVE, "easy to open", {}),
+    (known.MICROWAVE, "door open at 30 degrees", {"door": 0.5236}),
+    (known.MICROWAVE, "door ajar", {"door": 0.25 * 1.5708}),
+    (known.MICROWAVE, "door open by 0.4 rad", {"door": 0.4}),
+    (known.MICROWAVE, "the door is a third open", {"door": 1.6 / 3}),
+    (known.MICROWAVE, "Door 75 % open.", {"door": 1.2}),
+    (known.MICROWAVE, "The door's nearly closed", {"door": 0.24}),
+    (known.MICROWAVE, "Close the door.", {"door": 0.0}),
+    (known.MICROWAVE, "the door left open", {"door": 1.6}),
+    (known.MICROWAVE, "a half-open microwave", {"door": 0.8}),
+    (
+        known.CABINET,
+        "both doors wide open, drawers shut",
+        {"door_left": 1.6, "door_right": 1.6, "drawer_left": 0.0, "drawer_right": 0.0},
+    ),
+    (
+        known.CABINET,
+        "the right door open, the left one closed",
+        {"door_right": 1.6, "door_left": 0.0},
+    ),
+    (known.CABINET, "second drawer halfway open", {"drawer_right": 0.25}),
+    (
+        known.CABINET,
+        "left and right door ajar",
+        {"door_left": 0.3927, "door_right": 0.3927},
+    ),
+    (known.CABINET, "one drawer fully open", {"drawer_left": 0.5}),
+    (
+        known.DRAWERS,
+        "the bottom drawer is pulled out, the rest are closed",
+        {"d2": 0.5, "d0": 0.0, "d1": 0.0},
+    ),
+    (known.DRAWERS, "first and third drawers half open", {"d0": 0.25, "d2": 0.25}),
+    (
+        known.DRAWERS,
+        "last drawer open, middle drawer slightly open",
+        {"d2": 0.5, "d1": 0.1},
+    ),
+    (known.DRAWERS, "all drawers open", {"d0": 0.5, "d1": 0.5, "d2": 0.5}),
+    (known.GLASSES, "glasses with folded temples", {"left": 1.6, "right": 1.6}),
+    (known.SCISSORS, "closed scissors", {"halves": -0.6}),
+    (known.LAPTOP, "a laptop opened to 90°", {"screen": -1.8 + 1.5708}),
+    (known.TOASTER, "toaster with the lever pressed down", {"lever": 0.4}),
+    (known.SUITCASE, "suitcase, handle upright", {"handle": -1.57}),
+    (known.MICROWAVE, "with its drawer open", {}),
+]
+
+
+@pytest.mark.parametrize(("information", "guidance", "expected"), PAPER_AND_MANIFEST + OWN_PHRASINGS)
+def test_asked_states(information: Json, guidance: str, expected: dict[str, float]) -> None:
+    overlay = ask(information, guidance)
+    assert overlay["initial_joint_positions"] == pytest.approx(expected, abs=2e-3)
+    assert [name for name in overlay["asked"] if name != "scale"] == list(overlay["initial_joint_positions"])
+
+
+def test_a_length_opens_a_slide_at_the_final_scale() -> None:
+    overlay = ask(known.DRAWERS, "a small office cabinet with its first drawer pulled out 5 cm")
+    assert overlay["initial_joint_positions"]["d0"] * overlay["scale"] == pytest.approx(0.05, rel=1e-3)
+
+
+@pytest.mark.parametrize(
+    ("information", "guidance", "name", "expected"),
+    [
+        (known.BOX, "Low damping for a smooth hinge.", "lid", {"coast_s": 0.5}),
+        (known.BOX, "super low damping", "lid", {"coast_s": 1.0}),
+        (known.BOX, "lid with very high damping", "lid", {"coast_s": 0.05}),
+        (known.BOX, "The damping of the hinge is high.", "lid", {"coast_s": 0.1}),
+        (known.BOX, "no damping in the lid", "lid", {"coast_s": 1.0}),
+        (known.SAFE, "The door is heavy and moves slowly.", "door", {"coast_s": 0.05}),
+        (
+            known.BUCKET,
+            "its handle halfway over. The handle swings freely.",
+            "handle",
+            {"coast_s": 1.0, "holds": False},
+        ),
+        (
+            known.TRASHCAN,
+            "The lid hinge has low damping and holds its position.",
+            "lid",
+            {"coast_s": 0.5, "holds": True},
+        ),
+        (
+            known.CABINET,
+            "Doors stay where they are placed.",
+            "door_right",
+            {"holds": True},
+        ),
+        (known.BOX, "The lid does not stay open.", "lid", {"holds": False}),
+        (known.DRAWERS, "low friction slides", "d1", {"coast_s": 0.5, "holds": False}),
+        (known.DRAWERS, "high friction slides", "d1", {"coast_s": 0.1, "holds": True}),
+        (
+            known.STAPLER,
+            "slightly open stapler, with spring behavior in its joint",
+            "lid",
+            {"spring_hz": 3.0, "spring_rest": -0.3 + 0.33 * 1.5708, "holds": False},
+        ),
+        (
+            known.KEYBOARD,
+            "light, springy keys",
+            "k1",
+            {"spring_hz": 10.5, "spring_rest": 0.0},
+        ),
+        (known.MICROWAVE, "stiff buttons", "button", {"spring_hz": 18.0}),
+        (
+            known.TOASTER,
+            "The lever springs back.",
+            "lever",
+            {"spring_hz": 4.0, "spring_rest": 0.0},
+        ),
+    ],
+)
+def test_feel(information: Json, guidance: str, name: str, expected: Json) -> None:
+    found = felt(ask(information, guidance), name)
+    assert {key: found[key] for key in expected} == pytest.approx(expected, abs=1e-3)
+
+
+def test_feel_reaches_only_the_parts_that_are_named() -> None:
+    plain, worded = (
+        ask(known.CABINET),
+        ask(known.CABINET, "drawers with super high damping"),
+    )
+    assert felt(worded, "door_left") == felt(plain, "door_left")
+    assert felt(worded, "drawer_left")["coast_s"] == 0.05
+
+
+def test_a_spring_can_be_declined() -> None:
+    assert "spring_hz" not in felt(ask(known.KEYBOARD, "keys without springs"), "k0")
+
+
+def test_an_unmet_wish_is_noted() -> None:
+    notes = ask(known.MICROWAVE, "with its drawer open")["notes"]
+    assert any("no drawer" in note for note in notes)
+
+
+def test_segments_end_at_separators_but_not_inside_numbers() -> None:
+    assert tokenize("Lid at 0.5 rad, 3-drawer.") == (
+        "lid",
+        "at",
+        "0.5",
+        "rad",
+        ",",
+        ".",
+    )
+    assert [segment.tokens for segment in segments("a lid, open and closed", "")] == [
+        ("a", "lid"),
+        ("open",),
+        ("closed",),
+    ]

@@ -1,0 +1,98 @@
+"""A run in MLflow, the figures that it logs, and the chart."""
+
+import time
+from pathlib import Path
+
+import pytest
+from mlflow import MlflowClient
+from PIL import Image
+
+from asset2sim.catalog.chart import failure_chart
+from asset2sim.catalog.figures import run_figures
+from asset2sim.catalog.mlflow_log import EXPERIMENT, log_run, run_params
+from asset2sim.catalog.run import start_run
+from asset2sim.catalog.store import write_run
+from schemas.asset import AssetRecord
+from schemas.settings import ModelSettings, Settings, Thresholds
+from schemas.tables import TABLES
+from schemas.vocabulary import FailureMode
+from tests.factories import make_failure, make_measurement, make_motion, make_record
+
+LIMITS = Thresholds()
+
+
+@pytest.fixture
+def records() -> list[AssetRecord]:
+    """Φ of 0.5, 0 and 1.5 mm, one drifting and one oscillating, and one that was never measured."""
+    oscillating = make_measurement(penetration_m=0.0, joints=(make_motion("hinge", 0.5, 9),))
+    drifting = make_measurement(penetration_m=0.0015, drift_m=0.01)
+    return [
+        make_record("1"),
+        make_record("2", measurement=oscillating),
+        make_record("3", measurement=drifting),
+        make_failure("4", FailureMode.MISSING_MESH),
+    ]
+
+
+def test_figures(records: list[AssetRecord]) -> None:
+    figures = run_figures(records, LIMITS)
+    expected = {
+        "assets": 4, "ok": 3, "success_rate": 0.75, "queries_per_asset": 0.75, "tokens_per_asset": 900.0,
+        "failures_missing_mesh": 1, "failures_drift": 0, "measured": 3, "penetration_mm_mean": 2 / 3,
+        "penetration_mm_median": 0.5, "penetration_mm_max": 1.5, "penetration_mm_mean_nonzero": 1.0,
+        "penetrating_assets": 2, "drift_pass_share": 2 / 3, "oscillation_pass_share": 2 / 3,
+        "penetration_pass_share": 1.0,
+        "seconds_extract_mean": (3 * 0.1 + 0.05) / 4, "seconds_extract_median": 0.1,
+    }  # fmt: skip
+    assert {name: figures[name] for name in expected} == pytest.approx(expected)
+
+
+def test_figures_of_nothing_are_left_out() -> None:
+    assert run_figures([], LIMITS)["assets"] == 0
+    assert "success_rate" not in run_figures([], LIMITS)
+    assert "penetration_mm_mean" not in run_figures([make_failure("1", FailureMode.TIMEOUT)], LIMITS)
+
+
+def test_a_run_is_in_mlflow_with_settings_figures_tables_and_chart(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, records: list[AssetRecord]
+) -> None:
+    monkeypatch.delenv("MLFLOW_TRACKING_URI", raising=False)
+    run = start_run(Settings(), "data/raw", "paper9")
+    write_run(tmp_path, run, records)
+    assert log_run(tmp_path, run, records) is None
+    client = MlflowClient(tracking_uri=f"sqlite:///{tmp_path / 'mlflow.db'}")
+    experiment = client.get_experiment_by_name(EXPERIMENT)
+    assert experiment is not None
+    (logged,) = client.search_runs([experiment.experiment_id])
+    assert logged.info.run_name == run.run_id and logged.info.status == "FINISHED"
+    assert logged.data.metrics["success_rate"] == 0.75 and logged.data.metrics["failures_missing_mesh"] == 1
+    assert logged.data.params["search.target_phi_m"] == "0.0001" and logged.data.params["subset"] == "paper9"
+    artifacts = {
+        file.path for folder in (None, "catalog") for file in client.list_artifacts(logged.info.run_id, folder)
+    }
+    assert {f"catalog/{table.file}" for table in TABLES.values()} | {"failure_modes.png", "summary.md"} <= artifacts
+    assert (tmp_path / "mlartifacts").is_dir()
+
+
+def test_a_server_that_is_not_there_costs_a_warning_and_seconds(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, records: list[AssetRecord]
+) -> None:
+    monkeypatch.setenv("MLFLOW_TRACKING_URI", "http://me:secret@127.0.0.1:9")
+    started = time.monotonic()
+    warning = log_run(tmp_path, start_run(Settings(), "data/raw"), records)
+    assert time.monotonic() - started < 10.0
+    assert warning is not None and "MLflow does not hold run" in warning
+    assert "\n" not in warning and "secret" not in warning
+
+
+def test_params_are_flat_bounded_and_hold_no_password() -> None:
+    params = run_params(Settings(model=ModelSettings(model="x" * 9000, api_base="http://me:secret@host")))
+    assert len(params["model.model"]) == 500 and params["model.api_base"] == "http://host"
+    assert params["thresholds.drift_m"] == "0.001" and all(isinstance(value, str) for value in params.values())
+
+
+def test_the_chart_is_a_picture(tmp_path: Path, records: list[AssetRecord]) -> None:
+    with Image.open(failure_chart(records, tmp_path / "new" / "chart.png")) as picture:
+        assert picture.format == "PNG" and min(picture.size) > 400
+        assert len(picture.convert("RGB").getcolors(1 << 24) or []) > 10
+    assert failure_chart([], tmp_path / "empty.png").is_file()
