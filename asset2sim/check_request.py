@@ -14,7 +14,7 @@ from schemas.settings import Settings
 def check_request(
     data: Path, out: Path, settings: Settings, subset: str | None, asset_ids: Sequence[str], limit: int | None
 ) -> list[AssetRef]:
-    """The assets to refine, as ``load_dataset`` has them. Raises ``UsageError`` for whatever cannot be done as asked."""
+    """The assets to refine, as ``load_dataset`` has them. Raises ``UsageError`` for what cannot be done as asked."""
     refs = load_dataset(data, subset, asset_ids, limit)
     check_model(settings.model)
     check_output(out.resolve(), data.resolve(), refs)

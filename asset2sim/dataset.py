@@ -1,4 +1,4 @@
-"""A dataset is a list of asset references: from a manifest, from a folder of asset folders, or from one asset folder."""
+"""A dataset is a list of asset references: from a manifest, a folder of asset folders, or one asset folder."""
 
 import csv
 from collections import Counter
@@ -18,11 +18,13 @@ MAX_ID_LENGTH = 200
 def load_dataset(
     data: Path, subset: str | None = None, asset_ids: Sequence[str] = (), limit: int | None = None
 ) -> list[AssetRef]:
-    """The assets of a dataset, in the manifest's order, else by name; ``limit`` takes the first so many of those chosen.
+    """The assets of a dataset, in the manifest's order, else by name; ``limit`` takes the first so many of those
+    chosen.
 
-    ``data`` holds a ``manifest.csv``, or asset folders (one or two levels down), or is one asset folder. Paths come out
-    absolute. A manifest row whose folder is missing stays: it fails as an asset, not as a run. Raises ``UsageError``, naming
-    the valid choices, for a dataset that cannot be read and for a subset or an asset that it does not have.
+    ``data`` holds a ``manifest.csv``, or asset folders (one or two levels down), or is one asset folder. Paths come
+    out absolute. A manifest row whose folder is missing stays: it fails as an asset, not as a run. Raises
+    ``UsageError``, naming the valid choices, for a dataset that cannot be read and for a subset or an asset that it
+    does not have.
     """
     if not data.exists():
         raise UsageError(f"no dataset at {data}: {_neighbours(data)}")
@@ -39,7 +41,7 @@ def load_dataset(
 
 
 def read_manifest(manifest: Path) -> list[AssetRef]:
-    """The rows of a manifest; paths in it are relative to its folder. Raises ``UsageError`` naming the line at fault."""
+    """The rows of a manifest, whose paths are relative to its folder. Raises ``UsageError`` naming the line at fault."""
     try:
         with manifest.open(encoding="utf-8-sig", newline="") as file:
             reader = csv.DictReader(file, skipinitialspace=True)
@@ -92,7 +94,9 @@ def check_asset_id(asset_id: str, where: str) -> str:
             "so use letters, digits, '.', '_', '-' and spaces"
         )
     if not asset_id or asset_id != asset_id.strip() or asset_id.startswith("."):
-        raise UsageError(f"{where}: asset_id {asset_id!r} names a folder of the output; it may not be empty or start with '.'")
+        raise UsageError(
+            f"{where}: asset_id {asset_id!r} names a folder of the output; it may not be empty or start with '.'"
+        )
     if len(asset_id.encode()) > MAX_ID_LENGTH:
         raise UsageError(f"{where}: asset_id '{asset_id[:20]}…' has over {MAX_ID_LENGTH} bytes; it names a folder")
     return asset_id
@@ -104,7 +108,9 @@ def _row(manifest: Path, line: int, row: dict[str, str | None]) -> AssetRef:
         raise UsageError(f"{where}: more cells than columns; put quotes round a text that holds a comma")
     cells = {name: (row.get(name) or "").strip() for name in COLUMNS}
     if not cells["path"]:
-        raise UsageError(f"{where}: asset '{cells['asset_id']}' has no path; give its folder, relative to {manifest.parent}")
+        raise UsageError(
+            f"{where}: asset '{cells['asset_id']}' has no path; give its folder, relative to {manifest.parent}"
+        )
     return AssetRef(
         asset_id=check_asset_id(cells["asset_id"], where),
         path=str((manifest.parent / cells["path"]).resolve()),

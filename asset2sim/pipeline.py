@@ -16,6 +16,7 @@ from asset2sim.metrics.verdict import Verdict, judge
 from asset2sim.models.synthesize import SynthesisFailed, synthesize
 from asset2sim.physics.contact import contact_friction
 from asset2sim.search.asset import refine_in_engine
+from asset2sim.search.dynamics import mend_dynamics
 from asset2sim.validation import validate
 from asset2sim.views import png_bytes, render_views, write_views
 from schemas.asset import AssetRecord, AssetRef
@@ -103,10 +104,20 @@ def run_stages(ref: AssetRef, out: Path, settings: Settings, ask: Ask, progress:
             progress.trace.extend(refined.trace)
             progress.calls.extend(refined.calls)
             progress.findings.extend(refined.findings)
-            write_urdf(extraction, overlay, folder, settings.physics)
         with progress.timed(Stage.MEASURE):
             positions = overlay.initial_positions
-            measurement = progress.measurement = measure(folder.urdf, positions, overlay.contact_friction, settings.engine)
+
+            def remeasure(changed: PhysicsOverlay) -> Measurement:
+                write_urdf(extraction, changed, folder, settings.physics)
+                return measure(folder.urdf, positions, changed.contact_friction, settings.engine)
+
+            mended = mend_dynamics(
+                extraction.features, overlay, remeasure(overlay), settings, remeasure
+            )
+            overlay, measurement = mended.overlay, mended.measurement
+            progress.overlay, progress.measurement = overlay, measurement
+            progress.trace.extend(mended.trace)
+            progress.findings.extend(mended.findings)
             verdict = judge(measurement, prismatic_joints(overlay), settings.thresholds)
         progress.findings.extend(engine_findings(measurement, verdict))
         with progress.timed(Stage.PUBLISH):

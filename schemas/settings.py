@@ -75,8 +75,13 @@ class EngineSettings(Frozen):
 
     timestep_s: Positive = 1.0 / 240.0
     """PyBullet's own default and the step its solver is tuned for, s."""
-    settle_s: Positive = 2.0
-    """T_set: time to come to rest before the reference pose is taken, s."""
+    settle_s: Positive = 6.0
+    """T_set at most: time to come to rest before the reference pose is taken, s; a clock that topples needs four."""
+    still_s: Positive = 0.25
+    """Settling ends early once nothing has moved for this long, s ..."""
+    still_speed: Positive = 3e-4
+    """... where moving means a link above this speed, m/s (over the test it would drift 0.6 mm of the 1 mm allowed), or the
+    root turning or a joint moving above ten times it, rad/s or m/s."""
     test_s: Positive = 2.0
     """T_test: time over which drift and oscillation are measured, s."""
     drop_height_m: NonNegative = 0.002
@@ -89,9 +94,20 @@ class SearchSettings(Frozen):
     target_phi_m: NonNegative = 1e-4
     """ε: Φ at which the search is done, m."""
     state_tolerance: Fraction = 0.10
-    """How far, as a share of its range, a joint may be moved from the requested state without leaving it."""
+    """How far, as a share of its range, a joint may be moved from the requested state without leaving it ..."""
+    closed_tolerance: Fraction = 0.02
+    """... and how far where that state is its closed end: a drawer that is a tenth open is not closed."""
+    least_gain: Fraction = 0.10
+    """Share of Φ by which a move must lower it: a state is not left for less."""
     max_evaluations: int = Field(4000, ge=1)
     """Evaluations of Φ per asset; one costs 5 to 30 µs on these objects."""
+    mend_rounds: int = Field(5, ge=0)
+    """Times that joint dynamics are changed and measured again where an asset drifts or oscillates."""
+    mend_factor: Positive = 3.0
+    """By how much damping and friction grow each time (the paper: ×2 to ×5 on persistent oscillation)."""
+    rolling_resistance: NonNegative = 0.02
+    """Least friction of a joint that moves untouched, as a share of the object's weight on a lever of the part's own
+    size: castors on a hard floor have 0.01 to 0.03."""
     max_model_calls: int = Field(2, ge=0)
     """Model proposals per asset once the search has failed or left the requested state."""
 

@@ -97,7 +97,9 @@ def ignore_every_signal_and_hang() -> None:
     time.sleep(600)
 
 
-def no_pipeline(ref: AssetRef, out: Path, settings: Settings, *, ask: Callable[[ModelRequest], ModelAnswer]) -> AssetRecord:
+def no_pipeline(
+    ref: AssetRef, out: Path, settings: Settings, *, ask: Callable[[ModelRequest], ModelAnswer]
+) -> AssetRecord:
     """A pipeline that does nothing, well."""
     record = failed_record(ref, settings, FailureMode.NONE, "nothing was asked")
     return record.model_copy(update={"status": Status.OK, "findings": ()})

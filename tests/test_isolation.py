@@ -30,11 +30,13 @@ def children_are_accepted_again() -> Iterator[None]:
 
 
 def isolated(
-    log: Path, function: Callable[..., object], *args: object, time_limit_s: float = 20.0, **services: Callable[..., object]
+    log: Path,
+    function: Callable[..., object],
+    *args: object,
+    time_limit_s: float = 20.0,
+    **services: Callable[..., object],
 ) -> Outcome:
-    return run_isolated(
-        function, args, time_limit_s=time_limit_s, memory_limit_mb=600, services=services, log_path=log
-    )
+    return run_isolated(function, args, time_limit_s=time_limit_s, memory_limit_mb=600, services=services, log_path=log)
 
 
 @pytest.fixture
@@ -168,7 +170,9 @@ def test_children_and_grandchildren_die_with_a_killed_parent(tmp_path: Path, kil
 
 def test_stopping_kills_what_runs_and_refuses_what_comes(log: Path) -> None:
     outcomes: list[Outcome] = []
-    thread = threading.Thread(target=lambda: outcomes.append(isolated(log, crashers.sleep_for, 60.0, time_limit_s=60.0)))
+    thread = threading.Thread(
+        target=lambda: outcomes.append(isolated(log, crashers.sleep_for, 60.0, time_limit_s=60.0))
+    )
     thread.start()
     time.sleep(0.5)
     stop_children("somebody else")

@@ -31,7 +31,7 @@ def parse(arguments: Sequence[str]) -> argparse.Namespace:
     """The parsed command line; ``command`` names the command. Raises ``UsageError``."""
     parser = Parser(
         prog="asset2sim",
-        description="Make articulated URDF assets interaction-ready: masses, inertias, joint dynamics, scale and start state.",
+        description="Make articulated URDF assets interaction-ready: mass, inertia, joint dynamics, scale, start state.",
         epilog=EXAMPLE,
         formatter_class=argparse.RawDescriptionHelpFormatter,
         allow_abbrev=False,
@@ -46,7 +46,9 @@ def parse(arguments: Sequence[str]) -> argparse.Namespace:
     doctor = commands.add_parser("doctor", help="what works here, and what does not", allow_abbrev=False)
     doctor.add_argument("--out", type=Path, default=Path("data/refined"), metavar="OUT", help="where output would go")
     _add_model(doctor)
-    _add_refine(commands.add_parser("nightly", help="refine a dataset on the schedule of catalog.yaml", allow_abbrev=False))
+    _add_refine(
+        commands.add_parser("nightly", help="refine a dataset on the schedule of catalog.yaml", allow_abbrev=False)
+    )
     return parser.parse_args(arguments)
 
 
@@ -84,14 +86,25 @@ def usable_cores() -> int:
 
 def _add_refine(parser: argparse.ArgumentParser) -> None:
     add = parser.add_argument
-    add("data", type=Path, metavar="DATA", help="a folder with manifest.csv, a folder of asset folders, or one asset folder")
+    add(
+        "data",
+        type=Path,
+        metavar="DATA",
+        help="a folder with manifest.csv, a folder of asset folders, or one asset folder",
+    )
     add("--out", type=Path, required=True, metavar="OUT", help="the output folder")
     add("--subset", metavar="S", help="only the manifest's rows of this subset")
     add("--assets", metavar="ID,ID", help="only these assets")
     add("--limit", type=_positive, metavar="N", help="only the first N of them")
     add("--method", choices=[method.value for method in Method], default=Method.ASSET2SIM.value, help="how to refine")
     _add_model(parser)
-    add("--workers", type=_positive, default=usable_cores(), metavar="N", help="assets at work at once (default: all cores)")
+    add(
+        "--workers",
+        type=_positive,
+        default=usable_cores(),
+        metavar="N",
+        help="assets at work at once (default: all cores)",
+    )
     add("--scheduler", metavar="tcp://…", help="a Dask scheduler to use instead of a cluster of our own")
     add("--no-views", action="store_true", help="write no pictures")
     add("--strict", action="store_true", help="exit with 1 if an asset failed")

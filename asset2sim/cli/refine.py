@@ -36,9 +36,7 @@ def run_nightly(request: RefineRequest, serve: Callable[[RefineRequest], None]) 
 
 def check(request: RefineRequest) -> None:
     """Raise ``UsageError`` for a request that cannot be met, before anything is imported or written for it."""
-    check_request(
-        request.data, request.out, request.settings, request.subset, request.asset_ids, request.limit
-    )
+    check_request(request.data, request.out, request.settings, request.subset, request.asset_ids, request.limit)
 
 
 def exit_code(result: RunResult, strict: bool) -> int:

@@ -43,7 +43,7 @@ def obj_text(points: np.ndarray) -> str | None:
     hull = hull_of(points)
     if hull is None:
         return None
-    vertices, inverse = np.unique(hull[1].reshape(-1, 3), axis=0, return_inverse=True)
+    vertices, inverse = np.unique(hull.triangles.reshape(-1, 3), axis=0, return_inverse=True)
     lines = [f"v {x:.9g} {y:.9g} {z:.9g}" for x, y, z in vertices]
     lines += [f"f {a + 1} {b + 1} {c + 1}" for a, b, c in inverse.reshape(-1, 3)]
     return "\n".join(lines) + "\n"

@@ -1,9 +1,7 @@
 """The convex hulls that stand for each link in collision, in the link's frame at the final scale."""
 
-from collections.abc import Mapping
-
 import numpy as np
-from scipy.spatial import ConvexHull, QhullError
+from scipy.spatial import ConvexHull
 
 from asset2sim.arrays import Array
 from asset2sim.extraction import Extraction, LinkGeometry
@@ -35,7 +33,7 @@ def link_hulls(geometry: LinkGeometry, scale: float) -> tuple[Array, ...]:
 
 def outermost(pieces: list[Array]) -> tuple[Array, ...]:
     """The pieces that are not wholly inside another one, in their order."""
-    planes = [half_spaces(piece) for piece in pieces]
+    planes: dict[int, Array] = {}
     boxes = [(piece.min(axis=0), piece.max(axis=0)) for piece in pieces]
     volume = [float(np.prod(high - low)) for low, high in boxes]
     kept: list[int] = []
@@ -44,21 +42,13 @@ def outermost(pieces: list[Array]) -> tuple[Array, ...]:
         inside = any(
             np.all(low >= boxes[other][0] - INSIDE_M)
             and np.all(high <= boxes[other][1] + INSIDE_M)
-            and planes[other] is not None
             and float((pieces[index] @ planes[other][:, :3].T + planes[other][:, 3]).max()) <= INSIDE_M
             for other in kept
         )
         if not inside:
             kept.append(index)
+            planes[index] = np.asarray(ConvexHull(pieces[index]).equations)
     return tuple(pieces[index] for index in sorted(kept))
-
-
-def half_spaces(points: Array) -> Array | None:
-    """(f, 4) planes of a hull as (normal, offset), non-positive inside; None where the points are coplanar."""
-    try:
-        return np.asarray(ConvexHull(points).equations)
-    except (QhullError, ValueError):
-        return None
 
 
 def thickened(points: Array) -> Array:
@@ -66,8 +56,3 @@ def thickened(points: Array) -> Array:
     center = points.mean(axis=0)
     normal = np.linalg.svd(points - center, full_matrices=True)[2][2]
     return np.vstack([points + normal * SHEET_THICKNESS_M / 2.0, points - normal * SHEET_THICKNESS_M / 2.0])
-
-
-def count(hulls: Mapping[str, tuple[Array, ...]]) -> int:
-    """How many hulls there are in all."""
-    return sum(len(pieces) for pieces in hulls.values())

@@ -67,7 +67,7 @@ def trim(points: Array, normal: Array, offset: float) -> Array | None:
     above, below = height[height >= 0.0][:, None, None], -height[height < 0.0][None, :, None]
     crossing = (kept[:, None] * below + removed[None] * above) / (above + below)
     hull = hull_of(np.vstack([kept, crossing.reshape(-1, 3)]))
-    return None if hull is None else hull[0]
+    return None if hull is None else hull.points
 
 
 class Trimmer:

@@ -8,7 +8,7 @@ import numpy as np
 import pybullet
 
 from asset2sim.arrays import Array
-from asset2sim.engines.pybullet_object import PyBulletObject, loaded, stepper
+from asset2sim.engines.pybullet_object import PyBulletObject, Stepper, loaded, stepper
 from asset2sim.engines.pybullet_penetration import contacts_at
 from asset2sim.metrics.drift import drift
 from asset2sim.metrics.oscillation import amplitude, sign_changes
@@ -18,6 +18,8 @@ from schemas.settings import EngineSettings
 
 SPEED_EVERY = 4
 """Steps between two readings of all link speeds: they cost more than a step on an object of a hundred links."""
+TURN_FACTOR = 10.0
+"""A turn counts as still below this many times the links' bound, rad/s: a lever arm of a decimetre."""
 
 
 @dataclass(frozen=True)
@@ -39,34 +41,65 @@ def watch(
     """Set the object over the plane at ``height_m`` in its initial state, let it settle, then record it untouched."""
     with loaded(urdf, fixed_base=False, timestep_s=settings.timestep_s) as item:
         stand(item, positions, contact_friction, height_m)
-        stepping, peak = stepper(item), 0.0
-        settle = round(settings.settle_s / settings.timestep_s)
-        test = round(settings.test_s / settings.timestep_s)
         links = list(range(item.client.getNumJoints(item.body)))
+        stepping, speeds = stepper(item), Speeds(item, links)
+        settle(stepping, speeds, settings)
         root_positions, root_orientations, joint_positions = [], [], []
-        settled = item.positions()
-        for index in range(settle + test + 1):
-            if index >= settle:
-                position, orientation = item.client.getBasePositionAndOrientation(item.body)
-                root_positions.append(position)
-                root_orientations.append(orientation)
-                joint_positions.append(item.positions())
-            if index == settle:
-                settled = joint_positions[0]
-            if index % SPEED_EVERY == 0:
-                peak = max(peak, fastest(item, links))
-                if not np.isfinite(peak):
-                    break
+        for index in range(round(settings.test_s / settings.timestep_s) + 1):
+            position, orientation = item.client.getBasePositionAndOrientation(item.body)
+            root_positions.append(position)
+            root_orientations.append(orientation)
+            joint_positions.append(item.positions())
+            if index % SPEED_EVERY == 0 and not np.isfinite(speeds.read()):
+                break
             stepping.step()
         return Recording(
             tuple(item.joint_index),
-            np.array(root_positions or [[np.nan] * 3]),
-            np.array(root_orientations or [[np.nan] * 4]),
-            np.array(joint_positions or [np.full(len(item.joint_index), np.nan)]),
-            settled,
-            peak,
+            np.array(root_positions),
+            np.array(root_orientations),
+            np.array(joint_positions),
+            joint_positions[0],
+            speeds.peak,
             item.console,
         )
+
+
+@dataclass
+class Speeds:
+    """The fastest link's speed now and at its peak, m/s; infinite where a number is not finite."""
+
+    item: PyBulletObject
+    links: list[int]
+    peak: float = 0.0
+
+    def read(self) -> float:
+        """The speed of the fastest link's centre of mass now, m/s."""
+        speeds = [np.linalg.norm(self.item.client.getBaseVelocity(self.item.body)[0])]
+        states = (
+            self.item.client.getLinkStates(self.item.body, self.links, computeLinkVelocity=1) if self.links else []
+        )
+        speeds += [np.linalg.norm(state[6]) for state in states]
+        now = float(np.max(speeds))
+        self.peak = max(self.peak, now) if np.isfinite(now) else float("inf")
+        return self.peak if not np.isfinite(self.peak) else now
+
+
+def settle(stepping: Stepper, speeds: Speeds, settings: EngineSettings) -> None:
+    """Step until nothing has moved for ``still_s``, or ``settle_s`` are over, or something is no longer a number."""
+    still_steps = 0
+    for index in range(round(settings.settle_s / settings.timestep_s)):
+        stepping.step()
+        if index % SPEED_EVERY:
+            continue
+        fastest = speeds.read()
+        if not np.isfinite(fastest):
+            return
+        turning = np.linalg.norm(stepping.item.client.getBaseVelocity(stepping.item.body)[1])
+        joints = np.abs(stepping.item.velocities()).max(initial=0.0)
+        moving = fastest > settings.still_speed or max(turning, joints) > TURN_FACTOR * settings.still_speed
+        still_steps = 0 if moving else still_steps + SPEED_EVERY
+        if still_steps * settings.timestep_s >= settings.still_s:
+            return
 
 
 def stand(item: PyBulletObject, positions: Mapping[str, float], contact_friction: float, height_m: float) -> None:
@@ -89,15 +122,6 @@ def stand(item: PyBulletObject, positions: Mapping[str, float], contact_friction
 def has_shape(item: PyBulletObject, link: int) -> bool:
     """Whether a link has a collision shape; a link without one has a box around its origin that means nothing."""
     return len(item.client.getCollisionShapeData(item.body, link)) > 0
-
-
-def fastest(item: PyBulletObject, links: list[int]) -> float:
-    """The speed of the fastest link's centre of mass, m/s; infinite where any is not finite."""
-    speeds = [np.linalg.norm(item.client.getBaseVelocity(item.body)[0])]
-    states = item.client.getLinkStates(item.body, links, computeLinkVelocity=1) if links else []
-    speeds += [np.linalg.norm(state[6]) for state in states]
-    peak = float(np.max(speeds))
-    return peak if np.isfinite(peak) else float("inf")
 
 
 def measure(

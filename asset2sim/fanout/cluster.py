@@ -24,8 +24,9 @@ _CONFIG = {
     "distributed.scheduler.http.routes": [],
     "distributed.worker.http.routes": [],
 }
-"""Records are small and the memory is the children's, which have a limit of their own, so Dask need not watch it. Its loop
-shares the interpreter with LiteLLM's import, so a late tick is no news. It serves no pages."""
+"""Records are small and the memory is the children's, which have a limit of their own, so Dask need not watch it. Its
+loop shares the interpreter with LiteLLM's import, so a late tick is no news. It serves no pages.
+"""
 
 LOOPBACK = "127.0.0.1:0"
 """Dask listens for pages even where it has none: on any free port, for this machine alone."""
@@ -35,9 +36,9 @@ LOOPBACK = "127.0.0.1:0"
 def open_client(run: RunSettings) -> Iterator[Client]:
     """A client of the cluster that ``run`` asks for, closed after the block.
 
-    The local cluster's workers are threads of this process: each waits for a child process, which holds the engines and is
-    the only thing that may crash. Against worker processes that saves 1.3 s of start-up, 4 ms an asset, and LiteLLM's
-    import (5 s and 180 MB) in each. Raises ``UsageError`` for a scheduler that cannot be used.
+    The local cluster's workers are threads of this process: each waits for a child process, which holds the engines
+    and is the only thing that may crash. Against worker processes that saves 1.3 s of start-up, 4 ms an asset, and
+    LiteLLM's import (5 s and 180 MB) in each. Raises ``UsageError`` for a scheduler that cannot be used.
     """
     if run.scheduler is None:
         with (
@@ -64,7 +65,8 @@ def open_client(run: RunSettings) -> Iterator[Client]:
 
 def concurrency(client: Client) -> int:
     """How many assets the cluster works on at once; at least 1."""
-    return max(1, sum(client.nthreads().values()))
+    threads: dict[str, int] = client.nthreads()
+    return max(1, sum(threads.values()))
 
 
 @contextmanager
@@ -99,4 +101,6 @@ def _check_workers(client: Client, address: str) -> None:
         if isinstance(answer, UsageError):
             raise UsageError(f"worker {worker}: {answer}")
         if isinstance(answer, Exception):
-            raise UsageError(f"worker {worker} cannot run Asset2Sim ({answer}); install the project where workers start")
+            raise UsageError(
+                f"worker {worker} cannot run Asset2Sim ({answer}); install the project where workers start"
+            )

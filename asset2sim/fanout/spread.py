@@ -1,4 +1,4 @@
-"""Assets to futures and back: a bounded number in flight, records as they finish, lost workers tried once more alone."""
+"""Assets to futures and back: a bounded number in flight, records as they finish, the lost tried once more alone."""
 
 from collections.abc import Callable, Iterator, Sequence
 
@@ -18,16 +18,18 @@ class LostClusterError(Asset2SimError):
     """The scheduler went away in the middle of a run."""
 
 
-def spread(client: Client, refs: Sequence[AssetRef], work: Work, fail: Callable[[AssetRef, str], AssetRecord]) -> Iterator[AssetRecord]:
+def spread(
+    client: Client, refs: Sequence[AssetRef], work: Work, fail: Callable[[AssetRef, str], AssetRecord]
+) -> Iterator[AssetRecord]:
     """The record of every asset, in the order in which they finish.
 
-    ``work`` answers with a record for everything that can happen to an asset, so a future that fails has lost its worker:
-    the asset is tried once more when nothing else runs, and ``fail(ref, reason)`` is its record if that is lost too. Raises
-    ``UsageError`` as the work does and ``LostClusterError`` when the scheduler is gone. Leaving the iterator early cancels
-    what is still in flight.
+    ``work`` answers with a record for everything that can happen to an asset, so a future that fails has lost its
+    worker: the asset is tried once more when nothing else runs, and ``fail(ref, reason)`` is its record if that is
+    lost too. Raises ``UsageError`` as the work does and ``LostClusterError`` when the scheduler is gone. Leaving the
+    iterator early cancels what is still in flight.
     """
     waiting = iter(refs)
-    at_work: dict[Future, AssetRef] = {}
+    at_work: dict[Future[AssetRecord], AssetRef] = {}
     lost: list[AssetRef] = []
     done: as_completed = as_completed()
 
@@ -57,11 +59,11 @@ def spread(client: Client, refs: Sequence[AssetRef], work: Work, fail: Callable[
         yield record if record is not None else fail(ref, f"its Dask worker was lost twice: {reason}")
 
 
-def _submit(client: Client, work: Work, ref: AssetRef) -> Future:
+def _submit(client: Client, work: Work, ref: AssetRef) -> Future[AssetRecord]:
     return client.submit(work, ref, pure=False, key=f"refine-{ref.asset_id}-{id(ref):x}")
 
 
-def _collect(client: Client, future: Future) -> tuple[AssetRecord | None, str]:
+def _collect(client: Client, future: Future[AssetRecord]) -> tuple[AssetRecord | None, str]:
     """The future's record, or None and why there is none."""
     try:
         record = future.result()

@@ -1,5 +1,7 @@
 """Convex hulls of point sets, and the mass properties of what a closed surface encloses."""
 
+from dataclasses import dataclass
+
 import numpy as np
 import trimesh
 from scipy.spatial import ConvexHull, QhullError
@@ -10,8 +12,16 @@ FLAT_THICKNESS = 1e-4
 """Thickness over longest extent below which a mesh is a sheet: decals of real assets lie below 1e-6, thin panels above 1e-3."""
 
 
-def hull_of(points: Array) -> tuple[Array, Array] | None:
-    """The (m, 3) hull vertices and (k, 3, 3) outward triangles of (n, 3) points, or None where they are coplanar."""
+@dataclass(frozen=True)
+class Hull:
+    """A convex hull with a volume: its (n, 3) vertices and its (k, 3, 3) outward triangles."""
+
+    points: Array
+    triangles: Array
+
+
+def hull_of(points: Array) -> Hull | None:
+    """The hull of (n, 3) points, or None where they are coplanar."""
     extent = float(np.ptp(points, axis=0).max()) if len(points) else 0.0
     if len(points) < 4 or extent <= 0.0:
         return None
@@ -25,7 +35,7 @@ def hull_of(points: Array) -> tuple[Array, Array] | None:
     normals = np.cross(triangles[:, 1] - triangles[:, 0], triangles[:, 2] - triangles[:, 0])
     inward = np.einsum("ij,ij->i", normals, hull.equations[:, :3]) < 0.0
     triangles[inward] = triangles[inward][:, ::-1]
-    return points[hull.vertices], triangles
+    return Hull(points[hull.vertices], triangles)
 
 
 def solid(triangles: Array) -> tuple[float, Array, Array]:

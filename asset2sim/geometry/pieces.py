@@ -9,8 +9,7 @@ import trimesh
 from scipy.sparse import coo_matrix
 from scipy.sparse.csgraph import connected_components
 
-from asset2sim.arrays import Array
-from asset2sim.geometry.hull import hull_of
+from asset2sim.geometry.hull import Hull, hull_of
 
 MOST_SHELLS = 24
 """Shells above which the whole hull is kept: a mesh of many fragments is one part drawn in pieces, not many parts."""
@@ -18,20 +17,17 @@ LOOSE_SHARE = 0.5
 """Share of the area in flat shells from which the shells are faces of one solid (a box drawn as six loose sides)."""
 
 
-def convex_pieces(mesh: trimesh.Trimesh) -> tuple[Array, ...]:
-    """The hull points (k, 3) of each convex piece, in the mesh's frame; empty where the whole mesh is flat.
+def convex_pieces(mesh: trimesh.Trimesh, whole: Hull) -> tuple[Hull, ...]:
+    """The hull of each convex piece, in the mesh's frame; ``whole`` is the mesh's own hull.
 
     Flat shells among solid ones are decals: they are left out.
     """
     points = np.asarray(mesh.vertices, dtype=float)
-    whole = hull_of(points)
-    if whole is None:
-        return ()
     edges = mesh.edges
     adjacency = coo_matrix((np.ones(len(edges)), (edges[:, 0], edges[:, 1])), shape=(len(points), len(points)))
     count, label = connected_components(adjacency, directed=False)
     if count == 1 or count > MOST_SHELLS:
-        return (whole[0],)
+        return (whole,)
     face_label = label[mesh.faces[:, 0]]
     hulls, flat_area = [], 0.0
     for shell in range(count):
@@ -39,7 +35,7 @@ def convex_pieces(mesh: trimesh.Trimesh) -> tuple[Array, ...]:
         if hull is None:
             flat_area += float(mesh.area_faces[face_label == shell].sum())
         else:
-            hulls.append(hull[0])
+            hulls.append(hull)
     if not hulls or flat_area > LOOSE_SHARE * float(mesh.area):
-        return (whole[0],)
+        return (whole,)
     return tuple(hulls)

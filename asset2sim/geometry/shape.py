@@ -60,23 +60,15 @@ def shape_of(mesh: trimesh.Trimesh) -> Shape:
     hull = hull_of(points)
     if hull is None:
         return Shape(slab(points), VolumeSource.BOX, points, (), float(mesh.area), watertight, len(mesh.faces), box)
-    pieces = convex_pieces(mesh)
-    body, source = combined([solid_of(piece) for piece in pieces]), VolumeSource.HULL
+    pieces = convex_pieces(mesh, hull)
+    body, source = combined([Solid(*solid(piece.triangles)) for piece in pieces]), VolumeSource.HULL
     if watertight:
         volume, center, inertia = solid(np.asarray(mesh.triangles, dtype=float))
         sign = float(np.sign(volume))
         # An inside-out or self-crossing shell integrates to nonsense; no solid exceeds its hull.
-        if 0.0 < abs(volume) <= 1.001 * solid_of(hull[0]).volume and np.linalg.eigvalsh(inertia * sign)[0] > 0.0:
+        if 0.0 < abs(volume) <= 1.001 * solid(hull.triangles)[0] and np.linalg.eigvalsh(inertia * sign)[0] > 0.0:
             body, source = Solid(abs(volume), center, inertia * sign), VolumeSource.SIGNED
-    return Shape(body, source, hull[0], pieces, float(mesh.area), watertight, len(mesh.faces), box)
-
-
-def solid_of(points: Array) -> Solid:
-    """The solid hull of (n, 3) points that are not coplanar."""
-    hull = hull_of(points)
-    if hull is None:
-        return slab(points)
-    return Solid(*solid(hull[1]))
+    return Shape(body, source, hull.points, tuple(piece.points for piece in pieces), float(mesh.area), watertight, len(mesh.faces), box)
 
 
 def slab(points: Array) -> Solid:

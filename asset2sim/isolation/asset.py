@@ -31,9 +31,10 @@ def log_file(out: Path, asset_id: str) -> Path:
 def refine_in_child(pipeline: str, ref: AssetRef, out: Path, settings: Settings, ask: Ask) -> AssetRecord:
     """Refine one asset in a child process under the limits of ``settings.run``; always answers with a record.
 
-    ``pipeline`` names a function as ``module:function``, which the child imports and calls as
-    ``function(ref, out, settings, ask=ask)``; it returns the record. ``ask`` runs in this process. A child that crashes, hangs, outgrows its memory or raises leaves a failed record, which
-    keeps the model calls it had made. Raises ``StoppedError`` where ``stop_children(str(out))`` ended it.
+    ``pipeline`` names a function as ``module:function``, which the child imports and calls as ``function(ref, out,
+    settings, ask=ask)``; it returns the record. ``ask`` runs in this process. A child that crashes, hangs, outgrows
+    its memory or raises leaves a failed record, which keeps the model calls it had made. Raises ``StoppedError``
+    where ``stop_children(str(out))`` ended it.
     """
     calls: list[ModelCall] = []
 

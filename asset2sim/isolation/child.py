@@ -16,9 +16,7 @@ class ServiceError(Asset2SimError):
     """A service in the parent process raised; the message says what."""
 
 
-def child_main(
-    pipe: Connection, work: bytes, services: tuple[str, ...], memory_limit_mb: int, log_path: str
-) -> None:
+def child_main(pipe: Connection, work: bytes, services: tuple[str, ...], memory_limit_mb: int, log_path: str) -> None:
     """Run one pickled ``(function, args)`` and send ``Returned`` or ``Raised``.
 
     The function is called as ``function(*args, **proxies)``, a proxy for each name in ``services``: a call to it is

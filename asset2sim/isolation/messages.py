@@ -34,5 +34,3 @@ class Raised:
     message: str
     traceback: str
     out_of_memory: bool
-
-

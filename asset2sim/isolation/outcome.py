@@ -19,9 +19,9 @@ class Ending(StrEnum):
 class Outcome:
     """What one child left behind.
 
-    ``value`` is what the function returned where ``ending`` is RETURNED and None otherwise; ``reason`` is one line for a
-    person; ``detail`` the traceback, if there is one. ``seconds`` is the wall time of the child, of which it spent
-    ``service_seconds`` waiting for services of its parent.
+    ``value`` is what the function returned where ``ending`` is RETURNED and None otherwise; ``reason`` is one line
+    for a person; ``detail`` the traceback, if there is one. ``seconds`` is the wall time of the child, of which it
+    spent ``service_seconds`` waiting for services of its parent.
     """
 
     ending: Ending

@@ -35,9 +35,9 @@ def run_isolated(
 
     ``function`` must be importable by name and its arguments and result picklable. Each service runs here, in the
     calling thread, when the child calls it by keyword; the time it takes is not the child's, so it does not count
-    towards ``time_limit_s``. What the child prints goes to ``log_path``, which is removed if it stays empty. ``owner`` is
-    whom ``stop_children`` stops it for. Never raises for what the child does; raises ``UsageError`` where this process may
-    not have children.
+    towards ``time_limit_s``. What the child prints goes to ``log_path``, which is removed if it stays empty.
+    ``owner`` is whom ``stop_children`` stops it for. Never raises for what the child does; raises ``UsageError``
+    where this process may not have children.
     """
     if stopping.is_stopped(owner):
         return Outcome(Ending.STOPPED, None, "stopped before it began", "", 0.0, 0.0)

@@ -88,7 +88,8 @@ def propose_scale(info: ObjectInfo, size: Size, guidance: str, thoughts: Sequenc
             authored,
             f"scale 1: real size, and {authored:.3g} m is plausible",
         )
-    fits = abs(authored / target - 1.0) <= KEEP_WITHIN if phrase else size.min_m <= authored <= size.max_m
+    # A normalised dataset's furniture is metres long by chance: only what is near the typical size counts as real.
+    fits = abs(authored / target - 1.0) <= KEEP_WITHIN
     if fits and size.category != "*":
         return Scale(
             1.0,

@@ -1,12 +1,12 @@
 """Refine one asset in PyBullet: the search over its state, a model where the search fails, then its collision shapes."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 
 from asset2sim.apply import Folder, with_hulls, write_urdf
 from asset2sim.collision.hulls import Hulls
-from asset2sim.collision.trim import contact_pairs
+from asset2sim.collision.trim import Cut, contact_pairs
 from asset2sim.engines.pybullet_overlaps import cleared
 from asset2sim.engines.pybullet_penetration import contact_points, contacts_at, penetration_probe
 from asset2sim.extraction import Extraction
@@ -26,7 +26,7 @@ from schemas.finding import Finding
 from schemas.measurement import ContactPair
 from schemas.overlay import JointPhysics, Overlay, PhysicsOverlay
 from schemas.request import LabelledImage, ModelAnswer, ModelRequest
-from schemas.settings import Settings
+from schemas.settings import SearchSettings, Settings
 from schemas.trace import TraceStep
 from schemas.vocabulary import Severity, Source, Stage
 
@@ -74,43 +74,110 @@ def refine_in_engine(
 
     Joint dynamics are derived anew where the state moved.
     """
-    log = Log()
+    loop = Loop(extraction, proposal, overlay, source, hulls, settings, ask, Log())
     requested = overlay.initial_positions
-    found = search_state(extraction, overlay, requested, folder, settings, ask, log)
-    moved = {name: value for name, value in found.items() if value != requested[name]}
+    found = search_state(loop, folder, asking=False)
+    attempts = [found] if found == requested else [found, requested]
+    best = attempt(loop, folder, found)
+    # Where shapes must be cut anyway, the requested state is not left for nothing.
+    if best.cut and found != requested:
+        kept = attempt(loop, folder, requested)
+        best = kept if kept.phi <= max(best.phi, settings.search.target_phi_m) else best
+    if best.phi > settings.thresholds.penetration_m:
+        asked = search_state(loop, folder, asking=True)
+        if asked not in attempts:
+            again = attempt(loop, folder, asked)
+            best = again if again.phi < best.phi else best
+    return settled(loop, folder, best)
+
+
+@dataclass(frozen=True)
+class Loop:
+    """What every step of one asset's loop needs; ``overlay`` is the one that asks for the state."""
+
+    extraction: Extraction
+    proposal: Overlay
+    overlay: PhysicsOverlay
+    source: Source
+    hulls: Hulls
+    settings: Settings
+    ask: ModelAsk
+    log: Log
+
+
+@dataclass(frozen=True)
+class Attempt:
+    """A state with the collision shapes cut for it: Φ (m) in a fresh world before and after, and what was cut."""
+
+    positions: Pose
+    hulls: Hulls
+    phi_before: float
+    phi: float
+    cut: tuple[Cut, ...]
+
+
+def attempt(loop: Loop, folder: Folder, positions: Pose) -> Attempt:
+    """Cut what overlaps at these positions, if anything does; the folder is left with the shapes as they were."""
+    before = penetration(contacts_at(folder.urdf, positions, loop.settings.engine))
+    if before <= loop.settings.search.target_phi_m:
+        return Attempt(positions, loop.hulls, before, before, ())
+    features, overlay = loop.extraction.features, loop.overlay
+    poses = link_to_root(tree_of(written_joints(features, overlay), overlay.scale), features.root, positions)
+    links = [link.name for link in features.links]
+    trimmed, cuts = cleared(loop.hulls, poses, contact_pairs(features.joints, links))
+    if not cuts:
+        return Attempt(positions, loop.hulls, before, before, ())
+    write_urdf(loop.extraction, overlay, with_hulls(folder, trimmed), loop.settings.physics)
+    after = penetration(contacts_at(folder.urdf, positions, loop.settings.engine))
+    write_urdf(loop.extraction, overlay, with_hulls(folder, loop.hulls), loop.settings.physics)
+    if after >= before:
+        return Attempt(positions, loop.hulls, before, before, ())
+    return Attempt(positions, trimmed, before, after, cuts)
+
+
+def settled(loop: Loop, folder: Folder, best: Attempt) -> Refined:
+    """Write the folder at the best attempt, with a step and findings for what it changed."""
+    log, requested, overlay = loop.log, loop.overlay.initial_positions, loop.overlay
+    moved = {name: value for name, value in best.positions.items() if value != requested[name]}
     if moved:
-        overlay = at_positions(extraction, proposal, overlay, found, moved, source, settings)
-        note_moves(overlay, requested, moved, log)
-    folder = clear_shapes(extraction, overlay, hulls, folder, settings, log)
+        overlay = at_positions(loop.extraction, loop.proposal, overlay, best.positions, moved, loop.source, loop.settings)
+        note_moves(requested, moved, log)
+    if best.cut:
+        log.step(
+            TraceStep(
+                step=0, proposer="shape", phi_before_m=best.phi_before, phi_after_m=best.phi, moved={}, accepted=True,
+                evaluations=2, reason="collision shapes cut where no state near the requested one parts them",
+            )  # fmt: skip
+        )
+        folder = with_hulls(folder, best.hulls)
+        note_cuts(best.cut, log)
+    write_urdf(loop.extraction, overlay, folder, loop.settings.physics)
     return Refined(overlay, folder, tuple(log.trace), tuple(log.calls), tuple(log.findings))
 
 
-def search_state(
-    extraction: Extraction,
-    overlay: PhysicsOverlay,
-    requested: Pose,
-    folder: Folder,
-    settings: Settings,
-    ask: ModelAsk,
-    log: Log,
-) -> Pose:
-    """The pose with the lowest Φ near the requested one; the requested one where a fresh world sees no fall of Φ."""
-    bands = {joint.name: band_of(joint, settings.search.state_tolerance) for joint in overlay.joints}
+def search_state(loop: Loop, folder: Folder, asking: bool) -> Pose:
+    """The pose with the lowest Φ near the requested one; the requested one where a fresh world sees no fall of Φ.
+
+    The model is asked only if ``asking``.
+    """
+    overlay, settings = loop.overlay, loop.settings
+    requested = overlay.initial_positions
+    bands = {joint.name: band_of(joint, settings.search) for joint in overlay.joints}
     with penetration_probe(folder.urdf, settings.engine) as item:
         evaluator = Evaluator(lambda pose: contact_points(item, pose), settings.search.max_evaluations)
         found, _, trace = refine_state(
             overlay.asset_id,
-            extraction.features.joints,
+            loop.extraction.features.joints,
             requested,
             bands,
             alternatives(overlay),
             evaluator,
             settings.search,
             settings.thresholds.penetration_m,
-            model_asker(extraction, overlay, folder.urdf, settings, ask, log),
+            model_asker(loop, folder.urdf) if asking else None,
         )
     for step in trace:
-        log.step(step)
+        loop.log.step(step)
     if found == requested:
         return requested
     # The search ran in one world whose contact cache remembers; the judge is a fresh one.
@@ -130,7 +197,7 @@ def alternatives(overlay: PhysicsOverlay) -> Pose:
     }
 
 
-def note_moves(overlay: PhysicsOverlay, requested: Pose, moved: Mapping[str, float], log: Log) -> None:
+def note_moves(requested: Pose, moved: Mapping[str, float], log: Log) -> None:
     """A finding for every joint that starts elsewhere than was asked or assumed."""
     for name, value in moved.items():
         log.findings.append(
@@ -142,48 +209,20 @@ def note_moves(overlay: PhysicsOverlay, requested: Pose, moved: Mapping[str, flo
         )
 
 
-def clear_shapes(
-    extraction: Extraction,
-    overlay: PhysicsOverlay,
-    hulls: Hulls,
-    folder: Folder,
-    settings: Settings,
-    log: Log,
-) -> Folder:
-    """Cut away what still overlaps in the found state, kept only if a fresh world then sees Φ fall."""
-    positions = overlay.initial_positions
-    before = penetration(contacts_at(folder.urdf, positions, settings.engine))
-    if before <= settings.search.target_phi_m:
-        return folder
-    features = extraction.features
-    poses = link_to_root(tree_of(written_joints(features, overlay), overlay.scale), features.root, positions)
-    trimmed, cuts = cleared(hulls, poses, contact_pairs(features.joints, [link.name for link in features.links]))
-    if not cuts:
-        return folder
-    changed = with_hulls(folder, trimmed)
-    write_urdf(extraction, overlay, changed, settings.physics)
-    after = penetration(contacts_at(changed.urdf, positions, settings.engine))
-    accepted = after < before
-    log.step(
-        TraceStep(
-            step=0, proposer="shape", phi_before_m=before, phi_after_m=after, moved={}, accepted=accepted, evaluations=2,
-            reason=f"{len(cuts)} collision shapes cut where no state near the requested one parts them",
-        )  # fmt: skip
-    )
-    if not accepted:
-        restored = with_hulls(folder, hulls)
-        write_urdf(extraction, overlay, restored, settings.physics)
-        return restored
-    for cut in cuts:
+def note_cuts(cuts: Sequence[Cut], log: Log) -> None:
+    """A finding for every link that lost part of its collision shape: its deepest cut, and the links it was cleared of."""
+    for link in sorted({cut.link for cut in cuts}):
+        own = [cut for cut in cuts if cut.link == link]
+        deepest = max(own, key=lambda cut: cut.depth_m)
+        others = ", ".join(f"'{cut.other}'" for cut in own[:4]) + (f" and {len(own) - 4} more" if len(own) > 4 else "")
         log.findings.append(
             Finding(
                 stage=Stage.REFINE, severity=Severity.WARNING, code="collision_cut",
-                message=f"collision of link '{cut.link}' cut by up to {1e3 * cut.depth_m:.3g} mm ({cut.share:.0%} of a hull) "
-                f"where it overlaps '{cut.other}' in every state near the requested one; its looks are unchanged",
-                link=cut.link, value=cut.depth_m,
+                message=f"collision of link '{link}' cut by up to {1e3 * deepest.depth_m:.3g} mm ({deepest.share:.0%} of a hull) "
+                f"where it overlaps {others} in every state near the requested one; its looks are unchanged",
+                link=link, value=deepest.depth_m,
             )  # fmt: skip
         )
-    return changed
 
 
 def at_positions(
@@ -218,25 +257,20 @@ def at_positions(
     return again.model_copy(update={"joints": joints})
 
 
-def band_of(joint: JointPhysics, tolerance: float) -> Band:
-    """Where a joint may go without leaving its state: ``tolerance`` of its range to either side, within its limits."""
+def band_of(joint: JointPhysics, settings: SearchSettings) -> Band:
+    """Where a joint may go without leaving its state: a share of its range to either side, within its limits."""
     position = joint.initial_position
     if joint.lower is None or joint.upper is None:
-        return Band(position, position - tolerance, position + tolerance, 1.0)
-    reach = tolerance * (joint.upper - joint.lower)
-    low, high = max(joint.lower, position - reach), min(joint.upper, position + reach)
-    return Band(position, low, high, joint.upper - joint.lower)
+        return Band(position, position - settings.state_tolerance, position + settings.state_tolerance, 1.0)
+    span = joint.upper - joint.lower
+    closed = abs(position - joint.closed) <= settings.closed_tolerance * span
+    reach = span * (settings.closed_tolerance if closed else settings.state_tolerance)
+    return Band(position, max(joint.lower, position - reach), min(joint.upper, position + reach), span)
 
 
-def model_asker(
-    extraction: Extraction,
-    overlay: PhysicsOverlay,
-    urdf: Path,
-    settings: Settings,
-    ask: ModelAsk,
-    log: Log,
-) -> Ask:
+def model_asker(loop: Loop, urdf: Path) -> Ask:
     """What asks the model for a step: four views for models that may look, the pairs, the focus joints, the desired state."""
+    settings, log = loop.settings, loop.log
 
     def propose(best: Pose, phi: float, pairs: tuple[ContactPair, ...], focus: tuple[str, ...]) -> Pose | None:
         images: tuple[LabelledImage, ...] = ()
@@ -244,9 +278,9 @@ def model_asker(
             views = render_views(urdf, best, settings.views)
             images = tuple(LabelledImage(label=name, png=png_bytes(views[name])) for name in MODEL_VIEWS)
         request = refinement_request(
-            extraction.features, overlay, phi, pairs, best, overlay.initial_positions, focus, images
+            loop.extraction.features, loop.overlay, phi, pairs, best, loop.overlay.initial_positions, focus, images
         )
-        answer = ask(request)
+        answer = loop.ask(request)
         log.calls.extend(answer.calls)
         if answer.content is None:
             log.findings.append(unanswered(answer.error or "the model failed"))

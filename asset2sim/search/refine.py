@@ -17,9 +17,6 @@ ROUNDS = 6
 """Rounds of line searches: each takes the worst pair that is left, and real objects rarely have more than three."""
 BISECTIONS = 6
 """Halvings of the last step towards the requested position: 10 % of a range becomes 0.2 %."""
-LEAST_GAIN_M = 1e-6
-"""Fall of Φ below which a pose counts as no better, m: contact caches move Φ by less."""
-
 Ask = Callable[[Pose, float, tuple[ContactPair, ...], tuple[str, ...]], Pose | None]
 """Asks a model for a pose: (best pose, Φ, colliding pairs, focus joints) → proposed pose, or None if it has none."""
 
@@ -70,7 +67,7 @@ class Search:
                 chosen, chosen_phi = pose, phi
                 break
             value = objective(phi, pose, self.bands)
-            if phi < self.phi - LEAST_GAIN_M and value < lowest:
+            if phi < (1.0 - self.settings.least_gain) * self.phi and value < lowest:
                 chosen, chosen_phi, lowest = pose, phi, value
         used = self.evaluator.evaluations - before
         if chosen is None:
@@ -114,7 +111,8 @@ def refine_state(
         if proposed is None:
             break
         held = {name: bands[name].clamp(value) if name in bands else value for name, value in proposed.items()}
-        search.consider("model", iter([{**search.best, **held}]))
+        if not search.consider("model", iter([{**search.best, **held}])):
+            break
         search_focus(search)
     return search.best, search.phi, tuple(search.trace)
 

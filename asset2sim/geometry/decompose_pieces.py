@@ -1,0 +1,98 @@
+"""Convex pieces: clipped to a hull, and merged where there are too many."""
+
+from collections.abc import Sequence
+
+import numpy as np
+from scipy.optimize import linprog
+from scipy.spatial import ConvexHull, HalfspaceIntersection, QhullError
+
+from asset2sim.arrays import Array
+from asset2sim.geometry.hull import hull_volume
+
+TOLERANCE = 1e-7
+"""How far over a hull's plane a point still lies on it, over the hull's extent: rounding that no engine sees."""
+SLIVER = 1e-9
+"""Volume over the cube of a piece's extent below which it is flat: no engine makes a body of it."""
+MOST_PAIRED = 96
+"""Pieces above which the smallest are left out before merging: every pair costs a hull, and slivers hold no contact."""
+
+
+def volume_of(piece: Array) -> float:
+    """Volume of the hull of (k, 3) points, in the cube of their unit."""
+    return hull_volume(piece)
+
+
+def clip(piece: Array, hull: ConvexHull) -> Array | None:
+    """The hull vertices of the part of a convex piece within ``hull``; None where that is flat or nothing."""
+    if len(piece) < 4 or not np.isfinite(piece).all():
+        return None
+    own = _hull(piece)
+    if own is None:
+        return None
+    extent = float(np.ptp(hull.points, axis=0).max())
+    over = (piece @ hull.equations[:, :3].T + hull.equations[:, 3]).max(axis=0)
+    planes = hull.equations[over > TOLERANCE * extent]
+    if not len(planes):
+        return piece[own.vertices]
+    # The intersection of half-spaces needs a point well inside all of them: the centre of the largest ball that fits.
+    spaces = np.vstack([own.equations, planes])
+    centre = _centre(spaces)
+    if centre is None:
+        return None
+    try:
+        points = HalfspaceIntersection(spaces, centre).intersections
+    except (QhullError, ValueError):
+        return None
+    points = points[np.isfinite(points).all(axis=1)]
+    inside = _hull(points)
+    return None if inside is None else points[inside.vertices]
+
+
+def _hull(points: Array) -> ConvexHull | None:
+    """The hull of (k, 3) points, or None where they are flat."""
+    try:
+        hull = ConvexHull(points)
+    except (QhullError, ValueError):
+        return None
+    return hull if hull.volume > SLIVER * float(np.ptp(points, axis=0).max()) ** 3 else None
+
+
+def _centre(spaces: Array) -> Array | None:
+    norms = np.linalg.norm(spaces[:, :3], axis=1)
+    answer = linprog(
+        [0.0, 0.0, 0.0, -1.0],
+        A_ub=np.column_stack([spaces[:, :3], norms]),
+        b_ub=-spaces[:, 3],
+        bounds=[(None, None), (None, None), (None, None), (0.0, None)],
+    )
+    if answer.status != 0 or answer.x is None or answer.x[3] <= 0.0:
+        return None
+    return np.asarray(answer.x[:3])
+
+
+def merge(pieces: Sequence[Array], most: int) -> list[Array]:
+    """At most ``most`` convex pieces: the two whose common hull adds the least volume become one, again and again."""
+    kept = sorted(pieces, key=volume_of, reverse=True)[:MOST_PAIRED]
+    volumes = [volume_of(piece) for piece in kept]
+    cost: dict[tuple[int, int], tuple[float, float]] = {}
+
+    def price(a: int, b: int) -> None:
+        joint = hull_volume(np.vstack([kept[a], kept[b]]))
+        cost[(a, b)] = (joint - volumes[a] - volumes[b], joint)
+
+    alive = list(range(len(kept)))
+    if len(alive) > most:
+        for place, a in enumerate(alive):
+            for b in alive[place + 1 :]:
+                price(a, b)
+    while len(alive) > most:
+        (a, b), (_, joint) = min(cost.items(), key=lambda item: (item[1][0], item[0]))
+        both = np.vstack([kept[a], kept[b]])
+        kept.append(both[ConvexHull(both).vertices])
+        volumes.append(joint)
+        alive = [index for index in alive if index not in (a, b)]
+        cost = {pair: value for pair, value in cost.items() if a not in pair and b not in pair}
+        for index in alive:
+            price(index, len(kept) - 1)
+        alive.append(len(kept) - 1)
+    return [kept[index] for index in alive]
