@@ -11,8 +11,21 @@ Hulls = dict[str, tuple[Array, ...]]
 
 SHEET_THICKNESS_M = 2e-3
 """Thickness given to a link that is nothing but sheets, m: engines refuse or lose what has none."""
+MOST_POINTS = 200
+"""Points of one hull: PhysX takes 255 at most, and 200 directions lie 15° apart."""
 INSIDE_M = 1e-6
 """How far outside another hull a point may lie and still count as inside, m."""
+
+
+def spread_directions(count: int) -> Array:
+    """(count, 3) unit vectors, evenly spread over the sphere along a golden spiral."""
+    index = np.arange(count) + 0.5
+    height, turn = 1.0 - 2.0 * index / count, np.pi * (1.0 + np.sqrt(5.0)) * index
+    ring = np.sqrt(1.0 - height**2)
+    return np.column_stack([ring * np.cos(turn), ring * np.sin(turn), height])
+
+
+DIRECTIONS = spread_directions(MOST_POINTS)
 
 
 def collision_hulls(extraction: Extraction, scale: float) -> Hulls:
@@ -25,10 +38,21 @@ def collision_hulls(extraction: Extraction, scale: float) -> Hulls:
 
 def link_hulls(geometry: LinkGeometry, scale: float) -> tuple[Array, ...]:
     """The hulls of one link."""
-    pieces = [piece * scale for piece in geometry.pieces]
+    pieces = [simplified(piece) * scale for piece in geometry.pieces]
     if not pieces:
         return tuple(thickened(sheet * scale) for sheet in geometry.sheets)
     return outermost(pieces)
+
+
+def simplified(points: Array) -> Array:
+    """A hull's points, thinned to those furthest along evenly spread directions where it has more than ``MOST_POINTS``.
+
+    What is lost is under 1 % of the hull's radius; PhysX would refuse more points, and every engine would be slower.
+    """
+    if len(points) <= MOST_POINTS:
+        return points
+    furthest = np.unique(np.argmax(points @ DIRECTIONS.T, axis=0))
+    return points[furthest]
 
 
 def outermost(pieces: list[Array]) -> tuple[Array, ...]:

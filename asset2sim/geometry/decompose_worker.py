@@ -28,7 +28,7 @@ def main(method: str, folder: Path, cpu_s: int, settings: dict[str, float]) -> N
     run = {"coacd": by_coacd, "vhacd": by_vhacd}[method]
     pieces = [piece * extent + low for piece in run((vertices - low) / extent, faces, settings, folder)]
     part = folder / "pieces.part.npz"
-    np.savez(part, **{f"piece{index}": piece for index, piece in enumerate(pieces)})  # type: ignore[arg-type]
+    np.savez(part, **{f"piece{index}": piece for index, piece in enumerate(pieces)})
     os.replace(part, folder / "pieces.npz")
 
 

@@ -1,0 +1,8 @@
+"""Flows: they wire tasks, and hold no logic. Run them as modules, ``python -m flows.refine_dataset DATA --out OUT``.
+
+Importing this package makes Prefect's settings, which Prefect reads once, when it is imported itself.
+"""
+
+from tasks.prefect_settings import prepare_environment
+
+prepare_environment()

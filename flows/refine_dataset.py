@@ -1,0 +1,52 @@
+"""Refine a dataset: discover, refine, publish, log, report."""
+
+import sys
+from pathlib import Path
+
+from prefect import flow
+
+from asset2sim.catalog.lock import lock_output
+from asset2sim.catalog.run import finish_run, start_run
+from asset2sim.catalog.store import check_catalog
+from asset2sim.fanout.worker import PIPELINE
+from asset2sim.run_result import RunResult
+from schemas.settings import Settings
+from tasks.discover import discover
+from tasks.log_run import log_run
+from tasks.opaque import opaque
+from tasks.publish import publish
+from tasks.refine_assets import refine_assets
+from tasks.report import report
+
+
+@flow(name="refine-dataset", persist_result=False)
+def refine_dataset(
+    data: Path,
+    out: Path,
+    settings: Settings | None = None,
+    subset: str | None = None,
+    asset_ids: tuple[str, ...] = (),
+    limit: int | None = None,
+    pipeline: str = PIPELINE,
+) -> RunResult:
+    """Refine the chosen assets of ``data`` into ``out`` and publish what came of it; see ``RunResult``.
+
+    An asset that fails is a row. Raises ``UsageError`` for a request that cannot be met, before anything is written.
+    """
+    data, out, settings = Path(data).resolve(), Path(out).resolve(), settings or Settings()
+    refs = discover(data, out, settings, subset, asset_ids, limit)
+    with lock_output(out):
+        check_catalog(out)
+        started = start_run(settings, str(data), subset)
+        refined = refine_assets(opaque(refs), out, settings, pipeline)
+        run = finish_run(started, "interrupted" if refined.stopped else "finished")
+        publish(out, run, opaque(refined))
+        warning = log_run(out, run, opaque(refined))
+        report(run, opaque(refined))
+    return RunResult(out, run, refined.records, refined.stopped, (warning,) if warning else ())
+
+
+if __name__ == "__main__":
+    from flows.command import main
+
+    sys.exit(main(["refine", *sys.argv[1:]]))

@@ -1,0 +1,170 @@
+"""Tiny URDFs, meshes and joint trees for tests, made where the test wants them and simple enough to compute by hand."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+import trimesh
+
+from asset2sim.arrays import Array
+from asset2sim.engines.pybullet_object import PyBulletObject, stepper
+from asset2sim.kinematics import TreeJoint, transform
+from schemas.base import Inertia6, Vector3
+
+ORIGIN: Vector3 = (0.0, 0.0, 0.0)
+
+
+def ball_inertia(moment: float) -> Inertia6:
+    """The same moment about every axis, kg·m²."""
+    return (moment, 0.0, 0.0, moment, 0.0, moment)
+
+
+@dataclass(frozen=True)
+class UrdfLink:
+    """A link with an inertial, and collision shapes as (URDF geometry, its origin in the link's frame)."""
+
+    name: str
+    mass: float = 1.0
+    com: Vector3 = ORIGIN
+    inertia: Inertia6 = ball_inertia(0.01)
+    shapes: tuple[tuple[str, Vector3], ...] = ()
+
+
+@dataclass(frozen=True)
+class UrdfJoint:
+    """A joint with its three terms; ``reference`` is where its spring is relaxed."""
+
+    name: str
+    type: str
+    parent: str
+    child: str
+    axis: Vector3 = (0.0, 0.0, 1.0)
+    xyz: Vector3 = ORIGIN
+    lower: float = -3.0
+    upper: float = 3.0
+    damping: float = 0.0
+    friction: float = 0.0
+    stiffness: float = 0.0
+    reference: float = 0.0
+
+
+def box(x: float, y: float, z: float) -> str:
+    """A URDF box of these edge lengths, m."""
+    return f'<box size="{x} {y} {z}"/>'
+
+
+def sphere(radius: float) -> str:
+    """A URDF sphere."""
+    return f'<sphere radius="{radius}"/>'
+
+
+def mesh(filename: str) -> str:
+    """A URDF mesh reference."""
+    return f'<mesh filename="{filename}"/>'
+
+
+def write_urdf(folder: Path, links: Sequence[UrdfLink], joints: Sequence[UrdfJoint] = ()) -> Path:
+    """Write ``object.urdf`` into the folder."""
+    path = folder / "object.urdf"
+    body = "".join([_link_text(link) for link in links] + [_joint_text(joint) for joint in joints])
+    path.write_text(f'<robot name="object">{body}</robot>', encoding="utf-8")
+    return path
+
+
+def _words(values: Sequence[float]) -> str:
+    return " ".join(repr(float(value)) for value in values)
+
+
+def _link_text(link: UrdfLink) -> str:
+    keys = ("ixx", "ixy", "ixz", "iyy", "iyz", "izz")
+    moments = " ".join(f'{key}="{value!r}"' for key, value in zip(keys, link.inertia, strict=True))
+    shapes = "".join(
+        f'<collision><origin xyz="{_words(origin)}"/><geometry>{geometry}</geometry></collision>'
+        for geometry, origin in link.shapes
+    )
+    return (
+        f'<link name="{link.name}"><inertial><origin xyz="{_words(link.com)}"/><mass value="{link.mass!r}"/>'
+        f"<inertia {moments}/></inertial>{shapes}</link>"
+    )
+
+
+def _joint_text(joint: UrdfJoint) -> str:
+    return (
+        f'<joint name="{joint.name}" type="{joint.type}"><origin xyz="{_words(joint.xyz)}"/>'
+        f'<parent link="{joint.parent}"/><child link="{joint.child}"/><axis xyz="{_words(joint.axis)}"/>'
+        f'<limit lower="{joint.lower!r}" upper="{joint.upper!r}" effort="100" velocity="100"/>'
+        f'<dynamics damping="{joint.damping!r}" friction="{joint.friction!r}" spring_stiffness="{joint.stiffness!r}" '
+        f'spring_reference="{joint.reference!r}"/></joint>'
+    )
+
+
+def swing(folder: Path, link: UrdfLink, **joint: object) -> Path:
+    """One link on a joint ``j`` under a 10 kg base ``base`` without shapes; ``joint`` holds fields of ``UrdfJoint``."""
+    base = UrdfLink("base", mass=10.0, inertia=ball_inertia(1.0))
+    fields: dict[str, object] = {"name": "j", "type": "revolute", "parent": "base", "child": link.name}
+    return write_urdf(folder, [base, link], [UrdfJoint(**(fields | joint))])  # type: ignore[arg-type]
+
+
+def block_urdf(folder: Path, size: Vector3 = (0.1, 0.1, 0.1), mass: float = 1.0, com: Vector3 = ORIGIN) -> Path:
+    """One solid box."""
+    x, y, z = (edge**2 for edge in size)
+    inertia = (mass * (y + z) / 12, 0.0, 0.0, mass * (x + z) / 12, 0.0, mass * (x + y) / 12)
+    return write_urdf(folder, [UrdfLink("block", mass, com, inertia, ((box(*size), ORIGIN),))])
+
+
+def joint_track(item: PyBulletObject, seconds: float) -> Array:
+    """(n + 1,) positions of the object's first joint over the next seconds, the present one first."""
+    stepping = stepper(item)
+    positions = [float(item.positions()[0])]
+    for _ in range(round(seconds / item.client.getPhysicsEngineParameters()["fixedTimeStep"])):
+        stepping.step()
+        positions.append(float(item.positions()[0]))
+    return np.array(positions)
+
+
+def tree_joint(
+    name: str,
+    kind: str,
+    parent: str,
+    child: str,
+    axis: Vector3 = (0.0, 0.0, 1.0),
+    xyz: Vector3 = ORIGIN,
+    rpy: Vector3 = ORIGIN,
+) -> TreeJoint:
+    """A joint of a tree, its axis made a unit vector."""
+    direction = np.asarray(axis, dtype=float)
+    return TreeJoint(name, kind, parent, child, transform(xyz, rpy), direction / np.linalg.norm(direction))
+
+
+def corners(low: Vector3, high: Vector3) -> Array:
+    """(8, 3) corners of a box."""
+    return np.array([(x, y, z) for x in (low[0], high[0]) for y in (low[1], high[1]) for z in (low[2], high[2])])
+
+
+def double_sided(shell: trimesh.Trimesh) -> trimesh.Trimesh:
+    """Every face drawn a second time the other way round, on the same vertices."""
+    return trimesh.Trimesh(shell.vertices, np.vstack([shell.faces, shell.faces[:, ::-1]]), process=False)
+
+
+def without_top(solid: trimesh.Trimesh) -> trimesh.Trimesh:
+    """A box whose upper face (+z) is missing."""
+    return trimesh.Trimesh(solid.vertices, solid.faces[solid.face_normals[:, 2] < 0.5], process=False)
+
+
+def loose_sides(solid: trimesh.Trimesh) -> trimesh.Trimesh:
+    """The same box drawn as six quads that share no vertex."""
+    sides = []
+    for axis in range(3):
+        for sign in (-1.0, 1.0):
+            faces = solid.faces[sign * solid.face_normals[:, axis] > 0.5]
+            used, renumbered = np.unique(faces, return_inverse=True)
+            sides.append(trimesh.Trimesh(solid.vertices[used], renumbered.reshape(-1, 3), process=False))
+    return joined(*sides)
+
+
+def joined(*shells: trimesh.Trimesh) -> trimesh.Trimesh:
+    """Several shells in one mesh, no vertex merged."""
+    offsets = np.cumsum([0, *(len(shell.vertices) for shell in shells)])
+    faces = [shell.faces + offset for shell, offset in zip(shells, offsets, strict=False)]
+    return trimesh.Trimesh(np.vstack([shell.vertices for shell in shells]), np.vstack(faces), process=False)
