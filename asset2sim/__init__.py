@@ -1,1 +1,2 @@
-"""How it is done: URDF, geometry, physics, engines, search, models and the catalog, as plain functions over frozen data."""
+"""How it is done: URDF, geometry, physics, engines, search, models and the catalog, as plain functions over
+frozen data."""

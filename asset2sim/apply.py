@@ -1,4 +1,5 @@
-"""Apply: asset + overlay → a refined, self-contained folder. Edits only what the overlay names; reads the input only."""
+"""Apply: asset + overlay → a refined, self-contained folder. Edits only what the overlay names; reads the input
+only."""
 
 import shutil
 from dataclasses import dataclass

@@ -1,14 +1,19 @@
 """Whether a run can start as asked, before anything is written."""
 
 import os
+import socket
 from collections.abc import Sequence
 from pathlib import Path
+from urllib.parse import urlsplit
 
 from asset2sim.dataset import load_dataset
 from asset2sim.models.choices import check_model
 from schemas.asset import AssetRef
 from schemas.errors import UsageError
 from schemas.settings import Settings
+
+CONNECT_LIMIT_S = 5.0
+"""Time in which a scheduler must accept a connection, s."""
 
 
 def check_request(
@@ -17,8 +22,29 @@ def check_request(
     """The assets to refine, as ``load_dataset`` has them. Raises ``UsageError`` for what cannot be done as asked."""
     refs = load_dataset(data, subset, asset_ids, limit)
     check_model(settings.model)
+    if settings.run.scheduler is not None:
+        check_scheduler(settings.run.scheduler)
     check_output(out.resolve(), data.resolve(), refs)
     return refs
+
+
+def check_scheduler(address: str) -> None:
+    """Refuse the address of a Dask scheduler at which nothing listens."""
+    parts = urlsplit(address)
+    try:
+        host, port = parts.hostname, parts.port
+    except ValueError:
+        host, port = None, None
+    if parts.scheme not in ("tcp", "tls") or host is None or port is None:
+        raise UsageError(f"--scheduler {address}: write it as tcp://host:port, as `dask scheduler` prints it")
+    try:
+        with socket.create_connection((host, port), timeout=CONNECT_LIMIT_S):
+            return
+    except OSError as error:
+        raise UsageError(
+            f"no Dask scheduler listens at {address} ({error}); start one with `dask scheduler`, or leave "
+            "--scheduler out"
+        ) from error
 
 
 def check_output(out: Path, data: Path, refs: Sequence[AssetRef]) -> None:

@@ -41,7 +41,8 @@ def load_dataset(
 
 
 def read_manifest(manifest: Path) -> list[AssetRef]:
-    """The rows of a manifest, whose paths are relative to its folder. Raises ``UsageError`` naming the line at fault."""
+    """The rows of a manifest, whose paths are relative to its folder. Raises ``UsageError`` naming the line at
+    fault."""
     try:
         with manifest.open(encoding="utf-8-sig", newline="") as file:
             reader = csv.DictReader(file, skipinitialspace=True)

@@ -39,9 +39,7 @@ def rpy_of(rotation: Array) -> Array:
     pitch = math.atan2(-rotation[2, 0], math.hypot(rotation[0, 0], rotation[1, 0]))
     if abs(math.cos(pitch)) < 1e-9:
         return np.array([math.atan2(-rotation[1, 2], rotation[1, 1]), pitch, 0.0])
-    return np.array(
-        [math.atan2(rotation[2, 1], rotation[2, 2]), pitch, math.atan2(rotation[1, 0], rotation[0, 0])]
-    )
+    return np.array([math.atan2(rotation[2, 1], rotation[2, 2]), pitch, math.atan2(rotation[1, 0], rotation[0, 0])])
 
 
 def tree_of(joints: Sequence[JointFeatures], scale: float = 1.0) -> tuple[TreeJoint, ...]:

@@ -1,4 +1,5 @@
-"""One asset from folder to record: extract, synthesize, validate, apply, refine, measure. Runs in a process of its own."""
+"""One asset from folder to record: extract, synthesize, validate, apply, refine, measure. Runs in a process of
+its own."""
 
 import hashlib
 from collections.abc import Callable, Iterator
@@ -13,7 +14,7 @@ from asset2sim.engines.pybullet_rest import measure
 from asset2sim.extraction import Extraction, extract
 from asset2sim.folders import staged_folder
 from asset2sim.metrics.verdict import Verdict, judge
-from asset2sim.models.synthesize import SynthesisFailed, synthesize
+from asset2sim.models.synthesize import SynthesisError, synthesize
 from asset2sim.physics.contact import contact_friction
 from asset2sim.search.asset import refine_in_engine
 from asset2sim.search.dynamics import mend_dynamics
@@ -30,6 +31,9 @@ from schemas.request import LabelledImage, ModelAnswer, ModelRequest
 from schemas.settings import Settings
 from schemas.trace import TraceStep
 from schemas.vocabulary import FailureMode, Severity, Source, Stage, Status
+
+CACHE = ".cache/pieces"
+"""Under the output folder: convex pieces by mesh content, shared by all assets and runs."""
 
 Ask = Callable[[ModelRequest], ModelAnswer]
 
@@ -67,13 +71,17 @@ def refine_asset(ref: AssetRef, out: Path, settings: Settings, ask: Ask) -> Asse
     try:
         verdict = run_stages(ref, out, settings, ask, progress)
     except AssetError as error:
-        if isinstance(error, SynthesisFailed):
+        if isinstance(error, SynthesisError):
             progress.calls.extend(error.calls)
         progress.findings.append(
             Finding(
-                stage=progress.stage, severity=Severity.ERROR, code=error.code, message=str(error),
-                link=error.link, joint=error.joint,
-            )  # fmt: skip
+                stage=progress.stage,
+                severity=Severity.ERROR,
+                code=error.code,
+                message=str(error),
+                link=error.link,
+                joint=error.joint,
+            )
         )
         verdict = Verdict(error.mode, str(error))
     return record(ref, settings, progress, verdict)
@@ -98,7 +106,7 @@ def run_stages(ref: AssetRef, out: Path, settings: Settings, ask: Ask, progress:
             hulls = collision_hulls(extraction, overlay.scale)
             folder = write_folder(extraction, overlay, hulls, path, settings.physics)
         with progress.timed(Stage.REFINE):
-            refined = refine_in_engine(extraction, proposal, overlay, source, hulls, folder, settings, ask)
+            refined = refine_in_engine(extraction, proposal, overlay, source, hulls, folder, out / CACHE, settings, ask)
             overlay, folder = refined.overlay, refined.folder
             progress.overlay = overlay
             progress.trace.extend(refined.trace)
@@ -111,9 +119,7 @@ def run_stages(ref: AssetRef, out: Path, settings: Settings, ask: Ask, progress:
                 write_urdf(extraction, changed, folder, settings.physics)
                 return measure(folder.urdf, positions, changed.contact_friction, settings.engine)
 
-            mended = mend_dynamics(
-                extraction.features, overlay, remeasure(overlay), settings, remeasure
-            )
+            mended = mend_dynamics(extraction.features, overlay, remeasure(overlay), settings, remeasure)
             overlay, measurement = mended.overlay, mended.measurement
             progress.overlay, progress.measurement = overlay, measurement
             progress.trace.extend(mended.trace)
@@ -151,17 +157,23 @@ def engine_findings(measurement: Measurement, verdict: Verdict) -> list[Finding]
     """What the engine printed while loading, and the verdict where it is a failure."""
     findings = [
         Finding(
-            stage=Stage.MEASURE, severity=Severity.WARNING, code="engine_console",
+            stage=Stage.MEASURE,
+            severity=Severity.WARNING,
+            code="engine_console",
             message=f"{measurement.engine} printed: {line}",
-        )  # fmt: skip
+        )
         for line in measurement.console
     ]
     if not verdict.passed:
         findings.append(
             Finding(
-                stage=Stage.MEASURE, severity=Severity.ERROR, code=verdict.mode, message=verdict.reason,
-                value=verdict.value, limit=verdict.limit,
-            )  # fmt: skip
+                stage=Stage.MEASURE,
+                severity=Severity.ERROR,
+                code=verdict.mode,
+                message=verdict.reason,
+                value=verdict.value,
+                limit=verdict.limit,
+            )
         )
     return findings
 

@@ -23,7 +23,8 @@ class AssetRef(Frozen):
 
 
 class AssetRecord(Frozen):
-    """Everything that one refinement leaves behind. ``features``, ``overlay`` and ``measurement`` are None if never reached."""
+    """Everything that one refinement leaves behind. ``features``, ``overlay`` and ``measurement`` are None if
+    never reached."""
 
     ref: AssetRef
     category: str

@@ -4,7 +4,8 @@ from schemas.base import Frozen
 
 
 class ModelCall(Frozen):
-    """What was asked for, what it cost and how it ended (``ok``, ``invalid_answer``, ``provider_error``, ``cached``)."""
+    """What was asked for, what it cost and how it ended (``ok``, ``invalid_answer``, ``provider_error``,
+    ``cached``)."""
 
     purpose: str
     model: str

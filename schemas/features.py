@@ -65,7 +65,8 @@ class LinkFeatures(Frozen):
 class JointFeatures(Frozen):
     """One joint as authored, with which end of its range is closed and which is open.
 
-    Positions are radians (revolute, continuous) or metres (prismatic). ``closed`` and ``open`` are None for fixed joints;
+    Positions are radians (revolute, continuous) or metres (prismatic). ``closed`` and ``open`` are None for fixed
+    joints;
     for continuous joints both are the authored zero. ``openness_confidence`` is 0 (a guess) to 1.
     ``axis`` is in the joint's frame, ``axis_in_root`` in the root link's frame at the rest pose.
     """

@@ -26,7 +26,8 @@ class Measurement(Frozen):
     """One engine's record of one asset.
 
     ``penetration_m`` is Φ(q) at the initial position under the engine's default contact filter. Drift and joint motion
-    are taken over the test that follows settling, on a plane with a free base and no actuation. ``peak_speed_m_s`` is the
+    are taken over the test that follows settling, on a plane with a free base and no actuation. ``peak_speed_m_s``
+    is the
     fastest link over settling and test; ``settle_motion`` the furthest that each joint went from its initial position.
     """
 

@@ -1,4 +1,5 @@
-"""The overlay: what a model proposes for one asset (``Overlay``), and what validation makes of it (``PhysicsOverlay``)."""
+"""The overlay: what a model proposes for one asset (``Overlay``), and what validation makes of it
+(``PhysicsOverlay``)."""
 
 from pydantic import Field
 
@@ -10,7 +11,8 @@ class LinkProposal(Frozen):
     """What a model proposes for one link. Either ``mass_kg``, or ``density_kg_m3`` and ``hollow_factor``.
 
     ``hollow_factor`` is the share of the link's volume that is material: solid 0.8 to 1, shelled 0.4 to 0.8, thin shell
-    0.2 to 0.5, less for hulls that enclose an interior. ``inertia`` and ``com`` are at the final scale, in the link's frame.
+    0.2 to 0.5, less for hulls that enclose an interior. ``inertia`` and ``com`` are at the final scale, in the
+    link's frame.
     """
 
     name: str
@@ -79,7 +81,8 @@ class JointPhysics(Frozen):
     """One joint as it is written, at the final scale. ``lower`` and ``upper`` are None for continuous joints.
 
     ``effective_inertia`` (kg·m² or kg) is what a torque or force on this joint alone accelerates, everything free:
-    1 / (M⁻¹)ⱼⱼ of the floating-base mass matrix at the initial position. ``gravity_load`` (N·m or N) is gravity's pull on
+    1 / (M⁻¹)ⱼⱼ of the floating-base mass matrix at the initial position. ``gravity_load`` (N·m or N) is gravity's
+    pull on
     the joint there, the object resting as authored.
     """
 

@@ -12,7 +12,8 @@ class LabelledImage(Frozen):
 
 
 class ModelRequest(Frozen):
-    """One question: ``system`` says how to answer, ``text`` holds structured information and the user's guidance as data."""
+    """One question: ``system`` says how to answer, ``text`` holds structured information and the user's
+    guidance as data."""
 
     purpose: str
     system: str

@@ -61,7 +61,8 @@ class PhysicsSettings(Frozen):
     inertia_factor: Positive = 10.0
     """How far a proposed inertia or mass may lie from the one the link's shape gives before it is not believed."""
     sure_of_closed: Fraction = 0.3
-    """Confidence in the closed end from which a joint for which nobody asks a state starts there, else at authored zero."""
+    """Confidence in the closed end from which a joint for which nobody asks a state starts there, else at
+    authored zero."""
     default_effort: Positive = 100.0
     """Effort limit written where a joint states none, N·m or N (URDF requires one)."""
     default_velocity: Positive = 10.0
@@ -80,7 +81,8 @@ class EngineSettings(Frozen):
     still_s: Positive = 0.25
     """Settling ends early once nothing has moved for this long, s ..."""
     still_speed: Positive = 3e-4
-    """... where moving means a link above this speed, m/s (over the test it would drift 0.6 mm of the 1 mm allowed), or the
+    """... where moving means a link above this speed, m/s (over the test it would drift 0.6 mm of the 1 mm allowed),
+    or the
     root turning or a joint moving above ten times it, rad/s or m/s."""
     test_s: Positive = 2.0
     """T_test: time over which drift and oscillation are measured, s."""

@@ -4,7 +4,8 @@ from schemas.base import Frozen
 
 
 class TraceStep(Frozen):
-    """A proposal over joint positions and what the simulator said of it. Φ in metres; ``moved`` maps joint → new position."""
+    """A proposal over joint positions and what the simulator said of it. Φ in metres; ``moved`` maps joint →
+    new position."""
 
     step: int
     proposer: str

@@ -7,6 +7,7 @@ import subprocess
 import sys
 import time
 from collections.abc import Callable
+from multiprocessing import parent_process
 from pathlib import Path
 
 from asset2sim.isolation.asset import failed_record
@@ -103,3 +104,32 @@ def no_pipeline(
     """A pipeline that does nothing, well."""
     record = failed_record(ref, settings, FailureMode.NONE, "nothing was asked")
     return record.model_copy(update={"status": Status.OK, "findings": ()})
+
+
+Ask = Callable[[ModelRequest], ModelAnswer]
+
+
+def quick_or_sleepy(ref: AssetRef, out: Path, settings: Settings, *, ask: Ask) -> AssetRecord:
+    """Done at once, or, for an asset called ``sleepy…``, asleep with a child process of its own."""
+    if ref.asset_id.startswith("sleepy"):
+        start_a_grandchild_and_hang(str(out / f"{ref.asset_id}.pids"))
+    return no_pipeline(ref, out, settings, ask=ask)
+
+
+def crash_if_told(ref: AssetRef, out: Path, settings: Settings, *, ask: Ask) -> AssetRecord:
+    """Whatever the asset's id asks for."""
+    if ref.asset_id.startswith("segfault"):
+        segfault()
+    if ref.asset_id.startswith("hang"):
+        hang_holding_the_interpreter()
+    return no_pipeline(ref, out, settings, ask=ask)
+
+
+def kill_the_worker(ref: AssetRef, out: Path, settings: Settings, *, ask: Ask) -> AssetRecord:
+    """Take the Dask worker along, every time, for an asset called ``murderous…``."""
+    worker = parent_process()
+    assert worker is not None
+    if ref.asset_id.startswith("murderous"):
+        os.kill(worker.pid, signal.SIGKILL)
+        time.sleep(60.0)
+    return no_pipeline(ref, out, settings, ask=ask)

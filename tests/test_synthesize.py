@@ -7,7 +7,7 @@ import pickle
 import pytest
 
 from asset2sim.models.gateway import ask
-from asset2sim.models.synthesize import SynthesisFailed, synthesize
+from asset2sim.models.synthesize import SynthesisError, synthesize
 from schemas.call import ModelCall
 from schemas.finding import Finding
 from schemas.overlay import Overlay
@@ -63,7 +63,7 @@ def test_a_bad_answer_is_asked_again_with_its_errors(bad: str, word: str) -> Non
 
 
 def test_two_bad_answers_end_it_with_both_calls_kept() -> None:
-    with serve([Reply(NEGATIVE)]) as server, pytest.raises(SynthesisFailed) as caught:
+    with serve([Reply(NEGATIVE)]) as server, pytest.raises(SynthesisError) as caught:
         run(server)
     assert len(server.requests) == 2
     assert caught.value.mode is FailureMode.NO_VALID_ESTIMATE and "links[0].mass_kg" in str(caught.value)
@@ -87,7 +87,7 @@ def test_the_prior_answers_the_prompt_at_once() -> None:
 
 def test_a_provider_that_fails_is_a_model_error_with_its_calls() -> None:
     replies = [Reply(NEGATIVE), Reply("down", status=503, headers={"Retry-After": "0"})]
-    with serve(replies) as server, pytest.raises(SynthesisFailed, match="503") as caught:
+    with serve(replies) as server, pytest.raises(SynthesisError, match="503") as caught:
         run(server)
     assert caught.value.mode is FailureMode.MODEL_ERROR
     outcomes = [call.outcome for call in caught.value.calls]

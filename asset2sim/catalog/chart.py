@@ -31,8 +31,15 @@ def failure_chart(records: Sequence[AssetRecord], path: Path, title: str = "How 
     axes.barh(labels, counts, color=[_OK] + [_FAILED] * len(modes), height=0.68)
     for position, count in enumerate(counts):
         share = f"{count}  ({100.0 * count / total:.1f} %)" if count else "0"
-        axes.annotate(share, (count, position), xytext=(5, 0), textcoords="offset points", va="center", fontsize=9,
-                      color="black" if count else _GREY)  # fmt: skip
+        axes.annotate(
+            share,
+            (count, position),
+            xytext=(5, 0),
+            textcoords="offset points",
+            va="center",
+            fontsize=9,
+            color="black" if count else _GREY,
+        )
     axes.invert_yaxis()
     axes.set_xlim(0, max(1.0, 1.18 * max(counts)))
     axes.set_xlabel("assets", color=_GREY)

@@ -17,9 +17,22 @@ from schemas.settings import Settings
 Outcome = Literal["finished", "interrupted"]
 
 RECORDED_PACKAGES = (
-    "asset2sim", "numpy", "scipy", "trimesh", "yourdfpy", "pybullet", "pydantic", "litellm", "prefect", "prefect-dask",
-    "distributed", "pyarrow", "duckdb", "pandas", "mlflow",
-)  # fmt: skip
+    "asset2sim",
+    "numpy",
+    "scipy",
+    "trimesh",
+    "yourdfpy",
+    "pybullet",
+    "pydantic",
+    "litellm",
+    "prefect",
+    "prefect-dask",
+    "distributed",
+    "pyarrow",
+    "duckdb",
+    "pandas",
+    "mlflow",
+)
 """Packages whose version can change a result or how it is kept."""
 
 _CREDENTIALS_IN_URL = re.compile(r"://[^/@\s\"]+@")

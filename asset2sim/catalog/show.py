@@ -20,10 +20,26 @@ from schemas.vocabulary import Stage
 
 Row = Mapping[str, Any]
 
-_LINK_HEADINGS = ("link", "label", "mass kg", "density kg/m³ × hollow", "volume m³", "centre of mass m",
-                  "ixx, iyy, izz kg·m²")  # fmt: skip
-_JOINT_HEADINGS = ("joint", "moves", "starts at", "limits", "closed → open", "damping", "friction", "stiffness",
-                   "effective inertia")  # fmt: skip
+_LINK_HEADINGS = (
+    "link",
+    "label",
+    "mass kg",
+    "density kg/m³ × hollow",
+    "volume m³",
+    "centre of mass m",
+    "ixx, iyy, izz kg·m²",
+)
+_JOINT_HEADINGS = (
+    "joint",
+    "moves",
+    "starts at",
+    "limits",
+    "closed → open",
+    "damping",
+    "friction",
+    "stiffness",
+    "effective inertia",
+)
 _SEVERITY_STYLES = {"error": "bold red", "warning": "yellow", "info": "dim"}
 
 
@@ -81,9 +97,16 @@ def _physics(own: Mapping[str, Sequence[Row]]) -> list[RenderableType]:
             inertia = vector(tuple(link[f"i{axis}{axis}_kg_m2"] for axis in "xyz"))
             com = vector(tuple(link[f"com_{axis}_m"] for axis in "xyz"))
             density = f"{number(link['density_kg_m3'])} × {number(link['hollow_factor'])}"
-            _add(table, link["link"], link["label"], _sourced(link, "mass", "mass_kg"),
-                 f"{density}\n{link['material'] or NOTHING}", _sourced(link, "volume", "volume_m3"),
-                 f"{com}\n{link['com_source']}", f"{inertia}\n{link['inertia_source']}")  # fmt: skip
+            _add(
+                table,
+                link["link"],
+                link["label"],
+                _sourced(link, "mass", "mass_kg"),
+                f"{density}\n{link['material'] or NOTHING}",
+                _sourced(link, "volume", "volume_m3"),
+                f"{com}\n{link['com_source']}",
+                f"{inertia}\n{link['inertia_source']}",
+            )
         parts.append(table)
     if own["joints"]:
         table = _table("Joints", _JOINT_HEADINGS, left=2)
@@ -96,12 +119,19 @@ def _physics(own: Mapping[str, Sequence[Row]]) -> list[RenderableType]:
                 if joint["openness_confidence"] is not None
                 else ""
             )
-            _add(table, f"{joint['joint']}\n{joint['type']}", f"{joint['label']}\n{joint['child'] or ''}",
-                 f"{number(joint['initial_position'], units['position'])}\n{joint['position_source']}",
-                 f"{limits} {units['position']}\n{joint['limits_source']}", f"{ends}\n{sure}",
-                 *(f"{number(joint[term], units[term])}\n{joint[f'{term}_source']}"
-                   for term in ("damping", "friction", "stiffness")),
-                 number(joint["effective_inertia"], units["inertia"]))  # fmt: skip
+            _add(
+                table,
+                f"{joint['joint']}\n{joint['type']}",
+                f"{joint['label']}\n{joint['child'] or ''}",
+                f"{number(joint['initial_position'], units['position'])}\n{joint['position_source']}",
+                f"{limits} {units['position']}\n{joint['limits_source']}",
+                f"{ends}\n{sure}",
+                *(
+                    f"{number(joint[term], units[term])}\n{joint[f'{term}_source']}"
+                    for term in ("damping", "friction", "stiffness")
+                ),
+                number(joint["effective_inertia"], units["inertia"]),
+            )
         parts.append(table)
     return parts
 
@@ -144,16 +174,33 @@ def _rest(asset: Row, own: Mapping[str, Sequence[Row]]) -> list[RenderableType]:
         for step in own["trace"]:
             moved = zip(step["moved_joints"], step["moved_positions"], strict=True)
             shown = ", ".join(f"{joint} → {number(position)}" for joint, position in moved)
-            _add(table, step["step"], step["proposer"], number(step["phi_before_mm"]), number(step["phi_after_mm"]),
-                 "yes" if step["accepted"] else "no", step["evaluations"], f"{shown}\n{step['reason']}")  # fmt: skip
+            _add(
+                table,
+                step["step"],
+                step["proposer"],
+                number(step["phi_before_mm"]),
+                number(step["phi_after_mm"]),
+                "yes" if step["accepted"] else "no",
+                step["evaluations"],
+                f"{shown}\n{step['reason']}",
+            )
         parts.append(table)
     if own["model_calls"]:
         table = _table(
             "Model calls", ("purpose", "model", "outcome", "attempt", "tokens in", "out", "USD", "s"), left=3
         )
         for call in own["model_calls"]:
-            _add(table, call["purpose"], call["call_model"], call["outcome"], call["attempt"], call["prompt_tokens"],
-                 call["completion_tokens"], f"{call['cost_usd']:.4f}", f"{call['latency_s']:.2f}")  # fmt: skip
+            _add(
+                table,
+                call["purpose"],
+                call["call_model"],
+                call["outcome"],
+                call["attempt"],
+                call["prompt_tokens"],
+                call["completion_tokens"],
+                f"{call['cost_usd']:.4f}",
+                f"{call['latency_s']:.2f}",
+            )
         parts.append(table)
     stages = [(stage.value, asset[f"seconds_{stage.value}"]) for stage in Stage]
     times = " · ".join(f"{name} {seconds:.2f}" for name, seconds in stages if seconds is not None)

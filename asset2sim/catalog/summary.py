@@ -13,8 +13,20 @@ from schemas.asset import AssetRecord
 from schemas.settings import Thresholds
 from schemas.vocabulary import Status
 
-HEADINGS = ("asset", "category", "verdict", "failure mode", "scale", "mass kg", "Φ mm", "drift mm", "drift rad", "osc.",
-            "calls", "s")  # fmt: skip
+HEADINGS = (
+    "asset",
+    "category",
+    "verdict",
+    "failure mode",
+    "scale",
+    "mass kg",
+    "Φ mm",
+    "drift mm",
+    "drift rad",
+    "osc.",
+    "calls",
+    "s",
+)
 
 _LIMITS = Thresholds()
 

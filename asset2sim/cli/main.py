@@ -54,6 +54,10 @@ def _dispatch(arguments: Sequence[str], refine: RunRefine, nightly: ServeNightly
             from asset2sim.cli.catalog import print_asset
 
             print_asset(options.out, options.asset_id)
+        case "ui":
+            from asset2sim.cli.pages import print_and_serve
+
+            print_and_serve(options.out)
         case "doctor":
             from asset2sim.cli.doctor import print_doctor
             from asset2sim.cli.parser import model_settings

@@ -31,7 +31,7 @@ def parse(arguments: Sequence[str]) -> argparse.Namespace:
     """The parsed command line; ``command`` names the command. Raises ``UsageError``."""
     parser = Parser(
         prog="asset2sim",
-        description="Make articulated URDF assets interaction-ready: mass, inertia, joint dynamics, scale, start state.",
+        description="Make articulated URDF assets interaction-ready: mass, inertia, joint dynamics, scale, state.",
         epilog=EXAMPLE,
         formatter_class=argparse.RawDescriptionHelpFormatter,
         allow_abbrev=False,
@@ -41,7 +41,8 @@ def parse(arguments: Sequence[str]) -> argparse.Namespace:
     failures = commands.add_parser("failures", help="the failure modes of a refined dataset", allow_abbrev=False)
     show = commands.add_parser("show", help="one refined asset", allow_abbrev=False)
     show.add_argument("asset_id", metavar="ASSET_ID", help="an asset's id, as the manifest has it")
-    for command in (failures, show):
+    pages = commands.add_parser("ui", help="the pages of Prefect and MLflow", allow_abbrev=False)
+    for command in (failures, show, pages):
         command.add_argument("--out", type=Path, required=True, metavar="OUT", help="the output folder of a run")
     doctor = commands.add_parser("doctor", help="what works here, and what does not", allow_abbrev=False)
     doctor.add_argument("--out", type=Path, default=Path("data/refined"), metavar="OUT", help="where output would go")

@@ -2,7 +2,7 @@
 
 import signal
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from types import FrameType
 
 from asset2sim.check_request import check_request
@@ -30,7 +30,8 @@ def run_nightly(request: RefineRequest, serve: Callable[[RefineRequest], None]) 
     """Serve the flow on its schedule until interrupted."""
     check(request)
     quiet_environment()
-    serve(request)
+    with suppress(KeyboardInterrupt):
+        serve(request)
     return DONE
 
 

@@ -38,9 +38,9 @@ def collision_hulls(extraction: Extraction, scale: float) -> Hulls:
 
 def link_hulls(geometry: LinkGeometry, scale: float) -> tuple[Array, ...]:
     """The hulls of one link."""
-    pieces = [simplified(piece) * scale for piece in geometry.pieces]
+    pieces = [simplified(piece) * scale for part in geometry.parts for piece in part.pieces]
     if not pieces:
-        return tuple(thickened(sheet * scale) for sheet in geometry.sheets)
+        return tuple(thickened(part.sheet * scale) for part in geometry.parts if part.sheet is not None)
     return outermost(pieces)
 
 
@@ -52,7 +52,8 @@ def simplified(points: Array) -> Array:
     if len(points) <= MOST_POINTS:
         return points
     furthest = np.unique(np.argmax(points @ DIRECTIONS.T, axis=0))
-    return points[furthest]
+    thinned: Array = points[furthest]
+    return thinned
 
 
 def outermost(pieces: list[Array]) -> tuple[Array, ...]:

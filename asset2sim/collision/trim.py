@@ -1,6 +1,7 @@
 """Clearing the overlaps that no state avoids: cutting the caps off hulls that reach into each other.
 
-A hull fills what its mesh leaves open, and parts that touch or share a hinge overlap as authored. Where no state near the
+A hull fills what its mesh leaves open, and parts that touch or share a hinge overlap as authored. Where no state
+near the
 requested one is free of that, each of the two hulls loses the cap that reaches into the other, up to a share of its
 extent. Looks are not touched.
 """
@@ -26,7 +27,8 @@ CLEARANCE_M = 1e-5
 
 @dataclass(frozen=True)
 class Overlap:
-    """Two hulls that overlap: link and index of each, the unit (3,) normal from B to A in the root frame, and depth (m)."""
+    """Two hulls that overlap: link and index of each, the unit (3,) normal from B to A in the root frame, and
+    depth (m)."""
 
     a: tuple[str, int]
     b: tuple[str, int]
@@ -36,7 +38,8 @@ class Overlap:
 
 @dataclass(frozen=True)
 class Cut:
-    """What one link lost: the deepest cut (m) and the largest share of a hull's extent, and the link it was cleared of."""
+    """What one link lost: the deepest cut (m) and the largest share of a hull's extent, and the link it was
+    cleared of."""
 
     link: str
     other: str
@@ -84,7 +87,8 @@ class Trimmer:
         return apply(self.poses[key[0]], self.hulls[key[0]][key[1]])
 
     def clear(self, overlap: Overlap, margin: float) -> bool:
-        """Cut both hulls of an overlap so that they part by the engine's margins; False where that would take too much."""
+        """Cut both hulls of an overlap so that they part by the engine's margins; False where that would take
+        too much."""
         first, second = self.placed(overlap.a), self.placed(overlap.b)
         low, high = float((first @ overlap.normal).min()), float((second @ overlap.normal).max())
         need = high - low + 2.0 * margin + CLEARANCE_M

@@ -1,7 +1,8 @@
 """One object in one PyBullet client, with joint damping, friction and stiffness honoured as its URDF states them.
 
 PyBullet applies damping from URDF but neither friction nor stiffness, runs a hidden velocity motor on every joint, and
-damps every body (design.md). Here the hidden motor becomes the dry friction, a torque the spring, and the body damping 0.
+damps every body (design.md). Here the hidden motor becomes the dry friction, a torque the spring, and the body
+damping 0.
 """
 
 from collections.abc import Iterator, Mapping
@@ -75,7 +76,9 @@ def loaded(urdf: Path, *, fixed_base: bool, timestep_s: float) -> Iterator[PyBul
         client.disconnect()
 
 
-def prepared(client: BulletClient, body: int, dynamics: dict[str, Dynamics], console: tuple[str, ...]) -> PyBulletObject:
+def prepared(
+    client: BulletClient, body: int, dynamics: dict[str, Dynamics], console: tuple[str, ...]
+) -> PyBulletObject:
     """The object with PyBullet's inventions switched off and its joints' damping and friction in force."""
     link_names = {-1: client.getBodyInfo(body)[0].decode()}
     joint_index: dict[str, int] = {}
@@ -91,9 +94,7 @@ def prepared(client: BulletClient, body: int, dynamics: dict[str, Dynamics], con
         terms = dynamics[name]
         client.changeDynamics(body, index, jointDamping=terms.damping)
         # A velocity motor at rest with a bounded force is Coulomb friction; force 0 switches the hidden motor off.
-        client.setJointMotorControl2(
-            body, index, pybullet.VELOCITY_CONTROL, targetVelocity=0.0, force=terms.friction
-        )
+        client.setJointMotorControl2(body, index, pybullet.VELOCITY_CONTROL, targetVelocity=0.0, force=terms.friction)
     return PyBulletObject(client, body, link_names, joint_index, {k: dynamics[k] for k in joint_index}, console)
 
 

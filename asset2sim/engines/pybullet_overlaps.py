@@ -73,9 +73,7 @@ def place(client: BulletClient, points: Array) -> int:
     return int(client.createMultiBody(0.0, shape))
 
 
-def deepest(
-    client: BulletClient, body_a: int, body_b: int, a: tuple[str, int], b: tuple[str, int]
-) -> Overlap | None:
+def deepest(client: BulletClient, body_a: int, body_b: int, a: tuple[str, int], b: tuple[str, int]) -> Overlap | None:
     """The deepest point of two bodies' overlap, or None where they are apart by the margins."""
     points = client.getClosestPoints(body_a, body_b, 0.0)
     if not points:

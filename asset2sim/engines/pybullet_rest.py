@@ -75,9 +75,7 @@ class Speeds:
     def read(self) -> float:
         """The speed of the fastest link's centre of mass now, m/s."""
         speeds = [np.linalg.norm(self.item.client.getBaseVelocity(self.item.body)[0])]
-        states = (
-            self.item.client.getLinkStates(self.item.body, self.links, computeLinkVelocity=1) if self.links else []
-        )
+        states = self.item.client.getLinkStates(self.item.body, self.links, computeLinkVelocity=1) if self.links else []
         speeds += [np.linalg.norm(state[6]) for state in states]
         now = float(np.max(speeds))
         self.peak = max(self.peak, now) if np.isfinite(now) else float("inf")
@@ -162,7 +160,8 @@ def measure(
 
 
 BEYOND_MEASURE = 1e9
-"""What a record holds instead of infinity or no number: larger than any threshold, and still a number in JSON and SQL."""
+"""What a record holds instead of infinity or no number: larger than any threshold, and still a number in JSON
+and SQL."""
 
 
 def capped(value: float) -> float:

@@ -25,7 +25,8 @@ from schemas.vocabulary import FailureMode
 class Extraction:
     """Features, with what later stages need and no table holds.
 
-    ``geometry`` maps link → its hull points and convex pieces, ``mesh_files`` mesh reference → file, or None if missing.
+    ``geometry`` maps link → its hull points and convex pieces, ``mesh_files`` mesh reference → file, or None if
+    missing.
     ``closed_size`` is the object's box with every joint closed, ``link_centers`` the boxes' centres at rest in the root
     frame; both m at the authored scale.
     """
@@ -43,7 +44,8 @@ class Extraction:
 def extract(ref: AssetRef) -> Extraction:
     """Everything that can be read off one asset.
 
-    Raises AssetError: unreadable_asset (no URDF, not XML, not a tree), missing_mesh (a link none of whose meshes is there),
+    Raises AssetError: unreadable_asset (no URDF, not XML, not a tree), missing_mesh (a link none of whose meshes is
+    there),
     invalid_joint_configuration (numbers that make no sense).
     """
     folder = Path(ref.path)
@@ -63,7 +65,7 @@ def extract(ref: AssetRef) -> Extraction:
         raise AssetError(FailureMode.MISSING_MESH, "no_geometry", f"{urdf.name}: no link has any geometry")
     joints = [read_joint(joint, urdf) for joint in robot.joints]
     tree = tree_of(joints)
-    root = (set(link.name for link in robot.links) - {joint.child for joint in joints}).pop()
+    root = ({link.name for link in robot.links} - {joint.child for joint in joints}).pop()
     rest = link_to_root(tree, root, {})
     low, high = bounds(points, rest)
     diagonal = float(np.linalg.norm(high - low))
@@ -89,7 +91,14 @@ def extract(ref: AssetRef) -> Extraction:
         if len(cloud)
     }
     return Extraction(
-        folder, urdf, features, tuple(reader.findings), geometry, reader.files, vector(closed_high - closed_low), centers
+        folder,
+        urdf,
+        features,
+        tuple(reader.findings),
+        geometry,
+        reader.files,
+        vector(closed_high - closed_low),
+        centers,
     )
 
 

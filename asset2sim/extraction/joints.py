@@ -24,9 +24,11 @@ def read_joint(joint: yourdfpy.Joint, urdf: Path) -> JointFeatures:
     upper = None if limit is None else limit.upper
     if joint.type in ("revolute", "prismatic") and (lower is None) != (upper is None):
         raise AssetError(
-            FailureMode.INVALID_JOINT_CONFIGURATION, "half_limits",
-            f"{urdf.name}: joint '{joint.name}' states one limit of two; state both lower and upper", joint=joint.name,
-        )  # fmt: skip
+            FailureMode.INVALID_JOINT_CONFIGURATION,
+            "half_limits",
+            f"{urdf.name}: joint '{joint.name}' states one limit of two; state both lower and upper",
+            joint=joint.name,
+        )
     limited = joint.type in ("revolute", "prismatic") and lower is not None and upper is not None
     return JointFeatures(
         name=joint.name,
@@ -51,13 +53,16 @@ def read_joint(joint: yourdfpy.Joint, urdf: Path) -> JointFeatures:
 
 
 def unlimited(joint: yourdfpy.Joint, urdf: Path) -> str:
-    """The type of a revolute or prismatic joint without limits: a hinge turns freely, a slider has no end and is refused."""
+    """The type of a revolute or prismatic joint without limits: a hinge turns freely, a slider has no end and
+    is refused."""
     if joint.type == "revolute":
         return "continuous"
     raise AssetError(
-        FailureMode.INVALID_JOINT_CONFIGURATION, "no_limits",
-        f"{urdf.name}: prismatic joint '{joint.name}' has no limits; state lower and upper", joint=joint.name,
-    )  # fmt: skip
+        FailureMode.INVALID_JOINT_CONFIGURATION,
+        "no_limits",
+        f"{urdf.name}: prismatic joint '{joint.name}' has no limits; state lower and upper",
+        joint=joint.name,
+    )
 
 
 def with_ends(

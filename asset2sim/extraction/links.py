@@ -28,9 +28,7 @@ class MeshReader:
 
     def note(self, severity: Severity, code: str, message: str, link: str | None = None) -> None:
         """Add a finding."""
-        self.findings.append(
-            Finding(stage=Stage.EXTRACT, severity=severity, code=code, message=message, link=link)
-        )
+        self.findings.append(Finding(stage=Stage.EXTRACT, severity=severity, code=code, message=message, link=link))
 
     def shape(self, geometry: yourdfpy.Geometry, link: str) -> tuple[str, Shape | None]:
         """The reference and the shape of one geometry; None, with a finding, where there is nothing to read."""
@@ -43,9 +41,11 @@ class MeshReader:
             self.files[reference] = find_mesh(reference, self.folder)
             if self.files[reference] is None:
                 self.note(
-                    Severity.WARNING, "missing_mesh",
-                    f"mesh '{reference}' of link '{link}' is not there; the reference is dropped: restore the file", link,
-                )  # fmt: skip
+                    Severity.WARNING,
+                    "missing_mesh",
+                    f"mesh '{reference}' of link '{link}' is not there; the reference is dropped: restore the file",
+                    link,
+                )
         path = self.files[reference]
         if path is None:
             return reference, None
@@ -58,9 +58,11 @@ class MeshReader:
                 self.shapes[key] = shape_of(mesh)
             except ValueError as error:
                 self.note(
-                    Severity.WARNING, "unreadable_mesh",
-                    f"link '{link}': {error}; the reference is dropped: export the mesh again", link,
-                )  # fmt: skip
+                    Severity.WARNING,
+                    "unreadable_mesh",
+                    f"link '{link}': {error}; the reference is dropped: export the mesh again",
+                    link,
+                )
                 self.shapes[key] = None
                 self.files[reference] = None
         return reference, self.shapes[key]
@@ -73,28 +75,42 @@ class _Placed:
     shape: Shape
     rotation: Array
     translation: Array
-    primitive: bool
+    mesh: tuple[str, Array] | None
 
     def points(self, points: Array) -> Array:
         return points @ self.rotation.T + self.translation
 
 
 @dataclass(frozen=True)
-class LinkGeometry:
-    """A link's own shapes in its frame: (n, 3) hull points of all of it, and (k, 3) hull points of each convex piece.
+class MeshPart:
+    """One mesh of a link: its reference and (3,) scale, where it stands in the link's frame, and its convex pieces
+    there.
 
-    ``pieces`` are those of its meshes; primitives are convex as they are. ``sheets`` are the (k, 3) points of flat meshes.
+    ``pieces`` are (k, 3) hull points; a flat mesh has none, and its points are in ``sheet`` instead.
     """
 
-    points: Array
+    reference: str
+    scale: Array
+    rotation: Array
+    translation: Array
     pieces: tuple[Array, ...]
-    sheets: tuple[Array, ...]
+    sheet: Array | None
+
+
+@dataclass(frozen=True)
+class LinkGeometry:
+    """A link's own shapes in its frame: (n, 3) hull points of all of it, and its meshes; primitives are convex
+    as they are."""
+
+    points: Array
+    parts: tuple[MeshPart, ...]
 
 
 def read_link(link: yourdfpy.Link, label: str, kind: str, reader: MeshReader) -> tuple[LinkFeatures, LinkGeometry]:
     """One link's features and geometry.
 
-    The solids are the collision geometry's where there is any, else the visual's. Raises AssetError (missing_mesh) where
+    The solids are the collision geometry's where there is any, else the visual's. Raises AssetError (missing_mesh)
+    where
     the link refers to geometry and none of it can be read.
     """
     meshes: list[MeshFeatures] = []
@@ -108,22 +124,34 @@ def read_link(link: yourdfpy.Link, label: str, kind: str, reader: MeshReader) ->
                 continue
             meshes.append(mesh_features(file, role, shape))
             origin = np.eye(4) if item.origin is None else np.asarray(item.origin, dtype=float)
-            placed[role].append(_Placed(shape, origin[:3, :3], origin[:3, 3], item.geometry.mesh is None))
+            placed[role].append(_Placed(shape, origin[:3, :3], origin[:3, 3], mesh_reference(item.geometry)))
     if wanted and not meshes:
         raise AssetError(
-            FailureMode.MISSING_MESH, "missing_mesh",
+            FailureMode.MISSING_MESH,
+            "missing_mesh",
             f"link '{link.name}': none of its {wanted} meshes can be read; restore its files or remove the link",
             link=link.name,
-        )  # fmt: skip
+        )
     own = placed["collision"] or placed["visual"]
     inertial = read_inertial(link.inertial)
     if not own:
         empty = LinkFeatures(
-            name=link.name, label=label, joint_kind=kind, meshes=(), volume_m3=0.0, volume_source=VolumeSource.NONE,
-            hull_volume_m3=0.0, area_m2=0.0, box_min=(0.0, 0.0, 0.0), box_max=(0.0, 0.0, 0.0), center=(0.0, 0.0, 0.0),
-            unit_inertia=(0.0, 0.0, 0.0, 0.0, 0.0, 0.0), materials=(), inertial=inertial,
-        )  # fmt: skip
-        return empty, LinkGeometry(np.zeros((0, 3)), (), ())
+            name=link.name,
+            label=label,
+            joint_kind=kind,
+            meshes=(),
+            volume_m3=0.0,
+            volume_source=VolumeSource.NONE,
+            hull_volume_m3=0.0,
+            area_m2=0.0,
+            box_min=(0.0, 0.0, 0.0),
+            box_max=(0.0, 0.0, 0.0),
+            center=(0.0, 0.0, 0.0),
+            unit_inertia=(0.0, 0.0, 0.0, 0.0, 0.0, 0.0),
+            materials=(),
+            inertial=inertial,
+        )
+        return empty, LinkGeometry(np.zeros((0, 3)), ())
     # Sheets have a mass only where nothing else does: beside solid pieces they are decals.
     solid = [item for item in own if not item.shape.flat] or own
     body = combined([item.shape.solid.moved(item.rotation, item.translation) for item in solid])
@@ -147,10 +175,24 @@ def read_link(link: yourdfpy.Link, label: str, kind: str, reader: MeshReader) ->
         materials=tuple(sorted({v.material.name for v in link.visuals if v.material and v.material.name})),
         inertial=inertial,
     )
-    meshed = [item for item in own if not item.primitive]
-    pieces = tuple(item.points(piece) for item in meshed for piece in item.shape.pieces)
-    sheets = tuple(item.points(item.shape.points) for item in meshed if item.shape.flat)
-    return features, LinkGeometry(points, pieces, sheets)
+    return features, LinkGeometry(points, tuple(mesh_part(item, *item.mesh) for item in own if item.mesh is not None))
+
+
+def mesh_reference(geometry: yourdfpy.Geometry) -> tuple[str, Array] | None:
+    """The file reference and (3,) scale of a mesh, or None for a primitive."""
+    return None if geometry.mesh is None else (geometry.mesh.filename, scale_vector(geometry.mesh))
+
+
+def mesh_part(item: _Placed, reference: str, scale: Array) -> MeshPart:
+    """One placed mesh with its pieces in the link's frame."""
+    return MeshPart(
+        reference,
+        scale,
+        item.rotation,
+        item.translation,
+        tuple(item.points(piece) for piece in item.shape.pieces),
+        item.points(item.shape.points) if item.shape.flat else None,
+    )
 
 
 def mesh_features(file: str, role: str, shape: Shape) -> MeshFeatures:
@@ -171,7 +213,8 @@ def mesh_features(file: str, role: str, shape: Shape) -> MeshFeatures:
 
 
 def read_inertial(inertial: yourdfpy.Inertial | None) -> LinkInertial | None:
-    """An authored inertial with its inertia turned into the link's axes, or None where mass or inertia is not stated."""
+    """An authored inertial with its inertia turned into the link's axes, or None where mass or inertia is not
+    stated."""
     if inertial is None or inertial.mass is None or inertial.inertia is None:
         return None
     origin = np.eye(4) if inertial.origin is None else np.asarray(inertial.origin, dtype=float)

@@ -1,5 +1,6 @@
 """Assets to futures and back: a bounded number in flight, records as they finish, the lost tried once more alone."""
 
+import uuid
 from collections.abc import Callable, Iterator, Sequence
 
 from distributed import Client, Future, as_completed
@@ -60,7 +61,8 @@ def spread(
 
 
 def _submit(client: Client, work: Work, ref: AssetRef) -> Future[AssetRecord]:
-    return client.submit(work, ref, pure=False, key=f"refine-{ref.asset_id}-{id(ref):x}")
+    # A key of its own for each attempt: Dask would answer a second one with the first one's failure.
+    return client.submit(work, ref, pure=False, key=f"refine-{ref.asset_id}-{uuid.uuid4().hex}")
 
 
 def _collect(client: Client, future: Future[AssetRecord]) -> tuple[AssetRecord | None, str]:

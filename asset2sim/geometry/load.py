@@ -36,13 +36,14 @@ def load_mesh(path: Path) -> trimesh.Trimesh:
 
 def primitive(geometry: yourdfpy.Geometry) -> trimesh.Trimesh | None:
     """The mesh of a URDF box, cylinder or sphere, or None if the geometry is none of these."""
+    mesh: trimesh.Trimesh | None = None
     if geometry.box is not None:
-        return trimesh.creation.box(extents=geometry.box.size)
-    if geometry.cylinder is not None:
-        return trimesh.creation.cylinder(radius=geometry.cylinder.radius, height=geometry.cylinder.length)
-    if geometry.sphere is not None:
-        return trimesh.creation.icosphere(subdivisions=3, radius=geometry.sphere.radius)
-    return None
+        mesh = trimesh.creation.box(extents=geometry.box.size)
+    elif geometry.cylinder is not None:
+        mesh = trimesh.creation.cylinder(radius=geometry.cylinder.radius, height=geometry.cylinder.length)
+    elif geometry.sphere is not None:
+        mesh = trimesh.creation.icosphere(subdivisions=3, radius=geometry.sphere.radius)
+    return mesh
 
 
 def scale_vector(mesh: yourdfpy.Mesh) -> Array:

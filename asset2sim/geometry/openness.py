@@ -1,7 +1,8 @@
 """Which end of a joint's range is closed and which is open, from geometry alone.
 
 Closed objects are compact: the hull of the whole object is smallest when a door, lid or drawer is shut. Where the hull
-does not tell the ends apart (a button inside its panel, a screen folded flat either way), the second cue is how near the
+does not tell the ends apart (a button inside its panel, a screen folded flat either way), the second cue is how near
+the
 moving part is to the rest of the object.
 """
 
@@ -20,7 +21,8 @@ SAMPLES = 9
 
 @dataclass(frozen=True)
 class Ends:
-    """The closed and the open position of a joint (radians or metres) and the confidence, 0 to 1, in telling them apart."""
+    """The closed and the open position of a joint (radians or metres) and the confidence, 0 to 1, in telling
+    them apart."""
 
     closed: float
     open: float
@@ -30,7 +32,8 @@ class Ends:
 def profile(
     tree: Sequence[TreeJoint], root: str, points: Mapping[str, Array], joint: TreeJoint, lower: float, upper: float
 ) -> tuple[Array, Array, Array]:
-    """Positions (n,), volume of the whole object's hull (n,) m³, and distance of the moving part's centre from the rest (n,) m."""
+    """Positions (n,), volume of the whole object's hull (n,) m³, and distance of the moving part's centre from
+    the rest (n,) m."""
     moved = set(subtree(tree, joint.name))
     poses = link_to_root(tree, root, {})
     static = [apply(poses[name], cloud) for name, cloud in points.items() if name not in moved and len(cloud)]
@@ -52,9 +55,11 @@ def profile(
 
 
 GAP_WEIGHT = 0.5
-"""Weight of the distance cue, per object diagonal, beside the hull volume's share: it decides where the hull is blind."""
+"""Weight of the distance cue, per object diagonal, beside the hull volume's share: it decides where the hull is
+blind."""
 INTERIOR_MARGIN = 0.05
-"""How much more compact than both ends an inner position must be to count as the closed one (drawers that pass through)."""
+"""How much more compact than both ends an inner position must be to count as the closed one (drawers that pass
+through)."""
 SURE = 0.15
 """Difference of compactness between the ends from which the answer is certain; doors of real assets show 0.2 to 0.8."""
 BLIND = 0.004

@@ -1,6 +1,8 @@
-"""The convex pieces that a mesh stands for: the hull of each connected shell, in place of whatever hull an engine would make.
+"""The convex pieces that a mesh stands for: the hull of each connected shell, in place of whatever hull an engine
+would make.
 
-Engines disagree on what a mesh is for collision: PyBullet takes one hull per OBJ group, MuJoCo one per file, and both close
+Engines disagree on what a mesh is for collision: PyBullet takes one hull per OBJ group, MuJoCo one per file, and
+both close
 the gaps between separate shells. Written out as convex pieces, every engine simulates the same shapes.
 """
 

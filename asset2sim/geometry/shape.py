@@ -1,4 +1,5 @@
-"""Volume, centre and inertia of one mesh: signed where it is closed, its convex pieces where not, a slab where it is flat."""
+"""Volume, centre and inertia of one mesh: signed where it is closed, its convex pieces where not, a slab where
+it is flat."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -33,7 +34,8 @@ class Solid:
 class Shape:
     """One mesh as physics sees it, in the mesh's frame.
 
-    ``points`` are the (n, 3) vertices of its hull, or all of them where it is flat; ``pieces`` the (k, 3) hull points of
+    ``points`` are the (n, 3) vertices of its hull, or all of them where it is flat; ``pieces`` the (k, 3) hull
+    points of
     each convex piece, none where it is flat; ``box`` the (2, 3) minimum and maximum.
     """
 
@@ -68,7 +70,16 @@ def shape_of(mesh: trimesh.Trimesh) -> Shape:
         # An inside-out or self-crossing shell integrates to nonsense; no solid exceeds its hull.
         if 0.0 < abs(volume) <= 1.001 * solid(hull.triangles)[0] and np.linalg.eigvalsh(inertia * sign)[0] > 0.0:
             body, source = Solid(abs(volume), center, inertia * sign), VolumeSource.SIGNED
-    return Shape(body, source, hull.points, tuple(piece.points for piece in pieces), float(mesh.area), watertight, len(mesh.faces), box)
+    return Shape(
+        body,
+        source,
+        hull.points,
+        tuple(piece.points for piece in pieces),
+        float(mesh.area),
+        watertight,
+        len(mesh.faces),
+        box,
+    )
 
 
 def slab(points: Array) -> Solid:

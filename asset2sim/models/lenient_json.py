@@ -39,13 +39,13 @@ def parse_json(text: str) -> object:
     forgiving = len(text) <= MAX_FORGIVEN_CHARACTERS
     try:
         value = _parse_one(text, forgiving)
-    except _NotJson as whole:
+    except _NotJsonError as whole:
         value = _find_object(_END_OF_THINKING.split(text)[-1], str(whole), forgiving)
     _refuse_non_finite(value)
     return value
 
 
-class _NotJson(Exception):
+class _NotJsonError(Exception):
     """This piece of text is not one JSON value; the message says why."""
 
 
@@ -55,7 +55,7 @@ def _find_object(text: str, reason: str, forgiving: bool) -> object:
         for piece in itertools.islice(pieces, _MAX_PIECES):
             try:
                 value = _parse_one(piece, forgiving)
-            except _NotJson as error:
+            except _NotJsonError as error:
                 reason = str(error)
                 continue
             if isinstance(value, dict) and value not in found:
@@ -74,20 +74,20 @@ def _parse_one(text: str, forgiving: bool) -> object:
     except InvalidAnswerError:
         raise
     except RecursionError:
-        raise _NotJson("it is nested too deeply") from None
+        raise _NotJsonError("it is nested too deeply") from None
     except ValueError as error:
         strict_reason = _shorten(str(error))
     if not forgiving or "{" not in text:
-        raise _NotJson(strict_reason)
+        raise _NotJsonError(strict_reason)
     import json5
 
     try:
         return json5.loads(text, object_pairs_hook=_unique)
     except RecursionError:
-        raise _NotJson("it is nested too deeply") from None
+        raise _NotJsonError("it is nested too deeply") from None
     except ValueError as error:
         reason = _shorten(str(error).removeprefix("<string>:"))
-        raise _NotJson(f"{strict_reason} (as JSON5: {reason})") from None
+        raise _NotJsonError(f"{strict_reason} (as JSON5: {reason})") from None
 
 
 def _objects(text: str) -> Iterator[str]:

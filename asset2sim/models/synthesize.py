@@ -17,7 +17,7 @@ MAX_ASKS = 2
 """Questions per overlay: the second states what was wrong with the first answer, and a third rarely helps."""
 
 
-class SynthesisFailed(AssetError):
+class SynthesisError(AssetError):
     """No overlay could be had; ``calls`` holds what asking cost until then."""
 
     def __init__(self, mode: FailureMode, code: str, message: str, calls: Sequence[ModelCall]) -> None:
@@ -25,7 +25,7 @@ class SynthesisFailed(AssetError):
         self.calls = tuple(calls)
 
     def __reduce__(self) -> tuple[object, ...]:
-        return SynthesisFailed, (self.mode, self.code, str(self), self.calls)
+        return SynthesisError, (self.mode, self.code, str(self), self.calls)
 
 
 def synthesize(
@@ -38,7 +38,7 @@ def synthesize(
 ) -> tuple[Overlay, tuple[ModelCall, ...], tuple[Finding, ...]]:
     """A model's overlay for one object, with every call made for it and a finding where it was asked twice.
 
-    Sizes and centres are as ``synthesis_request`` takes them. Raises ``SynthesisFailed``: ``model_error`` where the
+    Sizes and centres are as ``synthesis_request`` takes them. Raises ``SynthesisError``: ``model_error`` where the
     provider fails, ``no_valid_estimate`` where the second answer does not fit either.
     """
     first = request = synthesis_request(features, guidance, closed_size, link_centers, images)
@@ -49,7 +49,7 @@ def synthesize(
         answer = ask(request)
         if answer.content is None:
             calls += answer.calls
-            raise SynthesisFailed(FailureMode.MODEL_ERROR, "model_error", answer.error or "the model failed", calls)
+            raise SynthesisError(FailureMode.MODEL_ERROR, "model_error", answer.error or "the model failed", calls)
         try:
             return parse_overlay(answer.content, features), calls + answer.calls, findings
         except InvalidAnswerError as error:
@@ -58,7 +58,7 @@ def synthesize(
         findings += (_refusal(refused),)
         request = with_validation_errors(first, _violations(refused))
     message = f"the model answered {MAX_ASKS} times and no answer fits: {refused}"
-    raise SynthesisFailed(FailureMode.NO_VALID_ESTIMATE, "invalid_answer", message, calls)
+    raise SynthesisError(FailureMode.NO_VALID_ESTIMATE, "invalid_answer", message, calls)
 
 
 def _marked_invalid(calls: tuple[ModelCall, ...]) -> tuple[ModelCall, ...]:

@@ -1,4 +1,5 @@
-"""Damping, friction and stiffness of one joint, from what it moves and what a person should feel, bounded by the time step.
+"""Damping, friction and stiffness of one joint, from what it moves and what a person should feel, bounded by the
+time step.
 
 Absolute numbers mean nothing across objects: 0.15 N·m·s/rad stops a door and blows up a key (design.md). So terms are
 derived from the effective inertia and time constants, and whatever a model states in absolute terms is bounded by them.

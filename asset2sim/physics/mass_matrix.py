@@ -22,7 +22,8 @@ class Body:
 
 @dataclass(frozen=True)
 class JointSpace:
-    """The object at one pose. ``matrix`` is (6 + n, 6 + n): the free base's six, then the n movable joints in ``names``' order.
+    """The object at one pose. ``matrix`` is (6 + n, 6 + n): the free base's six, then the n movable joints in
+    ``names``' order.
 
     ``gravity`` is (n,): the generalised force of gravity along -z of the root frame on each joint, N·m or N.
     """
@@ -32,12 +33,14 @@ class JointSpace:
     gravity: Array
 
     def effective_inertia(self) -> dict[str, float]:
-        """Joint → 1 / (M⁻¹)ⱼⱼ: the inertia that a torque on this joint alone accelerates, all else free, kg·m² or kg."""
+        """Joint → 1 / (M⁻¹)ⱼⱼ: the inertia that a torque on this joint alone accelerates, all else free, kg·m²
+        or kg."""
         inverse = np.linalg.inv(self.matrix)
         return {name: float(1.0 / inverse[6 + i, 6 + i]) for i, name in enumerate(self.names)}
 
     def fastest_decay(self, damping: Mapping[str, float]) -> float:
-        """The largest eigenvalue of M⁻¹ D over the joints, 1/s: explicit damping is stable while this times Δt is below 2."""
+        """The largest eigenvalue of M⁻¹ D over the joints, 1/s: explicit damping is stable while this times Δt
+        is below 2."""
         terms = np.sqrt([damping.get(name, 0.0) for name in self.names])
         if not len(terms) or not terms.any():
             return 0.0

@@ -1,1 +1,2 @@
-"""Refine: the closed loop over joint positions (paper, "Refine the state"). Propose, evaluate Φ, accept only what falls."""
+"""Refine: the closed loop over joint positions (paper, "Refine the state"). Propose, evaluate Φ, accept only
+what falls."""

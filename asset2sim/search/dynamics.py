@@ -1,4 +1,5 @@
-"""Mend joint dynamics where an asset drifts or oscillates untouched: more damping, more friction, measured again each time."""
+"""Mend joint dynamics where an asset drifts or oscillates untouched: more damping, more friction, measured
+again each time."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -52,21 +53,29 @@ def mend_dynamics(
         better = badness(seen, sliders, settings) < badness(measurement, sliders, settings)
         trace.append(
             TraceStep(
-                step=round_number, proposer="dynamics", phi_before_m=measurement.penetration_m,
-                phi_after_m=seen.penetration_m, moved={}, accepted=better, evaluations=1,
+                step=round_number,
+                proposer="dynamics",
+                phi_before_m=measurement.penetration_m,
+                phi_after_m=seen.penetration_m,
+                moved={},
+                accepted=better,
+                evaluations=1,
                 reason=f"{verdict.reason}: damping and friction of {len(moving)} moving joints raised",
-            )  # fmt: skip
+            )
         )
         if not better:
             remeasure(overlay)
             break
         findings = [
             Finding(
-                stage=Stage.REFINE, severity=Severity.INFO, code="dynamics_raised",
-                message=f"joint '{joint.name}': damping raised to {joint.damping:.3g} and friction to {joint.friction:.3g}, "
-                "because it moved untouched",
-                joint=joint.name, value=joint.damping,
-            )  # fmt: skip
+                stage=Stage.REFINE,
+                severity=Severity.INFO,
+                code="dynamics_raised",
+                message=f"joint '{joint.name}': damping raised to {joint.damping:.3g} and friction to "
+                f"{joint.friction:.3g}, because it moved untouched",
+                joint=joint.name,
+                value=joint.damping,
+            )
             for joint in stiffer.joints
             if joint.name in moving
         ]

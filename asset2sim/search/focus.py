@@ -19,7 +19,9 @@ def path_to_root(joints: Sequence[JointFeatures], link: str) -> list[str]:
     return path
 
 
-def focus_joints(joints: Sequence[JointFeatures], pairs: Sequence[ContactPair], movable: Sequence[str]) -> tuple[str, ...]:
+def focus_joints(
+    joints: Sequence[JointFeatures], pairs: Sequence[ContactPair], movable: Sequence[str]
+) -> tuple[str, ...]:
     """The movable joints on the tree path between the links of the worst pair that has any, nearest to the links first.
 
     Joints common to both links' paths to the root move both alike and cannot separate them.

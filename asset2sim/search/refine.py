@@ -48,9 +48,15 @@ class Search:
         moved = {name: value for name, value in pose.items() if value != self.best[name]}
         self.trace.append(
             TraceStep(
-                step=len(self.trace), proposer=proposer, phi_before_m=self.phi, phi_after_m=phi, moved=moved,
-                accepted=accepted, evaluations=evaluations, reason=reason,
-            )  # fmt: skip
+                step=len(self.trace),
+                proposer=proposer,
+                phi_before_m=self.phi,
+                phi_after_m=phi,
+                moved=moved,
+                accepted=accepted,
+                evaluations=evaluations,
+                reason=reason,
+            )
         )
         if accepted:
             self.best, self.phi = pose, phi

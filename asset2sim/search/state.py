@@ -11,7 +11,8 @@ STATE_WEIGHT_M = 1e-3
 
 @dataclass(frozen=True)
 class Band:
-    """Where one joint may go: ``low`` to ``high`` around its requested position, rad or m; ``span`` is its whole range."""
+    """Where one joint may go: ``low`` to ``high`` around its requested position, rad or m; ``span`` is its
+    whole range."""
 
     requested: float
     low: float

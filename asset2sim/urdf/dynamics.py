@@ -1,4 +1,5 @@
-"""Reading joint dynamics back from a URDF: what an engine adapter must honour, whatever the engine's own parser drops."""
+"""Reading joint dynamics back from a URDF: what an engine adapter must honour, whatever the engine's own parser
+drops."""
 
 from dataclasses import dataclass
 from pathlib import Path
@@ -8,7 +9,8 @@ from lxml import etree
 
 @dataclass(frozen=True)
 class Dynamics:
-    """Damping (N·m·s/rad or N·s/m), friction (N·m or N), stiffness (N·m/rad or N/m) and the spring's relaxed position."""
+    """Damping (N·m·s/rad or N·s/m), friction (N·m or N), stiffness (N·m/rad or N/m) and the spring's relaxed
+    position."""
 
     damping: float
     friction: float

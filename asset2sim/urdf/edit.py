@@ -25,7 +25,8 @@ def refined_document(
 
     ``mesh_places`` maps each visual mesh reference to its path beside the new file; references without one are dropped,
     having been found missing. ``collision_files`` holds each link's hulls, at the final scale in the link's frame; they
-    replace its collision meshes, while collision primitives stay and are scaled. URDF has no field for initial positions: a comment lists them (``overlay.json`` holds them too).
+    replace its collision meshes, while collision primitives stay and are scaled. URDF has no field for initial
+    positions: a comment lists them (``overlay.json`` holds them too).
     """
     robot = etree.parse(str(source), etree.XMLParser(remove_comments=False)).getroot()
     links = {link.name: link for link in overlay.links}
@@ -41,8 +42,9 @@ def refined_document(
             write_joint(element, authored, joints[authored.name], settings)
         elif authored.movable:
             lock_joint(element, authored, overlay.scale)
-    for comment in robot.xpath("comment()[starts-with(., ' asset2sim')]"):
-        robot.remove(comment)
+    for node in list(robot):
+        if node.tag is etree.Comment and (node.text or "").startswith(" asset2sim"):
+            robot.remove(node)
     robot.insert(0, state_comment(overlay))
     etree.indent(robot, space="  ")
     document: bytes = etree.tostring(robot, xml_declaration=True, encoding="utf-8", pretty_print=True)
@@ -50,7 +52,8 @@ def refined_document(
 
 
 def edit_geometry(link: Element, scale: float, mesh_places: Mapping[str, str]) -> None:
-    """Scale a link's visuals and primitives, point visual meshes at the new files, drop collision and missing meshes."""
+    """Scale a link's visuals and primitives, point visual meshes at the new files, drop collision and missing
+    meshes."""
     for item in [*link.findall("visual"), *link.findall("collision")]:
         mesh = item.find("geometry/mesh")
         if mesh is not None and item.tag == "collision":
@@ -67,7 +70,9 @@ def edit_geometry(link: Element, scale: float, mesh_places: Mapping[str, str]) -
         scale_origin(item, scale)
         for tag, keys in (("box", ("size",)), ("cylinder", ("radius", "length")), ("sphere", ("radius",))):
             shape = item.find(f"geometry/{tag}")
-            for key in keys if shape is not None else ():
+            if shape is None:
+                continue
+            for key in keys:
                 shape.set(key, words([float(word) * scale for word in str(shape.get(key)).split()]))
 
 
@@ -100,7 +105,8 @@ def write_inertial(link: Element, physics: LinkPhysics) -> None:
 def write_joint(element: Element, authored: JointFeatures, physics: JointPhysics, settings: PhysicsSettings) -> None:
     """Write one movable joint's type, axis, limits and dynamics.
 
-    Stiffness goes into ``spring_stiffness`` and ``spring_reference``, the names that SDF uses; engines that know them only
+    Stiffness goes into ``spring_stiffness`` and ``spring_reference``, the names that SDF uses; engines that know
+    them only
     from ``overlay.json`` lose nothing.
     """
     element.set("type", physics.type)

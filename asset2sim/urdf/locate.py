@@ -32,11 +32,12 @@ def find_urdf(folder: Path) -> Path:
 def find_mesh(reference: str, folder: Path) -> Path | None:
     """The file that a mesh reference means, or None.
 
-    ``package://name/path``, ``model://name/path`` and ``file://`` references, and relative paths, are resolved next to the
+    ``package://name/path``, ``model://name/path`` and ``file://`` references, and relative paths, are resolved next
+    to the
     URDF's folder: each suffix of the path is tried there and up to two folders above.
     """
     text = reference.replace("\\", "/").strip()
-    scheme, separator, rest = text.partition("://")
+    _, separator, rest = text.partition("://")
     text = rest if separator else text
     if not text:
         return None

@@ -30,7 +30,7 @@ def read_urdf(path: Path) -> yourdfpy.Robot:
     except (etree.XMLSyntaxError, OSError, UnicodeError) as error:
         raise unreadable(path, "not_xml", f"not readable as XML ({error}); export the URDF again") from error
     if document.getroot().tag != "robot":
-        raise unreadable(path, "not_urdf", f"the root element is <{document.getroot().tag}>, not <robot>")
+        raise unreadable(path, "not_urdf", f"the root element is <{document.getroot().tag!r}>, not <robot>")
     check_numbers(path, document)
     try:
         model = yourdfpy.URDF.load(
@@ -76,15 +76,7 @@ def check_tree(path: Path, robot: yourdfpy.Robot) -> None:
         if twice:
             raise unreadable(path, f"duplicate_{kind}", f"{kind} '{twice[0]}' is defined twice; rename one")
     for joint in robot.joints:
-        for role, name in (("parent", joint.parent), ("child", joint.child)):
-            if name not in links:
-                raise invalid(path, "unknown_link", joint.name, f"its {role} '{name}' is not a link")
-        if joint.type not in JOINT_TYPES:
-            raise invalid(path, "joint_type", joint.name, f"type '{joint.type}'; use one of {', '.join(JOINT_TYPES)}")
-        if joint.axis is not None and joint.type != "fixed":
-            length = float(np.linalg.norm(joint.axis))
-            if not math.isfinite(length) or length < 1e-9:
-                raise invalid(path, "zero_axis", joint.name, "its axis has no direction")
+        check_joint(path, joint, links)
     parents = Counter(joint.child for joint in robot.joints)
     for name, count in parents.items():
         if count > 1:
@@ -93,16 +85,34 @@ def check_tree(path: Path, robot: yourdfpy.Robot) -> None:
     if len(roots) != 1:
         listed = ", ".join(roots) or "none: its joints form a loop"
         raise unreadable(path, "roots", f"it must have one root link and has {len(roots)} ({listed})")
-    reached, frontier = {roots[0]}, [roots[0]]
+    lost = unreached(robot, roots[0], links)
+    if lost:
+        raise unreadable(path, "loop", f"links {', '.join(lost[:5])} are not connected to root '{roots[0]}'")
+
+
+def check_joint(path: Path, joint: yourdfpy.Joint, links: list[str]) -> None:
+    """Refuse one joint whose links do not exist, whose type no engine knows, or whose axis has no direction."""
+    for role, name in (("parent", joint.parent), ("child", joint.child)):
+        if name not in links:
+            raise invalid(path, "unknown_link", joint.name, f"its {role} '{name}' is not a link")
+    if joint.type not in JOINT_TYPES:
+        raise invalid(path, "joint_type", joint.name, f"type '{joint.type}'; use one of {', '.join(JOINT_TYPES)}")
+    if joint.axis is not None and joint.type != "fixed":
+        length = float(np.linalg.norm(joint.axis))
+        if not math.isfinite(length) or length < 1e-9:
+            raise invalid(path, "zero_axis", joint.name, "its axis has no direction")
+
+
+def unreached(robot: yourdfpy.Robot, root: str, links: list[str]) -> list[str]:
+    """The links that no chain of joints connects to the root."""
+    reached, frontier = {root}, [root]
     while frontier:
         link = frontier.pop()
         for joint in robot.joints:
-            if joint.parent == link:
+            if joint.parent == link and joint.child not in reached:
                 reached.add(joint.child)
                 frontier.append(joint.child)
-    lost = [name for name in links if name not in reached]
-    if lost:
-        raise unreadable(path, "loop", f"links {', '.join(lost[:5])} are not connected to root '{roots[0]}'")
+    return [name for name in links if name not in reached]
 
 
 def unreadable(path: Path, code: str, problem: str) -> AssetError:

@@ -5,7 +5,8 @@ from pathlib import Path
 
 
 def read_semantics(folder: Path) -> dict[str, tuple[str, str]]:
-    """Link name → (joint kind, label) from ``semantics.txt``; empty where there is none. Lines that do not fit are skipped."""
+    """Link name → (joint kind, label) from ``semantics.txt``; empty where there is none. Lines that do not fit
+    are skipped."""
     file = folder / "semantics.txt"
     if not file.is_file():
         return {}

@@ -15,7 +15,8 @@ from schemas.settings import PhysicsSettings
 from schemas.vocabulary import Source
 
 RANGE_SAMPLES = 5
-"""Positions at which the gravity load of a joint that must hold anywhere is sampled; the load is a sine of the angle."""
+"""Positions at which the gravity load of a joint that must hold anywhere is sampled; the load is a sine of the
+angle."""
 HELD_STATE = 0.05
 """Share of its range beyond the closed end from which a requested state counts as open, and so must be held."""
 
@@ -41,7 +42,9 @@ def joint_physics(
         joint = start.range.joint
         proposal = proposals.get(name, JointProposal(name=name))
         if name not in proposals:
-            notes.info("joint_completed", f"joint '{name}': the overlay omits it; dynamics from time constants", joint=name)
+            notes.info(
+                "joint_completed", f"joint '{name}': the overlay omits it; dynamics from time constants", joint=name
+            )
         load = float(loads[name])
         anywhere = proposal.holds is True
         holds = anywhere or (proposal.holds is None and start.requested and is_open(start))
@@ -127,8 +130,10 @@ def report(name: str, prismatic: bool, inertia: float, terms: JointTerms, holds:
             notes.info(
                 f"{kind}_bounded",
                 f"joint '{name}': {kind} {term.replaced:.3g} {unit} set to {term.value:.3g}: {why[kind]}",
-                joint=name, value=term.replaced, limit=term.value,
-            )  # fmt: skip
+                joint=name,
+                value=term.replaced,
+                limit=term.value,
+            )
 
 
 def changed(term: Term) -> bool:
@@ -141,7 +146,8 @@ def bound_together(
 ) -> tuple[JointPhysics, ...]:
     """Scale all damping down where the coupled joints decay faster together than each does alone.
 
-    Explicit damping is stable while Δt times the largest eigenvalue of M⁻¹D is below 2; each joint was bounded by itself.
+    Explicit damping is stable while Δt times the largest eigenvalue of M⁻¹D is below 2; each joint was bounded by
+    itself.
     """
     fastest = space.fastest_decay({joint.name: joint.damping for joint in joints})
     largest = 2.0 * settings.max_damping_step / settings.coarse_timestep_s
@@ -150,9 +156,11 @@ def bound_together(
     factor = largest / fastest
     notes.info(
         "damping_coupled",
-        f"all joint damping scaled by {factor:.3g}: together the joints decay at {fastest:.3g} 1/s, more than the time step bears",
-        value=fastest, limit=largest,
-    )  # fmt: skip
+        f"all joint damping scaled by {factor:.3g}: together the joints decay at {fastest:.3g} 1/s, more than the "
+        "time step bears",
+        value=fastest,
+        limit=largest,
+    )
     return tuple(
         joint.model_copy(update={"damping": joint.damping * factor, "damping_source": Source.RULE}) for joint in joints
     )

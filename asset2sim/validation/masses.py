@@ -79,21 +79,36 @@ def link_mass(
         mass, mass_source = link.inertial.mass_kg, Source.AUTHORED
     if mass_source is Source.RULE:
         notes.info(
-            "link_completed", f"link '{link.name}': the overlay states no material or mass; {mass:.4g} kg assumed",
-            link=link.name, value=mass,
-        )  # fmt: skip
+            "link_completed",
+            f"link '{link.name}': the overlay states no material or mass; {mass:.4g} kg assumed",
+            link=link.name,
+            value=mass,
+        )
     if mass < settings.min_mass_kg:
         notes.info(
-            "mass_raised", f"link '{link.name}': mass {mass:.3g} kg raised to the least that engines handle",
-            link=link.name, value=mass, limit=settings.min_mass_kg,
-        )  # fmt: skip
+            "mass_raised",
+            f"link '{link.name}': mass {mass:.3g} kg raised to the least that engines handle",
+            link=link.name,
+            value=mass,
+            limit=settings.min_mass_kg,
+        )
         mass, mass_source = settings.min_mass_kg, Source.RULE
     com = np.asarray(link.center) * scale
     inertia = tensor_of(link.unit_inertia) * scale**2 * mass
     result = LinkMass(
-        link.name, material, density, hollow, volume, link.volume_source,
-        mass, mass_source, com, Source.RULE, inertia, Source.RULE,
-    )  # fmt: skip
+        link.name,
+        material,
+        density,
+        hollow,
+        volume,
+        link.volume_source,
+        mass,
+        mass_source,
+        com,
+        Source.RULE,
+        inertia,
+        Source.RULE,
+    )
     return result if proposal is None else believed(result, link, proposal, scale, source, settings, notes)
 
 
@@ -106,7 +121,8 @@ def believed(
     settings: PhysicsSettings,
     notes: Notes,
 ) -> LinkMass:
-    """The proposal's own centre and inertia where they are near what the shape gives; the shape's where they are not."""
+    """The proposal's own centre and inertia where they are near what the shape gives; the shape's where they
+    are not."""
     if proposal.com is not None:
         low, high = np.asarray(link.box_min) * scale, np.asarray(link.box_max) * scale
         margin = BOX_MARGIN * (high - low)
@@ -115,9 +131,10 @@ def believed(
             result = replace(result, com=com, com_source=source)
         else:
             notes.warn(
-                "com_outside", f"link '{link.name}': the proposed centre of mass lies outside the link; its shape's is used",
+                "com_outside",
+                f"link '{link.name}': the proposed centre of mass lies outside the link; its shape's is used",
                 link=link.name,
-            )  # fmt: skip
+            )
     if proposal.inertia is not None:
         inertia = tensor_of(proposal.inertia)
         ratio = float(np.trace(inertia)) / max(float(np.trace(result.inertia)), 1e-12)
@@ -126,9 +143,12 @@ def believed(
         else:
             notes.warn(
                 "inertia_implausible",
-                f"link '{link.name}': the proposed inertia is {ratio:.3g} times what its shape and mass give; the shape's is used",
-                link=link.name, value=ratio, limit=settings.inertia_factor,
-            )  # fmt: skip
+                f"link '{link.name}': the proposed inertia is {ratio:.3g} times what its shape and mass give; the "
+                "shape's is used",
+                link=link.name,
+                value=ratio,
+                limit=settings.inertia_factor,
+            )
     return result
 
 
@@ -139,9 +159,12 @@ def bound_ratio(masses: dict[str, LinkMass], settings: PhysicsSettings, notes: N
     for name, item in masses.items():
         if item.mass < least:
             notes.info(
-                "mass_ratio", f"link '{name}': mass raised from {item.mass:.3g} to {least:.3g} kg, a share engines handle",
-                link=name, value=item.mass, limit=least,
-            )  # fmt: skip
+                "mass_ratio",
+                f"link '{name}': mass raised from {item.mass:.3g} to {least:.3g} kg, a share engines handle",
+                link=name,
+                value=item.mass,
+                limit=least,
+            )
             factor = least / item.mass
             item = replace(item, mass=least, mass_source=Source.RULE, inertia=item.inertia * factor)
         bounded[name] = item
@@ -156,7 +179,8 @@ def share_mass(
     settings: PhysicsSettings,
     notes: Notes,
 ) -> dict[str, LinkMass]:
-    """A link without geometry takes a share of the nearest link beyond it (else before it), leaving the total unchanged.
+    """A link without geometry takes a share of the nearest link beyond it (else before it), leaving the total
+    unchanged.
 
     Both parts keep the donor's shape: the same centre of mass, and inertia in proportion. So no engine invents 1 kg.
     """
@@ -168,16 +192,26 @@ def share_mass(
         tiny = settings.min_mass_kg
         inertia = np.eye(3) * tiny * settings.min_half_extent_m**2
         alone = LinkMass(
-            link.name, None, 0.0, 0.0, 0.0, VolumeSource.NONE,
-            tiny, Source.RULE, np.zeros(3), Source.RULE, inertia, Source.RULE,
-        )  # fmt: skip
+            link.name,
+            None,
+            0.0,
+            0.0,
+            0.0,
+            VolumeSource.NONE,
+            tiny,
+            Source.RULE,
+            np.zeros(3),
+            Source.RULE,
+            inertia,
+            Source.RULE,
+        )
         return {**masses, link.name: alone}
     name, joint = found
     donor = masses[name]
     share = settings.massless_share
     pose = transform([scale * value for value in joint.origin_xyz], joint.origin_rpy)
     if joint.child == link.name:
-        pose = np.linalg.inv(pose)
+        pose = np.asarray(np.linalg.inv(pose), dtype=np.float64)
     rotation = pose[:3, :3]
     taken = replace(
         donor,
@@ -199,11 +233,10 @@ def share_mass(
         "massless_link",
         f"link '{link.name}' has no geometry: it takes {share:.0%} of the mass of '{name}', whose centre it shares, "
         "so that no engine invents a mass for it",
-        link=link.name, value=taken.mass,
-    )  # fmt: skip
+        link=link.name,
+        value=taken.mass,
+    )
     return {**masses, name: kept, link.name: taken}
-
-
 
 
 def finished(item: LinkMass, settings: PhysicsSettings, notes: Notes) -> LinkMass:

@@ -37,7 +37,9 @@ def validate(
         if span is not None:
             ranges[joint.name] = span
     starts = initial_positions(ranges, overlay.initial_joint_positions, asked, scale, source, settings, notes)
-    movable = [joint if joint.name in ranges else joint.model_copy(update={"type": "fixed"}) for joint in features.joints]
+    movable = [
+        joint if joint.name in ranges else joint.model_copy(update={"type": "fixed"}) for joint in features.joints
+    ]
     joints = joint_physics(
         features,
         tree_of(movable, scale),
@@ -71,8 +73,9 @@ def bounded_scale(overlay: Overlay, longest_m: float, source: Source, notes: Not
     notes.warn(
         "scale_bounded",
         f"scale {overlay.scale:.4g} would make the longest edge {wanted:.4g} m; set to {bounded:.4g}",
-        value=wanted, limit=bounded * longest_m,
-    )  # fmt: skip
+        value=wanted,
+        limit=bounded * longest_m,
+    )
     return bounded, Source.RULE
 
 

@@ -10,12 +10,14 @@ from schemas.settings import PhysicsSettings
 from schemas.vocabulary import Source
 
 WIDEN_SHARE = 0.1
-"""How far outside its limits, as a share of the range, a requested position may lie for the limits to be widened to it."""
+"""How far outside its limits, as a share of the range, a requested position may lie for the limits to be
+widened to it."""
 
 
 @dataclass(frozen=True)
 class Start:
-    """Where one joint starts, rad or m at the final scale, and who says so; ``requested`` if the user asked for the state."""
+    """Where one joint starts, rad or m at the final scale, and who says so; ``requested`` if the user asked for
+    the state."""
 
     range: Range
     position: float
@@ -32,7 +34,8 @@ def initial_positions(
     settings: PhysicsSettings,
     notes: Notes,
 ) -> dict[str, Start]:
-    """Where every movable joint starts: as proposed, else closed where geometry is sure of it, else at its authored zero."""
+    """Where every movable joint starts: as proposed, else closed where geometry is sure of it, else at its
+    authored zero."""
     starts: dict[str, Start] = {}
     for name, span in ranges.items():
         if name in proposed:
@@ -66,13 +69,18 @@ def reach(span: Range, wanted: float, requested: bool, notes: Notes) -> tuple[Ra
         notes.warn(
             "limits_widened",
             f"joint '{name}': limits {lower:.4g} to {upper:.4g} widened to hold the requested position {wanted:.4g}",
-            joint=name, value=wanted, limit=lower if wanted < lower else upper,
-        )  # fmt: skip
+            joint=name,
+            value=wanted,
+            limit=lower if wanted < lower else upper,
+        )
         return replace(span, lower=min(lower, wanted), upper=max(upper, wanted), source=Source.USER), wanted
     clamped = span.clamp(wanted)
     notes.warn(
         "position_clamped",
-        f"joint '{name}': position {wanted:.4g} lies outside its limits {lower:.4g} to {upper:.4g}; clamped to {clamped:.4g}",
-        joint=name, value=wanted, limit=clamped,
-    )  # fmt: skip
+        f"joint '{name}': position {wanted:.4g} lies outside its limits {lower:.4g} to {upper:.4g}; clamped to "
+        f"{clamped:.4g}",
+        joint=name,
+        value=wanted,
+        limit=clamped,
+    )
     return span, clamped

@@ -1,0 +1,45 @@
+"""What every step of one asset's loop needs, and what the loop leaves behind."""
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from pathlib import Path
+
+from asset2sim.collision.hulls import Hulls
+from asset2sim.extraction import Extraction
+from schemas.call import ModelCall
+from schemas.finding import Finding
+from schemas.overlay import Overlay, PhysicsOverlay
+from schemas.request import ModelAnswer, ModelRequest
+from schemas.settings import Settings
+from schemas.trace import TraceStep
+from schemas.vocabulary import Source
+
+ModelAsk = Callable[[ModelRequest], ModelAnswer]
+
+
+@dataclass
+class Log:
+    """What the loop leaves behind as it goes."""
+
+    trace: list[TraceStep] = field(default_factory=list)
+    calls: list[ModelCall] = field(default_factory=list)
+    findings: list[Finding] = field(default_factory=list)
+
+    def step(self, step: TraceStep) -> None:
+        """Add a step under the next number."""
+        self.trace.append(step.model_copy(update={"step": len(self.trace)}))
+
+
+@dataclass(frozen=True)
+class Loop:
+    """What every step of one asset's loop needs; ``overlay`` is the one that asks for the state."""
+
+    extraction: Extraction
+    proposal: Overlay
+    overlay: PhysicsOverlay
+    source: Source
+    hulls: Hulls
+    cache: Path
+    settings: Settings
+    ask: ModelAsk
+    log: Log

@@ -1,0 +1,58 @@
+"""Findings of the loop: what it changed, and why."""
+
+from collections.abc import Mapping
+
+from asset2sim.search.loop import Log
+from asset2sim.search.proposals import Pose
+from asset2sim.search.shapes import Attempt
+from schemas.finding import Finding
+from schemas.vocabulary import Severity, Stage
+
+
+def note_moves(requested: Pose, moved: Mapping[str, float], log: Log) -> None:
+    """A finding for every joint that starts elsewhere than was asked or assumed."""
+    for name, value in moved.items():
+        log.findings.append(
+            Finding(
+                stage=Stage.REFINE,
+                severity=Severity.INFO,
+                code="state_moved",
+                message=f"joint '{name}' starts at {value:.4g} in place of {requested[name]:.4g}: they overlap less",
+                joint=name,
+                value=value,
+                limit=requested[name],
+            )
+        )
+
+
+def note_shapes(best: Attempt, log: Log) -> None:
+    """A finding for every link that was decomposed or lost part of its collision shape, with the links it was
+    cleared of."""
+    for link in best.decomposed:
+        log.findings.append(
+            Finding(
+                stage=Stage.REFINE,
+                severity=Severity.INFO,
+                code="collision_decomposed",
+                link=link,
+                value=float(len(best.hulls[link])),
+                message=f"collision of link '{link}' decomposed into {len(best.hulls[link])} convex pieces, "
+                "since its hull reached deep into another link",
+            )
+        )
+    for link in sorted({cut.link for cut in best.cut}):
+        own = [cut for cut in best.cut if cut.link == link]
+        deepest = max(own, key=lambda cut: cut.depth_m)
+        others = ", ".join(f"'{cut.other}'" for cut in own[:4]) + (f" and {len(own) - 4} more" if len(own) > 4 else "")
+        log.findings.append(
+            Finding(
+                stage=Stage.REFINE,
+                severity=Severity.WARNING,
+                code="collision_cut",
+                message=f"collision of link '{link}' cut by up to {1e3 * deepest.depth_m:.3g} mm "
+                f"({deepest.share:.0%} of a hull) where it overlaps {others} "
+                "in every state near the requested one; its looks are unchanged",
+                link=link,
+                value=deepest.depth_m,
+            )
+        )

@@ -1,0 +1,112 @@
+"""Assets over Dask workers: every one gets a record, whatever happens to its process, its worker or the cluster."""
+
+import socket
+from collections.abc import Iterator
+from pathlib import Path
+
+import dask
+import pytest
+from distributed import LocalCluster
+
+from asset2sim.check_request import check_scheduler
+from asset2sim.fanout import cluster
+from asset2sim.fanout.refine import refine_all
+from schemas.asset import AssetRef
+from schemas.errors import UsageError
+from schemas.settings import RunSettings, Settings
+from schemas.vocabulary import FailureMode, Status
+
+
+def refs(*ids: str) -> list[AssetRef]:
+    return [AssetRef(asset_id=asset_id, path=f"/nowhere/{asset_id}") for asset_id in ids]
+
+
+def settings(**run: object) -> Settings:
+    return Settings(run=RunSettings.model_validate({"asset_time_limit_s": 2.0, "asset_memory_limit_mb": 600, **run}))
+
+
+def test_records_come_back_in_the_datasets_order_and_a_crash_costs_one(tmp_path: Path) -> None:
+    ids = ["a", "segfault-1", "b", "hang-1", *(f"c{number}" for number in range(12))]
+    refined = refine_all(refs(*ids), tmp_path, settings(), "tests.crashers:crash_if_told")
+    assert refined.stopped is None
+    assert [record.ref.asset_id for record in refined.records] == ids
+    failed = {record.ref.asset_id: record.failure_mode for record in refined.records if record.status is Status.FAILED}
+    assert failed == {"segfault-1": FailureMode.ENGINE_CRASH, "hang-1": FailureMode.TIMEOUT}
+
+
+def test_a_pipeline_that_cannot_be_imported_fails_assets_with_the_reason(tmp_path: Path) -> None:
+    refined = refine_all(refs("a"), tmp_path, settings(), "tests.no_such_module:refine")
+    assert refined.records[0].failure_mode is FailureMode.ENGINE_CRASH
+    assert "tests.no_such_module" in refined.records[0].reason
+
+
+@pytest.fixture
+def tcp_cluster() -> Iterator[str]:
+    """A cluster that was there before the run, its workers in this process."""
+    with LocalCluster(
+        n_workers=2,
+        threads_per_worker=1,
+        processes=False,
+        protocol="tcp://",
+        host="127.0.0.1",
+        dashboard_address="127.0.0.1:0",
+        silence_logs=50,
+    ) as running:
+        yield running.scheduler_address
+
+
+def test_a_cluster_that_is_there_already_is_used(tmp_path: Path, tcp_cluster: str) -> None:
+    refined = refine_all(refs("a", "b", "c"), tmp_path, settings(scheduler=tcp_cluster), "tests.crashers:no_pipeline")
+    assert [record.status for record in refined.records] == [Status.OK] * 3
+
+
+def test_an_absent_scheduler_is_the_users_mistake() -> None:
+    with socket.create_server(("127.0.0.1", 0)) as server:
+        address = f"tcp://127.0.0.1:{server.getsockname()[1]}"
+    with pytest.raises(UsageError, match=f"no Dask scheduler listens at {address}"):
+        check_scheduler(address)
+    for malformed in ("127.0.0.1:8786", "http://127.0.0.1:8786", "tcp://127.0.0.1", "tcp://127.0.0.1:many"):
+        with pytest.raises(UsageError, match="tcp://host:port"):
+            check_scheduler(malformed)
+
+
+def test_something_else_at_the_schedulers_address_is_the_users_mistake(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(cluster, "CONNECT_LIMIT_S", 1.0)
+    with socket.create_server(("127.0.0.1", 0)) as server:
+        run = RunSettings(scheduler=f"tcp://127.0.0.1:{server.getsockname()[1]}")
+        with pytest.raises(UsageError, match="no Dask scheduler answers"), cluster.open_client(run):
+            pass
+
+
+def process_cluster(daemon: bool) -> LocalCluster:
+    with dask.config.set({"distributed.worker.daemon": daemon, "distributed.scheduler.allowed-failures": 0}):
+        return LocalCluster(
+            n_workers=1,
+            threads_per_worker=1,
+            processes=True,
+            host="127.0.0.1",
+            dashboard_address="127.0.0.1:0",
+            silence_logs=60,
+        )
+
+
+def test_workers_that_may_have_no_children_are_refused_with_the_remedy(tmp_path: Path) -> None:
+    with process_cluster(daemon=True) as running:
+        with pytest.raises(UsageError, match="DASK_DISTRIBUTED__WORKER__DAEMON=False"):
+            refine_all(refs("a"), tmp_path, settings(scheduler=running.scheduler_address), "tests.crashers:no_pipeline")
+
+
+def test_a_lost_worker_costs_the_asset_that_it_is_lost_to(tmp_path: Path) -> None:
+    with (
+        dask.config.set({"distributed.worker.daemon": False, "distributed.scheduler.allowed-failures": 0}),
+        process_cluster(daemon=False) as running,
+    ):
+        refined = refine_all(
+            refs("murderous", "a", "b"),
+            tmp_path,
+            settings(scheduler=running.scheduler_address, asset_time_limit_s=90.0),
+            "tests.crashers:kill_the_worker",
+        )
+    statuses = {record.ref.asset_id: record.status for record in refined.records}
+    assert statuses == {"murderous": Status.FAILED, "a": Status.OK, "b": Status.OK}
+    assert "worker was lost twice" in refined.records[0].reason

@@ -1,0 +1,100 @@
+"""Forward kinematics against positions worked out by hand."""
+
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from asset2sim.arrays import Array
+from asset2sim.kinematics import apply, link_to_root, motion, rpy_of, subtree, transform, tree_of
+from schemas.base import Vector3
+from schemas.features import JointFeatures
+from tests.builders import ORIGIN, tree_joint
+
+QUARTER = math.pi / 2
+
+
+def joint(name: str, kind: str, parent: str, child: str, xyz: Vector3 = ORIGIN, axis: Vector3 = (0, 0, 1)) -> JointFeatures:
+    return JointFeatures(
+        name=name, type=kind, parent=parent, child=child, origin_xyz=xyz, origin_rpy=ORIGIN, axis=axis,
+        axis_in_root=axis, lower=None, upper=None, effort=None, velocity=None, damping=None, friction=None, mimic=None,
+        closed=None, open=None, openness_confidence=0.0,
+    )  # fmt: skip
+
+
+def test_an_origin_turns_about_fixed_axes_roll_first() -> None:
+    # Roll by 90° takes y to z; the yaw by 90° then leaves z: y ends at z, z ends at -y and then at x.
+    matrix = transform((1.0, 2.0, 3.0), (QUARTER, 0.0, QUARTER))
+    np.testing.assert_allclose(apply(matrix, np.array([[0.0, 1.0, 0.0], [0.0, 0.0, 1.0]])), [[1, 2, 4], [2, 2, 3]])
+
+
+@given(rpy=st.tuples(st.floats(-3.1, 3.1), st.floats(-1.5, 1.5), st.floats(-3.1, 3.1)))
+@settings(deadline=None, derandomize=True)
+def test_roll_pitch_and_yaw_come_back(rpy: Vector3) -> None:
+    np.testing.assert_allclose(rpy_of(transform(ORIGIN, rpy)[:3, :3]), rpy, atol=1e-9)
+
+
+@pytest.mark.parametrize("pitch", [QUARTER, -QUARTER])
+@pytest.mark.parametrize("roll", [0.0, 0.7, -2.0])
+@pytest.mark.parametrize("yaw", [0.0, 1.3])
+def test_at_gimbal_lock_the_same_rotation_comes_back(roll: float, pitch: float, yaw: float) -> None:
+    rotation = transform(ORIGIN, (roll, pitch, yaw))[:3, :3]
+    found: Array = rpy_of(rotation)
+    again = transform(ORIGIN, (float(found[0]), float(found[1]), float(found[2])))[:3, :3]
+    np.testing.assert_allclose(again, rotation, atol=1e-9)
+
+
+def test_a_revolute_joint_turns_right_handed_and_a_prismatic_one_slides() -> None:
+    point = np.array([[1.0, 0.0, 0.0]])
+    np.testing.assert_allclose(
+        apply(motion(tree_joint("j", "revolute", "a", "b"), QUARTER), point), [[0, 1, 0]], atol=1e-12
+    )
+    np.testing.assert_allclose(
+        apply(motion(tree_joint("j", "continuous", "a", "b", (0, 1, 0)), QUARTER), point), [[0, 0, -1]], atol=1e-12
+    )
+    np.testing.assert_allclose(apply(motion(tree_joint("j", "prismatic", "a", "b", (0, 2, 0)), 0.3), point), [[1, 0.3, 0]])
+    np.testing.assert_array_equal(motion(tree_joint("j", "fixed", "a", "b"), 0.3), np.eye(4))
+
+
+def test_a_two_link_arm_reaches_where_the_textbook_says() -> None:
+    arm = (tree_joint("shoulder", "revolute", "base", "upper"), tree_joint("elbow", "revolute", "upper", "lower", xyz=(2, 0, 0)))
+    a, b = 0.4, 0.9
+    poses = link_to_root(arm, "base", {"shoulder": a, "elbow": b})
+    hand = apply(poses["lower"], np.array([[1.0, 0.0, 0.0]]))[0]
+    np.testing.assert_allclose(
+        hand, [2 * math.cos(a) + math.cos(a + b), 2 * math.sin(a) + math.sin(a + b), 0.0], atol=1e-12
+    )
+    np.testing.assert_allclose(link_to_root(arm, "base", {})["lower"][:3, 3], [2, 0, 0])  # joints not named are at zero
+
+
+def test_an_axis_is_in_the_joints_own_turned_frame() -> None:
+    # The frame is yawed by 90°, so a slide along its x goes along the root's y.
+    slider = tree_joint("j", "prismatic", "base", "box", axis=(1, 0, 0), xyz=(0, 0, 1), rpy=(0, 0, QUARTER))
+    np.testing.assert_allclose(link_to_root([slider], "base", {"j": 0.5})["box"][:3, 3], [0, 0.5, 1], atol=1e-12)
+
+
+def test_a_tree_lists_parents_first_whatever_the_files_order() -> None:
+    tree = tree_of([joint("c", "fixed", "y", "z"), joint("b", "fixed", "x", "y"), joint("a", "fixed", "root", "x")])
+    assert [item.name for item in tree] == ["a", "b", "c"]
+
+
+def test_scale_stretches_lengths_and_leaves_axes_alone() -> None:
+    (item,) = tree_of([joint("a", "revolute", "root", "x", xyz=(1.0, 2.0, 3.0), axis=(0, 1, 0))], scale=0.5)
+    np.testing.assert_allclose(item.child_to_parent[:3, 3], [0.5, 1.0, 1.5])
+    np.testing.assert_array_equal(item.axis, [0, 1, 0])
+
+
+def test_a_loop_beside_the_tree_is_refused() -> None:
+    with pytest.raises(ValueError, match="do not form a tree: b, c"):
+        tree_of([joint("a", "fixed", "root", "x"), joint("b", "fixed", "y", "z"), joint("c", "fixed", "z", "y")])
+
+
+def test_a_subtree_is_the_child_and_all_beyond_and_nothing_beside() -> None:
+    tree = tree_of(
+        [joint("a", "fixed", "root", "x"), joint("b", "fixed", "x", "y"), joint("c", "fixed", "x", "z"), joint("d", "fixed", "y", "w")]
+    )
+    assert set(subtree(tree, "b")) == {"y", "w"}
+    assert set(subtree(tree, "a")) == {"x", "y", "z", "w"}
+    assert subtree(tree, "c") == ("z",)

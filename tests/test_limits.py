@@ -1,0 +1,166 @@
+"""Joint limits: inverted ones swapped, locked joints dropped, whole turns taken out, lengths scaled; requested positions."""
+
+import math
+from dataclasses import replace
+
+import pytest
+
+from asset2sim.validation.limits import Range, joint_range
+from asset2sim.validation.notes import Notes
+from asset2sim.validation.positions import initial_positions
+from schemas.features import JointFeatures
+from schemas.settings import PhysicsSettings
+from schemas.vocabulary import Severity, Source
+from tests.assets import near
+
+PHYSICS = PhysicsSettings()
+
+
+def authored(
+    kind: str, lower: float | None, upper: float | None, *, closed: float = 0.0, opened: float = 0.0, sure: float = 1.0
+) -> JointFeatures:
+    return JointFeatures(
+        name="part", type=kind, parent="a", child="b", origin_xyz=(0, 0, 0), origin_rpy=(0, 0, 0), axis=(0, 0, 1),
+        axis_in_root=(0, 0, 1), lower=lower, upper=upper, effort=None, velocity=None, damping=None, friction=None,
+        mimic=None, closed=None if kind == "fixed" else closed, open=None if kind == "fixed" else opened,
+        openness_confidence=sure,
+    )  # fmt: skip
+
+
+def ranged(joint: JointFeatures, scale: float = 1.0) -> tuple[Range | None, Notes]:
+    notes = Notes()
+    return joint_range(joint, scale, notes), notes
+
+
+def some_range(joint: JointFeatures, scale: float = 1.0) -> Range:
+    found, _ = ranged(joint, scale)
+    assert found is not None
+    return found
+
+
+def started(span: Range, wanted: float | None, *, asked: bool = True, scale: float = 1.0) -> tuple[float, Range, Notes, Source]:
+    notes = Notes()
+    proposed = {} if wanted is None else {"part": wanted}
+    starts = initial_positions(
+        {"part": span}, proposed, {"part"} if asked else set(), scale, Source.MODEL, PHYSICS, notes
+    )
+    start = starts["part"]
+    assert start.requested == (asked and wanted is not None)
+    return start.position, start.range, notes, start.source
+
+
+def codes(notes: Notes) -> list[str]:
+    return [finding.code for finding in notes.findings]
+
+
+def test_a_sound_range_stays_as_authored() -> None:
+    found, notes = ranged(authored("revolute", -0.5, 1.5, closed=-0.5, opened=1.5))
+    assert found is not None and (found.lower, found.upper, found.closed, found.open) == (-0.5, 1.5, -0.5, 1.5)
+    assert found.source is Source.AUTHORED and found.span == 2.0 and not notes.findings
+
+
+@pytest.mark.parametrize("scale", [0.25, 4.0])
+def test_a_slider_scales_and_a_hinge_does_not(scale: float) -> None:
+    slider = some_range(authored("prismatic", -0.1, 0.7, closed=-0.1, opened=0.7), scale)
+    assert (slider.lower, slider.upper) == (-0.1 * scale, 0.7 * scale)
+    assert (slider.closed, slider.open) == (-0.1 * scale, 0.7 * scale)
+    hinge = some_range(authored("revolute", -0.1, 0.7, closed=-0.1, opened=0.7), scale)
+    assert (hinge.lower, hinge.upper, hinge.closed, hinge.open) == (-0.1, 0.7, -0.1, 0.7)
+
+
+def test_inverted_limits_are_swapped() -> None:
+    found, notes = ranged(authored("prismatic", 0.8, -0.2, closed=-0.2, opened=0.8), 0.5)
+    assert found is not None and (found.lower, found.upper, found.source) == (-0.1, 0.4, Source.RULE)
+    (finding,) = notes.findings
+    assert (finding.code, finding.severity, finding.joint) == ("limits_inverted", Severity.WARNING, "part")
+    assert (finding.value, finding.limit) == (0.4, -0.1)
+
+
+@pytest.mark.parametrize("kind", ["revolute", "prismatic"])
+def test_a_joint_without_a_range_is_locked(kind: str) -> None:
+    found, notes = ranged(authored(kind, 0.3, 0.3))
+    assert found is None
+    assert codes(notes) == ["joint_locked"] and notes.findings[0].joint == "part"
+
+
+def test_fixed_joints_have_no_range() -> None:
+    found, notes = ranged(authored("fixed", None, None))
+    assert found is None and not notes.findings
+
+
+def test_a_continuous_joint_has_a_full_turn() -> None:
+    found = some_range(authored("continuous", None, None))
+    assert found.lower is None and found.upper is None and found.span == 2.0 * math.pi
+    assert found.clamp(100.0) == 100.0
+
+
+@pytest.mark.parametrize("turns", [-1, 1, 2])
+def test_limits_a_whole_turn_away_are_turned_back(turns: int) -> None:
+    away = 2.0 * math.pi * turns
+    lower, upper = away, away + 3.26
+    found, notes = ranged(authored("revolute", lower, upper, closed=lower, opened=upper))
+    assert found is not None and near((found.lower, found.upper), (0.0, 3.26), 1e-6)
+    assert near((found.closed, found.open), (0.0, 3.26), 1e-6) and found.source is Source.RULE
+    assert codes(notes) == ["limits_turned"] and near(notes.findings[0].value, -away)
+
+
+def test_the_trash_can_that_real_data_holds() -> None:
+    found = some_range(authored("revolute", -6.283185307179586, -3.022212132753381, closed=-6.283185307179586))
+    assert near((found.lower, found.upper, found.closed), (0.0, 2.0 * math.pi - 3.022212132753381, 0.0), 1e-6)
+
+
+def test_zero_outside_is_said_where_no_turn_helps() -> None:
+    found, notes = ranged(authored("revolute", 0.5, 1.0))
+    assert found is not None and (found.lower, found.upper) == (0.5, 1.0)
+    assert codes(notes) == ["zero_outside_limits"]
+    slider, notes = ranged(authored("prismatic", 6.0, 7.0))
+    assert slider is not None and (slider.lower, slider.upper) == (6.0, 7.0), "lengths have no turns"
+    assert codes(notes) == ["zero_outside_limits"]
+
+
+def test_a_position_inside_is_taken_as_it_is() -> None:
+    position, span, notes, source = started(some_range(authored("revolute", 0.0, 1.0)), 0.625)
+    assert (position, span.lower, span.upper, source) == (0.625, 0.0, 1.0, Source.USER) and not notes.findings
+
+
+def test_a_slider_position_is_at_the_authored_scale() -> None:
+    span = some_range(authored("prismatic", 0.0, 0.8), 0.25)
+    assert started(span, 0.4, scale=0.25)[0] == 0.1
+
+
+@pytest.mark.parametrize(("wanted", "lower", "upper"), [(1.0625, 0.0, 1.0625), (-0.0625, -0.0625, 1.0)])
+def test_slightly_outside_widens(wanted: float, lower: float, upper: float) -> None:
+    position, span, notes, _ = started(some_range(authored("revolute", 0.0, 1.0)), wanted)
+    assert (position, span.lower, span.upper, span.source) == (wanted, lower, upper, Source.USER)
+    assert codes(notes) == ["limits_widened"] and notes.findings[0].joint == "part"
+
+
+@pytest.mark.parametrize(("wanted", "expected"), [(1.25, 1.0), (-0.25, 0.0)])
+def test_far_outside_clamps(wanted: float, expected: float) -> None:
+    position, span, notes, _ = started(some_range(authored("revolute", 0.0, 1.0)), wanted)
+    assert (position, span.lower, span.upper) == (expected, 0.0, 1.0)
+    assert codes(notes) == ["position_clamped"] and notes.findings[0].value == wanted
+
+
+def test_limits_are_widened_for_nobody_but_the_user() -> None:
+    position, span, notes, source = started(some_range(authored("revolute", 0.0, 1.0)), 1.0625, asked=False)
+    assert (position, span.upper, source) == (1.0, 1.0, Source.MODEL) and codes(notes) == ["position_clamped"]
+
+
+def test_whole_turns_are_taken_out_of_a_requested_angle() -> None:
+    span = some_range(authored("revolute", -6.283185307179586, -3.022212132753381))
+    position, widened, notes, _ = started(span, -4.0)
+    assert near(position, 2.0 * math.pi - 4.0) and widened == span and not notes.findings
+
+
+@pytest.mark.parametrize(
+    ("closed", "sure", "expected"), [(0.75, 0.9, 0.75), (0.75, PHYSICS.sure_of_closed - 0.01, 0.0), (0.0, 1.0, 0.0)]
+)
+def test_nobody_asked(closed: float, sure: float, expected: float) -> None:
+    span = replace(some_range(authored("revolute", -1.0, 0.75, closed=closed, opened=-1.0, sure=sure)))
+    position, _, notes, source = started(span, None)
+    assert (position, source) == (expected, Source.RULE) and not notes.findings
+
+
+def test_an_authored_zero_outside_is_clamped() -> None:
+    assert started(some_range(authored("revolute", 0.5, 1.0, sure=0.0)), None)[0] == 0.5

@@ -1,0 +1,153 @@
+"""Mesh files brought into a folder of their own: copied or converted, with what they look like, and nothing else."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+import trimesh
+
+from asset2sim.geometry.load import load_mesh
+from asset2sim.urdf.mesh_files import bring_meshes
+from tests.assets import box_obj, fingerprint, near
+
+LOW, HIGH = (0.0, 0.0, 0.0), (1.0, 2.0, 3.0)
+PNG = b"\x89PNG\r\n\x1a\n picture"
+Files = dict[str, str | bytes]
+
+
+def laid_out(folder: Path, files: Files) -> Path:
+    for name, data in files.items():
+        path = folder / name
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.write_bytes(data.encode() if isinstance(data, str) else data)
+    return folder
+
+
+def brought(references: dict[str, Path | None], source: Path, target: Path) -> tuple[dict[str, str], set[str]]:
+    target.mkdir(parents=True)
+    before = fingerprint(source)
+    places = bring_meshes(references, source, target)
+    assert fingerprint(source) == before
+    return places, set(fingerprint(target))
+
+
+def test_an_obj_brings_its_materials_and_textures(tmp_path: Path) -> None:
+    source = laid_out(
+        tmp_path / "in",
+        {
+            "objs/a.obj": box_obj(LOW, HIGH, "mtllib a.mtl\nusemtl m\n"),
+            "objs/a.mtl": "newmtl m\nKd 1 0 0\nmap_Kd ../images/wood.png\nbump -bm 0.5 ../images/bump 1.png\n",
+            "images/wood.png": PNG,
+            "images/unused.png": PNG,
+        },
+    )
+    places, files = brought({"objs/a.obj": source / "objs/a.obj"}, source, tmp_path / "out")
+    assert places == {"objs/a.obj": "objs/a.obj"}
+    assert files == {"objs/a.obj", "objs/a.mtl", "images/wood.png"}
+    assert fingerprint(tmp_path / "out").items() <= fingerprint(source).items(), "the bytes are the same"
+
+
+def test_a_texture_with_a_space_and_one_with_options(tmp_path: Path) -> None:
+    material = "newmtl m\nmap_Kd my wood.png\nmap_Bump -bm 0.5 bump.png\n"
+    source = laid_out(
+        tmp_path / "in",
+        {"a.obj": box_obj(LOW, HIGH, "mtllib a.mtl\n"), "a.mtl": material, "my wood.png": PNG, "bump.png": PNG},
+    )
+    _, files = brought({"a.obj": source / "a.obj"}, source, tmp_path / "out")
+    assert files == {"a.obj", "a.mtl", "my wood.png", "bump.png"}
+
+
+@pytest.mark.parametrize("where", ["../../secret.mtl", "{outside}/secret.mtl"])
+def test_a_material_library_outside_is_left_there(tmp_path: Path, where: str) -> None:
+    outside = laid_out(tmp_path / "outside", {"secret.mtl": "newmtl m\nmap_Kd secret.png\n", "secret.png": PNG})
+    laid_out(tmp_path, {"secret.mtl": "newmtl m\n"})
+    source = laid_out(
+        tmp_path / "in", {"objs/a.obj": box_obj(LOW, HIGH, f"mtllib {where.format(outside=outside)}\n")}
+    )
+    before = fingerprint(tmp_path)
+    places, files = brought({"objs/a.obj": source / "objs/a.obj"}, source, tmp_path / "out")
+    assert files == {"objs/a.obj"} and places == {"objs/a.obj": "objs/a.obj"}
+    now = fingerprint(tmp_path)
+    assert {name: now[name] for name in before} == before and set(now) - set(before) == {"out/objs/a.obj"}
+
+
+@pytest.mark.parametrize("where", ["../../secret.png", "{outside}/secret.png"])
+def test_a_texture_outside_is_left_there(tmp_path: Path, where: str) -> None:
+    outside = laid_out(tmp_path / "outside", {"secret.png": PNG})
+    laid_out(tmp_path, {"secret.png": PNG})
+    source = laid_out(
+        tmp_path / "in",
+        {
+            "objs/a.obj": box_obj(LOW, HIGH, "mtllib a.mtl\n"),
+            "objs/a.mtl": f"newmtl m\nmap_Kd {where.format(outside=outside)}\n",
+        },
+    )
+    before = set(fingerprint(tmp_path))
+    _, files = brought({"objs/a.obj": source / "objs/a.obj"}, source, tmp_path / "out")
+    assert files == {"objs/a.obj", "objs/a.mtl"}
+    assert set(fingerprint(tmp_path)) - before == {"out/objs/a.obj", "out/objs/a.mtl"}
+
+
+def test_a_missing_library_or_texture_is_no_error(tmp_path: Path) -> None:
+    source = laid_out(
+        tmp_path / "in",
+        {
+            "a.obj": box_obj(LOW, HIGH, "mtllib gone.mtl\nmtllib a.mtl\n"),
+            "a.mtl": "newmtl m\nmap_Kd gone.png\n",
+        },
+    )
+    _, files = brought({"a.obj": source / "a.obj"}, source, tmp_path / "out")
+    assert files == {"a.obj", "a.mtl"}
+
+
+def test_stl_is_copied(tmp_path: Path) -> None:
+    source = laid_out(tmp_path / "in", {})
+    source.mkdir()
+    trimesh.creation.box((1, 2, 3)).export(source / "a.STL", file_type="stl")
+    places, files = brought({"package://x/a.STL": source / "a.STL"}, source, tmp_path / "out")
+    assert places == {"package://x/a.STL": "a.STL"} and files == {"a.STL"}
+    assert fingerprint(tmp_path / "out") == fingerprint(source)
+
+
+@pytest.mark.parametrize("kind", ["dae", "glb"])
+def test_collada_and_gltf_become_obj_with_their_colour(tmp_path: Path, kind: str) -> None:
+    box = trimesh.creation.box((1, 2, 3))
+    material = trimesh.visual.material.PBRMaterial(baseColorFactor=(255, 0, 0, 255), name="red")
+    box.visual = trimesh.visual.TextureVisuals(uv=np.zeros((len(box.vertices), 2)), material=material)
+    scene = trimesh.Scene()
+    scene.add_geometry(box, transform=trimesh.transformations.translation_matrix((0, 0, 5)))
+    source = laid_out(tmp_path / "in", {})
+    (source / "meshes").mkdir(parents=True)
+    scene.export(source / "meshes" / f"a.{kind}")
+    reference = f"meshes/a.{kind}"
+    places, files = brought({reference: source / reference}, source, tmp_path / "out")
+    assert places == {reference: "meshes/a/a.obj"} and f"meshes/a.{kind}" not in files
+    before, after = load_mesh(source / reference), load_mesh(tmp_path / "out" / places[reference])
+    assert near(after.bounds, before.bounds, 1e-6) and near(after.volume, 6.0, 1e-6)
+    colours = [line for name in files if name.endswith(".mtl") for line in read_lines(tmp_path / "out" / name)]
+    reds = [line.split()[1:] for line in colours if line.startswith("Kd")]
+    assert reds and near([float(word) for word in reds[0]], (1.0, 0.0, 0.0), 0.01)
+
+
+def read_lines(path: Path) -> list[str]:
+    return path.read_text().splitlines()
+
+
+def test_files_outside_the_asset_get_names_of_their_own(tmp_path: Path) -> None:
+    source = laid_out(tmp_path / "robot" / "urdf", {"readme": "x"})
+    package = laid_out(
+        tmp_path / "robot" / "meshes",
+        {"left/a.obj": box_obj(LOW, HIGH), "right/a.obj": box_obj(LOW, (2.0, 2.0, 2.0))},
+    )
+    references: dict[str, Path | None] = {
+        "package://robot/meshes/left/a.obj": package / "left/a.obj",
+        "package://robot/meshes/right/a.obj": package / "right/a.obj",
+        "model://robot/meshes/left/a.obj": package / "left/a.obj",
+        "package://robot/meshes/gone.obj": None,
+    }
+    places, files = brought(references, source, tmp_path / "out")
+    left, right, same = list(places.values())
+    assert len(places) == 3 and left == same and left != right and files == {left, right}
+    assert (tmp_path / "out" / left).read_bytes() == (package / "left/a.obj").read_bytes()
+    assert (tmp_path / "out" / right).read_bytes() == (package / "right/a.obj").read_bytes()
+    assert all(not place.startswith(("/", "..")) and "\\" not in place for place in files)

@@ -1,0 +1,117 @@
+"""Reading a URDF: what no simulator could load is refused, and the message names the file and the link or joint."""
+
+from pathlib import Path
+
+import pytest
+
+from asset2sim.urdf.dynamics import Dynamics, read_dynamics
+from asset2sim.urdf.read import read_urdf
+from schemas.errors import AssetError
+from schemas.vocabulary import FailureMode
+from tests.assets import cabinet, joint, link, read, robot, shape, written
+
+UNREADABLE, INVALID = FailureMode.UNREADABLE_ASSET, FailureMode.INVALID_JOINT_CONFIGURATION
+BOX = shape("1 1 1")
+TWO = link("a", BOX) + link("b", BOX)
+
+
+def hinge(name: str = "swing", parent: str = "a", child: str = "b", axis: str = "0 0 1", limit: str = "0 1") -> str:
+    return joint(name, "revolute", parent, child, axis=axis, limit=limit)
+
+
+def refused(folder: Path, urdf: str) -> AssetError:
+    with pytest.raises(AssetError) as caught:
+        read_urdf(written(folder, urdf) / "mobility.urdf")
+    assert "mobility.urdf" in str(caught.value)
+    return caught.value
+
+
+def test_a_good_file_is_read(tmp_path: Path) -> None:
+    model = read_urdf(written(tmp_path, cabinet()) / "mobility.urdf")
+    assert [item.name for item in model.links] == ["body", "lid", "drawer", "knob"]
+    assert {item.name: item.type for item in model.joints} == {
+        "lid_hinge": "revolute", "drawer_slide": "prismatic", "knob_turn": "continuous",
+    }  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    ("urdf", "code", "named"),
+    [
+        ("robot: a\nnot xml", "not_xml", "XML"),
+        ("", "not_xml", "XML"),
+        ("<robot name='a'><link name='a'>", "not_xml", "XML"),
+        ("<sdf><model/></sdf>", "not_urdf", "<sdf>"),
+        ("<robot name='a'/>", "no_links", "no link"),
+        (robot(TWO, link("b"), hinge()), "duplicate_link", "link 'b'"),
+        (robot(TWO, link("c"), hinge(), hinge(child="c")), "duplicate_joint", "joint 'swing'"),
+        (robot(TWO), "roots", "a, b"),
+        (robot(TWO, hinge(), hinge("back", "b", "a")), "roots", "loop"),
+        (robot(TWO, link("c"), hinge("one", "b", "c"), hinge("two", "c", "b")), "loop", "b, c"),
+        (robot(TWO, link("c"), hinge(), hinge("other", "c", "b")), "two_parents", "link 'b'"),
+    ],
+)  # fmt: skip
+def test_what_is_no_tree_is_unreadable(tmp_path: Path, urdf: str, code: str, named: str) -> None:
+    error = refused(tmp_path, urdf)
+    assert (error.mode, error.code) == (UNREADABLE, code)
+    assert named in str(error)
+
+
+@pytest.mark.parametrize(
+    ("urdf", "code", "said"),
+    [
+        (robot(TWO, hinge(child="ghost")), "unknown_link", "child 'ghost'"),
+        (robot(TWO, hinge(parent="ghost")), "unknown_link", "parent 'ghost'"),
+        (robot(TWO, hinge(axis="0 0 0")), "zero_axis", "axis"),
+        (robot(TWO, joint("swing", "planar", "a", "b", axis="0 0 1")), "joint_type", "'planar'"),
+        (robot(TWO, joint("swing", "floating", "a", "b")), "joint_type", "'floating'"),
+        (robot(TWO, hinge(limit="nan 1")), "not_finite", "limit lower='nan'"),
+        (robot(TWO, hinge(limit="0 inf")), "not_finite", "limit upper='inf'"),
+        (robot(TWO, hinge(axis="0 0 NaN")), "not_finite", "axis xyz"),
+    ],
+)  # fmt: skip
+def test_joints_that_make_no_sense_are_named(tmp_path: Path, urdf: str, code: str, said: str) -> None:
+    error = refused(tmp_path, urdf)
+    assert (error.mode, error.code, error.joint) == (INVALID, code, "swing")
+    assert "'swing'" in str(error) and said in str(error)
+
+
+def test_a_number_that_is_not_finite_names_its_link(tmp_path: Path) -> None:
+    spoilt = '<inertial><mass value="-inf"/></inertial>'
+    error = refused(tmp_path, robot(link("a", BOX + spoilt), link("b"), hinge()))
+    assert error.code == "not_finite" and "'a'" in str(error)
+
+
+def test_a_link_named_nan_is_a_name(tmp_path: Path) -> None:
+    read_urdf(written(tmp_path, robot(link("nan", BOX), link("inf"), hinge(parent="nan", child="inf"))) / "mobility.urdf")
+
+
+def test_a_slider_without_limits_is_refused(tmp_path: Path) -> None:
+    folder = written(tmp_path, robot(TWO, joint("slide", "prismatic", "a", "b", axis="1 0 0")))
+    with pytest.raises(AssetError, match=r"mobility\.urdf.*'slide'.*limits") as caught:
+        read(folder)
+    assert (caught.value.mode, caught.value.joint) == (INVALID, "slide")
+
+
+def test_half_a_limit_is_refused(tmp_path: Path) -> None:
+    half = '<limit lower="0" effort="1" velocity="1"/>'
+    folder = written(tmp_path, robot(TWO, joint("swing", "revolute", "a", "b", axis="1 0 0", more=half)))
+    with pytest.raises(AssetError, match=r"mobility\.urdf.*'swing'") as caught:
+        read(folder)
+    assert (caught.value.mode, caught.value.code) == (INVALID, "half_limits")
+
+
+def test_a_hinge_without_limits_turns_freely(tmp_path: Path) -> None:
+    features = read(written(tmp_path, robot(TWO, joint("swing", "revolute", "a", "b", axis="0 0 3")))).features
+    swing = features.joint("swing")
+    assert (swing.type, swing.lower, swing.upper) == ("continuous", None, None)
+    assert swing.axis == (0.0, 0.0, 1.0)
+
+
+def test_dynamics_are_read_back_with_what_parsers_drop(tmp_path: Path) -> None:
+    terms = '<dynamics damping="0.5" friction="0.25" spring_stiffness="2" spring_reference="-0.1"/>'
+    urdf = robot(
+        TWO, link("c"), joint("swing", "revolute", "a", "b", axis="0 0 1", limit="0 1", more=terms),
+        joint("weld", "fixed", "b", "c"),
+    )  # fmt: skip
+    found = read_dynamics(written(tmp_path, urdf) / "mobility.urdf")
+    assert found == {"swing": Dynamics(0.5, 0.25, 2.0, -0.1)}
