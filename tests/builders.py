@@ -20,6 +20,9 @@ def ball_inertia(moment: float) -> Inertia6:
     return (moment, 0.0, 0.0, moment, 0.0, moment)
 
 
+CENTI = ball_inertia(0.01)
+
+
 @dataclass(frozen=True)
 class UrdfLink:
     """A link with an inertial, and collision shapes as (URDF geometry, its origin in the link's frame)."""
@@ -27,7 +30,7 @@ class UrdfLink:
     name: str
     mass: float = 1.0
     com: Vector3 = ORIGIN
-    inertia: Inertia6 = ball_inertia(0.01)
+    inertia: Inertia6 = CENTI
     shapes: tuple[tuple[str, Vector3], ...] = ()
 
 
@@ -140,6 +143,12 @@ def tree_joint(
 def corners(low: Vector3, high: Vector3) -> Array:
     """(8, 3) corners of a box."""
     return np.array([(x, y, z) for x in (low[0], high[0]) for y in (low[1], high[1]) for z in (low[2], high[2])])
+
+
+def shifted(points: Array, x: float = 0.0, y: float = 0.0, z: float = 0.0) -> Array:
+    """(n, 3) points moved."""
+    moved: Array = points + np.array([x, y, z])
+    return moved
 
 
 def double_sided(shell: trimesh.Trimesh) -> trimesh.Trimesh:

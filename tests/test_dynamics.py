@@ -1,4 +1,4 @@
-"""Damping, friction and stiffness of one joint: derived from what it moves, bounded by the time step, never silently."""
+"""Damping, friction and stiffness of one joint: from what it moves, bounded by the time step, never silently."""
 
 import math
 
@@ -29,9 +29,15 @@ def terms(
 ) -> JointTerms:
     """The terms of a hinge of 0.1 kg·m² unless said otherwise; ``stated`` holds the proposal's fields."""
     return joint_terms(
-        proposal or JointProposal.model_validate({"name": "j", **stated}), prismatic=prismatic, inertia=inertia, load=load,
-        hold_load=hold_load, holds=holds, rest=rest, source=Source.MODEL, authored_damping=authored, settings=SETTINGS,
+        proposal or JointProposal.model_validate({"name": "j", **stated}),
+        prismatic=prismatic, inertia=inertia, load=load, hold_load=hold_load, holds=holds, rest=rest,
+        source=Source.MODEL, authored_damping=authored, settings=SETTINGS,
     )  # fmt: skip
+
+
+def check(term: Term, value: float, source: Source, replaced: float | None = None) -> None:
+    assert term.value == pytest.approx(value)
+    assert (term.source, term.replaced) == (source, replaced)
 
 
 def test_coasting_gives_inertia_over_time() -> None:
@@ -39,7 +45,7 @@ def test_coasting_gives_inertia_over_time() -> None:
 
 
 def test_without_a_word_a_joint_coasts_for_the_default_time() -> None:
-    assert terms(0.1).damping == Term(pytest.approx(0.1 / SETTINGS.default_coast_s), Source.RULE)
+    check(terms(0.1).damping, 0.1 / SETTINGS.default_coast_s, Source.RULE)
 
 
 def test_damping_is_taken_as_stated_then_as_felt_then_as_authored() -> None:
@@ -52,7 +58,7 @@ def test_damping_is_taken_as_stated_then_as_felt_then_as_authored() -> None:
 def test_damping_that_would_explode_is_bounded_by_the_step_and_says_so() -> None:
     # 0.15 N·m·s/rad on a key of 1e-5 kg·m²: c Δt / I would be 250.
     found = terms(1e-5, damping=0.15).damping
-    assert found == Term(pytest.approx(0.5 * 1e-5 * 60.0), Source.RULE, 0.15)
+    check(found, 0.5 * 1e-5 * 60.0, Source.RULE, 0.15)
 
 
 def test_a_spring_bounces_at_the_frequency_asked_for() -> None:
@@ -63,7 +69,7 @@ def test_a_spring_bounces_at_the_frequency_asked_for() -> None:
 
 def test_a_spring_too_stiff_for_the_step_is_bounded() -> None:
     found = terms(0.1, stiffness=1e6).stiffness
-    assert found == Term(pytest.approx(SETTINGS.max_stiffness_step * 0.1 * 3600.0), Source.RULE, 1e6)
+    check(found, SETTINGS.max_stiffness_step * 0.1 * 3600.0, Source.RULE, 1e6)
 
 
 def test_a_passive_joint_has_no_stiffness_and_says_who_said_so() -> None:
@@ -93,8 +99,8 @@ def test_friction_holds_more_than_the_load_where_the_joint_must_stay() -> None:
 
 
 def test_friction_that_nobody_states_follows_the_inertia_and_the_kind_of_joint() -> None:
-    assert terms(0.1).friction == Term(pytest.approx(0.1 * SETTINGS.default_friction_rad_s2), Source.RULE)
-    assert terms(0.1, prismatic=True).friction == Term(pytest.approx(0.1 * SETTINGS.default_friction_m_s2), Source.RULE)
+    check(terms(0.1).friction, 0.1 * SETTINGS.default_friction_rad_s2, Source.RULE)
+    check(terms(0.1, prismatic=True).friction, 0.1 * SETTINGS.default_friction_m_s2, Source.RULE)
 
 
 @pytest.mark.parametrize("proposal", [JointProposal(name="j", holds=False), JointProposal(name="j", spring_hz=1.0)])

@@ -74,7 +74,7 @@ def test_two_halves_combine_into_the_whole_box() -> None:
 
 
 def test_two_points_combine_by_the_parallel_axis_theorem() -> None:
-    # 1 and 3 units 4 apart along x: reduced mass 3/4, so 12 about y and z, nothing about x; centre a quarter from the 3.
+    # 1 and 3 units 4 apart along x: reduced mass 3/4, so 12 about y and z and 0 about x; centre at 3.
     nothing = np.zeros((3, 3))
     pair = combined([Solid(1.0, np.zeros(3), nothing), Solid(3.0, np.array([4.0, 0.0, 0.0]), nothing)])
     np.testing.assert_allclose(pair.center, [3.0, 0.0, 0.0])

@@ -16,7 +16,9 @@ from tests.builders import ORIGIN, tree_joint
 QUARTER = math.pi / 2
 
 
-def joint(name: str, kind: str, parent: str, child: str, xyz: Vector3 = ORIGIN, axis: Vector3 = (0, 0, 1)) -> JointFeatures:
+def joint(
+    name: str, kind: str, parent: str, child: str, xyz: Vector3 = ORIGIN, axis: Vector3 = (0, 0, 1)
+) -> JointFeatures:
     return JointFeatures(
         name=name, type=kind, parent=parent, child=child, origin_xyz=xyz, origin_rpy=ORIGIN, axis=axis,
         axis_in_root=axis, lower=None, upper=None, effort=None, velocity=None, damping=None, friction=None, mimic=None,
@@ -54,12 +56,17 @@ def test_a_revolute_joint_turns_right_handed_and_a_prismatic_one_slides() -> Non
     np.testing.assert_allclose(
         apply(motion(tree_joint("j", "continuous", "a", "b", (0, 1, 0)), QUARTER), point), [[0, 0, -1]], atol=1e-12
     )
-    np.testing.assert_allclose(apply(motion(tree_joint("j", "prismatic", "a", "b", (0, 2, 0)), 0.3), point), [[1, 0.3, 0]])
+    np.testing.assert_allclose(
+        apply(motion(tree_joint("j", "prismatic", "a", "b", (0, 2, 0)), 0.3), point), [[1, 0.3, 0]]
+    )
     np.testing.assert_array_equal(motion(tree_joint("j", "fixed", "a", "b"), 0.3), np.eye(4))
 
 
 def test_a_two_link_arm_reaches_where_the_textbook_says() -> None:
-    arm = (tree_joint("shoulder", "revolute", "base", "upper"), tree_joint("elbow", "revolute", "upper", "lower", xyz=(2, 0, 0)))
+    arm = (
+        tree_joint("shoulder", "revolute", "base", "upper"),
+        tree_joint("elbow", "revolute", "upper", "lower", xyz=(2, 0, 0)),
+    )
     a, b = 0.4, 0.9
     poses = link_to_root(arm, "base", {"shoulder": a, "elbow": b})
     hand = apply(poses["lower"], np.array([[1.0, 0.0, 0.0]]))[0]
@@ -92,9 +99,8 @@ def test_a_loop_beside_the_tree_is_refused() -> None:
 
 
 def test_a_subtree_is_the_child_and_all_beyond_and_nothing_beside() -> None:
-    tree = tree_of(
-        [joint("a", "fixed", "root", "x"), joint("b", "fixed", "x", "y"), joint("c", "fixed", "x", "z"), joint("d", "fixed", "y", "w")]
-    )
+    ends = {"a": ("root", "x"), "b": ("x", "y"), "c": ("x", "z"), "d": ("y", "w")}
+    tree = tree_of([joint(name, "fixed", parent, child) for name, (parent, child) in ends.items()])
     assert set(subtree(tree, "b")) == {"y", "w"}
     assert set(subtree(tree, "a")) == {"x", "y", "z", "w"}
     assert subtree(tree, "c") == ("z",)

@@ -50,7 +50,8 @@ def test_gravity_pulls_a_slider_by_its_weight_along_the_axis() -> None:
     weight = 3.0 * GRAVITY_M_S2
     slope = math.radians(30.0)
     part = Body(3.0, np.array([0.4, 0.3, 0.2]), SPHERE)
-    for axis, expected in (((0, 0, 1), -weight), ((0, 0, -1), weight), ((1, 0, 0), 0.0), ((math.cos(slope), 0, math.sin(slope)), -0.5 * weight)):
+    inclined = (math.cos(slope), 0.0, math.sin(slope))
+    for axis, expected in (((0, 0, 1), -weight), ((0, 0, -1), weight), ((1, 0, 0), 0.0), (inclined, -0.5 * weight)):
         space = pair(tree_joint("j", "prismatic", "base", "part", axis), HEAVY, part)
         assert space.gravity[0] == pytest.approx(expected, abs=1e-9)
 
@@ -81,7 +82,8 @@ def test_what_a_hinge_carries_counts_with_it() -> None:
         tree_joint("j", "revolute", "base", "upper", (0, 1, 0)),
         tree_joint("fixed", "fixed", "upper", "lower", xyz=(0, 0, -1)),
     ]
-    bodies = {"base": HEAVY, "upper": Body(1.0, np.array([0.0, 0.0, -0.5]), SPHERE), "lower": Body(2.0, np.zeros(3), SPHERE)}
+    upper, lower = Body(1.0, np.array([0.0, 0.0, -0.5]), SPHERE), Body(2.0, np.zeros(3), SPHERE)
+    bodies = {"base": HEAVY, "upper": upper, "lower": lower}
     space = joint_space(arm, "base", bodies, {"j": 0.3})
     assert space.names == ("j",)
     assert space.matrix[6, 6] == pytest.approx(1.0 * 0.25 + 2.0 * 1.0 + 2 * 0.02)
@@ -96,7 +98,9 @@ def test_a_part_that_may_slide_freely_does_not_weigh_on_the_joint_beside_it() ->
 
 
 def test_a_push_on_the_free_base_meets_the_total_mass() -> None:
-    space = pair(tree_joint("j", "prismatic", "base", "part"), Body(2.0, np.zeros(3), SPHERE), Body(3.0, np.ones(3), SPHERE))
+    space = pair(
+        tree_joint("j", "prismatic", "base", "part"), Body(2.0, np.zeros(3), SPHERE), Body(3.0, np.ones(3), SPHERE)
+    )
     np.testing.assert_allclose(space.matrix[:3, :3], 5.0 * np.eye(3))
 
 
@@ -135,7 +139,8 @@ def trees(draw: st.DrawFn) -> tuple[list[TreeJoint], dict[str, Body], dict[str, 
     bodies = {}
     for index in range(count + 1):
         mass = draw(st.floats(0.01, 10.0))
-        bodies[f"l{index}"] = Body(mass, np.array(draw(vectors)), box_inertia(mass, np.array(draw(st.tuples(sizes, sizes, sizes)))))
+        size = np.array(draw(st.tuples(sizes, sizes, sizes)))
+        bodies[f"l{index}"] = Body(mass, np.array(draw(vectors)), box_inertia(mass, size))
     return joints, bodies, {joint.name: draw(numbers) for joint in joints}
 
 

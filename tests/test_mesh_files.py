@@ -114,11 +114,10 @@ def test_collada_and_gltf_become_obj_with_their_colour(tmp_path: Path, kind: str
     box = trimesh.creation.box((1, 2, 3))
     material = trimesh.visual.material.PBRMaterial(baseColorFactor=(255, 0, 0, 255), name="red")
     box.visual = trimesh.visual.TextureVisuals(uv=np.zeros((len(box.vertices), 2)), material=material)
-    scene = trimesh.Scene()
-    scene.add_geometry(box, transform=trimesh.transformations.translation_matrix((0, 0, 5)))
+    box.apply_translation((0, 0, 5))
     source = laid_out(tmp_path / "in", {})
     (source / "meshes").mkdir(parents=True)
-    scene.export(source / "meshes" / f"a.{kind}")
+    box.export(source / "meshes" / f"a.{kind}")
     reference = f"meshes/a.{kind}"
     places, files = brought({reference: source / reference}, source, tmp_path / "out")
     assert places == {reference: "meshes/a/a.obj"} and f"meshes/a.{kind}" not in files

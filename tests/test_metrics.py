@@ -68,7 +68,8 @@ def test_what_is_no_number_is_left_out_of_the_reversals() -> None:
 
 
 def test_phi_adds_up_what_overlaps_and_leaves_out_gaps() -> None:
-    points = [ContactPoint("b", "a", -0.002), ContactPoint("a", "b", -0.001), ContactPoint("a", "c", -0.004), ContactPoint("a", "c", 0.5)]
+    seen = [("b", "a", -0.002), ("a", "b", -0.001), ("a", "c", -0.004), ("a", "c", 0.5)]
+    points = [ContactPoint(*item) for item in seen]
     assert penetration(points) == pytest.approx(0.007)
     assert penetration([]) == 0.0
     worst, other = by_pair(points)
@@ -130,4 +131,10 @@ def test_the_first_failure_in_order_is_the_verdict() -> None:
     for cured in ({}, {"peak_speed_m_s": 0.1}, {"penetration_m": 0.0}, {"drift_m": 0.0}, {"joints": ()}):
         all_wrong = all_wrong.model_copy(update=cured)
         order.append(judge(all_wrong, NONE, THRESHOLDS).mode)
-    assert order == [FailureMode.DRIFT, FailureMode.PENETRATION, FailureMode.DRIFT, FailureMode.OSCILLATION, FailureMode.NONE]
+    assert order == [
+        FailureMode.DRIFT,
+        FailureMode.PENETRATION,
+        FailureMode.DRIFT,
+        FailureMode.OSCILLATION,
+        FailureMode.NONE,
+    ]

@@ -78,16 +78,21 @@ def test_a_folding_screen_is_closed_on_its_keyboard(sign: float) -> None:
     assert found.confidence == 1.0
 
 
-@pytest.mark.parametrize(("lower", "upper", "nearest", "other"), [(0.0, 0.002, 0.0, 0.002), (-0.002, 0.0, 0.0, -0.002), (0.001, 0.003, 0.001, 0.003)])
+@pytest.mark.parametrize(
+    ("lower", "upper", "nearest", "other"),
+    [(0.0, 0.002, 0.0, 0.002), (-0.002, 0.0, 0.0, -0.002), (0.001, 0.003, 0.001, 0.003)],
+)
 def test_of_a_button_geometry_says_nothing_and_the_end_nearest_zero_is_taken(
     lower: float, upper: float, nearest: float, other: float
 ) -> None:
-    found = ends(facing("prismatic", (0, 0, 1), 1.0, (0, 0, 0.1)), corners((-0.01, -0.01, 0.0), (0.01, 0.01, 0.01)), lower, upper)
+    button = corners((-0.01, -0.01, 0.0), (0.01, 0.01, 0.01))
+    found = ends(facing("prismatic", (0, 0, 1), 1.0, (0, 0, 0.1)), button, lower, upper)
     assert found == Ends(nearest, other, 0.0)
 
 
 def test_a_drawer_that_passes_through_is_closed_in_the_middle() -> None:
-    found = ends(facing("prismatic", (0, 1, 0), 1.0, (0, 0, 0)), corners((-0.2, -0.25, 0.1), (0.2, 0.25, 0.3)), -0.3, 0.3)
+    part = corners((-0.2, -0.25, 0.1), (0.2, 0.25, 0.3))
+    found = ends(facing("prismatic", (0, 1, 0), 1.0, (0, 0, 0)), part, -0.3, 0.3)
     assert found.closed == pytest.approx(0.0)
     assert abs(found.open) == pytest.approx(0.3)
     assert 0.0 < found.confidence < 1.0
@@ -105,7 +110,9 @@ def test_without_a_range_or_a_size_nothing_is_claimed() -> None:
     assert ends(joint, part, 0.2, 0.2) == Ends(0.2, 0.2, 0.0)
     assert joint_ends([joint], "body", {"body": BODY, "part": part}, joint, 0.0, 0.5, 0.0) == Ends(0.0, 0.5, 0.0)
     nothing = np.zeros((0, 3))
-    assert joint_ends([joint], "body", {"body": nothing, "part": nothing}, joint, -0.5, 0.1, 1.0) == Ends(0.1, -0.5, 0.0)
+    assert joint_ends([joint], "body", {"body": nothing, "part": nothing}, joint, -0.5, 0.1, 1.0) == Ends(
+        0.1, -0.5, 0.0
+    )
 
 
 def test_the_profile_of_a_drawer_is_what_a_ruler_says() -> None:

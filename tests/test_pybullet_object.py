@@ -1,14 +1,13 @@
-"""One object in PyBullet does what its URDF says: textbook periods, decays and thresholds, and no energy from nowhere."""
+"""One object in PyBullet does what its URDF says: textbook periods, decays, thresholds, and no energy from nowhere."""
 
 import math
-from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
 import pytest
 
 from asset2sim.arrays import Array
-from asset2sim.engines.pybullet_object import loaded, stepper
+from asset2sim.engines.pybullet_object import PyBulletObject, loaded, stepper
 from asset2sim.engines.pybullet_rest import stand
 from schemas.base import Vector3
 from schemas.errors import AssetError
@@ -44,8 +43,10 @@ def track(urdf: Path, start: float, seconds: float, velocity: float = 0.0) -> Ar
 
 def period(positions: Array) -> float:
     """Mean time between falls through zero, s."""
-    falls = [i + positions[i] / (positions[i] - positions[i + 1]) for i in range(len(positions) - 1) if positions[i] > 0 >= positions[i + 1]]
-    return float(np.diff(falls).mean()) * STEP
+    before, after = positions[:-1], positions[1:]
+    falls = np.flatnonzero((before > 0.0) & (after <= 0.0))
+    moments = falls + before[falls] / (before[falls] - after[falls])
+    return float(np.diff(moments).mean()) * STEP
 
 
 def test_a_pendulum_has_the_textbook_period(tmp_path: Path) -> None:
@@ -116,8 +117,8 @@ def test_friction_stops_a_coasting_wheel_after_v_squared_over_two_a(tmp_path: Pa
 def test_a_spring_with_friction_and_damping_rests_within_the_band_that_friction_holds(tmp_path: Path) -> None:
     terms = {"stiffness": 1.0, "friction": 0.1, "damping": 0.01}
     positions = track(swing(tmp_path, WHEEL, **terms), 0.5, 5.0)
-    # The first swing back obeys I q'' = -k q + f - c q', with γ = c / 2I and ω = √(k / I - γ²) about q = f / k: it turns
-    # at f/k - (q0 - f/k) e^(-γπ/ω), inside the other side's band or not.
+    # The first swing back obeys I q'' = -k q + f - c q': about q = f / k with γ = c / 2I and ω = √(k / I - γ²), so that
+    # it turns at f/k - (q0 - f/k) e^(-γπ/ω).
     gamma = 0.5
     overshoot = 0.1 - 0.4 * math.exp(-gamma * math.pi / math.sqrt(100.0 - gamma**2))
     assert positions.min() == pytest.approx(overshoot, rel=0.02)
@@ -168,9 +169,9 @@ FLYER = (
 )
 
 
-def momentum(item: object, links: tuple[UrdfLink, UrdfLink]) -> tuple[Array, float, float]:
+def momentum(item: PyBulletObject, links: tuple[UrdfLink, UrdfLink]) -> tuple[Array, float, float]:
     """(3,) linear momentum, spin about z around the centre of mass of a flat motion, and kinetic energy, SI units."""
-    client, body = item.client, item.body  # type: ignore[attr-defined]
+    client, body = item.client, item.body
     base, turning = (np.array(v) for v in client.getBaseVelocity(body))
     state = client.getLinkState(body, 0, computeLinkVelocity=1)
     places = np.array([client.getBasePositionAndOrientation(body)[0], state[0]])
@@ -182,26 +183,24 @@ def momentum(item: object, links: tuple[UrdfLink, UrdfLink]) -> tuple[Array, flo
     return linear, angular, float(masses @ (speeds**2).sum(axis=1) + moments @ spins**2) / 2.0
 
 
-@pytest.mark.parametrize("friction", [0.0, 0.005])
-def test_in_free_flight_nothing_but_friction_takes_energy_and_nothing_takes_momentum(tmp_path: Path, friction: float) -> None:
+@pytest.mark.parametrize("friction", [0.0, 0.02])
+def test_in_free_flight_friction_alone_takes_energy_and_nothing_takes_momentum(tmp_path: Path, friction: float) -> None:
     joint = UrdfJoint("j", "continuous", "base", "part", xyz=(0.1, 0.0, 0.0), friction=friction)
     with loaded(write_urdf(tmp_path, FLYER, [joint]), fixed_base=False, timestep_s=1e-3) as item:
         item.client.setGravity(0.0, 0.0, 0.0)
         item.client.resetBaseVelocity(item.body, [1.0, 0.5, 0.0], [0.0, 0.0, 1.0])
-        item.client.resetJointState(item.body, 0, 0.0, 2.0)
-        stepping = stepper(item)
+        item.client.resetJointState(item.body, 0, 0.0, 4.0)
+        stepping, travelled = stepper(item), 0.0
         stepping.step()
         before = momentum(item, FLYER)
-        for _ in range(2000):
+        for _ in range(1000):
             stepping.step()
+            travelled += abs(float(item.velocities()[0])) * 1e-3
         after = momentum(item, FLYER)
     np.testing.assert_allclose(after[0], before[0], rtol=0.003)
     assert after[1] == pytest.approx(before[1], rel=0.01)
-    if friction:
-        assert after[2] < 0.99 * before[2]
-    else:
-        # PyBullet's own damping of 0.04 would have taken 15 % of it in these two seconds.
-        assert after[2] == pytest.approx(before[2], rel=0.01)
+    # PyBullet's own damping of 0.04 would have taken 8 % of the energy in this second.
+    assert before[2] - after[2] == pytest.approx(friction * travelled, rel=0.05, abs=0.005 * before[2])
 
 
 def test_a_thrown_block_neither_slows_nor_stops_turning(tmp_path: Path) -> None:
@@ -257,7 +256,8 @@ def test_joints_and_links_keep_their_names(tmp_path: Path) -> None:
     with loaded(chain(tmp_path), fixed_base=True, timestep_s=STEP) as item:
         assert set(item.link_names.values()) == {"root", "lid", "plate", "knob"}
         assert item.link_names[-1] == "root"
-        assert {name: item.link_names[index] for name, index in item.joint_index.items()} == {"hinge": "lid", "slide": "knob"}
+        moved = {name: item.link_names[index] for name, index in item.joint_index.items()}
+        assert moved == {"hinge": "lid", "slide": "knob"}
         assert (item.dynamics["slide"].damping, item.dynamics["slide"].friction) == (0.5, 0.25)
 
 
@@ -272,20 +272,20 @@ def test_placing_names_some_joints_and_zeroes_the_rest_at_rest(tmp_path: Path) -
 
 def test_a_file_that_pybullet_refuses_is_an_asset_error_with_what_it_printed(tmp_path: Path) -> None:
     urdf = write_urdf(tmp_path, [UrdfLink("part", shapes=((mesh("gone.obj"), ORIGIN),))])
-    with pytest.raises(AssetError, match=r"refuses object\.urdf and says: .*gone\.obj") as caught, loaded(urdf, fixed_base=True, timestep_s=STEP):
+    refusal = pytest.raises(AssetError, match=r"refuses object\.urdf and says: .*Link.*part")
+    with refusal as caught, loaded(urdf, fixed_base=True, timestep_s=STEP):
         pass
     assert caught.value.mode is FailureMode.ENGINE_CRASH
 
 
 def test_clients_are_apart_and_end_with_their_block(tmp_path: Path) -> None:
     urdf = swing(tmp_path, WHEEL)
-    with loaded(urdf, fixed_base=True, timestep_s=STEP) as first, loaded(urdf, fixed_base=True, timestep_s=STEP) as second:
-        first.place({"j": 0.5})
-        assert second.positions()[0] == 0.0
+    with loaded(urdf, fixed_base=True, timestep_s=STEP) as first:
+        with loaded(urdf, fixed_base=True, timestep_s=STEP) as second:
+            first.place({"j": 0.5})
+            assert second.positions()[0] == 0.0
+        assert first.positions()[0] == 0.5
     assert not first.client.isConnected()
-
-
-STEPPERS: list[tuple[Vector3, Callable[[float], float]]] = [((0, 0, 1), abs), ((0, 0, -1), abs)]
 
 
 @pytest.mark.parametrize("axis", [(0, 0, 1), (0, 0, -1)])

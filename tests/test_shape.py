@@ -20,14 +20,15 @@ VOLUME = 0.024
 
 
 def cuboid(at: tuple[float, float, float] = (0.0, 0.0, 0.0), size: tuple[float, ...] = tuple(SIZE)) -> trimesh.Trimesh:
-    made = trimesh.creation.box(extents=size)
+    made: trimesh.Trimesh = trimesh.creation.box(extents=size)
     made.apply_translation(at)
     return made
 
 
 def quad(x: float, y: float) -> trimesh.Trimesh:
     """A rectangle in the plane z = 0, its corner at the origin."""
-    return trimesh.Trimesh([[0, 0, 0], [x, 0, 0], [x, y, 0], [0, y, 0]], [[0, 1, 2], [0, 2, 3]], process=False)
+    points = np.array([[0.0, 0.0, 0.0], [x, 0.0, 0.0], [x, y, 0.0], [0.0, y, 0.0]])
+    return trimesh.Trimesh(points, [[0, 1, 2], [0, 2, 3]], process=False)
 
 
 def inside_out(mesh: trimesh.Trimesh) -> trimesh.Trimesh:
@@ -202,4 +203,4 @@ def test_primitives_have_their_closed_form_volumes() -> None:
 def test_a_mesh_scale_may_be_absent_or_one_number_or_three() -> None:
     scales: list[tuple[object, list[float]]] = [(None, [1, 1, 1]), (0.5, [0.5] * 3), (np.array([1.0, 2, 3]), [1, 2, 3])]
     for given, expected in scales:
-        np.testing.assert_array_equal(scale_vector(yourdfpy.Mesh("m.obj", given)), expected)  # type: ignore[arg-type]
+        np.testing.assert_array_equal(scale_vector(yourdfpy.Mesh("m.obj", given)), expected)

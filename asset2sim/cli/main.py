@@ -1,6 +1,5 @@
 """From a command line to an exit code: 0 done, 1 the run failed, 2 the user's mistake, 130 interrupted."""
 
-import os
 import sys
 from collections.abc import Callable, Sequence
 
@@ -29,10 +28,6 @@ def run_command(arguments: Sequence[str], *, refine: RunRefine, nightly: ServeNi
         return _complain(str(error), FAILED)
     except KeyboardInterrupt:
         return _complain("interrupted", INTERRUPTED)
-    except BrokenPipeError:
-        # The reader of our output has left, as `| head` does; leave too, without a second error at exit.
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
-        return DONE
 
 
 def _dispatch(arguments: Sequence[str], refine: RunRefine, nightly: ServeNightly) -> int:

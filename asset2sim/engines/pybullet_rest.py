@@ -18,6 +18,8 @@ from schemas.settings import EngineSettings
 
 SPEED_EVERY = 4
 """Steps between two readings of all link speeds: they cost more than a step on an object of a hundred links."""
+FAR_ABOVE_M = 20.0
+"""A height, m, at which no part of a household object reaches the plane."""
 TURN_FACTOR = 10.0
 """A turn counts as still below this many times the links' bound, rad/s: a lever arm of a decimetre."""
 
@@ -110,16 +112,14 @@ def stand(item: PyBulletObject, positions: Mapping[str, float], contact_friction
     links = [-1, *range(client.getNumJoints(item.body))]
     for link in links:
         client.changeDynamics(item.body, link, lateralFriction=contact_friction)
-    lowest = min(client.getAABB(item.body, link)[0][2] for link in links if has_shape(item, link))
+    # Far above the plane first: a link's box is loose, its closest point to the plane is exact.
     position, orientation = client.getBasePositionAndOrientation(item.body)
-    raised = (position[0], position[1], position[2] + height_m - lowest)
+    client.resetBasePositionAndOrientation(item.body, (*position[:2], FAR_ABOVE_M), orientation)
+    item.place(positions)
+    gaps = [float(point[8]) for point in client.getClosestPoints(plane, item.body, 2.0 * FAR_ABOVE_M)]
+    raised = (position[0], position[1], FAR_ABOVE_M - min(gaps) + height_m)
     client.resetBasePositionAndOrientation(item.body, raised, orientation)
     item.place(positions)
-
-
-def has_shape(item: PyBulletObject, link: int) -> bool:
-    """Whether a link has a collision shape; a link without one has a box around its origin that means nothing."""
-    return len(item.client.getCollisionShapeData(item.body, link)) > 0
 
 
 def measure(

@@ -75,5 +75,8 @@ def _collect(client: Client, future: Future[AssetRecord]) -> tuple[AssetRecord |
         if client.status != "running":
             raise LostClusterError("the Dask scheduler went away; what had finished is kept") from error
         return None, f"{type(error).__name__}: {error}".splitlines()[0]
+    finally:
+        # Or Dask would compute it again when the worker that holds the result is lost.
+        future.release()
     assert isinstance(record, AssetRecord)
     return record, ""

@@ -123,14 +123,16 @@ def _link(link: LinkFeatures, center: Vector3 | None) -> dict[str, object]:
 
 
 def _joint(joint: JointFeatures) -> dict[str, object]:
+    limits = [limit for limit in (joint.lower, joint.upper) if limit is not None]
     return {
         "name": joint.name,
         "type": joint.type,
         "parent": joint.parent,
         "child": joint.child,
         "axis": joint.axis_in_root,
-        "lower": joint.lower,
-        "upper": joint.upper,
+        # Validation swaps inverted limits; a model is told the range that it will have.
+        "lower": min(limits, default=None),
+        "upper": max(limits, default=None),
         "closed": joint.closed,
         "open": joint.open,
         "open_confidence": joint.openness_confidence,

@@ -41,6 +41,7 @@ def joint_terms(
     hold_load: float,
     holds: bool,
     rest: float,
+    stopped: bool,
     source: Source,
     authored_damping: float | None,
     settings: PhysicsSettings,
@@ -48,15 +49,17 @@ def joint_terms(
     """The triplet of one joint.
 
     ``inertia`` is the effective one (kg·m² or kg), ``load`` gravity's signed pull at the initial position and
-    ``hold_load`` its largest magnitude where the joint must hold (N·m or N), ``rest`` where a spring returns to.
+    ``hold_load`` its largest magnitude where the joint must hold (N·m or N), ``rest`` where a spring returns to and
+    ``stopped`` whether a limit stops it from going further there, against gravity.
     """
     stiffness = spring(proposal, inertia, source, settings)
     damping = damper(proposal, inertia, stiffness.value, source, authored_damping, settings)
     friction = dry_friction(proposal, prismatic, inertia, hold_load, holds, stiffness.value, source, settings)
     reference = rest
     if stiffness.value > 0.0:
-        # Real springs are preloaded against their stop: without it a key sags by g / ω² under its own weight.
-        reference = rest - settings.hold_margin * load / stiffness.value
+        # Real springs are preloaded against their stop: without it a key sags by g / ω² under its own weight. Where
+        # nothing stops the part, the spring carries just its weight at rest.
+        reference = rest - (settings.hold_margin if stopped else 1.0) * load / stiffness.value
     return JointTerms(damping, friction, stiffness, reference)
 
 
@@ -108,10 +111,11 @@ def dry_friction(
     """Coulomb friction: as proposed, or what stops a slow motion; for a joint that holds, more than gravity's pull."""
     if proposal.friction is not None:
         wanted, where = proposal.friction, source
-    elif stiffness > 0.0 or proposal.holds is False:
+    elif stiffness > 0.0:
         wanted, where = 0.0, Source.RULE
     else:
         slow = settings.default_friction_m_s2 if prismatic else settings.default_friction_rad_s2
-        wanted, where = slow * inertia, Source.RULE
+        share = settings.free_friction_share if proposal.holds is False else 1.0
+        wanted, where = share * slow * inertia, Source.RULE
     needed = settings.hold_margin * hold_load if holds else 0.0
     return Term(wanted, where) if wanted >= needed else Term(needed, Source.RULE, wanted)

@@ -7,6 +7,7 @@ import numpy as np
 from asset2sim.kinematics import TreeJoint
 from asset2sim.physics.dynamics import JointTerms, Term, joint_terms
 from asset2sim.physics.mass_matrix import Body, JointSpace, joint_space
+from asset2sim.validation.limits import Range
 from asset2sim.validation.notes import Notes
 from asset2sim.validation.positions import Start
 from schemas.features import Features
@@ -17,6 +18,8 @@ from schemas.vocabulary import Source
 RANGE_SAMPLES = 5
 """Positions at which the gravity load of a joint that must hold anywhere is sampled; the load is a sine of the
 angle."""
+STOP_SHARE = 1e-3
+"""Share of its range from a limit within which a joint is at its stop."""
 HELD_STATE = 0.05
 """Share of its range beyond the closed end from which a requested state counts as open, and so must be held."""
 
@@ -62,6 +65,7 @@ def joint_physics(
             hold_load=hold_load,
             holds=holds,
             rest=rest,
+            stopped=stopped_at(start.range, rest, load),
             source=where,
             authored_damping=joint.damping,
             settings=settings,
@@ -92,6 +96,12 @@ def joint_physics(
             )
         )
     return bound_together(joints, space, settings, notes)
+
+
+def stopped_at(span: Range, position: float, load: float) -> bool:
+    """Whether the joint is at the limit towards which a spring against ``load`` (N·m or N) pushes it."""
+    stop = span.upper if load < 0.0 else span.lower
+    return stop is not None and abs(position - stop) <= STOP_SHARE * span.span
 
 
 def is_open(start: Start) -> bool:

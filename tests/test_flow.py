@@ -1,0 +1,152 @@
+"""The whole run through Prefect and Dask, as a user starts it, and what Ctrl-C and a kill leave behind."""
+
+import os
+import shutil
+import signal
+import subprocess
+import sys
+import time
+import uuid
+from collections.abc import Callable, Iterator
+from pathlib import Path
+
+import pyarrow.parquet as pq
+import pytest
+
+ROOT = Path(__file__).resolve().parents[1]
+SAMPLES = ROOT / "data" / "raw"
+LIMIT_S = 300
+
+START = """
+import functools, sys
+import flows.command
+import flows.refine_dataset as module
+module.refine_dataset = functools.partial(module.refine_dataset, pipeline="tests.crashers:quick_or_sleepy")
+sys.exit(flows.command.main(sys.argv[1:]))
+"""
+"""The command with a pipeline whose assets take no time, or all of it."""
+
+
+@pytest.fixture(scope="module")
+def prefect_home(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """One Prefect database for the module: making one takes seconds."""
+    return tmp_path_factory.mktemp("prefect")
+
+
+@pytest.fixture
+def mark() -> str:
+    """A word in the environment of everything that a test starts, by which strays are found."""
+    return f"asset2sim-test-{uuid.uuid4().hex}"
+
+
+@pytest.fixture
+def environment(prefect_home: Path, mark: str) -> dict[str, str]:
+    return {**os.environ, "PREFECT_HOME": str(prefect_home), "ASSET2SIM_TEST_MARK": mark}
+
+
+def alive(mark: str) -> list[str]:
+    """The command lines of running processes that carry the mark."""
+    found = []
+    for folder in Path("/proc").glob("[0-9]*"):
+        try:
+            if mark.encode() in (folder / "environ").read_bytes():
+                found.append((folder / "cmdline").read_bytes().replace(b"\0", b" ").decode(errors="replace"))
+        except (FileNotFoundError, ProcessLookupError, PermissionError):
+            continue
+    return found
+
+
+def wait_until(condition: Callable[[], bool], seconds: float) -> bool:
+    end = time.monotonic() + seconds
+    while time.monotonic() < end:
+        if condition():
+            return True
+        time.sleep(0.1)
+    return condition()
+
+
+def statuses(out: Path) -> dict[str, str]:
+    table = pq.read_table(out / "catalog" / "assets.parquet")
+    return dict(zip(table["asset_id"].to_pylist(), table["status"].to_pylist(), strict=True))
+
+
+@pytest.fixture
+def dataset(tmp_path: Path) -> Path:
+    """Assets that are done at once, then two that never are. Their folders are never opened."""
+    data = tmp_path / "data"
+    data.mkdir()
+    ids = [*(f"quick-{number}" for number in range(6)), "sleepy-1", "sleepy-2", "late-1"]
+    rows = "".join(f"{asset_id},{asset_id}\n" for asset_id in ids)
+    (data / "manifest.csv").write_text(f"asset_id,path\n{rows}", encoding="utf-8")
+    return data
+
+
+@pytest.fixture
+def running(dataset: Path, tmp_path: Path, environment: dict[str, str]) -> Iterator[subprocess.Popen[str]]:
+    """A run that has two children asleep, each with a child of its own."""
+    out = tmp_path / "out"
+    command = [sys.executable, "-c", START, "refine", str(dataset), "--out", str(out), "--workers", "2"]
+    process = subprocess.Popen(
+        command,
+        cwd=ROOT,
+        env=environment,
+        text=True,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        start_new_session=True,
+    )
+    asleep = [out / f"sleepy-{number}.pids" for number in (1, 2)]
+    started = wait_until(lambda: process.poll() is not None or all(path.exists() for path in asleep), LIMIT_S)
+    assert started, "the run did not get to its assets"
+    assert process.poll() is None, process.communicate()
+    yield process
+    if process.poll() is None:
+        os.killpg(process.pid, signal.SIGKILL)
+    process.wait()
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+def test_an_interrupted_run_publishes_what_finished_and_leaves_no_process(
+    running: subprocess.Popen[str], number: signal.Signals, tmp_path: Path, mark: str
+) -> None:
+    os.killpg(running.pid, number)  # as a terminal does: to the whole group
+    output, errors = running.communicate(timeout=LIMIT_S)
+    assert running.returncode == 130, errors
+    assert "interrupted; 6 finished assets are in the catalog" in errors
+    assert "Traceback" not in errors
+    assert "quick-5" in output
+    assert statuses(tmp_path / "out") == {f"quick-{number}": "ok" for number in range(6)}
+    assert pq.read_table(tmp_path / "out" / "catalog" / "runs.parquet")["outcome"].to_pylist() == ["interrupted"]
+    assert wait_until(lambda: not alive(mark), 10.0), alive(mark)
+
+
+def test_a_killed_run_leaves_no_process(running: subprocess.Popen[str], tmp_path: Path, mark: str) -> None:
+    running.kill()
+    running.communicate(timeout=30)
+    assert wait_until(lambda: not alive(mark), 60.0), alive(mark)
+    assert not (tmp_path / "out" / "catalog").exists()
+
+
+@pytest.mark.skipif(not (SAMPLES / "manifest.csv").exists(), reason="the sample dataset is not here")
+def test_three_samples_and_a_missing_one_end_to_end(tmp_path: Path, environment: dict[str, str], mark: str) -> None:
+    rows = (SAMPLES / "manifest.csv").read_text(encoding="utf-8").splitlines()
+    data = tmp_path / "my data"
+    chosen = rows[1:4]
+    for row in chosen:
+        folder = row.split(",")[2]
+        shutil.copytree(SAMPLES / folder, data / folder)
+    lost = "lost,Box,Box/lost,sample,A box."
+    (data / "manifest.csv").write_text("\n".join([rows[0], *chosen, lost]) + "\n", encoding="utf-8")
+    out = tmp_path / "my out"
+    command = [sys.executable, "-m", "flows.refine_dataset", str(data), "--out", str(out), "--workers", "2", "--strict"]
+    done = subprocess.run(command, cwd=ROOT, env=environment, text=True, capture_output=True, timeout=LIMIT_S)
+    assert done.returncode == 1, done.stderr
+    ids = [row.split(",")[0] for row in chosen]
+    assert statuses(out) == {**dict.fromkeys(ids, "ok"), "lost": "failed"}
+    for asset_id in [*ids, "lost"]:
+        assert asset_id in done.stdout
+    for asset_id in ids:
+        names = {path.name for path in (out / "assets" / asset_id).iterdir()}
+        assert {"mobility.urdf", "overlay.json", "measurement.json", "views"} <= names
+    assert (out / "mlflow.db").exists()
+    assert wait_until(lambda: not alive(mark), 10.0), alive(mark)

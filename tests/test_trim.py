@@ -1,0 +1,204 @@
+"""Hulls that reach into each other are cut apart: by the right amount, on the right side, and no more than allowed."""
+
+import math
+from pathlib import Path
+
+import numpy as np
+import pytest
+from scipy.spatial import ConvexHull
+
+from asset2sim.arrays import Array
+from asset2sim.collision.files import write_hulls
+from asset2sim.collision.hulls import Hulls
+from asset2sim.collision.trim import CLEARANCE_M, Overlap, Trimmer, contact_pairs, trim
+from asset2sim.engines.pybullet_overlaps import MARGIN_M, cleared
+from asset2sim.engines.pybullet_penetration import contacts_at
+from asset2sim.kinematics import apply, transform
+from asset2sim.metrics.penetration import penetration
+from schemas.settings import EngineSettings
+from tests.builders import ORIGIN, UrdfJoint, UrdfLink, corners, mesh, shifted, write_urdf
+from tests.test_kinematics import joint
+
+HERE = np.eye(4)
+X = np.array([1.0, 0.0, 0.0])
+GAP = 2.0 * MARGIN_M + CLEARANCE_M
+"""What two hulls must be apart so that PyBullet sees no contact."""
+UNIT = corners((0.0, 0.0, 0.0), (1.0, 1.0, 1.0))
+LEFT = corners((0.0, 0.0, 0.0), (0.2, 0.1, 0.1))
+
+
+def volume(points: Array) -> float:
+    return float(ConvexHull(points).volume)
+
+
+def everywhere(hulls: Hulls) -> dict[str, Array]:
+    return dict.fromkeys(hulls, HERE)
+
+
+def phi(folder: Path, hulls: Hulls, poses: dict[str, Array]) -> float:
+    """Φ in PyBullet of links glued beside each other on one root, loaded from the OBJ files that are written."""
+    files = write_hulls(hulls, folder)
+    links = [UrdfLink("root")] + [
+        UrdfLink(name, shapes=tuple((mesh(f), ORIGIN) for f in files[name])) for name in hulls
+    ]
+    joints = [UrdfJoint(f"to_{name}", "continuous", "root", name, xyz=tuple(poses[name][:3, 3])) for name in hulls]
+    turned = {f"to_{name}": math.atan2(poses[name][1, 0], poses[name][0, 0]) for name in hulls}
+    return penetration(contacts_at(write_urdf(folder, links, joints), turned, EngineSettings()))
+
+
+@pytest.mark.parametrize(
+    ("normal", "offset", "expected"),
+    [
+        ((1, 0, 0), 0.25, 0.75),
+        ((0, -1, 0), -0.4, 0.4),
+        ((1, 1, 1), 0.3, 1.0 - 0.3**3 / 6.0),  # a corner off
+        ((-1, -1, -1), -2.5, 1.0 - 0.5**3 / 6.0),
+        ((1, 1, 0), 1.0, 0.5),  # through two edges
+        ((1, 0, 0), -0.5, 1.0),
+    ],
+)
+def test_a_clipped_cube_has_the_volume_of_the_textbook(
+    normal: tuple[float, ...], offset: float, expected: float
+) -> None:
+    direction = np.array(normal, dtype=float)
+    length = float(np.linalg.norm(direction))
+    kept = trim(UNIT, direction / length, offset / length)
+    assert kept is not None
+    assert volume(kept) == pytest.approx(expected, rel=1e-9)
+    assert float((kept @ direction).min()) >= offset - 1e-9
+
+
+def test_nothing_is_left_beyond_the_plane_or_on_it() -> None:
+    assert trim(UNIT, X, 1.5) is None
+    assert trim(UNIT, X, 1.0) is None
+
+
+def test_two_boxes_that_overlap_are_cleared_and_each_loses_half(tmp_path: Path) -> None:
+    hulls: Hulls = {"left": (LEFT,), "right": (shifted(LEFT, 0.19),)}
+    assert phi(tmp_path, hulls, everywhere(hulls)) == pytest.approx(0.012, abs=1e-5)  # 10 mm and both margins
+    result, cuts = cleared(hulls, everywhere(hulls), [("left", "right")])
+    assert phi(tmp_path, result, everywhere(hulls)) < 1e-6
+    lost = (0.01 + GAP) / 2.0
+    assert result["left"][0][:, 0].max() == pytest.approx(0.2 - lost, abs=1e-6)
+    assert result["right"][0][:, 0].min() == pytest.approx(0.19 + lost, abs=1e-6)
+    assert volume(result["left"][0]) == pytest.approx(0.002 - lost * 0.01, rel=1e-4)
+    assert {(cut.link, cut.other) for cut in cuts} == {("left", "right"), ("right", "left")}
+    np.testing.assert_allclose([(cut.depth_m, cut.share) for cut in cuts], [(lost, lost / 0.2)] * 2, rtol=1e-3)
+
+
+def test_the_longer_box_gives_the_larger_part(tmp_path: Path) -> None:
+    short = corners((0.19, 0.0, 0.0), (0.24, 0.1, 0.1))
+    hulls: Hulls = {"left": (LEFT,), "right": (short,)}
+    result, cuts = cleared(hulls, everywhere(hulls), [("left", "right")])
+    assert phi(tmp_path, result, everywhere(hulls)) < 1e-6
+    depth = {cut.link: cut.depth_m for cut in cuts}
+    # 0.2 and 0.05 m long: four parts to one, the same share of each.
+    assert depth["left"] == pytest.approx(0.8 * (0.01 + GAP), rel=2e-3)
+    assert depth["right"] == pytest.approx(0.2 * (0.01 + GAP), rel=2e-3)
+    assert len({round(cut.share, 4) for cut in cuts}) == 1
+
+
+@pytest.mark.parametrize(("gap", "touched"), [(0.0, True), (0.0015, True), (0.0025, False)])
+def test_boxes_within_the_engines_margins_touch_and_others_do_not(tmp_path: Path, gap: float, touched: bool) -> None:
+    hulls: Hulls = {"left": (LEFT,), "right": (shifted(LEFT, 0.2 + gap),)}
+    result, cuts = cleared(hulls, everywhere(hulls), [("left", "right")])
+    assert bool(cuts) is touched
+    assert phi(tmp_path, result, everywhere(hulls)) < 1e-6
+    assert result["right"][0][:, 0].min() - result["left"][0][:, 0].max() == pytest.approx(max(gap, GAP), abs=1e-6)
+
+
+@pytest.mark.parametrize("angle", [0.4, -2.0])
+def test_links_that_are_turned_and_moved_are_cut_in_their_own_frames(tmp_path: Path, angle: float) -> None:
+    poses = {
+        "left": transform((0.3, 0.2, 0.0), (0.0, 0.0, angle)),
+        "right": transform((-0.1, 0.4, 0.0), (0.0, 0.0, 1.0)),
+    }
+    turn = transform(ORIGIN, (0.0, 0.0, 0.6))  # how the pair lies in the root's frame
+    placed = {"left": apply(turn, LEFT), "right": apply(turn, shifted(LEFT, 0.19))}
+    hulls: Hulls = {
+        name: (apply(np.asarray(np.linalg.inv(poses[name]), dtype=float), points),) for name, points in placed.items()
+    }
+    assert phi(tmp_path, hulls, poses) > 0.01
+    result, _ = cleared(hulls, poses, [("left", "right")])
+    assert phi(tmp_path, result, poses) < 1e-6
+    back = np.linalg.inv(turn) @ poses["left"]
+    np.testing.assert_allclose(
+        apply(back, result["left"][0]).max(axis=0), [0.2 - (0.01 + GAP) / 2.0, 0.1, 0.1], atol=1e-5
+    )
+
+
+def test_a_bar_through_two_posts_is_cleared_of_both(tmp_path: Path) -> None:
+    hulls: Hulls = {
+        "bar": (corners((-0.01, 0.0, 0.0), (0.31, 0.05, 0.05)),),
+        "posts": (corners((-0.1, -0.1, -0.1), (0.0, 0.15, 0.15)), corners((0.3, -0.1, -0.1), (0.4, 0.15, 0.15))),
+    }
+    result, cuts = cleared(hulls, everywhere(hulls), [("bar", "posts")])
+    assert phi(tmp_path, result, everywhere(hulls)) < 1e-6
+    ends = result["bar"][0][:, 0]
+    assert float(np.ptp(ends)) == pytest.approx(0.32 - 2.0 * (0.32 / 0.42) * (0.01 + GAP), rel=0.01)
+    assert len(result["posts"]) == 2
+    assert sum(cut.link == "bar" for cut in cuts) == 1  # of the two ends the deeper, under one name
+
+
+def test_a_cap_of_more_than_half_is_refused_and_both_hulls_stay() -> None:
+    hulls: Hulls = {"left": (UNIT,), "right": (shifted(UNIT, 1e-4),)}
+    result, cuts = cleared(hulls, everywhere(hulls), [("left", "right")])
+    assert cuts == ()
+    for name in hulls:
+        np.testing.assert_array_equal(result[name][0], hulls[name][0])
+
+
+def test_cuts_add_up_against_the_original_extent() -> None:
+    trimmer = Trimmer({"a": (UNIT,), "b": (shifted(UNIT, -0.4),)}, {"a": HERE, "b": HERE})
+    wedge = Overlap(("a", 0), ("b", 0), X, 0.6)
+    assert trimmer.clear(wedge, 0.0)  # 0.6 between two of length 1: each loses 0.3
+    assert volume(trimmer.hulls["a"][0]) == pytest.approx(0.7, abs=1e-4)
+    # 0.45 of the original is within the half; 0.55 is not, though it takes only 0.18 of what is then left.
+    assert trimmer._cut(("a", 0), "b", X, 0.45)
+    assert not trimmer._cut(("a", 0), "b", X, 0.55)
+    assert volume(trimmer.hulls["a"][0]) == pytest.approx(0.55, abs=1e-9)
+
+
+def test_the_deepest_cut_against_a_link_is_what_is_told() -> None:
+    trimmer = Trimmer({"a": (UNIT,)}, {"a": HERE})
+    for offset in (0.1, 0.3, 0.2):
+        assert trimmer._cut(("a", 0), "b", X, offset)
+    (cut,) = trimmer.cuts.values()
+    assert (cut.link, cut.other) == ("a", "b")
+    assert (cut.depth_m, cut.share) == pytest.approx((0.3, 0.3))
+
+
+def test_hulls_that_are_apart_already_are_not_cut() -> None:
+    trimmer = Trimmer({"a": (UNIT,), "b": (shifted(UNIT, -1.5),)}, {"a": HERE, "b": HERE})
+    assert trimmer.clear(Overlap(("a", 0), ("b", 0), X, 0.0), MARGIN_M)
+    assert trimmer.cuts == {}
+
+
+def test_a_link_and_its_parent_are_no_pair() -> None:
+    joints = [
+        joint("one", "revolute", "body", "door"),
+        joint("two", "fixed", "door", "handle"),
+        joint("three", "revolute", "body", "lid"),
+    ]
+    found = {frozenset(pair) for pair in contact_pairs(joints, ["body", "door", "handle", "lid"])}
+    assert found == {frozenset(pair) for pair in (("body", "handle"), ("door", "lid"), ("handle", "lid"))}
+
+
+def test_a_hinge_that_overlaps_its_parent_is_not_touched() -> None:
+    joints = [joint("one", "revolute", "body", "door"), joint("two", "revolute", "body", "lid")]
+    hulls: Hulls = {"body": (UNIT,), "door": (shifted(UNIT, 0.9),), "lid": (shifted(UNIT, y=0.9),)}
+    result, cuts = cleared(hulls, everywhere(hulls), contact_pairs(joints, list(hulls)))
+    np.testing.assert_array_equal(result["body"][0], UNIT)
+    assert {cut.link for cut in cuts} <= {"door", "lid"}
+
+
+def test_what_is_written_under_names_that_differ_only_in_a_slash_is_what_was_given(tmp_path: Path) -> None:
+    sheet = np.array([[0.0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]])
+    files = write_hulls({"a/b": (UNIT, sheet), "a_b": (LEFT,), "none": ()}, tmp_path)
+    assert [len(names) for names in files.values()] == [1, 1, 0]  # the sheet has no volume
+    assert len({name for names in files.values() for name in names}) == 2
+    text = (tmp_path / files["a/b"][0]).read_text()
+    vertices = np.array([line.split()[1:] for line in text.splitlines() if line.startswith("v ")], dtype=float)
+    assert len(vertices) == 8 and volume(vertices) == pytest.approx(1.0)
+    write_hulls({"a": (UNIT,)}, tmp_path)
+    assert [path.name for path in (tmp_path / "collision").iterdir()] == ["a_0_0.obj"]  # what was there is gone
