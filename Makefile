@@ -16,7 +16,7 @@ OPTIONS = --out "$(OUT)" --model "$(MODEL)" \
 
 .DEFAULT_GOAL := help
 .DELETE_ON_ERROR:
-.PHONY: help install flow test lint typecheck failures doctor nightly ui samples clean
+.PHONY: help install flow test lint typecheck failures doctor nightly ui samples summary picture clean
 
 help: ## list the targets
 	@awk -F ':.*## ' '/^[a-z]+:.*## / { printf "  %-10s %s\n", $$1, $$2 }' Makefile
@@ -67,6 +67,13 @@ ui: $(INSTALLED) ## Prefect's and MLflow's pages, until interrupted
 
 samples: $(INSTALLED) ## make data/raw anew, byte for byte
 	@$(BIN)/python -m asset2sim.samples
+
+summary: $(INSTALLED) ## write the table of OUT's latest run into the README
+	@$(BIN)/python -m asset2sim.readme "$(OUT)" README.md
+
+picture: $(INSTALLED) ## draw the README's before-and-after picture from data/raw and data/refined
+	@$(BIN)/python -m asset2sim.showcase data/raw data/refined docs/before_after.png \
+		laptop_silver box_wooden storage_sideboard trashcan_pedal toilet_white
 
 clean: ## remove the environment, the caches and data/refined
 	rm -rf $(VENV) .prefect data/refined .hypothesis .import_linter_cache .mypy_cache .pytest_cache .ruff_cache

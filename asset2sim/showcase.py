@@ -28,7 +28,7 @@ MARGIN = 8
 
 
 def left_alone(urdf: Path, positions: Mapping[str, float], friction: float) -> dict[str, float]:
-    """Joint positions after PyBullet's settling and test from these, rad or m; where they stop being numbers, the start."""
+    """Joint positions after PyBullet's settling and test from these, rad or m; the same where they stop being numbers."""
     settings = EngineSettings()
     seen = watch(urdf, positions, friction, settings.drop_height_m, settings)
     after = dict(zip(seen.joints, (float(value) for value in seen.joint_positions[-1]), strict=True))
@@ -47,7 +47,7 @@ def longest_edge(urdf: Path, positions: Mapping[str, float]) -> float:
     with loaded(urdf, fixed_base=True, timestep_s=1.0 / 240.0) as item:
         item.place(positions)
         boxes = [item.client.getAABB(item.body, link) for link in range(-1, item.client.getNumJoints(item.body))]
-    return max(max(box[1][i] for box in boxes) - min(box[0][i] for box in boxes) for i in range(3))
+    return float(max(max(box[1][i] for box in boxes) - min(box[0][i] for box in boxes) for i in range(3)))
 
 
 def panel(urdf: Path, positions: Mapping[str, float], friction: float, words: str) -> Image.Image:

@@ -41,7 +41,8 @@ def refine_dataset(
         refined = refine_assets(opaque(refs), out, settings, pipeline)
         run = finish_run(started, "interrupted" if refined.stopped else "finished")
         publish(out, run, opaque(refined))
-        warning = log_run(out, run, opaque(refined))
+        # Whoever presses Ctrl-C wants out: MLflow alone takes seconds.
+        warning = None if refined.stopped else log_run(out, run, opaque(refined))
         report(run, opaque(refined))
     return RunResult(out, run, refined.records, refined.stopped, (warning,) if warning else ())
 

@@ -11,6 +11,7 @@ from asset2sim.arrays import Array
 from asset2sim.engines.pybullet_object import PyBulletObject, stepper
 from asset2sim.kinematics import TreeJoint, transform
 from schemas.base import Inertia6, Vector3
+from schemas.features import JointFeatures
 
 ORIGIN: Vector3 = (0.0, 0.0, 0.0)
 
@@ -138,6 +139,17 @@ def tree_joint(
     """A joint of a tree, its axis made a unit vector."""
     direction = np.asarray(axis, dtype=float)
     return TreeJoint(name, kind, parent, child, transform(xyz, rpy), direction / np.linalg.norm(direction))
+
+
+def joint_features(
+    name: str, kind: str, parent: str, child: str, xyz: Vector3 = ORIGIN, axis: Vector3 = (0, 0, 1)
+) -> JointFeatures:
+    """A joint as extraction reads it, without limits or dynamics."""
+    return JointFeatures(
+        name=name, type=kind, parent=parent, child=child, origin_xyz=xyz, origin_rpy=ORIGIN, axis=axis,
+        axis_in_root=axis, lower=None, upper=None, effort=None, velocity=None, damping=None, friction=None, mimic=None,
+        closed=None, open=None, openness_confidence=0.0,
+    )  # fmt: skip
 
 
 def corners(low: Vector3, high: Vector3) -> Array:

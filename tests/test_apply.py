@@ -47,7 +47,11 @@ def pybullet_says(urdf: Path) -> tuple[list[str], list[float]]:
 
 def loads_quietly(folder: Path, caplog: pytest.LogCaptureFixture) -> yourdfpy.URDF:
     """Load a refined folder in both readers; fails on any word of either."""
-    with caplog.at_level(logging.WARNING), caplog.at_level(logging.WARNING, logger="yourdfpy"), captured_console() as said:
+    with (
+        caplog.at_level(logging.WARNING),
+        caplog.at_level(logging.WARNING, logger="yourdfpy"),
+        captured_console() as said,
+    ):
         model = yourdfpy.URDF.load(str(folder / "mobility.urdf"), load_collision_meshes=True)
     assert said == [] and caplog.messages == []
     lines, masses = pybullet_says(folder / "mobility.urdf")
@@ -127,12 +131,18 @@ def test_a_staged_folder_replaces_the_old_one_at_the_end(tmp_path: Path) -> None
     assert [path.name for path in final.parent.iterdir()] == ["a"]
 
 
+def write_half(final: Path, problem: BaseException) -> None:
+    with staged_folder(final) as staged:
+        assert not list(staged.iterdir())
+        (staged / "mobility.urdf").write_text("half")
+        raise problem
+
+
 @pytest.mark.parametrize("problem", [RuntimeError, KeyboardInterrupt])
 def test_a_failed_write_leaves_the_old_folder(tmp_path: Path, problem: type[BaseException]) -> None:
     final = written(tmp_path / "assets" / "a", "old")
-    with pytest.raises(problem), staged_folder(final) as staged:
-        (staged / "mobility.urdf").write_text("half")
-        raise problem
+    with pytest.raises(problem):
+        write_half(final, problem())
     assert (final / "mobility.urdf").read_text() == "old"
     assert [path.name for path in final.parent.iterdir()] == ["a"]
 
@@ -141,7 +151,6 @@ def test_leftovers_of_a_killed_run_are_cleared(tmp_path: Path) -> None:
     final = tmp_path / "assets" / "a"
     written(tmp_path / "assets" / ".a.new", "half")
     written(tmp_path / "assets" / ".a.old", "good")
-    with pytest.raises(RuntimeError), staged_folder(final) as staged:
-        assert not list(staged.iterdir())
-        raise RuntimeError
+    with pytest.raises(RuntimeError):
+        write_half(final, RuntimeError())
     assert (final / "mobility.urdf").read_text() == "good", "killed between two moves: the old one comes back"

@@ -23,6 +23,7 @@ def terms(
     hold_load: float = 0.0,
     holds: bool = False,
     rest: float = 0.0,
+    stopped: bool = True,
     authored: float | None = None,
     proposal: JointProposal | None = None,
     **stated: object,
@@ -30,7 +31,7 @@ def terms(
     """The terms of a hinge of 0.1 kg·m² unless said otherwise; ``stated`` holds the proposal's fields."""
     return joint_terms(
         proposal or JointProposal.model_validate({"name": "j", **stated}),
-        prismatic=prismatic, inertia=inertia, load=load, hold_load=hold_load, holds=holds, rest=rest,
+        prismatic=prismatic, inertia=inertia, load=load, hold_load=hold_load, holds=holds, rest=rest, stopped=stopped,
         source=Source.MODEL, authored_damping=authored, settings=SETTINGS,
     )  # fmt: skip
 
@@ -86,9 +87,11 @@ def test_a_spring_is_damped_enough_not_to_ring() -> None:
 
 def test_a_loaded_spring_is_preloaded_against_its_stop() -> None:
     found = terms(0.1, spring_hz=2.0, load=-0.4, rest=0.2)
-    # At rest the spring alone then pushes with 1.5 times what gravity pulls.
+    # At rest the spring alone then pushes with 1.5 times what gravity pulls; without a stop, with just as much.
     push = found.stiffness.value * (found.spring_reference - 0.2)
     assert push == pytest.approx(SETTINGS.hold_margin * 0.4)
+    free = terms(0.1, spring_hz=2.0, load=-0.4, rest=0.2, stopped=False)
+    assert free.stiffness.value * (free.spring_reference - 0.2) == pytest.approx(0.4)
     assert terms(0.1, load=-0.4, rest=0.2).spring_reference == 0.2
 
 
@@ -103,9 +106,10 @@ def test_friction_that_nobody_states_follows_the_inertia_and_the_kind_of_joint()
     check(terms(0.1, prismatic=True).friction, 0.1 * SETTINGS.default_friction_m_s2, Source.RULE)
 
 
-@pytest.mark.parametrize("proposal", [JointProposal(name="j", holds=False), JointProposal(name="j", spring_hz=1.0)])
-def test_what_swings_freely_or_returns_by_itself_has_no_friction_of_its_own(proposal: JointProposal) -> None:
-    assert terms(proposal=proposal).friction == Term(0.0, Source.RULE)
+def test_what_returns_by_itself_has_no_friction_and_what_swings_freely_has_little() -> None:
+    assert terms(spring_hz=1.0).friction == Term(0.0, Source.RULE)
+    free = terms(0.1, proposal=JointProposal(name="j", holds=False)).friction
+    check(free, SETTINGS.free_friction_share * 0.1 * SETTINGS.default_friction_rad_s2, Source.RULE)
 
 
 @given(

@@ -99,14 +99,14 @@ def test_a_missing_mesh_is_a_finding() -> None:
 
 
 def test_a_link_none_of_whose_meshes_is_there_is_an_error() -> None:
-    with pytest.raises(AssetError, match="link_0.*restore") as caught:
+    with pytest.raises(AssetError, match=r"link_0.*restore") as caught:
         extract(sample("planted_missing_link"))
     assert (caught.value.mode, caught.value.link) == (FailureMode.MISSING_MESH, "link_0")
 
 
 @pytest.mark.parametrize(("content", "said"), [(b"v 0 0 0\n", "a.obj"), (b"\x00\xff garbage", "a.obj")])
 def test_an_unreadable_mesh_beside_a_good_one_is_a_finding(tmp_path: Path, content: bytes, said: str) -> None:
-    files = {"a.obj": content, "b.obj": box_obj((0, 0, 0), (1, 1, 1))}
+    files: dict[str, str | bytes] = {"a.obj": content, "b.obj": box_obj((0, 0, 0), (1, 1, 1))}
     item = read(written(tmp_path, robot(link("a", mesh("a.obj") + mesh("b.obj"))), files))
     assert {(finding.code, finding.link) for finding in item.findings} == {("unreadable_mesh", "a")}
     assert said in item.findings[0].message

@@ -82,9 +82,9 @@ def process_cluster(daemon: bool) -> LocalCluster:
 
 
 def test_workers_that_may_have_no_children_are_refused_with_the_remedy(tmp_path: Path) -> None:
-    with process_cluster(daemon=True) as running:
-        with pytest.raises(UsageError, match="DASK_DISTRIBUTED__WORKER__DAEMON=False"):
-            refine_all(refs("a"), tmp_path, settings(scheduler=running.scheduler_address), "tests.crashers:no_pipeline")
+    remedy = "DASK_DISTRIBUTED__WORKER__DAEMON=False"
+    with process_cluster(daemon=True) as running, pytest.raises(UsageError, match=remedy):
+        refine_all(refs("a"), tmp_path, settings(scheduler=running.scheduler_address), "tests.crashers:no_pipeline")
 
 
 def test_a_lost_worker_costs_the_asset_that_it_is_lost_to(tmp_path: Path) -> None:

@@ -10,20 +10,9 @@ from hypothesis import strategies as st
 from asset2sim.arrays import Array
 from asset2sim.kinematics import apply, link_to_root, motion, rpy_of, subtree, transform, tree_of
 from schemas.base import Vector3
-from schemas.features import JointFeatures
-from tests.builders import ORIGIN, tree_joint
+from tests.builders import ORIGIN, joint_features, tree_joint
 
 QUARTER = math.pi / 2
-
-
-def joint(
-    name: str, kind: str, parent: str, child: str, xyz: Vector3 = ORIGIN, axis: Vector3 = (0, 0, 1)
-) -> JointFeatures:
-    return JointFeatures(
-        name=name, type=kind, parent=parent, child=child, origin_xyz=xyz, origin_rpy=ORIGIN, axis=axis,
-        axis_in_root=axis, lower=None, upper=None, effort=None, velocity=None, damping=None, friction=None, mimic=None,
-        closed=None, open=None, openness_confidence=0.0,
-    )  # fmt: skip
 
 
 def test_an_origin_turns_about_fixed_axes_roll_first() -> None:
@@ -83,24 +72,36 @@ def test_an_axis_is_in_the_joints_own_turned_frame() -> None:
 
 
 def test_a_tree_lists_parents_first_whatever_the_files_order() -> None:
-    tree = tree_of([joint("c", "fixed", "y", "z"), joint("b", "fixed", "x", "y"), joint("a", "fixed", "root", "x")])
+    tree = tree_of(
+        [
+            joint_features("c", "fixed", "y", "z"),
+            joint_features("b", "fixed", "x", "y"),
+            joint_features("a", "fixed", "root", "x"),
+        ]
+    )
     assert [item.name for item in tree] == ["a", "b", "c"]
 
 
 def test_scale_stretches_lengths_and_leaves_axes_alone() -> None:
-    (item,) = tree_of([joint("a", "revolute", "root", "x", xyz=(1.0, 2.0, 3.0), axis=(0, 1, 0))], scale=0.5)
+    (item,) = tree_of([joint_features("a", "revolute", "root", "x", xyz=(1.0, 2.0, 3.0), axis=(0, 1, 0))], scale=0.5)
     np.testing.assert_allclose(item.child_to_parent[:3, 3], [0.5, 1.0, 1.5])
     np.testing.assert_array_equal(item.axis, [0, 1, 0])
 
 
 def test_a_loop_beside_the_tree_is_refused() -> None:
     with pytest.raises(ValueError, match="do not form a tree: b, c"):
-        tree_of([joint("a", "fixed", "root", "x"), joint("b", "fixed", "y", "z"), joint("c", "fixed", "z", "y")])
+        tree_of(
+            [
+                joint_features("a", "fixed", "root", "x"),
+                joint_features("b", "fixed", "y", "z"),
+                joint_features("c", "fixed", "z", "y"),
+            ]
+        )
 
 
 def test_a_subtree_is_the_child_and_all_beyond_and_nothing_beside() -> None:
     ends = {"a": ("root", "x"), "b": ("x", "y"), "c": ("x", "z"), "d": ("y", "w")}
-    tree = tree_of([joint(name, "fixed", parent, child) for name, (parent, child) in ends.items()])
+    tree = tree_of([joint_features(name, "fixed", parent, child) for name, (parent, child) in ends.items()])
     assert set(subtree(tree, "b")) == {"y", "w"}
     assert set(subtree(tree, "a")) == {"x", "y", "z", "w"}
     assert subtree(tree, "c") == ("z",)

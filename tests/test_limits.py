@@ -1,4 +1,4 @@
-"""Joint limits: inverted ones swapped, locked joints dropped, whole turns taken out, lengths scaled; requested positions."""
+"""Joint limits and positions: inverted ones swapped, locked ones dropped, whole turns taken out, lengths scaled."""
 
 import math
 from dataclasses import replace
@@ -38,7 +38,9 @@ def some_range(joint: JointFeatures, scale: float = 1.0) -> Range:
     return found
 
 
-def started(span: Range, wanted: float | None, *, asked: bool = True, scale: float = 1.0) -> tuple[float, Range, Notes, Source]:
+def started(
+    span: Range, wanted: float | None, *, asked: bool = True, scale: float = 1.0
+) -> tuple[float, Range, Notes, Source]:
     notes = Notes()
     proposed = {} if wanted is None else {"part": wanted}
     starts = initial_positions(

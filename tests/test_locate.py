@@ -43,7 +43,7 @@ def test_no_single_urdf_is_unreadable(tmp_path: Path, names: tuple[str, ...], sa
 
 
 def test_a_missing_folder_is_unreadable(tmp_path: Path) -> None:
-    with pytest.raises(AssetError, match="gone.*no such asset folder") as caught:
+    with pytest.raises(AssetError, match=r"gone.*no such asset folder") as caught:
         find_urdf(tmp_path / "gone")
     assert caught.value.code == "missing_folder"
 

@@ -85,7 +85,8 @@ def test_it_is_mended(bench: Bench, mended: tuple[Measurement, Mended]) -> None:
 def test_its_steps_are_in_the_trace_and_its_changes_in_findings(mended: tuple[Measurement, Mended]) -> None:
     _, result = mended
     assert 1 <= len(result.trace) <= UNSEEN.search.mend_rounds
-    assert all(step.proposer == "dynamics" and "swing" in step.reason or "drift" in step.reason for step in result.trace)
+    assert {step.proposer for step in result.trace} == {"dynamics"}
+    assert all("swing" in step.reason or "drift" in step.reason for step in result.trace)
     assert result.trace[-1].accepted and [step.step for step in result.trace] == list(range(len(result.trace)))
     (finding,) = result.findings
     assert (finding.stage, finding.severity, finding.code, finding.joint) == (
@@ -123,11 +124,19 @@ def swing(drift: float, motion: JointMotion | None = None) -> Measurement:
     return make_measurement(drift_m=drift, joints=(motion or make_motion("swing", 0.01),), settle_motion={"swing": 0.0})
 
 
-def test_a_change_that_measures_worse_is_taken_back(bench: Bench) -> None:
+def test_changes_that_measure_worse_are_taken_back(bench: Bench) -> None:
     result, asked = seen_as(bench, lambda n: swing(0.01 if n == 0 else 0.02))
-    assert result.overlay == bench.calm and result.findings == ()
-    assert [step.accepted for step in result.trace] == [False]
+    assert result.overlay == bench.calm and result.findings == () and result.measurement.drift_m == 0.01
+    assert result.trace and not any(step.accepted for step in result.trace)
     assert asked[-1] == bench.calm, "the folder holds the accepted overlay again"
+
+
+def test_the_best_of_all_rounds_is_kept(bench: Bench) -> None:
+    drifts = {0: 0.01, 1: 0.02, 2: 0.004, 3: 0.005}
+    result, asked = seen_as(bench, lambda n: swing(drifts.get(n, 0.03)))
+    assert result.measurement.drift_m == 0.004 and result.overlay == asked[1] == asked[-1]
+    assert [step.accepted for step in result.trace] == [False, True, False, False, False]
+    assert [finding.joint for finding in result.findings] == ["swing"]
 
 
 def test_friction_grows_with_damping_where_there_is_no_spring(bench: Bench) -> None:

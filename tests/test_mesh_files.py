@@ -61,31 +61,28 @@ def test_a_texture_with_a_space_and_one_with_options(tmp_path: Path) -> None:
 def test_a_material_library_outside_is_left_there(tmp_path: Path, where: str) -> None:
     outside = laid_out(tmp_path / "outside", {"secret.mtl": "newmtl m\nmap_Kd secret.png\n", "secret.png": PNG})
     laid_out(tmp_path, {"secret.mtl": "newmtl m\n"})
-    source = laid_out(
-        tmp_path / "in", {"objs/a.obj": box_obj(LOW, HIGH, f"mtllib {where.format(outside=outside)}\n")}
-    )
+    head = f"mtllib {where.format(outside=outside)}\n"
+    source = laid_out(tmp_path / "in", {"objs/a.obj": box_obj(LOW, HIGH, head)})
     before = fingerprint(tmp_path)
-    places, files = brought({"objs/a.obj": source / "objs/a.obj"}, source, tmp_path / "out")
-    assert files == {"objs/a.obj"} and places == {"objs/a.obj": "objs/a.obj"}
+    # The target lies deeper than the source, so that a path followed upwards would make a file that is new.
+    places, _ = brought({"objs/a.obj": source / "objs/a.obj"}, source, tmp_path / "far" / "away" / "out")
+    assert places == {"objs/a.obj": "objs/a.obj"}
     now = fingerprint(tmp_path)
-    assert {name: now[name] for name in before} == before and set(now) - set(before) == {"out/objs/a.obj"}
+    assert {name: now[name] for name in before} == before
+    assert set(now) - set(before) == {"far/away/out/objs/a.obj"}
 
 
 @pytest.mark.parametrize("where", ["../../secret.png", "{outside}/secret.png"])
 def test_a_texture_outside_is_left_there(tmp_path: Path, where: str) -> None:
     outside = laid_out(tmp_path / "outside", {"secret.png": PNG})
     laid_out(tmp_path, {"secret.png": PNG})
-    source = laid_out(
-        tmp_path / "in",
-        {
-            "objs/a.obj": box_obj(LOW, HIGH, "mtllib a.mtl\n"),
-            "objs/a.mtl": f"newmtl m\nmap_Kd {where.format(outside=outside)}\n",
-        },
-    )
-    before = set(fingerprint(tmp_path))
-    _, files = brought({"objs/a.obj": source / "objs/a.obj"}, source, tmp_path / "out")
-    assert files == {"objs/a.obj", "objs/a.mtl"}
-    assert set(fingerprint(tmp_path)) - before == {"out/objs/a.obj", "out/objs/a.mtl"}
+    material = f"newmtl m\nmap_Kd {where.format(outside=outside)}\n"
+    source = laid_out(tmp_path / "in", {"objs/a.obj": box_obj(LOW, HIGH, "mtllib a.mtl\n"), "objs/a.mtl": material})
+    before = fingerprint(tmp_path)
+    brought({"objs/a.obj": source / "objs/a.obj"}, source, tmp_path / "far" / "away" / "out")
+    now = fingerprint(tmp_path)
+    assert {name: now[name] for name in before} == before
+    assert set(now) - set(before) == {"far/away/out/objs/a.obj", "far/away/out/objs/a.mtl"}
 
 
 def test_a_missing_library_or_texture_is_no_error(tmp_path: Path) -> None:

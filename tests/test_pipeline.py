@@ -1,4 +1,4 @@
-"""The whole of one asset, in this process: planted defects, what is written, what survives, and that it repeats itself."""
+"""The whole of one asset, in this process: planted defects, what is written, what survives a failure."""
 
 import json
 import shutil

@@ -68,6 +68,13 @@ def test_a_box_of_six_loose_sides_is_one_box() -> None:
     check_box(loose_sides(cuboid()), VolumeSource.HULL)
 
 
+def test_loose_sides_with_a_solid_knob_are_still_one_box() -> None:
+    knob = cuboid(at=(0.0, 0.0, 0.11), size=(0.02, 0.02, 0.02))
+    shape = shape_of(joined(loose_sides(cuboid()), knob))
+    assert len(shape.pieces) == 1  # most of its area is loose: the knob is not all that there is
+    assert shape.solid.volume > VOLUME
+
+
 def test_a_hollow_box_has_only_its_walls() -> None:
     inner = cuboid(size=(0.2, 0.1, 0.1))
     shape = shape_of(joined(cuboid(), inside_out(inner)))

@@ -9,15 +9,14 @@ from scipy.spatial import ConvexHull
 
 from asset2sim.arrays import Array
 from asset2sim.collision.files import write_hulls
-from asset2sim.collision.hulls import Hulls
+from asset2sim.collision.hulls import MOST_POINTS, SHEET_THICKNESS_M, Hulls, outermost, simplified, thickened
 from asset2sim.collision.trim import CLEARANCE_M, Overlap, Trimmer, contact_pairs, trim
 from asset2sim.engines.pybullet_overlaps import MARGIN_M, cleared
 from asset2sim.engines.pybullet_penetration import contacts_at
 from asset2sim.kinematics import apply, transform
 from asset2sim.metrics.penetration import penetration
 from schemas.settings import EngineSettings
-from tests.builders import ORIGIN, UrdfJoint, UrdfLink, corners, mesh, shifted, write_urdf
-from tests.test_kinematics import joint
+from tests.builders import ORIGIN, UrdfJoint, UrdfLink, corners, joint_features, mesh, shifted, write_urdf
 
 HERE = np.eye(4)
 X = np.array([1.0, 0.0, 0.0])
@@ -99,9 +98,12 @@ def test_the_longer_box_gives_the_larger_part(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize(("gap", "touched"), [(0.0, True), (0.0015, True), (0.0025, False)])
-def test_boxes_within_the_engines_margins_touch_and_others_do_not(tmp_path: Path, gap: float, touched: bool) -> None:
+@pytest.mark.parametrize("pair", [("left", "right"), ("right", "left")])
+def test_boxes_within_the_engines_margins_touch_and_others_do_not(
+    tmp_path: Path, gap: float, touched: bool, pair: tuple[str, str]
+) -> None:
     hulls: Hulls = {"left": (LEFT,), "right": (shifted(LEFT, 0.2 + gap),)}
-    result, cuts = cleared(hulls, everywhere(hulls), [("left", "right")])
+    result, cuts = cleared(hulls, everywhere(hulls), [pair])
     assert bool(cuts) is touched
     assert phi(tmp_path, result, everywhere(hulls)) < 1e-6
     assert result["right"][0][:, 0].min() - result["left"][0][:, 0].max() == pytest.approx(max(gap, GAP), abs=1e-6)
@@ -176,16 +178,16 @@ def test_hulls_that_are_apart_already_are_not_cut() -> None:
 
 def test_a_link_and_its_parent_are_no_pair() -> None:
     joints = [
-        joint("one", "revolute", "body", "door"),
-        joint("two", "fixed", "door", "handle"),
-        joint("three", "revolute", "body", "lid"),
+        joint_features("one", "revolute", "body", "door"),
+        joint_features("two", "fixed", "door", "handle"),
+        joint_features("three", "revolute", "body", "lid"),
     ]
     found = {frozenset(pair) for pair in contact_pairs(joints, ["body", "door", "handle", "lid"])}
     assert found == {frozenset(pair) for pair in (("body", "handle"), ("door", "lid"), ("handle", "lid"))}
 
 
 def test_a_hinge_that_overlaps_its_parent_is_not_touched() -> None:
-    joints = [joint("one", "revolute", "body", "door"), joint("two", "revolute", "body", "lid")]
+    joints = [joint_features("one", "revolute", "body", "door"), joint_features("two", "revolute", "body", "lid")]
     hulls: Hulls = {"body": (UNIT,), "door": (shifted(UNIT, 0.9),), "lid": (shifted(UNIT, y=0.9),)}
     result, cuts = cleared(hulls, everywhere(hulls), contact_pairs(joints, list(hulls)))
     np.testing.assert_array_equal(result["body"][0], UNIT)
@@ -202,3 +204,34 @@ def test_what_is_written_under_names_that_differ_only_in_a_slash_is_what_was_giv
     assert len(vertices) == 8 and volume(vertices) == pytest.approx(1.0)
     write_hulls({"a": (UNIT,)}, tmp_path)
     assert [path.name for path in (tmp_path / "collision").iterdir()] == ["a_0_0.obj"]  # what was there is gone
+
+
+def test_pieces_wholly_inside_another_are_left_out_and_the_order_is_kept() -> None:
+    inner, beside = 0.5 * UNIT + 0.25, shifted(0.5 * UNIT, 0.75)  # the second sticks out by 0.25
+    kept = outermost([inner, UNIT, beside])
+    assert [id(piece) for piece in kept] == [id(UNIT), id(beside)]
+    assert len(outermost([UNIT, UNIT.copy()])) == 1  # of two alike one stays
+
+
+def test_a_piece_in_the_box_but_not_in_the_hull_of_another_stays() -> None:
+    pyramid = np.array([[0.0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]])
+    corner = 0.1 * UNIT + 0.85
+    assert len(outermost([pyramid, corner])) == 2
+
+
+def test_a_sheet_is_given_its_thickness_on_both_sides_of_its_plane() -> None:
+    turn = transform((0.1, 0.2, 0.3), (0.4, -0.9, 0.2))
+    sheet = apply(turn, np.array([[0.0, 0, 0], [0.3, 0, 0], [0.3, 0.2, 0], [0, 0.2, 0]]))
+    thick = thickened(sheet)
+    assert volume(thick) == pytest.approx(0.3 * 0.2 * SHEET_THICKNESS_M)
+    np.testing.assert_allclose(thick.mean(axis=0), sheet.mean(axis=0), atol=1e-12)
+
+
+def test_a_hull_of_very_many_points_is_thinned_within_three_per_cent() -> None:
+    directions = np.random.default_rng(1).normal(size=(5000, 3))
+    ball = directions / np.linalg.norm(directions, axis=1)[:, None]
+    thin = simplified(ball)
+    assert len(thin) <= MOST_POINTS
+    depth = -ConvexHull(thin).equations[:, 3].max()  # of the face nearest the centre
+    assert depth > 0.97  # 200 directions lie 15° apart: a face between three of them is about 2 % inside
+    assert simplified(UNIT) is UNIT

@@ -233,7 +233,9 @@ def test_scale_has_the_source_of_who_said_it() -> None:
 
 def test_a_slider_scales_with_the_object() -> None:
     for scale in (0.5, 0.25):
-        result, _ = checked(Overlay(scale=scale, initial_joint_positions={"drawer_slide": 0.3}, asked=("drawer_slide",)))
+        result, _ = checked(
+            Overlay(scale=scale, initial_joint_positions={"drawer_slide": 0.3}, asked=("drawer_slide",))
+        )
         part = next(part for part in result.joints if part.name == "drawer_slide")
         assert near((part.lower, part.upper, part.initial_position), (0.0, 0.4 * scale, 0.3 * scale))
         assert part.position_source is Source.USER
@@ -297,6 +299,23 @@ def test_absolute_damping_is_bounded_by_what_it_damps() -> None:
     assert near(part.damping, 0.5 * 60.0 * part.effective_inertia, 1e-6) and part.damping_source is Source.RULE
     (finding,) = [item for item in find(findings, "damping_bounded") if item.joint == "lid_hinge"]
     assert finding.value == 1e3 and near(finding.limit, part.damping, 1e-6)
+
+
+def test_joints_that_share_a_light_body_are_damped_less_together(tmp_path: Path) -> None:
+    drawers = [f"drawer_{i}" for i in range(4)]
+    urdf = robot(
+        link("body", shape("1 1 1")),
+        *(link(name, shape("0.2 0.2 0.2")) for name in drawers),
+        *(joint(f"slide_{n}", "prismatic", "body", n, xyz="1 0 0", axis="1 0 0", limit="0 1") for n in drawers),
+    )
+    light, heavy = 1.0, 50.0
+    links = (LinkProposal(name="body", mass_kg=light), *(LinkProposal(name=n, mass_kg=heavy) for n in drawers))
+    joints = tuple(JointProposal(name=f"slide_{name}", damping=1e6) for name in drawers)
+    result, findings = checked(Overlay(scale=1.0, links=links, joints=joints), read(written(tmp_path, urdf)))
+    # Alike on one axis: M⁻¹ = 1/body + δ/drawer, and all four together decay at c (4/body + 1/drawer).
+    (damping,) = {round(part.damping, 6) for part in result.joints}
+    assert near(damping * (4.0 / light + 1.0 / heavy), 2.0 * PHYSICS.max_damping_step / STEP, 1e-6)
+    assert len(find(findings, "damping_coupled")) == 1
 
 
 def test_a_felt_damping_is_inertia_over_the_coasting_time() -> None:

@@ -1,9 +1,7 @@
 """``asset2sim refine``: check the request, run the flow, say how it went."""
 
-import signal
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager, suppress
-from types import FrameType
+from collections.abc import Callable
+from contextlib import suppress
 
 from asset2sim.check_request import check_request
 from asset2sim.cli.request import RefineRequest
@@ -18,8 +16,7 @@ def run_refine(request: RefineRequest, refine: Callable[[RefineRequest], RunResu
     """Run the flow on a request and print the summary. Returns the exit code."""
     check(request)
     quiet_environment()
-    with _terminated_as_interrupted():
-        result = refine(request)
+    result = refine(request)
     from asset2sim.cli.summary import print_summary
 
     print_summary(result)
@@ -45,17 +42,3 @@ def exit_code(result: RunResult, strict: bool) -> int:
     if result.stopped is not None:
         return STOPPED if result.stopped == INTERRUPTED else FAILED
     return FAILED if strict and any(record.status is Status.FAILED for record in result.records) else DONE
-
-
-@contextmanager
-def _terminated_as_interrupted() -> Iterator[None]:
-    """Take SIGTERM for Ctrl-C: what finished is published, and no child process stays."""
-
-    def interrupt(number: int, frame: FrameType | None) -> None:
-        raise KeyboardInterrupt
-
-    before = signal.signal(signal.SIGTERM, interrupt)
-    try:
-        yield
-    finally:
-        signal.signal(signal.SIGTERM, before)

@@ -9,6 +9,7 @@ from pathlib import Path
 from distributed import Client
 
 from asset2sim.fanout.cluster import open_client
+from asset2sim.fanout.interrupt import terminated_as_interrupted
 from asset2sim.fanout.progress import progress
 from asset2sim.fanout.spread import LostClusterError, spread
 from asset2sim.fanout.worker import PIPELINE, refine_on_worker
@@ -34,13 +35,14 @@ class Refined:
 def refine_all(refs: Sequence[AssetRef], out: Path, settings: Settings, pipeline: str = PIPELINE) -> Refined:
     """Refine every asset into ``out`` (absolute), on the cluster of ``settings.run``.
 
-    Ctrl-C and the loss of the cluster end it early, with no child process left and with the records that there are.
+    Ctrl-C, SIGTERM and the loss of the cluster end it early, with no child process left and with the records that there are.
     """
     records: list[AssetRecord] = []
     stopped: str | None = None
     accept_children(str(out))
     warm_up()
-    with open_client(settings.run) as client, progress(len(refs)) as report:
+    client_of_run = open_client(settings.run)
+    with terminated_as_interrupted(), client_of_run as client, progress(len(refs)) as report:
         work = partial(refine_on_worker, out=out, settings=settings, pipeline=pipeline)
         try:
             for record in spread(client, refs, work, partial(_lost, settings=settings)):

@@ -34,23 +34,22 @@ class Mended:
 def mend_dynamics(
     features: Features, overlay: PhysicsOverlay, measurement: Measurement, settings: Settings, remeasure: Remeasure
 ) -> Mended:
-    """Raise damping and friction of the joints that move untouched, as long as it helps and something fails.
+    """Raise damping and friction of the joints that move untouched, until nothing fails or the rounds are over.
 
-    Accepted only where the asset then measures better; the last accepted overlay has been written.
+    Each round goes further than the last; the overlay that measures best is kept, and is the one that stays written.
     """
     trace: list[TraceStep] = []
-    findings: list[Finding] = []
     sliders = frozenset(joint.name for joint in overlay.joints if joint.type == "prismatic")
+    best, seen, candidate = overlay, measurement, overlay
+    lowest = badness(measurement, sliders, settings)
     for round_number in range(settings.search.mend_rounds):
-        verdict = judge(measurement, sliders, settings.thresholds)
-        if verdict.mode not in (FailureMode.DRIFT, FailureMode.OSCILLATION):
+        verdict = judge(seen, sliders, settings.thresholds)
+        moving = [motion.name for motion in seen.joints if motion.amplitude > MOVES]
+        if verdict.mode not in (FailureMode.DRIFT, FailureMode.OSCILLATION) or not moving:
             break
-        moving = [motion.name for motion in measurement.joints if motion.amplitude > MOVES]
-        if not moving:
-            break
-        stiffer = firmer(features, overlay, moving, settings)
-        seen = remeasure(stiffer)
-        better = badness(seen, sliders, settings) < badness(measurement, sliders, settings)
+        candidate = firmer(features, candidate, moving, settings)
+        seen = remeasure(candidate)
+        found = badness(seen, sliders, settings)
         trace.append(
             TraceStep(
                 step=round_number,
@@ -58,29 +57,34 @@ def mend_dynamics(
                 phi_before_m=measurement.penetration_m,
                 phi_after_m=seen.penetration_m,
                 moved={},
-                accepted=better,
+                accepted=found < lowest,
                 evaluations=1,
                 reason=f"{verdict.reason}: damping and friction of {len(moving)} moving joints raised",
             )
         )
-        if not better:
-            remeasure(overlay)
-            break
-        findings = [
-            Finding(
-                stage=Stage.REFINE,
-                severity=Severity.INFO,
-                code="dynamics_raised",
-                message=f"joint '{joint.name}': damping raised to {joint.damping:.3g} and friction to "
-                f"{joint.friction:.3g}, because it moved untouched",
-                joint=joint.name,
-                value=joint.damping,
-            )
-            for joint in stiffer.joints
-            if joint.name in moving
-        ]
-        overlay, measurement = stiffer, seen
-    return Mended(overlay, measurement, tuple(trace), tuple(findings))
+        if found < lowest:
+            best, measurement, lowest = candidate, seen, found
+    if candidate is not best:
+        remeasure(best)
+    return Mended(best, measurement, tuple(trace), tuple(raised(overlay, best)))
+
+
+def raised(before: PhysicsOverlay, after: PhysicsOverlay) -> list[Finding]:
+    """A finding for every joint whose terms were raised."""
+    return [
+        Finding(
+            stage=Stage.REFINE,
+            severity=Severity.INFO,
+            code="dynamics_raised",
+            message=f"joint '{new.name}': damping raised from {old.damping:.3g} to {new.damping:.3g} and friction from "
+            f"{old.friction:.3g} to {new.friction:.3g}, because it moved untouched",
+            joint=new.name,
+            value=new.damping,
+            limit=old.damping,
+        )
+        for old, new in zip(before.joints, after.joints, strict=True)
+        if (old.damping, old.friction) != (new.damping, new.friction)
+    ]
 
 
 def badness(measurement: Measurement, sliders: frozenset[str], settings: Settings) -> tuple[bool, int, float]:

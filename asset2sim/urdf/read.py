@@ -30,7 +30,7 @@ def read_urdf(path: Path) -> yourdfpy.Robot:
     except (etree.XMLSyntaxError, OSError, UnicodeError) as error:
         raise unreadable(path, "not_xml", f"not readable as XML ({error}); export the URDF again") from error
     if document.getroot().tag != "robot":
-        raise unreadable(path, "not_urdf", f"the root element is <{str(document.getroot().tag)}>, not <robot>")
+        raise unreadable(path, "not_urdf", f"the root element is <{document.getroot().tag!r}>, not <robot>")
     check_numbers(path, document)
     try:
         model = yourdfpy.URDF.load(

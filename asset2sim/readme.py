@@ -1,0 +1,58 @@
+"""The README's summary table, written from a real run's catalog: ``python -m asset2sim.readme OUT README``."""
+
+import sys
+from pathlib import Path
+
+import pandas as pd
+
+from asset2sim.catalog.read import read_table
+from schemas.errors import UsageError
+
+BEGIN = "<!-- summary: begin (make summary) -->"
+END = "<!-- summary: end -->"
+
+
+def summary_block(out: Path) -> str:
+    """The Markdown between the markers: the latest run's assets, and a line of totals."""
+    run = read_table(out, "runs").sort_values("started_at").iloc[-1]
+    assets = read_table(out, "assets")
+    rows = assets[assets["run_id"] == run["run_id"]]
+    lines = [
+        "| asset | category | verdict | scale | mass kg | Φ mm | drift mm | drift rad | oscillating | calls | s |",
+        "|---|---|---|---|---|---|---|---|---|---|---|",
+    ]
+    lines += [asset_line(row) for _, row in rows.iterrows()]
+    good = int((rows["status"] == "ok").sum())
+    total = f"{good} of {len(rows)} ok; the others are planted defects, each with its cause in `findings`."
+    return "\n".join(["`make flow`, the sample dataset:", "", *lines, "", total])
+
+
+def asset_line(row: "pd.Series[object]") -> str:
+    """One asset as a row of the table; a dash where nothing was measured."""
+    verdict = row["status"] if row["status"] == "ok" else row["failure_mode"]
+    cells = [str(row["asset_id"]), str(row["category"]), str(verdict)]
+    cells += [number(row["scale"], ".3f"), number(row["mass_kg"], ".2f"), number(row["penetration_mm"], ".2f")]
+    cells += [number(row["drift_m"], ".3f", 1e3), number(row["drift_rad"], ".4f")]
+    cells += [number(row["oscillating_joints"], ".0f"), number(row["queries"], ".0f")]
+    cells += [number(row["seconds_total"], ".1f")]
+    return "| " + " | ".join(cells) + " |"
+
+
+def number(value: object, form: str, factor: float = 1.0) -> str:
+    """A number in a format, or a dash for none."""
+    return "–" if pd.isna(value) else format(float(str(value)) * factor, form)  # type: ignore[call-overload]
+
+
+def with_summary(text: str, block: str) -> str:
+    """The README's text with the block between its markers. Raises UsageError where they are not there."""
+    if BEGIN not in text or END not in text:
+        raise UsageError(f"the README lacks the lines '{BEGIN}' and '{END}'; put them where the table belongs")
+    before, rest = text.split(BEGIN, 1)
+    return f"{before}{BEGIN}\n\n{block}\n\n{END}{rest.split(END, 1)[1]}"
+
+
+if __name__ == "__main__":
+    target = Path(sys.argv[2])
+    target.write_text(
+        with_summary(target.read_text(encoding="utf-8"), summary_block(Path(sys.argv[1]))), encoding="utf-8"
+    )

@@ -1,0 +1,59 @@
+"""The README is true: its table is of the sample dataset as it is, its targets and options exist."""
+
+import csv
+import re
+from pathlib import Path
+
+from asset2sim.catalog.schedule import nightly_schedule
+from asset2sim.readme import BEGIN, END, with_summary
+from asset2sim.samples import planted
+
+ROOT = Path(__file__).resolve().parents[1]
+README = (ROOT / "README.md").read_text(encoding="utf-8")
+
+
+def table() -> dict[str, str]:
+    block = README.split(BEGIN, 1)[1].split(END, 1)[0]
+    rows = [[cell.strip() for cell in line.strip("|").split("|")] for line in block.splitlines() if line.startswith("| ")]
+    return {row[0]: row[2] for row in rows[1:]}
+
+
+def test_the_summary_table_is_of_the_sample_dataset_as_it_is() -> None:
+    with (ROOT / "data/raw/manifest.csv").open(encoding="utf-8", newline="") as stream:
+        ids = {row["asset_id"] for row in csv.DictReader(stream)}
+    assert set(table()) == ids, "stale: run make flow, then make summary"
+
+
+def test_the_verdicts_in_the_table_are_those_that_the_planted_defects_must_have() -> None:
+    verdicts = table()
+    for item in planted():
+        allowed = {"ok" if outcome == "none" else str(outcome) for outcome in item.outcomes}
+        assert verdicts.pop(item.blueprint.asset_id) in allowed
+    assert set(verdicts.values()) == {"ok"}
+
+
+def test_every_make_target_that_the_readme_names_exists() -> None:
+    makefile = (ROOT / "Makefile").read_text(encoding="utf-8")
+    targets = set(re.findall(r"^([a-z]+):", makefile, flags=re.MULTILINE))
+    named = set(re.findall(r"`?make ([a-z]+)", README)) - {"sure"}
+    assert named and named <= targets
+
+
+def test_every_table_that_the_readme_names_is_published() -> None:
+    catalog = (ROOT / "catalog.yaml").read_text(encoding="utf-8")
+    for name in ("assets", "links", "joints", "model_calls", "trace", "findings", "runs"):
+        assert f"`{name}`" in README and name in catalog
+    assert nightly_schedule(ROOT / "catalog.yaml")[0]
+
+
+def test_the_pictures_that_the_readme_shows_are_there_and_small() -> None:
+    pictures = re.findall(r"!\[[^\]]*\]\(([^)]+)\)", README)
+    assert pictures
+    for picture in pictures:
+        assert 0 < (ROOT / picture).stat().st_size < 1_000_000
+
+
+def test_a_summary_replaces_the_old_one_and_nothing_else() -> None:
+    text = f"before\n{BEGIN}\nold\n{END}\nafter\n"
+    assert with_summary(text, "new") == f"before\n{BEGIN}\n\nnew\n\n{END}\nafter\n"
+    assert with_summary(with_summary(text, "new"), "new") == with_summary(text, "new")
