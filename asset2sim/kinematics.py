@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from asset2sim.arrays import Array
+from asset2sim.arrays import Array, vector
 from schemas.features import JointFeatures
 
 
@@ -76,6 +76,13 @@ def motion(joint: TreeJoint, position: float) -> Array:
     elif joint.type == "prismatic":
         matrix[:3, 3] = joint.axis * position
     return matrix
+
+
+def locked(joint: JointFeatures) -> JointFeatures:
+    """A joint whose limits leave no range, as the fixed joint that holds its child there."""
+    pose = transform(joint.origin_xyz, joint.origin_rpy) @ motion(tree_of([joint])[0], joint.lower or 0.0)
+    changes = {"type": "fixed", "origin_xyz": vector(pose[:3, 3]), "origin_rpy": vector(rpy_of(pose[:3, :3]))}
+    return joint.model_copy(update=changes)
 
 
 def link_to_root(tree: Sequence[TreeJoint], root: str, positions: Mapping[str, float]) -> dict[str, Array]:

@@ -1,5 +1,6 @@
 """The README's summary table, written from a real run's catalog: ``python -m asset2sim.readme OUT README``."""
 
+import math
 import sys
 from pathlib import Path
 
@@ -27,7 +28,7 @@ def summary_block(out: Path) -> str:
     return "\n".join(["`make flow`, the sample dataset:", "", *lines, "", total])
 
 
-def asset_line(row: "pd.Series[object]") -> str:
+def asset_line(row: "pd.Series[str]") -> str:
     """One asset as a row of the table; a dash where nothing was measured."""
     verdict = row["status"] if row["status"] == "ok" else row["failure_mode"]
     cells = [str(row["asset_id"]), str(row["category"]), str(verdict)]
@@ -40,7 +41,8 @@ def asset_line(row: "pd.Series[object]") -> str:
 
 def number(value: object, form: str, factor: float = 1.0) -> str:
     """A number in a format, or a dash for none."""
-    return "–" if pd.isna(value) else format(float(str(value)) * factor, form)  # type: ignore[call-overload]
+    parsed = float(str(value)) if str(value) not in ("None", "<NA>") else math.nan
+    return "–" if math.isnan(parsed) else format(parsed * factor, form)
 
 
 def with_summary(text: str, block: str) -> str:

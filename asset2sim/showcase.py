@@ -28,7 +28,7 @@ MARGIN = 8
 
 
 def left_alone(urdf: Path, positions: Mapping[str, float], friction: float) -> dict[str, float]:
-    """Joint positions after PyBullet's settling and test from these, rad or m; the same where they stop being numbers."""
+    """Joint positions (rad, m) after PyBullet's settling and test; as they were where they stop being numbers."""
     settings = EngineSettings()
     seen = watch(urdf, positions, friction, settings.drop_height_m, settings)
     after = dict(zip(seen.joints, (float(value) for value in seen.joint_positions[-1]), strict=True))

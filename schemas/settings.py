@@ -30,6 +30,10 @@ class PhysicsSettings(Frozen):
 
     min_mass_kg: Positive = 1e-3
     """The lightest link, kg: the paper's tiny parts weigh 1 to 10 g; below 1 g contact solvers lose precision."""
+    max_density_kg_m3: Positive = 20_000.0
+    """Densest a link may be, over its hull, kg/m³: gold and tungsten have 19,300."""
+    max_spring_hz: Positive = 1000.0
+    """Fastest spring that is taken at its word before the time step bounds it, Hz."""
     max_mass_ratio: Positive = 1000.0
     """Heaviest over lightest link: beyond about 1000 iterative solvers stop converging."""
     massless_share: Fraction = 0.1
@@ -39,7 +43,8 @@ class PhysicsSettings(Frozen):
     min_half_extent_m: Positive = 1e-3
     """Half thickness that a flat link is given for its inertia, m: a sheet has no volume and a singular inertia."""
     max_damping_step: Fraction = 0.5
-    """Largest damping · Δt / I_eff at the coarse step: explicit damping is unstable from 1 on (design.md)."""
+    """Largest damping · Δt / I_eff at the coarse step: explicit damping reverses the motion from 1 on and
+    explodes from 2 on."""
     max_stiffness_step: Fraction = 0.25
     """Largest stiffness · Δt² / I_eff at the coarse step: an explicit spring is unstable from 4 on."""
     coarse_timestep_s: Positive = 1.0 / 60.0
@@ -101,7 +106,7 @@ class SearchSettings(Frozen):
     state_tolerance: Fraction = 0.10
     """How far, as a share of its range, a joint may be moved from the requested state without leaving it ..."""
     closed_tolerance: Fraction = 0.02
-    """... and how far where that state is its closed end: a drawer that is a tenth open is not closed."""
+    """... and how far, at first, where that state is its closed end: a drawer that is a tenth open is not closed."""
     least_gain: Fraction = 0.10
     """Share of Φ by which a move must lower it: a state is not left for less."""
     max_evaluations: int = Field(4000, ge=1)

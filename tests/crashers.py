@@ -128,7 +128,7 @@ def crash_if_told(ref: AssetRef, out: Path, settings: Settings, *, ask: Ask) -> 
 def kill_the_worker(ref: AssetRef, out: Path, settings: Settings, *, ask: Ask) -> AssetRecord:
     """Take the Dask worker along, every time, for an asset called ``murderous…``."""
     worker = parent_process()
-    assert worker is not None
+    assert worker is not None and worker.pid is not None
     if ref.asset_id.startswith("murderous"):
         os.kill(worker.pid, signal.SIGKILL)
         time.sleep(60.0)

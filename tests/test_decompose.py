@@ -43,7 +43,8 @@ def open_bin() -> trimesh.Trimesh:
 def depth(points: Array, pieces: tuple[Array, ...]) -> Array:
     """How far each (n, 3) point lies within the piece that holds it deepest, m; negative outside all."""
     planes = [ConvexHull(piece).equations for piece in pieces]
-    return np.max([-(points @ p[:, :3].T + p[:, 3]).max(axis=1) for p in planes], axis=0)
+    deepest: Array = np.max([-(points @ p[:, :3].T + p[:, 3]).max(axis=1) for p in planes], axis=0)
+    return deepest
 
 
 def grid(size: tuple[float, float, float], centre: tuple[float, float, float]) -> Array:

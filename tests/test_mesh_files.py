@@ -117,7 +117,7 @@ def test_collada_and_gltf_become_obj_with_their_colour(tmp_path: Path, kind: str
     box.export(source / "meshes" / f"a.{kind}")
     reference = f"meshes/a.{kind}"
     places, files = brought({reference: source / reference}, source, tmp_path / "out")
-    assert places == {reference: "meshes/a/a.obj"} and f"meshes/a.{kind}" not in files
+    assert places == {reference: f"meshes/a_{kind}/a.obj"} and f"meshes/a.{kind}" not in files
     before, after = load_mesh(source / reference), load_mesh(tmp_path / "out" / places[reference])
     assert near(after.bounds, before.bounds, 1e-6) and near(after.volume, 6.0, 1e-6)
     colours = [line for name in files if name.endswith(".mtl") for line in read_lines(tmp_path / "out" / name)]

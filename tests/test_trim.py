@@ -156,18 +156,29 @@ def test_cuts_add_up_against_the_original_extent() -> None:
     assert trimmer.clear(wedge, 0.0)  # 0.6 between two of length 1: each loses 0.3
     assert volume(trimmer.hulls["a"][0]) == pytest.approx(0.7, abs=1e-4)
     # 0.45 of the original is within the half; 0.55 is not, though it takes only 0.18 of what is then left.
-    assert trimmer._cut(("a", 0), "b", X, 0.45)
-    assert not trimmer._cut(("a", 0), "b", X, 0.55)
-    assert volume(trimmer.hulls["a"][0]) == pytest.approx(0.55, abs=1e-9)
+    within = trimmer._cut(("a", 0), X, 0.45)
+    assert within is not None and volume(within[0]) == pytest.approx(0.55, abs=1e-9)
+    trimmer.hulls["a"][0] = within[0]
+    assert trimmer._cut(("a", 0), X, 0.55) is None
 
 
 def test_the_deepest_cut_against_a_link_is_what_is_told() -> None:
-    trimmer = Trimmer({"a": (UNIT,)}, {"a": HERE})
-    for offset in (0.1, 0.3, 0.2):
-        assert trimmer._cut(("a", 0), "b", X, offset)
-    (cut,) = trimmer.cuts.values()
+    trimmer = Trimmer({"a": (UNIT, UNIT, UNIT), "b": (shifted(UNIT, -0.8),) * 3}, {"a": HERE, "b": HERE})
+    for index, reach in enumerate((-0.8, -0.6, -0.7)):
+        trimmer.hulls["b"][index] = trimmer.original[("b", index)] = shifted(UNIT, reach)
+        assert trimmer.clear(Overlap(("a", index), ("b", index), X, 1.0 + reach), 0.0)
+    cut = trimmer.cuts[("a", "b")]
     assert (cut.link, cut.other) == ("a", "b")
-    assert (cut.depth_m, cut.share) == pytest.approx((0.3, 0.3))
+    assert (cut.depth_m, cut.share) == pytest.approx((0.2, 0.2), abs=1e-4)
+
+
+def test_an_overlap_that_one_side_cannot_give_way_to_leaves_both_whole() -> None:
+    hulls: Hulls = {"a": (UNIT,), "b": (shifted(UNIT, -0.75),)}
+    trimmer = Trimmer(hulls, {"a": HERE, "b": HERE}, exact=frozenset({"a"}))
+    assert not trimmer.clear(Overlap(("a", 0), ("b", 0), X, 0.25), 0.0)
+    assert not trimmer.cuts
+    for name in hulls:
+        np.testing.assert_array_equal(trimmer.hulls[name][0], hulls[name][0])
 
 
 def test_hulls_that_are_apart_already_are_not_cut() -> None:

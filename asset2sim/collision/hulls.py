@@ -36,6 +36,15 @@ def collision_hulls(extraction: Extraction, scale: float) -> Hulls:
     return {name: link_hulls(geometry, scale) for name, geometry in extraction.geometry.items()}
 
 
+def exact_links(extraction: Extraction) -> frozenset[str]:
+    """The links whose hulls are their very shapes: every mesh of theirs is closed and convex."""
+    return frozenset(
+        name
+        for name, geometry in extraction.geometry.items()
+        if geometry.parts and all(p.exact for p in geometry.parts)
+    )
+
+
 def link_hulls(geometry: LinkGeometry, scale: float) -> tuple[Array, ...]:
     """The hulls of one link."""
     pieces = [simplified(piece) * scale for part in geometry.parts for piece in part.pieces]
@@ -47,7 +56,7 @@ def link_hulls(geometry: LinkGeometry, scale: float) -> tuple[Array, ...]:
 def simplified(points: Array) -> Array:
     """A hull's points, thinned to those furthest along evenly spread directions where it has more than ``MOST_POINTS``.
 
-    What is lost is under 1 % of the hull's radius; PhysX would refuse more points, and every engine would be slower.
+    What is lost is about 2 % of a ball's radius; PhysX would refuse more points, and every engine would be slower.
     """
     if len(points) <= MOST_POINTS:
         return points

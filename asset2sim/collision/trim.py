@@ -19,6 +19,8 @@ from schemas.features import JointFeatures
 
 LARGEST_SHARE = 0.5
 """Largest share of a hull's extent along the cut that it may lose in all: beyond it the shape would be another one."""
+LARGEST_EXACT_SHARE = 0.1
+"""The same where the hull is the part's very shape: more would hide that two parts stand in each other."""
 ROUNDS = 12
 """Passes over all pairs: cutting one pair can only shrink hulls, so few are ever needed."""
 CLEARANCE_M = 1e-5
@@ -74,10 +76,11 @@ def trim(points: Array, normal: Array, offset: float) -> Array | None:
 
 
 class Trimmer:
-    """Hulls being cut, with what each has lost of its original extent."""
+    """Hulls being cut, with what each has lost of its original extent; ``exact`` links' hulls are their very shapes."""
 
-    def __init__(self, hulls: Hulls, poses: Mapping[str, Array]) -> None:
+    def __init__(self, hulls: Hulls, poses: Mapping[str, Array], exact: frozenset[str] = frozenset()) -> None:
         self.poses = poses
+        self.exact = exact
         self.hulls = {link: list(pieces) for link, pieces in hulls.items()}
         self.original = {(link, i): piece for link, pieces in hulls.items() for i, piece in enumerate(pieces)}
         self.cuts: dict[tuple[str, str], Cut] = {}
@@ -96,27 +99,38 @@ class Trimmer:
             return True
         extent_a, extent_b = float(np.ptp(first @ overlap.normal)), float(np.ptp(second @ overlap.normal))
         share = extent_a / max(extent_a + extent_b, 1e-12)
-        cut_a = self._cut(overlap.a, overlap.b[0], overlap.normal, low + share * need)
-        cut_b = self._cut(overlap.b, overlap.a[0], -overlap.normal, -(high - (1.0 - share) * need))
-        return cut_a and cut_b
+        cuts = (
+            self._cut(overlap.a, overlap.normal, low + share * need),
+            self._cut(overlap.b, -overlap.normal, -(high - (1.0 - share) * need)),
+        )
+        if cuts[0] is None or cuts[1] is None:
+            return False
+        for (key, other), (kept, depth, lost) in zip(
+            ((overlap.a, overlap.b[0]), (overlap.b, overlap.a[0])), (cuts[0], cuts[1]), strict=True
+        ):
+            self.hulls[key[0]][key[1]] = kept
+            known = self.cuts.get((key[0], other))
+            if depth > 0.0 and (known is None or depth > known.depth_m):
+                self.cuts[(key[0], other)] = Cut(key[0], other, depth, lost)
+        return True
 
-    def _cut(self, key: tuple[str, int], other: str, normal: Array, offset: float) -> bool:
-        """Keep normal · x ≥ offset of one hull (root frame), if it then still has enough of its extent."""
+    def _cut(self, key: tuple[str, int], normal: Array, offset: float) -> tuple[Array, float, float] | None:
+        """One hull kept where normal · x ≥ offset (root frame), with the depth (m) and the share of its extent lost.
+
+        None where too little of the hull as it was would be left.
+        """
         rotation, translation = self.poses[key[0]][:3, :3], self.poses[key[0]][:3, 3]
         local, local_offset = rotation.T @ normal, offset - float(translation @ normal)
         heights = self.original[key] @ local
-        lost = (local_offset - float(heights.min())) / max(float(np.ptp(heights)), 1e-12)
-        if lost <= 0.0:
-            return True
-        kept = None if lost > LARGEST_SHARE else trim(self.hulls[key[0]][key[1]], local, local_offset)
-        if kept is None:
-            return False
-        self.hulls[key[0]][key[1]] = kept
         depth = local_offset - float(heights.min())
-        known = self.cuts.get((key[0], other))
-        if known is None or depth > known.depth_m:
-            self.cuts[(key[0], other)] = Cut(key[0], other, depth, lost)
-        return True
+        lost = depth / max(float(np.ptp(heights)), 1e-12)
+        hull = self.hulls[key[0]][key[1]]
+        if lost <= 0.0:
+            return hull, 0.0, 0.0
+        if lost > (LARGEST_EXACT_SHARE if key[0] in self.exact else LARGEST_SHARE):
+            return None
+        kept = trim(hull, local, local_offset)
+        return None if kept is None else (kept, depth, lost)
 
     def result(self) -> Hulls:
         """The hulls as they are now."""

@@ -42,13 +42,16 @@ class PyBulletObject:
 
     def positions(self) -> Array:
         """(n,) joint positions in ``joint_index``' order, rad or m."""
-        states = self.client.getJointStates(self.body, list(self.joint_index.values()))
-        return np.array([state[0] for state in states], dtype=float)
+        return self._joint_states(0)
 
     def velocities(self) -> Array:
         """(n,) joint velocities in ``joint_index``' order, rad/s or m/s."""
-        states = self.client.getJointStates(self.body, list(self.joint_index.values()))
-        return np.array([state[1] for state in states], dtype=float)
+        return self._joint_states(1)
+
+    def _joint_states(self, column: int) -> Array:
+        # Asked for no joints, PyBullet answers None.
+        states = self.client.getJointStates(self.body, list(self.joint_index.values())) if self.joint_index else []
+        return np.array([state[column] for state in states], dtype=float)
 
 
 @contextmanager
@@ -67,7 +70,7 @@ def loaded(urdf: Path, *, fixed_base: bool, timestep_s: float) -> Iterator[PyBul
             except pybullet.error:
                 body = -1
         if body < 0:
-            said = "; ".join(console[-3:]) or "nothing"
+            said = "; ".join(line for line in console if "argv" not in line)[-400:] or "nothing"
             raise AssetError(
                 FailureMode.ENGINE_CRASH, "engine_refused", f"PyBullet refuses {urdf.name} and says: {said}"
             )

@@ -15,13 +15,16 @@ MARGIN_M = 1e-3
 
 
 def cleared(
-    hulls: Hulls, poses: Mapping[str, Array], pairs: Iterable[tuple[str, str]]
+    hulls: Hulls,
+    poses: Mapping[str, Array],
+    pairs: Iterable[tuple[str, str]],
+    exact: frozenset[str] = frozenset(),
 ) -> tuple[Hulls, tuple[Cut, ...]]:
     """The hulls cut until none of the link pairs overlap at these link-to-root poses, and what each link lost.
 
-    Overlaps that would take too much of a hull are left as they are.
+    Overlaps that would take too much of a hull are left as they are; links in ``exact`` may lose least.
     """
-    trimmer = Trimmer(hulls, poses)
+    trimmer = Trimmer(hulls, poses, exact)
     client = BulletClient(connection_mode=pybullet.DIRECT)
     try:
         bodies: dict[tuple[str, int], int] = {}

@@ -13,8 +13,10 @@ from asset2sim.engines.pybullet_penetration import contacts_at
 from asset2sim.metrics.drift import drift
 from asset2sim.metrics.oscillation import amplitude, sign_changes
 from asset2sim.metrics.penetration import by_pair, penetration
+from schemas.errors import AssetError
 from schemas.measurement import JointMotion, Measurement
 from schemas.settings import EngineSettings
+from schemas.vocabulary import FailureMode
 
 SPEED_EVERY = 4
 """Steps between two readings of all link speeds: they cost more than a step on an object of a hundred links."""
@@ -117,6 +119,8 @@ def stand(item: PyBulletObject, positions: Mapping[str, float], contact_friction
     client.resetBasePositionAndOrientation(item.body, (*position[:2], FAR_ABOVE_M), orientation)
     item.place(positions)
     gaps = [float(point[8]) for point in client.getClosestPoints(plane, item.body, 2.0 * FAR_ABOVE_M)]
+    if not gaps:
+        raise AssetError(FailureMode.ENGINE_CRASH, "nothing_collides", "no link has a collision shape; add one")
     raised = (position[0], position[1], FAR_ABOVE_M - min(gaps) + height_m)
     client.resetBasePositionAndOrientation(item.body, raised, orientation)
     item.place(positions)

@@ -11,6 +11,7 @@ from asset2sim.extraction.joints import read_joint, with_ends
 from asset2sim.extraction.links import LinkGeometry, MeshReader, read_link
 from asset2sim.kinematics import apply, link_to_root, tree_of
 from asset2sim.urdf.locate import find_urdf
+from asset2sim.urdf.mesh_files import companions_of
 from asset2sim.urdf.read import read_urdf
 from asset2sim.urdf.semantics import read_category, read_semantics
 from schemas.asset import AssetRef
@@ -73,6 +74,7 @@ def extract(ref: AssetRef) -> Extraction:
     closed = {joint.name: joint.closed for joint in joints if joint.closed is not None}
     closed_low, closed_high = bounds(points, link_to_root(tree, root, closed))
     files = [path for path in reader.files.values() if path is not None]
+    looks = [companion for file in files for companion in companions_of(file)]
     companions = [file for file in (folder / "semantics.txt", folder / "meta.json") if file.is_file()]
     features = Features(
         asset_id=ref.asset_id,
@@ -83,7 +85,7 @@ def extract(ref: AssetRef) -> Extraction:
         joints=tuple(joints),
         rest_box_min=vector(low),
         rest_box_max=vector(high),
-        content_hash=hash_files([urdf, *files, *companions]),
+        content_hash=hash_files([urdf, *files, *looks, *companions]),
     )
     centers = {
         name: vector(apply(rest[name], (cloud.min(axis=0, keepdims=True) + cloud.max(axis=0, keepdims=True)) / 2)[0])

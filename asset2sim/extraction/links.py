@@ -86,7 +86,8 @@ class MeshPart:
     """One mesh of a link: its reference and (3,) scale, where it stands in the link's frame, and its convex pieces
     there.
 
-    ``pieces`` are (k, 3) hull points; a flat mesh has none, and its points are in ``sheet`` instead.
+    ``pieces`` are (k, 3) hull points; a flat mesh has none, and its points are in ``sheet`` instead. ``exact`` says
+    that the mesh is closed and convex: its hull is its very shape.
     """
 
     reference: str
@@ -95,6 +96,7 @@ class MeshPart:
     translation: Array
     pieces: tuple[Array, ...]
     sheet: Array | None
+    exact: bool
 
 
 @dataclass(frozen=True)
@@ -192,6 +194,7 @@ def mesh_part(item: _Placed, reference: str, scale: Array) -> MeshPart:
         item.translation,
         tuple(item.points(piece) for piece in item.shape.pieces),
         item.points(item.shape.points) if item.shape.flat else None,
+        item.shape.exact,
     )
 
 

@@ -35,7 +35,7 @@ class Refined:
 def refine_all(refs: Sequence[AssetRef], out: Path, settings: Settings, pipeline: str = PIPELINE) -> Refined:
     """Refine every asset into ``out`` (absolute), on the cluster of ``settings.run``.
 
-    Ctrl-C, SIGTERM and the loss of the cluster end it early, with no child process left and with the records that there are.
+    Ctrl-C, SIGTERM and the loss of the cluster end it early, with no child process left and with the records so far.
     """
     records: list[AssetRecord] = []
     stopped: str | None = None

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 import trimesh
+from scipy.spatial import QhullError
 
 from asset2sim.arrays import Array
 from asset2sim.geometry.hull import hull_of, solid
@@ -13,6 +14,8 @@ from asset2sim.geometry.pieces import convex_pieces
 from asset2sim.physics.inertia import box_inertia
 from schemas.vocabulary import VolumeSource
 
+EXACT_SHARE = 0.97
+"""Share of its hull that a closed mesh fills from which the hull is its very shape."""
 SLAB_THICKNESS = 1e-3
 """Thickness over longest extent that a sheet is given, so that it has a mass and an inertia."""
 
@@ -49,6 +52,14 @@ class Shape:
     box: Array
 
     @property
+    def exact(self) -> bool:
+        """Whether the mesh is closed and fills its one hull, so that the hull is its very shape."""
+        if self.source is not VolumeSource.SIGNED or len(self.pieces) != 1:
+            return False
+        hull = hull_of(self.pieces[0])
+        return hull is not None and self.solid.volume >= EXACT_SHARE * solid(hull.triangles)[0]
+
+    @property
     def flat(self) -> bool:
         """Whether the mesh is a sheet that encloses nothing."""
         return not self.pieces
@@ -83,16 +94,36 @@ def shape_of(mesh: trimesh.Trimesh) -> Shape:
 
 
 def slab(points: Array) -> Solid:
-    """A sheet as the box around its own plane, a thousandth of its extent thick."""
+    """A sheet as the smallest rectangle around it in its own plane, a thousandth of its extent thick."""
     center = points.mean(axis=0)
-    _, _, axes = np.linalg.svd(points - center, full_matrices=False)
-    axes = np.vstack([axes, np.zeros((3 - len(axes), 3))])
-    axes[2] = np.cross(axes[0], axes[1])
-    along = (points - center) @ axes.T
-    low, high = along.min(axis=0), along.max(axis=0)
-    size = np.maximum(high - low, SLAB_THICKNESS * max(float((high - low).max()), 1e-9))
-    volume = float(size.prod())
-    return Solid(volume, center + axes.T @ ((low + high) / 2.0), axes.T @ box_inertia(volume, size) @ axes)
+    plane = np.linalg.svd(points - center, full_matrices=True)[2]
+    flat = (points - center) @ plane[:2].T
+    to_rectangle, size = smallest_rectangle(flat)
+    turn = to_rectangle[:2, :2]
+    middle = center + plane[:2].T @ (-turn.T @ to_rectangle[:2, 2])
+    axes = np.vstack([turn @ plane[:2], plane[2]])
+    edges = np.append(size, 0.0)
+    edges = np.maximum(edges, SLAB_THICKNESS * max(float(edges.max()), 1e-9))
+    volume = float(edges.prod())
+    return Solid(volume, middle, axes.T @ box_inertia(volume, edges) @ axes)
+
+
+def smallest_rectangle(points: Array) -> tuple[Array, Array]:
+    """The (3, 3) planar transform that brings (n, 2) points to the origin along their smallest rectangle, and its size.
+
+    Points on one line have a rectangle of no width along it.
+    """
+    try:
+        transform, size = trimesh.bounds.oriented_bounds_2D(points)
+        return np.asarray(transform, dtype=float), np.asarray(size, dtype=float)
+    except (QhullError, ValueError):
+        direction = np.linalg.svd(points - points.mean(axis=0), full_matrices=True)[2]
+        along = points @ direction.T
+        low, high = along.min(axis=0), along.max(axis=0)
+        matrix = np.eye(3)
+        matrix[:2, :2] = direction
+        matrix[:2, 2] = -(low + high) / 2.0
+        return matrix, high - low
 
 
 def combined(solids: Sequence[Solid]) -> Solid:

@@ -12,6 +12,9 @@ from schemas.overlay import JointProposal
 from schemas.settings import PhysicsSettings
 from schemas.vocabulary import Source
 
+WEAKEST_HZ = 0.01
+"""Frequency below which a proposed spring is none, Hz: it would take half a minute to bring its part back."""
+
 
 @dataclass(frozen=True)
 class Term:
@@ -68,8 +71,10 @@ def spring(proposal: JointProposal, inertia: float, source: Source, settings: Ph
     largest = settings.max_stiffness_step * inertia / settings.coarse_timestep_s**2
     if proposal.stiffness is not None and proposal.stiffness > 0.0:
         wanted = proposal.stiffness
+        if wanted <= (2.0 * math.pi * WEAKEST_HZ) ** 2 * inertia:
+            return Term(0.0, Source.RULE, wanted)
     elif proposal.spring_hz is not None:
-        wanted = (2.0 * math.pi * proposal.spring_hz) ** 2 * inertia
+        wanted = (2.0 * math.pi * min(proposal.spring_hz, settings.max_spring_hz)) ** 2 * inertia
     else:
         return Term(0.0, source if proposal.stiffness is not None else Source.RULE)
     return Term(wanted, source) if wanted <= largest else Term(largest, Source.RULE, wanted)

@@ -20,9 +20,12 @@ from asset2sim.validation import validate
 from schemas.call import ModelCall
 from schemas.finding import Finding
 from schemas.overlay import JointPhysics, Overlay, PhysicsOverlay
-from schemas.settings import SearchSettings, Settings
+from schemas.settings import Settings
 from schemas.trace import TraceStep
 from schemas.vocabulary import Source
+
+CLOSED_SHARE = 0.02
+"""Share of its range from its closed end within which a joint counts as closed."""
 
 
 @dataclass(frozen=True)
@@ -54,17 +57,22 @@ def refine_in_engine(
     """
     loop = Loop(extraction, proposal, overlay, source, hulls, cache, settings, ask, Log())
     requested = overlay.initial_positions
-    found = search_state(loop, folder, asking=False)
-    attempts = [found] if found == requested else [found, requested]
+    tolerance = settings.search.closed_tolerance
+    found = search_state(loop, folder, tolerance, asking=False)
     best = attempt(loop, folder, found)
     # Where shapes must be cut anyway, the requested state is not left for nothing.
     if best.changed and found != requested:
         kept = attempt(loop, folder, requested)
         best = kept if kept.phi <= max(best.phi, settings.search.target_phi_m) else best
-    if best.phi > settings.thresholds.penetration_m:
-        asked = search_state(loop, folder, asking=True)
-        if asked not in attempts:
-            again = attempt(loop, folder, asked)
+    tried = [found, requested]
+    # A closed part is opened a little, and a model is asked, only where nothing gentler parts the links.
+    for asking in (False, True):
+        if best.phi <= settings.thresholds.penetration_m:
+            break
+        wider = search_state(loop, folder, settings.search.state_tolerance, asking=asking)
+        if wider not in tried:
+            tried.append(wider)
+            again = attempt(loop, folder, wider)
             best = again if again.phi < best.phi else best
     return settled(loop, folder, best)
 
@@ -97,14 +105,14 @@ def settled(loop: Loop, folder: Folder, best: Attempt) -> Refined:
     return Refined(overlay, folder, tuple(log.trace), tuple(log.calls), tuple(log.findings))
 
 
-def search_state(loop: Loop, folder: Folder, asking: bool) -> Pose:
+def search_state(loop: Loop, folder: Folder, closed_tolerance: float, asking: bool) -> Pose:
     """The pose with the lowest Φ near the requested one; the requested one where a fresh world sees no fall of Φ.
 
-    The model is asked only if ``asking``.
+    A joint at its closed end may move by ``closed_tolerance`` of its range. The model is asked only if ``asking``.
     """
     overlay, settings = loop.overlay, loop.settings
     requested = overlay.initial_positions
-    bands = {joint.name: band_of(joint, settings.search) for joint in overlay.joints}
+    bands = {joint.name: band_of(joint, settings.search.state_tolerance, closed_tolerance) for joint in overlay.joints}
     with penetration_probe(folder.urdf, settings.engine) as item:
         evaluator = Evaluator(lambda pose: contact_points(item, pose), settings.search.max_evaluations)
         found, _, trace = refine_state(
@@ -171,12 +179,12 @@ def at_positions(
     return again.model_copy(update={"joints": joints})
 
 
-def band_of(joint: JointPhysics, settings: SearchSettings) -> Band:
+def band_of(joint: JointPhysics, tolerance: float, closed_tolerance: float) -> Band:
     """Where a joint may go without leaving its state: a share of its range to either side, within its limits."""
     position = joint.initial_position
     if joint.lower is None or joint.upper is None:
-        return Band(position, position - settings.state_tolerance, position + settings.state_tolerance, 1.0)
+        return Band(position, position - tolerance, position + tolerance, 1.0)
     span = joint.upper - joint.lower
-    closed = abs(position - joint.closed) <= settings.closed_tolerance * span
-    reach = span * (settings.closed_tolerance if closed else settings.state_tolerance)
+    closed = abs(position - joint.closed) <= CLOSED_SHARE * span
+    reach = span * (closed_tolerance if closed else tolerance)
     return Band(position, max(joint.lower, position - reach), min(joint.upper, position + reach), span)

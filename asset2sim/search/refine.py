@@ -131,8 +131,11 @@ def search_focus(search: Search) -> None:
         focus = focus_joints(search.joints, search.pairs(), list(search.bands))
         if not focus:
             break
-        lowered = [search.consider("line", along(search.best, name, search.bands[name])) for name in focus]
-        if search.done or any(lowered):
+        lowered = False
+        for name in focus:
+            if not search.done:
+                lowered |= search.consider("line", along(search.best, name, search.bands[name]))
+        if search.done or lowered:
             continue
         if search.consider("perturbation", around(search.best, focus, search.bands, search.seed)):
             continue
@@ -144,9 +147,11 @@ def search_focus(search: Search) -> None:
 
 def start_elsewhere(search: Search, alternatives: Pose) -> None:
     """Where links still overlap, start colliding joints that nobody asked for elsewhere, if that lowers Φ at once."""
+    tried: set[str] = set()
     while not search.done:
         focus = focus_joints(search.joints, search.pairs(), list(search.bands))
-        untried = [name for name in focus if name in alternatives and search.best[name] == search.bands[name].requested]
+        untried = [name for name in focus if name in alternatives and name not in tried]
+        tried.update(untried)
         poses = [{**search.best, name: alternatives[name]} for name in untried]
         poses += [{**search.best, **{name: alternatives[name] for name in untried}}] if len(untried) > 1 else []
         if not poses or not search.consider("authored", iter(poses)):

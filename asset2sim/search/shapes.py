@@ -4,11 +4,11 @@ from dataclasses import dataclass, replace
 
 from asset2sim.apply import Folder, with_hulls, write_urdf
 from asset2sim.collision.finer import finer_hulls
-from asset2sim.collision.hulls import Hulls
+from asset2sim.collision.hulls import Hulls, exact_links
 from asset2sim.collision.trim import Cut, contact_pairs
 from asset2sim.engines.pybullet_overlaps import cleared
 from asset2sim.engines.pybullet_penetration import contacts_at
-from asset2sim.kinematics import link_to_root, tree_of
+from asset2sim.kinematics import link_to_root, locked, tree_of
 from asset2sim.metrics.penetration import by_pair, penetration
 from asset2sim.search.loop import Loop
 from asset2sim.search.proposals import Pose
@@ -88,7 +88,7 @@ def cut_apart(loop: Loop, folder: Folder, start: Attempt) -> Attempt:
     tree = tree_of(written_joints(features, overlay), overlay.scale)
     poses = link_to_root(tree, features.root, start.positions)
     links = [link.name for link in features.links]
-    trimmed, cuts = cleared(start.hulls, poses, contact_pairs(features.joints, links))
+    trimmed, cuts = cleared(start.hulls, poses, contact_pairs(features.joints, links), exact_links(loop.extraction))
     if not cuts:
         return start
     after = phi_with(loop, folder, trimmed, start.positions)
@@ -98,7 +98,4 @@ def cut_apart(loop: Loop, folder: Folder, start: Attempt) -> Attempt:
 def written_joints(features: Features, overlay: PhysicsOverlay) -> list[JointFeatures]:
     """The joints as they are written: those that validation locked are fixed."""
     kept = {joint.name for joint in overlay.joints}
-    return [
-        joint if joint.name in kept or not joint.movable else joint.model_copy(update={"type": "fixed"})
-        for joint in features.joints
-    ]
+    return [joint if joint.name in kept or not joint.movable else locked(joint) for joint in features.joints]

@@ -1,5 +1,6 @@
 """Editing a URDF: scale, inertials, joints, mesh references. Everything else of the document stays as it was."""
 
+import copy
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
@@ -7,7 +8,7 @@ import numpy as np
 from lxml import etree
 from lxml.etree import _Element as Element
 
-from asset2sim.kinematics import motion, rpy_of, transform, tree_of
+from asset2sim.kinematics import locked
 from schemas.features import Features, JointFeatures
 from schemas.overlay import JointPhysics, LinkPhysics, PhysicsOverlay
 from schemas.settings import PhysicsSettings
@@ -32,6 +33,8 @@ def refined_document(
     links = {link.name: link for link in overlay.links}
     joints = {joint.name: joint for joint in overlay.joints}
     for link in robot.findall("link"):
+        if link.find("collision") is None:
+            collide_primitives(link)
         edit_geometry(link, overlay.scale, mesh_places)
         write_collision(link, collision_files.get(str(link.get("name")), ()))
         write_inertial(link, links[str(link.get("name"))])
@@ -74,6 +77,15 @@ def edit_geometry(link: Element, scale: float, mesh_places: Mapping[str, str]) -
                 continue
             for key in keys:
                 shape.set(key, words([float(word) * scale for word in str(shape.get(key)).split()]))
+
+
+def collide_primitives(link: Element) -> None:
+    """Give a link that has looks and no collision the primitives among its looks as collision; meshes get hulls."""
+    for visual in link.findall("visual"):
+        geometry = visual.find("geometry")
+        if geometry is not None and geometry.find("mesh") is None:
+            collision = etree.SubElement(link, "collision")
+            collision.extend([copy.deepcopy(node) for node in visual if node.tag in ("origin", "geometry")])
 
 
 def write_collision(link: Element, files: Sequence[str]) -> None:
@@ -126,13 +138,11 @@ def write_joint(element: Element, authored: JointFeatures, physics: JointPhysics
 
 
 def lock_joint(element: Element, authored: JointFeatures, scale: float) -> None:
-    """Write a joint without a range as fixed where its limits hold it; its origin is scaled already."""
-    node = tree_of([authored], scale)[0]
-    position = (authored.lower or 0.0) * (scale if authored.prismatic else 1.0)
-    pose = transform([scale * v for v in authored.origin_xyz], authored.origin_rpy) @ motion(node, position)
+    """Write a joint without a range as fixed where its limits hold it."""
+    held = locked(authored)
     origin = child(element, "origin")
-    origin.set("xyz", words(pose[:3, 3]))
-    origin.set("rpy", words(rpy_of(pose[:3, :3])))
+    origin.set("xyz", words([scale * value for value in held.origin_xyz]))
+    origin.set("rpy", words(held.origin_rpy))
     element.set("type", "fixed")
     for tag in ("axis", "limit", "dynamics", "mimic"):
         for old in element.findall(tag):

@@ -2,11 +2,13 @@
 
 import re
 import shutil
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from pathlib import Path, PurePosixPath
 
 import trimesh
 
+OUTSIDE = "outside"
+"""Folder for meshes that lie outside the asset's own folder."""
 COPIED = (".obj", ".stl")
 """Formats that PyBullet, MuJoCo and PhysX all read; anything else is converted to OBJ."""
 
@@ -17,8 +19,8 @@ TEXTURE_LINE = re.compile(r"^\s*(?:map_\w+|bump|disp|decal|norm)\s+(.+?)\s*$", r
 def bring_meshes(references: Mapping[str, Path | None], source: Path, target: Path) -> dict[str, str]:
     """Copy every file that is there into ``target``; reference → its new path relative to ``target``, forward slashes.
 
-    Files under ``source`` keep their place; others go to ``meshes/`` under a name of their own. COLLADA and glTF become
-    OBJ, which every engine reads. Nothing under ``source`` is written to.
+    Files under ``source`` keep their place; others go to ``outside/``, each to a folder of its own. COLLADA and glTF
+    become OBJ, which every engine reads. Nothing under ``source`` is written to.
     """
     placed: dict[str, str] = {}
     taken: dict[Path, str] = {}
@@ -26,11 +28,11 @@ def bring_meshes(references: Mapping[str, Path | None], source: Path, target: Pa
         if file is None:
             continue
         if file not in taken:
-            place = free_place(file, source, taken.values())
+            place = place_of(file, source, len(taken))
             if file.suffix.lower() in COPIED:
                 copy(file, target / place)
                 if file.suffix.lower() == ".obj":
-                    copy_materials(file, source, (target / place).parent, target)
+                    copy_materials(file, (target / place).parent, target)
             else:
                 place = convert(file, target, place)
             taken[file] = place
@@ -38,16 +40,15 @@ def bring_meshes(references: Mapping[str, Path | None], source: Path, target: Pa
     return placed
 
 
-def free_place(file: Path, source: Path, taken: Iterable[str]) -> str:
-    """A path inside the target for one file: where it lies under ``source``, else ``meshes/``, numbered if taken."""
+def place_of(file: Path, source: Path, number: int) -> str:
+    """A path inside the target for one file: where it lies under ``source``, else a numbered folder of its own.
+
+    A folder of its own keeps apart files from elsewhere that are named alike, and their material libraries.
+    """
     try:
         return file.resolve().relative_to(source.resolve()).as_posix()
     except ValueError:
-        place, number, used = f"meshes/{file.name}", 1, set(taken)
-        while place in used:
-            number += 1
-            place = f"meshes/{file.stem}_{number}{file.suffix}"
-        return place
+        return f"{OUTSIDE}/{number}/{file.name}"
 
 
 def copy(file: Path, place: Path) -> None:
@@ -56,24 +57,43 @@ def copy(file: Path, place: Path) -> None:
     shutil.copyfile(file, place)
 
 
-def copy_materials(obj: Path, source: Path, folder: Path, target: Path) -> None:
+def copy_materials(obj: Path, folder: Path, target: Path) -> None:
     """Copy the material libraries that an OBJ names and the textures that those name, at the same relative paths.
 
     A relative path that would leave the target is skipped: the mesh stays, without that texture.
     """
-    for library in MATERIAL_LINE.findall(read_head(obj)):
-        file = obj.parent / library
-        place = inside(folder / library, target)
-        if place is None or not file.is_file():
-            continue
-        if place.is_file():
+    for library in libraries_of(obj):
+        file, place = obj.parent / library, inside(folder / library, target)
+        if place is None or place.is_file():
             continue
         copy(file, place)
-        for line in TEXTURE_LINE.findall(file.read_text(encoding="utf-8", errors="replace")):
-            name = line.split()[-1] if not (file.parent / line).is_file() else line
-            texture, texture_place = file.parent / name, inside(place.parent / name, target)
-            if texture.is_file() and texture_place is not None and not texture_place.is_file():
-                copy(texture, texture_place)
+        for name in textures_of(file):
+            texture_place = inside(place.parent / name, target)
+            if texture_place is not None and not texture_place.is_file():
+                copy(file.parent / name, texture_place)
+
+
+def companions_of(file: Path) -> list[Path]:
+    """The material libraries and textures that an OBJ's looks depend on; none for other formats."""
+    if file.suffix.lower() != ".obj":
+        return []
+    libraries = [file.parent / name for name in libraries_of(file)]
+    return libraries + [library.parent / name for library in libraries for name in textures_of(library)]
+
+
+def libraries_of(obj: Path) -> list[str]:
+    """The material libraries that an OBJ names and that are there, as it names them."""
+    return [name for name in MATERIAL_LINE.findall(read_head(obj)) if (obj.parent / name).is_file()]
+
+
+def textures_of(library: Path) -> list[str]:
+    """The textures that a material library names and that are there, as it names them; options before are left out."""
+    names = []
+    for line in TEXTURE_LINE.findall(library.read_text(encoding="utf-8", errors="replace")):
+        name = line if (library.parent / line).is_file() else line.split()[-1]
+        if (library.parent / name).is_file():
+            names.append(name)
+    return names
 
 
 def read_head(obj: Path, limit: int = 65_536) -> str:
@@ -92,7 +112,7 @@ def convert(file: Path, target: Path, place: str) -> str:
     """Write a COLLADA or glTF file as OBJ with its materials beside it; the new path relative to the target."""
     path = PurePosixPath(place)
     # One folder a file: exporters name their material and texture files alike.
-    folder = target / path.parent / path.stem
+    folder = target / path.parent / path.name.replace(".", "_")
     folder.mkdir(parents=True, exist_ok=True)
     scene = trimesh.load_scene(str(file))
     mesh = scene.to_mesh()
@@ -100,4 +120,4 @@ def convert(file: Path, target: Path, place: str) -> str:
     (folder / f"{path.stem}.obj").write_text(text, encoding="utf-8")
     for name, data in extras.items():
         (folder / name).write_bytes(data if isinstance(data, bytes) else str(data).encode())
-    return (path.parent / path.stem / f"{path.stem}.obj").as_posix()
+    return (folder / f"{path.stem}.obj").relative_to(target).as_posix()

@@ -29,8 +29,9 @@ def read_urdf(path: Path) -> yourdfpy.Robot:
         document = etree.parse(str(path))
     except (etree.XMLSyntaxError, OSError, UnicodeError) as error:
         raise unreadable(path, "not_xml", f"not readable as XML ({error}); export the URDF again") from error
-    if document.getroot().tag != "robot":
-        raise unreadable(path, "not_urdf", f"the root element is <{document.getroot().tag!r}>, not <robot>")
+    tag = str(document.getroot().tag)
+    if tag != "robot":
+        raise unreadable(path, "not_urdf", f"the root element is <{tag}>, not <robot>")
     check_numbers(path, document)
     try:
         model = yourdfpy.URDF.load(
@@ -61,7 +62,7 @@ def check_numbers(path: Path, document: "etree._ElementTree") -> None:
                     raise AssetError(
                         FailureMode.INVALID_JOINT_CONFIGURATION,
                         "not_finite",
-                        f"{path.name}: <{element.tag} {key}='{value}'> of '{name}' is not finite; give it a number",
+                        f"{path.name}: <{element.tag!s} {key!s}='{word}'> of '{name!s}' is not finite; give it a number",
                         joint=name,
                     )
 

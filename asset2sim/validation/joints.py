@@ -9,7 +9,7 @@ from asset2sim.physics.dynamics import JointTerms, Term, joint_terms
 from asset2sim.physics.mass_matrix import Body, JointSpace, joint_space
 from asset2sim.validation.limits import Range
 from asset2sim.validation.notes import Notes
-from asset2sim.validation.positions import Start
+from asset2sim.validation.positions import Start, turned
 from schemas.features import Features
 from schemas.overlay import JointPhysics, JointProposal
 from schemas.settings import PhysicsSettings
@@ -55,7 +55,8 @@ def joint_physics(
         if holds:
             hold_load = worst_load(features, tree, bodies, at_start, start) if anywhere else abs(load)
         factor = scale if joint.prismatic else 1.0
-        rest = start.range.clamp(start.position if proposal.spring_rest is None else proposal.spring_rest * factor)
+        wanted = start.position if proposal.spring_rest is None else turned(start.range, proposal.spring_rest * factor)
+        rest = start.range.clamp(wanted)
         where = Source.USER if f"{name}.dynamics" in asked else source
         terms = joint_terms(
             proposal,

@@ -7,6 +7,8 @@ from asset2sim.validation.notes import Notes
 from schemas.features import JointFeatures
 from schemas.vocabulary import Source
 
+TURN_SLACK = 0.01
+"""How far from zero, rad, limits moved by whole turns may end for want of digits: -6.28 is short of a turn by 0.003."""
 LOCKED = 1e-9
 """Range below which a joint cannot move, rad or m: MuJoCo would read equal limits as no limits at all."""
 
@@ -64,7 +66,7 @@ def joint_range(joint: JointFeatures, scale: float, notes: Notes) -> Range | Non
         return None
     turn = 2.0 * math.pi
     shift = 0.0 if joint.prismatic else -turn * round((lower + upper) / 2.0 / turn)
-    if not lower <= 0.0 <= upper and shift != 0.0 and lower + shift <= 1e-6 and upper + shift >= -1e-6:
+    if not lower <= 0.0 <= upper and shift != 0.0 and lower + shift <= TURN_SLACK and upper + shift >= -TURN_SLACK:
         notes.info(
             "limits_turned",
             f"joint '{joint.name}': limits {lower:.4g} to {upper:.4g} rad moved by whole turns so that an "

@@ -47,10 +47,10 @@ def link_masses(
     """Mass properties of every link; links without geometry take a share of their neighbour's."""
     solid = [link for link in features.links if link.has_geometry]
     masses = {link.name: link_mass(link, proposals.get(link.name), scale, source, settings, notes) for link in solid}
-    masses = bound_ratio(masses, settings, notes)
     for link in features.links:
         if not link.has_geometry:
             masses = share_mass(link, masses, features, scale, settings, notes)
+    masses = bound_ratio(masses, settings, notes)
     return {link.name: finished(masses[link.name], settings, notes) for link in features.links}
 
 
@@ -84,6 +84,16 @@ def link_mass(
             link=link.name,
             value=mass,
         )
+    densest = settings.max_density_kg_m3 * max(volume, link.hull_volume_m3 * scale**3)
+    if mass > densest:
+        notes.warn(
+            "mass_implausible",
+            f"link '{link.name}': {mass:.3g} kg would be denser than any material; set to {densest:.3g} kg",
+            link=link.name,
+            value=mass,
+            limit=densest,
+        )
+        mass, mass_source = densest, Source.RULE
     if mass < settings.min_mass_kg:
         notes.info(
             "mass_raised",
@@ -153,8 +163,9 @@ def believed(
 
 
 def bound_ratio(masses: dict[str, LinkMass], settings: PhysicsSettings, notes: Notes) -> dict[str, LinkMass]:
-    """Raise the lightest links until the heaviest is at most ``max_mass_ratio`` times as heavy."""
-    least = max((item.mass for item in masses.values()), default=0.0) / settings.max_mass_ratio
+    """Raise the lightest links until the heaviest is at most ``max_mass_ratio`` times as heavy, and none too light."""
+    heaviest = max((item.mass for item in masses.values()), default=0.0)
+    least = max(heaviest / settings.max_mass_ratio, settings.min_mass_kg)
     bounded = {}
     for name, item in masses.items():
         if item.mass < least:

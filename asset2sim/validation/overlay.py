@@ -4,7 +4,7 @@ import numpy as np
 
 from asset2sim.arrays import six, vector
 from asset2sim.extraction import Extraction
-from asset2sim.kinematics import tree_of
+from asset2sim.kinematics import locked, tree_of
 from asset2sim.physics.mass_matrix import Body
 from asset2sim.validation.joints import joint_physics
 from asset2sim.validation.limits import Range, joint_range
@@ -37,9 +37,7 @@ def validate(
         if span is not None:
             ranges[joint.name] = span
     starts = initial_positions(ranges, overlay.initial_joint_positions, asked, scale, source, settings, notes)
-    movable = [
-        joint if joint.name in ranges else joint.model_copy(update={"type": "fixed"}) for joint in features.joints
-    ]
+    movable = [joint if joint.name in ranges or not joint.movable else locked(joint) for joint in features.joints]
     joints = joint_physics(
         features,
         tree_of(movable, scale),

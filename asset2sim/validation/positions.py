@@ -9,6 +9,8 @@ from asset2sim.validation.notes import Notes
 from schemas.settings import PhysicsSettings
 from schemas.vocabulary import Source
 
+ROUNDING_SHARE = 1e-3
+"""How far outside its limits, as a share of the range, a position may lie for want of digits: prompts round numbers."""
 WIDEN_SHARE = 0.1
 """How far outside its limits, as a share of the range, a requested position may lie for the limits to be
 widened to it."""
@@ -50,21 +52,30 @@ def initial_positions(
     return starts
 
 
+def turned(span: Range, position: float) -> float:
+    """The position with whole turns taken out of a hinge's angle, where that brings it within its limits."""
+    if span.joint.prismatic:
+        return position
+    if span.lower is None or span.upper is None:
+        return math.remainder(position, 2.0 * math.pi)
+    middle = (span.lower + span.upper) / 2.0
+    near = middle + math.remainder(position - middle, 2.0 * math.pi)
+    return near if span.lower <= near <= span.upper and not span.lower <= position <= span.upper else position
+
+
 def reach(span: Range, wanted: float, requested: bool, notes: Notes) -> tuple[Range, float]:
     """The position that a proposal means within a range, widened slightly where the user's state needs it.
 
     Whole turns are taken out of a hinge's angle. Beyond the margin the position is clamped: a proposal far outside the
     limits is a mistake, not a wish.
     """
-    lower, upper = span.lower, span.upper
+    lower, upper, name = span.lower, span.upper, span.joint.name
+    wanted = turned(span, wanted)
     if lower is None or upper is None or lower <= wanted <= upper:
         return span, wanted
-    name = span.joint.name
-    if not span.joint.prismatic:
-        turned = wanted - 2.0 * math.pi * round((wanted - (lower + upper) / 2.0) / (2.0 * math.pi))
-        if lower <= turned <= upper:
-            return span, turned
     excess = max(lower - wanted, wanted - upper)
+    if excess <= ROUNDING_SHARE * span.span:
+        return span, span.clamp(wanted)
     if requested and excess <= WIDEN_SHARE * span.span:
         notes.warn(
             "limits_widened",
