@@ -25,7 +25,7 @@ from asset2sim.metrics.verdict import Verdict, judge, oscillating_joints
 from schemas.measurement import Measurement
 from schemas.settings import EngineSettings, Thresholds
 from schemas.vocabulary import FailureMode
-from tests.builders import ORIGIN, UrdfJoint, UrdfLink, ball_inertia, box, sphere, write_urdf
+from tests.builders import ORIGIN, UrdfJoint, UrdfLink, ball_inertia, block_urdf, box, sphere, write_urdf
 
 SETTINGS = EngineSettings(settle_s=1.0, test_s=1.0, drop_height_m=0.002)
 STEP = SETTINGS.timestep_s
@@ -236,3 +236,8 @@ def test_the_recording_has_one_row_a_step_and_the_shapes_that_it_states(tmp_path
     assert [item.shape for item in shapes] == [(rows, 3), (rows, 4), (rows, 1)]
     assert seen.joints == ("j",) and seen.settled.shape == (1,)
     np.testing.assert_array_equal(seen.settled, seen.joint_positions[0])
+
+
+def test_a_rigid_object_is_measured(tmp_path: Path) -> None:
+    seen = measure(block_urdf(tmp_path), {}, 0.5, EngineSettings(settle_s=0.5, test_s=0.5))
+    assert seen.joints == () and seen.finite and seen.drift_m < 1e-4

@@ -10,7 +10,7 @@ import yourdfpy
 from asset2sim.geometry.hull import hull_of, hull_vertices, hull_volume, solid
 from asset2sim.geometry.load import load_mesh, primitive, scale_vector
 from asset2sim.geometry.pieces import MOST_SHELLS
-from asset2sim.geometry.shape import SLAB_THICKNESS, shape_of
+from asset2sim.geometry.shape import SLAB_THICKNESS, shape_of, slab
 from asset2sim.physics.inertia import box_inertia
 from schemas.vocabulary import VolumeSource
 from tests.builders import corners, double_sided, joined, loose_sides, without_top
@@ -211,3 +211,18 @@ def test_a_mesh_scale_may_be_absent_or_one_number_or_three() -> None:
     scales: list[tuple[object, list[float]]] = [(None, [1, 1, 1]), (0.5, [0.5] * 3), (np.array([1.0, 2, 3]), [1, 2, 3])]
     for given, expected in scales:
         np.testing.assert_array_equal(scale_vector(yourdfpy.Mesh("m.obj", given)), expected)
+
+
+@pytest.mark.parametrize("angle", [0.1, 0.8])
+def test_a_turned_square_sheet_weighs_the_same(angle: float) -> None:
+    points = np.array([[0.0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]])
+    sheet = trimesh.Trimesh(points, [[0, 1, 2], [0, 2, 3]], process=False)
+    sheet.apply_transform(trimesh.transformations.euler_matrix(angle, angle / 2, -angle))
+    assert shape_of(sheet).solid.volume == pytest.approx(1e-3, rel=1e-6)
+
+
+def test_a_sheet_with_crowded_vertices_is_the_box_around_its_outline() -> None:
+    points = np.array([[0.0, 0, 0], [2, 0, 0], [2, 1, 0], [0, 1, 0], [1.9, 0.95, 0], [1.95, 0.9, 0]])
+    solid = slab(points)
+    assert solid.volume == pytest.approx(2.0 * 1.0 * 2e-3, rel=1e-6)
+    np.testing.assert_allclose(solid.center, [1.0, 0.5, 0.0], atol=1e-9)

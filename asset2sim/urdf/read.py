@@ -62,7 +62,7 @@ def check_numbers(path: Path, document: "etree._ElementTree") -> None:
                     raise AssetError(
                         FailureMode.INVALID_JOINT_CONFIGURATION,
                         "not_finite",
-                        f"{path.name}: <{element.tag!s} {key!s}='{word}'> of '{name!s}' is not finite; give it a number",
+                        f"{path.name}: <{element.tag!s} {key!s}='{word}'> of '{name!s}' is not finite",
                         joint=name,
                     )
 
