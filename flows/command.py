@@ -33,14 +33,12 @@ def _refine(request: RefineRequest) -> RunResult:
 
 
 def _nightly(request: RefineRequest) -> None:
+    from asset2sim.programs import run_together
     from tasks.prefect_server import temporary_server
 
     with temporary_server(schedules=True) as address:
-        from flows.nightly import serve_nightly
-        from tasks.prefect_client import use_server
-
-        with use_server(address):
-            serve_nightly(request)
+        server = [address] if address else []
+        run_together({"nightly": [sys.executable, "-m", "flows.nightly", request.model_dump_json(), *server]})
 
 
 if __name__ == "__main__":

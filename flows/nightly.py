@@ -1,4 +1,8 @@
-"""Refine a dataset every night, on the schedule that ``catalog.yaml`` holds."""
+"""Refine a dataset every night, on the schedule that ``catalog.yaml`` holds: ``asset2sim nightly DATA --out OUT``.
+
+As a program of its own, ``python -m flows.nightly REQUEST [SERVER]``, it is what that command starts and stops: once
+interrupted, Prefect's serving leaves threads behind that keep its process from ending.
+"""
 
 import sys
 from pathlib import Path
@@ -8,6 +12,7 @@ from prefect.schedules import Cron
 from asset2sim.catalog.schedule import nightly_schedule
 from asset2sim.cli.request import RefineRequest
 from flows.refine_dataset import refine_dataset
+from tasks.prefect_client import use_server
 
 CATALOG_FILE = Path(__file__).resolve().parents[1] / "catalog.yaml"
 
@@ -30,6 +35,5 @@ def serve_nightly(request: RefineRequest) -> None:
 
 
 if __name__ == "__main__":
-    from flows.command import main
-
-    sys.exit(main(["nightly", *sys.argv[1:]]))
+    with use_server(sys.argv[2] if len(sys.argv) > 2 else None):
+        serve_nightly(RefineRequest.model_validate_json(sys.argv[1]))

@@ -4,7 +4,8 @@ from contextlib import suppress
 from pathlib import Path
 
 from asset2sim.cli.console import output
-from asset2sim.ui import addresses, commands, serve_pages
+from asset2sim.programs import run_together
+from asset2sim.ui import addresses, commands
 
 
 def print_and_serve(out: Path) -> None:
@@ -13,4 +14,4 @@ def print_and_serve(out: Path) -> None:
     for name, address in addresses().items():
         console.print(f"{name}: {address}")
     with suppress(KeyboardInterrupt):
-        serve_pages(commands(out))
+        run_together(commands(out))

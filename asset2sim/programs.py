@@ -1,0 +1,55 @@
+"""Programs that run until they are interrupted, and end together."""
+
+import os
+import signal
+import subprocess
+from collections.abc import Mapping, Sequence
+
+from schemas.errors import Asset2SimError
+
+STOP_LIMIT_S = 10.0
+"""Time that a program gets to end by itself, s."""
+
+
+class ProgramError(Asset2SimError):
+    """A program ended by itself."""
+
+
+def run_together(commands: Mapping[str, Sequence[str]]) -> None:
+    """Run programs, name → command line, until interrupted; raises ``ProgramError`` when one ends by itself.
+
+    Neither they nor what they start survives this call.
+    """
+    # Sessions of their own: a program may start others, and Ctrl-C must reach none of them twice.
+    running = {name: subprocess.Popen(command, start_new_session=True) for name, command in commands.items()}
+    try:
+        while True:
+            for name, process in running.items():
+                try:
+                    code = process.wait(timeout=0.5)
+                except subprocess.TimeoutExpired:
+                    continue
+                raise ProgramError(f"{name} ended with exit code {code}; what it said is above")
+    finally:
+        _stop(list(running.values()))
+
+
+def _stop(processes: Sequence[subprocess.Popen[bytes]]) -> None:
+    for process in processes:
+        _signal(process, signal.SIGTERM)
+    for process in processes:
+        try:
+            process.wait(timeout=STOP_LIMIT_S)
+        except subprocess.TimeoutExpired:
+            continue
+    # The whole group once more: a program may end before what it started.
+    for process in processes:
+        _signal(process, signal.SIGKILL)
+        process.wait()
+
+
+def _signal(process: subprocess.Popen[bytes], number: signal.Signals) -> None:
+    try:
+        os.killpg(process.pid, number)
+    except ProcessLookupError:
+        return
