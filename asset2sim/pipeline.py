@@ -195,7 +195,7 @@ def record(ref: AssetRef, settings: Settings, progress: Progress, verdict: Verdi
         overlay=progress.overlay,
         measurement=progress.measurement,
         calls=tuple(progress.calls),
-        trace=tuple(progress.trace),
+        trace=tuple(step.model_copy(update={"step": index}) for index, step in enumerate(progress.trace)),
         findings=tuple(progress.findings),
         seconds=dict(progress.seconds),
         content_hash=hashlib.sha256(f"{content}\n{request}".encode()).hexdigest(),

@@ -99,6 +99,7 @@ def running(dataset: Path, tmp_path: Path, environment: dict[str, str]) -> Itera
     started = wait_until(lambda: process.poll() is not None or all(path.exists() for path in asleep), LIMIT_S)
     assert started, "the run did not get to its assets"
     assert process.poll() is None, process.communicate()
+    time.sleep(2.0)  # the records of the assets before them are on their way, and LiteLLM's import holds everybody up
     yield process
     if process.poll() is None:
         os.killpg(process.pid, signal.SIGKILL)

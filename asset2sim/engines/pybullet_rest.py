@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from importlib.metadata import version
 from pathlib import Path
 
 import numpy as np
@@ -137,7 +138,7 @@ def measure(
     finite = bool(np.isfinite(seen.joint_positions).all() and np.isfinite(seen.peak_speed))
     return Measurement(
         engine="pybullet",
-        engine_version=str(pybullet.getAPIVersion()),
+        engine_version=version("pybullet"),
         timestep_s=settings.timestep_s,
         settle_s=settings.settle_s,
         test_s=settings.test_s,

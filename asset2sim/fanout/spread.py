@@ -52,6 +52,14 @@ def spread(
                 lost.append(ref)
             else:
                 yield record
+    except KeyboardInterrupt:
+        # What has finished and was only waiting to be fetched counts as finished.
+        for future in [future for future in at_work if future.status == "finished"]:
+            record, _ = _collect(client, future)
+            del at_work[future]
+            if record is not None:
+                yield record
+        raise
     finally:
         if at_work:
             client.cancel(list(at_work), force=True)

@@ -42,9 +42,7 @@ def read_references(file: Path) -> dict[str, Reference]:
         rows = list(csv.DictReader(stream))
     # Tasks that articulate come last, so that they replace those that carry.
     rows.sort(key=lambda row: not row["gensim2_task"].endswith(NOT_ARTICULATING))
-    return {
-        row["asset_id"]: Reference(float(row["scale"]), row["joint"], float(row["joint_position"])) for row in rows
-    }
+    return {row["asset_id"]: Reference(float(row["scale"]), row["joint"], float(row["joint_position"])) for row in rows}
 
 
 def deviations(records: Sequence[AssetRecord], references: Mapping[str, Reference]) -> tuple[Deviation, ...]:

@@ -175,4 +175,6 @@ def bring_back(search: Search) -> None:
             pose = {**search.best, name: far}
             phi = search.evaluator.phi(pose)
             used = search.evaluator.evaluations - before
-            search.record("line", pose, phi, used, phi <= search.settings.target_phi_m, "nearer to the requested state")
+            search.record(
+                "return", pose, phi, used, phi <= search.settings.target_phi_m, "nearer to the requested state"
+            )
