@@ -53,12 +53,7 @@ def spread(
             else:
                 yield record
     except KeyboardInterrupt:
-        # What has finished and was only waiting to be fetched counts as finished.
-        for future in [future for future in at_work if future.status == "finished"]:
-            record, _ = _collect(client, future)
-            del at_work[future]
-            if record is not None:
-                yield record
+        yield from _already_finished(client, at_work)
         raise
     finally:
         if at_work:
@@ -66,6 +61,15 @@ def spread(
     for ref in lost:
         record, reason = _collect(client, _submit(client, work, ref))
         yield record if record is not None else fail(ref, f"its Dask worker was lost twice: {reason}")
+
+
+def _already_finished(client: Client, at_work: dict[Future[AssetRecord], AssetRef]) -> list[AssetRecord]:
+    """What has finished and was only waiting to be fetched; taken out of ``at_work``."""
+    finished = [future for future in at_work if future.status == "finished"]
+    collected = [_collect(client, future)[0] for future in finished]
+    for future in finished:
+        del at_work[future]
+    return [record for record in collected if record is not None]
 
 
 def _submit(client: Client, work: Work, ref: AssetRef) -> Future[AssetRecord]:
