@@ -7,8 +7,9 @@ class TraceStep(Frozen):
     """One proposal and what the simulator said of it. Φ in metres; ``moved`` maps joint → new position (rad or m).
 
     ``proposer``: ``request`` (a search begins at the requested state), ``line``, ``perturbation`` and ``grid`` (the
-    search), ``return`` (a mended pose goes back towards the requested one while Φ stays as low as wanted), ``authored``
-    (a joint nobody asked for starts at its authored zero), ``model``, ``shape`` (hulls cut or decomposed), ``dynamics``.
+    search), ``return`` (a mended pose goes back towards the requested one while Φ stays as low as wanted),
+    ``authored`` (a joint nobody asked for starts at its authored zero), ``model``, ``shape`` (hulls cut or decomposed),
+    ``dynamics``.
     """
 
     step: int
