@@ -14,8 +14,9 @@ from pathlib import Path
 
 from asset2sim.catalog.run import git_state, versions
 from asset2sim.isolation import Ending, run_isolated
-from asset2sim.models.choices import check_model, is_prior
+from asset2sim.models.choices import check_model
 from asset2sim.models.environment import quiet_environment
+from asset2sim.models.priors_known import is_prior
 from schemas.errors import Asset2SimError, UsageError
 from schemas.request import ModelRequest
 from schemas.settings import ModelSettings, RunSettings

@@ -14,6 +14,7 @@ from asset2sim.engines.pybullet_rest import measure
 from asset2sim.extraction import Extraction, extract
 from asset2sim.folders import staged_folder
 from asset2sim.metrics.verdict import Verdict, judge
+from asset2sim.models.priors_known import is_prior
 from asset2sim.models.synthesize import SynthesisError, synthesize
 from asset2sim.physics.contact import contact_friction
 from asset2sim.search.asset import refine_in_engine
@@ -95,7 +96,7 @@ def run_stages(ref: AssetRef, out: Path, settings: Settings, ask: Ask, progress:
         progress.findings.extend(extraction.findings)
     with progress.timed(Stage.SYNTHESIZE):
         proposal = propose(ref, extraction, settings, ask, progress)
-    source = Source.PRIOR if settings.model.model.startswith("prior/") else Source.MODEL
+    source = Source.PRIOR if is_prior(settings.model.model) else Source.MODEL
     with progress.timed(Stage.VALIDATE):
         friction = contact_friction(proposal.contact_material, settings.physics)
         overlay, findings = validate(extraction, proposal, source, friction, settings.physics)
@@ -137,7 +138,7 @@ def run_stages(ref: AssetRef, out: Path, settings: Settings, ask: Ask, progress:
 def propose(ref: AssetRef, extraction: Extraction, settings: Settings, ask: Ask, progress: Progress) -> Overlay:
     """The model's overlay, its calls and findings kept. Views are rendered only for models that might look at them."""
     images: tuple[LabelledImage, ...] = ()
-    if not settings.model.model.startswith("prior/"):
+    if not is_prior(settings.model.model):
         views = render_views(extraction.urdf, {}, settings.views)
         images = tuple(LabelledImage(label=name, png=png_bytes(image)) for name, image in views.items())
     proposal, calls, findings = synthesize(

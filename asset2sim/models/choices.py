@@ -5,12 +5,9 @@ import os
 from collections.abc import Sequence
 from urllib.parse import urlsplit
 
+from asset2sim.models.priors_known import PRIOR_MODELS, is_prior
 from schemas.errors import UnknownChoiceError, UsageError
 from schemas.settings import ModelSettings
-
-PRIOR_PROVIDER = "prior"
-PRIOR_MODELS: tuple[str, ...] = ("prior/household",)
-"""The models that run in this process."""
 
 _AMBIENT_PROVIDERS = ("azure", "azure_ai", "bedrock", "sagemaker", "vertex_ai", "vertex_ai_beta")
 """Providers whose credentials may also come from a profile, a role or a login: a missing variable proves nothing."""
@@ -29,11 +26,6 @@ _SHOWN_CHOICES = (
     "vertex_ai/<model>",
     "or any other provider's prefix that LiteLLM knows",
 )
-
-
-def is_prior(model: str) -> bool:
-    """Whether the model runs in this process, whatever its name says after the slash."""
-    return model.split("/", 1)[0] == PRIOR_PROVIDER
 
 
 def check_model(settings: ModelSettings) -> None:

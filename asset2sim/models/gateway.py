@@ -8,8 +8,9 @@ from dataclasses import dataclass
 from typing import Any
 
 from asset2sim.models import provider_errors
-from asset2sim.models.choices import check_model, is_prior, listed, missing_variables, runs_without_key, unset_variables
+from asset2sim.models.choices import check_model, listed, missing_variables, runs_without_key, unset_variables
 from asset2sim.models.lite import load_litellm
+from asset2sim.models.priors_known import is_prior
 from schemas.call import ModelCall
 from schemas.request import ModelAnswer, ModelRequest
 from schemas.settings import ModelSettings

@@ -10,7 +10,7 @@ import litellm
 from litellm import CustomLLM, ModelResponse
 from litellm.llms.custom_llm import CustomLLMError
 
-from asset2sim.models.choices import PRIOR_MODELS, PRIOR_PROVIDER
+from asset2sim.models.priors_known import PRIOR_MODELS, PRIOR_PROVIDER
 
 CHARACTERS_PER_TOKEN = 4
 """The rule of thumb by which tokens are counted where LiteLLM's own tokenizer is not to be had."""

@@ -3,6 +3,7 @@
 from pathlib import Path
 
 from asset2sim.models.answers import parse_refinement
+from asset2sim.models.priors_known import is_prior
 from asset2sim.models.prompt import refinement_request
 from asset2sim.search.loop import Loop
 from asset2sim.search.proposals import Pose
@@ -25,7 +26,7 @@ def model_asker(loop: Loop, urdf: Path) -> Ask:
 
     def propose(best: Pose, phi: float, pairs: tuple[ContactPair, ...], focus: tuple[str, ...]) -> Pose | None:
         images: tuple[LabelledImage, ...] = ()
-        if not settings.model.model.startswith("prior/"):
+        if not is_prior(settings.model.model):
             views = render_views(urdf, best, settings.views)
             images = tuple(LabelledImage(label=name, png=png_bytes(views[name])) for name in MODEL_VIEWS)
         request = refinement_request(
