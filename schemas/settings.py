@@ -149,8 +149,8 @@ class RunSettings(Frozen):
 
     workers: int = Field(2, ge=1)
     scheduler: str | None = None
-    asset_time_limit_s: Positive = 120.0
-    """Wall time of one asset, s: the slowest of the real objects needs about a tenth of it."""
+    asset_time_limit_s: Positive = 300.0
+    """Wall time of one asset, s: the slowest of the real objects, a keyboard of 115 keys, needs about a tenth of it."""
     asset_memory_limit_mb: int = Field(4096, ge=256)
     """Address space that one asset's process may add, MB."""
 
