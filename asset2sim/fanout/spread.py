@@ -1,5 +1,6 @@
 """Assets to futures and back: a bounded number in flight, records as they finish, the lost tried once more alone."""
 
+import time
 import uuid
 from collections.abc import Callable, Iterator, Sequence
 
@@ -11,6 +12,9 @@ from schemas.errors import Asset2SimError, UsageError
 
 IN_FLIGHT_PER_THREAD = 2
 """Futures per worker thread: one at work, and one waiting so that no worker waits for the client."""
+
+QUIET_S = 1.0
+"""After an interruption, time without another finished future after which no more are waited for, s."""
 
 Work = Callable[[AssetRef], AssetRecord]
 
@@ -45,8 +49,9 @@ def spread(
         for _ in range(IN_FLIGHT_PER_THREAD * concurrency(client)):
             submit_next()
         for future in done:
-            ref = at_work.pop(future)
+            # Only what has been collected is taken out: an interruption may come while the record is being fetched.
             record, _ = _collect(client, future)
+            ref = at_work.pop(future)
             submit_next()
             if record is None:
                 lost.append(ref)
@@ -64,12 +69,21 @@ def spread(
 
 
 def _already_finished(client: Client, at_work: dict[Future[AssetRecord], AssetRef]) -> list[AssetRecord]:
-    """What has finished and was only waiting to be fetched; taken out of ``at_work``."""
-    finished = [future for future in at_work if future.status == "finished"]
-    collected = [_collect(client, future)[0] for future in finished]
-    for future in finished:
-        del at_work[future]
-    return [record for record in collected if record is not None]
+    """What has finished and was only waiting to be fetched; taken out of ``at_work``.
+
+    The word that a future is done may itself be on its way, so this ends when none has come for ``QUIET_S``.
+    """
+    records: list[AssetRecord] = []
+    quiet_since = time.monotonic()
+    while at_work and time.monotonic() - quiet_since < QUIET_S:
+        for future in [future for future in at_work if future.status == "finished"]:
+            record, _ = _collect(client, future)
+            del at_work[future]
+            if record is not None:
+                records.append(record)
+            quiet_since = time.monotonic()
+        time.sleep(QUIET_S / 10.0)
+    return records
 
 
 def _submit(client: Client, work: Work, ref: AssetRef) -> Future[AssetRecord]:
@@ -86,9 +100,9 @@ def _collect(client: Client, future: Future[AssetRecord]) -> tuple[AssetRecord |
     except Exception as error:  # whatever Dask says of a lost worker: KilledWorker, CancelledError, CommClosedError, …
         if client.status != "running":
             raise LostClusterError("the Dask scheduler went away; what had finished is kept") from error
-        return None, f"{type(error).__name__}: {error}".splitlines()[0]
-    finally:
-        # Or Dask would compute it again when the worker that holds the result is lost.
         future.release()
+        return None, f"{type(error).__name__}: {error}".splitlines()[0]
+    # Or Dask would compute it again when the worker that holds the result is lost.
+    future.release()
     assert isinstance(record, AssetRecord)
     return record, ""
