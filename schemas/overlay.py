@@ -128,13 +128,3 @@ class PhysicsOverlay(Frozen):
     def initial_positions(self) -> dict[str, float]:
         """Joint name → initial position, radians or metres at the final scale."""
         return {joint.name: joint.initial_position for joint in self.joints}
-
-    def with_positions(self, positions: dict[str, float], source: Source) -> "PhysicsOverlay":
-        """The same overlay, with these joints started elsewhere; ``source`` marks the joints that moved."""
-        joints = tuple(
-            joint.model_copy(update={"initial_position": positions[joint.name], "position_source": source})
-            if joint.name in positions and positions[joint.name] != joint.initial_position
-            else joint
-            for joint in self.joints
-        )
-        return self.model_copy(update={"joints": joints})

@@ -16,6 +16,19 @@ from schemas.features import JointFeatures
 ORIGIN: Vector3 = (0.0, 0.0, 0.0)
 
 
+def cylinder_inertia(mass: float, radius: float, length: float) -> Array:
+    """(3, 3) inertia of a solid cylinder along z about its centre: m (3 r² + h²) / 12 across and m r² / 2 along."""
+    across = mass * (3.0 * radius**2 + length**2) / 12.0
+    diagonal: Array = np.diag([across, across, mass * radius**2 / 2.0])
+    return diagonal
+
+
+def is_physical(tensor: Array) -> bool:
+    """Whether a tensor is positive definite and its principal moments obey the triangle inequality."""
+    moments = np.linalg.eigvalsh(tensor)
+    return bool(moments[0] > 0.0 and moments[2] <= (moments[0] + moments[1]) * (1.0 + 1e-9))
+
+
 def ball_inertia(moment: float) -> Inertia6:
     """The same moment about every axis, kg·m²."""
     return (moment, 0.0, 0.0, moment, 0.0, moment)

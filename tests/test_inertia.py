@@ -8,9 +8,9 @@ from hypothesis import strategies as st
 
 from asset2sim.arrays import Array, six
 from asset2sim.geometry.shape import Solid, combined, shape_of
-from asset2sim.physics.inertia import box_inertia, cylinder_inertia, is_physical, make_physical, tensor_of
+from asset2sim.physics.inertia import box_inertia, make_physical, tensor_of
 from schemas.vocabulary import VolumeSource
-from tests.builders import corners
+from tests.builders import corners, cylinder_inertia, is_physical
 
 SMALLEST = 1e-9
 numbers = st.floats(-10.0, 10.0, allow_subnormal=False)

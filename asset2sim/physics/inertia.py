@@ -23,13 +23,6 @@ def box_inertia(mass: float, size: Array) -> Array:
     return diagonal
 
 
-def cylinder_inertia(mass: float, radius: float, length: float) -> Array:
-    """(3, 3) inertia of a solid cylinder along z about its centre: m (3 r² + h²) / 12 across and m r² / 2 along."""
-    across = mass * (3.0 * radius**2 + length**2) / 12.0
-    diagonal: Array = np.diag([across, across, mass * radius**2 / 2.0])
-    return diagonal
-
-
 def tensor_of(six: Inertia6) -> Array:
     """(3, 3) symmetric tensor of (ixx, ixy, ixz, iyy, iyz, izz)."""
     ixx, ixy, ixz, iyy, iyz, izz = six
@@ -60,9 +53,3 @@ def make_physical(tensor: Array, smallest: float) -> Mended:
     if not changes:
         return Mended(mended, ())
     return Mended(axes @ np.diag(moments) @ axes.T, tuple(changes))
-
-
-def is_physical(tensor: Array) -> bool:
-    """Whether a tensor is positive definite and its principal moments obey the triangle inequality."""
-    moments = np.linalg.eigvalsh(tensor)
-    return bool(moments[0] > 0.0 and moments[2] <= (moments[0] + moments[1]) * (1.0 + 1e-9))
