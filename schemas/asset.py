@@ -6,6 +6,7 @@ from schemas.base import Frozen
 from schemas.call import ModelCall
 from schemas.features import Features
 from schemas.finding import Finding
+from schemas.interaction import EngineReport, OverlapPair
 from schemas.measurement import Measurement
 from schemas.overlay import PhysicsOverlay
 from schemas.trace import TraceStep
@@ -36,6 +37,8 @@ class AssetRecord(Frozen):
     features: Features | None = None
     overlay: PhysicsOverlay | None = None
     measurement: Measurement | None = None
+    reports: tuple[EngineReport, ...] = ()
+    overlaps: tuple[OverlapPair, ...] = ()
     calls: tuple[ModelCall, ...] = ()
     trace: tuple[TraceStep, ...] = ()
     findings: tuple[Finding, ...] = ()

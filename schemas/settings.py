@@ -3,7 +3,7 @@
 from pydantic import Field
 
 from schemas.base import Fraction, Frozen, NonNegative, Positive
-from schemas.vocabulary import Method
+from schemas.vocabulary import CollisionMode, DynamicsRule, Engine, Export, Method, StateMode
 
 
 class Thresholds(Frozen):
@@ -23,11 +23,33 @@ class Thresholds(Frozen):
     """... or a slider's above this, m (the paper states none: 5 mm is as visible as 0.05 rad at 10 cm)."""
     peak_speed_m_s: Positive = 6.0
     """Fastest any link may move, m/s: a drop from 5 cm ends at 1 m/s, so 6 m/s is energy out of nowhere."""
+    final_speed_m_s: Positive = 0.05
+    """Fastest link at the end of a drop or a perturbed start that counts as at rest, m/s."""
+    sink_m: Positive = 5e-3
+    """How deep an object may end in the plane, m."""
+    nudge_remaining: Fraction = 0.1
+    """Share of a nudged joint's speed that may be left after the nudge's time."""
+    sweep_overlap_m: Positive = 2e-3
+    """Overlap beyond the initial one from which a joint counts as jammed, m."""
+    sweep_free_share: Fraction = 0.9
+    """Share of its range that a joint must move freely, unless authored geometry stops it."""
+    hold_rad: Positive = 0.02
+    """Furthest that a joint may go that must stay where it is placed, rad (a degree) ..."""
+    hold_m: Positive = 2e-3
+    """... or m."""
+    release_share: Fraction = 0.1
+    """Share of the way to its rest that a released joint may leave undone."""
+    reset_turn_rad: Positive = 0.1
+    """Furthest from upright that an object may end after a perturbed start, rad."""
+    reset_joint_share: Fraction = 0.05
+    """Share of its range that a joint which must hold may move over a perturbed start."""
 
 
 class PhysicsSettings(Frozen):
     """Bounds that keep what is written simulable in every engine."""
 
+    dynamics: DynamicsRule = DynamicsRule.INERTIA
+    """Where joint damping, friction and stiffness come from."""
     min_mass_kg: Positive = 1e-3
     """The lightest link, kg: the paper's tiny parts weigh 1 to 10 g; below 1 g contact solvers lose precision."""
     max_density_kg_m3: Positive = 20_000.0
@@ -96,6 +118,48 @@ class EngineSettings(Frozen):
     drop_height_m: NonNegative = 2e-4
     """Height at which the object is set over the plane, m: it never starts inside, and lands at 0.06 m/s, too slow to
     shake a lid loose."""
+    verify: tuple[Engine, ...] | None = None
+    """Engines that the refined asset is judged in; None stands for all that are installed. Refinement uses PyBullet."""
+    interact: bool = True
+    """Whether the interaction tests are run, beside the paper's three."""
+    coarse_timestep_s: Positive = 1.0 / 60.0
+    """The coarse step at which the drop is repeated, s: robot learning runs at 60 Hz."""
+    time_limit_s: Positive = 120.0
+    """Wall time of one engine's verification of one asset, s; its process is killed then."""
+    fall_height_m: Positive = 0.05
+    """Height of the drop test, m."""
+    fall_s: Positive = 3.0
+    """Time after a drop or a perturbed start by which the object must be at rest, s."""
+    nudge_rad_s: Positive = 1.0
+    """Speed that a nudge gives a hinge, rad/s: a push with a finger ..."""
+    nudge_m_s: Positive = 0.2
+    """... or a slider, m/s."""
+    nudge_s: Positive = 2.0
+    """Time that a nudged joint is given, s."""
+    hold_s: Positive = 2.0
+    """Time over which a joint must stay where it is placed, s."""
+    release_s: Positive = 6.0
+    """Longest time that a released joint is given, s."""
+    push_s: Positive = 1.0
+    """Time over which the effort on a joint is raised until it moves, s."""
+    sweep_samples: int = Field(25, ge=3)
+    """Positions of a joint at which a sweep looks for overlaps."""
+    resets: int = Field(8, ge=0)
+    """Perturbed starts."""
+    reset_m: Positive = 0.02
+    """Largest shift of a perturbed start along each axis, m ..."""
+    reset_rad: Positive = 0.035
+    """... and its largest tilt about each, rad (two degrees)."""
+
+
+class CollisionSettings(Frozen):
+    """What becomes of collision geometry, and what it may cost."""
+
+    mode: CollisionMode = CollisionMode.DECOMPOSE
+    max_link_hulls: int = Field(48, ge=1)
+    """Most convex pieces of one link: contacts get slower with each."""
+    max_asset_hulls: int = Field(256, ge=1)
+    """Most convex pieces that decomposition may make an asset have: beyond it only the largest hollows are kept."""
 
 
 class SearchSettings(Frozen):
@@ -162,6 +226,9 @@ class Settings(Frozen):
     model: ModelSettings = ModelSettings()
     physics: PhysicsSettings = PhysicsSettings()
     engine: EngineSettings = EngineSettings()
+    collision: CollisionSettings = CollisionSettings()
+    state: StateMode = StateMode.DOCUMENT
+    exports: tuple[Export, ...] = ()
     search: SearchSettings = SearchSettings()
     thresholds: Thresholds = Thresholds()
     views: ViewSettings = ViewSettings()

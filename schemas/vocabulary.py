@@ -14,6 +14,12 @@ class FailureMode(StrEnum):
     PENETRATION = "penetration"
     DRIFT = "drift"
     OSCILLATION = "oscillation"
+    DROP = "drop"
+    NUDGE = "nudge"
+    JAM = "jam"
+    HOLD = "hold"
+    RELEASE = "release"
+    RESET = "reset"
     ENGINE_CRASH = "engine_crash"
     TIMEOUT = "timeout"
     MODEL_ERROR = "model_error"
@@ -28,6 +34,12 @@ PAPER_FAILURE_MODES: dict[FailureMode, str] = {
     FailureMode.PENETRATION: "invalid penetration state",
     FailureMode.DRIFT: "drift or oscillation in simulation",
     FailureMode.OSCILLATION: "drift or oscillation in simulation",
+    FailureMode.DROP: "drift or oscillation in simulation",
+    FailureMode.NUDGE: "drift or oscillation in simulation",
+    FailureMode.JAM: "invalid penetration state",
+    FailureMode.HOLD: "drift or oscillation in simulation",
+    FailureMode.RELEASE: "drift or oscillation in simulation",
+    FailureMode.RESET: "drift or oscillation in simulation",
     FailureMode.ENGINE_CRASH: "drift or oscillation in simulation",
     FailureMode.TIMEOUT: "drift or oscillation in simulation",
 }
@@ -86,3 +98,53 @@ class Method(StrEnum):
     """How an asset is refined."""
 
     ASSET2SIM = "asset2sim"
+
+
+class Engine(StrEnum):
+    """The simulators that an asset can be judged in."""
+
+    PYBULLET = "pybullet"
+    MUJOCO = "mujoco"
+    SAPIEN = "sapien"
+
+
+class OverlapCause(StrEnum):
+    """Why two links overlap: the authored meshes do, or only the convex shapes that stand for them."""
+
+    AUTHORED = "authored"
+    HULL = "hull"
+
+
+class CollisionMode(StrEnum):
+    """What becomes of collision geometry.
+
+    ``keep`` leaves it as authored, missing files dropped; ``repair`` writes one convex hull per shell, sheets
+    thickened; ``decompose`` also cuts concave meshes into convex pieces, so that what is hollow stays hollow.
+    """
+
+    KEEP = "keep"
+    REPAIR = "repair"
+    DECOMPOSE = "decompose"
+
+
+class DynamicsRule(StrEnum):
+    """Where joint dynamics come from: ``inertia`` (what a joint moves, and time constants), or the ``paper``'s
+    absolute ranges."""
+
+    INERTIA = "inertia"
+    PAPER = "paper"
+
+
+class StateMode(StrEnum):
+    """How the initial state travels: ``document`` keeps the authored zero and states the positions beside it;
+    ``bake`` writes a URDF whose zero is the state."""
+
+    DOCUMENT = "document"
+    BAKE = "bake"
+
+
+class Export(StrEnum):
+    """Formats written beside the URDF."""
+
+    MJCF = "mjcf"
+    USD = "usd"

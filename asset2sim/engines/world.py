@@ -1,0 +1,83 @@
+"""One object in one simulated world: the small interface behind which every engine sits."""
+
+from collections.abc import Mapping
+from contextlib import AbstractContextManager
+from pathlib import Path
+from typing import Protocol
+
+from asset2sim.arrays import Array
+from asset2sim.metrics.penetration import ContactPoint
+from schemas.vocabulary import Engine
+
+GRAVITY_M_S2 = 9.81
+
+
+class World(Protocol):
+    """A loaded object whose joint damping, friction and stiffness are in force as its URDF states them.
+
+    The world has a plane at z = 0 and the object's root is free, or it has none and the root is held. Gravity is along
+    -z. Frames are the world's, quaternions xyzw, positions rad or m in ``joint_names``' order.
+    """
+
+    engine: Engine
+    timestep_s: float
+    link_names: tuple[str, ...]
+    joint_names: tuple[str, ...]
+    console: tuple[str, ...]
+    """What the engine printed while loading."""
+
+    def place(
+        self,
+        positions: Mapping[str, float],
+        *,
+        height_m: float = 0.0,
+        shift_m: tuple[float, float] = (0.0, 0.0),
+        tilt_rad: tuple[float, float, float] = (0.0, 0.0, 0.0),
+    ) -> None:
+        """Set the object at rest: joints at ``positions`` (others at zero), no effort applied.
+
+        With a plane, upright as authored and then turned by the rotation vector ``tilt_rad``, shifted along the plane,
+        its lowest point ``height_m`` above it. A held root stays as authored.
+        """
+
+    def step(self, count: int = 1) -> None:
+        """Advance by that many time steps."""
+
+    def root_pose(self) -> tuple[Array, Array]:
+        """(3,) position and (4,) xyzw orientation of a frame fixed to the root link."""
+
+    def positions(self) -> Array:
+        """(n,) joint positions."""
+
+    def velocities(self) -> Array:
+        """(n,) joint velocities."""
+
+    def kick(self, velocities: Mapping[str, float]) -> None:
+        """Give these joints a velocity (rad/s or m/s) at once; all else keeps its own."""
+
+    def push(self, efforts: Mapping[str, float]) -> None:
+        """Apply these constant efforts (N·m or N) from now on, joints not named none."""
+
+    def link_speeds(self) -> Array:
+        """(l,) speeds of the links' centres of mass, m/s."""
+
+    def lowest_m(self) -> float:
+        """Height of the lowest collision point over the plane, m; negative where it has sunk in."""
+
+    def contacts(self) -> list[ContactPoint]:
+        """The object's contact points with itself at its present joint positions, under the engine's default filter."""
+
+
+class Opener(Protocol):
+    """Opens a world for one URDF; raises AssetError (engine_crash) where the engine refuses it."""
+
+    def __call__(
+        self,
+        urdf: Path,
+        *,
+        plane: bool,
+        timestep_s: float,
+        contact_friction: float,
+        gravity_m_s2: float = GRAVITY_M_S2,
+    ) -> AbstractContextManager[World]:
+        """The loaded object, until the context ends."""

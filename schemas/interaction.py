@@ -1,0 +1,138 @@
+"""What one engine saw of an asset that was dropped, pushed, opened and let go: numbers only, verdicts are elsewhere."""
+
+from pydantic import Field
+
+from schemas.base import Frozen, NonNegative, Vector3
+from schemas.measurement import ContactPair, Measurement
+from schemas.vocabulary import Engine, OverlapCause
+
+
+class Drop(Frozen):
+    """The object dropped on a plane in its initial state; ``sink_m`` is how far its lowest point ends below it."""
+
+    timestep_s: float
+    height_m: NonNegative
+    seconds: NonNegative
+    peak_speed_m_s: NonNegative
+    final_speed_m_s: NonNegative
+    sink_m: NonNegative
+    finite: bool
+
+
+class Nudge(Frozen):
+    """One joint set in motion at ``speed`` (rad/s or m/s) and left alone, the root held.
+
+    ``final_speed`` is the joint's own after ``seconds``, ``peak_speed_m_s`` that of the fastest link on the way.
+    """
+
+    joint: str
+    speed: float
+    final_speed: NonNegative
+    peak_speed_m_s: NonNegative
+    seconds: NonNegative
+    finite: bool
+
+
+class Obstacle(Frozen):
+    """What stops a joint at ``position`` (rad or m): the two links that overlap there, by how much, and why."""
+
+    position: float
+    link_a: str
+    link_b: str
+    depth_m: NonNegative
+    cause: OverlapCause
+
+
+class Sweep(Frozen):
+    """One joint over its whole range, the others where they leave it most room (``others``, rad or m).
+
+    ``free_share`` is the share of the range, 0 to 1, in one piece with the initial position, in which no two links
+    overlap more than they do initially.
+    """
+
+    joint: str
+    lower: float
+    upper: float
+    free_share: float
+    others: dict[str, float] = Field(default_factory=dict)
+    obstacles: tuple[Obstacle, ...] = ()
+
+
+class Hold(Frozen):
+    """A joint that must stay where it is placed: how far it went in ``seconds``, the root held (rad or m)."""
+
+    joint: str
+    position: float
+    moved: NonNegative
+    seconds: NonNegative
+
+
+class Release(Frozen):
+    """A joint let go of away from where gravity or its spring takes it (``by``), the root held.
+
+    ``start``, ``target`` and ``end`` are positions (rad or m); ``seconds`` the time until it was within a tenth of the
+    way of ``target``, None if it never was.
+    """
+
+    joint: str
+    by: str
+    start: float
+    target: float
+    end: float
+    seconds: float | None
+
+
+class Opening(Frozen):
+    """The least effort (N·m or N) that moves a joint from its initial position towards its open end, and towards its
+    closed one; None where none up to its effort limit does, or where it is at that end."""
+
+    joint: str
+    opening: NonNegative | None
+    closing: NonNegative | None
+
+
+class Reset(Frozen):
+    """One start from a perturbed pose: shifted by ``offset_m``, turned by ``tilt_rad`` (a rotation vector)."""
+
+    offset_m: Vector3
+    tilt_rad: Vector3
+    peak_speed_m_s: NonNegative
+    final_speed_m_s: NonNegative
+    turned_rad: NonNegative
+    """How far the root's up axis ends from that of the initial pose, rad."""
+    joint_motion: NonNegative
+    """Furthest that a joint that must hold ended from its initial position, as a share of its range."""
+    finite: bool
+
+
+class OverlapPair(Frozen):
+    """Two links that overlap in the initial state, parent and child included, and why."""
+
+    pair: ContactPair
+    related: bool
+    """Whether one is the other's parent: engines do not see such overlaps by default."""
+    cause: OverlapCause
+
+
+class Interaction(Frozen):
+    """Every interaction test of one asset in one engine."""
+
+    engine: Engine
+    drops: tuple[Drop, ...] = ()
+    nudges: tuple[Nudge, ...] = ()
+    sweeps: tuple[Sweep, ...] = ()
+    holds: tuple[Hold, ...] = ()
+    releases: tuple[Release, ...] = ()
+    openings: tuple[Opening, ...] = ()
+    resets: tuple[Reset, ...] = ()
+
+
+class EngineReport(Frozen):
+    """One engine's whole judgement of one asset. ``problem`` says why a part is missing: the engine crashed or hung."""
+
+    engine: Engine
+    engine_version: str
+    measurement: Measurement | None = None
+    interaction: Interaction | None = None
+    problem: str | None = None
+    seconds: NonNegative = 0.0
