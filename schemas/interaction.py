@@ -47,13 +47,17 @@ class Sweep(Frozen):
     """One joint over its whole range, the others where they leave it most room (``others``, rad or m).
 
     ``free_share`` is the share of the range, 0 to 1, in one piece with the initial position, in which no two links
-    overlap more than they do initially.
+    overlap more than they do initially: the stretch from ``free_lower`` to ``free_upper``. ``start`` is the initial
+    position; ``lower`` to ``upper`` is one turn about it where the joint has no limits.
     """
 
     joint: str
     lower: float
     upper: float
     free_share: float
+    start: float = 0.0
+    free_lower: float | None = None
+    free_upper: float | None = None
     others: dict[str, float] = Field(default_factory=dict)
     obstacles: tuple[Obstacle, ...] = ()
 
@@ -84,11 +88,16 @@ class Release(Frozen):
 
 class Opening(Frozen):
     """The least effort (N·m or N) that moves a joint from its initial position towards its open end, and towards its
-    closed one; None where none up to its effort limit does, or where it is at that end."""
+    closed one; None where none up to its effort limit does, or where it is at that end.
+
+    ``stuck`` says that in a direction in which it has room no effort up to ``effort_limit`` moved it.
+    """
 
     joint: str
     opening: NonNegative | None
     closing: NonNegative | None
+    effort_limit: NonNegative | None = None
+    stuck: bool = False
 
 
 class Reset(Frozen):
@@ -99,9 +108,10 @@ class Reset(Frozen):
     peak_speed_m_s: NonNegative
     final_speed_m_s: NonNegative
     turned_rad: NonNegative
-    """How far the root's up axis ends from that of the initial pose, rad."""
+    """How far the root's up axis ends from where it is once the object has come to rest undisturbed, rad."""
     joint_motion: NonNegative
-    """Furthest that a joint that must hold ended from its initial position, as a share of its range."""
+    """Furthest that a joint that must hold ended from where it comes to rest undisturbed, as a share of its range; 0
+    where that is within what the hold test allows."""
     finite: bool
 
 
@@ -125,6 +135,10 @@ class Interaction(Frozen):
     releases: tuple[Release, ...] = ()
     openings: tuple[Opening, ...] = ()
     resets: tuple[Reset, ...] = ()
+    tip_rise_m: NonNegative | None = None
+    """The least rise of the centre of mass that topples the object from where it rests, m; None where not computed."""
+    support_m: NonNegative = 0.0
+    """The longest way from under its centre of mass to an edge of what it stands on, m."""
 
 
 class EngineReport(Frozen):
@@ -135,4 +149,5 @@ class EngineReport(Frozen):
     measurement: Measurement | None = None
     interaction: Interaction | None = None
     problem: str | None = None
+    timed_out: bool = False
     seconds: NonNegative = 0.0

@@ -1,10 +1,15 @@
 """The overlay: what a model proposes for one asset (``Overlay``), and what validation makes of it
 (``PhysicsOverlay``)."""
 
+from typing import Literal
+
 from pydantic import Field
 
 from schemas.base import Finite, Fraction, Frozen, Inertia6, NonNegative, Positive, Vector3
 from schemas.vocabulary import Source, VolumeSource
+
+Level = Literal["super low", "low", "medium", "high", "super high"]
+"""The paper's words for a place in a range."""
 
 
 class LinkProposal(Frozen):
@@ -31,6 +36,10 @@ class JointProposal(Frozen):
     Felt: ``coast_s`` is the time in which a free joint loses 63 % of its speed, ``spring_hz`` the frequency at which a
     spring-loaded part would bounce undamped, ``spring_rest`` the position to which it returns (authored scale),
     ``holds`` whether the joint must stay where it is placed against gravity.
+    Wishes, which count before ``coast_s`` and ``spring_hz``: ``closes_s`` is the time in which gravity shuts the part
+    from half open, ``stops_within`` how far it glides (m at the final scale, or rad) when a hand lets it go at its
+    usual speed, ``returns_s`` the time in which its spring brings it back from its far end. Closed and back are a tenth
+    of the way from it. ``damping_level`` is the user's word for damping, which the paper's rule needs.
     """
 
     name: str
@@ -41,6 +50,10 @@ class JointProposal(Frozen):
     spring_hz: Positive | None = None
     spring_rest: Finite | None = None
     holds: bool | None = None
+    closes_s: Positive | None = None
+    stops_within: Positive | None = None
+    returns_s: Positive | None = None
+    damping_level: Level | None = None
 
 
 class Overlay(Frozen):
@@ -83,7 +96,8 @@ class JointPhysics(Frozen):
     ``effective_inertia`` (kg·m² or kg) is what a torque or force on this joint alone accelerates, everything free:
     1 / (M⁻¹)ⱼⱼ of the floating-base mass matrix at the initial position. ``gravity_load`` (N·m or N) is gravity's
     pull on
-    the joint there, the object resting as authored.
+    the joint there, the object resting as authored. ``least_inertia`` is the smallest effective inertia over the
+    joints' ranges, which bounds what an explicit time step bears; 0 where nobody looked.
     """
 
     name: str
@@ -106,6 +120,7 @@ class JointPhysics(Frozen):
     effective_inertia: NonNegative
     gravity_load: Finite
     holds: bool
+    least_inertia: NonNegative = 0.0
 
 
 class PhysicsOverlay(Frozen):
@@ -128,3 +143,26 @@ class PhysicsOverlay(Frozen):
     def initial_positions(self) -> dict[str, float]:
         """Joint name → initial position, radians or metres at the final scale."""
         return {joint.name: joint.initial_position for joint in self.joints}
+
+
+class BakedJoint(Frozen):
+    """One joint of a baked URDF: ``position`` (rad or m, from the authored zero) is where its zero is now.
+
+    ``authored`` maps ``tag/attribute`` to the text that the unbaked URDF has there, None where it has none.
+    """
+
+    name: str
+    position: Finite
+    authored: dict[str, str | None]
+
+
+class Bake(Frozen):
+    """How a URDF's zero was moved to a state: enough to undo it. ``comment`` stated that state before."""
+
+    comment: str | None
+    joints: tuple[BakedJoint, ...]
+
+    @property
+    def positions(self) -> dict[str, float]:
+        """Joint name → where its zero is, from the authored zero, rad or m."""
+        return {joint.name: joint.position for joint in self.joints}

@@ -52,6 +52,8 @@ class PhysicsSettings(Frozen):
     """Where joint damping, friction and stiffness come from."""
     min_mass_kg: Positive = 1e-3
     """The lightest link, kg: the paper's tiny parts weigh 1 to 10 g; below 1 g contact solvers lose precision."""
+    smallest_mass_kg: Positive = 1e-4
+    """The lightest that a tiny link may stay where ``min_mass_kg`` would make it denser than any material, kg."""
     max_density_kg_m3: Positive = 20_000.0
     """Densest a link may be, over its hull, kg/m³: gold and tungsten have 19,300."""
     max_spring_hz: Positive = 1000.0
@@ -71,8 +73,17 @@ class PhysicsSettings(Frozen):
     """Largest stiffness · Δt² / I_eff at the coarse step: an explicit spring is unstable from 4 on."""
     coarse_timestep_s: Positive = 1.0 / 60.0
     """The coarsest time step that users run, s (robot learning at 60 Hz)."""
+    max_inertia_ratio: Positive = 1e5
+    """Largest principal moment of a link over the smallest of one that moves on it: what is thinner gets the inertia
+    of an armature, so that solvers keep their digits."""
+    usual_speed_m_s: Positive = 0.3
+    """Speed at which a hand lets a drawer go, m/s: where ``stops_within`` starts from ..."""
+    usual_speed_rad_s: Positive = 1.0
+    """... and a door or lid, rad/s."""
     hold_margin: Positive = 1.5
     """Friction over the gravity load for a joint that must stay where it is placed."""
+    bump_share: Fraction = 0.25
+    """Share of gravity, sideways, that such a joint must bear as well: ground that slopes, and a bump."""
     default_coast_s: Positive = 0.1
     """Time constant I_eff / damping where nobody says otherwise, s (design.md: passes in two engines)."""
     default_friction_rad_s2: NonNegative = 1.0
@@ -159,7 +170,13 @@ class CollisionSettings(Frozen):
     max_link_hulls: int = Field(48, ge=1)
     """Most convex pieces of one link: contacts get slower with each."""
     max_asset_hulls: int = Field(256, ge=1)
-    """Most convex pieces that decomposition may make an asset have: beyond it only the largest hollows are kept."""
+    """Most convex pieces of an asset: beyond it those of the links with most are joined where that fills least."""
+    hollow_m: Positive = 0.04
+    """A hollow counts where a ball of this diameter gets into it from outside, m ..."""
+    hollow_share: Fraction = 0.05
+    """... or of this share of the object's longest extent, whichever is smaller: 2 cm on 40 cm."""
+    sheet_thickness_m: Positive = 2e-3
+    """Thickness given to what has none, m: engines refuse or lose it."""
 
 
 class SearchSettings(Frozen):

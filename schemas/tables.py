@@ -1,73 +1,26 @@
 """The catalog's tables: an Arrow schema each, with units in column names and a description in every field."""
 
-from collections.abc import Sequence
-from dataclasses import dataclass
-
-import pyarrow as pa
-
+from schemas.table import (
+    ASSET_COLUMNS,
+    ASSET_KEY,
+    BY_TYPE,
+    COUNT,
+    FLAG,
+    POSITION,
+    REAL,
+    REALS,
+    TEXT,
+    TEXTS,
+    TIME,
+    Column,
+    Table,
+    make_table,
+)
+from schemas.tables_engines import INTERACTIONS, MEASUREMENTS, OVERLAPS
 from schemas.vocabulary import Stage
 
-Column = tuple[str, pa.DataType, str, str]
-"""Name, type, unit, description. A name that ends in ``!`` may not be null."""
-
-TEXT = pa.string()
-REAL = pa.float64()
-COUNT = pa.int64()
-FLAG = pa.bool_()
-TIME = pa.timestamp("ms", tz="UTC")
-TEXTS = pa.list_(TEXT)
-REALS = pa.list_(REAL)
-
-BY_TYPE = "hinge / slider"
-POSITION = f"rad / m ({BY_TYPE})"
-
-
-@dataclass(frozen=True)
-class Table:
-    """One published table. ``key`` names the columns that make a row unique; ``grain`` says what a row is."""
-
-    name: str
-    grain: str
-    key: tuple[str, ...]
-    description: str
-    schema: pa.Schema
-
-    @property
-    def file(self) -> str:
-        """The table's file name in the catalog folder."""
-        return f"{self.name}.parquet"
-
-    @property
-    def per_asset(self) -> bool:
-        """Whether rows belong to one asset, method and model, and are replaced when that asset is refined again."""
-        return "asset_id" in self.key
-
-
-def _table(name: str, grain: str, key: tuple[str, ...], description: str, columns: Sequence[Column]) -> Table:
-    fields = [
-        pa.field(
-            column.removesuffix("!"),
-            kind,
-            nullable=not column.endswith("!"),
-            metadata={"description": text, "unit": unit},
-        )
-        for column, kind, unit, text in columns
-    ]
-    metadata = {"table": name, "grain": grain, "key": ",".join(key), "description": description}
-    return Table(name, grain, key, description, pa.schema(fields, metadata=metadata))
-
-
-_ASSET_KEY = ("asset_id", "method", "model")
-
-_ASSET_COLUMNS: tuple[Column, ...] = (
-    ("run_id!", TEXT, "", "Run that wrote the row; see the table runs"),
-    ("asset_id!", TEXT, "", "The asset, as the manifest names it"),
-    ("method!", TEXT, "", "How the asset was refined"),
-    ("model!", TEXT, "", "Model that the run asked for"),
-)
-
 _ASSETS: tuple[Column, ...] = (
-    *_ASSET_COLUMNS,
+    *ASSET_COLUMNS,
     ("category!", TEXT, "", "What the object is"),
     ("subset", TEXT, "", "The manifest's subset; null where it names none"),
     ("prompt", TEXT, "", "The user's guidance; null where there is none"),
@@ -117,7 +70,7 @@ _ASSETS: tuple[Column, ...] = (
 )
 
 _LINKS: tuple[Column, ...] = (
-    *_ASSET_COLUMNS,
+    *ASSET_COLUMNS,
     ("link!", TEXT, "", "Link name"),
     ("label!", TEXT, "", "What the part is, from the asset's semantics"),
     ("joint_kind", TEXT, "", "Kind of joint that the semantics give the part"),
@@ -141,7 +94,7 @@ _LINKS: tuple[Column, ...] = (
 )
 
 _JOINTS: tuple[Column, ...] = (
-    *_ASSET_COLUMNS,
+    *ASSET_COLUMNS,
     ("joint!", TEXT, "", "Joint name"),
     ("type!", TEXT, "", "revolute, continuous or prismatic"),
     ("position_unit!", TEXT, "", "Unit of this row's positions: rad or m"),
@@ -174,7 +127,7 @@ _JOINTS: tuple[Column, ...] = (
 )
 
 _MODEL_CALLS: tuple[Column, ...] = (
-    *_ASSET_COLUMNS,
+    *ASSET_COLUMNS,
     ("call_index!", COUNT, "1", "0 for the asset's first call"),
     ("purpose!", TEXT, "", "What the call was for"),
     ("call_model!", TEXT, "", "Model that was called"),
@@ -189,7 +142,7 @@ _MODEL_CALLS: tuple[Column, ...] = (
 )
 
 _TRACE: tuple[Column, ...] = (
-    *_ASSET_COLUMNS,
+    *ASSET_COLUMNS,
     ("step_index!", COUNT, "1", "0 for the asset's first step"),
     ("step!", COUNT, "1", "The step as the search counts it"),
     ("proposer!", TEXT, "", "What proposed the positions"),
@@ -200,10 +153,13 @@ _TRACE: tuple[Column, ...] = (
     ("accepted!", FLAG, "", "Whether the proposal was kept"),
     ("evaluations!", COUNT, "1", "Evaluations of Φ that the step took"),
     ("reason!", TEXT, "", "Why it was accepted or not"),
+    ("test", TEXT, "", "Failing test that the step was to mend: engine, test and subject; null for steps over Φ"),
+    ("value_before", REAL, "as the reason says", "What that test measured before; null where it has no number"),
+    ("value_after", REAL, "as the reason says", "What it measured of the proposal; null where it has no number"),
 )
 
 _FINDINGS: tuple[Column, ...] = (
-    *_ASSET_COLUMNS,
+    *ASSET_COLUMNS,
     ("finding_index!", COUNT, "1", "0 for the asset's first finding"),
     ("stage!", TEXT, "", "Stage that found it"),
     ("severity!", TEXT, "", "info, warning or error"),
@@ -243,19 +199,27 @@ _RUNS: tuple[Column, ...] = (
 TABLES: dict[str, Table] = {
     table.name: table
     for table in (
-        _table("assets", "one row per asset, method and model: the latest", _ASSET_KEY,
+        make_table("assets", "one row per asset, method and model: the latest", ASSET_KEY,
                "How each asset was refined, how it measures and what it cost", _ASSETS),
-        _table("links", "one row per link of an asset, method and model", (*_ASSET_KEY, "link"),
+        make_table("links", "one row per link of an asset, method and model", (*ASSET_KEY, "link"),
                "Mass, centre of mass and inertia as written, and where each number came from", _LINKS),
-        _table("joints", "one row per movable joint of an asset, method and model", (*_ASSET_KEY, "joint"),
+        make_table("joints", "one row per movable joint of an asset, method and model", (*ASSET_KEY, "joint"),
                "Dynamics, limits and initial position as written, and what the joint did when measured", _JOINTS),
-        _table("model_calls", "one row per model call of an asset, method and model", (*_ASSET_KEY, "call_index"),
+        make_table("model_calls", "one row per model call of an asset, method and model", (*ASSET_KEY, "call_index"),
                "Every call to a model: what for, what it cost and how it ended", _MODEL_CALLS),
-        _table("trace", "one row per refinement step of an asset, method and model", (*_ASSET_KEY, "step_index"),
+        make_table("trace", "one row per refinement step of an asset, method and model", (*ASSET_KEY, "step_index"),
                "Every proposal of joint positions and what the simulator said of it", _TRACE),
-        _table("findings", "one row per finding of an asset, method and model", (*_ASSET_KEY, "finding_index"),
+        make_table("findings", "one row per finding of an asset, method and model", (*ASSET_KEY, "finding_index"),
                "Everything that a stage noticed, changed or refused", _FINDINGS),
-        _table("runs", "one row per run", ("run_id",),
+        make_table("measurements", "one row per asset, method, model and engine", (*ASSET_KEY, "engine"),
+               "What each engine measured of the paper's tests, and whether it passed", MEASUREMENTS),
+        make_table("interactions", "one row per test and subject of an asset, method, model and engine",
+               (*ASSET_KEY, "engine", "test", "subject"),
+               "Every interaction test: dropped, nudged, swept, held, released, opened, reset", INTERACTIONS),
+        make_table("link_overlaps", "one row per overlapping pair of links of an asset, method and model",
+               (*ASSET_KEY, "link_a", "link_b"),
+               "All pairs that overlap in the initial state, parent and child included, and why", OVERLAPS),
+        make_table("runs", "one row per run", ("run_id",),
                "What was run, with which settings and versions, and how it ended", _RUNS),
     )
 }  # fmt: skip

@@ -9,7 +9,8 @@ class TraceStep(Frozen):
     ``proposer``: ``request`` (a search begins at the requested state), ``line``, ``perturbation`` and ``grid`` (the
     search), ``return`` (a mended pose goes back towards the requested one while Φ stays as low as wanted),
     ``authored`` (a joint nobody asked for starts at its authored zero), ``model``, ``shape`` (hulls cut or decomposed),
-    ``dynamics``.
+    ``range`` (hulls cut, or limits shortened, so that joints can move), ``mend`` (terms changed because a test failed:
+    ``test`` names engine, test and subject, ``value_before`` and ``value_after`` what it measured).
     """
 
     step: int
@@ -20,3 +21,6 @@ class TraceStep(Frozen):
     accepted: bool
     evaluations: int
     reason: str
+    test: str | None = None
+    value_before: float | None = None
+    value_after: float | None = None

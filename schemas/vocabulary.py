@@ -95,9 +95,10 @@ class VolumeSource(StrEnum):
 
 
 class Method(StrEnum):
-    """How an asset is refined."""
+    """How an asset is refined; ``raw`` judges it as it came and writes nothing."""
 
     ASSET2SIM = "asset2sim"
+    RAW = "raw"
 
 
 class Engine(StrEnum):

@@ -6,10 +6,21 @@ from schemas.asset import AssetRecord, AssetRef
 from schemas.call import ModelCall
 from schemas.features import Features, JointFeatures, LinkFeatures, MeshFeatures
 from schemas.finding import Finding
+from schemas.interaction import Drop, EngineReport, Interaction, Opening, OverlapPair
 from schemas.measurement import ContactPair, JointMotion, Measurement
 from schemas.overlay import JointPhysics, LinkPhysics, PhysicsOverlay
 from schemas.trace import TraceStep
-from schemas.vocabulary import FailureMode, Method, Severity, Source, Stage, Status, VolumeSource
+from schemas.vocabulary import (
+    Engine,
+    FailureMode,
+    Method,
+    OverlapCause,
+    Severity,
+    Source,
+    Stage,
+    Status,
+    VolumeSource,
+)
 
 MODEL = "prior/household"
 
@@ -39,6 +50,29 @@ def make_measurement(**changes: object) -> Measurement:
 def make_motion(name: str, amplitude: float = 0.001, sign_changes: int = 0) -> JointMotion:
     """What a joint did over the test."""
     return JointMotion(name=name, amplitude=amplitude, sign_changes=sign_changes, final_position=0.1)
+
+
+def make_drop(**changes: object) -> Drop:
+    """A drop from 5 cm that ends at rest."""
+    fields: dict[str, object] = {
+        "timestep_s": 1 / 240, "height_m": 0.05, "seconds": 1.0, "peak_speed_m_s": 1.0, "final_speed_m_s": 0.0,
+        "sink_m": 0.0, "finite": True,
+    }  # fmt: skip
+    return Drop.model_validate(fields | changes)
+
+
+def make_report(engine: Engine, **changes: object) -> EngineReport:
+    """An engine in which the object is quiet, falls well, and has a hinge that 0.01 N·m opens."""
+    interaction = Interaction(
+        engine=engine,
+        drops=(make_drop(), make_drop(timestep_s=1 / 60)),
+        openings=(Opening(joint="hinge", opening=0.01, closing=None),),
+    )
+    fields: dict[str, object] = {
+        "engine": engine, "engine_version": "1.0", "measurement": make_measurement(engine=engine.value),
+        "interaction": interaction, "seconds": 0.4,
+    }  # fmt: skip
+    return EngineReport.model_validate(fields | changes)
 
 
 def make_link(name: str, mass_kg: float = 1.0) -> LinkPhysics:
@@ -84,6 +118,8 @@ def make_record(asset_id: str = "100", **changes: object) -> AssetRecord:
         "category": "Box", "method": Method.ASSET2SIM, "model": MODEL, "status": Status.OK,
         "failure_mode": FailureMode.NONE, "reason": "within every threshold", "features": make_features(asset_id),
         "overlay": overlay, "measurement": make_measurement(),
+        "reports": (make_report(Engine.PYBULLET), make_report(Engine.MUJOCO)),
+        "overlaps": (OverlapPair(pair=make_measurement().pairs[0], related=True, cause=OverlapCause.HULL),),
         "calls": (make_call(), make_call(purpose="state", cached=True, outcome="cached")),
         "trace": (TraceStep(step=1, proposer="model", phi_before_m=0.004, phi_after_m=0.0005, moved={"hinge": 0.1},
                             accepted=True, evaluations=12, reason="Φ fell"),),
@@ -98,7 +134,7 @@ def make_failure(asset_id: str, mode: FailureMode, code: str = "bad_file", **cha
     """An asset that stopped before its features were known."""
     nothing: dict[str, object] = {
         "status": Status.FAILED, "failure_mode": mode, "reason": f"{code}: cannot go on", "features": None,
-        "overlay": None, "measurement": None, "calls": (), "trace": (),
+        "overlay": None, "measurement": None, "reports": (), "overlaps": (), "calls": (), "trace": (),
         "findings": (make_finding(Severity.ERROR, code),), "seconds": {"extract": 0.05}, "content_hash": "",
     }  # fmt: skip
     return make_record(asset_id, **(nothing | changes))

@@ -72,7 +72,7 @@ def test_the_summary_keeps_every_number_at_every_width(width: int) -> None:
     assert "…" not in "\n".join(lines) and max(map(len, lines)) <= width
     shown = [line for line in lines if line.startswith("100")]
     assert len(shown) == 147 and shown[-1].startswith("100000") and "invalid_joint_configuration" in shown[-1]
-    assert shown[0].split()[-8:] == ["0.250", "3", "0.500", "0.100", "0.0010", "0", "1", "2.1"]
+    assert shown[0].split()[-9:] == ["0.250", "3", "0.500", "0.100", "0.0010", "0", "2/2", "1", "2.1"]
 
 
 def test_markdown_and_totals() -> None:

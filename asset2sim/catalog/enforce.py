@@ -6,7 +6,7 @@ import pyarrow as pa
 import pyarrow.compute as pc
 
 from schemas.errors import Asset2SimError
-from schemas.tables import Table
+from schemas.table import Table
 
 Row = Mapping[str, object]
 

@@ -4,6 +4,7 @@ import json
 from collections import Counter
 from collections.abc import Sequence
 
+from asset2sim.catalog.engine_rows import interaction_rows, measurement_rows, overlap_rows
 from asset2sim.catalog.run import RunRow, without_credentials
 from asset2sim.metrics.verdict import oscillates, oscillating_joints
 from schemas.asset import AssetRecord
@@ -24,6 +25,9 @@ def table_rows(run: RunRow, records: Sequence[AssetRecord]) -> dict[str, list[Ro
         "model_calls": [row for record in records for row in call_rows(run.run_id, record)],
         "trace": [row for record in records for row in trace_rows(run.run_id, record)],
         "findings": [row for record in records for row in finding_rows(run.run_id, record)],
+        "measurements": [row for record in records for row in measurement_rows(_key(run, record), record, limits)],
+        "interactions": [row for record in records for row in interaction_rows(_key(run, record), record, limits)],
+        "link_overlaps": [row for record in records for row in overlap_rows(_key(run, record), record)],
         "runs": [run_row(run, records)],
     }
 
@@ -186,6 +190,9 @@ def trace_rows(run_id: str, record: AssetRecord) -> list[Row]:
             "accepted": step.accepted,
             "evaluations": step.evaluations,
             "reason": step.reason,
+            "test": step.test,
+            "value_before": step.value_before,
+            "value_after": step.value_after,
         }
         for index, step in enumerate(record.trace)
     ]
@@ -227,6 +234,10 @@ def run_row(run: RunRow, records: Sequence[AssetRecord]) -> Row:
         "seconds": (run.finished_at - run.started_at).total_seconds(),
         "asset_seconds": float(sum(total_seconds(record) for record in records)),
     }
+
+
+def _key(run: RunRow, record: AssetRecord) -> Row:
+    return _asset_key(run.run_id, record)
 
 
 def _asset_key(run_id: str, record: AssetRecord) -> Row:

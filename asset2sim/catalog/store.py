@@ -12,9 +12,8 @@ from asset2sim.catalog.rows import table_rows
 from asset2sim.catalog.run import RunRow
 from asset2sim.catalog.switch import find_catalog, recover, replace_catalog
 from schemas.asset import AssetRecord
-from schemas.tables import TABLES, Table
-
-ASSET_KEY = ("asset_id", "method", "model")
+from schemas.table import ASSET_KEY, Table
+from schemas.tables import TABLES
 
 
 def write_run(out: Path, run: RunRow, records: Sequence[AssetRecord]) -> None:

@@ -9,6 +9,7 @@ from rich.text import Text
 from asset2sim.catalog.figures import run_figures
 from asset2sim.catalog.rows import queries, total_seconds, unsteady_joints
 from asset2sim.catalog.text import NOTHING, number
+from asset2sim.metrics.engine_verdict import judge_report
 from schemas.asset import AssetRecord
 from schemas.settings import Thresholds
 from schemas.vocabulary import Status
@@ -24,6 +25,7 @@ HEADINGS = (
     "drift mm",
     "drift rad",
     "osc.",
+    "engines",
     "calls",
     "s",
 )
@@ -90,7 +92,7 @@ def totals_line(records: Sequence[AssetRecord], limits: Thresholds = _LIMITS) ->
 
 
 def _cells(record: AssetRecord, limits: Thresholds) -> list[str]:
-    """(12,) cells in the order of ``HEADINGS``."""
+    """(13,) cells in the order of ``HEADINGS``."""
     overlay, measured = record.overlay, record.measurement
     moved = measured if measured and measured.finite else None
     oscillating = unsteady_joints(record, limits)
@@ -106,9 +108,18 @@ def _cells(record: AssetRecord, limits: Thresholds) -> list[str]:
         _fixed(1000.0 * moved.drift_m if moved else None, 3),
         _fixed(moved.drift_rad if moved else None, 4),
         NOTHING if oscillating is None else str(len(oscillating)),
+        _engines(record, limits),
         str(queries(record)),
         f"{total_seconds(record):.1f}",
     ]
+
+
+def _engines(record: AssetRecord, limits: Thresholds) -> str:
+    """In how many engines every test passed, of those that judged."""
+    if record.overlay is None or not record.reports:
+        return NOTHING
+    passed = sum(judge_report(report, record.overlay, limits).passed for report in record.reports)
+    return f"{passed}/{len(record.reports)}"
 
 
 def _fixed(value: float | None, decimals: int) -> str:

@@ -3,13 +3,24 @@
 import argparse
 import os
 from collections.abc import Sequence
+from enum import StrEnum
 from pathlib import Path
-from typing import NoReturn
+from typing import NoReturn, TypeVar
 
 from asset2sim.cli.request import RefineRequest
 from schemas.errors import UsageError
-from schemas.settings import ModelSettings, RunSettings, Settings, ViewSettings
-from schemas.vocabulary import Method
+from schemas.settings import (
+    CollisionSettings,
+    EngineSettings,
+    ModelSettings,
+    PhysicsSettings,
+    RunSettings,
+    Settings,
+    ViewSettings,
+)
+from schemas.vocabulary import CollisionMode, DynamicsRule, Engine, Export, Method, StateMode
+
+Choice = TypeVar("Choice", bound=StrEnum)
 
 EXAMPLE = """\
 for example:
@@ -59,6 +70,11 @@ def refine_request(options: argparse.Namespace) -> RefineRequest:
     settings = Settings(
         method=Method(options.method),
         model=model_settings(options),
+        physics=PhysicsSettings(dynamics=DynamicsRule(options.dynamics)),
+        engine=EngineSettings(verify=engines(options.engines), interact=not options.no_interaction),
+        collision=CollisionSettings(mode=CollisionMode(options.collision)),
+        state=StateMode(options.state),
+        exports=chosen(options.export, Export),
         views=ViewSettings(write=not options.no_views),
         run=RunSettings(workers=options.workers, scheduler=options.scheduler),
     )
@@ -71,6 +87,24 @@ def refine_request(options: argparse.Namespace) -> RefineRequest:
         settings=settings,
         strict=options.strict,
     )
+
+
+def engines(text: str | None) -> tuple[Engine, ...] | None:
+    """The engines that ``--engines`` names, None where it names none. Raises ``UsageError`` for an unknown one."""
+    return chosen(text, Engine) or None
+
+
+def chosen(text: str | None, kind: type[Choice]) -> tuple[Choice, ...]:
+    """The members that a comma-separated list names, each once, in its order. Raises ``UsageError``."""
+    found: list[Choice] = []
+    for name in (part.strip() for part in (text or "").split(",")):
+        if not name:
+            continue
+        if name not in list(kind):
+            raise UsageError(f"'{name}' is not one of {', '.join(kind)}")
+        if kind(name) not in found:
+            found.append(kind(name))
+    return tuple(found)
 
 
 def model_settings(options: argparse.Namespace) -> ModelSettings:
@@ -97,6 +131,27 @@ def _add_refine(parser: argparse.ArgumentParser) -> None:
     add("--subset", metavar="S", help="only the manifest's rows of this subset")
     add("--assets", metavar="ID,ID", help="only these assets")
     add("--limit", type=_positive, metavar="N", help="only the first N of them")
+    add("--engines", metavar="E,E", help="engines to verify in: pybullet, mujoco, sapien (default: all installed)")
+    add("--no-interaction", action="store_true", help="only the paper's tests: no drops, nudges, sweeps or resets")
+    add(
+        "--collision",
+        choices=[mode.value for mode in CollisionMode],
+        default=CollisionMode.DECOMPOSE.value,
+        help="collision geometry: as authored, hulls, or convex pieces with interiors (default: %(default)s)",
+    )
+    add(
+        "--dynamics",
+        choices=[rule.value for rule in DynamicsRule],
+        default=DynamicsRule.INERTIA.value,
+        help="joint dynamics: from what a joint moves, or the paper's absolute ranges (default: %(default)s)",
+    )
+    add(
+        "--state",
+        choices=[mode.value for mode in StateMode],
+        default=StateMode.DOCUMENT.value,
+        help="keep the authored zero, or write a URDF whose zero is the requested state (default: %(default)s)",
+    )
+    add("--export", metavar="F,F", help="formats to write beside the URDF: mjcf, usd")
     add("--method", choices=[method.value for method in Method], default=Method.ASSET2SIM.value, help="how to refine")
     _add_model(parser)
     add(

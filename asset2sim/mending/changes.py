@@ -1,0 +1,60 @@
+"""What a mended overlay changed, as findings: nothing is changed silently."""
+
+from collections.abc import Iterator
+
+from schemas.finding import Finding
+from schemas.overlay import JointPhysics, LinkPhysics, PhysicsOverlay
+from schemas.vocabulary import Severity, Stage
+
+JOINT_TERMS = {"damping": ("N·m·s/rad", "N·s/m"), "friction": ("N·m", "N"), "stiffness": ("N·m/rad", "N/m")}
+"""Terms of a joint that mending may change, with their units for hinges and sliders."""
+
+
+def changes(before: PhysicsOverlay, after: PhysicsOverlay, why: str) -> Iterator[Finding]:
+    """A finding for every number that differs; ``why`` names the test that failed with the old ones."""
+    if before.contact_friction != after.contact_friction:
+        yield _finding(
+            f"contact friction set from {before.contact_friction:.3g} to {after.contact_friction:.3g}: {why}",
+            after.contact_friction,
+            before.contact_friction,
+        )
+    for old, new in zip(before.links, after.links, strict=True):
+        yield from _link(old, new, why)
+    for was, now in zip(before.joints, after.joints, strict=True):
+        yield from _joint(was, now, why)
+
+
+def _link(old: LinkPhysics, new: LinkPhysics, why: str) -> Iterator[Finding]:
+    if old.mass_kg != new.mass_kg:
+        yield _finding(
+            f"mass of link '{new.name}' raised from {old.mass_kg:.3g} to {new.mass_kg:.3g} kg: {why}",
+            new.mass_kg,
+            old.mass_kg,
+            link=new.name,
+        )
+    elif old.inertia != new.inertia:
+        factor = sum(new.inertia[i] for i in (0, 3, 5)) / sum(old.inertia[i] for i in (0, 3, 5))
+        yield _finding(f"inertia of link '{new.name}' times {factor:.3g}: {why}", factor, 1.0, link=new.name)
+
+
+def _joint(old: JointPhysics, new: JointPhysics, why: str) -> Iterator[Finding]:
+    for term, units in JOINT_TERMS.items():
+        was, now = float(getattr(old, term)), float(getattr(new, term))
+        if was != now:
+            unit = units[new.type == "prismatic"]
+            yield _finding(
+                f"joint '{new.name}': {term} set from {was:.3g} to {now:.3g} {unit}: {why}", now, was, joint=new.name
+            )
+
+
+def _finding(message: str, value: float, limit: float, link: str | None = None, joint: str | None = None) -> Finding:
+    return Finding(
+        stage=Stage.REFINE,
+        severity=Severity.INFO,
+        code="mended",
+        message=message,
+        link=link,
+        joint=joint,
+        value=value,
+        limit=limit,
+    )

@@ -1,0 +1,149 @@
+"""Mend what the tests find: change the parameters that a failing test maps to, and keep only what measures better."""
+
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
+
+from asset2sim.mending.changes import changes
+from asset2sim.mending.remedies import REMEDIES, Case, Remedy
+from asset2sim.metrics.engine_verdict import Failure, failures_of
+from schemas.features import Features
+from schemas.finding import Finding
+from schemas.interaction import EngineReport
+from schemas.overlay import PhysicsOverlay
+from schemas.settings import Settings
+from schemas.trace import TraceStep
+from schemas.vocabulary import Engine, FailureMode
+
+MOVES = 1e-4
+"""Amplitude over the test, rad or m, from which a joint counts as moving untouched."""
+LEAST_GAIN = 0.05
+"""Share of its value by which a failing test must improve for a step that does not pass it to be kept."""
+
+Reports = tuple[EngineReport, ...]
+Verify = Callable[[PhysicsOverlay, Sequence[Engine]], Reports]
+"""Writes the overlay and judges the asset anew in these engines."""
+
+
+@dataclass(frozen=True)
+class Mended:
+    """The overlay that measured best and its reports, with the steps taken and what they changed."""
+
+    overlay: PhysicsOverlay
+    reports: Reports
+    trace: tuple[TraceStep, ...]
+    findings: tuple[Finding, ...]
+
+
+def mend(features: Features, overlay: PhysicsOverlay, reports: Reports, settings: Settings, verify: Verify) -> Mended:
+    """Mend failing tests one after the other until none is left, nothing helps, or the rounds are over.
+
+    A step is kept only where the failing test improves and no passing one breaks, in any engine. The overlay that is
+    kept is the one that stays written.
+    """
+    trace: list[TraceStep] = []
+    findings: list[Finding] = []
+    engines = [report.engine for report in reports]
+    given_up: set[tuple[Engine, FailureMode, str]] = set()
+    budget = settings.search.mend_rounds
+    written = overlay
+    while budget > 0:
+        failed = all_failures(overlay, reports, settings)
+        target = next((item for item in failed if item.key not in given_up and item.mode in REMEDIES), None)
+        if target is None:
+            break
+        kept = False
+        for remedy, candidate in candidates(features, overlay, reports, target, settings):
+            if budget <= 0:
+                break
+            budget -= 1
+            # The failing engine first: what does not help there is not tried in the others.
+            seen, written = verify(candidate, [target.engine]), candidate
+            better = improves(target, failures_of(seen[0], candidate, settings.thresholds))
+            found = merged(reports, seen)
+            if better and len(engines) > 1:
+                found = merged(found, verify(candidate, [e for e in engines if e is not target.engine]))
+            kept = better and not breaks(failed, all_failures(candidate, found, settings), target)
+            trace.append(step(target, remedy, candidate, found, kept, settings))
+            if kept:
+                why = f"{target.mode.value} failed in {target.engine.value} ({target.reason})"
+                findings.extend(changes(overlay, candidate, why))
+                overlay, reports = candidate, found
+                break
+        if not kept:
+            given_up.add(target.key)
+    if written is not overlay:
+        reports = verify(overlay, engines)
+    return Mended(overlay, reports, tuple(trace), tuple(findings))
+
+
+def all_failures(overlay: PhysicsOverlay, reports: Reports, settings: Settings) -> tuple[Failure, ...]:
+    """Every failing test in every engine."""
+    return tuple(failure for report in reports for failure in failures_of(report, overlay, settings.thresholds))
+
+
+def candidates(
+    features: Features, overlay: PhysicsOverlay, reports: Reports, target: Failure, settings: Settings
+) -> Iterator[tuple[Remedy, PhysicsOverlay]]:
+    """The overlays that may mend a failing test, the least intrusive first."""
+    case = Case(features, settings, joints_of(overlay, reports, target))
+    for remedy in REMEDIES[target.mode]:
+        changed = remedy.change(case, overlay)
+        if changed is not None:
+            yield remedy, changed
+
+
+def joints_of(overlay: PhysicsOverlay, reports: Reports, target: Failure) -> tuple[str, ...]:
+    """The joints that a failing test is about: its own, or those that move untouched; none stands for all."""
+    if any(joint.name == target.subject for joint in overlay.joints):
+        return (target.subject,)
+    report = next(report for report in reports if report.engine is target.engine)
+    if report.measurement is None:
+        return ()
+    return tuple(motion.name for motion in report.measurement.joints if motion.amplitude > MOVES)
+
+
+def improves(target: Failure, now: Sequence[Failure]) -> bool:
+    """Whether the failing test passes now, or its value came closer to its bound."""
+    same = next((item for item in now if item.key == target.key), None)
+    if any(item.mode in (FailureMode.ENGINE_CRASH, FailureMode.TIMEOUT) for item in now):
+        return False
+    if same is None:
+        # The paper's tests are judged in order, one verdict an engine: another of them in its place is no gain.
+        return True
+    if target.value is None or same.value is None or target.limit is None:
+        return False
+    return abs(same.value - target.limit) < (1.0 - LEAST_GAIN) * abs(target.value - target.limit)
+
+
+def breaks(before: Sequence[Failure], after: Sequence[Failure], target: Failure) -> bool:
+    """Whether a test fails that passed before."""
+    known = {failure.key for failure in before}
+    return any(failure.key not in known for failure in after)
+
+
+def merged(reports: Reports, newer: Sequence[EngineReport]) -> Reports:
+    """The reports with those of the same engine replaced."""
+    replaced = {report.engine: report for report in newer}
+    return tuple(replaced.get(report.engine, report) for report in reports)
+
+
+def step(
+    target: Failure, remedy: Remedy, candidate: PhysicsOverlay, found: Reports, kept: bool, settings: Settings
+) -> TraceStep:
+    """The trace of one attempt."""
+    after = next((item.value for item in all_failures(candidate, found, settings) if item.key == target.key), None)
+    measured = next((report.measurement for report in found if report.measurement is not None), None)
+    phi = 0.0 if measured is None else measured.penetration_m
+    return TraceStep(
+        step=0,
+        proposer="mend",
+        phi_before_m=phi,
+        phi_after_m=phi,
+        moved={},
+        accepted=kept,
+        evaluations=1,
+        reason=f"{remedy.name}: {target.reason}",
+        test=f"{target.engine.value} {target.mode.value} {target.subject}".strip(),
+        value_before=target.value,
+        value_after=after,
+    )

@@ -1,0 +1,126 @@
+"""The verdict on one engine's report, and on all of them: pure functions of the records."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from asset2sim.metrics.interaction_verdict import TestVerdict, judge_interaction
+from asset2sim.metrics.verdict import Verdict, judge, oscillating_joints
+from schemas.finding import Finding
+from schemas.interaction import EngineReport
+from schemas.overlay import PhysicsOverlay
+from schemas.settings import Thresholds
+from schemas.vocabulary import Engine, FailureMode, Severity, Stage
+
+PASSED = Verdict(FailureMode.NONE, "interaction-ready")
+
+
+def judged_tests(report: EngineReport, overlay: PhysicsOverlay, limits: Thresholds) -> tuple[TestVerdict, ...]:
+    """The verdicts on the interaction tests of one engine."""
+    return () if report.interaction is None else judge_interaction(report.interaction, overlay, limits)
+
+
+@dataclass(frozen=True)
+class Failure:
+    """One test that fails in one engine: of which joint or start, the number and the bound that it met."""
+
+    engine: Engine
+    mode: FailureMode
+    subject: str
+    reason: str
+    value: float | None
+    limit: float | None
+
+    @property
+    def key(self) -> tuple[Engine, FailureMode, str]:
+        """What makes it the same failure from one measurement to the next."""
+        return self.engine, self.mode, self.subject
+
+
+def failures_of(report: EngineReport, overlay: PhysicsOverlay, limits: Thresholds) -> tuple[Failure, ...]:
+    """Everything that fails in one engine: the paper's tests first, then the interaction tests in their order."""
+    if report.problem is not None:
+        mode = FailureMode.TIMEOUT if report.timed_out else FailureMode.ENGINE_CRASH
+        return (Failure(report.engine, mode, "", report.problem, None, None),)
+    failed: list[Failure] = []
+    if report.measurement is not None:
+        sliders = frozenset(joint.name for joint in overlay.joints if joint.type == "prismatic")
+        verdict = judge(report.measurement, sliders, limits)
+        if not verdict.passed:
+            subject = next(iter(oscillating_joints(report.measurement, sliders, limits)), "")
+            subject = subject if verdict.mode is FailureMode.OSCILLATION else ""
+            failed.append(Failure(report.engine, verdict.mode, subject, verdict.reason, verdict.value, verdict.limit))
+    failed += [
+        Failure(report.engine, test.test, test.subject, test.reason, test.value, test.limit)
+        for test in judged_tests(report, overlay, limits)
+        if not test.passed
+    ]
+    return tuple(failed)
+
+
+def judge_report(report: EngineReport, overlay: PhysicsOverlay, limits: Thresholds) -> Verdict:
+    """The first thing that fails in one engine, or that nothing does."""
+    for failure in failures_of(report, overlay, limits):
+        return Verdict(failure.mode, failure.reason, failure.value, failure.limit)
+    return PASSED
+
+
+def judge_reports(reports: Sequence[EngineReport], overlay: PhysicsOverlay, limits: Thresholds) -> Verdict:
+    """The first thing that fails in any engine, in the order of the reports."""
+    verdicts = (judge_report(report, overlay, limits) for report in reports)
+    return next((verdict for verdict in verdicts if not verdict.passed), PASSED)
+
+
+def disagreements(reports: Sequence[EngineReport], overlay: PhysicsOverlay, limits: Thresholds) -> list[Finding]:
+    """A finding for every figure by which one engine passes an asset and another does not, with both numbers."""
+    measured = [report.measurement for report in reports if report.measurement is not None]
+    findings: list[Finding] = []
+    for name, unit, limit in (
+        ("penetration_m", "m", limits.penetration_m),
+        ("drift_m", "m", limits.drift_m),
+        ("drift_rad", "rad", limits.drift_rad),
+        ("peak_speed_m_s", "m/s", limits.peak_speed_m_s),
+    ):
+        values = {seen.engine: float(getattr(seen, name)) for seen in measured}
+        if not values or max(values.values()) <= limit or min(values.values()) > limit:
+            continue
+        said = ", ".join(f"{engine} {value:.3g} {unit}" for engine, value in values.items())
+        findings.append(
+            Finding(
+                stage=Stage.MEASURE,
+                severity=Severity.WARNING,
+                code="engines_disagree",
+                message=f"{name.rsplit('_', 1)[0]} passes in one engine and not in another (at most {limit:g} {unit}): "
+                f"{said}",
+                value=max(values.values()),
+                limit=limit,
+            )
+        )
+    return findings + _tests_disagree(reports, overlay, limits)
+
+
+def _tests_disagree(reports: Sequence[EngineReport], overlay: PhysicsOverlay, limits: Thresholds) -> list[Finding]:
+    """The same for the interaction tests."""
+    by_test: dict[tuple[FailureMode, str], dict[str, TestVerdict]] = {}
+    for report in reports:
+        for test in judged_tests(report, overlay, limits):
+            by_test.setdefault((test.test, test.subject), {})[report.engine.value] = test
+    findings: list[Finding] = []
+    for (mode, subject), seen in by_test.items():
+        if len({test.passed for test in seen.values()}) < 2:
+            continue
+        numbers = ", ".join(
+            f"{engine} {'no value' if test.value is None else format(test.value, '.3g')}"
+            f" ({'passes' if test.passed else 'fails'})"
+            for engine, test in seen.items()
+        )
+        findings.append(
+            Finding(
+                stage=Stage.MEASURE,
+                severity=Severity.WARNING,
+                code="engines_disagree",
+                message=f"{mode.value} test of {subject}: {numbers}",
+                value=next(test.value for test in seen.values() if not test.passed),
+                limit=next(test.limit for test in seen.values()),
+            )
+        )
+    return findings

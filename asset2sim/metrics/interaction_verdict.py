@@ -1,0 +1,193 @@
+"""The verdicts on the interaction tests: pure functions of the records, the overlay and the thresholds."""
+
+import math
+from collections.abc import Iterable
+from dataclasses import dataclass
+from typing import ClassVar
+
+from schemas.interaction import Drop, Hold, Interaction, Nudge, Opening, Release, Reset, Sweep
+from schemas.overlay import JointPhysics, PhysicsOverlay
+from schemas.settings import Thresholds
+from schemas.vocabulary import FailureMode, OverlapCause
+
+
+@dataclass(frozen=True)
+class TestVerdict:
+    """One test of one subject (a joint, a drop or a start) in one engine: ``value`` against ``limit``, and why."""
+
+    __test__: ClassVar[bool] = False  # pytest would take the name for a test's
+
+    test: FailureMode
+    subject: str
+    passed: bool
+    value: float | None
+    limit: float | None
+    reason: str
+
+
+def judge_interaction(
+    interaction: Interaction, overlay: PhysicsOverlay, thresholds: Thresholds
+) -> tuple[TestVerdict, ...]:
+    """One verdict a test and subject, in the order drop, nudge, jam, hold, release, reset.
+
+    Opening efforts have none of their own: a joint that its effort limit cannot move counts as jammed.
+    """
+    joints = {joint.name: joint for joint in overlay.joints}
+    engine = interaction.engine.value
+    openings = {item.joint: item for item in interaction.openings}
+    verdicts = [judge_drop(item, engine, thresholds) for item in interaction.drops]
+    verdicts += [judge_nudge(item, joints[item.joint], engine, thresholds) for item in interaction.nudges]
+    verdicts += [
+        judge_sweep(item, joints[item.joint], openings.get(item.joint), engine, thresholds)
+        for item in interaction.sweeps
+    ]
+    verdicts += [judge_hold(items, joints[items[0].joint], engine, thresholds) for items in by_joint(interaction.holds)]
+    verdicts += [judge_release(item, joints[item.joint], engine, thresholds) for item in interaction.releases]
+    verdicts += [judge_reset(item, index, interaction, thresholds) for index, item in enumerate(interaction.resets)]
+    return tuple(verdicts)
+
+
+def by_joint(holds: Iterable[Hold]) -> list[list[Hold]]:
+    """The holds of each joint together: it may be held at several positions."""
+    grouped: dict[str, list[Hold]] = {}
+    for item in holds:
+        grouped.setdefault(item.joint, []).append(item)
+    return list(grouped.values())
+
+
+def unit_of(joint: JointPhysics) -> str:
+    """The unit of the joint's positions."""
+    return "m" if joint.type == "prismatic" else "rad"
+
+
+def judge_drop(item: Drop, engine: str, limits: Thresholds) -> TestVerdict:
+    """A dropped object must not explode, must come to rest and must not end in the plane."""
+    subject = f"{1.0 / item.timestep_s:.0f} Hz"
+    dropped = f"dropped from {100 * item.height_m:.3g} cm in {engine} at {subject}"
+    peak = (item.peak_speed_m_s, limits.peak_speed_m_s)
+    final = (item.final_speed_m_s, limits.final_speed_m_s)
+    if not item.finite or peak[0] > peak[1]:
+        return TestVerdict(
+            FailureMode.DROP, subject, False, *peak, f"{dropped} it explodes: a link reaches {peak[0]:.3g} m/s"
+        )
+    if final[0] > final[1]:
+        reason = f"{dropped} a link still moves at {final[0]:.3g} m/s after {item.seconds:.3g} s"
+        return TestVerdict(FailureMode.DROP, subject, False, *final, reason)
+    if item.sink_m > limits.sink_m:
+        reason = f"{dropped} it ends {1e3 * item.sink_m:.3g} mm deep in the plane"
+        return TestVerdict(FailureMode.DROP, subject, False, item.sink_m, limits.sink_m, reason)
+    reason = f"{dropped} it reaches {peak[0]:.3g} m/s and is at rest after {item.seconds:.3g} s"
+    return TestVerdict(FailureMode.DROP, subject, True, *peak, reason)
+
+
+def judge_nudge(item: Nudge, joint: JointPhysics, engine: str, limits: Thresholds) -> TestVerdict:
+    """A nudged joint must lose its speed, and nothing that it moves may explode."""
+    unit = unit_of(joint)
+    nudged = f"joint '{item.joint}' nudged to {item.speed:.3g} {unit}/s in {engine}"
+    if not item.finite or item.peak_speed_m_s > limits.peak_speed_m_s:
+        reason = f"{nudged}: what it moves explodes, to {item.peak_speed_m_s:.3g} m/s"
+        return TestVerdict(FailureMode.NUDGE, item.joint, False, item.peak_speed_m_s, limits.peak_speed_m_s, reason)
+    share = item.final_speed / abs(item.speed) if item.speed else 0.0
+    reason = f"{nudged} moves at {item.final_speed:.3g} {unit}/s after {item.seconds:.3g} s"
+    passed = share <= limits.nudge_remaining
+    return TestVerdict(FailureMode.NUDGE, item.joint, passed, share, limits.nudge_remaining, reason)
+
+
+def judge_sweep(
+    item: Sweep, joint: JointPhysics, opening: Opening | None, engine: str, limits: Thresholds
+) -> TestVerdict:
+    """A joint must move freely over most of its range, save where authored geometry stops it, and not be stuck."""
+    unit = unit_of(joint)
+    lost = hull_loss(item)
+    limit = limits.sweep_free_share
+    where = "; ".join(
+        f"'{o.link_a}' and '{o.link_b}' overlap by {1e3 * o.depth_m:.3g} mm at {o.position:.4g} {unit} "
+        f"({o.cause.value})"
+        for o in item.obstacles
+    )
+    authored = any(o.cause is OverlapCause.AUTHORED for o in item.obstacles)
+    others = ", ".join(f"'{name}' at {position:.4g}" for name, position in item.others.items())
+    swept = f"joint '{item.joint}' is free over {100 * item.free_share:.0f} % of its range in {engine}"
+    swept += (f" with {others}" if others else "") + (f": {where}" if where else "")
+    if 1.0 - lost < limit:
+        return TestVerdict(FailureMode.JAM, item.joint, False, 1.0 - lost, limit, swept + "; a hull is in its way")
+    if opening is not None and opening.stuck and not authored:
+        reason = f"joint '{item.joint}' is stuck in {engine}: no effort up to its limit moves it where it has room"
+        return TestVerdict(FailureMode.JAM, item.joint, False, opening.effort_limit, opening.effort_limit, reason)
+    if item.free_share < limit:
+        swept += "; the authored geometry stops it"
+    return TestVerdict(FailureMode.JAM, item.joint, True, item.free_share, limit, swept)
+
+
+def hull_loss(item: Sweep) -> float:
+    """The share of the range that is lost to hulls: on each side on which no authored overlap ends the free stretch."""
+    if item.free_lower is None or item.free_upper is None or item.upper <= item.lower:
+        return 1.0 - item.free_share if any(o.cause is OverlapCause.HULL for o in item.obstacles) else 0.0
+    lost = 0.0
+    for missing, obstacles in (
+        (item.free_lower - item.lower, [o for o in item.obstacles if o.position <= item.free_lower]),
+        (item.upper - item.free_upper, [o for o in item.obstacles if o.position >= item.free_upper]),
+    ):
+        if obstacles and all(o.cause is OverlapCause.HULL for o in obstacles):
+            lost += max(0.0, missing)
+    return lost / (item.upper - item.lower)
+
+
+def judge_hold(items: list[Hold], joint: JointPhysics, engine: str, limits: Thresholds) -> TestVerdict:
+    """A joint that must stay where it is placed does, wherever it was tried; the verdict is on the worst."""
+    item = max(items, key=lambda hold: hold.moved)
+    unit = unit_of(joint)
+    limit = limits.hold_m if joint.type == "prismatic" else limits.hold_rad
+    reason = (
+        f"joint '{item.joint}' must stay at {item.position:.4g} {unit} and moves {item.moved:.3g} {unit} in "
+        f"{item.seconds:.3g} s in {engine}"
+    )
+    return TestVerdict(FailureMode.HOLD, item.joint, item.moved <= limit, item.moved, limit, reason)
+
+
+def judge_release(item: Release, joint: JointPhysics, engine: str, limits: Thresholds) -> TestVerdict:
+    """A joint that is let go of must reach its rest, and stay there."""
+    unit = unit_of(joint)
+    way = abs(item.target - item.start)
+    left = abs(item.end - item.target) / way if way > 0.0 else 0.0
+    passed = item.seconds is not None and left <= limits.release_share
+    done = f"is there after {item.seconds:.3g} s" if item.seconds is not None else "does not get there"
+    reason = (
+        f"joint '{item.joint}' let go of at {item.start:.4g} {unit} should be brought to {item.target:.4g} {unit} by "
+        f"{item.by}: it {done} and ends at {item.end:.4g} {unit} in {engine}"
+    )
+    return TestVerdict(FailureMode.RELEASE, item.joint, passed, left, limits.release_share, reason)
+
+
+def given_rise(item: Reset, support_m: float) -> float:
+    """The most by which a perturbed start lifts the centre of mass over where it rests, m: its height, and its tilt."""
+    return max(0.0, item.offset_m[2]) + math.dist(item.tilt_rad, (0.0, 0.0, 0.0)) * support_m
+
+
+def judge_reset(item: Reset, index: int, interaction: Interaction, limits: Thresholds) -> TestVerdict:
+    """A perturbed start must end at rest, upright, with the joints that must hold where they were.
+
+    What stands so narrow that the start has the energy to topple it may topple, as the real thing would: then it must
+    only come to rest.
+    """
+    engine = interaction.engine.value
+    subject = f"start {index + 1}"
+    shift = ", ".join(f"{1e3 * v:.3g}" for v in item.offset_m)
+    tilt = ", ".join(f"{v:.3g}" for v in item.tilt_rad)
+    began = f"{subject} in {engine}, shifted by ({shift}) mm and turned by ({tilt}) rad"
+    checks = (
+        (item.peak_speed_m_s, limits.peak_speed_m_s, "a link reaches {:.3g} m/s"),
+        (item.final_speed_m_s, limits.final_speed_m_s, "a link still moves at {:.3g} m/s at the end"),
+        (item.turned_rad, limits.reset_turn_rad, "it ends {:.3g} rad from where it rests undisturbed"),
+        (item.joint_motion, limits.reset_joint_share, "a joint that must hold moves over {:.3g} of its range"),
+    )
+    given = given_rise(item, interaction.support_m)
+    topples = item.turned_rad > limits.reset_turn_rad
+    if topples and interaction.tip_rise_m is not None and interaction.tip_rise_m <= given:
+        why = f"it topples, which a rise of {1e3 * interaction.tip_rise_m:.3g} mm does and this start gives"
+        checks = (*checks[:2], (item.turned_rad, math.pi, f"{{:.3g}} rad: {why} {1e3 * given:.3g} mm"))
+    for value, limit, text in checks:
+        if value > limit or not item.finite:
+            return TestVerdict(FailureMode.RESET, subject, False, value, limit, f"{began}: {text.format(value)}")
+    value, limit, text = checks[2]
+    return TestVerdict(FailureMode.RESET, subject, True, value, limit, f"{began}: {text.format(value)}, at rest")

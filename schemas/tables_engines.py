@@ -1,0 +1,44 @@
+"""Columns of the tables that hold what each engine saw."""
+
+from schemas.table import ASSET_COLUMNS, COUNT, FLAG, REAL, TEXT, Column
+
+MEASUREMENTS: tuple[Column, ...] = (
+    *ASSET_COLUMNS,
+    ("engine!", TEXT, "", "Simulator"),
+    ("engine_version!", TEXT, "", "Its version"),
+    ("passed!", FLAG, "", "Whether every test in this engine passed"),
+    ("failure_mode!", TEXT, "", "The first test that failed in this engine, none where all passed"),
+    ("reason!", TEXT, "", "The verdict in a sentence"),
+    ("penetration_mm", REAL, "mm", "Φ at the initial position under the engine's default filter; null if not measured"),
+    ("drift_m", REAL, "m", "Furthest the root moved over the test; null if not measured or not finite"),
+    ("drift_rad", REAL, "rad", "Furthest the root turned over the test; null if not measured or not finite"),
+    ("peak_speed_m_s", REAL, "m/s", "Fastest link over settling and test; null if not measured or not finite"),
+    ("oscillating_joints", COUNT, "1", "Joints that fail the oscillation thresholds; null if not measured"),
+    ("finite", FLAG, "", "Whether the simulation stayed finite; null if not measured"),
+    ("timestep_s", REAL, "s", "Time step; null if not measured"),
+    ("tests!", COUNT, "1", "Interaction tests that were judged"),
+    ("tests_failed!", COUNT, "1", "Those that failed"),
+    ("problem", TEXT, "", "Why something was not measured: the engine crashed or hung; null where all was"),
+    ("seconds!", REAL, "s", "Wall time of the verification in this engine"),
+)
+
+INTERACTIONS: tuple[Column, ...] = (
+    *ASSET_COLUMNS,
+    ("engine!", TEXT, "", "Simulator"),
+    ("test!", TEXT, "", "drop, nudge, jam, hold, release, reset, opening or closing"),
+    ("subject!", TEXT, "", "Joint, or which drop or start"),
+    ("passed", FLAG, "", "Verdict; null for opening and closing efforts, which have none"),
+    ("value", REAL, "as the reason says", "Number measured; null where there is none"),
+    ("limit", REAL, "as the reason says", "Bound that it met; null where there is none"),
+    ("reason!", TEXT, "", "The verdict in a sentence, with units"),
+)
+
+OVERLAPS: tuple[Column, ...] = (
+    *ASSET_COLUMNS,
+    ("link_a!", TEXT, "", "One link"),
+    ("link_b!", TEXT, "", "The other"),
+    ("related!", FLAG, "", "Whether one is the other's parent: engines do not see these overlaps by default"),
+    ("cause!", TEXT, "", "authored: the meshes overlap; hull: only the collision shapes do"),
+    ("depth_mm!", REAL, "mm", "Deepest point"),
+    ("penetration_mm!", REAL, "mm", "Summed over the pair's contact points"),
+)
