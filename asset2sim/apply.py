@@ -2,7 +2,7 @@
 only."""
 
 import shutil
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 from asset2sim.collision.files import CollisionFiles, write_hulls
@@ -12,6 +12,7 @@ from asset2sim.urdf.edit import refined_document
 from asset2sim.urdf.mesh_files import bring_meshes
 from schemas.overlay import PhysicsOverlay
 from schemas.settings import PhysicsSettings
+from schemas.vocabulary import CollisionMode
 
 URDF_NAME = "mobility.urdf"
 COMPANIONS = ("semantics.txt", "meta.json", "mobility_v2.json")
@@ -20,11 +21,13 @@ COMPANIONS = ("semantics.txt", "meta.json", "mobility_v2.json")
 
 @dataclass(frozen=True)
 class Folder:
-    """A refined folder being written: visual mesh reference → its path in it, and each link's hull files."""
+    """A refined folder being written: mesh reference → its path in it, each link's hull files (none where authored
+    collision geometry is kept), and what becomes of that."""
 
     path: Path
     mesh_places: dict[str, str]
     collision: CollisionFiles
+    mode: CollisionMode = CollisionMode.REPAIR
 
     @property
     def urdf(self) -> Path:
@@ -33,29 +36,40 @@ class Folder:
 
 
 def write_folder(
-    extraction: Extraction, overlay: PhysicsOverlay, hulls: Hulls, target: Path, settings: PhysicsSettings
+    extraction: Extraction,
+    overlay: PhysicsOverlay,
+    hulls: Hulls,
+    target: Path,
+    settings: PhysicsSettings,
+    mode: CollisionMode = CollisionMode.REPAIR,
 ) -> Folder:
-    """Write meshes, companions, collision hulls and the URDF."""
+    """Write meshes, companions, collision hulls and the URDF.
+
+    Where ``mode`` is ``keep``, collision meshes are brought as authored and ``hulls`` are not written.
+    """
     target.mkdir(parents=True, exist_ok=True)
-    looks = {mesh.file for link in extraction.features.links for mesh in link.meshes if mesh.role == "visual"}
+    roles = ("visual", "collision") if mode is CollisionMode.KEEP else ("visual",)
+    looks = {mesh.file for link in extraction.features.links for mesh in link.meshes if mesh.role in roles}
     wanted = {reference: file for reference, file in extraction.mesh_files.items() if reference in looks}
     places = bring_meshes(wanted, extraction.urdf.parent, target)
     for name in COMPANIONS:
         if (extraction.folder / name).is_file():
             shutil.copyfile(extraction.folder / name, target / name)
-    folder = Folder(target, places, write_hulls(hulls, target))
+    folder = with_hulls(Folder(target, places, {}, mode), hulls)
     write_urdf(extraction, overlay, folder, settings)
     return folder
 
 
 def with_hulls(folder: Folder, hulls: Hulls) -> Folder:
-    """The same folder with other collision hulls; its URDF is to be written again."""
-    return Folder(folder.path, folder.mesh_places, write_hulls(hulls, folder.path))
+    """The same folder with other collision hulls; its URDF is to be written again. None where shapes are kept."""
+    if folder.mode is CollisionMode.KEEP:
+        return folder
+    return replace(folder, collision=write_hulls(hulls, folder.path))
 
 
 def write_urdf(extraction: Extraction, overlay: PhysicsOverlay, folder: Folder, settings: PhysicsSettings) -> None:
     """Write the folder's URDF."""
     document = refined_document(
-        extraction.urdf, extraction.features, overlay, folder.mesh_places, folder.collision, settings
+        extraction.urdf, extraction.features, overlay, folder.mesh_places, folder.collision, settings, folder.mode
     )
     folder.urdf.write_bytes(document)

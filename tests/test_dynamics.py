@@ -6,7 +6,10 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from asset2sim.physics.dynamics import JointTerms, Term, joint_terms
+from asset2sim.physics.dynamics import joint_terms
+from asset2sim.physics.pull import Pull
+from asset2sim.physics.terms import JointTerms, Moved, Term
+from asset2sim.physics.timing import glide
 from schemas.overlay import JointProposal
 from schemas.settings import PhysicsSettings
 from schemas.vocabulary import Source
@@ -23,16 +26,26 @@ def terms(
     hold_load: float = 0.0,
     holds: bool = False,
     rest: float = 0.0,
-    stopped: bool = True,
+    lower: float | None = -1.0,
+    upper: float | None = 1.0,
+    closed: float = 0.0,
+    least: float | None = None,
+    held: float | None = None,
+    slope: float = 0.0,
     authored: float | None = None,
     proposal: JointProposal | None = None,
     **stated: object,
 ) -> JointTerms:
-    """The terms of a hinge of 0.1 kg·m² unless said otherwise; ``stated`` holds the proposal's fields."""
+    """The terms of a hinge of 0.1 kg·m² unless said otherwise, whose load is gravity's at position zero; ``stated``
+    holds the proposal's fields."""
+    moved = Moved(
+        prismatic=prismatic, inertia=inertia, least=least or inertia, held=held or inertia,
+        pull=Pull(rest, load, slope, prismatic), lower=lower, upper=upper, closed=closed,
+        open=1.0 if upper is None else upper, rest=rest, hold_load=hold_load,
+    )  # fmt: skip
     return joint_terms(
-        proposal or JointProposal.model_validate({"name": "j", **stated}),
-        prismatic=prismatic, inertia=inertia, load=load, hold_load=hold_load, holds=holds, rest=rest, stopped=stopped,
-        source=Source.MODEL, authored_damping=authored, settings=SETTINGS,
+        proposal or JointProposal.model_validate({"name": "j", **stated}), moved,
+        holds=holds, source=Source.MODEL, authored_damping=authored, settings=SETTINGS,
     )  # fmt: skip
 
 
@@ -86,11 +99,11 @@ def test_a_spring_is_damped_enough_not_to_ring() -> None:
 
 
 def test_a_loaded_spring_is_preloaded_against_its_stop() -> None:
-    found = terms(0.1, spring_hz=2.0, load=-0.4, rest=0.2)
+    found = terms(0.1, spring_hz=2.0, load=-0.4, rest=0.2, upper=0.2)
     # At rest the spring alone then pushes with 1.5 times what gravity pulls; without a stop, with just as much.
     push = found.stiffness.value * (found.spring_reference - 0.2)
     assert push == pytest.approx(SETTINGS.hold_margin * 0.4)
-    free = terms(0.1, spring_hz=2.0, load=-0.4, rest=0.2, stopped=False)
+    free = terms(0.1, spring_hz=2.0, load=-0.4, rest=0.2)
     assert free.stiffness.value * (free.spring_reference - 0.2) == pytest.approx(0.4)
     assert terms(0.1, load=-0.4, rest=0.2).spring_reference == 0.2
 
@@ -112,6 +125,91 @@ def test_what_returns_by_itself_has_no_friction_and_what_swings_freely_has_littl
     check(free, SETTINGS.free_friction_share * 0.1 * SETTINGS.default_friction_rad_s2, Source.RULE)
 
 
+def test_the_bound_is_that_of_the_least_inertia_over_the_range() -> None:
+    found = terms(0.1, least=0.01, damping=9.0, stiffness=1e6)
+    check(found.damping, 0.5 * 0.01 * 60.0, Source.RULE, 9.0)
+    check(found.stiffness, SETTINGS.max_stiffness_step * 0.01 * 3600.0, Source.RULE, 1e6)
+
+
+def test_a_drawer_that_stops_within_ten_centimetres_is_braked_evenly() -> None:
+    # v₀ = 0.3 m/s, d = 0.1 m: c = (1 - ln 2) m v₀ / d, f = c v₀; then v' = -(c v + f) / m stops it at d.
+    found = terms(2.0, prismatic=True, stops_within=0.1)
+    c = (1.0 - math.log(2.0)) * 2.0 * 0.3 / 0.1
+    check(found.damping, c, Source.MODEL)
+    check(found.friction, c * 0.3, Source.MODEL)
+    tau, a = 2.0 / c, c * 0.3 / 2.0
+    assert tau * 0.3 - a * tau**2 * math.log(1.0 + 0.3 / (a * tau)) == pytest.approx(0.1)
+
+
+def test_stopping_keeps_stated_friction_and_what_holds() -> None:
+    found = terms(2.0, prismatic=True, stops_within=0.1, friction=0.2)
+    assert found.friction == Term(0.2, Source.MODEL)
+    assert glide(0.3, 2.0 / found.damping.value, 0.1) == pytest.approx(0.1)
+    # Friction of 1.5 · 4 N stops 2 kg within 15 mm: that is within what was asked.
+    held = terms(2.0, prismatic=True, stops_within=0.1, hold_load=4.0, holds=True)
+    assert held.friction == Term(6.0, Source.MODEL) and held.unmet == ()
+
+
+def test_a_stop_that_damping_may_not_give_is_left_to_friction() -> None:
+    found = terms(2.0, prismatic=True, stops_within=0.002)
+    assert found.damping.value == pytest.approx(0.5 * 2.0 * 60.0)
+    assert glide(0.3, 2.0 / found.damping.value, found.friction.value / 2.0) == pytest.approx(0.002, rel=1e-3)
+
+
+def test_gliding_is_friction_alone_or_damping_alone_at_its_ends() -> None:
+    assert glide(0.3, 0.5, 0.0) == pytest.approx(0.15)
+    assert glide(0.3, 1e12, 0.9) == pytest.approx(0.05)
+
+
+def test_a_slider_that_its_weight_shuts_falls_with_constant_force() -> None:
+    # 2 kg hang 0.4 m open; from half open c v' settles: way = F / c (t - m / c (1 - exp(-c t / m))), friction in F.
+    found = terms(2.0, prismatic=True, load=-19.62, lower=0.0, upper=0.4, closes_s=0.4)
+    c, f = found.damping.value, found.friction.value
+    assert c < 0.5 * 2.0 * 60.0 and found.damping.source is Source.MODEL and found.unmet == ()
+    way = (19.62 - f) / c * (0.4 - 2.0 / c * (1.0 - math.exp(-c * 0.4 / 2.0)))
+    assert way == pytest.approx(0.9 * 0.2, rel=5e-3)
+
+
+def test_a_lid_that_falls_too_fast_for_damping_gets_friction() -> None:
+    # A lid of 0.1 kg m² whose weight pulls with 5 cos q N·m, open to 1.6 rad, closed and level at 0.
+    found = terms(0.1, load=-5.0, slope=0.0, lower=0.0, upper=1.6, closes_s=1.5)
+    assert found.damping.value == pytest.approx(0.5 * 0.1 * 60.0)
+    weakest = 5.0 * math.cos(0.8)
+    assert 0.0 < found.friction.value <= 0.8 * weakest * (1.0 + 1e-9), "it still falls by itself"
+
+
+@pytest.mark.parametrize("load", [0.0, 5.0])
+def test_what_gravity_does_not_shut_is_told(load: float) -> None:
+    found = terms(0.1, load=load, lower=0.0, upper=1.6, closes_s=1.5, coast_s=0.5, holds=False)
+    check(found.damping, 0.2, Source.MODEL)
+    (miss,) = found.unmet
+    assert (miss.wish, miss.asked, miss.achieved) == ("closes_s", 1.5, None) and "gravity" in miss.why
+
+
+def test_what_must_hold_does_not_fall_shut() -> None:
+    found = terms(0.1, load=-5.0, hold_load=5.0, lower=0.0, upper=1.6, closes_s=1.5, holds=True)
+    assert found.friction.value == pytest.approx(7.5) and found.unmet[0].wish == "closes_s"
+
+
+def test_a_key_that_nothing_weighs_on_returns_as_a_critically_damped_spring() -> None:
+    found = terms(0.1, lower=-0.5, upper=0.0, returns_s=0.5)
+    w = 3.8897 / 0.5
+    check(found.stiffness, w**2 * 0.1, Source.MODEL)
+    assert found.damping.value == pytest.approx(2.0 * w * 0.1, rel=5e-3) and found.unmet == ()
+    assert found.friction.value == 0.0
+
+
+def test_a_return_that_the_step_does_not_bear_is_told() -> None:
+    found = terms(0.1, lower=-0.5, upper=0.0, returns_s=0.01)
+    assert found.stiffness.source is Source.RULE and found.damping.value <= 0.5 * 0.1 * 60.0
+    (miss,) = found.unmet
+    assert miss.wish == "returns_s" and miss.achieved is not None and miss.achieved > 0.02
+
+
+def test_a_wish_gives_way_to_damping_that_is_stated() -> None:
+    assert terms(0.1, damping=0.3, stops_within=0.4).damping == Term(0.3, Source.MODEL)
+
+
 @given(
     inertia=st.floats(1e-8, 1e3),
     damping=st.none() | st.floats(0.0, 1e4),
@@ -119,6 +217,9 @@ def test_what_returns_by_itself_has_no_friction_and_what_swings_freely_has_littl
     stiffness=st.none() | st.floats(0.0, 1e6),
     hertz=st.none() | st.floats(0.01, 100.0),
     friction=st.none() | st.floats(0.0, 1e3),
+    closes=st.none() | st.floats(1e-2, 1e2),
+    stops=st.none() | st.floats(1e-4, 10.0),
+    returns=st.none() | st.floats(1e-3, 1e2),
     load=st.floats(-100.0, 100.0),
     holds=st.booleans(),
 )
@@ -130,12 +231,16 @@ def test_whatever_is_proposed_the_terms_are_simulable_and_honest(
     stiffness: float | None,
     hertz: float | None,
     friction: float | None,
+    closes: float | None,
+    stops: float | None,
+    returns: float | None,
     load: float,
     holds: bool,
 ) -> None:
     found = terms(
         inertia, load=load, hold_load=abs(load), holds=holds,
         damping=damping, coast_s=coast, stiffness=stiffness, spring_hz=hertz, friction=friction,
+        closes_s=closes, stops_within=stops, returns_s=returns,
     )  # fmt: skip
     assert 0.0 <= found.damping.value * STEP / inertia <= SETTINGS.max_damping_step * (1.0 + 1e-9)
     assert 0.0 <= found.stiffness.value * STEP**2 / inertia <= SETTINGS.max_stiffness_step * (1.0 + 1e-9)

@@ -10,15 +10,15 @@ import pytest
 import yourdfpy
 from lxml import etree
 
-from asset2sim.apply import Folder, write_folder
+from asset2sim.apply import Folder, with_hulls, write_folder, write_urdf
 from asset2sim.collision.hulls import collision_hulls
 from asset2sim.urdf.edit import word
 from asset2sim.urdf.read import read_urdf
 from asset2sim.validation import validate
 from schemas.overlay import JointProposal, LinkProposal, Overlay, PhysicsOverlay
 from schemas.settings import PhysicsSettings
-from schemas.vocabulary import Source
-from tests.assets import box_obj, fingerprint, joint, link, near, read, robot, shape, written
+from schemas.vocabulary import CollisionMode, Source
+from tests.assets import box_obj, fingerprint, joint, link, mesh, near, read, robot, shape, written
 
 PHYSICS = PhysicsSettings()
 S = 0.5
@@ -302,3 +302,66 @@ def test_names_that_a_comment_cannot_hold(tmp_path: Path) -> None:
 @pytest.mark.parametrize(("value", "text"), [(0.5, "0.5"), (1.0, "1"), (1 / 3, "0.333333333"), (1e-9, "1e-09")])
 def test_numbers_are_short(value: float, text: str) -> None:
     assert word(value) == text
+
+
+def test_kept_collision_geometry_is_as_authored_only_scaled(source: Path, tmp_path: Path) -> None:
+    item = read(source)
+    overlay, _ = validate(item, PROPOSAL, Source.MODEL, 0.5, PHYSICS)
+    hulls = collision_hulls(item, overlay.scale)
+    folder = write_folder(item, overlay, hulls, tmp_path / "kept", PHYSICS, CollisionMode.KEEP)
+    assert not (folder.path / "collision").exists() and with_hulls(folder, hulls) == folder
+    door = next(item for item in read_urdf(folder.urdf).links if item.name == "door")
+    (shell,) = door.collisions
+    assert (folder.path / shell.geometry.mesh.filename).is_file()
+    assert near9(shell.geometry.mesh.scale, (S, S, S)), "the collision reference states no scale of its own"
+    body = next(item for item in read_urdf(folder.urdf).links if item.name == "body")
+    assert near9(body.collisions[0].geometry.box.size, (2 * S, S, S)) and len(body.collisions) == 1
+    before = folder.urdf.read_bytes()
+    write_urdf(item, overlay, folder, PHYSICS)
+    assert folder.urdf.read_bytes() == before
+
+
+def test_kept_collision_drops_missing_meshes_and_invents_none(tmp_path: Path) -> None:
+    urdf = robot(
+        link("a", shape("1 1 1", "visual")), link("b", shape("1 1 1") + mesh("gone.obj", "collision")),
+        joint("j", "revolute", "a", "b", axis="0 0 1", limit="0 1"),
+    )  # fmt: skip
+    item = read(written(tmp_path / "in", urdf))
+    overlay, _ = validate(item, Overlay(scale=1.0), Source.MODEL, 0.5, PHYSICS)
+    hulls = collision_hulls(item, 1.0)
+    kept = write_folder(item, overlay, hulls, tmp_path / "kept", PHYSICS, CollisionMode.KEEP)
+    counts = {item.name: len(item.collisions) for item in read_urdf(kept.urdf).links}
+    assert counts == {"a": 0, "b": 1}
+
+
+def test_mimics_and_safety_limits_of_sliders_are_scaled(tmp_path: Path) -> None:
+    urdf = robot(
+        link("a", shape("1 1 1")), link("b", shape("1 1 1")), link("c", shape("1 1 1")), link("d", shape("1 1 1")),
+        joint("turn", "revolute", "a", "b", axis="0 0 1", limit="0 1",
+              more='<safety_controller k_velocity="1" soft_lower_limit="0.1"/>'),
+        joint("slide", "prismatic", "a", "c", axis="0 0 1", limit="0 1",
+              more='<mimic joint="turn" multiplier="2" offset="0.5"/><safety_controller k_velocity="1" '
+                   'soft_upper_limit="0.8"/><calibration rising="0.2"/>'),
+        joint("back", "revolute", "a", "d", axis="0 0 1", limit="0 1", more='<mimic joint="slide" offset="0.25"/>'),
+    )  # fmt: skip
+    found = refine(written(tmp_path / "in", urdf), tmp_path / "out", Overlay(scale=S)).root
+
+    def stated(name: str, tag: str) -> dict[str, float]:
+        (element,) = found.xpath(f"joint[@name='{name}']/{tag}")
+        return {key: float(text) for key, text in element.items() if key != "joint"}
+
+    assert stated("slide", "mimic") == {"multiplier": 2 * S, "offset": 0.5 * S}
+    assert stated("back", "mimic") == {"multiplier": 1 / S, "offset": 0.25}
+    assert stated("slide", "safety_controller") == {"k_velocity": 1.0, "soft_upper_limit": 0.8 * S}
+    assert stated("slide", "calibration") == {"rising": 0.2 * S}
+    assert stated("turn", "safety_controller")["soft_lower_limit"] == 0.1
+
+
+def test_limits_that_the_loop_shortened_are_written(source: Path, tmp_path: Path) -> None:
+    item = read(source)
+    overlay, _ = validate(item, PROPOSAL, Source.MODEL, 0.5, PHYSICS)
+    hinge = overlay.joints[0].model_copy(update={"upper": 1.25, "limits_source": Source.SEARCH})
+    overlay = overlay.model_copy(update={"joints": (hinge, *overlay.joints[1:])})
+    folder = write_folder(item, overlay, collision_hulls(item, S), tmp_path / "out", PHYSICS)
+    limit = next(item for item in read_urdf(folder.urdf).joints if item.name == "door_hinge").limit
+    assert near9((limit.lower, limit.upper), (-0.5, 1.25))

@@ -7,6 +7,11 @@ from tests import prior_objects as known
 from tests.prior_objects import Json, ask, felt
 
 SLIGHT_LID = 0.25 * 3.14
+LEVEL = (0.0, 1.0, 0.0)
+LIDS = known.thing(
+    "Toilet", known.hinged("lid", "lid", axis=LEVEL), known.hinged("seat", "seat", axis=LEVEL, upper=1.5)
+)
+"""A toilet whose hinges lie level, so that gravity moves what hangs on them."""
 
 PAPER_AND_MANIFEST: list[tuple[Json, str, dict[str, float]]] = [
     (
@@ -293,11 +298,27 @@ def test_a_length_opens_a_slide_at_the_final_scale() -> None:
             "lever",
             {"spring_hz": 4.0, "spring_rest": 0.0},
         ),
+        (LIDS, "A toilet with a soft-close lid.", "lid", {"closes_s": 2.0, "holds": False}),
+        (LIDS, "The lid closes slowly.", "lid", {"closes_s": 2.0, "holds": False}),
+        (LIDS, "The lid closes in 3 seconds.", "lid", {"closes_s": 3.0, "holds": False}),
+        (LIDS, "The seat slams shut when it is let go.", "seat", {"closes_s": 0.3, "holds": False}),
+        (LIDS, "The lid must not slam.", "lid", {"closes_s": 2.0, "holds": False}),
+        (LIDS, "The lid swings freely and slowly.", "lid", {"closes_s": 2.5, "holds": False}),
+        (known.DRAWERS, "The drawers glide.", "d1", {"stops_within": 0.25, "holds": True}),
+        (known.DRAWERS, "Its drawers slide smoothly.", "d0", {"stops_within": 0.12}),
+        (known.DRAWERS, "stiff drawers", "d0", {"stops_within": 0.015, "coast_s": 0.1}),
+        (known.DRAWERS, "Every drawer stops within 10 cm.", "d2", {"stops_within": 0.1}),
+        (known.MICROWAVE, "The door stops within 20 degrees when it is let go.", "door", {"stops_within": 0.34907}),
+        (known.TOASTER, "The lever snaps back.", "lever", {"returns_s": 0.15, "spring_rest": 0.0}),
+        (known.TOASTER, "The lever returns slowly.", "lever", {"returns_s": 1.5}),
+        (known.TOASTER, "The lever springs back in 0.4 s.", "lever", {"returns_s": 0.4}),
+        (known.SAFE, "The door is heavy and moves slowly.", "door", {"damping_level": "super high"}),
     ],
 )
 def test_feel(information: Json, guidance: str, name: str, expected: Json) -> None:
     found = felt(ask(information, guidance), name)
-    assert {key: found[key] for key in expected} == pytest.approx(expected, abs=1e-3)
+    for key, value in expected.items():
+        assert found[key] == (value if isinstance(value, str) else pytest.approx(value, abs=1e-3)), key
 
 
 def test_feel_reaches_only_the_parts_that_are_named() -> None:
@@ -307,6 +328,23 @@ def test_feel_reaches_only_the_parts_that_are_named() -> None:
     )
     assert felt(worded, "door_left") == felt(plain, "door_left")
     assert felt(worded, "drawer_left")["coast_s"] == 0.05
+
+
+def test_a_lid_that_is_asked_to_stand_open_is_not_let_fall() -> None:
+    found = felt(ask(LIDS, "A toilet with its lid open. The lid closes slowly."), "lid")
+    assert found["holds"] is True and "closes_s" not in found
+
+
+def test_a_door_that_gravity_does_not_move_is_damped_instead() -> None:
+    upright = known.thing("Door", known.hinged("leaf", "rotation_door", axis=(0.0, 0.0, 1.0)))
+    found = felt(ask(upright, "A soft-close door."), "leaf")
+    assert "closes_s" not in found and (found["coast_s"], found["holds"]) == (0.05, True)
+
+
+def test_a_stated_level_counts_before_a_word_and_wishes_leave_scale_and_state_alone() -> None:
+    assert "stops_within" not in felt(ask(known.DRAWERS, "Drawers with low damping glide."), "d0")
+    plain, worded = ask(known.DRAWERS), ask(known.DRAWERS, "Every drawer stops within 10 cm.")
+    assert (worded["scale"], worded["initial_joint_positions"]) == (plain["scale"], {})
 
 
 def test_a_spring_can_be_declined() -> None:

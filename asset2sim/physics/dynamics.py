@@ -2,79 +2,126 @@
 time step.
 
 Absolute numbers mean nothing across objects: 0.15 N·m·s/rad stops a door and blows up a key (design.md). So terms are
-derived from the effective inertia and time constants, and whatever a model states in absolute terms is bounded by them.
+derived from the inertia that moves and from times and distances, and whatever a model states in absolute terms is
+bounded by them.
 """
 
 import math
-from dataclasses import dataclass
 
+from asset2sim.physics.paper_ranges import paper_terms
+from asset2sim.physics.terms import JointTerms, Moved, Term, Unmet
+from asset2sim.physics.timed import falling, gliding, relaxed, returning
+from asset2sim.physics.timing import RETURN_CRITICAL, Brake
 from schemas.overlay import JointProposal
 from schemas.settings import PhysicsSettings
-from schemas.vocabulary import Source
+from schemas.vocabulary import DynamicsRule, Source
 
 WEAKEST_HZ = 0.01
 """Frequency below which a proposed spring is none, Hz: it would take half a minute to bring its part back."""
-
-
-@dataclass(frozen=True)
-class Term:
-    """One number, where it came from, and the number it replaced if a bound changed it."""
-
-    value: float
-    source: Source
-    replaced: float | None = None
-
-
-@dataclass(frozen=True)
-class JointTerms:
-    """The triplet of one joint, and the position at which its spring is relaxed."""
-
-    damping: Term
-    friction: Term
-    stiffness: Term
-    spring_reference: float
+RETURN_MARGIN = 1.1
+"""Preload over gravity's pull of a part whose return is timed: with more, a light part is back whatever its spring."""
+Missed = tuple[Unmet, ...]
+STAYS = "it must stay where it is placed"
+"""Why a part that must hold neither falls shut nor springs back."""
+CLOSE_ENOUGH = 0.25
+"""Share by which a time or distance may miss what was asked before that is reported."""
 
 
 def joint_terms(
     proposal: JointProposal,
+    moved: Moved,
     *,
-    prismatic: bool,
-    inertia: float,
-    load: float,
-    hold_load: float,
     holds: bool,
-    rest: float,
-    stopped: bool,
     source: Source,
     authored_damping: float | None,
     settings: PhysicsSettings,
 ) -> JointTerms:
-    """The triplet of one joint.
-
-    ``inertia`` is the effective one (kg·m² or kg), ``load`` gravity's signed pull at the initial position and
-    ``hold_load`` its largest magnitude where the joint must hold (N·m or N), ``rest`` where a spring returns to and
-    ``stopped`` whether a limit stops it from going further there, against gravity.
-    """
-    stiffness = spring(proposal, inertia, source, settings)
-    damping = damper(proposal, inertia, stiffness.value, source, authored_damping, settings)
-    friction = dry_friction(proposal, prismatic, inertia, hold_load, holds, stiffness.value, source, settings)
-    reference = rest
+    """The triplet of one joint, under the rule that the settings name."""
+    if settings.dynamics is DynamicsRule.PAPER:
+        return paper_terms(proposal, prismatic=moved.prismatic, holds=holds, rest=moved.rest, source=source)
+    stiffness = spring(proposal, moved, source, settings)
+    damping = damper(proposal, moved, stiffness.value, source, authored_damping, settings)
+    friction = dry_friction(proposal, moved, holds, stiffness.value, source, settings)
+    margin, brake = settings.hold_margin, None
+    unmet: Missed = ()
+    # Damping that is stated outright counts before any wish.
+    if stiffness.value > 0.0 and proposal.returns_s is not None and proposal.damping is None:
+        margin = RETURN_MARGIN
+        stiffness, brake, unmet = timed_spring(proposal, moved, holds, stiffness, margin, settings)
+    elif stiffness.value == 0.0 and proposal.damping is None:
+        brake, unmet = timed(proposal, moved, holds, settings)
+    if brake is not None:
+        where = Source.RULE if unmet else source
+        damping = Term(brake.damping, where)
+        if proposal.friction is None:
+            friction = Term(brake.friction, where)
+        elif brake.friction != proposal.friction:
+            friction = Term(brake.friction, Source.RULE, proposal.friction)
+    reference = moved.rest
     if stiffness.value > 0.0:
         # Real springs are preloaded against their stop: without it a key sags by g / ω² under its own weight. Where
         # nothing stops the part, the spring carries just its weight at rest.
-        reference = rest - (settings.hold_margin if stopped else 1.0) * load / stiffness.value
-    return JointTerms(damping, friction, stiffness, reference)
+        reference = float(relaxed(moved, stiffness.value, margin if moved.stopped else 1.0))
+    return JointTerms(damping, friction, stiffness, reference, unmet)
 
 
-def spring(proposal: JointProposal, inertia: float, source: Source, settings: PhysicsSettings) -> Term:
-    """Stiffness k = (2π f)² I, at most ``max_stiffness_step`` I / Δt²; 0 for a passive joint."""
-    largest = settings.max_stiffness_step * inertia / settings.coarse_timestep_s**2
+def timed_spring(
+    proposal: JointProposal, moved: Moved, holds: bool, stiffness: Term, margin: float, settings: PhysicsSettings
+) -> tuple[Term, Brake | None, Missed]:
+    """Stiffness, damping and friction of a part that returns in ``returns_s``, and what cannot be given."""
+    asked = proposal.returns_s or 0.0
+    if holds:
+        return stiffness, None, (Unmet("returns_s", asked, None, STAYS),)
+    found = returning(proposal, moved, stiffness.value, margin if moved.stopped else 1.0, settings)
+    if found.stiffness != stiffness.value:
+        stiffness = Term(found.stiffness, stiffness.source, stiffness.replaced)
+    why = "its weight, its spring and the time step give that"
+    return stiffness, found.brake, unmet_by(found.brake, "returns_s", asked, why)
+
+
+def timed(proposal: JointProposal, moved: Moved, holds: bool, settings: PhysicsSettings) -> tuple[Brake | None, Missed]:
+    """Damping and friction of a part without a spring by whichever wish applies, and what they cannot give.
+
+    One that may fall falls shut, any other glides; None where there is no such wish.
+    """
+    missed: Missed = ()
+    if proposal.closes_s is not None:
+        fall = None if holds else falling(proposal, moved, settings)
+        if fall is not None:
+            why = "its weight, and the damping that the time step bears, give that"
+            return fall, unmet_by(fall, "closes_s", proposal.closes_s, why)
+        missed = (Unmet("closes_s", proposal.closes_s, None, STAYS if holds else "gravity does not shut it"),)
+    if proposal.stops_within is not None:
+        found = gliding(proposal, moved, holds, settings)
+        return found, missed + unmet_by(found, "stops_within", proposal.stops_within, "its friction gives that")
+    return None, missed
+
+
+def unmet_by(found: Brake, wish: str, asked: float, why: str) -> tuple[Unmet, ...]:
+    """What a motion misses by more than ``CLOSE_ENOUGH``; a shorter stop is within what was asked."""
+    long, short = found.achieved > (1.0 + CLOSE_ENOUGH) * asked, found.achieved < (1.0 - CLOSE_ENOUGH) * asked
+    if long or (short and wish != "stops_within"):
+        return (Unmet(wish, asked, found.achieved if math.isfinite(found.achieved) else None, why),)
+    return ()
+
+
+def spring(proposal: JointProposal, moved: Moved, source: Source, settings: PhysicsSettings) -> Term:
+    """Stiffness k = (2π f)² I, at most ``max_stiffness_step`` I / Δt²; 0 for a passive joint.
+
+    A time to return gives that of a critically damped spring, ω = 3.89 / t.
+    """
+    largest = settings.max_stiffness_step * moved.least / settings.coarse_timestep_s**2
     if proposal.stiffness is not None and proposal.stiffness > 0.0:
         wanted = proposal.stiffness
-        if wanted <= (2.0 * math.pi * WEAKEST_HZ) ** 2 * inertia:
+        if wanted <= (2.0 * math.pi * WEAKEST_HZ) ** 2 * moved.inertia:
+            return Term(0.0, Source.RULE, wanted)
+    elif proposal.returns_s is not None and proposal.stiffness is None:
+        fastest = 2.0 * math.pi * settings.max_spring_hz
+        wanted = min(RETURN_CRITICAL / proposal.returns_s, fastest) ** 2 * moved.held
+        if wanted <= (2.0 * math.pi * WEAKEST_HZ) ** 2 * moved.held:
             return Term(0.0, Source.RULE, wanted)
     elif proposal.spring_hz is not None:
-        wanted = (2.0 * math.pi * min(proposal.spring_hz, settings.max_spring_hz)) ** 2 * inertia
+        wanted = (2.0 * math.pi * min(proposal.spring_hz, settings.max_spring_hz)) ** 2 * moved.inertia
     else:
         return Term(0.0, source if proposal.stiffness is not None else Source.RULE)
     return Term(wanted, source) if wanted <= largest else Term(largest, Source.RULE, wanted)
@@ -82,36 +129,29 @@ def spring(proposal: JointProposal, inertia: float, source: Source, settings: Ph
 
 def damper(
     proposal: JointProposal,
-    inertia: float,
+    moved: Moved,
     stiffness: float,
     source: Source,
     authored: float | None,
     settings: PhysicsSettings,
 ) -> Term:
     """Damping c = I / τ, at least what keeps a spring from ringing, at most ``max_damping_step`` I / Δt."""
-    largest = settings.max_damping_step * inertia / settings.coarse_timestep_s
+    largest = settings.max_damping_step * moved.least / settings.coarse_timestep_s
     if proposal.damping is not None:
         wanted, where = proposal.damping, source
     elif proposal.coast_s is not None:
-        wanted, where = inertia / proposal.coast_s, source
+        wanted, where = moved.inertia / proposal.coast_s, source
     elif authored:
         wanted, where = authored, Source.AUTHORED
     else:
-        wanted, where = inertia / settings.default_coast_s, Source.RULE
-    least = 2.0 * settings.spring_damping_ratio * math.sqrt(stiffness * inertia)
+        wanted, where = moved.inertia / settings.default_coast_s, Source.RULE
+    least = 2.0 * settings.spring_damping_ratio * math.sqrt(stiffness * moved.inertia)
     bounded = min(max(wanted, least), largest)
     return Term(wanted, where) if bounded == wanted else Term(bounded, Source.RULE, wanted)
 
 
 def dry_friction(
-    proposal: JointProposal,
-    prismatic: bool,
-    inertia: float,
-    hold_load: float,
-    holds: bool,
-    stiffness: float,
-    source: Source,
-    settings: PhysicsSettings,
+    proposal: JointProposal, moved: Moved, holds: bool, stiffness: float, source: Source, settings: PhysicsSettings
 ) -> Term:
     """Coulomb friction: as proposed, or what stops a slow motion; for a joint that holds, more than gravity's pull."""
     if proposal.friction is not None:
@@ -119,8 +159,8 @@ def dry_friction(
     elif stiffness > 0.0:
         wanted, where = 0.0, Source.RULE
     else:
-        slow = settings.default_friction_m_s2 if prismatic else settings.default_friction_rad_s2
+        slow = settings.default_friction_m_s2 if moved.prismatic else settings.default_friction_rad_s2
         share = settings.free_friction_share if proposal.holds is False else 1.0
-        wanted, where = share * slow * inertia, Source.RULE
-    needed = settings.hold_margin * hold_load if holds else 0.0
+        wanted, where = share * slow * moved.inertia, Source.RULE
+    needed = settings.hold_margin * moved.hold_load if holds else 0.0
     return Term(wanted, where) if wanted >= needed else Term(needed, Source.RULE, wanted)

@@ -2,11 +2,13 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
 from asset2sim.arrays import Array
 from asset2sim.kinematics import TreeJoint, link_to_root, subtree
+from asset2sim.physics.pull import Pull
 
 GRAVITY_M_S2 = 9.81
 
@@ -26,26 +28,40 @@ class JointSpace:
     ``names``' order.
 
     ``gravity`` is (n,): the generalised force of gravity along -z of the root frame on each joint, N·m or N.
+    ``pulls`` says for each joint how that force changes as the joint alone moves. ``heft`` is (n,): the largest that
+    gravity's force on each joint could be, whichever way it pointed.
     """
 
     names: tuple[str, ...]
     matrix: Array
     gravity: Array
+    pulls: tuple[Pull, ...]
+    heft: Array
+
+    @cached_property
+    def mobility(self) -> Array:
+        """(n, n) joints' block of M⁻¹: the acceleration of each per unit force on each, all else free."""
+        return np.asarray(np.linalg.inv(self.matrix)[6:, 6:], dtype=np.float64)
 
     def effective_inertia(self) -> dict[str, float]:
         """Joint → 1 / (M⁻¹)ⱼⱼ: the inertia that a torque on this joint alone accelerates, all else free, kg·m²
         or kg."""
-        inverse = np.linalg.inv(self.matrix)
-        return {name: float(1.0 / inverse[6 + i, 6 + i]) for i, name in enumerate(self.names)}
+        return {name: float(1.0 / self.mobility[i, i]) for i, name in enumerate(self.names)}
 
-    def fastest_decay(self, damping: Mapping[str, float]) -> float:
-        """The largest eigenvalue of M⁻¹ D over the joints, 1/s: explicit damping is stable while this times Δt
-        is below 2."""
-        terms = np.sqrt([damping.get(name, 0.0) for name in self.names])
-        if not len(terms) or not terms.any():
+    def held_inertia(self) -> dict[str, float]:
+        """Joint → Mⱼⱼ: what it moves while the root is held and every other joint stays, kg·m² or kg."""
+        return {name: float(self.matrix[6 + i, 6 + i]) for i, name in enumerate(self.names)}
+
+    def fastest_decay(self, terms: Mapping[str, float]) -> float:
+        """The largest eigenvalue of M⁻¹ D over the joints, D having these terms on its diagonal.
+
+        For damping, in 1/s: stepped explicitly, it is stable while this times Δt is below 2. For stiffness, in 1/s²:
+        a spring stepped explicitly is stable while this times Δt² is below 4.
+        """
+        roots = np.sqrt([terms.get(name, 0.0) for name in self.names])
+        if not len(roots) or not roots.any():
             return 0.0
-        block = np.linalg.inv(self.matrix)[6:, 6:]
-        return float(np.linalg.eigvalsh(terms[:, None] * block * terms[None, :])[-1])
+        return float(np.linalg.eigvalsh(roots[:, None] * self.mobility * roots[None, :])[-1])
 
 
 def joint_space(
@@ -54,34 +70,54 @@ def joint_space(
     """The mass matrix Σ m JᵥᵀJᵥ + JωᵀIJω over the links at these positions, all frames the root's."""
     movable = [joint for joint in tree if joint.type != "fixed"]
     poses = link_to_root(tree, root, positions)
-    size = 6 + len(movable)
-    matrix = np.zeros((size, size))
-    gravity = np.zeros(len(movable))
-    moved = {joint.name: set(subtree(tree, joint.name)) for joint in movable}
-    axes, origins = [], []
-    for joint in movable:
-        frame = poses[joint.parent] @ joint.child_to_parent
-        axes.append(frame[:3, :3] @ joint.axis)
-        origins.append(frame[:3, 3])
-    for name, body in bodies.items():
-        pose = poses[name]
-        com = pose[:3, :3] @ body.com + pose[:3, 3]
-        linear, angular = np.zeros((3, size)), np.zeros((3, size))
-        linear[:, :3] = np.eye(3)
-        linear[:, 3:6] = -cross_matrix(com)
-        angular[:, 3:6] = np.eye(3)
-        for index, joint in enumerate(movable):
-            if name not in moved[joint.name]:
-                continue
-            if joint.type == "prismatic":
-                linear[:, 6 + index] = axes[index]
-            else:
-                linear[:, 6 + index] = np.cross(axes[index], com - origins[index])
-                angular[:, 6 + index] = axes[index]
-        inertia = pose[:3, :3] @ body.inertia @ pose[:3, :3].T
-        matrix += body.mass * linear.T @ linear + angular.T @ inertia @ angular
-        gravity -= body.mass * GRAVITY_M_S2 * linear[2, 6:]
-    return JointSpace(tuple(joint.name for joint in movable), matrix, gravity)
+    count, size = len(movable), 6 + len(movable)
+    names = list(bodies)
+    carried = np.array([[name in moved for name in names] for moved in moved_links(tree, movable)], dtype=float)
+    carried = carried.reshape(count, len(names))
+    frames = [poses[joint.parent] @ joint.child_to_parent for joint in movable]
+    axes = np.array([frame[:3, :3] @ joint.axis for frame, joint in zip(frames, movable, strict=True)]).reshape(-1, 3)
+    origins = np.array([frame[:3, 3] for frame in frames]).reshape(-1, 3)
+    slides = np.array([joint.type == "prismatic" for joint in movable], dtype=bool)
+
+    mass = np.array([body.mass for body in bodies.values()])
+    turns = np.array([poses[name][:3, :3] for name in names])
+    coms = np.array([poses[name][:3, :3] @ body.com + poses[name][:3, 3] for name, body in bodies.items()])
+    inertias = turns @ np.array([body.inertia for body in bodies.values()]) @ turns.transpose(0, 2, 1)
+
+    linear, angular = np.zeros((len(names), 3, size)), np.zeros((len(names), 3, size))
+    linear[:, :, :3] = np.eye(3)
+    linear[:, :, 3:6] = -np.array([cross_matrix(com) for com in coms])
+    angular[:, :, 3:6] = np.eye(3)
+    if count:
+        arms = np.cross(axes[None, :, :], coms[:, None, :] - origins[None, :, :])
+        along = np.where(slides[None, :, None], axes[None, :, :], arms) * carried.T[:, :, None]
+        linear[:, :, 6:] = along.transpose(0, 2, 1)
+        about = np.where(slides[:, None], 0.0, axes)[None, :, :] * carried.T[:, :, None]
+        angular[:, :, 6:] = about.transpose(0, 2, 1)
+    rows = (np.sqrt(mass)[:, None, None] * linear).reshape(-1, size)
+    matrix = rows.T @ rows + np.einsum("bik,bij,bjl->kl", angular, inertias, angular, optimize=True)
+    gravity: Array = -GRAVITY_M_S2 * (mass[:, None] * linear[:, 2, 6:]).sum(axis=0)
+
+    heft: Array = GRAVITY_M_S2 * np.linalg.norm((mass[:, None, None] * linear[:, :, 6:]).sum(axis=0), axis=0)
+
+    moments = carried @ (mass[:, None] * coms) - (carried @ mass)[:, None] * origins
+    pulls = []
+    for index, joint in enumerate(movable):
+        # About the axis, gravity's torque is a wave of the angle: its slope is that of the lever turned a right angle.
+        slope = 0.0 if slides[index] else float(-GRAVITY_M_S2 * turned_lever(axes[index], moments[index])[2])
+        pulls.append(Pull(positions.get(joint.name, 0.0), float(gravity[index]), slope, bool(slides[index])))
+    return JointSpace(tuple(joint.name for joint in movable), matrix, gravity, tuple(pulls), heft)
+
+
+def moved_links(tree: Sequence[TreeJoint], movable: Sequence[TreeJoint]) -> list[set[str]]:
+    """The links that each of these joints moves."""
+    return [set(subtree(tree, joint.name)) for joint in movable]
+
+
+def turned_lever(axis: Array, moment: Array) -> Array:
+    """(3,) a × (a × Σ m r): how the torque's lever about the axis changes per radian."""
+    changed: Array = np.cross(axis, np.cross(axis, moment))
+    return changed
 
 
 def cross_matrix(vector: Array) -> Array:

@@ -1,9 +1,9 @@
 """How each joint feels: the mechanism's habits, changed by what the guidance says of them."""
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
-from asset2sim.priors import tables
+from asset2sim.priors.feel import Feel, felt
 from asset2sim.priors.information import ObjectInfo
 from asset2sim.priors.lexicon import Item, Segment
 from asset2sim.priors.parts import Part, main_parts
@@ -11,16 +11,10 @@ from asset2sim.priors.states import high_end
 from asset2sim.priors.thoughts import NOBODY, mention
 from schemas.overlay import JointProposal
 
-SPRING_HZ = {"hinge": 3.0, "slider": 6.0, "spin": 3.0}
-"""Frequency of a spring that the mechanism table does not expect, Hz: a stapler's or a clip's."""
-STIFF, SOFT = 1.5, 0.7
-"""What "stiff" and "light" do to a spring's frequency: about twice and half the force."""
-HOLD_COAST_S = 0.2
-"""Longest coast of a joint that must stay where it is placed, unless its damping is stated (paper: more damping)."""
+_OPEN = 0.05
+"""Share of its travel from which a part that is asked to stand there stands open."""
 _NEAR, _FAR = 3, 6
 """Words between a level and its noun: "low hinge damping", "the damping of the hinge is low"."""
-_MOTIONS = {"damping": "medium", "free": "super low", "no hold": "super low", "slow": "super high", "smooth": "low"}
-"""Words about motion, and the level of damping that they stand for."""
 _KINDS = (
     "damping",
     "damped",
@@ -33,17 +27,19 @@ _KINDS = (
     "stiff",
     "soft",
     "light",
+    "soft close",
+    "slam",
+    "glide",
+    "snap",
+    "slow return",
+    "closing",
+    "returning",
+    "stops",
+    "turns",
 )
-
-
-@dataclass(frozen=True)
-class Feel:
-    """What is known of one joint's feel; ``level`` is the stated damping, None where the mechanism's stands."""
-
-    coast_s: float
-    spring_hz: float | None
-    holds: bool
-    level: str | None = None
+_SHUTTING = ("closing", "soft close", "slam")
+_RETURNING = ("returning", "spring", "snap", "slow return")
+"""Kinds of words beside which a time says how long the part takes to shut, or to come back."""
 
 
 def propose_joints(
@@ -68,7 +64,9 @@ def propose_joints(
     for subject, segment in _clauses(info, parts, thoughts):
         changes = _changes(segment)
         for part in _able(subject, changes):
-            feels[part.joint.name] = _felt(feels[part.joint.name], changes, part)
+            position = positions.get(part.joint.name, part.joint.closed)
+            asked_open = abs(position - part.joint.closed) > _OPEN * part.joint.range
+            feels[part.joint.name] = felt(feels[part.joint.name], changes, part, asked_open)
         if subject and changes:
             notes.append(f"feel: {_said(changes)} → {_listed(subject)}")
     return (
@@ -112,6 +110,10 @@ def _proposal(part: Part, feel: Feel, positions: Mapping[str, float]) -> JointPr
         spring_hz=feel.spring_hz,
         spring_rest=spring_rest(part, positions) if sprung else None,
         holds=feel.holds and not sprung,
+        closes_s=feel.closes_s if not feel.holds and not sprung else None,
+        stops_within=None if sprung else feel.stops_within,
+        returns_s=feel.returns_s if sprung else None,
+        damping_level=feel.level or feel.word,
     )
 
 
@@ -136,6 +138,8 @@ def _changes(segment: Segment) -> dict[str, str]:
     negations = segment.of("not")
     for item in segment.of(*_KINDS):
         negated = any(0 <= item.start - other.end < _NEAR for other in negations)
+        if item.kind in ("closing", "returning", "stops", "turns"):
+            continue
         if item.kind in ("damping", "damped", "friction"):
             level = "super low" if negated else _level(segment, item)
             if level is None and item.kind == "damped":
@@ -146,40 +150,18 @@ def _changes(segment: Segment) -> dict[str, str]:
             continue
         else:
             changes[f"no {item.kind}" if negated else item.kind] = ""
-    return changes
+    return changes | _measured(segment)
 
 
-def _felt(feel: Feel, changes: Mapping[str, str], part: Part) -> Feel:
-    for kind, level in changes.items():
-        if kind in _MOTIONS or kind == "friction":
-            feel = _damped(feel, kind, level)
-        elif kind == "hold":
-            coast = feel.coast_s if feel.level else min(feel.coast_s, HOLD_COAST_S)
-            feel = replace(feel, coast_s=coast, holds=True, spring_hz=None)
-        elif kind == "spring":
-            feel = replace(feel, spring_hz=feel.spring_hz or SPRING_HZ[part.joint.motion])
-        elif kind == "no spring":
-            feel = replace(feel, spring_hz=None)
-        elif kind in ("stiff", "soft", "light"):
-            feel = _firmness(feel, kind == "stiff", part)
-    return feel
-
-
-def _damped(feel: Feel, kind: str, level: str) -> Feel:
-    """A stated level counts for what follows; words like "slowly" give way to a level that is stated."""
-    times = tables.coast_times()
-    if kind in ("damping", "friction"):
-        stated = replace(feel, coast_s=times[level], level=level)
-        return stated if kind == "damping" else replace(stated, holds=level in ("medium", "high", "super high"))
-    slowed = replace(feel, coast_s=times[feel.level or _MOTIONS[kind]])
-    return replace(slowed, holds=False) if kind in ("free", "no hold") else slowed
-
-
-def _firmness(feel: Feel, stiff: bool, part: Part) -> Feel:
-    if feel.spring_hz is not None:
-        usual = part.mechanism.spring_hz or SPRING_HZ[part.joint.motion]
-        return replace(feel, spring_hz=round(usual * (STIFF if stiff else SOFT), 3))
-    return replace(feel, coast_s=tables.coast_times()[feel.level or ("high" if stiff else "low")])
+def _measured(segment: Segment) -> dict[str, str]:
+    """The time that a segment states for shutting or coming back, s, and the way in which a part stops, m or rad."""
+    found = {item.kind: f"{item.number:g}" for item in segment.of("stops", "turns")}
+    for item in segment.of("time")[:1]:
+        if segment.of(*_SHUTTING):
+            found["closes"] = f"{item.number:g}"
+        elif segment.of(*_RETURNING):
+            found["returns"] = f"{item.number:g}"
+    return found
 
 
 def _level(segment: Segment, noun: Item) -> str | None:

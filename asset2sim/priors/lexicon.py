@@ -36,9 +36,12 @@ _UNITS = {
     "mm": ("length", 0.001), "millimetre": ("length", 0.001), "millimetres": ("length", 0.001),
     "millimeter": ("length", 0.001), "millimeters": ("length", 0.001),
     "inch": ("length", 0.0254), "inches": ("length", 0.0254),
+    "s": ("time", 1.0), "sec": ("time", 1.0), "secs": ("time", 1.0), "seconds": ("time", 1.0),
     "kg": ("mass", 1.0), "kilogram": ("mass", 1.0), "kilograms": ("mass", 1.0), "kilos": ("mass", 1.0),
     "g": ("mass", 0.001), "gram": ("mass", 0.001), "grams": ("mass", 0.001),
 }  # fmt: skip
+_REACHES = {"length": "stops", "angle": "turns"}
+"""What a length or an angle means after "within": how far a part may glide, and no size or state."""
 _ORDINALS = {
     "first": "0", "1st": "0", "second": "1", "2nd": "1", "third": "2", "3rd": "2", "fourth": "3", "4th": "3",
     "fifth": "4", "sixth": "5", "last": "-1",
@@ -240,6 +243,8 @@ def _measure(tokens: tuple[str, ...], index: int) -> Item | None:
             float(tokens[index].replace(",", ".")),
         )
     kind, factor = unit
+    if index > 0 and tokens[index - 1] == "within" and kind in _REACHES:
+        kind = _REACHES[kind]
     return Item(
         kind,
         tokens[index],

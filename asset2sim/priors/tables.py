@@ -61,6 +61,17 @@ class Mechanism:
 
 
 @dataclass(frozen=True)
+class Wish:
+    """What a word about motion stands for: seconds to fall shut from half open, metres (slider) or radians (hinge)
+    that it glides when let go, seconds in which a spring brings it back."""
+
+    closes_s: float | None
+    stops_m: float | None
+    stops_rad: float | None
+    returns_s: float | None
+
+
+@dataclass(frozen=True)
 class Word:
     """What a phrase of the guidance means."""
 
@@ -144,6 +155,15 @@ def part_labels() -> dict[str, str]:
 def coast_times() -> dict[str, float]:
     """A level of damping → the time in which a free joint loses 63 % of its speed, s."""
     return {row["level"]: float(row["coast_s"]) for row in _rows("damping_levels")}
+
+
+@lru_cache
+def wishes() -> dict[str, Wish]:
+    """A word about motion → the time or distance that it stands for."""
+    return {row["word"]: Wish(*(float(row[key]) if row[key] else None for key in _WISHES)) for row in _rows("wishes")}
+
+
+_WISHES = ("closes_s", "stops_m", "stops_rad", "returns_s")
 
 
 @lru_cache

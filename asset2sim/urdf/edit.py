@@ -12,6 +12,13 @@ from asset2sim.kinematics import locked
 from schemas.features import Features, JointFeatures
 from schemas.overlay import JointPhysics, LinkPhysics, PhysicsOverlay
 from schemas.settings import PhysicsSettings
+from schemas.vocabulary import CollisionMode
+
+POSITIONS = (
+    ("safety_controller", "soft_lower_limit"), ("safety_controller", "soft_upper_limit"),
+    ("calibration", "rising"), ("calibration", "falling"),
+)  # fmt: skip
+"""Attributes beside the limits that are positions of their joint."""
 
 
 def refined_document(
@@ -21,26 +28,31 @@ def refined_document(
     mesh_places: Mapping[str, str],
     collision_files: Mapping[str, Sequence[str]],
     settings: PhysicsSettings,
+    mode: CollisionMode = CollisionMode.REPAIR,
 ) -> bytes:
     """The refined URDF as UTF-8 XML.
 
-    ``mesh_places`` maps each visual mesh reference to its path beside the new file; references without one are dropped,
-    having been found missing. ``collision_files`` holds each link's hulls, at the final scale in the link's frame; they
-    replace its collision meshes, while collision primitives stay and are scaled. URDF has no field for initial
-    positions: a comment lists them (``overlay.json`` holds them too).
+    ``mesh_places`` maps each mesh reference to its path beside the new file; references without one are dropped, having
+    been found missing. ``collision_files`` holds each link's hulls, at the final scale in the link's frame; they
+    replace its collision meshes, while collision primitives stay and are scaled. Where ``mode`` is ``keep``, collision
+    geometry stays as authored, its meshes re-pointed and scaled as the visual ones are, and no hull is added.
+    URDF has no field for initial positions: a comment lists them (``overlay.json`` holds them too).
     """
     robot = etree.parse(str(source), etree.XMLParser(remove_comments=False)).getroot()
     links = {link.name: link for link in overlay.links}
     joints = {joint.name: joint for joint in overlay.joints}
+    keep = mode is CollisionMode.KEEP
     for link in robot.findall("link"):
-        if link.find("collision") is None:
+        if link.find("collision") is None and not keep:
             collide_primitives(link)
-        edit_geometry(link, overlay.scale, mesh_places)
-        write_collision(link, collision_files.get(str(link.get("name")), ()))
+        edit_geometry(link, overlay.scale, mesh_places, keep)
+        if not keep:
+            write_collision(link, collision_files.get(str(link.get("name")), ()))
         write_inertial(link, links[str(link.get("name"))])
     for element in robot.findall("joint"):
         authored = features.joint(str(element.get("name")))
         scale_origin(element, overlay.scale)
+        scale_positions(element, features, overlay.scale)
         if authored.name in joints:
             write_joint(element, authored, joints[authored.name], settings)
         elif authored.movable:
@@ -54,12 +66,12 @@ def refined_document(
     return document
 
 
-def edit_geometry(link: Element, scale: float, mesh_places: Mapping[str, str]) -> None:
-    """Scale a link's visuals and primitives, point visual meshes at the new files, drop collision and missing
-    meshes."""
+def edit_geometry(link: Element, scale: float, mesh_places: Mapping[str, str], keep_collision: bool = False) -> None:
+    """Scale a link's shapes and point its meshes at the new files; missing meshes are dropped, and collision meshes
+    too unless they are kept."""
     for item in [*link.findall("visual"), *link.findall("collision")]:
         mesh = item.find("geometry/mesh")
-        if mesh is not None and item.tag == "collision":
+        if mesh is not None and item.tag == "collision" and not keep_collision:
             link.remove(item)
             continue
         if mesh is not None:
@@ -100,6 +112,30 @@ def scale_origin(element: Element, scale: float) -> None:
     origin = element.find("origin")
     if origin is not None and origin.get("xyz") is not None:
         origin.set("xyz", words([float(word) * scale for word in str(origin.get("xyz")).split()]))
+
+
+def scale_positions(element: Element, features: Features, scale: float) -> None:
+    """Scale what else a joint states as positions: a slider's mimic offset, safety limits and calibration, and the
+    multiplier between a slider and a hinge."""
+    own = features.joint(str(element.get("name")))
+    factor = scale if own.prismatic else 1.0
+    mimic = element.find("mimic")
+    if mimic is not None:
+        leader = next((joint for joint in features.joints if joint.name == mimic.get("joint")), own)
+        ratio = factor / (scale if leader.prismatic else 1.0)
+        scale_attribute(mimic, "offset", factor)
+        scale_attribute(mimic, "multiplier", ratio, "1")
+    for tag, key in POSITIONS:
+        stated = element.find(tag)
+        if stated is not None:
+            scale_attribute(stated, key, factor)
+
+
+def scale_attribute(element: Element, key: str, factor: float, default: str | None = None) -> None:
+    """Multiply an attribute where it is there, or where it has a default that is no zero."""
+    text = element.get(key, default)
+    if text is not None and factor != 1.0:
+        element.set(key, word(float(text) * factor))
 
 
 def write_inertial(link: Element, physics: LinkPhysics) -> None:

@@ -48,8 +48,14 @@ def read_urdf(path: Path) -> yourdfpy.Robot:
 
 
 def check_numbers(path: Path, document: "etree._ElementTree") -> None:
-    """Refuse numbers that are not finite, naming the element; yourdfpy would carry a NaN into every stage."""
-    for element in document.getroot().iter("origin", "axis", "limit", "mass", "inertia", "mesh", "box", "dynamics"):
+    """Refuse numbers that are not finite, naming the element; yourdfpy would carry a NaN into every stage.
+
+    Those of an inertial are left to extraction, which goes on as if it were not there.
+    """
+    for element in document.getroot().iter("origin", "axis", "limit", "mesh", "box", "dynamics"):
+        parent = element.getparent()
+        if parent is not None and parent.tag == "inertial":
+            continue
         for key, value in element.attrib.items():
             if key == "filename":
                 continue

@@ -2,24 +2,18 @@
 
 from collections.abc import Mapping, Sequence
 
-import numpy as np
-
 from asset2sim.kinematics import TreeJoint
-from asset2sim.physics.dynamics import JointTerms, Term, joint_terms
+from asset2sim.physics.dynamics import joint_terms
 from asset2sim.physics.mass_matrix import Body, JointSpace, joint_space
-from asset2sim.validation.limits import Range
+from asset2sim.physics.terms import JointTerms, Moved, Term
 from asset2sim.validation.notes import Notes
+from asset2sim.validation.poses import spanning_poses
 from asset2sim.validation.positions import Start, turned
 from schemas.features import Features
 from schemas.overlay import JointPhysics, JointProposal
 from schemas.settings import PhysicsSettings
-from schemas.vocabulary import Source
+from schemas.vocabulary import DynamicsRule, Source
 
-RANGE_SAMPLES = 5
-"""Positions at which the gravity load of a joint that must hold anywhere is sampled; the load is a sine of the
-angle."""
-STOP_SHARE = 1e-3
-"""Share of its range from a limit within which a joint is at its stop."""
 HELD_STATE = 0.05
 """Share of its range beyond the closed end from which a requested state counts as open, and so must be held."""
 
@@ -37,41 +31,54 @@ def joint_physics(
     notes: Notes,
 ) -> tuple[JointPhysics, ...]:
     """Every movable joint, complete; ``tree`` and ``bodies`` are at the final scale."""
-    at_start = {name: start.position for name, start in starts.items()}
-    space = joint_space(tree, features.root, bodies, at_start)
-    inertias, loads = space.effective_inertia(), dict(zip(space.names, space.gravity, strict=True))
+    spaces = [joint_space(tree, features.root, bodies, pose) for pose in spanning_poses(starts)]
+    space = spaces[0]
+    inertias, held, pulls = (
+        space.effective_inertia(),
+        space.held_inertia(),
+        dict(zip(space.names, space.pulls, strict=True)),
+    )
+    heft = dict(zip(space.names, space.heft, strict=True))
+    everywhere = [item.effective_inertia() for item in spaces]
     joints: list[JointPhysics] = []
+    rests: dict[str, float] = {}
     for name, start in starts.items():
-        joint = start.range.joint
+        joint, span, pull = start.range.joint, start.range, pulls[name]
         proposal = proposals.get(name, JointProposal(name=name))
         if name not in proposals:
             notes.info(
                 "joint_completed", f"joint '{name}': the overlay omits it; dynamics from time constants", joint=name
             )
-        load = float(loads[name])
         anywhere = proposal.holds is True
         holds = anywhere or (proposal.holds is None and start.requested and is_open(start))
-        hold_load = 0.0
-        if holds:
-            hold_load = worst_load(features, tree, bodies, at_start, start) if anywhere else abs(load)
+        hold_load = pull.largest(span.lower, span.upper) if anywhere else abs(pull.force)
+        # A door on upright hinges has no pull to hold against on level ground; it must not swing at the first bump.
+        hold_load = max(hold_load, settings.bump_share * heft[name])
         factor = scale if joint.prismatic else 1.0
-        wanted = start.position if proposal.spring_rest is None else turned(start.range, proposal.spring_rest * factor)
-        rest = start.range.clamp(wanted)
-        where = Source.USER if f"{name}.dynamics" in asked else source
-        terms = joint_terms(
-            proposal,
+        wanted = start.position if proposal.spring_rest is None else turned(span, proposal.spring_rest * factor)
+        rests[name] = span.clamp(wanted)
+        moved = Moved(
             prismatic=joint.prismatic,
             inertia=inertias[name],
-            load=load,
-            hold_load=hold_load,
+            least=min(found[name] for found in everywhere),
+            held=held[name],
+            pull=pull,
+            lower=span.lower,
+            upper=span.upper,
+            closed=span.closed,
+            open=span.open,
+            rest=rests[name],
+            hold_load=hold_load if holds else 0.0,
+        )
+        terms = joint_terms(
+            proposal,
+            moved,
             holds=holds,
-            rest=rest,
-            stopped=stopped_at(start.range, rest, load),
-            source=where,
+            source=Source.USER if f"{name}.dynamics" in asked else source,
             authored_damping=joint.damping,
             settings=settings,
         )
-        report(name, joint.prismatic, inertias[name], terms, holds, notes)
+        report(name, moved, terms, holds, notes)
         joints.append(
             JointPhysics(
                 name=name,
@@ -84,25 +91,22 @@ def joint_physics(
                 stiffness=terms.stiffness.value,
                 stiffness_source=terms.stiffness.source,
                 spring_reference=terms.spring_reference,
-                lower=start.range.lower,
-                upper=start.range.upper,
-                limits_source=start.range.source,
-                closed=start.range.closed,
-                open=start.range.open,
+                lower=span.lower,
+                upper=span.upper,
+                limits_source=span.source,
+                closed=span.closed,
+                open=span.open,
                 initial_position=start.position,
                 position_source=start.source,
-                effective_inertia=inertias[name],
-                gravity_load=load,
+                effective_inertia=moved.inertia,
+                gravity_load=pull.force,
                 holds=holds,
+                least_inertia=moved.least,
             )
         )
-    return bound_together(joints, space, settings, notes)
-
-
-def stopped_at(span: Range, position: float, load: float) -> bool:
-    """Whether the joint is at the limit towards which a spring against ``load`` (N·m or N) pushes it."""
-    stop = span.upper if load < 0.0 else span.lower
-    return stop is not None and abs(position - stop) <= STOP_SHARE * span.span
+    if settings.dynamics is DynamicsRule.PAPER:
+        return tuple(joints)
+    return bound_together(joints, rests, spaces, settings, notes)
 
 
 def is_open(start: Start) -> bool:
@@ -110,31 +114,14 @@ def is_open(start: Start) -> bool:
     return abs(start.position - start.range.closed) > HELD_STATE * start.range.span
 
 
-def worst_load(
-    features: Features,
-    tree: Sequence[TreeJoint],
-    bodies: Mapping[str, Body],
-    positions: Mapping[str, float],
-    start: Start,
-) -> float:
-    """The largest magnitude of gravity's pull on one joint over its range, the others where they start, N·m or N."""
-    lower, upper = start.range.lower, start.range.upper
-    if lower is None or upper is None:
-        lower, upper = start.position - np.pi, start.position + np.pi
-    name, largest = start.range.joint.name, 0.0
-    for position in np.linspace(lower, upper, RANGE_SAMPLES):
-        space = joint_space(tree, features.root, bodies, {**positions, name: float(position)})
-        largest = max(largest, abs(float(space.gravity[space.names.index(name)])))
-    return largest
-
-
-def report(name: str, prismatic: bool, inertia: float, terms: JointTerms, holds: bool, notes: Notes) -> None:
-    """A finding for every term that a bound changed."""
-    units = ("N·s/m", "N", "N/m") if prismatic else ("N·m·s/rad", "N·m", "N·m/rad")
+def report(name: str, moved: Moved, terms: JointTerms, holds: bool, notes: Notes) -> None:
+    """A finding for every term that a bound changed, and for every wish that is not met."""
+    units = ("N·s/m", "N", "N/m") if moved.prismatic else ("N·m·s/rad", "N·m", "N·m/rad")
+    bears = f"what its {moved.least:.3g} {'kg' if moved.prismatic else 'kg·m²'} bear at the time step"
     why = {
-        "damping": f"what its {inertia:.3g} {'kg' if prismatic else 'kg·m²'} bear at the time step, and a spring needs",
+        "damping": f"{bears}, and a spring needs",
         "friction": "what holds it where it is placed" if holds else "its bound",
-        "stiffness": f"what its {inertia:.3g} {'kg' if prismatic else 'kg·m²'} bear at the time step",
+        "stiffness": bears,
     }
     for kind, term, unit in zip(why, (terms.damping, terms.friction, terms.stiffness), units, strict=True):
         if changed(term):
@@ -145,6 +132,16 @@ def report(name: str, prismatic: bool, inertia: float, terms: JointTerms, holds:
                 value=term.replaced,
                 limit=term.value,
             )
+    for miss in terms.unmet:
+        unit = "s" if miss.wish != "stops_within" else "m" if moved.prismatic else "rad"
+        instead = "" if miss.achieved is None else f" is {miss.achieved:.3g} {unit}"
+        notes.info(
+            f"{miss.wish}_unmet",
+            f"joint '{name}': {miss.wish} of {miss.asked:.3g} {unit}{instead or ' does not apply'}: {miss.why}",
+            joint=name,
+            value=miss.asked,
+            limit=miss.achieved,
+        )
 
 
 def changed(term: Term) -> bool:
@@ -153,25 +150,54 @@ def changed(term: Term) -> bool:
 
 
 def bound_together(
-    joints: list[JointPhysics], space: JointSpace, settings: PhysicsSettings, notes: Notes
+    joints: list[JointPhysics],
+    rests: Mapping[str, float],
+    spaces: Sequence[JointSpace],
+    settings: PhysicsSettings,
+    notes: Notes,
 ) -> tuple[JointPhysics, ...]:
-    """Scale all damping down where the coupled joints decay faster together than each does alone.
+    """Scale all damping, and all stiffness, down where the coupled joints are faster together than each is alone.
 
-    Explicit damping is stable while Δt times the largest eigenvalue of M⁻¹D is below 2; each joint was bounded by
-    itself.
+    Explicit damping is stable while Δt times the largest eigenvalue of M⁻¹D is below 2, a spring while Δt² times that
+    of M⁻¹K is below 4; each joint was bounded by itself. A spring keeps the force with which it presses at rest.
     """
-    fastest = space.fastest_decay({joint.name: joint.damping for joint in joints})
-    largest = 2.0 * settings.max_damping_step / settings.coarse_timestep_s
-    if fastest <= largest:
-        return tuple(joints)
-    factor = largest / fastest
-    notes.info(
-        "damping_coupled",
-        f"all joint damping scaled by {factor:.3g}: together the joints decay at {fastest:.3g} 1/s, more than the "
-        "time step bears",
-        value=fastest,
-        limit=largest,
-    )
-    return tuple(
-        joint.model_copy(update={"damping": joint.damping * factor, "damping_source": Source.RULE}) for joint in joints
-    )
+    step = settings.coarse_timestep_s
+    damping = {joint.name: joint.damping for joint in joints}
+    fastest = max(space.fastest_decay(damping) for space in spaces)
+    largest = 2.0 * settings.max_damping_step / step
+    if fastest > largest:
+        factor = largest / fastest
+        notes.info(
+            "damping_coupled",
+            f"all joint damping scaled by {factor:.3g}: together the joints decay at {fastest:.3g} 1/s, more than the "
+            "time step bears",
+            value=fastest,
+            limit=largest,
+        )
+        joints = [
+            joint.model_copy(update={"damping": joint.damping * factor, "damping_source": Source.RULE})
+            for joint in joints
+        ]
+    stiffness = {joint.name: joint.stiffness for joint in joints}
+    fastest = max(space.fastest_decay(stiffness) for space in spaces)
+    largest = 2.0 * settings.max_stiffness_step / step**2
+    if fastest > largest:
+        factor = largest / fastest
+        notes.info(
+            "stiffness_coupled",
+            f"all joint stiffness scaled by {factor:.3g}: together the springs drive the joints at {fastest:.3g} 1/s², "
+            "more than the time step bears",
+            value=fastest,
+            limit=largest,
+        )
+        joints = [softened(joint, factor, rests[joint.name]) for joint in joints]
+    return tuple(joints)
+
+
+def softened(joint: JointPhysics, factor: float, rest: float) -> JointPhysics:
+    """The joint with its spring's stiffness multiplied, and the same force at ``rest`` (rad or m)."""
+    if joint.stiffness == 0.0:
+        return joint
+    reference = rest + (joint.spring_reference - rest) / factor
+    changes = {"stiffness": joint.stiffness * factor, "stiffness_source": Source.RULE, "spring_reference": reference}
+    return joint.model_copy(update=changes)

@@ -50,7 +50,7 @@ def link_masses(
     for link in features.links:
         if not link.has_geometry:
             masses = share_mass(link, masses, features, scale, settings, notes)
-    masses = bound_ratio(masses, settings, notes)
+    masses = bound_ratio(masses, features, scale, settings, notes)
     return {link.name: finished(masses[link.name], settings, notes) for link in features.links}
 
 
@@ -94,15 +94,16 @@ def link_mass(
             limit=densest,
         )
         mass, mass_source = densest, Source.RULE
-    if mass < settings.min_mass_kg:
+    least = bearable(settings.min_mass_kg, link, scale, settings)
+    if mass < least:
         notes.info(
             "mass_raised",
             f"link '{link.name}': mass {mass:.3g} kg raised to the least that engines handle",
             link=link.name,
             value=mass,
-            limit=settings.min_mass_kg,
+            limit=least,
         )
-        mass, mass_source = settings.min_mass_kg, Source.RULE
+        mass, mass_source = least, Source.RULE
     com = np.asarray(link.center) * scale
     inertia = tensor_of(link.unit_inertia) * scale**2 * mass
     result = LinkMass(
@@ -120,6 +121,12 @@ def link_mass(
         Source.RULE,
     )
     return result if proposal is None else believed(result, link, proposal, scale, source, settings, notes)
+
+
+def bearable(least: float, link: LinkFeatures, scale: float, settings: PhysicsSettings) -> float:
+    """The mass up to which a link may be raised, kg: no denser than any material, whatever solvers would like."""
+    densest = settings.max_density_kg_m3 * max(link.volume_m3, link.hull_volume_m3) * scale**3
+    return max(min(least, densest), settings.smallest_mass_kg) if densest > 0.0 else least
 
 
 def believed(
@@ -162,12 +169,18 @@ def believed(
     return result
 
 
-def bound_ratio(masses: dict[str, LinkMass], settings: PhysicsSettings, notes: Notes) -> dict[str, LinkMass]:
-    """Raise the lightest links until the heaviest is at most ``max_mass_ratio`` times as heavy, and none too light."""
+def bound_ratio(
+    masses: dict[str, LinkMass], features: Features, scale: float, settings: PhysicsSettings, notes: Notes
+) -> dict[str, LinkMass]:
+    """Raise the lightest links until the heaviest is at most ``max_mass_ratio`` times as heavy, and none too light.
+
+    No link becomes denser than any material: a tiny knob on a heavy machine stays light.
+    """
     heaviest = max((item.mass for item in masses.values()), default=0.0)
-    least = max(heaviest / settings.max_mass_ratio, settings.min_mass_kg)
+    wanted = max(heaviest / settings.max_mass_ratio, settings.min_mass_kg)
     bounded = {}
     for name, item in masses.items():
+        least = bearable(wanted, features.link(name), scale, settings)
         if item.mass < least:
             notes.info(
                 "mass_ratio",

@@ -6,6 +6,7 @@ from asset2sim.arrays import six, vector
 from asset2sim.extraction import Extraction
 from asset2sim.kinematics import locked, tree_of
 from asset2sim.physics.mass_matrix import Body
+from asset2sim.validation.armature import with_armature
 from asset2sim.validation.joints import joint_physics
 from asset2sim.validation.limits import Range, joint_range
 from asset2sim.validation.masses import LinkMass, link_masses
@@ -31,6 +32,7 @@ def validate(
     scale, scale_source = bounded_scale(overlay, max(features.rest_size), source, notes)
     links = {proposal.name: proposal for proposal in overlay.links}
     masses = link_masses(features, links, scale, source, settings, notes)
+    masses = with_armature(masses, features, settings, notes)
     ranges: dict[str, Range] = {}
     for joint in features.joints:
         span = joint_range(joint, scale, notes)

@@ -1,0 +1,77 @@
+"""The triplet of one joint and where each number came from, and what a joint moves, from which it is derived."""
+
+from dataclasses import dataclass
+
+from asset2sim.physics.pull import Pull
+from schemas.vocabulary import Source
+
+
+@dataclass(frozen=True)
+class Term:
+    """One number, where it came from, and the number it replaced if a bound changed it."""
+
+    value: float
+    source: Source
+    replaced: float | None = None
+
+
+@dataclass(frozen=True)
+class Unmet:
+    """A wish of the proposal (``closes_s``, ``stops_within``, ``returns_s``) that cannot be met: what was asked, what
+    the joint does instead (None: nothing of the kind), and why."""
+
+    wish: str
+    asked: float
+    achieved: float | None
+    why: str
+
+
+@dataclass(frozen=True)
+class JointTerms:
+    """The triplet of one joint, the position at which its spring is relaxed, and wishes that were not met."""
+
+    damping: Term
+    friction: Term
+    stiffness: Term
+    spring_reference: float
+    unmet: tuple[Unmet, ...] = ()
+
+
+@dataclass(frozen=True)
+class Moved:
+    """What one joint moves and between which positions (rad or m; None where it has no limit).
+
+    ``inertia`` (kg·m² or kg) is the effective one, the base free, at the initial pose; ``least`` the smallest over its
+    range, which bounds the explicit terms; ``held`` what it moves while the base and all other joints stay, from which
+    times and distances follow. ``hold_load`` (N·m or N) is the largest pull that a joint which must hold has to bear.
+    """
+
+    prismatic: bool
+    inertia: float
+    least: float
+    held: float
+    pull: Pull
+    lower: float | None
+    upper: float | None
+    closed: float
+    open: float
+    rest: float
+    """Where a spring brings it, within the limits."""
+    hold_load: float = 0.0
+
+    @property
+    def rest_load(self) -> float:
+        """Gravity's signed pull at ``rest``, N·m or N."""
+        return float(self.pull.at(self.rest))
+
+    @property
+    def stopped(self) -> bool:
+        """Whether ``rest`` is the stop towards which a spring against gravity presses the joint."""
+        stop = self.upper if self.rest_load < 0.0 else self.lower
+        if stop is None or self.upper is None or self.lower is None:
+            return False
+        return abs(self.rest - stop) <= STOP_SHARE * (self.upper - self.lower)
+
+
+STOP_SHARE = 1e-3
+"""Share of its range from a limit within which a joint is at its stop."""

@@ -1,0 +1,241 @@
+"""Whether what a joint moves passes through what it hangs on: an axis the wrong way round, a hinge in the wrong place,
+limits that are not there.
+
+Engines do not see contacts between a link and its parent, so a door that swings into its cabinet is free to do so. Here
+the authored triangles decide, at positions over the joint's range. Parts that touch or share a hinge overlap a little
+everywhere: what counts is an overlap that no small shift ends.
+"""
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+
+import numpy as np
+
+from asset2sim.arrays import Array
+from asset2sim.collision.cause import DIRECTIONS, AuthoredShapes, intersect
+from asset2sim.extraction import Extraction
+from asset2sim.extraction.joints import with_ends
+from asset2sim.kinematics import TreeJoint, apply, link_to_root, motion, tree_of
+from asset2sim.validation.notes import Notes
+from asset2sim.validation.stated import read_raw
+from schemas.features import Features, JointFeatures
+from schemas.finding import Finding
+
+DEEP_SHARE = 0.03
+"""Shift that an overlap must outlast to count, as a share of the diagonal of what moves."""
+SAMPLES = 9
+"""Positions over a joint's range."""
+BLOCKED_SHARE = 0.25
+"""Share of its range from which a joint that starts free counts as blocked."""
+WRONG_SHARE, RIGHT_SHARE = 0.5, 0.15
+"""An axis is the wrong way round where at least this share of the range is blocked, and the other way round at most
+that."""
+LARGE_SHARE = 0.25
+"""Diagonal of what moves over that of what it hangs on from which it is a door, lid or drawer and no button ..."""
+LEAST_TRAVEL = 0.3
+"""... and travel of a slider over its extent along it: drawers come out half-way and more, buttons sink in a little."""
+TURN_SAMPLES = 72
+"""Positions over a turn at which the limits of a hinge that states none are sought: every five degrees."""
+
+
+@dataclass(frozen=True)
+class Passage:
+    """One joint's part on its way: the links that move rigidly with it and what they hang on, with the transforms.
+
+    ``shift`` is what an overlap must outlast and ``along`` the moving link's extent along the axis, m at the authored
+    scale; ``large`` says that it is no button, knob or latch, which go into what they sit on as they should.
+    """
+
+    joint: TreeJoint
+    moving: str
+    still: str
+    still_to_parent: Array
+    shift: float
+    along: float
+    large: bool
+
+
+@dataclass(frozen=True)
+class Shapes:
+    """The links' convex pieces, which are at hand, and their triangles, which are read only where the pieces meet.
+
+    ``pieces`` maps link → (n, 3) points of all pieces, and the index at which each begins.
+    """
+
+    extraction: Extraction
+    pieces: dict[str, tuple[Array, np.ndarray] | None] = field(default_factory=dict)
+
+    @cached_property
+    def triangles(self) -> AuthoredShapes:
+        """The authored triangles of the links."""
+        return AuthoredShapes(self.extraction, 1.0)
+
+    def points(self, link: str) -> tuple[Array, np.ndarray] | None:
+        """A link's pieces in its frame, m at the authored scale; None where it has no mesh."""
+        if link not in self.pieces:
+            parts = self.extraction.geometry[link].parts
+            clouds = [cloud for part in parts for cloud in part.pieces]
+            clouds = clouds or [part.sheet for part in parts if part.sheet is not None]
+            starts = np.cumsum([0, *(len(cloud) for cloud in clouds[:-1])])
+            self.pieces[link] = (np.vstack(clouds), starts) if clouds else None
+        return self.pieces[link]
+
+    def boxes(self, link: str, pose: Array) -> tuple[Array, Array]:
+        """(k, 3) minimum and maximum of each piece of a link at a (4, 4) pose."""
+        found = self.points(link)
+        assert found is not None, "only links with meshes are looked at"
+        placed = apply(pose, found[0])
+        return np.minimum.reduceat(placed, found[1]), np.maximum.reduceat(placed, found[1])
+
+    def may_meet(self, a: str, b: str, a_to_b: Array, shifts: Array) -> bool:
+        """Whether for each of the (k, 3) shifts of A some piece of it could meet one of B: their boxes overlap."""
+        (low_a, high_a), (low_b, high_b) = self.boxes(a, a_to_b), self.boxes(b, np.eye(4))
+        return all(
+            bool(
+                np.any(
+                    np.all(low_a[:, None] + shift <= high_b[None], axis=2)
+                    & np.all(high_a[:, None] + shift >= low_b[None], axis=2)
+                )
+            )
+            for shift in shifts
+        )
+
+
+def check_passages(extraction: Extraction) -> tuple[Extraction, tuple[Finding, ...]]:
+    """The extraction with axes turned round and limits found where geometry leaves no doubt, and what was seen.
+
+    An axis is turned round where the part passes through what it hangs on over most of its range, and over hardly any
+    of it the other way. A revolute joint without limits gets those at which it meets what it hangs on, if it does.
+    Joints that start inside something are left: nothing is to be learnt from them.
+    """
+    notes, features = Notes(), extraction.features
+    shapes, tree, raw = Shapes(extraction), tree_of(features.joints), read_raw(extraction)
+    changed: dict[str, JointFeatures] = {}
+    for joint in features.movable_joints:
+        way = passage_of(joint.name, features, tree, shapes)
+        if way is None or blocked(way, start_of(joint), shapes):
+            continue
+        if joint.lower is None or joint.upper is None:
+            if raw[joint.name].type == "revolute":
+                found = found_limits(way, joint, shapes, notes)
+                changed |= {joint.name: found} if found is not None else {}
+        else:
+            turned = turned_round(way, joint, shapes, notes)
+            changed |= {joint.name: turned} if turned is not None else {}
+    return (with_joints(extraction, changed) if changed else extraction), tuple(notes.findings)
+
+
+def start_of(joint: JointFeatures) -> float:
+    """Zero, or the limit nearest to it."""
+    if joint.lower is None or joint.upper is None:
+        return 0.0
+    low, high = sorted((joint.lower, joint.upper))
+    return min(max(0.0, low), high)
+
+
+def passage_of(name: str, features: Features, tree: Sequence[TreeJoint], shapes: Shapes) -> Passage | None:
+    """The joint's child and the nearest link with meshes before it; None where one of them has none."""
+    joint = next(item for item in tree if item.name == name)
+    before = {item.child: item for item in tree}
+    still, still_to_parent = joint.parent, np.eye(4)
+    while shapes.points(still) is None and still in before and before[still].type == "fixed":
+        still_to_parent = still_to_parent @ np.linalg.inv(before[still].child_to_parent)
+        still = before[still].parent
+    if shapes.points(still) is None or shapes.points(joint.child) is None:
+        return None
+    diagonal = float(np.linalg.norm(features.link(joint.child).box_size))
+    large = diagonal >= LARGE_SHARE * float(np.linalg.norm(features.link(still).box_size))
+    along = float(np.abs(joint.axis) @ np.asarray(features.link(joint.child).box_size))
+    return Passage(joint, joint.child, still, still_to_parent, DEEP_SHARE * diagonal, along, large)
+
+
+def touching(way: Passage, position: float, shapes: Shapes) -> bool:
+    """Whether the part touches what it hangs on at this position (rad or m) at all."""
+    return blocked(replace(way, shift=0.0), position, shapes)
+
+
+def blocked(way: Passage, position: float, shapes: Shapes) -> bool:
+    """Whether the part is in what it hangs on at this position (rad or m), so that no small shift frees it."""
+    to_parent = way.joint.child_to_parent @ motion(way.joint, position)
+    to_still = np.linalg.inv(way.still_to_parent) @ to_parent
+    shifts = way.shift * np.vstack([np.zeros(3), DIRECTIONS]) if way.shift > 0.0 else np.zeros((1, 3))
+    if not shapes.may_meet(way.moving, way.still, to_still, shifts):
+        return False
+    return all(intersect(shapes.triangles, way.moving, way.still, to_still, shift) for shift in shifts)
+
+
+def blocked_share(way: Passage, lower: float, upper: float, shapes: Shapes) -> float:
+    """The share of the positions between two limits (rad or m) at which the part is in what it hangs on."""
+    return float(np.mean([blocked(way, float(at), shapes) for at in np.linspace(lower, upper, SAMPLES)]))
+
+
+def turned_round(way: Passage, joint: JointFeatures, shapes: Shapes, notes: Notes) -> JointFeatures | None:
+    """The joint with its axis the other way round where that is what geometry says, a finding where it is blocked."""
+    low, high = sorted((joint.lower or 0.0, joint.upper or 0.0))
+    if not way.large or (joint.prismatic and high - low < LEAST_TRAVEL * way.along):
+        return None
+    share = blocked_share(way, low, high, shapes)
+    if share < BLOCKED_SHARE:
+        return None
+    other = blocked_share(way, -high, -low, shapes) if share >= WRONG_SHARE else share
+    through = f"joint '{joint.name}': '{way.moving}' passes through '{way.still}' over {share:.0%} of its range"
+    if other > RIGHT_SHARE:
+        notes.warn(
+            "range_blocked",
+            f"{through}: is its axis, its place or its range right?",
+            joint=joint.name,
+            value=share,
+            limit=BLOCKED_SHARE,
+        )
+        return None
+    notes.warn(
+        "axis_inverted",
+        f"{through}, and over {other:.0%} the other way: its axis is the wrong way round, and refinement turns it",
+        joint=joint.name,
+        value=share,
+        limit=WRONG_SHARE,
+    )
+    flip = {"axis": tuple(-value for value in joint.axis), "axis_in_root": tuple(-v for v in joint.axis_in_root)}
+    return joint.model_copy(update=flip)
+
+
+def found_limits(way: Passage, joint: JointFeatures, shapes: Shapes, notes: Notes) -> JointFeatures | None:
+    """The joint with the limits between which its part is free, or None where it turns all the way round."""
+    step = 2.0 * math.pi / TURN_SAMPLES
+    # A part that is clear at first is stopped by what it touches; one that shares a hinge by what it is deep in.
+    meets = blocked if touching(way, 0.0, shapes) else touching
+    ends = []
+    for sign in (-1.0, 1.0):
+        met = (k for k in range(1, TURN_SAMPLES) if meets(way, sign * k * step, shapes))
+        first = next(met, None)
+        if first is None:
+            return None
+        ends.append(sign * (first - 1) * step)
+    lower, upper = ends
+    if upper - lower < step:
+        return None
+    notes.warn(
+        "limits_found",
+        f"joint '{joint.name}' is revolute and states no limits: between {lower:.3g} and {upper:.3g} rad "
+        f"'{way.moving}' does not pass through '{way.still}'; state them",
+        joint=joint.name,
+        value=upper - lower,
+    )
+    return joint.model_copy(update={"type": "revolute", "lower": lower, "upper": upper})
+
+
+def with_joints(extraction: Extraction, changed: dict[str, JointFeatures]) -> Extraction:
+    """The extraction with these joints, their closed and open ends found anew."""
+    features = extraction.features
+    joints = [changed.get(joint.name, joint) for joint in features.joints]
+    tree = tree_of(joints)
+    rest = link_to_root(tree, features.root, {})
+    points = {name: item.points for name, item in extraction.geometry.items()}
+    diagonal = float(np.linalg.norm(features.rest_size))
+    found = [
+        with_ends(joint, tree, features.root, points, rest, diagonal) if joint.name in changed else joint
+        for joint in joints
+    ]
+    return replace(extraction, features=features.model_copy(update={"joints": tuple(found)}))
