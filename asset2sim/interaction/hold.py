@@ -1,0 +1,118 @@
+"""The hold: a joint that must stay where it is placed does, against gravity."""
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+
+from asset2sim.engines.world import World
+from asset2sim.interaction.batches import depth_groups, in_batches
+from asset2sim.interaction.mechanism import Mechanism, poses_at, pull_on, span_of
+from asset2sim.interaction.watch import capped, watch
+from asset2sim.metrics.penetration import by_pair
+from schemas.interaction import Hold
+from schemas.overlay import JointPhysics
+from schemas.settings import EngineSettings, Thresholds
+
+CREEP_SHARE = 0.02
+"""Share of the bound that joints may be about to go yet for a hold to end early, by their present speeds."""
+NEVER_EARLIER_S = 0.25
+"""A hold does not end before this, s: what starts at rest needs time to be seen moving."""
+SURE = 1.05
+"""Friction over gravity's pull from which a joint claims to hold somewhere: below, the engines' rounding decides."""
+
+
+def holds(world: World, item: Mechanism, settings: EngineSettings, limits: Thresholds) -> tuple[Hold, ...]:
+    """Every joint that must hold, at its initial position and, where its friction claims to, in mid-range; root held.
+
+    At the initial position all in one run: nothing moves, so nothing is coupled. In mid-range independent joints
+    together, and not those that overlap something there: the sweep tells of them.
+    """
+    holding = [joint for joint in item.joints if joint.holds]
+    if not holding:
+        return ()
+    found = list(held(world, item.start, holding, settings, limits).values())
+    middles = middle_positions(item, holding)
+    known = {joint.name: joint for joint in holding}
+
+    def run(names: Sequence[str]) -> dict[str, Hold]:
+        positions = item.start | {name: middles[name] for name in names}
+        world.place(positions)
+        clear = unobstructed(world, item, names, limits)
+        return held(
+            world, item.start | {name: middles[name] for name in clear}, [known[n] for n in clear], settings, limits
+        )
+
+    def good(record: Hold) -> bool:
+        return record.moved <= hold_bound(known[record.joint], limits)
+
+    groups = depth_groups(item, middles)
+    if groups:
+        seen = in_batches(item, middles, run, good)
+        found += [seen[name] for name in middles if name in seen]
+    return tuple(found)
+
+
+def middle_positions(item: Mechanism, holding: Sequence[JointPhysics]) -> dict[str, float]:
+    """Joint → the middle of its range, for those with an end to start from and friction over gravity's pull there."""
+    poses, middles = poses_at(item, item.start), {}
+    for joint in holding:
+        if joint.lower is None or joint.upper is None or joint.stiffness > 0.0:
+            continue
+        lower, upper = span_of(joint)
+        middle = (lower + upper) / 2.0
+        pull = float(pull_on(item, joint.name, item.start, poses).over(np.array([middle]))[0])
+        if joint.friction > SURE * abs(pull):
+            middles[joint.name] = middle
+    return middles
+
+
+def unobstructed(world: World, item: Mechanism, names: Sequence[str], limits: Thresholds) -> list[str]:
+    """Of these joints, those whose parts overlap nothing by more than a jam at the world's present pose."""
+    touched = {
+        link
+        for pair in by_pair(world.contacts())
+        if pair.depth_m > limits.sweep_overlap_m
+        for link in (pair.link_a, pair.link_b)
+    }
+    return [name for name in names if not touched & item.moved[name]]
+
+
+def hold_bound(joint: JointPhysics, limits: Thresholds) -> float:
+    """How far the joint may go, rad or m."""
+    return limits.hold_m if joint.type == "prismatic" else limits.hold_rad
+
+
+def held(
+    world: World,
+    positions: Mapping[str, float],
+    joints: Sequence[JointPhysics],
+    settings: EngineSettings,
+    limits: Thresholds,
+) -> dict[str, Hold]:
+    """Joint → its record, of joints left alone at ``positions`` together. Ends early once none could yet go far."""
+    if not joints:
+        return {}
+    world.place(positions)
+    order = {name: index for index, name in enumerate(world.joint_names)}
+    indices = [order[joint.name] for joint in joints]
+    bounds = np.array([hold_bound(joint, limits) for joint in joints])
+
+    start = np.array([positions[joint.name] for joint in joints])
+    furthest = np.zeros(len(joints))
+
+    def settled(time: float) -> bool:
+        np.maximum(furthest, np.abs(world.positions()[indices] - start), out=furthest)
+        ahead = np.abs(world.velocities()[indices]) * (settings.hold_s - time)
+        return time >= NEVER_EARLIER_S and bool(np.all(ahead <= CREEP_SHARE * bounds))
+
+    watch(world, settings.hold_s, settings, settled)
+    now = np.abs(world.positions()[indices] - start)
+    return {
+        joint.name: Hold(
+            joint=joint.name,
+            position=positions[joint.name],
+            moved=capped(float(max(far, last))),
+            seconds=settings.hold_s,
+        )
+        for joint, far, last in zip(joints, furthest, now, strict=True)
+    }

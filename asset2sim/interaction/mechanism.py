@@ -1,0 +1,254 @@
+"""A written URDF as the tests need it: joint tree, masses, gravity's pull along a joint's range, and loose boxes."""
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+import trimesh
+from lxml import etree
+
+from asset2sim.arrays import Array
+from asset2sim.kinematics import TreeJoint, link_to_root, subtree, transform
+from asset2sim.physics.inertia import tensor_of
+from asset2sim.physics.mass_matrix import GRAVITY_M_S2, Body
+from schemas.overlay import JointPhysics, PhysicsOverlay
+
+
+@dataclass(frozen=True)
+class Mechanism:
+    """The object that is tested. ``joints`` are those of the overlay that move in the URDF, in the tree's order.
+
+    ``moved`` is the links beyond each movable joint, ``chain`` the movable joints from the root to each link,
+    ``boxes`` the corners (8, 3) of each link's collision shapes in its own frame (links without any are left out).
+    """
+
+    root: str
+    tree: tuple[TreeJoint, ...]
+    bodies: dict[str, Body]
+    joints: tuple[JointPhysics, ...]
+    efforts: dict[str, float]
+    moved: dict[str, frozenset[str]]
+    chain: dict[str, tuple[str, ...]]
+    boxes: dict[str, Array]
+
+    @property
+    def start(self) -> dict[str, float]:
+        """Joint name → initial position, rad or m."""
+        return {joint.name: joint.initial_position for joint in self.joints}
+
+
+@dataclass(frozen=True)
+class Pull:
+    """Gravity's generalised force on one joint, the others held: ``constant + cosine cos θ + sine sin θ``, N·m or N,
+    with θ the angle beyond ``at``; a slider has the constant alone."""
+
+    at: float
+    constant: float
+    cosine: float
+    sine: float
+
+    def over(self, positions: Array) -> Array:
+        """(n,) pulls at (n,) positions of the joint."""
+        angle = np.asarray(positions, dtype=float) - self.at
+        pulls: Array = self.constant + self.cosine * np.cos(angle) + self.sine * np.sin(angle)
+        return pulls
+
+
+def mechanism(urdf: Path, overlay: PhysicsOverlay) -> Mechanism:
+    """Read a URDF that this project has written: one tree, every link with an inertial."""
+    root_element = etree.parse(str(urdf)).getroot()
+    tree = ordered([tree_joint(element) for element in root_element.findall("joint")])
+    children = {joint.child for joint in tree}
+    links = {str(element.get("name")): element for element in root_element.findall("link")}
+    root = next(name for name in links if name not in children)
+    movable = [joint for joint in tree if joint.type != "fixed"]
+    chain: dict[str, tuple[str, ...]] = {root: ()}
+    for joint in tree:
+        chain[joint.child] = chain[joint.parent] + (() if joint.type == "fixed" else (joint.name,))
+    known = {joint.name: joint for joint in overlay.joints}
+    efforts = {
+        str(element.get("name")): float(limit.get("effort", math.inf))
+        for element in root_element.findall("joint")
+        if (limit := element.find("limit")) is not None
+    }
+    folder = urdf.parent
+    boxes = {name: corners for name, element in links.items() if (corners := link_corners(element, folder)) is not None}
+    return Mechanism(
+        root=root,
+        tree=tree,
+        bodies={name: body_of(element) for name, element in links.items()},
+        joints=tuple(known[joint.name] for joint in movable if joint.name in known),
+        efforts=efforts,
+        moved={joint.name: frozenset(subtree(tree, joint.name)) for joint in movable},
+        chain=chain,
+        boxes=boxes,
+    )
+
+
+def ordered(joints: list[TreeJoint]) -> tuple[TreeJoint, ...]:
+    """The joints with parents first."""
+    beyond: dict[str, list[TreeJoint]] = {}
+    for joint in joints:
+        beyond.setdefault(joint.parent, []).append(joint)
+    children = {joint.child for joint in joints}
+    frontier = [name for name in beyond if name not in children]
+    found: list[TreeJoint] = []
+    while frontier:
+        for joint in beyond.get(frontier.pop(0), []):
+            found.append(joint)
+            frontier.append(joint.child)
+    return tuple(found)
+
+
+def numbers(element: "etree._Element | None", key: str, default: str) -> list[float]:
+    """The numbers of one attribute, or of the default where element or attribute is absent."""
+    return [float(word) for word in str(default if element is None else element.get(key, default)).split()]
+
+
+def origin_of(element: "etree._Element") -> Array:
+    """(4, 4) transform of the element's origin."""
+    origin = element.find("origin")
+    return transform(numbers(origin, "xyz", "0 0 0"), numbers(origin, "rpy", "0 0 0"))
+
+
+def tree_joint(element: "etree._Element") -> TreeJoint:
+    """One ``<joint>``."""
+    axis = np.array(numbers(element.find("axis"), "xyz", "1 0 0"))
+    parent, child = element.find("parent"), element.find("child")
+    return TreeJoint(
+        str(element.get("name")),
+        str(element.get("type")),
+        str("" if parent is None else parent.get("link")),
+        str("" if child is None else child.get("link")),
+        origin_of(element),
+        axis / max(float(np.linalg.norm(axis)), 1e-12),
+    )
+
+
+def body_of(element: "etree._Element") -> Body:
+    """The inertial of one ``<link>``; a link without one weighs nothing."""
+    inertial = element.find("inertial")
+    if inertial is None:
+        return Body(0.0, np.zeros(3), np.zeros((3, 3)))
+    frame, moments = origin_of(inertial), inertial.find("inertia")
+    ixx, ixy, ixz, iyy, iyz, izz = (numbers(moments, key, "0")[0] for key in ("ixx", "ixy", "ixz", "iyy", "iyz", "izz"))
+    tensor = frame[:3, :3] @ tensor_of((ixx, ixy, ixz, iyy, iyz, izz)) @ frame[:3, :3].T
+    return Body(numbers(inertial.find("mass"), "value", "0")[0], frame[:3, 3], tensor)
+
+
+def link_corners(element: "etree._Element", folder: Path) -> Array | None:
+    """(8, 3) corners of the box about a link's collision shapes, in the link's frame, m; None where it has none."""
+    low, high = np.full(3, np.inf), np.full(3, -np.inf)
+    for collision in element.findall("collision"):
+        extent = shape_box(collision.find("geometry"), folder)
+        if extent is None:
+            continue
+        frame = origin_of(collision)
+        points = corners(*extent) @ frame[:3, :3].T + frame[:3, 3]
+        low, high = np.minimum(low, points.min(axis=0)), np.maximum(high, points.max(axis=0))
+    return corners(low, high) if np.all(low <= high) else None
+
+
+def collision_points(element: "etree._Element", folder: Path) -> Array:
+    """(n, 3) points that span a link's collision shapes, in the link's frame, m; round shapes by the box about them."""
+    clouds = [np.zeros((0, 3))]
+    for collision in element.findall("collision"):
+        mesh = collision.find("geometry/mesh")
+        if mesh is not None:
+            points = mesh_points(folder / str(mesh.get("filename"))) * np.array(numbers(mesh, "scale", "1 1 1"))
+        else:
+            extent = shape_box(collision.find("geometry"), folder)
+            points = np.zeros((0, 3)) if extent is None else corners(*extent)
+        frame = origin_of(collision)
+        clouds.append(points @ frame[:3, :3].T + frame[:3, 3])
+    return np.vstack(clouds)
+
+
+def corners(low: Array, high: Array) -> Array:
+    """(8, 3) corners of a box."""
+    return np.array([(x, y, z) for x in (low[0], high[0]) for y in (low[1], high[1]) for z in (low[2], high[2])])
+
+
+def shape_box(geometry: "etree._Element | None", folder: Path) -> tuple[Array, Array] | None:
+    """The (3,) least and greatest corner of one URDF geometry in its own frame, or None where there is none."""
+    shape = None if geometry is None or not len(geometry) else geometry[0]
+    if shape is None:
+        return None
+    if shape.tag == "box":
+        half = np.array(numbers(shape, "size", "0 0 0")) / 2.0
+    elif shape.tag == "sphere":
+        half = np.full(3, numbers(shape, "radius", "0")[0])
+    elif shape.tag in ("cylinder", "capsule"):
+        radius, length = numbers(shape, "radius", "0")[0], numbers(shape, "length", "0")[0]
+        half = np.array([radius, radius, length / 2.0 + (radius if shape.tag == "capsule" else 0.0)])
+    else:
+        points = mesh_points(folder / str(shape.get("filename")))
+        if not len(points):
+            return None
+        scale = np.array(numbers(shape, "scale", "1 1 1"))
+        low, high = points.min(axis=0) * scale, points.max(axis=0) * scale
+        return np.minimum(low, high), np.maximum(low, high)
+    return -half, half
+
+
+def mesh_points(file: Path) -> Array:
+    """(n, 3) vertices of a mesh file, none where it is not there. An OBJ is read directly: objects have hundreds."""
+    if not file.is_file():
+        return np.zeros((0, 3))
+    if file.suffix.lower() == ".obj":
+        lines = file.read_text(encoding="utf-8", errors="replace").splitlines()
+        words = [line.split()[1:4] for line in lines if line.startswith("v ")]
+        return np.array(words, dtype=float).reshape(-1, 3)
+    loaded: Array = np.asarray(trimesh.load_mesh(str(file)).vertices, dtype=float).reshape(-1, 3)
+    return loaded
+
+
+def pull_on(item: Mechanism, joint: str, positions: Mapping[str, float], poses: Mapping[str, Array]) -> Pull:
+    """Gravity's pull along the joint, the others at ``positions``, whose link-to-root transforms are ``poses``.
+
+    −m g z·(a × R(θ) r) for a hinge of unit axis a with the centre of mass of all it moves at r from it, and −m g z·a
+    for a slider: gravity is along −z of the root frame, as in ``physics.mass_matrix.joint_space``.
+    """
+    hinge = next(entry for entry in item.tree if entry.name == joint)
+    frame = poses[hinge.parent] @ hinge.child_to_parent
+    axis = frame[:3, :3] @ hinge.axis
+    mass, moment = 0.0, np.zeros(3)
+    for link in item.moved[joint]:
+        body, pose = item.bodies[link], poses[link]
+        mass += body.mass
+        moment += body.mass * (pose[:3, :3] @ body.com + pose[:3, 3])
+    at = positions.get(joint, 0.0)
+    if hinge.type == "prismatic" or mass <= 0.0:
+        return Pull(at, -mass * GRAVITY_M_S2 * float(axis[2]), 0.0, 0.0)
+    across = np.cross(axis, moment / mass - frame[:3, 3])
+    weight = mass * GRAVITY_M_S2
+    return Pull(at, 0.0, -weight * float(across[2]), -weight * float(np.cross(axis, across)[2]))
+
+
+def moved_inertia(item: Mechanism, joint: str, poses: Mapping[str, Array]) -> float:
+    """What the joint moves, the root and all other joints held: kg·m² about its axis, or kg."""
+    hinge = next(entry for entry in item.tree if entry.name == joint)
+    if hinge.type == "prismatic":
+        return sum(item.bodies[link].mass for link in item.moved[joint])
+    frame = poses[hinge.parent] @ hinge.child_to_parent
+    axis, total = frame[:3, :3] @ hinge.axis, 0.0
+    for link in item.moved[joint]:
+        body, pose = item.bodies[link], poses[link]
+        lever = np.cross(axis, pose[:3, :3] @ body.com + pose[:3, 3] - frame[:3, 3])
+        turned = pose[:3, :3].T @ axis
+        total += body.mass * float(lever @ lever) + float(turned @ body.inertia @ turned)
+    return total
+
+
+def poses_at(item: Mechanism, positions: Mapping[str, float]) -> dict[str, Array]:
+    """Link name → (4, 4) link-to-root transform."""
+    return link_to_root(item.tree, item.root, positions)
+
+
+def span_of(joint: JointPhysics) -> tuple[float, float]:
+    """The lower and upper end of a joint's range, rad or m: one turn about its initial position where it has none."""
+    if joint.lower is None or joint.upper is None:
+        return joint.initial_position - math.pi, joint.initial_position + math.pi
+    return joint.lower, joint.upper

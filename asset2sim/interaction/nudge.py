@@ -1,0 +1,85 @@
+"""The nudge: a joint is set in motion and left alone; it must come to rest, and nothing may explode."""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from asset2sim.engines.world import World
+from asset2sim.interaction.batches import in_batches
+from asset2sim.interaction.mechanism import Mechanism, moved_inertia, poses_at, pull_on, span_of
+from asset2sim.interaction.watch import capped, watch
+from schemas.interaction import Nudge
+from schemas.overlay import JointPhysics
+from schemas.settings import EngineSettings, Thresholds
+
+CROSSING_S = 0.25
+"""Least time in which a nudged joint would cross its whole range, s: a key of 3 mm is not kicked at 0.2 m/s."""
+DECAYS = 3.0
+"""Time constants of its own damping that a nudged joint is given at least: e⁻³ is a twentieth."""
+
+
+def nudges(world: World, item: Mechanism, settings: EngineSettings, limits: Thresholds) -> tuple[Nudge, ...]:
+    """Nudge every joint from its initial position, the root held, independent joints together.
+
+    Left alone for ``nudge_s``, longer (up to ``release_s``) where the joint's own damping takes longer by design, or
+    gravity or a spring moves it anyway.
+    """
+    known = {joint.name: joint for joint in item.joints}
+    poses = poses_at(item, item.start)
+    given: dict[str, float] = {}
+    for joint in item.joints:
+        pull = float(pull_on(item, joint.name, item.start, poses).over(np.array([joint.initial_position]))[0])
+        given[joint.name] = patience(joint, moved_inertia(item, joint.name, poses), pull, settings)
+
+    def run(names: Sequence[str]) -> dict[str, Nudge]:
+        return nudged(world, item, [known[name] for name in names], given, settings)
+
+    def good(record: Nudge) -> bool:
+        slow = record.final_speed <= limits.nudge_remaining * abs(record.speed)
+        return record.finite and slow and record.peak_speed_m_s <= limits.peak_speed_m_s
+
+    found = in_batches(item, known, run, good)
+    return tuple(found[name] for name in known if name in found)
+
+
+def nudge_speed(joint: JointPhysics, settings: EngineSettings) -> float:
+    """The speed that a nudge gives, rad/s or m/s: towards where the joint has more room."""
+    lower, upper = span_of(joint)
+    fastest = settings.nudge_m_s if joint.type == "prismatic" else settings.nudge_rad_s
+    speed = min(fastest, (upper - lower) / CROSSING_S)
+    return speed if upper - joint.initial_position >= joint.initial_position - lower else -speed
+
+
+def patience(joint: JointPhysics, inertia: float, pull: float, settings: EngineSettings) -> float:
+    """Time that a nudged joint is given, s: a fan that is meant to coast for seconds is not at fault, nor a part that
+    gravity's ``pull`` (N·m or N) or its spring moves wherever it is: it may swing before it rests."""
+    spring = joint.stiffness * (joint.spring_reference - joint.initial_position)
+    if joint.friction < abs(pull + spring) or joint.damping <= 0.0:
+        return settings.release_s
+    return min(max(settings.nudge_s, DECAYS * inertia / joint.damping), settings.release_s)
+
+
+def nudged(
+    world: World, item: Mechanism, joints: Sequence[JointPhysics], given: dict[str, float], settings: EngineSettings
+) -> dict[str, Nudge]:
+    """Joint → its record, of independent joints nudged together; a link's peak counts for the joint that moves it."""
+    world.place(item.start)
+    speeds = {joint.name: nudge_speed(joint, settings) for joint in joints}
+    world.kick(speeds)
+    seconds = max((given[joint.name] for joint in joints), default=0.0)
+    seen = watch(world, seconds, settings)
+    final = dict(zip(world.joint_names, seen.joint_finals, strict=True))
+    links = {name: index for index, name in enumerate(world.link_names)}
+    return {
+        joint.name: Nudge(
+            joint=joint.name,
+            speed=speeds[joint.name],
+            final_speed=capped(float(final[joint.name])),
+            peak_speed_m_s=capped(
+                max((float(seen.peaks[links[link]]) for link in item.moved[joint.name]), default=0.0)
+            ),
+            seconds=seen.seconds,
+            finite=seen.finite,
+        )
+        for joint in joints
+    }

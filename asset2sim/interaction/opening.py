@@ -1,0 +1,156 @@
+"""Opening effort: the least force or torque that moves each joint towards its open end, and towards its closed one."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from asset2sim.arrays import Array
+from asset2sim.engines.world import World
+from asset2sim.interaction.batches import depth_groups
+from asset2sim.interaction.mechanism import Mechanism, moved_inertia, poses_at, pull_on, span_of
+from schemas.interaction import Opening
+from schemas.overlay import JointPhysics
+from schemas.settings import EngineSettings
+
+VISIBLE_RAD = 2e-3
+"""How far a hinge moves before it counts as moved, rad: 1 mm at the edge of a door half a metre wide ..."""
+VISIBLE_M = 5e-4
+"""... or a slider, m ..."""
+VISIBLE_SHARE = 0.02
+"""... and at most this share of its range: a key's whole travel is 3 mm."""
+ENOUGH = 1.5
+"""How far beyond the effort that theory gives the first ramp goes."""
+HARDER = 10.0
+"""How much further each following ramp goes, up to the effort limit."""
+LEAST_RAD_S2 = 1.0
+"""Acceleration, rad/s² (m/s² for a slider), at which the first ramp ends at least: a joint may have neither friction
+nor load."""
+LEAST_SHARE = 1e-4
+"""Share of the effort limit at which it ends at least: what moves may weigh nothing, in an asset as it came."""
+DEFAULT_LIMIT = 100.0
+"""Effort limit of a joint whose URDF states none, N·m or N."""
+
+
+@dataclass(frozen=True)
+class Push:
+    """One joint to be pushed in one direction (±1): ``first`` and ``limit`` are efforts, N·m or N, ``visible`` the
+    motion that counts (rad or m), ``inertia`` what moves, root held (kg·m² or kg)."""
+
+    joint: JointPhysics
+    direction: float
+    first: float
+    limit: float
+    visible: float
+    inertia: float
+
+
+def openings(world: World, item: Mechanism, settings: EngineSettings) -> tuple[Opening, ...]:
+    """The least efforts of every joint from its initial position, the root held, independent joints together."""
+    poses = poses_at(item, item.start)
+    found: dict[tuple[str, float], float | None] = {}
+    for group in depth_groups(item, [joint.name for joint in item.joints]):
+        joints = [joint for joint in item.joints if joint.name in group]
+        for direction in (1.0, -1.0):
+            pushes = []
+            for joint in joints:
+                pull = float(pull_on(item, joint.name, item.start, poses).over(np.array([joint.initial_position]))[0])
+                push = push_of(joint, direction, pull, moved_inertia(item, joint.name, poses), item)
+                if push is not None:
+                    pushes.append(push)
+            efforts = least_efforts(world, item, pushes, settings)
+            found |= {(name, direction): effort for name, effort in efforts.items()}
+    return tuple(record(joint, item, found) for joint in item.joints)
+
+
+def record(joint: JointPhysics, item: Mechanism, found: dict[tuple[str, float], float | None]) -> Opening:
+    """The record of one joint; ``stuck`` where it has room in a direction and no effort up to its limit moves it."""
+    opens = 1.0 if joint.open >= joint.closed else -1.0
+    return Opening(
+        joint=joint.name,
+        opening=found.get((joint.name, opens)),
+        closing=found.get((joint.name, -opens)),
+        effort_limit=limit_of(item, joint.name),
+        stuck=any(found.get((joint.name, way), 0.0) is None for way in (1.0, -1.0)),
+    )
+
+
+def limit_of(item: Mechanism, joint: str) -> float:
+    """The joint's effort limit, N·m or N."""
+    stated = item.efforts.get(joint, 0.0)
+    return stated if np.isfinite(stated) and stated > 0.0 else DEFAULT_LIMIT
+
+
+def push_of(joint: JointPhysics, direction: float, pull: float, inertia: float, item: Mechanism) -> Push | None:
+    """The push of one joint in one direction, or None where it has no room to move visibly there."""
+    lower, upper = span_of(joint)
+    visible = min(VISIBLE_M if joint.type == "prismatic" else VISIBLE_RAD, VISIBLE_SHARE * max(upper - lower, 0.0))
+    room = (upper - joint.initial_position) if direction > 0.0 else (joint.initial_position - lower)
+    if visible <= 0.0 or room < visible:
+        return None
+    spring = joint.stiffness * (joint.spring_reference - joint.initial_position - direction * visible)
+    needed = joint.friction - direction * (pull + spring)
+    limit = limit_of(item, joint.name)
+    first = max(ENOUGH * max(needed, LEAST_RAD_S2 * inertia), LEAST_SHARE * limit)
+    return Push(joint, direction, min(first, limit), limit, visible, inertia)
+
+
+def least_efforts(
+    world: World, item: Mechanism, pushes: Sequence[Push], settings: EngineSettings
+) -> dict[str, float | None]:
+    """Joint → the least effort that moves it, N·m or N, or None where its effort limit does not.
+
+    The effort is raised from nothing, at first to a little over what theory gives, then to more and more.
+    """
+    found: dict[str, float | None] = {}
+    waiting = [(push, push.first) for push in pushes]
+    while waiting:
+        efforts = ramp(world, item, [push for push, _ in waiting], [most for _, most in waiting], settings)
+        found |= efforts
+        waiting = [
+            (push, min(HARDER * most, push.limit))
+            for push, most in waiting
+            if efforts[push.joint.name] is None and most < push.limit
+        ]
+    return found
+
+
+def ramp(
+    world: World, item: Mechanism, pushes: Sequence[Push], most: Sequence[float], settings: EngineSettings
+) -> dict[str, float | None]:
+    """Raise every push's effort from 0 to ``most`` over ``push_s``; the effort at which each joint has moved visibly.
+
+    By then it has some speed: what its damper and its own inertia take of the effort is taken off, so that what is left
+    is what would move it slowly. Without that the figure would grow with the speed of the ramp.
+    """
+    world.place(item.start)
+    order = {name: index for index, name in enumerate(world.joint_names)}
+    indices = [order[push.joint.name] for push in pushes]
+    ways = np.array([push.direction for push in pushes])
+    ends = np.array(most)
+    visible = np.array([push.visible for push in pushes])
+    start = world.positions()[indices]
+    found: dict[str, float | None] = {push.joint.name: None for push in pushes}
+    steps = max(1, round(settings.push_s / world.timestep_s))
+    before = world.velocities()[indices] * ways
+    for step in range(1, steps + 1):
+        efforts = ends * step / steps
+        live = [i for i, push in enumerate(pushes) if found[push.joint.name] is None]
+        if not live:
+            break
+        world.push({pushes[i].joint.name: float(ways[i] * efforts[i]) for i in live})
+        world.step()
+        speeds = world.velocities()[indices] * ways
+        moved = (world.positions()[indices] - start) * ways >= visible
+        for i in live:
+            if moved[i]:
+                found[pushes[i].joint.name] = slow_effort(pushes[i], efforts, speeds, before, i, world.timestep_s)
+        before = speeds
+    return found
+
+
+def slow_effort(push: Push, efforts: Array, speeds: Array, before: Array, index: int, timestep_s: float) -> float:
+    """The effort less what the damper takes at the joint's speed and its inertia at its acceleration, at least 0."""
+    gaining = (speeds[index] - before[index]) / timestep_s
+    slow = efforts[index] - push.joint.damping * speeds[index] - push.inertia * gaining
+    return float(max(0.0, slow)) if np.isfinite(slow) else 0.0

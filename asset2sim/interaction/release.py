@@ -1,0 +1,148 @@
+"""The release: a lid that gravity closes falls shut, a key that a spring returns comes back, and both stay."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from asset2sim.engines.world import World
+from asset2sim.interaction.batches import in_batches
+from asset2sim.interaction.mechanism import Mechanism, Pull, poses_at, pull_on, span_of
+from asset2sim.interaction.watch import capped, watch
+from schemas.interaction import Release
+from schemas.overlay import JointPhysics
+from schemas.settings import EngineSettings, Thresholds
+
+GRAVITY, SPRING = "gravity", "spring"
+START_SHARE = 0.5
+"""Share of the way from its target to the far end of its range at which a joint is let go of: half open."""
+SAMPLES = 65
+"""Positions over its range at which the force on a joint is evaluated to find where it comes to rest."""
+SURE = 1.1
+"""Gravity's pull over friction from which a lid is expected to fall: below, the engines' rounding decides."""
+LEAST_WAY_SHARE = 0.02
+"""A release over less than this share of the range tests nothing."""
+
+Stretches = Mapping[str, tuple[float, float]]
+"""Joint → the stretch in which the sweep found it free, rad or m."""
+
+
+@dataclass(frozen=True)
+class Task:
+    """One joint to be let go of at ``start``, expected at ``target`` (rad or m), and what takes it there."""
+
+    joint: JointPhysics
+    by: str
+    start: float
+    target: float
+
+
+def releases(
+    world: World, item: Mechanism, free: Stretches, settings: EngineSettings, limits: Thresholds
+) -> tuple[Release, ...]:
+    """Let go of every joint that gravity or its spring brings back, the root held, independent joints together.
+
+    Joints move within the stretch in which the sweep found them ``free``: an obstacle is the sweep's to report.
+    """
+    poses = poses_at(item, item.start)
+    tasks: dict[str, Task] = {}
+    for joint in item.joints:
+        task = expected(joint, pull_on(item, joint.name, item.start, poses), free.get(joint.name, span_of(joint)))
+        if task is not None:
+            tasks[joint.name] = task
+
+    def run(names: Sequence[str]) -> dict[str, Release]:
+        return released(world, item, [tasks[name] for name in names], settings, limits)
+
+    def good(record: Release) -> bool:
+        return arrived(record.end, record.start, record.target, limits.release_share)
+
+    found = in_batches(item, tasks, run, good)
+    return tuple(found[name] for name in tasks)
+
+
+def expected(joint: JointPhysics, pull: Pull, free: tuple[float, float]) -> Task | None:
+    """Where the joint should come to rest and from where it is let go of, or None where nothing brings it back.
+
+    A spring's joint rests where k (q_ref − q) and gravity's pull balance, less what friction keeps back, or at the end
+    of its free stretch; one without a spring, that need not hold, at the end towards which gravity pulls it harder than
+    friction all the way from half open.
+    """
+    low, high = free
+    if high <= low:
+        return None
+    task: Task | None = None
+    if joint.stiffness > 0.0:
+        task = sprung(joint, pull, low, high)
+    elif not joint.holds and joint.lower is not None and joint.upper is not None:
+        task = fallen(joint, pull, low, high)
+    lower, upper = span_of(joint)
+    return task if task is not None and abs(task.start - task.target) > LEAST_WAY_SHARE * (upper - lower) else None
+
+
+def fallen(joint: JointPhysics, pull: Pull, low: float, high: float) -> Task | None:
+    """The task of a joint that gravity closes or opens: pulled harder than friction over half of its free stretch."""
+    middle = low + START_SHARE * (high - low)
+    for end in (low, high):
+        way = np.linspace(middle, end, SAMPLES)
+        if np.all(np.sign(end - middle) * pull.over(way) > SURE * joint.friction + 1e-12):
+            return Task(joint, GRAVITY, middle, end)
+    return None
+
+
+def sprung(joint: JointPhysics, pull: Pull, low: float, high: float) -> Task:
+    """The task of a joint with a spring: let go of half way from its rest to the end that is further from it."""
+    way = np.linspace(low, high, SAMPLES)
+    force = joint.stiffness * (joint.spring_reference - way) + pull.over(way)
+    rest = zero_of(way, force)
+    start = rest + START_SHARE * ((low if rest - low > high - rest else high) - rest)
+    # Friction stops it short of the balance, on the side that it comes from.
+    return Task(joint, SPRING, start, zero_of(way, force - np.sign(rest - start) * joint.friction))
+
+
+def zero_of(way: np.ndarray, force: np.ndarray) -> float:
+    """Where a restoring force passes from positive to negative along ``way``, or the end to which it pushes."""
+    crossing = np.flatnonzero((force[:-1] > 0.0) & (force[1:] <= 0.0))
+    if len(crossing):
+        index = int(crossing[0])
+        share = force[index] / (force[index] - force[index + 1])
+        return float(way[index] + share * (way[index + 1] - way[index]))
+    return float(way[-1] if force.sum() > 0.0 else way[0])
+
+
+def arrived(position: float, start: float, target: float, share: float) -> bool:
+    """Whether at most ``share`` of the way from ``start`` to ``target`` is left, or it is passed by no more."""
+    return abs(position - target) <= share * abs(start - target)
+
+
+def released(
+    world: World, item: Mechanism, tasks: Sequence[Task], settings: EngineSettings, limits: Thresholds
+) -> dict[str, Release]:
+    """Joint → its record, of independent joints let go of together; ends early once nothing moves any more."""
+    world.place(item.start | {task.joint.name: task.start for task in tasks})
+    order = {name: index for index, name in enumerate(world.joint_names)}
+    indices = [order[task.joint.name] for task in tasks]
+    starts = np.array([task.start for task in tasks])
+    targets = np.array([task.target for task in tasks])
+    since = np.full(len(tasks), np.nan)
+
+    def note(time: float) -> bool:
+        left = np.abs(world.positions()[indices] - targets)
+        there = left <= limits.release_share * np.abs(starts - targets)
+        since[~there] = np.nan
+        since[there & np.isnan(since)] = time
+        return False
+
+    watch(world, settings.release_s, settings, note)
+    ends = world.positions()[indices]
+    return {
+        task.joint.name: Release(
+            joint=task.joint.name,
+            by=task.by,
+            start=task.start,
+            target=task.target,
+            end=capped(float(end)),
+            seconds=None if np.isnan(time) else float(time),
+        )
+        for task, end, time in zip(tasks, ends, since, strict=True)
+    }

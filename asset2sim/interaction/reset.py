@@ -1,0 +1,115 @@
+"""Reset robustness: the object starts a little off its pose, as every reinforcement learner starts it."""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.spatial.transform import Rotation
+
+from asset2sim.arrays import Array, vector
+from asset2sim.engines.world import World
+from asset2sim.interaction.hold import hold_bound
+from asset2sim.interaction.mechanism import Mechanism, span_of
+from asset2sim.interaction.watch import capped, watch
+from schemas.base import Vector3
+from schemas.interaction import Reset
+from schemas.settings import EngineSettings, Thresholds
+
+TETRAHEDRON = ((1.0, 1.0, 1.0), (1.0, -1.0, -1.0), (-1.0, 1.0, -1.0), (-1.0, -1.0, 1.0))
+CORNERS = tuple((sign * x, sign * y, sign * z) for x, y, z in TETRAHEDRON for sign in (1.0, -1.0))
+"""The signs of a start's shift, each corner followed by its opposite; its tilt has those of the corner three places on,
+so that they differ."""
+PLACES_ON = 3
+UP = np.array([0.0, 0.0, 1.0])
+
+
+def starts(settings: EngineSettings) -> list[tuple[Vector3, Vector3]]:
+    """The perturbed starts as (shift, rotation vector), m and rad: every corner of the box of shifts, each with a
+    corner of the box of tilts, then the same again half as far, and so on. Nothing is random."""
+    found: list[tuple[Vector3, Vector3]] = []
+    for index in range(settings.resets):
+        share = 0.5 ** (index // len(CORNERS))
+        shift = np.array(CORNERS[index % len(CORNERS)]) * share * settings.reset_m
+        tilt = np.array(CORNERS[(index + PLACES_ON) % len(CORNERS)]) * share * settings.reset_rad
+        found.append((vector(shift), vector(tilt)))
+    return found
+
+
+@dataclass(frozen=True)
+class Resting:
+    """How the object rests once set down undisturbed: (3,) world up in the root's frame, joint → position (rad, m).
+
+    Not how it was set down: what topples by itself, as a clock with rounded feet does, or a lid that comes to lie on
+    the floor, has failed no test of resets.
+    """
+
+    up: Array
+    joints: dict[str, float]
+
+
+def reset(
+    world: World,
+    item: Mechanism,
+    shift: Vector3,
+    tilt: Vector3,
+    resting: Resting,
+    settings: EngineSettings,
+    limits: Thresholds,
+) -> Reset:
+    """Start from one perturbed pose on the plane, free, and watch until it is still, at most ``fall_s``.
+
+    A shift downwards starts it in contact: never inside the plane. What it ends as is compared with ``resting``.
+    """
+    height = settings.drop_height_m + max(0.0, shift[2])
+    world.place(item.start, height_m=height, shift_m=(shift[0], shift[1]), tilt_rad=tilt)
+    seen = watch(world, settings.fall_s, settings)
+    turned, motion = math.pi, 1.0
+    if seen.finite:
+        turned = angle_between(resting.up, up_in_root(world))
+        motion = held_motion(item, world, resting, limits)
+    return Reset(
+        offset_m=shift,
+        tilt_rad=tilt,
+        peak_speed_m_s=seen.peak,
+        final_speed_m_s=seen.final,
+        turned_rad=turned,
+        joint_motion=capped(motion),
+        finite=seen.finite,
+    )
+
+
+def rest(world: World, item: Mechanism, settings: EngineSettings) -> Resting:
+    """Set the object down undisturbed and let it come to rest, for ``settle_s`` at most."""
+    world.place(item.start, height_m=settings.drop_height_m)
+    authored = Resting(up_in_root(world), dict(item.start))
+    if not watch(world, settings.settle_s, settings).finite:
+        return authored
+    joints = zip(world.joint_names, world.positions().tolist(), strict=True)
+    return Resting(up_in_root(world), dict(joints))
+
+
+def up_in_root(world: World) -> Array:
+    """(3,) the world's up direction in the root's frame now."""
+    _, orientation = world.root_pose()
+    up: Array = Rotation.from_quat(orientation).inv().apply(UP)
+    return up
+
+
+def angle_between(a: Array, b: Array) -> float:
+    """The angle between two unit vectors, rad; exact near zero, where the arc cosine is not."""
+    return float(math.atan2(np.linalg.norm(np.cross(a, b)), float(a @ b)))
+
+
+def held_motion(item: Mechanism, world: World, resting: Resting, limits: Thresholds) -> float:
+    """The furthest that a joint which must hold is from where it rests undisturbed, as a share of its range.
+
+    What the hold test lets pass counts as nothing: a third of a degree is much of a stapler's range of five.
+    """
+    now = dict(zip(world.joint_names, world.positions(), strict=True))
+    shares = [0.0]
+    for joint in item.joints:
+        lower, upper = span_of(joint)
+        if joint.holds and upper > lower:
+            moved = abs(float(now[joint.name]) - resting.joints[joint.name])
+            shares.append(moved / (upper - lower) if moved > hold_bound(joint, limits) else 0.0)
+    return max(shares)

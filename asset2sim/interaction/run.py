@@ -1,0 +1,136 @@
+"""All interaction tests of one asset in one engine: an object is loaded once on a plane, once held, once at the
+coarse step."""
+
+from collections.abc import Iterator
+from contextlib import ExitStack, contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from asset2sim.engines.registry import open_world
+from asset2sim.engines.world import World
+from asset2sim.interaction.drop import drop
+from asset2sim.interaction.hold import holds
+from asset2sim.interaction.mechanism import Mechanism, mechanism
+from asset2sim.interaction.nudge import nudges
+from asset2sim.interaction.opening import openings
+from asset2sim.interaction.release import releases
+from asset2sim.interaction.reset import Resting, reset, rest, starts
+from asset2sim.interaction.stability import tipping
+from asset2sim.interaction.sweep import Cause, sweeps
+from schemas.interaction import Drop, Interaction, Reset
+from schemas.overlay import PhysicsOverlay
+from schemas.settings import EngineSettings, Thresholds
+from schemas.vocabulary import Engine
+
+MANY_JOINTS = 50
+"""Joints beyond which only every second perturbed start is run: a contact costs engines in proportion to the joints,
+and a step on a keyboard of 115 takes 30 ms."""
+
+
+@dataclass
+class Bench:
+    """One loaded world that tests share, loaded afresh once a test has left numbers in it that are not finite."""
+
+    engine: Engine
+    urdf: Path
+    friction: float
+    plane: bool
+    timestep_s: float
+    stack: ExitStack
+    world: World | None = None
+
+    def ready(self) -> World:
+        """The world, loaded if it is not."""
+        if self.world is None:
+            opened = open_world(
+                self.engine,
+                self.urdf,
+                plane=self.plane,
+                timestep_s=self.timestep_s,
+                contact_friction=self.friction,
+            )
+            self.world = self.stack.enter_context(opened)
+        return self.world
+
+    def sound(self) -> World:
+        """The world, loaded afresh if its present numbers are not finite."""
+        world = self.ready()
+        if np.isfinite(world.positions()).all() and np.isfinite(world.link_speeds()).all():
+            return world
+        self.spoilt()
+        return self.ready()
+
+    def spoilt(self) -> None:
+        """Give the world up: no number in it can be trusted any more."""
+        self.stack.close()
+        self.world = None
+
+
+@contextmanager
+def bench(engine: Engine, urdf: Path, overlay: PhysicsOverlay, *, plane: bool, timestep_s: float) -> Iterator[Bench]:
+    """A bench whose world ends with the block."""
+    with ExitStack() as stack:
+        yield Bench(engine, urdf, overlay.contact_friction, plane, timestep_s, stack)
+
+
+def interact(
+    engine: Engine,
+    urdf: Path,
+    overlay: PhysicsOverlay,
+    settings: EngineSettings,
+    limits: Thresholds,
+    *,
+    cause: Cause,
+) -> Interaction:
+    """Run every interaction test on a written asset in its initial state.
+
+    ``limits`` state how deep an overlap stops a sweep, and which records are worth a second, single run; verdicts are
+    ``metrics.interaction_verdict``'s. Raises AssetError (engine_crash) where the engine refuses the file.
+    """
+    item = mechanism(urdf, overlay)
+    free = on_a_plane(engine, urdf, overlay, item, settings, limits)
+    with bench(engine, urdf, overlay, plane=False, timestep_s=settings.timestep_s) as held:
+        swept, stretches = sweeps(held.ready(), item, settings, limits, cause)
+        holding = holds(held.sound(), item, settings, limits)
+        opened = openings(held.sound(), item, settings)
+        released = releases(held.sound(), item, stretches, settings, limits)
+        nudged = nudges(held.sound(), item, settings, limits)
+    return free.model_copy(
+        update={"nudges": nudged, "sweeps": swept, "holds": holding, "releases": released, "openings": opened}
+    )
+
+
+def on_a_plane(
+    engine: Engine,
+    urdf: Path,
+    overlay: PhysicsOverlay,
+    item: Mechanism,
+    settings: EngineSettings,
+    limits: Thresholds,
+) -> Interaction:
+    """The tests with a free root: the drop at both steps, and the perturbed starts."""
+    drops: list[Drop] = []
+    resets: tuple[Reset, ...] = ()
+    rise, support = None, 0.0
+    for timestep in (settings.timestep_s, settings.coarse_timestep_s):
+        with bench(engine, urdf, overlay, plane=True, timestep_s=timestep) as free:
+            drops.append(drop(free.ready(), item.start, settings))
+            if settings.resets and timestep == settings.timestep_s:
+                resting = rest(free.sound(), item, settings)
+                rise, support = tipping(urdf, item, resting.up, resting.joints)
+                resets = perturbed(free, item, resting, settings, limits)
+    return Interaction(engine=engine, drops=tuple(drops), resets=resets, tip_rise_m=rise, support_m=support)
+
+
+def perturbed(
+    free: Bench, item: Mechanism, resting: Resting, settings: EngineSettings, limits: Thresholds
+) -> tuple[Reset, ...]:
+    """The perturbed starts, compared with how the object rests when it is set down undisturbed."""
+    resets: list[Reset] = []
+    # Every second corner of a box are those of a tetrahedron: four starts that still lean every way.
+    chosen = starts(settings)[:: 2 if len(item.joints) > MANY_JOINTS else 1]
+    for shift, tilt in chosen:
+        resets.append(reset(free.sound(), item, shift, tilt, resting, settings, limits))
+    return tuple(resets)

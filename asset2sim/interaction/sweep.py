@@ -1,0 +1,237 @@
+"""The sweep: every joint over its whole range, and what it runs into on the way."""
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from asset2sim.engines.world import World
+from asset2sim.interaction.mechanism import Mechanism, span_of
+from asset2sim.interaction.swept_boxes import apart_groups
+from asset2sim.metrics.penetration import by_pair
+from schemas.interaction import Obstacle, Sweep
+from schemas.overlay import JointPhysics
+from schemas.settings import EngineSettings, Thresholds
+from schemas.vocabulary import OverlapCause
+
+Cause = Callable[[str, str, Mapping[str, float], float], OverlapCause]
+"""Why two links overlap at these joint positions, by this depth, m."""
+
+BISECTIONS = 4
+"""Halvings of the step in which a joint runs into something: the end of the free stretch to 0.3 % of the range."""
+MOST_CLEARED = 6
+"""Other joints that are moved out of the way of one, at most."""
+GAIN = 0.01
+"""Share of the range by which moving another joint away must lengthen the free stretch to be worth stating."""
+
+Depths = dict[tuple[str, str], float]
+
+
+@dataclass(frozen=True)
+class Stretch:
+    """The free stretch of one joint, rad or m, and what ends it: (position, pairs with their depths) on either side."""
+
+    low: float
+    high: float
+    ends: tuple[tuple[float, Depths], ...] = ()
+
+
+@dataclass
+class Probe:
+    """The state of one joint's search in one direction: where it is free for sure and where it first is not."""
+
+    joint: JointPhysics
+    ways: list[float]
+    free: float
+    blocked: tuple[float, Depths] | None = None
+    next: int = field(default=0)
+
+
+def sweeps(
+    world: World, item: Mechanism, settings: EngineSettings, limits: Thresholds, cause: Cause
+) -> tuple[tuple[Sweep, ...], dict[str, tuple[float, float]]]:
+    """The record of every joint, and joint → its free stretch with the others at their initial positions.
+
+    A joint is stopped where two links, one of which it moves, overlap by more than ``sweep_overlap_m`` beyond what they
+    do initially, under the engine's default filter. Where one is stopped by what other joints move, those are tried at
+    either end of their own free stretch: a rack behind a closed door is not jammed.
+    """
+    world.place(item.start)
+    allowed = {pair: depth + limits.sweep_overlap_m for pair, depth in depths(world).items()}
+    found: dict[str, Stretch] = {}
+    for group in apart_groups(item, settings.sweep_samples):
+        found |= stretches(world, item, group, item.start, allowed, settings, limits)
+    free = {name: (stretch.low, stretch.high) for name, stretch in found.items()}
+    records = []
+    for joint in item.joints:
+        stretch, others = found[joint.name], dict[str, float]()
+        if stretch.ends:
+            stretch, others = cleared(world, item, joint, stretch, free, allowed, settings, limits)
+        records.append(record(item, joint, stretch, others, cause))
+    return tuple(records), free
+
+
+def depths(world: World) -> Depths:
+    """Link pair → the depth of its deepest overlap at the world's present pose, m."""
+    return {(pair.link_a, pair.link_b): pair.depth_m for pair in by_pair(world.contacts())}
+
+
+def record(item: Mechanism, joint: JointPhysics, stretch: Stretch, others: dict[str, float], cause: Cause) -> Sweep:
+    """The record of one joint, with the cause of each overlap that ends its free stretch."""
+    lower, upper = span_of(joint)
+    obstacles = [
+        Obstacle(
+            position=position,
+            link_a=a,
+            link_b=b,
+            depth_m=depth,
+            cause=cause(a, b, item.start | others | {joint.name: position}, depth),
+        )
+        for position, overlaps in stretch.ends
+        for (a, b), depth in sorted(overlaps.items())
+    ]
+    return Sweep(
+        joint=joint.name,
+        lower=lower,
+        upper=upper,
+        free_share=(stretch.high - stretch.low) / (upper - lower) if upper > lower else 1.0,
+        start=joint.initial_position,
+        free_lower=stretch.low,
+        free_upper=stretch.high,
+        others=others,
+        obstacles=tuple(obstacles),
+    )
+
+
+def stretches(
+    world: World,
+    item: Mechanism,
+    joints: tuple[JointPhysics, ...],
+    positions: Mapping[str, float],
+    allowed: Depths,
+    settings: EngineSettings,
+    limits: Thresholds,
+) -> dict[str, Stretch]:
+    """Joint → its free stretch, of joints whose parts cannot meet (``apart_groups``), moved together.
+
+    Each goes from its initial position outwards, one sample at a time, and stops where it is stopped.
+    """
+    found: dict[str, list[Probe]] = {joint.name: [] for joint in joints}
+    for direction in (1.0, -1.0):
+        probes = [probe_of(joint, direction, settings.sweep_samples) for joint in joints]
+        for probe in probes:
+            found[probe.joint.name].append(probe)
+        while live := [probe for probe in probes if probe.blocked is None and probe.next < len(probe.ways)]:
+            ahead = {probe.joint.name: probe.ways[probe.next] for probe in live}
+            seen = beyond(world, item, positions, ahead, allowed, limits)
+            for probe in live:
+                overlaps = seen[probe.joint.name]
+                if overlaps:
+                    probe.blocked = probe.ways[probe.next], overlaps
+                else:
+                    probe.free = probe.ways[probe.next]
+                probe.next += 1
+        narrow(world, item, positions, [probe for probe in probes if probe.blocked], allowed, limits)
+    return {
+        name: Stretch(
+            low=min(probe.free for probe in both),
+            high=max(probe.free for probe in both),
+            ends=tuple(probe.blocked for probe in both if probe.blocked is not None),
+        )
+        for name, both in found.items()
+    }
+
+
+def probe_of(joint: JointPhysics, direction: float, samples: int) -> Probe:
+    """The samples of one joint's range beyond its initial position in one direction, nearest first."""
+    lower, upper = span_of(joint)
+    if upper <= lower:
+        return Probe(joint, [], joint.initial_position)
+    start = min(max(joint.initial_position, lower), upper)
+    all_ways = np.linspace(lower, upper, samples)
+    step = 1e-3 * (upper - lower)
+    ways = sorted((float(way) for way in all_ways if (way - start) * direction > step), reverse=direction < 0.0)
+    return Probe(joint, ways, start)
+
+
+def narrow(
+    world: World,
+    item: Mechanism,
+    positions: Mapping[str, float],
+    probes: list[Probe],
+    allowed: Depths,
+    limits: Thresholds,
+) -> None:
+    """Halve the steps in which joints ran into something."""
+    for _ in range(BISECTIONS if probes else 0):
+        middles = {
+            probe.joint.name: (probe.free + probe.blocked[0]) / 2.0 for probe in probes if probe.blocked is not None
+        }
+        seen = beyond(world, item, positions, middles, allowed, limits)
+        for probe in probes:
+            middle, overlaps = middles[probe.joint.name], seen[probe.joint.name]
+            if overlaps:
+                probe.blocked = middle, overlaps
+            else:
+                probe.free = middle
+
+
+def beyond(
+    world: World,
+    item: Mechanism,
+    positions: Mapping[str, float],
+    moved: Mapping[str, float],
+    allowed: Depths,
+    limits: Thresholds,
+) -> dict[str, Depths]:
+    """Joint → the overlaps of its links beyond what is allowed, with these joints moved and the others as they are."""
+    world.place({**positions, **moved})
+    found: dict[str, Depths] = {name: {} for name in moved}
+    for pair, depth in depths(world).items():
+        if depth <= allowed.get(pair, limits.sweep_overlap_m):
+            continue
+        for name in moved:
+            # Two links that the joint moves together are no obstacle to it.
+            if (pair[0] in item.moved[name]) != (pair[1] in item.moved[name]):
+                found[name][pair] = depth
+    return found
+
+
+def cleared(
+    world: World,
+    item: Mechanism,
+    joint: JointPhysics,
+    stretch: Stretch,
+    free: Mapping[str, tuple[float, float]],
+    allowed: Depths,
+    settings: EngineSettings,
+    limits: Thresholds,
+) -> tuple[Stretch, dict[str, float]]:
+    """The free stretch with the joints that carry its obstacles out of the way, and where those are then.
+
+    Each such joint in turn is tried at either end of its own free stretch; what lengthens the stretch most is kept.
+    """
+    lower, upper = span_of(joint)
+    best, others, tried = stretch, dict[str, float](), set[str]()
+    while best.ends and len(tried) < MOST_CLEARED:
+        candidate = next((name for name in in_the_way(item, joint.name, best) if name not in tried), None)
+        if candidate is None:
+            break
+        tried.add(candidate)
+        for position in free[candidate]:
+            around = {**others, candidate: position}
+            longer = stretches(world, item, (joint,), item.start | around, allowed, settings, limits)[joint.name]
+            if longer.high - longer.low > best.high - best.low + GAIN * (upper - lower):
+                best, others = longer, around
+    return best, others
+
+
+def in_the_way(item: Mechanism, joint: str, stretch: Stretch) -> list[str]:
+    """The other joints that move one of two overlapping links and not the other, each once, in the order met."""
+    names: dict[str, None] = {}
+    for _, overlaps in stretch.ends:
+        for a, b in overlaps:
+            for name in (*item.chain[a], *item.chain[b]):
+                if name != joint and (name in item.chain[a]) != (name in item.chain[b]):
+                    names[name] = None
+    return list(names)

@@ -1,0 +1,65 @@
+"""Which joints' parts can never meet, by the boxes that they sweep: those are swept in one go."""
+
+import math
+from collections.abc import Iterable
+
+import numpy as np
+
+from asset2sim.arrays import Array
+from asset2sim.interaction.mechanism import Mechanism, poses_at, span_of
+from asset2sim.kinematics import apply, motion
+from schemas.overlay import JointPhysics
+
+CLEARANCE_M = 1e-3
+"""Distance that boxes are kept apart, m: engines keep margins around shapes."""
+
+
+def swept_box(item: Mechanism, joint: JointPhysics, poses: dict[str, Array], samples: int) -> tuple[Array, Array]:
+    """(3,) least and greatest corner of all that the joint moves, over its range, in the root's frame, m."""
+    entry = next(found for found in item.tree if found.name == joint.name)
+    frame = poses[entry.parent] @ entry.child_to_parent
+    base = frame @ motion(entry, joint.initial_position)
+    back = np.linalg.inv(base)
+    parts = [apply(back @ poses[link], item.boxes[link]) for link in item.moved[joint.name] if link in item.boxes]
+    if not parts:
+        return np.full(3, np.inf), np.full(3, -np.inf)
+    points = np.vstack(parts)
+    lower, upper = span_of(joint)
+    low, high = np.full(3, np.inf), np.full(3, -np.inf)
+    for position in np.linspace(lower, upper, samples):
+        placed = apply(frame @ motion(entry, float(position)), points)
+        low, high = np.minimum(low, placed.min(axis=0)), np.maximum(high, placed.max(axis=0))
+    margin = CLEARANCE_M / 2.0
+    if entry.type != "prismatic":
+        # Between two samples a corner goes on an arc, beyond its chord by the sagitta.
+        reach = float(np.linalg.norm(points, axis=1).max())
+        margin += reach * (1.0 - math.cos((upper - lower) / (samples - 1) / 2.0))
+    return low - margin, high + margin
+
+
+def apart_groups(item: Mechanism, samples: int) -> list[tuple[JointPhysics, ...]]:
+    """The joints in groups of which no two move a common link or sweep boxes that meet, filled first come first served.
+
+    Moving a whole group at once then shows each joint exactly the overlaps that it has alone: its parts meet those of
+    the rest of the object where they are initially, and never another of its group.
+    """
+    poses = poses_at(item, item.start)
+    groups: list[tuple[list[JointPhysics], set[str], list[tuple[Array, Array]]]] = []
+    for joint in item.joints:
+        low, high = swept_box(item, joint, poses, samples)
+        fitting = (
+            group for group in groups if group[1].isdisjoint(item.moved[joint.name]) and apart(low, high, group[2])
+        )
+        group = next(fitting, None)
+        if group is None:
+            group = ([], set(), [])
+            groups.append(group)
+        group[0].append(joint)
+        group[1].update(item.moved[joint.name])
+        group[2].append((low, high))
+    return [tuple(members) for members, _, _ in groups]
+
+
+def apart(low: Array, high: Array, boxes: Iterable[tuple[Array, Array]]) -> bool:
+    """Whether a box meets none of the others."""
+    return not any(np.all(low <= other_high) and np.all(other_low <= high) for other_low, other_high in boxes)

@@ -1,0 +1,101 @@
+"""Watching a world run: peak speeds, how fast it still is at the end, and an early end once nothing moves."""
+
+from collections import deque
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.spatial.transform import Rotation
+
+from asset2sim.arrays import Array
+from asset2sim.engines.world import World
+from schemas.settings import EngineSettings
+
+EVERY_S = 1.0 / 60.0
+"""Time between two readings, s: reading all link speeds costs more than a step on an object of a hundred links."""
+TURN_FACTOR = 10.0
+"""A turn or a joint counts as still below this many times the links' bound, rad: a lever arm of a decimetre."""
+BEYOND_MEASURE = 1e9
+"""What a record holds instead of infinity or no number: larger than any threshold, and still a number in JSON."""
+
+
+@dataclass(frozen=True)
+class Watched:
+    """A run of ``seconds``: (l,) peak and final link speeds, m/s, (n,) final joint speeds, rad/s or m/s, and whether
+    every number stayed finite.
+
+    A final speed is the median over the last readings: a part that an engine presses against its stop trembles for
+    single steps, at a speed of an acceleration times the step, without going anywhere.
+    """
+
+    seconds: float
+    peaks: Array
+    finals: Array
+    joint_finals: Array
+    finite: bool
+
+    @property
+    def peak(self) -> float:
+        """The fastest link on the way, m/s."""
+        return capped(float(self.peaks.max(initial=0.0)))
+
+    @property
+    def final(self) -> float:
+        """The fastest link at the end, m/s."""
+        return capped(float(self.finals.max(initial=0.0)))
+
+
+def capped(value: float) -> float:
+    """The value, or ``BEYOND_MEASURE`` with its sign where it is beyond that or no number."""
+    if not np.isfinite(value):
+        return BEYOND_MEASURE
+    return float(np.clip(value, -BEYOND_MEASURE, BEYOND_MEASURE))
+
+
+def watch(
+    world: World, seconds: float, settings: EngineSettings, seen: Callable[[float], bool] | None = None
+) -> Watched:
+    """Run the world for ``seconds``, less once nothing has moved for ``settings.still_s``.
+
+    Nothing has moved where over that time the root has stayed within what ``still_speed`` would take it, and its
+    orientation and all joints within ten times that. ``seen`` is called with the time at each reading, and ends the run
+    where it answers true.
+    """
+    stride = max(1, round(EVERY_S / world.timestep_s))
+    window = max(2, round(settings.still_s / (stride * world.timestep_s)))
+    readings: deque[tuple[Array, Array]] = deque(maxlen=window)
+    poses: deque[Array] = deque(maxlen=window + 1)
+    speeds = world.link_speeds()
+    peaks, steps, bounds = speeds, 0, still_bounds(world, settings)
+    poses.append(pose_vector(world))
+    while steps * world.timestep_s < seconds - 1e-9:
+        world.step(stride)
+        steps += stride
+        speeds, pose = world.link_speeds(), pose_vector(world)
+        if not (np.isfinite(speeds).all() and np.isfinite(pose).all()):
+            lost = np.full(len(speeds), np.inf)
+            return Watched(steps * world.timestep_s, lost, lost, np.full(len(world.joint_names), np.inf), False)
+        peaks = np.maximum(peaks, speeds)
+        readings.append((speeds, np.abs(world.velocities())))
+        poses.append(pose)
+        if seen is not None and seen(steps * world.timestep_s):
+            break
+        if len(poses) > window and np.all(np.ptp(np.array(poses), axis=0) <= bounds):
+            break
+    finals = np.median([links for links, _ in readings], axis=0) if readings else speeds
+    joints = np.median([joints for _, joints in readings], axis=0) if readings else np.abs(world.velocities())
+    return Watched(steps * world.timestep_s, peaks, finals, joints, True)
+
+
+def pose_vector(world: World) -> Array:
+    """(12 + n,) where everything is: the root's position and rotation matrix, then the joint positions."""
+    position, orientation = world.root_pose()
+    if not np.isfinite(orientation).all():
+        return np.full(12 + len(world.joint_names), np.nan)
+    return np.concatenate([position, Rotation.from_quat(orientation).as_matrix().ravel(), world.positions()])
+
+
+def still_bounds(world: World, settings: EngineSettings) -> Array:
+    """(12 + n,) how far each number of the pose may go in ``still_s`` and be called still."""
+    least = settings.still_speed * settings.still_s
+    return np.array([least] * 3 + [TURN_FACTOR * least] * (9 + len(world.joint_names)))

@@ -1,0 +1,68 @@
+"""What it takes to topple an object, against the geometry of a box, and how a reset's verdict uses it."""
+
+import math
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from asset2sim.interaction.run import interact
+from asset2sim.interaction.stability import rise
+from asset2sim.metrics.interaction_verdict import judge_reset
+from schemas.interaction import Interaction, Reset
+from schemas.vocabulary import Engine, OverlapCause
+from tests.assets import near
+from tests.interaction_objects import LIMITS, SETTINGS, solid, subject
+
+UP = np.array([0.0, 0.0, 1.0])
+
+
+def corners(x: float, y: float, z: float) -> np.ndarray:
+    """The corners of a box that stands on z = 0."""
+    return np.array([(a * x / 2, b * y / 2, c * z) for a in (-1, 1) for b in (-1, 1) for c in (0, 1)])
+
+
+def test_a_box_tips_over_its_nearest_edge() -> None:
+    tips, support = rise(corners(0.2, 0.4, 0.6), np.array([0.02, 0.0, 0.3]), UP)
+    assert near(tips, math.hypot(0.08, 0.3) - 0.3) and near(support, 0.2)
+
+
+def test_it_lies_on_another_side_where_up_is_another_way() -> None:
+    tips, _ = rise(corners(0.2, 0.4, 0.6) - [0.0, 0.0, 0.3], np.zeros(3), np.array([1.0, 0.0, 0.0]))
+    assert near(tips, math.hypot(0.2, 0.1) - 0.1)
+
+
+@pytest.mark.parametrize("center", [(0.3, 0.0, 0.3), (0.1, 0.0, 0.3)])
+def test_what_leans_over_an_edge_needs_nothing(center: tuple[float, float, float]) -> None:
+    assert rise(corners(0.2, 0.4, 0.6), np.array(center), UP)[0] == pytest.approx(0.0, abs=1e-12)
+
+
+def test_what_stands_on_an_edge_or_a_point_needs_nothing() -> None:
+    wedge = np.array([[0.0, -0.1, 0.0], [0.0, 0.1, 0.0], [0.1, 0.0, 0.3], [-0.1, 0.0, 0.3]])
+    assert rise(wedge, np.array([0.0, 0.0, 0.2]), UP) == (0.0, 0.0)
+
+
+def start(turned: float, final: float = 0.0) -> Reset:
+    return Reset(
+        offset_m=(0.02, 0.02, 0.02), tilt_rad=(0.03, 0.0, 0.0), peak_speed_m_s=1.0, final_speed_m_s=final,
+        turned_rad=turned, joint_motion=0.0, finite=True,
+    )  # fmt: skip
+
+
+def test_what_the_start_can_topple_may_topple_and_no_more() -> None:
+    narrow = Interaction(engine=Engine.PYBULLET, tip_rise_m=0.005, support_m=0.05)
+    stable = narrow.model_copy(update={"tip_rise_m": 0.03})
+    toppled = judge_reset(start(1.57), 0, narrow, LIMITS)
+    assert toppled.passed and "a rise of 5 mm does" in toppled.reason and "21.5 mm" in toppled.reason
+    assert not judge_reset(start(1.57), 0, stable, LIMITS).passed
+    assert not judge_reset(start(1.57, final=0.3), 0, narrow, LIMITS).passed, "it must come to rest"
+    assert judge_reset(start(0.01), 0, stable, LIMITS).passed
+
+
+def test_a_pole_s_support_is_measured_in_the_engine(tmp_path: Path) -> None:
+    item = subject(tmp_path, [solid("pole", (0.02, 0.04, 0.6))], [])
+    seen = interact(
+        Engine.PYBULLET, item.urdf, item.overlay, SETTINGS, LIMITS, cause=lambda *_: OverlapCause.HULL
+    )  # fmt: skip
+    assert seen.tip_rise_m is not None and near(seen.tip_rise_m, math.hypot(0.01, 0.3) - 0.3, 1e-3)
+    assert near(seen.support_m, 0.02, 1e-3)
