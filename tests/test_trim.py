@@ -6,12 +6,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 from scipy.spatial import ConvexHull
+from scipy.spatial.transform import Rotation
 
 from asset2sim.arrays import Array
 from asset2sim.collision.files import write_hulls
 from asset2sim.collision.hulls import MOST_POINTS, SHEET_THICKNESS_M, Hulls, outermost, simplified, thickened
-from asset2sim.collision.trim import CLEARANCE_M, Overlap, Trimmer, contact_pairs, trim
-from asset2sim.engines.pybullet_overlaps import MARGIN_M, cleared
+from asset2sim.collision.trim import CLEARANCE_M, Bound, Key, Overlap, Trimmer, contact_pairs, trim
+from asset2sim.engines.pybullet_overlaps import MARGIN_M, cleared, quaternion
 from asset2sim.engines.pybullet_penetration import contacts_at
 from asset2sim.kinematics import apply, transform
 from asset2sim.metrics.penetration import penetration
@@ -32,6 +33,11 @@ def volume(points: Array) -> float:
 
 def everywhere(hulls: Hulls) -> dict[str, Array]:
     return dict.fromkeys(hulls, HERE)
+
+
+def along_x(a: Key, b: Key, depth: float) -> Overlap:
+    """An overlap of two hulls whose links stand in the root's frame."""
+    return Overlap(a, b, HERE, HERE, X, depth)
 
 
 def phi(folder: Path, hulls: Hulls, poses: dict[str, Array]) -> float:
@@ -151,22 +157,22 @@ def test_a_cap_of_more_than_half_is_refused_and_both_hulls_stay() -> None:
 
 
 def test_cuts_add_up_against_the_original_extent() -> None:
-    trimmer = Trimmer({"a": (UNIT,), "b": (shifted(UNIT, -0.4),)}, {"a": HERE, "b": HERE})
-    wedge = Overlap(("a", 0), ("b", 0), X, 0.6)
+    trimmer = Trimmer({"a": (UNIT,), "b": (shifted(UNIT, -0.4),)})
+    wedge = along_x(("a", 0), ("b", 0), 0.6)
     assert trimmer.clear(wedge, 0.0)  # 0.6 between two of length 1: each loses 0.3
     assert volume(trimmer.hulls["a"][0]) == pytest.approx(0.7, abs=1e-4)
     # 0.45 of the original is within the half; 0.55 is not, though it takes only 0.18 of what is then left.
-    within = trimmer._cut(("a", 0), X, 0.45)
+    within = trimmer._cut(("a", 0), HERE, X, 0.45, Bound())
     assert within is not None and volume(within[0]) == pytest.approx(0.55, abs=1e-9)
     trimmer.hulls["a"][0] = within[0]
-    assert trimmer._cut(("a", 0), X, 0.55) is None
+    assert trimmer._cut(("a", 0), HERE, X, 0.55, Bound()) is None
 
 
 def test_the_deepest_cut_against_a_link_is_what_is_told() -> None:
-    trimmer = Trimmer({"a": (UNIT, UNIT, UNIT), "b": (shifted(UNIT, -0.8),) * 3}, {"a": HERE, "b": HERE})
+    trimmer = Trimmer({"a": (UNIT, UNIT, UNIT), "b": (shifted(UNIT, -0.8),) * 3})
     for index, reach in enumerate((-0.8, -0.6, -0.7)):
         trimmer.hulls["b"][index] = trimmer.original[("b", index)] = shifted(UNIT, reach)
-        assert trimmer.clear(Overlap(("a", index), ("b", index), X, 1.0 + reach), 0.0)
+        assert trimmer.clear(along_x(("a", index), ("b", index), 1.0 + reach), 0.0)
     cut = trimmer.cuts[("a", "b")]
     assert (cut.link, cut.other) == ("a", "b")
     assert (cut.depth_m, cut.share) == pytest.approx((0.2, 0.2), abs=1e-4)
@@ -174,16 +180,37 @@ def test_the_deepest_cut_against_a_link_is_what_is_told() -> None:
 
 def test_an_overlap_that_one_side_cannot_give_way_to_leaves_both_whole() -> None:
     hulls: Hulls = {"a": (UNIT,), "b": (shifted(UNIT, -0.75),)}
-    trimmer = Trimmer(hulls, {"a": HERE, "b": HERE}, exact=frozenset({"a"}))
-    assert not trimmer.clear(Overlap(("a", 0), ("b", 0), X, 0.25), 0.0)
+    trimmer = Trimmer(hulls, exact=frozenset({"a"}))
+    assert not trimmer.clear(along_x(("a", 0), ("b", 0), 0.25), 0.0)
     assert not trimmer.cuts
     for name in hulls:
         np.testing.assert_array_equal(trimmer.hulls[name][0], hulls[name][0])
 
 
+def test_one_side_alone_can_give_way_and_a_bound_on_depth_holds() -> None:
+    trimmer = Trimmer({"a": (UNIT,), "b": (shifted(UNIT, -0.9),)})
+    overlap = along_x(("a", 0), ("b", 0), 0.1)
+    assert not trimmer.clear(overlap, 0.0, part_a=1.0, bound=Bound(depth_m=0.09))
+    before = trimmer.state(("a", 0), ("b", 0))
+    assert trimmer.clear(overlap, 0.0, part_a=1.0, bound=Bound(depth_m=0.11))
+    assert volume(trimmer.hulls["a"][0]) == pytest.approx(0.9 - CLEARANCE_M, abs=1e-6)
+    np.testing.assert_array_equal(trimmer.hulls["b"][0], shifted(UNIT, -0.9))
+    assert [cut.link for cut in trimmer.cuts.values()] == ["a"]
+    trimmer.restore(before, ("a", 0), ("b", 0))
+    assert not trimmer.cuts and trimmer.hulls["a"][0] is UNIT
+
+
+def test_a_pose_turned_about_any_axis_becomes_the_same_rotation_in_the_engine() -> None:
+    turns = [*Rotation.random(50, rng=3), *Rotation.from_euler("xyz", np.pi * np.eye(3)), Rotation.identity()]
+    for turn in turns:
+        pose = np.eye(4)
+        pose[:3, :3] = turn.as_matrix()
+        np.testing.assert_allclose(Rotation.from_quat(quaternion(pose)).as_matrix(), turn.as_matrix(), atol=1e-9)
+
+
 def test_hulls_that_are_apart_already_are_not_cut() -> None:
-    trimmer = Trimmer({"a": (UNIT,), "b": (shifted(UNIT, -1.5),)}, {"a": HERE, "b": HERE})
-    assert trimmer.clear(Overlap(("a", 0), ("b", 0), X, 0.0), MARGIN_M)
+    trimmer = Trimmer({"a": (UNIT,), "b": (shifted(UNIT, -1.5),)})
+    assert trimmer.clear(along_x(("a", 0), ("b", 0), 0.0), MARGIN_M)
     assert trimmer.cuts == {}
 
 

@@ -1,12 +1,11 @@
-"""Clearing the overlaps that no state avoids: cutting the caps off hulls that reach into each other.
+"""Clearing overlaps by collision shape: cutting the caps off hulls that reach into each other.
 
-A hull fills what its mesh leaves open, and parts that touch or share a hinge overlap as authored. Where no state
-near the
-requested one is free of that, each of the two hulls loses the cap that reaches into the other, up to a share of its
-extent. Looks are not touched.
+A hull fills what its mesh leaves open, and parts that touch or share a hinge overlap as authored. Where that stops a
+joint, or no state near the requested one is free of it, hulls lose the caps that reach into each other, up to a share
+of their extent. Looks are not touched.
 """
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -23,19 +22,32 @@ LARGEST_EXACT_SHARE = 0.1
 """The same where the hull is the part's very shape: more would hide that two parts stand in each other."""
 ROUNDS = 12
 """Passes over all pairs: cutting one pair can only shrink hulls, so few are ever needed."""
-CLEARANCE_M = 1e-5
-"""Gap left between two hulls beyond what the engine's margins take, m."""
+CLEARANCE_M = 2e-4
+"""Gap left between two hulls beyond what the engine's margins take, m: a door swings a little towards its neighbour."""
+
+Key = tuple[str, int]
+"""One hull: its link, and its index among the link's hulls."""
 
 
 @dataclass(frozen=True)
 class Overlap:
-    """Two hulls that overlap: link and index of each, the unit (3,) normal from B to A in the root frame, and
-    depth (m)."""
+    """Two hulls that overlap where their links are at these (4, 4) poses: the unit (3,) normal from B to A in the frame
+    that the poses lead to, and the depth (m)."""
 
-    a: tuple[str, int]
-    b: tuple[str, int]
+    a: Key
+    b: Key
+    pose_a: Array
+    pose_b: Array
     normal: Array
     depth: float
+
+
+@dataclass(frozen=True)
+class Bound:
+    """The most that a hull may lose in all: a share of its extent along the cut, and a depth (m)."""
+
+    share: float = LARGEST_SHARE
+    depth_m: float = float("inf")
 
 
 @dataclass(frozen=True)
@@ -78,30 +90,33 @@ def trim(points: Array, normal: Array, offset: float) -> Array | None:
 class Trimmer:
     """Hulls being cut, with what each has lost of its original extent; ``exact`` links' hulls are their very shapes."""
 
-    def __init__(self, hulls: Hulls, poses: Mapping[str, Array], exact: frozenset[str] = frozenset()) -> None:
-        self.poses = poses
+    def __init__(self, hulls: Hulls, exact: frozenset[str] = frozenset()) -> None:
         self.exact = exact
         self.hulls = {link: list(pieces) for link, pieces in hulls.items()}
         self.original = {(link, i): piece for link, pieces in hulls.items() for i, piece in enumerate(pieces)}
         self.cuts: dict[tuple[str, str], Cut] = {}
 
-    def placed(self, key: tuple[str, int]) -> Array:
-        """One hull's points in the root frame."""
-        return apply(self.poses[key[0]], self.hulls[key[0]][key[1]])
+    def hull(self, key: Key) -> Array:
+        """One hull's points as they are now, in its link's frame."""
+        return self.hulls[key[0]][key[1]]
 
-    def clear(self, overlap: Overlap, margin: float) -> bool:
-        """Cut both hulls of an overlap so that they part by the engine's margins; False where that would take
-        too much."""
-        first, second = self.placed(overlap.a), self.placed(overlap.b)
+    def clear(self, overlap: Overlap, margin: float, part_a: float | None = None, bound: Bound | None = None) -> bool:
+        """Cut the hulls of an overlap so that they part by the engine's margins; False where that takes too much.
+
+        A gives the share ``part_a`` of the way, 0 to 1, and B the rest; by default each gives by its extent.
+        """
+        bound = bound or Bound()
+        first, second = apply(overlap.pose_a, self.hull(overlap.a)), apply(overlap.pose_b, self.hull(overlap.b))
         low, high = float((first @ overlap.normal).min()), float((second @ overlap.normal).max())
         need = high - low + 2.0 * margin + CLEARANCE_M
         if need <= 0.0:
             return True
-        extent_a, extent_b = float(np.ptp(first @ overlap.normal)), float(np.ptp(second @ overlap.normal))
-        share = extent_a / max(extent_a + extent_b, 1e-12)
+        if part_a is None:
+            extent_a, extent_b = float(np.ptp(first @ overlap.normal)), float(np.ptp(second @ overlap.normal))
+            part_a = extent_a / max(extent_a + extent_b, 1e-12)
         cuts = (
-            self._cut(overlap.a, overlap.normal, low + share * need),
-            self._cut(overlap.b, -overlap.normal, -(high - (1.0 - share) * need)),
+            self._cut(overlap.a, overlap.pose_a, overlap.normal, low + part_a * need, bound),
+            self._cut(overlap.b, overlap.pose_b, -overlap.normal, -(high - (1.0 - part_a) * need), bound),
         )
         if cuts[0] is None or cuts[1] is None:
             return False
@@ -114,23 +129,35 @@ class Trimmer:
                 self.cuts[(key[0], other)] = Cut(key[0], other, depth, lost)
         return True
 
-    def _cut(self, key: tuple[str, int], normal: Array, offset: float) -> tuple[Array, float, float] | None:
-        """One hull kept where normal · x ≥ offset (root frame), with the depth (m) and the share of its extent lost.
+    def _cut(
+        self, key: Key, pose: Array, normal: Array, offset: float, bound: Bound
+    ) -> tuple[Array, float, float] | None:
+        """One hull kept where normal · x ≥ offset (the pose's frame), with the depth (m) and share of its extent lost.
 
         None where too little of the hull as it was would be left.
         """
-        rotation, translation = self.poses[key[0]][:3, :3], self.poses[key[0]][:3, 3]
+        rotation, translation = pose[:3, :3], pose[:3, 3]
         local, local_offset = rotation.T @ normal, offset - float(translation @ normal)
+        hull = self.hull(key)
+        if float((hull @ local).min()) >= local_offset:
+            return hull, 0.0, 0.0
         heights = self.original[key] @ local
         depth = local_offset - float(heights.min())
         lost = depth / max(float(np.ptp(heights)), 1e-12)
-        hull = self.hulls[key[0]][key[1]]
-        if lost <= 0.0:
-            return hull, 0.0, 0.0
-        if lost > (LARGEST_EXACT_SHARE if key[0] in self.exact else LARGEST_SHARE):
+        if lost > (LARGEST_EXACT_SHARE if key[0] in self.exact else bound.share) or depth > bound.depth_m:
             return None
         kept = trim(hull, local, local_offset)
         return None if kept is None else (kept, depth, lost)
+
+    def state(self, *keys: Key) -> tuple[tuple[Array, ...], dict[tuple[str, str], Cut]]:
+        """These hulls and all cuts as they are, for ``restore``."""
+        return tuple(self.hull(key) for key in keys), dict(self.cuts)
+
+    def restore(self, state: tuple[tuple[Array, ...], dict[tuple[str, str], Cut]], *keys: Key) -> None:
+        """Put these hulls and all cuts back as ``state`` had them."""
+        for key, points in zip(keys, state[0], strict=True):
+            self.hulls[key[0]][key[1]] = points
+        self.cuts = dict(state[1])
 
     def result(self) -> Hulls:
         """The hulls as they are now."""

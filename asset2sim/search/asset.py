@@ -13,6 +13,7 @@ from asset2sim.search.asking import model_asker
 from asset2sim.search.loop import Log, Loop, ModelAsk
 from asset2sim.search.notes import note_moves, note_shapes
 from asset2sim.search.proposals import Pose
+from asset2sim.search.ranges import let_joints_move
 from asset2sim.search.refine import refine_state
 from asset2sim.search.shapes import Attempt, attempt
 from asset2sim.search.state import Band, Evaluator
@@ -22,7 +23,7 @@ from schemas.finding import Finding
 from schemas.overlay import JointPhysics, Overlay, PhysicsOverlay
 from schemas.settings import Settings
 from schemas.trace import TraceStep
-from schemas.vocabulary import Source
+from schemas.vocabulary import CollisionMode, Source
 
 CLOSED_SHARE = 0.02
 """Share of its range from its closed end within which a joint counts as closed."""
@@ -99,8 +100,10 @@ def settled(loop: Loop, folder: Folder, best: Attempt) -> Refined:
                 reason="collision shapes cut where no state near the requested one parts them",
             )
         )
-        folder = with_hulls(folder, best.hulls)
         note_shapes(best, log)
+    if loop.settings.collision.mode is not CollisionMode.KEEP:
+        overlay, hulls = let_joints_move(loop, overlay, best.hulls)
+        folder = folder if hulls is loop.hulls else with_hulls(folder, hulls)
     write_urdf(loop.extraction, overlay, folder, loop.settings.physics)
     return Refined(overlay, folder, tuple(log.trace), tuple(log.calls), tuple(log.findings))
 

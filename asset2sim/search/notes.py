@@ -1,7 +1,8 @@
 """Findings of the loop: what it changed, and why."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 
+from asset2sim.collision.trim import Cut
 from asset2sim.search.loop import Log
 from asset2sim.search.proposals import Pose
 from asset2sim.search.shapes import Attempt
@@ -40,8 +41,13 @@ def note_shapes(best: Attempt, log: Log) -> None:
                 "since its hull reached deep into another link",
             )
         )
-    for link in sorted({cut.link for cut in best.cut}):
-        own = [cut for cut in best.cut if cut.link == link]
+    note_cuts(best.cut, "where it overlaps", "in every state near the requested one", log)
+
+
+def note_cuts(cuts: Sequence[Cut], where: str, when: str, log: Log) -> None:
+    """A finding for every link that lost part of its collision shape."""
+    for link in sorted({cut.link for cut in cuts}):
+        own = [cut for cut in cuts if cut.link == link]
         deepest = max(own, key=lambda cut: cut.depth_m)
         others = ", ".join(f"'{cut.other}'" for cut in own[:4]) + (f" and {len(own) - 4} more" if len(own) > 4 else "")
         log.findings.append(
@@ -50,8 +56,7 @@ def note_shapes(best: Attempt, log: Log) -> None:
                 severity=Severity.WARNING,
                 code="collision_cut",
                 message=f"collision of link '{link}' cut by up to {1e3 * deepest.depth_m:.3g} mm "
-                f"({deepest.share:.0%} of a hull) where it overlaps {others} "
-                "in every state near the requested one; its looks are unchanged",
+                f"({deepest.share:.0%} of a hull) {where} {others} {when}; its looks are unchanged",
                 link=link,
                 value=deepest.depth_m,
             )

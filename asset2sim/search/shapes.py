@@ -15,6 +15,7 @@ from asset2sim.search.proposals import Pose
 from schemas.features import Features, JointFeatures
 from schemas.measurement import ContactPair
 from schemas.overlay import PhysicsOverlay
+from schemas.vocabulary import CollisionMode
 
 DEEP_SHARE = 0.2
 """Share of a hull from which a cut is deep enough to ask whether the mesh is hollow there."""
@@ -49,7 +50,8 @@ def attempt(loop: Loop, folder: Folder, positions: Pose) -> Attempt:
     """
     before = penetration(contacts_at(folder.urdf, positions, loop.settings.engine))
     whole = Attempt(positions, loop.hulls, before, before)
-    if before <= loop.settings.search.target_phi_m:
+    authored_shapes = loop.settings.collision.mode is CollisionMode.KEEP
+    if authored_shapes or before <= loop.settings.search.target_phi_m:
         return whole
     best = cut_apart(loop, folder, whole)
     deep = {cut.link for cut in best.cut if cut.share > DEEP_SHARE}

@@ -1,0 +1,255 @@
+"""What stops a joint: overlaps of hulls over its range, which of them count as jams, and why they are there.
+
+A jam is an overlap of two links that engines let collide, deeper than what the pair has at rest, that no joint of the
+obstacle clears: a rack behind a closed door is not jammed.
+"""
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+
+from asset2sim.arrays import Array
+from asset2sim.collision.cause import TOUCHING_M, AuthoredShapes, authored_depth
+from asset2sim.collision.ranges import Limits, Stance, Travel, chain, range_of, samples, stance_at, travel
+from asset2sim.collision.trim import CLEARANCE_M, Overlap
+from asset2sim.engines.pybullet_overlaps import FAR_M, MARGIN_M, HullWorld, boxes_at, boxes_meet, candidates
+from asset2sim.kinematics import TreeJoint
+from schemas.vocabulary import OverlapCause
+
+JAM_M = 1e-4
+"""Overlap, the engine's margins counted (2 mm in all), from which a joint counts as jammed, m: margins are hard."""
+LARGEST_AUTHORED_M = 5e-3
+"""How deep authored meshes may overlap and still be parted by cutting, m: parts that touch, brush or are misplaced a
+little. Where they overlap by more, that is how the joint was authored."""
+
+
+@dataclass(frozen=True)
+class Jam:
+    """Two links that overlap where ``joint`` is at ``position`` (rad or m); joint None is the whole object at rest.
+
+    ``freed_by`` is a joint further up that lets the first link pass when it is at one of its limits, if there is one.
+    """
+
+    joint: str | None
+    position: float
+    link_a: str
+    link_b: str
+    depth_m: float
+    cause: OverlapCause
+    freed_by: str | None = None
+
+
+@dataclass(frozen=True, eq=False)
+class Hit:
+    """Two hulls that overlap in a stance, with one joint moved to ``position`` along ``travel`` (None: at rest)."""
+
+    stance: Stance
+    travel: Travel | None
+    position: float
+    overlap: Overlap
+    freed_by: str | None = None
+
+    @property
+    def joint(self) -> str | None:
+        """The joint that moves."""
+        return None if self.travel is None else self.travel.joint
+
+    @property
+    def links(self) -> tuple[str, str]:
+        """The link that moves and the one in its way."""
+        return self.overlap.a[0], self.overlap.b[0]
+
+
+@dataclass(frozen=True)
+class Mechanism:
+    """What does not change while shapes do: the tree, the limits, the positions to keep, and the pairs that collide."""
+
+    tree: tuple[TreeJoint, ...]
+    root: str
+    limits: Limits
+    stances: tuple[Stance, ...]
+    pairs: tuple[tuple[str, str], ...]
+
+    @cached_property
+    def known_pairs(self) -> frozenset[tuple[str, str]]:
+        """The pairs, to look up."""
+        return frozenset(self.pairs)
+
+    def collide(self, a: str, b: str) -> bool:
+        """Whether engines let these links collide."""
+        return (a, b) in self.known_pairs or (b, a) in self.known_pairs
+
+    def kept(self, joint: str) -> tuple[float, ...]:
+        """The positions of a joint that must stay within its limits: zero, and the initial one."""
+        return tuple(stance.positions[joint] for stance in self.stances)
+
+
+class Causes:
+    """How deep the authored meshes overlap at hits; each pair and position is looked at once."""
+
+    def __init__(self, authored: AuthoredShapes) -> None:
+        self.authored = authored
+        self.known: dict[tuple[int, str | None, float, str, str], float] = {}
+
+    def depth(self, hit: Hit) -> float:
+        """How deep the meshes of a hit's links overlap there, m."""
+        key = (id(hit.stance), hit.joint, hit.position, *hit.links)
+        if key not in self.known:
+            over, back = hit.overlap, np.linalg.inv(hit.overlap.pose_b)
+            self.known[key] = authored_depth(self.authored, *hit.links, back @ over.pose_a, back[:3, :3] @ over.normal)
+        return self.known[key]
+
+    def blocked(self, hit: Hit) -> bool:
+        """Whether the meshes overlap by so much there that no hull may be cut for it."""
+        return self.depth(hit) > LARGEST_AUTHORED_M
+
+    def of(self, hit: Hit) -> OverlapCause:
+        """Why a hit's links overlap."""
+        return OverlapCause.AUTHORED if self.depth(hit) > TOUCHING_M else OverlapCause.HULL
+
+
+def rest_hits(world: HullWorld, machine: Mechanism) -> list[Hit]:
+    """The overlaps of hulls at rest in every stance."""
+    found = []
+    for stance in machine.stances:
+        for a, b in candidates(world.trimmer, stance.poses, machine.pairs):
+            over = world.overlap(a, b, stance.poses[a[0]], stance.poses[b[0]], CLEARANCE_M)
+            if over is not None:
+                found.append(Hit(stance, None, 0.0, over))
+    return found
+
+
+def all_hits(world: HullWorld, machine: Mechanism, number: int, rest: Sequence[Hit]) -> Iterator[Hit]:
+    """Every overlap of hulls over every joint's range in one stance that is deeper than what the pair has at rest."""
+    stance = machine.stances[number]
+    depths: dict[frozenset[str], float] = {}
+    for hit in rest:
+        depths[frozenset(hit.links)] = max(hit.overlap.depth, depths.get(frozenset(hit.links), 0.0))
+    for joint in machine.tree:
+        span = range_of(joint, machine.limits)
+        if span is None:
+            continue
+        path = travel(machine.tree, joint.name, stance, samples(*span, machine.kept(joint.name)))
+        for a, b in near_links(world, machine, path):
+            if number == 0 or not same_as_at_zero(machine, number, joint.name, a, b):
+                yield from pair_hits(world, path, a, b, depths.get(frozenset((a, b)), 0.0) + JAM_M)
+
+
+def same_as_at_zero(machine: Mechanism, number: int, joint: str, a: str, b: str) -> bool:
+    """Whether two links move alike as at zero: every other joint between them is where it was."""
+    between = set(chain(machine.tree, a)) ^ set(chain(machine.tree, b))
+    first, second = machine.stances[0].positions, machine.stances[number].positions
+    return all(first[name] == second[name] for name in between - {joint})
+
+
+def near_links(world: HullWorld, machine: Mechanism, path: Travel) -> list[tuple[str, str]]:
+    """The pairs of a moving and a standing link that collide and whose boxes meet on the way."""
+    hulls, poses = world.trimmer.hulls, path.stance.poses
+    moving = [link for link in path.links if hulls.get(link)]
+    still_ones = [link for link in poses if link not in path.links and hulls.get(link)]
+    if not moving or not still_ones:
+        return []
+    boxes = [boxes_at(hulls[link], poses[link]) for link in still_ones]
+    low, high = np.array([box[0].min(axis=0) for box in boxes]), np.array([box[1].max(axis=0) for box in boxes])
+    found = []
+    for a in moving:
+        corners = box_corners(np.vstack(hulls[a]))
+        placed = np.einsum("pij,kj->pki", path.poses(a)[:, :3, :3], corners) + path.poses(a)[:, None, :3, 3]
+        meet = boxes_meet((placed.min(axis=1), placed.max(axis=1)), (low, high)).any(axis=0)
+        found += [(a, still_ones[j]) for j in np.flatnonzero(meet) if machine.collide(a, still_ones[j])]
+    return found
+
+
+def box_corners(points: Array) -> Array:
+    """(8, 3) corners of the box around (n, 3) points."""
+    ends = np.array([points.min(axis=0), points.max(axis=0)])
+    return np.array([[ends[i, 0], ends[j, 1], ends[k, 2]] for i in (0, 1) for j in (0, 1) for k in (0, 1)])
+
+
+def pair_hits(world: HullWorld, path: Travel, a: str, b: str, tolerance: float) -> Iterator[Hit]:
+    """The overlaps deeper than ``tolerance`` (m) between the hulls of a moving and a standing link along a travel."""
+    pose_b = path.stance.poses[b]
+    poses = list(path.poses(a))
+    boxes_b = boxes_at(world.trimmer.hulls[b], pose_b)
+    near = np.array([boxes_meet(boxes_at(world.trimmer.hulls[a], pose), boxes_b) for pose in poses])
+    for i, j in np.argwhere(near.any(axis=0)):
+        first, second = (a, int(i)), (b, int(j))
+        speed, clear_until = path.speed(a, world.trimmer.hull(first)), -np.inf
+        for index in np.flatnonzero(near[:, i, j]):
+            position = float(path.positions[index])
+            if position < clear_until:
+                continue
+            found = world.closest(first, second, poses[index], pose_b, FAR_M)
+            if found is None:
+                continue
+            if found[0] < -tolerance:
+                yield Hit(
+                    path.stance, path, position, Overlap(first, second, poses[index], pose_b, found[1], -found[0])
+                )
+            elif speed > 0.0:
+                # Nothing of a hull goes faster than this: until then the two cannot have met.
+                clear_until = position + max(found[0], 0.0) / speed
+
+
+def not_interlocked(world: HullWorld, machine: Mechanism, hits: list[Hit]) -> list[Hit]:
+    """The hits whose obstacle none of its own joints clears, with the joint further up that does, if there is one."""
+    groups: dict[tuple[str | None, str, str], list[Hit]] = {}
+    for hit in hits:
+        groups.setdefault((hit.joint, *hit.links), []).append(hit)
+    kept: list[Hit] = []
+    for group in groups.values():
+        own, others = (chain(machine.tree, link) for link in group[0].links)
+        left, _ = freed(world, machine, group, [name for name in others if name not in own])
+        if left:
+            stuck, by = freed(world, machine, left, [name for name in own if name not in (left[0].joint, *others)])
+            kept += left if stuck else [replace(hit, freed_by=by) for hit in left]
+    return kept
+
+
+def freed(world: HullWorld, machine: Mechanism, hits: list[Hit], joints: Sequence[str]) -> tuple[list[Hit], str | None]:
+    """The hits of one pair and travel that are left with one of these joints elsewhere, where that leaves fewest, and
+    that joint; None where none helps.
+
+    Elsewhere is a limit, or zero where the object does not stand at zero.
+    """
+    (a, b), path = hits[0].links, hits[0].travel
+    best: tuple[list[Hit], str | None] = hits, None
+    if path is None:
+        return best
+    positions = np.unique([hit.position for hit in hits])
+    for name in joints:
+        here = path.stance.positions[name]
+        for position in (*machine.limits.get(name, ()), machine.stances[0].positions[name]):
+            if abs(position - here) < 1e-9:
+                continue
+            stance = stance_at(machine.tree, machine.root, {**path.stance.positions, name: position})
+            other = travel(machine.tree, path.joint, stance, positions)
+            blocked = {hit.position for hit in pair_hits(world, other, a, b, JAM_M)}
+            left = [hit for hit in hits if hit.position in blocked]
+            best = (left, name) if len(left) < len(best[0]) else best
+            if not left:
+                return best
+    return best
+
+
+def worst_jams(hits: Sequence[Hit], causes: Causes) -> tuple[Jam, ...]:
+    """The deepest hit of each joint and link pair, deepest first; depths without the engine's margins."""
+    worst: dict[tuple[str | None, str, str], Hit] = {}
+    for hit in hits:
+        key = (hit.joint, *hit.links)
+        if key not in worst or hit.overlap.depth > worst[key].overlap.depth:
+            worst[key] = hit
+    ordered = sorted(worst.values(), key=lambda hit: -hit.overlap.depth)
+    return tuple(
+        Jam(
+            hit.joint,
+            hit.position,
+            *hit.links,
+            max(hit.overlap.depth - 2.0 * MARGIN_M, 0.0),
+            causes.of(hit),
+            hit.freed_by,
+        )
+        for hit in ordered
+    )

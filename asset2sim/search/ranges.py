@@ -1,0 +1,110 @@
+"""Let joints move: hulls cleared of overlaps over every joint's range, limits drawn in where meshes stop a joint."""
+
+from collections.abc import Mapping
+
+from asset2sim.collision.cause import AuthoredShapes
+from asset2sim.collision.clear_ranges import Cleared, clear_ranges
+from asset2sim.collision.hulls import Hulls, exact_links
+from asset2sim.collision.trim import contact_pairs
+from asset2sim.kinematics import tree_of
+from asset2sim.search.loop import Loop
+from asset2sim.search.notes import note_cuts
+from asset2sim.search.shapes import written_joints
+from schemas.finding import Finding
+from schemas.overlay import PhysicsOverlay
+from schemas.trace import TraceStep
+from schemas.vocabulary import OverlapCause, Severity, Source, Stage
+
+
+def let_joints_move(loop: Loop, overlay: PhysicsOverlay, hulls: Hulls) -> tuple[PhysicsOverlay, Hulls]:
+    """The overlay with limits drawn in and the hulls with what was in the way cut, each change a finding."""
+    features = loop.extraction.features
+    joints = written_joints(features, overlay)
+    cleared = clear_ranges(
+        hulls,
+        tree_of(joints, overlay.scale),
+        features.root,
+        {j.name: (j.lower, j.upper) for j in overlay.joints if j.lower is not None and j.upper is not None},
+        overlay.initial_positions,
+        list(contact_pairs(joints, [link.name for link in features.links])),
+        AuthoredShapes(loop.extraction, overlay.scale),
+        exact_links(loop.extraction),
+    )
+    if not cleared.cuts and not cleared.limits and not cleared.jams:
+        return overlay, hulls
+    loop.log.step(
+        TraceStep(
+            step=0,
+            proposer="range",
+            phi_before_m=0.0,
+            phi_after_m=0.0,
+            moved={},
+            accepted=bool(cleared.cuts or cleared.limits),
+            evaluations=1,
+            reason=f"{len(cleared.cuts)} links cut and {len(cleared.limits)} limits drawn in so that joints can move; "
+            f"{len(cleared.jams)} jams left",
+        )
+    )
+    note_cuts(cleared.cuts, "where it overlaps", "over the range of a joint", loop.log)
+    note_limits(overlay, cleared, loop.log.findings)
+    note_jams(cleared, loop.log.findings)
+    return with_limits(overlay, cleared.limits), cleared.hulls
+
+
+def with_limits(overlay: PhysicsOverlay, limits: Mapping[str, tuple[float, float]]) -> PhysicsOverlay:
+    """The overlay with these joint limits."""
+    joints = tuple(
+        joint.model_copy(
+            update={
+                "lower": limits[joint.name][0],
+                "upper": limits[joint.name][1],
+                "limits_source": Source.SEARCH,
+                "closed": min(max(joint.closed, limits[joint.name][0]), limits[joint.name][1]),
+                "open": min(max(joint.open, limits[joint.name][0]), limits[joint.name][1]),
+            }
+        )
+        if joint.name in limits
+        else joint
+        for joint in overlay.joints
+    )
+    return overlay.model_copy(update={"joints": joints})
+
+
+def note_limits(overlay: PhysicsOverlay, cleared: Cleared, findings: list[Finding]) -> None:
+    """A finding for every limit that was drawn in, with the geometry that stops the joint there."""
+    for joint in overlay.joints:
+        if joint.name not in cleared.limits:
+            continue
+        lower, upper = cleared.limits[joint.name]
+        stop = cleared.stops.get(joint.name)
+        met = "" if stop is None else f": there '{stop.link_a}' meets '{stop.link_b}' as authored"
+        findings.append(
+            Finding(
+                stage=Stage.REFINE,
+                severity=Severity.WARNING,
+                code="limits_drawn_in",
+                message=f"joint '{joint.name}': limits {joint.lower:.4g} … {joint.upper:.4g} drawn in to "
+                f"{lower:.4g} … {upper:.4g}{met}",
+                joint=joint.name,
+                value=upper - lower,
+                limit=(joint.upper or 0.0) - (joint.lower or 0.0),
+            )
+        )
+
+
+def note_jams(cleared: Cleared, findings: list[Finding]) -> None:
+    """A finding for every jam that is left."""
+    for jam in cleared.jams:
+        where = "at rest" if jam.joint is None else f"where joint '{jam.joint}' is at {jam.position:.3g}"
+        why = "their meshes do" if jam.cause is OverlapCause.AUTHORED else "their hulls do"
+        findings.append(
+            Finding(
+                stage=Stage.REFINE,
+                severity=Severity.WARNING,
+                code="jam_left",
+                message=f"'{jam.link_a}' and '{jam.link_b}' overlap by {1e3 * jam.depth_m:.3g} mm {where}, and cutting "
+                f"shapes would take too much ({why})",
+                joint=jam.joint,
+                value=jam.depth_m,
+            )
+        )
