@@ -8,11 +8,13 @@ import sys
 import tempfile
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 from importlib import metadata
 from importlib.util import find_spec
 from pathlib import Path
 
 from asset2sim.catalog.run import git_state, versions
+from asset2sim.engines.registry import HOW_TO_INSTALL, engine_version, installed, open_world
 from asset2sim.isolation import Ending, run_isolated
 from asset2sim.models.choices import check_model
 from asset2sim.models.environment import quiet_environment
@@ -20,6 +22,7 @@ from asset2sim.models.priors_known import is_prior
 from schemas.errors import Asset2SimError, UsageError
 from schemas.request import ModelRequest
 from schemas.settings import ModelSettings, RunSettings
+from schemas.vocabulary import Engine
 
 BALL_RADIUS_M = 0.1
 BALL_TOLERANCE_M = 0.005
@@ -53,6 +56,11 @@ def examine(out: Path, model: ModelSettings) -> list[Check]:
         _attempt("cores and memory", check_machine),
         _attempt("local ports", check_ports),
         _attempt("child processes and PyBullet", check_engine),
+        *(
+            _attempt(f"engine {engine}", partial(check_engine, engine), needed=False)
+            for engine in Engine
+            if engine is not Engine.PYBULLET
+        ),
         _attempt(f"model {model.model}", lambda: check_model_answers(model)),
         _attempt("Dask", check_dask),
         _attempt("Prefect", check_prefect),
@@ -132,12 +140,14 @@ def check_ports() -> str:
         raise BrokenError(f"cannot connect to a port of 127.0.0.1: {error}; Prefect's server needs one") from error
 
 
-def check_engine() -> str:
-    """A child process drops a ball in PyBullet, and the ball comes to rest on the plane."""
+def check_engine(engine: Engine = Engine.PYBULLET) -> str:
+    """A child process drops a ball in an engine, and the ball comes to rest on the plane."""
+    if engine not in installed():
+        raise BrokenError(f"not installed; {HOW_TO_INSTALL} to judge in it too")
     with tempfile.TemporaryDirectory() as folder:
         outcome = run_isolated(
             drop_ball,
-            (),
+            (engine, folder),
             time_limit_s=60.0,
             memory_limit_mb=RunSettings().asset_memory_limit_mb,
             services={},
@@ -147,24 +157,23 @@ def check_engine() -> str:
         raise BrokenError(f"{outcome.reason}; run make clean, then make install")
     if abs(outcome.value - BALL_RADIUS_M) > BALL_TOLERANCE_M:
         raise BrokenError(f"a ball of {BALL_RADIUS_M} m came to rest at {outcome.value:.4f} m; the engine is not sane")
-    return f"a dropped ball rests at {1000 * outcome.value:.1f} mm, in {outcome.seconds:.2f} s"
+    version = engine_version(engine)
+    return f"{version}: a dropped ball rests at {1000 * outcome.value:.1f} mm, in {outcome.seconds:.2f} s"
 
 
-def drop_ball() -> float:
-    """The height, m, at which the centre of a ball of ``BALL_RADIUS_M`` is 2 s after a drop from 0.3 m."""
-    import pybullet
-
-    client = pybullet.connect(pybullet.DIRECT)
-    pybullet.setGravity(0.0, 0.0, -9.81, physicsClientId=client)
-    plane = pybullet.createCollisionShape(pybullet.GEOM_PLANE, physicsClientId=client)
-    pybullet.createMultiBody(0.0, plane, physicsClientId=client)
-    sphere = pybullet.createCollisionShape(pybullet.GEOM_SPHERE, radius=BALL_RADIUS_M, physicsClientId=client)
-    ball = pybullet.createMultiBody(0.1, sphere, basePosition=[0.0, 0.0, 0.3], physicsClientId=client)
-    for _ in range(480):
-        pybullet.stepSimulation(physicsClientId=client)
-    position, _ = pybullet.getBasePositionAndOrientation(ball, physicsClientId=client)
-    pybullet.disconnect(physicsClientId=client)
-    return float(position[2])
+def drop_ball(engine: Engine, folder: str) -> float:
+    """The height, m, at which the centre of a ball of ``BALL_RADIUS_M`` is 2 s after a drop from 0.2 m."""
+    urdf = Path(folder) / "ball.urdf"
+    urdf.write_text(
+        '<robot name="ball"><link name="ball"><inertial><mass value="0.1"/>'
+        '<inertia ixx="4e-4" iyy="4e-4" izz="4e-4" ixy="0" ixz="0" iyz="0"/></inertial>'
+        f'<collision><geometry><sphere radius="{BALL_RADIUS_M}"/></geometry></collision></link></robot>',
+        encoding="utf-8",
+    )
+    with open_world(engine, urdf, plane=True, timestep_s=1.0 / 240.0, contact_friction=0.5) as world:
+        world.place({}, height_m=0.2)
+        world.step(480)
+        return float(world.root_pose()[0][2])
 
 
 def check_model_answers(settings: ModelSettings) -> str:

@@ -8,7 +8,8 @@ import numpy as np
 import trimesh
 
 from asset2sim.arrays import Array
-from asset2sim.engines.pybullet_object import PyBulletObject, stepper
+from asset2sim.engines.pybullet_object import PyBulletObject
+from asset2sim.engines.pybullet_world import PyBulletWorld
 from asset2sim.kinematics import TreeJoint, transform
 from schemas.base import Inertia6, Vector3
 from schemas.features import JointFeatures
@@ -132,10 +133,11 @@ def block_urdf(folder: Path, size: Vector3 = (0.1, 0.1, 0.1), mass: float = 1.0,
 
 def joint_track(item: PyBulletObject, seconds: float) -> Array:
     """(n + 1,) positions of the object's first joint over the next seconds, the present one first."""
-    stepping = stepper(item)
+    step = float(item.client.getPhysicsEngineParameters()["fixedTimeStep"])
+    world = PyBulletWorld(item, step, plane=False)
     positions = [float(item.positions()[0])]
-    for _ in range(round(seconds / item.client.getPhysicsEngineParameters()["fixedTimeStep"])):
-        stepping.step()
+    for _ in range(round(seconds / step)):
+        world.step()
         positions.append(float(item.positions()[0]))
     return np.array(positions)
 

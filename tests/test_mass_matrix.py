@@ -8,7 +8,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from asset2sim.engines.pybullet_object import loaded, stepper
+from asset2sim.engines.pybullet_object import loaded
+from asset2sim.engines.pybullet_world import PyBulletWorld
 from asset2sim.kinematics import TreeJoint
 from asset2sim.physics.inertia import box_inertia
 from asset2sim.physics.mass_matrix import GRAVITY_M_S2, Body, JointSpace, cross_matrix, joint_space
@@ -203,6 +204,6 @@ def test_a_push_on_one_joint_of_a_free_object_meets_its_effective_inertia(tmp_pa
         item.place(POSE)
         kind = item.client.TORQUE_CONTROL
         item.client.setJointMotorControl2(item.body, item.joint_index[name], kind, force=push)
-        stepper(item).step()
+        PyBulletWorld(item, step, plane=False).step()
         speed = item.client.getJointState(item.body, item.joint_index[name])[1]
     assert push * step / speed == pytest.approx(chain_space().effective_inertia()[name], rel=1e-5)

@@ -5,10 +5,10 @@ from pathlib import Path
 
 import pytest
 
-from asset2sim.engines.pybullet_rest import watch
+from asset2sim.engines.rest import watch
 from asset2sim.pipeline import refine_asset
 from schemas.asset import AssetRecord
-from schemas.vocabulary import Status
+from schemas.vocabulary import Engine, Status
 from tests.assets import SHARED, UNSEEN, prior, sample
 
 OBJECTS = SHARED / "partnet_mobility"
@@ -40,7 +40,8 @@ def check(asset_id: str, out: Path) -> None:
     assert record.measurement.console == ()
     overlay = record.overlay
     urdf = out / "assets" / asset_id / "mobility.urdf"
-    dropped = watch(urdf, overlay.initial_positions, overlay.contact_friction, DROP_M, UNSEEN.engine)
+    friction = overlay.contact_friction
+    dropped = watch(Engine.PYBULLET, urdf, overlay.initial_positions, friction, DROP_M, UNSEEN.engine)
     # Falling 5 cm ends at 1 m/s: the object did fall, and nothing was flung.
     assert 0.8 <= dropped.peak_speed <= FASTEST_M_S
 

@@ -1,8 +1,8 @@
 """One object in one PyBullet client, with joint damping, friction and stiffness honoured as its URDF states them.
 
 PyBullet applies damping from URDF but neither friction nor stiffness, runs a hidden velocity motor on every joint, and
-damps every body (design.md). Here the hidden motor becomes the dry friction, a torque the spring, and the body
-damping 0.
+damps every body (design.md); it leaves a joint beyond its limit where it has overshot it. Here the hidden motor becomes
+the dry friction, a torque the spring, and the body damping 0, and limits are kept.
 """
 
 from collections.abc import Iterator, Mapping
@@ -16,6 +16,7 @@ from pybullet_utils.bullet_client import BulletClient
 
 from asset2sim.arrays import Array
 from asset2sim.engines.console import captured_console
+from asset2sim.engines.world import GRAVITY_M_S2
 from asset2sim.urdf.dynamics import Dynamics, read_dynamics
 from schemas.errors import AssetError
 from schemas.vocabulary import FailureMode
@@ -55,7 +56,9 @@ class PyBulletObject:
 
 
 @contextmanager
-def loaded(urdf: Path, *, fixed_base: bool, timestep_s: float) -> Iterator[PyBulletObject]:
+def loaded(
+    urdf: Path, *, fixed_base: bool, timestep_s: float, gravity_m_s2: float = GRAVITY_M_S2
+) -> Iterator[PyBulletObject]:
     """Load a URDF into a client of its own, gravity along -z, joint dynamics applied. The client ends with the block.
 
     Raises AssetError (engine_crash) where PyBullet refuses the file, with what it printed.
@@ -63,7 +66,9 @@ def loaded(urdf: Path, *, fixed_base: bool, timestep_s: float) -> Iterator[PyBul
     client = BulletClient(connection_mode=pybullet.DIRECT)
     try:
         client.setTimeStep(timestep_s)
-        client.setGravity(0.0, 0.0, -9.81)
+        client.setGravity(0.0, 0.0, -gravity_m_s2)
+        # Else a joint that has overshot its limit in one step is stopped there, and never brought back.
+        client.setPhysicsEngineParameter(useSplitImpulse=0)
         with captured_console() as console:
             try:
                 body = client.loadURDF(str(urdf), useFixedBase=fixed_base, flags=FLAGS)
@@ -99,37 +104,3 @@ def prepared(
         # A velocity motor at rest with a bounded force is Coulomb friction; force 0 switches the hidden motor off.
         client.setJointMotorControl2(body, index, pybullet.VELOCITY_CONTROL, targetVelocity=0.0, force=terms.friction)
     return PyBulletObject(client, body, link_names, joint_index, {k: dynamics[k] for k in joint_index}, console)
-
-
-def stepper(item: PyBulletObject) -> "Stepper":
-    """What advances the object by one step at a time."""
-    springs = [(item.joint_index[name], terms) for name, terms in item.dynamics.items() if terms.stiffness > 0.0]
-    return Stepper(
-        item,
-        [index for index, _ in springs],
-        np.array([terms.stiffness for _, terms in springs]),
-        np.array([terms.spring_reference for _, terms in springs]),
-    )
-
-
-@dataclass(frozen=True)
-class Stepper:
-    """Steps a client, with the spring torques -k (q - q_ref) that PyBullet leaves out."""
-
-    item: PyBulletObject
-    indices: list[int]
-    stiffness: Array
-    reference: Array
-
-    def step(self) -> None:
-        """Advance by one time step."""
-        if self.indices:
-            states = self.item.client.getJointStates(self.item.body, self.indices)
-            positions = np.array([state[0] for state in states])
-            self.item.client.setJointMotorControlArray(
-                self.item.body,
-                self.indices,
-                pybullet.TORQUE_CONTROL,
-                forces=list(self.stiffness * (self.reference - positions)),
-            )
-        self.item.client.stepSimulation()

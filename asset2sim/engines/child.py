@@ -1,0 +1,143 @@
+"""One engine in a forked child of this process: a crash or a hang of the engine costs its own report, and no more.
+
+The process of an asset is itself a child that can be killed, has one thread and its engines loaded already, so that a
+plain fork is safe, costs a few milliseconds, and takes any function and arguments as they are.
+"""
+
+import ctypes
+import os
+import pickle
+import select
+import signal
+import sys
+import time
+import traceback
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Generic, NoReturn, TypeVar
+
+from schemas.errors import Asset2SimError
+from schemas.vocabulary import Engine
+
+CHUNK = 1 << 20
+"""Bytes that are read from the child at once."""
+DUMP_WAIT_S = 0.1
+"""Time that a child which hangs gets to write down where, before it is killed, s."""
+PR_SET_PDEATHSIG = 1
+"""Linux: the signal that a process is sent when its parent ends."""
+
+T = TypeVar("T")
+
+
+@dataclass(frozen=True)
+class Ended(Generic[T]):
+    """How a child ended: with a value, or with a ``problem``, one sentence that names the engine."""
+
+    value: T | None
+    problem: str | None = None
+    timed_out: bool = False
+
+
+def in_child(engine: Engine, function: Callable[..., T], *args: object, time_limit_s: float) -> Ended[T]:
+    """Call ``function(*args)`` in a forked child, killed after ``time_limit_s`` of wall time; its result is pickled.
+
+    Never raises for what the child does, and leaves nothing behind: the child stays in this process's group, ends with
+    this process, and is gone when this returns. A traceback goes to standard error, which is an asset's log.
+    """
+    sys.stdout.flush()
+    sys.stderr.flush()
+    reader, writer = os.pipe()
+    parent = os.getpid()
+    pid = os.fork()
+    if pid == 0:
+        os.close(reader)
+        _work(writer, parent, function, args)
+    os.close(writer)
+    deadline = time.monotonic() + time_limit_s
+    status: int | None = None
+    try:
+        said = _read(reader, deadline)
+        if said is None:
+            _dump_traceback(pid)
+            return Ended(None, f"{engine} was not done after {time_limit_s:g} s, and was killed", timed_out=True)
+        # What has said its last word may still hang while it ends; that costs nothing.
+        if not said:
+            _, status = os.waitpid(pid, 0)
+            return Ended(None, f"{engine} {_cause_of_death(status)}")
+        return _understood(engine, said)
+    finally:
+        os.close(reader)
+        if status is None:
+            os.kill(pid, signal.SIGKILL)
+            os.waitpid(pid, 0)
+
+
+def _work(writer: int, parent: int, function: Callable[..., T], args: tuple[object, ...]) -> NoReturn:
+    """The child: call the function, say how it went, and end without running what the parent would at its exit."""
+    code = 1
+    try:
+        _die_with(parent)
+        said = _attempt(function, args)
+        with os.fdopen(writer, "wb") as stream:
+            stream.write(said)
+        sys.stdout.flush()
+        sys.stderr.flush()
+        code = 0
+    finally:
+        os._exit(code)
+
+
+def _die_with(parent: int) -> None:
+    """Have the kernel kill this process when its parent goes. Linux only; elsewhere the process group does it."""
+    if sys.platform == "linux":
+        ctypes.CDLL(None).prctl(PR_SET_PDEATHSIG, signal.SIGKILL)
+        if os.getppid() != parent:
+            os._exit(1)
+
+
+def _attempt(function: Callable[..., T], args: tuple[object, ...]) -> bytes:
+    """The pickled (value, problem) of a call."""
+    try:
+        return pickle.dumps((function(*args), None))
+    except Asset2SimError as error:
+        return pickle.dumps((None, f"says: {error}"))
+    except MemoryError:
+        return pickle.dumps((None, "needed more memory than an asset may use"))
+    except Exception as error:  # whatever is raised in here costs this engine's report alone
+        traceback.print_exc()
+        return pickle.dumps((None, f"failed: {type(error).__name__}: {error}"))
+
+
+def _understood(engine: Engine, said: bytes) -> Ended[T]:
+    """The child's last word; cut short where it died over it."""
+    try:
+        value, problem = pickle.loads(said)
+    except (pickle.UnpicklingError, EOFError, AttributeError, ValueError) as error:
+        return Ended(None, f"{engine} died while it answered ({error})")
+    return Ended(value, None if problem is None else f"{engine} {problem}")
+
+
+def _read(reader: int, deadline: float) -> bytes | None:
+    """All that the child writes until it closes its end; None where the deadline passes first."""
+    chunks: list[bytes] = []
+    while True:
+        left = deadline - time.monotonic()
+        if left <= 0.0 or not select.select([reader], [], [], left)[0]:
+            return None
+        chunk = os.read(reader, CHUNK)
+        if not chunk:
+            return b"".join(chunks)
+        chunks.append(chunk)
+
+
+def _dump_traceback(pid: int) -> None:
+    """Have the child write down where it hangs, if this process has set that up."""
+    os.kill(pid, signal.SIGUSR1)
+    time.sleep(DUMP_WAIT_S)
+
+
+def _cause_of_death(status: int) -> str:
+    code = os.waitstatus_to_exitcode(status)
+    if code >= 0:
+        return f"ended its process with exit code {code} and without a result"
+    return f"crashed: its process was killed by {signal.Signals(-code).name}"

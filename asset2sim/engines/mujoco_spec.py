@@ -1,0 +1,188 @@
+"""A refined URDF as a MuJoCo specification that keeps its joint dynamics, and the options under which objects rest."""
+
+from pathlib import Path
+
+import mujoco
+from lxml import etree
+
+from asset2sim.engines.mujoco_filter import exclude_related
+from asset2sim.engines.mujoco_log import collected_warnings
+from asset2sim.urdf.dynamics import Dynamics, read_dynamics
+from asset2sim.urdf.locate import find_mesh
+from schemas.errors import AssetError
+from schemas.vocabulary import FailureMode
+
+MESH_FORMATS = (".obj", ".stl", ".msh")
+"""Mesh formats that MuJoCo reads; a visual of another format is left out."""
+IMPEDANCE = 0.9999
+"""MuJoCo's constraints are springs and dampers that give way to the share 1 - d of what they bear; 0.9999 is the
+stiffest that it allows. At its usual 0.9 to 0.95 a lid that dry friction holds creeps by 0.01 rad/s."""
+CONTACT_IMPEDANCE = 0.99
+"""The same for contacts and limits. At MuJoCo's own 0.95 light objects sink in by a millimetre and rock on it."""
+SOFT_WIDTH_M = 1e-3
+"""Depth, m, over which a contact reaches its full impedance; MuJoCo's own."""
+REFERENCE_STEPS = 3.0
+"""Time constant of constraints in time steps: 12.5 ms at 240 Hz, where MuJoCo's own is 20 ms. At 2, the shortest that
+it allows, objects that stand on three points chatter and wander by millimetres; longer, and what falls sinks in."""
+FRICTION_RATIO = 100.0
+"""How much stiffer friction is than contact (impratio): at 1 a block creeps down a slope by 2 mm/s."""
+TORSION_M = 5e-3
+ROLLING_M = 1e-4
+"""MuJoCo's own coefficients of spinning and rolling friction, m; contacts of dimension 3 use neither."""
+SOLVER_ITERATIONS = 100
+SOLVER_TOLERANCE = 1e-10
+"""Where Newton's method stops; at MuJoCo's 1e-8 light parts on heavy ones keep a residual motion."""
+LOCKED_RANGE = 1e-6
+"""Range, rad or m, of a joint whose lower and upper limit are the same: MuJoCo would read them as no limit."""
+
+
+def object_spec(
+    urdf: Path,
+    *,
+    free: bool,
+    contact_friction: float,
+    visuals: bool = False,
+) -> mujoco.MjSpec:
+    """The object as MuJoCo's own URDF reader reads it, with what that reader drops put in: not yet compiled.
+
+    Links, joints and geoms keep their URDF's names and frames, fixed joints stay, no mass is invented. Joints have
+    damping, frictionloss, stiffness and springref as the URDF states them; every geom the sliding coefficient
+    ``contact_friction`` (MuJoCo takes the larger of two). ``free`` puts a free joint on the root, which is held
+    otherwise; links next to each other in the tree do not collide either way. Mesh bytes are in ``assets`` under their
+    paths relative to the URDF's folder. Visuals are in group 1 and collide with nothing; without ``visuals`` there are
+    none. Raises AssetError (engine_crash) where MuJoCo cannot read it.
+    """
+    root = prepared(urdf, visuals)
+    try:
+        with collected_warnings():
+            spec = mujoco.MjSpec.from_string(etree.tostring(root).decode(), assets=mesh_bytes(root, urdf.parent))
+    except (ValueError, OSError) as error:
+        raise refused(urdf, error) from error
+    spec.compiler.inertiafromgeom = mujoco.mjtInertiaFromGeom.mjINERTIAFROMGEOM_FALSE
+    spec.compiler.usethread = False
+    for joint in spec.joints:
+        joint.actfrclimited = mujoco.mjtLimited.mjLIMITED_FALSE
+    give_dynamics(spec, read_dynamics(urdf))
+    lock_joints(spec, root)
+    for geom in spec.geoms:
+        geom.friction = [contact_friction, TORSION_M, ROLLING_M]
+    # A visual needs no volume; a collision mesh without one is refused, as it is when a user loads the URDF.
+    shown = {geom.meshname for geom in spec.geoms if geom.contype == 0 and geom.conaffinity == 0}
+    solid = {geom.meshname for geom in spec.geoms if geom.contype != 0 or geom.conaffinity != 0}
+    for mesh in spec.meshes:
+        if mesh.name in shown - solid:
+            mesh.inertia = mujoco.mjtMeshInertia.mjMESH_INERTIA_SHELL
+    if free:
+        spec.worldbody.first_body().add_freejoint(name="root")
+    else:
+        exclude_related(spec)
+    return spec
+
+
+def prepared(urdf: Path, visuals: bool) -> "etree._Element":
+    """The URDF's tree with MuJoCo's compiler set as ``object_spec`` wants, meshes by plain paths, visuals left out."""
+    try:
+        root = etree.parse(str(urdf)).getroot()
+    except (etree.XMLSyntaxError, OSError) as error:
+        raise refused(urdf, error) from error
+    for link in root.findall("link"):
+        for visual in link.findall("visual"):
+            mesh = visual.find("geometry/mesh")
+            readable = mesh is None or Path(str(mesh.get("filename"))).suffix.lower() in MESH_FORMATS
+            if not (visuals and readable):
+                link.remove(visual)
+            # MuJoCo wants names of visuals to be unique, datasets repeat them, and nothing refers to them.
+            visual.attrib.pop("name", "")
+        for collision in link.findall("collision"):
+            collision.attrib.pop("name", "")
+    for existing in root.findall("mujoco"):
+        root.remove(existing)
+    compiler = etree.SubElement(etree.SubElement(root, "mujoco"), "compiler")
+    settings = {"strippath": "false", "fusestatic": "false", "discardvisual": "false", "balanceinertia": "false"}
+    for key, value in settings.items():
+        compiler.set(key, value)
+    return root
+
+
+def mesh_bytes(root: "etree._Element", folder: Path) -> dict[str, bytes]:
+    """Mesh reference → file content, for every mesh that the tree names and that is there.
+
+    Contents instead of paths: MuJoCo caches meshes by path, and a file that was rewritten might be read from there.
+    """
+    contents: dict[str, bytes] = {}
+    for mesh in root.iter("mesh"):
+        reference = str(mesh.get("filename"))
+        file = find_mesh(reference, folder)
+        if file is None:
+            continue
+        key = reference
+        if "://" in reference or Path(reference).is_absolute():
+            key = file.resolve().relative_to(folder.resolve()).as_posix() if is_inside(file, folder) else file.name
+            mesh.set("filename", key)
+        contents.setdefault(key, file.read_bytes())
+    return contents
+
+
+def is_inside(file: Path, folder: Path) -> bool:
+    """Whether a file lies under a folder."""
+    return file.resolve().is_relative_to(folder.resolve())
+
+
+def give_dynamics(spec: mujoco.MjSpec, terms: dict[str, Dynamics]) -> None:
+    """Put the joints' damping, friction, stiffness and spring reference in, and make friction and limits stiff."""
+    for joint in spec.joints:
+        term = terms[joint.name]
+        joint.damping = [term.damping, 0.0, 0.0]
+        joint.frictionloss = term.friction
+        joint.stiffness = [term.stiffness, 0.0, 0.0]
+        joint.springref = term.spring_reference
+        joint.solimp_friction = [IMPEDANCE, IMPEDANCE, 1.0, 0.5, 2.0]
+        joint.solimp_limit = [CONTACT_IMPEDANCE, CONTACT_IMPEDANCE, 1.0, 0.5, 2.0]
+
+
+def lock_joints(spec: mujoco.MjSpec, root: "etree._Element") -> None:
+    """Give joints whose limits leave no range a tiny one."""
+    for element in root.findall("joint"):
+        limit = element.find("limit")
+        if limit is None or element.get("type") not in ("revolute", "prismatic"):
+            continue
+        lower, upper = float(limit.get("lower", 0.0)), float(limit.get("upper", 0.0))
+        if lower == upper:
+            joint = spec.joint(str(element.get("name")))
+            joint.range = [lower, lower + LOCKED_RANGE]
+            joint.limited = mujoco.mjtLimited.mjLIMITED_TRUE
+
+
+def give_options(spec: mujoco.MjSpec, timestep_s: float, gravity_m_s2: float) -> None:
+    """Set the options under which objects rest without creeping, are stable at 1/60 s, and explode where they must.
+
+    The integrator ``implicitfast`` takes joint damping implicitly, so that no damping is too large for a step. Newton's
+    solver with elliptic cones converges to the exact solution of a step; ``FRICTION_RATIO`` keeps friction from
+    creeping. Constraints have time constants of ``REFERENCE_STEPS`` steps, and are scaled by what they really move
+    (diagexact): MuJoCo's estimate is off by a few times at the corner of a long body, which then chatters. The reset of
+    a state that is no longer a number is off: it would hide an explosion.
+    """
+    option = spec.option
+    option.timestep = timestep_s
+    option.gravity = [0.0, 0.0, -gravity_m_s2]
+    option.integrator = mujoco.mjtIntegrator.mjINT_IMPLICITFAST
+    option.solver = mujoco.mjtSolver.mjSOL_NEWTON
+    option.cone = mujoco.mjtCone.mjCONE_ELLIPTIC
+    option.impratio = FRICTION_RATIO
+    option.iterations = SOLVER_ITERATIONS
+    option.tolerance = SOLVER_TOLERANCE
+    option.disableflags |= int(mujoco.mjtDisableBit.mjDSBL_AUTORESET)
+    option.enableflags |= int(mujoco.mjtEnableBit.mjENBL_DIAGEXACT)
+    reference = [REFERENCE_STEPS * timestep_s, 1.0]
+    for joint in spec.joints:
+        joint.solref_friction = reference
+        joint.solref_limit = reference
+    for geom in spec.geoms:
+        geom.solref = reference
+        geom.solimp = [CONTACT_IMPEDANCE - 0.04, CONTACT_IMPEDANCE, SOFT_WIDTH_M, 0.5, 2.0]
+
+
+def refused(urdf: Path, error: Exception) -> AssetError:
+    """An engine_crash error that says what MuJoCo said."""
+    said = " ".join(str(error).split())[:400]
+    return AssetError(FailureMode.ENGINE_CRASH, "engine_refused", f"MuJoCo refuses {urdf.name} and says: {said}")

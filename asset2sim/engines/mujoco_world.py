@@ -1,0 +1,181 @@
+"""The ``World`` interface over one object in MuJoCo."""
+
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
+from pathlib import Path
+
+import mujoco
+import numpy as np
+from scipy.spatial.transform import Rotation
+
+from asset2sim.arrays import Array
+from asset2sim.engines import lowest
+from asset2sim.engines.mujoco_log import collected_warnings
+from asset2sim.engines.mujoco_spec import give_options, object_spec, refused
+from asset2sim.engines.world import GRAVITY_M_S2
+from asset2sim.metrics.penetration import ContactPoint
+from schemas.errors import AssetError
+from schemas.vocabulary import Engine, FailureMode
+
+GROUND = "ground"
+GROUND_GRID_M = 1.0
+"""Spacing of the plane's picture grid, m, which MuJoCo asks for; the plane itself is infinite."""
+
+
+@contextmanager
+def open_mujoco(
+    urdf: Path,
+    *,
+    plane: bool,
+    timestep_s: float,
+    contact_friction: float,
+    gravity_m_s2: float = GRAVITY_M_S2,
+) -> Iterator["MuJoCoWorld"]:
+    """A world in MuJoCo (see ``Opener``), the object placed with its joints at zero."""
+    with collected_warnings() as said:
+        spec = object_spec(urdf, free=plane, contact_friction=contact_friction)
+        if plane:
+            spec.worldbody.add_geom(
+                name=GROUND,
+                type=mujoco.mjtGeom.mjGEOM_PLANE,
+                size=[0.0, 0.0, GROUND_GRID_M],
+                friction=[contact_friction, 0.0, 0.0],
+            )
+        give_options(spec, timestep_s, gravity_m_s2)
+        try:
+            model = spec.compile()
+        except (ValueError, OSError) as error:
+            raise refused(urdf, error) from error
+        world = MuJoCoWorld(model, plane, tuple(said))
+        world.place({})
+        yield world
+
+
+class MuJoCoWorld:
+    """One object in one MuJoCo model. Poses and speeds are derived anew where they are asked for after a step."""
+
+    engine = Engine.MUJOCO
+
+    def __init__(self, model: mujoco.MjModel, plane: bool, console: tuple[str, ...]) -> None:
+        self.model, self.data = model, mujoco.MjData(model)
+        self.plane = plane
+        self.console = console
+        self.timestep_s = float(model.opt.timestep)
+        self.link_names = tuple(model.body(index).name for index in range(1, model.nbody))
+        self.joints = [i for i in range(model.njnt) if model.jnt_type[i] != mujoco.mjtJoint.mjJNT_FREE]
+        self.joint_names = tuple(model.joint(index).name for index in self.joints)
+        self.qpos = model.jnt_qposadr[self.joints]
+        self.qvel = model.jnt_dofadr[self.joints]
+        self.index = {name: i for i, name in enumerate(self.joint_names)}
+        self.cloud = shapes_of(model)
+
+    def place(
+        self,
+        positions: Mapping[str, float],
+        *,
+        height_m: float = 0.0,
+        shift_m: tuple[float, float] = (0.0, 0.0),
+        tilt_rad: tuple[float, float, float] = (0.0, 0.0, 0.0),
+    ) -> None:
+        """See ``World``. Raises AssetError (engine_crash) where nothing could stand on the plane."""
+        mujoco.mj_resetData(self.model, self.data)
+        self.data.qpos[self.qpos] = [positions.get(name, 0.0) for name in self.joint_names]
+        if not self.plane:
+            return
+        x, y, z, w = Rotation.from_rotvec(tilt_rad).as_quat()
+        self.data.qpos[:7] = (*shift_m, 0.0, w, x, y, z)
+        height = self.lowest_m()
+        if not np.isfinite(height):
+            raise AssetError(FailureMode.ENGINE_CRASH, "nothing_collides", "no link has a collision shape; add one")
+        self.data.qpos[2] = height_m - height
+
+    def step(self, count: int = 1) -> None:
+        """See ``World``."""
+        mujoco.mj_step(self.model, self.data, nstep=count)
+
+    def root_pose(self) -> tuple[Array, Array]:
+        """See ``World``: the root link's frame."""
+        if not self.plane:
+            mujoco.mj_kinematics(self.model, self.data)
+        position = self.data.qpos[:3] if self.plane else self.data.xpos[1]
+        w, x, y, z = self.data.qpos[3:7] if self.plane else self.data.xquat[1]
+        return np.array(position), np.array([x, y, z, w])
+
+    def positions(self) -> Array:
+        """See ``World``."""
+        values: Array = self.data.qpos[self.qpos]
+        return values
+
+    def velocities(self) -> Array:
+        """See ``World``."""
+        values: Array = self.data.qvel[self.qvel]
+        return values
+
+    def kick(self, velocities: Mapping[str, float]) -> None:
+        """See ``World``."""
+        for name, velocity in velocities.items():
+            self.data.qvel[self.qvel[self.index[name]]] = velocity
+
+    def push(self, efforts: Mapping[str, float]) -> None:
+        """See ``World``."""
+        self.data.qfrc_applied[self.qvel] = [efforts.get(name, 0.0) for name in self.joint_names]
+
+    def link_speeds(self) -> Array:
+        """See ``World``."""
+        model, data = self.model, self.data
+        mujoco.mj_kinematics(model, data)
+        mujoco.mj_comPos(model, data)
+        mujoco.mj_comVel(model, data)
+        # A body's velocity is given as at the centre of mass of its tree.
+        arms = data.xipos[1:] - data.subtree_com[model.body_rootid[1:]]
+        speeds: Array = np.linalg.norm(data.cvel[1:, 3:] + np.cross(data.cvel[1:, :3], arms), axis=1)
+        return speeds
+
+    def lowest_m(self) -> float:
+        """See ``World``; infinite where the object has no collision shape."""
+        mujoco.mj_kinematics(self.model, self.data)
+        return self.cloud.lowest_m(self.data.xmat.reshape(-1, 3, 3), self.data.xpos)
+
+    def contacts(self) -> list[ContactPoint]:
+        """See ``World``: no contacts of a link with its parent."""
+        mujoco.mj_kinematics(self.model, self.data)
+        mujoco.mj_comPos(self.model, self.data)
+        mujoco.mj_collision(self.model, self.data)
+        contact = self.data.contact
+        bodies = self.model.geom_bodyid[contact.geom]
+        return [
+            ContactPoint(self.link_names[a - 1], self.link_names[b - 1], float(distance))
+            for (a, b), distance in zip(bodies.tolist(), contact.dist.tolist(), strict=True)
+            if a and b
+        ]
+
+
+def shapes_of(model: mujoco.MjModel) -> lowest.Cloud:
+    """The collision shapes of all links, by body."""
+    shapes: list[tuple[int, lowest.Balls, Array]] = []
+    for index in range(model.ngeom):
+        body = int(model.geom_bodyid[index])
+        if body == 0:
+            continue
+        pose = np.eye(4)
+        matrix = np.zeros(9)
+        mujoco.mju_quat2Mat(matrix, model.geom_quat[index])
+        pose[:3, :3], pose[:3, 3] = matrix.reshape(3, 3), model.geom_pos[index]
+        shapes.append((body, shape_of(model, index), pose))
+    return lowest.cloud(shapes)
+
+
+def shape_of(model: mujoco.MjModel, index: int) -> lowest.Balls:
+    """One geom's shape in its own frame."""
+    size, kind = model.geom_size[index], model.geom_type[index]
+    if kind == mujoco.mjtGeom.mjGEOM_MESH:
+        mesh = model.geom_dataid[index]
+        start, count = model.mesh_vertadr[mesh], model.mesh_vertnum[mesh]
+        return lowest.corners(model.mesh_vert[start : start + count])
+    if kind == mujoco.mjtGeom.mjGEOM_BOX:
+        return lowest.box(size)
+    if kind == mujoco.mjtGeom.mjGEOM_SPHERE:
+        return lowest.sphere(float(size[0]))
+    if kind == mujoco.mjtGeom.mjGEOM_CAPSULE:
+        return lowest.capsule(float(size[0]), float(size[1]), 2)
+    return lowest.cylinder(float(size[0]), float(size[1]), 2)

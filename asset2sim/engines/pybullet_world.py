@@ -1,0 +1,169 @@
+"""The ``World`` interface over one object in PyBullet."""
+
+import math
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
+from pathlib import Path
+
+import numpy as np
+import pybullet
+from scipy.spatial.transform import Rotation
+
+from asset2sim.arrays import Array
+from asset2sim.engines.foresight import foreseen_m
+from asset2sim.engines.pybullet_object import PyBulletObject, loaded
+from asset2sim.engines.world import GRAVITY_M_S2
+from asset2sim.metrics.penetration import ContactPoint
+from schemas.errors import AssetError
+from schemas.vocabulary import Engine, FailureMode
+
+FAR_ABOVE_M = 20.0
+"""A height, m, at which no part of a household object reaches the plane."""
+
+
+@contextmanager
+def open_pybullet(
+    urdf: Path,
+    *,
+    plane: bool,
+    timestep_s: float,
+    contact_friction: float,
+    gravity_m_s2: float = GRAVITY_M_S2,
+) -> Iterator["PyBulletWorld"]:
+    """A world in PyBullet (see ``Opener``), the object placed with its joints at zero."""
+    with loaded(urdf, fixed_base=not plane, timestep_s=timestep_s, gravity_m_s2=gravity_m_s2) as item:
+        world = PyBulletWorld(item, timestep_s, plane)
+        world.give_contacts(contact_friction)
+        world.place({})
+        yield world
+
+
+class PyBulletWorld:
+    """One object in one PyBullet client. Spring torques and pushes are given anew at each step, as PyBullet wants."""
+
+    engine = Engine.PYBULLET
+
+    def __init__(self, item: PyBulletObject, timestep_s: float, plane: bool) -> None:
+        self.item = item
+        self.timestep_s = timestep_s
+        self.console = item.console
+        self.links = sorted(item.link_names)
+        self.link_names = tuple(item.link_names[index] for index in self.links)
+        self.joint_names = tuple(item.joint_index)
+        self.joints = list(item.joint_index.values())
+        terms = [item.dynamics[name] for name in self.joint_names]
+        self.stiffness = np.array([term.stiffness for term in terms])
+        self.reference = np.array([term.spring_reference for term in terms])
+        self.efforts = np.zeros(len(self.joints))
+        self.driven = np.flatnonzero(self.stiffness)
+        self.driven_joints = [self.joints[i] for i in self.driven]
+        _, self.upright = item.client.getBasePositionAndOrientation(item.body)
+        self.authored, _ = item.client.getBasePositionAndOrientation(item.body)
+        self.plane = (
+            item.client.createMultiBody(0.0, item.client.createCollisionShape(pybullet.GEOM_PLANE)) if plane else None
+        )
+
+    def give_contacts(self, contact_friction: float) -> None:
+        """Set the Coulomb coefficient (Bullet multiplies those of a contact) and how far contacts are foreseen."""
+        # The root on every shape makes it the same between two links as between a link and the plane.
+        each = math.sqrt(contact_friction)
+        if self.plane is not None:
+            self.item.client.changeDynamics(self.plane, -1, lateralFriction=each)
+        for link in self.links:
+            self.item.client.changeDynamics(
+                self.item.body,
+                link,
+                lateralFriction=each,
+                contactProcessingThreshold=foreseen_m(self.timestep_s),
+            )
+
+    def place(
+        self,
+        positions: Mapping[str, float],
+        *,
+        height_m: float = 0.0,
+        shift_m: tuple[float, float] = (0.0, 0.0),
+        tilt_rad: tuple[float, float, float] = (0.0, 0.0, 0.0),
+    ) -> None:
+        """See ``World``. Raises AssetError (engine_crash) where nothing could stand on the plane."""
+        client, body = self.item.client, self.item.body
+        self.push({})
+        self.item.place(positions)
+        if self.plane is None:
+            return
+        turned = Rotation.from_rotvec(tilt_rad) * Rotation.from_quat(self.upright)
+        orientation = turned.as_quat().tolist()
+        x, y = self.authored[0] + shift_m[0], self.authored[1] + shift_m[1]
+        # Far above the plane first: a link's box is loose, its closest point to the plane is exact.
+        client.resetBasePositionAndOrientation(body, (x, y, FAR_ABOVE_M), orientation)
+        self.item.place(positions)
+        lowest = self.lowest_m()
+        client.resetBasePositionAndOrientation(body, (x, y, FAR_ABOVE_M - lowest + height_m), orientation)
+        self.item.place(positions)
+
+    def step(self, count: int = 1) -> None:
+        """See ``World``."""
+        client, body = self.item.client, self.item.body
+        for _ in range(count):
+            if self.driven_joints:
+                states = client.getJointStates(body, self.driven_joints)
+                positions = np.array([state[0] for state in states])
+                i = self.driven
+                forces = self.stiffness[i] * (self.reference[i] - positions) + self.efforts[i]
+                client.setJointMotorControlArray(
+                    body, self.driven_joints, pybullet.TORQUE_CONTROL, forces=forces.tolist()
+                )
+            client.stepSimulation()
+
+    def root_pose(self) -> tuple[Array, Array]:
+        """See ``World``: the root's inertial frame."""
+        position, orientation = self.item.client.getBasePositionAndOrientation(self.item.body)
+        return np.array(position), np.array(orientation)
+
+    def positions(self) -> Array:
+        """See ``World``."""
+        return self.item.positions()
+
+    def velocities(self) -> Array:
+        """See ``World``."""
+        return self.item.velocities()
+
+    def kick(self, velocities: Mapping[str, float]) -> None:
+        """See ``World``."""
+        present = dict(zip(self.joint_names, self.positions(), strict=True))
+        for name, velocity in velocities.items():
+            self.item.client.resetJointState(self.item.body, self.item.joint_index[name], present[name], velocity)
+
+    def push(self, efforts: Mapping[str, float]) -> None:
+        """See ``World``."""
+        self.efforts = np.array([efforts.get(name, 0.0) for name in self.joint_names])
+        self.driven = np.flatnonzero((self.stiffness > 0.0) | (self.efforts != 0.0))
+        self.driven_joints = [self.joints[i] for i in self.driven]
+
+    def link_speeds(self) -> Array:
+        """See ``World``."""
+        client, body = self.item.client, self.item.body
+        speeds = [client.getBaseVelocity(body)[0]]
+        if len(self.links) > 1:
+            speeds += [state[6] for state in client.getLinkStates(body, self.links[1:], computeLinkVelocity=1)]
+        lengths: Array = np.linalg.norm(np.array(speeds), axis=1)
+        return lengths
+
+    def lowest_m(self) -> float:
+        """See ``World``. Raises AssetError (engine_crash) where the object has no collision shape or no plane."""
+        gaps = [
+            float(point[8])
+            for point in self.item.client.getClosestPoints(self.plane, self.item.body, 2.0 * FAR_ABOVE_M)
+        ]
+        if not gaps:
+            raise AssetError(FailureMode.ENGINE_CRASH, "nothing_collides", "no link has a collision shape; add one")
+        return min(gaps)
+
+    def contacts(self) -> list[ContactPoint]:
+        """See ``World``: no contacts of a link with its parent."""
+        self.item.client.performCollisionDetection()
+        names = self.item.link_names
+        return [
+            ContactPoint(names[point[3]], names[point[4]], float(point[8]))
+            for point in self.item.client.getContactPoints(self.item.body, self.item.body)
+        ]

@@ -1,0 +1,162 @@
+"""The ``World`` interface over one object in SAPIEN: PhysX on the CPU, no graphics."""
+
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
+from importlib import import_module
+from pathlib import Path
+
+import numpy as np
+from scipy.spatial.transform import Rotation
+
+from asset2sim.arrays import Array
+from asset2sim.engines.sapien_object import SapienObject, loaded
+from asset2sim.engines.world import GRAVITY_M_S2
+from asset2sim.metrics.penetration import ContactPoint
+from schemas.errors import AssetError
+from schemas.vocabulary import Engine, FailureMode
+
+LOOK_S = 1e-7
+"""The step in which contacts are looked for, s: PhysX finds them only while stepping, at the poses before the step."""
+
+
+@contextmanager
+def open_sapien(
+    urdf: Path,
+    *,
+    plane: bool,
+    timestep_s: float,
+    contact_friction: float,
+    gravity_m_s2: float = GRAVITY_M_S2,
+) -> Iterator["SapienWorld"]:
+    """A world in SAPIEN (see ``Opener``), the object placed with its joints at zero."""
+    with loaded(
+        urdf, plane=plane, timestep_s=timestep_s, contact_friction=contact_friction, gravity_m_s2=gravity_m_s2
+    ) as item:
+        world = SapienWorld(item, timestep_s, plane)
+        world.place({})
+        yield world
+
+
+class SapienWorld:
+    """One object in one PhysX scene."""
+
+    engine = Engine.SAPIEN
+
+    def __init__(self, item: SapienObject, timestep_s: float, plane: bool) -> None:
+        self.item = item
+        self.timestep_s = timestep_s
+        self.plane = plane
+        self.console = item.console
+        self.link_names = tuple(link.name for link in item.links)
+        self.joint_names = tuple(joint.name for joint in item.articulation.active_joints)
+        self.index = {name: i for i, name in enumerate(self.joint_names)}
+        terms = [item.dynamics[name] for name in self.joint_names]
+        self.stiffness = np.array([term.stiffness for term in terms])
+        self.reference = np.array([term.spring_reference for term in terms])
+        self.efforts = np.zeros(len(self.joint_names))
+        self.sprung = bool(self.stiffness.any())
+        self.at_rest = np.zeros(len(self.joint_names), dtype=np.float32)
+        self.pose = import_module("sapien").Pose
+
+    def place(
+        self,
+        positions: Mapping[str, float],
+        *,
+        height_m: float = 0.0,
+        shift_m: tuple[float, float] = (0.0, 0.0),
+        tilt_rad: tuple[float, float, float] = (0.0, 0.0, 0.0),
+    ) -> None:
+        """See ``World``. Raises AssetError (engine_crash) where nothing could stand on the plane."""
+        body = self.item.articulation
+        x, y, z, w = Rotation.from_rotvec(tilt_rad).as_quat()
+        self.stand((shift_m[0], shift_m[1], 0.0), (w, x, y, z))
+        self.push({})
+        if self.joint_names:
+            body.set_qpos(np.array([positions.get(name, 0.0) for name in self.joint_names], dtype=np.float32))
+            body.set_qvel(self.at_rest)
+        if not self.plane:
+            return
+        height = self.lowest_m()
+        if not np.isfinite(height):
+            raise AssetError(FailureMode.ENGINE_CRASH, "nothing_collides", "no link has a collision shape; add one")
+        self.stand((shift_m[0], shift_m[1], height_m - height), (w, x, y, z))
+
+    def stand(self, position: tuple[float, float, float], orientation: tuple[float, float, float, float]) -> None:
+        """Set a free root's pose (orientation wxyz) at rest."""
+        if self.plane:
+            body = self.item.articulation
+            body.set_root_pose(self.pose(position, orientation))
+            body.set_root_linear_velocity(np.zeros(3))
+            body.set_root_angular_velocity(np.zeros(3))
+
+    def step(self, count: int = 1) -> None:
+        """See ``World``."""
+        body, system = self.item.articulation, self.item.system
+        for _ in range(count):
+            if self.sprung:
+                # An effort and not PhysX' implicit spring, whose swing decays by itself.
+                springs = self.stiffness * (self.reference - body.get_qpos())
+                body.set_qf((springs + self.efforts).astype(np.float32))
+            system.step()
+
+    def root_pose(self) -> tuple[Array, Array]:
+        """See ``World``: the root link's frame."""
+        pose = self.item.articulation.get_root_pose()
+        w, x, y, z = pose.q
+        return np.array(pose.p, dtype=float), np.array([x, y, z, w], dtype=float)
+
+    def positions(self) -> Array:
+        """See ``World``."""
+        return np.array(self.item.articulation.get_qpos(), dtype=float)
+
+    def velocities(self) -> Array:
+        """See ``World``."""
+        return np.array(self.item.articulation.get_qvel(), dtype=float)
+
+    def kick(self, velocities: Mapping[str, float]) -> None:
+        """See ``World``."""
+        present = self.velocities()
+        for name, velocity in velocities.items():
+            present[self.index[name]] = velocity
+        self.item.articulation.set_qvel(present.astype(np.float32))
+
+    def push(self, efforts: Mapping[str, float]) -> None:
+        """See ``World``."""
+        if self.joint_names:
+            self.efforts = np.array([efforts.get(name, 0.0) for name in self.joint_names])
+            self.item.articulation.set_qf(self.efforts.astype(np.float32))
+
+    def link_speeds(self) -> Array:
+        """See ``World``."""
+        speeds: Array = np.linalg.norm([link.linear_velocity for link in self.item.links], axis=1).astype(float)
+        return speeds
+
+    def lowest_m(self) -> float:
+        """See ``World``; infinite where the object has no collision shape."""
+        poses = [link.pose.to_transformation_matrix() for link in self.item.links]
+        frames = np.array(poses, dtype=float)
+        return self.item.cloud.lowest_m(frames[:, :3, :3], frames[:, :3, 3])
+
+    def contacts(self) -> list[ContactPoint]:
+        """See ``World``: no contacts of a link with its parent. The state is as before afterwards."""
+        body, system = self.item.articulation, self.item.system
+        positions, velocities, pose = body.get_qpos(), body.get_qvel(), body.get_root_pose()
+        linear, angular = body.get_root_linear_velocity(), body.get_root_angular_velocity()
+        system.set_timestep(LOOK_S)
+        system.step()
+        system.set_timestep(self.timestep_s)
+        if self.joint_names:
+            body.set_qpos(positions)
+            body.set_qvel(velocities)
+        if self.plane:
+            body.set_root_pose(pose)
+            body.set_root_linear_velocity(linear)
+            body.set_root_angular_velocity(angular)
+        return [
+            ContactPoint(contact.bodies[0].name, contact.bodies[1].name, float(point.separation))
+            for contact in system.get_contacts()
+            if all(other.name for other in contact.bodies)
+            for point in contact.points
+            # PhysX foresees contacts: it lists points that are still apart.
+            if point.separation <= 0.0
+        ]
