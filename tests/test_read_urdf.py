@@ -76,9 +76,15 @@ def test_joints_that_make_no_sense_are_named(tmp_path: Path, urdf: str, code: st
 
 
 def test_a_number_that_is_not_finite_names_its_link(tmp_path: Path) -> None:
-    spoilt = '<inertial><mass value="-inf"/></inertial>'
+    spoilt = '<visual><origin xyz="0 -inf 0"/><geometry><box size="1 1 1"/></geometry></visual>'
     error = refused(tmp_path, robot(link("a", BOX + spoilt), link("b"), hinge()))
     assert error.code == "not_finite" and "'a'" in str(error)
+
+
+def test_an_inertial_that_is_not_finite_is_left_to_extraction(tmp_path: Path) -> None:
+    spoilt = '<inertial><mass value="nan"/></inertial>'
+    folder = written(tmp_path, robot(link("a", BOX + spoilt), link("b"), hinge()))
+    assert [item.name for item in read_urdf(folder / "mobility.urdf").links] == ["a", "b"]
 
 
 def test_a_link_named_nan_is_a_name(tmp_path: Path) -> None:

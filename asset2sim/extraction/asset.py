@@ -9,6 +9,7 @@ from asset2sim.arrays import Array, vector
 from asset2sim.content import hash_files
 from asset2sim.extraction.joints import read_joint, with_ends
 from asset2sim.extraction.links import LinkGeometry, MeshReader, read_link
+from asset2sim.extraction.units import limits_in_radians
 from asset2sim.kinematics import apply, link_to_root, tree_of
 from asset2sim.urdf.locate import find_urdf
 from asset2sim.urdf.mesh_files import companions_of
@@ -64,7 +65,9 @@ def extract(ref: AssetRef) -> Extraction:
     points = {name: item.points for name, item in geometry.items()}
     if not any(len(cloud) for cloud in points.values()):
         raise AssetError(FailureMode.MISSING_MESH, "no_geometry", f"{urdf.name}: no link has any geometry")
-    joints = [read_joint(joint, urdf) for joint in robot.joints]
+    stated = [limits_in_radians(read_joint(joint, urdf)) for joint in robot.joints]
+    joints = [joint for joint, _ in stated]
+    reader.findings.extend(finding for _, finding in stated if finding is not None)
     tree = tree_of(joints)
     root = ({link.name for link in robot.links} - {joint.child for joint in joints}).pop()
     rest = link_to_root(tree, root, {})

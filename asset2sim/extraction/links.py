@@ -4,9 +4,11 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 import numpy as np
+import trimesh
 import yourdfpy
 
 from asset2sim.arrays import Array, six, vector
+from asset2sim.extraction.solids import Placed, unlike_looks
 from asset2sim.geometry.hull import hull_vertices, hull_volume
 from asset2sim.geometry.load import load_mesh, primitive, scale_vector
 from asset2sim.geometry.shape import Shape, combined, shape_of
@@ -15,6 +17,18 @@ from schemas.errors import AssetError
 from schemas.features import LinkFeatures, LinkInertial, MeshFeatures
 from schemas.finding import Finding
 from schemas.vocabulary import FailureMode, Severity, Stage, VolumeSource
+
+HOLE_SHARE = 1e-3
+"""Share of a mesh's area that its holes must have to count: slivers that a file's rounding closed up leave less."""
+
+
+def hole_share(mesh: trimesh.Trimesh) -> float:
+    """How far a surface is from closed: the length of its faces' summed area vectors (zero if closed), over its area.
+
+    Holes that face each other cancel out; a single one does not.
+    """
+    vectors = np.asarray(mesh.face_normals) * np.asarray(mesh.area_faces)[:, None]
+    return float(np.linalg.norm(vectors.sum(axis=0)) / max(float(mesh.area), 1e-300))
 
 
 @dataclass
@@ -25,6 +39,7 @@ class MeshReader:
     findings: list[Finding] = field(default_factory=list)
     files: dict[str, Path | None] = field(default_factory=dict)
     shapes: dict[tuple[str, tuple[float, ...]], Shape | None] = field(default_factory=dict)
+    holed: set[str] = field(default_factory=set)
 
     def note(self, severity: Severity, code: str, message: str, link: str | None = None) -> None:
         """Add a finding."""
@@ -56,6 +71,15 @@ class MeshReader:
                 mesh = load_mesh(path)
                 mesh.apply_scale(scale)
                 self.shapes[key] = shape_of(mesh)
+                if not mesh.is_watertight and hole_share(mesh) > HOLE_SHARE:
+                    self.holed.add(reference)
+                if mesh.is_watertight and mesh.volume < 0.0:
+                    self.note(
+                        Severity.WARNING,
+                        "inside_out",
+                        f"mesh '{reference}' of link '{link}' is inside out; collision shapes are wound outwards",
+                        link,
+                    )
             except ValueError as error:
                 self.note(
                     Severity.WARNING,
@@ -66,19 +90,6 @@ class MeshReader:
                 self.shapes[key] = None
                 self.files[reference] = None
         return reference, self.shapes[key]
-
-
-@dataclass(frozen=True)
-class _Placed:
-    """A shape in its link's frame: (3, 3) rotation and (3,) translation of its mesh."""
-
-    shape: Shape
-    rotation: Array
-    translation: Array
-    mesh: tuple[str, Array] | None
-
-    def points(self, points: Array) -> Array:
-        return points @ self.rotation.T + self.translation
 
 
 @dataclass(frozen=True)
@@ -111,31 +122,48 @@ class LinkGeometry:
 def read_link(link: yourdfpy.Link, label: str, kind: str, reader: MeshReader) -> tuple[LinkFeatures, LinkGeometry]:
     """One link's features and geometry.
 
-    The solids are the collision geometry's where there is any, else the visual's. Raises AssetError (missing_mesh)
-    where
-    the link refers to geometry and none of it can be read.
+    The solids are the collision geometry's where there is any that can stand for the link, else the visual's. Raises
+    AssetError (missing_mesh) where the link refers to geometry and none of it can be read.
     """
     meshes: list[MeshFeatures] = []
-    placed: dict[str, list[_Placed]] = {"visual": [], "collision": []}
-    wanted = 0
+    placed: dict[str, list[Placed]] = {"visual": [], "collision": []}
+    wanted = {"visual": 0, "collision": 0}
     for role, items in (("visual", link.visuals), ("collision", link.collisions)):
         for item in items:
-            wanted += 1
+            wanted[role] += 1
             file, shape = reader.shape(item.geometry, link.name)
             if shape is None:
                 continue
             meshes.append(mesh_features(file, role, shape))
             origin = np.eye(4) if item.origin is None else np.asarray(item.origin, dtype=float)
-            placed[role].append(_Placed(shape, origin[:3, :3], origin[:3, 3], mesh_reference(item.geometry)))
-    if wanted and not meshes:
+            placed[role].append(Placed(shape, origin[:3, :3], origin[:3, 3], mesh_reference(item.geometry)))
+    if any(wanted.values()) and not meshes:
         raise AssetError(
             FailureMode.MISSING_MESH,
             "missing_mesh",
-            f"link '{link.name}': none of its {wanted} meshes can be read; restore its files or remove the link",
+            f"link '{link.name}': none of its {sum(wanted.values())} meshes can be read; restore its files or "
+            "remove the link",
             link=link.name,
         )
-    own = placed["collision"] or placed["visual"]
+    lost = wanted["collision"] - len(placed["collision"])
+    doubt = unlike_looks(placed["collision"], placed["visual"], lost, reader.holed)
+    if doubt is not None:
+        reader.note(
+            Severity.WARNING,
+            "collision_unlike_looks",
+            f"link '{link.name}': {doubt}; collision shapes are made from its looks instead",
+            link.name,
+        )
+    own = placed["visual"] if doubt is not None else placed["collision"] or placed["visual"]
     inertial = read_inertial(link.inertial)
+    if link.inertial is not None and inertial is None:
+        reader.note(
+            Severity.WARNING,
+            "inertial_unusable",
+            f"link '{link.name}': its inertial lacks a mass or an inertia, or holds a number that is not finite; it "
+            "counts as none",
+            link.name,
+        )
     if not own:
         empty = LinkFeatures(
             name=link.name,
@@ -185,7 +213,7 @@ def mesh_reference(geometry: yourdfpy.Geometry) -> tuple[str, Array] | None:
     return None if geometry.mesh is None else (geometry.mesh.filename, scale_vector(geometry.mesh))
 
 
-def mesh_part(item: _Placed, reference: str, scale: Array) -> MeshPart:
+def mesh_part(item: Placed, reference: str, scale: Array) -> MeshPart:
     """One placed mesh with its pieces in the link's frame."""
     return MeshPart(
         reference,
@@ -221,5 +249,7 @@ def read_inertial(inertial: yourdfpy.Inertial | None) -> LinkInertial | None:
     if inertial is None or inertial.mass is None or inertial.inertia is None:
         return None
     origin = np.eye(4) if inertial.origin is None else np.asarray(inertial.origin, dtype=float)
+    if not all(np.isfinite(value).all() for value in (origin, inertial.mass, inertial.inertia)):
+        return None
     turned = origin[:3, :3] @ np.asarray(inertial.inertia, dtype=float) @ origin[:3, :3].T
     return LinkInertial(mass_kg=max(float(inertial.mass), 0.0), com=vector(origin[:3, 3]), inertia=six(turned))

@@ -115,7 +115,7 @@ def check_passages(extraction: Extraction) -> tuple[Extraction, tuple[Finding, .
     changed: dict[str, JointFeatures] = {}
     for joint in features.movable_joints:
         way = passage_of(joint.name, features, tree, shapes)
-        if way is None or blocked(way, start_of(joint), shapes):
+        if way is None or not way.large or blocked(way, start_of(joint), shapes):
             continue
         if joint.lower is None or joint.upper is None:
             if raw[joint.name].type == "revolute":
@@ -174,7 +174,7 @@ def blocked_share(way: Passage, lower: float, upper: float, shapes: Shapes) -> f
 def turned_round(way: Passage, joint: JointFeatures, shapes: Shapes, notes: Notes) -> JointFeatures | None:
     """The joint with its axis the other way round where that is what geometry says, a finding where it is blocked."""
     low, high = sorted((joint.lower or 0.0, joint.upper or 0.0))
-    if not way.large or (joint.prismatic and high - low < LEAST_TRAVEL * way.along):
+    if joint.prismatic and high - low < LEAST_TRAVEL * way.along:
         return None
     share = blocked_share(way, low, high, shapes)
     if share < BLOCKED_SHARE:
