@@ -12,16 +12,19 @@ INSTALLED := $(VENV)/.installed
 OPTIONS = --out "$(OUT)" --model "$(MODEL)" \
 	$(if $(API_BASE),--api-base "$(API_BASE)") $(if $(SUBSET),--subset "$(SUBSET)") $(if $(ASSETS),--assets "$(ASSETS)") \
 	$(if $(LIMIT),--limit "$(LIMIT)") $(if $(METHOD),--method "$(METHOD)") $(if $(WORKERS),--workers "$(WORKERS)") \
-	$(if $(SCHEDULER),--scheduler "$(SCHEDULER)") $(if $(NO_VIEWS),--no-views) $(if $(STRICT),--strict)
+	$(if $(SCHEDULER),--scheduler "$(SCHEDULER)") $(if $(NO_VIEWS),--no-views) $(if $(STRICT),--strict) \
+	$(if $(ENGINES),--engines "$(ENGINES)") $(if $(COLLISION),--collision "$(COLLISION)") $(if $(STATE),--state "$(STATE)") \
+	$(if $(DYNAMICS),--dynamics "$(DYNAMICS)") $(if $(EXPORT),--export "$(EXPORT)")
 
 .DEFAULT_GOAL := help
 .DELETE_ON_ERROR:
-.PHONY: help install flow test lint typecheck failures doctor nightly ui samples summary picture clean
+.PHONY: help install flow test lint typecheck failures doctor nightly ui judge rules bench-defects samples summary picture clean
 
 help: ## list the targets
-	@awk -F ':.*## ' '/^[a-z]+:.*## / { printf "  %-10s %s\n", $$1, $$2 }' Makefile
+	@awk -F ':.*## ' '/^[a-z-]+:.*## / { printf "  %-14s %s\n", $$1, $$2 }' Makefile
 	@echo
 	@echo "  variables of flow and nightly: DATA OUT MODEL API_BASE SUBSET ASSETS LIMIT METHOD WORKERS SCHEDULER NO_VIEWS=1 STRICT=1"
+	@echo "                                 ENGINES COLLISION DYNAMICS STATE EXPORT"
 	@echo "  for example: make flow DATA=../shared/partnet_mobility SUBSET=paper9 OUT=/tmp/paper9 WORKERS=2"
 
 install: $(INSTALLED) ## make .venv with the tested versions; needs Python 3.11 (or PYTHON=/path/to/python3.11)
@@ -37,7 +40,7 @@ $(INSTALLED): pyproject.toml constraints.txt
 	fi; \
 	echo "installing into $(VENV) with $$python ..."; \
 	"$$python" -m venv --clear $(VENV) && \
-	$(BIN)/python -m pip install --quiet --disable-pip-version-check --constraint constraints.txt --editable '.[dev]'
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check --constraint constraints.txt --editable '.[dev,engines]'
 	@touch $@
 
 flow: $(INSTALLED) ## refine DATA (data/raw) into OUT (data/refined)
@@ -68,6 +71,21 @@ ui: $(INSTALLED) ## Prefect's and MLflow's pages, until interrupted
 samples: $(INSTALLED) ## make data/raw anew, byte for byte
 	@$(BIN)/python -m asset2sim.samples
 
+judge: $(INSTALLED) .venv-judge/.installed ## an independent checker, simcheck, over OUT
+	@$(BIN)/python -m asset2sim.judge "$(OUT)" $(if $(JOBS),--jobs "$(JOBS)")
+
+.venv-judge/.installed:
+	@echo "installing simcheck into .venv-judge ..."
+	@$(BIN)/python -m venv --clear .venv-judge && \
+	.venv-judge/bin/python -m pip install --quiet --disable-pip-version-check "simcheck[all]"
+	@touch $@
+
+rules: $(INSTALLED) ## refine DATA as it came, by the paper's rules and by ours, and write the README's table
+	@$(BIN)/python -m flows.compare_rules "$(DATA)" "$(OUT)" README.md
+
+bench-defects: $(INSTALLED) ## plant known defects in clean objects: what share is caught, and what is mended
+	@$(BIN)/python -m asset2sim.defects "$(OUT)"
+
 summary: $(INSTALLED) ## write the table of OUT's latest run into the README
 	@$(BIN)/python -m asset2sim.readme "$(OUT)" README.md
 
@@ -76,5 +94,5 @@ picture: $(INSTALLED) ## draw the README's before-and-after picture from data/ra
 		laptop_silver box_wooden storage_sideboard trashcan_pedal toilet_white
 
 clean: ## remove the environment, the caches and data/refined
-	rm -rf $(VENV) .prefect data/refined .hypothesis .import_linter_cache .mypy_cache .pytest_cache .ruff_cache
+	rm -rf $(VENV) .venv-judge .prefect data/refined .hypothesis .import_linter_cache .mypy_cache .pytest_cache .ruff_cache
 	find schemas asset2sim tasks flows tests -name __pycache__ -type d -prune -exec rm -rf {} +

@@ -7,6 +7,8 @@ from pathlib import Path
 from urllib.parse import urlsplit
 
 from asset2sim.dataset import load_dataset
+from asset2sim.engines.registry import require
+from asset2sim.exports import require_exports
 from asset2sim.models.choices import check_model
 from schemas.asset import AssetRef
 from schemas.errors import UsageError
@@ -22,6 +24,9 @@ def check_request(
     """The assets to refine, as ``load_dataset`` has them. Raises ``UsageError`` for what cannot be done as asked."""
     refs = load_dataset(data, subset, asset_ids, limit)
     check_model(settings.model)
+    for engine in settings.engine.verify or ():
+        require(engine)
+    require_exports(settings.exports)
     if settings.run.scheduler is not None:
         check_scheduler(settings.run.scheduler)
     check_output(out.resolve(), data.resolve(), refs)

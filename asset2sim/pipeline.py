@@ -8,30 +8,30 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from time import perf_counter
 
-from asset2sim.apply import write_folder, write_urdf
-from asset2sim.collision.hulls import collision_hulls
-from asset2sim.engines.pybullet_rest import measure
+from asset2sim.authored import authored_overlay
 from asset2sim.extraction import Extraction, extract
 from asset2sim.folders import staged_folder
-from asset2sim.metrics.verdict import Verdict, judge
+from asset2sim.judging import Judged, judge_as_written
+from asset2sim.metrics.verdict import Verdict
 from asset2sim.models.priors_known import is_prior
 from asset2sim.models.synthesize import SynthesisError, synthesize
 from asset2sim.physics.contact import contact_friction
-from asset2sim.search.asset import refine_in_engine
-from asset2sim.search.dynamics import mend_dynamics
+from asset2sim.publishing import publish
+from asset2sim.shaping import Job, Shaped, shape_and_judge
 from asset2sim.validation import validate
-from asset2sim.views import png_bytes, render_views, write_views
+from asset2sim.validation.authored import check_authored
+from asset2sim.views import png_bytes, render_views
 from schemas.asset import AssetRecord, AssetRef
 from schemas.call import ModelCall
 from schemas.errors import AssetError
 from schemas.features import Features
 from schemas.finding import Finding
-from schemas.measurement import Measurement
+from schemas.interaction import EngineReport, OverlapPair
 from schemas.overlay import Overlay, PhysicsOverlay
 from schemas.request import LabelledImage, ModelAnswer, ModelRequest
 from schemas.settings import Settings
 from schemas.trace import TraceStep
-from schemas.vocabulary import FailureMode, Severity, Source, Stage, Status
+from schemas.vocabulary import FailureMode, Method, Severity, Source, Stage, Status
 
 CACHE = ".cache/pieces"
 """Under the output folder: convex pieces by mesh content, shared by all assets and runs."""
@@ -45,12 +45,27 @@ class Progress:
 
     features: Features | None = None
     overlay: PhysicsOverlay | None = None
-    measurement: Measurement | None = None
+    reports: tuple[EngineReport, ...] = ()
+    overlaps: tuple[OverlapPair, ...] = ()
     calls: list[ModelCall] = field(default_factory=list)
     trace: list[TraceStep] = field(default_factory=list)
     findings: list[Finding] = field(default_factory=list)
     seconds: dict[str, float] = field(default_factory=dict)
     stage: Stage = Stage.EXTRACT
+
+    def refined(self, shaped: Shaped) -> None:
+        """Keep a refinement and its judgement."""
+        self.findings.extend(shaped.findings)
+        self.trace.extend(shaped.refined.trace)
+        self.calls.extend(shaped.refined.calls)
+        self.findings.extend(shaped.refined.findings)
+        self.judged(shaped.judged)
+
+    def judged(self, judged: Judged) -> None:
+        """Keep a judgement."""
+        self.overlay, self.reports, self.overlaps = judged.overlay, judged.reports, judged.overlaps
+        self.trace.extend(judged.trace)
+        self.findings.extend(judged.findings)
 
     @contextmanager
     def timed(self, stage: Stage) -> Iterator[None]:
@@ -92,8 +107,14 @@ def run_stages(ref: AssetRef, out: Path, settings: Settings, ask: Ask, progress:
     """The stages in order; raises AssetError where the asset cannot go on."""
     with progress.timed(Stage.EXTRACT):
         extraction = extract(ref)
-        progress.features = extraction.features
         progress.findings.extend(extraction.findings)
+        mended, told = check_authored(extraction, settings.physics)
+        progress.findings.extend(told)
+        if settings.method is not Method.RAW:
+            extraction = mended
+        progress.features = extraction.features
+    if settings.method is Method.RAW:
+        return judge_raw(extraction, settings, progress)
     with progress.timed(Stage.SYNTHESIZE):
         proposal = propose(ref, extraction, settings, ask, progress)
     source = Source.PRIOR if is_prior(settings.model.model) else Source.MODEL
@@ -103,36 +124,23 @@ def run_stages(ref: AssetRef, out: Path, settings: Settings, ask: Ask, progress:
         progress.overlay = overlay
         progress.findings.extend(findings)
     with staged_folder(out / "assets" / ref.asset_id) as path:
-        with progress.timed(Stage.APPLY):
-            hulls = collision_hulls(extraction, overlay.scale)
-            folder = write_folder(extraction, overlay, hulls, path, settings.physics)
-        with progress.timed(Stage.REFINE):
-            refined = refine_in_engine(extraction, proposal, overlay, source, hulls, folder, out / CACHE, settings, ask)
-            overlay, folder = refined.overlay, refined.folder
-            progress.overlay = overlay
-            progress.trace.extend(refined.trace)
-            progress.calls.extend(refined.calls)
-            progress.findings.extend(refined.findings)
-        with progress.timed(Stage.MEASURE):
-            positions = overlay.initial_positions
-
-            def remeasure(changed: PhysicsOverlay) -> Measurement:
-                write_urdf(extraction, changed, folder, settings.physics)
-                return measure(folder.urdf, positions, changed.contact_friction, settings.engine)
-
-            mended = mend_dynamics(extraction.features, overlay, remeasure(overlay), settings, remeasure)
-            overlay, measurement = mended.overlay, mended.measurement
-            progress.overlay, progress.measurement = overlay, measurement
-            progress.trace.extend(mended.trace)
-            progress.findings.extend(mended.findings)
-            verdict = judge(measurement, prismatic_joints(overlay), settings.thresholds)
-        progress.findings.extend(engine_findings(measurement, verdict))
+        job = Job(extraction, proposal, overlay, source, path, out / CACHE, settings, ask, progress.timed)
+        shaped = shape_and_judge(job)
+        progress.refined(shaped)
         with progress.timed(Stage.PUBLISH):
-            (path / "overlay.json").write_text(overlay.model_dump_json(indent=2), encoding="utf-8")
-            (path / "measurement.json").write_text(measurement.model_dump_json(indent=2), encoding="utf-8")
-            if settings.views.write:
-                write_views(folder.urdf, positions, path / "views", settings.views)
-    return verdict
+            progress.overlay, told = publish(shaped.urdf, shaped.judged, settings)
+            progress.findings.extend(told)
+    return shaped.judged.verdict
+
+
+def judge_raw(extraction: Extraction, settings: Settings, progress: Progress) -> Verdict:
+    """Judge an asset as it came: its own URDF, in every engine; nothing is written."""
+    with progress.timed(Stage.MEASURE):
+        overlay = authored_overlay(extraction, settings.physics)
+        progress.overlay = overlay
+        judged = judge_as_written(extraction, extraction.urdf, overlay, settings)
+        progress.judged(judged)
+    return judged.verdict
 
 
 def propose(ref: AssetRef, extraction: Extraction, settings: Settings, ask: Ask, progress: Progress) -> Overlay:
@@ -147,36 +155,6 @@ def propose(ref: AssetRef, extraction: Extraction, settings: Settings, ask: Ask,
     progress.calls.extend(calls)
     progress.findings.extend(findings)
     return proposal
-
-
-def prismatic_joints(overlay: PhysicsOverlay) -> frozenset[str]:
-    """The joints whose positions are metres."""
-    return frozenset(joint.name for joint in overlay.joints if joint.type == "prismatic")
-
-
-def engine_findings(measurement: Measurement, verdict: Verdict) -> list[Finding]:
-    """What the engine printed while loading, and the verdict where it is a failure."""
-    findings = [
-        Finding(
-            stage=Stage.MEASURE,
-            severity=Severity.WARNING,
-            code="engine_console",
-            message=f"{measurement.engine} printed: {line}",
-        )
-        for line in measurement.console
-    ]
-    if not verdict.passed:
-        findings.append(
-            Finding(
-                stage=Stage.MEASURE,
-                severity=Severity.ERROR,
-                code=verdict.mode,
-                message=verdict.reason,
-                value=verdict.value,
-                limit=verdict.limit,
-            )
-        )
-    return findings
 
 
 def record(ref: AssetRef, settings: Settings, progress: Progress, verdict: Verdict) -> AssetRecord:
@@ -194,7 +172,9 @@ def record(ref: AssetRef, settings: Settings, progress: Progress, verdict: Verdi
         reason=verdict.reason,
         features=features,
         overlay=progress.overlay,
-        measurement=progress.measurement,
+        measurement=next((r.measurement for r in progress.reports if r.measurement is not None), None),
+        reports=progress.reports,
+        overlaps=progress.overlaps,
         calls=tuple(progress.calls),
         trace=tuple(step.model_copy(update={"step": index}) for index, step in enumerate(progress.trace)),
         findings=tuple(progress.findings),

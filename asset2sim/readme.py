@@ -18,23 +18,30 @@ def summary_block(out: Path) -> str:
     run = read_table(out, "runs").sort_values("started_at").iloc[-1]
     assets = read_table(out, "assets")
     rows = assets[assets["run_id"] == run["run_id"]]
+    measured = read_table(out, "measurements")
+    engines = measured[measured["run_id"] == run["run_id"]].groupby("asset_id")["passed"].agg(["sum", "count"])
     lines = [
-        "| asset | category | verdict | scale | mass kg | Φ mm | drift mm | drift rad | oscillating | calls | s |",
+        "| asset | category | verdict | scale | mass kg | Φ mm | drift mm | drift rad | engines | calls | s |",
         "|---|---|---|---|---|---|---|---|---|---|---|",
     ]
-    lines += [asset_line(row) for _, row in rows.iterrows()]
+    lines += [asset_line(row, engines) for _, row in rows.iterrows()]
     good = int((rows["status"] == "ok").sum())
     total = f"{good} of {len(rows)} ok; the others are planted defects, each with its cause in `findings`."
     return "\n".join(["`make flow`, the sample dataset:", "", *lines, "", total])
 
 
-def asset_line(row: "pd.Series[str]") -> str:
-    """One asset as a row of the table; a dash where nothing was measured."""
+def asset_line(row: "pd.Series[str]", engines: pd.DataFrame) -> str:
+    """One asset as a row of the table; a dash where nothing was measured.
+
+    ``engines`` holds, by asset, in how many engines it passed (``sum``) of those that judged it (``count``).
+    """
     verdict = row["status"] if row["status"] == "ok" else row["failure_mode"]
     cells = [str(row["asset_id"]), str(row["category"]), str(verdict)]
     cells += [number(row["scale"], ".3f"), number(row["mass_kg"], ".2f"), number(row["penetration_mm"], ".2f")]
     cells += [number(row["drift_m"], ".3f", 1e3), number(row["drift_rad"], ".4f")]
-    cells += [number(row["oscillating_joints"], ".0f"), number(row["queries"], ".0f")]
+    judged = row["asset_id"] in engines.index
+    cells.append("{sum} of {count}".format(**engines.loc[row["asset_id"]]) if judged else "–")
+    cells.append(number(row["queries"], ".0f"))
     cells += [number(row["seconds_total"], ".1f")]
     return "| " + " | ".join(cells) + " |"
 

@@ -11,10 +11,11 @@ from asset2sim.run_result import RunResult
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run one command line and return its exit code."""
-    return run_command(sys.argv[1:] if arguments is None else arguments, refine=_refine, nightly=_nightly)
+    return run_command(sys.argv[1:] if arguments is None else arguments, refine=refine, nightly=_nightly)
 
 
-def _refine(request: RefineRequest) -> RunResult:
+def refine(request: RefineRequest) -> RunResult:
+    """Run the flow on a request, with a Prefect server of its own where none is set."""
     from asset2sim.isolation.server import warm_up
     from asset2sim.models.lite import load_litellm
     from tasks.prefect_server import temporary_server

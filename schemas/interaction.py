@@ -75,7 +75,8 @@ class Release(Frozen):
     """A joint let go of away from where gravity or its spring takes it (``by``), the root held.
 
     ``start``, ``target`` and ``end`` are positions (rad or m); ``seconds`` the time until it was within a tenth of the
-    way of ``target``, None if it never was.
+    way of ``target``, None if it never was. Friction keeps a joint anywhere between ``target``, where it stops one that
+    comes slowly, and ``far``, where it stops one that comes from beyond; None where they are the same.
     """
 
     joint: str
@@ -84,6 +85,19 @@ class Release(Frozen):
     target: float
     end: float
     seconds: float | None
+    far: float | None = None
+
+    @property
+    def left(self) -> float:
+        """What is left of the way at the end, over the whole way, 0 between ``target`` and ``far``."""
+        return way_left(self.end, self.start, self.target, self.far)
+
+
+def way_left(position: float, start: float, target: float, far: float | None) -> float:
+    """How far a position is from the stretch between ``target`` and ``far``, over the way from ``start`` to it."""
+    low, high = sorted((target, target if far is None else far))
+    way = abs(target - start)
+    return max(low - position, position - high, 0.0) / way if way > 0.0 else 0.0
 
 
 class Opening(Frozen):

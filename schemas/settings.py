@@ -1,5 +1,7 @@
 """Every number that steers a run, in one frozen place, each with its unit and its reason."""
 
+from typing import Literal
+
 from pydantic import Field
 
 from schemas.base import Fraction, Frozen, NonNegative, Positive
@@ -41,8 +43,9 @@ class Thresholds(Frozen):
     """Share of the way to its rest that a released joint may leave undone."""
     reset_turn_rad: Positive = 0.1
     """Furthest from upright that an object may end after a perturbed start, rad."""
-    reset_joint_share: Fraction = 0.05
-    """Share of its range that a joint which must hold may move over a perturbed start."""
+    reset_joint_share: Fraction = 0.10
+    """Share of its range that a joint which must hold may move over a perturbed start: as far as the search may go
+    without leaving the requested state. A fall from 2 cm jolts any friction hinge."""
 
 
 class PhysicsSettings(Frozen):
@@ -105,6 +108,8 @@ class PhysicsSettings(Frozen):
     authored zero."""
     default_effort: Positive = 100.0
     """Effort limit written where a joint states none, N·m or N (URDF requires one)."""
+    effort_margin: Positive = 4.0
+    """Effort limit over what friction and gravity take, at least: no joint may be stuck by its own limit."""
     default_velocity: Positive = 10.0
     """Velocity limit written where a joint states none, rad/s or m/s (URDF requires one)."""
     contact_friction: NonNegative = 0.5
@@ -139,7 +144,7 @@ class EngineSettings(Frozen):
     """Wall time of one engine's verification of one asset, s; its process is killed then."""
     fall_height_m: Positive = 0.05
     """Height of the drop test, m."""
-    fall_s: Positive = 3.0
+    fall_s: Positive = 6.0
     """Time after a drop or a perturbed start by which the object must be at rest, s."""
     nudge_rad_s: Positive = 1.0
     """Speed that a nudge gives a hinge, rad/s: a push with a finger ..."""
@@ -167,6 +172,9 @@ class CollisionSettings(Frozen):
     """What becomes of collision geometry, and what it may cost."""
 
     mode: CollisionMode = CollisionMode.DECOMPOSE
+    cutter: Literal["faces", "coacd"] = "faces"
+    """What cuts a concave shell: its own faces, grouped so that hollows stay empty, or CoACD (V-HACD for open meshes),
+    which fills more, leaves faces out, and takes 5 to 20 times as long on the real objects."""
     max_link_hulls: int = Field(48, ge=1)
     """Most convex pieces of one link: contacts get slower with each."""
     max_asset_hulls: int = Field(256, ge=1)
@@ -192,8 +200,8 @@ class SearchSettings(Frozen):
     """Share of Φ by which a move must lower it: a state is not left for less."""
     max_evaluations: int = Field(4000, ge=1)
     """Evaluations of Φ per asset; one costs 5 to 30 µs on these objects."""
-    mend_rounds: int = Field(5, ge=0)
-    """Times that joint dynamics are changed and measured again where an asset drifts or oscillates."""
+    mend_rounds: int = Field(12, ge=0)
+    """Times that parameters are changed and measured again where a test fails."""
     mend_factor: Positive = 3.0
     """By how much damping and friction grow each time (the paper: ×2 to ×5 on persistent oscillation)."""
     rolling_resistance: NonNegative = 0.02

@@ -5,7 +5,10 @@ from pathlib import Path
 import pytest
 
 from asset2sim import doctor
+from asset2sim.engines.registry import engine_version
 from schemas.settings import ModelSettings
+from schemas.vocabulary import Engine
+from tests.engine_worlds import every_engine
 
 
 def test_a_healthy_machine_has_no_broken_check(tmp_path: Path) -> None:
@@ -13,7 +16,19 @@ def test_a_healthy_machine_has_no_broken_check(tmp_path: Path) -> None:
     broken = [check for check in checks.values() if check.needed and not check.ok and check.name != "packages"]
     assert broken == []
     assert "rests at 100" in checks["child processes and PyBullet"].detail
+    assert not checks["engine mujoco"].needed and not checks["engine sapien"].needed
     assert not (tmp_path / "out").exists()
+
+
+def test_a_missing_engine_says_what_to_install(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(doctor, "installed", lambda: (Engine.PYBULLET,))
+    with pytest.raises(doctor.BrokenError, match=r"not installed; pip install .*\[engines\]"):
+        doctor.check_engine(Engine.MUJOCO)
+
+
+@every_engine
+def test_a_ball_rests_in_every_engine_that_is_installed(engine: Engine) -> None:
+    assert f"{engine_version(engine)}: a dropped ball rests at " in doctor.check_engine(engine)
 
 
 def test_an_unknown_model_is_broken_and_names_the_choices() -> None:

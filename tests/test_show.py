@@ -52,6 +52,16 @@ def test_an_asset_that_failed_early_and_text_that_looks_like_markup_are_shown(tm
     assert "failed: missing_mesh" in text and "not measured" in text and "[bold]mesh[/]" in text
 
 
+def test_every_engine_has_a_line_with_its_tests_and_efforts(tmp_path: Path) -> None:
+    write_run(tmp_path, start_run(Settings(), "data"), [make_record("7")])
+    text = text_of(describe_asset(tmp_path, "7"), 160)
+    (line,) = [line.split() for line in text.splitlines() if line.strip().startswith("mujoco")]
+    assert line[:6] == ["mujoco", "1.0", "ok", "0.500", "0.000100", "0.00100"] and line[6] == "2/2" and line[-1] == "0.40"
+    effort = next(line for line in text.splitlines() if line.split() == ["hinge", "0.0100", "–"])
+    assert effort and "Least effort that moves a joint, in pybullet" in text
+    assert "not seen by default: parent and child" in text and "hull" in text
+
+
 def test_every_model_that_refined_the_asset_is_shown(tmp_path: Path) -> None:
     write_run(tmp_path, start_run(Settings(), "data"), [make_record("7"), make_record("7", model="other/model")])
     text = text_of(describe_asset(tmp_path, "7"))
@@ -72,7 +82,7 @@ def test_the_summary_keeps_every_number_at_every_width(width: int) -> None:
     assert "…" not in "\n".join(lines) and max(map(len, lines)) <= width
     shown = [line for line in lines if line.startswith("100")]
     assert len(shown) == 147 and shown[-1].startswith("100000") and "invalid_joint_configuration" in shown[-1]
-    assert shown[0].split()[-9:] == ["0.250", "3", "0.500", "0.100", "0.0010", "0", "2/2", "1", "2.1"]
+    assert shown[0].split()[-8:] == ["0.250", "3", "0.500", "0.100", "0.0010", "2/2", "1", "2.1"]
 
 
 def test_markdown_and_totals() -> None:

@@ -14,6 +14,7 @@ from rich.table import Table
 from rich.text import Text
 
 from asset2sim.catalog.read import read_asset
+from asset2sim.catalog.show_engines import engine_tables
 from asset2sim.catalog.text import NOTHING, number, vector
 from schemas.settings import Thresholds
 from schemas.vocabulary import Stage
@@ -57,7 +58,8 @@ def describe_asset(out: Path, asset_id: str) -> RenderableType:
             if name != "runs"
         }
         limits = _limits(frames["runs"], asset["run_id"])
-        parts += [_heading(asset), _overlay(asset), *_physics(own), *_measurement(asset, limits), *_rest(asset, own)]
+        parts += [_heading(asset), _overlay(asset), *_physics(own), *_measurement(asset, limits)]
+        parts += [*engine_tables(own), *_rest(asset, own)]
     return Group(*parts, _files(out, asset_id))
 
 

@@ -7,7 +7,7 @@ from rich.table import Table
 from rich.text import Text
 
 from asset2sim.catalog.figures import run_figures
-from asset2sim.catalog.rows import queries, total_seconds, unsteady_joints
+from asset2sim.catalog.rows import queries, total_seconds
 from asset2sim.catalog.text import NOTHING, number
 from asset2sim.metrics.engine_verdict import judge_report
 from schemas.asset import AssetRecord
@@ -24,8 +24,7 @@ HEADINGS = (
     "Φ mm",
     "drift mm",
     "drift rad",
-    "osc.",
-    "engines",
+    "sims",
     "calls",
     "s",
 )
@@ -92,10 +91,9 @@ def totals_line(records: Sequence[AssetRecord], limits: Thresholds = _LIMITS) ->
 
 
 def _cells(record: AssetRecord, limits: Thresholds) -> list[str]:
-    """(13,) cells in the order of ``HEADINGS``."""
+    """(12,) cells in the order of ``HEADINGS``."""
     overlay, measured = record.overlay, record.measurement
     moved = measured if measured and measured.finite else None
-    oscillating = unsteady_joints(record, limits)
     passed = record.status is Status.OK
     return [
         record.ref.asset_id,
@@ -107,7 +105,6 @@ def _cells(record: AssetRecord, limits: Thresholds) -> list[str]:
         _fixed(1000.0 * measured.penetration_m if measured else None, 3),
         _fixed(1000.0 * moved.drift_m if moved else None, 3),
         _fixed(moved.drift_rad if moved else None, 4),
-        NOTHING if oscillating is None else str(len(oscillating)),
         _engines(record, limits),
         str(queries(record)),
         f"{total_seconds(record):.1f}",

@@ -1,7 +1,6 @@
 """Convex decomposition of the links whose hulls reach deep into others, so that what is hollow is not filled."""
 
 from pathlib import Path
-from time import perf_counter
 
 import numpy as np
 
@@ -12,15 +11,13 @@ from asset2sim.extraction.links import MeshPart
 from asset2sim.geometry.decompose import DecomposeSettings, decompose
 from asset2sim.geometry.load import load_mesh
 
-SETTINGS = DecomposeSettings(time_limit_s=8.0)
+SETTINGS = DecomposeSettings(cpu_limit_s=8.0)
 """One mesh may take a fifth of what a whole asset usually may: pieces are wanted only where cutting hulls costs
 much."""
 SMALL_SHARE = 0.2
 """Longest extent of a mesh, over its link's, below which it is left whole: its hollow matters to nobody."""
 MOST_HULLS = 64
 """Hulls of one link beyond which nothing more is decomposed: contacts get slower with each."""
-BUDGET_S = 8.0
-"""Time after which no further mesh of a link is begun, s; what is done by then stays in the cache."""
 
 
 def finer_hulls(extraction: Extraction, link: str, scale: float, cache: Path) -> tuple[Array, ...] | None:
@@ -28,14 +25,14 @@ def finer_hulls(extraction: Extraction, link: str, scale: float, cache: Path) ->
 
     None where decomposition changes nothing. ``cache`` holds pieces by mesh content.
     """
-    geometry, start = extraction.geometry[link], perf_counter()
+    geometry = extraction.geometry[link]
     extent = float(np.ptp(geometry.points, axis=0).max())
     pieces: list[Array] = []
     changed = False
     for part in geometry.parts:
         own = list(part.pieces)
         large = len(own) == 1 and float(np.ptp(own[0], axis=0).max()) >= SMALL_SHARE * extent
-        if large and len(pieces) < MOST_HULLS and perf_counter() - start < BUDGET_S:
+        if large and len(pieces) < MOST_HULLS:
             found = decomposed(extraction, part, cache)
             if found is not None and len(found) > 1:
                 own, changed = list(found), True

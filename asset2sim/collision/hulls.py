@@ -5,6 +5,7 @@ from scipy.spatial import ConvexHull
 
 from asset2sim.arrays import Array
 from asset2sim.extraction import Extraction, LinkGeometry
+from asset2sim.geometry.hull import spread_directions
 
 Hulls = dict[str, tuple[Array, ...]]
 """Link → (k, 3) hull points of each convex piece, m at the final scale in the link's frame."""
@@ -15,14 +16,6 @@ MOST_POINTS = 200
 """Points of one hull: PhysX takes 255 at most, and 200 directions lie 15° apart."""
 INSIDE_M = 1e-6
 """How far outside another hull a point may lie and still count as inside, m."""
-
-
-def spread_directions(count: int) -> Array:
-    """(count, 3) unit vectors, evenly spread over the sphere along a golden spiral."""
-    index = np.arange(count) + 0.5
-    height, turn = 1.0 - 2.0 * index / count, np.pi * (1.0 + np.sqrt(5.0)) * index
-    ring = np.sqrt(1.0 - height**2)
-    return np.column_stack([ring * np.cos(turn), ring * np.sin(turn), height])
 
 
 DIRECTIONS = spread_directions(MOST_POINTS)

@@ -64,3 +64,11 @@ def hull_volume(points: Array) -> float:
         return float(ConvexHull(points).volume)
     except (QhullError, ValueError):
         return 0.0
+
+
+def spread_directions(count: int) -> Array:
+    """(count, 3) unit vectors, evenly spread over the sphere along a golden spiral."""
+    index = np.arange(count) + 0.5
+    height, turn = 1.0 - 2.0 * index / count, np.pi * (1.0 + np.sqrt(5.0)) * index
+    ring = np.sqrt(1.0 - height**2)
+    return np.column_stack([ring * np.cos(turn), ring * np.sin(turn), height])

@@ -13,6 +13,8 @@ from schemas.interaction import Hold
 from schemas.overlay import JointPhysics
 from schemas.settings import EngineSettings, Thresholds
 
+TOUCHING_M = 1e-4
+"""Overlap from which a part is held by what it touches and not by its joint, m."""
 CREEP_SHARE = 0.02
 """Share of the bound that joints may be about to go yet for a hold to end early, by their present speeds."""
 NEVER_EARLIER_S = 0.25
@@ -37,7 +39,7 @@ def holds(world: World, item: Mechanism, settings: EngineSettings, limits: Thres
     def run(names: Sequence[str]) -> dict[str, Hold]:
         positions = item.start | {name: middles[name] for name in names}
         world.place(positions)
-        clear = unobstructed(world, item, names, limits)
+        clear = unobstructed(world, item, names)
         return held(
             world, item.start | {name: middles[name] for name in clear}, [known[n] for n in clear], settings, limits
         )
@@ -66,12 +68,12 @@ def middle_positions(item: Mechanism, holding: Sequence[JointPhysics]) -> dict[s
     return middles
 
 
-def unobstructed(world: World, item: Mechanism, names: Sequence[str], limits: Thresholds) -> list[str]:
-    """Of these joints, those whose parts overlap nothing by more than a jam at the world's present pose."""
+def unobstructed(world: World, item: Mechanism, names: Sequence[str]) -> list[str]:
+    """Of these joints, those whose parts overlap nothing at the world's present pose: what touches is pushed out."""
     touched = {
         link
         for pair in by_pair(world.contacts())
-        if pair.depth_m > limits.sweep_overlap_m
+        if pair.depth_m > TOUCHING_M
         for link in (pair.link_a, pair.link_b)
     }
     return [name for name in names if not touched & item.moved[name]]

@@ -9,7 +9,7 @@ from asset2sim.engines.world import World
 from asset2sim.interaction.batches import in_batches
 from asset2sim.interaction.mechanism import Mechanism, Pull, poses_at, pull_on, span_of
 from asset2sim.interaction.watch import capped, watch
-from schemas.interaction import Release
+from schemas.interaction import Release, way_left
 from schemas.overlay import JointPhysics
 from schemas.settings import EngineSettings, Thresholds
 
@@ -29,12 +29,14 @@ Stretches = Mapping[str, tuple[float, float]]
 
 @dataclass(frozen=True)
 class Task:
-    """One joint to be let go of at ``start``, expected at ``target`` (rad or m), and what takes it there."""
+    """One joint to be let go of at ``start``, expected from ``target`` to ``far`` (rad or m), and what takes it
+    there."""
 
     joint: JointPhysics
     by: str
     start: float
     target: float
+    far: float
 
 
 def releases(
@@ -55,7 +57,7 @@ def releases(
         return released(world, item, [tasks[name] for name in names], settings, limits)
 
     def good(record: Release) -> bool:
-        return arrived(record.end, record.start, record.target, limits.release_share)
+        return record.left <= limits.release_share
 
     found = in_batches(item, tasks, run, good)
     return tuple(found[name] for name in tasks)
@@ -86,7 +88,7 @@ def fallen(joint: JointPhysics, pull: Pull, low: float, high: float) -> Task | N
     for end in (low, high):
         way = np.linspace(middle, end, SAMPLES)
         if np.all(np.sign(end - middle) * pull.over(way) > SURE * joint.friction + 1e-12):
-            return Task(joint, GRAVITY, middle, end)
+            return Task(joint, GRAVITY, middle, end, end)
     return None
 
 
@@ -96,8 +98,9 @@ def sprung(joint: JointPhysics, pull: Pull, low: float, high: float) -> Task:
     force = joint.stiffness * (joint.spring_reference - way) + pull.over(way)
     rest = zero_of(way, force)
     start = rest + START_SHARE * ((low if rest - low > high - rest else high) - rest)
-    # Friction stops it short of the balance, on the side that it comes from.
-    return Task(joint, SPRING, start, zero_of(way, force - np.sign(rest - start) * joint.friction))
+    # Friction stops it short of the balance, on the side that it comes from, or as far beyond if it comes fast.
+    drag = np.sign(rest - start) * joint.friction
+    return Task(joint, SPRING, start, zero_of(way, force - drag), zero_of(way, force + drag))
 
 
 def zero_of(way: np.ndarray, force: np.ndarray) -> float:
@@ -110,11 +113,6 @@ def zero_of(way: np.ndarray, force: np.ndarray) -> float:
     return float(way[-1] if force.sum() > 0.0 else way[0])
 
 
-def arrived(position: float, start: float, target: float, share: float) -> bool:
-    """Whether at most ``share`` of the way from ``start`` to ``target`` is left, or it is passed by no more."""
-    return abs(position - target) <= share * abs(start - target)
-
-
 def released(
     world: World, item: Mechanism, tasks: Sequence[Task], settings: EngineSettings, limits: Thresholds
 ) -> dict[str, Release]:
@@ -122,13 +120,12 @@ def released(
     world.place(item.start | {task.joint.name: task.start for task in tasks})
     order = {name: index for index, name in enumerate(world.joint_names)}
     indices = [order[task.joint.name] for task in tasks]
-    starts = np.array([task.start for task in tasks])
-    targets = np.array([task.target for task in tasks])
     since = np.full(len(tasks), np.nan)
 
     def note(time: float) -> bool:
-        left = np.abs(world.positions()[indices] - targets)
-        there = left <= limits.release_share * np.abs(starts - targets)
+        now = world.positions()[indices]
+        left = [way_left(float(q), task.start, task.target, task.far) for q, task in zip(now, tasks, strict=True)]
+        there = np.array(left) <= limits.release_share
         since[~there] = np.nan
         since[there & np.isnan(since)] = time
         return False
@@ -141,6 +138,7 @@ def released(
             by=task.by,
             start=task.start,
             target=task.target,
+            far=task.far,
             end=capped(float(end)),
             seconds=None if np.isnan(time) else float(time),
         )

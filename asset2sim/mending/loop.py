@@ -4,7 +4,7 @@ from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 
 from asset2sim.mending.changes import changes
-from asset2sim.mending.remedies import REMEDIES, Case, Remedy
+from asset2sim.mending.remedies import REMEDIES, Case, Remedy, remedies_for
 from asset2sim.metrics.engine_verdict import Failure, failures_of
 from schemas.features import Features
 from schemas.finding import Finding
@@ -86,7 +86,7 @@ def candidates(
 ) -> Iterator[tuple[Remedy, PhysicsOverlay]]:
     """The overlays that may mend a failing test, the least intrusive first."""
     case = Case(features, settings, joints_of(overlay, reports, target))
-    for remedy in REMEDIES[target.mode]:
+    for remedy in remedies_for(target.mode, target.limit, settings):
         changed = remedy.change(case, overlay)
         if changed is not None:
             yield remedy, changed

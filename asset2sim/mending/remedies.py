@@ -232,6 +232,12 @@ _EXPLOSION = (
     Remedy("softer spring", softer_spring),
 )
 
+_STILL = (
+    Remedy("more damping and friction", firmer),
+    Remedy("rougher contact", rougher_contact),
+    Remedy("more inertia of light links", more_inertia),
+)
+
 REMEDIES: dict[FailureMode, tuple[Remedy, ...]] = {
     FailureMode.OSCILLATION: (
         Remedy("more damping and friction", firmer),
@@ -261,3 +267,10 @@ REMEDIES: dict[FailureMode, tuple[Remedy, ...]] = {
     ),
 }
 """Failing test → what can mend it, the least intrusive first. Penetration and jams are mended by state and shape."""
+
+
+def remedies_for(mode: FailureMode, limit: float | None, settings: Settings) -> tuple[Remedy, ...]:
+    """What can mend a failing test that met ``limit``: what will not come to rest needs the reverse of an explosion."""
+    if mode in (FailureMode.DROP, FailureMode.RESET) and limit == settings.thresholds.final_speed_m_s:
+        return _STILL
+    return REMEDIES.get(mode, ())

@@ -164,7 +164,8 @@ def write_joint(element: Element, authored: JointFeatures, physics: JointPhysics
     if physics.lower is not None and physics.upper is not None:
         limit.set("lower", word(physics.lower))
         limit.set("upper", word(physics.upper))
-    limit.set("effort", word(authored.effort if authored.effort else settings.default_effort))
+    needed = settings.effort_margin * (physics.friction + abs(physics.gravity_load))
+    limit.set("effort", word(authored.effort if authored.effort else max(settings.default_effort, needed)))
     limit.set("velocity", word(authored.velocity if authored.velocity else settings.default_velocity))
     dynamics = child(element, "dynamics")
     dynamics.set("damping", word(physics.damping))

@@ -1,0 +1,189 @@
+"""Whether what is hollow holds something: a ball set into a link's authored interior stays there in simulation.
+
+The interior is looked for in the meshes that are seen, the ball is stopped by the shapes that collide: where these fill
+the hollow the ball starts inside them, and where they leave a wall out it falls through.
+"""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+import pybullet
+from numpy.typing import NDArray
+from scipy import ndimage
+
+from asset2sim.arrays import Array
+from asset2sim.engines.pybullet_object import loaded
+from asset2sim.extraction import extract
+from asset2sim.geometry.hollow import CELLS_A_RADIUS, MOST_CELLS, OUTER_CELLS, samples
+from asset2sim.geometry.load import load_mesh, primitive, scale_vector
+from asset2sim.kinematics import apply, link_to_root, tree_of
+from asset2sim.urdf.locate import find_mesh, find_urdf
+from asset2sim.urdf.read import read_urdf
+from schemas.asset import AssetRef
+
+BALL_RADIUS_M = 0.01
+"""Radius of the ball, m: 2 cm across, a marble."""
+BALL_MASS_KG = 0.01
+"""Mass of the ball, kg: 2.4 g/cm³, glass."""
+SIDES = 5
+"""Of the six directions along the axes, how many must meet the link's own faces, the one below among them."""
+ROOM = 2.0
+"""Volume in which the ball's centre must be able to be, over the ball's own: less is a gap behind a handle."""
+OVERLAP_M = 1e-3
+"""How deep the ball may start in a collision shape, m: PyBullet's margin around meshes."""
+FALL_S = 2.0
+"""Time that the ball is given, s: it falls through a metre in half a second."""
+TIMESTEP_S = 1.0 / 240.0
+"""PyBullet's own default, s: at 1 m/s the ball falls 4 mm a step and is 20 mm wide, so that no sheet is passed."""
+HOLDING_FORCE = 1e3
+"""Force or torque that holds the joints where they are put, N or N·m."""
+
+
+@dataclass(frozen=True)
+class Interior:
+    """One link's interior: where the ball was set (root frame, m), how deep it started in a shape, if it stayed."""
+
+    link: str
+    label: str
+    point: tuple[float, float, float]
+    overlap_m: float
+    stayed: bool
+
+    @property
+    def holds(self) -> bool:
+        """Whether the ball started free and stayed within the link."""
+        return self.stayed and self.overlap_m <= OVERLAP_M
+
+
+def interiors(folder: Path, labels: Sequence[str] = (), radius: float = BALL_RADIUS_M) -> tuple[Interior, ...]:
+    """A ball tried in every link of a refined folder that has an interior for it, all joints at their closed ends.
+
+    ``labels`` keeps only links whose label contains one of these words. Links without an interior are left out.
+    """
+    urdf = find_urdf(folder)
+    extraction = extract(AssetRef(asset_id=folder.name, path=str(folder)))
+    features = extraction.features
+    closed = {joint.name: joint.closed for joint in features.movable_joints if joint.closed is not None}
+    poses = link_to_root(tree_of(features.joints), features.root, closed)
+    seen = {
+        link: apply(poses[link], faces.reshape(-1, 3)).reshape(-1, 3, 3) for link, faces in visual_faces(urdf).items()
+    }
+    found = []
+    for link in features.links:
+        if link.name not in seen or (labels and not any(word in link.label for word in labels)):
+            continue
+        others = [faces for name, faces in seen.items() if name != link.name]
+        point = cavity(seen[link.name], np.vstack(others) if others else np.zeros((0, 3, 3)), radius)
+        if point is not None:
+            box = (seen[link.name].reshape(-1, 3).min(axis=0), seen[link.name].reshape(-1, 3).max(axis=0))
+            overlap, stayed = dropped(urdf, closed, point, box, radius)
+            found.append(Interior(link.name, link.label, (point[0], point[1], point[2]), overlap, stayed))
+    return tuple(found)
+
+
+def cavity(own: Array, others: Array, radius: float) -> Array | None:
+    """The (3,) point of a link's interior that is furthest from all faces, or None where no ball fits into one.
+
+    ``own`` are the link's (k, 3, 3) faces, ``others`` those of all other links, gravity along -z. An interior is where
+    a ball from outside gets to without the others, touches nothing with them, and has faces of the link below and on
+    ``SIDES`` of six sides; those with most sides come first.
+    """
+    low, high = own.reshape(-1, 3).min(axis=0), own.reshape(-1, 3).max(axis=0)
+    if float(np.sort(high - low)[0]) < radius:
+        return None
+    cell = radius / CELLS_A_RADIUS
+    size = high - low + 2.0 * (radius + OUTER_CELLS * cell)
+    cell *= max(1.0, float((size / cell).prod() / MOST_CELLS) ** (1.0 / 3.0))
+    margin = radius + OUTER_CELLS * cell
+    corner, shape = low - margin, np.ceil((high - low + 2.0 * margin) / cell).astype(int) + 1
+    walls = occupied(own, corner, cell, shape)
+    free = ndimage.distance_transform_edt(~walls) * cell >= radius + cell / 2.0
+    label, _ = ndimage.label(free)
+    reached = label == label[0, 0, 0]
+    clearance = ndimage.distance_transform_edt(~(walls | occupied(others, corner, cell, shape))) * cell
+    around = sides_met(walls)
+    inside = reached & (clearance >= radius + cell) & around[4] & (around.sum(axis=0) >= SIDES)
+    if float(inside.sum()) * cell**3 < ROOM * 4.0 / 3.0 * np.pi * radius**3:
+        return None
+    most = around.sum(axis=0) * inside
+    best = np.where(most == most.max(), clearance, -1.0)
+    index = np.array(np.unravel_index(int(best.argmax()), best.shape))
+    point: Array = corner + (index + 0.5) * cell
+    return point
+
+
+def occupied(faces: Array, corner: Array, cell: float, shape: Array) -> NDArray[np.bool_]:
+    """The cells of a grid in which a face of (k, 3, 3) lies."""
+    taken = np.zeros(shape, dtype=bool)
+    if len(faces):
+        index = np.floor((samples(faces, cell / 2.0) - corner) / cell).astype(int)
+        index = index[np.all((index >= 0) & (index < shape), axis=1)]
+        taken[index[:, 0], index[:, 1], index[:, 2]] = True
+    return taken
+
+
+def sides_met(walls: NDArray[np.bool_]) -> NDArray[np.bool_]:
+    """For -x, +x, -y, +y, -z and +z: whether a wall lies that way from each cell."""
+    met = []
+    for axis in range(3):
+        met.append(np.logical_or.accumulate(walls, axis=axis))
+        met.append(np.flip(np.logical_or.accumulate(np.flip(walls, axis), axis=axis), axis))
+    return np.array(met)
+
+
+def dropped(
+    urdf: Path, positions: Mapping[str, float], point: Array, box: tuple[Array, Array], radius: float
+) -> tuple[float, bool]:
+    """How deep (m) a ball at ``point`` starts in a collision shape, and whether it ends within ``box`` (root frame)."""
+    with loaded(urdf, fixed_base=True, timestep_s=TIMESTEP_S) as item:
+        client = item.client
+        item.place(positions)
+        for name, index in item.joint_index.items():
+            client.setJointMotorControl2(
+                item.body,
+                index,
+                pybullet.POSITION_CONTROL,
+                targetPosition=positions.get(name, 0.0),
+                force=HOLDING_FORCE,
+            )
+        # The root's frame is the body's inertial frame moved back: contacts and the ball are in the world's.
+        inertial = client.getDynamicsInfo(item.body, -1)
+        place, turn = client.getBasePositionAndOrientation(item.body)
+        back = client.invertTransform(inertial[3], inertial[4])
+        root = client.multiplyTransforms(place, turn, *back)
+        ball = client.createMultiBody(
+            BALL_MASS_KG,
+            client.createCollisionShape(pybullet.GEOM_SPHERE, radius=radius),
+            basePosition=client.multiplyTransforms(*root, point.tolist(), (0.0, 0.0, 0.0, 1.0))[0],
+        )
+        near = client.getClosestPoints(ball, item.body, 0.0)
+        overlap = max((-float(contact[8]) for contact in near), default=0.0)
+        for _ in range(round(FALL_S / TIMESTEP_S)):
+            client.stepSimulation()
+        ended = client.getBasePositionAndOrientation(ball)[0]
+        local = np.array(client.multiplyTransforms(*client.invertTransform(*root), ended, (0.0, 0.0, 0.0, 1.0))[0])
+    stayed = bool((local >= box[0] - radius).all() and (local <= box[1] + radius).all())
+    return max(overlap, 0.0), stayed
+
+
+def visual_faces(urdf: Path) -> dict[str, Array]:
+    """Link → (k, 3, 3) faces of what is seen of it, in its frame; links that are not seen are left out."""
+    found: dict[str, Array] = {}
+    for link in read_urdf(urdf).links:
+        faces = []
+        for item in link.visuals:
+            mesh = primitive(item.geometry)
+            if item.geometry.mesh is not None:
+                file = find_mesh(item.geometry.mesh.filename, urdf.parent)
+                if file is None:
+                    continue
+                mesh = load_mesh(file)
+                mesh.apply_scale(scale_vector(item.geometry.mesh))
+            if mesh is not None:
+                origin = np.eye(4) if item.origin is None else np.asarray(item.origin, dtype=float)
+                faces.append(apply(origin, np.asarray(mesh.vertices, dtype=float))[np.asarray(mesh.faces)])
+        if faces:
+            found[link.name] = np.vstack(faces)
+    return found

@@ -1,0 +1,169 @@
+"""The convex pieces of one link: the hull of each shell, or pieces of it where the hull fills what must stay empty."""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+from scipy import ndimage
+
+from asset2sim.arrays import Array
+from asset2sim.collision.hulls import outermost
+from asset2sim.collision.surfaces import Shell
+from asset2sim.geometry.decompose import DecomposeSettings, decompose
+from asset2sim.geometry.hollow import ALLOWED, Hollow, hollow_of, samples
+from asset2sim.geometry.patches import ENOUGH, Piece, cut, join, piece_of
+
+LEAST_BALLS = 2.0
+"""Hollow that a hull may always fill, in volumes of the ball: what is less holds nothing."""
+FILLED_SHARE = 0.05
+"""Share of its own volume that a hull may fill of the hollow: less is a rounded edge or a recess ..."""
+MOST_BALLS = 30.0
+"""... but never more than this many volumes of the ball: that much is a drawer in a large body."""
+ADDED_SHARE = 0.1
+"""Volume that joining two pieces may add, over the smaller one's: a mesh's own facets leave out as much of a curve."""
+DECAL_SHARE = 0.9
+"""Share of a sheet that lies on the link's solids from which it is a decal; what spans a gap is a wall or a pane."""
+
+
+@dataclass(frozen=True)
+class Sizes:
+    """Lengths at the authored scale, m: the ball that hollows are made for, and the thickness that sheets are given."""
+
+    ball_radius: float
+    thickness: float
+
+    @property
+    def ball_volume(self) -> float:
+        """Volume of the ball, m³."""
+        return 4.0 / 3.0 * np.pi * self.ball_radius**3
+
+
+@dataclass(frozen=True)
+class LinkPieces:
+    """A link's pieces, its hollow (None where no shell is large enough to have one), and what was done to it.
+
+    ``filled_before`` is the volume of the hollow that the shells' hulls took up, ``allowed`` what they may, m³.
+    """
+
+    pieces: list[Piece]
+    hollow: Hollow | None
+    cut_shells: int
+    decals: int
+    walls: int
+    filled_before: float
+    allowed: float
+
+    @cached_property
+    def filled(self) -> float:
+        """Volume of the hollow that the pieces take up, m³; what two of them share counts twice."""
+        return 0.0 if self.hollow is None else sum(self.hollow.filled_m3(piece.points) for piece in self.pieces)
+
+
+Cutter = Callable[[Shell, Hollow, Sizes], list[Piece]]
+"""What makes convex pieces of a shell whose hull fills the hollow."""
+
+
+def link_pieces(
+    shells: Sequence[Shell], others: Callable[[], Array], sizes: Sizes, most: int, cutter: Cutter
+) -> LinkPieces:
+    """The pieces of one link's shells, at most ``most``; ``others`` answers (n, 3) points where other links can be.
+
+    Sheets beside solids are left out where they lie on these, and become thin walls where they do not.
+    """
+    solids, sheets = [s for s in shells if s.hull is not None], [s for s in shells if s.hull is None]
+    walls = standing(sheets, solids, sizes) if solids else sheets
+    used = [*solids, *walls]
+    worth = any(can_be_hollow(shell, sizes) for shell in used) or len(used) > most
+    hollow = hollow_of(np.vstack([s.triangles for s in used]), sizes.ball_radius) if worth else None
+    if hollow is not None:
+        hollow = hollow.kept_clear(others())
+    wholes = [whole_of(shell, sizes) for shell in used]
+    fills = [
+        0.0 if hollow is None or s.exact else hollow.filled_m3(w.points) for s, w in zip(used, wholes, strict=True)
+    ]
+    pieces: list[Piece] = []
+    cuts: list[list[Piece]] = []
+    for shell, whole, filled in zip(used, wholes, fills, strict=True):
+        if hollow is not None and must_be_cut(shell, whole, filled, hollow, sizes):
+            cuts.append(cutter(shell, hollow, sizes))
+        else:
+            pieces.append(whole)
+    cut_pieces = [piece for own in cuts for piece in own]
+    if len(cuts) > 1:  # the inner and the outer side of a wall may be two shells
+        cut_pieces = join(cut_pieces, hollow, sizes.thickness, enough=ENOUGH)
+    kept = [piece_of(points, 0.0) for points in outermost([piece.points for piece in [*pieces, *cut_pieces]])]
+    return LinkPieces(
+        pieces=join(kept, hollow, sizes.thickness, most=most, added_share=ADDED_SHARE),
+        hollow=hollow,
+        cut_shells=sum(len(own) > 1 for own in cuts),
+        decals=len(sheets) - len(walls),
+        walls=len(walls),
+        filled_before=sum(fills),
+        allowed=sum(allowance(whole.volume, sizes) for whole in wholes),
+    )
+
+
+def whole_of(shell: Shell, sizes: Sizes) -> Piece:
+    """The hull of a shell; a sheet as a thin wall."""
+    points = shell.vertices[np.unique(shell.faces)] if shell.hull is None else shell.hull
+    return piece_of(points, sizes.thickness)
+
+
+def must_be_cut(shell: Shell, whole: Piece, filled: float, hollow: Hollow, sizes: Sizes) -> bool:
+    """Whether a shell's hull fills (m³) more of the hollow than it may, or a sheet's spans a hole in it."""
+    if shell.exact:
+        return False
+    spans = shell.hull is None and hollow.deepest(whole.points, whole.triangles) > ALLOWED
+    return spans or filled > allowance(whole.volume, sizes)
+
+
+def by_faces(shell: Shell, hollow: Hollow, sizes: Sizes) -> list[Piece]:
+    """A shell's pieces by grouping its faces."""
+    return cut(shell.vertices, shell.faces, hollow, sizes.thickness)
+
+
+def by_coacd(shell: Shell, hollow: Hollow, sizes: Sizes) -> list[Piece]:
+    """A shell's pieces by CoACD or V-HACD, by its faces where they give none."""
+    used, faces = np.unique(shell.faces, return_inverse=True)
+    found = decompose(shell.vertices[used], faces.reshape(-1, 3), DecomposeSettings())
+    return by_faces(shell, hollow, sizes) if found is None else [piece_of(points, 0.0) for points in found]
+
+
+def reduced(link: LinkPieces, sizes: Sizes, most: int) -> LinkPieces:
+    """The same link with at most ``most`` pieces."""
+    if len(link.pieces) <= most:
+        return link
+    return replace(link, pieces=join(link.pieces, link.hollow, sizes.thickness, most=most, added_share=ADDED_SHARE))
+
+
+def allowance(hull_volume: float, sizes: Sizes) -> float:
+    """Volume of the hollow (m³) that a hull may fill and still stand for its shell."""
+    share = min(FILLED_SHARE * hull_volume, MOST_BALLS * sizes.ball_volume)
+    return max(LEAST_BALLS * sizes.ball_volume, share)
+
+
+def can_be_hollow(shell: Shell, sizes: Sizes) -> bool:
+    """Whether a ball, or a good part of it, fits into the box of a shell that is not its own hull."""
+    least, middle, _ = np.sort(np.ptp(shell.vertices[np.unique(shell.faces)], axis=0))
+    if shell.hull is None:
+        return bool(middle >= 2.0 * sizes.ball_radius)
+    return not shell.exact and bool(least >= sizes.ball_radius and middle >= 2.0 * sizes.ball_radius)
+
+
+def standing(sheets: Sequence[Shell], solids: Sequence[Shell], sizes: Sizes) -> list[Shell]:
+    """The sheets that do not lie on the solids, nor within a cell of them, and are larger than the ball."""
+    large = [sheet for sheet in sheets if can_be_hollow(sheet, sizes)]
+    if not large:
+        return []
+    grid = hollow_of(np.vstack([s.triangles for s in [*solids, *large]]), sizes.ball_radius)
+    taken = np.zeros(grid.depth.shape, dtype=bool)
+    index = grid.cells(np.vstack([samples(s.triangles, grid.cell_m / 2.0) for s in solids]))
+    taken[index[:, 0], index[:, 1], index[:, 2]] = True
+    near = ndimage.binary_dilation(taken, np.ones((3, 3, 3), dtype=bool))
+    found = []
+    for sheet in large:
+        index = grid.cells(samples(sheet.triangles, grid.cell_m))
+        if float(near[index[:, 0], index[:, 1], index[:, 2]].mean()) < DECAL_SHARE:
+            found.append(sheet)
+    return found

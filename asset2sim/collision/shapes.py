@@ -1,0 +1,176 @@
+"""Collision geometry of a whole asset by mode: as authored, one hull a shell, or pieces that leave hollows empty."""
+
+from collections.abc import Mapping
+from functools import partial
+from pathlib import Path
+
+import numpy as np
+import trimesh
+
+from asset2sim.arrays import Array
+from asset2sim.collision.hulls import Hulls, collision_hulls, simplified
+from asset2sim.collision.link import LinkPieces, Sizes, by_coacd, by_faces, link_pieces, reduced
+from asset2sim.collision.store import content_key, read, write
+from asset2sim.collision.surfaces import link_shells
+from asset2sim.extraction import Extraction
+from asset2sim.geometry.hollow import samples
+from asset2sim.kinematics import apply, link_to_root, tree_of
+from schemas.finding import Finding
+from schemas.settings import CollisionSettings
+from schemas.vocabulary import CollisionMode, Severity, Stage
+
+SHEET_SHARE = 0.004
+"""Thickest that a sheet may become over the object's longest extent: 2 mm on 50 cm, less on what is smaller."""
+
+
+def collision_shapes(
+    extraction: Extraction, scale: float, settings: CollisionSettings, cache: Path | None = None
+) -> tuple[Hulls, tuple[Finding, ...]]:
+    """Each link's convex pieces, (k, 3) points in its frame at the final scale, and what was done to come by them.
+
+    ``keep`` answers no hulls: the authored collision geometry stays. The same content, scale and settings always give
+    the same pieces; ``cache`` is a folder, shared by many processes, that keeps them.
+    """
+    if settings.mode is CollisionMode.KEEP:
+        return {}, ()
+    if settings.mode is CollisionMode.REPAIR:
+        return collision_hulls(extraction, scale), sheet_findings(extraction)
+    path = None if cache is None else cache / f"{content_key(extraction, scale, settings)}.npz"
+    if path is not None and (known := read(path)) is not None:
+        return known
+    hulls, findings = decomposed(extraction, scale, settings)
+    if path is not None:
+        write(path, hulls, findings)
+    return hulls, findings
+
+
+def decomposed(extraction: Extraction, scale: float, settings: CollisionSettings) -> tuple[Hulls, tuple[Finding, ...]]:
+    """Each link's pieces within the budgets of link and asset, and a finding for each link that is not as authored."""
+    extent = max(extraction.features.rest_size)
+    sizes = Sizes(
+        ball_radius=min(settings.hollow_share / 2.0 * extent, settings.hollow_m / 2.0 / scale),
+        thickness=min(SHEET_SHARE * extent, settings.sheet_thickness_m / scale),
+    )
+    meshes: dict[Path, trimesh.Trimesh] = {}
+    shells = {link: link_shells(extraction, link, meshes) for link in extraction.geometry}
+    occupied = {
+        link: samples(np.vstack([shell.triangles for shell in own]), sizes.ball_radius)
+        for link, own in shells.items()
+        if own
+    }
+    poses = states(extraction)
+    cutter = by_coacd if settings.cutter == "coacd" else by_faces
+    found = {
+        link: link_pieces(own, partial(standing_near, link, occupied, poses), sizes, settings.max_link_hulls, cutter)
+        for link, own in shells.items()
+    }
+    most = cap([len(item.pieces) for item in found.values()], settings.max_asset_hulls)
+    found = {link: reduced(item, sizes, most) for link, item in found.items()}
+    hulls = {link: tuple(simplified(piece.points) * scale for piece in item.pieces) for link, item in found.items()}
+    return hulls, tuple(note for link, item in found.items() for note in findings_of(link, item, scale))
+
+
+def states(extraction: Extraction) -> list[dict[str, Array]]:
+    """Link → (4, 4) link-to-root transforms at rest, and with all joints closed, half open and open."""
+    joints = extraction.features.movable_joints
+    tree = tree_of(extraction.features.joints)
+    ends = [(j.name, j.closed, j.open) for j in joints if j.closed is not None and j.open is not None]
+    positions: list[dict[str, float]] = [{}]
+    positions += [{name: closed + share * (opened - closed) for name, closed, opened in ends} for share in (0, 0.5, 1)]
+    return [link_to_root(tree, extraction.features.root, state) for state in positions]
+
+
+def standing_near(link: str, occupied: Mapping[str, Array], poses: list[dict[str, Array]]) -> Array:
+    """(n, 3) points of all other links in one link's frame, in each state, within the link's box."""
+    low, high = occupied[link].min(axis=0), occupied[link].max(axis=0)
+    near = [np.zeros((0, 3))]
+    for state in poses:
+        to_link = np.linalg.inv(state[link])
+        for other, points in occupied.items():
+            if other != link:
+                placed = apply(to_link @ state[other], points)
+                near.append(placed[np.all((placed >= low) & (placed <= high), axis=1)])
+    return np.vstack(near)
+
+
+def cap(counts: list[int], most: int) -> int:
+    """The largest number of pieces that every link may have so that all have at most ``most``; at least one."""
+    limit = max(counts, default=1)
+    while limit > 1 and sum(min(count, limit) for count in counts) > most:
+        limit -= 1
+    return max(limit, 1)
+
+
+def findings_of(link: str, item: LinkPieces, scale: float) -> list[Finding]:
+    """What was done to one link's collision shapes."""
+    litres = 1000.0 * scale**3
+    notes: list[Finding] = []
+    if item.decals:
+        notes.append(dropped(link, item.decals))
+    if item.walls:
+        notes.append(
+            _finding(
+                "sheet_thickened", link, f"link '{link}': {item.walls} sheets without a thickness collide as thin walls"
+            )
+        )
+    if item.cut_shells:
+        notes.append(
+            _finding(
+                "collision_decomposed",
+                link,
+                f"link '{link}': {item.cut_shells} hollow shells collide as {len(item.pieces)} convex pieces with the "
+                f"rest; their hulls filled {litres * item.filled_before:.3g} l of what is open, the pieces "
+                f"{litres * item.filled:.3g} l",
+                value=litres * item.filled,
+            )
+        )
+    if item.filled > item.allowed + STILL_SHARE * item.filled_before:
+        notes.append(
+            _finding(
+                "collision_fallback",
+                link,
+                f"link '{link}': {litres * item.filled:.3g} l of its hollow stay filled, since more convex pieces than "
+                "the budget allows would be needed; raise collision.max_link_hulls or collision.max_asset_hulls",
+                severity=Severity.WARNING,
+                value=litres * item.filled,
+                limit=litres * item.allowed,
+            )
+        )
+    return notes
+
+
+STILL_SHARE = 0.1
+"""Share of what the hulls filled that may stay filled before it is said to be a fallback."""
+
+
+def sheet_findings(extraction: Extraction) -> tuple[Finding, ...]:
+    """What one hull a shell does with sheets: beside solids they do not collide, alone they are thickened."""
+    notes: list[Finding] = []
+    for link, geometry in extraction.geometry.items():
+        sheets = sum(1 for part in geometry.parts if part.sheet is not None)
+        if sheets and sheets < len(geometry.parts):
+            notes.append(dropped(link, sheets))
+        elif sheets:
+            text = f"link '{link}': its {sheets} sheets without a thickness collide as thin walls"
+            notes.append(_finding("sheet_thickened", link, text))
+    return tuple(notes)
+
+
+def dropped(link: str, count: int) -> Finding:
+    """Sheets that are for looks only."""
+    return _finding(
+        "sheet_dropped", link, f"link '{link}': {count} flat meshes on its solids are looks and do not collide"
+    )
+
+
+def _finding(
+    code: str,
+    link: str,
+    message: str,
+    severity: Severity = Severity.INFO,
+    value: float | None = None,
+    limit: float | None = None,
+) -> Finding:
+    return Finding(
+        stage=Stage.APPLY, severity=severity, code=code, message=message, link=link, value=value, limit=limit
+    )

@@ -1,0 +1,64 @@
+"""The faces that a link's collision shapes stand for, shell by shell, in the link's frame at the authored scale."""
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+import trimesh
+from numpy.typing import NDArray
+
+from asset2sim.arrays import Array
+from asset2sim.extraction import Extraction
+from asset2sim.geometry.hull import hull_of
+from asset2sim.geometry.load import load_mesh
+from asset2sim.geometry.pieces import shells
+
+
+@dataclass(frozen=True)
+class Shell:
+    """One shell: its (n, 3) vertices and (m, 3) faces, and the (k, 3) points of its hull, none where it is flat.
+
+    ``exact`` says that its mesh is closed and convex, so that the hull is its very shape.
+    """
+
+    vertices: Array
+    faces: NDArray[np.int64]
+    hull: Array | None
+    exact: bool
+
+    @property
+    def triangles(self) -> Array:
+        """(m, 3, 3) its faces."""
+        return self.vertices[self.faces]
+
+
+def link_shells(extraction: Extraction, link: str, meshes: dict[Path, trimesh.Trimesh]) -> list[Shell]:
+    """The shells of one link's meshes; ``meshes`` keeps each file that was read. Primitives have none."""
+    found: list[Shell] = []
+    for part in extraction.geometry[link].parts:
+        file = extraction.mesh_files.get(part.reference)
+        if file is None:
+            continue
+        if file not in meshes:
+            meshes[file] = load_mesh(file)
+        mesh = meshes[file].copy()
+        mesh.apply_scale(part.scale)
+        faces = single_sided(np.asarray(mesh.faces))
+        placed = np.asarray(mesh.vertices, dtype=float) @ part.rotation.T + part.translation
+        whole = hull_of(np.asarray(mesh.vertices, dtype=float))
+        if whole is None or part.sheet is not None:
+            found.append(Shell(placed, faces, None, False))
+        elif part.exact:
+            found.append(Shell(placed, faces, part.pieces[0], True))
+        else:
+            all_faces = np.asarray(mesh.faces)
+            for shell in shells(mesh, whole):
+                own = shell.hull.points @ part.rotation.T + part.translation
+                found.append(Shell(placed, single_sided(all_faces[shell.faces]), own, False))
+    return found
+
+
+def single_sided(faces: NDArray[np.int64]) -> NDArray[np.int64]:
+    """The (m, 3) faces without those that have the same corners as an earlier one, as both sides of a sheet do."""
+    _, first = np.unique(np.sort(faces, axis=1), axis=0, return_index=True)
+    return faces[np.sort(first)]

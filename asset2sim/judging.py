@@ -1,0 +1,136 @@
+"""The judgement of one refined asset: verified in every engine, mended where a test fails, every difference told."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from asset2sim.apply import Folder, write_urdf
+from asset2sim.collision.cause import AuthoredShapes, overlap_cause
+from asset2sim.extraction import Extraction
+from asset2sim.interaction.overlaps import overlap_pairs
+from asset2sim.interaction.sweep import Cause
+from asset2sim.kinematics import link_to_root, tree_of
+from asset2sim.mending.loop import mend
+from asset2sim.metrics.engine_verdict import disagreements, failures_of, judge_reports
+from asset2sim.metrics.verdict import Verdict
+from asset2sim.search.shapes import written_joints
+from asset2sim.verification import engines_of, verify
+from schemas.errors import AssetError
+from schemas.finding import Finding
+from schemas.interaction import EngineReport, OverlapPair
+from schemas.overlay import PhysicsOverlay
+from schemas.settings import Settings
+from schemas.trace import TraceStep
+from schemas.vocabulary import Engine, OverlapCause, Severity, Stage
+
+
+@dataclass(frozen=True)
+class Judged:
+    """The overlay as it stays written, what each engine said of it, and the verdict over all of them."""
+
+    overlay: PhysicsOverlay
+    reports: tuple[EngineReport, ...]
+    overlaps: tuple[OverlapPair, ...]
+    verdict: Verdict
+    trace: tuple[TraceStep, ...]
+    findings: tuple[Finding, ...]
+
+
+def judge_and_mend(extraction: Extraction, overlay: PhysicsOverlay, folder: Folder, settings: Settings) -> Judged:
+    """Verify the written asset in every engine and mend its dynamics where a test fails in one."""
+    cause = cause_for(extraction, overlay)
+    engines = engines_of(settings.engine)
+
+    def again(changed: PhysicsOverlay, wanted: Sequence[Engine]) -> tuple[EngineReport, ...]:
+        write_urdf(extraction, changed, folder, settings.physics)
+        return verify(wanted, folder.urdf, changed, cause, settings)
+
+    mended = mend(extraction.features, overlay, again(overlay, engines), settings, again)
+    overlaps = overlap_pairs(folder.urdf, mended.overlay.initial_positions, cause)
+    verdict = judge_reports(mended.reports, mended.overlay, settings.thresholds)
+    findings = [*mended.findings, *report_findings(mended.reports, mended.overlay, settings)]
+    return Judged(mended.overlay, mended.reports, overlaps, verdict, mended.trace, tuple(findings))
+
+
+def judge_as_written(extraction: Extraction, urdf: Path, overlay: PhysicsOverlay, settings: Settings) -> Judged:
+    """Verify a URDF as it is in every engine; nothing is mended."""
+    cause = cause_for(extraction, overlay)
+    reports = verify(engines_of(settings.engine), urdf, overlay, cause, settings)
+    verdict = judge_reports(reports, overlay, settings.thresholds)
+    try:
+        overlaps = overlap_pairs(urdf, overlay.initial_positions, cause)
+    except AssetError:  # PyBullet refuses the file, which its report says
+        overlaps = ()
+    return Judged(overlay, reports, overlaps, verdict, (), tuple(report_findings(reports, overlay, settings)))
+
+
+def report_findings(reports: Sequence[EngineReport], overlay: PhysicsOverlay, settings: Settings) -> list[Finding]:
+    """What the engines printed, every test that fails, what stops a joint, and where engines disagree."""
+    limits = settings.thresholds
+    findings: list[Finding] = []
+    names = {joint.name for joint in overlay.joints}
+    for report in reports:
+        measured = report.measurement
+        findings += [
+            Finding(
+                stage=Stage.MEASURE,
+                severity=Severity.WARNING,
+                code="engine_console",
+                message=f"{report.engine.value} printed: {line}",
+            )
+            for line in (measured.console if measured is not None else ())
+        ]
+        findings += [
+            Finding(
+                stage=Stage.MEASURE,
+                severity=Severity.ERROR,
+                code=failure.mode.value,
+                message=failure.reason,
+                joint=failure.subject if failure.subject in names else None,
+                value=failure.value,
+                limit=failure.limit,
+            )
+            for failure in failures_of(report, overlay, limits)
+        ]
+    return findings + obstacles(reports, settings) + disagreements(reports, overlay, limits)
+
+
+def obstacles(reports: Sequence[EngineReport], settings: Settings) -> list[Finding]:
+    """What authored geometry stops a joint before the end of its range, told once for all engines."""
+    share = settings.thresholds.sweep_free_share
+    told: set[str] = set()
+    findings: list[Finding] = []
+    for report in reports:
+        for sweep in report.interaction.sweeps if report.interaction is not None else ():
+            if sweep.free_share >= share or sweep.joint in told or not sweep.obstacles:
+                continue
+            told.add(sweep.joint)
+            worst = max(sweep.obstacles, key=lambda item: item.depth_m)
+            findings.append(
+                Finding(
+                    stage=Stage.MEASURE,
+                    severity=Severity.WARNING,
+                    code="sweep_stopped",
+                    message=f"joint '{sweep.joint}' moves freely over {sweep.free_share:.0%} of its range: at "
+                    f"{worst.position:.3g} '{worst.link_a}' and '{worst.link_b}' overlap by {1e3 * worst.depth_m:.3g} "
+                    f"mm ({'as authored' if worst.cause.value == 'authored' else 'their hulls do'})",
+                    joint=sweep.joint,
+                    value=sweep.free_share,
+                    limit=share,
+                )
+            )
+    return findings
+
+
+def cause_for(extraction: Extraction, overlay: PhysicsOverlay) -> Cause:
+    """Why two links of the asset overlap at given joint positions: the authored meshes do, or only their hulls."""
+    features, shapes = extraction.features, AuthoredShapes(extraction, overlay.scale)
+    tree = tree_of(written_joints(features, overlay), overlay.scale)
+
+    def cause(a: str, b: str, positions: Mapping[str, float], depth_m: float) -> OverlapCause:
+        poses = link_to_root(tree, features.root, positions)
+        return overlap_cause(shapes, a, b, np.linalg.inv(poses[b]) @ poses[a])
+
+    return cause

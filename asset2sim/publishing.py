@@ -1,0 +1,56 @@
+"""Publish: what belongs beside a refined URDF, and the state written into it where that is asked for."""
+
+import json
+from pathlib import Path
+
+from asset2sim.engines.pybullet_penetration import contacts_at
+from asset2sim.exports import write_exports
+from asset2sim.judging import Judged
+from asset2sim.metrics.penetration import penetration
+from asset2sim.urdf.bake import bake_file, baked
+from asset2sim.views import write_views
+from schemas.finding import Finding
+from schemas.overlay import PhysicsOverlay
+from schemas.settings import Settings
+from schemas.vocabulary import Severity, Stage, StateMode
+
+SAME_PHI_M = 1e-4
+"""Difference of Φ between a state and the same state baked into the URDF that is rounding, m."""
+
+
+def publish(urdf: Path, judged: Judged, settings: Settings) -> tuple[PhysicsOverlay, tuple[Finding, ...]]:
+    """Write the overlay, the measurements, exports and views; the overlay as written, and what there is to say.
+
+    Where the state is baked, it is measured once more: the baked URDF's zero must be the state that was judged.
+    """
+    folder, overlay = urdf.parent, judged.overlay
+    findings: tuple[Finding, ...] = ()
+    if settings.state is StateMode.BAKE:
+        overlay, findings = bake(urdf, overlay, settings)
+    (folder / "overlay.json").write_text(overlay.model_dump_json(indent=2), encoding="utf-8")
+    # Without the wall time: the same input gives the same bytes.
+    reports = [report.model_dump(mode="json", exclude={"seconds"}) for report in judged.reports]
+    (folder / "measurement.json").write_text(json.dumps(reports, indent=1), encoding="utf-8")
+    write_exports(folder, overlay, settings.exports)
+    if settings.views.write:
+        write_views(urdf, overlay.initial_positions, folder / "views", settings.views)
+    return overlay, findings
+
+
+def bake(urdf: Path, overlay: PhysicsOverlay, settings: Settings) -> tuple[PhysicsOverlay, tuple[Finding, ...]]:
+    """Write a URDF whose zero is the overlay's initial state in its place, and the overlay that says so."""
+    before = penetration(contacts_at(urdf, overlay.initial_positions, settings.engine))
+    bake_file(urdf, overlay.initial_positions, urdf)
+    after = penetration(contacts_at(urdf, {}, settings.engine))
+    if abs(after - before) <= SAME_PHI_M:
+        return baked(overlay), ()
+    finding = Finding(
+        stage=Stage.PUBLISH,
+        severity=Severity.WARNING,
+        code="bake_differs",
+        message=f"links overlap by {1e3 * after:.3g} mm at the zero of the baked URDF and by {1e3 * before:.3g} mm in "
+        "the state that it holds",
+        value=after,
+        limit=before,
+    )
+    return baked(overlay), (finding,)

@@ -1,0 +1,60 @@
+"""Judging one written asset: every engine in a killable process of its own, the paper's tests and interaction."""
+
+from collections.abc import Sequence
+from pathlib import Path
+from time import perf_counter
+
+from asset2sim.engines.child import Ended, in_child
+from asset2sim.engines.registry import engine_version, installed, require
+from asset2sim.engines.rest import measure
+from asset2sim.interaction.run import interact
+from asset2sim.interaction.sweep import Cause
+from schemas.interaction import EngineReport, Interaction
+from schemas.measurement import Measurement
+from schemas.overlay import PhysicsOverlay
+from schemas.settings import EngineSettings, Settings
+from schemas.vocabulary import Engine
+
+
+def engines_of(settings: EngineSettings) -> tuple[Engine, ...]:
+    """The engines to judge in. Raises UsageError where one that is asked for is not installed."""
+    for engine in settings.verify or ():
+        require(engine)
+    return settings.verify or installed()
+
+
+def verify(
+    engines: Sequence[Engine], urdf: Path, overlay: PhysicsOverlay, cause: Cause, settings: Settings
+) -> tuple[EngineReport, ...]:
+    """A report from each engine on the URDF in the overlay's initial state; an engine that dies costs only its own.
+
+    ``cause`` says of two overlapping links whether the authored meshes overlap or only their hulls.
+    """
+    return tuple(verify_in(engine, urdf, overlay, cause, settings) for engine in engines)
+
+
+def verify_in(engine: Engine, urdf: Path, overlay: PhysicsOverlay, cause: Cause, settings: Settings) -> EngineReport:
+    """One engine's report."""
+    start, own = perf_counter(), settings.engine
+
+
+    def rest() -> Measurement:
+        return measure(engine, urdf, overlay.initial_positions, overlay.contact_friction, own)
+
+    def touch() -> Interaction:
+        return interact(engine, urdf, overlay, own, settings.thresholds, cause=cause)
+
+    # A process each: an engine that dies over what is done to an object has still seen it at rest.
+    measured = in_child(engine, rest, time_limit_s=own.time_limit_s)
+    touched: Ended[Interaction] = Ended(None)
+    if own.interact and measured.problem is None:
+        touched = in_child(engine, touch, time_limit_s=own.time_limit_s)
+    return EngineReport(
+        engine=engine,
+        engine_version=engine_version(engine),
+        measurement=measured.value,
+        interaction=touched.value,
+        problem=measured.problem or touched.problem,
+        timed_out=measured.timed_out or touched.timed_out,
+        seconds=perf_counter() - start,
+    )
