@@ -11,7 +11,7 @@ from asset2sim.arrays import Array
 from asset2sim.collision.hulls import outermost
 from asset2sim.collision.surfaces import Shell
 from asset2sim.geometry.decompose import DecomposeSettings, decompose
-from asset2sim.geometry.hollow import ALLOWED, Hollow, hollow_of, samples
+from asset2sim.geometry.hollow import Hollow, hollow_of, samples
 from asset2sim.geometry.patches import ENOUGH, Piece, cut, join, piece_of
 
 LEAST_BALLS = 2.0
@@ -111,11 +111,15 @@ def whole_of(shell: Shell, sizes: Sizes) -> Piece:
 
 
 def must_be_cut(shell: Shell, whole: Piece, filled: float, hollow: Hollow, sizes: Sizes) -> bool:
-    """Whether a shell's hull fills (m³) more of the hollow than it may, or a sheet's spans a hole in it."""
+    """Whether a shell's hull fills (m³) more of the hollow than it may, or lies across an opening of it."""
     if shell.exact:
         return False
-    spans = shell.hull is None and hollow.deepest(whole.points, whole.triangles) > ALLOWED
-    return spans or filled > allowance(whole.volume, sizes)
+    if filled > allowance(whole.volume, sizes):
+        return True
+    # A frame, a bail or a ring is thinner than the hollow's cells: what it lies across counts as an area.
+    area = float(np.linalg.norm(np.cross(*np.diff(whole.triangles, axis=1).swapaxes(0, 1)), axis=1).sum()) / 2.0
+    thin = 2.0 * whole.volume < sizes.ball_radius * area
+    return thin and hollow.opened_m2(whole.triangles) > LEAST_BALLS * np.pi * sizes.ball_radius**2
 
 
 def by_faces(shell: Shell, hollow: Hollow, sizes: Sizes) -> list[Piece]:
@@ -144,11 +148,10 @@ def allowance(hull_volume: float, sizes: Sizes) -> float:
 
 
 def can_be_hollow(shell: Shell, sizes: Sizes) -> bool:
-    """Whether a ball, or a good part of it, fits into the box of a shell that is not its own hull."""
-    least, middle, _ = np.sort(np.ptp(shell.vertices[np.unique(shell.faces)], axis=0))
-    if shell.hull is None:
-        return bool(middle >= 2.0 * sizes.ball_radius)
-    return not shell.exact and bool(least >= sizes.ball_radius and middle >= 2.0 * sizes.ball_radius)
+    """Whether a shell that is not its own hull is as wide as the ball in two directions."""
+    return not shell.exact and bool(
+        np.sort(np.ptp(shell.vertices[np.unique(shell.faces)], axis=0))[1] >= 2.0 * sizes.ball_radius
+    )
 
 
 def standing(sheets: Sequence[Shell], solids: Sequence[Shell], sizes: Sizes) -> list[Shell]:

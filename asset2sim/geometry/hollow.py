@@ -90,6 +90,11 @@ class Hollow:
         )
         return float(inside.sum()) * self.cell_m**3
 
+    def opened_m2(self, triangles: Array) -> float:
+        """Area of the hollow that a plate with these (k, 3, 3) faces lies across, m²; its two sides count once."""
+        index = np.unique(self.cells(samples(triangles, self.cell_m / 2.0)), axis=0)
+        return float((self.depth[index[:, 0], index[:, 1], index[:, 2]] > ALLOWED).sum()) * self.cell_m**2
+
     def kept_clear(self, points: Array) -> "Hollow":
         """The same hollow, which what stands at these (n, 3) points also counts as, wherever it can get from outside.
 
