@@ -19,6 +19,9 @@ from schemas.vocabulary import CollisionMode, Severity, Source, Stage
 DECOMPOSED = "collision_decomposed"
 """Code of the findings that tell of links cut into convex pieces."""
 
+GOOD_PHI_M = 5e-4
+"""Φ from which it is worth trying plain hulls, m: what the nine objects of the paper are to stay under."""
+
 Timed = Callable[[Stage], AbstractContextManager[None]]
 """Adds the wall time of what runs within it to a stage."""
 
@@ -55,19 +58,26 @@ def shape_and_judge(job: Job) -> Shaped:
     """
     shaped = attempt(job)
     cut = any(finding.code == DECOMPOSED for finding in shaped.findings)
-    if shaped.judged.verdict.passed or not cut:
+    phi = largest_phi(shaped)
+    if not cut or (shaped.judged.verdict.passed and phi <= GOOD_PHI_M):
         return shaped
     hulls = attempt(in_mode(job, CollisionMode.REPAIR))
-    if hulls.judged.verdict.passed:
+    if hulls.judged.verdict.passed and not (shaped.judged.verdict.passed and phi <= largest_phi(hulls)):
         note = Finding(
             stage=Stage.MEASURE,
             severity=Severity.WARNING,
             code="collision_fallback",
             message="collision shapes are plain hulls, which fill hollows: with convex pieces "
-            + shaped.judged.verdict.reason,
+            + (f"Φ is {1e3 * phi:.3g} mm" if shaped.judged.verdict.passed else shaped.judged.verdict.reason),
         )
         return replace(hulls, findings=(*hulls.findings, note))
     return attempt(job)
+
+
+def largest_phi(shaped: Shaped) -> float:
+    """The largest Φ in any engine, m."""
+    seen = (report.measurement for report in shaped.judged.reports)
+    return max((found.penetration_m for found in seen if found is not None), default=0.0)
 
 
 def in_mode(job: Job, mode: CollisionMode) -> Job:

@@ -37,7 +37,6 @@ def verify_in(engine: Engine, urdf: Path, overlay: PhysicsOverlay, cause: Cause,
     """One engine's report."""
     start, own = perf_counter(), settings.engine
 
-
     def rest() -> Measurement:
         return measure(engine, urdf, overlay.initial_positions, overlay.contact_friction, own)
 

@@ -59,6 +59,8 @@ class PhysicsSettings(Frozen):
     """The lightest that a tiny link may stay where ``min_mass_kg`` would make it denser than any material, kg."""
     max_density_kg_m3: Positive = 20_000.0
     """Densest a link may be, over its hull, kg/m³: gold and tungsten have 19,300."""
+    raised_density_kg_m3: Positive = 10_000.0
+    """Densest that a tiny link is made so that solvers take it, over its hull, kg/m³: lead has 11,300."""
     max_spring_hz: Positive = 1000.0
     """Fastest spring that is taken at its word before the time step bounds it, Hz."""
     max_mass_ratio: Positive = 1000.0

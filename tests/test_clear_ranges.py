@@ -100,7 +100,7 @@ def test_a_hull_that_fills_a_corner_is_cut_until_the_door_passes(tmp_path: Path)
 def test_a_limit_is_drawn_in_to_where_the_meshes_meet(tmp_path: Path) -> None:
     item = thing(tmp_path, {"door": DOOR, "post": box_obj((-0.05, 0.3, -0.1), (0.05, 0.4, 0.1))}, HINGE, POST)
     hulls, found = clear(item)
-    # The door's face is 10 mm ahead of its middle: it meets the corner at (0.05, 0.3), less the 1.9 mm that margins keep.
+    # The door's face is 10 mm ahead of its middle: it meets the corner at (0.05, 0.3), less 1.9 mm that margins keep.
     meets = math.atan2(0.3, 0.05) - math.asin(0.0119 / math.hypot(0.3, 0.05))
     assert list(found.limits) == ["hinge"] and found.limits["hinge"][0] == 0.0
     assert meets - 2e-3 < found.limits["hinge"][1] <= meets + 1e-4

@@ -107,6 +107,17 @@ def test_a_sheet_that_spans_a_gap_is_a_wall(tmp_path: Path) -> None:
     assert {note.code for note in notes} == {"sheet_dropped", "sheet_thickened"}
 
 
+def test_a_thin_frame_stays_open(tmp_path: Path) -> None:
+    """A ring of 4 mm wire around 0.3 m, as a bail or a door frame is: thinner than the hollow's cells."""
+    ring = trimesh.creation.annulus(r_min=0.146, r_max=0.15, height=0.004, sections=24)
+    urdf = robot(link("ring", mesh("ring.obj")))
+    item = read(written(tmp_path / "ring", urdf, {"ring.obj": ring.export(file_type="obj")}))
+    hulls, _ = collision_shapes(item, 1.0, SETTINGS)
+    assert inside(collision_hulls(item, 1.0), "ring", (0.1, 0.0, 0.0))
+    assert not inside(hulls, "ring", (0.1, 0.0, 0.0)) and not inside(hulls, "ring", (0.0, 0.0, 0.0))
+    assert 4 <= len(hulls["ring"]) <= 12
+
+
 def test_the_cache_answers_alike_and_knows_what_it_depends_on(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     item, cache = read(case(tmp_path / "case")), tmp_path / "cache"
     first = collision_shapes(item, 1.0, SETTINGS, cache)

@@ -89,8 +89,11 @@ def test_the_cause_is_asked_for_where_it_jams(tmp_path: Path) -> None:
         return OverlapCause.HULL
 
     swept(cabinet(tmp_path, stop_at=0.2), Engine.PYBULLET, cause)
-    ((a, b, position),) = asked
+    a, b, position = asked[0]
     assert {a, b} == {"drawer", "post"} and position == pytest.approx(0.2, abs=0.01)
+    # A hull is in the way: it is asked further on, to the end of the range, whether the meshes would be too.
+    further = [q for _, _, q in asked[1:]]
+    assert further == sorted(further) and further[0] > position and further[-1] == pytest.approx(0.4)
 
 
 @pytest.mark.parametrize("engine", ENGINES)

@@ -163,11 +163,11 @@ def test_changes_that_measure_worse_are_taken_back(bench: Bench) -> None:
 
 
 def test_a_step_that_helps_a_little_is_kept_and_the_next_goes_on_from_it(bench: Bench) -> None:
-    result, asked = seen_as(bench, lambda n, _: swing(0.01 / (n + 1)))
+    result, asked = seen_as(bench, lambda n, _: swing(0.1 / (n + 1)))
     assert all(step.accepted for step in result.trace) and len(result.trace) == UNSEEN.search.mend_rounds
     damping = [overlay.joints[0].damping for overlay, _ in asked]
     assert damping == sorted(damping)
-    assert result.trace[0].value_before == 0.01 and result.trace[0].value_after == 0.005
+    assert result.trace[0].value_before == 0.1 and result.trace[0].value_after == 0.05
 
 
 def test_what_helps_one_engine_and_breaks_another_is_not_kept(bench: Bench) -> None:

@@ -56,9 +56,10 @@ def test_every_engine_has_a_line_with_its_tests_and_efforts(tmp_path: Path) -> N
     write_run(tmp_path, start_run(Settings(), "data"), [make_record("7")])
     text = text_of(describe_asset(tmp_path, "7"), 160)
     (line,) = [line.split() for line in text.splitlines() if line.strip().startswith("mujoco")]
-    assert line[:6] == ["mujoco", "1.0", "ok", "0.500", "0.000100", "0.00100"] and line[6] == "2/2" and line[-1] == "0.40"
+    assert line[:6] == ["mujoco", "1.0", "ok", "0.500", "0.000100", "0.00100"]
+    assert line[6] == "2/2" and line[-1] == "0.40"
     effort = next(line for line in text.splitlines() if line.split() == ["hinge", "0.0100", "–"])
-    assert effort and "Least effort that moves a joint, in pybullet" in text
+    assert effort and "Least effort" in text
     assert "not seen by default: parent and child" in text and "hull" in text
 
 

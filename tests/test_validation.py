@@ -103,7 +103,7 @@ def test_whatever_a_model_says_can_be_simulated(overlay: Overlay) -> None:
         # Light or far lighter than the heaviest only where more would be denser than any material.
         least = max(PHYSICS.min_mass_kg, heaviest / PHYSICS.max_mass_ratio)
         shape = thing().features.link(item.name)
-        densest = PHYSICS.max_density_kg_m3 * max(shape.volume_m3, shape.hull_volume_m3) * result.scale**3
+        densest = PHYSICS.raised_density_kg_m3 * max(shape.volume_m3, shape.hull_volume_m3) * result.scale**3
         bound = least if densest == 0.0 else max(min(least, densest), PHYSICS.smallest_mass_kg)
         assert item.mass_kg >= bound * (1.0 - 1e-9), item.name
         moments = np.linalg.eigvalsh(tensor_of(item.inertia))

@@ -159,7 +159,7 @@ def give_options(spec: mujoco.MjSpec, timestep_s: float, gravity_m_s2: float) ->
     The integrator ``implicitfast`` takes joint damping implicitly, so that no damping is too large for a step. Newton's
     solver with elliptic cones converges to the exact solution of a step; ``FRICTION_RATIO`` keeps friction from
     creeping. Constraints have time constants of ``REFERENCE_STEPS`` steps, scaled by MuJoCo's own estimate of what they
-    move: with the exact figure (diagexact) the solver failed to converge where four drawers met their stops at once, and
+    move: with the exact figure (diagexact) the solver did not converge where four drawers met their stops at once, and
     threw them at 200 m/s. The reset of a state that is no longer a number is off: it would hide an explosion.
     """
     option = spec.option

@@ -71,10 +71,7 @@ def middle_positions(item: Mechanism, holding: Sequence[JointPhysics]) -> dict[s
 def unobstructed(world: World, item: Mechanism, names: Sequence[str]) -> list[str]:
     """Of these joints, those whose parts overlap nothing at the world's present pose: what touches is pushed out."""
     touched = {
-        link
-        for pair in by_pair(world.contacts())
-        if pair.depth_m > TOUCHING_M
-        for link in (pair.link_a, pair.link_b)
+        link for pair in by_pair(world.contacts()) if pair.depth_m > TOUCHING_M for link in (pair.link_a, pair.link_b)
     }
     return [name for name in names if not touched & item.moved[name]]
 

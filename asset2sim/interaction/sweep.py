@@ -21,6 +21,8 @@ BISECTIONS = 4
 """Halvings of the step in which a joint runs into something: the end of the free stretch to 0.3 % of the range."""
 MOST_CLEARED = 6
 """Other joints that are moved out of the way of one, at most."""
+BEYOND = 12
+"""Positions between a hull's obstacle and the end of the range at which the meshes are looked at."""
 GAIN = 0.01
 """Share of the range by which moving another joint away must lengthen the free stretch to be worth stating."""
 
@@ -76,6 +78,24 @@ def depths(world: World) -> Depths:
     return {(pair.link_a, pair.link_b): pair.depth_m for pair in by_pair(world.contacts())}
 
 
+def authored_beyond(
+    item: Mechanism,
+    joint: JointPhysics,
+    stretch: Stretch,
+    obstacle: Obstacle,
+    others: Mapping[str, float],
+    cause: Cause,
+) -> Obstacle | None:
+    """Where the meshes of an obstacle's links meet further on: the hulls take no more than what lies before."""
+    lower, upper = span_of(joint)
+    end = upper if obstacle.position >= stretch.high else lower
+    for position in np.linspace(obstacle.position, end, BEYOND + 1)[1:].tolist():
+        at = item.start | dict(others) | {joint.name: position}
+        if cause(obstacle.link_a, obstacle.link_b, at, obstacle.depth_m) is OverlapCause.AUTHORED:
+            return obstacle.model_copy(update={"position": position, "cause": OverlapCause.AUTHORED})
+    return None
+
+
 def record(item: Mechanism, joint: JointPhysics, stretch: Stretch, others: dict[str, float], cause: Cause) -> Sweep:
     """The record of one joint, with the cause of each overlap that ends its free stretch."""
     lower, upper = span_of(joint)
@@ -89,6 +109,12 @@ def record(item: Mechanism, joint: JointPhysics, stretch: Stretch, others: dict[
         )
         for position, overlaps in stretch.ends
         for (a, b), depth in sorted(overlaps.items())
+    ]
+    obstacles += [
+        beyond
+        for obstacle in obstacles
+        if obstacle.cause is OverlapCause.HULL
+        and (beyond := authored_beyond(item, joint, stretch, obstacle, others, cause)) is not None
     ]
     return Sweep(
         joint=joint.name,

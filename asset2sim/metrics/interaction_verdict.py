@@ -10,6 +10,9 @@ from schemas.overlay import JointPhysics, PhysicsOverlay
 from schemas.settings import Thresholds
 from schemas.vocabulary import FailureMode, OverlapCause
 
+ROOM_SHARE = 0.02
+"""Share of its range that a joint must have free ahead of it to be called stuck where no effort moves it."""
+
 
 @dataclass(frozen=True)
 class TestVerdict:
@@ -111,8 +114,7 @@ def judge_sweep(
     swept += (f" with {others}" if others else "") + (f": {where}" if where else "")
     if 1.0 - lost < limit:
         return TestVerdict(FailureMode.JAM, item.joint, False, 1.0 - lost, limit, swept + "; a hull is in its way")
-    # What other joints must make room for cannot be moved while they are where they start.
-    if opening is not None and opening.stuck and not authored and not item.others:
+    if opening is not None and not authored and stuck(item, joint, opening):
         reason = f"joint '{item.joint}' is stuck in {engine}: no effort up to its limit moves it where it has room"
         return TestVerdict(FailureMode.JAM, item.joint, False, opening.effort_limit, opening.effort_limit, reason)
     if item.free_share < limit:
@@ -121,17 +123,37 @@ def judge_sweep(
 
 
 def hull_loss(item: Sweep) -> float:
-    """The share of the range that is lost to hulls: on each side on which no authored overlap ends the free stretch."""
+    """The share of the range that is lost to hulls alone: on each side, up to where the meshes themselves would stop
+    it."""
     if item.free_lower is None or item.free_upper is None or item.upper <= item.lower:
         return 1.0 - item.free_share if any(o.cause is OverlapCause.HULL for o in item.obstacles) else 0.0
     lost = 0.0
-    for missing, obstacles in (
-        (item.free_lower - item.lower, [o for o in item.obstacles if o.position <= item.free_lower]),
-        (item.upper - item.free_upper, [o for o in item.obstacles if o.position >= item.free_upper]),
+    for free, end, obstacles in (
+        (item.free_lower, item.lower, [o for o in item.obstacles if o.position <= item.free_lower]),
+        (item.free_upper, item.upper, [o for o in item.obstacles if o.position >= item.free_upper]),
     ):
-        if obstacles and all(o.cause is OverlapCause.HULL for o in obstacles):
-            lost += max(0.0, missing)
+        if not obstacles:
+            continue
+        first = min(abs(o.position - free) for o in obstacles)
+        authored = [abs(o.position - free) for o in obstacles if o.cause is OverlapCause.AUTHORED]
+        if first not in authored:
+            lost += min([abs(end - free), *authored])
     return lost / (item.upper - item.lower)
+
+
+def stuck(item: Sweep, joint: JointPhysics, opening: Opening | None) -> bool:
+    """Whether no effort moves a joint in a direction in which the sweep found it free.
+
+    What other joints must make room for, and what already touches its neighbour, cannot be moved from its start.
+    """
+    if opening is None or not opening.stuck or item.others:
+        return False
+    low = item.lower if item.free_lower is None else item.free_lower
+    high = item.upper if item.free_upper is None else item.free_upper
+    rooms = (high - item.start, item.start - low)
+    opens, closes = rooms if joint.open >= joint.closed else rooms[::-1]
+    least = ROOM_SHARE * (item.upper - item.lower)
+    return (opening.opening is None and opens > least) or (opening.closing is None and closes > least)
 
 
 def judge_hold(items: list[Hold], joint: JointPhysics, engine: str, limits: Thresholds) -> TestVerdict:

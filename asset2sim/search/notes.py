@@ -27,20 +27,8 @@ def note_moves(requested: Pose, moved: Mapping[str, float], log: Log) -> None:
 
 
 def note_shapes(best: Attempt, log: Log) -> None:
-    """A finding for every link that was decomposed or lost part of its collision shape, with the links it was
+    """A finding for every link that lost part of its collision shape, with the links it was
     cleared of."""
-    for link in best.decomposed:
-        log.findings.append(
-            Finding(
-                stage=Stage.REFINE,
-                severity=Severity.INFO,
-                code="collision_decomposed",
-                link=link,
-                value=float(len(best.hulls[link])),
-                message=f"collision of link '{link}' decomposed into {len(best.hulls[link])} convex pieces, "
-                "since its hull reached deep into another link",
-            )
-        )
     note_cuts(best.cut, "where it overlaps", "in every state near the requested one", log)
 
 
