@@ -94,7 +94,7 @@ def attempt(job: Job) -> Shaped:
         folder = write_folder(job.extraction, job.overlay, hulls, job.path, job.settings.physics, mode)
     with job.timed(Stage.REFINE):
         refined = refine_in_engine(
-            job.extraction, job.proposal, job.overlay, job.source, hulls, folder, job.cache, job.settings, job.ask
+            job.extraction, job.proposal, job.overlay, job.source, hulls, folder, job.settings, job.ask
         )
     with job.timed(Stage.MEASURE):
         judged = judge_and_mend(job.extraction, refined.overlay, refined.folder, job.settings)

@@ -2,7 +2,6 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from pathlib import Path
 
 from asset2sim.apply import Folder, with_hulls, write_urdf
 from asset2sim.collision.hulls import Hulls
@@ -48,15 +47,14 @@ def refine_in_engine(
     source: Source,
     hulls: Hulls,
     folder: Folder,
-    cache: Path,
     settings: Settings,
     ask: ModelAsk,
 ) -> Refined:
     """Lower Φ: first by state, near the requested one; then, where no state helps, by collision shape.
 
-    Joint dynamics are derived anew where the state moved. ``cache`` holds convex pieces by mesh content.
+    Joint dynamics are derived anew where the state moved.
     """
-    loop = Loop(extraction, proposal, overlay, source, hulls, cache, settings, ask, Log())
+    loop = Loop(extraction, proposal, overlay, source, hulls, settings, ask, Log())
     requested = overlay.initial_positions
     tolerance = settings.search.closed_tolerance
     found = search_state(loop, folder, tolerance, asking=False)

@@ -2,7 +2,6 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
-from pathlib import Path
 
 from asset2sim.collision.hulls import Hulls
 from asset2sim.extraction import Extraction
@@ -39,7 +38,6 @@ class Loop:
     overlay: PhysicsOverlay
     source: Source
     hulls: Hulls
-    cache: Path
     settings: Settings
     ask: ModelAsk
     log: Log
