@@ -43,8 +43,6 @@ if TYPE_CHECKING:
 USD_NAME = "mobility.usda"
 GEOMETRY_NAME = "mobility_geometry.usdc"
 """The layer that holds the points: binary, so that the other one stays short enough to read."""
-PER_DEGREE = math.pi / 180.0
-"""Radians in a degree: what a coefficient per radian is to be multiplied by to become one per degree."""
 
 
 def require_usd() -> None:

@@ -62,7 +62,7 @@ def mend(features: Features, overlay: PhysicsOverlay, reports: Reports, settings
             found = merged(reports, seen)
             if better and len(engines) > 1:
                 found = merged(found, verify(candidate, [e for e in engines if e is not target.engine]))
-            kept = better and not breaks(failed, all_failures(candidate, found, settings), target)
+            kept = better and not breaks(failed, all_failures(candidate, found, settings))
             trace.append(step(target, remedy, candidate, found, kept, settings))
             if kept:
                 why = f"{target.mode.value} failed in {target.engine.value} ({target.reason})"
@@ -108,14 +108,14 @@ def improves(target: Failure, now: Sequence[Failure]) -> bool:
     if any(item.mode in (FailureMode.ENGINE_CRASH, FailureMode.TIMEOUT) for item in now):
         return False
     if same is None:
-        # The paper's tests are judged in order, one verdict an engine: another of them in its place is no gain.
+        # If another of the paper's tests fails in its place, that one is new, and ``breaks`` sees it.
         return True
     if target.value is None or same.value is None or target.limit is None:
         return False
     return abs(same.value - target.limit) < (1.0 - LEAST_GAIN) * abs(target.value - target.limit)
 
 
-def breaks(before: Sequence[Failure], after: Sequence[Failure], target: Failure) -> bool:
+def breaks(before: Sequence[Failure], after: Sequence[Failure]) -> bool:
     """Whether a test fails that passed before."""
     known = {failure.key for failure in before}
     return any(failure.key not in known for failure in after)
