@@ -2,6 +2,7 @@
 
 from pydantic import Field
 
+from schemas.alignment import Alignment
 from schemas.base import Frozen
 from schemas.call import ModelCall
 from schemas.features import Features
@@ -39,6 +40,7 @@ class AssetRecord(Frozen):
     measurement: Measurement | None = None
     reports: tuple[EngineReport, ...] = ()
     overlaps: tuple[OverlapPair, ...] = ()
+    alignment: Alignment | None = None
     calls: tuple[ModelCall, ...] = ()
     trace: tuple[TraceStep, ...] = ()
     findings: tuple[Finding, ...] = ()

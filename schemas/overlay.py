@@ -61,6 +61,8 @@ class Overlay(Frozen):
 
     ``initial_joint_positions`` names only joints for which the user asks a state; every other joint starts closed or at
     its authored zero. ``asked`` names what in the answer came from the user's words: ``scale``, or a joint's name.
+    ``sigmas`` is the model's own standard deviation of a number in the answer, in its unit, by path: ``scale``,
+    ``links.NAME.FIELD``, ``joints.NAME.FIELD``, ``initial_joint_positions.NAME``.
     """
 
     scale: Positive
@@ -69,6 +71,7 @@ class Overlay(Frozen):
     joints: tuple[JointProposal, ...] = ()
     initial_joint_positions: dict[str, Finite] = Field(default_factory=dict)
     asked: tuple[str, ...] = ()
+    sigmas: dict[str, NonNegative] = Field(default_factory=dict)
     notes: tuple[str, ...] = ()
 
 

@@ -1,5 +1,7 @@
 """A request to a model and what came back: small, picklable records, since the asker may sit in another process."""
 
+from typing import Any, Literal
+
 from schemas.base import Frozen
 from schemas.call import ModelCall
 
@@ -11,19 +13,60 @@ class LabelledImage(Frozen):
     png: bytes
 
 
+class Tool(Frozen):
+    """A function that the model may ask for; ``parameters`` is the JSON Schema of its arguments."""
+
+    name: str
+    description: str
+    parameters: dict[str, Any]
+
+
+class ToolCall(Frozen):
+    """A model's wish to have a tool run; ``arguments`` is the JSON text that it wrote, right or wrong."""
+
+    call_id: str
+    name: str
+    arguments: str
+
+
+class Turn(Frozen):
+    """One earlier message of a conversation: the model's own, what a tool returned, or what the user added."""
+
+    role: Literal["assistant", "tool", "user"]
+    content: str = ""
+    tool_calls: tuple[ToolCall, ...] = ()
+    call_id: str | None = None
+    images: tuple[LabelledImage, ...] = ()
+
+
 class ModelRequest(Frozen):
     """One question: ``system`` says how to answer, ``text`` holds structured information and the user's
-    guidance as data."""
+    guidance as data.
+
+    ``answer_schema`` is the JSON Schema of the answer, for models that can be held to one. ``turns`` come after
+    ``text``, oldest first. ``sample`` numbers repeats of the same question, which are answered anew each.
+    """
 
     purpose: str
     system: str
     text: str
     images: tuple[LabelledImage, ...] = ()
+    answer_schema: dict[str, Any] | None = None
+    turns: tuple[Turn, ...] = ()
+    tools: tuple[Tool, ...] = ()
+    sample: int = 0
 
 
 class ModelAnswer(Frozen):
-    """The answer's text, or None with ``error`` saying why there is none; ``calls`` holds one row per attempt."""
+    """The answer's text, or None with ``error`` saying why there is none; ``calls`` holds one row per attempt.
+
+    ``tool_calls`` is what the model wants run before it goes on. ``budget_spent`` says that a budget, not the model,
+    is why nothing was asked. ``without_images`` says why images that the request had were not sent.
+    """
 
     content: str | None
     calls: tuple[ModelCall, ...]
     error: str | None = None
+    tool_calls: tuple[ToolCall, ...] = ()
+    budget_spent: bool = False
+    without_images: str | None = None

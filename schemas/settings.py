@@ -214,9 +214,14 @@ class SearchSettings(Frozen):
 
 
 class ModelSettings(Frozen):
-    """Which model answers, and how patiently it is asked."""
+    """Which model answers, how patiently it is asked, and what it may cost."""
 
     model: str = "prior/household"
+    """Answers syntheses, and everything else for which no other model is named."""
+    refinement_model: str | None = None
+    """Proposes steps of the state; None stands for ``model``."""
+    judge_model: str | None = None
+    """Looks at the refined object and scores it against its prompt; None asks nobody."""
     api_base: str | None = None
     temperature: NonNegative = 0.0
     timeout_s: Positive = 120.0
@@ -224,6 +229,32 @@ class ModelSettings(Frozen):
     max_attempts: int = Field(4, ge=1)
     """Attempts at one request where the provider answers 429, 5xx or not at all."""
     max_completion_tokens: int = Field(16_384, ge=1)
+    image_side_px: int = Field(512, ge=64)
+    """Longest side of an image that is sent, px: what most providers bill as one tile."""
+    cache: bool = True
+    """Whether an answer that was had before is taken again instead of asking."""
+    requests_per_minute: Positive | None = None
+    """Most requests a minute to one provider, over all workers of a run; None: as many as it lets through."""
+    concurrent_requests: int = Field(8, ge=1)
+    """Most requests to one provider at the same time, over all workers of a run."""
+    asset_calls: int | None = Field(None, ge=0)
+    """Most calls for one asset, attempts counted; None here and below: no limit."""
+    asset_tokens: int | None = Field(None, ge=0)
+    asset_usd: NonNegative | None = None
+    run_calls: int | None = Field(None, ge=0)
+    run_tokens: int | None = Field(None, ge=0)
+    run_usd: NonNegative | None = None
+
+
+class MethodSettings(Frozen):
+    """What the methods that ours is compared with may use (paper, baselines)."""
+
+    ivw_queries: int = Field(5, ge=1)
+    """Answers per view; with the five views 25 calls an asset."""
+    ivw_temperature: NonNegative = 0.7
+    """Temperature at which they are asked: at zero 25 answers would be 5."""
+    agent_steps: int = Field(12, ge=1)
+    """Answers that an agent may give, tool calls included."""
 
 
 class ViewSettings(Frozen):
@@ -250,6 +281,7 @@ class Settings(Frozen):
     """Everything that steers a run."""
 
     method: Method = Method.ASSET2SIM
+    methods: MethodSettings = MethodSettings()
     model: ModelSettings = ModelSettings()
     physics: PhysicsSettings = PhysicsSettings()
     engine: EngineSettings = EngineSettings()

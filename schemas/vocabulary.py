@@ -23,6 +23,7 @@ class FailureMode(StrEnum):
     ENGINE_CRASH = "engine_crash"
     TIMEOUT = "timeout"
     MODEL_ERROR = "model_error"
+    BUDGET = "budget"
 
 
 PAPER_FAILURE_MODES: dict[FailureMode, str] = {
@@ -30,6 +31,7 @@ PAPER_FAILURE_MODES: dict[FailureMode, str] = {
     FailureMode.MISSING_MESH: "segmentation problem",
     FailureMode.NO_VALID_ESTIMATE: "no valid parameter estimate",
     FailureMode.MODEL_ERROR: "no valid parameter estimate",
+    FailureMode.BUDGET: "no valid parameter estimate",
     FailureMode.INVALID_JOINT_CONFIGURATION: "invalid joint configuration",
     FailureMode.PENETRATION: "invalid penetration state",
     FailureMode.DRIFT: "drift or oscillation in simulation",
@@ -95,9 +97,19 @@ class VolumeSource(StrEnum):
 
 
 class Method(StrEnum):
-    """How an asset is refined; ``raw`` judges it as it came and writes nothing."""
+    """Where an asset's physics come from.
+
+    ``asset2sim`` is ours; ``direct`` one answer, taken as it is; ``ivw`` 25 answers, weighted by inverse variance;
+    ``reference`` an expert's scale and state, an engine's defaults for the rest; ``no-semantics`` ours with every name
+    and label withheld; ``agent`` a model with tools and no structure of ours; ``raw`` the asset as it came.
+    """
 
     ASSET2SIM = "asset2sim"
+    DIRECT = "direct"
+    IVW = "ivw"
+    REFERENCE = "reference"
+    NO_SEMANTICS = "no-semantics"
+    AGENT = "agent"
     RAW = "raw"
 
 
