@@ -12,6 +12,8 @@ from schemas.settings import Settings
 
 
 @task(name="refine-assets", cache_policy=NO_CACHE, persist_result=False)
-def refine_assets(refs: list[AssetRef], out: Path, settings: Settings, pipeline: str = PIPELINE) -> Refined:
+def refine_assets(
+    refs: list[AssetRef], out: Path, settings: Settings, pipeline: str = PIPELINE, run_id: str | None = None
+) -> Refined:
     """A record per asset; see ``asset2sim.fanout.refine.refine_all``."""
-    return refine_all(refs, out, settings, pipeline)
+    return refine_all(refs, out, settings, pipeline, run_id)

@@ -12,6 +12,7 @@ from time import time
 
 import pytest
 
+from asset2sim.models.abilities import forget_refusals
 from asset2sim.models.gateway import ask, check_model, prompt_hash
 from asset2sim.models.provider_errors import BACKOFF_LONGEST_S, redact, retry_delay_s
 from schemas.errors import UnknownChoiceError, UsageError
@@ -30,6 +31,7 @@ def no_keys(monkeypatch: pytest.MonkeyPatch) -> None:
     """Whoever runs the tests may have keys set: no test may use them."""
     for name in ("OPENAI_API_KEY", "ANTHROPIC_API_KEY", "GEMINI_API_KEY", "GOOGLE_API_KEY", "OPENAI_API_BASE"):
         monkeypatch.delenv(name, raising=False)
+    forget_refusals()
 
 
 def settings(api_base: str, **changes: object) -> ModelSettings:
@@ -194,9 +196,9 @@ def test_waits_grow_and_honour_the_provider_within_bounds() -> None:
 @pytest.fixture
 def prior(monkeypatch: pytest.MonkeyPatch) -> types.ModuleType:
     """A stand-in for the tables: the provider that LiteLLM calls is the real one."""
-    module = types.ModuleType("asset2sim.priors")
+    module = types.ModuleType("asset2sim.priors.answer")
     module.answer = lambda text: '{"echo": "' + text + '"}'  # type: ignore[attr-defined]
-    monkeypatch.setitem(sys.modules, "asset2sim.priors", module)
+    monkeypatch.setitem(sys.modules, "asset2sim.priors.answer", module)
     return module
 
 

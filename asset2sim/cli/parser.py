@@ -1,6 +1,7 @@
 """Commands and options. A mistake is one line that names the valid choices, not a page of usage."""
 
 import argparse
+import math
 import os
 from collections.abc import Sequence
 from enum import StrEnum
@@ -108,8 +109,26 @@ def chosen(text: str | None, kind: type[Choice]) -> tuple[Choice, ...]:
 
 
 def model_settings(options: argparse.Namespace) -> ModelSettings:
-    """The model that ``--model`` and ``--api-base`` name."""
-    return ModelSettings(model=options.model, api_base=options.api_base)
+    """The models that a command line names and, for a command that has them, their budgets and limits."""
+    found = ModelSettings(
+        model=options.model,
+        refinement_model=options.refinement_model,
+        judge_model=options.judge_model,
+        api_base=options.api_base,
+    )
+    if "budget_usd" not in options:
+        return found
+    return found.model_copy(
+        update={
+            "run_usd": options.budget_usd,
+            "run_calls": options.budget_calls,
+            "run_tokens": options.budget_tokens,
+            "asset_usd": options.asset_budget_usd,
+            "asset_calls": options.asset_budget_calls,
+            "requests_per_minute": options.rpm,
+            "cache": not options.no_answer_cache,
+        }
+    )
 
 
 def usable_cores() -> int:
@@ -152,8 +171,14 @@ def _add_refine(parser: argparse.ArgumentParser) -> None:
         help="keep the authored zero, or write a URDF whose zero is the requested state (default: %(default)s)",
     )
     add("--export", metavar="F,F", help="formats to write beside the URDF: mjcf, usd")
-    add("--method", choices=[method.value for method in Method], default=Method.ASSET2SIM.value, help="how to refine")
+    add(
+        "--method",
+        choices=[method.value for method in Method],
+        default=Method.ASSET2SIM.value,
+        help="where the physics come from (default: %(default)s)",
+    )
     _add_model(parser)
+    _add_budgets(parser)
     add(
         "--workers",
         type=_positive,
@@ -171,6 +196,19 @@ def _add_model(parser: argparse.ArgumentParser) -> None:
         "--model", default=ModelSettings().model, metavar="STR", help="any LiteLLM model (default: %(default)s)"
     )
     parser.add_argument("--api-base", metavar="URL", help="the address of a server of your own for that model")
+    parser.add_argument("--refinement-model", metavar="STR", help="another model for steps of the state")
+    parser.add_argument("--judge-model", metavar="STR", help="a vision model that scores the result against its prompt")
+
+
+def _add_budgets(parser: argparse.ArgumentParser) -> None:
+    add = parser.add_argument
+    add("--budget-usd", type=_amount, metavar="USD", help="the most that the run's model calls may cost")
+    add("--budget-calls", type=_count, metavar="N", help="the most model calls of the run")
+    add("--budget-tokens", type=_count, metavar="N", help="the most tokens of the run")
+    add("--asset-budget-usd", type=_amount, metavar="USD", help="the same for each asset")
+    add("--asset-budget-calls", type=_count, metavar="N", help="the same for each asset")
+    add("--rpm", type=_rate, metavar="N", help="the most requests a minute to one provider, over all workers")
+    add("--no-answer-cache", action="store_true", help="ask models again what they have answered before")
 
 
 def _positive(text: str) -> int:
@@ -181,3 +219,32 @@ def _positive(text: str) -> int:
     if number < 1:
         raise argparse.ArgumentTypeError(f"'{text}' is not a whole number from 1 on")
     return number
+
+
+def _count(text: str) -> int:
+    if not text.isdecimal():
+        raise argparse.ArgumentTypeError(f"'{text}' is not a whole number from 0 on")
+    return int(text)
+
+
+def _amount(text: str) -> float:
+    amount = _number(text)
+    if amount is None or amount < 0.0:
+        raise argparse.ArgumentTypeError(f"'{text}' is not an amount from 0 on")
+    return amount
+
+
+def _rate(text: str) -> float:
+    rate = _number(text)
+    if rate is None or rate <= 0.0:
+        raise argparse.ArgumentTypeError(f"'{text}' is not a number above 0")
+    return rate
+
+
+def _number(text: str) -> float | None:
+    """The finite number that a text states; None where it states none."""
+    try:
+        number = float(text)
+    except ValueError:
+        return None
+    return number if math.isfinite(number) else None

@@ -1,6 +1,7 @@
 """All assets of a run, refined on a cluster: what finished, and why it stopped if it did."""
 
 import logging
+import uuid
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import partial
@@ -32,9 +33,12 @@ class Refined:
     stopped: str | None
 
 
-def refine_all(refs: Sequence[AssetRef], out: Path, settings: Settings, pipeline: str = PIPELINE) -> Refined:
+def refine_all(
+    refs: Sequence[AssetRef], out: Path, settings: Settings, pipeline: str = PIPELINE, run_id: str | None = None
+) -> Refined:
     """Refine every asset into ``out`` (absolute), on the cluster of ``settings.run``.
 
+    ``run_id`` names the run whose budget the model calls count towards; None is a run of its own.
     Ctrl-C, SIGTERM and the loss of the cluster end it early, with no child process left and with the records so far.
     """
     records: list[AssetRecord] = []
@@ -43,7 +47,9 @@ def refine_all(refs: Sequence[AssetRef], out: Path, settings: Settings, pipeline
     warm_up()
     client_of_run = open_client(settings.run)
     with terminated_as_interrupted(), client_of_run as client, progress(len(refs)) as report:
-        work = partial(refine_on_worker, out=out, settings=settings, pipeline=pipeline)
+        work = partial(
+            refine_on_worker, out=out, settings=settings, pipeline=pipeline, run_id=run_id or uuid.uuid4().hex
+        )
         try:
             for record in spread(client, refs, work, partial(_lost, settings=settings)):
                 records.append(record)

@@ -1,17 +1,41 @@
 """What a Dask worker does with one asset: a child process for the work, this process for the model calls."""
 
+import uuid
 from functools import partial
 from pathlib import Path
 
 from asset2sim.isolation.asset import refine_in_child
+from asset2sim.isolation.stopping import is_stopped
+from asset2sim.models.books import Books, open_books
 from asset2sim.models.gateway import ask
 from schemas.asset import AssetRecord, AssetRef
-from schemas.settings import Settings
+from schemas.request import ModelAnswer, ModelRequest
+from schemas.settings import ModelSettings, Settings
+from schemas.vocabulary import Method
 
 PIPELINE = "asset2sim.pipeline:refine_asset"
 """The pipeline by name, so that neither the flow nor a worker imports the engines: only the children do."""
 
 
-def refine_on_worker(ref: AssetRef, out: Path, settings: Settings, pipeline: str = PIPELINE) -> AssetRecord:
-    """The record of one asset, whatever happens to it; ``pipeline`` is a ``module:function`` name."""
-    return refine_in_child(pipeline, ref, out, settings, partial(ask, settings=settings.model))
+def refine_on_worker(
+    ref: AssetRef, out: Path, settings: Settings, pipeline: str = PIPELINE, run_id: str | None = None
+) -> AssetRecord:
+    """The record of one asset, whatever happens to it; ``pipeline`` is a ``module:function`` name.
+
+    ``run_id`` names the run whose budget the model calls count towards; None is a run of its own.
+    """
+    stopped = partial(is_stopped, str(out))
+    books = open_books(out, run_id or uuid.uuid4().hex, ref.asset_id, settings.model, stopped)
+    return refine_in_child(pipeline, ref, out, settings, partial(ask_for_asset, settings=settings, books=books))
+
+
+def ask_for_asset(request: ModelRequest, settings: Settings, books: Books) -> ModelAnswer:
+    """The answer to one of an asset's questions, asked as its method wants it asked."""
+    return ask(request, asked_with(settings, request.purpose), books)
+
+
+def asked_with(settings: Settings, purpose: str) -> ModelSettings:
+    """How a purpose is asked: repeats of one question, whose spread is what they are asked for, at a temperature."""
+    if purpose == Method.IVW:
+        return settings.model.model_copy(update={"temperature": settings.methods.ivw_temperature})
+    return settings.model

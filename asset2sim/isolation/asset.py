@@ -6,6 +6,7 @@ from pathlib import Path
 
 from asset2sim.isolation.outcome import Ending, Outcome
 from asset2sim.isolation.run import run_isolated
+from asset2sim.models.kept import LOG_FOLDER, Heard, keep_refused
 from schemas.asset import AssetRecord, AssetRef
 from schemas.call import ModelCall
 from schemas.errors import Asset2SimError
@@ -15,8 +16,6 @@ from schemas.settings import Settings
 from schemas.vocabulary import FailureMode, Severity, Stage, Status
 
 Ask = Callable[[ModelRequest], ModelAnswer]
-
-LOG_FOLDER = "logs"
 
 
 class StoppedError(Asset2SimError):
@@ -33,14 +32,16 @@ def refine_in_child(pipeline: str, ref: AssetRef, out: Path, settings: Settings,
 
     ``pipeline`` names a function as ``module:function``, which the child imports and calls as ``function(ref, out,
     settings, ask=ask)``; it returns the record. ``ask`` runs in this process. A child that crashes, hangs, outgrows
-    its memory or raises leaves a failed record, which keeps the model calls it had made. Raises ``StoppedError``
-    where ``stop_children(str(out))`` ended it.
+    its memory or raises leaves a failed record, which keeps the model calls it had made. Answers that the record calls
+    invalid are kept in ``logs``. Raises ``StoppedError`` where ``stop_children(str(out))`` ended it.
     """
     calls: list[ModelCall] = []
+    heard: list[Heard] = []
 
     def ask_and_keep(request: ModelRequest) -> ModelAnswer:
         answer = ask(request)
         calls.extend(answer.calls)
+        heard.append(Heard.of(request, answer))
         return answer
 
     outcome = run_isolated(
@@ -55,6 +56,7 @@ def refine_in_child(pipeline: str, ref: AssetRef, out: Path, settings: Settings,
     if outcome.ending is Ending.STOPPED:
         raise StoppedError(f"asset {ref.asset_id} was stopped with the run")
     if outcome.ending is Ending.RETURNED and isinstance(outcome.value, AssetRecord):
+        keep_refused(out, ref.asset_id, heard, outcome.value.calls)
         return outcome.value
     return record_of_death(ref, out, settings, outcome, tuple(calls))
 

@@ -5,7 +5,8 @@ import os
 from collections.abc import Sequence
 from urllib.parse import urlsplit
 
-from asset2sim.models.priors_known import PRIOR_MODELS, is_prior
+from asset2sim.models.priors_known import PRIOR_MODELS, check_prior, is_prior
+from asset2sim.models.purposes import named_models, settings_for
 from schemas.errors import UnknownChoiceError, UsageError
 from schemas.settings import ModelSettings
 
@@ -29,24 +30,42 @@ _SHOWN_CHOICES = (
 
 
 def check_model(settings: ModelSettings) -> None:
-    """Refuse a model that cannot be asked. Costs nothing for the prior; imports LiteLLM for every other model.
+    """Refuse models that cannot be asked, or whose budget cannot be kept. Costs nothing for priors; imports LiteLLM for
+    every other model.
 
-    Raises ``UnknownChoiceError`` for a name of no provider and ``UsageError`` for a missing key or a malformed address.
+    Every named model is checked. Raises ``UnknownChoiceError`` for a name of no provider and ``UsageError`` for a
+    missing key, a malformed address, or a budget in USD for a model that LiteLLM knows no price of.
     """
-    model = settings.model
-    if is_prior(model):
-        if model not in PRIOR_MODELS:
-            raise UnknownChoiceError("model", model, PRIOR_MODELS)
-        return
     if settings.api_base is not None:
         _check_address(settings.api_base)
+    for model in named_models(settings):
+        _check_named(settings_for(settings, model))
+
+
+def _check_named(settings: ModelSettings) -> None:
+    model = settings.model
+    if is_prior(model):
+        check_prior(model)
+        return
     if find_provider(model) is None:
         raise UnknownChoiceError("model", model, _SHOWN_CHOICES)
     missing = missing_variables(settings)
     if missing:
         raise UsageError(
-            f"model '{model}' needs {listed(missing)} in the environment: set it, or use {PRIOR_MODELS[0]}, "
+            f"model '{model}' needs {listed(missing)} in the environment or in .env: set it, or use {PRIOR_MODELS[0]}, "
             "which needs no key"
+        )
+    if settings.run_usd is not None or settings.asset_usd is not None:
+        _check_price(settings)
+
+
+def _check_price(settings: ModelSettings) -> None:
+    from asset2sim.models.prices import price_of
+
+    if price_of(settings) is None:
+        raise UsageError(
+            f"model '{settings.model}' has no price in LiteLLM's list, so no budget in USD can be kept for it; use "
+            "--budget-tokens or --budget-calls"
         )
 
 
@@ -103,6 +122,10 @@ def runs_without_key(settings: ModelSettings) -> bool:
 
 
 def _check_address(api_base: str) -> None:
-    parts = urlsplit(api_base)
-    if parts.scheme not in ("http", "https") or not parts.hostname:
+    try:
+        parts = urlsplit(api_base)
+        usable = parts.scheme in ("http", "https") and bool(parts.hostname) and parts.port != 0
+    except ValueError:
+        usable = False
+    if not usable:
         raise UsageError("api_base must be an address such as http://127.0.0.1:8000/v1 or https://host/v1")

@@ -1,14 +1,28 @@
 """What a provider's failure means: whether to ask again, how long to wait, and what to tell the user."""
 
-import os
 import random
 import re
 import time
+from collections.abc import Iterator
 from email.utils import parsedate_to_datetime
 from typing import Any
 
 from asset2sim.models.choices import key_variable, listed, unset_variables
+from asset2sim.models.secrets import redact
+from schemas.errors import ModelError
 from schemas.settings import ModelSettings
+
+__all__ = [
+    "AnswerTooLongError",
+    "cause",
+    "describe",
+    "is_worth_retrying",
+    "may_be_billed",
+    "redact",
+    "retry_after_s",
+    "retry_delay_s",
+    "status_of",
+]
 
 BACKOFF_FIRST_S = 0.5
 """Mean of the first wait, s; every further one is twice as long."""
@@ -16,17 +30,14 @@ BACKOFF_LONGEST_S = 60.0
 """No wait is longer, s, whatever the provider asks for: rate limits are mostly counted per minute."""
 CAUSE_LENGTH = 300
 """Characters kept of what the provider said."""
+MAX_CHAIN = 20
+"""Exceptions that are followed from one to its cause: a chain may be a ring."""
 
 _CLASS_NAMES = re.compile(r"^(?:(?:litellm\.)?\w*(?:Error|Exception|Timeout)(?::| -) )+")
-_SECRET_NAME = re.compile(r"KEY|TOKEN|SECRET|PASSWORD|CREDENTIAL", re.IGNORECASE)
-_SECRET_SHAPE = re.compile(
-    r"(?i)\b(?:sk|pk|rk|gsk|xai|hf|r8)[-_][\w*.-]{6,}"  # keys as OpenAI, Anthropic, Groq, xAI and others shape them
-    r"|\bAIza[\w*-]{10,}"
-    r"|\bAKIA[\w*]{8,}"
-    r"|\bbearer\s+[^\s'\",}]+"
-    r"|(?<=key=)[^\s&'\",}]+"
-    r"|(?<=://)[^/\s@]+(?=@)"
-)
+
+
+class AnswerTooLongError(ModelError):
+    """A provider sent more than is read."""
 
 
 def status_of(error: BaseException) -> int | None:
@@ -37,10 +48,30 @@ def status_of(error: BaseException) -> int | None:
 
 def is_worth_retrying(error: BaseException) -> bool:
     """True for rate limits, timeouts, server faults and lost connections; False where asking again cannot help."""
-    if "insufficient_quota" in str(error):
+    if "insufficient_quota" in str(error) or too_long(error) is not None:
         return False
     status = status_of(error)
     return status is not None and (status in (408, 429) or status >= 500)
+
+
+def may_be_billed(error: BaseException) -> bool:
+    """Whether the provider may have answered, and counts the tokens, though we have nothing of it."""
+    return status_of(error) == 408 or too_long(error) is not None
+
+
+def too_long(error: BaseException) -> AnswerTooLongError | None:
+    """The refusal of an overlong answer behind what the provider's client made of it."""
+    return next((item for item in _chain(error) if isinstance(item, AnswerTooLongError)), None)
+
+
+def _chain(error: BaseException) -> Iterator[BaseException]:
+    """The exception and those that led to it."""
+    item: BaseException | None = error
+    for _ in range(MAX_CHAIN):
+        if item is None:
+            return
+        yield item
+        item = item.__cause__ or item.__context__
 
 
 def retry_delay_s(error: BaseException, attempt: int) -> float:
@@ -79,6 +110,9 @@ def _header(error: BaseException, name: str) -> str | None:
 def describe(error: BaseException, settings: ModelSettings, attempts: int) -> str:
     """One line: the model, what went wrong, and what to do about it."""
     tries = f" ({attempts} attempts)" if attempts > 1 else ""
+    long = too_long(error)
+    if long is not None:
+        return f"model '{settings.model}': {long}{tries}; lower max_completion_tokens, or choose another model"
     return f"model '{settings.model}': {_cause_and_remedy(error, settings)}{tries}; provider said: {cause(error)}"
 
 
@@ -109,11 +143,9 @@ def _cause_and_remedy(error: BaseException, settings: ModelSettings) -> str:
 
 
 def _is_connection_failure(error: BaseException) -> bool:
-    seen: BaseException | None = error
-    while seen is not None:
+    for seen in _chain(error):
         if "connect" in type(seen).__name__.lower() and "APIConnectionError" not in type(seen).__name__:
             return True
-        seen = seen.__cause__ or seen.__context__
     return "Connection error" in str(error)
 
 
@@ -122,11 +154,3 @@ def cause(error: BaseException) -> str:
     text = re.sub(r"Traceback \(most recent call last\).*", "", str(error), flags=re.DOTALL)
     text = _CLASS_NAMES.sub("", redact(" ".join(text.split())))
     return text if len(text) <= CAUSE_LENGTH else text[:CAUSE_LENGTH] + "…"
-
-
-def redact(text: str) -> str:
-    """The text without anything that looks like a key or stands in a secret's environment variable."""
-    for name, value in os.environ.items():
-        if len(value) >= 8 and _SECRET_NAME.search(name):
-            text = text.replace(value, "***")
-    return _SECRET_SHAPE.sub("***", text)
