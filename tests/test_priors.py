@@ -3,6 +3,7 @@
 import csv
 import json
 import math
+from collections.abc import Sequence
 from pathlib import Path
 
 import pytest
@@ -231,7 +232,7 @@ def test_a_helper_link_is_named_after_what_hangs_from_it() -> None:
 # Refinement
 
 
-def refine(phi_m: float, position: float, desired: float, **changes: float) -> Json:
+def refine(phi_m: float, position: float, desired: float, tried: Sequence[Json] = (), **changes: float) -> Json:
     """The answer for one joint from 0 (closed) to 1 (open)."""
     focus = {
         "name": "door",
@@ -244,7 +245,7 @@ def refine(phi_m: float, position: float, desired: float, **changes: float) -> J
     }
     information = {
         "purpose": "refinement", "phi_m": phi_m, "pairs": [{"link_a": "a", "link_b": "b", "penetration_m": phi_m}],
-        "focus_joints": [{**focus, "position": position, "desired": desired}],
+        "focus_joints": [{**focus, "position": position, "desired": desired}], "tried": list(tried),
     }  # fmt: skip
     parsed: Json = json.loads(answer(prompt(information, "")))
     return parsed
@@ -268,6 +269,16 @@ def test_an_overlap_opens_the_door_and_stays_in_the_state(phi_m: float, step: fl
 
 def test_a_door_at_the_end_of_its_tolerance_goes_back() -> None:
     assert refine(0.05, 0.4, 0.3)["deltas"]["door"] == pytest.approx(-0.1)
+
+
+def test_what_fell_goes_the_other_way_as_far_as_the_state_allows_and_what_was_refused_turns_once() -> None:
+    fell = refine(0.0, 0.5, 0.5, settled=0.0)
+    assert not fell["state_ok"] and fell["deltas"] == pytest.approx({"door": 0.1})
+    assert refine(0.0, 0.5, 0.5, settled=0.45)["approved"], "it stayed, within its tolerance"
+    refused = [{"positions": {"door": 0.6}, "phi_m": 0.0}]
+    assert refine(0.0, 0.5, 0.5, refused, settled=0.0)["deltas"] == pytest.approx({"door": -0.1})
+    assert refine(0.05, 0.3, 0.3, refused)["deltas"] == pytest.approx({"door": -0.1})
+    assert refine(0.0, 0.5, 0.5, 2 * refused, settled=0.0)["deltas"] == {}
 
 
 # Anything at all

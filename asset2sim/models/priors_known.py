@@ -1,9 +1,59 @@
-"""The models that run in this process, by name."""
+"""The models that run in this process, by name, and what to call one whose errors are simulated."""
+
+import re
+from typing import TYPE_CHECKING
+
+from schemas.errors import UnknownChoiceError
+
+if TYPE_CHECKING:
+    from asset2sim.priors.noise_level import Noise
 
 PRIOR_PROVIDER = "prior"
-PRIOR_MODELS: tuple[str, ...] = ("prior/household",)
+PRIOR_MODELS: tuple[str, ...] = ("prior/household", "prior/noisy")
+NOISY = "prior/noisy"
+NOISY_FORM = "prior/noisy[@LEVEL[:SEED]]"
+"""How a simulated fallible model is named: its level (0 to 10; 1, the default, is the paper's), and which errors."""
+NOISY_LABEL = "simulation of a fallible model"
+"""What must stand wherever numbers of such a model appear: they say nothing about any real one."""
+MAX_LEVEL = 10.0
+"""Beyond it every answer is wrong in every way."""
+
+_NOISY = re.compile(r"prior/noisy(?:@(\d{1,4}(?:\.\d{1,6})?)(?::(\d{1,9}))?)?")
 
 
 def is_prior(model: str) -> bool:
     """Whether the model runs in this process, whatever its name says after the slash."""
     return model.split("/", 1)[0] == PRIOR_PROVIDER
+
+
+def is_noisy(model: str) -> bool:
+    """Whether the model is a simulation of a fallible one; for any name, valid or not."""
+    return model == NOISY or model.startswith(f"{NOISY}@")
+
+
+def noise_of(model: str) -> "Noise | None":
+    """The errors that a model in this process makes; None for the offline prior itself.
+
+    Raises ``UnknownChoiceError`` for a name that is none of ``PRIOR_MODELS`` and not of the form ``NOISY_FORM``.
+    """
+    if model == "prior/household":
+        return None
+    found = _NOISY.fullmatch(model)
+    level = float(found.group(1) or 1.0) if found else MAX_LEVEL + 1.0
+    if found is None or level > MAX_LEVEL:
+        raise UnknownChoiceError(
+            "model", model, ("prior/household", f"{NOISY_FORM} with LEVEL 0 to {MAX_LEVEL:g} (such as prior/noisy@2:7)")
+        )
+    from asset2sim.priors.noise_level import Noise
+
+    return Noise(level=level, seed=int(found.group(2) or 0))
+
+
+def check_prior(model: str) -> None:
+    """Refuse a name of this process's provider that stands for no model; raises ``UnknownChoiceError``."""
+    noise_of(model)
+
+
+def described(model: str) -> str:
+    """The model's name for people: one whose errors are simulated says so."""
+    return f"{model} ({NOISY_LABEL})" if is_noisy(model) else model

@@ -134,7 +134,8 @@ class ObjectInfo:
 
 @dataclass(frozen=True)
 class FocusJoint:
-    """A joint under refinement: where it is, where it was asked to be, and its range; rad or m."""
+    """A joint under refinement: where it is, where it was asked to be, where it came to rest (None: not watched), the
+    positions that earlier refused proposals gave it, and its range; rad or m."""
 
     name: str
     position: float
@@ -143,6 +144,8 @@ class FocusJoint:
     upper: float
     closed: float
     open: float
+    settled: float | None = None
+    tried: tuple[float, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -156,6 +159,7 @@ class RefinementInfo:
 def read_refinement(data: Mapping[str, Json]) -> RefinementInfo:
     """Read the refinement information; joints without limits are given a full turn."""
     joints = []
+    tried = [places for item in _dicts(data.get("tried")) if isinstance(places := item.get("positions"), dict)]
     for item in _dicts(data.get("focus_joints")):
         position = _number(item.get("position"), 0.0)
         lower, upper = (
@@ -171,6 +175,8 @@ def read_refinement(data: Mapping[str, Json]) -> RefinementInfo:
                 upper=max(lower, upper),
                 closed=_number(item.get("closed"), lower),
                 open=_number(item.get("open"), upper),
+                settled=_optional(item.get("settled")),
+                tried=tuple(_number(places.get(_text(item.get("name"))), position) for places in tried),
             )
         )
     return RefinementInfo(_number(data.get("phi_m"), 0.0), _unique(tuple(joints)))

@@ -19,29 +19,35 @@ def refine_state(info: RefinementInfo) -> dict[str, object]:
 
     Joints out of the asked state go back to it. While parts overlap, the others go towards open (doors, drawers and
     lids overlap with their body when they are closed too far), and back to the asked position once they are as open as
-    its tolerance allows.
+    its tolerance allows. What fell goes away from where it came to rest, as far as the tolerance allows. What was
+    refused goes the other way, once; after that nothing is proposed.
     """
-    state_ok = all(_off(joint) <= STATE_TOLERANCE for joint in info.joints)
+    fell = any(_off(joint, joint.settled) > STATE_TOLERANCE for joint in info.joints)
+    state_ok = not fell and all(_off(joint, joint.position) <= STATE_TOLERANCE for joint in info.joints)
     approved = state_ok and info.phi_m <= APPROVE_M
     deltas: dict[str, float] = {}
     for joint in info.joints:
         span = joint.upper - joint.lower
-        if approved or span <= 0.0:
+        if approved or span <= 0.0 or len(joint.tried) > 1:
             continue
-        if _off(joint) > STATE_TOLERANCE:
+        if joint.settled is not None and _off(joint, joint.settled) > STATE_TOLERANCE:
+            step = math.copysign(STATE_TOLERANCE * span, joint.position - joint.settled)
+        elif _off(joint, joint.position) > STATE_TOLERANCE:
             gap = joint.desired - joint.position
             step = math.copysign(min(abs(gap), WRONG_STATE_STEP * span), gap)
         else:
             step = _opening_step(joint, span, info.phi_m)
+        if joint.tried:
+            step = -step
         target = min(max(joint.position + step, joint.lower), joint.upper)
         if target != joint.position:
             deltas[joint.name] = target - joint.position
     return {"state_ok": state_ok, "approved": approved, "deltas": deltas}
 
 
-def _off(joint: FocusJoint) -> float:
+def _off(joint: FocusJoint, position: float | None) -> float:
     span = joint.upper - joint.lower
-    return abs(joint.position - joint.desired) / span if span > 0.0 else 0.0
+    return abs(position - joint.desired) / span if position is not None and span > 0.0 else 0.0
 
 
 def _opening_step(joint: FocusJoint, span: float, phi_m: float) -> float:

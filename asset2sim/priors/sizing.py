@@ -72,12 +72,12 @@ def identify(info: ObjectInfo, guidance: str) -> tuple[Size, str]:
 def propose_scale(info: ObjectInfo, size: Size, guidance: str, thoughts: Sequence[Segment]) -> Scale:
     """The uniform scale: stated in numbers, else 1 where the authored size is right already, else the table's size."""
     authored = dimension(info, size)
-    stated = _stated(info, guidance, thoughts)
+    stated = stated_scale(info, guidance, thoughts)
     if stated is not None:
         value, note = stated
         return Scale(value, True, authored * value, note)
-    real = any(phrase in " ".join(tokenize(guidance)) for phrase in _REAL)
-    phrase, factor = _size_word(guidance, thoughts)
+    real = asks_real_size(guidance)
+    phrase, factor = size_word(guidance, thoughts)
     target = size.typical_m * factor
     if authored <= 0.0:
         return Scale(1.0, real, size.typical_m, "scale 1: the object has no size to compare")
@@ -154,7 +154,13 @@ def _label_votes(info: ObjectInfo) -> list[str]:
     return [category for category, count in votes.most_common() if count > 0]
 
 
-def _size_word(guidance: str, thoughts: Sequence[Segment]) -> tuple[str, float]:
+def asks_real_size(guidance: str) -> bool:
+    """Whether the guidance asks for the size of the real thing."""
+    words = " ".join(tokenize(guidance))
+    return any(phrase in words for phrase in _REAL)
+
+
+def size_word(guidance: str, thoughts: Sequence[Segment]) -> tuple[str, float]:
     """The smallest of the words about the object's size, or the largest if all are above 1; ("", 1) without any.
 
     Words about a part ("a large drawer") or about damping are not about the object: the first phrase counts, and of the
@@ -181,7 +187,8 @@ def _size_word(guidance: str, thoughts: Sequence[Segment]) -> tuple[str, float]:
     return pick, factors[pick]
 
 
-def _stated(info: ObjectInfo, guidance: str, thoughts: Sequence[Segment]) -> tuple[float, str] | None:
+def stated_scale(info: ObjectInfo, guidance: str, thoughts: Sequence[Segment]) -> tuple[float, str] | None:
+    """The scale that the guidance states in numbers, as such or as a length of the object, and how; None without."""
     scale = _SCALE.search(guidance.lower())
     if scale and _MIN_SCALE <= float(scale.group(1)) <= _MAX_SCALE:
         return float(scale.group(1)), f"scale {scale.group(1)}: as the guidance states"

@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 from asset2sim.priors.information import ObjectInfo
 from asset2sim.priors.lexicon import Item, Segment
@@ -54,15 +54,17 @@ class State:
 
 @dataclass(frozen=True)
 class Asked:
-    """Joint → asked position (rad, or m at the authored scale), and why."""
+    """Joint → asked position (rad, or m at the authored scale), why, and joint → the state as it was said."""
 
     positions: dict[str, float]
     notes: tuple[str, ...]
+    states: dict[str, State] = field(default_factory=dict)
 
 
 def asked_states(info: ObjectInfo, parts: Sequence[Part], thoughts: Sequence[Segment], scale: float) -> Asked:
     """Every state that the guidance asks for; ``scale`` turns metres in the guidance into authored ones."""
     positions: dict[str, float] = {}
+    states: dict[str, State] = {}
     notes: list[str] = []
     deferred: list[tuple[Mention, State]] = []
     last = pending = NOBODY
@@ -85,18 +87,12 @@ def asked_states(info: ObjectInfo, parts: Sequence[Part], thoughts: Sequence[Seg
         if not subject.parts:
             missing = "part that opens" if subject.words[-1] in ("everything", "object") else " or ".join(subject.words)
             notes.append(f"state: {state.describe()} is asked, and this object has no {missing}")
-        _place(info, subject, state, scale, positions, notes)
+        states |= dict.fromkeys(_place(info, subject, state, scale, positions, notes), state)
     for subject, state in deferred:
         left = tuple(part for part in subject.parts if part.joint.name not in positions)
-        _place(
-            info,
-            Mention(left, ("other " + subject.words[-1],)),
-            state,
-            scale,
-            positions,
-            notes,
-        )
-    return Asked(positions, tuple(notes))
+        others = Mention(left, ("other " + subject.words[-1],))
+        states |= dict.fromkeys(_place(info, others, state, scale, positions, notes), state)
+    return Asked(positions, tuple(notes), states)
 
 
 def state_of(segment: Segment, about_parts: bool) -> State | None:
@@ -176,13 +172,17 @@ def _place(
     scale: float,
     positions: dict[str, float],
     notes: list[str],
-) -> None:
+) -> list[str]:
+    """Add what the subject's parts are asked; the names of their joints."""
+    placed: list[str] = []
     chosen = subject.parts if state.share == 0.0 else outermost(info, subject.parts)
     for part in chosen:
         if part.joint.motion == "spin" and part.mechanism.role == "roll":
             continue
         positions[part.joint.name] = _inside(part, position(part, state, scale))
+        placed.append(part.joint.name)
         notes.append(f"state: {' and '.join(subject.words)} {state.describe()} → {part.joint.name}")
+    return placed
 
 
 def _inside(part: Part, wanted: float) -> float:
