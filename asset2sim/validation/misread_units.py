@@ -1,0 +1,64 @@
+"""Positions in the wrong unit: degrees where radians are wanted, millimetres where metres are."""
+
+import math
+
+from asset2sim.validation.notes import Notes
+from schemas.features import Features, JointFeatures
+from schemas.overlay import Overlay
+
+OUTSIDE_SHARE = 0.1
+"""How far outside its joint's limits, as a share of the range, a position lies that no rounding explains."""
+ROUNDING_SHARE = 1e-2
+"""How far outside the limits, as a share of the range, it may lie in the other unit: degrees come as whole numbers."""
+FULL_TURN_DEG = 360.0
+MM_PER_M = 1000.0
+
+
+def in_right_units(features: Features, overlay: Overlay, notes: Notes) -> Overlay:
+    """The overlay with every start and spring rest converted that lies outside its joint's limits as it stands and
+    within them as degrees or millimetres; a finding for each. Of what lies within, nothing can be told."""
+    joints = {joint.name: joint for joint in features.movable_joints}
+    positions = {
+        name: converted(joints[name], at, "position", notes) if name in joints else at
+        for name, at in overlay.initial_joint_positions.items()
+    }
+    proposals = tuple(
+        proposal.model_copy(
+            update={"spring_rest": converted(joints[proposal.name], proposal.spring_rest, "spring rest", notes)}
+        )
+        if proposal.spring_rest is not None and proposal.name in joints
+        else proposal
+        for proposal in overlay.joints
+    )
+    if positions == overlay.initial_joint_positions and proposals == overlay.joints:
+        return overlay
+    return overlay.model_copy(update={"initial_joint_positions": positions, "joints": proposals})
+
+
+def converted(joint: JointFeatures, at: float, what: str, notes: Notes) -> float:
+    """The position in rad, or m at the authored scale."""
+    instead = at / MM_PER_M if joint.prismatic else math.radians(at)
+    if not misread(joint, at, instead):
+        return at
+    unit, right, code = ("mm", "m", "millimetres") if joint.prismatic else ("degrees", "rad", "degrees")
+    notes.warn(
+        f"position_in_{code}",
+        f"joint '{joint.name}': {what} {at:.4g} lies outside its limits as {right} and within them as {unit}; taken "
+        f"for {unit}: {instead:.4g} {right}",
+        joint=joint.name,
+        value=at,
+        limit=instead,
+    )
+    return instead
+
+
+def misread(joint: JointFeatures, at: float, instead: float) -> bool:
+    """Whether a position makes sense only in the other unit."""
+    if joint.lower is None or joint.upper is None:
+        # Beyond a whole turn radians make no sense for what turns freely; degrees may.
+        return not joint.prismatic and 2.0 * math.pi < abs(at) <= FULL_TURN_DEG
+    low, high = sorted((joint.lower, joint.upper))
+    span = high - low
+    if low - OUTSIDE_SHARE * span <= at <= high + OUTSIDE_SHARE * span:
+        return False
+    return low - ROUNDING_SHARE * span <= instead <= high + ROUNDING_SHARE * span

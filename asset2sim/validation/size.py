@@ -1,0 +1,88 @@
+"""The size that an object of its kind can have, and that the user's words allow: a rule on the proposed scale."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from asset2sim.priors.information import ObjectInfo
+from asset2sim.priors.lexicon import Segment, segments
+from asset2sim.priors.sizing import (
+    KEEP_WITHIN,
+    REAL_SLACK,
+    asks_real_size,
+    dimension,
+    identify,
+    size_word,
+    stated_scale,
+)
+from asset2sim.priors.tables import Size
+from asset2sim.validation.notes import Notes
+from schemas.overlay import Overlay
+
+HAND_M = 0.10
+"""Least length for handling on a table, m (paper: 0.10 to 0.20 m); a word like "small" may ask for it of anything."""
+STATED_SHARE = 0.05
+"""How far a scale may be from the one that the user states in numbers: models round."""
+
+DIGITS = 1e-6
+"""Relative slack at a bound, for want of digits."""
+DIMENSIONS = {"longest": "longest edge", "height": "height", "body": "body"}
+"""What a category's size is told by, in words."""
+
+
+@dataclass(frozen=True)
+class Bounds:
+    """The smallest and largest final ``dimension`` of the object, m, where in between rules say nothing; ``exact`` is
+    the one that the user states, None where none is. ``why`` says what they come from."""
+
+    low_m: float
+    high_m: float
+    why: str
+    exact: float | None = None
+
+
+def with_sensible_size(info: ObjectInfo, guidance: str, overlay: Overlay, notes: Notes) -> Overlay:
+    """The overlay with its scale moved to the nearest size that the object's kind and the user's words allow.
+
+    Nothing is known of an object of no known category but that it fits into a home.
+    """
+    size, _ = identify(info, guidance)
+    authored = dimension(info, size)
+    if authored <= 0.0:
+        return overlay
+    bounds = size_bounds(info, size, guidance, segments(guidance, size.category))
+    proposed = overlay.scale * authored
+    if bounds.low_m * (1.0 - DIGITS) <= proposed <= bounds.high_m * (1.0 + DIGITS):
+        return overlay
+    nearest = min(max(proposed, bounds.low_m), bounds.high_m) if bounds.exact is None else bounds.exact
+    scale = nearest / authored
+    notes.warn(
+        "size_unlikely",
+        f"scale {overlay.scale:.4g} makes the object's {DIMENSIONS[size.dimension]} {proposed:.3g} m; {bounds.why} "
+        f"allows {bounds.low_m:.3g} to {bounds.high_m:.3g} m; set to {scale:.4g}, {nearest:.3g} m",
+        value=proposed,
+        limit=nearest,
+    )
+    return overlay.model_copy(update={"scale": scale})
+
+
+def size_bounds(info: ObjectInfo, size: Size, guidance: str, thoughts: Sequence[Segment]) -> Bounds:
+    """What the words and the table of household sizes allow.
+
+    In this order: a size or scale that the user states in numbers; the category's range times the factor of the user's
+    word of size, which for words like "small" also includes what a hand handles on a table; the range itself.
+    """
+    authored = dimension(info, size)
+    stated = stated_scale(info, guidance, thoughts)
+    if stated is not None:
+        exact = stated[0] * authored
+        return Bounds(exact * (1.0 - STATED_SHARE), exact * (1.0 + STATED_SHARE), "the user's number", exact)
+    kind = "any household object" if size.category == "*" else f"a household {size.category}"
+    if asks_real_size(guidance):
+        return Bounds(size.min_m / REAL_SLACK, size.max_m * REAL_SLACK, f"the real size of {kind}")
+    word, factor = size_word(guidance, thoughts)
+    # An object that is a little off the asked size is taken to be in real metres: that is no mistake either.
+    low = min(size.min_m, (1.0 - KEEP_WITHIN) * size.typical_m) * factor
+    high = max(size.max_m, (1.0 + KEEP_WITHIN) * size.typical_m) * factor
+    if factor < 1.0:
+        low = min(low, HAND_M)
+    return Bounds(low, high, f"'{word}' of {kind}" if word else kind)

@@ -1,0 +1,106 @@
+"""A scale by which an object is larger or smaller than its kind can be, by the user's words, is moved to a bound."""
+
+import tempfile
+from functools import cache
+from pathlib import Path
+
+import pytest
+
+from asset2sim.extraction import Extraction
+from asset2sim.priors import tables
+from asset2sim.priors.information import ObjectInfo
+from asset2sim.validation.notes import Notes
+from asset2sim.validation.sensible import sensible
+from asset2sim.validation.size import HAND_M, with_sensible_size
+from schemas.overlay import Overlay
+from schemas.settings import PhysicsSettings
+from schemas.vocabulary import Severity
+from tests.assets import cabinet, read, written
+from tests.prior_objects import ask, hinged, thing
+
+MICROWAVE = tables.sizes()["Microwave"]
+
+
+def sized(scale: float, guidance: str = "", category: str = "Microwave", size: float = 2.0) -> tuple[float, Notes]:
+    """The final longest edge, m, of a cube of 2 m and what was said about it."""
+    info = ObjectInfo.from_json(thing(category, hinged("door", "door"), size=size))
+    notes = Notes()
+    return with_sensible_size(info, guidance, Overlay(scale=scale), notes).scale * size, notes
+
+
+def test_a_plausible_size_stands() -> None:
+    final, notes = sized(MICROWAVE.typical_m / 2.0)
+    assert final == pytest.approx(MICROWAVE.typical_m)
+    assert not notes.findings
+
+
+@pytest.mark.parametrize(("wanted", "bound"), [(3.0, MICROWAVE.max_m), (0.02, MICROWAVE.min_m)])
+def test_what_is_beyond_the_household_range_goes_to_its_nearest_bound(wanted: float, bound: float) -> None:
+    final, notes = sized(wanted / 2.0)
+    assert final == pytest.approx(bound)
+    (finding,) = notes.findings
+    assert finding.code == "size_unlikely" and finding.severity is Severity.WARNING
+    assert finding.value == pytest.approx(wanted) and finding.limit == pytest.approx(bound)
+    assert f"{wanted:.3g} m" in finding.message and f"{bound:.3g} m" in finding.message
+
+
+def test_words_of_size_move_the_bounds() -> None:
+    """A toy may be as small as what a hand handles, and not as large as the real thing."""
+    factor = tables.size_words()[("toy",)]
+    assert sized(0.075, "A toy microwave.")[0] == pytest.approx(0.15)
+    assert sized(0.5 * HAND_M / 2.0, "A toy microwave.")[0] == pytest.approx(HAND_M)
+    assert sized(MICROWAVE.max_m / 2.0, "A toy microwave.")[0] == pytest.approx(factor * MICROWAVE.max_m)
+    large = tables.size_words()[("large",)]
+    assert sized(3.0, "A large microwave.")[0] == pytest.approx(large * MICROWAVE.max_m)
+
+
+@pytest.mark.parametrize("guidance", ["A microwave, 30 cm long.", "A microwave. Scale 0.15."])
+def test_a_stated_number_is_kept_to(guidance: str) -> None:
+    assert sized(0.15, guidance)[1].findings == []
+    assert sized(0.155, guidance)[1].findings == []
+    final, notes = sized(0.2, guidance)
+    assert final == pytest.approx(0.30)
+    assert "the user's number" in notes.findings[0].message
+
+
+def test_of_an_unknown_object_only_what_no_home_holds_is_refused() -> None:
+    anything = tables.sizes()["*"]
+    assert sized(0.05, category="Gadget")[1].findings == []
+    assert sized(1.0, category="Gadget")[1].findings == []
+    assert sized(100.0, category="Gadget")[0] == pytest.approx(anything.max_m)
+    assert sized(1e-4, category="Gadget")[0] == pytest.approx(anything.min_m)
+
+
+def test_an_object_without_a_size_is_left_alone() -> None:
+    assert sized(7.0, size=0.0)[1].findings == []
+
+
+def test_the_offline_prior_keeps_to_its_own_table() -> None:
+    """For every category and word of size its own proposal stands."""
+    for category in tables.sizes():
+        for word in ("", "small ", "very large ", "toy ", "real size "):
+            for size in (0.3, 2.0):
+                guidance = f"A {word}{category.lower()}." if category != "*" else f"A {word}thing."
+                information = thing(category, hinged("door", "door"), size=size)
+                proposal = Overlay(scale=ask(information, guidance)["scale"])
+                notes = Notes()
+                with_sensible_size(ObjectInfo.from_json(information), guidance, proposal, notes)
+                assert not notes.findings, (category, word, size)
+
+
+@cache
+def drawn() -> Extraction:
+    """A cabinet whose lid and drawer open."""
+    with tempfile.TemporaryDirectory() as folder:
+        return read(written(Path(folder) / "cabinet", cabinet()), "Box")
+
+
+def test_a_second_time_nothing_changes() -> None:
+    first, findings = sensible(drawn(), Overlay(scale=1e3), "A small box.", PhysicsSettings())
+    assert [finding.code for finding in findings] == ["size_unlikely"]
+    assert sensible(drawn(), first, "A small box.", PhysicsSettings()) == (first, ())
+
+
+def test_without_semantics_size_is_not_looked_at() -> None:
+    proposal = Overlay(scale=1e3)
+    assert sensible(drawn(), proposal, "A small box.", PhysicsSettings(), semantics=False) == (proposal, ())
