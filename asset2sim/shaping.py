@@ -9,11 +9,18 @@ from asset2sim.apply import write_folder
 from asset2sim.collision.shapes import collision_shapes
 from asset2sim.extraction import Extraction
 from asset2sim.judging import Judged, judge_and_mend
-from asset2sim.search.asset import Refined, refine_in_engine
+from asset2sim.search.asking import Scene
+from asset2sim.search.asset import Refined, at_positions, refine_in_engine
+from asset2sim.search.bands import reaches
 from asset2sim.search.loop import ModelAsk
+from asset2sim.search.notes import moves
+from asset2sim.search.proposals import Pose
+from asset2sim.search.questions import Questions
+from asset2sim.settling import fallen, rest_of, restate
 from schemas.finding import Finding
 from schemas.overlay import Overlay, PhysicsOverlay
 from schemas.settings import Settings
+from schemas.trace import TraceStep
 from schemas.vocabulary import CollisionMode, Severity, Source, Stage
 
 DECOMPOSED = "collision_decomposed"
@@ -52,16 +59,29 @@ class Shaped:
 
 
 def shape_and_judge(job: Job) -> Shaped:
-    """Write, refine, verify and mend; where convex pieces fail a test that plain hulls pass, it is hulls, and is told.
+    """Write, refine, verify and mend, and tell every question that a model was asked for it."""
+    questions = Questions(job.ask, job.settings.search.max_model_calls)
+    chosen, shaped = pieces_or_hulls(job, questions)
+    shaped = lasting(chosen, shaped, questions)
+    refined = replace(
+        shaped.refined, calls=tuple(questions.calls), findings=(*shaped.refined.findings, *questions.findings)
+    )
+    return replace(shaped, refined=refined)
 
-    Pieces keep hollows open and can pinch what moves between them; hulls fill hollows and pinch nothing.
+
+def pieces_or_hulls(job: Job, questions: Questions) -> tuple[Job, Shaped]:
+    """Convex pieces; where they fail a test that plain hulls pass, it is hulls, and is told.
+
+    Pieces keep hollows open and can pinch what moves between them; hulls fill hollows and pinch nothing. A model is
+    asked only where neither does without one.
     """
-    shaped = attempt(job)
+    shaped, wanted = unasked(job)
     cut = any(finding.code == DECOMPOSED for finding in shaped.findings)
     phi = largest_phi(shaped)
     if not cut or (shaped.judged.verdict.passed and phi <= GOOD_PHI_M):
-        return shaped
-    hulls = attempt(in_mode(job, CollisionMode.REPAIR))
+        return job, attempt(job, questions) if wanted and questions.left > 0 else shaped
+    plain = in_mode(job, CollisionMode.REPAIR)
+    hulls, _ = unasked(plain)
     if hulls.judged.verdict.passed and not (shaped.judged.verdict.passed and phi <= largest_phi(hulls)):
         note = Finding(
             stage=Stage.MEASURE,
@@ -70,8 +90,66 @@ def shape_and_judge(job: Job) -> Shaped:
             message="collision shapes are plain hulls, which fill hollows: with convex pieces "
             + (f"Φ is {1e3 * phi:.3g} mm" if shaped.judged.verdict.passed else shaped.judged.verdict.reason),
         )
-        return replace(hulls, findings=(*hulls.findings, note))
-    return attempt(job)
+        return plain, replace(hulls, findings=(*hulls.findings, note))
+    return job, attempt(job, questions)
+
+
+def unasked(job: Job) -> tuple[Shaped, bool]:
+    """An attempt without a model, and whether one would have been asked."""
+    nobody = Questions(job.ask, 0)
+    return attempt(job, nobody), nobody.wanted
+
+
+def lasting(job: Job, shaped: Shaped, questions: Questions) -> Shaped:
+    """The attempt; where joints that must stay where they are put do not, one from a state of the model's that lasts,
+    if the whole judgement of it is no worse."""
+    measured = rest_of(shaped.judged.reports)
+    names = fallen(job.overlay, measured, job.settings) if measured is not None else ()
+    if measured is None or not names:
+        return shaped
+    with job.timed(Stage.REFINE):
+        reach = reaches(job.overlay, job.settings.search)
+        scene = Scene(job.extraction.features, job.overlay, job.settings, shaped.urdf, reach, questions)
+        found = restate(scene, shaped.judged.overlay, measured, names)
+    if found.pose is None:
+        return with_steps(shaped, found.steps)
+    again = attempt(from_pose(job, found.pose), questions)
+    rest = rest_of(again.judged.reports)
+    lasts = rest is not None and not fallen(job.overlay, rest, job.settings)
+    if lasts and again.judged.verdict.passed >= shaped.judged.verdict.passed:
+        told = moves(
+            job.overlay.initial_positions, moved_by(job, found.pose), "from there it stays as it was asked for"
+        )
+        return with_steps(replace(again, findings=(*shaped.findings, *told)), found.steps)
+    before = replace(attempt(job, questions), findings=shaped.findings)
+    return with_steps(before, tuple(refused(step) for step in found.steps))
+
+
+def from_pose(job: Job, pose: Pose) -> Job:
+    """The same job, asking for another state."""
+    overlay = at_positions(
+        job.extraction, job.proposal, job.overlay, pose, moved_by(job, pose), job.source, job.settings
+    )
+    return replace(job, overlay=overlay)
+
+
+def moved_by(job: Job, pose: Pose) -> Pose:
+    """What of a pose is not the requested state."""
+    requested = job.overlay.initial_positions
+    return {name: value for name, value in pose.items() if value != requested[name]}
+
+
+def with_steps(shaped: Shaped, steps: tuple[TraceStep, ...]) -> Shaped:
+    """With these steps at the end of the trace."""
+    return replace(shaped, refined=replace(shaped.refined, trace=(*shaped.refined.trace, *steps)))
+
+
+def refused(step: TraceStep) -> TraceStep:
+    """A step that looked good and was taken back: the whole judgement of it was worse."""
+    if not step.accepted:
+        return step
+    taken_back = {"accepted": False, "moved": {}, "phi_after_m": step.phi_before_m}
+    return step.model_copy(update={**taken_back, "reason": "judged in full, it is no better"})
 
 
 def largest_phi(shaped: Shaped) -> float:
@@ -86,7 +164,7 @@ def in_mode(job: Job, mode: CollisionMode) -> Job:
     return replace(job, settings=job.settings.model_copy(update={"collision": collision}))
 
 
-def attempt(job: Job) -> Shaped:
+def attempt(job: Job, questions: Questions) -> Shaped:
     """One pass: collision shapes, folder, state, verification, mending."""
     with job.timed(Stage.APPLY):
         mode = job.settings.collision.mode
@@ -94,7 +172,7 @@ def attempt(job: Job) -> Shaped:
         folder = write_folder(job.extraction, job.overlay, hulls, job.path, job.settings.physics, mode)
     with job.timed(Stage.REFINE):
         refined = refine_in_engine(
-            job.extraction, job.proposal, job.overlay, job.source, hulls, folder, job.settings, job.ask
+            job.extraction, job.proposal, job.overlay, job.source, hulls, folder, job.settings, questions
         )
     with job.timed(Stage.MEASURE):
         judged = judge_and_mend(job.extraction, refined.overlay, refined.folder, job.settings)

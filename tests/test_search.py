@@ -8,8 +8,9 @@ import pytest
 
 from asset2sim.engines.pybullet_penetration import contacts_at
 from asset2sim.metrics.penetration import ContactPoint, penetration
+from asset2sim.models.refinement import Tried
 from asset2sim.pipeline import refine_asset
-from asset2sim.search.asset import band_of
+from asset2sim.search.bands import band_of
 from asset2sim.search.focus import focus_joints
 from asset2sim.search.refine import Ask, refine_state
 from asset2sim.search.state import Band, Evaluator, objective
@@ -179,19 +180,42 @@ def test_a_joint_that_nobody_asked_for_may_start_at_its_authored_zero() -> None:
     assert [step.proposer for step in trace if step.accepted][-1] == "authored"
 
 
-def test_a_models_pose_is_held_to_the_band() -> None:
-    asked: list[tuple[tuple[ContactPair, ...], tuple[str, ...]]] = []
+def test_a_models_pose_that_gains_too_little_is_refused_and_told() -> None:
+    asked: list[tuple[tuple[ContactPair, ...], tuple[str, ...], tuple[Tried, ...]]] = []
 
-    def ask(best: Pose, phi: float, pairs: tuple[ContactPair, ...], focus: tuple[str, ...]) -> Pose:
-        asked.append((pairs, focus))
-        return {"a": 7.0, "b": -7.0}
+    def ask(
+        best: Pose, phi: float, pairs: tuple[ContactPair, ...], focus: tuple[str, ...], tried: tuple[Tried, ...]
+    ) -> Pose:
+        assert best == {"a": 0.0, "b": 0.0} and phi == 0.5
+        asked.append((pairs, focus, tried))
+        return {"a": 0.1, "b": 0.05}
 
     # Every line search is cut off by the gain it must bring, so that the model is asked at the requested pose.
-    settings = SearchSettings(least_gain=0.5)
-    pose, phi, trace = found(Overlap(0.5), settings, ask=ask)
-    assert len(asked) == 1 and asked[0][1] == ("a", "b") and asked[0][0][0].link_a == "left"
-    assert pose == {"a": 0.0, "b": 0.0} and phi == 0.5, "clamped, it gains too little"
-    assert trace[-1].proposer == "model" and not trace[-1].accepted
+    pose, phi, trace = found(Overlap(0.5), SearchSettings(least_gain=0.5), ask=ask)
+    assert len(asked) == SearchSettings().max_model_calls == 2
+    assert asked[0][1] == ("a", "b") and asked[0][0][0].link_a == "left" and asked[0][2] == ()
+    (refused,) = asked[1][2]
+    assert refused.positions == {"a": 0.1, "b": 0.05} and near(refused.phi_m, 0.35), "it is told what came of it"
+    assert pose == {"a": 0.0, "b": 0.0} and phi == 0.5, "it gains too little"
+    assert [(step.proposer, step.accepted, step.moved) for step in trace[-2:]] == [("model", False, {})] * 2
+
+
+def test_a_models_pose_that_lowers_the_overlap_is_taken() -> None:
+    # Half of the overlap is more than any line within the bands brings; the model may reach further for what nobody
+    # asked a state of.
+    poses = iter([{"a": 0.0, "b": 0.3}, {"a": 0.2, "b": 0.3}])
+    overlap = Overlap(0.5)
+    pose, phi, trace = found(overlap, SearchSettings(least_gain=0.5), ask=lambda *_: next(poses))
+    assert pose["b"] == 0.3 and phi <= SEARCH.target_phi_m
+    taken = [step for step in trace if step.proposer == "model"]
+    assert [step.accepted for step in taken] == [True, True] and near([s.phi_after_m for s in taken], [0.2, 0.0])
+
+
+def test_a_model_without_a_pose_ends_the_asking() -> None:
+    asked: list[Pose] = []
+    settings = SearchSettings(least_gain=0.5, max_model_calls=5)
+    _, phi, trace = found(Overlap(0.5), settings, ask=lambda best, *_: asked.append(best))
+    assert len(asked) == 1 and phi == 0.5 and "model" not in {step.proposer for step in trace}
 
 
 def test_a_model_is_not_asked_where_the_search_succeeds() -> None:

@@ -8,24 +8,24 @@ from asset2sim.collision.hulls import Hulls
 from asset2sim.engines.pybullet_penetration import contact_points, contacts_at, penetration_probe
 from asset2sim.extraction import Extraction
 from asset2sim.metrics.penetration import penetration
-from asset2sim.search.asking import model_asker
-from asset2sim.search.loop import Log, Loop, ModelAsk
-from asset2sim.search.notes import note_moves, note_shapes
+from asset2sim.search.asking import Scene, model_asker
+from asset2sim.search.bands import band_of, reaches
+from asset2sim.search.loop import Log, Loop
+from asset2sim.search.moved import brought_back
+from asset2sim.search.notes import moves, note_shapes
 from asset2sim.search.proposals import Pose
+from asset2sim.search.questions import Questions
 from asset2sim.search.ranges import let_joints_move
 from asset2sim.search.refine import refine_state
 from asset2sim.search.shapes import Attempt, attempt
-from asset2sim.search.state import Band, Evaluator
+from asset2sim.search.state import Evaluator
 from asset2sim.validation import validate
 from schemas.call import ModelCall
 from schemas.finding import Finding
-from schemas.overlay import JointPhysics, Overlay, PhysicsOverlay
+from schemas.overlay import Overlay, PhysicsOverlay
 from schemas.settings import Settings
 from schemas.trace import TraceStep
 from schemas.vocabulary import CollisionMode, Source
-
-CLOSED_SHARE = 0.02
-"""Share of its range from its closed end within which a joint counts as closed."""
 
 
 @dataclass(frozen=True)
@@ -36,8 +36,8 @@ class Refined:
     overlay: PhysicsOverlay
     folder: Folder
     trace: tuple[TraceStep, ...]
-    calls: tuple[ModelCall, ...]
     findings: tuple[Finding, ...]
+    calls: tuple[ModelCall, ...] = ()
 
 
 def refine_in_engine(
@@ -48,16 +48,19 @@ def refine_in_engine(
     hulls: Hulls,
     folder: Folder,
     settings: Settings,
-    ask: ModelAsk,
+    questions: Questions,
 ) -> Refined:
     """Lower Φ: first by state, near the requested one; then, where no state helps, by collision shape.
 
-    Joint dynamics are derived anew where the state moved.
+    Joint dynamics are derived anew where the state moved. A model is asked where the links still overlap, and where
+    parting them took another state than the requested one (paper, "Refine the state").
     """
-    loop = Loop(extraction, proposal, overlay, source, hulls, settings, ask, Log())
+    loop = Loop(extraction, proposal, overlay, source, hulls, settings, Log())
+    reach = reaches(overlay, settings.search)
+    scene = Scene(extraction.features, overlay, settings, folder.urdf, reach, questions)
     requested = overlay.initial_positions
     tolerance = settings.search.closed_tolerance
-    found = search_state(loop, folder, tolerance, asking=False)
+    found = search_state(loop, folder, tolerance)
     best = attempt(loop, folder, found)
     # Where shapes must be cut anyway, the requested state is not left for nothing.
     if best.changed and found != requested:
@@ -65,14 +68,17 @@ def refine_in_engine(
         best = kept if kept.phi <= max(best.phi, settings.search.target_phi_m) else best
     tried = [found, requested]
     # A closed part is opened a little, and a model is asked, only where nothing gentler parts the links.
-    for asking in (False, True):
+    for asked in (None, scene):
         if best.phi <= settings.thresholds.penetration_m:
             break
-        wider = search_state(loop, folder, settings.search.state_tolerance, asking=asking)
+        wider = search_state(loop, folder, settings.search.state_tolerance, asked)
         if wider not in tried:
             tried.append(wider)
             again = attempt(loop, folder, wider)
             best = again if again.phi < best.phi else best
+    if best.positions != requested:
+        wanted = penetration(contacts_at(folder.urdf, requested, settings.engine))
+        best = brought_back(scene, loop, folder, best, wanted)
     return settled(loop, folder, best)
 
 
@@ -84,7 +90,7 @@ def settled(loop: Loop, folder: Folder, best: Attempt) -> Refined:
         overlay = at_positions(
             loop.extraction, loop.proposal, overlay, best.positions, moved, loop.source, loop.settings
         )
-        note_moves(requested, moved, log)
+        log.findings.extend(moves(requested, moved, "they overlap less"))
     if best.changed:
         log.step(
             TraceStep(
@@ -103,13 +109,14 @@ def settled(loop: Loop, folder: Folder, best: Attempt) -> Refined:
         overlay, hulls = let_joints_move(loop, overlay, best.hulls)
         folder = folder if hulls is loop.hulls else with_hulls(folder, hulls)
     write_urdf(loop.extraction, overlay, folder, loop.settings.physics)
-    return Refined(overlay, folder, tuple(log.trace), tuple(log.calls), tuple(log.findings))
+    return Refined(overlay, folder, tuple(log.trace), tuple(log.findings))
 
 
-def search_state(loop: Loop, folder: Folder, closed_tolerance: float, asking: bool) -> Pose:
+def search_state(loop: Loop, folder: Folder, closed_tolerance: float, asked: Scene | None = None) -> Pose:
     """The pose with the lowest Φ near the requested one; the requested one where a fresh world sees no fall of Φ.
 
-    A joint at its closed end may move by ``closed_tolerance`` of its range. The model is asked only if ``asking``.
+    A joint at its closed end may move by ``closed_tolerance`` of its range. A model is asked only if ``asked`` says
+    where.
     """
     overlay, settings = loop.overlay, loop.settings
     requested = overlay.initial_positions
@@ -125,7 +132,7 @@ def search_state(loop: Loop, folder: Folder, closed_tolerance: float, asking: bo
             evaluator,
             settings.search,
             settings.thresholds.penetration_m,
-            model_asker(loop, folder.urdf) if asking else None,
+            None if asked is None else model_asker(asked),
         )
     for step in trace:
         loop.log.step(step)
@@ -178,14 +185,3 @@ def at_positions(
         for joint in again.joints
     )
     return again.model_copy(update={"joints": joints})
-
-
-def band_of(joint: JointPhysics, tolerance: float, closed_tolerance: float) -> Band:
-    """Where a joint may go without leaving its state: a share of its range to either side, within its limits."""
-    position = joint.initial_position
-    if joint.lower is None or joint.upper is None:
-        return Band(position, position - tolerance, position + tolerance, 1.0)
-    span = joint.upper - joint.lower
-    closed = abs(position - joint.closed) <= CLOSED_SHARE * span
-    reach = span * (closed_tolerance if closed else tolerance)
-    return Band(position, max(joint.lower, position - reach), min(joint.upper, position + reach), span)

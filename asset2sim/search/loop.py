@@ -5,7 +5,6 @@ from dataclasses import dataclass, field
 
 from asset2sim.collision.hulls import Hulls
 from asset2sim.extraction import Extraction
-from schemas.call import ModelCall
 from schemas.finding import Finding
 from schemas.overlay import Overlay, PhysicsOverlay
 from schemas.request import ModelAnswer, ModelRequest
@@ -21,7 +20,6 @@ class Log:
     """What the loop leaves behind as it goes."""
 
     trace: list[TraceStep] = field(default_factory=list)
-    calls: list[ModelCall] = field(default_factory=list)
     findings: list[Finding] = field(default_factory=list)
 
     def step(self, step: TraceStep) -> None:
@@ -39,5 +37,4 @@ class Loop:
     source: Source
     hulls: Hulls
     settings: Settings
-    ask: ModelAsk
     log: Log

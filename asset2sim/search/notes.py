@@ -10,20 +10,20 @@ from schemas.finding import Finding
 from schemas.vocabulary import Severity, Stage
 
 
-def note_moves(requested: Pose, moved: Mapping[str, float], log: Log) -> None:
+def moves(requested: Pose, moved: Mapping[str, float], why: str) -> list[Finding]:
     """A finding for every joint that starts elsewhere than was asked or assumed."""
-    for name, value in moved.items():
-        log.findings.append(
-            Finding(
-                stage=Stage.REFINE,
-                severity=Severity.INFO,
-                code="state_moved",
-                message=f"joint '{name}' starts at {value:.4g} in place of {requested[name]:.4g}: they overlap less",
-                joint=name,
-                value=value,
-                limit=requested[name],
-            )
+    return [
+        Finding(
+            stage=Stage.REFINE,
+            severity=Severity.INFO,
+            code="state_moved",
+            message=f"joint '{name}' starts at {value:.4g} in place of {requested[name]:.4g}: {why}",
+            joint=name,
+            value=value,
+            limit=requested[name],
         )
+        for name, value in moved.items()
+    ]
 
 
 def note_shapes(best: Attempt, log: Log) -> None:

@@ -5,6 +5,7 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 
 from asset2sim.metrics.penetration import by_pair, penetration
+from asset2sim.models.refinement import Tried
 from asset2sim.search.focus import focus_joints
 from asset2sim.search.proposals import Pose, along, around, grid
 from asset2sim.search.state import Band, Evaluator, objective
@@ -17,8 +18,9 @@ ROUNDS = 6
 """Rounds of line searches: each takes the worst pair that is left, and real objects rarely have more than three."""
 BISECTIONS = 6
 """Halvings of the last step towards the requested position: 10 % of a range becomes 0.2 %."""
-Ask = Callable[[Pose, float, tuple[ContactPair, ...], tuple[str, ...]], Pose | None]
-"""Asks a model for a pose: (best pose, Φ, colliding pairs, focus joints) → proposed pose, or None if it has none."""
+Ask = Callable[[Pose, float, tuple[ContactPair, ...], tuple[str, ...], tuple[Tried, ...]], Pose | None]
+"""Asks a model for a pose: (best pose, Φ, colliding pairs, focus joints, what was refused from here) → proposed pose
+within its reach, or None if it has none."""
 
 
 @dataclass
@@ -98,7 +100,7 @@ def refine_state(
 
     Closed form first (one joint at a time through its band), then seeded perturbations, then a grid. ``alternatives``
     maps joints for which nobody asked a state to another position to start from. A model is asked only while Φ stays
-    above ``acceptable_m`` (m) after all of them, and its poses are held to the same rule.
+    above ``acceptable_m`` (m) after all of them, and its poses are taken by the same rule.
     """
     start = penetration(evaluator.points(requested))
     seed = int.from_bytes(hashlib.sha256(asset_id.encode()).digest()[:4], "big")
@@ -106,21 +108,27 @@ def refine_state(
     search.record("request", search.best, start, 1, True, "the requested state")
     search_focus(search)
     start_elsewhere(search, alternatives)
-    for _ in range(settings.max_model_calls if ask is not None else 0):
+    if ask is not None:
+        ask_model(search, ask, acceptable_m)
+    return search.best, search.phi, tuple(search.trace)
+
+
+def ask_model(search: Search, ask: Ask, acceptable_m: float) -> None:
+    """Take a model's poses while they lower Φ; one that is refused is told, with its Φ, in the next question."""
+    tried: list[Tried] = []
+    for _ in range(search.settings.max_model_calls):
         if search.done or search.phi <= acceptable_m:
             break
         pairs = search.pairs()
-        focus = focus_joints(joints, pairs, list(bands))
-        if not focus or ask is None:
-            break
-        proposed = ask(search.best, search.phi, pairs, focus)
+        focus = focus_joints(search.joints, pairs, list(search.bands))
+        proposed = ask(search.best, search.phi, pairs, focus, tuple(tried)) if focus else None
         if proposed is None:
             break
-        held = {name: bands[name].clamp(value) if name in bands else value for name, value in proposed.items()}
-        if not search.consider("model", iter([{**search.best, **held}])):
-            break
-        search_focus(search)
-    return search.best, search.phi, tuple(search.trace)
+        if search.consider("model", iter([proposed])):
+            tried.clear()
+            search_focus(search)
+        else:
+            tried.append(Tried(proposed, search.evaluator.phi(proposed)))
 
 
 def search_focus(search: Search) -> None:

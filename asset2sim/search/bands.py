@@ -1,0 +1,65 @@
+"""How far each joint may go from its requested position: the search, a model, and before it counts as another state."""
+
+from collections.abc import Mapping
+
+from asset2sim.search.proposals import Pose
+from asset2sim.search.state import Band
+from schemas.overlay import JointPhysics, PhysicsOverlay
+from schemas.settings import SearchSettings
+from schemas.vocabulary import Source
+
+CLOSED_SHARE = 0.02
+"""Share of its range from its closed end within which a joint counts as closed."""
+ROUNDING_SHARE = 1e-6
+"""Share of its range by which a joint at the edge of its band may be beyond it for want of digits."""
+
+
+def band_of(joint: JointPhysics, tolerance: float, closed_tolerance: float) -> Band:
+    """Where a joint may go without leaving its state: a share of its range to either side, within its limits."""
+    position = joint.initial_position
+    if joint.lower is None or joint.upper is None:
+        return Band(position, position - tolerance, position + tolerance, 1.0)
+    span = joint.upper - joint.lower
+    closed = abs(position - joint.closed) <= CLOSED_SHARE * span
+    reach = span * (closed_tolerance if closed else tolerance)
+    return Band(position, max(joint.lower, position - reach), min(joint.upper, position + reach), span)
+
+
+def reach_of(joint: JointPhysics, settings: SearchSettings) -> Band:
+    """Where a model may put a joint: near its state where the user asked for one, anywhere in its limits where nobody
+    did."""
+    near = band_of(joint, settings.state_tolerance, settings.state_tolerance)
+    if joint.position_source is not Source.RULE or joint.lower is None or joint.upper is None:
+        return near
+    return Band(near.requested, joint.lower, joint.upper, near.span)
+
+
+def reaches(overlay: PhysicsOverlay, settings: SearchSettings) -> dict[str, Band]:
+    """Joint name → where a model may put it."""
+    return {joint.name: reach_of(joint, settings) for joint in overlay.joints}
+
+
+def left_state(overlay: PhysicsOverlay, positions: Mapping[str, float], settings: SearchSettings) -> tuple[str, ...]:
+    """The joints that are not in the state any more that was asked of them, the furthest (share of its range) first.
+
+    Where a joint starts for which nobody asked a state is free.
+    """
+    away: dict[str, float] = {}
+    for joint in overlay.joints:
+        if joint.position_source is Source.RULE:
+            continue
+        band = band_of(joint, settings.state_tolerance, settings.closed_tolerance)
+        edge, value = ROUNDING_SHARE * band.span, positions[joint.name]
+        if not band.low - edge <= value <= band.high + edge:
+            away[joint.name] = share_away(band, value)
+    return tuple(sorted(away, key=lambda name: -away[name]))
+
+
+def share_away(band: Band, position: float) -> float:
+    """How far a position is from the requested one, as a share of the joint's range."""
+    return abs(position - band.requested) / band.span if band.span > 0.0 else 0.0
+
+
+def distance(positions: Pose, bands: Mapping[str, Band]) -> float:
+    """‖q − q_requested‖, each joint as a share of its range."""
+    return float(sum(share_away(band, positions[name]) ** 2 for name, band in bands.items()) ** 0.5)

@@ -1,0 +1,53 @@
+"""Where the search had to leave the requested state: a model looks, and what it proposes is kept if it is nearer."""
+
+from asset2sim.apply import Folder
+from asset2sim.engines.pybullet_penetration import contacts_at
+from asset2sim.metrics.penetration import by_pair
+from asset2sim.models.refinement import Situation, Tried
+from asset2sim.search.asking import Scene, next_pose
+from asset2sim.search.bands import distance, left_state
+from asset2sim.search.loop import Loop
+from asset2sim.search.shapes import Attempt, attempt
+from schemas.trace import TraceStep
+
+
+def brought_back(scene: Scene, loop: Loop, folder: Folder, best: Attempt, desired_phi_m: float) -> Attempt:
+    """The attempt, or one at a pose of the model's that is nearer to the requested state, with Φ as low as wanted or no
+    higher than it was. ``desired_phi_m`` is Φ (m) in the requested state."""
+    search = loop.settings.search
+    tried: list[Tried] = []
+    for _ in range(search.max_model_calls):
+        focus = left_state(loop.overlay, best.positions, search)
+        if not focus:
+            break
+        pairs = by_pair(contacts_at(folder.urdf, best.positions, loop.settings.engine))
+        situation = Situation("moved", best.positions, best.phi, pairs, desired_phi_m=desired_phi_m, tried=tuple(tried))
+        pose = next_pose(scene, situation, focus)
+        if pose is None:
+            break
+        again = attempt(loop, folder, pose)
+        before, after = distance(best.positions, scene.reach), distance(pose, scene.reach)
+        nearer = after < (1.0 - search.least_gain) * before
+        accepted = nearer and again.phi <= max(search.target_phi_m, best.phi)
+        loop.log.step(
+            TraceStep(
+                step=0,
+                proposer="model",
+                phi_before_m=best.phi,
+                phi_after_m=again.phi if accepted else best.phi,
+                moved={name: pose[name] for name in pose if pose[name] != best.positions[name]} if accepted else {},
+                accepted=accepted,
+                evaluations=1,
+                reason="nearer to the requested state"
+                if accepted
+                else f"Φ would be {1e3 * again.phi:.3g} mm"
+                if nearer
+                else "no nearer to the requested state",
+            )
+        )
+        if accepted:
+            best = again
+            tried.clear()
+        else:
+            tried.append(Tried(pose, again.phi))
+    return best
