@@ -3,19 +3,19 @@
 import json
 import re
 
+import pytest
+
+from asset2sim.models.answer_schema import WITHOUT, overlay_schema
 from asset2sim.models.prompt import (
-    MAX_PAIRS,
     data_block,
-    refinement_request,
+    overlay_request,
     synthesis_request,
     system_text,
     with_validation_errors,
 )
-from schemas.measurement import ContactPair
-from schemas.overlay import JointProposal, LinkProposal, Overlay, PhysicsOverlay
+from schemas.overlay import JointProposal, LinkProposal, Overlay
 from schemas.request import LabelledImage, ModelRequest
-from schemas.vocabulary import Source
-from tests.factories import make_features, make_joint, make_link
+from tests.factories import make_features
 
 CENTERS = {"body": (0.0, 0.0, 1.0 / 3.0)}
 
@@ -84,51 +84,29 @@ def test_numbers_keep_five_digits_and_no_negative_zero() -> None:
     )
 
 
-def test_the_system_text_names_every_field_of_the_overlay() -> None:
-    system = system_text("synthesis")
-    assert "version" in system.splitlines()[0]
+@pytest.mark.parametrize("purpose", ["synthesis", "direct", "ivw"])
+def test_the_system_text_and_the_schema_name_the_fields_that_are_wanted(purpose: str) -> None:
+    system, schema = system_text(purpose), json.dumps(overlay_schema(purpose))
+    assert system.splitlines()[0].startswith(f"Prompt: asset2sim {purpose}, version ")
     for model in (Overlay, LinkProposal, JointProposal):
         for field in model.model_fields:
-            assert field in system, field
+            wanted = field not in WITHOUT[purpose]
+            assert (field in system) == wanted and (f'"{field}"' in schema) == wanted, field
     for word in ("radians", "never change these rules", "Leave out", "JSON"):
         assert word.lower() in system.lower()
+    assert "description" not in schema and "title" not in schema
+
+
+def test_a_question_about_one_view_says_which() -> None:
+    request = overlay_request("ivw", make_features("7"), None, (1.0, 1.0, 1.0), {}, view="left")
+    facts = block(request, "structured_information")
+    assert isinstance(facts, dict) and (facts["purpose"], facts["view"]) == ("ivw", "left")
+    assert request.answer_schema == overlay_schema("ivw") and request.purpose == "ivw"
 
 
 def test_images_travel_with_the_request() -> None:
     image = LabelledImage(label="front", png=b"png")
     assert synthesis_request(make_features("7"), None, (1.0, 1.0, 1.0), {}, [image]).images == (image,)
-
-
-def test_refinement_states_focus_joints_and_worst_pairs_first() -> None:
-    overlay = PhysicsOverlay(
-        asset_id="7", scale=0.5, scale_source=Source.USER, contact_friction=0.5,
-        links=(make_link("body"),), joints=(make_joint("hinge"), make_joint("slider", "prismatic")),
-    )  # fmt: skip
-    pairs = [
-        ContactPair(link_a="body", link_b=f"link_{index}", depth_m=0.001, penetration_m=0.001 * index, n_points=1)
-        for index in range(MAX_PAIRS + 5)
-    ]
-    request = refinement_request(
-        make_features("7"), overlay, 0.0123456, pairs, {"slider": 0.25, "hinge": 0.5}, {"slider": 0.3}, ["slider"]
-    )
-    assert request.purpose == "refinement" and request.system == system_text("refinement")
-    facts = block(request, "structured_information")
-    assert isinstance(facts, dict)
-    assert facts["purpose"] == "refinement" and facts["phi_m"] == 0.012346
-    assert len(facts["pairs"]) == MAX_PAIRS
-    assert facts["pairs"][0] == {"link_a": "body", "link_b": "link_24", "penetration_m": 0.024}
-    (joint,) = facts["focus_joints"]
-    expected = {"name": "slider", "type": "prismatic", "position": 0.25, "desired": 0.3, "lower": 0.0, "upper": 1.0}
-    assert expected.items() <= joint.items() and {"closed", "open", "parent", "child"} <= set(joint)
-
-
-def test_refinement_without_a_desired_state_keeps_the_initial_one() -> None:
-    overlay = PhysicsOverlay(
-        asset_id="7", scale=1.0, scale_source=Source.RULE, contact_friction=0.5, links=(), joints=(make_joint("hinge"),)
-    )
-    facts = block(refinement_request(make_features("7"), overlay, 0.1, [], {}, {}, ["hinge"]), "structured_information")
-    assert isinstance(facts, dict)
-    assert facts["focus_joints"][0]["position"] == facts["focus_joints"][0]["desired"] == 0.1
 
 
 def test_validation_errors_are_a_further_block() -> None:

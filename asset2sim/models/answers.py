@@ -48,6 +48,7 @@ class InvalidFieldsError(InvalidAnswerError):
 def parse_overlay(text: str, features: Features) -> Overlay:
     """The overlay in a model's answer: finite, non-negative, names known and given once, positions for movable joints.
 
+    What was asked for may be ``scale``, a joint, or a joint's name with a term after a dot (``lid.damping``).
     Raises ``InvalidAnswerError`` with every violation, its path and the valid choices. Whether the numbers are sensible
     is for validation to say.
     """
@@ -63,7 +64,7 @@ def parse_overlay(text: str, features: Features) -> Overlay:
         *(
             f"asked[{index}]: '{_short(name)}' is neither 'scale' nor a joint; joints are: {_listed(joints)}"
             for index, name in enumerate(overlay.asked)
-            if name != "scale" and name not in joints
+            if name != "scale" and name not in joints and not name.startswith(tuple(f"{joint}." for joint in joints))
         ),
     ]
     if violations:

@@ -5,18 +5,17 @@ import json
 from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 
+from asset2sim.models.answer_schema import overlay_schema
 from schemas.base import Vector3
 from schemas.features import Features, JointFeatures, LinkFeatures
-from schemas.measurement import ContactPair
-from schemas.overlay import JointPhysics, PhysicsOverlay
 from schemas.request import LabelledImage, ModelRequest
 
 SYNTHESIS = "synthesis"
+DIRECT = "direct"
+IVW = "ivw"
 REFINEMENT = "refinement"
 SIGNIFICANT_DIGITS = 5
 """Digits kept of every number in a prompt: beyond what a model can use, and a third of the tokens of a double."""
-MAX_PAIRS = 20
-"""Overlapping pairs that a refinement prompt lists, worst first."""
 
 _ESCAPES = str.maketrans({"<": "\\u003c", ">": "\\u003e", "&": "\\u0026"})
 
@@ -28,61 +27,43 @@ def synthesis_request(
     link_centers: Mapping[str, Vector3],
     images: Sequence[LabelledImage] = (),
 ) -> ModelRequest:
-    """The question for a whole overlay.
+    """The question for a whole overlay of ours; see ``overlay_request``."""
+    return overlay_request(SYNTHESIS, features, guidance, closed_size, link_centers, images)
+
+
+def overlay_request(
+    purpose: str,
+    features: Features,
+    guidance: str | None,
+    closed_size: Vector3,
+    link_centers: Mapping[str, Vector3],
+    images: Sequence[LabelledImage] = (),
+    view: str | None = None,
+) -> ModelRequest:
+    """The question for a whole overlay; ``purpose`` names the prompt that says which terms are wanted.
 
     ``closed_size`` is the object's box with every joint closed, m at scale 1. ``link_centers`` maps link names to the
     centre of the link's shape in the root link's frame at rest, m; a link that it lacks is stated without a centre.
+    ``view`` names the one view that the question is about, where it is about one.
     """
     information = {
-        "purpose": SYNTHESIS,
+        "purpose": purpose,
         "asset_id": features.asset_id,
         "category": features.category,
         "size_m": features.rest_size,
         "size_closed_m": closed_size,
         "links": [_link(link, link_centers.get(link.name)) for link in features.links],
         "joints": [_joint(joint) for joint in features.joints],
+        **({} if view is None else {"view": view}),
     }
     text = f"{data_block('structured_information', information)}\n\n{data_block('user_guidance', guidance or '')}"
-    return ModelRequest(purpose=SYNTHESIS, system=system_text(SYNTHESIS), text=text, images=tuple(images))
-
-
-def refinement_request(
-    features: Features,
-    overlay: PhysicsOverlay,
-    phi_m: float,
-    pairs: Sequence[ContactPair],
-    positions: Mapping[str, float],
-    desired: Mapping[str, float],
-    focus: Sequence[str],
-    images: Sequence[LabelledImage] = (),
-) -> ModelRequest:
-    """The question for a step of the focus joints.
-
-    ``positions`` and ``desired`` map joint names to radians, or metres at the final scale; for a focus joint that one
-    of them lacks, the overlay's initial position stands.
-    """
-    joints = {joint.name: joint for joint in overlay.joints}
-    worst = sorted(pairs, key=lambda pair: -pair.penetration_m)[:MAX_PAIRS]
-    information = {
-        "purpose": REFINEMENT,
-        "asset_id": features.asset_id,
-        "category": features.category,
-        "phi_m": phi_m,
-        "pairs": [
-            {"link_a": pair.link_a, "link_b": pair.link_b, "penetration_m": pair.penetration_m} for pair in worst
-        ],
-        "focus_joints": [
-            _focus_joint(
-                joints[name],
-                features.joint(name),
-                positions.get(name, joints[name].initial_position),
-                desired.get(name, joints[name].initial_position),
-            )
-            for name in focus
-        ],
-    }
-    text = data_block("structured_information", information)
-    return ModelRequest(purpose=REFINEMENT, system=system_text(REFINEMENT), text=text, images=tuple(images))
+    return ModelRequest(
+        purpose=purpose,
+        system=system_text(purpose),
+        text=text,
+        images=tuple(images),
+        answer_schema=overlay_schema(purpose),
+    )
 
 
 def with_validation_errors(request: ModelRequest, errors: Iterable[str]) -> ModelRequest:
@@ -136,22 +117,6 @@ def _joint(joint: JointFeatures) -> dict[str, object]:
         "closed": joint.closed,
         "open": joint.open,
         "open_confidence": joint.openness_confidence,
-    }
-
-
-def _focus_joint(joint: JointPhysics, authored: JointFeatures, position: float, desired: float) -> dict[str, object]:
-    return {
-        "name": joint.name,
-        "type": joint.type,
-        "label": joint.label,
-        "parent": authored.parent,
-        "child": authored.child,
-        "position": position,
-        "desired": desired,
-        "lower": joint.lower,
-        "upper": joint.upper,
-        "closed": joint.closed,
-        "open": joint.open,
     }
 
 

@@ -16,6 +16,9 @@ from schemas.vocabulary import FailureMode, Severity, Stage
 MAX_ASKS = 2
 """Questions per overlay: the second states what was wrong with the first answer, and a third rarely helps."""
 
+Synthesized = tuple[Overlay, tuple[ModelCall, ...], tuple[Finding, ...]]
+"""An overlay, every call made for it, and what there is to say of them."""
+
 
 class SynthesisError(AssetError):
     """No overlay could be had; ``calls`` holds what asking cost until then."""
@@ -35,33 +38,63 @@ def synthesize(
     link_centers: Mapping[str, Vector3],
     ask: Callable[[ModelRequest], ModelAnswer],
     images: Sequence[LabelledImage] = (),
-) -> tuple[Overlay, tuple[ModelCall, ...], tuple[Finding, ...]]:
+) -> Synthesized:
     """A model's overlay for one object, with every call made for it and a finding where it was asked twice.
 
-    Sizes and centres are as ``synthesis_request`` takes them. Raises ``SynthesisError``: ``model_error`` where the
-    provider fails, ``no_valid_estimate`` where the second answer does not fit either.
+    Sizes and centres are as ``synthesis_request`` takes them. Raises ``SynthesisError`` as ``ask_overlay`` does.
     """
-    first = request = synthesis_request(features, guidance, closed_size, link_centers, images)
+    return ask_overlay(synthesis_request(features, guidance, closed_size, link_centers, images), features, ask)
+
+
+def ask_overlay(first: ModelRequest, features: Features, ask: Callable[[ModelRequest], ModelAnswer]) -> Synthesized:
+    """The overlay that answers a request, which is asked once more where the answer does not fit.
+
+    Raises ``SynthesisError``: ``budget`` where a budget is spent, ``model_error`` where the provider fails,
+    ``no_valid_estimate`` where the second answer does not fit either.
+    """
+    request = first
     calls: tuple[ModelCall, ...] = ()
     findings: tuple[Finding, ...] = ()
     refused: InvalidAnswerError | None = None
-    for _ in range(MAX_ASKS):
+    for asked in range(MAX_ASKS):
         answer = ask(request)
         if answer.content is None:
-            calls += answer.calls
-            raise SynthesisError(FailureMode.MODEL_ERROR, "model_error", answer.error or "the model failed", calls)
+            raise unanswered(answer, (*calls, *answer.calls))
+        if asked == 0:
+            findings += images_not_sent(answer)
         try:
             return parse_overlay(answer.content, features), calls + answer.calls, findings
         except InvalidAnswerError as error:
             refused = error
-        calls += _marked_invalid(answer.calls)
+        calls += marked_invalid(answer.calls)
         findings += (_refusal(refused),)
         request = with_validation_errors(first, _violations(refused))
     message = f"the model answered {MAX_ASKS} times and no answer fits: {refused}"
     raise SynthesisError(FailureMode.NO_VALID_ESTIMATE, "invalid_answer", message, calls)
 
 
-def _marked_invalid(calls: tuple[ModelCall, ...]) -> tuple[ModelCall, ...]:
+def unanswered(answer: ModelAnswer, calls: Sequence[ModelCall]) -> SynthesisError:
+    """The error for an answer without content: a spent budget is not the model's fault."""
+    if answer.budget_spent:
+        return SynthesisError(FailureMode.BUDGET, "budget_spent", answer.error or "the budget is spent", calls)
+    return SynthesisError(FailureMode.MODEL_ERROR, "model_error", answer.error or "the model failed", calls)
+
+
+def images_not_sent(answer: ModelAnswer) -> tuple[Finding, ...]:
+    """A finding where the request's images were not sent, so that the answer is from text alone."""
+    if answer.without_images is None:
+        return ()
+    return (
+        Finding(
+            stage=Stage.SYNTHESIZE,
+            severity=Severity.WARNING,
+            code="images_not_sent",
+            message=f"the model was asked without the views: {answer.without_images}",
+        ),
+    )
+
+
+def marked_invalid(calls: tuple[ModelCall, ...]) -> tuple[ModelCall, ...]:
     """The calls of one answer, the last of which brought something that does not fit."""
     return (*calls[:-1], *(call.model_copy(update={"outcome": "invalid_answer"}) for call in calls[-1:]))
 

@@ -1,0 +1,54 @@
+"""What one asset has left behind so far, filled while its stages run."""
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass, field
+from time import perf_counter
+
+from asset2sim.judging import Judged
+from asset2sim.shaping import Shaped
+from schemas.call import ModelCall
+from schemas.features import Features
+from schemas.finding import Finding
+from schemas.interaction import EngineReport, OverlapPair
+from schemas.overlay import PhysicsOverlay
+from schemas.trace import TraceStep
+from schemas.vocabulary import Stage
+
+
+@dataclass
+class Progress:
+    """What one asset has left behind so far: whatever happens next, this reaches the record."""
+
+    features: Features | None = None
+    overlay: PhysicsOverlay | None = None
+    reports: tuple[EngineReport, ...] = ()
+    overlaps: tuple[OverlapPair, ...] = ()
+    calls: list[ModelCall] = field(default_factory=list)
+    trace: list[TraceStep] = field(default_factory=list)
+    findings: list[Finding] = field(default_factory=list)
+    seconds: dict[str, float] = field(default_factory=dict)
+    stage: Stage = Stage.EXTRACT
+
+    def refined(self, shaped: Shaped) -> None:
+        """Keep a refinement and its judgement."""
+        self.findings.extend(shaped.findings)
+        self.trace.extend(shaped.refined.trace)
+        self.calls.extend(shaped.refined.calls)
+        self.findings.extend(shaped.refined.findings)
+        self.judged(shaped.judged)
+
+    def judged(self, judged: Judged) -> None:
+        """Keep a judgement."""
+        self.overlay, self.reports, self.overlaps = judged.overlay, judged.reports, judged.overlaps
+        self.trace.extend(judged.trace)
+        self.findings.extend(judged.findings)
+
+    @contextmanager
+    def timed(self, stage: Stage) -> Iterator[None]:
+        """Run a stage, adding its wall time."""
+        self.stage, start = stage, perf_counter()
+        try:
+            yield
+        finally:
+            self.seconds[stage] = self.seconds.get(stage, 0.0) + perf_counter() - start

@@ -1,0 +1,130 @@
+"""Where an agent tries its parameters: a scratch folder with the asset as it would be written, and PyBullet."""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from time import perf_counter
+from typing import TypeVar
+
+import numpy as np
+
+from asset2sim.apply import Folder, write_folder, write_urdf
+from asset2sim.arrays import Array
+from asset2sim.engines.child import in_child
+from asset2sim.engines.rest import contacts_at, measure
+from asset2sim.extraction import Extraction
+from asset2sim.kinematics import apply, link_to_root, tree_of
+from asset2sim.methods.agent.bounds import MIN_TOOL_S, TOOL_LIMIT_S, TOOL_SHARE
+from asset2sim.methods.as_proposed import as_proposed
+from asset2sim.metrics.penetration import by_pair
+from asset2sim.views import png_bytes, render_views
+from schemas.errors import AssetError
+from schemas.measurement import ContactPair, Measurement
+from schemas.overlay import Overlay, PhysicsOverlay
+from schemas.request import LabelledImage
+from schemas.settings import Settings
+from schemas.vocabulary import CollisionMode, Engine, Source
+
+T = TypeVar("T")
+
+
+class ToolError(Exception):
+    """A tool cannot do what it was asked; the message goes to the model as the tool's result."""
+
+
+@dataclass
+class Bench:
+    """The scratch folder, and the wall time that is left for running things in it, s."""
+
+    extraction: Extraction
+    settings: Settings
+    source: Source
+    path: Path
+    seconds_left: float
+    folder: Folder | None = None
+
+    def completed(self, overlay: Overlay) -> PhysicsOverlay:
+        """The overlay with an engine's defaults where it is silent. Raises ToolError where its numbers cannot be."""
+        try:
+            return as_proposed(self.extraction, overlay, self.source, self.settings)
+        except (AssetError, ArithmeticError, ValueError) as error:
+            raise ToolError(f"these parameters cannot be written: {first_line(error)}") from None
+
+    def written(self, physics: PhysicsOverlay) -> Path:
+        """The URDF with these parameters, collision geometry as authored; meshes are copied once."""
+        own = self.settings.physics
+        try:
+            if self.folder is None:
+                self.folder = write_folder(self.extraction, physics, {}, self.path, own, CollisionMode.KEEP)
+            else:
+                write_urdf(self.extraction, physics, self.folder, own)
+        except (AssetError, ArithmeticError, ValueError, OSError) as error:
+            raise ToolError(f"these parameters cannot be written: {first_line(error)}") from None
+        return self.folder.urdf
+
+    def simulate(self, overlay: Overlay) -> tuple[PhysicsOverlay, Measurement]:
+        """The paper's tests in PyBullet, and the parameters under which they were run. Raises ToolError."""
+        physics = self.completed(overlay)
+        urdf = self.written(physics)
+
+        def rest() -> Measurement:
+            own = self.settings.engine
+            return measure(Engine.PYBULLET, urdf, physics.initial_positions, physics.contact_friction, own)
+
+        return physics, self._timed(rest)
+
+    def contacts(self, overlay: Overlay) -> tuple[ContactPair, ...]:
+        """The pairs of links that overlap in the initial state, worst first. Raises ToolError."""
+        physics = self.completed(overlay)
+        urdf = self.written(physics)
+
+        def touching() -> tuple[ContactPair, ...]:
+            return by_pair(contacts_at(Engine.PYBULLET, urdf, physics.initial_positions, self.settings.engine))
+
+        return self._timed(touching)
+
+    def pictures(self, overlay: Overlay, views: Sequence[str]) -> tuple[LabelledImage, ...]:
+        """These views of the initial state. Raises ToolError."""
+        physics = self.completed(overlay)
+        urdf = self.written(physics)
+
+        def drawn() -> tuple[LabelledImage, ...]:
+            images = render_views(urdf, physics.initial_positions, self.settings.views)
+            return tuple(LabelledImage(label=name, png=png_bytes(images[name])) for name in views)
+
+        return self._timed(drawn)
+
+    def boxes(self, overlay: Overlay) -> dict[str, tuple[Array, Array]]:
+        """Link → the (3,) lowest and highest corner of its shape in the initial state, m in the root link's frame."""
+        physics = self.completed(overlay)
+        features, scale = self.extraction.features, physics.scale
+        tree = tree_of(features.joints, scale)
+        poses = link_to_root(tree, features.root, physics.initial_positions)
+        placed = {
+            name: apply(poses[name], scale * geometry.points)
+            for name, geometry in self.extraction.geometry.items()
+            if len(geometry.points)
+        }
+        return {name: (np.min(points, axis=0), np.max(points, axis=0)) for name, points in placed.items()}
+
+    def _timed(self, function: Callable[[], T]) -> T:
+        """Run in a killable child, within what is left of the time for tools."""
+        if self.seconds_left < MIN_TOOL_S:
+            raise ToolError("the time for tools is spent; finish with what you have")
+        start = perf_counter()
+        ended = in_child(Engine.PYBULLET, function, time_limit_s=min(TOOL_LIMIT_S, self.seconds_left))
+        self.seconds_left -= perf_counter() - start
+        if ended.value is None:
+            raise ToolError(ended.problem or "it ended without a result")
+        return ended.value
+
+
+def open_bench(extraction: Extraction, settings: Settings, source: Source, path: Path) -> Bench:
+    """A bench in this folder, with its share of the asset's time limit."""
+    return Bench(extraction, settings, source, path, TOOL_SHARE * settings.run.asset_time_limit_s)
+
+
+def first_line(error: Exception) -> str:
+    """An error in one line: what it is and what it says."""
+    text = " ".join(str(error).split())
+    return text if isinstance(error, AssetError) else f"{type(error).__name__}: {text}"

@@ -1,0 +1,109 @@
+"""What the agent's tools return, as text: compact JSON with few digits, and never longer than a bound."""
+
+import json
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+
+from asset2sim.arrays import Array
+from asset2sim.methods.agent.bounds import MAX_RESULT_CHARS, MAX_ROWS
+from asset2sim.metrics.verdict import judge
+from schemas.measurement import ContactPair, Measurement
+from schemas.overlay import PhysicsOverlay
+from schemas.settings import Thresholds
+
+DIGITS = 4
+"""Significant digits of a number in a result."""
+LIMITS = (
+    "penetration_m", "drift_m", "drift_rad", "peak_speed_m_s", "oscillation_sign_changes", "oscillation_rad",
+    "oscillation_m",
+)  # fmt: skip
+"""The thresholds that a result states: those of the paper's tests."""
+STILL = 1e-3
+"""Motion below which a joint counts as still in a result, rad or m."""
+
+
+def simulated(measurement: Measurement, physics: PhysicsOverlay, thresholds: Thresholds) -> str:
+    """The paper's three tests as numbers, with what moved and the dynamics it has now."""
+    prismatic = frozenset(joint.name for joint in physics.joints if joint.type == "prismatic")
+    verdict = judge(measurement, prismatic, thresholds)
+    joints = {joint.name: joint for joint in physics.joints}
+    settling = measurement.settle_motion
+    moved = [
+        (max(motion.amplitude, settling.get(motion.name, 0.0)), motion)
+        for motion in measurement.joints
+        if motion.name in joints
+    ]
+    moving = sorted((item for item in moved if item[0] > STILL), key=lambda item: -item[0])
+    return text_of({
+        "passed": verdict.passed,
+        "failed": verdict.mode.value,
+        "reason": verdict.reason,
+        "penetration_m": measurement.penetration_m,
+        "pairs": pair_rows(measurement.pairs)[:MAX_ROWS],
+        "drift_m": measurement.drift_m,
+        "drift_rad": measurement.drift_rad,
+        "peak_speed_m_s": measurement.peak_speed_m_s,
+        "moving_joints": [
+            {
+                "joint": motion.name,
+                "amplitude": motion.amplitude,
+                "sign_changes": motion.sign_changes,
+                "moved_while_settling": settling.get(motion.name, 0.0),
+                "damping": joints[motion.name].damping,
+                "friction": joints[motion.name].friction,
+            }
+            for _, motion in moving[:MAX_ROWS]
+        ],
+        "n_moving_joints": len(moving),
+        "console": list(measurement.console[:MAX_ROWS]),
+        "limits": thresholds.model_dump(include=set(LIMITS)),
+    })  # fmt: skip
+
+
+def touching(pairs: Sequence[ContactPair]) -> str:
+    """The overlapping pairs, worst first, with how deep."""
+    total = sum(pair.penetration_m for pair in pairs)
+    return text_of({"penetration_m": total, "n_pairs": len(pairs), "pairs": pair_rows(pairs)[:MAX_ROWS]})
+
+
+def pair_rows(pairs: Sequence[ContactPair]) -> list[dict[str, object]]:
+    """One row per pair: its links, its deepest point and its share of Φ, m."""
+    return [
+        {"link_a": p.link_a, "link_b": p.link_b, "depth_m": p.depth_m, "penetration_m": p.penetration_m} for p in pairs
+    ]
+
+
+def boxed(boxes: Mapping[str, tuple[Array, Array]], images: str) -> str:
+    """Every link's box, m in the root link's frame, and in ``images`` what became of the pictures."""
+    rows = [{"link": name, "low_m": low.tolist(), "high_m": high.tolist()} for name, (low, high) in boxes.items()]
+    corners = [corner for box in boxes.values() for corner in box]
+    size = np.ptp(corners, axis=0).tolist() if corners else []
+    return text_of({"images": images, "size_m": size, "n_links": len(rows), "boxes": rows[:MAX_ROWS]})
+
+
+def refused(message: str) -> str:
+    """A tool's refusal, as its result."""
+    return text_of({"error": message})
+
+
+def text_of(value: object) -> str:
+    """A value as compact JSON with few digits."""
+    return json.dumps(rounded(value), ensure_ascii=False, separators=(",", ":"), allow_nan=False)
+
+
+def rounded(value: object) -> object:
+    """The value with every float rounded to ``DIGITS`` significant digits."""
+    if isinstance(value, float):
+        return float(f"{value:.{DIGITS}g}") + 0.0  # and no negative zero
+    if isinstance(value, Mapping):
+        return {key: rounded(item) for key, item in value.items()}
+    if isinstance(value, list | tuple):
+        return [rounded(item) for item in value]
+    return value
+
+
+def cut(text: str, most: int = MAX_RESULT_CHARS) -> str:
+    """The text, or its beginning and how much of it there is, without what cannot be sent."""
+    text = text.encode("utf-8", "replace").decode("utf-8")
+    return text if len(text) <= most else f"{text[:most]}… ({len(text)} characters in all)"

@@ -1,0 +1,197 @@
+"""The agent's loop: a question, the tools that the answer wants, and again, until it ends or its steps are spent."""
+
+import hashlib
+import tempfile
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from pathlib import Path
+
+from asset2sim.extraction import Extraction
+from asset2sim.methods.agent.bench import ToolError, open_bench
+from asset2sim.methods.agent.bounds import MAX_ANSWER_CALLS, MAX_CALLS, MAX_SAID_CHARS, MAX_SAME
+from asset2sim.methods.agent.conversation import bounded, said_by_model
+from asset2sim.methods.agent.draft import short
+from asset2sim.methods.agent.results import cut
+from asset2sim.methods.agent.specs import TOOL_NAMES, TOOLS
+from asset2sim.methods.agent.tools import Session, run_tool
+from asset2sim.models.answers import parse_overlay
+from asset2sim.models.priors_known import is_prior
+from asset2sim.models.prompt import overlay_request
+from asset2sim.models.synthesize import SynthesisError, images_not_sent, marked_invalid, unanswered
+from schemas.asset import AssetRef
+from schemas.call import ModelCall
+from schemas.errors import InvalidAnswerError
+from schemas.finding import Finding
+from schemas.overlay import Overlay
+from schemas.request import ModelAnswer, ModelRequest, Turn
+from schemas.settings import Settings
+from schemas.vocabulary import FailureMode, Severity, Source, Stage
+
+AGENT = "agent"
+USE_TOOLS = (
+    "That is neither a tool call nor an overlay in JSON. Go on by calling one of the tools: "
+    f"{', '.join(TOOL_NAMES)}. Call finish when you are done."
+)
+"""What a model is told once that talks instead of calling tools."""
+FINISHED, IN_TEXT, SPENT = "it finished", "it answered with an overlay in text", "its steps are spent"
+TALKED, LOOPED = "it went on talking without calling a tool", f"it made the same calls {MAX_SAME} times in a row"
+OVERUSED = f"it made {MAX_CALLS} tool calls"
+"""Why a conversation ended."""
+
+
+@dataclass(frozen=True)
+class AgentResult:
+    """The overlay as the agent left it, every model call, what there is to say, and how many answers it took."""
+
+    overlay: Overlay
+    calls: tuple[ModelCall, ...]
+    findings: tuple[Finding, ...]
+    steps: int
+
+
+@dataclass
+class Talk:
+    """A conversation under way: its turns, what it cost, and why it ended once it has."""
+
+    turns: list[Turn] = field(default_factory=list)
+    calls: list[ModelCall] = field(default_factory=list)
+    findings: list[Finding] = field(default_factory=list)
+    steps: int = 0
+    ended: str | None = None
+    silent: ModelAnswer | None = None
+    told: bool = False
+    recent: list[str] = field(default_factory=list)
+
+
+def run_agent(
+    ref: AssetRef, extraction: Extraction, settings: Settings, ask: Callable[[ModelRequest], ModelAnswer]
+) -> AgentResult:
+    """Let a model find an asset's parameters with tools, in at most ``settings.methods.agent_steps`` answers.
+
+    Nothing of ours stands between it and the overlay: no rule, no search, no check beyond what writing a file takes.
+    However the conversation ends, the parameters stand as they are then. Raises ``SynthesisError`` where no scale was
+    ever set: ``model_error`` or ``budget`` where the provider fails, else ``no_valid_estimate``.
+    """
+    prior = is_prior(settings.model.model)
+    source = Source.PRIOR if prior else Source.MODEL
+    talk = Talk()
+    with tempfile.TemporaryDirectory(prefix="asset2sim-agent-") as name:
+        bench = open_bench(extraction, settings, source, Path(name))
+        session = Session(bench, blind="the prior looks at no pictures" if prior else None)
+        first = opening(ref, extraction)
+        while talk.ended is None:
+            answer = ask(first.model_copy(update={"turns": bounded(talk.turns)}))
+            take(answer, talk, session, settings.methods.agent_steps)
+    overlay = session.overlay
+    if overlay is None:
+        if talk.silent is not None:
+            raise unanswered(talk.silent, talk.calls)
+        message = f"the agent set no scale in {talk.steps} answers: {talk.ended}"
+        if session.refusals:
+            message = f"{message}; the last refusal was {cut(session.refusals[-1], MAX_SAID_CHARS)}"
+        raise SynthesisError(FailureMode.NO_VALID_ESTIMATE, "no_scale", message, talk.calls)
+    overlay = overlay.model_copy(update={"notes": (*overlay.notes, *session.notes)})
+    return AgentResult(overlay, tuple(talk.calls), (*talk.findings, *told(talk, session)), talk.steps)
+
+
+def opening(ref: AssetRef, extraction: Extraction) -> ModelRequest:
+    """The first question: the same facts as every method gets, and the tools; no picture until one is asked for."""
+    request = overlay_request(AGENT, extraction.features, ref.prompt, extraction.closed_size, extraction.link_centers)
+    return request.model_copy(update={"tools": TOOLS, "answer_schema": None})
+
+
+def take(answer: ModelAnswer, talk: Talk, session: Session, most_steps: int) -> None:
+    """One answer: run what it asks for, or read it as an overlay, and see whether the conversation goes on."""
+    if answer.without_images is not None and session.blind is None:
+        session.blind = answer.without_images
+        talk.findings.extend(images_not_sent(answer))
+    if not answer.tool_calls and answer.content is None:
+        talk.calls.extend(answer.calls)
+        talk.silent, talk.ended = answer, f"the model gave no answer: {answer.error or 'no reason is known'}"
+        return
+    talk.steps += 1
+    useful = take_calls(answer, talk, session) if answer.tool_calls else take_text(answer, talk, session)
+    talk.calls.extend(answer.calls if useful else marked_invalid(answer.calls))
+    if talk.ended is None and talk.steps >= most_steps:
+        talk.ended = SPENT
+
+
+def take_calls(answer: ModelAnswer, talk: Talk, session: Session) -> bool:
+    """Run an answer's calls in order; whether any of them was of use."""
+    room = min(MAX_ANSWER_CALLS, MAX_CALLS - session.n_calls)
+    known = {call.call_id for turn in talk.turns for call in turn.tool_calls}
+    turn = said_by_model(answer, room, known, talk.steps)
+    talk.turns.append(turn)
+    refusals, ran = len(session.refusals), 0
+    for sent, call in zip(turn.tool_calls, answer.tool_calls, strict=False):
+        result = run_tool(session, call)
+        ran += 1
+        talk.turns.append(Turn(role="tool", content=result, call_id=sent.call_id))
+        if session.finished:
+            break
+    dropped = len(answer.tool_calls) - len(turn.tool_calls)
+    remarks = []
+    if dropped:
+        remarks.append(
+            f"{dropped} of {len(answer.tool_calls)} calls were not run; an answer may make {MAX_ANSWER_CALLS}."
+        )
+    if session.images:
+        remarks.append("Pictures of the initial state follow.")
+    if remarks:
+        talk.turns.append(Turn(role="user", content=" ".join(remarks), images=session.images))
+        session.images = ()
+    wishes = repr([(call.name, call.arguments) for call in answer.tool_calls])
+    talk.recent.append(hashlib.sha256(wishes.encode("utf-8", "replace")).hexdigest())
+    del talk.recent[:-MAX_SAME]
+    if session.finished:
+        talk.ended = FINISHED
+    elif session.n_calls >= MAX_CALLS:
+        talk.ended = OVERUSED
+    elif len(talk.recent) == MAX_SAME and len(set(talk.recent)) == 1:
+        talk.ended = LOOPED
+    return len(session.refusals) - refusals < ran
+
+
+def take_text(answer: ModelAnswer, talk: Talk, session: Session) -> bool:
+    """An answer without a call: an overlay in JSON ends the conversation, anything else is refused once."""
+    content = answer.content or ""
+    try:
+        overlay = parse_overlay(content, session.bench.extraction.features)
+        session.bench.completed(overlay)
+    except (InvalidAnswerError, ToolError) as error:
+        session.refusals.append(f"text: {error}")
+        talk.turns.append(Turn(role="assistant", content=cut(content, MAX_SAID_CHARS)))
+        talk.turns.append(Turn(role="user", content=f"{USE_TOOLS} (As an overlay: {short(str(error))})"))
+        talk.recent.clear()
+        if talk.told:
+            talk.ended = TALKED
+        talk.told = True
+        return False
+    session.overlay, talk.ended = overlay, IN_TEXT
+    return True
+
+
+def told(talk: Talk, session: Session) -> tuple[Finding, ...]:
+    """How many answers and calls it took and why it ended, and what was refused on the way."""
+    well = talk.ended in (FINISHED, IN_TEXT)
+    findings = [
+        Finding(
+            stage=Stage.SYNTHESIZE,
+            severity=Severity.INFO if well else Severity.WARNING,
+            code="agent_ended",
+            message=f"the agent ended after {talk.steps} answers and {session.n_calls} tool calls: {talk.ended}",
+            value=float(talk.steps),
+        )
+    ]
+    if session.refusals:
+        findings.append(
+            Finding(
+                stage=Stage.SYNTHESIZE,
+                severity=Severity.WARNING,
+                code="agent_refused",
+                message=f"{len(session.refusals)} of the agent's wishes were refused; the first: "
+                f"{cut(session.refusals[0], MAX_SAID_CHARS)}",
+                value=float(len(session.refusals)),
+            )
+        )
+    return tuple(findings)

@@ -1,0 +1,143 @@
+"""Running the agent's tools: every call ends with a text for the model, whatever it asked for."""
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+from asset2sim.methods.agent.bench import Bench, ToolError
+from asset2sim.methods.agent.bounds import MAX_NOTE_CHARS, MAX_NOTES
+from asset2sim.methods.agent.conversation import arguments_of
+from asset2sim.methods.agent.draft import Draft, checked, merged, short
+from asset2sim.methods.agent.reading import read_part
+from asset2sim.methods.agent.results import boxed, cut, refused, simulated, text_of, touching
+from asset2sim.methods.agent.specs import READ_PARTS, TOOL_NAMES, argument_names
+from asset2sim.views import VIEW_NAMES
+from schemas.errors import InvalidAnswerError, UnknownChoiceError
+from schemas.overlay import Overlay
+from schemas.request import LabelledImage, ToolCall
+
+
+@dataclass
+class Session:
+    """What the agent has set so far, and what its tools left behind.
+
+    ``images`` are the pictures that were asked for and not yet sent, ``blind`` says why none are to be taken, and
+    ``refusals`` holds every refusal's text.
+    """
+
+    bench: Bench
+    blind: str | None = None
+    draft: Draft = field(default_factory=dict)
+    overlay: Overlay | None = None
+    images: tuple[LabelledImage, ...] = ()
+    notes: tuple[str, ...] = ()
+    finished: bool = False
+    n_calls: int = 0
+    refusals: list[str] = field(default_factory=list)
+
+    @property
+    def present(self) -> Overlay:
+        """The parameters to try: what was set, or nothing but the authored scale."""
+        if self.overlay is not None:
+            return self.overlay
+        return checked({**self.draft, "scale": 1.0}, self.bench.extraction.features) or Overlay(scale=1.0)
+
+
+Arguments = Mapping[str, Any]
+
+
+def run_tool(session: Session, call: ToolCall) -> str:
+    """The result of one call as the text that the model gets; an error names what would be valid."""
+    session.n_calls += 1
+    try:
+        tool = RUNNERS.get(call.name)
+        if tool is None:
+            raise UnknownChoiceError("tool", short(call.name), TOOL_NAMES)
+        arguments = arguments_of(call.arguments)
+        for name in arguments:
+            if name not in argument_names(call.name):
+                raise UnknownChoiceError(f"argument of {call.name}", short(name), argument_names(call.name))
+        return cut(without_paths(session.bench, tool(session, arguments)))
+    except (ToolError, InvalidAnswerError, UnknownChoiceError) as error:
+        message = without_paths(session.bench, str(error))
+        session.refusals.append(f"{short(call.name)}: {message}")
+        return cut(refused(message))
+
+
+def without_paths(bench: Bench, text: str) -> str:
+    """The text without the names of this machine's folders: no model's business, and new with every run, so that the
+    same conversation would not be found among the answers that were kept."""
+    for folder in (bench.path, bench.extraction.folder):
+        text = text.replace(str(folder), "asset")
+    return text
+
+
+def _read_asset(session: Session, arguments: Arguments) -> str:
+    start = arguments.get("start") or 0
+    if not isinstance(start, int) or start < 0:
+        raise ToolError("start: an integer of 0 or more is wanted")
+    return read_part(session.bench.extraction, _choice("part", arguments.get("part", "summary"), READ_PARTS), start)
+
+
+def _set_parameters(session: Session, arguments: Arguments) -> str:
+    draft = merged(session.draft, arguments)
+    overlay = checked(draft, session.bench.extraction.features)
+    if overlay is not None:
+        session.bench.completed(overlay)
+    session.draft, session.overlay = draft, overlay
+    return text_of({
+        "scale": draft.get("scale", "not set yet; 1 is tried, and you cannot finish without it"),
+        "n_links_set": len(draft["links"]),
+        "n_joints_set": len(draft["joints"]),
+        "n_positions_set": len(draft["initial_joint_positions"]),
+    })  # fmt: skip
+
+
+def _simulate(session: Session, arguments: Arguments) -> str:
+    physics, measurement = session.bench.simulate(session.present)
+    return simulated(measurement, physics, session.bench.settings.thresholds)
+
+
+def _read_contacts(session: Session, arguments: Arguments) -> str:
+    return touching(session.bench.contacts(session.present))
+
+
+def _render(session: Session, arguments: Arguments) -> str:
+    views = arguments.get("views")
+    if views is None:
+        views = list(VIEW_NAMES)
+    if not isinstance(views, list) or not views:
+        raise ToolError(f"views: an array with at least one of these is wanted: {', '.join(VIEW_NAMES)}")
+    wanted = tuple(dict.fromkeys(_choice("view", view, VIEW_NAMES) for view in views))
+    boxes = session.bench.boxes(session.present)
+    if session.blind is not None:
+        return boxed(boxes, f"not sent: {session.blind}")
+    session.images = session.bench.pictures(session.present, wanted)
+    return boxed(boxes, "they follow, each after its label")
+
+
+def _finish(session: Session, arguments: Arguments) -> str:
+    if session.overlay is None:
+        raise ToolError("no scale is set: call set_parameters with a scale first")
+    notes = arguments.get("notes")
+    if isinstance(notes, str) and notes.strip() and len(session.notes) < MAX_NOTES:
+        session.notes = (*session.notes, cut(notes.strip(), MAX_NOTE_CHARS))
+    session.finished = True
+    return text_of({"finished": True})
+
+
+def _choice(kind: str, value: object, choices: tuple[str, ...]) -> str:
+    if not isinstance(value, str) or value not in choices:
+        raise UnknownChoiceError(kind, short(str(value)), choices)
+    return value
+
+
+RUNNERS: dict[str, Callable[[Session, Arguments], str]] = {
+    "read_asset": _read_asset,
+    "render": _render,
+    "set_parameters": _set_parameters,
+    "simulate": _simulate,
+    "read_contacts": _read_contacts,
+    "finish": _finish,
+}
+"""Tool → what runs it."""

@@ -1,0 +1,137 @@
+"""An answer as an overlay, without a single rule of ours: what a baseline says is what is written."""
+
+import math
+
+import numpy as np
+
+from asset2sim.arrays import six, vector
+from asset2sim.authored import LEAST, link_of, start_of
+from asset2sim.extraction import Extraction
+from asset2sim.physics.contact import contact_friction
+from asset2sim.physics.inertia import box_inertia
+from asset2sim.urdf.dynamics import Dynamics, read_dynamics
+from asset2sim.validation.joints import HELD_STATE
+from schemas.base import Inertia6
+from schemas.features import JointFeatures, LinkFeatures
+from schemas.overlay import JointPhysics, JointProposal, LinkPhysics, LinkProposal, Overlay, PhysicsOverlay
+from schemas.settings import Settings
+from schemas.vocabulary import Source
+
+
+def as_proposed(extraction: Extraction, proposal: Overlay, source: Source, settings: Settings) -> PhysicsOverlay:
+    """The overlay that holds exactly the answer's numbers: nothing is bounded, clamped, completed by rule or mended.
+
+    Where the answer is silent, the engine's default stands as in ``authored_overlay``: inertials and dynamics as
+    authored, PyBullet's 1 kg for a link without any, joints at zero or the limit nearest to it. Lengths that the asset
+    states (limits of sliders, centres of mass) follow the scale, because its shapes do. Terms of which only rules make
+    numbers (``coast_s``, ``spring_hz``, …) count as silence.
+    """
+    features, scale = extraction.features, proposal.scale
+    links = {item.name: item for item in proposal.links}
+    joints = {item.name: item for item in proposal.joints}
+    dynamics = read_dynamics(extraction.urdf)
+    return PhysicsOverlay(
+        asset_id=features.asset_id,
+        scale=scale,
+        scale_source=Source.USER if "scale" in proposal.asked else source,
+        contact_friction=contact_friction(proposal.contact_material, settings.physics),
+        links=tuple(
+            link_as_proposed(link, links.get(link.name, LinkProposal(name=link.name)), scale, source)
+            for link in features.links
+        ),
+        joints=tuple(
+            joint_as_proposed(
+                joint,
+                features.link(joint.child).label,
+                joints.get(joint.name, JointProposal(name=joint.name)),
+                dynamics[joint.name],
+                proposal,
+                source,
+            )
+            for joint in features.movable_joints
+        ),
+        notes=proposal.notes,
+    )
+
+
+def link_as_proposed(link: LinkFeatures, proposal: LinkProposal, scale: float, source: Source) -> LinkPhysics:
+    """One link: what is stated, and the engine's default for the rest."""
+    authored = link_of(link)
+    volume = (link.volume_m3 or link.hull_volume_m3) * scale**3
+    hollow = 1.0 if proposal.hollow_factor is None else proposal.hollow_factor
+    mass = proposal.mass_kg
+    if mass is None and proposal.density_kg_m3 is not None and volume * proposal.density_kg_m3 * hollow > 0.0:
+        mass = volume * proposal.density_kg_m3 * hollow
+    com = tuple(scale * value for value in authored.com) if proposal.com is None else proposal.com
+    inertia, inertia_source = authored.inertia, authored.inertia_source
+    if proposal.inertia is not None:
+        inertia, inertia_source = proposal.inertia, source
+    elif mass is not None:
+        inertia = inertia_of_box(link, mass, scale)
+    return authored.model_copy(
+        update={
+            "material": proposal.material,
+            "density_kg_m3": proposal.density_kg_m3 or 0.0,
+            "hollow_factor": proposal.hollow_factor or 0.0,
+            "volume_m3": volume,
+            "mass_kg": authored.mass_kg if mass is None else mass,
+            "mass_source": authored.mass_source if mass is None else source,
+            "com": vector(np.asarray(com, dtype=float)),
+            "com_source": authored.com_source if proposal.com is None else source,
+            "inertia": inertia,
+            "inertia_source": inertia_source,
+        }
+    )
+
+
+def inertia_of_box(link: LinkFeatures, mass: float, scale: float) -> Inertia6:
+    """What PyBullet gives a link of a stated mass whose file states no inertia, kg·m²: that of its shape's box."""
+    moments = np.diag(box_inertia(mass, scale * np.asarray(link.box_size)))
+    return six(np.diag(np.maximum(moments, LEAST)))
+
+
+def joint_as_proposed(
+    joint: JointFeatures, label: str, proposal: JointProposal, authored: Dynamics, overlay: Overlay, source: Source
+) -> JointPhysics:
+    """One joint: the triplet and the position as stated, else as authored; its limits follow the scale."""
+    factor = overlay.scale if joint.prismatic else 1.0
+    stated = overlay.initial_joint_positions.get(joint.name)
+    position = (start_of(joint) if stated is None else stated) * factor
+    user = joint.name in overlay.asked
+    terms = Source.USER if any(name.startswith(f"{joint.name}.") for name in overlay.asked) else source
+    lower, upper, closed, opened = (
+        None if end is None else end * factor for end in (joint.lower, joint.upper, joint.closed, joint.open)
+    )
+    reference = authored.spring_reference if proposal.spring_rest is None else proposal.spring_rest
+    return JointPhysics(
+        name=joint.name,
+        type=joint.type,
+        label=label,
+        damping=max(authored.damping, 0.0) if proposal.damping is None else proposal.damping,
+        damping_source=Source.AUTHORED if proposal.damping is None else terms,
+        friction=max(authored.friction, 0.0) if proposal.friction is None else proposal.friction,
+        friction_source=Source.AUTHORED if proposal.friction is None else terms,
+        stiffness=max(authored.stiffness, 0.0) if proposal.stiffness is None else proposal.stiffness,
+        stiffness_source=Source.AUTHORED if proposal.stiffness is None else terms,
+        spring_reference=reference * factor,
+        lower=lower,
+        upper=upper,
+        limits_source=Source.AUTHORED,
+        closed=closed or 0.0,
+        open=opened or 0.0,
+        initial_position=position,
+        position_source=Source.AUTHORED if stated is None else Source.USER if user else source,
+        effective_inertia=0.0,
+        gravity_load=0.0,
+        holds=must_hold(proposal, stated is not None, position, closed or 0.0, lower, upper),
+    )
+
+
+def must_hold(
+    proposal: JointProposal, requested: bool, position: float, closed: float, lower: float | None, upper: float | None
+) -> bool:
+    """Whether the joint is judged by whether it stays where it is: as ours are, where it is said to or asked to stand
+    open. This changes what is tested, and no number."""
+    span = 2.0 * math.pi if lower is None or upper is None else abs(upper - lower)
+    is_open = abs(position - closed) > HELD_STATE * span
+    return proposal.holds is True or (proposal.holds is None and requested and is_open)

@@ -1,0 +1,206 @@
+"""Several answers as one: numbers by inverse-variance weighting, everything else by weighted vote (paper, VLM-IVW)."""
+
+from collections.abc import Hashable, Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from statistics import fmean, median
+from typing import TypeVar
+
+from schemas.overlay import JointProposal, LinkProposal, Overlay
+
+LINK_NUMBERS = ("density_kg_m3", "hollow_factor", "mass_kg")
+LINK_VECTORS = ("com", "inertia")
+"""Fused component by component with one weight for all of them, from the field's one sigma: a sum of positive
+semi-definite inertias with positive weights is one."""
+LINK_KINDS = ("material",)
+JOINT_NUMBERS = (
+    "damping", "friction", "stiffness", "coast_s", "spring_hz", "closes_s", "stops_within", "returns_s",
+)  # fmt: skip
+JOINT_CLAIMS = ("spring_rest",)
+"""Numbers whose absence is a claim by itself (there is no spring), so that giving one at all is put to the vote."""
+JOINT_KINDS = ("holds", "damping_level")
+
+Numbers = tuple[float, ...]
+_Kind = TypeVar("_Kind", bound=Hashable)
+_Part = TypeVar("_Part", LinkProposal, JointProposal)
+
+
+@dataclass(frozen=True)
+class Given:
+    """One parameter over all answers that state it: answer's index → value (components, or one) and sigma or None."""
+
+    values: Mapping[int, Numbers]
+    sigmas: Mapping[int, float | None]
+
+    @property
+    def weights(self) -> dict[int, float]:
+        """Answer's index → its share of the weight; the shares sum to 1."""
+        indices = list(self.values)
+        weights = inverse_variances([self.sigmas[index] for index in indices])
+        return dict(zip(indices, weights, strict=True))
+
+    @property
+    def mean(self) -> Numbers:
+        """θ = Σ θᵢ/σᵢ² / Σ 1/σᵢ² of every component."""
+        weights = self.weights
+        columns = zip(*(self.values[index] for index in weights), strict=True)
+        return tuple(weighted_mean(column, list(weights.values())) for column in columns)
+
+
+def weighted_mean(values: Sequence[float], weights: Sequence[float]) -> float:
+    """Σ wᵢ xᵢ for weights that sum to 1, kept between the values against rounding: a share of 1 stays at most 1."""
+    mean = sum(weight * value for weight, value in zip(weights, values, strict=True))
+    return min(max(mean, min(values)), max(values))
+
+
+def inverse_variances(sigmas: Sequence[float | None]) -> list[float]:
+    """1/σ² of every answer, divided by their sum. A sigma that is missing or zero counts as the median of the others;
+    where no answer states one, all weigh the same."""
+    stated = [sigma for sigma in sigmas if sigma]
+    usual = median(stated) if stated else 1.0
+    # Relative to the smallest, so that squares neither overflow nor vanish.
+    filled = [sigma or usual for sigma in sigmas]
+    least = min(filled)
+    weights = [(least / sigma) ** 2 for sigma in filled]
+    return [weight / sum(weights) for weight in weights]
+
+
+def fuse(answers: Sequence[Overlay]) -> Overlay:
+    """One overlay of several; raises ValueError for none.
+
+    A number is fused over the answers that state it, whatever the others leave out. Where leaving out is an answer in
+    itself, those who state it must outweigh those who do not: a requested state, where a spring rests, what came from
+    the user. An answer's weight in votes is its mean share of the weight over the numbers that it states, so that who
+    is surer of numbers counts more, and without sigmas each counts the same. Of equal votes the first answer's wins.
+    """
+    if not answers:
+        raise ValueError("there is no answer to fuse")
+    given = numbers_of(answers)
+    votes = vote_weights(given, len(answers))
+    means = {path: item.mean for path, item in given.items()}
+    states = [set(answer.initial_joint_positions) for answer in answers]
+    asked = [set(answer.asked) for answer in answers]
+    return Overlay(
+        scale=means["scale"][0],
+        contact_material=vote([answer.contact_material for answer in answers], votes),
+        links=tuple(
+            fused_link(name, [_part(answer.links, name) for answer in answers], means, votes)
+            for name in _names(answer.links for answer in answers)
+        ),
+        joints=tuple(
+            fused_joint(name, [_part(answer.joints, name) for answer in answers], means, votes)
+            for name in _names(answer.joints for answer in answers)
+        ),
+        initial_joint_positions={
+            name: means[f"initial_joint_positions.{name}"][0]
+            for name in _unique(name for answer in answers for name in answer.initial_joint_positions)
+            if carried([name in held for held in states], votes)
+        },
+        asked=tuple(
+            name
+            for name in _unique(name for answer in answers for name in answer.asked)
+            if carried([name in held for held in asked], votes)
+        ),
+        notes=(f"fused from {len(answers)} answers by inverse variance",),
+    )
+
+
+def fused_link(
+    name: str, parts: Sequence[LinkProposal | None], means: Mapping[str, Numbers], votes: Sequence[float]
+) -> LinkProposal:
+    """One link: means of its numbers and vectors, the material by vote among those that name one."""
+    fields: dict[str, object] = {"name": name}
+    for field in (*LINK_NUMBERS, *LINK_VECTORS):
+        mean = means.get(f"links.{name}.{field}")
+        if mean is not None:
+            fields[field] = mean if field in LINK_VECTORS else mean[0]
+    for field in LINK_KINDS:
+        fields[field] = vote_of_stated([getattr(part, field, None) for part in parts], votes)
+    return LinkProposal.model_validate(fields)
+
+
+def fused_joint(
+    name: str, parts: Sequence[JointProposal | None], means: Mapping[str, Numbers], votes: Sequence[float]
+) -> JointProposal:
+    """One joint: means of its numbers, ``holds`` by vote of all, the rest of a spring where most state one."""
+    fields: dict[str, object] = {"name": name}
+    for field in (*JOINT_NUMBERS, *JOINT_CLAIMS):
+        mean = means.get(f"joints.{name}.{field}")
+        told = [getattr(part, field, None) is not None for part in parts]
+        if mean is not None and (field in JOINT_NUMBERS or carried(told, votes)):
+            fields[field] = mean[0]
+    for field in JOINT_KINDS:
+        fields[field] = vote([getattr(part, field, None) for part in parts], votes)
+    return JointProposal.model_validate(fields)
+
+
+def numbers_of(answers: Sequence[Overlay]) -> dict[str, Given]:
+    """Path (as in ``Overlay.sigmas``) → the number in every answer that states it."""
+    values: dict[str, dict[int, Numbers]] = {}
+    sigmas: dict[str, dict[int, float | None]] = {}
+    for index, answer in enumerate(answers):
+        for path, value in stated_numbers(answer).items():
+            values.setdefault(path, {})[index] = value
+            sigmas.setdefault(path, {})[index] = answer.sigmas.get(path)
+    return {path: Given(values[path], sigmas[path]) for path in values}
+
+
+def stated_numbers(answer: Overlay) -> dict[str, Numbers]:
+    """Path → value of every number that one answer states."""
+    found: dict[str, Numbers] = {"scale": (answer.scale,)}
+    for kind, parts, fields in (
+        ("links", answer.links, (*LINK_NUMBERS, *LINK_VECTORS)),
+        ("joints", answer.joints, (*JOINT_NUMBERS, *JOINT_CLAIMS)),
+    ):
+        for part in parts:
+            for field in fields:
+                value = getattr(part, field)
+                if value is not None:
+                    found[f"{kind}.{part.name}.{field}"] = value if isinstance(value, tuple) else (value,)
+    for name, position in answer.initial_joint_positions.items():
+        found[f"initial_joint_positions.{name}"] = (position,)
+    return found
+
+
+def vote_weights(given: Mapping[str, Given], answers: int) -> list[float]:
+    """(answers,) weight of each answer in votes, summing to 1: its mean share over the numbers that it states.
+
+    A share is taken relative to an equal one, so that a number which few state does not make those few weightier.
+    """
+    shares: list[list[float]] = [[] for _ in range(answers)]
+    for item in given.values():
+        weights = item.weights
+        for index, weight in weights.items():
+            shares[index].append(weight * len(weights))
+    means = [fmean(share) for share in shares]
+    return [mean / sum(means) for mean in means]
+
+
+def vote(kinds: Sequence[_Kind], votes: Sequence[float]) -> _Kind:
+    """The kind with the most weight; of equals the one that was given first."""
+    weight: dict[_Kind, float] = {}
+    for kind, share in zip(kinds, votes, strict=True):
+        weight[kind] = weight.get(kind, 0.0) + share
+    return max(weight, key=lambda kind: round(weight[kind], 12))
+
+
+def vote_of_stated(kinds: Sequence[_Kind | None], votes: Sequence[float]) -> _Kind | None:
+    """The same among the answers that state one; None where none does."""
+    stated = [(kind, share) for kind, share in zip(kinds, votes, strict=True) if kind is not None]
+    return vote([kind for kind, _ in stated], [share for _, share in stated]) if stated else None
+
+
+def carried(held: Sequence[bool], votes: Sequence[float]) -> bool:
+    """Whether those who hold it outweigh those who do not; equal votes do not carry."""
+    return round(sum(share for yes, share in zip(held, votes, strict=True) if yes), 12) > 0.5
+
+
+def _names(parts: Iterable[Sequence[_Part]]) -> list[str]:
+    return _unique(part.name for group in parts for part in group)
+
+
+def _unique(names: Iterable[str]) -> list[str]:
+    return list(dict.fromkeys(names))
+
+
+def _part(parts: Sequence[_Part], name: str) -> _Part | None:
+    return next((part for part in parts if part.name == name), None)

@@ -1,0 +1,131 @@
+"""VLM-IVW: every view asked about several times, and the answers fused by inverse variance (paper, baselines)."""
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field
+
+from asset2sim.extraction import Extraction
+from asset2sim.methods.fusion import fuse
+from asset2sim.models.answers import parse_overlay
+from asset2sim.models.prompt import IVW, overlay_request
+from asset2sim.models.synthesize import SynthesisError, Synthesized, images_not_sent, marked_invalid
+from asset2sim.search.loop import ModelAsk
+from asset2sim.views import VIEW_NAMES
+from schemas.call import ModelCall
+from schemas.errors import InvalidAnswerError
+from schemas.finding import Finding
+from schemas.overlay import Overlay
+from schemas.request import LabelledImage, ModelAnswer, ModelRequest
+from schemas.settings import MethodSettings
+from schemas.vocabulary import FailureMode, Severity, Stage
+
+LEAST_SHARE = 0.5
+"""Share of the answers that must be valid: an average of fewer is the minority's."""
+MAX_REASONS = 3
+"""Reasons that a message about dropped answers lists."""
+
+
+@dataclass
+class Answers:
+    """What the calls have brought so far."""
+
+    valid: list[Overlay] = field(default_factory=list)
+    calls: list[ModelCall] = field(default_factory=list)
+    findings: list[Finding] = field(default_factory=list)
+    reasons: list[str] = field(default_factory=list)
+    """Why each call that brought no valid answer did not."""
+    answered: int = 0
+    """Calls that brought an answer, valid or not."""
+
+
+def ask_fused(
+    extraction: Extraction,
+    guidance: str | None,
+    ask: ModelAsk,
+    images: Mapping[str, LabelledImage],
+    settings: MethodSettings,
+) -> Synthesized:
+    """The fused answer to ``ivw_queries`` questions about each view, all calls, and what became of the answers.
+
+    ``images`` maps view names to pictures, and may be empty. An answer that does not fit is not asked for again but
+    dropped. Asking stops as soon as half of the answers cannot be valid any more, or a budget is spent. Raises
+    ``SynthesisError``: ``budget``, ``model_error`` where nothing was ever answered, else ``no_valid_estimate``.
+    """
+    wanted = len(VIEW_NAMES) * settings.ivw_queries
+    needed = LEAST_SHARE * wanted
+    got, spent = Answers(), False
+    for request in requests(extraction, guidance, images, settings.ivw_queries):
+        answer = ask(request)
+        take(answer, extraction, got)
+        spent = answer.budget_spent
+        if spent or wanted - len(got.reasons) < needed:
+            break
+    if len(got.valid) < needed:
+        raise too_few(got, wanted, spent)
+    if got.reasons:
+        got.findings.append(dropped(got, wanted))
+    try:
+        return fuse(got.valid), tuple(got.calls), tuple(got.findings)
+    except ValueError as error:
+        raise SynthesisError(
+            FailureMode.NO_VALID_ESTIMATE, "no_fusion", f"the answers have no common value: {error}", got.calls
+        ) from None
+
+
+def requests(
+    extraction: Extraction, guidance: str | None, images: Mapping[str, LabelledImage], queries: int
+) -> Iterator[ModelRequest]:
+    """Every question in turn, view by view; ``sample`` numbers them all from 1."""
+    sample = 0
+    for view in VIEW_NAMES:
+        shown = (images[view],) if view in images else ()
+        request = overlay_request(
+            IVW, extraction.features, guidance, extraction.closed_size, extraction.link_centers, shown, view
+        )
+        for _ in range(queries):
+            sample += 1
+            yield request.model_copy(update={"sample": sample})
+
+
+def take(answer: ModelAnswer, extraction: Extraction, got: Answers) -> None:
+    """Keep one answer, or why it is none."""
+    if not got.findings:
+        got.findings.extend(images_not_sent(answer))
+    if answer.content is None:
+        got.calls.extend(answer.calls)
+        got.reasons.append(answer.error or "the model failed")
+        return
+    got.answered += 1
+    try:
+        got.valid.append(parse_overlay(answer.content, extraction.features))
+        got.calls.extend(answer.calls)
+    except InvalidAnswerError as error:
+        got.calls.extend(marked_invalid(answer.calls))
+        got.reasons.append(str(error))
+
+
+def dropped(got: Answers, wanted: int) -> Finding:
+    """A finding that counts the answers which were not fused."""
+    return Finding(
+        stage=Stage.SYNTHESIZE,
+        severity=Severity.WARNING,
+        code="answers_dropped",
+        message=f"{len(got.valid)} answers of {wanted} wanted are fused, {len(got.reasons)} dropped: {listed(got)}",
+        value=float(len(got.reasons)),
+    )
+
+
+def too_few(got: Answers, wanted: int, spent: bool) -> SynthesisError:
+    """Why there is nothing to fuse."""
+    told = f"{len(got.valid)} valid answers of {wanted} wanted, and half are needed: {listed(got)}"
+    if spent:
+        return SynthesisError(FailureMode.BUDGET, "budget_spent", told, got.calls)
+    if got.answered == 0:
+        return SynthesisError(FailureMode.MODEL_ERROR, "model_error", told, got.calls)
+    return SynthesisError(FailureMode.NO_VALID_ESTIMATE, "invalid_answers", told, got.calls)
+
+
+def listed(got: Answers) -> str:
+    """The different reasons, the first few."""
+    different = list(dict.fromkeys(got.reasons))
+    more = len(different) - MAX_REASONS
+    return "; ".join(different[:MAX_REASONS]) + (f"; and {more} more" if more > 0 else "")

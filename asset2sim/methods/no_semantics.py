@@ -1,0 +1,145 @@
+"""Asset2Sim without semantics: every request goes out with what names the object withheld (paper, ablations).
+
+The names of links and joints become ``link_0`` …, ``joint_0`` …, and are put back in the answer; labels, kinds of
+joints, materials, the category and the asset's id are left empty. Shapes, kinematics and views stay, and so does the
+user's guidance: it is the user's words, not the asset's.
+"""
+
+import json
+import re
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+from asset2sim.models.lenient_json import parse_json
+from asset2sim.models.prompt import data_block
+from asset2sim.search.loop import ModelAsk
+from schemas.errors import InvalidAnswerError
+from schemas.features import Features
+from schemas.request import ModelAnswer, ModelRequest, Turn
+
+WITHHELD = ("asset_id", "category", "label", "labels", "joint_kind", "material", "materials", "mesh", "meshes", "file")
+"""Fields of a request's data whose value says what something is: left empty."""
+PLAIN = ("purpose", "type", "volume_source", "view", "problem")
+"""Fields whose value is a word of ours, not of the asset, even where the asset has a part of that name."""
+GUIDANCE = "user_guidance"
+ANYTHING = "part"
+"""Stands for a label or category inside a sentence."""
+
+_BLOCK = re.compile(r"<(\w+)>\n(.*?)\n</\1>", re.DOTALL)
+
+
+@dataclass(frozen=True)
+class Disguise:
+    """``aliases`` maps each name to its alias, one to one, ``names`` the other way; the patterns find whole names,
+    aliases, and whole words that are labels, categories and the like."""
+
+    aliases: Mapping[str, str]
+    names: Mapping[str, str]
+    any_name: re.Pattern[str]
+    any_alias: re.Pattern[str]
+    any_word: re.Pattern[str]
+
+
+def without_semantics(ask: ModelAsk, features: Features) -> ModelAsk:
+    """The same asker, which sees every request disguised and gives answers in the asset's own names."""
+    disguise = disguise_of(features)
+
+    def asked(request: ModelRequest) -> ModelAnswer:
+        answer = ask(disguised(request, disguise))
+        if answer.content is None:
+            return answer
+        return answer.model_copy(update={"content": restored(answer.content, disguise)})
+
+    return asked
+
+
+def disguise_of(features: Features) -> Disguise:
+    """Aliases in the asset's order; a name that a link and a joint share has one alias."""
+    aliases = {link.name: f"link_{index}" for index, link in enumerate(features.links)}
+    for index, joint in enumerate(features.joints):
+        aliases.setdefault(joint.name, f"joint_{index}")
+    words = {features.asset_id, features.category, features.urdf_file}
+    for link in features.links:
+        words |= {link.label, link.joint_kind, *link.materials, *(mesh.file for mesh in link.meshes)}
+    names = {alias: name for name, alias in aliases.items()}
+    return Disguise(aliases, names, any_of(aliases), any_of(names), any_of(words, re.IGNORECASE))
+
+
+def any_of(words: Iterable[str], flags: int = 0) -> re.Pattern[str]:
+    """A pattern for any of these as a whole word, the longest first; for nothing where there is none."""
+    longest = sorted({word for word in words if word}, key=lambda word: (-len(word), word))
+    return re.compile(rf"(?<!\w)(?:{'|'.join(map(re.escape, longest))})(?!\w)" if longest else r"(?!)", flags)
+
+
+def disguised(request: ModelRequest, disguise: Disguise) -> ModelRequest:
+    """The request without semantics: its text and, in a conversation, every turn."""
+    turns = tuple(turn_disguised(turn, disguise) for turn in request.turns)
+    return request.model_copy(update={"text": text_disguised(request.text, disguise), "turns": turns})
+
+
+def turn_disguised(turn: Turn, disguise: Disguise) -> Turn:
+    """One earlier message; a JSON answer that was given in the asset's names, or blocks of data."""
+    content = turn.content
+    if _BLOCK.search(content):
+        return turn.model_copy(update={"content": text_disguised(content, disguise)})
+    try:
+        content = json.dumps(value_disguised(json.loads(content), disguise), ensure_ascii=False)
+    except (ValueError, RecursionError):
+        content = sentence_disguised(content, disguise)
+    return turn.model_copy(update={"content": content})
+
+
+def text_disguised(text: str, disguise: Disguise) -> str:
+    """A prompt's text with every block of data but the user's guidance disguised."""
+
+    def block(match: re.Match[str]) -> str:
+        tag, value = match.group(1), match.group(2)
+        return match.group(0) if tag == GUIDANCE else data_block(tag, value_disguised(json.loads(value), disguise))
+
+    return _BLOCK.sub(block, text)
+
+
+def value_disguised(value: Any, disguise: Disguise, key: str = "") -> Any:
+    """JSON data without semantics. An object all of whose keys are names is keyed by name; keys of ours stay."""
+    if key in WITHHELD:
+        return [] if isinstance(value, list | tuple) else {} if isinstance(value, dict) else ""
+    if isinstance(value, dict):
+        named = all(name in disguise.aliases for name in value)
+        return {
+            disguise.aliases[name] if named else name: value_disguised(item, disguise, "" if named else name)
+            for name, item in value.items()
+        }
+    if isinstance(value, list):
+        return [value_disguised(item, disguise, key) for item in value]
+    return sentence_disguised(value, disguise) if isinstance(value, str) and key not in PLAIN else value
+
+
+def sentence_disguised(text: str, disguise: Disguise) -> str:
+    """A sentence with aliases for names and a plain word for labels."""
+    if text in disguise.aliases:
+        return disguise.aliases[text]
+    # Names first, in one pass: an alias may be another part's name, and a label may be a part of a name.
+    pieces = disguise.any_name.split(text)
+    found = [disguise.aliases[match.group(0)] for match in disguise.any_name.finditer(text)]
+    plain = [disguise.any_word.sub(ANYTHING, piece) for piece in pieces]
+    return "".join(part for pair in zip(plain, (*found, ""), strict=True) for part in pair)
+
+
+def restored(content: str, disguise: Disguise) -> str:
+    """An answer in the asset's own names; one that is no JSON stays as it is, for whoever reads it to refuse."""
+    try:
+        return json.dumps(value_restored(parse_json(content), disguise), ensure_ascii=False)
+    except (InvalidAnswerError, ValueError, RecursionError):
+        return content
+
+
+def value_restored(value: Any, disguise: Disguise) -> Any:
+    """JSON data with names in place of aliases, also in keys and within sentences."""
+    if isinstance(value, dict):
+        return {value_restored(key, disguise): value_restored(item, disguise) for key, item in value.items()}
+    if isinstance(value, list):
+        return [value_restored(item, disguise) for item in value]
+    if isinstance(value, str):
+        return disguise.any_alias.sub(lambda match: disguise.names[match.group(0)], value)
+    return value
