@@ -11,6 +11,7 @@ from asset2sim.catalog.store import check_catalog
 from asset2sim.fanout.worker import PIPELINE
 from asset2sim.run_result import RunResult
 from schemas.settings import Settings
+from tasks.align import align, find_references
 from tasks.discover import discover
 from tasks.log_run import log_run
 from tasks.opaque import opaque
@@ -35,10 +36,12 @@ def refine_dataset(
     """
     data, out, settings = Path(data).resolve(), Path(out).resolve(), settings or Settings()
     refs = discover(data, out, settings, subset, asset_ids, limit)
+    references = find_references(data)
     with lock_output(out):
         check_catalog(out)
         started = start_run(settings, str(data), subset)
-        refined = refine_assets(opaque(refs), out, settings, pipeline)
+        refined = refine_assets(opaque(refs), out, settings, pipeline, started.run_id)
+        refined = align(opaque(refined), opaque(references))
         run = finish_run(started, "interrupted" if refined.stopped else "finished")
         publish(out, run, opaque(refined))
         # Whoever presses Ctrl-C wants out: MLflow alone takes seconds.

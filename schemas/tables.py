@@ -16,6 +16,7 @@ from schemas.table import (
     Table,
     make_table,
 )
+from schemas.tables_alignment import ALIGNMENTS
 from schemas.tables_engines import INTERACTIONS, MEASUREMENTS, OVERLAPS
 from schemas.vocabulary import Stage
 
@@ -219,6 +220,8 @@ TABLES: dict[str, Table] = {
         make_table("link_overlaps", "one row per overlapping pair of links of an asset, method and model",
                (*ASSET_KEY, "link_a", "link_b"),
                "All pairs that overlap in the initial state, parent and child included, and why", OVERLAPS),
+        make_table("alignment", "one row per asset, method and model that came to an overlay", ASSET_KEY,
+               "How well each asset is what its user asked for, and how far from an expert's choice", ALIGNMENTS),
         make_table("runs", "one row per run", ("run_id",),
                "What was run, with which settings and versions, and how it ended", _RUNS),
     )

@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 
+from schemas.alignment import Alignment, Score
 from schemas.asset import AssetRecord, AssetRef
 from schemas.call import ModelCall
 from schemas.features import Features, JointFeatures, LinkFeatures, MeshFeatures
@@ -120,6 +121,7 @@ def make_record(asset_id: str = "100", **changes: object) -> AssetRecord:
         "overlay": overlay, "measurement": make_measurement(),
         "reports": (make_report(Engine.PYBULLET), make_report(Engine.MUJOCO)),
         "overlaps": (OverlapPair(pair=make_measurement().pairs[0], related=True, cause=OverlapCause.HULL),),
+        "alignment": make_alignment(),
         "calls": (make_call(), make_call(purpose="state", cached=True, outcome="cached")),
         "trace": (TraceStep(step=1, proposer="model", phi_before_m=0.004, phi_after_m=0.0005, moved={"hinge": 0.1},
                             accepted=True, evaluations=12, reason="Φ fell"),),
@@ -130,11 +132,22 @@ def make_record(asset_id: str = "100", **changes: object) -> AssetRecord:
     return AssetRecord.model_validate(fields | changes)
 
 
+def make_alignment(**changes: object) -> Alignment:
+    """An object of the right size whose state is near, 25 % off the expert's scale and 0.2 rad off the joint's."""
+    fields: dict[str, object] = {
+        "scale": Score(value=1.0, reason="the scale meets a small Box"),
+        "state": Score(value=0.5, reason="door closed: joint 'hinge' is 22 % open"),
+        "scale_deviation": 0.25, "reference_states_scale": True, "joint_deviation": 0.2,
+    }  # fmt: skip
+    return Alignment.model_validate(fields | changes)
+
+
 def make_failure(asset_id: str, mode: FailureMode, code: str = "bad_file", **changes: object) -> AssetRecord:
     """An asset that stopped before its features were known."""
     nothing: dict[str, object] = {
         "status": Status.FAILED, "failure_mode": mode, "reason": f"{code}: cannot go on", "features": None,
-        "overlay": None, "measurement": None, "reports": (), "overlaps": (), "calls": (), "trace": (),
+        "overlay": None, "measurement": None, "alignment": None, "reports": (), "overlaps": (), "calls": (),
+        "trace": (),
         "findings": (make_finding(Severity.ERROR, code),), "seconds": {"extract": 0.05}, "content_hash": "",
     }  # fmt: skip
     return make_record(asset_id, **(nothing | changes))

@@ -82,6 +82,14 @@ def test_a_simulation_that_left_the_finite_numbers_keeps_phi_and_loses_drift() -
     assert row["drift_m"] is None and row["drift_rad"] is None and row["finite"] is False
 
 
+def test_a_table_that_an_earlier_version_did_not_have_reads_as_empty(tmp_path: Path) -> None:
+    write_run(tmp_path, make_run("r"), [make_record("1")])
+    (tmp_path / "catalog" / "alignment.parquet").unlink()
+    assert read_table(tmp_path, "alignment").empty and not read_table(tmp_path, "assets").empty
+    write_run(tmp_path, make_run("s"), [make_record("1")])
+    assert columns(tmp_path, "alignment", "alignment", "scale_deviation", "joint_deviation_rad") == [(0.75, 0.25, 0.2)]
+
+
 def test_oscillation_is_judged_by_the_joint_s_type() -> None:
     limits = Thresholds()
     motions = (
@@ -353,7 +361,7 @@ def test_tables_open_with_pandas_alone(tmp_path: Path) -> None:
 def test_a_user_s_mistakes_are_one_line(tmp_path: Path) -> None:
     with pytest.raises(UsageError, match="no catalog in"):
         read_table(tmp_path, "assets")
-    with pytest.raises(UnknownChoiceError, match="unknown table 'asset'; choose from: assets, findings"):
+    with pytest.raises(UnknownChoiceError, match="unknown table 'asset'; choose from: alignment, assets, findings"):
         read_table(tmp_path, "asset")
     write_run(tmp_path, make_run("r"), [make_record()])
     with pytest.raises(UsageError, match="the query failed") as caught:

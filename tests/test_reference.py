@@ -1,11 +1,11 @@
-"""Deviation from an expert reference."""
+"""The experts' choices, as the dataset states them."""
 
 from pathlib import Path
 
 import pytest
 
-from asset2sim.metrics.reference import Deviation, Reference, deviation_line, deviations, read_references
-from tests.factories import make_record
+from asset2sim.metrics.reference import Reference, read_references
+from schemas.errors import UsageError
 
 HEADER = "asset_id,category,gensim2_task,scale,joint,joint_position\n"
 
@@ -21,19 +21,17 @@ def test_a_dataset_without_references_has_none(tmp_path: Path) -> None:
     assert read_references(tmp_path / "reference.csv") == {}
 
 
-def test_deviations_by_hand() -> None:
-    record = make_record("a")
-    assert record.overlay is not None
-    hinge = next(joint for joint in record.overlay.joints if joint.type == "revolute")
-    references = {"a": Reference(2.0 * record.overlay.scale, hinge.name, hinge.initial_position + 6.283185307 + 0.25)}
-    (found,) = deviations([record], references)
-    assert found.scale == pytest.approx(0.5) and found.joint_rad == pytest.approx(0.25) and found.stated
-    assert deviations([record], {"other": references["a"]}) == ()
+def test_a_loader_s_default_is_no_expert_s_scale() -> None:
+    assert not Reference(1.0, "joint_0", 0.0).states_scale and Reference(0.3, "joint_0", 0.0).states_scale
 
 
-def test_the_line_leaves_unstated_scales_out_and_says_so() -> None:
-    line = deviation_line([Deviation("a", 0.1, True, 0.2), Deviation("b", 0.9, False, None)])
-    assert line == (
-        "off the expert reference: scale 10.0 % over 1 assets (50.0 % over 2, those whose reference states no scale "
-        "included); first joint position 0.20 rad over 1 hinges"
-    )
+@pytest.mark.parametrize(
+    "text",
+    ["id,scale\n1,0.2\n", HEADER + "1,Box,box_rotate,small,joint_0,0\n", HEADER + "1,Box,box_rotate,0,joint_0,0\n",
+     HEADER + "1,Box,box_rotate,0.2,joint_0,nan\n", HEADER + "1,Box\n"],
+)  # fmt: skip
+def test_a_table_that_is_none_is_the_user_s_mistake(tmp_path: Path, text: str) -> None:
+    file = tmp_path / "reference.csv"
+    file.write_text(text, encoding="utf-8")
+    with pytest.raises(UsageError, match=r"reference\.csv: not a table with the columns asset_id"):
+        read_references(file)

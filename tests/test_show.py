@@ -33,7 +33,7 @@ def test_an_asset_is_shown_with_units_sources_thresholds_cost_and_files(tmp_path
         "a small closed box", "scale 0.250 (user)", "mass 3 kg", "N·m·s/rad", "N·s/m", "0.500 mm", "2 mm",
         "link_completed",
         "0.90 sure", "hinge → 0.100", "prior/household", "1 model calls (1 more from the cache)", "extract 0.10",
-        str(tmp_path / "assets" / "7"), "front.png", "pybullet 3.2.7",
+        str(tmp_path / "assets" / "7"), "front.png", "pybullet 3.2.7", "alignment 0.750: the scale meets a small Box",
     ):  # fmt: skip
         assert expected in text.replace("\n", " ") or expected in text.replace("\n", ""), expected
     assert "fails" not in text

@@ -28,7 +28,7 @@ def run_figures(records: Sequence[AssetRecord], limits: Thresholds) -> dict[str,
         figures["queries_per_asset"] = fmean(queries(record) for record in records)
         figures["tokens_per_asset"] = (figures["prompt_tokens"] + figures["completion_tokens"]) / len(records)
     figures |= {f"failures_{mode.value}": count for mode, count in failure_counts(records).items()}
-    return figures | _penetration(records) | _shares(records, limits) | _seconds(records)
+    return figures | _penetration(records) | _shares(records, limits) | _semantics(records) | _seconds(records)
 
 
 def failure_counts(records: Sequence[AssetRecord]) -> dict[FailureMode, int]:
@@ -65,6 +65,22 @@ def _shares(records: Sequence[AssetRecord], limits: Thresholds) -> dict[str, flo
         "drift_pass_share": fmean(drift_passes(m, limits) for _, m in measured),
         "oscillation_pass_share": fmean(m.finite and not unsteady_joints(r, limits) for r, m in measured),
     }
+
+
+def _semantics(records: Sequence[AssetRecord]) -> dict[str, float]:
+    found = [record.alignment for record in records if record.alignment is not None]
+    figures = _spread("alignment", [item.value for item in found], {"mean": fmean})
+    figures |= _spread("judged", [item.judged.value for item in found if item.judged is not None], {"mean": fmean})
+    off = [item.scale_deviation for item in found if item.scale_deviation is not None and item.reference_states_scale]
+    figures |= _spread("scale_deviation", off, {"mean": fmean})
+    for name, slider in (("joint_deviation_rad", False), ("joint_deviation_m", True)):
+        off = [
+            item.joint_deviation
+            for item in found
+            if item.joint_deviation is not None and item.joint_is_slider is slider
+        ]
+        figures |= _spread(name, off, {"mean": fmean})
+    return figures
 
 
 def _seconds(records: Sequence[AssetRecord]) -> dict[str, float]:

@@ -61,7 +61,10 @@ def _asset_frames(folder: Path, asset_id: str) -> dict[str, pd.DataFrame]:
 
 
 def _frame(path: Path, filters: list[tuple[str, str, str]] | None = None) -> pd.DataFrame:
-    frame: pd.DataFrame = pq.read_table(path, filters=filters).to_pandas(types_mapper=_NULLABLE.get)
+    # A catalog that an earlier version wrote may lack a table that was added since.
+    added = not path.exists() and path.with_name(TABLES["runs"].file).exists()
+    table = TABLES[path.stem].schema.empty_table() if added else pq.read_table(path, filters=filters)
+    frame: pd.DataFrame = table.to_pandas(types_mapper=_NULLABLE.get)
     return frame
 
 

@@ -4,6 +4,7 @@ import json
 from collections import Counter
 from collections.abc import Sequence
 
+from asset2sim.catalog.alignment_rows import alignment_rows
 from asset2sim.catalog.engine_rows import interaction_rows, measurement_rows, overlap_rows
 from asset2sim.catalog.run import RunRow, without_credentials
 from asset2sim.metrics.verdict import oscillates, oscillating_joints
@@ -28,6 +29,7 @@ def table_rows(run: RunRow, records: Sequence[AssetRecord]) -> dict[str, list[Ro
         "measurements": [row for record in records for row in measurement_rows(_key(run, record), record, limits)],
         "interactions": [row for record in records for row in interaction_rows(_key(run, record), record, limits)],
         "link_overlaps": [row for record in records for row in overlap_rows(_key(run, record), record)],
+        "alignment": [row for record in records for row in alignment_rows(_key(run, record), record)],
         "runs": [run_row(run, records)],
     }
 

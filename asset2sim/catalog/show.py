@@ -58,8 +58,8 @@ def describe_asset(out: Path, asset_id: str) -> RenderableType:
             if name != "runs"
         }
         limits = _limits(frames["runs"], asset["run_id"])
-        parts += [_heading(asset), _overlay(asset), *_physics(own), *_measurement(asset, limits)]
-        parts += [*engine_tables(own), *_rest(asset, own)]
+        parts += [_heading(asset), _overlay(asset), *_alignment(own["alignment"]), *_physics(own)]
+        parts += [*_measurement(asset, limits), *engine_tables(own), *_rest(asset, own)]
     return Group(*parts, _files(out, asset_id))
 
 
@@ -88,6 +88,16 @@ def _overlay(asset: Row) -> RenderableType:
         f"mass {number(asset['mass_kg'], 'kg')} · contact friction {number(asset['contact_friction'])} · "
         f"{asset['n_links']} links · {asset['n_joints']} movable joints"
     )
+
+
+def _alignment(rows: Sequence[Row]) -> list[RenderableType]:
+    """What the rubric, and the judge where there was one, made of it; nothing where the asset never got so far."""
+    lines = []
+    for row in rows:
+        lines.append(f"alignment {number(row['alignment'])}: {row['scale_reason']}; {row['state_reason']}")
+        if row["judged"] is not None:
+            lines.append(f"judged    {number(row['judged'])}: {row['judged_reason']}")
+    return [Text("\n".join(lines))] if lines else []
 
 
 def _physics(own: Mapping[str, Sequence[Row]]) -> list[RenderableType]:

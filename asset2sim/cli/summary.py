@@ -1,14 +1,13 @@
 """What a run says at its end."""
 
 import sys
-from pathlib import Path
 
 from rich.text import Text
 
+from asset2sim.alignment.line import alignment_line
 from asset2sim.catalog.failures import failure_breakdown, render_failures
 from asset2sim.catalog.summary import summary_table
 from asset2sim.cli.console import output
-from asset2sim.metrics.reference import FILE, deviation_line, deviations, read_references
 from asset2sim.run_result import RunResult
 
 
@@ -17,9 +16,9 @@ def print_summary(result: RunResult) -> None:
     console = output()
     console.print(summary_table(result.records, result.run.settings.thresholds))
     console.print()
-    found = deviations(result.records, read_references(Path(result.run.dataset) / FILE))
+    found = [record.alignment for record in result.records if record.alignment is not None]
     if found:
-        console.print(Text(deviation_line(found) + "\n"))
+        console.print(Text(alignment_line(found) + "\n"))
     console.print(render_failures(failure_breakdown(result.out)))
     console.print(Text(f"assets:  {result.out / 'assets'}\ncatalog: {result.out / 'catalog'}"))
     sys.stdout.flush()

@@ -1,14 +1,14 @@
-"""Distance from an expert reference: scale and the joint of interest (paper, evaluation, section 2)."""
+"""An expert's choice of scale and of the position of the joint of interest (paper, evaluation, section 2)."""
 
 import csv
 import math
-from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from schemas.asset import AssetRecord
+from schemas.errors import UsageError
 
 FILE = "reference.csv"
+COLUMNS = ("asset_id", "gensim2_task", "scale", "joint", "joint_position")
 NOT_ARTICULATING = ("_move", "_lift")
 """Endings of tasks that carry the whole object: where there is another task, that one states the joint of interest."""
 UNSTATED_SCALE = 1.0
@@ -23,55 +23,31 @@ class Reference:
     joint: str
     position: float
 
-
-@dataclass(frozen=True)
-class Deviation:
-    """How far one asset is from its reference: |s − s_ref| / s_ref, and |q − q_ref| in rad (None for sliders)."""
-
-    asset_id: str
-    scale: float
-    stated: bool
-    joint_rad: float | None
+    @property
+    def states_scale(self) -> bool:
+        """Whether the scale is an expert's, not a loader's default."""
+        return self.scale != UNSTATED_SCALE
 
 
 def read_references(file: Path) -> dict[str, Reference]:
-    """Asset id → its reference; of several tasks the one that articulates the object. Empty where there is no file."""
+    """Asset id → its reference; of several tasks the one that articulates the object. Empty where there is no file.
+
+    Raises UsageError where the file is there and cannot be read as such a table.
+    """
     if not file.is_file():
         return {}
-    with file.open(encoding="utf-8", newline="") as stream:
-        rows = list(csv.DictReader(stream))
-    # Tasks that articulate come last, so that they replace those that carry.
-    rows.sort(key=lambda row: not row["gensim2_task"].endswith(NOT_ARTICULATING))
-    return {row["asset_id"]: Reference(float(row["scale"]), row["joint"], float(row["joint_position"])) for row in rows}
+    try:
+        with file.open(encoding="utf-8-sig", newline="") as stream:
+            rows = list(csv.DictReader(stream))
+        # Tasks that articulate come last, so that they replace those that carry.
+        rows.sort(key=lambda row: not row["gensim2_task"].endswith(NOT_ARTICULATING))
+        return {row["asset_id"]: _reference(row) for row in rows}
+    except (KeyError, ValueError, AttributeError, TypeError, csv.Error) as error:
+        raise UsageError(f"{file}: not a table with the columns {', '.join(COLUMNS)} ({error!r})") from error
 
 
-def deviations(records: Sequence[AssetRecord], references: Mapping[str, Reference]) -> tuple[Deviation, ...]:
-    """The deviation of every record that has an overlay and a reference. Angles are compared modulo a turn."""
-    found = []
-    for record in records:
-        reference = references.get(record.ref.asset_id)
-        if reference is None or record.overlay is None:
-            continue
-        joint = next((joint for joint in record.overlay.joints if joint.name == reference.joint), None)
-        turned = None
-        if joint is not None and joint.type != "prismatic":
-            turned = abs(math.remainder(joint.initial_position - reference.position, 2.0 * math.pi))
-        scale = abs(record.overlay.scale - reference.scale) / reference.scale
-        found.append(Deviation(record.ref.asset_id, scale, reference.scale != UNSTATED_SCALE, turned))
-    return tuple(found)
-
-
-def deviation_line(found: Sequence[Deviation]) -> str:
-    """One line on all deviations: the mean scale deviation with and without unstated references, and the joint's."""
-    stated = [item.scale for item in found if item.stated]
-    line = f"off the expert reference: scale {100 * mean(stated):.1f} % over {len(stated)} assets"
-    if len(stated) < len(found):
-        everyone = 100 * mean([item.scale for item in found])
-        line += f" ({everyone:.1f} % over {len(found)}, those whose reference states no scale included)"
-    turned = [item.joint_rad for item in found if item.joint_rad is not None]
-    return f"{line}; first joint position {mean(turned):.2f} rad over {len(turned)} hinges" if turned else line
-
-
-def mean(values: Sequence[float]) -> float:
-    """The mean, or not-a-number of nothing."""
-    return sum(values) / len(values) if values else math.nan
+def _reference(row: dict[str, str]) -> Reference:
+    found = Reference(float(row["scale"]), row["joint"], float(row["joint_position"]))
+    if not (math.isfinite(found.scale) and found.scale > 0.0 and math.isfinite(found.position)):
+        raise ValueError(f"asset {row['asset_id']}: scale {found.scale}, joint position {found.position}")
+    return found

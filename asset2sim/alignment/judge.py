@@ -1,0 +1,155 @@
+"""A vision model's word on whether an asset is what was asked for (paper, evaluation, section 2)."""
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+
+from PIL import Image
+from pydantic import ValidationError
+
+from asset2sim.alignment.measured import final_positions
+from asset2sim.models.lenient_json import parse_json
+from asset2sim.models.prompt import data_block, system_text, with_validation_errors
+from asset2sim.views import png_bytes
+from schemas.alignment import Score
+from schemas.asset import AssetRecord
+from schemas.base import Fraction, Frozen
+from schemas.call import ModelCall
+from schemas.errors import InvalidAnswerError
+from schemas.finding import Finding
+from schemas.request import LabelledImage, ModelAnswer, ModelRequest
+from schemas.vocabulary import Severity, Stage
+
+JUDGE = "judge"
+MAX_ASKS = 2
+"""Questions per asset: the second states what was wrong with the first answer."""
+LONGEST_REASON = 400
+"""Characters kept of each of the judge's reasons."""
+
+
+class HalfAnswer(Frozen):
+    """A judge's score of one half, with its reason."""
+
+    score: Fraction
+    reason: str
+
+
+class JudgeAnswer(Frozen):
+    """A judge's whole answer."""
+
+    scale: HalfAnswer
+    state: HalfAnswer
+
+
+@dataclass(frozen=True)
+class Judgement:
+    """What a judge said, None where it said nothing that fits; every call made for it, and why there is no score."""
+
+    score: Score | None
+    calls: tuple[ModelCall, ...]
+    findings: tuple[Finding, ...] = ()
+
+
+def judge(
+    record: AssetRecord, views: Mapping[str, Image.Image], ask: Callable[[ModelRequest], ModelAnswer]
+) -> Judgement:
+    """The judge's score of a record that has features and an overlay: half scale, half state, 0 to 1 together.
+
+    ``views`` maps a view's name to its picture. An answer that does not fit is asked for once more with what was wrong;
+    a judge that fails leaves a warning, never a failed asset.
+    """
+    first = request = judge_request(record, views)
+    calls: tuple[ModelCall, ...] = ()
+    said = ""
+    for _ in range(MAX_ASKS):
+        answer = ask(request)
+        if answer.content is None:
+            return Judgement(None, calls + answer.calls, (_finding(answer.error or "the judge did not answer"),))
+        try:
+            score = _score(parse_answer(answer.content))
+        except InvalidAnswerError as error:
+            said = str(error)
+            refused = [call.model_copy(update={"outcome": "invalid_answer"}) for call in answer.calls[-1:]]
+            calls += (*answer.calls[:-1], *refused)
+            request = with_validation_errors(first, [said])
+            continue
+        blind = () if answer.without_images is None else (_blind(answer.without_images),)
+        return Judgement(score, calls + answer.calls, blind)
+    return Judgement(None, calls, (_finding(f"the judge answered {MAX_ASKS} times and no answer fits: {said}"),))
+
+
+def judge_request(record: AssetRecord, views: Mapping[str, Image.Image]) -> ModelRequest:
+    """The question: what was asked for, the pictures, and the size and joints as they are in the end."""
+    overlay, features = record.overlay, record.features
+    assert overlay is not None and features is not None
+    positions = final_positions(record)
+    joints = []
+    labels = {link.name: link.label for link in features.links}
+    for joint in features.movable_joints:
+        factor = overlay.scale if joint.prismatic else 1.0
+        closed, opened = factor * (joint.closed or 0.0), factor * (joint.open or 0.0)
+        position = positions.get(joint.name)
+        share = None if position is None or closed == opened else (position - closed) / (opened - closed)
+        joints.append(
+            {
+                "name": joint.name,
+                "type": joint.type,
+                "label": labels.get(joint.child, ""),
+                "position": position,
+                "closed": closed,
+                "open": opened,
+                "open_share": share,
+            }
+        )
+    information = {
+        "purpose": JUDGE,
+        "category": features.category,
+        "size_m": [overlay.scale * edge for edge in features.rest_size],
+        "joints": joints,
+    }
+    blocks = (data_block("structured_information", information), data_block("user_guidance", record.ref.prompt or ""))
+    return ModelRequest(
+        purpose=JUDGE,
+        system=system_text(JUDGE),
+        text="\n\n".join(blocks),
+        images=tuple(LabelledImage(label=name, png=png_bytes(picture)) for name, picture in views.items()),
+        answer_schema=JudgeAnswer.model_json_schema(),
+    )
+
+
+def parse_answer(text: str) -> JudgeAnswer:
+    """The scores in a judge's answer. Raises InvalidAnswerError, naming every field that does not fit."""
+    value = parse_json(text)
+    try:
+        return JudgeAnswer.model_validate(value)
+    except ValidationError as error:
+        lines = [f"{'.'.join(str(part) for part in item['loc']) or 'answer'}: {item['msg']}" for item in error.errors()]
+        raise InvalidAnswerError("; ".join(lines)) from error
+
+
+def _score(answer: JudgeAnswer) -> Score:
+    reasons = (f"scale {answer.scale.score:.2g}: {_short(answer.scale.reason)}", _state_reason(answer))
+    return Score(value=(answer.scale.score + answer.state.score) / 2.0, reason="; ".join(reasons))
+
+
+def _state_reason(answer: JudgeAnswer) -> str:
+    return f"state {answer.state.score:.2g}: {_short(answer.state.reason)}"
+
+
+def _short(text: str) -> str:
+    plain = " ".join(text.split())
+    return plain if len(plain) <= LONGEST_REASON else plain[: LONGEST_REASON - 1] + "…"
+
+
+def _finding(message: str) -> Finding:
+    return Finding(
+        stage=Stage.PUBLISH, severity=Severity.WARNING, code="not_judged", message=f"no judge's score: {message}"
+    )
+
+
+def _blind(reason: str) -> Finding:
+    return Finding(
+        stage=Stage.PUBLISH,
+        severity=Severity.WARNING,
+        code="judged_without_views",
+        message=f"the judge saw no pictures: {reason}",
+    )

@@ -1,0 +1,119 @@
+"""The half of the alignment that is the articulated state's."""
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+from asset2sim.alignment.asked import AskedState, Request
+from asset2sim.alignment.rubric import Rubric
+from schemas.alignment import Score
+from schemas.features import Features, JointFeatures
+
+
+@dataclass(frozen=True)
+class Band:
+    """The shares of a joint's range, closed 0 to open 1, that meet a wish; ``ajar`` if it may not be closed."""
+
+    low: float
+    high: float
+    ajar: bool
+
+
+def score_state(
+    positions: Mapping[str, float], scale: float, features: Features, request: Request, rubric: Rubric
+) -> Score:
+    """The credit for joint positions (rad or m at the final scale, from the authored zero): the mean over the joints
+    of which a state is asked.
+
+    Where none is asked, the mean over the joints of all parts that open and close: each may be at its closed end or
+    its authored zero.
+    """
+    joints = {joint.name: joint for joint in features.movable_joints}
+    asked = [item for item in request.states if item.joint in joints and _range(joints[item.joint]) > 0.0]
+    if not asked:
+        return _resting(positions, scale, joints, request, rubric)
+    earned: list[tuple[float, str]] = []
+    for item in asked:
+        joint = joints[item.joint]
+        wish = f"{item.part} {item.state.describe()}"
+        if item.joint not in positions:
+            earned.append((0.0, f"{wish}: joint '{item.joint}' has no position"))
+            continue
+        share = _share(joint, positions[item.joint], scale)
+        credit = _credit(share, band(item, joint, rubric), rubric.none_share)
+        earned.append((credit, f"{wish}: joint '{item.joint}' is {100.0 * share:.0f} % open"))
+    worst = min(earned, key=lambda pair: pair[0])[1]
+    value = math.fsum(credit for credit, _ in earned) / len(earned)
+    met = sum(credit == 1.0 for credit, _ in earned)
+    counted = f"{met} of {len(earned)} asked states met; " if len(earned) > 1 else ""
+    return Score(value=min(1.0, value), reason=f"{counted}{'worst: ' if met < len(earned) else ''}{worst}")
+
+
+def band(asked: AskedState, joint: JointFeatures, rubric: Rubric) -> Band:
+    """What meets a wish, as shares of the joint's range."""
+    state = asked.state
+    if state.kind == "open" and state.measure is None:
+        if state.slightly:
+            used = asked.usual_range / _range(joint)
+            low, high = (used * share for share in rubric.slightly_share)
+            return Band(1.0 - high, 1.0 - low, True) if state.closing else Band(low, high, True)
+        if state.share == 0.0:
+            # Of a turning cap nobody can tell which end is closed: then the wish leads to its authored zero.
+            closed = max(0.0, _share(joint, asked.position, 1.0))
+            return Band(min(0.0, closed - rubric.closed_share), closed + rubric.closed_share, False)
+        if state.share == 1.0:
+            return Band(rubric.open_share, 1.0 + rubric.near_share, True)
+    share = _share(joint, asked.position, 1.0)
+    return Band(share - rubric.near_share, share + rubric.near_share, share > rubric.near_share)
+
+
+def _credit(share: float, wish: Band, none_share: float) -> float:
+    """1 within the band, and linearly less outside it."""
+    if share > wish.high:
+        return max(0.0, 1.0 - (share - wish.high) / none_share)
+    if share < wish.low:
+        way = min(none_share, wish.low) if wish.ajar else none_share
+        return max(0.0, 1.0 - (wish.low - share) / way)
+    return 1.0
+
+
+def _resting(
+    positions: Mapping[str, float],
+    scale: float,
+    joints: Mapping[str, JointFeatures],
+    request: Request,
+    rubric: Rubric,
+) -> Score:
+    why = f"{request.lacking[0]}; of the others none is asked" if request.lacking else "no state is asked"
+    free = [joints[name] for name in request.opening if name in joints and name in positions]
+    free = [joint for joint in free if _range(joint) > 0.0]
+    earned = {joint.name: _rest_credit(joint, positions[joint.name], scale, rubric) for joint in free}
+    away = [name for name, credit in earned.items() if credit < 1.0]
+    if not away:
+        return Score(value=1.0, reason=f"{why}, and all that opens is closed or at its authored zero")
+    value = math.fsum(earned.values()) / len(earned)
+    worst = min(earned, key=lambda name: earned[name])
+    reason = f"{why}; {len(away)} of {len(earned)} parts are neither closed nor at their authored zero, '{worst}' most"
+    return Score(value=min(1.0, value), reason=reason)
+
+
+def _rest_credit(joint: JointFeatures, position: float, scale: float, rubric: Rubric) -> float:
+    share = _share(joint, position, scale)
+    zero = min(max(0.0, joint.lower or 0.0), joint.upper or 0.0) if joint.lower is not None else 0.0
+    off = min(abs(share), abs(share - _share(joint, zero, 1.0)))
+    return _credit(off, Band(0.0, rubric.resting_share, False), rubric.none_share)
+
+
+def _range(joint: JointFeatures) -> float:
+    """|open − closed|, rad or m at the authored scale; 0 for joints without ends."""
+    return abs((joint.open or 0.0) - (joint.closed or 0.0))
+
+
+def _share(joint: JointFeatures, position: float, scale: float) -> float:
+    """How far open a joint is, closed 0 to open 1; whole turns are taken out of a hinge's angle."""
+    closed, opened = joint.closed or 0.0, joint.open or 0.0
+    authored = position / scale if joint.prismatic else position
+    if not joint.prismatic:
+        middle = (closed + opened) / 2.0
+        authored = middle + math.remainder(authored - middle, 2.0 * math.pi)
+    return (authored - closed) / (opened - closed)

@@ -1,0 +1,23 @@
+"""How well each asset is what was asked for."""
+
+from dataclasses import replace
+from pathlib import Path
+
+from prefect import task
+from prefect.cache_policies import NO_CACHE
+
+from asset2sim.alignment.align import align_all
+from asset2sim.fanout.refine import Refined
+from asset2sim.metrics.reference import FILE, Reference, read_references
+
+
+@task(name="find-references", cache_policy=NO_CACHE, persist_result=False)
+def find_references(data: Path) -> dict[str, Reference]:
+    """The experts' choices, as far as the dataset has any; see ``asset2sim.metrics.reference.read_references``."""
+    return read_references(data / FILE)
+
+
+@task(name="align", cache_policy=NO_CACHE, persist_result=False)
+def align(refined: Refined, references: dict[str, Reference]) -> Refined:
+    """The records with their alignment; see ``asset2sim.alignment.align.align``."""
+    return replace(refined, records=align_all(refined.records, references))
