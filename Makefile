@@ -14,17 +14,24 @@ OPTIONS = --out "$(OUT)" --model "$(MODEL)" \
 	$(if $(LIMIT),--limit "$(LIMIT)") $(if $(METHOD),--method "$(METHOD)") $(if $(WORKERS),--workers "$(WORKERS)") \
 	$(if $(SCHEDULER),--scheduler "$(SCHEDULER)") $(if $(NO_VIEWS),--no-views) $(if $(STRICT),--strict) \
 	$(if $(ENGINES),--engines "$(ENGINES)") $(if $(COLLISION),--collision "$(COLLISION)") $(if $(STATE),--state "$(STATE)") \
-	$(if $(DYNAMICS),--dynamics "$(DYNAMICS)") $(if $(EXPORT),--export "$(EXPORT)")
+	$(if $(DYNAMICS),--dynamics "$(DYNAMICS)") $(if $(EXPORT),--export "$(EXPORT)") \
+	$(if $(REFINEMENT_MODEL),--refinement-model "$(REFINEMENT_MODEL)") $(if $(JUDGE_MODEL),--judge-model "$(JUDGE_MODEL)") \
+	$(if $(BUDGET_USD),--budget-usd "$(BUDGET_USD)") $(if $(BUDGET_CALLS),--budget-calls "$(BUDGET_CALLS)") \
+	$(if $(BUDGET_TOKENS),--budget-tokens "$(BUDGET_TOKENS)") $(if $(ASSET_BUDGET_USD),--asset-budget-usd "$(ASSET_BUDGET_USD)") \
+	$(if $(ASSET_BUDGET_CALLS),--asset-budget-calls "$(ASSET_BUDGET_CALLS)") $(if $(RPM),--rpm "$(RPM)") \
+	$(if $(NO_ANSWER_CACHE),--no-answer-cache)
 
 .DEFAULT_GOAL := help
 .DELETE_ON_ERROR:
-.PHONY: help install flow test lint typecheck failures doctor nightly ui judge rules bench-defects samples summary picture clean
+.PHONY: help install flow test lint typecheck failures doctor nightly ui judge rules compare bench-defects samples summary picture clean
 
 help: ## list the targets
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / { printf "  %-14s %s\n", $$1, $$2 }' Makefile
 	@echo
 	@echo "  variables of flow and nightly: DATA OUT MODEL API_BASE SUBSET ASSETS LIMIT METHOD WORKERS SCHEDULER NO_VIEWS=1 STRICT=1"
-	@echo "                                 ENGINES COLLISION DYNAMICS STATE EXPORT"
+	@echo "                                 ENGINES COLLISION DYNAMICS STATE EXPORT REFINEMENT_MODEL JUDGE_MODEL RPM"
+	@echo "                                 BUDGET_USD BUDGET_CALLS BUDGET_TOKENS ASSET_BUDGET_USD ASSET_BUDGET_CALLS NO_ANSWER_CACHE=1"
+	@echo "  of compare, beside those: METHODS MODELS LEVELS JUDGE_MODEL NO_INTERACTION=1 README"
 	@echo "  for example: make flow DATA=../shared/partnet_mobility SUBSET=paper9 OUT=/tmp/paper9 WORKERS=2"
 
 install: $(INSTALLED) ## make .venv with the tested versions; needs Python 3.11 (or PYTHON=/path/to/python3.11)
@@ -60,7 +67,8 @@ failures: $(INSTALLED) ## the failure modes in OUT
 	@$(BIN)/python -m flows.command failures --out "$(OUT)"
 
 doctor: $(INSTALLED) ## what works on this machine
-	@$(BIN)/python -m flows.command doctor --out "$(OUT)" --model "$(MODEL)" $(if $(API_BASE),--api-base "$(API_BASE)")
+	@$(BIN)/python -m flows.command doctor --out "$(OUT)" --model "$(MODEL)" $(if $(API_BASE),--api-base "$(API_BASE)") \
+		$(if $(REFINEMENT_MODEL),--refinement-model "$(REFINEMENT_MODEL)") $(if $(JUDGE_MODEL),--judge-model "$(JUDGE_MODEL)")
 
 nightly: $(INSTALLED) ## refine DATA into OUT on the schedule of catalog.yaml, until interrupted
 	@$(BIN)/python -m flows.command nightly "$(DATA)" $(OPTIONS)
@@ -82,6 +90,13 @@ judge: $(INSTALLED) .venv-judge/.installed ## an independent checker, simcheck, 
 
 rules: $(INSTALLED) ## refine DATA as it came, by the paper's rules and by ours, and write the README's table
 	@$(BIN)/python -m flows.compare_rules "$(DATA)" "$(OUT)" README.md
+
+compare: $(INSTALLED) ## methods and models on the same objects: the paper's tables and charts, into OUT
+	@$(BIN)/python -m flows.compare_methods "$(DATA)" "$(OUT)" $(if $(SUBSET),--subset "$(SUBSET)") \
+		$(if $(ASSETS),--assets "$(ASSETS)") $(if $(LIMIT),--limit "$(LIMIT)") $(if $(METHODS),--methods "$(METHODS)") \
+		$(if $(MODELS),--models "$(MODELS)") $(if $(LEVELS),--levels "$(LEVELS)") $(if $(ENGINES),--engines "$(ENGINES)") \
+		$(if $(API_BASE),--api-base "$(API_BASE)") $(if $(JUDGE_MODEL),--judge-model "$(JUDGE_MODEL)") \
+		$(if $(NO_INTERACTION),--no-interaction) $(if $(WORKERS),--workers "$(WORKERS)") $(if $(README),--readme "$(README)")
 
 bench-defects: $(INSTALLED) ## plant known defects in clean objects: what share is caught, and what is mended
 	@$(BIN)/python -m asset2sim.defects "$(OUT)"

@@ -1,0 +1,67 @@
+"""Methods and models compared on the same objects: DATA OUT [--subset S] [--methods …] [--models …] [--levels …]."""
+
+import sys
+from collections.abc import Sequence
+
+from asset2sim.check_request import check_request
+from asset2sim.cli.console import output
+from asset2sim.compare.objects import read_objects
+from asset2sim.compare.plan import plan
+from asset2sim.compare.report import check_readme, compare, write_comparison, write_readme
+from asset2sim.compare.request import CompareRequest, parse_request
+from asset2sim.isolation.server import warm_up
+from asset2sim.models.environment import quiet_environment
+from schemas.errors import Asset2SimError, UsageError
+from tasks.prefect_server import temporary_server
+
+DONE, FAILED, MISTAKE, STOPPED = 0, 1, 2, 130
+
+
+def compare_methods(request: CompareRequest) -> int:
+    """Refine the dataset by every method with every model, then write the tables. Returns the exit code.
+
+    Raises UsageError for what cannot be done as asked, before anything is refined.
+    """
+    runs = plan(request.out, request.methods, request.models)
+    base, console = request.settings, output()
+    if request.readme is not None:
+        check_readme(request.readme)
+    for run in runs:
+        check_request(request.data, run.folder, run.settings(base), request.subset, request.asset_ids, request.limit)
+    with temporary_server() as address:
+        warm_up()
+        from flows.refine_dataset import refine_dataset
+        from tasks.prefect_client import use_server
+
+        with use_server(address):
+            for number, run in enumerate(runs, start=1):
+                console.print(f"{number} of {len(runs)}: {run.method.value}, {run.label}", markup=False)
+                result = refine_dataset(
+                    request.data, run.folder, run.settings(base), request.subset, request.asset_ids, request.limit
+                )
+                if result.stopped is not None:
+                    sys.stderr.write(f"{result.stopped}; run it again to compare\n")
+                    return STOPPED
+    found = compare(read_objects(runs, base.thresholds), request.subset, request.engines)
+    report = write_comparison(request.out, runs, found)
+    if request.readme is not None:
+        write_readme(request.readme, request.out, found)
+    console.print(f"tables and charts: {report}", markup=False)
+    return DONE
+
+
+def main(words: Sequence[str]) -> int:
+    """Run one command line and return its exit code."""
+    quiet_environment()
+    try:
+        return compare_methods(parse_request(words))
+    except Asset2SimError as error:
+        sys.stderr.write(f"compare_methods: {error}\n")
+        return MISTAKE if isinstance(error, UsageError) else FAILED
+    except KeyboardInterrupt:
+        sys.stderr.write("compare_methods: interrupted\n")
+        return STOPPED
+
+
+if __name__ == "__main__":
+    sys.exit(main(sys.argv[1:]))
