@@ -1,0 +1,205 @@
+"""A model server on this machine that answers like a competent model: OpenAI's chat protocol, the prior's tables.
+
+``python -m tests.scripted_server --port 8123 --log requests.jsonl`` serves until it is interrupted; then
+``asset2sim refine DATA --out OUT --model openai/scripted --api-base http://127.0.0.1:8123/v1`` asks it, with images,
+over real HTTP. The log has a line of JSON per request: model, purpose, asset, image labels and sizes, status.
+"""
+
+import argparse
+import base64
+import io
+import json
+import re
+import threading
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
+from dataclasses import dataclass, field
+from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
+from pathlib import Path
+from typing import Any
+
+from PIL import Image
+
+from asset2sim.priors.answer import answer
+from tests.model_server import Reply
+
+HANG_S = 60.0
+"""Longest that a hanging reply lasts, s; it ends with the server."""
+CHARACTERS_PER_TOKEN = 4
+LABEL = "Image: "
+"""What the text part before each image begins with."""
+
+_INFORMATION = re.compile(r"<structured_information>\s*(.*?)\s*</structured_information>", re.DOTALL)
+
+
+@dataclass(frozen=True)
+class Asked:
+    """One request, as the log tells it; ``images`` holds (label, width, height, bytes) of each."""
+
+    model: str
+    purpose: str
+    asset_id: str
+    images: tuple[tuple[str, int, int, int], ...]
+    characters: int
+    text: str
+    system: str
+    authorization: str | None
+    body: Mapping[str, Any]
+
+    def row(self, status: int) -> dict[str, object]:
+        """What the log keeps of it: neither the text nor who asked."""
+        images = [dict(zip(("label", "width", "height", "bytes"), image, strict=True)) for image in self.images]
+        return {
+            "model": self.model, "purpose": self.purpose, "asset_id": self.asset_id, "images": images,
+            "characters": self.characters, "status": status,
+        }  # fmt: skip
+
+
+Script = Callable[[Asked], Reply]
+"""Answers a request; called by one thread at a time."""
+
+
+@dataclass
+class ScriptedServer:
+    """Where the server listens, and what it was asked so far."""
+
+    port: int
+    asked: list[Asked] = field(default_factory=list)
+
+    @property
+    def api_base(self) -> str:
+        return f"http://127.0.0.1:{self.port}/v1"
+
+    def of(self, asset_id: str, purpose: str | None = None) -> list[Asked]:
+        """The requests about one asset."""
+        return [item for item in self.asked if item.asset_id == asset_id and purpose in (None, item.purpose)]
+
+
+def competent(asked: Asked) -> Reply:
+    """What a model that knows its household answers."""
+    return Reply(answer(asked.text))
+
+
+@contextmanager
+def scripted(script: Script = competent, port: int = 0, log: Path | None = None) -> Iterator[ScriptedServer]:
+    """Serve a script on this machine, on a free port if ``port`` is 0."""
+    closing, lock = threading.Event(), threading.Lock()
+
+    class Handler(BaseHTTPRequestHandler):
+        protocol_version = "HTTP/1.1"
+
+        def do_POST(self) -> None:
+            body = json.loads(self.rfile.read(int(self.headers["Content-Length"])))
+            asked = read_request(body, self.headers.get("Authorization"))
+            with lock:
+                reply = script(asked)
+                server.asked.append(asked)
+                if log is not None:
+                    with log.open("a", encoding="utf-8") as file:
+                        file.write(json.dumps(asked.row(reply.status)) + "\n")
+            if reply.hang:
+                closing.wait(HANG_S)
+                self.close_connection = True
+                return
+            payload = json.dumps(completion(asked, reply) if reply.status == 200 else failure(reply)).encode()
+            try:
+                self.send_response(reply.status)
+                for name, value in {"Content-Type": "application/json", **reply.headers}.items():
+                    self.send_header(name, value)
+                self.send_header("Content-Length", str(len(payload)))
+                self.end_headers()
+                self.wfile.write(payload)
+            except ConnectionError:  # whoever asked did not wait for the end
+                self.close_connection = True
+
+        def log_message(self, *arguments: object) -> None:
+            """Keep the console clean."""
+
+    http = ThreadingHTTPServer(("127.0.0.1", port), Handler)
+    http.daemon_threads = True
+    server = ScriptedServer(http.server_address[1])
+    thread = threading.Thread(target=http.serve_forever, kwargs={"poll_interval": 0.02}, daemon=True)
+    thread.start()
+    try:
+        yield server
+    finally:
+        closing.set()
+        http.shutdown()
+        http.server_close()
+        thread.join(5.0)
+
+
+def read_request(body: Mapping[str, Any], authorization: str | None = None) -> Asked:
+    """What the user says in a chat request: text, labelled images, and what it says that it is about."""
+    parts: list[dict[str, Any]] = []
+    for message in body["messages"]:
+        if message["role"] == "user":
+            content = message["content"]
+            parts += [{"type": "text", "text": content}] if isinstance(content, str) else content
+    texts = [part["text"] for part in parts if part["type"] == "text"]
+    images, label = [], ""
+    for part in parts:
+        if part["type"] == "text":
+            label = part["text"].removeprefix(LABEL)
+        else:
+            data = base64.b64decode(part["image_url"]["url"].split(",", 1)[1])
+            images.append((label, *Image.open(io.BytesIO(data)).size, len(data)))
+    text = "\n".join(texts)
+    about = information(text)
+    return Asked(
+        model=str(body.get("model")),
+        purpose=str(about.get("purpose", "")),
+        asset_id=str(about.get("asset_id", "")),
+        images=tuple(images),
+        characters=len(text),
+        text=text,
+        system="\n".join(str(m["content"]) for m in body["messages"] if m["role"] == "system"),
+        authorization=authorization,
+        body=body,
+    )
+
+
+def information(text: str) -> dict[str, Any]:
+    """The structured information in a prompt; empty if there is none."""
+    found = _INFORMATION.search(text)
+    value = json.loads(found.group(1)) if found else {}
+    return value if isinstance(value, dict) else {}
+
+
+def completion(asked: Asked, reply: Reply) -> dict[str, Any]:
+    """The body of a success."""
+    sent, said = (asked.characters + len(asked.system)), len(reply.content or "")
+    message: dict[str, Any] = {"role": "assistant", "content": reply.content}
+    if reply.tool_calls:
+        message["tool_calls"] = [
+            {"id": f"call_{index}", "type": "function", "function": {"name": name, "arguments": arguments}}
+            for index, (name, arguments) in enumerate(reply.tool_calls)
+        ]
+    tokens = [-(-count // CHARACTERS_PER_TOKEN) for count in (sent, said)]
+    return {
+        "id": "scripted-1", "object": "chat.completion", "created": 0, "model": asked.model,
+        "choices": [{"index": 0, "message": message, "finish_reason": reply.finish_reason}],
+        "usage": {"prompt_tokens": tokens[0], "completion_tokens": tokens[1], "total_tokens": sum(tokens)},
+    }  # fmt: skip
+
+
+def failure(reply: Reply) -> dict[str, Any]:
+    """The body of an error."""
+    return {"error": {"message": reply.content, "type": "scripted", "code": None}}
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(prog="python -m tests.scripted_server", description=__doc__)
+    parser.add_argument("--port", type=int, default=8123)
+    parser.add_argument("--log", type=Path, help="a file that gets a line of JSON per request")
+    options = parser.parse_args()
+    with scripted(port=options.port, log=options.log) as server:
+        print(f"--model openai/scripted --api-base {server.api_base}", flush=True)
+        try:
+            threading.Event().wait()
+        except KeyboardInterrupt:
+            print(f"{len(server.asked)} requests answered")
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,47 @@
+"""The command with a model behind a real server: labelled views in every question, and an object that passes."""
+
+import json
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from asset2sim.catalog.read import read_table
+from tests.assets import ROOT, SHARED
+from tests.scripted_server import scripted
+
+OBJECTS = SHARED / "partnet_mobility"
+pytestmark = pytest.mark.skipif(not OBJECTS.is_dir(), reason="../shared/partnet_mobility is absent")
+
+CHOSEN = "103755"
+"""A suitcase, whose lid falls shut from where it is asked to be: a model is asked for its state as well."""
+LIMIT_S = 300
+VIEWS = ["front", "back", "left", "right", "perspective"]
+STATE_VIEWS = ["front", "left", "right", "perspective"]
+
+
+def test_an_object_of_the_paper_with_a_model_that_looks(tmp_path: Path) -> None:
+    log, out = tmp_path / "requests.jsonl", tmp_path / "out"
+    unset = ("OPENAI_API_KEY", "OPENAI_API_BASE")
+    environment = {name: value for name, value in os.environ.items() if name not in unset}
+    environment["PREFECT_HOME"] = str(tmp_path / "prefect")
+    with scripted(log=log) as server:
+        command = [
+            sys.executable, "-m", "flows.command", "refine", str(OBJECTS), "--out", str(out), "--subset", "paper9",
+            "--assets", CHOSEN, "--model", "openai/scripted", "--api-base", server.api_base,
+            "--engines", "pybullet", "--no-interaction", "--no-views", "--workers", "1", "--strict",
+        ]  # fmt: skip
+        done = subprocess.run(command, cwd=ROOT, env=environment, text=True, capture_output=True, timeout=LIMIT_S)
+    assert done.returncode == 0, done.stdout + done.stderr
+    rows = [json.loads(line) for line in log.read_text(encoding="utf-8").splitlines()]
+    assert [(row["asset_id"], row["purpose"]) for row in rows] == [(CHOSEN, "synthesis"), (CHOSEN, "refinement")]
+    for row in rows:
+        labels = VIEWS if row["purpose"] == "synthesis" else STATE_VIEWS
+        assert [image["label"] for image in row["images"]] == labels
+        assert all(200 <= image["width"] <= 512 and image["bytes"] > 1000 for image in row["images"])
+    calls = read_table(out, "model_calls")
+    assert len(calls) == len(rows) and set(calls["outcome"]) == {"ok"}
+    assets = read_table(out, "assets").set_index("asset_id")
+    assert dict(assets["status"]) == {CHOSEN: "ok"} and set(assets["model"]) == {"openai/scripted"}
