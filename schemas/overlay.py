@@ -133,6 +133,8 @@ class PhysicsOverlay(Frozen):
     scale: Positive
     scale_source: Source
     contact_friction: NonNegative
+    rolling_friction_m: NonNegative = 0.0
+    """Lever of the rolling resistance of every contact, m; engines that know none of their own ignore it."""
     links: tuple[LinkPhysics, ...]
     joints: tuple[JointPhysics, ...]
     notes: tuple[str, ...] = ()

@@ -55,7 +55,7 @@ class PhysicsSettings(Frozen):
     """Where joint damping, friction and stiffness come from."""
     min_mass_kg: Positive = 1e-3
     """The lightest link, kg: the paper's tiny parts weigh 1 to 10 g; below 1 g contact solvers lose precision."""
-    smallest_mass_kg: Positive = 1e-4
+    smallest_mass_kg: Positive = 1e-6
     """The lightest that a tiny link may stay where ``min_mass_kg`` would make it denser than any material, kg."""
     max_density_kg_m3: Positive = 20_000.0
     """Densest a link may be, over its hull, kg/m³: gold and tungsten have 19,300."""
@@ -78,6 +78,8 @@ class PhysicsSettings(Frozen):
     """Largest stiffness · Δt² / I_eff at the coarse step: an explicit spring is unstable from 4 on."""
     coarse_timestep_s: Positive = 1.0 / 60.0
     """The coarsest time step that users run, s (robot learning at 60 Hz)."""
+    least_reach_m: Positive = 1e-4
+    """Distance from its centre of mass to which every part reaches at least, m: a tenth of a millimetre."""
     max_inertia_ratio: Positive = 1e5
     """Largest principal moment of a link over the smallest of one that moves on it: what is thinner gets the inertia
     of an armature, so that solvers keep their digits."""

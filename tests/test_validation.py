@@ -396,8 +396,18 @@ def test_a_tiny_part_on_a_heavy_one_gets_an_armature_and_keeps_its_mass() -> Non
     thick = np.linalg.eigvalsh(physics(result, "drawer")[1])[-1]
     assert mass == 1.0 and near(np.linalg.eigvalsh(inertia)[0], max(thick / PHYSICS.max_inertia_ratio, 0.01 / 6.0))
     assert not find(findings, "inertia_ratio"), "a knob of 0.1 m on a drawer of 0.5 m is within the ratio"
-    tight = PHYSICS.model_copy(update={"max_inertia_ratio": 1e3})
+    tight = PHYSICS.model_copy(update={"max_inertia_ratio": 1e4})
     result, findings = validate(thing(), Overlay(scale=1.0, links=links), Source.MODEL, 0.5, tight)
-    assert near(np.linalg.eigvalsh(physics(result, "knob")[1])[0], thick / 1e3)
+    assert near(np.linalg.eigvalsh(physics(result, "knob")[1])[0], thick / 1e4)
     assert physics(result, "knob")[0] == 1.0
     assert [finding.link for finding in find(findings, "inertia_ratio")] == ["knob"]
+
+
+def test_no_armature_puts_a_mass_farther_out_than_its_part_reaches() -> None:
+    masses = (("body", 900.0), ("drawer", 900.0), ("lid", 900.0), ("knob", 1.0))
+    links = tuple(LinkProposal(name=name, mass_kg=mass) for name, mass in masses)
+    greedy = PHYSICS.model_copy(update={"max_inertia_ratio": 1e2})
+    result, findings = validate(thing(), Overlay(scale=1.0, links=links), Source.MODEL, 0.5, greedy)
+    # 1 kg on the faces of a cube of 0.1 m: a second moment of m (0.05 m)² along each axis, twice that about each.
+    np.testing.assert_allclose(physics(result, "knob")[1], 2.0 * 1.0 * 0.05**2 * np.eye(3), rtol=1e-9, atol=1e-15)
+    assert "knob" in [finding.link for finding in find(findings, "inertia_reach")]

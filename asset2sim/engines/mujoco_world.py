@@ -55,6 +55,7 @@ class MuJoCoWorld:
     """One object in one MuJoCo model. Poses and speeds are derived anew where they are asked for after a step."""
 
     engine = Engine.MUJOCO
+    skin_m = 0.0
 
     def __init__(self, model: mujoco.MjModel, plane: bool, console: tuple[str, ...]) -> None:
         self.model, self.data = model, mujoco.MjData(model)

@@ -12,6 +12,7 @@ from scipy.spatial.transform import Rotation
 from asset2sim.arrays import Array
 from asset2sim.engines.foresight import foreseen_m
 from asset2sim.engines.pybullet_object import PyBulletObject, loaded
+from asset2sim.engines.pybullet_overlaps import MARGIN_M
 from asset2sim.engines.world import GRAVITY_M_S2
 from asset2sim.metrics.penetration import ContactPoint
 from schemas.errors import AssetError
@@ -42,6 +43,7 @@ class PyBulletWorld:
     """One object in one PyBullet client. Spring torques and pushes are given anew at each step, as PyBullet wants."""
 
     engine = Engine.PYBULLET
+    skin_m = 2.0 * MARGIN_M
 
     def __init__(self, item: PyBulletObject, timestep_s: float, plane: bool) -> None:
         self.item = item

@@ -41,6 +41,7 @@ class SapienWorld:
     """One object in one PhysX scene."""
 
     engine = Engine.SAPIEN
+    skin_m = 0.0
 
     def __init__(self, item: SapienObject, timestep_s: float, plane: bool) -> None:
         self.item = item

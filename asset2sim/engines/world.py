@@ -21,6 +21,8 @@ class World(Protocol):
 
     engine: Engine
     timestep_s: float
+    skin_m: float
+    """How far apart two shapes are when the engine's contacts of them begin, m; 0 where they begin at the shapes."""
     link_names: tuple[str, ...]
     joint_names: tuple[str, ...]
     console: tuple[str, ...]

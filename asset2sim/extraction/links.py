@@ -8,7 +8,7 @@ import trimesh
 import yourdfpy
 
 from asset2sim.arrays import Array, six, vector
-from asset2sim.extraction.solids import Placed, unlike_looks
+from asset2sim.extraction.solids import Placed, unlike_looks, weighing
 from asset2sim.geometry.hull import hull_vertices, hull_volume
 from asset2sim.geometry.load import load_mesh, primitive, scale_vector
 from asset2sim.geometry.shape import Shape, combined, shape_of
@@ -182,8 +182,7 @@ def read_link(link: yourdfpy.Link, label: str, kind: str, reader: MeshReader) ->
             inertial=inertial,
         )
         return empty, LinkGeometry(np.zeros((0, 3)), ())
-    # Sheets have a mass only where nothing else does: beside solid pieces they are decals.
-    solid = [item for item in own if not item.shape.flat] or own
+    solid = weighing(own)
     body = combined([item.shape.solid.moved(item.rotation, item.translation) for item in solid])
     points = hull_vertices(np.vstack([item.points(item.shape.points) for item in own]))
     whole = hull_volume(points)

@@ -14,6 +14,8 @@ SIZE_FACTOR = 2.0
 part."""
 OFF_SHARE = 0.5
 """Distance of the boxes' centres, as a share of the looks' diagonal, from which they are apart."""
+PANEL_SHARE = 0.25
+"""How far a sheet must reach beyond a link's solids, as a share of its own longest edge, to be a part of its own."""
 FILLED_FACTOR = 3.0
 """Volume of the collision meshes over that of the looks' solids from which they fill what the looks leave open: a hull
 over panels that enclose a room holds five times theirs and more."""
@@ -69,6 +71,27 @@ def unlike_looks(collision: list[Placed], looks: list[Placed], lost: int, holed:
     if filled > FILLED_FACTOR * solid:
         return f"its collision meshes hold {filled / solid:.3g} times the volume of what one sees: they fill its inside"
     return None
+
+
+def weighing(items: list[Placed]) -> list[Placed]:
+    """The shapes that have a mass: all solids, and the sheets that are panels.
+
+    A sheet on a solid is a decal; one that reaches beyond the solids by ``PANEL_SHARE`` of its own size is a pane or a
+    panel that they are fixed to.
+    """
+    solids = [item for item in items if not item.shape.flat]
+    if not solids:
+        return items
+    low, high = box(solids)
+    kept = []
+    for item in items:
+        if item.shape.flat:
+            sheet_low, sheet_high = box([item])
+            beyond = float(np.maximum(low - sheet_low, sheet_high - high).max())
+            if beyond <= PANEL_SHARE * float((sheet_high - sheet_low).max()):
+                continue
+        kept.append(item)
+    return kept
 
 
 def box(items: list[Placed]) -> tuple[Array, Array]:

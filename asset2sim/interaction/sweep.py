@@ -74,8 +74,9 @@ def sweeps(
 
 
 def depths(world: World) -> Depths:
-    """Link pair → the depth of its deepest overlap at the world's present pose, m."""
-    return {(pair.link_a, pair.link_b): pair.depth_m for pair in by_pair(world.contacts())}
+    """Link pair → how deep its shapes overlap at the world's present pose, m: what is in the engine's skin is none."""
+    found = {(pair.link_a, pair.link_b): pair.depth_m - world.skin_m for pair in by_pair(world.contacts())}
+    return {pair: depth for pair, depth in found.items() if depth > 0.0}
 
 
 def authored_beyond(

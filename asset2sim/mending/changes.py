@@ -18,6 +18,13 @@ def changes(before: PhysicsOverlay, after: PhysicsOverlay, why: str) -> Iterator
             after.contact_friction,
             before.contact_friction,
         )
+    if before.rolling_friction_m != after.rolling_friction_m:
+        yield _finding(
+            f"rolling resistance of contacts set from {1e3 * before.rolling_friction_m:.3g} to "
+            f"{1e3 * after.rolling_friction_m:.3g} mm: {why}",
+            after.rolling_friction_m,
+            before.rolling_friction_m,
+        )
     for old, new in zip(before.links, after.links, strict=True):
         yield from _link(old, new, why)
     for was, now in zip(before.joints, after.joints, strict=True):

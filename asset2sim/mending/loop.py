@@ -38,7 +38,8 @@ def mend(features: Features, overlay: PhysicsOverlay, reports: Reports, settings
     """Mend failing tests one after the other until none is left, nothing helps, or the rounds are over.
 
     A step is kept only where the failing test improves and no passing one breaks, in any engine. The overlay that is
-    kept is the one that stays written.
+    kept is the one that stays written. Where something fails that no parameter mends (a jam, penetration, a dead
+    engine), nothing is tried: other shapes are, by the caller.
     """
     trace: list[TraceStep] = []
     findings: list[Finding] = []
@@ -46,6 +47,8 @@ def mend(features: Features, overlay: PhysicsOverlay, reports: Reports, settings
     given_up: set[tuple[Engine, FailureMode, str]] = set()
     budget = settings.search.mend_rounds
     written = overlay
+    if any(item.mode not in REMEDIES for item in all_failures(overlay, reports, settings)):
+        return Mended(overlay, reports, (), ())
     while budget > 0:
         failed = all_failures(overlay, reports, settings)
         target = next((item for item in failed if item.key not in given_up and item.mode in REMEDIES), None)

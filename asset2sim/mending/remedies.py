@@ -13,6 +13,9 @@ from schemas.overlay import JointPhysics, PhysicsOverlay
 from schemas.settings import Settings
 from schemas.vocabulary import FailureMode, Source
 
+ROLLING_M = 5e-4
+"""Lever of rolling resistance that keeps a rounded object from rocking for ever, m: half a millimetre, as of hard
+things on wood."""
 ROUGHEST = 1.0
 """Contact friction that a remedy may reach: rubber on a table."""
 FIRMER_HOLD = 2.0
@@ -225,6 +228,13 @@ def rougher_contact(case: Case, overlay: PhysicsOverlay) -> PhysicsOverlay | Non
     return overlay.model_copy(update={"contact_friction": friction})
 
 
+def rolling_resistance(case: Case, overlay: PhysicsOverlay) -> PhysicsOverlay | None:
+    """Resistance to rolling, where there is none: on ideal points a rounded thing rocks without end."""
+    if overlay.rolling_friction_m > 0.0:
+        return None
+    return overlay.model_copy(update={"rolling_friction_m": ROLLING_M})
+
+
 _EXPLOSION = (
     Remedy("less damping", less_damping),
     Remedy("more inertia of light links", more_inertia),
@@ -234,6 +244,7 @@ _EXPLOSION = (
 
 _STILL = (
     Remedy("more damping and friction", firmer),
+    Remedy("rolling resistance", rolling_resistance),
     Remedy("rougher contact", rougher_contact),
     Remedy("more inertia of light links", more_inertia),
 )
@@ -245,6 +256,7 @@ REMEDIES: dict[FailureMode, tuple[Remedy, ...]] = {
     ),
     FailureMode.DRIFT: (
         Remedy("more damping and friction", firmer),
+        Remedy("rolling resistance", rolling_resistance),
         Remedy("rougher contact", rougher_contact),
         *_EXPLOSION,
     ),

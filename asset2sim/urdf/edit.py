@@ -49,6 +49,7 @@ def refined_document(
         if not keep:
             write_collision(link, collision_files.get(str(link.get("name")), ()))
         write_inertial(link, links[str(link.get("name"))])
+        write_contact(link, overlay.rolling_friction_m)
     for element in robot.findall("joint"):
         authored = features.joint(str(element.get("name")))
         scale_origin(element, overlay.scale)
@@ -148,6 +149,13 @@ def write_inertial(link: Element, physics: LinkPhysics) -> None:
     names = ("ixx", "ixy", "ixz", "iyy", "iyz", "izz")
     etree.SubElement(inertial, "inertia", {name: word(v) for name, v in zip(names, physics.inertia, strict=True)})
     link.insert(0, inertial)
+
+
+def write_contact(link: Element, rolling_friction_m: float) -> None:
+    """State the rolling resistance of a link's contacts (m) in the element that Bullet reads; nothing where it is 0."""
+    if rolling_friction_m > 0.0:
+        rolling = child(child(link, "contact"), "rolling_friction")
+        rolling.set("value", word(rolling_friction_m))
 
 
 def write_joint(element: Element, authored: JointFeatures, physics: JointPhysics, settings: PhysicsSettings) -> None:

@@ -12,6 +12,7 @@ from asset2sim.validation.limits import Range, joint_range
 from asset2sim.validation.masses import LinkMass, link_masses
 from asset2sim.validation.notes import Notes
 from asset2sim.validation.positions import initial_positions
+from asset2sim.validation.reach import within_reach
 from schemas.finding import Finding
 from schemas.overlay import LinkPhysics, Overlay, PhysicsOverlay
 from schemas.settings import PhysicsSettings
@@ -33,6 +34,7 @@ def validate(
     links = {proposal.name: proposal for proposal in overlay.links}
     masses = link_masses(features, links, scale, source, settings, notes)
     masses = with_armature(masses, features, settings, notes)
+    masses = within_reach(masses, extraction, scale, settings, notes)
     ranges: dict[str, Range] = {}
     for joint in features.joints:
         span = joint_range(joint, scale, notes)

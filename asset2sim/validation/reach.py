@@ -1,0 +1,59 @@
+"""No link's mass sits farther out than the link reaches."""
+
+from collections.abc import Mapping
+from dataclasses import replace
+
+import numpy as np
+
+from asset2sim.arrays import Array
+from asset2sim.extraction import Extraction
+from asset2sim.validation.masses import LinkMass
+from asset2sim.validation.notes import Notes
+from schemas.settings import PhysicsSettings
+from schemas.vocabulary import Source
+
+
+def within_reach(
+    masses: Mapping[str, LinkMass], extraction: Extraction, scale: float, settings: PhysicsSettings, notes: Notes
+) -> dict[str, LinkMass]:
+    """The same links, none with more inertia than its mass has on the outermost points of its own shape.
+
+    What a model proposes, and what is added for the engines' sake, would otherwise make a thin key resist turning like
+    a thing many times its size. A sheet counts as ``min_half_extent_m`` thick to either side, as its collision shape.
+    """
+    result = dict(masses)
+    for link in extraction.features.links:
+        points = extraction.geometry[link.name].points * scale
+        if len(points) == 0:
+            continue
+        item = masses[link.name]
+        least = settings.min_half_extent_m if link.hull_volume_m3 == 0.0 else settings.least_reach_m
+        bounded = bounded_by(item.inertia, item.mass, points - item.com, least)
+        if bounded is None:
+            continue
+        notes.info(
+            "inertia_reach",
+            f"link '{link.name}': inertia lowered to what {item.mass:.3g} kg on its outermost points would have",
+            link=link.name,
+            value=float(np.trace(item.inertia)),
+            limit=float(np.trace(bounded)),
+        )
+        result[link.name] = replace(item, inertia=bounded, inertia_source=Source.RULE)
+    return result
+
+
+def bounded_by(inertia: Array, mass: float, points: Array, least: float) -> Array | None:
+    """The (3, 3) inertia, kg·m², with second moments of mass at most ``mass`` · reach²; None where they already are.
+
+    ``points`` (n, 3) are relative to the centre of mass, m, and ``least`` is the smallest reach, m. The second moments
+    ∫ x xᵀ dm = tr(I)/2 · 1 − I have the same principal axes as the inertia; lowering them keeps it one that a body can
+    have.
+    """
+    moments, axes = np.linalg.eigh(np.trace(inertia) / 2.0 * np.eye(3) - inertia)
+    reach = np.maximum(np.abs(points @ axes).max(axis=0), least)
+    lowered = np.minimum(np.maximum(moments, 0.0), mass * reach**2)
+    if np.all(lowered >= moments - 1e-6 * np.abs(moments).max()):
+        return None
+    second: Array = axes @ np.diag(lowered) @ axes.T
+    bounded: Array = np.trace(second) * np.eye(3) - second
+    return bounded
