@@ -212,7 +212,8 @@ class SearchSettings(Frozen):
     """Least friction of a joint that moves untouched, as a share of the object's weight on a lever of the part's own
     size: castors on a hard floor have 0.01 to 0.03."""
     max_model_calls: int = Field(2, ge=0)
-    """Model proposals per asset once the search has failed or left the requested state."""
+    """Questions to a model about an asset's state, re-asked ones included: where the search left overlap or the state,
+    or a joint fell."""
 
 
 class ModelSettings(Frozen):

@@ -6,7 +6,8 @@ from schemas.base import Fraction, Frozen, Positive
 class Rubric(Frozen):
     """What counts as met, and what as near. Sizes are compared by their ratio, states by the share of a joint's range.
 
-    Chosen once, before any methods were compared, and by what a person tells apart by eye.
+    Chosen before any methods were compared, by what a person tells apart by eye; ``slightly_share`` was widened once,
+    after seeing what experts call slightly open.
     """
 
     stated_ratio: Positive = 1.1

@@ -1,6 +1,7 @@
 """Answers that were had before, one JSON file each, named by all that could have changed them."""
 
 import contextlib
+import functools
 import hashlib
 import json
 import os
@@ -11,6 +12,7 @@ from urllib.parse import urlsplit
 
 from pydantic import ValidationError
 
+from asset2sim.models.priors_known import is_prior
 from schemas.base import Frozen
 from schemas.request import LabelledImage, ModelRequest, ToolCall
 from schemas.settings import ModelSettings
@@ -38,7 +40,8 @@ def answer_key(request: ModelRequest, settings: ModelSettings, shown: bool) -> s
     """SHA-256 in hexadecimal over everything that the answer may depend on.
 
     The texts, turns, tools and schema; the pictures as they are sent (where the model is ``shown`` any); the model, the
-    server (host, port and path) and the parameters; and the sample's number, so that repeats are answered anew.
+    server (host, port and path) and the parameters; the tables of a prior; and the sample's number, so that repeats are
+    answered anew.
     """
     server = urlsplit(settings.api_base or "")
     material: dict[str, Any] = {
@@ -55,11 +58,21 @@ def answer_key(request: ModelRequest, settings: ModelSettings, shown: bool) -> s
         "answer_schema": request.answer_schema,
         "sample": request.sample,
         "model": settings.model,
+        "tables": tables_digest() if is_prior(settings.model) else "",
         "server": server.netloc.rpartition("@")[2] + server.path,
         "temperature": settings.temperature,
         "max_completion_tokens": settings.max_completion_tokens,
     }  # fmt: skip
     return hashlib.sha256(json.dumps(material, sort_keys=True).encode("ascii")).hexdigest()
+
+
+@functools.cache
+def tables_digest() -> str:
+    """SHA-256 over the sources of the offline priors: another table is another model."""
+    digest = hashlib.sha256()
+    for source in sorted((Path(__file__).parents[1] / "priors").glob("*.py")):
+        digest.update(source.read_bytes())
+    return digest.hexdigest()
 
 
 def read_answer(folder: Path, key: str) -> StoredAnswer | None:

@@ -16,7 +16,6 @@ from asset2sim.models.choices import check_model, listed, missing_variables
 from asset2sim.models.images import downscaled
 from asset2sim.models.limits import RunStoppedError, never
 from asset2sim.models.prices import Amount, cost_usd
-from asset2sim.models.priors_known import is_prior
 from asset2sim.models.purposes import model_for, settings_for
 from asset2sim.models.secrets import redact, redact_answer
 from schemas.call import ModelCall
@@ -40,7 +39,7 @@ def ask(request: ModelRequest, settings: ModelSettings, books: Books | None = No
     sees = abilities(settings.model).images
     if sees:
         request = downscaled(request, settings.image_side_px)
-    answers = None if books is None or is_prior(settings.model) else books.answers
+    answers = None if books is None else books.answers
     if answers is None:
         return _ask_patiently(request, settings, books)
     key = answer_key(request, settings, sees)
