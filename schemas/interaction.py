@@ -126,6 +126,8 @@ class Reset(Frozen):
     joint_motion: NonNegative
     """Furthest that a joint that must hold ended from where it comes to rest undisturbed, as a share of its range; 0
     where that is within what the hold test allows."""
+    joint: str | None = None
+    """That joint, where it moved by more than that."""
     finite: bool
 
 

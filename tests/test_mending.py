@@ -9,7 +9,7 @@ from asset2sim.apply import write_folder, write_urdf
 from asset2sim.collision.hulls import link_hulls
 from asset2sim.engines.rest import measure
 from asset2sim.extraction import Extraction
-from asset2sim.mending.loop import Mended, mend
+from asset2sim.mending.loop import Mended, joints_of, mend
 from asset2sim.mending.remedies import (
     Case,
     closer_masses,
@@ -23,14 +23,14 @@ from asset2sim.mending.remedies import (
     softer_spring,
     stiffer_spring,
 )
-from asset2sim.metrics.engine_verdict import judge_report
+from asset2sim.metrics.engine_verdict import failures_of, judge_report
 from asset2sim.metrics.verdict import judge, oscillating_joints
 from asset2sim.urdf.dynamics import read_dynamics
 from asset2sim.validation import validate
-from schemas.interaction import EngineReport
+from schemas.interaction import EngineReport, Interaction, Reset
 from schemas.measurement import JointMotion, Measurement
 from schemas.overlay import LinkProposal, Overlay, PhysicsOverlay
-from schemas.settings import SearchSettings
+from schemas.settings import SearchSettings, Settings
 from schemas.vocabulary import Engine, FailureMode, Severity, Source, Stage
 from tests.assets import UNSEEN, joint, link, near, read, robot, shape, written
 from tests.factories import make_measurement, make_motion
@@ -270,3 +270,18 @@ def test_a_joint_that_must_hold_is_not_freed(bench: Bench) -> None:
     assert less_friction(case(bench), holding) is None
     firm = firmer_hold(case(bench), holding)
     assert firm is not None and firm.joints[0].friction >= 2.0 * part.friction
+
+
+def test_what_slips_after_a_reset_is_what_is_mended(tmp_path: Path) -> None:
+    slipped = Reset(
+        offset_m=(0.0, 0.0, 0.02), tilt_rad=(0.0, 0.0, 0.0), peak_speed_m_s=1.0, final_speed_m_s=0.0, turned_rad=0.0,
+        joint_motion=0.3, joint="swing", finite=True,
+    )  # fmt: skip
+    seen = Interaction(engine=Engine.PYBULLET, drops=(), resets=(slipped,), support_m=0.1)
+    told = report(None, interaction=seen)
+    overlay = Bench(tmp_path).calm
+    (failure,) = failures_of(told, overlay, UNSEEN.thresholds)
+    assert failure.mode is FailureMode.RESET and "joint 'swing', which must hold" in failure.reason
+    assert joints_of(overlay, (told,), failure, Settings()) == ("swing",)
+    still_moving = failure.__class__(failure.engine, failure.mode, failure.subject, "", 1.0, 0.05)
+    assert joints_of(overlay, (told,), still_moving, Settings()) == (), "a part that will not rest may be any"

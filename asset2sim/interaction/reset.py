@@ -63,10 +63,10 @@ def reset(
     height = settings.drop_height_m + max(0.0, shift[2])
     world.place(item.start, height_m=height, shift_m=(shift[0], shift[1]), tilt_rad=tilt)
     seen = watch(world, settings.fall_s, settings)
-    turned, motion = math.pi, 1.0
+    turned, motion, joint = math.pi, 1.0, None
     if seen.finite:
         turned = angle_between(resting.up, up_in_root(world))
-        motion = held_motion(item, world, resting, limits)
+        motion, joint = held_motion(item, world, resting, limits)
     return Reset(
         offset_m=shift,
         tilt_rad=tilt,
@@ -74,6 +74,7 @@ def reset(
         final_speed_m_s=seen.final,
         turned_rad=turned,
         joint_motion=capped(motion),
+        joint=joint,
         finite=seen.finite,
     )
 
@@ -100,16 +101,18 @@ def angle_between(a: Array, b: Array) -> float:
     return float(math.atan2(np.linalg.norm(np.cross(a, b)), float(a @ b)))
 
 
-def held_motion(item: Mechanism, world: World, resting: Resting, limits: Thresholds) -> float:
-    """The furthest that a joint which must hold is from where it rests undisturbed, as a share of its range.
+def held_motion(item: Mechanism, world: World, resting: Resting, limits: Thresholds) -> tuple[float, str | None]:
+    """The furthest that a joint which must hold is from where it rests undisturbed, as a share of its range, and it.
 
     What the hold test lets pass counts as nothing: a third of a degree is much of a stapler's range of five.
     """
     now = dict(zip(world.joint_names, world.positions(), strict=True))
-    shares = [0.0]
+    furthest: tuple[float, str | None] = (0.0, None)
     for joint in item.joints:
         lower, upper = span_of(joint)
-        if joint.holds and upper > lower:
-            moved = abs(float(now[joint.name]) - resting.joints[joint.name])
-            shares.append(moved / (upper - lower) if moved > hold_bound(joint, limits) else 0.0)
-    return max(shares)
+        if not joint.holds or upper <= lower:
+            continue
+        moved = abs(float(now[joint.name]) - resting.joints[joint.name])
+        if moved > hold_bound(joint, limits) and moved / (upper - lower) > furthest[0]:
+            furthest = moved / (upper - lower), joint.name
+    return furthest

@@ -88,18 +88,26 @@ def candidates(
     features: Features, overlay: PhysicsOverlay, reports: Reports, target: Failure, settings: Settings
 ) -> Iterator[tuple[Remedy, PhysicsOverlay]]:
     """The overlays that may mend a failing test, the least intrusive first."""
-    case = Case(features, settings, joints_of(overlay, reports, target))
+    case = Case(features, settings, joints_of(overlay, reports, target, settings))
     for remedy in remedies_for(target.mode, target.limit, settings):
         changed = remedy.change(case, overlay)
         if changed is not None:
             yield remedy, changed
 
 
-def joints_of(overlay: PhysicsOverlay, reports: Reports, target: Failure) -> tuple[str, ...]:
-    """The joints that a failing test is about: its own, or those that move untouched; none stands for all."""
+def joints_of(overlay: PhysicsOverlay, reports: Reports, target: Failure, settings: Settings) -> tuple[str, ...]:
+    """The joints that a failing test is about: its own, one that slips after a reset, or those that move untouched.
+
+    None stands for all.
+    """
     if any(joint.name == target.subject for joint in overlay.joints):
         return (target.subject,)
     report = next(report for report in reports if report.engine is target.engine)
+    if target.mode is FailureMode.RESET and target.limit == settings.thresholds.reset_joint_share:
+        resets = () if report.interaction is None else report.interaction.resets
+        slipped = {item.joint for item in resets if item.joint_motion == target.value and item.joint is not None}
+        if slipped:
+            return tuple(sorted(slipped))
     if report.measurement is None:
         return ()
     return tuple(motion.name for motion in report.measurement.joints if motion.amplitude > MOVES)

@@ -197,11 +197,12 @@ def judge_reset(item: Reset, index: int, interaction: Interaction, limits: Thres
     shift = ", ".join(f"{1e3 * v:.3g}" for v in item.offset_m)
     tilt = ", ".join(f"{v:.3g}" for v in item.tilt_rad)
     began = f"{subject} in {engine}, shifted by ({shift}) mm and turned by ({tilt}) rad"
+    held = "a joint" if item.joint is None else f"joint '{item.joint}'"
     checks: tuple[tuple[float, float, str], ...] = (
         (item.peak_speed_m_s, limits.peak_speed_m_s, "a link reaches {:.3g} m/s"),
         (item.final_speed_m_s, limits.final_speed_m_s, "a link still moves at {:.3g} m/s at the end"),
         (item.turned_rad, limits.reset_turn_rad, "it ends {:.3g} rad from where it rests undisturbed"),
-        (item.joint_motion, limits.reset_joint_share, "a joint that must hold moves over {:.3g} of its range"),
+        (item.joint_motion, limits.reset_joint_share, held + ", which must hold, moves over {:.3g} of its range"),
     )
     given = given_rise(item, interaction.support_m)
     topples = item.turned_rad > limits.reset_turn_rad
