@@ -6,6 +6,7 @@ from pathlib import Path
 
 import pytest
 
+from asset2sim.extraction import extract
 from asset2sim.views import VIEW_NAMES
 from schemas.request import ModelAnswer, ModelRequest
 from schemas.vocabulary import FailureMode, Method, Status
@@ -14,6 +15,7 @@ from tests.methods_runs import LOOKING, run, settings_of
 
 IVW = settings_of(Method.IVW)
 LAPTOP = sample("laptop_silver")
+LAPTOP_FEATURES = extract(LAPTOP).features
 
 
 def by_sample(reply: Callable[[int], ModelAnswer]) -> Callable[[ModelRequest], ModelAnswer]:
@@ -103,3 +105,18 @@ def test_a_budget_that_ends_late_leaves_enough_to_fuse(tmp_path: Path) -> None:
     assert len(requests) == 21 and record.overlay is not None and near(record.overlay.scale, 0.2)
     (finding,) = [item for item in record.findings if item.code == "answers_dropped"]
     assert "20 answers of 25" in finding.message and "spent" in finding.message
+
+
+def test_one_answer_in_degrees_does_not_turn_a_lid_over(tmp_path: Path) -> None:
+    joint = next(joint for joint in LAPTOP_FEATURES.movable_joints if joint.upper is not None)
+    assert joint.lower is not None and joint.upper is not None
+    middle = (joint.lower + joint.upper) / 2.0
+
+    def reply(number: int) -> ModelAnswer:
+        position = 57.3 * middle + 1e3 if number == 1 else middle
+        answer = {"scale": 0.2, "initial_joint_positions": {joint.name: position}}
+        return ModelAnswer(content=json.dumps(answer), calls=())
+
+    record, _ = run(LAPTOP, tmp_path, IVW, by_sample(reply))
+    assert record.overlay is not None
+    assert near(record.overlay.initial_positions[joint.name], (24.0 * middle + joint.upper) / 25.0)

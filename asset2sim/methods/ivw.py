@@ -12,6 +12,7 @@ from asset2sim.search.loop import ModelAsk
 from asset2sim.views import VIEW_NAMES
 from schemas.call import ModelCall
 from schemas.errors import InvalidAnswerError
+from schemas.features import Features
 from schemas.finding import Finding
 from schemas.overlay import Overlay
 from schemas.request import LabelledImage, ModelAnswer, ModelRequest
@@ -96,11 +97,26 @@ def take(answer: ModelAnswer, extraction: Extraction, got: Answers) -> None:
         return
     got.answered += 1
     try:
-        got.valid.append(parse_overlay(answer.content, extraction.features))
+        got.valid.append(within_limits(parse_overlay(answer.content, extraction.features), extraction.features))
         got.calls.extend(answer.calls)
     except InvalidAnswerError as error:
         got.calls.extend(marked_invalid(answer.calls))
         got.reasons.append(str(error))
+
+
+def within_limits(answer: Overlay, features: Features) -> Overlay:
+    """The answer with its joint positions held within the authored limits (rad, m at scale 1).
+
+    The paper's average knows no outliers: of 25 answers, one in degrees would move a lid by whole turns.
+    """
+    held = {}
+    for name, position in answer.initial_joint_positions.items():
+        joint = features.joint(name)
+        if joint.lower is not None and joint.upper is not None:
+            low, high = sorted((joint.lower, joint.upper))
+            position = min(max(position, low), high)
+        held[name] = position
+    return answer.model_copy(update={"initial_joint_positions": held})
 
 
 def dropped(got: Answers, wanted: int) -> Finding:
