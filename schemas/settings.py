@@ -55,8 +55,9 @@ class PhysicsSettings(Frozen):
     """Where joint damping, friction and stiffness come from."""
     min_mass_kg: Positive = 1e-3
     """The lightest link, kg: the paper's tiny parts weigh 1 to 10 g; below 1 g contact solvers lose precision."""
-    smallest_mass_kg: Positive = 1e-6
-    """The lightest that a tiny link may stay where ``min_mass_kg`` would make it denser than any material, kg."""
+    smallest_mass_kg: Positive = 1e-4
+    """The lightest that a tiny link may stay where ``min_mass_kg`` would make it denser than any material, kg;
+    lighter only where even this would, by ``max_density_kg_m3``."""
     max_density_kg_m3: Positive = 20_000.0
     """Densest a link may be, over its hull, kg/m³: gold and tungsten have 19,300."""
     raised_density_kg_m3: Positive = 10_000.0

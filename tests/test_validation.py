@@ -103,8 +103,9 @@ def test_whatever_a_model_says_can_be_simulated(overlay: Overlay) -> None:
         # Light or far lighter than the heaviest only where more would be denser than any material.
         least = max(PHYSICS.min_mass_kg, heaviest / PHYSICS.max_mass_ratio)
         shape = thing().features.link(item.name)
-        densest = PHYSICS.raised_density_kg_m3 * max(shape.volume_m3, shape.hull_volume_m3) * result.scale**3
-        bound = least if densest == 0.0 else max(min(least, densest), PHYSICS.smallest_mass_kg)
+        volume = max(shape.volume_m3, shape.hull_volume_m3) * result.scale**3
+        smallest = min(PHYSICS.smallest_mass_kg, PHYSICS.max_density_kg_m3 * volume)
+        bound = least if volume == 0.0 else max(min(least, PHYSICS.raised_density_kg_m3 * volume), smallest)
         assert item.mass_kg >= bound * (1.0 - 1e-9), item.name
         moments = np.linalg.eigvalsh(tensor_of(item.inertia))
         assert moments[0] > 0.0 and moments[2] <= (moments[0] + moments[1]) * (1.0 + 1e-6), item.name

@@ -125,8 +125,11 @@ def link_mass(
 
 def bearable(least: float, link: LinkFeatures, scale: float, settings: PhysicsSettings) -> float:
     """The mass up to which a link may be raised, kg: no denser than any material, whatever solvers would like."""
-    densest = settings.raised_density_kg_m3 * max(link.volume_m3, link.hull_volume_m3) * scale**3
-    return max(min(least, densest), settings.smallest_mass_kg) if densest > 0.0 else least
+    volume = max(link.volume_m3, link.hull_volume_m3) * scale**3
+    if volume <= 0.0:
+        return least
+    smallest = min(settings.smallest_mass_kg, settings.max_density_kg_m3 * volume)
+    return max(min(least, settings.raised_density_kg_m3 * volume), smallest)
 
 
 def believed(
