@@ -3,6 +3,9 @@
 DATA ?= data/raw
 OUT ?= data/refined
 MODEL ?= prior/household
+# A shell command, taken as it stands: neither make nor the recipe's shell looks into it.
+override HOOK := $(value HOOK)
+export HOOK
 
 VENV := .venv
 BIN := $(VENV)/bin
@@ -19,7 +22,7 @@ OPTIONS = --out "$(OUT)" --model "$(MODEL)" \
 	$(if $(BUDGET_USD),--budget-usd "$(BUDGET_USD)") $(if $(BUDGET_CALLS),--budget-calls "$(BUDGET_CALLS)") \
 	$(if $(BUDGET_TOKENS),--budget-tokens "$(BUDGET_TOKENS)") $(if $(ASSET_BUDGET_USD),--asset-budget-usd "$(ASSET_BUDGET_USD)") \
 	$(if $(ASSET_BUDGET_CALLS),--asset-budget-calls "$(ASSET_BUDGET_CALLS)") $(if $(RPM),--rpm "$(RPM)") \
-	$(if $(NO_ANSWER_CACHE),--no-answer-cache)
+	$(if $(NO_ANSWER_CACHE),--no-answer-cache) $(if $(HOOK),--hook "$$HOOK")
 
 .DEFAULT_GOAL := help
 .DELETE_ON_ERROR:
@@ -30,7 +33,7 @@ help: ## list the targets
 	@echo
 	@echo "  variables of flow and nightly: DATA OUT MODEL API_BASE SUBSET ASSETS LIMIT METHOD WORKERS SCHEDULER NO_VIEWS=1 STRICT=1"
 	@echo "                                 ENGINES COLLISION DYNAMICS STATE EXPORT REFINEMENT_MODEL JUDGE_MODEL RPM"
-	@echo "                                 BUDGET_USD BUDGET_CALLS BUDGET_TOKENS ASSET_BUDGET_USD ASSET_BUDGET_CALLS NO_ANSWER_CACHE=1"
+	@echo "                                 BUDGET_USD BUDGET_CALLS BUDGET_TOKENS ASSET_BUDGET_USD ASSET_BUDGET_CALLS NO_ANSWER_CACHE=1 HOOK"
 	@echo "  of compare, beside those: METHODS MODELS LEVELS JUDGE_MODEL NO_INTERACTION=1 README"
 	@echo "  for example: make flow DATA=../shared/partnet_mobility SUBSET=paper9 OUT=/tmp/paper9 WORKERS=2"
 
@@ -70,8 +73,8 @@ doctor: $(INSTALLED) ## what works on this machine
 	@$(BIN)/python -m flows.command doctor --out "$(OUT)" --model "$(MODEL)" $(if $(API_BASE),--api-base "$(API_BASE)") \
 		$(if $(REFINEMENT_MODEL),--refinement-model "$(REFINEMENT_MODEL)") $(if $(JUDGE_MODEL),--judge-model "$(JUDGE_MODEL)")
 
-nightly: $(INSTALLED) ## refine DATA into OUT on the schedule of catalog.yaml, until interrupted
-	@$(BIN)/python -m flows.command nightly "$(DATA)" $(OPTIONS)
+nightly: $(INSTALLED) ## refine DATA into OUT on the schedule of catalog.yaml, until interrupted; NOW=1: once, at once
+	@$(BIN)/python -m flows.command nightly "$(DATA)" $(OPTIONS) $(if $(NOW),--now)
 
 ui: $(INSTALLED) ## Prefect's and MLflow's pages, until interrupted
 	@$(BIN)/python -m flows.command ui --out "$(OUT)"

@@ -3,6 +3,7 @@
 from dataclasses import dataclass
 from pathlib import Path
 
+from asset2sim.catalog.changes import Changes
 from asset2sim.catalog.run import RunRow
 from schemas.asset import AssetRecord
 
@@ -12,10 +13,15 @@ INTERRUPTED = "interrupted"
 
 @dataclass(frozen=True)
 class RunResult:
-    """A run that is in the catalog. ``stopped`` says why not every asset is; ``warnings`` what else went wrong."""
+    """A run that is in the catalog. ``stopped`` says why not every asset is; ``warnings`` what else went wrong.
+
+    ``report`` is the file that holds its report, and ``changes`` what it changed.
+    """
 
     out: Path
     run: RunRow
     records: tuple[AssetRecord, ...]
     stopped: str | None
     warnings: tuple[str, ...]
+    report: Path | None = None
+    changes: Changes | None = None

@@ -7,6 +7,7 @@ from collections.abc import Sequence
 from asset2sim.cli.main import run_command
 from asset2sim.cli.request import RefineRequest
 from asset2sim.run_result import RunResult
+from schemas.errors import UsageError
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -33,13 +34,45 @@ def refine(request: RefineRequest) -> RunResult:
             )
 
 
-def _nightly(request: RefineRequest) -> None:
+def _nightly(request: RefineRequest) -> int:
+    """Serve the nightly until interrupted, or have one night at once. Returns the exit code."""
     from asset2sim.programs import run_together
     from tasks.prefect_server import temporary_server
+    from tasks.serving import serving
 
-    with temporary_server(schedules=True) as address:
+    if request.now:
+        return _night_now(request)
+    with temporary_server(schedules=True) as address, serving(request.out, address):
         server = [address] if address else []
-        run_together({"nightly": [sys.executable, "-m", "flows.nightly", request.model_dump_json(), *server]})
+        run_together({"nightly": [sys.executable, "-m", "flows.serve_nightly", request.model_dump_json(), *server]})
+    return 0
+
+
+def _night_now(request: RefineRequest) -> int:
+    from tasks.prefect_server import temporary_server
+    from tasks.serving import find_serving
+
+    found = find_serving(request.out)
+    if found is not None:
+        from flows.night_now import night_elsewhere
+        from tasks.prefect_client import use_server
+
+        with use_server(found.address):
+            code = night_elsewhere(request)
+        if code is None:
+            raise UsageError(f"the nightly (process {found.process}) is just starting; try again in a few seconds")
+        return code
+    with temporary_server() as address:
+        from asset2sim.isolation.server import warm_up
+
+        warm_up()
+        from flows.night_now import night_elsewhere, night_here
+        from tasks.prefect_client import use_server
+
+        with use_server(address):
+            # A server of the user's may know of a nightly that another machine serves.
+            code = night_elsewhere(request) if address is None else None
+            return night_here(request) if code is None else code
 
 
 if __name__ == "__main__":

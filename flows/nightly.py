@@ -1,39 +1,85 @@
-"""Refine a dataset every night, on the schedule that ``catalog.yaml`` holds: ``asset2sim nightly DATA --out OUT``.
+"""One night: refine the dataset, tell the hook, and end in a state that says how it went.
 
-As a program of its own, ``python -m flows.nightly REQUEST [SERVER]``, it is what that command starts and stops: once
-interrupted, Prefect's serving leaves threads behind that keep its process from ending.
+``asset2sim nightly`` serves it on the schedule of ``catalog.yaml`` (``flows.serve_nightly``), and ``prefect.yaml``
+deploys it to a work pool.
 """
 
-import sys
 from pathlib import Path
+from typing import Any
 
-from prefect.schedules import Cron
+from prefect import Flow, flow
+from prefect.client.schemas.objects import FlowRun, State
+from prefect.states import Cancelled, Completed, Failed
 
-from asset2sim.catalog.schedule import nightly_schedule
-from asset2sim.cli.request import RefineRequest
+from asset2sim.alert import DONE, FAILED, MISTAKE, STOPPED, alert_error, code_of, exit_code
+from asset2sim.cli.night import complain, night_line, print_night
+from asset2sim.run_result import RunResult
 from flows.refine_dataset import refine_dataset
-from tasks.prefect_client import use_server
+from schemas.errors import Asset2SimError
+from schemas.settings import Settings
+from tasks.alert import alert
+from tasks.opaque import opaque
 
-CATALOG_FILE = Path(__file__).resolve().parents[1] / "catalog.yaml"
-
-
-def serve_nightly(request: RefineRequest) -> None:
-    """Start the flow on schedule, with the request's parameters, until interrupted. Needs a Prefect server."""
-    cron, timezone = nightly_schedule(CATALOG_FILE)
-    refine_dataset.serve(
-        name="nightly",
-        schedule=Cron(cron, timezone=timezone),
-        parameters={
-            "data": str(request.data.resolve()),
-            "out": str(request.out.resolve()),
-            "settings": request.settings.model_dump(mode="json"),
-            "subset": request.subset,
-            "asset_ids": list(request.asset_ids),
-            "limit": request.limit,
-        },
-    )
+REFUSED = "Refused"
+"""Name of the state of a night that could not start as asked."""
 
 
-if __name__ == "__main__":
-    with use_server(sys.argv[2] if len(sys.argv) > 2 else None):
-        serve_nightly(RefineRequest.model_validate_json(sys.argv[1]))
+def tell_of_crash(flow: Flow[..., Any], flow_run: FlowRun, state: State) -> None:
+    """Run the hook for a night whose process went without a word: killed, or out of memory."""
+    settings = Settings.model_validate(flow_run.parameters.get("settings") or {})
+    error = Asset2SimError(state.message or "the night's process ended without a word")
+    warning = alert_error(Path(flow_run.parameters["out"]), settings.run, error)
+    for message in (str(error), warning):
+        if message is not None:
+            complain(message)
+
+
+@flow(name="nightly", persist_result=False, on_crashed=[tell_of_crash])
+def nightly(
+    data: Path,
+    out: Path,
+    settings: Settings | None = None,
+    subset: str | None = None,
+    asset_ids: tuple[str, ...] = (),
+    limit: int | None = None,
+    strict: bool = False,
+) -> State:
+    """Refine ``data`` into ``out`` as ``refine_dataset`` does. The state's message is the night in one line.
+
+    It fails where the run does, and under ``strict`` where an asset does.
+    """
+    chosen = settings or Settings()
+    try:
+        result = refine_dataset(data, out, chosen, subset, asset_ids, limit)
+    except Exception as error:
+        warning = alert_error(Path(out), chosen.run, error)
+        if warning is not None:
+            complain(warning)
+        if not isinstance(error, Asset2SimError):
+            raise
+        complain(str(error))
+        return Failed(name=REFUSED if code_of(error) == MISTAKE else "Failed", message=str(error))
+    told = alert(opaque(result), strict)
+    print_night(told)
+    return state_of(told, strict)
+
+
+def state_of(result: RunResult, strict: bool) -> State:
+    """How Prefect shows a night."""
+    message = night_line(result)
+    match exit_code(result, strict):
+        case 0:
+            return Completed(message=message)
+        case 130:
+            return Cancelled(message=message)
+        case _:
+            return Failed(message=message)
+
+
+def code_of_state(state: State) -> int:
+    """The exit code of a command that waited for a night."""
+    if state.is_completed():
+        return DONE
+    if state.is_cancelled():
+        return STOPPED
+    return MISTAKE if state.name == REFUSED else FAILED

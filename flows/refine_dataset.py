@@ -17,7 +17,7 @@ from tasks.log_run import log_run
 from tasks.opaque import opaque
 from tasks.publish import publish
 from tasks.refine_assets import refine_assets
-from tasks.report import report
+from tasks.report import find_previous, report
 
 
 @flow(name="refine-dataset", persist_result=False)
@@ -43,11 +43,13 @@ def refine_dataset(
         refined = refine_assets(opaque(refs), out, settings, pipeline, started.run_id)
         refined = align(opaque(refined), opaque(references))
         run = finish_run(started, "interrupted" if refined.stopped else "finished")
+        previous = find_previous(out, run)
         publish(out, run, opaque(refined))
+        told = report(out, run, opaque(refined), opaque(previous))
         # Whoever presses Ctrl-C wants out: MLflow alone takes seconds.
-        warning = None if refined.stopped else log_run(out, run, opaque(refined))
-        report(run, opaque(refined))
-    return RunResult(out, run, refined.records, refined.stopped, (warning,) if warning else ())
+        warning = None if refined.stopped else log_run(out, run, opaque(refined), opaque(told.changes))
+    warnings = (*told.warnings, *((warning,) if warning else ()))
+    return RunResult(out, run, refined.records, refined.stopped, warnings, told.path, told.changes)
 
 
 if __name__ == "__main__":

@@ -279,6 +279,10 @@ class RunSettings(Frozen):
     """Wall time of one asset, s: the slowest of the real objects, a keyboard of 115 keys, needs about a tenth of it."""
     asset_memory_limit_mb: int = Field(4096, ge=256)
     """Address space that one asset's process may add, MB."""
+    hook: str | None = None
+    """A shell command to run after the run, with the run's figures in its environment; see ``asset2sim.hook``."""
+    hook_time_limit_s: Positive = 60.0
+    """Wall time of the hook, s: enough for a slow mail server, and a run is not held up by one that never answers."""
 
 
 class Settings(Frozen):

@@ -13,6 +13,8 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
+from tasks.serving import prefect_home
+
 STOP_LIMIT_S = 2.0
 """Time that the server gets to end by itself, s: all is in its database by then, and ending takes it 3 to 20."""
 LOG = "api_server.log"
@@ -26,7 +28,7 @@ def temporary_server(*, schedules: bool = False) -> Iterator[str | None]:
 
     ``schedules`` asks for the services that start scheduled runs. Connect with ``tasks.prefect_client.use_server``.
     """
-    home = Path(os.environ.get("PREFECT_HOME", "~/.prefect")).expanduser()
+    home = prefect_home()
     if "PREFECT_API_URL" in os.environ or (home / "profiles.toml").exists():
         yield None
         return

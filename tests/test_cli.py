@@ -6,10 +6,10 @@ from pathlib import Path
 
 import pytest
 
+from asset2sim.alert import exit_code
 from asset2sim.catalog.run import finish_run, start_run
 from asset2sim.catalog.store import write_run
 from asset2sim.cli.main import run_command
-from asset2sim.cli.refine import exit_code
 from asset2sim.cli.request import RefineRequest
 from asset2sim.run_result import INTERRUPTED, RunResult
 from schemas.errors import Asset2SimError
@@ -34,7 +34,7 @@ def never(request: RefineRequest) -> RunResult:
     raise AssertionError(f"the flow must not start: {request}")
 
 
-def never_serve(request: RefineRequest) -> None:
+def never_serve(request: RefineRequest) -> int:
     raise AssertionError(f"the flow must not be served: {request}")
 
 

@@ -7,16 +7,19 @@ import pytest
 from mlflow import MlflowClient
 from PIL import Image
 
+from asset2sim.catalog import mlflow_log
+from asset2sim.catalog.changes import Previous, find_changes
 from asset2sim.catalog.chart import failure_chart
 from asset2sim.catalog.figures import run_figures
 from asset2sim.catalog.mlflow_log import EXPERIMENT, log_run, run_params
+from asset2sim.catalog.report_file import write_report
 from asset2sim.catalog.run import start_run
 from asset2sim.catalog.store import write_run
 from schemas.asset import AssetRecord
 from schemas.settings import ModelSettings, Settings, Thresholds
 from schemas.tables import TABLES
 from schemas.vocabulary import FailureMode
-from tests.factories import make_failure, make_measurement, make_motion, make_record
+from tests.factories import make_failure, make_measurement, make_motion, make_record, make_run_records
 
 LIMITS = Thresholds()
 
@@ -59,18 +62,24 @@ def test_a_run_is_in_mlflow_with_settings_figures_tables_and_chart(
     monkeypatch.delenv("MLFLOW_TRACKING_URI", raising=False)
     run = start_run(Settings(), "data/raw", "paper9")
     write_run(tmp_path, run, records)
-    assert log_run(tmp_path, run, records) is None
+    report = write_report(tmp_path, run, "# fine\n")
+    assert log_run(tmp_path, run, records, find_changes(records, Previous({"4": "none", "9": "none"}))) is None
     client = MlflowClient(tracking_uri=f"sqlite:///{tmp_path / 'mlflow.db'}")
     experiment = client.get_experiment_by_name(EXPERIMENT)
     assert experiment is not None
-    (logged,) = client.search_runs([experiment.experiment_id])
+    child, logged = sorted(client.search_runs([experiment.experiment_id]), key=lambda found: len(found.info.run_name))
+    assert (child.info.run_name, child.info.status) == ("4", "FAILED")
+    tags = {"mlflow.parentRunId": logged.info.run_id, "failure_mode": "missing_mesh", "was": "none"}
+    assert tags.items() <= child.data.tags.items()
     assert logged.info.run_name == run.run_id and logged.info.status == "FINISHED"
     assert logged.data.metrics["success_rate"] == 0.75 and logged.data.metrics["failures_missing_mesh"] == 1
+    assert (logged.data.metrics["new_failures"], logged.data.metrics["standing_success_rate"]) == (1, 0.8)
     assert logged.data.params["search.target_phi_m"] == "0.0001" and logged.data.params["subset"] == "paper9"
     artifacts = {
         file.path for folder in (None, "catalog") for file in client.list_artifacts(logged.info.run_id, folder)
     }
-    assert {f"catalog/{table.file}" for table in TABLES.values()} | {"failure_modes.png", "summary.md"} <= artifacts
+    tables = {f"catalog/{table.file}" for table in TABLES.values()}
+    assert artifacts == tables | {"catalog", "failure_modes.png", report.name}
     assert (tmp_path / "mlartifacts").is_dir()
 
 
@@ -79,10 +88,31 @@ def test_a_server_that_is_not_there_costs_a_warning_and_seconds(
 ) -> None:
     monkeypatch.setenv("MLFLOW_TRACKING_URI", "http://me:secret@127.0.0.1:9")
     started = time.monotonic()
-    warning = log_run(tmp_path, start_run(Settings(), "data/raw"), records)
+    warning = log_run(tmp_path, start_run(Settings(), "data/raw"), records, find_changes(records, Previous()))
     assert time.monotonic() - started < 10.0
     assert warning is not None and "MLflow does not hold run" in warning
     assert "\n" not in warning and "secret" not in warning
+
+
+def test_what_a_night_costs_in_mlflow_does_not_grow_with_the_dataset(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.delenv("MLFLOW_TRACKING_URI", raising=False)
+    monkeypatch.setattr(mlflow_log, "MAX_CHILDREN", 2)
+    monkeypatch.setattr(mlflow_log, "MAX_TABLES_BYTES", 10)
+    records = make_run_records(3, [FailureMode.DRIFT] * 4)
+    run = start_run(Settings(), "data/raw")
+    write_run(tmp_path, run, records)
+    was = {"bad0": "drift", "bad1": "drift", "bad2": "drift"}
+    assert log_run(tmp_path, run, records, find_changes(records, Previous(was))) is None
+    client = MlflowClient(tracking_uri=f"sqlite:///{tmp_path / 'mlflow.db'}")
+    experiment = client.get_experiment_by_name(EXPERIMENT)
+    assert experiment is not None
+    runs = {found.info.run_name: found for found in client.search_runs([experiment.experiment_id])}
+    assert runs.keys() == {run.run_id, "bad3", "bad0"}  # what is new comes first
+    parent = runs[run.run_id]
+    assert parent.data.metrics["failed"] == 4 and parent.data.tags["catalog"] == str(tmp_path / "catalog")
+    assert {file.path for file in client.list_artifacts(parent.info.run_id)} == {"failure_modes.png"}
 
 
 def test_params_are_flat_bounded_and_hold_no_password() -> None:

@@ -1,4 +1,4 @@
-"""A run in MLflow: settings, figures, tables and chart. MLflow's trouble is a warning, never a lost run."""
+"""A run in MLflow: settings, figures, failures, report and chart. MLflow's trouble is a warning, never a lost run."""
 
 import os
 import tempfile
@@ -6,13 +6,15 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from asset2sim.catalog.changes import Changes, change_figures
 from asset2sim.catalog.chart import failure_chart
 from asset2sim.catalog.figures import run_figures
-from asset2sim.catalog.run import RunRow, without_credentials
-from asset2sim.catalog.summary import summary_markdown
+from asset2sim.catalog.report_file import report_path
+from asset2sim.catalog.run import UNRECORDED, RunRow, without_credentials
 from asset2sim.catalog.switch import find_catalog
 from schemas.asset import AssetRecord
 from schemas.settings import Settings
+from schemas.tables import TABLES
 
 if TYPE_CHECKING:
     from mlflow import MlflowClient
@@ -33,6 +35,10 @@ _MAX_PARAM = 500
 """Characters of one parameter: what the oldest supported server takes."""
 _MAX_PARAMS = 100
 """Parameters of one request: the most that MLflow takes."""
+MAX_CHILDREN = 25
+"""Failed assets of one run that become runs of their own: 25 take 2 s in SQLite, and the tables hold all."""
+MAX_TABLES_BYTES = 2 * 1024 * 1024
+"""Tables that are attached to a run: those of about 500 assets. A year of nights copies them 365 times."""
 
 
 def tracking_uri(out: Path) -> str:
@@ -40,9 +46,11 @@ def tracking_uri(out: Path) -> str:
     return os.environ.get("MLFLOW_TRACKING_URI") or f"sqlite:///{(out / DATABASE).resolve()}"
 
 
-def log_run(out: Path, run: RunRow, records: Sequence[AssetRecord]) -> str | None:
-    """Logs one run; call it after ``write_run``, whose tables it attaches.
+def log_run(out: Path, run: RunRow, records: Sequence[AssetRecord], changes: Changes) -> str | None:
+    """Logs one run; call it after ``write_run`` and ``write_report``, whose files it attaches.
 
+    What it costs does not grow with the dataset: figures of the same names every night in one batch, a bounded number
+    of failed assets as children, and the tables only while they are small.
     Returns None, or a one-line warning that says why MLflow does not hold the run: the catalog does in any case.
     """
     for name, value in _ENVIRONMENT.items():
@@ -52,7 +60,7 @@ def log_run(out: Path, run: RunRow, records: Sequence[AssetRecord]) -> str | Non
         from mlflow import MlflowClient
 
         client = MlflowClient(tracking_uri=tracking_uri(out))
-        _log(client, _experiment(client, out), out, run, records)
+        _log(client, _experiment(client, out), out, run, records, changes)
     except Exception as error:  # whatever a store or a server can raise
         lines = str(error).splitlines() or [type(error).__name__]
         return f"MLflow does not hold run {run.run_id}: {without_credentials(lines[0])[:300]}; the catalog is complete"
@@ -62,7 +70,8 @@ def log_run(out: Path, run: RunRow, records: Sequence[AssetRecord]) -> str | Non
 def run_params(settings: Settings) -> dict[str, str]:
     """Every setting under its dotted name, as text that MLflow takes."""
     return {
-        name: without_credentials(str(value))[:_MAX_PARAM] for name, value in _flat(settings.model_dump(mode="json"))
+        name: without_credentials(str(value))[:_MAX_PARAM]
+        for name, value in _flat(settings.model_dump(mode="json", exclude=UNRECORDED))
     }
 
 
@@ -76,15 +85,26 @@ def _experiment(client: "MlflowClient", out: Path) -> str:
     )
 
 
-def _log(client: "MlflowClient", experiment: str, out: Path, run: RunRow, records: Sequence[AssetRecord]) -> None:
+def _log(
+    client: "MlflowClient",
+    experiment: str,
+    out: Path,
+    run: RunRow,
+    records: Sequence[AssetRecord],
+    changes: Changes,
+) -> None:
     from mlflow.entities import Metric, Param, RunTag
 
     started, finished = (int(1000 * time.timestamp()) for time in (run.started_at, run.finished_at))
-    figures = run_figures(records, run.settings.thresholds) | {"seconds": (finished - started) / 1000.0}
+    figures = run_figures(records, run.settings.thresholds) | change_figures(changes)
+    figures["seconds"] = (finished - started) / 1000.0
     params = run_params(run.settings) | {"dataset": run.dataset[:_MAX_PARAM], "subset": run.subset or "all"}
-    tags = {"run_id": run.run_id, "outcome": run.outcome, "git_commit": run.git_commit or "none"} | {
-        f"version.{package}": version for package, version in run.versions.items()
-    }
+    tags = {
+        "run_id": run.run_id,
+        "outcome": run.outcome,
+        "git_commit": run.git_commit or "none",
+        "catalog": str(find_catalog(out)),
+    } | {f"version.{package}": version for package, version in run.versions.items()}
     logged = client.create_run(experiment, start_time=started, run_name=run.run_id)
     identity, status = logged.info.run_id, "FAILED"
     try:
@@ -97,22 +117,48 @@ def _log(client: "MlflowClient", experiment: str, out: Path, run: RunRow, record
         )
         for first in range(_MAX_PARAMS, len(everything), _MAX_PARAMS):
             client.log_batch(identity, params=everything[first : first + _MAX_PARAMS])
+        _log_failures(client, experiment, identity, run, changes)
         _log_artifacts(client, identity, out, run, records)
         status = "FINISHED" if run.outcome == "finished" else "KILLED"
     finally:
         client.set_terminated(identity, status=status, end_time=finished)
 
 
+def _log_failures(client: "MlflowClient", experiment: str, parent: str, run: RunRow, changes: Changes) -> None:
+    """A child for each asset that failed, what is new first, up to ``MAX_CHILDREN``."""
+    started, finished = (int(1000 * time.timestamp()) for time in (run.started_at, run.finished_at))
+    for item in (*changes.new_failures, *changes.still_failing)[:MAX_CHILDREN]:
+        record = item.record
+        tags = {
+            "mlflow.parentRunId": parent,
+            "run_id": run.run_id,
+            "asset_id": record.ref.asset_id,
+            "category": record.category,
+            "failure_mode": record.failure_mode.value,
+            "reason": record.reason[:_MAX_PARAM],
+            "was": item.was or "not there",
+        }
+        # Everything goes with the run's creation: a call to the store each for tags and for figures would cost as much.
+        child = client.create_run(experiment, start_time=started, run_name=record.ref.asset_id, tags=tags)
+        client.set_terminated(child.info.run_id, status="FAILED", end_time=finished)
+
+
 def _log_artifacts(
     client: "MlflowClient", identity: str, out: Path, run: RunRow, records: Sequence[AssetRecord]
 ) -> None:
-    if catalog := find_catalog(out):
-        client.log_artifacts(identity, str(catalog), "catalog")
+    catalog = find_catalog(out)
+    tables = [catalog / table.file for table in TABLES.values()] if catalog else []
+    tables = [path for path in tables if path.is_file()]
+    if sum(path.stat().st_size for path in tables) <= MAX_TABLES_BYTES:
+        for path in tables:
+            client.log_artifact(identity, str(path), "catalog")
+    report = report_path(out, run)
+    if report.is_file():
+        client.log_artifact(identity, str(report))
     with tempfile.TemporaryDirectory() as name:
-        folder = Path(name)
-        failure_chart(records, folder / "failure_modes.png", f"How {len(records)} assets ended: run {run.run_id}")
-        (folder / "summary.md").write_text(summary_markdown(records, run.settings.thresholds), encoding="utf-8")
-        client.log_artifacts(identity, name)
+        chart = Path(name) / "failure_modes.png"
+        failure_chart(records, chart, f"How {len(records)} assets ended: run {run.run_id}")
+        client.log_artifact(identity, str(chart))
 
 
 def _flat(value: Any, prefix: str = "") -> list[tuple[str, Any]]:

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 from asset2sim.catalog.alignment_rows import alignment_rows
 from asset2sim.catalog.engine_rows import interaction_rows, measurement_rows, overlap_rows
-from asset2sim.catalog.run import RunRow, without_credentials
+from asset2sim.catalog.run import UNRECORDED, RunRow, without_credentials
 from asset2sim.metrics.verdict import oscillates, oscillating_joints
 from schemas.asset import AssetRecord
 from schemas.measurement import Measurement
@@ -221,7 +221,7 @@ def run_row(run: RunRow, records: Sequence[AssetRecord]) -> Row:
         "subset": run.subset,
         "method": run.settings.method.value,
         "model": run.settings.model.model,
-        "settings_json": without_credentials(run.settings.model_dump_json()),
+        "settings_json": without_credentials(run.settings.model_dump_json(exclude=UNRECORDED)),
         "git_commit": run.git_commit,
         "git_dirty": run.git_dirty,
         "versions_json": json.dumps(run.versions, sort_keys=True),

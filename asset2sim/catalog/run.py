@@ -35,6 +35,9 @@ RECORDED_PACKAGES = (
 )
 """Packages whose version can change a result or how it is kept."""
 
+UNRECORDED = {"run": {"hook"}}
+"""Settings that no table and no log keeps: a hook may hold the secret address of a chat room."""
+
 _CREDENTIALS_IN_URL = re.compile(r"://[^/@\s\"]+@")
 
 

@@ -11,7 +11,7 @@ from schemas.errors import Asset2SimError, UsageError
 DONE, FAILED, MISTAKE, INTERRUPTED = 0, 1, 2, 130
 
 RunRefine = Callable[[RefineRequest], RunResult]
-ServeNightly = Callable[[RefineRequest], None]
+ServeNightly = Callable[[RefineRequest], int]
 
 
 def run_command(arguments: Sequence[str], *, refine: RunRefine, nightly: ServeNightly) -> int:

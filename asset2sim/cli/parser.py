@@ -59,8 +59,14 @@ def parse(arguments: Sequence[str]) -> argparse.Namespace:
     doctor = commands.add_parser("doctor", help="what works here, and what does not", allow_abbrev=False)
     doctor.add_argument("--out", type=Path, default=Path("data/refined"), metavar="OUT", help="where output would go")
     _add_model(doctor)
-    _add_refine(
-        commands.add_parser("nightly", help="refine a dataset on the schedule of catalog.yaml", allow_abbrev=False)
+    nightly = commands.add_parser(
+        "nightly", help="refine a dataset on the schedule of catalog.yaml", allow_abbrev=False
+    )
+    _add_refine(nightly)
+    nightly.add_argument(
+        "--now",
+        action="store_true",
+        help="one night at once: by the nightly that serves OUT, or here where none does; exits as refine does",
     )
     return parser.parse_args(arguments)
 
@@ -77,7 +83,7 @@ def refine_request(options: argparse.Namespace) -> RefineRequest:
         state=StateMode(options.state),
         exports=chosen(options.export, Export),
         views=ViewSettings(write=not options.no_views),
-        run=RunSettings(workers=options.workers, scheduler=options.scheduler),
+        run=RunSettings(workers=options.workers, scheduler=options.scheduler, hook=options.hook or None),
     )
     return RefineRequest(
         data=options.data,
@@ -87,6 +93,7 @@ def refine_request(options: argparse.Namespace) -> RefineRequest:
         limit=options.limit,
         settings=settings,
         strict=options.strict,
+        now=options.command == "nightly" and options.now,
     )
 
 
@@ -189,6 +196,7 @@ def _add_refine(parser: argparse.ArgumentParser) -> None:
     add("--scheduler", metavar="tcp://…", help="a Dask scheduler to use instead of a cluster of our own")
     add("--no-views", action="store_true", help="write no pictures")
     add("--strict", action="store_true", help="exit with 1 if an asset failed")
+    add("--hook", metavar="CMD", help="a shell command to run after the run; ASSET2SIM_… variables say how it went")
 
 
 def _add_model(parser: argparse.ArgumentParser) -> None:

@@ -1,33 +1,37 @@
 """``asset2sim refine``: check the request, run the flow, say how it went."""
 
+import sys
 from collections.abc import Callable
 from contextlib import suppress
 
+from asset2sim.alert import DONE, alert, alert_error, exit_code
 from asset2sim.check_request import check_request
 from asset2sim.cli.request import RefineRequest
+from asset2sim.fanout.interrupt import terminated_as_interrupted
 from asset2sim.models.environment import quiet_environment
-from asset2sim.run_result import INTERRUPTED, RunResult
-from schemas.vocabulary import Status
-
-DONE, FAILED, STOPPED = 0, 1, 130
+from asset2sim.run_result import RunResult
+from schemas.errors import UsageError
 
 
 def run_refine(request: RefineRequest, refine: Callable[[RefineRequest], RunResult]) -> int:
-    """Run the flow on a request and print the summary. Returns the exit code."""
+    """Run the flow on a request, tell the hook, and print the summary. Returns the exit code."""
     check(request)
     quiet_environment()
-    result = refine(request)
+    result = alert(_refined(request, refine), request.strict)
     from asset2sim.cli.summary import print_summary
 
     print_summary(result)
     return exit_code(result, request.strict)
 
 
-def run_nightly(request: RefineRequest, serve: Callable[[RefineRequest], None]) -> int:
-    """Serve the flow on its schedule until interrupted."""
+def run_nightly(request: RefineRequest, serve: Callable[[RefineRequest], int]) -> int:
+    """Serve the flow on its schedule until interrupted, or with ``now`` run it at once. Returns the exit code."""
     check(request)
     quiet_environment()
-    with suppress(KeyboardInterrupt):
+    if request.now:
+        return serve(request)
+    # A service manager stops what it runs by SIGTERM: that is the usual end of a nightly, as Ctrl-C is.
+    with suppress(KeyboardInterrupt), terminated_as_interrupted():
         serve(request)
     return DONE
 
@@ -37,8 +41,14 @@ def check(request: RefineRequest) -> None:
     check_request(request.data, request.out, request.settings, request.subset, request.asset_ids, request.limit)
 
 
-def exit_code(result: RunResult, strict: bool) -> int:
-    """0; 130 for an interrupted run; 1 for one that stopped otherwise, and under ``strict`` if an asset failed."""
-    if result.stopped is not None:
-        return STOPPED if result.stopped == INTERRUPTED else FAILED
-    return FAILED if strict and any(record.status is Status.FAILED for record in result.records) else DONE
+def _refined(request: RefineRequest, refine: Callable[[RefineRequest], RunResult]) -> RunResult:
+    """The flow's result. The hook hears of a run that broke down; of a mistake, its user hears here and now."""
+    try:
+        return refine(request)
+    except UsageError:
+        raise
+    except Exception as error:
+        warning = alert_error(request.out, request.settings.run, error)
+        if warning is not None:
+            sys.stderr.write(f"asset2sim: {warning}\n")
+        raise

@@ -1,4 +1,4 @@
-"""What the user asks of ``asset2sim refine``."""
+"""What the user asks of ``asset2sim refine`` and ``asset2sim nightly``."""
 
 from pathlib import Path
 
@@ -7,7 +7,10 @@ from schemas.settings import Settings
 
 
 class RefineRequest(Frozen):
-    """A dataset, what to take of it, where the result goes, and the settings."""
+    """A dataset, what to take of it, where the result goes, and the settings.
+
+    ``strict`` makes a run that holds a failed asset fail; ``now`` asks for one night at once instead of the schedule.
+    """
 
     data: Path
     out: Path
@@ -16,3 +19,4 @@ class RefineRequest(Frozen):
     limit: int | None = None
     settings: Settings = Settings()
     strict: bool = False
+    now: bool = False

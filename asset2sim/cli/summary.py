@@ -20,7 +20,8 @@ def print_summary(result: RunResult) -> None:
     if found:
         console.print(Text(alignment_line(found) + "\n"))
     console.print(render_failures(failure_breakdown(result.out)))
-    console.print(Text(f"assets:  {result.out / 'assets'}\ncatalog: {result.out / 'catalog'}"))
+    report = f"\nreport:  {result.report}" if result.report else ""
+    console.print(Text(f"assets:  {result.out / 'assets'}\ncatalog: {result.out / 'catalog'}{report}"))
     sys.stdout.flush()
     for warning in result.warnings:
         sys.stderr.write(f"asset2sim: {warning}\n")

@@ -1,0 +1,236 @@
+"""The report of a run, as somebody reads it the morning after: a pure function from records and what was before.
+
+Its length is bounded: every list names its first few and counts the rest, so that 10,000 assets make a page as well.
+"""
+
+import re
+from collections import Counter
+from collections.abc import Callable, Sequence
+from datetime import UTC, datetime
+
+from asset2sim.catalog.changes import Changed, Changes, Previous, PreviousRun
+from asset2sim.catalog.rows import queries, total_seconds
+from asset2sim.catalog.run import RunRow
+from asset2sim.catalog.text import NOTHING, number
+from schemas.asset import AssetRecord
+from schemas.vocabulary import FailureMode, Severity, Stage, Status
+
+MAX_LISTED = 50
+"""Assets that one list names; the tables hold all."""
+MAX_EXAMPLES = 5
+MAX_SLOWEST = 10
+MAX_REASON = 240
+"""Characters of a reason in a table's cell."""
+
+_SPECIAL = re.compile(r"([\\`*\[\]<>|~]|(?<![A-Za-z0-9])_|_(?![A-Za-z0-9]))")
+
+
+def report_markdown(
+    run: RunRow,
+    records: Sequence[AssetRecord],
+    previous: Previous,
+    changes: Changes,
+    problems: Sequence[str] = (),
+) -> str:
+    """The report: counts beside the last run's, what broke, what was mended, failure modes with causes, what was slow.
+
+    In Markdown. ``changes`` is ``find_changes(records, previous)``; ``problems`` says what else went wrong, why the run
+    stopped first of all.
+    """
+    parts = [
+        f"# {headline(records, changes)}",
+        _about(run),
+        *(f"> **{escape(problem)}**" for problem in problems),
+        _counts(run, records, previous.run, changes),
+        _list("New failures", changes.new_failures, ("asset", "category", "failure mode", "was", "why"), _broken),
+        _list("Mended", changes.mended, ("asset", "category", "was"), _mended),
+        _modes(records),
+        _list("Failing as before", changes.still_failing, ("asset", "category", "failure mode", "was", "why"), _broken),
+        _slowest(records),
+        _standing(records, changes),
+    ]
+    return "\n\n".join(part for part in parts if part) + "\n"
+
+
+def headline(records: Sequence[AssetRecord], changes: Changes) -> str:
+    """The run in one line: how many passed, what broke and what was mended."""
+    ok = sum(record.status is Status.OK for record in records)
+    parts = [f"{ok} of {len(records)} ok"] if records else ["no assets refined"]
+    new = len(changes.new_failures)
+    parts.append(f"{new} new failure{'' if new == 1 else 's'}")
+    if changes.mended:
+        parts.append(f"{len(changes.mended)} mended")
+    return ", ".join(parts)
+
+
+def escape(text: str) -> str:
+    """A text as one line of Markdown that means nothing but itself, whatever an asset is called."""
+    return _SPECIAL.sub(r"\\\1", " ".join(text.split()))
+
+
+def _about(run: RunRow) -> str:
+    commit = f"commit `{run.git_commit[:12]}`{' with changes' if run.git_dirty else ''}" if run.git_commit else None
+    parts = [
+        f"Run `{run.run_id}`, {run.outcome}",
+        f"from {_moment(run.started_at)} to {_moment(run.finished_at)}",
+        f"dataset {escape(run.dataset)}" + (f", subset {escape(run.subset)}" if run.subset else ""),
+        f"method {escape(run.settings.method.value)}, model {escape(run.settings.model.model)}",
+    ]
+    return " · ".join([*parts, *([commit] if commit else [])])
+
+
+def _counts(run: RunRow, records: Sequence[AssetRecord], before: PreviousRun | None, changes: Changes) -> str:
+    ok = sum(record.status is Status.OK for record in records)
+    paid = [call for record in records for call in record.calls if not call.cached]
+    cached = sum(call.cached for record in records for call in record.calls)
+    tokens = sum(call.prompt_tokens + call.completion_tokens for call in paid)
+    seconds = (run.finished_at - run.started_at).total_seconds()
+    rows: list[tuple[str, str, str]] = [
+        ("assets", f"{len(records)}", f"{before.assets}" if before else NOTHING),
+        ("ok", _share(ok, len(records)), _share(before.ok, before.assets) if before else NOTHING),
+        (
+            "failed",
+            _share(len(records) - ok, len(records)),
+            _share(before.assets - before.ok, before.assets) if before else NOTHING,
+        ),
+        ("new failures", f"{len(changes.new_failures)}", NOTHING),
+        ("mended", f"{len(changes.mended)}", NOTHING),
+        ("model calls", f"{len(paid)}, and {cached} from the cache", f"{before.queries}" if before else NOTHING),
+        (
+            "calls an asset",
+            _ratio(len(paid), len(records)),
+            _ratio(before.queries, before.assets) if before else NOTHING,
+        ),
+        ("tokens", f"{tokens}", f"{before.tokens}" if before else NOTHING),
+        (
+            "cost, USD",
+            f"{sum(call.cost_usd for call in paid):.2f}",
+            f"{before.cost_usd:.2f}" if before else NOTHING,
+        ),
+        ("time, s", f"{seconds:.0f}", f"{before.seconds:.0f}" if before else NOTHING),
+        (
+            "work on assets, s",
+            f"{sum(total_seconds(record) for record in records):.0f}",
+            f"{before.asset_seconds:.0f}" if before else NOTHING,
+        ),
+    ]
+    last = f"run before, {_moment(before.started_at)}" if before else "run before"
+    return _table(("", "this run", last), rows, right=(1, 2))
+
+
+def _list(
+    title: str, items: Sequence[Changed], headings: Sequence[str], cells: Callable[[Changed], tuple[str, ...]]
+) -> str:
+    if not items:
+        return ""
+    more = f"\n\n… and {len(items) - MAX_LISTED} more." if len(items) > MAX_LISTED else ""
+    return f"## {title}: {len(items)}\n\n{_table(headings, [cells(item) for item in items[:MAX_LISTED]])}{more}"
+
+
+def _broken(item: Changed) -> tuple[str, ...]:
+    record = item.record
+    reason = record.reason if len(record.reason) <= MAX_REASON else f"{record.reason[:MAX_REASON]}…"
+    return (
+        escape(record.ref.asset_id),
+        escape(record.category),
+        _mode(record.failure_mode.value),
+        _was(item.was),
+        escape(reason),
+    )
+
+
+def _mended(item: Changed) -> tuple[str, ...]:
+    return escape(item.record.ref.asset_id), escape(item.record.category), _was(item.was)
+
+
+def _modes(records: Sequence[AssetRecord]) -> str:
+    """A row per failure mode, the most frequent first: how many assets, by which error findings, for example which."""
+    failed = [record for record in records if record.status is Status.FAILED]
+    if not failed:
+        return ""
+    rows = []
+    for mode, count in Counter(record.failure_mode for record in failed).most_common():
+        mine = [record for record in failed if record.failure_mode is mode]
+        codes = Counter(code for record in mine for code in _errors(record))
+        causes = ", ".join(f"{escape(code)} ×{times}" for code, times in codes.most_common(MAX_EXAMPLES))
+        examples = ", ".join(escape(record.ref.asset_id) for record in mine[:MAX_EXAMPLES])
+        rows.append(
+            (
+                _mode(mode.value),
+                f"{count}",
+                f"{100.0 * count / len(records):.1f} %",
+                causes or NOTHING,
+                examples + (", …" if count > MAX_EXAMPLES else ""),
+            )
+        )
+    table = _table(("failure mode", "assets", "share", "causes", "for example"), rows, right=(1, 2))
+    return f"## Failure modes\n\n{table}"
+
+
+def _errors(record: AssetRecord) -> set[str]:
+    return {finding.code for finding in record.findings if finding.severity is Severity.ERROR}
+
+
+def _slowest(records: Sequence[AssetRecord]) -> str:
+    timed = sorted(records, key=total_seconds, reverse=True)[:MAX_SLOWEST]
+    if not timed:
+        return ""
+    rows = [
+        (
+            escape(record.ref.asset_id),
+            escape(record.category),
+            f"{total_seconds(record):.1f}",
+            _longest_stage(record),
+            f"{queries(record)}",
+        )
+        for record in timed
+    ]
+    table = _table(("asset", "category", "s", "most of it in", "calls"), rows, right=(2, 4))
+    return f"## Slowest assets\n\n{table}"
+
+
+def _longest_stage(record: AssetRecord) -> str:
+    stages = [(record.seconds[stage.value], stage.value) for stage in Stage if stage.value in record.seconds]
+    if not stages:
+        return NOTHING
+    seconds, name = max(stages)
+    return f"{name}, {seconds:.1f} s"
+
+
+def _standing(records: Sequence[AssetRecord], changes: Changes) -> str:
+    """The catalog as a whole, where it holds more than this run refined."""
+    if changes.standing_assets == len(records):
+        return ""
+    others, share = changes.standing_assets - len(records), 100.0 * changes.standing_ok / changes.standing_assets
+    return (
+        f"With the {others} others of this method and model in the catalog, {changes.standing_ok} of "
+        f"{changes.standing_assets} assets are ok ({share:.1f} %)."
+    )
+
+
+def _mode(name: str) -> str:
+    return f"`{name}`"
+
+
+def _was(mode: str | None) -> str:
+    if mode is None:
+        return "not there"
+    return "ok" if mode == FailureMode.NONE else _mode(mode)
+
+
+def _share(count: int, total: int) -> str:
+    return f"{count} ({100.0 * count / total:.1f} %)" if total else f"{count}"
+
+
+def _ratio(count: int, total: int) -> str:
+    return number(count / total, digits=3) if total else NOTHING
+
+
+def _moment(time: datetime) -> str:
+    return f"{time.astimezone(UTC):%Y-%m-%d %H:%M} UTC"
+
+
+def _table(headings: Sequence[str], rows: Sequence[Sequence[str]], right: Sequence[int] = ()) -> str:
+    rule = ["---:" if index in right else "---" for index in range(len(headings))]
+    lines = [headings, rule, *rows]
+    return "\n".join(f"| {' | '.join(line)} |" for line in lines)

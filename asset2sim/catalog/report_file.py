@@ -1,0 +1,48 @@
+"""The reports as files: ``OUT/reports/<date>.md``, one a day, with the day's last run on top."""
+
+import os
+import re
+from datetime import date
+from pathlib import Path
+
+from asset2sim.catalog.run import RunRow
+
+REPORTS = "reports"
+
+_MARK = re.compile(r"^<!-- run (\S+) -->\n", re.MULTILINE)
+
+
+def report_path(out: Path, run: RunRow) -> Path:
+    """The file of the day on which the run started, by this machine's own clock: whoever reads it lives by that."""
+    return out / REPORTS / f"{run_day(run).isoformat()}.md"
+
+
+def run_day(run: RunRow) -> date:
+    """The day on which the run started, in this machine's time zone."""
+    return run.started_at.astimezone().date()
+
+
+def write_report(out: Path, run: RunRow, text: str) -> Path:
+    """Put a run's report above the day's earlier ones, or in the place of its own earlier text; returns the file.
+
+    A reader never sees half of it. The caller holds ``lock_output(out)``.
+    """
+    path = report_path(out, run)
+    path.parent.mkdir(parents=True, exist_ok=True)
+    earlier = _parts(path.read_text(encoding="utf-8")) if path.is_file() else []
+    kept = [(run_id, part) for run_id, part in earlier if run_id != run.run_id]
+    parts = [(run.run_id, text), *kept]
+    whole = "\n---\n\n".join(f"<!-- run {run_id} -->\n{part.rstrip()}\n" for run_id, part in parts)
+    staged = path.with_name(f".{path.name}.{run.run_id}")
+    staged.write_text(whole, encoding="utf-8")
+    os.replace(staged, path)
+    return path
+
+
+def _parts(text: str) -> list[tuple[str, str]]:
+    """(run id, its report) of each run that a file holds, in the file's order."""
+    pieces = _MARK.split(text)
+    return [
+        (run_id, part.rstrip().removesuffix("\n---").rstrip() + "\n")
+        for run_id, part in zip(pieces[1::2], pieces[2::2], strict=True)
+    ]

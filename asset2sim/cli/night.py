@@ -1,0 +1,50 @@
+"""What a night says on the terminal or in the log of whoever serves it."""
+
+import sys
+from datetime import UTC, datetime
+
+from asset2sim.catalog.report import headline
+from asset2sim.cli.console import output
+from asset2sim.run_result import RunResult
+
+
+def print_served(
+    data: str, out: str, cron: str, timezone: str, following: datetime | None, commands: list[str]
+) -> None:
+    """What is served and when, and how to have a night at once."""
+    console = output()
+    lines = [f"nightly: {data} into {out}, on '{cron}' ({timezone})", f"next run: {moment(following)}"]
+    for line in [*lines, "a night at once, from another terminal:", *(f"  {command}" for command in commands)]:
+        console.print(line, markup=False, soft_wrap=True)
+    sys.stdout.flush()
+
+
+def moment(following: datetime | None, now: datetime | None = None) -> str:
+    """A coming moment, and how far off it is; None is one that nobody has planned."""
+    if following is None:
+        return "none is planned: does the Prefect server run its scheduler?"
+    minutes = max(0, round((following - (now or datetime.now(UTC))).total_seconds() / 60.0))
+    return f"{following.astimezone(UTC):%Y-%m-%d %H:%M} UTC, in {minutes // 60} h {minutes % 60:02d} min"
+
+
+def night_line(result: RunResult) -> str:
+    """A night in one line: how it went and where its report is."""
+    parts = [headline(result.records, result.changes)] if result.changes else [f"{len(result.records)} assets"]
+    if result.stopped is not None:
+        parts.insert(0, result.stopped)
+    return " · ".join([*parts, *([f"report: {result.report}"] if result.report else [])])
+
+
+def print_night(result: RunResult) -> None:
+    """A night that came to a result, and its warnings."""
+    sys.stdout.write(f"run {result.run.run_id}: {night_line(result)}\n")
+    sys.stdout.flush()
+    for warning in result.warnings:
+        complain(warning)
+
+
+def complain(message: str) -> None:
+    """One line on standard error."""
+    sys.stdout.flush()
+    sys.stderr.write(f"asset2sim: {' '.join(message.split())}\n")
+    sys.stderr.flush()

@@ -1,0 +1,13 @@
+"""To the user's hook."""
+
+from prefect import task
+from prefect.cache_policies import NO_CACHE
+
+from asset2sim import alert as alerts
+from asset2sim.run_result import RunResult
+
+
+@task(name="alert", cache_policy=NO_CACHE, persist_result=False)
+def alert(result: RunResult, strict: bool) -> RunResult:
+    """Run the hook; see ``asset2sim.alert.alert``."""
+    return alerts.alert(result, strict)

@@ -1,0 +1,156 @@
+"""The report of a run: what it says, that it stays short and harmless, and where it goes."""
+
+import time
+from datetime import UTC, datetime, timedelta
+from pathlib import Path
+
+import pytest
+
+from asset2sim.catalog.changes import Previous, PreviousRun, change_figures, find_changes
+from asset2sim.catalog.previous import read_previous
+from asset2sim.catalog.report import MAX_LISTED, escape, headline, report_markdown
+from asset2sim.catalog.report_file import report_path, write_report
+from asset2sim.catalog.run import RunRow
+from asset2sim.catalog.store import write_run
+from schemas.asset import AssetRecord
+from schemas.settings import ModelSettings, Settings
+from schemas.vocabulary import FailureMode
+from tests.factories import make_failure, make_record, make_run_records
+
+START = datetime(2026, 3, 1, 2, 0, tzinfo=UTC)
+
+
+def make_run(run_id: str = "now", hours: float = 0.0, **changes: object) -> RunRow:
+    started = START + timedelta(hours=hours)
+    fields: dict[str, object] = {
+        "run_id": run_id, "started_at": started, "finished_at": started + timedelta(minutes=14), "dataset": "data",
+        "git_commit": "0123456789abcdef", "git_dirty": True,
+    }  # fmt: skip
+    return RunRow.model_validate(fields | changes)
+
+
+def written(records: list[AssetRecord], previous: Previous, *problems: str, run: RunRow | None = None) -> str:
+    return report_markdown(run or make_run(), records, previous, find_changes(records, previous), problems)
+
+
+def row(text: str, start: str) -> list[str]:
+    """The cells of the first table row whose first cell is ``start``."""
+    line = next(line for line in text.splitlines() if line.startswith(f"| {start} |"))
+    return [cell.strip() for cell in line.strip("|").split("|")]
+
+
+@pytest.fixture
+def records() -> list[AssetRecord]:
+    slow = make_record("slow", seconds={"extract": 1.0, "measure": 99.5})
+    return [
+        slow, make_record("mended"), make_failure("broke", FailureMode.DRIFT, "drift_large"),
+        make_failure("added", FailureMode.MISSING_MESH, "no_mesh"),
+        make_failure("always", FailureMode.DRIFT, "drift_large"),
+    ]  # fmt: skip
+
+
+@pytest.fixture
+def previous() -> Previous:
+    was = {"slow": "none", "mended": "oscillation", "broke": "none", "always": "drift", "elsewhere": "none"}
+    run = PreviousRun("last", START - timedelta(days=1), 4, 2, 6, 7200, 0.06, 600.0, 900.0)
+    return Previous(was, run)
+
+
+def test_what_a_run_changed(records: list[AssetRecord], previous: Previous) -> None:
+    changes = find_changes(records, previous)
+    assert [(item.record.ref.asset_id, item.was) for item in changes.new_failures] == [
+        ("broke", "none"),
+        ("added", None),
+    ]
+    assert [(item.record.ref.asset_id, item.was) for item in changes.mended] == [("mended", "oscillation")]
+    assert [item.record.ref.asset_id for item in changes.still_failing] == ["always"]
+    assert dict(changes.standing) == {"none": 3, "drift": 2, "missing_mesh": 1}
+    figures = change_figures(changes)
+    assert (figures["standing_assets"], figures["standing_success_rate"]) == (6, 0.5)
+    assert change_figures(find_changes([], Previous())).keys() == figures.keys() - {"standing_success_rate"}
+
+
+def test_the_report_says_what_matters(records: list[AssetRecord], previous: Previous) -> None:
+    text = written(records, previous, "interrupted")
+    assert text.startswith("# 2 of 5 ok, 2 new failures, 1 mended\n")
+    assert "> **interrupted**" in text and "commit `0123456789ab` with changes" in text
+    assert row(text, "ok") == ["ok", "2 (40.0 %)", "2 (50.0 %)"]
+    assert row(text, "model calls")[1:] == ["2, and 2 from the cache", "6"]
+    assert row(text, "tokens")[1:] == ["2400", "7200"] and row(text, "cost, USD")[1:] == ["0.02", "0.06"]
+    assert row(text, "time, s")[1:] == ["840", "600"]
+    assert row(text, "broke") == ["broke", "Box", "`drift`", "ok", "drift_large: cannot go on"]
+    assert row(text, "added")[2:4] == ["`missing_mesh`", "not there"]
+    assert row(text, "mended") == ["mended", "1", "–"]
+    assert row(text.split("## Mended")[1], "mended") == ["mended", "Box", "`oscillation`"]
+    assert row(text, "`drift`") == ["`drift`", "2", "40.0 %", "drift_large ×2", "broke, always"]
+    assert row(text, "slow")[2:4] == ["100.5", "measure, 99.5 s"]
+    assert "With the 1 others of this method and model in the catalog, 3 of 6 assets are ok (50.0 %)." in text
+
+
+def test_a_first_run_and_an_empty_one_have_a_report_too(records: list[AssetRecord]) -> None:
+    assert row(written(records, Previous()), "ok")[2] == "–"
+    empty = written([], Previous())
+    assert empty.startswith("# no assets refined, 0 new failures\n") and "nan" not in empty
+    assert written([make_record("a")], Previous({"a": "none"})).startswith("# 1 of 1 ok, 0 new failures\n")
+
+
+def test_a_name_or_a_reason_is_never_more_than_text() -> None:
+    evil = "a|b\n# *x* <script> [l](u) `c` <!-- run now -->"
+    failed = make_failure(evil, FailureMode.DRIFT, reason=f"{evil} " * 100)
+    text = written([failed], Previous())
+    (line,) = [line for line in text.splitlines() if "not there" in line]
+    assert line.count("|") - line.count("\\|") == 6 and len(line) < 600
+    assert "\n# *" not in text and "\n<!--" not in text and "<script>" not in text.replace("\\<script\\>", "")
+    assert escape("box_wooden_2") == "box_wooden_2" and escape("_x_") == "\\_x\\_"
+
+
+def test_ten_thousand_assets_make_a_page_in_no_time() -> None:
+    failures = [FailureMode.DRIFT, FailureMode.JAM] * 1000
+    records = [*make_run_records(100, failures), *([make_record("same")] * 7900)]
+    started = time.process_time()
+    text = written(records, Previous())
+    assert time.process_time() - started < 3.0
+    assert len(text) < 40_000 and f"… and {2000 - MAX_LISTED} more." in text
+
+
+def test_what_was_before_is_read_from_the_catalog(tmp_path: Path, records: list[AssetRecord]) -> None:
+    assert read_previous(tmp_path, make_run()) == Previous()
+    write_run(tmp_path, make_run("a", -48), make_run_records(1, [FailureMode.DRIFT]))
+    write_run(tmp_path, make_run("b", -24), records)
+    write_run(tmp_path, make_run("c", -1, dataset="another"), [make_record("far")])
+    other = Settings(model=ModelSettings(model="openai/other"))
+    write_run(tmp_path, make_run("d", -1, settings=other), [make_record("slow", model="openai/other")])
+    found = read_previous(tmp_path, make_run())
+    assert found.modes["broke"] == "drift" and found.modes["bad0"] == "drift" and found.modes["far"] == "none"
+    assert found.run is not None and (found.run.run_id, found.run.assets, found.run.ok) == ("b", 5, 2)
+    assert (found.run.started_at, found.run.seconds) == (START - timedelta(hours=24), 840.0)
+    assert read_previous(tmp_path, make_run(settings=other)).modes == {"slow": "none"}
+    assert read_previous(tmp_path, make_run(subset="some")).run is None
+
+
+def test_a_catalog_that_cannot_be_read_is_a_problem_of_the_report_not_of_the_run(tmp_path: Path) -> None:
+    (tmp_path / "catalog").mkdir()
+    (tmp_path / "catalog" / "assets.parquet").write_bytes(b"no table")
+    found = read_previous(tmp_path, make_run())
+    assert found.problem is not None and "every failure counts as new" in found.problem
+
+
+def test_a_day_has_one_file_with_its_last_run_on_top(tmp_path: Path) -> None:
+    first, second = make_run("first"), make_run("second", 0.5)
+    path = write_report(tmp_path, first, "# one\n\ntext\n")
+    assert path == report_path(tmp_path, first) and path.parent == tmp_path / "reports"
+    assert path.name == f"{first.started_at.astimezone():%Y-%m-%d}.md"
+    assert write_report(tmp_path, second, "# two\n") == path
+    text = path.read_text(encoding="utf-8")
+    assert text.index("# two") < text.index("\n---\n") < text.index("# one")
+    write_report(tmp_path, second, "# two again\n")
+    write_report(tmp_path, second, "# two again\n")
+    again = path.read_text(encoding="utf-8")
+    assert again.count("# two") == 1 and "# two again" in again and again.count("# one\n\ntext\n") == 1
+    assert [file.name for file in path.parent.iterdir()] == [path.name]
+    assert write_report(tmp_path, make_run("next", 24), "# three\n") != path
+
+
+def test_the_headline_counts() -> None:
+    records = make_run_records(2, [FailureMode.DRIFT])
+    assert headline(records, find_changes(records, Previous())) == "2 of 3 ok, 1 new failure"
