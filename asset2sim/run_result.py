@@ -4,7 +4,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from asset2sim.catalog.run import RunRow
-from schemas.asset import AssetRecord
+from schemas.asset import AssetRecord, Unchanged
 
 INTERRUPTED = "interrupted"
 """Why a run stopped that somebody stopped."""
@@ -12,10 +12,12 @@ INTERRUPTED = "interrupted"
 
 @dataclass(frozen=True)
 class RunResult:
-    """A run that is in the catalog. ``stopped`` says why not every asset is; ``warnings`` what else went wrong."""
+    """A run that is in the catalog. ``stopped`` says why not every asset is; ``warnings`` what else went wrong;
+    ``unchanged`` what there was no need to refine."""
 
     out: Path
     run: RunRow
     records: tuple[AssetRecord, ...]
     stopped: str | None
     warnings: tuple[str, ...]
+    unchanged: tuple[Unchanged, ...] = ()

@@ -5,7 +5,7 @@ from typing import Literal
 from pydantic import Field
 
 from schemas.base import Fraction, Frozen, NonNegative, Positive
-from schemas.vocabulary import CollisionMode, DynamicsRule, Engine, Export, Method, StateMode
+from schemas.vocabulary import CollisionMode, DynamicsRule, Engine, Export, Method, Redo, StateMode
 
 
 class Thresholds(Frozen):
@@ -278,6 +278,8 @@ class RunSettings(Frozen):
     """Wall time of one asset, s: the slowest of the real objects, a keyboard of 115 keys, needs about a tenth of it."""
     asset_memory_limit_mb: int = Field(4096, ge=256)
     """Address space that one asset's process may add, MB."""
+    redo: Redo = Redo.CHANGED
+    """What is refined again although an earlier run has it."""
 
 
 class Settings(Frozen):

@@ -7,6 +7,7 @@ from asset2sim.check_request import check_request
 from asset2sim.cli.request import RefineRequest
 from asset2sim.models.environment import quiet_environment
 from asset2sim.run_result import INTERRUPTED, RunResult
+from schemas.asset import AssetRecord, Unchanged
 from schemas.vocabulary import Status
 
 DONE, FAILED, STOPPED = 0, 1, 130
@@ -41,4 +42,5 @@ def exit_code(result: RunResult, strict: bool) -> int:
     """0; 130 for an interrupted run; 1 for one that stopped otherwise, and under ``strict`` if an asset failed."""
     if result.stopped is not None:
         return STOPPED if result.stopped == INTERRUPTED else FAILED
-    return FAILED if strict and any(record.status is Status.FAILED for record in result.records) else DONE
+    every: list[AssetRecord | Unchanged] = [*result.records, *result.unchanged]
+    return FAILED if strict and any(item.status is Status.FAILED for item in every) else DONE
