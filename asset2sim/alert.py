@@ -5,6 +5,7 @@ from pathlib import Path
 
 from asset2sim.hook import run_hook
 from asset2sim.run_result import INTERRUPTED, RunResult
+from schemas.asset import AssetRecord, Unchanged
 from schemas.errors import UsageError
 from schemas.settings import RunSettings
 from schemas.vocabulary import Status
@@ -16,7 +17,8 @@ def exit_code(result: RunResult, strict: bool) -> int:
     """0; 130 for an interrupted run; 1 for one that stopped otherwise, and under ``strict`` if an asset failed."""
     if result.stopped is not None:
         return STOPPED if result.stopped == INTERRUPTED else FAILED
-    return FAILED if strict and any(record.status is Status.FAILED for record in result.records) else DONE
+    every: list[AssetRecord | Unchanged] = [*result.records, *result.unchanged]
+    return FAILED if strict and any(item.status is Status.FAILED for item in every) else DONE
 
 
 def alert(result: RunResult, strict: bool) -> RunResult:
@@ -56,6 +58,7 @@ def hook_values(result: RunResult, strict: bool) -> dict[str, object]:
         "run_id": result.run.run_id,
         "report": result.report,
         "assets": len(result.records),
+        "unchanged": len(result.unchanged),
         "ok": ok,
         "failed": len(result.records) - ok,
         "new_failures": len(changes.new_failures) if changes else 0,
@@ -70,5 +73,5 @@ def hook_values(result: RunResult, strict: bool) -> dict[str, object]:
 
 _EMPTY: dict[str, object] = {
     **dict.fromkeys(("outcome", "exit", "error", "out", "run_id", "report", "warnings"), ""),
-    **dict.fromkeys(("assets", "ok", "failed", "new_failures", "mended", "queries", "cost_usd", "seconds"), 0),
+    **dict.fromkeys(("assets", "unchanged", "ok", "failed", "new_failures", "mended", "queries", "cost_usd", "seconds"), 0),
 }

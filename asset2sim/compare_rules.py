@@ -13,7 +13,7 @@ from pathlib import Path
 import pandas as pd
 from rich.console import Console
 
-from asset2sim.catalog.read import read_table
+from asset2sim.catalog.latest import latest_rows
 from schemas.errors import UsageError
 from schemas.settings import Settings, Thresholds
 from schemas.vocabulary import CollisionMode, DynamicsRule, Engine, FailureMode, Method
@@ -68,12 +68,7 @@ def settings_of(ours: Settings) -> dict[str, Settings]:
 
 def read_outcomes(out: Path, limits: Thresholds) -> tuple[Outcome, ...]:
     """The outcomes of an OUT's latest run. Raises UsageError where it has no catalog, or no run."""
-    runs = read_table(out, "runs")
-    if runs.empty:
-        raise UsageError(f"{out}: its catalog has no run; refine a dataset into it first")
-    run = runs.sort_values("started_at").iloc[-1]["run_id"]
-    tables = [read_table(out, name) for name in ("assets", "measurements", "interactions")]
-    assets, measured, tested = (table[table["run_id"] == run] for table in tables)
+    assets, measured, tested = latest_rows(out, "assets", "measurements", "interactions")
     return outcomes(assets, measured, tested, limits)
 
 

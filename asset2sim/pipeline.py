@@ -1,7 +1,6 @@
 """One asset from folder to record: extract, synthesize, validate, apply, refine, measure. Runs in a process of
 its own."""
 
-import hashlib
 from pathlib import Path
 
 from asset2sim.alignment.judging import with_judgement
@@ -56,10 +55,8 @@ def run_stages(ref: AssetRef, out: Path, settings: Settings, ask: ModelAsk, prog
 
 
 def record(ref: AssetRef, settings: Settings, progress: Progress, verdict: Verdict) -> AssetRecord:
-    """The record of one asset."""
+    """The record of one asset; whoever planned the run knows its content hash."""
     features = progress.features
-    content = features.content_hash if features is not None else ""
-    request = f"{ref.prompt}\n{settings.model_dump_json(exclude={'run', 'views'})}"
     return AssetRecord(
         ref=ref,
         category=(features.category if features is not None else ref.category) or "",
@@ -77,5 +74,4 @@ def record(ref: AssetRef, settings: Settings, progress: Progress, verdict: Verdi
         trace=tuple(step.model_copy(update={"step": index}) for index, step in enumerate(progress.trace)),
         findings=tuple(progress.findings),
         seconds=dict(progress.seconds),
-        content_hash=hashlib.sha256(f"{content}\n{request}".encode()).hexdigest(),
     )

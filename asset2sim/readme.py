@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pandas as pd
 
-from asset2sim.catalog.read import read_table
+from asset2sim.catalog.latest import latest_rows
 from schemas.errors import UsageError
 
 BEGIN = "<!-- summary: begin (make summary) -->"
@@ -15,11 +15,8 @@ END = "<!-- summary: end -->"
 
 def summary_block(out: Path) -> str:
     """The Markdown between the markers: the latest run's assets, and a line of totals."""
-    run = read_table(out, "runs").sort_values("started_at").iloc[-1]
-    assets = read_table(out, "assets")
-    rows = assets[assets["run_id"] == run["run_id"]]
-    measured = read_table(out, "measurements")
-    engines = measured[measured["run_id"] == run["run_id"]].groupby("asset_id")["passed"].agg(["sum", "count"])
+    rows, measured = latest_rows(out, "assets", "measurements")
+    engines = measured.groupby("asset_id")["passed"].agg(["sum", "count"])
     lines = [
         "| asset | category | verdict | scale | mass kg | Φ mm | drift mm | drift rad | engines | calls | s |",
         "|---|---|---|---|---|---|---|---|---|---|---|",

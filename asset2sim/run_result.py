@@ -5,7 +5,7 @@ from pathlib import Path
 
 from asset2sim.catalog.changes import Changes
 from asset2sim.catalog.run import RunRow
-from schemas.asset import AssetRecord
+from schemas.asset import AssetRecord, Unchanged
 
 INTERRUPTED = "interrupted"
 """Why a run stopped that somebody stopped."""
@@ -15,7 +15,8 @@ INTERRUPTED = "interrupted"
 class RunResult:
     """A run that is in the catalog. ``stopped`` says why not every asset is; ``warnings`` what else went wrong.
 
-    ``report`` is the file that holds its report, and ``changes`` what it changed.
+    ``unchanged`` is what there was no need to refine, ``report`` the file that holds the run's report, and ``changes``
+    what it changed.
     """
 
     out: Path
@@ -23,5 +24,6 @@ class RunResult:
     records: tuple[AssetRecord, ...]
     stopped: str | None
     warnings: tuple[str, ...]
+    unchanged: tuple[Unchanged, ...] = ()
     report: Path | None = None
     changes: Changes | None = None

@@ -15,6 +15,7 @@ from tasks.align import align, find_references
 from tasks.discover import discover
 from tasks.log_run import log_run
 from tasks.opaque import opaque
+from tasks.plan import plan
 from tasks.publish import publish
 from tasks.refine_assets import refine_assets
 from tasks.report import find_previous, report
@@ -30,26 +31,31 @@ def refine_dataset(
     limit: int | None = None,
     pipeline: str = PIPELINE,
 ) -> RunResult:
-    """Refine the chosen assets of ``data`` into ``out`` and publish what came of it; see ``RunResult``.
+    """Refine the chosen assets of ``data`` into ``out``, as far as they changed, and publish what came of it; see
+    ``RunResult``.
 
     An asset that fails is a row. Raises ``UsageError`` for a request that cannot be met, before anything is written.
     """
     data, out, settings = Path(data).resolve(), Path(out).resolve(), settings or Settings()
     refs = discover(data, out, settings, subset, asset_ids, limit)
     references = find_references(data)
+    # Only a run over all of a dataset can tell what left it.
+    whole = subset is None and not asset_ids and limit is None
+    present = frozenset(ref.asset_id for ref in refs) if whole else None
     with lock_output(out):
         check_catalog(out)
         started = start_run(settings, str(data), subset)
-        refined = refine_assets(opaque(refs), out, settings, pipeline, started.run_id)
+        todo = plan(opaque(refs), opaque(references), out, settings, pipeline, started.run_id)
+        refined = refine_assets(opaque(refs), opaque(todo), out, settings, started.run_id, pipeline)
         refined = align(opaque(refined), opaque(references))
         run = finish_run(started, "interrupted" if refined.stopped else "finished")
         previous = find_previous(out, run)
-        publish(out, run, opaque(refined))
+        publish(out, run, opaque(refined), opaque(present))
         told = report(out, run, opaque(refined), opaque(previous))
         # Whoever presses Ctrl-C wants out: MLflow alone takes seconds.
         warning = None if refined.stopped else log_run(out, run, opaque(refined), opaque(told.changes))
     warnings = (*told.warnings, *((warning,) if warning else ()))
-    return RunResult(out, run, refined.records, refined.stopped, warnings, told.path, told.changes)
+    return RunResult(out, run, refined.records, refined.stopped, warnings, refined.unchanged, told.path, told.changes)
 
 
 if __name__ == "__main__":

@@ -14,6 +14,14 @@ from schemas.trace import TraceStep
 from schemas.vocabulary import FailureMode, Method, Status
 
 
+class Unchanged(Frozen):
+    """An asset that a run left as an earlier one had made it, and how that had ended."""
+
+    asset_id: str
+    status: Status
+    failure_mode: FailureMode
+
+
 class AssetRef(Frozen):
     """Where an asset is (an absolute folder) and what its user asks for."""
 
@@ -46,3 +54,4 @@ class AssetRecord(Frozen):
     findings: tuple[Finding, ...] = ()
     seconds: dict[str, float] = Field(default_factory=dict)
     content_hash: str = ""
+    """What the result depends on, as one value (asset2sim.incremental.key); empty until a run's plan fills it in."""

@@ -5,7 +5,7 @@ from typing import Literal
 from pydantic import Field
 
 from schemas.base import Fraction, Frozen, NonNegative, Positive
-from schemas.vocabulary import CollisionMode, DynamicsRule, Engine, Export, Method, StateMode
+from schemas.vocabulary import CollisionMode, DynamicsRule, Engine, Export, Method, Redo, StateMode
 
 
 class Thresholds(Frozen):
@@ -283,6 +283,8 @@ class RunSettings(Frozen):
     """A shell command to run after the run, with the run's figures in its environment; see ``asset2sim.hook``."""
     hook_time_limit_s: Positive = 60.0
     """Wall time of the hook, s: enough for a slow mail server, and a run is not held up by one that never answers."""
+    redo: Redo = Redo.CHANGED
+    """What is refined again although an earlier run has it."""
 
 
 class Settings(Frozen):

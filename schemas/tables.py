@@ -18,6 +18,7 @@ from schemas.table import (
 )
 from schemas.tables_alignment import ALIGNMENTS
 from schemas.tables_engines import INTERACTIONS, MEASUREMENTS, OVERLAPS
+from schemas.tables_history import COST_COLUMNS, OUTCOME_COLUMNS
 from schemas.vocabulary import Stage
 
 _ASSETS: tuple[Column, ...] = (
@@ -66,7 +67,7 @@ _ASSETS: tuple[Column, ...] = (
         for stage in Stage
     ),
     ("seconds_total!", REAL, "s", "Wall time of the asset"),
-    ("content_hash!", TEXT, "", "Hash of everything that the result depends on; empty where the asset was unreadable"),
+    ("content_hash!", TEXT, "", "Hash of all that the result depends on: files, request, settings, code, engines"),
     ("source_path!", TEXT, "", "Folder that the asset was read from"),
 )
 
@@ -185,9 +186,10 @@ _RUNS: tuple[Column, ...] = (
     ("git_commit", TEXT, "", "Commit of the checkout; null outside one"),
     ("git_dirty", FLAG, "", "Whether the checkout had changes"),
     ("versions_json!", TEXT, "", "Versions of Python and the packages that matter, as JSON"),
-    ("assets!", COUNT, "1", "Assets of the run"),
+    ("assets!", COUNT, "1", "Assets of the run, unchanged ones included"),
     ("ok!", COUNT, "1", "Those that passed"),
     ("failed!", COUNT, "1", "Those that did not"),
+    ("unchanged", COUNT, "1", "Those that were left as an earlier run had made them; null in runs of older versions"),
     ("failure_modes_json!", TEXT, "", "Failure mode → assets, as JSON"),
     ("queries!", COUNT, "1", "Model calls that were not answered from the cache"),
     ("prompt_tokens!", COUNT, "1", "Tokens sent"),
@@ -195,6 +197,13 @@ _RUNS: tuple[Column, ...] = (
     ("cost_usd!", REAL, "USD", "What the calls cost"),
     ("seconds!", REAL, "s", "Wall time of the run"),
     ("asset_seconds!", REAL, "s", "Wall time of all its assets, added up"),
+)
+
+_HISTORY: tuple[Column, ...] = (
+    *ASSET_COLUMNS,
+    ("started_at!", TIME, "UTC", "Start of the run"),
+    ("unchanged!", FLAG, "", "Whether the run left the asset as an earlier one had made it, at no cost"),
+    *(column for column in _ASSETS if column[0].removesuffix("!") in (*OUTCOME_COLUMNS, *COST_COLUMNS)),
 )
 
 TABLES: dict[str, Table] = {
@@ -226,4 +235,13 @@ TABLES: dict[str, Table] = {
                "What was run, with which settings and versions, and how it ended", _RUNS),
     )
 }  # fmt: skip
-"""Every table that the catalog publishes, by name."""
+"""Every table of the catalog's folder, by name: they change together, and hold the latest of every asset."""
+
+HISTORY = make_table(
+    "asset_history", "one row per run and asset, method and model", ("run_id", *ASSET_KEY),
+    "How each asset ended in every run, how it measured and what it cost", _HISTORY,
+)  # fmt: skip
+"""Every run that there was: a folder of files by month of the run's start, which only ever grows."""
+
+PUBLISHED: dict[str, Table] = {**TABLES, HISTORY.name: HISTORY}
+"""Every table that can be read, by name."""

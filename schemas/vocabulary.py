@@ -148,6 +148,25 @@ class DynamicsRule(StrEnum):
     PAPER = "paper"
 
 
+class Redo(StrEnum):
+    """Which assets a run refines again: those that ``changed``, those that ``failed`` too, or ``all``."""
+
+    CHANGED = "changed"
+    FAILED = "failed"
+    ALL = "all"
+
+
+class Grouping(StrEnum):
+    """Columns by which failures can be counted."""
+
+    FAILURE_MODE = "failure_mode"
+    CATEGORY = "category"
+    SUBSET = "subset"
+    METHOD = "method"
+    MODEL = "model"
+    ASSET = "asset_id"
+
+
 class StateMode(StrEnum):
     """How the initial state travels: ``document`` keeps the authored zero and states the positions beside it;
     ``bake`` writes a URDF whose zero is the state."""

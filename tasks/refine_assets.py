@@ -5,15 +5,17 @@ from pathlib import Path
 from prefect import task
 from prefect.cache_policies import NO_CACHE
 
-from asset2sim.fanout.refine import Refined, refine_all
+from asset2sim.fanout.planned import refine_planned
+from asset2sim.fanout.refine import Refined
 from asset2sim.fanout.worker import PIPELINE
+from asset2sim.incremental.plan import Plan
 from schemas.asset import AssetRef
 from schemas.settings import Settings
 
 
 @task(name="refine-assets", cache_policy=NO_CACHE, persist_result=False)
 def refine_assets(
-    refs: list[AssetRef], out: Path, settings: Settings, pipeline: str = PIPELINE, run_id: str | None = None
+    refs: list[AssetRef], plan: Plan, out: Path, settings: Settings, run_id: str, pipeline: str = PIPELINE
 ) -> Refined:
-    """A record per asset; see ``asset2sim.fanout.refine.refine_all``."""
-    return refine_all(refs, out, settings, pipeline, run_id)
+    """A record per asset that the plan has to do; see ``asset2sim.fanout.planned.refine_planned``."""
+    return refine_planned(refs, plan, out, settings, run_id, pipeline)

@@ -38,7 +38,7 @@ def report(out: Path, run: RunRow, refined: Refined, previous: Previous) -> Repo
     """Write the report and attach it to the flow run. What cannot be kept is a warning: the tables hold all of it."""
     changes = find_changes(refined.records, previous)
     problems = [problem for problem in (refined.stopped, previous.problem) if problem]
-    text = report_markdown(run, refined.records, previous, changes, problems)
+    text = report_markdown(run, refined.records, previous, changes, problems, len(refined.unchanged))
     warnings, path = [], None
     try:
         path = write_report(out, run, text)

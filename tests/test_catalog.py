@@ -28,7 +28,7 @@ from asset2sim.catalog.schedule import nightly_schedule
 from asset2sim.catalog.store import check_catalog, write_run
 from schemas.errors import UnknownChoiceError, UsageError
 from schemas.settings import ModelSettings, Settings, Thresholds
-from schemas.tables import TABLES
+from schemas.tables import HISTORY, PUBLISHED, TABLES
 from schemas.vocabulary import FailureMode
 from tests.factories import make_failure, make_measurement, make_motion, make_record, make_run_records
 
@@ -260,7 +260,7 @@ def test_a_killed_switch_leaves_the_whole_old_or_the_whole_new_folder(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, exchange: bool, existing: bool
 ) -> None:
     if not exchange:
-        monkeypatch.setattr(switch, "_exchange", lambda first, second: False)
+        monkeypatch.setattr(switch, "exchange", lambda first, second: False)
 
     def publish(out: Path, content: str) -> None:
         switch.recover(out)
@@ -361,7 +361,7 @@ def test_tables_open_with_pandas_alone(tmp_path: Path) -> None:
 def test_a_user_s_mistakes_are_one_line(tmp_path: Path) -> None:
     with pytest.raises(UsageError, match="no catalog in"):
         read_table(tmp_path, "assets")
-    with pytest.raises(UnknownChoiceError, match="unknown table 'asset'; choose from: alignment, assets, findings"):
+    with pytest.raises(UnknownChoiceError, match="'asset'; choose from: alignment, asset_history, assets, findings"):
         read_table(tmp_path, "asset")
     write_run(tmp_path, make_run("r"), [make_record()])
     with pytest.raises(UsageError, match="the query failed") as caught:
@@ -383,12 +383,13 @@ def test_a_run_names_what_it_ran_on_and_no_password() -> None:
 def test_catalog_yaml_lists_every_table_with_grain_and_key() -> None:
     content = yaml.safe_load(CATALOG_FILE.read_text(encoding="utf-8"))
     assert content["version"] == 2
-    assert set(content["entries"]) == set(content["aliases"]) == set(TABLES)
-    for name, table in TABLES.items():
+    assert set(content["entries"]) == set(content["aliases"]) == set(PUBLISHED)
+    for name, table in PUBLISHED.items():
         entry = content["entries"][name]
         assert entry["metadata"] == {"description": table.description, "grain": table.grain, "key": list(table.key)}
         assert entry["kwargs"]["args"] == [f"{{data({name}_file)}}"]
-        assert content["data"][f"{name}_file"]["kwargs"]["url"] == f"{{out}}/catalog/{table.file}"
+        place = "history" if table is HISTORY else f"catalog/{table.file}"
+        assert content["data"][f"{name}_file"]["kwargs"]["url"] == f"{{out}}/{place}"
 
 
 def test_the_nightly_schedule_comes_from_catalog_yaml(tmp_path: Path) -> None:

@@ -51,7 +51,7 @@ def published(out: Path, request: RefineRequest) -> RunResult:
     ("arguments", "message"),
     [
         ([], "COMMAND"),
-        (["refin"], "choose from refine, failures, show, ui, doctor, nightly"),
+        (["refin"], "choose from refine, failures, query, show, ui, doctor, nightly"),
         (["refine"], "required: DATA, --out"),
         (["refine", "{data}"], "required: --out"),
         (["refine", "{data}", "--out", "{out}", "--subset", "three"], "unknown subset 'three'; choose from: one, two"),
@@ -68,6 +68,12 @@ def published(out: Path, request: RefineRequest) -> RunResult:
         (["refine", "{data}", "--out", "{data}/manifest.csv"], "is a file"),
         (["nightly", "{data}", "--out", "{out}", "--subset", "three"], "choose from: one, two"),
         (["failures", "--out", "{out}"], "{out}"),
+        (["failures", "--out", "{out}", "--by", "colour"], "choose from failure_mode, category"),
+        (["failures", "--out", "{out}", "--since", "yesterday"], "'yesterday' is not a day or a time"),
+        (["failures", "--out", "{out}", "--compare", "latest", "previous"], "{out}"),
+        (["failures", "--out", "{out}", "--compare", "latest"], "expected 2 arguments"),
+        (["query", "SELECT 1", "--out", "{out}"], "{out}"),
+        (["refine", "{data}", "--out", "{out}", "--force", "--retry-failed"], "not allowed with"),
         (["show", "a", "--out", "{out}"], "{out}"),
     ],
 )
@@ -183,7 +189,7 @@ def test_help_lists_the_commands_and_imports_nothing_heavy() -> None:
     done = subprocess.run([sys.executable, "-c", script], cwd=ROOT, capture_output=True, text=True, timeout=60)
     assert done.returncode == 0
     assert done.stdout.splitlines()[-1] == "[]"
-    for command in ("refine", "failures", "show", "doctor", "nightly", "ui"):
+    for command in ("refine", "failures", "query", "show", "doctor", "nightly", "ui"):
         assert command in done.stdout
 
 

@@ -36,7 +36,7 @@ def result_of(out: Path, hook: str | None, stopped: str | None = None) -> RunRes
     records = (make_record("good"), make_record("mended"), make_failure(EVIL, FailureMode.DRIFT))
     run = finish_run(start_run(Settings(run=RunSettings(hook=hook)), "data"))
     changes = find_changes(records, Previous({"good": "none", "mended": "drift"}))
-    return RunResult(out, run, records, stopped, (), out / "reports" / "day.md", changes)
+    return RunResult(out, run, records, stopped, (), report=out / "reports" / "day.md", changes=changes)
 
 
 def test_the_hook_is_told_everything_by_its_environment(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

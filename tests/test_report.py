@@ -154,3 +154,5 @@ def test_a_day_has_one_file_with_its_last_run_on_top(tmp_path: Path) -> None:
 def test_the_headline_counts() -> None:
     records = make_run_records(2, [FailureMode.DRIFT])
     assert headline(records, find_changes(records, Previous())) == "2 of 3 ok, 1 new failure"
+    quiet = find_changes((), Previous({"a": "none"}))
+    assert headline((), quiet, 147) == "no assets refined, 0 new failures, 147 unchanged"

@@ -10,9 +10,12 @@ import pandas as pd
 import pyarrow as pa
 import pyarrow.parquet as pq
 
+from asset2sim.catalog.enforce import conform
+from asset2sim.catalog.history import history_files
+from asset2sim.catalog.query import make_views, no_catalog, query_error
 from asset2sim.catalog.switch import find_catalog
 from schemas.errors import UnknownChoiceError, UsageError
-from schemas.tables import TABLES
+from schemas.tables import HISTORY, PUBLISHED, TABLES
 
 Result = TypeVar("Result")
 
@@ -21,12 +24,14 @@ _NULLABLE = {pa.int64(): pd.Int64Dtype(), pa.bool_(): pd.BooleanDtype()}
 
 
 def read_table(out: Path, name: str) -> pd.DataFrame:
-    """One table of OUT's catalog; counts and flags keep their type where some are null.
+    """One table of OUT's catalog, or its history; counts and flags keep their type where some are null.
 
     Raises UnknownChoiceError for a name that is no table, UsageError where OUT has no catalog.
     """
-    if name not in TABLES:
-        raise UnknownChoiceError("table", name, TABLES)
+    if name not in PUBLISHED:
+        raise UnknownChoiceError("table", name, PUBLISHED)
+    if name == HISTORY.name:
+        return _steadily(out, lambda _: _history_frame(out))
     return _steadily(out, lambda folder: _frame(folder / TABLES[name].file))
 
 
@@ -36,9 +41,9 @@ def query(out: Path, sql: str, parameters: Sequence[object] = ()) -> pd.DataFram
     Raises UsageError where OUT has no catalog or the query is at fault.
     """
     try:
-        return _steadily(out, lambda folder: _answer(folder, sql, parameters))
+        return _steadily(out, lambda folder: _answer(out, folder, sql, parameters))
     except duckdb.Error as error:
-        raise UsageError(f"the query failed: {str(error).splitlines()[0]}") from error
+        raise query_error(error) from error
 
 
 def read_asset(out: Path, asset_id: str) -> dict[str, pd.DataFrame]:
@@ -68,14 +73,20 @@ def _frame(path: Path, filters: list[tuple[str, str, str]] | None = None) -> pd.
     return frame
 
 
-def _answer(folder: Path, sql: str, parameters: Sequence[object]) -> pd.DataFrame:
+def _history_frame(out: Path) -> pd.DataFrame:
+    tables = [conform(HISTORY, pq.read_table(path, partitioning=None), str(path)) for path in history_files(out)]
+    whole = pa.concat_tables(tables) if tables else HISTORY.schema.empty_table()
+    frame: pd.DataFrame = whole.to_pandas(types_mapper=_NULLABLE.get)
+    return frame
+
+
+def _answer(out: Path, folder: Path, sql: str, parameters: Sequence[object]) -> pd.DataFrame:
     with duckdb.connect(":memory:") as connection:
-        for table in TABLES.values():
-            path = folder / table.file
-            if path.is_file():
-                quoted = str(path).replace("'", "''")
-                connection.execute(f"CREATE VIEW {table.name} AS SELECT * FROM read_parquet('{quoted}')")
-        return connection.execute(sql, list(parameters)).df()
+        make_views(connection, out, folder)
+        done: duckdb.DuckDBPyConnection | None = connection.execute(sql, list(parameters))
+        if done is None:
+            raise UsageError("the query failed: there is nothing in it")
+        return done.df()
 
 
 def _steadily(out: Path, read: Callable[[Path], Result]) -> Result:
@@ -83,25 +94,23 @@ def _steadily(out: Path, read: Callable[[Path], Result]) -> Result:
     for attempt in range(_ATTEMPTS):
         folder = find_catalog(out)
         if folder is None:
-            raise UsageError(
-                f"no catalog in {out}: run 'asset2sim refine DATA --out {out}' first, or name another --out"
-            )
-        before = _identity(folder)
+            raise no_catalog(out)
+        before = _identity(out, folder)
         try:
             result = read(folder)
         except (OSError, duckdb.Error):
-            if _identity(folder) == before or attempt == _ATTEMPTS - 1:
+            if _identity(out, folder) == before or attempt == _ATTEMPTS - 1:
                 raise
             continue
-        if _identity(folder) == before:
+        if _identity(out, folder) == before:
             return result
     raise UsageError(f"the catalog in {out} is being rewritten all the time; try again when no run is writing to it")
 
 
-def _identity(folder: Path) -> tuple[int, int] | None:
-    """What tells one generation of the folder from the next: it is a new folder every time."""
+def _identity(out: Path, folder: Path) -> tuple[int, int, tuple[Path, ...]] | None:
+    """What tells one generation of the tables from the next: a new folder every time, and another set of files."""
     try:
         stat = folder.stat()
     except FileNotFoundError:
         return None
-    return stat.st_ino, stat.st_mtime_ns
+    return stat.st_ino, stat.st_mtime_ns, tuple(history_files(out))

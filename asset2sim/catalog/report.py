@@ -31,17 +31,18 @@ def report_markdown(
     previous: Previous,
     changes: Changes,
     problems: Sequence[str] = (),
+    unchanged: int = 0,
 ) -> str:
     """The report: counts beside the last run's, what broke, what was mended, failure modes with causes, what was slow.
 
     In Markdown. ``changes`` is ``find_changes(records, previous)``; ``problems`` says what else went wrong, why the run
-    stopped first of all.
+    stopped first of all; ``unchanged`` counts the assets that there was no need to refine.
     """
     parts = [
-        f"# {headline(records, changes)}",
+        f"# {headline(records, changes, unchanged)}",
         _about(run),
         *(f"> **{escape(problem)}**" for problem in problems),
-        _counts(run, records, previous.run, changes),
+        _counts(run, records, previous.run, changes, unchanged),
         _list("New failures", changes.new_failures, ("asset", "category", "failure mode", "was", "why"), _broken),
         _list("Mended", changes.mended, ("asset", "category", "was"), _mended),
         _modes(records),
@@ -52,14 +53,16 @@ def report_markdown(
     return "\n\n".join(part for part in parts if part) + "\n"
 
 
-def headline(records: Sequence[AssetRecord], changes: Changes) -> str:
-    """The run in one line: how many passed, what broke and what was mended."""
+def headline(records: Sequence[AssetRecord], changes: Changes, unchanged: int = 0) -> str:
+    """The run in one line: how many passed, what broke, what was mended, and what was left as it was."""
     ok = sum(record.status is Status.OK for record in records)
     parts = [f"{ok} of {len(records)} ok"] if records else ["no assets refined"]
     new = len(changes.new_failures)
     parts.append(f"{new} new failure{'' if new == 1 else 's'}")
     if changes.mended:
         parts.append(f"{len(changes.mended)} mended")
+    if unchanged:
+        parts.append(f"{unchanged} unchanged")
     return ", ".join(parts)
 
 
@@ -79,14 +82,17 @@ def _about(run: RunRow) -> str:
     return " · ".join([*parts, *([commit] if commit else [])])
 
 
-def _counts(run: RunRow, records: Sequence[AssetRecord], before: PreviousRun | None, changes: Changes) -> str:
+def _counts(
+    run: RunRow, records: Sequence[AssetRecord], before: PreviousRun | None, changes: Changes, unchanged: int
+) -> str:
     ok = sum(record.status is Status.OK for record in records)
     paid = [call for record in records for call in record.calls if not call.cached]
     cached = sum(call.cached for record in records for call in record.calls)
     tokens = sum(call.prompt_tokens + call.completion_tokens for call in paid)
     seconds = (run.finished_at - run.started_at).total_seconds()
     rows: list[tuple[str, str, str]] = [
-        ("assets", f"{len(records)}", f"{before.assets}" if before else NOTHING),
+        ("assets", f"{len(records) + unchanged}", f"{before.assets}" if before else NOTHING),
+        ("unchanged", f"{unchanged}", NOTHING),
         ("ok", _share(ok, len(records)), _share(before.ok, before.assets) if before else NOTHING),
         (
             "failed",

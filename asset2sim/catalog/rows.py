@@ -8,7 +8,7 @@ from asset2sim.catalog.alignment_rows import alignment_rows
 from asset2sim.catalog.engine_rows import interaction_rows, measurement_rows, overlap_rows
 from asset2sim.catalog.run import UNRECORDED, RunRow, without_credentials
 from asset2sim.metrics.verdict import oscillates, oscillating_joints
-from schemas.asset import AssetRecord
+from schemas.asset import AssetRecord, Unchanged
 from schemas.measurement import Measurement
 from schemas.settings import Thresholds
 from schemas.vocabulary import PAPER_FAILURE_MODES, Severity, Stage, Status
@@ -16,7 +16,9 @@ from schemas.vocabulary import PAPER_FAILURE_MODES, Severity, Stage, Status
 Row = dict[str, object]
 
 
-def table_rows(run: RunRow, records: Sequence[AssetRecord]) -> dict[str, list[Row]]:
+def table_rows(
+    run: RunRow, records: Sequence[AssetRecord], unchanged: Sequence[Unchanged] = ()
+) -> dict[str, list[Row]]:
     """Table name → rows, for every table in ``schemas.tables.TABLES``."""
     limits = run.settings.thresholds
     return {
@@ -30,7 +32,7 @@ def table_rows(run: RunRow, records: Sequence[AssetRecord]) -> dict[str, list[Ro
         "interactions": [row for record in records for row in interaction_rows(_key(run, record), record, limits)],
         "link_overlaps": [row for record in records for row in overlap_rows(_key(run, record), record)],
         "alignment": [row for record in records for row in alignment_rows(_key(run, record), record)],
-        "runs": [run_row(run, records)],
+        "runs": [run_row(run, records, unchanged)],
     }
 
 
@@ -208,10 +210,11 @@ def finding_rows(run_id: str, record: AssetRecord) -> list[Row]:
     ]
 
 
-def run_row(run: RunRow, records: Sequence[AssetRecord]) -> Row:
-    """The row of ``runs``."""
+def run_row(run: RunRow, records: Sequence[AssetRecord], unchanged: Sequence[Unchanged] = ()) -> Row:
+    """The row of ``runs``: verdicts are of all its assets, what it cost is of those that it refined."""
     paid = [call for record in records for call in record.calls if not call.cached]
-    ok = sum(record.status is Status.OK for record in records)
+    every: list[AssetRecord | Unchanged] = [*records, *unchanged]
+    ok = sum(item.status is Status.OK for item in every)
     return {
         "run_id": run.run_id,
         "started_at": run.started_at,
@@ -225,10 +228,11 @@ def run_row(run: RunRow, records: Sequence[AssetRecord]) -> Row:
         "git_commit": run.git_commit,
         "git_dirty": run.git_dirty,
         "versions_json": json.dumps(run.versions, sort_keys=True),
-        "assets": len(records),
+        "assets": len(every),
         "ok": ok,
-        "failed": len(records) - ok,
-        "failure_modes_json": json.dumps(Counter(record.failure_mode.value for record in records), sort_keys=True),
+        "failed": len(every) - ok,
+        "unchanged": len(unchanged),
+        "failure_modes_json": json.dumps(Counter(item.failure_mode.value for item in every), sort_keys=True),
         "queries": len(paid),
         "prompt_tokens": sum(call.prompt_tokens for call in paid),
         "completion_tokens": sum(call.completion_tokens for call in paid),

@@ -1,34 +1,53 @@
-"""Writing a run into the catalog: merge by key, enforce the schema, switch all tables at once."""
+"""Writing a run into the catalog: merge by key, enforce the schema, switch all tables at once, and keep the history."""
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from pathlib import Path
 
 import pyarrow as pa
 import pyarrow.compute as pc
 import pyarrow.parquet as pq
 
+from asset2sim.catalog.compact import compact_history, recover_months
 from asset2sim.catalog.enforce import CatalogError, check_key, conform, key_of, to_arrow
+from asset2sim.catalog.history import commit_history, history_rows, stage_history
+from asset2sim.catalog.known import known_runs
 from asset2sim.catalog.rows import table_rows
 from asset2sim.catalog.run import RunRow
 from asset2sim.catalog.switch import find_catalog, recover, replace_catalog
-from schemas.asset import AssetRecord
+from schemas.asset import AssetRecord, Unchanged
 from schemas.table import ASSET_KEY, Table
 from schemas.tables import TABLES
 
 
-def write_run(out: Path, run: RunRow, records: Sequence[AssetRecord]) -> None:
-    """Merges a run's records into OUT/catalog; the caller holds ``lock_output(out)``.
+def write_run(
+    out: Path,
+    run: RunRow,
+    records: Sequence[AssetRecord],
+    unchanged: Sequence[Unchanged] = (),
+    present: Collection[str] | None = None,
+) -> None:
+    """Merges a run's records into OUT/catalog and OUT/history; the caller holds ``lock_output(out)``.
 
-    An asset's rows replace its earlier ones of the same method and model in every per-asset table; all other rows stay.
-    ``runs`` gains a row; writing the same run again replaces it. Raises CatalogError, and leaves the tables as they
-    were, where rows or files that are there do not fit their schema.
+    An asset's rows replace its earlier ones of the same method and model in every per-asset table; all other rows stay,
+    those of the run's ``unchanged`` assets among them. ``present`` is what a run over a whole dataset found in it; None
+    is a run over a part of one. Rows that earlier runs over the same dataset wrote of assets that are not there any
+    more leave. ``runs`` gains a row and ``asset_history`` a row per asset; writing the same run again replaces them.
+    Raises CatalogError, and leaves the tables as they were, where rows or files that are there do not fit their schema.
     """
-    new = {name: to_arrow(TABLES[name], rows) for name, rows in table_rows(run, records).items()}
+    new = {name: to_arrow(TABLES[name], rows) for name, rows in table_rows(run, records, unchanged).items()}
     recover(out)
-    merged = {name: _merge(TABLES[name], _existing(out, TABLES[name]), new[name], new["assets"]) for name in TABLES}
+    recover_months(out)
+    commit_history(out, known_runs(out))
+    replaced = _replaced(out, run, new["assets"], present)
     with replace_catalog(out) as folder:
-        for name, rows in merged.items():
-            pq.write_table(rows, folder / TABLES[name].file, compression="zstd")
+        for table in TABLES.values():
+            if table.name == "assets" or not _stays(out, table, new[table.name], replaced):
+                merged = _merge(table, _existing(out, table), new[table.name], replaced)
+                pq.write_table(merged, folder / table.file, compression="zstd")
+                if table.name == "assets":
+                    stage_history(out, run, history_rows(run, merged, _of_run(merged, run, new["assets"], unchanged)))
+    commit_history(out, known_runs(out))
+    compact_history(out, run.started_at)
 
 
 def check_catalog(out: Path) -> None:
@@ -52,12 +71,45 @@ def _existing(out: Path, table: Table) -> pa.Table:
     return conform(table, found, str(path))
 
 
-def _merge(table: Table, old: pa.Table, new: pa.Table, assets: pa.Table) -> pa.Table:
-    """Old rows whose asset (or run) is not in this run, and the new rows, sorted by key."""
+def _replaced(out: Path, run: RunRow, assets: pa.Table, present: Collection[str] | None) -> pa.Array:
+    """(n,) string: the keys of the assets whose old rows go, because the run has new ones or they left its dataset."""
+    new = key_of(assets, ASSET_KEY).combine_chunks()
+    if present is None:
+        return new
+    old, runs = _existing(out, TABLES["assets"]), _existing(out, TABLES["runs"])
+    own = runs.filter(pc.equal(runs["dataset"], run.dataset))["run_id"].combine_chunks()
+    known = pa.array(sorted(present), type=pa.string())
+    gone = pc.and_(pc.is_in(old["run_id"], value_set=own), pc.invert(pc.is_in(old["asset_id"], value_set=known)))
+    return pa.concat_arrays([new, key_of(old.filter(gone), ASSET_KEY).combine_chunks()])
+
+
+def _of_run(assets: pa.Table, run: RunRow, new: pa.Table, unchanged: Sequence[Unchanged]) -> pa.ChunkedArray:
+    """(n,) bool: which rows of ``assets`` are of the run's assets."""
+    settings = run.settings
+    same = {"method": settings.method.value, "model": settings.model.model}
+    left = pa.Table.from_pylist([{"asset_id": item.asset_id} | same for item in unchanged] or [], schema=_KEYS)
+    own = pa.concat_arrays([key_of(table, ASSET_KEY).combine_chunks() for table in (new, left)])
+    return pc.is_in(key_of(assets, ASSET_KEY), value_set=own)
+
+
+_KEYS = pa.schema([(name, pa.string()) for name in ASSET_KEY])
+
+
+def _stays(out: Path, table: Table, new: pa.Table, replaced: pa.Array) -> bool:
+    """Whether the table's file can stay as it is: nothing comes, nothing goes, and it has today's schema."""
+    folder = find_catalog(out)
+    path = folder / table.file if folder else None
+    if new.num_rows or len(replaced) or path is None or not path.is_file():
+        return False
+    return bool(pq.read_schema(path).equals(table.schema, check_metadata=True))
+
+
+def _merge(table: Table, old: pa.Table, new: pa.Table, replaced: pa.Array) -> pa.Table:
+    """Old rows whose asset (or run) is not replaced, and the new rows, sorted by key."""
     if table.per_asset:
-        replaced = pc.is_in(key_of(old, ASSET_KEY), value_set=key_of(assets, ASSET_KEY).combine_chunks())
+        gone = pc.is_in(key_of(old, ASSET_KEY), value_set=replaced)
     else:
-        replaced = pc.is_in(key_of(old, table.key), value_set=key_of(new, table.key).combine_chunks())
-    merged = pa.concat_tables([old.filter(pc.invert(replaced)), new])
+        gone = pc.is_in(key_of(old, table.key), value_set=key_of(new, table.key).combine_chunks())
+    merged = pa.concat_tables([old.filter(pc.invert(gone)), new])
     check_key(table, merged)
     return merged.sort_by([(name, "ascending") for name in table.key]).combine_chunks()

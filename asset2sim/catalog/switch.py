@@ -72,14 +72,14 @@ def _switch(out: Path) -> None:
     catalog, ready, old = out / CATALOG, out / READY, out / OLD
     if not catalog.exists():
         os.rename(ready, catalog)
-    elif _exchange(ready, catalog):
+    elif exchange(ready, catalog):
         os.rename(ready, old)
     else:
         os.rename(catalog, old)
         os.rename(ready, catalog)
 
 
-def _exchange(first: Path, second: Path) -> bool:
+def exchange(first: Path, second: Path) -> bool:
     """Swaps two names in one step; False where the system or the file system cannot."""
     if not sys.platform.startswith("linux"):
         return False

@@ -44,7 +44,11 @@ def _dispatch(arguments: Sequence[str], refine: RunRefine, nightly: ServeNightly
         case "failures":
             from asset2sim.cli.catalog import print_failures
 
-            print_failures(options.out)
+            print_failures(options.out, options.by, options.since, options.compare)
+        case "query":
+            from asset2sim.cli.catalog import print_query
+
+            print_query(options.out, options.sql, csv=options.csv)
         case "show":
             from asset2sim.cli.catalog import print_asset
 

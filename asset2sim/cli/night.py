@@ -29,7 +29,11 @@ def moment(following: datetime | None, now: datetime | None = None) -> str:
 
 def night_line(result: RunResult) -> str:
     """A night in one line: how it went and where its report is."""
-    parts = [headline(result.records, result.changes)] if result.changes else [f"{len(result.records)} assets"]
+    parts = (
+        [headline(result.records, result.changes, len(result.unchanged))]
+        if result.changes
+        else [f"{len(result.records)} assets"]
+    )
     if result.stopped is not None:
         parts.insert(0, result.stopped)
     return " · ".join([*parts, *([f"report: {result.report}"] if result.report else [])])

@@ -4,6 +4,7 @@ import argparse
 import math
 import os
 from collections.abc import Sequence
+from datetime import UTC, datetime
 from enum import StrEnum
 from pathlib import Path
 from typing import NoReturn, TypeVar
@@ -19,7 +20,7 @@ from schemas.settings import (
     Settings,
     ViewSettings,
 )
-from schemas.vocabulary import CollisionMode, DynamicsRule, Engine, Export, Method, StateMode
+from schemas.vocabulary import CollisionMode, DynamicsRule, Engine, Export, Grouping, Method, Redo, StateMode
 
 Choice = TypeVar("Choice", bound=StrEnum)
 
@@ -27,7 +28,7 @@ EXAMPLE = """\
 for example:
   asset2sim refine data/raw --out data/refined
   asset2sim refine PARTNET --out OUT --subset paper9 --model openai/gpt-4o
-  asset2sim failures --out OUT
+  asset2sim failures --out OUT --compare previous latest
 """
 
 
@@ -51,10 +52,14 @@ def parse(arguments: Sequence[str]) -> argparse.Namespace:
     commands = parser.add_subparsers(dest="command", metavar="COMMAND", required=True)
     _add_refine(commands.add_parser("refine", help="refine a dataset", allow_abbrev=False))
     failures = commands.add_parser("failures", help="the failure modes of a refined dataset", allow_abbrev=False)
+    _add_failures(failures)
+    query = commands.add_parser("query", help="SQL over the tables and the history of all runs", allow_abbrev=False)
+    query.add_argument("sql", metavar="SQL", help="a DuckDB query; tables go by their names")
+    query.add_argument("--csv", action="store_true", help="comma-separated values instead of a table")
     show = commands.add_parser("show", help="one refined asset", allow_abbrev=False)
     show.add_argument("asset_id", metavar="ASSET_ID", help="an asset's id, as the manifest has it")
     pages = commands.add_parser("ui", help="the pages of Prefect and MLflow", allow_abbrev=False)
-    for command in (failures, show, pages):
+    for command in (failures, query, show, pages):
         command.add_argument("--out", type=Path, required=True, metavar="OUT", help="the output folder of a run")
     doctor = commands.add_parser("doctor", help="what works here, and what does not", allow_abbrev=False)
     doctor.add_argument("--out", type=Path, default=Path("data/refined"), metavar="OUT", help="where output would go")
@@ -83,7 +88,9 @@ def refine_request(options: argparse.Namespace) -> RefineRequest:
         state=StateMode(options.state),
         exports=chosen(options.export, Export),
         views=ViewSettings(write=not options.no_views),
-        run=RunSettings(workers=options.workers, scheduler=options.scheduler, hook=options.hook or None),
+        run=RunSettings(
+            workers=options.workers, scheduler=options.scheduler, redo=redo(options), hook=options.hook or None
+        ),
     )
     return RefineRequest(
         data=options.data,
@@ -95,6 +102,13 @@ def refine_request(options: argparse.Namespace) -> RefineRequest:
         strict=options.strict,
         now=options.command == "nightly" and options.now,
     )
+
+
+def redo(options: argparse.Namespace) -> Redo:
+    """What ``--force`` and ``--retry-failed`` ask for."""
+    if options.force:
+        return Redo.ALL
+    return Redo.FAILED if options.retry_failed else Redo.CHANGED
 
 
 def engines(text: str | None) -> tuple[Engine, ...] | None:
@@ -194,9 +208,27 @@ def _add_refine(parser: argparse.ArgumentParser) -> None:
         help="assets at work at once (default: all cores)",
     )
     add("--scheduler", metavar="tcp://…", help="a Dask scheduler to use instead of a cluster of our own")
+    again = parser.add_mutually_exclusive_group()
+    again.add_argument("--force", action="store_true", help="refine unchanged assets again")
+    again.add_argument("--retry-failed", action="store_true", help="refine unchanged assets again that failed")
     add("--no-views", action="store_true", help="write no pictures")
     add("--strict", action="store_true", help="exit with 1 if an asset failed")
     add("--hook", metavar="CMD", help="a shell command to run after the run; ASSET2SIM_… variables say how it went")
+
+
+def _add_failures(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument(
+        "--by",
+        choices=[grouping.value for grouping in Grouping],
+        default=Grouping.FAILURE_MODE.value,
+        help="what to count by (default: %(default)s)",
+    )
+    what = parser.add_mutually_exclusive_group()
+    what.add_argument("--since", type=_day, metavar="DAY", help="failures of all runs since then, as 2026-11-01 (UTC)")
+    what.add_argument(
+        "--compare", nargs=2, metavar="RUN", help="what broke and what got mended between two runs: ids or their "
+        "beginnings, latest, previous",
+    )  # fmt: skip
 
 
 def _add_model(parser: argparse.ArgumentParser) -> None:
@@ -217,6 +249,16 @@ def _add_budgets(parser: argparse.ArgumentParser) -> None:
     add("--asset-budget-calls", type=_count, metavar="N", help="the same for each asset")
     add("--rpm", type=_rate, metavar="N", help="the most requests a minute to one provider, over all workers")
     add("--no-answer-cache", action="store_true", help="ask models again what they have answered before")
+
+
+def _day(text: str) -> datetime:
+    try:
+        found = datetime.fromisoformat(text)
+    except ValueError:
+        raise argparse.ArgumentTypeError(
+            f"'{text}' is not a day or a time such as 2026-11-01 or 2026-11-01T02:00"
+        ) from None
+    return found if found.tzinfo is not None else found.replace(tzinfo=UTC)
 
 
 def _positive(text: str) -> int:

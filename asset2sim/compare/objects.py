@@ -1,14 +1,12 @@
 """What the comparison knows of each object, method and model: one row each, read from the runs' catalogs."""
 
 from collections.abc import Sequence
-from pathlib import Path
 
 import numpy as np
 import pandas as pd
 
-from asset2sim.catalog.read import read_table
+from asset2sim.catalog.latest import latest_rows
 from asset2sim.compare.plan import Run
-from schemas.errors import UsageError
 from schemas.settings import Thresholds
 from schemas.vocabulary import PAPER_FAILURE_MODES, FailureMode
 
@@ -25,13 +23,10 @@ def read_objects(runs: Sequence[Run], limits: Thresholds) -> pd.DataFrame:
 
 
 def _objects(run: Run, limits: Thresholds) -> pd.DataFrame:
-    assets = _latest(run.folder)
-    aligned = read_table(run.folder, "alignment")
-    calls = read_table(run.folder, "model_calls")
-    run_id = assets["run_id"].iloc[0]
+    assets, aligned, calls = latest_rows(run.folder, "assets", "alignment", "model_calls")
     columns = ["asset_id", "alignment", "judged", "scale_deviation", "reference_states_scale", "joint_deviation_rad"]
-    merged = assets.merge(aligned[aligned["run_id"] == run_id][columns], on="asset_id", how="left")
-    merged = merged.merge(_spent(calls[calls["run_id"] == run_id]), on="asset_id", how="left")
+    merged = assets.merge(aligned[columns], on="asset_id", how="left")
+    merged = merged.merge(_spent(calls), on="asset_id", how="left")
     drift = (_number(merged, "drift_m") <= limits.drift_m) & (_number(merged, "drift_rad") <= limits.drift_rad)
     phi = _number(merged, "penetration_mm")
     # What exploded has no drift, and what was never measured passes nothing.
@@ -61,16 +56,6 @@ def _objects(run: Run, limits: Thresholds) -> pd.DataFrame:
             "seconds": _number(merged, "seconds_total"),
         }
     )
-
-
-def _latest(folder: Path) -> pd.DataFrame:
-    """The assets of a folder's latest run."""
-    runs = read_table(folder, "runs")
-    if runs.empty:
-        raise UsageError(f"{folder}: its catalog has no run; run the comparison again")
-    assets = read_table(folder, "assets")
-    latest: pd.DataFrame = assets[assets["run_id"] == runs.sort_values("started_at").iloc[-1]["run_id"]]
-    return latest
 
 
 def _spent(calls: pd.DataFrame) -> pd.DataFrame:

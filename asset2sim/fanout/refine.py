@@ -2,7 +2,7 @@
 
 import logging
 import uuid
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
@@ -18,7 +18,7 @@ from asset2sim.isolation import accept_children, stop_children
 from asset2sim.isolation.asset import failed_record
 from asset2sim.isolation.server import warm_up
 from asset2sim.run_result import INTERRUPTED
-from schemas.asset import AssetRecord, AssetRef
+from schemas.asset import AssetRecord, AssetRef, Unchanged
 from schemas.settings import Settings
 from schemas.vocabulary import FailureMode
 
@@ -27,20 +27,35 @@ logger = logging.getLogger(__name__)
 
 @dataclass(frozen=True)
 class Refined:
-    """The records of the assets that finished, in the dataset's order; ``stopped`` says why that is not all of them."""
+    """The records of the assets that finished, in the dataset's order; ``stopped`` says why that is not all of them,
+    and ``unchanged`` which there was no need to refine."""
 
     records: tuple[AssetRecord, ...]
     stopped: str | None
+    unchanged: tuple[Unchanged, ...] = ()
+
+
+def as_it_is(record: AssetRecord) -> AssetRecord:
+    """The record."""
+    return record
 
 
 def refine_all(
-    refs: Sequence[AssetRef], out: Path, settings: Settings, pipeline: str = PIPELINE, run_id: str | None = None
+    refs: Sequence[AssetRef],
+    out: Path,
+    settings: Settings,
+    pipeline: str = PIPELINE,
+    run_id: str | None = None,
+    finished: Callable[[AssetRecord], AssetRecord] = as_it_is,
 ) -> Refined:
     """Refine every asset into ``out`` (absolute), on the cluster of ``settings.run``.
 
     ``run_id`` names the run whose budget the model calls count towards; None is a run of its own.
+    ``finished`` is called with each record as it comes in; what it answers is the record from there on.
     Ctrl-C, SIGTERM and the loss of the cluster end it early, with no child process left and with the records so far.
     """
+    if not refs:
+        return Refined((), None)
     records: list[AssetRecord] = []
     stopped: str | None = None
     accept_children(str(out))
@@ -52,7 +67,7 @@ def refine_all(
         )
         try:
             for record in spread(client, refs, work, partial(_lost, settings=settings)):
-                records.append(record)
+                records.append(finished(record))
                 report(record)
         except KeyboardInterrupt:
             stopped = INTERRUPTED

@@ -1,0 +1,75 @@
+"""The history of all runs: ``OUT/history/month=YYYY-MM/RUN_ID.parquet``, a file a run, written once.
+
+A file is written under a hidden name before the catalog changes and gets its own after that, so that a run is in both
+or in neither, whenever it is killed.
+"""
+
+import os
+import re
+from collections.abc import Collection
+from pathlib import Path
+
+import pyarrow as pa
+import pyarrow.compute as pc
+import pyarrow.parquet as pq
+
+from asset2sim.catalog.enforce import check_key
+from asset2sim.catalog.run import RunRow
+from schemas.table import ASSET_KEY, TIME
+from schemas.tables import HISTORY
+from schemas.tables_history import COST_COLUMNS
+
+FOLDER = "history"
+PATTERN = f"{FOLDER}/month=*/*.parquet"
+"""The files, relative to OUT; what is not ready is hidden, with another ending."""
+_PART = re.compile(r"^\.(?P<run_id>.+)\.parquet\.part$")
+
+
+def history_files(out: Path) -> list[Path]:
+    """The files of the history, oldest month first."""
+    return sorted(out.glob(PATTERN))
+
+
+def history_rows(run: RunRow, assets: pa.Table, chosen: pa.ChunkedArray) -> pa.Table:
+    """The rows of ``asset_history`` that a run leaves.
+
+    ``assets`` is the table as the run leaves it, ``chosen`` (n,) bool which of its rows are of the run's assets. What
+    another run wrote was unchanged, and cost this one nothing.
+    """
+    rows = assets.filter(chosen)
+    unchanged = pc.not_equal(rows["run_id"], run.run_id)
+    made: dict[str, pa.ChunkedArray | pa.Array] = {name: rows[name] for name in rows.schema.names}
+    made["run_id"] = pa.repeat(pa.scalar(run.run_id), rows.num_rows)
+    made["started_at"] = pa.repeat(pa.scalar(run.started_at, type=TIME), rows.num_rows)
+    made["unchanged"] = unchanged
+    for name in COST_COLUMNS:
+        made[name] = pc.if_else(unchanged, pa.scalar(0, type=rows[name].type), rows[name])
+    columns = [made[field.name].cast(field.type) for field in HISTORY.schema]
+    built = pa.Table.from_arrays(columns, schema=HISTORY.schema)
+    check_key(HISTORY, built)
+    return built.sort_by([(name, "ascending") for name in ASSET_KEY])
+
+
+def stage_history(out: Path, run: RunRow, rows: pa.Table) -> None:
+    """Write a run's file under its hidden name."""
+    folder = out / FOLDER / f"month={run.started_at:%Y-%m}"
+    folder.mkdir(parents=True, exist_ok=True)
+    path = folder / f".{run.run_id}.parquet.part"
+    write_synced(rows, path)
+
+
+def commit_history(out: Path, runs: Collection[str]) -> None:
+    """Give the staged files of these runs their names, and remove all others: the catalog knows nothing of them."""
+    for part in sorted((out / FOLDER).glob("month=*/.*.parquet.part")):
+        match = _PART.match(part.name)
+        if match is not None and match["run_id"] in runs:
+            os.replace(part, part.with_name(f"{match['run_id']}.parquet"))
+        else:
+            part.unlink()
+
+
+def write_synced(rows: pa.Table, path: Path) -> None:
+    """Write a Parquet file that outlives a loss of power."""
+    pq.write_table(rows, path, compression="zstd")
+    with path.open("rb") as file:
+        os.fsync(file.fileno())

@@ -1,0 +1,71 @@
+"""SQL over the catalog and its history: a DuckDB connection in which every table goes by its name.
+
+from asset2sim.catalog.query import connect
+tables = connect("data/refined")
+tables.sql("SELECT failure_mode, count(*) FROM assets GROUP BY ALL").df()
+"""
+
+import os
+import re
+from pathlib import Path
+
+import duckdb
+
+from asset2sim.catalog.history import PATTERN, history_files
+from asset2sim.catalog.switch import find_catalog
+from schemas.errors import UsageError
+from schemas.tables import HISTORY, PUBLISHED, TABLES
+
+_LEFT_OUT = re.compile(r"^(LINE \d+:|\s*\^)")
+_NO_TABLE = re.compile(r"Table with name (\S+) does not exist")
+
+
+def connect(out: str | os.PathLike[str]) -> duckdb.DuckDBPyConnection:
+    """A connection with a view per table of OUT, ``asset_history`` among them; times are in UTC.
+
+    The views read the files anew in each query; close the connection, or let it go. Raises UsageError where OUT has no
+    catalog.
+    """
+    folder = find_catalog(Path(out))
+    if folder is None:
+        raise no_catalog(Path(out))
+    connection = duckdb.connect(":memory:")
+    make_views(connection, Path(out), folder)
+    return connection
+
+
+def no_catalog(out: Path) -> UsageError:
+    """The error of whoever reads where nobody wrote."""
+    return UsageError(f"no catalog in {out}: run 'asset2sim refine DATA --out {out}' first, or name another --out")
+
+
+def make_views(connection: duckdb.DuckDBPyConnection, out: Path, folder: Path) -> None:
+    """A view for every published table; ``folder`` holds OUT's set of tables. One that has no file yet is empty."""
+    connection.execute("SET TimeZone = 'UTC'")
+    for table in TABLES.values():
+        path = folder / table.file
+        if path.is_file():
+            connection.execute(f"CREATE VIEW {table.name} AS SELECT * FROM read_parquet({_text(path)})")
+        else:
+            connection.register(table.name, table.schema.empty_table())
+    if history_files(out):
+        # Files of older versions may lack columns.
+        files = f"read_parquet({_text(out / PATTERN)}, union_by_name = true, hive_partitioning = false)"
+        connection.execute(f"CREATE VIEW {HISTORY.name} AS SELECT * FROM {files}")
+    else:
+        connection.register(HISTORY.name, HISTORY.schema.empty_table())
+
+
+def query_error(error: duckdb.Error) -> UsageError:
+    """What is wrong with a query, in one line that names the tables or the columns that there are."""
+    lines = [line.strip() for line in str(error).splitlines() if line.strip() and not _LEFT_OUT.match(line)]
+    if _NO_TABLE.search(str(error)):
+        # DuckDB's own suggestion may be a table of its own.
+        lines = [lines[0], f"choose from: {', '.join(sorted(PUBLISHED))}"]
+    if not lines:
+        lines = [type(error).__name__]
+    return UsageError(f"the query failed: {'; '.join(line.rstrip('!;') for line in lines)}")
+
+
+def _text(path: Path) -> str:
+    return "'" + str(path).replace("'", "''") + "'"

@@ -1,0 +1,91 @@
+"""The files that an asset consists of."""
+
+import os
+import re
+import stat
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path, PurePosixPath
+
+from asset2sim.urdf.locate import find_mesh, find_urdf
+from asset2sim.urdf.mesh_files import companions_of
+from schemas.errors import AssetError
+
+_REFERENCE = re.compile(r"""filename\s*=\s*["']([^"']+)["']""")
+
+
+@dataclass(frozen=True)
+class AssetFile:
+    """One file: its name within the asset, where it lies, and what changes whenever its content does."""
+
+    name: str
+    path: str
+    size: int
+    mtime_ns: int
+    ctime_ns: int
+    inode: int
+
+
+def asset_files(folder: Path) -> list[AssetFile]:
+    """Every file in the asset's folder, by name, and those elsewhere that its URDF refers to; hidden ones are left out.
+
+    A reference to nothing is no file: whatever appears there later is. Empty where there is no such folder.
+    """
+    inner = sorted(_walk(str(folder), "", set()), key=lambda file: file.name)
+    return inner + _outer(folder)
+
+
+def _walk(folder: str, prefix: str, seen: set[tuple[int, int]]) -> Iterator[AssetFile]:
+    """The regular files below a folder, links followed, each folder once."""
+    try:
+        status = os.stat(folder)
+        entries = list(os.scandir(folder))
+    except OSError:
+        return
+    if (status.st_dev, status.st_ino) in seen:
+        return
+    seen.add((status.st_dev, status.st_ino))
+    for entry in entries:
+        if entry.name.startswith("."):
+            continue
+        if entry.is_dir():
+            yield from _walk(entry.path, f"{prefix}{entry.name}/", seen)
+        elif (found := _file(f"{prefix}{entry.name}", entry.path)) is not None:
+            yield found
+
+
+def _outer(folder: Path) -> list[AssetFile]:
+    """Meshes that the URDF takes from outside the asset's folder, with their materials and textures, by reference."""
+    try:
+        urdf = find_urdf(folder)
+        text = urdf.read_text(encoding="utf-8", errors="replace")
+    except (AssetError, OSError):
+        return []
+    found: dict[str, AssetFile] = {}
+    for reference in sorted(set(_REFERENCE.findall(text))):
+        if _stays_inside(reference):
+            continue
+        mesh = find_mesh(reference, urdf.parent)
+        if mesh is None or mesh.resolve().is_relative_to(folder.resolve()):
+            continue
+        for path in (mesh, *companions_of(mesh)):
+            name = f"{reference} {path.name}"
+            if (file := _file(name, str(path))) is not None:
+                found[name] = file
+    return list(found.values())
+
+
+def _stays_inside(reference: str) -> bool:
+    path = PurePosixPath(reference.replace("\\", "/").strip())
+    return "://" not in reference and not path.is_absolute() and ".." not in path.parts
+
+
+def _file(name: str, path: str) -> AssetFile | None:
+    try:
+        found = os.stat(path)
+    except OSError:
+        return None
+    # A pipe or a socket would be waited for.
+    if not stat.S_ISREG(found.st_mode):
+        return None
+    return AssetFile(name, path, found.st_size, found.st_mtime_ns, found.st_ctime_ns, found.st_ino)

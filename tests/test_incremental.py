@@ -1,0 +1,467 @@
+"""Incremental runs: what changes an asset, what is refined again, and what a killed run leaves to the next."""
+
+import ast
+import json
+import os
+import shutil
+import signal
+import subprocess
+import sys
+import time
+from importlib import metadata
+from pathlib import Path
+from types import FrameType
+from typing import Any
+
+import pytest
+
+from asset2sim.catalog import compact, history, store, switch
+from asset2sim.catalog.read import read_table
+from asset2sim.incremental import code, plan, records, state
+from asset2sim.incremental.code import counts, package_versions
+from asset2sim.incremental.files import AssetFile, asset_files
+from asset2sim.incremental.key import content_hash, shared_hash
+from asset2sim.incremental.plan import CURABLE, wanted_again
+from asset2sim.incremental.records import KeptRecord, keep_record, kept_records, record_file
+from asset2sim.incremental.state import content_of, open_state
+from asset2sim.metrics.reference import Reference
+from schemas.asset import AssetRecord, AssetRef
+from schemas.settings import EngineSettings, ModelSettings, PhysicsSettings, RunSettings, Settings, ViewSettings
+from schemas.vocabulary import Engine, FailureMode, Method, Redo, Severity, Status
+from tests.assets import RAW, ROOT, box_obj, link, mesh, robot, written
+from tests.factories import make_finding, make_measurement, make_record
+from tests.incremental_runs import (
+    NAMES,
+    UNSEEN,
+    Make,
+    asking,
+    dataset,
+    done,
+    failing,
+    manifest,
+    run,
+    runs,
+    timeless,
+)
+
+# What an asset's content is
+
+
+def content(folder: Path, out: Path) -> str:
+    with open_state(out) as opened:
+        return content_of(opened, folder)
+
+
+def test_any_file_that_changes_comes_or_goes_is_another_content(tmp_path: Path) -> None:
+    asset, out = written(tmp_path / "asset", "<robot/>", {"textured_objs/a.obj": "1"}), tmp_path / "out"
+    seen = [content(asset, out)]
+    (asset / ".DS_Store").write_text("hidden")
+    assert content(asset, out) == seen[0]
+    inner = asset / "textured_objs" / "a.obj"
+    before = inner.stat()
+    inner.write_text("2")
+    os.utime(inner, ns=(before.st_atime_ns, before.st_mtime_ns))  # same size, and said to be as old
+    seen.append(content(asset, out))
+    (asset / "textured_objs" / "b.obj").write_text("1")
+    seen.append(content(asset, out))
+    inner.rename(asset / "textured_objs" / "c.obj")
+    seen.append(content(asset, out))
+    shutil.rmtree(asset)
+    seen.append(content(asset, out))
+    assert len(set(seen)) == len(seen)
+
+
+def test_a_mesh_from_elsewhere_belongs_to_the_asset(tmp_path: Path) -> None:
+    box = box_obj((0, 0, 0), (1, 1, 1), "mtllib look.mtl\n")
+    asset = written(tmp_path / "asset", robot(link("a", mesh("package://things/box.obj") + mesh("own.obj"))))
+    first = content(asset, tmp_path / "out")
+    package = tmp_path / "things"
+    package.mkdir()
+    (package / "box.obj").write_text(box)
+    (package / "look.mtl").write_text("newmtl red\n")
+    assert [file.name for file in asset_files(asset)] == [
+        "mobility.urdf",
+        "package://things/box.obj box.obj",
+        "package://things/box.obj look.mtl",
+    ]
+    second = content(asset, tmp_path / "out")
+    (package / "look.mtl").write_text("newmtl blue\n")
+    assert len({first, second, content(asset, tmp_path / "out")}) == 3
+
+
+def test_pipes_and_circles_of_links_are_passed_by(tmp_path: Path) -> None:
+    asset = written(tmp_path / "asset", "<robot/>")
+    os.mkfifo(asset / "pipe")
+    (asset / "again").symlink_to(asset)
+    (tmp_path / "elsewhere").mkdir()
+    (tmp_path / "elsewhere" / "a.obj").write_text("1")
+    (asset / "meshes").symlink_to(tmp_path / "elsewhere")
+    assert [file.name for file in asset_files(asset)] == ["meshes/a.obj", "mobility.urdf"]
+
+
+def test_a_file_is_read_once(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(state, "SETTLED_NS", 0)
+    read: list[str] = []
+    digest = state._digest
+
+    def watched(file: AssetFile) -> str:
+        read.append(file.name)
+        return digest(file)
+
+    monkeypatch.setattr(state, "_digest", watched)
+    asset = written(tmp_path / "asset", "<robot/>", {"a.obj": "1", "b.obj": "2"})
+    time.sleep(0.02)  # the clock of files ticks in steps of some milliseconds
+    out = tmp_path / "out"
+    first = content(asset, out)
+    assert sorted(read) == ["a.obj", "b.obj", "mobility.urdf"] and content(asset, out) == first and len(read) == 3
+    (asset / "a.obj").write_text("3")
+    assert content(asset, out) != first and read[3:] == ["a.obj"]
+    (out / state.FILE).write_bytes(b"not a database" * 1000)
+    assert content(asset, out) != first and len(read) == 7
+
+
+def test_a_file_that_was_just_written_is_not_trusted_to_tell_of_the_next_write(tmp_path: Path) -> None:
+    asset = written(tmp_path / "asset", "<robot/>")
+    content(asset, tmp_path / "out")
+    with open_state(tmp_path / "out") as opened:
+        assert opened.execute("SELECT count(*) FROM files").fetchone() == (0,)
+
+
+REF = AssetRef(asset_id="a", path="/data/a", prompt="a small box")
+
+
+def key(ref: AssetRef = REF, settings: Settings = UNSEEN, reference: Reference | None = None) -> str:
+    return content_hash(ref, "files", shared_hash(settings, "p"), reference)
+
+
+def test_the_hash_follows_request_settings_and_reference() -> None:
+    changed = [
+        key(),
+        key(REF.model_copy(update={"prompt": "another"})),
+        key(REF.model_copy(update={"asset_id": "b"})),
+        key(reference=Reference(0.5, "lid", 0.1)),
+        key(settings=UNSEEN.model_copy(update={"physics": PhysicsSettings(min_mass_kg=0.01)})),
+        key(settings=UNSEEN.model_copy(update={"method": Method.RAW})),
+        key(settings=UNSEEN.model_copy(update={"model": ModelSettings(model="prior/noisy")})),
+        key(settings=UNSEEN.model_copy(update={"engine": EngineSettings(verify=(Engine.PYBULLET,))})),
+        content_hash(REF, "other files", shared_hash(UNSEEN, "p"), None),
+        content_hash(REF, "files", shared_hash(UNSEEN, "another pipeline"), None),
+    ]
+    assert len(set(changed)) == len(changed)
+    assert key(REF.model_copy(update={"path": "/moved/a"})) == key()
+    how = {
+        "run": RunSettings(workers=7, asset_time_limit_s=1.0, redo=Redo.ALL),
+        "views": ViewSettings(write=True),
+        "model": ModelSettings(cache=False, run_usd=3.0, max_attempts=9),
+    }
+    assert key(settings=UNSEEN.model_copy(update=how)) == key()
+
+
+def test_an_engine_that_is_not_asked_for_has_no_say(monkeypatch: pytest.MonkeyPatch) -> None:
+    one = UNSEEN.model_copy(update={"engine": EngineSettings(verify=(Engine.PYBULLET,))})
+    before = key(), key(settings=one)
+    versions = dict.fromkeys((*code.PACKAGES, *Engine), "1.0")
+    monkeypatch.setattr(metadata, "version", versions.__getitem__)
+    monkeypatch.setattr(code, "installed", lambda: tuple(Engine))
+    stated = key(), key(settings=one)
+    assert stated[0] != before[0] and stated[1] != before[1]
+    versions["mujoco"] = "1.1"
+    assert key() != stated[0] and key(settings=one) == stated[1]
+    assert set(package_versions(one.engine)) == {*code.PACKAGES, "pybullet"}
+
+
+def test_sources_count_unless_they_are_listed() -> None:
+    assert counts("asset2sim/search/loop.py") and counts("asset2sim/brand_new.py") and counts("schemas/overlay.py")
+    assert counts("asset2sim/catalog/rows.py")
+    assert not counts("asset2sim/catalog/show.py") and not counts("asset2sim/cli/main.py")
+
+
+def imported(path: Path) -> set[str]:
+    """Sources of ours that a source imports, anywhere in it."""
+    names: set[str] = set()
+    for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+        if isinstance(node, ast.ImportFrom) and node.module and node.level == 0:
+            names |= {node.module, *(f"{node.module}.{alias.name}" for alias in node.names)}
+        elif isinstance(node, ast.Import):
+            names |= {alias.name for alias in node.names}
+    files = {f"{name.replace('.', '/')}{ending}" for name in names for ending in (".py", "/__init__.py")}
+    return {file for file in files if (ROOT / file).is_file()}
+
+
+def test_whatever_the_pipeline_imports_counts() -> None:
+    """Import by import from what makes a record and its rows; what is imported by name only is named here."""
+    waiting = {
+        "asset2sim/pipeline.py",
+        "asset2sim/alignment/align.py",
+        "asset2sim/fanout/worker.py",
+        *(f"asset2sim/engines/{engine.value}_world.py" for engine in Engine),
+    }
+    seen: set[str] = set()
+    while waiting:
+        source = waiting.pop()
+        seen.add(source)
+        waiting |= imported(ROOT / source) - seen
+    assert len(seen) > 150
+    missed = {source for source in seen if not counts(source)}
+    assert not missed, "listed in NOT_RUN, and run"
+
+
+# What is refined again
+
+
+def test_an_unchanged_asset_is_left_alone_and_keeps_its_rows(tmp_path: Path) -> None:
+    data, out = dataset(tmp_path / "data"), tmp_path / "out"
+    assert done(run(data, out)) == "abcd"
+    first = read_table(out, "assets")
+    assert done(run(data, out)) == ""
+    assert read_table(out, "assets").equals(first)
+    assert runs(out)[["assets", "ok", "unchanged", "queries"]].values.tolist() == [[4, 4, 0, 4], [4, 4, 4, 0]]
+    (data / "b" / "mobility.urdf").write_text("<robot name='other'/>")
+    manifest(data, {"a": "", "b": "", "c": "open", "d": ""})
+    shutil.rmtree(out / "assets" / "d")
+    assert done(run(data, out)) == "bcd"
+    assert done(run(data, out, asking(Redo.ALL))) == "abcd"
+    assert done(run(data, out)) == ""
+    assert done(run(data, out, pipeline="other")) == "abcd"
+
+
+def test_a_failed_asset_is_tried_again_where_that_may_help_or_is_asked_for(tmp_path: Path) -> None:
+    data, out = dataset(tmp_path / "data"), tmp_path / "out"
+    modes = {"a": FailureMode.MISSING_MESH, "b": FailureMode.TIMEOUT, "c": FailureMode.JAM}
+    run(data, out, make=failing(modes))
+    again = run(data, out, make=failing({"b": FailureMode.NUDGE}))
+    assert done(again) == "b"
+    assert [(item.asset_id, item.failure_mode) for item in again.unchanged] == [
+        ("a", "missing_mesh"),
+        ("c", "jam"),
+        ("d", "none"),
+    ]
+    assert runs(out)["failed"].tolist() == [3, 3]
+    assert done(run(data, out, asking(Redo.FAILED))) == "abc"
+    assert done(run(data, out, asking(Redo.FAILED))) == ""
+    for mode in FailureMode:
+        assert wanted_again(Status.FAILED, mode, Redo.CHANGED) == (mode in CURABLE)
+
+
+def test_a_folder_that_another_method_wrote_is_no_refinement_of_this_one(tmp_path: Path) -> None:
+    data, out = dataset(tmp_path / "data"), tmp_path / "out"
+    raw = UNSEEN.model_copy(update={"method": Method.RAW})
+
+    def made_raw(ref: AssetRef) -> Any:
+        return make_record(ref.asset_id, ref=ref, method=Method.RAW)
+
+    run(data, out)
+    assert done(run(data, out, raw, made_raw, only=("a", "b"))) == "ab"
+    assert done(run(data, out, raw, made_raw, only=("a", "b"))) == ""
+    assert done(run(data, out)) == "ab"
+    assert len(read_table(out, "assets")) == 6
+
+
+def test_views_that_are_wanted_and_not_there_are_made(tmp_path: Path) -> None:
+    data, out = dataset(tmp_path / "data"), tmp_path / "out"
+    run(data, out)
+    assert done(run(data, out, Settings())) == "abcd"
+    for name in NAMES:
+        (out / "assets" / name / "views").mkdir()
+    assert done(run(data, out, Settings())) == "" and done(run(data, out)) == ""
+
+
+def test_what_left_the_dataset_leaves_the_tables_and_stays_in_history(tmp_path: Path) -> None:
+    data, out = dataset(tmp_path / "data"), tmp_path / "out"
+    other = dataset(tmp_path / "other", ("z",))
+    run(data, out)
+    run(other, out)
+    manifest(data, dict.fromkeys("abc", ""))
+    run(data, out, only=("a",))
+    assert len(read_table(out, "assets")) == 5, "a run over a part tells nothing of the rest"
+    run(data, out)
+    for name in ("assets", "links", "findings", "interactions"):
+        assert sorted(set(read_table(out, name)["asset_id"])) == ["a", "b", "c", "z"], name
+    history_of_d = read_table(out, "asset_history").query("asset_id == 'd'")
+    assert history_of_d["run_id"].tolist() == runs(out)["run_id"].tolist()[:1]
+
+
+# What a killed run leaves
+
+
+def test_a_record_is_kept_to_the_last_bit(tmp_path: Path) -> None:
+    measured = make_measurement(finite=False, drift_m=0.1 + 0.2)
+    exploded = make_finding(Severity.ERROR, "peak_speed").model_copy(update={"value": float("inf")})
+    record = make_record("é", measurement=measured, findings=(exploded,), content_hash="0" * 64)
+    kept = KeptRecord(run_id="r", redo=Redo.CHANGED, record=record)
+    keep_record(tmp_path, kept)
+    (found,) = kept_records(tmp_path)
+    assert found == kept
+    record_file(tmp_path, "0" * 64).write_text('{"half": ')
+    (tmp_path / records.FOLDER / "left.part").write_text("")
+    assert list(kept_records(tmp_path)) == [] and not list((tmp_path / records.FOLDER).iterdir())
+
+
+MODES = failing({"b": FailureMode.TIMEOUT})
+WATCHED = {module.__file__ for module in (plan, records, state, store, switch, history, compact)}
+
+
+def dying(after: int) -> Make:
+    """A pipeline whose second asset runs out of time, and which takes its run along after so many assets."""
+    made: list[str] = []
+
+    def make(ref: AssetRef) -> AssetRecord:
+        if len(made) == after:
+            os.kill(os.getpid(), signal.SIGKILL)
+        made.append(ref.asset_id)
+        return MODES(ref)
+
+    return make
+
+
+def run_and_kill_at(line: int, after: int, data: Path, out: Path, settings: Settings) -> bool:
+    """Whether a child that does a run got to its n-th line in what writes to OUT, before which it kills itself, or to
+    the asset after which its pipeline does."""
+    child = os.fork()
+    if child == 0:
+        seen = 0
+
+        def trace(frame: FrameType, event: str, _: object) -> Any:
+            nonlocal seen
+            if frame.f_code.co_filename not in WATCHED:
+                return None
+            seen += event == "line"
+            if seen == line:
+                os.kill(os.getpid(), signal.SIGKILL)
+            return trace
+
+        sys.settrace(trace)
+        try:
+            run(data, out, settings, dying(after))
+        except BaseException:
+            os._exit(3)
+        os._exit(0)
+    _, status = os.waitpid(child, 0)
+    assert os.WIFSIGNALED(status) or os.WEXITSTATUS(status) == 0
+    return os.WIFSIGNALED(status)
+
+
+@pytest.mark.parametrize("redo", [Redo.CHANGED, Redo.ALL])
+def test_a_run_that_is_killed_anywhere_and_started_again_finishes_the_rest(tmp_path: Path, redo: Redo) -> None:
+    data, settings = dataset(tmp_path / "data"), asking(redo)
+    if redo is Redo.ALL:
+        run(data, tmp_path / "template", make=MODES)
+        shutil.copytree(tmp_path / "template", tmp_path / "undisturbed")
+    run(data, tmp_path / "undisturbed", settings, MODES)
+    expected = timeless(tmp_path / "undisturbed")
+    resumed, killed = set(), True
+    for line, after in [*((-1, after) for after in range(4)), *((line, 9) for line in range(40, 100_000, 151))]:
+        out = tmp_path / f"{line} {after}"
+        if redo is Redo.ALL:
+            shutil.copytree(tmp_path / "template", out)
+        else:
+            out.mkdir()
+        killed = run_and_kill_at(line, after, data, out, settings)
+        left = {kept.record.ref.asset_id for kept in kept_records(out)}
+        published = len(read_table(out, "runs")) > (redo is Redo.ALL) if (out / "catalog").exists() else False
+        again = run(data, out, settings, MODES)
+        if not published:
+            resumed.add(len(again.finished))
+            assert {record.ref.asset_id for record in again.finished} == left
+            assert {ref.asset_id for ref in again.todo} == set(NAMES) - left
+        assert timeless(out) == expected, f"killed before line {line} or after {after} assets"
+        past = read_table(out, "asset_history").groupby("run_id")["asset_id"].agg(list).to_dict()
+        assert past == {run_id: list(NAMES) for run_id in read_table(out, "runs")["run_id"]}
+        assert not list((out / records.FOLDER).iterdir())
+        assert not list((out / "history").glob("**/.*"))
+        if not killed:
+            break
+    assert not killed and resumed >= {0, 1, 2, 3, 4}
+
+
+def test_a_killed_forced_run_is_not_taken_for_an_unforced_one_and_the_other_way_round(tmp_path: Path) -> None:
+    data, out = dataset(tmp_path / "data"), tmp_path / "out"
+    first = run(data, out)
+    record = make_record("a", content_hash=first.hashes["a"])
+    keep_record(out, KeptRecord(run_id="killed", redo=Redo.CHANGED, record=record))
+    forced = run(data, out, asking(Redo.ALL))
+    assert done(forced) == "abcd" and not forced.finished
+    keep_record(out, KeptRecord(run_id="killed", redo=Redo.ALL, record=record))
+    assert done(run(data, out, asking(Redo.ALL))) == "bcd"
+
+
+def test_what_a_killed_run_of_another_method_left_is_dropped_with_its_folder(tmp_path: Path) -> None:
+    data, out = dataset(tmp_path / "data"), tmp_path / "out"
+    hashes = run(data, tmp_path / "elsewhere").hashes
+    keep_record(out, KeptRecord(run_id="killed", redo=Redo.CHANGED, record=make_record("a", content_hash=hashes["a"])))
+    (out / "assets" / "a").mkdir(parents=True)
+    raw = UNSEEN.model_copy(update={"method": Method.RAW})
+    run(data, out, raw, lambda ref: make_record(ref.asset_id, ref=ref, method=Method.RAW))
+    assert done(run(data, out)) == "abcd"
+
+
+# The whole of it, through Prefect and Dask
+
+SCRIPT = """
+import json, shutil, sys
+from pathlib import Path
+from flows.command import main
+from tasks.prefect_settings import prepare_environment
+import flows.command
+from asset2sim.cli.parser import parse, refine_request
+from asset2sim.isolation.server import warm_up
+from tasks.prefect_server import temporary_server
+
+data, out = Path(sys.argv[1]), Path(sys.argv[2])
+manifest = data / "manifest.csv"
+rows = manifest.read_text().splitlines()
+options = ["--out", str(out), "--engines", "pybullet", "--no-interaction", "--no-views", "--workers", "2"]
+
+
+def step(refine, *more):
+    result = refine(refine_request(parse(["refine", str(data), *options, *more])))
+    print(json.dumps([[r.ref.asset_id for r in result.records], [u.asset_id for u in result.unchanged]]), flush=True)
+
+
+if __name__ == "__main__":
+    with temporary_server() as address:
+        warm_up()
+        from flows.refine_dataset import refine_dataset
+        from tasks.prefect_client import use_server
+
+        with use_server(address):
+            def refine(request):
+                return refine_dataset(request.data, request.out, request.settings)
+
+            step(refine)
+            step(refine)
+            manifest.write_text("\\n".join(rows[:2] + [rows[3].replace("slightly open", "closed")]) + "\\n")
+            step(refine)
+            step(refine, "--retry-failed")
+"""
+
+
+@pytest.mark.skipif(not (RAW / "manifest.csv").exists(), reason="the sample dataset is not here")
+def test_a_flow_refines_what_changed(tmp_path: Path) -> None:
+    lines = (RAW / "manifest.csv").read_text(encoding="utf-8").splitlines()
+    chosen = {line.split(",")[0]: line for line in lines}
+    ids = ("planted_not_xml", "scissors_paper", "laptop_silver")
+    for asset_id in ids:
+        shutil.copytree(RAW / chosen[asset_id].split(",")[2], tmp_path / "data" / chosen[asset_id].split(",")[2])
+    (tmp_path / "data" / "manifest.csv").write_text("\n".join([lines[0], *(chosen[i] for i in ids)]) + "\n")
+    script = tmp_path / "runs.py"
+    script.write_text(SCRIPT)
+    environment = {**os.environ, "PREFECT_HOME": str(tmp_path / "prefect"), "PYTHONPATH": str(ROOT)}
+    command = [sys.executable, str(script), str(tmp_path / "data"), str(tmp_path / "out")]
+    ran = subprocess.run(command, cwd=ROOT, env=environment, capture_output=True, text=True, timeout=300)
+    assert ran.returncode == 0, ran.stderr
+    steps = [json.loads(line) for line in ran.stdout.splitlines() if line.startswith("[[")]
+    assert steps == [
+        [list(ids), []],
+        [[], list(ids)],
+        [["laptop_silver"], ["planted_not_xml"]],
+        [["planted_not_xml"], ["laptop_silver"]],
+    ]
+    out = tmp_path / "out"
+    assert dict(read_table(out, "assets")[["asset_id", "status"]].values) == {
+        "laptop_silver": "ok",
+        "planted_not_xml": "failed",
+    }
+    assert runs(out)["unchanged"].tolist() == [0, 3, 1, 1]
+    assert read_table(out, "asset_history").groupby("started_at").size().tolist() == [3, 3, 2, 2]
+    assert not list((out / records.FOLDER).iterdir())
