@@ -73,5 +73,6 @@ def hook_values(result: RunResult, strict: bool) -> dict[str, object]:
 
 _EMPTY: dict[str, object] = {
     **dict.fromkeys(("outcome", "exit", "error", "out", "run_id", "report", "warnings"), ""),
-    **dict.fromkeys(("assets", "unchanged", "ok", "failed", "new_failures", "mended", "queries", "cost_usd", "seconds"), 0),
+    **dict.fromkeys(("assets", "unchanged", "ok", "failed", "new_failures", "mended"), 0),
+    **dict.fromkeys(("queries", "cost_usd", "seconds"), 0),
 }
