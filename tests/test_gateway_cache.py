@@ -9,6 +9,7 @@ from pathlib import Path
 import pytest
 from PIL import Image
 
+from asset2sim.models import cache
 from asset2sim.models.abilities import forget_refusals
 from asset2sim.models.books import Books, open_books
 from asset2sim.models.budget import spent_so_far
@@ -171,14 +172,23 @@ def test_the_question_is_not_kept_and_the_folder_holds_nothing_else(tmp_path: Pa
     assert (kept["model"], kept["purpose"], kept["content"]) == ("openai/scripted", "synthesis", "{}")
 
 
-def test_it_can_be_switched_off_and_models_of_this_process_need_none(tmp_path: Path) -> None:
+def test_it_can_be_switched_off(tmp_path: Path) -> None:
     with serve([Reply("{}")]) as server:
         wanted = settings(server.api_base, cache=False)
         for _ in range(2):
             assert ask(REQUEST, wanted, books(tmp_path, wanted)).calls[0].outcome == "ok"
-    assert len(server.requests) == 2
-    ask(REQUEST, ModelSettings(), books(tmp_path, ModelSettings()))
-    assert not (tmp_path / ".cache" / "answers").exists()
+    assert len(server.requests) == 2 and not (tmp_path / ".cache" / "answers").exists()
+
+
+def test_an_offline_prior_is_asked_once_until_its_tables_change(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def outcome() -> str:
+        return ask(REQUEST, ModelSettings(), books(tmp_path, ModelSettings())).calls[0].outcome
+
+    assert [outcome(), outcome()] == ["ok", "cached"]
+    monkeypatch.setattr(cache, "tables_digest", lambda: "other tables")
+    assert [outcome(), outcome()] == ["ok", "cached"]
 
 
 def test_many_writers_of_one_answer_leave_one_whole_file(tmp_path: Path) -> None:
