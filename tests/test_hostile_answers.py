@@ -122,7 +122,7 @@ CASES: dict[str, Case] = {
     "cut-off-once": Case([cut_off, right], [REFUSED, OK], findings=["invalid_answer"]),
     "prose-around": Case([wrapped], [OK]),
     "prose-only": Case([says("I would say it is a chest.")], [REFUSED] * 2, NO_ESTIMATE, ["invalid_answer"]),
-    "degrees": Case([edited(in_degrees)], [OK], findings=["position_clamped"]),
+    "degrees": Case([edited(in_degrees)], [OK], findings=["position_in_degrees"]),
     "nan": Case([edited(lambda o: o.update(scale=math.nan))], [REFUSED] * 2, NO_ESTIMATE, ["invalid_answer"]),
     "negative-mass": Case(
         [edited(lambda o: o["links"][0].update(mass_kg=-1.0))], [REFUSED] * 2, NO_ESTIMATE, ["invalid_answer"]
