@@ -164,6 +164,8 @@ class Run:
     assets: pd.DataFrame
     calls: pd.DataFrame
     seconds: float
+    asked_first: int
+    """Requests that the asset which is refined twice took the first time."""
 
 
 def overlapping(folder: Path) -> Path:
@@ -212,14 +214,15 @@ def run(tmp_path_factory: pytest.TempPathFactory) -> Run:
             )
             return refine_on_worker(AssetRef(asset_id=name, path=str(stuck_folder), category="Box"), out, kept)
 
-        refine("competent")  # LiteLLM and the engines take seconds to load, once
+        refine("competent")  # LiteLLM and the engines take seconds to load, once; a slow machine may have to ask again
+        asked_first = len(server.of("competent"))
         start = monotonic()
         with ThreadPoolExecutor(6) as pool:
             records = dict(zip(CASES, pool.map(refine, CASES), strict=True))
         seconds = monotonic() - start
     write_run(out, finish_run(start_run(settings, "hostile", None), "finished"), list(records.values()))
     assets = read_table(out, "assets").set_index("asset_id")
-    return Run(records, server, assets, read_table(out, "model_calls"), seconds)
+    return Run(records, server, assets, read_table(out, "model_calls"), seconds, asked_first)
 
 
 def the_calls(run: Run, name: str) -> list[str]:
@@ -247,7 +250,7 @@ def test_every_request_is_a_call_and_every_call_a_row(run: Run, name: str) -> No
 
 
 def test_the_first_run_of_an_answered_asset_is_not_paid_for_again(run: Run) -> None:
-    assert len(run.server.of("competent")) == 1 and the_calls(run, "competent") == ["cached"]
+    assert len(run.server.of("competent")) == run.asked_first and the_calls(run, "competent") == ["cached"]
 
 
 def test_no_fault_holds_the_others_up(run: Run) -> None:
