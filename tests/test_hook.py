@@ -2,6 +2,7 @@
 
 import json
 import os
+import shlex
 import subprocess
 import sys
 import time
@@ -23,7 +24,7 @@ from tests.factories import make_failure, make_record
 
 ROOT = Path(__file__).resolve().parents[1]
 EVIL = "$(touch evil); `touch evil`; \" ' ; touch evil #\n touch evil"
-WRITE = f"{sys.executable} -c \"import json, os; json.dump(dict(os.environ), open('told.json', 'w'))\""
+WRITE = f"{shlex.quote(sys.executable)} -c \"import json, os; json.dump(dict(os.environ), open('told.json', 'w'))\""
 
 
 def told(folder: Path) -> dict[str, str]:

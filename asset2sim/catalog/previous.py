@@ -4,23 +4,13 @@ from collections.abc import Mapping
 from pathlib import Path
 
 import pandas as pd
+import pyarrow as pa
 
 from asset2sim.catalog.changes import Previous, PreviousRun
-from asset2sim.catalog.read import query
+from asset2sim.catalog.read import read_table
 from asset2sim.catalog.run import RunRow
 from asset2sim.catalog.switch import find_catalog
 from schemas.errors import Asset2SimError
-
-_ASSETS = "SELECT asset_id, failure_mode FROM assets WHERE method = ? AND model = ?"
-_RUN = """
-SELECT
-    run_id, started_at, assets, ok, queries, prompt_tokens + completion_tokens AS tokens, cost_usd, seconds,
-    asset_seconds
-FROM runs
-WHERE method = ? AND model = ? AND dataset = ? AND subset IS NOT DISTINCT FROM ? AND run_id <> ?
-ORDER BY started_at DESC
-LIMIT 1
-"""
 
 
 def read_previous(out: Path, run: RunRow) -> Previous:
@@ -31,15 +21,25 @@ def read_previous(out: Path, run: RunRow) -> Previous:
     """
     if find_catalog(out) is None:
         return Previous()
-    pair = (run.settings.method.value, run.settings.model.model)
     try:
-        assets = query(out, _ASSETS, pair)
-        runs = query(out, _RUN, (*pair, run.dataset, run.subset, run.run_id))
-    except (Asset2SimError, OSError) as error:
+        assets, runs = read_table(out, "assets"), read_table(out, "runs")
+    except (Asset2SimError, OSError, KeyError, pa.ArrowException) as error:
         return Previous(problem=f"what was there before cannot be read, so every failure counts as new: {error}")
+    assets, runs = (table[same_way(table, run)] for table in (assets, runs))
+    subset = runs["subset"].isna() if run.subset is None else runs["subset"] == run.subset
+    runs = runs[(runs["dataset"] == run.dataset) & subset & (runs["run_id"] != run.run_id)]
+    runs = runs.sort_values("started_at", ascending=False)
     modes = dict(zip(assets["asset_id"].astype(str), assets["failure_mode"].astype(str), strict=True))
-    rows = runs.to_dict("records")
+    runs = runs.assign(tokens=runs["prompt_tokens"] + runs["completion_tokens"])
+    rows = runs.head(1).to_dict("records")
     return Previous(modes, _run({str(name): value for name, value in rows[0].items()}) if rows else None)
+
+
+def same_way(table: pd.DataFrame, run: RunRow) -> "pd.Series[bool]":
+    """Which rows are of the run's method and model."""
+    settings = run.settings
+    found: pd.Series[bool] = (table["method"] == settings.method.value) & (table["model"] == settings.model.model)
+    return found
 
 
 def _run(row: Mapping[str, object]) -> PreviousRun:

@@ -8,24 +8,28 @@ tables.sql("SELECT failure_mode, count(*) FROM assets GROUP BY ALL").df()
 import os
 import re
 from pathlib import Path
-
-import duckdb
+from typing import TYPE_CHECKING
 
 from asset2sim.catalog.history import PATTERN, history_files
 from asset2sim.catalog.switch import find_catalog
 from schemas.errors import UsageError
 from schemas.tables import HISTORY, PUBLISHED, TABLES
 
+if TYPE_CHECKING:
+    import duckdb
+
 _LEFT_OUT = re.compile(r"^(LINE \d+:|\s*\^)")
 _NO_TABLE = re.compile(r"Table with name (\S+) does not exist")
 
 
-def connect(out: str | os.PathLike[str]) -> duckdb.DuckDBPyConnection:
+def connect(out: str | os.PathLike[str]) -> "duckdb.DuckDBPyConnection":
     """A connection with a view per table of OUT, ``asset_history`` among them; times are in UTC.
 
     The views read the files anew in each query; close the connection, or let it go. Raises UsageError where OUT has no
     catalog.
     """
+    import duckdb  # late: whoever only writes the catalog needs none
+
     folder = find_catalog(Path(out))
     if folder is None:
         raise no_catalog(Path(out))
@@ -39,7 +43,7 @@ def no_catalog(out: Path) -> UsageError:
     return UsageError(f"no catalog in {out}: run 'asset2sim refine DATA --out {out}' first, or name another --out")
 
 
-def make_views(connection: duckdb.DuckDBPyConnection, out: Path, folder: Path) -> None:
+def make_views(connection: "duckdb.DuckDBPyConnection", out: Path, folder: Path) -> None:
     """A view for every published table; ``folder`` holds OUT's set of tables. One that has no file yet is empty."""
     connection.execute("SET TimeZone = 'UTC'")
     for table in TABLES.values():
@@ -56,7 +60,7 @@ def make_views(connection: duckdb.DuckDBPyConnection, out: Path, folder: Path) -
         connection.register(HISTORY.name, HISTORY.schema.empty_table())
 
 
-def query_error(error: duckdb.Error) -> UsageError:
+def query_error(error: "duckdb.Error") -> UsageError:
     """What is wrong with a query, in one line that names the tables or the columns that there are."""
     lines = [line.strip() for line in str(error).splitlines() if line.strip() and not _LEFT_OUT.match(line)]
     if _NO_TABLE.search(str(error)):

@@ -5,7 +5,6 @@ from difflib import get_close_matches
 from pathlib import Path
 from typing import TypeVar
 
-import duckdb
 import pandas as pd
 import pyarrow as pa
 import pyarrow.parquet as pq
@@ -40,8 +39,10 @@ def query(out: Path, sql: str, parameters: Sequence[object] = ()) -> pd.DataFram
 
     Raises UsageError where OUT has no catalog or the query is at fault.
     """
+    import duckdb  # late: imported beside Prefect's threads, it complains of them when the program ends
+
     try:
-        return _steadily(out, lambda folder: _answer(out, folder, sql, parameters))
+        return _steadily(out, lambda folder: _answer(out, folder, sql, parameters), (OSError, duckdb.Error))
     except duckdb.Error as error:
         raise query_error(error) from error
 
@@ -81,6 +82,8 @@ def _history_frame(out: Path) -> pd.DataFrame:
 
 
 def _answer(out: Path, folder: Path, sql: str, parameters: Sequence[object]) -> pd.DataFrame:
+    import duckdb
+
     with duckdb.connect(":memory:") as connection:
         make_views(connection, out, folder)
         done: duckdb.DuckDBPyConnection | None = connection.execute(sql, list(parameters))
@@ -89,7 +92,7 @@ def _answer(out: Path, folder: Path, sql: str, parameters: Sequence[object]) -> 
         return done.df()
 
 
-def _steadily(out: Path, read: Callable[[Path], Result]) -> Result:
+def _steadily(out: Path, read: Callable[[Path], Result], retried: tuple[type[Exception], ...] = (OSError,)) -> Result:
     """``read`` of a folder that nobody replaced meanwhile: another run may switch the tables between two files."""
     for attempt in range(_ATTEMPTS):
         folder = find_catalog(out)
@@ -98,7 +101,7 @@ def _steadily(out: Path, read: Callable[[Path], Result]) -> Result:
         before = _identity(out, folder)
         try:
             result = read(folder)
-        except (OSError, duckdb.Error):
+        except retried:
             if _identity(out, folder) == before or attempt == _ATTEMPTS - 1:
                 raise
             continue
