@@ -18,7 +18,7 @@ from asset2sim.engines.registry import HOW_TO_INSTALL, engine_version, installed
 from asset2sim.isolation import Ending, run_isolated
 from asset2sim.models.choices import check_model
 from asset2sim.models.environment import quiet_environment
-from asset2sim.models.priors_known import is_prior
+from asset2sim.models.priors_known import described, is_prior
 from asset2sim.models.purposes import named_models, settings_for
 from schemas.errors import Asset2SimError, UsageError
 from schemas.request import ModelRequest
@@ -63,7 +63,7 @@ def examine(out: Path, model: ModelSettings) -> list[Check]:
             if engine is not Engine.PYBULLET
         ),
         *(
-            _attempt(f"model {name}", partial(check_model_answers, settings_for(model, name)))
+            _attempt(f"model {described(name)}", partial(check_model_answers, settings_for(model, name)))
             for name in named_models(model)
         ),
         _attempt("Dask", check_dask),

@@ -49,7 +49,7 @@ def refine_dataset(
         refined = refine_assets(opaque(refs), opaque(todo), out, settings, started.run_id, pipeline)
         refined = align(opaque(refined), opaque(references))
         run = finish_run(started, "interrupted" if refined.stopped else "finished")
-        previous = find_previous(out, run)
+        previous = find_previous(out, run, opaque(present))
         publish(out, run, opaque(refined), opaque(present))
         told = report(out, run, opaque(refined), opaque(previous))
         # Whoever presses Ctrl-C wants out: MLflow alone takes seconds.

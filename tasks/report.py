@@ -1,5 +1,6 @@
 """The run's report: a file under OUT, and Prefect's page of the run."""
 
+from collections.abc import Collection
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -28,9 +29,9 @@ class Reported:
 
 
 @task(name="find-previous", cache_policy=NO_CACHE, persist_result=False)
-def find_previous(out: Path, run: RunRow) -> Previous:
+def find_previous(out: Path, run: RunRow, present: Collection[str] | None = None) -> Previous:
     """What the catalog holds before the run is published; see ``asset2sim.catalog.previous.read_previous``."""
-    return read_previous(out, run)
+    return read_previous(out, run, present)
 
 
 @task(name="report", cache_policy=NO_CACHE, persist_result=False)

@@ -50,13 +50,14 @@ class ModelServer:
 
 
 @contextmanager
-def serve(replies: Sequence[Reply] | Script) -> Iterator[ModelServer]:
+def serve(replies: Sequence[Reply] | Script, port: int = 0) -> Iterator[ModelServer]:
     """Serve the replies in order, the last one for ever, or what a script says to each request.
 
-    A hanging or dripping reply lasts until the server is closed.
+    A hanging or dripping reply lasts until the server is closed. ``port`` 0 is any free one; scripts are called by one
+    thread at a time.
     """
     closing = threading.Event()
-    http = ThreadingHTTPServer(("127.0.0.1", 0), BaseHTTPRequestHandler)
+    http = ThreadingHTTPServer(("127.0.0.1", port), BaseHTTPRequestHandler)
     server = ModelServer(api_base=f"http://127.0.0.1:{http.server_address[1]}/v1")
     http.RequestHandlerClass = _handler(server, replies, closing)
     http.daemon_threads = True

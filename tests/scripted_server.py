@@ -13,18 +13,15 @@ import re
 import threading
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
-from dataclasses import dataclass, field
-from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
 from PIL import Image
 
 from asset2sim.priors.answer import answer
-from tests.model_server import Reply
+from tests.model_server import Reply, serve
 
-HANG_S = 60.0
-"""Longest that a hanging reply lasts, s; it ends with the server."""
 CHARACTERS_PER_TOKEN = 4
 LABEL = "Image: "
 """What the text part before each image begins with."""
@@ -43,7 +40,6 @@ class Asked:
     characters: int
     text: str
     system: str
-    authorization: str | None
     body: Mapping[str, Any]
 
     def row(self, status: int) -> dict[str, object]:
@@ -63,12 +59,8 @@ Script = Callable[[Asked], Reply]
 class ScriptedServer:
     """Where the server listens, and what it was asked so far."""
 
-    port: int
-    asked: list[Asked] = field(default_factory=list)
-
-    @property
-    def api_base(self) -> str:
-        return f"http://127.0.0.1:{self.port}/v1"
+    api_base: str
+    asked: list[Asked]
 
     def of(self, asset_id: str, purpose: str | None = None) -> list[Asked]:
         """The requests about one asset."""
@@ -83,53 +75,29 @@ def competent(asked: Asked) -> Reply:
 @contextmanager
 def scripted(script: Script = competent, port: int = 0, log: Path | None = None) -> Iterator[ScriptedServer]:
     """Serve a script on this machine, on a free port if ``port`` is 0."""
-    closing, lock = threading.Event(), threading.Lock()
+    asked: list[Asked] = []
 
-    class Handler(BaseHTTPRequestHandler):
-        protocol_version = "HTTP/1.1"
+    def reply_to(body: dict[str, Any]) -> Reply:
+        request = read_request(body)
+        reply = counted(script(request), request)
+        asked.append(request)
+        if log is not None:
+            with log.open("a", encoding="utf-8") as file:
+                file.write(json.dumps(request.row(reply.status)) + "\n")
+        return reply
 
-        def do_POST(self) -> None:
-            body = json.loads(self.rfile.read(int(self.headers["Content-Length"])))
-            asked = read_request(body, self.headers.get("Authorization"))
-            with lock:
-                reply = script(asked)
-                server.asked.append(asked)
-                if log is not None:
-                    with log.open("a", encoding="utf-8") as file:
-                        file.write(json.dumps(asked.row(reply.status)) + "\n")
-            if reply.hang:
-                closing.wait(HANG_S)
-                self.close_connection = True
-                return
-            payload = json.dumps(completion(asked, reply) if reply.status == 200 else failure(reply)).encode()
-            try:
-                self.send_response(reply.status)
-                for name, value in {"Content-Type": "application/json", **reply.headers}.items():
-                    self.send_header(name, value)
-                self.send_header("Content-Length", str(len(payload)))
-                self.end_headers()
-                self.wfile.write(payload)
-            except ConnectionError:  # whoever asked did not wait for the end
-                self.close_connection = True
-
-        def log_message(self, *arguments: object) -> None:
-            """Keep the console clean."""
-
-    http = ThreadingHTTPServer(("127.0.0.1", port), Handler)
-    http.daemon_threads = True
-    server = ScriptedServer(http.server_address[1])
-    thread = threading.Thread(target=http.serve_forever, kwargs={"poll_interval": 0.02}, daemon=True)
-    thread.start()
-    try:
-        yield server
-    finally:
-        closing.set()
-        http.shutdown()
-        http.server_close()
-        thread.join(5.0)
+    with serve(reply_to, port) as server:
+        yield ScriptedServer(server.api_base, asked)
 
 
-def read_request(body: Mapping[str, Any], authorization: str | None = None) -> Asked:
+def counted(reply: Reply, asked: Asked) -> Reply:
+    """The reply with tokens that go with the lengths of question and answer."""
+    characters = asked.characters + len(asked.system), len(reply.content or "")
+    sent, said = (-(-count // CHARACTERS_PER_TOKEN) for count in characters)
+    return replace(reply, prompt_tokens=sent, completion_tokens=said)
+
+
+def read_request(body: Mapping[str, Any]) -> Asked:
     """What the user says in a chat request: text, labelled images, and what it says that it is about."""
     parts: list[dict[str, Any]] = []
     for message in body["messages"]:
@@ -154,7 +122,6 @@ def read_request(body: Mapping[str, Any], authorization: str | None = None) -> A
         characters=len(text),
         text=text,
         system="\n".join(str(m["content"]) for m in body["messages"] if m["role"] == "system"),
-        authorization=authorization,
         body=body,
     )
 
@@ -164,28 +131,6 @@ def information(text: str) -> dict[str, Any]:
     found = _INFORMATION.search(text)
     value = json.loads(found.group(1)) if found else {}
     return value if isinstance(value, dict) else {}
-
-
-def completion(asked: Asked, reply: Reply) -> dict[str, Any]:
-    """The body of a success."""
-    sent, said = (asked.characters + len(asked.system)), len(reply.content or "")
-    message: dict[str, Any] = {"role": "assistant", "content": reply.content}
-    if reply.tool_calls:
-        message["tool_calls"] = [
-            {"id": f"call_{index}", "type": "function", "function": {"name": name, "arguments": arguments}}
-            for index, (name, arguments) in enumerate(reply.tool_calls)
-        ]
-    tokens = [-(-count // CHARACTERS_PER_TOKEN) for count in (sent, said)]
-    return {
-        "id": "scripted-1", "object": "chat.completion", "created": 0, "model": asked.model,
-        "choices": [{"index": 0, "message": message, "finish_reason": reply.finish_reason}],
-        "usage": {"prompt_tokens": tokens[0], "completion_tokens": tokens[1], "total_tokens": sum(tokens)},
-    }  # fmt: skip
-
-
-def failure(reply: Reply) -> dict[str, Any]:
-    """The body of an error."""
-    return {"error": {"message": reply.content, "type": "scripted", "code": None}}
 
 
 def main() -> None:

@@ -3,11 +3,8 @@
 import os
 import shutil
 import signal
-import sys
-from collections.abc import Callable
 from datetime import UTC, datetime
 from pathlib import Path
-from types import FrameType
 from typing import Any
 
 import pandas as pd
@@ -31,6 +28,7 @@ from schemas.settings import ModelSettings, Settings, Thresholds
 from schemas.tables import HISTORY, PUBLISHED, TABLES
 from schemas.vocabulary import FailureMode
 from tests.factories import make_failure, make_measurement, make_motion, make_record, make_run_records
+from tests.killing import killed_at
 
 CATALOG_FILE = Path(__file__).resolve().parents[1] / "catalog.yaml"
 SWITCH_AND_STORE = {switch.__file__, store.__file__}
@@ -228,32 +226,6 @@ def state(out: Path) -> set[tuple[str, str]]:
     return set(query(out, per_table).itertuples(index=False, name=None))
 
 
-def run_and_kill_at(line: int, work: Callable[[], None]) -> bool:
-    """Whether a child that does ``work`` got to its n-th line in switch and store, before which it kills itself."""
-    child = os.fork()
-    if child == 0:
-        seen = 0
-
-        def trace(frame: FrameType, event: str, _: object) -> Any:
-            nonlocal seen
-            if frame.f_code.co_filename not in SWITCH_AND_STORE:
-                return None
-            seen += event == "line"
-            if seen == line:
-                os.kill(os.getpid(), signal.SIGKILL)
-            return trace
-
-        sys.settrace(trace)
-        try:
-            work()
-        except BaseException:
-            os._exit(3)
-        os._exit(0)
-    _, status = os.waitpid(child, 0)
-    assert os.WIFSIGNALED(status) or os.WEXITSTATUS(status) == 0
-    return os.WIFSIGNALED(status)
-
-
 @pytest.mark.parametrize("exchange", [True, False], ids=["exchange", "two renames"])
 @pytest.mark.parametrize("existing", [True, False], ids=["over a catalog", "the first"])
 def test_a_killed_switch_leaves_the_whole_old_or_the_whole_new_folder(
@@ -279,7 +251,7 @@ def test_a_killed_switch_leaves_the_whole_old_or_the_whole_new_folder(
         out.mkdir()
         if existing:
             publish(out, "1")
-        killed = run_and_kill_at(line, lambda out=out: publish(out, "2"))  # type: ignore[misc]
+        killed = killed_at(line, SWITCH_AND_STORE, lambda out=out: publish(out, "2"))  # type: ignore[misc]
         seen.append(found(out))
         assert seen[-1] in (old, "22"), f"killed before line {line}"
         # The next run puts right what was left, and loses nothing even if it does no more than that.
@@ -299,7 +271,7 @@ def test_a_killed_run_leaves_the_tables_of_one_run_and_the_next_adds_to_them(tmp
     for line in range(1, 10_000, 41):
         out = tmp_path / str(line)
         shutil.copytree(tmp_path / "template", out)
-        killed = run_and_kill_at(line, lambda out=out: write_run(out, make_run("new"), records))  # type: ignore[misc]
+        killed = killed_at(line, SWITCH_AND_STORE, lambda out=out: write_run(out, make_run("new"), records))  # type: ignore[misc]
         seen.append(state(out))
         assert seen[-1] in (old, new), f"killed before line {line}"
         if not killed:

@@ -7,11 +7,13 @@ import subprocess
 import sys
 import time
 import uuid
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from pathlib import Path
 
 import pyarrow.parquet as pq
 import pytest
+
+from tests.processes import alive, wait_until
 
 ROOT = Path(__file__).resolve().parents[1]
 SAMPLES = ROOT / "data" / "raw"
@@ -42,27 +44,6 @@ def mark() -> str:
 @pytest.fixture
 def environment(prefect_home: Path, mark: str) -> dict[str, str]:
     return {**os.environ, "PREFECT_HOME": str(prefect_home), "ASSET2SIM_TEST_MARK": mark}
-
-
-def alive(mark: str) -> list[str]:
-    """The command lines of running processes that carry the mark."""
-    found = []
-    for folder in Path("/proc").glob("[0-9]*"):
-        try:
-            if mark.encode() in (folder / "environ").read_bytes():
-                found.append((folder / "cmdline").read_bytes().replace(b"\0", b" ").decode(errors="replace"))
-        except (FileNotFoundError, ProcessLookupError, PermissionError):
-            continue
-    return found
-
-
-def wait_until(condition: Callable[[], bool], seconds: float) -> bool:
-    end = time.monotonic() + seconds
-    while time.monotonic() < end:
-        if condition():
-            return True
-        time.sleep(0.1)
-    return condition()
 
 
 def statuses(out: Path) -> dict[str, str]:

@@ -1,12 +1,9 @@
 """The history of all runs: what a run leaves there, months, compaction, and what changed between two runs."""
 
-import os
 import shutil
-import signal
-import sys
 from datetime import UTC, datetime
+from functools import partial
 from pathlib import Path
-from types import FrameType
 from typing import Any
 
 import pandas as pd
@@ -28,6 +25,7 @@ from schemas.tables import HISTORY
 from schemas.tables_history import COST_COLUMNS, OUTCOME_COLUMNS
 from schemas.vocabulary import FailureMode, Grouping, Status
 from tests.factories import make_failure, make_record
+from tests.killing import killed_at
 
 OK = FailureMode.NONE
 
@@ -133,7 +131,8 @@ def test_a_killed_compaction_loses_and_doubles_nothing(
     for line in range(1, 1000, 2):
         out = tmp_path / str(line)
         shutil.copytree(template, out)
-        killed = compact_and_kill_at(line, out)
+        work = partial(compact_history, out, datetime(2026, 12, 1, tzinfo=UTC))
+        killed = killed_at(line, (compact.__file__, switch.__file__), work)
         if swaps:
             assert kept(out, "run_id", "asset_id") == expected
         write_run(out, night(1, 12), ended(a=OK))
@@ -142,32 +141,6 @@ def test_a_killed_compaction_loses_and_doubles_nothing(
         if not killed:
             break
     assert not killed and line > 20
-
-
-def compact_and_kill_at(line: int, out: Path) -> bool:
-    """Whether a child got to its n-th line in compaction, before which it kills itself."""
-    child = os.fork()
-    if child == 0:
-        seen = 0
-
-        def trace(frame: FrameType, event: str, _: object) -> Any:
-            nonlocal seen
-            if frame.f_code.co_filename not in (compact.__file__, switch.__file__):
-                return None
-            seen += event == "line"
-            if seen == line:
-                os.kill(os.getpid(), signal.SIGKILL)
-            return trace
-
-        sys.settrace(trace)
-        try:
-            compact_history(out, datetime(2026, 12, 1, tzinfo=UTC))
-        except BaseException:
-            os._exit(3)
-        os._exit(0)
-    _, status = os.waitpid(child, 0)
-    assert os.WIFSIGNALED(status) or os.WEXITSTATUS(status) == 0
-    return os.WIFSIGNALED(status)
 
 
 def test_two_runs_held_against_each_other(tmp_path: Path) -> None:

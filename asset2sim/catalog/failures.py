@@ -9,6 +9,7 @@ from rich.table import Table
 from rich.text import Text
 
 from asset2sim.catalog.read import query
+from asset2sim.models.priors_known import described
 
 
 def failure_breakdown(out: Path) -> pd.DataFrame:
@@ -24,7 +25,7 @@ def render_failures(breakdown: pd.DataFrame) -> Table:
     """The breakdown as a table for the terminal; method and model only where there is more than one pair of them."""
     pairs = sorted(set(zip(breakdown["method"], breakdown["model"], strict=True)))
     several = len(pairs) > 1
-    title = f"Failure modes: {', '.join(pairs[0])}" if len(pairs) == 1 else "Failure modes"
+    title = f"Failure modes: {pairs[0][0]}, {described(pairs[0][1])}" if len(pairs) == 1 else "Failure modes"
     table = Table(box=box.SIMPLE_HEAD, title=title, title_justify="left", title_style="bold")
     for name in ("method", "model") if several else ():
         table.add_column(name)
@@ -46,7 +47,7 @@ def render_failures(breakdown: pd.DataFrame) -> Table:
             _text(row["causes"]),
             ", ".join(examples) + more,
         ]
-        table.add_row(*((str(row["method"]), str(row["model"])) if several else ()), *cells)
+        table.add_row(*((str(row["method"]), described(str(row["model"]))) if several else ()), *cells)
     return table
 
 

@@ -1,7 +1,8 @@
 """What the catalog held before a run, as far as the run's report needs it."""
 
-from collections.abc import Mapping
+from collections.abc import Collection
 from pathlib import Path
+from typing import Any
 
 import pandas as pd
 import pyarrow as pa
@@ -13,10 +14,11 @@ from asset2sim.catalog.switch import find_catalog
 from schemas.errors import Asset2SimError
 
 
-def read_previous(out: Path, run: RunRow) -> Previous:
+def read_previous(out: Path, run: RunRow, present: Collection[str] | None = None) -> Previous:
     """How each asset of the run's method and model ended before it, and the last run over the same dataset and subset.
 
-    Call it before the run is written. Nothing, where OUT has no catalog yet; where it has one that cannot be read, the
+    ``present`` names the assets that the dataset still has, None where the run does not know. Call it before the run is
+    written. Nothing, where OUT has no catalog yet; where it has one that cannot be read, the
     answer's ``problem`` says so, since no night's work may be lost for want of the last one's.
     """
     if find_catalog(out) is None:
@@ -28,11 +30,10 @@ def read_previous(out: Path, run: RunRow) -> Previous:
     assets, runs = (table[same_way(table, run)] for table in (assets, runs))
     subset = runs["subset"].isna() if run.subset is None else runs["subset"] == run.subset
     runs = runs[(runs["dataset"] == run.dataset) & subset & (runs["run_id"] != run.run_id)]
-    runs = runs.sort_values("started_at", ascending=False)
     modes = dict(zip(assets["asset_id"].astype(str), assets["failure_mode"].astype(str), strict=True))
-    runs = runs.assign(tokens=runs["prompt_tokens"] + runs["completion_tokens"])
-    rows = runs.head(1).to_dict("records")
-    return Previous(modes, _run({str(name): value for name, value in rows[0].items()}) if rows else None)
+    if present is not None:
+        modes = {name: mode for name, mode in modes.items() if name in present}
+    return Previous(modes, None if runs.empty else _run(runs.sort_values("started_at").iloc[-1]))
 
 
 def same_way(table: pd.DataFrame, run: RunRow) -> "pd.Series[bool]":
@@ -42,11 +43,15 @@ def same_way(table: pd.DataFrame, run: RunRow) -> "pd.Series[bool]":
     return found
 
 
-def _run(row: Mapping[str, object]) -> PreviousRun:
-    values: dict[str, object] = {
-        "run_id": str(row["run_id"]),
-        "started_at": pd.Timestamp(str(row["started_at"])).to_pydatetime(),
-    }
-    values |= {name: int(str(row[name])) for name in ("assets", "ok", "queries", "tokens")}
-    values |= {name: float(str(row[name])) for name in ("cost_usd", "seconds", "asset_seconds")}
-    return PreviousRun(**values)  # type: ignore[arg-type]
+def _run(row: "pd.Series[Any]") -> PreviousRun:
+    return PreviousRun(
+        run_id=str(row["run_id"]),
+        started_at=pd.Timestamp(row["started_at"]).to_pydatetime(),
+        assets=int(row["assets"]),
+        ok=int(row["ok"]),
+        queries=int(row["queries"]),
+        tokens=int(row["prompt_tokens"] + row["completion_tokens"]),
+        cost_usd=float(row["cost_usd"]),
+        seconds=float(row["seconds"]),
+        asset_seconds=float(row["asset_seconds"]),
+    )

@@ -12,6 +12,7 @@ from asset2sim.catalog.changes import Changed, Changes, Previous, PreviousRun
 from asset2sim.catalog.rows import queries, total_seconds
 from asset2sim.catalog.run import RunRow
 from asset2sim.catalog.text import NOTHING, number
+from asset2sim.models.priors_known import described
 from schemas.asset import AssetRecord
 from schemas.vocabulary import FailureMode, Severity, Stage, Status
 
@@ -77,7 +78,7 @@ def _about(run: RunRow) -> str:
         f"Run `{run.run_id}`, {run.outcome}",
         f"from {_moment(run.started_at)} to {_moment(run.finished_at)}",
         f"dataset {escape(run.dataset)}" + (f", subset {escape(run.subset)}" if run.subset else ""),
-        f"method {escape(run.settings.method.value)}, model {escape(run.settings.model.model)}",
+        f"method {escape(run.settings.method.value)}, model {escape(described(run.settings.model.model))}",
     ]
     return " · ".join([*parts, *([commit] if commit else [])])
 

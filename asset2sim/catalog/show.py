@@ -16,6 +16,7 @@ from rich.text import Text
 from asset2sim.catalog.read import read_asset
 from asset2sim.catalog.show_engines import engine_tables
 from asset2sim.catalog.text import NOTHING, number, vector
+from asset2sim.models.priors_known import described
 from schemas.settings import Thresholds
 from schemas.vocabulary import Stage
 
@@ -72,7 +73,7 @@ def _heading(asset: Row) -> RenderableType:
     lines.append(f"  {asset['reason']}\n" if asset["reason"] else "\n")
     if asset["prompt"]:
         lines.append(f"asked      {asset['prompt']}\n")
-    lines.append(f"refined    by {asset['method']} with {asset['model']} in run {asset['run_id']}\n")
+    lines.append(f"refined    by {asset['method']} with {described(str(asset['model']))} in run {asset['run_id']}\n")
     lines.append(f"read from  {asset['source_path']}")
     return lines
 

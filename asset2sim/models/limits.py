@@ -1,8 +1,7 @@
 """How fast and how often at once a provider is asked, over all threads and processes that share an output folder.
 
-Own code, since what is needed is small and the rate limiters that were looked at lack half of it: pyrate-limiter shares
-a window through SQLite or a file lock, but neither bounds what is in flight nor lets one worker's ``Retry-After`` hold
-back the others. The slots are locks of ``filelock``, which the system frees however a process ends.
+Own code, since what is needed is small and goes together: how often, how many at once, and one worker's ``Retry-After``
+that holds back the others. The slots are locks of ``filelock``, which the system frees however a process ends.
 """
 
 import contextlib

@@ -76,7 +76,7 @@ def data_block(tag: str, value: object) -> str:
 
     Angle brackets and ampersands are written as JSON escapes, so that the block still parses to the same value.
     """
-    text = json.dumps(_rounded(value), ensure_ascii=False, allow_nan=False, separators=(",", ":"))
+    text = json.dumps(rounded(value), ensure_ascii=False, allow_nan=False, separators=(",", ":"))
     # A lone surrogate, as a badly decoded file yields it, cannot be sent to anyone.
     return f"<{tag}>\n{text.translate(_ESCAPES).encode('utf-8', 'replace').decode('utf-8')}\n</{tag}>"
 
@@ -120,11 +120,12 @@ def _joint(joint: JointFeatures) -> dict[str, object]:
     }
 
 
-def _rounded(value: object) -> object:
+def rounded(value: object, digits: int = SIGNIFICANT_DIGITS) -> object:
+    """The value with every float in it rounded to this many significant digits."""
     if isinstance(value, float):
-        return float(f"{value:.{SIGNIFICANT_DIGITS}g}") + 0.0  # and no negative zero
+        return float(f"{value:.{digits}g}") + 0.0  # and no negative zero
     if isinstance(value, Mapping):
-        return {key: _rounded(item) for key, item in value.items()}
+        return {key: rounded(item, digits) for key, item in value.items()}
     if isinstance(value, list | tuple):
-        return [_rounded(item) for item in value]
+        return [rounded(item, digits) for item in value]
     return value

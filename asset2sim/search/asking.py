@@ -5,6 +5,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from asset2sim.models.priors_known import is_prior
+from asset2sim.models.purposes import REFINEMENT_PURPOSE, model_for
 from asset2sim.models.refinement import Situation, Tried, refinement_request
 from asset2sim.search.proposals import Pose
 from asset2sim.search.questions import Questions
@@ -16,7 +17,7 @@ from schemas.features import Features
 from schemas.measurement import ContactPair
 from schemas.overlay import PhysicsOverlay
 from schemas.request import LabelledImage
-from schemas.settings import ModelSettings, Settings
+from schemas.settings import Settings
 
 MODEL_VIEWS = ("front", "left", "right", "perspective")
 """The four views of the state that a model is shown (paper, "Refine the state")."""
@@ -68,15 +69,10 @@ def next_pose(scene: Scene, situation: Situation, focus: tuple[str, ...], shown:
 
 def pictures(scene: Scene, pose: Pose) -> Sequence[LabelledImage]:
     """Four labelled views of a pose for models that may look; none for one that cannot, or will not be asked."""
-    if is_prior(refinement_model(scene.settings.model)) or scene.questions.left <= 0:
+    if is_prior(model_for(scene.settings.model, REFINEMENT_PURPOSE)) or scene.questions.left <= 0:
         return ()
     try:
         views = render_views(scene.urdf, pose, scene.settings.views)
     except AssetError:  # nothing to draw: the numbers alone still say what is wrong
         return ()
     return tuple(LabelledImage(label=name, png=png_bytes(views[name])) for name in MODEL_VIEWS)
-
-
-def refinement_model(settings: ModelSettings) -> str:
-    """The model that is asked about the state."""
-    return settings.refinement_model or settings.model

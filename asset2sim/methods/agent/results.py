@@ -8,6 +8,7 @@ import numpy as np
 from asset2sim.arrays import Array
 from asset2sim.methods.agent.bounds import MAX_RESULT_CHARS, MAX_ROWS
 from asset2sim.metrics.verdict import judge
+from asset2sim.models.prompt import rounded
 from schemas.measurement import ContactPair, Measurement
 from schemas.overlay import PhysicsOverlay
 from schemas.settings import Thresholds
@@ -89,18 +90,7 @@ def refused(message: str) -> str:
 
 def text_of(value: object) -> str:
     """A value as compact JSON with few digits."""
-    return json.dumps(rounded(value), ensure_ascii=False, separators=(",", ":"), allow_nan=False)
-
-
-def rounded(value: object) -> object:
-    """The value with every float rounded to ``DIGITS`` significant digits."""
-    if isinstance(value, float):
-        return float(f"{value:.{DIGITS}g}") + 0.0  # and no negative zero
-    if isinstance(value, Mapping):
-        return {key: rounded(item) for key, item in value.items()}
-    if isinstance(value, list | tuple):
-        return [rounded(item) for item in value]
-    return value
+    return json.dumps(rounded(value, DIGITS), ensure_ascii=False, separators=(",", ":"), allow_nan=False)
 
 
 def cut(text: str, most: int = MAX_RESULT_CHARS) -> str:
