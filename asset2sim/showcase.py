@@ -12,7 +12,7 @@ from PIL import Image, ImageDraw, ImageFont
 
 from asset2sim.dataset import load_dataset
 from asset2sim.engines.pybullet_object import loaded
-from asset2sim.engines.rest import watch
+from asset2sim.engines.rest import observe
 from asset2sim.urdf.locate import find_urdf
 from asset2sim.views import render_views
 from schemas.asset import AssetRef
@@ -31,7 +31,7 @@ MARGIN = 8
 def left_alone(urdf: Path, positions: Mapping[str, float], friction: float) -> dict[str, float]:
     """Joint positions (rad, m) after PyBullet's settling and test; as they were where they stop being numbers."""
     settings = EngineSettings()
-    seen = watch(Engine.PYBULLET, urdf, positions, friction, settings.drop_height_m, settings)
+    seen = observe(Engine.PYBULLET, urdf, positions, friction, settings.drop_height_m, settings)
     after = dict(zip(seen.joints, (float(value) for value in seen.joint_positions[-1]), strict=True))
     return after if all(abs(value) < 1e3 for value in after.values()) else dict(positions)
 

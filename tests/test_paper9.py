@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from asset2sim.engines.rest import watch
+from asset2sim.engines.rest import observe
 from asset2sim.pipeline import refine_asset
 from schemas.asset import AssetRecord
 from schemas.vocabulary import Engine, Status
@@ -41,7 +41,7 @@ def check(asset_id: str, out: Path) -> None:
     overlay = record.overlay
     urdf = out / "assets" / asset_id / "mobility.urdf"
     friction = overlay.contact_friction
-    dropped = watch(Engine.PYBULLET, urdf, overlay.initial_positions, friction, DROP_M, UNSEEN.engine)
+    dropped = observe(Engine.PYBULLET, urdf, overlay.initial_positions, friction, DROP_M, UNSEEN.engine)
     # Falling 5 cm ends at 1 m/s: the object did fall, and nothing was flung.
     assert 0.8 <= dropped.peak_speed <= FASTEST_M_S
 

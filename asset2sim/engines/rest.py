@@ -8,22 +8,13 @@ import numpy as np
 
 from asset2sim.arrays import Array
 from asset2sim.engines.registry import engine_version, open_world
-from asset2sim.engines.world import World
+from asset2sim.engines.watch import capped, reading_stride, watch
 from asset2sim.metrics.drift import drift
 from asset2sim.metrics.oscillation import amplitude, sign_changes
 from asset2sim.metrics.penetration import ContactPoint, by_pair, penetration
 from schemas.measurement import JointMotion, Measurement
 from schemas.settings import EngineSettings
 from schemas.vocabulary import Engine
-
-SPEED_EVERY = 4
-"""Steps between two readings of all link speeds: in PyBullet they cost more than a step on an object of a hundred
-links."""
-TURN_FACTOR = 10.0
-"""A turn counts as still below this many times the links' bound, rad/s: a lever arm of a decimetre."""
-BEYOND_MEASURE = 1e9
-"""What a record holds instead of infinity or no number: larger than any threshold, and still a number in JSON
-and SQL."""
 
 
 @dataclass(frozen=True)
@@ -39,20 +30,6 @@ class Recording:
     console: tuple[str, ...]
 
 
-@dataclass
-class Speeds:
-    """The fastest link's speed now and at its peak, m/s; infinite where a number is not finite."""
-
-    world: World
-    peak: float = 0.0
-
-    def read(self) -> float:
-        """The speed of the fastest link's centre of mass now, m/s."""
-        now = float(np.max(self.world.link_speeds()))
-        self.peak = max(self.peak, now) if np.isfinite(now) else float("inf")
-        return self.peak if not np.isfinite(self.peak) else now
-
-
 def contacts_at(
     engine: Engine, urdf: Path, positions: Mapping[str, float], settings: EngineSettings
 ) -> list[ContactPoint]:
@@ -64,7 +41,7 @@ def contacts_at(
         return world.contacts()
 
 
-def watch(
+def observe(
     engine: Engine,
     urdf: Path,
     positions: Mapping[str, float],
@@ -72,21 +49,28 @@ def watch(
     height_m: float,
     settings: EngineSettings,
 ) -> Recording:
-    """Set the object over the plane at ``height_m`` in its initial state, let it settle, then record it untouched."""
+    """Set the object over the plane at ``height_m`` in its initial state, let it settle, then record it untouched.
+
+    It settles for ``settle_s`` at most, less once nothing has moved for ``still_s`` (see ``watch``).
+    """
     with open_world(
         engine, urdf, plane=True, timestep_s=settings.timestep_s, contact_friction=contact_friction
     ) as world:
         world.place(positions, height_m=height_m)
-        speeds = Speeds(world)
-        settle(world, speeds, settings)
+        peak = watch(world, settings.settle_s, settings).peak
+        stride = reading_stride(world)
         root_positions, root_orientations, joint_positions = [], [], []
         for index in range(round(settings.test_s / settings.timestep_s) + 1):
             position, orientation = world.root_pose()
             root_positions.append(position)
             root_orientations.append(orientation)
             joint_positions.append(world.positions())
-            if index % SPEED_EVERY == 0 and not np.isfinite(speeds.read()):
-                break
+            if index % stride == 0:
+                fastest = float(np.max(world.link_speeds()))
+                if not np.isfinite(fastest):
+                    peak = fastest
+                    break
+                peak = max(peak, fastest)
             world.step()
         return Recording(
             world.joint_names,
@@ -94,42 +78,9 @@ def watch(
             np.array(root_orientations),
             np.array(joint_positions),
             joint_positions[0],
-            speeds.peak,
+            peak,
             world.console,
         )
-
-
-def settle(world: World, speeds: Speeds, settings: EngineSettings) -> float:
-    """Step until nothing has moved for ``still_s``, or ``settle_s`` are over, or something is no longer a number.
-
-    Returns the time that passed, s.
-    """
-    still_steps, passed = 0, 0
-    interval = SPEED_EVERY * world.timestep_s
-    _, before = world.root_pose()
-    for _ in range(round(settings.settle_s / interval)):
-        world.step(SPEED_EVERY)
-        passed += SPEED_EVERY
-        fastest = speeds.read()
-        if not np.isfinite(fastest):
-            break
-        _, after = world.root_pose()
-        turning, before = turned(before, after) / interval, after
-        joints = np.abs(world.velocities()).max(initial=0.0)
-        moving = fastest > settings.still_speed or max(turning, joints) > TURN_FACTOR * settings.still_speed
-        still_steps = 0 if moving else still_steps + SPEED_EVERY
-        if still_steps * world.timestep_s >= settings.still_s:
-            break
-    return passed * world.timestep_s
-
-
-def turned(before: Array, after: Array) -> float:
-    """The angle, rad, between two (4,) xyzw orientations that are close: twice the vector part of their quotient.
-
-    Its sine, unlike its cosine, is exact for the small angles of an engine that counts in single precision.
-    """
-    vector = before[3] * after[:3] - after[3] * before[:3] + np.cross(after[:3], before[:3])
-    return 2.0 * float(np.arcsin(min(1.0, float(np.linalg.norm(vector)))))
 
 
 def measure(
@@ -140,7 +91,7 @@ def measure(
     Raises AssetError (engine_crash) where the engine refuses the asset, UsageError where it is not installed.
     """
     points = contacts_at(engine, urdf, positions, settings)
-    seen = watch(engine, urdf, positions, contact_friction, settings.drop_height_m, settings)
+    seen = observe(engine, urdf, positions, contact_friction, settings.drop_height_m, settings)
     drift_m, drift_rad = drift(seen.root_positions, seen.root_orientations)
     return Measurement(
         engine=engine.value,
@@ -168,8 +119,3 @@ def measure(
         finite=bool(np.isfinite(seen.joint_positions).all() and np.isfinite(seen.peak_speed)),
         console=seen.console,
     )
-
-
-def capped(value: float) -> float:
-    """The value, or ``BEYOND_MEASURE`` where it is not finite."""
-    return value if np.isfinite(value) and abs(value) < BEYOND_MEASURE else BEYOND_MEASURE

@@ -2,8 +2,8 @@
 
 from collections.abc import Mapping
 
+from asset2sim.engines.watch import capped, watch
 from asset2sim.engines.world import World
-from asset2sim.interaction.watch import capped, watch
 from schemas.interaction import Drop
 from schemas.settings import EngineSettings
 

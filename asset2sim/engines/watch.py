@@ -61,7 +61,7 @@ def watch(
     orientation and all joints within ten times that. ``seen`` is called with the time at each reading, and ends the run
     where it answers true.
     """
-    stride = max(1, round(EVERY_S / world.timestep_s))
+    stride = reading_stride(world)
     window = max(2, round(settings.still_s / (stride * world.timestep_s)))
     readings: deque[tuple[Array, Array]] = deque(maxlen=window)
     poses: deque[Array] = deque(maxlen=window + 1)
@@ -85,6 +85,11 @@ def watch(
     finals = np.median([links for links, _ in readings], axis=0) if readings else speeds
     joints = np.median([joints for _, joints in readings], axis=0) if readings else np.abs(world.velocities())
     return Watched(steps * world.timestep_s, peaks, finals, joints, True)
+
+
+def reading_stride(world: World) -> int:
+    """Steps between two readings."""
+    return max(1, round(EVERY_S / world.timestep_s))
 
 
 def pose_vector(world: World) -> Array:
