@@ -23,7 +23,7 @@ from schemas.interaction import EngineReport, OverlapPair
 from schemas.overlay import PhysicsOverlay
 from schemas.settings import Settings
 from schemas.trace import TraceStep
-from schemas.vocabulary import Engine, OverlapCause, Severity, Stage
+from schemas.vocabulary import Engine, FailureMode, OverlapCause, Severity, Stage
 
 
 @dataclass(frozen=True)
@@ -43,9 +43,11 @@ def judge_and_mend(extraction: Extraction, overlay: PhysicsOverlay, folder: Fold
     cause = cause_for(extraction, overlay)
     engines = engines_of(settings.engine)
 
-    def again(changed: PhysicsOverlay, wanted: Sequence[Engine]) -> tuple[EngineReport, ...]:
+    def again(
+        changed: PhysicsOverlay, wanted: Sequence[Engine], only: FailureMode | None = None
+    ) -> tuple[EngineReport, ...]:
         write_urdf(extraction, changed, folder, settings.physics)
-        return verify(wanted, folder.urdf, changed, cause, settings)
+        return verify(wanted, folder.urdf, changed, cause, settings, only)
 
     mended = mend(extraction.features, overlay, again(overlay, engines), settings, again)
     overlaps = overlap_pairs(folder.urdf, mended.overlay.initial_positions, cause)

@@ -52,6 +52,32 @@ def test_the_same_object_gives_the_same_record(tmp_path: Path) -> None:
     assert one == two
 
 
+@pytest.mark.parametrize(
+    ("mode", "records"),
+    [
+        (FailureMode.DROP, {"drops"}),
+        (FailureMode.RESET, {"resets"}),
+        (FailureMode.JAM, {"sweeps"}),
+        (FailureMode.HOLD, {"holds"}),
+        (FailureMode.NUDGE, {"nudges"}),
+        (FailureMode.RELEASE, {"sweeps", "releases"}),
+    ],
+)
+def test_one_test_alone_shows_what_it_shows_among_all(tmp_path: Path, mode: FailureMode, records: set[str]) -> None:
+    item = cabinet(tmp_path)
+    whole, alone = (
+        interact(Engine.PYBULLET, item.urdf, item.overlay, SETTINGS, LIMITS, cause=hull_cause, only=only)
+        for only in (None, mode)
+    )
+    kinds = {"drops", "resets", "sweeps", "holds", "openings", "nudges", "releases"}
+    assert {kind for kind in kinds if getattr(alone, kind)} == records
+    shown = [
+        {test.subject: test.passed for test in judge_interaction(seen, item.overlay, LIMITS) if test.test is mode}
+        for seen in (whole, alone)
+    ]
+    assert shown[0] == shown[1] and shown[0]
+
+
 def test_no_resets_can_be_asked_for(tmp_path: Path) -> None:
     item = cabinet(tmp_path)
     few = EngineSettings(resets=0, sweep_samples=5)

@@ -59,7 +59,9 @@ class Bench:
         self.folder = write_folder(self.item, self.calm, hulls, folder / "out", UNSEEN.physics)
         self.measured: list[PhysicsOverlay] = []
 
-    def verify(self, overlay: PhysicsOverlay, engines: Sequence[Engine]) -> tuple[EngineReport, ...]:
+    def verify(
+        self, overlay: PhysicsOverlay, engines: Sequence[Engine], only: FailureMode | None = None
+    ) -> tuple[EngineReport, ...]:
         assert list(engines) == [Engine.PYBULLET]
         self.measured.append(overlay)
         write_urdf(self.item, overlay, self.folder, UNSEEN.physics)
@@ -140,13 +142,15 @@ Seen = Callable[[int, Engine], Measurement | None]
 
 def seen_as(
     bench: Bench, then: Seen, engines: tuple[Engine, ...] = (Engine.PYBULLET,)
-) -> tuple[Mended, list[tuple[PhysicsOverlay, tuple[Engine, ...]]]]:
+) -> tuple[Mended, list[tuple[PhysicsOverlay, tuple[Engine, ...], FailureMode | None]]]:
     """Mend a gate that measures ``then(0, engine)`` first and ``then(n, engine)`` after the n-th overlay is tried."""
-    asked: list[tuple[PhysicsOverlay, tuple[Engine, ...]]] = []
+    asked: list[tuple[PhysicsOverlay, tuple[Engine, ...], FailureMode | None]] = []
     tried: list[PhysicsOverlay] = [bench.calm]
 
-    def verify(overlay: PhysicsOverlay, wanted: Sequence[Engine]) -> tuple[EngineReport, ...]:
-        asked.append((overlay, tuple(wanted)))
+    def verify(
+        overlay: PhysicsOverlay, wanted: Sequence[Engine], only: FailureMode | None
+    ) -> tuple[EngineReport, ...]:
+        asked.append((overlay, tuple(wanted), only))
         if overlay not in tried:
             tried.append(overlay)
         return tuple(report(then(tried.index(overlay), engine), engine) for engine in wanted)
@@ -160,12 +164,13 @@ def test_changes_that_measure_worse_are_taken_back(bench: Bench) -> None:
     assert result.overlay == bench.calm and result.findings == ()
     assert result.trace and not any(step.accepted for step in result.trace)
     assert asked[-1][0] == bench.calm, "the folder holds the accepted overlay again"
+    assert {only for _, _, only in asked[:-1]} == {FailureMode.DRIFT}, "of what does not help, nothing else is asked"
 
 
 def test_a_step_that_helps_a_little_is_kept_and_the_next_goes_on_from_it(bench: Bench) -> None:
     result, asked = seen_as(bench, lambda n, _: swing(0.1 / (n + 1)))
     assert all(step.accepted for step in result.trace) and len(result.trace) == UNSEEN.search.mend_rounds
-    damping = [overlay.joints[0].damping for overlay, _ in asked]
+    damping = [overlay.joints[0].damping for overlay, _, _ in asked]
     assert damping == sorted(damping)
     assert result.trace[0].value_before == 0.1 and result.trace[0].value_after == 0.05
 
@@ -177,14 +182,20 @@ def test_what_helps_one_engine_and_breaks_another_is_not_kept(bench: Bench) -> N
 
     result, asked = seen_as(bench, then, (Engine.PYBULLET, Engine.MUJOCO))
     assert result.overlay == bench.calm and not any(step.accepted for step in result.trace)
-    assert asked[0][1] == (Engine.PYBULLET,) and asked[1][1] == (Engine.MUJOCO,)
-    assert asked[-1] == (bench.calm, (Engine.PYBULLET, Engine.MUJOCO))
+    assert [asked[n][1:] for n in range(3)] == [
+        ((Engine.PYBULLET,), FailureMode.DRIFT),
+        ((Engine.PYBULLET,), None),
+        ((Engine.MUJOCO,), None),
+    ]
+    assert asked[-1] == (bench.calm, (Engine.PYBULLET, Engine.MUJOCO), None)
 
 
 def test_an_engine_that_dies_on_a_proposal_is_no_improvement(bench: Bench) -> None:
     asked = 0
 
-    def verify(overlay: PhysicsOverlay, engines: Sequence[Engine]) -> tuple[EngineReport, ...]:
+    def verify(
+        overlay: PhysicsOverlay, engines: Sequence[Engine], only: FailureMode | None
+    ) -> tuple[EngineReport, ...]:
         nonlocal asked
         asked += 1
         return (report(None, problem="pybullet was killed by SIGSEGV"),)

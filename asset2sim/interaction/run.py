@@ -22,7 +22,7 @@ from asset2sim.interaction.sweep import Cause, sweeps
 from schemas.interaction import Drop, Interaction, Reset
 from schemas.overlay import PhysicsOverlay
 from schemas.settings import EngineSettings, Thresholds
-from schemas.vocabulary import Engine
+from schemas.vocabulary import Engine, FailureMode
 
 MANY_JOINTS = 50
 """Joints beyond which only every second perturbed start is run: a contact costs engines in proportion to the joints,
@@ -83,23 +83,37 @@ def interact(
     limits: Thresholds,
     *,
     cause: Cause,
+    only: FailureMode | None = None,
 ) -> Interaction:
-    """Run every interaction test on a written asset in its initial state.
+    """Run every interaction test on a written asset in its initial state, or ``only`` one, and what it builds on.
 
     ``limits`` state how deep an overlap stops a sweep, and which records are worth a second, single run; verdicts are
     ``metrics.interaction_verdict``'s. Raises AssetError (engine_crash) where the engine refuses the file.
     """
     item = mechanism(urdf, overlay)
-    free = on_a_plane(engine, urdf, overlay, item, settings, limits)
+    seen = Interaction(engine=engine)
+    if wanted(only, FailureMode.DROP, FailureMode.RESET):
+        seen = on_a_plane(engine, urdf, overlay, item, settings, limits, only)
+    if only in (FailureMode.DROP, FailureMode.RESET):
+        return seen
+    found: dict[str, object] = {}
     with bench(engine, urdf, overlay, plane=False, timestep_s=settings.timestep_s) as held:
-        swept, stretches = sweeps(held.ready(), item, settings, limits, cause)
-        holding = holds(held.sound(), item, settings, limits)
-        opened = openings(held.sound(), item, settings)
-        released = releases(held.sound(), item, stretches, settings, limits)
-        nudged = nudges(held.sound(), item, settings, limits)
-    return free.model_copy(
-        update={"nudges": nudged, "sweeps": swept, "holds": holding, "releases": released, "openings": opened}
-    )
+        if wanted(only, FailureMode.JAM, FailureMode.RELEASE):
+            found["sweeps"], stretches = sweeps(held.ready(), item, settings, limits, cause)
+        if wanted(only, FailureMode.HOLD):
+            found["holds"] = holds(held.sound(), item, settings, limits)
+        if wanted(only):
+            found["openings"] = openings(held.sound(), item, settings)
+        if wanted(only, FailureMode.RELEASE):
+            found["releases"] = releases(held.sound(), item, stretches, settings, limits)
+        if wanted(only, FailureMode.NUDGE):
+            found["nudges"] = nudges(held.sound(), item, settings, limits)
+    return seen.model_copy(update=found)
+
+
+def wanted(only: FailureMode | None, *shown: FailureMode) -> bool:
+    """Whether a test runs that shows these failures."""
+    return only is None or only in shown
 
 
 def on_a_plane(
@@ -109,15 +123,20 @@ def on_a_plane(
     item: Mechanism,
     settings: EngineSettings,
     limits: Thresholds,
+    only: FailureMode | None = None,
 ) -> Interaction:
-    """The tests with a free root: the drop at both steps, and the perturbed starts."""
+    """The tests with a free root: the drop at both steps, and the perturbed starts; or ``only`` one of them."""
     drops: list[Drop] = []
     resets: tuple[Reset, ...] = ()
     rise, support = None, 0.0
     for timestep in (settings.timestep_s, settings.coarse_timestep_s):
+        resetting = settings.resets and timestep == settings.timestep_s and wanted(only, FailureMode.RESET)
+        if not resetting and not wanted(only, FailureMode.DROP):
+            continue
         with bench(engine, urdf, overlay, plane=True, timestep_s=timestep) as free:
-            drops.append(drop(free.ready(), item.start, settings))
-            if settings.resets and timestep == settings.timestep_s:
+            if wanted(only, FailureMode.DROP):
+                drops.append(drop(free.ready(), item.start, settings))
+            if resetting:
                 resting = rest(free.sound(), item, settings)
                 rise, support = tipping(urdf, item, resting.up, resting.joints)
                 resets = perturbed(free, item, resting, settings, limits)

@@ -20,8 +20,9 @@ LEAST_GAIN = 0.05
 """Share of its value by which a failing test must improve for a step that does not pass it to be kept."""
 
 Reports = tuple[EngineReport, ...]
-Verify = Callable[[PhysicsOverlay, Sequence[Engine]], Reports]
-"""Writes the overlay and judges the asset anew in these engines."""
+Verify = Callable[[PhysicsOverlay, Sequence[Engine], FailureMode | None], Reports]
+"""Writes the overlay and judges the asset anew in these engines, by all tests or only by the one that shows a
+failure."""
 
 
 @dataclass(frozen=True)
@@ -59,14 +60,12 @@ def mend(features: Features, overlay: PhysicsOverlay, reports: Reports, settings
             if budget <= 0:
                 break
             budget -= 1
-            # The failing engine first: what does not help there is not tried in the others.
-            seen, written = verify(candidate, [target.engine]), candidate
-            better = improves(target, failures_of(seen[0], candidate, settings.thresholds))
-            found = merged(reports, seen)
+            seen, better = looked_at(target, candidate, settings, verify)
+            written, found = candidate, merged(reports, seen)
             if better and len(engines) > 1:
-                found = merged(found, verify(candidate, [e for e in engines if e is not target.engine]))
+                found = merged(found, verify(candidate, [e for e in engines if e is not target.engine], None))
             kept = better and not breaks(failed, all_failures(candidate, found, settings))
-            trace.append(step(target, remedy, candidate, found, kept, settings))
+            trace.append(step(target, remedy, candidate, reports, found, kept, settings))
             if kept:
                 why = f"{target.mode.value} failed in {target.engine.value} ({target.reason})"
                 findings.extend(changes(overlay, candidate, why))
@@ -75,8 +74,21 @@ def mend(features: Features, overlay: PhysicsOverlay, reports: Reports, settings
         if not kept:
             given_up.add(target.key)
     if written is not overlay:
-        reports = verify(overlay, engines)
+        reports = verify(overlay, engines, None)
     return Mended(overlay, reports, tuple(trace), tuple(findings))
+
+
+def looked_at(target: Failure, candidate: PhysicsOverlay, settings: Settings, verify: Verify) -> tuple[Reports, bool]:
+    """What the failing engine says of a candidate, and whether the failing test improves.
+
+    The failing test first, alone: of what does not help it, nothing else is asked, here or in other engines.
+    """
+    seen: Reports = ()
+    for only in (target.mode, None) if settings.engine.interact else (None,):
+        seen = verify(candidate, [target.engine], only)
+        if not improves(target, failures_of(seen[0], candidate, settings.thresholds)):
+            return seen, False
+    return seen, True
 
 
 def all_failures(overlay: PhysicsOverlay, reports: Reports, settings: Settings) -> tuple[Failure, ...]:
@@ -139,11 +151,17 @@ def merged(reports: Reports, newer: Sequence[EngineReport]) -> Reports:
 
 
 def step(
-    target: Failure, remedy: Remedy, candidate: PhysicsOverlay, found: Reports, kept: bool, settings: Settings
+    target: Failure,
+    remedy: Remedy,
+    candidate: PhysicsOverlay,
+    before: Reports,
+    found: Reports,
+    kept: bool,
+    settings: Settings,
 ) -> TraceStep:
-    """The trace of one attempt."""
+    """The trace of one attempt. Φ is that before it: dynamics do not change it."""
     after = next((item.value for item in all_failures(candidate, found, settings) if item.key == target.key), None)
-    measured = next((report.measurement for report in found if report.measurement is not None), None)
+    measured = next((report.measurement for report in before if report.measurement is not None), None)
     phi = 0.0 if measured is None else measured.penetration_m
     return TraceStep(
         step=0,
