@@ -15,6 +15,7 @@ from asset2sim.kinematics import link_to_root, tree_of
 from asset2sim.mending.loop import mend
 from asset2sim.metrics.engine_verdict import disagreements, failures_of, judge_reports
 from asset2sim.metrics.verdict import Verdict
+from asset2sim.reverification import Known, verify_once
 from asset2sim.search.shapes import written_joints
 from asset2sim.verification import engines_of, verify
 from schemas.errors import AssetError
@@ -38,8 +39,11 @@ class Judged:
     findings: tuple[Finding, ...]
 
 
-def judge_and_mend(extraction: Extraction, overlay: PhysicsOverlay, folder: Folder, settings: Settings) -> Judged:
-    """Verify the written asset in every engine and mend its dynamics where a test fails in one."""
+def judge_and_mend(
+    extraction: Extraction, overlay: PhysicsOverlay, folder: Folder, settings: Settings, known: Known
+) -> Judged:
+    """Verify the written asset in every engine and mend its dynamics where a test fails in one; ``known`` holds what
+    was seen of it before."""
     cause = cause_for(extraction, overlay)
     engines = engines_of(settings.engine)
 
@@ -47,7 +51,7 @@ def judge_and_mend(extraction: Extraction, overlay: PhysicsOverlay, folder: Fold
         changed: PhysicsOverlay, wanted: Sequence[Engine], only: FailureMode | None = None
     ) -> tuple[EngineReport, ...]:
         write_urdf(extraction, changed, folder, settings.physics)
-        return verify(wanted, folder.urdf, changed, cause, settings, only)
+        return verify_once(known, wanted, folder, changed, cause, settings, only)
 
     mended = mend(extraction.features, overlay, again(overlay, engines), settings, again)
     overlaps = overlap_pairs(folder.urdf, mended.overlay.initial_positions, cause)

@@ -2,13 +2,14 @@
 
 from collections.abc import Callable
 from contextlib import AbstractContextManager
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 from asset2sim.apply import write_folder
 from asset2sim.collision.shapes import collision_shapes
 from asset2sim.extraction import Extraction
 from asset2sim.judging import Judged, judge_and_mend
+from asset2sim.reverification import Known
 from asset2sim.search.asking import Scene
 from asset2sim.search.asset import Refined, at_positions, refine_in_engine
 from asset2sim.search.bands import reaches
@@ -46,6 +47,8 @@ class Job:
     settings: Settings
     ask: ModelAsk
     timed: Timed
+    known: Known = field(default_factory=dict)
+    """What engines have said of the asset so far, in whatever shapes and state."""
 
 
 @dataclass(frozen=True)
@@ -175,5 +178,5 @@ def attempt(job: Job, questions: Questions) -> Shaped:
             job.extraction, job.proposal, job.overlay, job.source, hulls, folder, job.settings, questions
         )
     with job.timed(Stage.MEASURE):
-        judged = judge_and_mend(job.extraction, refined.overlay, refined.folder, job.settings)
+        judged = judge_and_mend(job.extraction, refined.overlay, refined.folder, job.settings, job.known)
     return Shaped(refined.folder.urdf, refined, judged, told)
