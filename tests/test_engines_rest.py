@@ -8,7 +8,7 @@ import pytest
 
 from asset2sim.arrays import Array
 from asset2sim.engines.rest import contacts_at, measure, observe
-from asset2sim.engines.watch import BEYOND_MEASURE, EVERY_S, TURN_FACTOR, capped, watch
+from asset2sim.engines.watch import BEYOND_MEASURE, EVERY_S, TURN_FACTOR, capped, rotation_of, watch
 from asset2sim.metrics.verdict import Verdict, judge, oscillating_joints
 from schemas.measurement import Measurement
 from schemas.settings import EngineSettings, Thresholds
@@ -161,6 +161,11 @@ def test_the_peak_of_the_speeds_is_kept(tmp_path: Path) -> None:
         seen = watch(world, SETTINGS.settle_s, SETTINGS)
     assert seen.peak == pytest.approx(0.3)
     assert seen.final < 0.3
+
+
+def test_the_matrix_of_an_orientation_is_scipys() -> None:
+    for turn in Rotation.random(50, random_state=1):
+        assert rotation_of(turn.as_quat()) == pytest.approx(turn.as_matrix().ravel(), abs=1e-12)
 
 
 @pytest.mark.parametrize("value", [math.nan, math.inf, -math.inf, 1e12, -1e12])

@@ -5,7 +5,6 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.spatial.transform import Rotation
 
 from asset2sim.arrays import Array
 from asset2sim.engines.world import World
@@ -97,7 +96,26 @@ def pose_vector(world: World) -> Array:
     position, orientation = world.root_pose()
     if not np.isfinite(orientation).all():
         return np.full(12 + len(world.joint_names), np.nan)
-    return np.concatenate([position, Rotation.from_quat(orientation).as_matrix().ravel(), world.positions()])
+    return np.concatenate([position, rotation_of(orientation), world.positions()])
+
+
+def rotation_of(orientation: Array) -> Array:
+    """(9,) the rotation matrix of a unit (4,) xyzw quaternion, row by row. SciPy takes twenty times as long over one,
+    which a tenth of all tests was spent on."""
+    x, y, z, w = orientation.tolist()
+    return np.array(
+        [
+            1.0 - 2.0 * (y * y + z * z),
+            2.0 * (x * y - z * w),
+            2.0 * (x * z + y * w),
+            2.0 * (x * y + z * w),
+            1.0 - 2.0 * (x * x + z * z),
+            2.0 * (y * z - x * w),
+            2.0 * (x * z - y * w),
+            2.0 * (y * z + x * w),
+            1.0 - 2.0 * (x * x + y * y),
+        ]
+    )
 
 
 def still_bounds(world: World, settings: EngineSettings) -> Array:
