@@ -2,7 +2,8 @@
 
 import sys
 import threading
-from collections.abc import Sequence
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
 
 from asset2sim.cli.main import run_command
 from asset2sim.cli.request import RefineRequest
@@ -17,6 +18,13 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 def refine(request: RefineRequest) -> RunResult:
     """Run the flow on a request, with a Prefect server of its own where none is set."""
+    with ready(request) as flow:
+        return flow(request)
+
+
+@contextmanager
+def ready(request: RefineRequest) -> Iterator[Callable[[RefineRequest], RunResult]]:
+    """The flow, ready to be called within the block, with all that the request's run will need loaded or loading."""
     from asset2sim.isolation.server import warm_up
     from asset2sim.models.lite import load_litellm
     from tasks.prefect_server import temporary_server
@@ -29,8 +37,8 @@ def refine(request: RefineRequest) -> RunResult:
         from tasks.prefect_client import use_server
 
         with use_server(address):
-            return refine_dataset(
-                request.data, request.out, request.settings, request.subset, request.asset_ids, request.limit
+            yield lambda asked: refine_dataset(
+                asked.data, asked.out, asked.settings, asked.subset, asked.asset_ids, asked.limit
             )
 
 
