@@ -8,7 +8,6 @@ from urllib.parse import urlsplit
 
 from asset2sim.dataset import load_dataset
 from asset2sim.engines.registry import require
-from asset2sim.exports import require_exports
 from asset2sim.models.choices import check_model
 from schemas.asset import AssetRef
 from schemas.errors import UsageError
@@ -26,7 +25,10 @@ def check_request(
     check_model(settings.model)
     for engine in settings.engine.verify or ():
         require(engine)
-    require_exports(settings.exports)
+    if settings.exports:
+        from asset2sim.exports import require_exports  # late: it brings an engine and a second of imports
+
+        require_exports(settings.exports)
     if settings.run.scheduler is not None:
         check_scheduler(settings.run.scheduler)
     check_output(out.resolve(), data.resolve(), refs)

@@ -3,7 +3,7 @@
 import sys
 from pathlib import Path
 
-from asset2sim.catalog.mlflow_log import tracking_uri
+from asset2sim.catalog.mlflow_store import tracking_uri
 
 PREFECT_PORT = 4200
 MLFLOW_PORT = 5000

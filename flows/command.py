@@ -2,7 +2,8 @@
 
 import sys
 import threading
-from collections.abc import Sequence
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
 
 from asset2sim.cli.main import run_command
 from asset2sim.cli.request import RefineRequest
@@ -17,20 +18,34 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 def refine(request: RefineRequest) -> RunResult:
     """Run the flow on a request, with a Prefect server of its own where none is set."""
+    with ready(request) as flow:
+        return flow(request)
+
+
+@contextmanager
+def ready(request: RefineRequest) -> Iterator[Callable[[RefineRequest], RunResult]]:
+    """The flow, ready to be called within the block, with what the request's run will need loaded or loading."""
+    from asset2sim.catalog.mlflow_store import load_mlflow
+    from asset2sim.catalog.switch import find_catalog
     from asset2sim.isolation.server import warm_up
     from asset2sim.models.lite import load_litellm
     from tasks.prefect_server import temporary_server
 
+    first = find_catalog(request.out) is None
     with temporary_server() as address:
-        # The server takes seconds to load: load beside it what the run will need.
-        warm_up()
-        threading.Thread(target=load_litellm, daemon=True).start()
+        # The server takes seconds to load: load beside it what the run will need. Where a run has been before there may
+        # be little to refine, or nothing: then the engines and LiteLLM would be loaded in vain.
+        if first:
+            warm_up()
+            threading.Thread(target=load_litellm, daemon=True).start()
         from flows.refine_dataset import refine_dataset
         from tasks.prefect_client import use_server
 
+        if not first:
+            threading.Thread(target=load_mlflow, daemon=True).start()
         with use_server(address):
-            return refine_dataset(
-                request.data, request.out, request.settings, request.subset, request.asset_ids, request.limit
+            yield lambda asked: refine_dataset(
+                asked.data, asked.out, asked.settings, asked.subset, asked.asset_ids, asked.limit
             )
 
 
@@ -63,9 +78,11 @@ def _night_now(request: RefineRequest) -> int:
             raise UsageError(f"the nightly (process {found.process}) is just starting; try again in a few seconds")
         return code
     with temporary_server() as address:
+        from asset2sim.catalog.switch import find_catalog
         from asset2sim.isolation.server import warm_up
 
-        warm_up()
+        if find_catalog(request.out) is None:
+            warm_up()
         from flows.night_now import night_elsewhere, night_here
         from tasks.prefect_client import use_server
 

@@ -1,10 +1,12 @@
 """The work: one Prefect task that fans the assets out over Dask."""
 
+import threading
 from pathlib import Path
 
 from prefect import task
 from prefect.cache_policies import NO_CACHE
 
+from asset2sim.catalog.mlflow_store import prepare_mlflow
 from asset2sim.fanout.planned import refine_planned
 from asset2sim.fanout.refine import Refined
 from asset2sim.fanout.worker import PIPELINE
@@ -18,4 +20,7 @@ def refine_assets(
     refs: list[AssetRef], plan: Plan, out: Path, settings: Settings, run_id: str, pipeline: str = PIPELINE
 ) -> Refined:
     """A record per asset that the plan has to do; see ``asset2sim.fanout.planned.refine_planned``."""
+    if plan.todo:
+        # MLflow, which the run's last step needs, loads beside the work.
+        threading.Thread(target=prepare_mlflow, args=(out,), daemon=True).start()
     return refine_planned(refs, plan, out, settings, run_id, pipeline)

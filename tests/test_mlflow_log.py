@@ -1,5 +1,6 @@
 """A run in MLflow, the figures that it logs, and the chart."""
 
+import threading
 import time
 from pathlib import Path
 
@@ -12,6 +13,7 @@ from asset2sim.catalog.changes import Previous, find_changes
 from asset2sim.catalog.chart import failure_chart
 from asset2sim.catalog.figures import run_figures
 from asset2sim.catalog.mlflow_log import EXPERIMENT, log_run, run_params
+from asset2sim.catalog.mlflow_store import PART, prepare_mlflow
 from asset2sim.catalog.report_file import write_report
 from asset2sim.catalog.run import start_run
 from asset2sim.catalog.store import write_run
@@ -113,6 +115,25 @@ def test_what_a_night_costs_in_mlflow_does_not_grow_with_the_dataset(
     parent = runs[run.run_id]
     assert parent.data.metrics["failed"] == 4 and parent.data.tags["catalog"] == str(tmp_path / "catalog")
     assert {file.path for file in client.list_artifacts(parent.info.run_id)} == {"failure_modes.png"}
+
+
+def test_the_file_is_made_beside_the_work_and_no_run_is_lost(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.delenv("MLFLOW_TRACKING_URI", raising=False)
+    for left in (PART, f"{PART}-journal"):  # what a killed run left
+        (tmp_path / left).write_bytes(b"half")
+    run = start_run(Settings(), "data/raw")
+    beside = [threading.Thread(target=prepare_mlflow, args=(tmp_path,)) for _ in range(2)]
+    for thread in beside:
+        thread.start()
+    assert log_run(tmp_path, run, [], find_changes([], Previous())) is None
+    for thread in beside:
+        thread.join()
+    client = MlflowClient(tracking_uri=f"sqlite:///{tmp_path / 'mlflow.db'}")
+    experiment = client.get_experiment_by_name(EXPERIMENT)
+    assert experiment is not None
+    (logged,) = client.search_runs([experiment.experiment_id])
+    assert logged.info.run_name == run.run_id and not list(tmp_path.glob(f"{PART}*"))
+    assert not client.list_artifacts(logged.info.run_id), "a chart of nothing"
 
 
 def test_params_are_flat_bounded_and_hold_no_password() -> None:

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 from asset2sim.catalog.changes import Changes, change_figures
 from asset2sim.catalog.chart import failure_chart
 from asset2sim.catalog.figures import run_figures
+from asset2sim.catalog.mlflow_store import open_mlflow
 from asset2sim.catalog.report_file import report_path
 from asset2sim.catalog.run import UNRECORDED, RunRow, without_credentials
 from asset2sim.catalog.switch import find_catalog
@@ -20,17 +21,8 @@ if TYPE_CHECKING:
     from mlflow import MlflowClient
 
 EXPERIMENT = "asset2sim"
-DATABASE = "mlflow.db"
 ARTIFACTS = "mlartifacts"
 
-_ENVIRONMENT = {
-    "MLFLOW_DISABLE_TELEMETRY": "true",
-    "DO_NOT_TRACK": "1",
-    "MLFLOW_LOGGING_LEVEL": "WARNING",
-    # A server that is not there should cost seconds: MLflow's own defaults wait for minutes.
-    "MLFLOW_HTTP_REQUEST_TIMEOUT": "10",
-    "MLFLOW_HTTP_REQUEST_MAX_RETRIES": "1",
-}
 _MAX_PARAM = 500
 """Characters of one parameter: what the oldest supported server takes."""
 _MAX_PARAMS = 100
@@ -41,11 +33,6 @@ MAX_TABLES_BYTES = 2 * 1024 * 1024
 """Tables that are attached to a run: those of about 500 assets. A year of nights copies them 365 times."""
 
 
-def tracking_uri(out: Path) -> str:
-    """``MLFLOW_TRACKING_URI`` where it is set, else a SQLite file under OUT."""
-    return os.environ.get("MLFLOW_TRACKING_URI") or f"sqlite:///{(out / DATABASE).resolve()}"
-
-
 def log_run(out: Path, run: RunRow, records: Sequence[AssetRecord], changes: Changes) -> str | None:
     """Logs one run; call it after ``write_run`` and ``write_report``, whose files it attaches.
 
@@ -53,14 +40,9 @@ def log_run(out: Path, run: RunRow, records: Sequence[AssetRecord], changes: Cha
     of failed assets as children, and the tables only while they are small.
     Returns None, or a one-line warning that says why MLflow does not hold the run: the catalog does in any case.
     """
-    for name, value in _ENVIRONMENT.items():
-        os.environ.setdefault(name, value)
     try:
-        # Imported late: 2 to 3 s that only a run's last step pays.
-        from mlflow import MlflowClient
-
-        client = MlflowClient(tracking_uri=tracking_uri(out))
-        _log(client, _experiment(client, out), out, run, records, changes)
+        with open_mlflow(out) as client:
+            _log(client, _experiment(client, out), out, run, records, changes)
     except Exception as error:  # whatever a store or a server can raise
         lines = str(error).splitlines() or [type(error).__name__]
         return f"MLflow does not hold run {run.run_id}: {without_credentials(lines[0])[:300]}; the catalog is complete"
@@ -155,6 +137,8 @@ def _log_artifacts(
     report = report_path(out, run)
     if report.is_file():
         client.log_artifact(identity, str(report))
+    if not records:
+        return
     with tempfile.TemporaryDirectory() as name:
         chart = Path(name) / "failure_modes.png"
         failure_chart(records, chart, f"How {len(records)} assets ended: run {run.run_id}")

@@ -1,6 +1,7 @@
 """All assets of a run, refined on a cluster: what finished, and why it stopped if it did."""
 
 import logging
+import threading
 import uuid
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -17,6 +18,7 @@ from asset2sim.fanout.worker import PIPELINE, refine_on_worker
 from asset2sim.isolation import accept_children, stop_children
 from asset2sim.isolation.asset import failed_record
 from asset2sim.isolation.server import warm_up
+from asset2sim.models.lite import load_litellm
 from asset2sim.run_result import INTERRUPTED
 from schemas.asset import AssetRecord, AssetRef, Unchanged
 from schemas.settings import Settings
@@ -60,6 +62,8 @@ def refine_all(
     stopped: str | None = None
     accept_children(str(out))
     warm_up()
+    if settings.run.scheduler is None:
+        threading.Thread(target=load_litellm, daemon=True).start()
     client_of_run = open_client(settings.run)
     with terminated_as_interrupted(), client_of_run as client, progress(len(refs)) as report:
         work = partial(

@@ -27,7 +27,8 @@ NOT_RUN = (
     "asset2sim/run_result.py",
     "asset2sim/showcase.py",
     "asset2sim/ui.py",
-    # What compares, judges and plants.
+    # What compares, judges, times and plants.
+    "asset2sim/bench",
     "asset2sim/compare",
     "asset2sim/compare_rules.py",
     "asset2sim/defects",

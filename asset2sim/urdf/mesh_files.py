@@ -5,8 +5,6 @@ import shutil
 from collections.abc import Mapping
 from pathlib import Path, PurePosixPath
 
-import trimesh
-
 OUTSIDE = "outside"
 """Folder for meshes that lie outside the asset's own folder."""
 COPIED = (".obj", ".stl")
@@ -114,6 +112,8 @@ def convert(file: Path, target: Path, place: str) -> str:
     # One folder a file: exporters name their material and texture files alike.
     folder = target / path.parent / path.name.replace(".", "_")
     folder.mkdir(parents=True, exist_ok=True)
+    import trimesh  # late: whoever only asks which files an asset has needs none
+
     scene = trimesh.load_scene(str(file))
     mesh = scene.to_mesh()
     text, extras = trimesh.exchange.obj.export_obj(mesh, mtl_name=f"{path.stem}.mtl", return_texture=True)

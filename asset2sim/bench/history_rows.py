@@ -1,0 +1,109 @@
+"""A year of nights as ``asset_history`` holds it: a file a night, and months that are over merged into one."""
+
+from collections.abc import Iterator
+from datetime import UTC, datetime, timedelta
+from pathlib import Path
+
+import numpy as np
+import pyarrow as pa
+
+from asset2sim.catalog.compact import compact_history
+from asset2sim.catalog.history import FOLDER, write_synced
+from asset2sim.catalog.run import RunRow
+from asset2sim.catalog.store import write_run
+from schemas.asset import AssetRecord
+from schemas.table import TIME
+from schemas.tables import HISTORY
+from schemas.tables_history import COST_COLUMNS
+from schemas.vocabulary import PAPER_FAILURE_MODES, FailureMode
+
+FIRST_NIGHT = datetime(2025, 1, 1, 2, tzinfo=UTC)
+ASSETS = 2740
+"""Assets of a night: 365 nights of them are a little more than 1,000,000 rows."""
+CATEGORIES = 46
+"""Kinds of object, as in PartNet-Mobility."""
+FAILING = 0.04
+"""Share of the assets that fail night after night, each in a mode of its own ..."""
+FLAKY = 0.01
+"""... share that fails in any one night besides ..."""
+CHANGED = 0.02
+"""... and share that a night refines anew; the others are unchanged."""
+SEED = 20250101
+
+
+def write_history(out: Path, record: AssetRecord, rows: int, assets: int = ASSETS) -> int:
+    """Write a catalog with ``record`` in it and a history of at least so many rows under ``out``; returns how many.
+
+    Each night is written as a run's file, and the months are merged as a run would. Raises what ``write_run`` does.
+    """
+    nights = -(-rows // assets)
+    last = FIRST_NIGHT + timedelta(days=nights - 1)
+    write_run(out, RunRow(run_id=run_id(last), started_at=last, finished_at=last, dataset="synthetic"), [record])
+    for start, night in night_tables(nights, assets):
+        folder = out / FOLDER / f"month={start:%Y-%m}"
+        folder.mkdir(parents=True, exist_ok=True)
+        write_synced(night, folder / f"{run_id(start)}.parquet")
+    compact_history(out, last)
+    return nights * assets
+
+
+def run_id(start: datetime) -> str:
+    """The id of the run of a night."""
+    return f"{start:%Y%m%dT%H%M%S}-bench000"
+
+
+def night_tables(nights: int, assets: int) -> Iterator[tuple[datetime, pa.Table]]:
+    """The rows of each night, with its start; the same whenever it is called."""
+    random = np.random.default_rng(SEED)
+    modes = [mode for mode in FailureMode if mode is not FailureMode.NONE]
+    lasting = np.where(random.random(assets) < FAILING, random.integers(len(modes), size=assets), -1)
+    same = _lasting_columns(assets, random)
+    for number in range(nights):
+        start = FIRST_NIGHT + timedelta(days=number)
+        flaky = random.random(assets) < FLAKY
+        struck = np.where(flaky, random.integers(len(modes), size=assets), lasting)
+        fresh = flaky | (random.random(assets) < CHANGED)
+        yield start, _night(start, [None if place < 0 else modes[place] for place in struck], fresh, same, random)
+
+
+def _lasting_columns(assets: int, random: np.random.Generator) -> dict[str, list[object]]:
+    """What an asset keeps from night to night."""
+    return {
+        "asset_id": [f"{100_000 + place}" for place in range(assets)],
+        "method": ["asset2sim"] * assets,
+        "model": ["prior/household"] * assets,
+        "category": [f"Category{place % CATEGORIES:02}" for place in range(assets)],
+        "subset": [("paper9", "paper93", "extra")[place % 3] for place in range(assets)],
+        "content_hash": [random.bytes(32).hex() for _ in range(assets)],
+    }
+
+
+def _night(
+    start: datetime,
+    struck: list[FailureMode | None],
+    fresh: np.ndarray[tuple[int], np.dtype[np.bool_]],
+    same: dict[str, list[object]],
+    random: np.random.Generator,
+) -> pa.Table:
+    count = len(struck)
+    made: dict[str, object] = dict(same)
+    made |= {
+        "run_id": [run_id(start)] * count,
+        "status": ["ok" if mode is None else "failed" for mode in struck],
+        "failure_mode": [(mode or FailureMode.NONE).value for mode in struck],
+        "paper_failure_mode": [PAPER_FAILURE_MODES.get(mode) if mode else None for mode in struck],
+        "reason": ["within every threshold" if mode is None else f"{mode.value}: over its limit" for mode in struck],
+        "unchanged": [not changed for changed in fresh],
+    }
+    columns = []
+    for field in HISTORY.schema:
+        if field.name in made:
+            columns.append(pa.array(made[field.name], type=field.type))
+        elif field.type == TIME:
+            columns.append(pa.repeat(pa.scalar(start, type=TIME), count))
+        elif pa.types.is_integer(field.type):
+            columns.append(pa.array(fresh.astype(np.int64) * (field.name in COST_COLUMNS), type=field.type))
+        else:
+            numbers = random.random(count)
+            columns.append(pa.array(numbers * fresh if field.name in COST_COLUMNS else numbers, type=field.type))
+    return pa.Table.from_arrays(columns, schema=HISTORY.schema)

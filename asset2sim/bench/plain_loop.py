@@ -1,0 +1,73 @@
+"""The same work without orchestration: ``python -m asset2sim.bench.plain_loop RESULT STARTED refine DATA --out OUT …``.
+
+One asset after the other in this process, by the pipeline alone, with its questions asked through the gateway as a
+worker asks them: no Prefect, no Dask, no process an asset, no catalog. What a child process of a run finds ready, the
+engines, one thread, LiteLLM in its parent, is ready here before the clock starts.
+"""
+
+import sys
+import time
+from collections.abc import Sequence
+from functools import partial
+from pathlib import Path
+
+from asset2sim.bench.measured import LoopTimes
+from asset2sim.bench.process import BenchError, cpu_s, measure, peak_memory_mb
+from asset2sim.check_request import check_request
+from asset2sim.cli.parser import parse, refine_request
+from asset2sim.cli.request import RefineRequest
+from asset2sim.fanout.worker import ask_for_asset
+from asset2sim.isolation.server import ONE_THREAD
+from asset2sim.models.books import open_books
+from schemas.vocabulary import Status
+
+MODULE = "asset2sim.bench.plain_loop"
+RUN_ID = "plain-loop"
+
+
+def run_loop(words: Sequence[str], place: Path) -> LoopTimes:
+    """The loop over what the command line asks for, in a process of its own. An engine's crash takes that process
+    along: the answer says so then."""
+    at = _at(place.with_suffix(".json"))
+    at.unlink(missing_ok=True)
+    try:
+        return measure(LoopTimes, MODULE, words, place, ONE_THREAD)
+    except BenchError as error:
+        died_at = at.read_text(encoding="utf-8") if at.is_file() else None
+        return LoopTimes(assets=0, ok=0, loop_s=0.0, died_at=died_at, problem=str(error))
+
+
+def loop(request: RefineRequest, at: Path) -> LoopTimes:
+    """Refine every asset of a request here; the file ``at`` names the one that is at work."""
+    out = request.out.resolve()
+    refs = check_request(request.data, out, request.settings, request.subset, request.asset_ids, request.limit)
+    from asset2sim.isolation import preload
+    from asset2sim.models.lite import load_litellm
+    from asset2sim.pipeline import refine_asset
+
+    assert preload.MODULES
+    load_litellm()
+    ok, started, before = 0, time.monotonic(), cpu_s()
+    for ref in refs:
+        at.write_text(ref.asset_id, encoding="utf-8")
+        books = open_books(out, RUN_ID, ref.asset_id, request.settings.model)
+        ask = partial(ask_for_asset, settings=request.settings, books=books)
+        ok += refine_asset(ref, out, request.settings, ask).status is Status.OK
+    seconds, used = time.monotonic() - started, cpu_s() - before
+    return LoopTimes(assets=len(refs), ok=ok, loop_s=seconds, peak_memory_mb=peak_memory_mb(), cpu_s=used)
+
+
+def main(words: Sequence[str]) -> int:
+    """Run the loop and write its numbers."""
+    result = Path(words[0])
+    times = loop(refine_request(parse(words[2:])), _at(result))
+    result.write_text(times.model_dump_json(), encoding="utf-8")
+    return 0
+
+
+def _at(result: Path) -> Path:
+    return result.with_suffix(".at")
+
+
+if __name__ == "__main__":
+    sys.exit(main(sys.argv[1:]))

@@ -1,0 +1,105 @@
+"""The bench's programs: each measured part runs in a fresh process of its own and leaves its numbers as JSON."""
+
+import contextlib
+import os
+import resource
+import subprocess
+import sys
+import time
+from collections.abc import Iterator, Mapping, Sequence
+from pathlib import Path
+from typing import TypeVar
+
+from asset2sim.isolation.limits import MEGABYTE
+from schemas.base import Frozen
+from schemas.errors import Asset2SimError
+
+TOLD_CHARS = 400
+"""How much of what a program said last is told where it left no numbers."""
+
+Numbers = TypeVar("Numbers", bound=Frozen)
+
+
+class BenchError(Asset2SimError):
+    """A program of the bench ended without its numbers."""
+
+
+def measure(
+    kind: type[Numbers], module: str, words: Sequence[str], place: Path, extra: Mapping[str, str] | None = None
+) -> Numbers:
+    """Run ``python -m module RESULT STARTED *words`` and read its numbers from RESULT, ``place`` with ``.json``.
+
+    STARTED is the monotonic clock before the process started, s; ``extra`` is added to its environment. What it prints
+    goes to ``place`` with ``.log``. Raises BenchError, with the last of that, where it left no numbers.
+    """
+    result, log = place.with_suffix(".json"), place.with_suffix(".log")
+    place.parent.mkdir(parents=True, exist_ok=True)
+    result.unlink(missing_ok=True)
+    with log.open("wb") as stream:
+        command = [sys.executable, "-m", module, str(result), repr(time.monotonic()), *words]
+        process = subprocess.Popen(
+            command, stdin=subprocess.DEVNULL, stdout=stream, stderr=stream, env={**os.environ, **(extra or {})}
+        )
+        try:
+            code = process.wait()
+        finally:
+            if process.poll() is None:
+                process.terminate()
+                process.wait()
+    if not result.is_file():
+        raise BenchError(f"{module} ended with exit code {code} and without numbers: {last_words(log)} (see {log})")
+    return kind.model_validate_json(result.read_text(encoding="utf-8"))
+
+
+def last_words(log: Path) -> str:
+    """The end of what a program printed."""
+    said = log.read_text(encoding="utf-8", errors="replace").strip()
+    return said[-TOLD_CHARS:] if said else "it said nothing"
+
+
+def peak_memory_mb() -> float:
+    """The most resident memory that this process has had, MB.
+
+    Linux's own record starts with the program, and ``getrusage`` counts what its parent had when it forked.
+    """
+    status = Path("/proc/self/status")
+    if status.is_file():
+        for line in status.read_text(encoding="ascii", errors="replace").splitlines():
+            if line.startswith("VmHWM:"):
+                return float(line.split()[1]) * 1024.0 / MEGABYTE
+    unit = 1 if sys.platform == "darwin" else 1024
+    return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * unit / MEGABYTE
+
+
+def cpu_s() -> float:
+    """Processor time of this process so far, without its children's, s."""
+    times = os.times()
+    return times.user + times.system
+
+
+@contextlib.contextmanager
+def one_core() -> Iterator[bool]:
+    """Keep this thread, and every process that it starts within the block, on one core; whether the system can."""
+    if not hasattr(os, "sched_setaffinity"):
+        yield False
+        return
+    before = os.sched_getaffinity(0)
+    os.sched_setaffinity(0, {min(before)})
+    try:
+        yield True
+    finally:
+        os.sched_setaffinity(0, before)
+
+
+def machine() -> str:
+    """The processor, how many cores of it may be used, and the memory, in one line."""
+    info = Path("/proc/cpuinfo")
+    names = [line.partition(":")[2].strip() for line in _lines(info) if line.startswith("model name")]
+    cores = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+    memory = os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES") / MEGABYTE / 1024.0
+    load = os.getloadavg()[0]
+    return f"{names[0] if names else 'a processor'}, {cores} cores, {memory:.0f} GB, load {load:.1f} at the start"
+
+
+def _lines(path: Path) -> list[str]:
+    return path.read_text(encoding="utf-8", errors="replace").splitlines() if path.is_file() else []

@@ -1,0 +1,87 @@
+"""MLflow itself: imported late, and with the SQLite file that a run under OUT logs to.
+
+Importing it takes 2 s, and making the file 1 s of processor time and up to 7 s on a busy disk. Both can be had
+beside the work of a run (``prepare_mlflow``) instead of after it.
+"""
+
+import logging
+import os
+import threading
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from mlflow import MlflowClient
+
+DATABASE = "mlflow.db"
+PART = ".mlflow.db.part"
+"""What is made of the file: one that bears its name is complete, whenever a run is killed."""
+
+_ENVIRONMENT = {
+    "MLFLOW_DISABLE_TELEMETRY": "true",
+    "DO_NOT_TRACK": "1",
+    "MLFLOW_LOGGING_LEVEL": "WARNING",
+    # A server that is not there should cost seconds: MLflow's own defaults wait for minutes.
+    "MLFLOW_HTTP_REQUEST_TIMEOUT": "10",
+    "MLFLOW_HTTP_REQUEST_MAX_RETRIES": "1",
+}
+
+logger = logging.getLogger(__name__)
+_lock = threading.Lock()
+"""Held to make a file and to log: what logs must not make the file that another thread is about to put there."""
+
+
+def tracking_uri(out: Path) -> str:
+    """``MLFLOW_TRACKING_URI`` where it is set, else a SQLite file under OUT."""
+    return os.environ.get("MLFLOW_TRACKING_URI") or _uri(out / DATABASE)
+
+
+def load_mlflow() -> None:
+    """Import what logging a run takes. Safe from any thread; whoever logs meets what is wrong with it."""
+    for name, value in _ENVIRONMENT.items():
+        os.environ.setdefault(name, value)
+    try:
+        import mlflow.store.tracking.sqlalchemy_store
+        import mlflow.tracking  # noqa: F401
+    except Exception as error:  # whatever an import can raise: log_run turns it into a warning
+        logger.debug("cannot import MLflow: %s", error)
+
+
+def prepare_mlflow(out: Path) -> None:
+    """Import MLflow and make OUT's file where there is none; the caller's run holds ``lock_output(out)``."""
+    load_mlflow()
+    with _lock:
+        try:
+            _make_file(out)
+        except Exception as error:  # log_run tries again, and says what is wrong
+            logger.debug("cannot make %s: %s", out / DATABASE, error)
+
+
+@contextmanager
+def open_mlflow(out: Path) -> Iterator["MlflowClient"]:
+    """A client of the store of OUT's runs. Raises whatever MLflow does."""
+    load_mlflow()
+    from mlflow import MlflowClient
+
+    with _lock:
+        _make_file(out)
+        yield MlflowClient(tracking_uri=tracking_uri(out))
+
+
+def _make_file(out: Path) -> None:
+    file, part = out / DATABASE, out / PART
+    if os.environ.get("MLFLOW_TRACKING_URI") or file.exists():
+        return
+    from mlflow import MlflowClient
+
+    for left in out.glob(f"{PART}*"):
+        left.unlink()
+    # MLflow makes its tables when it is first asked.
+    MlflowClient(tracking_uri=_uri(part)).search_experiments(max_results=1)
+    os.replace(part, file)
+
+
+def _uri(file: Path) -> str:
+    return f"sqlite:///{file.resolve()}"

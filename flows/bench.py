@@ -1,0 +1,187 @@
+"""``make bench``: DATA WORK [--limit N] [--only PART] [--strict]. Prints the tables, and writes them into WORK.
+
+Each measured run is a fresh process and has a fresh output folder, into which nothing but the warm cache of convex
+pieces is copied. A run that is not measured warms that cache; it stays in WORK for the next bench.
+"""
+
+import shutil
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+
+from asset2sim.bench.checker import chosen, time_checker
+from asset2sim.bench.figures import figures, missed
+from asset2sim.bench.history_rows import write_history
+from asset2sim.bench.measured import FlowTimes, Measured, QueryTimes
+from asset2sim.bench.plain_loop import run_loop
+from asset2sim.bench.process import machine, measure, one_core
+from asset2sim.bench.query_times import MODULE as QUERY
+from asset2sim.bench.request import BenchRequest, parse_request
+from asset2sim.bench.stages import stage_seconds
+from asset2sim.bench.synthetic import make_unchanged
+from asset2sim.bench.table import bench_markdown
+from asset2sim.checkout import checkout_folder
+from asset2sim.cli.console import output
+from asset2sim.cli.parser import parse, refine_request
+from asset2sim.dataset import load_dataset
+from asset2sim.fanout.worker import refine_on_worker
+from asset2sim.methods.ours import CACHE
+from asset2sim.models.environment import quiet_environment
+from flows.bench_run import MODULE as RUN
+from schemas.asset import AssetRecord
+from schemas.errors import Asset2SimError, UsageError
+from schemas.vocabulary import Engine, Grouping
+
+DONE, FAILED, MISTAKE, STOPPED = 0, 1, 2, 130
+ENGINES = {"one": (Engine.PYBULLET,), "both": (Engine.PYBULLET, Engine.MUJOCO)}
+SAMPLE = "stapler_desk"
+"""The sample object whose record and files the synthetic entries have."""
+
+
+def tell(line: str) -> None:
+    """A line of progress."""
+    sys.stderr.write(f"bench: {line}\n")
+    sys.stderr.flush()
+
+
+def command(
+    request: BenchRequest, data: Path, out: Path, workers: int, engines: str = "one", ids: Sequence[str] = ()
+) -> list[str]:
+    """The words of an ``asset2sim refine``."""
+    words = ["refine", str(data), "--out", str(out), "--workers", str(workers), "--no-views"]
+    words += ["--engines", ",".join(engine.value for engine in ENGINES[engines])]
+    words += ["--assets", ",".join(ids)] if ids else []
+    words += ["--limit", str(request.limit)] if request.limit is not None and data == request.data else []
+    return [*words, *([] if request.interact else ["--no-interaction"])]
+
+
+def fresh(request: BenchRequest, name: str) -> Path:
+    """An output folder that holds the warm pieces and nothing else."""
+    out, warm = request.work / name, request.work / "warm" / CACHE
+    shutil.rmtree(out, ignore_errors=True)
+    if warm.is_dir():
+        shutil.copytree(warm, out / CACHE)
+    return out
+
+
+def flow(request: BenchRequest, name: str, words: Sequence[str]) -> FlowTimes:
+    """One run of the flow in a process of its own."""
+    times = measure(FlowTimes, RUN, words, request.work / "numbers" / name)
+    seconds = f"{times.flow_s:.1f} s after {times.startup_s:.1f} s"
+    tell(f"{name}: {times.assets} assets, {times.unchanged} unchanged: {seconds}")
+    return times
+
+
+def warm_up(request: BenchRequest) -> None:
+    """Fill the cache of pieces; where an earlier bench did, with the same code and settings, nothing is refined."""
+    flow(request, "warm", command(request, request.data, request.work / "warm", 2))
+
+
+def rates(request: BenchRequest, found: Measured) -> Measured:
+    """One worker, the plain loop over the same, two workers."""
+    warm_up(request)
+    outs = {name: fresh(request, name) for name in ("one", "loop", "two")}
+    one = flow(request, "one", command(request, request.data, outs["one"], 1))
+    loop = run_loop(command(request, request.data, outs["loop"], 1), request.work / "numbers" / "loop")
+    tell(f"loop: {loop.assets} assets in {loop.loop_s:.1f} s {loop.problem}")
+    two = flow(request, "two", command(request, request.data, outs["two"], 2))
+    return found.model_copy(update={"one": one, "loop": loop, "two": two, "stages": stage_seconds(outs["one"])})
+
+
+def unchanged(request: BenchRequest, found: Measured) -> Measured:
+    """The output of two workers once more."""
+    words = command(request, request.data, request.work / "two", 2)
+    if found.two is None:
+        flow(request, "two", words)
+    return found.model_copy(update={"again": flow(request, "again", words)})
+
+
+def synthetic(request: BenchRequest, found: Measured) -> Measured:
+    """Few entries and many, none of which changed."""
+    record = sample_record(request)
+    runs = []
+    for count in (request.few, request.entries):
+        folder = request.work / "synthetic" / str(count)
+        shutil.rmtree(folder, ignore_errors=True)
+        tell(f"making {count:,} synthetic entries")
+        words = command(request, folder / "data", folder / "out", 2)
+        data, out = make_unchanged(record, folder, count, refine_request(parse(words)).settings)
+        runs.append(flow(request, f"synthetic-{count}", command(request, data, out, 2)))
+    return found.model_copy(update={"synthetic": tuple(runs)})
+
+
+def sample_record(request: BenchRequest) -> AssetRecord:
+    """The record of a real refinement of a sample object."""
+    raw = (checkout_folder() or Path()) / "data" / "raw"
+    out = fresh(request, "sample").resolve()
+    words = command(request, raw, out, 1, ids=[SAMPLE])
+    return refine_on_worker(load_dataset(raw, None, (SAMPLE,), None)[0], out, refine_request(parse(words)).settings)
+
+
+def history(request: BenchRequest, found: Measured) -> Measured:
+    """The breakdown over a year of nights."""
+    out = request.work / "history"
+    shutil.rmtree(out, ignore_errors=True)
+    tell(f"writing {request.rows:,} rows of history")
+    write_history(out, sample_record(request), request.rows)
+    groupings = (Grouping.FAILURE_MODE, Grouping.CATEGORY)
+    places = {grouping: request.work / "numbers" / f"query-{grouping.value}" for grouping in groupings}
+    queries = [measure(QueryTimes, QUERY, [str(out), grouping.value], place) for grouping, place in places.items()]
+    return found.model_copy(update={"queries": tuple(queries)})
+
+
+def checker(request: BenchRequest, found: Measured) -> Measured:
+    """Our refinement with verification in two engines, and the checker over what came of it, on one core."""
+    if "rates" not in request.parts:
+        warm_up(request)
+    refs = load_dataset(request.data, None, (), request.limit)
+    ids = chosen([ref.asset_id for ref in refs], request.objects)
+    out = fresh(request, "both")
+    with one_core():
+        both = flow(request, "both", command(request, request.data, out, 1, "both", ids))
+        checked = time_checker(checkout_folder() or Path.cwd(), out, ids, tell)
+    return found.model_copy(update={"both": both, "checked": checked})
+
+
+MEASURE = {"rates": rates, "unchanged": unchanged, "synthetic": synthetic, "history": history, "checker": checker}
+
+
+def bench(request: BenchRequest) -> Measured:
+    """Measure what is asked for; raises UsageError for a dataset that cannot be read, before anything is made."""
+    load_dataset(request.data, None, (), request.limit)
+    found = Measured(machine=machine())
+    for part in request.parts:
+        found = MEASURE[part](request, found)
+        write(request, found)
+    return found
+
+
+def write(request: BenchRequest, found: Measured) -> str:
+    """Write what is known so far; the Markdown."""
+    text = bench_markdown(found)
+    (request.work / "bench.md").write_text(text, encoding="utf-8")
+    (request.work / "bench.json").write_text(found.model_dump_json(indent=2), encoding="utf-8")
+    return text
+
+
+def main(words: Sequence[str]) -> int:
+    """Run one command line and return its exit code: 0 whatever is met, unless ``--strict``."""
+    quiet_environment()
+    try:
+        request = parse_request(words)
+        found = bench(request)
+    except Asset2SimError as error:
+        sys.stderr.write(f"bench: {error}\n")
+        return MISTAKE if isinstance(error, UsageError) else FAILED
+    except KeyboardInterrupt:
+        sys.stderr.write("bench: interrupted\n")
+        return STOPPED
+    output().print(write(request, found), markup=False, highlight=False, soft_wrap=True)
+    left = missed(figures(found))
+    if left:
+        tell(f"not met: {'; '.join(left)}")
+    return FAILED if left and request.strict else DONE
+
+
+if __name__ == "__main__":
+    sys.exit(main(sys.argv[1:]))
