@@ -27,7 +27,7 @@ OPTIONS = --out "$(OUT)" --model "$(MODEL)" \
 
 .DEFAULT_GOAL := help
 .DELETE_ON_ERROR:
-.PHONY: help install flow test lint typecheck failures doctor nightly ui judge rules compare bench-defects samples summary picture clean
+.PHONY: help install flow test lint typecheck failures doctor nightly ui judge rules compare bench-defects samples questions summary picture clean
 
 help: ## list the targets
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / { printf "  %-14s %s\n", $$1, $$2 }' Makefile
@@ -105,6 +105,9 @@ compare: $(INSTALLED) ## methods and models on the same objects: the paper's tab
 
 bench-defects: $(INSTALLED) ## plant known defects in clean objects: what share is caught, and what is mended
 	@$(BIN)/python -m asset2sim.defects "$(OUT)"
+
+questions: $(INSTALLED) ## write five questions and OUT's answers into the README
+	@$(BIN)/python -m asset2sim.questions "$(OUT)" README.md
 
 summary: $(INSTALLED) ## write the table of OUT's latest run into the README
 	@$(BIN)/python -m asset2sim.readme "$(OUT)" README.md

@@ -35,7 +35,7 @@ def run_figures(records: Sequence[AssetRecord], limits: Thresholds) -> dict[str,
 def whole_figures(records: Sequence[AssetRecord], unchanged: Sequence[Unchanged]) -> dict[str, float]:
     """How all assets of a run end, those that it left as they were included, under the names of ``run_figures``: two
     nights over one dataset compare by these, however much of it each had to refine."""
-    every = [*records, *unchanged]
+    every: list[AssetRecord | Unchanged] = [*records, *unchanged]
     ok = sum(item.status is Status.OK for item in every)
     figures: dict[str, float] = {"assets": len(every), "ok": ok, "failed": len(every) - ok}
     figures |= {"refined": len(records), "unchanged": len(unchanged)}

@@ -59,7 +59,7 @@ def report_markdown(
 
 def headline(records: Sequence[AssetRecord], changes: Changes, unchanged: Sequence[Unchanged] = ()) -> str:
     """The run in one line: how many pass, unchanged ones included, what broke, what was mended, what left."""
-    every = [*records, *unchanged]
+    every: list[AssetRecord | Unchanged] = [*records, *unchanged]
     parts = [f"{_passing(every)} of {len(every)} ok"] if every else ["no assets"]
     new = len(changes.new_failures)
     parts.append(f"{new} new failure{'' if new == 1 else 's'}")
@@ -99,7 +99,7 @@ def _counts(
     changes: Changes,
     unchanged: Sequence[Unchanged],
 ) -> str:
-    every = [*records, *unchanged]
+    every: list[AssetRecord | Unchanged] = [*records, *unchanged]
     ok = _passing(every)
     paid = [call for record in records for call in record.calls if not call.cached]
     cached = sum(call.cached for record in records for call in record.calls)
@@ -173,7 +173,8 @@ def _modes(records: Sequence[AssetRecord], unchanged: Sequence[Unchanged]) -> st
     if not failed and not left:
         return ""
     rows = []
-    for mode, count in Counter(item.failure_mode for item in (*failed, *left)).most_common():
+    modes = Counter([*(record.failure_mode for record in failed), *(item.failure_mode for item in left)])
+    for mode, count in modes.most_common():
         mine = [record for record in failed if record.failure_mode is mode]
         others = [item.asset_id for item in left if item.failure_mode is mode]
         codes = Counter(code for record in mine for code in _errors(record))

@@ -23,7 +23,8 @@ def next_steps(
             f"What is known of a failure: `asset2sim show ASSET --out {place}`; what broke since the last run: "
             f"`asset2sim failures --compare previous latest --out {place}`."
         )
-    failed = [item for item in [*records, *unchanged] if item.status is Status.FAILED]
+    every: list[AssetRecord | Unchanged] = [*records, *unchanged]
+    failed = [item for item in every if item.status is Status.FAILED]
     passing = sum(item.failure_mode in CURABLE for item in failed)
     if passing:
         modes = ", ".join(f"`{mode.value}`" for mode in CURABLE)
