@@ -70,6 +70,7 @@ def left_out(deployment_id: UUID, since: datetime) -> int:
             flow_run_filter=FlowRunFilter(
                 state=_state(StateType.CANCELLED), expected_start_time=FlowRunFilterExpectedStartTime(after_=since)
             ),
+            sort=FlowRunSort.EXPECTED_START_TIME_ASC,
             limit=MAX_RUNS,
         )
     return sum(never_began(run) for run in found)
@@ -77,7 +78,7 @@ def left_out(deployment_id: UUID, since: datetime) -> int:
 
 def never_began(run: FlowRun) -> bool:
     """Whether the run was cancelled before its first step, as one is that meets another at work."""
-    return run.state is not None and run.state.is_cancelled() and run.start_time is None
+    return run.state is not None and run.state.is_cancelled() and not run.run_count
 
 
 def next_run(deployment_id: UUID, limit_s: float = PLAN_LIMIT_S) -> datetime | None:

@@ -45,8 +45,8 @@ def nights_left_out(since: datetime) -> str | None:
     try:
         deployment = flow_run.parent_deployment_id
         missed = left_out(UUID(str(deployment)), since) if deployment else 0
-    except Exception:  # whatever a server can raise: that it does not answer is said where the artifact fails
-        return None
+    except Exception as error:  # whatever a server can raise
+        return f"Prefect does not say whether a night was left out: {str(error).splitlines()[0]}"
     if not missed:
         return None
     were = "1 night was" if missed == 1 else f"{missed} nights were"
