@@ -27,7 +27,7 @@ OPTIONS = --out "$(OUT)" --model "$(MODEL)" \
 
 .DEFAULT_GOAL := help
 .DELETE_ON_ERROR:
-.PHONY: help install flow test lint typecheck failures doctor nightly ui judge rules compare bench-defects samples summary picture clean bench
+.PHONY: help install flow test lint typecheck failures doctor nightly ui judge rules compare bench-defects samples questions summary picture clean bench
 
 help: ## list the targets
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / { printf "  %-14s %s\n", $$1, $$2 }' Makefile
@@ -110,6 +110,9 @@ bench: $(INSTALLED) ## how fast a night is, and where its time goes; DATA (../sh
 	@$(MAKE) --no-print-directory .venv-judge/.installed || echo "simcheck cannot be installed; its line will say so" >&2
 	@$(BIN)/python -m flows.bench "$(if $(filter file,$(origin DATA)),../shared/partnet_mobility,$(DATA))" \
 		"$(if $(WORK),$(WORK),$(OUT)/bench)" $(if $(LIMIT),--limit "$(LIMIT)") $(if $(STRICT),--strict) $(ARGS)
+
+questions: $(INSTALLED) ## write five questions and OUT's answers into the README
+	@$(BIN)/python -m asset2sim.questions "$(OUT)" README.md
 
 summary: $(INSTALLED) ## write the table of OUT's latest run into the README
 	@$(BIN)/python -m asset2sim.readme "$(OUT)" README.md

@@ -15,10 +15,10 @@ class ProgramError(Asset2SimError):
     """A program ended by itself."""
 
 
-def run_together(commands: Mapping[str, Sequence[str]]) -> None:
+def run_together(commands: Mapping[str, Sequence[str]], stop_limit_s: float = STOP_LIMIT_S) -> None:
     """Run programs, name → command line, until interrupted; raises ``ProgramError`` when one ends by itself.
 
-    Neither they nor what they start survives this call.
+    Neither they nor what they start survives this call: they are asked to end, and killed after ``stop_limit_s`` s.
     """
     # Sessions of their own: a program may start others, and Ctrl-C must reach none of them twice.
     running = {name: subprocess.Popen(command, start_new_session=True) for name, command in commands.items()}
@@ -31,15 +31,15 @@ def run_together(commands: Mapping[str, Sequence[str]]) -> None:
                     continue
                 raise ProgramError(f"{name} ended with exit code {code}; what it said is above")
     finally:
-        _stop(list(running.values()))
+        _stop(list(running.values()), stop_limit_s)
 
 
-def _stop(processes: Sequence[subprocess.Popen[bytes]]) -> None:
+def _stop(processes: Sequence[subprocess.Popen[bytes]], limit_s: float) -> None:
     for process in processes:
         _signal(process, signal.SIGTERM)
     for process in processes:
         try:
-            process.wait(timeout=STOP_LIMIT_S)
+            process.wait(timeout=limit_s)
         except subprocess.TimeoutExpired:
             continue
     # The whole group once more: a program may end before what it started.

@@ -51,10 +51,15 @@ def number(value: object, form: str, factor: float = 1.0) -> str:
 
 def with_summary(text: str, block: str) -> str:
     """The README's text with the block between its markers. Raises UsageError where they are not there."""
-    if BEGIN not in text or END not in text:
-        raise UsageError(f"the README lacks the lines '{BEGIN}' and '{END}'; put them where the table belongs")
-    before, rest = text.split(BEGIN, 1)
-    return f"{before}{BEGIN}\n\n{block}\n\n{END}{rest.split(END, 1)[1]}"
+    return with_block(text, block, BEGIN, END)
+
+
+def with_block(text: str, block: str, begin: str, end: str) -> str:
+    """A text with the block between two markers. Raises UsageError where they are not there."""
+    if begin not in text or end not in text:
+        raise UsageError(f"the README lacks the lines '{begin}' and '{end}'; put them where the block belongs")
+    before, rest = text.split(begin, 1)
+    return f"{before}{begin}\n\n{block}\n\n{end}{rest.split(end, 1)[1]}"
 
 
 if __name__ == "__main__":

@@ -53,13 +53,14 @@ def _nightly(request: RefineRequest) -> int:
     """Serve the nightly until interrupted, or have one night at once. Returns the exit code."""
     from asset2sim.programs import run_together
     from tasks.prefect_server import temporary_server
-    from tasks.serving import serving
+    from tasks.serving import STOP_LIMIT_S, serving
 
     if request.now:
         return _night_now(request)
     with temporary_server(schedules=True) as address, serving(request.out, address):
         server = [address] if address else []
-        run_together({"nightly": [sys.executable, "-m", "flows.serve_nightly", request.model_dump_json(), *server]})
+        program = [sys.executable, "-m", "flows.serve_nightly", request.model_dump_json(), *server]
+        run_together({"nightly": program}, STOP_LIMIT_S)
     return 0
 
 

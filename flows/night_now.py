@@ -3,13 +3,15 @@
 from uuid import UUID
 
 from prefect.client.schemas.objects import State
+from prefect.states import Crashed
 
 from asset2sim.cli.console import output
 from asset2sim.cli.night import complain
 from asset2sim.cli.request import RefineRequest
 from flows.nightly import code_of_state, nightly
 from flows.serve_nightly import parameters
-from tasks.deployment import find_deployment, run_and_follow
+from schemas.errors import UsageError
+from tasks.deployment import find_deployment, never_began, run_and_follow
 from tasks.serving import FLOW, deployment_name
 
 
@@ -23,7 +25,10 @@ def night_elsewhere(request: RefineRequest) -> int | None:
     if found is None or found.status != "READY":
         return None
     output().print(f"{FLOW}/{name} runs now; Ctrl-C stops the waiting, not the night", markup=False, soft_wrap=True)
-    return _told(run_and_follow(UUID(str(found.id)), parameters(request)))
+    run = run_and_follow(UUID(str(found.id)), parameters(request))
+    if never_began(run):
+        raise UsageError(f"another night of {FLOW}/{name} is at work; wait until it ends, this one was left out")
+    return _told(run.state or Crashed(message="it has no state"))
 
 
 def night_here(request: RefineRequest) -> int:

@@ -13,7 +13,8 @@ from prefect.states import Cancelled, Completed, Failed
 
 from asset2sim.alert import DONE, FAILED, MISTAKE, STOPPED, alert_error, code_of, exit_code
 from asset2sim.cli.night import complain, night_line, print_night
-from asset2sim.run_result import RunResult
+from asset2sim.fanout.interrupt import termination_deferred
+from asset2sim.run_result import INTERRUPTED, RunResult
 from flows.refine_dataset import refine_dataset
 from schemas.errors import Asset2SimError
 from schemas.settings import Settings
@@ -49,19 +50,28 @@ def nightly(
     It fails where the run does, and under ``strict`` where an asset does.
     """
     chosen = settings or Settings()
-    try:
-        result = refine_dataset(data, out, chosen, subset, asset_ids, limit)
-    except Exception as error:
-        warning = alert_error(Path(out), chosen.run, error)
-        if warning is not None:
-            complain(warning)
-        if not isinstance(error, Asset2SimError):
-            raise
-        complain(str(error))
-        return Failed(name=REFUSED if code_of(error) == MISTAKE else "Failed", message=str(error))
-    told = alert(opaque(result), strict)
-    print_night(told)
-    return state_of(told, strict)
+    with termination_deferred():
+        try:
+            result = refine_dataset(data, out, chosen, subset, asset_ids, limit)
+        except (Exception, KeyboardInterrupt) as error:
+            return _came_to_nothing(Path(out), chosen, error)
+        told = alert(opaque(result), strict)
+        print_night(told)
+        return state_of(told, strict)
+
+
+def _came_to_nothing(out: Path, settings: Settings, error: BaseException) -> State:
+    """Tell the hook of a night without a result; raises what is a broken program."""
+    warning = alert_error(out, settings.run, error)
+    if warning is not None:
+        complain(warning)
+    if isinstance(error, KeyboardInterrupt):
+        complain(f"{INTERRUPTED} before the first asset")
+        return Cancelled(message=f"{INTERRUPTED} before the first asset")
+    if not isinstance(error, Asset2SimError):
+        raise error
+    complain(str(error))
+    return Failed(name=REFUSED if code_of(error) == MISTAKE else "Failed", message=str(error))
 
 
 def state_of(result: RunResult, strict: bool) -> State:

@@ -7,6 +7,7 @@ from prefect import flow
 
 from asset2sim.catalog.lock import lock_output
 from asset2sim.catalog.run import finish_run, start_run
+from asset2sim.catalog.running import begin_run, end_run
 from asset2sim.catalog.store import check_catalog
 from asset2sim.fanout.worker import PIPELINE
 from asset2sim.run_result import RunResult
@@ -45,13 +46,15 @@ def refine_dataset(
     with lock_output(out):
         check_catalog(out)
         started = start_run(settings, str(data), subset)
+        died = begin_run(out, started)
         todo = plan(opaque(refs), opaque(references), out, settings, pipeline, started.run_id)
         refined = refine_assets(opaque(refs), opaque(todo), out, settings, started.run_id, pipeline)
         refined = align(opaque(refined), opaque(references))
         run = finish_run(started, "interrupted" if refined.stopped else "finished")
         previous = find_previous(out, run, opaque(present))
         publish(out, run, opaque(refined), opaque(present))
-        told = report(out, run, opaque(refined), opaque(previous))
+        end_run(out)
+        told = report(out, run, opaque(refined), opaque(previous), len(refs), died)
         # Whoever presses Ctrl-C wants out: MLflow alone takes seconds.
         warning = None if refined.stopped else log_run(out, run, opaque(refined), opaque(told.changes))
     warnings = (*told.warnings, *((warning,) if warning else ()))

@@ -18,16 +18,16 @@ from uuid import UUID
 from prefect.exceptions import TerminationSignal
 from prefect.runner import Runner
 from prefect.schedules import Cron
+from prefect.states import Crashed
 from prefect.types.entrypoint import EntrypointType
 
 from asset2sim.catalog.schedule import nightly_schedule
 from asset2sim.cli.night import print_served
 from asset2sim.cli.request import RefineRequest
-from asset2sim.programs import STOP_LIMIT_S
-from flows.nightly import nightly
-from tasks.deployment import ONE_AT_A_TIME, next_run, start_afresh
+from flows.nightly import nightly, tell_of_crash
+from tasks.deployment import LOST, ONE_AT_A_TIME, next_run, start_afresh
 from tasks.prefect_client import use_server
-from tasks.serving import FLOW, deployment_name
+from tasks.serving import FLOW, STOP_LIMIT_S, deployment_name
 
 CATALOG_FILE = Path(__file__).resolve().parents[1] / "catalog.yaml"
 
@@ -59,7 +59,8 @@ def serve_nightly(request: RefineRequest, address: str | None = None) -> None:
         entrypoint_type=EntrypointType.MODULE_PATH,
     )
     deployment_id = UUID(str(added))
-    start_afresh(deployment_id)
+    for lost in start_afresh(deployment_id):
+        tell_of_crash(nightly, lost, lost.state or Crashed(message=LOST))
     data, out = str(request.data), str(request.out)
     ours = f"asset2sim nightly {shlex.quote(data)} --out {shlex.quote(out)} --now"
     prefects = f"{f'PREFECT_API_URL={address} ' if address else ''}prefect deployment run {FLOW}/{name}"

@@ -1,6 +1,7 @@
 """The nightly's deployment on a Prefect server: when it runs next, and a run of it at once."""
 
 import time
+from collections.abc import Sequence
 from datetime import UTC, datetime
 from uuid import UUID
 
@@ -10,19 +11,24 @@ from prefect.client.schemas.filters import (
     DeploymentFilter,
     DeploymentFilterId,
     FlowRunFilter,
+    FlowRunFilterExpectedStartTime,
     FlowRunFilterState,
     FlowRunFilterStateType,
 )
-from prefect.client.schemas.objects import ConcurrencyLimitConfig, ConcurrencyLimitStrategy, FlowRun, State, StateType
+from prefect.client.schemas.objects import ConcurrencyLimitConfig, ConcurrencyLimitStrategy, FlowRun, StateType
 from prefect.client.schemas.responses import DeploymentResponse
 from prefect.client.schemas.sorting import FlowRunSort
 from prefect.exceptions import ObjectNotFound
-from prefect.states import Scheduled
+from prefect.states import Crashed, Scheduled
 
 from tasks.serving import FLOW
 
 PLAN_LIMIT_S = 60.0
 """Time that the server's scheduler gets to plan the first run, s: it looks every 5 s."""
+LOST = "the night's process and the one that served it are gone: killed, or the machine went down"
+"""What is said of a night that its server still takes for running when the serving starts anew."""
+MAX_RUNS = 200
+"""Runs that one look at the server reads: its default bound."""
 POLL_S = 1.0
 """Time between two looks at a run, s."""
 
@@ -35,20 +41,44 @@ def client() -> SyncPrefectClient:
     return get_client(sync_client=True)
 
 
-def start_afresh(deployment_id: UUID) -> None:
-    """Count no run of the deployment as going on, and drop the planned ones whose time is past.
+def start_afresh(deployment_id: UUID) -> list[FlowRun]:
+    """Count no run of the deployment as going on, and drop the planned ones whose time is past. Returns those that went
+    on, crashed now.
 
     A server that goes down during a run, killed for instance, forgets to give the run's slot back, and every later
     night would be cancelled. Nights that nobody was there to start would all start now. Only for whoever alone serves
     the deployment; runs on one OUT lock each other out anyway.
     """
     with client() as server:
+        lost = _runs(server, deployment_id, (StateType.RUNNING, StateType.PENDING, StateType.CANCELLING))
+        for run in lost:
+            server.set_flow_run_state(run.id, Crashed(message=LOST), force=True)
         found = server.read_deployment(deployment_id).global_concurrency_limit
         if found is not None and found.active_slots:
             server.update_global_concurrency_limit(found.name, GlobalConcurrencyLimitUpdate(active_slots=0))
-        for run in _planned(server, deployment_id, limit=200):
+        for run in _planned(server, deployment_id, limit=MAX_RUNS):
             if run.expected_start_time is not None and run.expected_start_time < datetime.now(UTC):
                 server.delete_flow_run(run.id)
+        return [server.read_flow_run(run.id) for run in lost]
+
+
+def left_out(deployment_id: UUID, since: datetime) -> int:
+    """How many runs of the deployment that were due since a time were cancelled because one was at work already."""
+    with client() as server:
+        found = server.read_flow_runs(
+            deployment_filter=_of(deployment_id),
+            flow_run_filter=FlowRunFilter(
+                state=_state(StateType.CANCELLED), expected_start_time=FlowRunFilterExpectedStartTime(after_=since)
+            ),
+            sort=FlowRunSort.EXPECTED_START_TIME_ASC,
+            limit=MAX_RUNS,
+        )
+    return sum(never_began(run) for run in found)
+
+
+def never_began(run: FlowRun) -> bool:
+    """Whether the run was cancelled before its first step, as one is that meets another at work."""
+    return run.state is not None and run.state.is_cancelled() and not run.run_count
 
 
 def next_run(deployment_id: UUID, limit_s: float = PLAN_LIMIT_S) -> datetime | None:
@@ -66,14 +96,26 @@ def next_run(deployment_id: UUID, limit_s: float = PLAN_LIMIT_S) -> datetime | N
 
 def _planned(server: SyncPrefectClient, deployment_id: UUID, limit: int) -> list[FlowRun]:
     """The deployment's runs that have not begun, the next one first."""
+    return _runs(server, deployment_id, (StateType.SCHEDULED,), limit)
+
+
+def _runs(
+    server: SyncPrefectClient, deployment_id: UUID, states: Sequence[StateType], limit: int = MAX_RUNS
+) -> list[FlowRun]:
     return server.read_flow_runs(
-        deployment_filter=DeploymentFilter(id=DeploymentFilterId(any_=[deployment_id])),
-        flow_run_filter=FlowRunFilter(
-            state=FlowRunFilterState(type=FlowRunFilterStateType(any_=[StateType.SCHEDULED]))
-        ),
+        deployment_filter=_of(deployment_id),
+        flow_run_filter=FlowRunFilter(state=_state(*states)),
         sort=FlowRunSort.EXPECTED_START_TIME_ASC,
         limit=limit,
     )
+
+
+def _of(deployment_id: UUID) -> DeploymentFilter:
+    return DeploymentFilter(id=DeploymentFilterId(any_=[deployment_id]))
+
+
+def _state(*states: StateType) -> FlowRunFilterState:
+    return FlowRunFilterState(type=FlowRunFilterStateType(any_=list(states)))
 
 
 def find_deployment(name: str) -> DeploymentResponse | None:
@@ -85,12 +127,12 @@ def find_deployment(name: str) -> DeploymentResponse | None:
             return None
 
 
-def run_and_follow(deployment_id: UUID, parameters: dict[str, object]) -> State:
-    """Start a run of the deployment now, and wait for the state in which it ends."""
+def run_and_follow(deployment_id: UUID, parameters: dict[str, object]) -> FlowRun:
+    """Start a run of the deployment now, and wait for its end."""
     with client() as server:
         run = server.create_flow_run_from_deployment(deployment_id, parameters=parameters, state=Scheduled())
         while True:
-            state = server.read_flow_run(run.id).state
-            if state is not None and state.is_final():
-                return state
+            found = server.read_flow_run(run.id)
+            if found.state is not None and found.state.is_final():
+                return found
             time.sleep(POLL_S)

@@ -14,4 +14,4 @@ from asset2sim.fanout.refine import Refined
 @task(name="log-run", cache_policy=NO_CACHE, persist_result=False)
 def log_run(out: Path, run: RunRow, refined: Refined, changes: Changes) -> str | None:
     """Log settings, figures and failures; returns a warning where MLflow could not take them."""
-    return mlflow_log.log_run(out, run, refined.records, changes)
+    return mlflow_log.log_run(out, run, refined.records, changes, refined.unchanged)

@@ -17,6 +17,8 @@ from schemas.errors import UsageError
 
 FLOW = "nightly"
 FOLDER = "nightlies"
+STOP_LIMIT_S = 60.0
+"""Time that a stopped night gets to publish what it has, s: 10 to 15 are usual, Prefect's runner waits 30."""
 DIGITS = 8
 """Hexadecimal digits that tell two folders of one name apart."""
 

@@ -1,6 +1,7 @@
 """The report of a run: what it says, that it stays short and harmless, and where it goes."""
 
 import time
+from dataclasses import replace
 from datetime import UTC, datetime, timedelta
 from pathlib import Path
 
@@ -11,12 +12,14 @@ from asset2sim.catalog.previous import read_previous
 from asset2sim.catalog.report import MAX_LISTED, escape, headline, report_markdown
 from asset2sim.catalog.report_file import report_path, write_report
 from asset2sim.catalog.run import RunRow
+from asset2sim.catalog.running import MARK, begin_run, end_run
 from asset2sim.catalog.store import write_run
-from schemas.asset import AssetRecord
+from schemas.asset import AssetRecord, Unchanged
 from schemas.settings import ModelSettings, Settings
-from schemas.vocabulary import FailureMode
+from schemas.vocabulary import FailureMode, Status
 from tests.factories import make_failure, make_record, make_run_records
 
+OK = FailureMode.NONE
 START = datetime(2026, 3, 1, 2, 0, tzinfo=UTC)
 
 
@@ -31,6 +34,14 @@ def make_run(run_id: str = "now", hours: float = 0.0, **changes: object) -> RunR
 
 def written(records: list[AssetRecord], previous: Previous, *problems: str, run: RunRow | None = None) -> str:
     return report_markdown(run or make_run(), records, previous, find_changes(records, previous), problems)
+
+
+def left(*modes: FailureMode) -> list[Unchanged]:
+    """Unchanged assets by how they end, called 0, 1, …"""
+    return [
+        Unchanged(asset_id=f"{i}", status=Status.OK if mode is OK else Status.FAILED, failure_mode=mode)
+        for i, mode in enumerate(modes)
+    ]
 
 
 def row(text: str, start: str) -> list[str]:
@@ -52,7 +63,7 @@ def records() -> list[AssetRecord]:
 @pytest.fixture
 def previous() -> Previous:
     was = {"slow": "none", "mended": "oscillation", "broke": "none", "always": "drift", "elsewhere": "none"}
-    run = PreviousRun("last", START - timedelta(days=1), 4, 2, 6, 7200, 0.06, 600.0, 900.0)
+    run = PreviousRun("last", START - timedelta(days=1), 4, 2, 3, 6, 7200, 0.06, 600.0, 900.0)
     return Previous(was, run)
 
 
@@ -82,7 +93,7 @@ def test_the_report_says_what_matters(records: list[AssetRecord], previous: Prev
     assert row(text, "added")[2:4] == ["`missing_mesh`", "not there"]
     assert row(text, "mended") == ["mended", "1", "–"]
     assert row(text.split("## Mended")[1], "mended") == ["mended", "Box", "`oscillation`"]
-    assert row(text, "`drift`") == ["`drift`", "2", "40.0 %", "drift_large ×2", "broke, always"]
+    assert row(text, "`drift`") == ["`drift`", "2", "40.0 %", "0", "drift_large ×2", "broke, always"]
     assert row(text, "slow")[2:4] == ["100.5", "measure, 99.5 s"]
     assert "With the 1 others of this method and model in the catalog, 3 of 6 assets are ok (50.0 %)." in text
 
@@ -90,7 +101,7 @@ def test_the_report_says_what_matters(records: list[AssetRecord], previous: Prev
 def test_a_first_run_and_an_empty_one_have_a_report_too(records: list[AssetRecord]) -> None:
     assert row(written(records, Previous()), "ok")[2] == "–"
     empty = written([], Previous())
-    assert empty.startswith("# no assets refined, 0 new failures\n") and "nan" not in empty
+    assert empty.startswith("# no assets, 0 new failures\n") and "nan" not in empty
     assert written([make_record("a")], Previous({"a": "none"})).startswith("# 1 of 1 ok, 0 new failures\n")
 
 
@@ -154,5 +165,48 @@ def test_a_day_has_one_file_with_its_last_run_on_top(tmp_path: Path) -> None:
 def test_the_headline_counts() -> None:
     records = make_run_records(2, [FailureMode.DRIFT])
     assert headline(records, find_changes(records, Previous())) == "2 of 3 ok, 1 new failure"
-    quiet = find_changes((), Previous({"a": "none"}))
-    assert headline((), quiet, 147) == "no assets refined, 0 new failures, 147 unchanged"
+    quiet = find_changes((), Previous({"0": "none", "1": "jam"}, gone=("2",)))
+    assert headline((), quiet, left(OK, FailureMode.JAM)) == "1 of 2 ok, 0 new failures, 1 gone, 2 unchanged"
+
+
+def test_what_was_left_as_it_was_counts_and_its_failures_are_named(previous: Previous) -> None:
+    unchanged = left(OK, OK, FailureMode.JAM, FailureMode.TIMEOUT)
+    was = replace(previous, modes={item.asset_id: item.failure_mode.value for item in unchanged})
+    records = [make_failure("broke", FailureMode.JAM, "blocked")]
+    text = report_markdown(make_run(), records, was, find_changes(records, was), (), unchanged, "/my out")
+    assert text.startswith("# 2 of 5 ok, 1 new failure, 4 unchanged\n")
+    assert row(text, "ok")[1:] == ["2 (40.0 %)", "2 (50.0 %)"] and row(text, "refined in this run")[1:] == ["1", "3"]
+    assert row(text, "calls an asset refined")[1:] == ["0", "2"]
+    assert row(text, "`jam`") == ["`jam`", "2", "40.0 %", "1", "blocked ×1", "broke, 2"]
+    assert row(text, "`timeout`") == ["`timeout`", "1", "20.0 %", "1", "–", "3"]
+    assert "others of this method" not in text
+    steps = text.split("## What to do next\n\n")[1].splitlines()
+    assert "`asset2sim show ASSET --out '/my out'`" in steps[0]
+    assert steps[1].startswith("- 1 failed by what may pass") and steps[2].startswith("- 2 fail by what they are")
+
+
+def test_a_good_night_asks_for_nothing_and_an_interrupted_one_to_be_let_go_on() -> None:
+    good = [make_record("a")]
+    assert "What to do next" not in written(good, Previous())
+    assert "goes on from there" in written(good, Previous(), "stopped", run=make_run(outcome="interrupted"))
+    assert ", 14 min · " in written(good, Previous())
+
+
+def test_a_removed_asset_counts_nowhere_but_among_the_gone(tmp_path: Path) -> None:
+    write_run(tmp_path, make_run("a", -24), [*make_run_records(2, [FailureMode.DRIFT])])
+    kept = read_previous(tmp_path, make_run(), {"1000", "new"})
+    assert (dict(kept.modes), kept.gone) == ({"1000": "none"}, ("1001", "bad0"))
+    records = [make_record("new")]
+    text = report_markdown(make_run(), records, kept, find_changes(records, kept), (), left(OK))
+    assert text.startswith("# 2 of 2 ok, 0 new failures, 2 gone, 1 unchanged\n")
+    assert row(text, "gone from the dataset")[1] == "2" and "others of this method" not in text
+
+
+def test_a_run_that_never_came_to_its_end_is_found_by_the_next_one(tmp_path: Path) -> None:
+    assert begin_run(tmp_path, make_run("dead")) is None
+    said = begin_run(tmp_path, make_run("next", 24))
+    assert said is not None and "(dead, from 2026-03-01 02:00 UTC) ended without a report" in said
+    end_run(tmp_path)
+    assert begin_run(tmp_path, make_run("good", 48)) is None
+    (tmp_path / MARK).write_text("{")
+    assert "the run before ended without a report" in str(begin_run(tmp_path, make_run("torn", 72)))

@@ -17,6 +17,8 @@ class PreviousRun:
     started_at: datetime
     assets: int
     ok: int
+    refined: int
+    """Those of its assets that were not left as they were."""
     queries: int
     tokens: int
     cost_usd: float
@@ -30,6 +32,8 @@ class Previous:
 
     modes: Mapping[str, str] = field(default_factory=dict)
     run: PreviousRun | None = None
+    gone: tuple[str, ...] = ()
+    """Assets that the dataset no longer has: they are not among ``modes``."""
     problem: str | None = None
     """Why nothing of it could be read, where something is there."""
 
@@ -54,6 +58,8 @@ class Changes:
     mended: tuple[Changed, ...]
     still_failing: tuple[Changed, ...]
     standing: Mapping[str, int]
+    gone: tuple[str, ...] = ()
+    """Assets that left the dataset, and so the catalog."""
 
     @property
     def standing_assets(self) -> int:
@@ -78,6 +84,7 @@ def find_changes(records: Sequence[AssetRecord], previous: Previous) -> Changes:
         ),
         still_failing=tuple(item for item in failed if item.was not in (None, FailureMode.NONE)),
         standing=Counter(ended.values()),
+        gone=previous.gone,
     )
 
 
@@ -87,6 +94,7 @@ def change_figures(changes: Changes) -> dict[str, float]:
         "new_failures": len(changes.new_failures),
         "mended": len(changes.mended),
         "still_failing": len(changes.still_failing),
+        "gone": len(changes.gone),
         "standing_assets": changes.standing_assets,
         "standing_ok": changes.standing_ok,
     }

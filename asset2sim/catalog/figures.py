@@ -1,10 +1,11 @@
 """The figures of a run: what its records add up to, for MLflow and for the summary."""
 
+from collections import Counter
 from collections.abc import Callable, Sequence
 from statistics import fmean, median
 
 from asset2sim.catalog.rows import queries, total_seconds, unsteady_joints
-from schemas.asset import AssetRecord
+from schemas.asset import AssetRecord, Unchanged
 from schemas.measurement import Measurement
 from schemas.settings import Thresholds
 from schemas.vocabulary import FailureMode, Stage, Status
@@ -31,13 +32,22 @@ def run_figures(records: Sequence[AssetRecord], limits: Thresholds) -> dict[str,
     return figures | _penetration(records) | _shares(records, limits) | _semantics(records) | _seconds(records)
 
 
-def failure_counts(records: Sequence[AssetRecord]) -> dict[FailureMode, int]:
+def whole_figures(records: Sequence[AssetRecord], unchanged: Sequence[Unchanged]) -> dict[str, float]:
+    """How all assets of a run end, those that it left as they were included, under the names of ``run_figures``: two
+    nights over one dataset compare by these, however much of it each had to refine."""
+    every: list[AssetRecord | Unchanged] = [*records, *unchanged]
+    ok = sum(item.status is Status.OK for item in every)
+    figures: dict[str, float] = {"assets": len(every), "ok": ok, "failed": len(every) - ok}
+    figures |= {"refined": len(records), "unchanged": len(unchanged)}
+    if every:
+        figures["success_rate"] = ok / len(every)
+    return figures | {f"failures_{mode.value}": count for mode, count in failure_counts(every).items()}
+
+
+def failure_counts(items: Sequence[AssetRecord | Unchanged]) -> dict[FailureMode, int]:
     """Failure mode → assets, every mode but ``none``, in the order of the enumeration."""
-    return {
-        mode: sum(record.failure_mode is mode for record in records)
-        for mode in FailureMode
-        if mode is not FailureMode.NONE
-    }
+    counted = Counter(item.failure_mode for item in items)
+    return {mode: counted[mode] for mode in FailureMode if mode is not FailureMode.NONE}
 
 
 def drift_passes(measured: Measurement, limits: Thresholds) -> bool:

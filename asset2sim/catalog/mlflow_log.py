@@ -8,12 +8,12 @@ from typing import TYPE_CHECKING, Any
 
 from asset2sim.catalog.changes import Changes, change_figures
 from asset2sim.catalog.chart import failure_chart
-from asset2sim.catalog.figures import run_figures
+from asset2sim.catalog.figures import run_figures, whole_figures
 from asset2sim.catalog.mlflow_store import open_mlflow
 from asset2sim.catalog.report_file import report_path
 from asset2sim.catalog.run import UNRECORDED, RunRow, without_credentials
 from asset2sim.catalog.switch import find_catalog
-from schemas.asset import AssetRecord
+from schemas.asset import AssetRecord, Unchanged
 from schemas.settings import Settings
 from schemas.tables import TABLES
 
@@ -33,16 +33,19 @@ MAX_TABLES_BYTES = 2 * 1024 * 1024
 """Tables that are attached to a run: those of about 500 assets. A year of nights copies them 365 times."""
 
 
-def log_run(out: Path, run: RunRow, records: Sequence[AssetRecord], changes: Changes) -> str | None:
+def log_run(
+    out: Path, run: RunRow, records: Sequence[AssetRecord], changes: Changes, unchanged: Sequence[Unchanged] = ()
+) -> str | None:
     """Logs one run; call it after ``write_run`` and ``write_report``, whose files it attaches.
 
     What it costs does not grow with the dataset: figures of the same names every night in one batch, a bounded number
-    of failed assets as children, and the tables only while they are small.
+    of failed assets as children, and the tables only while they are small. Counts, success rate and failure modes are
+    of all the run's assets, calls, cost and seconds of those that it refined.
     Returns None, or a one-line warning that says why MLflow does not hold the run: the catalog does in any case.
     """
     try:
         with open_mlflow(out) as client:
-            _log(client, _experiment(client, out), out, run, records, changes)
+            _log(client, _experiment(client, out), out, run, records, changes, unchanged)
     except Exception as error:  # whatever a store or a server can raise
         lines = str(error).splitlines() or [type(error).__name__]
         return f"MLflow does not hold run {run.run_id}: {without_credentials(lines[0])[:300]}; the catalog is complete"
@@ -74,11 +77,14 @@ def _log(
     run: RunRow,
     records: Sequence[AssetRecord],
     changes: Changes,
+    unchanged: Sequence[Unchanged],
 ) -> None:
     from mlflow.entities import Metric, Param, RunTag
 
     started, finished = (int(1000 * time.timestamp()) for time in (run.started_at, run.finished_at))
-    figures = run_figures(records, run.settings.thresholds) | change_figures(changes)
+    figures = (
+        run_figures(records, run.settings.thresholds) | whole_figures(records, unchanged) | change_figures(changes)
+    )
     figures["seconds"] = (finished - started) / 1000.0
     params = run_params(run.settings) | {"dataset": run.dataset[:_MAX_PARAM], "subset": run.subset or "all"}
     tags = {

@@ -31,9 +31,9 @@ def read_previous(out: Path, run: RunRow, present: Collection[str] | None = None
     subset = runs["subset"].isna() if run.subset is None else runs["subset"] == run.subset
     runs = runs[(runs["dataset"] == run.dataset) & subset & (runs["run_id"] != run.run_id)]
     modes = dict(zip(assets["asset_id"].astype(str), assets["failure_mode"].astype(str), strict=True))
-    if present is not None:
-        modes = {name: mode for name, mode in modes.items() if name in present}
-    return Previous(modes, None if runs.empty else _run(runs.sort_values("started_at").iloc[-1]))
+    gone = () if present is None else tuple(sorted(name for name in modes if name not in present))
+    modes = {name: mode for name, mode in modes.items() if present is None or name in present}
+    return Previous(modes, None if runs.empty else _run(runs.sort_values("started_at").iloc[-1]), gone)
 
 
 def same_way(table: pd.DataFrame, run: RunRow) -> "pd.Series[bool]":
@@ -49,6 +49,7 @@ def _run(row: "pd.Series[Any]") -> PreviousRun:
         started_at=pd.Timestamp(row["started_at"]).to_pydatetime(),
         assets=int(row["assets"]),
         ok=int(row["ok"]),
+        refined=int(row["assets"]) - (0 if pd.isna(row["unchanged"]) else int(row["unchanged"])),
         queries=int(row["queries"]),
         tokens=int(row["prompt_tokens"] + row["completion_tokens"]),
         cost_usd=float(row["cost_usd"]),

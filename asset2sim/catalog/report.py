@@ -9,11 +9,12 @@ from collections.abc import Callable, Sequence
 from datetime import UTC, datetime
 
 from asset2sim.catalog.changes import Changed, Changes, Previous, PreviousRun
+from asset2sim.catalog.report_next import next_steps
 from asset2sim.catalog.rows import queries, total_seconds
 from asset2sim.catalog.run import RunRow
 from asset2sim.catalog.text import NOTHING, number
 from asset2sim.models.priors_known import described
-from schemas.asset import AssetRecord
+from schemas.asset import AssetRecord, Unchanged
 from schemas.vocabulary import FailureMode, Severity, Stage, Status
 
 MAX_LISTED = 50
@@ -32,12 +33,13 @@ def report_markdown(
     previous: Previous,
     changes: Changes,
     problems: Sequence[str] = (),
-    unchanged: int = 0,
+    unchanged: Sequence[Unchanged] = (),
+    out: str = "OUT",
 ) -> str:
     """The report: counts beside the last run's, what broke, what was mended, failure modes with causes, what was slow.
 
     In Markdown. ``changes`` is ``find_changes(records, previous)``; ``problems`` says what else went wrong, why the run
-    stopped first of all; ``unchanged`` counts the assets that there was no need to refine.
+    stopped first of all; ``unchanged`` is what there was no need to refine, and ``out`` the folder to name in commands.
     """
     parts = [
         f"# {headline(records, changes, unchanged)}",
@@ -46,25 +48,32 @@ def report_markdown(
         _counts(run, records, previous.run, changes, unchanged),
         _list("New failures", changes.new_failures, ("asset", "category", "failure mode", "was", "why"), _broken),
         _list("Mended", changes.mended, ("asset", "category", "was"), _mended),
-        _modes(records),
+        _modes(records, unchanged),
         _list("Failing as before", changes.still_failing, ("asset", "category", "failure mode", "was", "why"), _broken),
         _slowest(records),
-        _standing(records, changes),
+        _standing(len(records) + len(unchanged), changes),
+        _next(next_steps(run, records, changes, unchanged, out)),
     ]
     return "\n\n".join(part for part in parts if part) + "\n"
 
 
-def headline(records: Sequence[AssetRecord], changes: Changes, unchanged: int = 0) -> str:
-    """The run in one line: how many passed, what broke, what was mended, and what was left as it was."""
-    ok = sum(record.status is Status.OK for record in records)
-    parts = [f"{ok} of {len(records)} ok"] if records else ["no assets refined"]
+def headline(records: Sequence[AssetRecord], changes: Changes, unchanged: Sequence[Unchanged] = ()) -> str:
+    """The run in one line: how many pass, unchanged ones included, what broke, what was mended, what left."""
+    every: list[AssetRecord | Unchanged] = [*records, *unchanged]
+    parts = [f"{_passing(every)} of {len(every)} ok"] if every else ["no assets"]
     new = len(changes.new_failures)
     parts.append(f"{new} new failure{'' if new == 1 else 's'}")
     if changes.mended:
         parts.append(f"{len(changes.mended)} mended")
+    if changes.gone:
+        parts.append(f"{len(changes.gone)} gone")
     if unchanged:
-        parts.append(f"{unchanged} unchanged")
+        parts.append(f"{len(unchanged)} unchanged")
     return ", ".join(parts)
+
+
+def _passing(items: Sequence[AssetRecord | Unchanged]) -> int:
+    return sum(item.status is Status.OK for item in items)
 
 
 def escape(text: str) -> str:
@@ -76,7 +85,7 @@ def _about(run: RunRow) -> str:
     commit = f"commit `{run.git_commit[:12]}`{' with changes' if run.git_dirty else ''}" if run.git_commit else None
     parts = [
         f"Run `{run.run_id}`, {run.outcome}",
-        f"from {_moment(run.started_at)} to {_moment(run.finished_at)}",
+        f"from {_moment(run.started_at)} to {_moment(run.finished_at)}, {_length(run)}",
         f"dataset {escape(run.dataset)}" + (f", subset {escape(run.subset)}" if run.subset else ""),
         f"method {escape(run.settings.method.value)}, model {escape(described(run.settings.model.model))}",
     ]
@@ -84,29 +93,35 @@ def _about(run: RunRow) -> str:
 
 
 def _counts(
-    run: RunRow, records: Sequence[AssetRecord], before: PreviousRun | None, changes: Changes, unchanged: int
+    run: RunRow,
+    records: Sequence[AssetRecord],
+    before: PreviousRun | None,
+    changes: Changes,
+    unchanged: Sequence[Unchanged],
 ) -> str:
-    ok = sum(record.status is Status.OK for record in records)
+    every: list[AssetRecord | Unchanged] = [*records, *unchanged]
+    ok = _passing(every)
     paid = [call for record in records for call in record.calls if not call.cached]
     cached = sum(call.cached for record in records for call in record.calls)
     tokens = sum(call.prompt_tokens + call.completion_tokens for call in paid)
     seconds = (run.finished_at - run.started_at).total_seconds()
     rows: list[tuple[str, str, str]] = [
-        ("assets", f"{len(records) + unchanged}", f"{before.assets}" if before else NOTHING),
-        ("unchanged", f"{unchanged}", NOTHING),
-        ("ok", _share(ok, len(records)), _share(before.ok, before.assets) if before else NOTHING),
+        ("assets", f"{len(every)}", f"{before.assets}" if before else NOTHING),
+        ("ok", _share(ok, len(every)), _share(before.ok, before.assets) if before else NOTHING),
         (
             "failed",
-            _share(len(records) - ok, len(records)),
+            _share(len(every) - ok, len(every)),
             _share(before.assets - before.ok, before.assets) if before else NOTHING,
         ),
+        ("refined in this run", f"{len(records)}", f"{before.refined}" if before else NOTHING),
+        ("gone from the dataset", f"{len(changes.gone)}", NOTHING),
         ("new failures", f"{len(changes.new_failures)}", NOTHING),
         ("mended", f"{len(changes.mended)}", NOTHING),
         ("model calls", f"{len(paid)}, and {cached} from the cache", f"{before.queries}" if before else NOTHING),
         (
-            "calls an asset",
+            "calls an asset refined",
             _ratio(len(paid), len(records)),
-            _ratio(before.queries, before.assets) if before else NOTHING,
+            _ratio(before.queries, before.refined) if before else NOTHING,
         ),
         ("tokens", f"{tokens}", f"{before.tokens}" if before else NOTHING),
         (
@@ -150,28 +165,33 @@ def _mended(item: Changed) -> tuple[str, ...]:
     return escape(item.record.ref.asset_id), escape(item.record.category), _was(item.was)
 
 
-def _modes(records: Sequence[AssetRecord]) -> str:
-    """A row per failure mode, the most frequent first: how many assets, by which error findings, for example which."""
+def _modes(records: Sequence[AssetRecord], unchanged: Sequence[Unchanged]) -> str:
+    """A row per failure mode, the most frequent first: how many assets, how many of them were left as they were, by
+    which error findings the others fail, for example which."""
     failed = [record for record in records if record.status is Status.FAILED]
-    if not failed:
+    left = [item for item in unchanged if item.status is Status.FAILED]
+    if not failed and not left:
         return ""
     rows = []
-    for mode, count in Counter(record.failure_mode for record in failed).most_common():
+    modes = Counter([*(record.failure_mode for record in failed), *(item.failure_mode for item in left)])
+    for mode, count in modes.most_common():
         mine = [record for record in failed if record.failure_mode is mode]
+        others = [item.asset_id for item in left if item.failure_mode is mode]
         codes = Counter(code for record in mine for code in _errors(record))
         causes = ", ".join(f"{escape(code)} ×{times}" for code, times in codes.most_common(MAX_EXAMPLES))
-        examples = ", ".join(escape(record.ref.asset_id) for record in mine[:MAX_EXAMPLES])
+        names = [*(record.ref.asset_id for record in mine), *others]
         rows.append(
             (
                 _mode(mode.value),
                 f"{count}",
-                f"{100.0 * count / len(records):.1f} %",
+                f"{100.0 * count / (len(records) + len(unchanged)):.1f} %",
+                f"{len(others)}",
                 causes or NOTHING,
-                examples + (", …" if count > MAX_EXAMPLES else ""),
+                ", ".join(map(escape, names[:MAX_EXAMPLES])) + (", …" if count > MAX_EXAMPLES else ""),
             )
         )
-    table = _table(("failure mode", "assets", "share", "causes", "for example"), rows, right=(1, 2))
-    return f"## Failure modes\n\n{table}"
+    headings = ("failure mode", "assets", "share", "unchanged", "causes", "for example")
+    return f"## Failure modes\n\n{_table(headings, rows, right=(1, 2, 3))}"
 
 
 def _errors(record: AssetRecord) -> set[str]:
@@ -204,15 +224,19 @@ def _longest_stage(record: AssetRecord) -> str:
     return f"{name}, {seconds:.1f} s"
 
 
-def _standing(records: Sequence[AssetRecord], changes: Changes) -> str:
-    """The catalog as a whole, where it holds more than this run refined."""
-    if changes.standing_assets == len(records):
+def _standing(seen: int, changes: Changes) -> str:
+    """The catalog as a whole, where it holds more than this run saw to."""
+    if changes.standing_assets <= seen:
         return ""
-    others, share = changes.standing_assets - len(records), 100.0 * changes.standing_ok / changes.standing_assets
+    others, share = changes.standing_assets - seen, 100.0 * changes.standing_ok / changes.standing_assets
     return (
         f"With the {others} others of this method and model in the catalog, {changes.standing_ok} of "
         f"{changes.standing_assets} assets are ok ({share:.1f} %)."
     )
+
+
+def _next(steps: Sequence[str]) -> str:
+    return "\n".join(["## What to do next", "", *(f"- {step}" for step in steps)]) if steps else ""
 
 
 def _mode(name: str) -> str:
@@ -235,6 +259,13 @@ def _ratio(count: int, total: int) -> str:
 
 def _moment(time: datetime) -> str:
     return f"{time.astimezone(UTC):%Y-%m-%d %H:%M} UTC"
+
+
+def _length(run: RunRow) -> str:
+    minutes, seconds = divmod(round((run.finished_at - run.started_at).total_seconds()), 60)
+    if minutes >= 60:
+        return f"{minutes // 60} h {minutes % 60:02d} min"
+    return f"{minutes} min" if minutes else f"{seconds} s"
 
 
 def _table(headings: Sequence[str], rows: Sequence[Sequence[str]], right: Sequence[int] = ()) -> str:

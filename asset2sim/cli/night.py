@@ -30,7 +30,7 @@ def moment(following: datetime | None, now: datetime | None = None) -> str:
 def night_line(result: RunResult) -> str:
     """A night in one line: how it went and where its report is."""
     parts = (
-        [headline(result.records, result.changes, len(result.unchanged))]
+        [headline(result.records, result.changes, result.unchanged)]
         if result.changes
         else [f"{len(result.records)} assets"]
     )

@@ -1,0 +1,37 @@
+"""The end of a report: what to do next. Pure."""
+
+import shlex
+from collections.abc import Sequence
+
+from asset2sim.catalog.changes import Changes
+from asset2sim.catalog.run import RunRow
+from asset2sim.incremental.plan import CURABLE
+from schemas.asset import AssetRecord, Unchanged
+from schemas.vocabulary import Status
+
+
+def next_steps(
+    run: RunRow, records: Sequence[AssetRecord], changes: Changes, unchanged: Sequence[Unchanged], out: str
+) -> list[str]:
+    """Sentences in Markdown, the most urgent first; none where nothing failed and nothing is left to do."""
+    place = shlex.quote(out)
+    steps = []
+    if run.outcome == "interrupted":
+        steps.append("The run was stopped before its end; the next one goes on from there.")
+    if changes.new_failures:
+        steps.append(
+            f"What is known of a failure: `asset2sim show ASSET --out {place}`; what broke since the last run: "
+            f"`asset2sim failures --compare previous latest --out {place}`."
+        )
+    every: list[AssetRecord | Unchanged] = [*records, *unchanged]
+    failed = [item for item in every if item.status is Status.FAILED]
+    passing = sum(item.failure_mode in CURABLE for item in failed)
+    if passing:
+        modes = ", ".join(f"`{mode.value}`" for mode in CURABLE)
+        steps.append(f"{passing} failed by what may pass ({modes}): the next run tries them again by itself.")
+    if len(failed) > passing:
+        steps.append(
+            f"{len(failed) - passing} fail by what they are: mend their files or their prompt, and the next run takes "
+            "them up; it leaves them alone until then (`--retry-failed` does not)."
+        )
+    return steps
