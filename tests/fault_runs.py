@@ -10,11 +10,10 @@ from pathlib import Path
 from typing import Any
 
 import pandas as pd
-import psutil
 
 from asset2sim.catalog.read import read_table
 from tests.assets import RAW, ROOT
-from tests.processes import wait_until
+from tests.processes import alive, wait_until
 
 MARK = "ASSET2SIM_TEST_MARK"
 PLAIN = ("--engines", "pybullet", "--no-interaction", "--no-views")
@@ -77,23 +76,5 @@ def findings(out: Path, code: str) -> dict[str, str]:
     return {row["asset_id"]: row["message"] for row in frame[frame["code"] == code].to_dict("records")}
 
 
-def left(mark: str) -> list[psutil.Process]:
-    """Running processes that carry the mark in their environment: all that a test has started."""
-    found = []
-    for process in psutil.process_iter():
-        try:
-            if process.status() != psutil.STATUS_ZOMBIE and process.environ().get(MARK) == mark:
-                found.append(process)
-        except (psutil.NoSuchProcess, psutil.AccessDenied, OSError):
-            continue
-    return found
-
-
 def assert_nobody_left(mark: str) -> None:
-    assert wait_until(lambda: not left(mark), 10.0), [process.cmdline() for process in left(mark)]
-
-
-def kill_left(mark: str) -> None:
-    """For the end of a test that failed."""
-    for process in left(mark):
-        process.kill()
+    assert wait_until(lambda: not alive(mark), 10.0), alive(mark)

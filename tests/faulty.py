@@ -5,7 +5,6 @@ of the usual limits. An asset called ``<fault>`` or ``<fault>-…`` meets that f
 time.
 """
 
-import functools
 import os
 import signal
 import sys
@@ -96,11 +95,11 @@ def limited(settings: Settings) -> Settings:
 
 def main() -> int:
     import flows.command
-    import flows.refine_dataset as module
+    import flows.refine_dataset
 
-    flow: Any = module.refine_dataset
+    module: Any = flows.refine_dataset
+    flow = module.refine_dataset
 
-    @functools.wraps(flow)
     def refine_dataset(data: Path, out: Path, settings: Settings, *rest: Any) -> Any:
         return flow(data, out, limited(settings), *rest, pipeline=NAME)
 

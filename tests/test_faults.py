@@ -10,7 +10,6 @@ import urllib.request
 from collections.abc import Iterator
 from pathlib import Path
 
-import psutil
 import pytest
 
 from tasks.prefect_server import temporary_server
@@ -22,12 +21,11 @@ from tests.fault_runs import (
     assert_nobody_left,
     dataset,
     findings,
-    kill_left,
     rows,
     start,
 )
 from tests.faulty import processes
-from tests.processes import wait_until
+from tests.processes import kill_marked, wait_until
 
 pytestmark = pytest.mark.skipif(shutil.which("unshare") is None, reason="processes and mounts are watched as on Linux")
 
@@ -55,7 +53,7 @@ def answers(address: str) -> bool:
 def place(tmp_path: Path, server: str) -> Iterator[Place]:
     place = Place(tmp_path, server)
     yield place
-    kill_left(place.mark)
+    kill_marked(place.mark)
 
 
 def finished(run: "subprocess.Popen[str]") -> str:
@@ -97,7 +95,7 @@ def test_each_fault_of_an_asset_is_its_row_and_the_dead_are_tried_once_more(plac
     urdf.write_bytes(urdf.read_bytes()[:900])
     run = start(place, "--workers", "2", FAULTY_TIME_LIMIT_S=8, FAULTY_MEMORY_LIMIT_MB=2000)
     assert wait_until(lambda: bool(processes(place.out, "once-sleepy")), LIMIT_S), run.communicate()
-    psutil.Process(processes(place.out, "once-sleepy")[0]).kill()
+    os.kill(processes(place.out, "once-sleepy")[0], signal.SIGKILL)
     finished(run)
     found = rows(place.out)
     assert set(found) == {*BAD, *OK}
@@ -130,7 +128,7 @@ def test_a_run_stopped_while_it_tries_the_dead_again_ends_at_once_with_all_recor
     _, errors = second.communicate(timeout=LIMIT_S)
     assert second.returncode == 2
     assert errors.splitlines()[-1].startswith("asset2sim: another run (process ") and "Traceback" not in errors
-    psutil.Process(processes(place.out, "sleepy")[0]).kill()
+    os.kill(processes(place.out, "sleepy")[0], signal.SIGKILL)
     assert wait_until(lambda: len(processes(place.out, "sleepy")) == 2, LIMIT_S), run.communicate()
     os.kill(run.pid, signal.SIGTERM)
     _, errors = run.communicate(timeout=20.0)
@@ -156,7 +154,7 @@ rm "$OUT/junk"
 run three early,once-hog,late,filler
 cp -r "$OUT/met" "$SAID"
 """
-"""Runs on a disk of 16 MB: with an asset that fills it for a moment, with one that leaves it full, and with room again."""
+"""Runs on a disk of 16 MB: an asset fills it for a moment, one leaves it full, and there is room again."""
 MOUNTING = ["unshare", "-m" if os.geteuid() == 0 else "-Urm"]
 
 
