@@ -9,6 +9,7 @@ from asset2sim.catalog.lock import lock_output
 from asset2sim.catalog.run import finish_run, start_run
 from asset2sim.catalog.running import begin_run, end_run
 from asset2sim.catalog.store import check_catalog
+from asset2sim.disk import named_full_disk
 from asset2sim.fanout.worker import PIPELINE
 from asset2sim.run_result import RunResult
 from schemas.settings import Settings
@@ -43,7 +44,7 @@ def refine_dataset(
     # Only a run over all of a dataset can tell what left it.
     whole = subset is None and not asset_ids and limit is None
     present = frozenset(ref.asset_id for ref in refs) if whole else None
-    with lock_output(out):
+    with named_full_disk(out), lock_output(out):
         check_catalog(out)
         started = start_run(settings, str(data), subset)
         died = begin_run(out, started)

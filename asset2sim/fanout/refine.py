@@ -3,26 +3,35 @@
 import logging
 import threading
 import uuid
-from collections.abc import Callable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 
-from distributed import Client
+from distributed import Client, wait
 
-from asset2sim.fanout.cluster import open_client
+from asset2sim.fanout.again import second_jobs
+from asset2sim.fanout.cluster import concurrency, open_client
+from asset2sim.fanout.done import Done
+from asset2sim.fanout.existing import RETURN_LIMIT_S
+from asset2sim.fanout.harvest import Harvest, give_up, is_open, pick_up, take
 from asset2sim.fanout.interrupt import terminated_as_interrupted
-from asset2sim.fanout.progress import progress
-from asset2sim.fanout.spread import LostClusterError, spread
+from asset2sim.fanout.job import Job, job_of
+from asset2sim.fanout.order import last_seconds, longest_first
+from asset2sim.fanout.progress import Report, progress
+from asset2sim.fanout.spread import IN_FLIGHT_PER_THREAD, InFlight, Lost, LostClusterError, Work, spread
 from asset2sim.fanout.worker import PIPELINE, refine_on_worker
+from asset2sim.incremental.records import drop_record
 from asset2sim.isolation import accept_children, stop_children
-from asset2sim.isolation.asset import failed_record
 from asset2sim.isolation.server import warm_up
 from asset2sim.models.lite import load_litellm
 from asset2sim.run_result import INTERRUPTED
 from schemas.asset import AssetRecord, AssetRef, Unchanged
+from schemas.errors import UsageError
 from schemas.settings import Settings
-from schemas.vocabulary import FailureMode
+
+QUIET_S = 1.0
+"""After an interruption, time in which workers whose children are killed have kept what they had, s."""
 
 logger = logging.getLogger(__name__)
 
@@ -37,53 +46,110 @@ class Refined:
     unchanged: tuple[Unchanged, ...] = ()
 
 
-def as_it_is(record: AssetRecord) -> AssetRecord:
-    """The record."""
-    return record
-
-
 def refine_all(
     refs: Sequence[AssetRef],
     out: Path,
     settings: Settings,
     pipeline: str = PIPELINE,
     run_id: str | None = None,
-    finished: Callable[[AssetRecord], AssetRecord] = as_it_is,
+    hashes: Mapping[str, str] | None = None,
 ) -> Refined:
     """Refine every asset into ``out`` (absolute), on the cluster of ``settings.run``.
 
-    ``run_id`` names the run whose budget the model calls count towards; None is a run of its own.
-    ``finished`` is called with each record as it comes in; what it answers is the record from there on.
+    ``run_id`` names the run whose budget the model calls count towards; None is a run of its own. Records come through
+    ``out``, where they stay, named by ``hashes`` (asset id → content hash); without those none stays.
     Ctrl-C, SIGTERM and the loss of the cluster end it early, with no child process left and with the records so far.
     """
     if not refs:
         return Refined((), None)
-    records: list[AssetRecord] = []
-    stopped: str | None = None
+    run_id = run_id or uuid.uuid4().hex
+    ordered = longest_first(refs, last_seconds(out, settings.method))
+    jobs = {ref.asset_id: job_of(ref, run_id, hashes) for ref in ordered}
+    harvest = Harvest(out, run_id, settings)
     accept_children(str(out))
     warm_up()
     if settings.run.scheduler is None:
         threading.Thread(target=load_litellm, daemon=True).start()
-    client_of_run = open_client(settings.run)
-    with terminated_as_interrupted(), client_of_run as client, progress(len(refs)) as report:
-        work = partial(
-            refine_on_worker, out=out, settings=settings, pipeline=pipeline, run_id=run_id or uuid.uuid4().hex
-        )
+    with terminated_as_interrupted(), progress(len(jobs)) as report:
+        work = partial(refine_on_worker, out=out, settings=settings, pipeline=pipeline, run_id=run_id)
+        stopped = _refine(jobs, work, harvest, report)
+    if hashes is None:
+        for job in jobs.values():
+            drop_record(out, job.content_hash)
+    return Refined(tuple(harvest.records[ref.asset_id] for ref in refs if ref.asset_id in harvest.records), stopped)
+
+
+def _refine(jobs: Mapping[str, Job], work: Work, harvest: Harvest, report: Report) -> str | None:
+    """All jobs, on a cluster that may go away and come back; why that stopped before the end, if it did."""
+    run, lost, patience_s = harvest.settings.run, None, 0.0
+    while True:
         try:
-            for record in spread(client, refs, work, partial(_lost, settings=settings)):
-                records.append(finished(record))
-                report(record)
-        except KeyboardInterrupt:
-            stopped = INTERRUPTED
-            _stop(client, out, settings)
+            with open_client(run, harvest.out, patience_s) as client:
+                if lost is not None:
+                    logger.warning("the Dask scheduler at %s is back", run.scheduler)
+                    _pick_up(jobs.values(), harvest, report)
+                return _refine_on(client, jobs, work, harvest, report)
         except LostClusterError as error:
-            stopped = str(error)
-    place = {ref.asset_id: number for number, ref in enumerate(refs)}
-    return Refined(tuple(sorted(records, key=lambda record: place[record.ref.asset_id])), stopped)
+            lost, patience_s = str(error), RETURN_LIMIT_S
+            logger.warning("the Dask scheduler at %s went away; waiting %g s for it", run.scheduler, patience_s)
+        except UsageError:
+            # Nothing has begun where the first attempt to join fails.
+            if lost is None:
+                raise
+            _pick_up(jobs.values(), harvest, report)
+            return lost
+        except KeyboardInterrupt:
+            # Pressed between two clusters: there is nobody to stop.
+            return INTERRUPTED
 
 
-def _lost(ref: AssetRef, reason: str, settings: Settings) -> AssetRecord:
-    return failed_record(ref, settings, FailureMode.ENGINE_CRASH, reason)
+def _refine_on(client: Client, jobs: Mapping[str, Job], work: Work, harvest: Harvest, report: Report) -> str | None:
+    """What is still open, and then the dead once more; ``INTERRUPTED`` if it was. Raises LostClusterError."""
+    in_flight: InFlight = {}
+    try:
+        _do(client, jobs, work, harvest, in_flight, report)
+        return None
+    except KeyboardInterrupt:
+        _stop(client, harvest.out, harvest.settings)
+        _let_finish(in_flight)
+        _pick_up(in_flight.values(), harvest, report)
+        return INTERRUPTED
+    finally:
+        if in_flight and client.status == "running":
+            client.cancel(list(in_flight), force=True)
+
+
+def _do(
+    client: Client, jobs: Mapping[str, Job], work: Work, harvest: Harvest, in_flight: InFlight, report: Report
+) -> None:
+    def bring_in(job: Job, end: Done | Lost) -> None:
+        record = take(harvest, job, end)
+        if record is not None:
+            report(record)
+
+    still_open = (job for job in jobs.values() if is_open(harvest, job))
+    spread(client, still_open, work, IN_FLIGHT_PER_THREAD * concurrency(client), in_flight, bring_in)
+    most = harvest.settings.run.retries_alone - harvest.tried_again
+    for job in list(second_jobs(jobs, harvest.dead, harvest.records.__contains__, most)):
+        harvest.tried_again += 1
+        spread(client, [job], work, 1, in_flight, bring_in)
+    for asset_id in list(harvest.dead):
+        report(give_up(harvest, jobs[asset_id]))
+
+
+def _pick_up(jobs: Iterable[Job], harvest: Harvest, report: Report) -> None:
+    """Bring in what workers have kept of these while nobody could hear of it."""
+    for job in jobs:
+        record = pick_up(harvest, job)
+        if record is not None:
+            report(record)
+
+
+def _let_finish(in_flight: InFlight) -> None:
+    try:
+        wait(list(in_flight), timeout=QUIET_S)
+    except (OSError, TimeoutError):
+        return
 
 
 def _stop(client: Client, out: Path, settings: Settings) -> None:

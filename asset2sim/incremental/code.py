@@ -12,8 +12,15 @@ from schemas.vocabulary import Engine
 NOT_RUN = (
     # Who asks, what spreads the work, and what tells of it.
     "asset2sim/cli",
+    "asset2sim/fanout/again.py",
     "asset2sim/fanout/cluster.py",
+    "asset2sim/fanout/done.py",
+    "asset2sim/fanout/existing.py",
+    "asset2sim/fanout/harvest.py",
     "asset2sim/fanout/interrupt.py",
+    "asset2sim/fanout/job.py",
+    "asset2sim/fanout/order.py",
+    "asset2sim/fanout/planned.py",
     "asset2sim/fanout/progress.py",
     "asset2sim/fanout/refine.py",
     "asset2sim/fanout/spread.py",
@@ -21,6 +28,7 @@ NOT_RUN = (
     "asset2sim/reports",
     "asset2sim/check_request.py",
     "asset2sim/dataset.py",
+    "asset2sim/disk.py",
     "asset2sim/doctor.py",
     "asset2sim/programs.py",
     "asset2sim/readme.py",

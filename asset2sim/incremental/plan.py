@@ -14,7 +14,13 @@ from schemas.asset import AssetRecord, AssetRef, Unchanged
 from schemas.settings import Settings
 from schemas.vocabulary import FailureMode, Redo, Status
 
-CURABLE = (FailureMode.TIMEOUT, FailureMode.ENGINE_CRASH, FailureMode.MODEL_ERROR, FailureMode.BUDGET)
+CURABLE = (
+    FailureMode.TIMEOUT,
+    FailureMode.ENGINE_CRASH,
+    FailureMode.DISK_FULL,
+    FailureMode.MODEL_ERROR,
+    FailureMode.BUDGET,
+)
 """Failures that may come of the machine, the provider or the day, not of the asset: tried again in every run. All
 others would come out as they did."""
 
@@ -108,9 +114,11 @@ def wanted_again(status: Status, mode: FailureMode, redo: Redo) -> bool:
 
 
 def reusable(kept: KeptRecord, ref: AssetRef, content: str, settings: Settings, out: Path) -> bool:
-    """Whether a killed run's record is what this run would make: of this content, with its folder there, and made to
-    the same end, or good enough for this one's."""
+    """Whether a killed run's record is what this run would make: of this content, with its folder there, not of a
+    process that died and is to be tried once more, and made to the same end, or good enough for this one's."""
     record = kept.record
+    if kept.died and kept.attempt == 1:
+        return False
     if record.content_hash != content or (record.overlay is not None and not _has_folder(out, ref, settings)):
         return False
     if kept.redo is settings.run.redo:

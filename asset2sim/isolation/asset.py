@@ -2,6 +2,7 @@
 
 import importlib
 from collections.abc import Callable
+from dataclasses import dataclass
 from pathlib import Path
 
 from asset2sim.isolation.outcome import Ending, Outcome
@@ -22,12 +23,37 @@ class StoppedError(Asset2SimError):
     """The run was stopped while this asset was in work; it has no record."""
 
 
+DEATHS = (Ending.DIED, Ending.TIMED_OUT, Ending.OUT_OF_MEMORY)
+"""Endings that may be the machine's fault or a neighbour's. An exception comes again: it is the asset's or ours."""
+
+MODES = {Ending.TIMED_OUT: FailureMode.TIMEOUT, Ending.DISK_FULL: FailureMode.DISK_FULL}
+"""Failure modes of endings; every other is a crash."""
+
+
+@dataclass(frozen=True)
+class Attempt:
+    """One attempt at an asset: its record, and how its process died, empty where it did not."""
+
+    record: AssetRecord
+    died: str = ""
+
+
 def log_file(out: Path, asset_id: str) -> Path:
     """Where the console lines of one asset's process are kept, if it prints any."""
     return out / LOG_FOLDER / f"{asset_id}.log"
 
 
+def first_log_file(out: Path, asset_id: str) -> Path:
+    """Where those of a first attempt are kept that died, once there is a second."""
+    return out / LOG_FOLDER / f"{asset_id}.first.log"
+
+
 def refine_in_child(pipeline: str, ref: AssetRef, out: Path, settings: Settings, ask: Ask) -> AssetRecord:
+    """The record of one asset, as ``attempt_in_child`` has it."""
+    return attempt_in_child(pipeline, ref, out, settings, ask).record
+
+
+def attempt_in_child(pipeline: str, ref: AssetRef, out: Path, settings: Settings, ask: Ask) -> Attempt:
     """Refine one asset in a child process under the limits of ``settings.run``; always answers with a record.
 
     ``pipeline`` names a function as ``module:function``, which the child imports and calls as ``function(ref, out,
@@ -57,8 +83,9 @@ def refine_in_child(pipeline: str, ref: AssetRef, out: Path, settings: Settings,
         raise StoppedError(f"asset {ref.asset_id} was stopped with the run")
     if outcome.ending is Ending.RETURNED and isinstance(outcome.value, AssetRecord):
         keep_refused(out, ref.asset_id, heard, outcome.value.calls)
-        return outcome.value
-    return record_of_death(ref, out, settings, outcome, tuple(calls))
+        return Attempt(outcome.value)
+    record = record_of_death(ref, out, settings, outcome, tuple(calls))
+    return Attempt(record, record.reason if outcome.ending in DEATHS else "")
 
 
 def call_by_name(name: str, *args: object, **services: object) -> object:
@@ -71,8 +98,7 @@ def record_of_death(
     ref: AssetRef, out: Path, settings: Settings, outcome: Outcome, calls: tuple[ModelCall, ...]
 ) -> AssetRecord:
     """The failed record of an asset whose process did not come back with one."""
-    timed_out = outcome.ending is Ending.TIMED_OUT
-    mode = FailureMode.TIMEOUT if timed_out else FailureMode.ENGINE_CRASH
+    mode = MODES.get(outcome.ending, FailureMode.ENGINE_CRASH)
     reason = outcome.reason or f"the pipeline returned {type(outcome.value).__name__} instead of a record"
     log = log_file(out, ref.asset_id)
     if log.exists():

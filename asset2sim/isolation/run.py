@@ -47,7 +47,7 @@ def run_isolated(
     assert pid is not None, "a started process has an id"
     stopping.register(pid, owner)
     try:
-        return _supervise(process, pid, pipe, time_limit_s, memory_limit_mb, services, owner)
+        return _supervise(process, pid, pipe, time_limit_s, memory_limit_mb, services)
     finally:
         stopping.kill_group(pid)
         _exit_code(process)
@@ -64,7 +64,6 @@ def _supervise(
     time_limit_s: float,
     memory_limit_mb: int,
     services: Mapping[str, Callable[..., object]],
-    owner: str,
 ) -> Outcome:
     started = time.monotonic()
     served = 0.0
@@ -86,16 +85,14 @@ def _supervise(
                 pipe.send(answer)
                 continue
         except (EOFError, ConnectionError):
-            if stopping.is_stopped(owner):
+            if stopping.was_stopped(pid):
                 return outcome(Ending.STOPPED, "stopped with the run")
             return outcome(Ending.DIED, _cause_of_death(_exit_code(process), memory_limit_mb))
         if isinstance(message, Returned):
             return outcome(Ending.RETURNED, "", value=message.value)
         if isinstance(message, Raised):
-            if message.out_of_memory:
-                reason = f"needed more than the {memory_limit_mb} MB of memory that one asset may add"
-                return outcome(Ending.OUT_OF_MEMORY, reason, detail=message.traceback)
-            return outcome(Ending.RAISED, f"{message.type_name}: {message.message}", detail=message.traceback)
+            ending, reason = _cause_of_raise(message, memory_limit_mb)
+            return outcome(ending, reason, detail=message.traceback)
         return outcome(Ending.DIED, f"the child process said {type(message).__name__}, which means nothing here")
 
 
@@ -119,6 +116,15 @@ def _exit_code(process: ForkServerProcess) -> int | None:
     connection.wait([process.sentinel], timeout=REAP_WAIT_S)
     with PROCESS_LOCK:
         return process.exitcode
+
+
+def _cause_of_raise(raised: Raised, memory_limit_mb: int) -> tuple[Ending, str]:
+    said = f"{raised.type_name}: {raised.message}"
+    if raised.out_of_memory:
+        return Ending.OUT_OF_MEMORY, f"needed more than the {memory_limit_mb} MB of memory that one asset may add"
+    if raised.disk_full:
+        return Ending.DISK_FULL, f"a disk is full: {said}"
+    return Ending.RAISED, said
 
 
 def _cause_of_death(exit_code: int | None, memory_limit_mb: int) -> str:
