@@ -5,6 +5,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from scipy.spatial.transform import Rotation
 
 from asset2sim.arrays import Array
 from asset2sim.engines.rest import contacts_at, measure, observe
