@@ -24,7 +24,7 @@ from asset2sim.checkout import checkout_folder
 from asset2sim.cli.console import output
 from asset2sim.cli.parser import parse, refine_request
 from asset2sim.dataset import load_dataset
-from asset2sim.fanout.worker import refine_on_worker
+from asset2sim.fanout.refine import refine_all
 from asset2sim.methods.ours import CACHE
 from asset2sim.models.environment import quiet_environment
 from flows.bench_run import MODULE as RUN
@@ -115,7 +115,8 @@ def sample_record(request: BenchRequest) -> AssetRecord:
     raw = (checkout_folder() or Path()) / "data" / "raw"
     out = fresh(request, "sample").resolve()
     words = command(request, raw, out, 1, ids=[SAMPLE])
-    return refine_on_worker(load_dataset(raw, None, (SAMPLE,), None)[0], out, refine_request(parse(words)).settings)
+    refs = load_dataset(raw, None, (SAMPLE,), None)
+    return refine_all(refs, out, refine_request(parse(words)).settings).records[0]
 
 
 def history(request: BenchRequest, found: Measured) -> Measured:

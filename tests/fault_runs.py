@@ -67,7 +67,8 @@ def start(place: Place, *options: str, **limits: object) -> "subprocess.Popen[st
 def rows(out: Path) -> dict[str, dict[str, Any]]:
     """Asset id → its row of ``assets``."""
     frame: pd.DataFrame = read_table(out, "assets")
-    return {row["asset_id"]: row for row in frame.to_dict("records")}
+    columns = [str(name) for name in frame.columns]
+    return {str(row[0]): dict(zip(columns, row, strict=True)) for row in frame.itertuples(index=False)}
 
 
 def findings(out: Path, code: str) -> dict[str, str]:
