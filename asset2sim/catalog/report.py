@@ -42,7 +42,7 @@ def report_markdown(
     stopped first of all; ``unchanged`` is what there was no need to refine, and ``out`` the folder to name in commands.
     """
     parts = [
-        f"# {headline(records, changes, unchanged)}",
+        f"# {'' if run.outcome == 'finished' else f'{run.outcome.capitalize()}: '}{headline(records, changes, unchanged)}",
         _about(run),
         *(f"> **{escape(problem)}**" for problem in problems),
         _counts(run, records, previous.run, changes, unchanged),
