@@ -31,8 +31,8 @@ def next_steps(
         steps.append(f"{_assets(passing)} what may pass ({modes}): the next run tries again by itself.")
     if len(failed) > passing:
         steps.append(
-            f"{_assets(len(failed) - passing)} what is in the dataset: change files or prompt, and the next run takes it "
-            "up by itself; until then it is left alone (`--retry-failed` asks again all the same)."
+            f"{_assets(len(failed) - passing)} what is in the dataset: change files or prompt, and the next run "
+            "takes it up by itself; until then it is left alone (`--retry-failed` asks again all the same)."
         )
     return steps
 
