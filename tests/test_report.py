@@ -182,13 +182,14 @@ def test_what_was_left_as_it_was_counts_and_its_failures_are_named(previous: Pre
     assert "others of this method" not in text
     steps = text.split("## What to do next\n\n")[1].splitlines()
     assert "`asset2sim show ASSET --out '/my out'`" in steps[0]
-    assert steps[1].startswith("- 1 failed by what may pass") and steps[2].startswith("- 2 fail by what they are")
+    assert steps[1].startswith("- 1 asset fails by what may pass") and steps[2].startswith("- 2 assets fail by")
 
 
 def test_a_good_night_asks_for_nothing_and_an_interrupted_one_to_be_let_go_on() -> None:
     good = [make_record("a")]
     assert "What to do next" not in written(good, Previous())
-    assert "goes on from there" in written(good, Previous(), "stopped", run=make_run(outcome="interrupted"))
+    stopped = written(good, Previous(), "stopped", run=make_run(outcome="interrupted"))
+    assert stopped.startswith("# Interrupted: 1 of 1 ok") and "goes on from there" in stopped
     assert ", 14 min · " in written(good, Previous())
 
 

@@ -41,8 +41,9 @@ def report_markdown(
     In Markdown. ``changes`` is ``find_changes(records, previous)``; ``problems`` says what else went wrong, why the run
     stopped first of all; ``unchanged`` is what there was no need to refine, and ``out`` the folder to name in commands.
     """
+    stopped = "" if run.outcome == "finished" else f"{run.outcome.capitalize()}: "
     parts = [
-        f"# {headline(records, changes, unchanged)}",
+        f"# {stopped}{headline(records, changes, unchanged)}",
         _about(run),
         *(f"> **{escape(problem)}**" for problem in problems),
         _counts(run, records, previous.run, changes, unchanged),

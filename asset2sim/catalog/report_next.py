@@ -28,10 +28,14 @@ def next_steps(
     passing = sum(item.failure_mode in CURABLE for item in failed)
     if passing:
         modes = ", ".join(f"`{mode.value}`" for mode in CURABLE)
-        steps.append(f"{passing} failed by what may pass ({modes}): the next run tries them again by itself.")
+        steps.append(f"{_assets(passing)} what may pass ({modes}): the next run tries again by itself.")
     if len(failed) > passing:
         steps.append(
-            f"{len(failed) - passing} fail by what they are: mend their files or their prompt, and the next run takes "
-            "them up; it leaves them alone until then (`--retry-failed` does not)."
+            f"{_assets(len(failed) - passing)} what is in the dataset: change files or prompt, and the next run "
+            "takes it up by itself; until then it is left alone (`--retry-failed` asks again all the same)."
         )
     return steps
+
+
+def _assets(count: int) -> str:
+    return "1 asset fails by" if count == 1 else f"{count} assets fail by"
