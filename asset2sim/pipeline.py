@@ -17,6 +17,9 @@ from schemas.finding import Finding
 from schemas.settings import Settings
 from schemas.vocabulary import FailureMode, Severity, Stage, Status
 
+SHAPES = ".cache/shapes"
+"""Under the output folder: the shapes of meshes that have been read before."""
+
 
 def refine_asset(ref: AssetRef, out: Path, settings: Settings, ask: ModelAsk) -> AssetRecord:
     """Refine one asset into ``out/assets/<asset_id>`` and say how it went.
@@ -47,7 +50,7 @@ def refine_asset(ref: AssetRef, out: Path, settings: Settings, ask: ModelAsk) ->
 def run_stages(ref: AssetRef, out: Path, settings: Settings, ask: ModelAsk, progress: Progress) -> Verdict:
     """Extraction, and then what the settings' method does; raises AssetError where the asset cannot go on."""
     with progress.timed(Stage.EXTRACT):
-        extraction = extract(ref)
+        extraction = extract(ref, out / SHAPES)
         progress.findings.extend(extraction.findings)
         mended, told = check_authored(extraction, settings.physics)
         progress.findings.extend(told)

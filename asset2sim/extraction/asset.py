@@ -9,6 +9,7 @@ from asset2sim.arrays import Array, vector
 from asset2sim.content import hash_files
 from asset2sim.extraction.joints import read_joint, with_ends
 from asset2sim.extraction.links import LinkGeometry, MeshReader, read_link
+from asset2sim.extraction.shape_store import read_shapes, write_shapes
 from asset2sim.extraction.units import limits_in_radians
 from asset2sim.kinematics import apply, link_to_root, tree_of
 from asset2sim.urdf.locate import find_urdf
@@ -43,9 +44,11 @@ class Extraction:
     link_centers: dict[str, Vector3]
 
 
-def extract(ref: AssetRef) -> Extraction:
+def extract(ref: AssetRef, cache: Path | None = None) -> Extraction:
     """Everything that can be read off one asset.
 
+    ``cache`` is a folder in which the shapes of its meshes are kept, so that those of unchanged files are not computed
+    again; the result is the same with it and without.
     Raises AssetError: unreadable_asset (no URDF, not XML, not a tree), missing_mesh (a link none of whose meshes is
     there),
     invalid_joint_configuration (numbers that make no sense).
@@ -54,7 +57,8 @@ def extract(ref: AssetRef) -> Extraction:
     urdf = find_urdf(folder)
     robot = read_urdf(urdf)
     base = urdf.parent
-    reader = MeshReader(base)
+    store = cache / f"{ref.asset_id}.npz" if cache is not None else None
+    reader = MeshReader(base, known=read_shapes(store) if store is not None else {})
     labels = read_semantics(folder)
     links: list[LinkFeatures] = []
     geometry: dict[str, LinkGeometry] = {}
@@ -62,6 +66,8 @@ def extract(ref: AssetRef) -> Extraction:
         kind, label = labels.get(link.name, ("", ""))
         link_features, geometry[link.name] = read_link(link, label, kind, reader)
         links.append(link_features)
+    if store is not None and reader.met.keys() != reader.known.keys():
+        write_shapes(store, reader.met)
     points = {name: item.points for name, item in geometry.items()}
     if not any(len(cloud) for cloud in points.values()):
         raise AssetError(FailureMode.MISSING_MESH, "no_geometry", f"{urdf.name}: no link has any geometry")

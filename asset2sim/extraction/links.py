@@ -1,5 +1,6 @@
 """One link: its meshes, their union in the link's frame, and its convex pieces."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -8,6 +9,7 @@ import trimesh
 import yourdfpy
 
 from asset2sim.arrays import Array, six, vector
+from asset2sim.extraction.shape_store import KnownMesh, mesh_key
 from asset2sim.extraction.solids import Placed, unlike_looks, weighing
 from asset2sim.geometry.hull import hull_vertices, hull_volume
 from asset2sim.geometry.load import load_mesh, primitive, scale_vector
@@ -40,10 +42,34 @@ class MeshReader:
     files: dict[str, Path | None] = field(default_factory=dict)
     shapes: dict[tuple[str, tuple[float, ...]], Shape | None] = field(default_factory=dict)
     holed: set[str] = field(default_factory=set)
+    known: Mapping[str, KnownMesh] = field(default_factory=dict)
+    """What an earlier extraction found in files of the same content, by ``mesh_key``."""
+    met: dict[str, KnownMesh] = field(default_factory=dict)
+    """The same for all meshes of this one."""
 
     def note(self, severity: Severity, code: str, message: str, link: str | None = None) -> None:
         """Add a finding."""
         self.findings.append(Finding(stage=Stage.EXTRACT, severity=severity, code=code, message=message, link=link))
+
+    def read(self, path: Path, scale: Array) -> KnownMesh:
+        """What a file holds at this (3,) scale, from what is known where it is. Raises ValueError as ``load_mesh``."""
+        try:
+            key = mesh_key(path, scale)
+        except OSError as error:
+            raise ValueError(f"{path.name}: cannot be read ({error.strerror})") from error
+        found = self.known.get(key) if key is not None else None
+        if found is None:
+            mesh = load_mesh(path)
+            mesh.apply_scale(scale)
+            closed = bool(mesh.is_watertight)
+            found = KnownMesh(
+                shape_of(mesh),
+                holed=not closed and hole_share(mesh) > HOLE_SHARE,
+                inside_out=closed and bool(mesh.volume < 0.0),
+            )
+        if key is not None:
+            self.met[key] = found
+        return found
 
     def shape(self, geometry: yourdfpy.Geometry, link: str) -> tuple[str, Shape | None]:
         """The reference and the shape of one geometry; None, with a finding, where there is nothing to read."""
@@ -68,12 +94,11 @@ class MeshReader:
         key = (reference, tuple(scale))
         if key not in self.shapes:
             try:
-                mesh = load_mesh(path)
-                mesh.apply_scale(scale)
-                self.shapes[key] = shape_of(mesh)
-                if not mesh.is_watertight and hole_share(mesh) > HOLE_SHARE:
+                found = self.read(path, scale)
+                self.shapes[key] = found.shape
+                if found.holed:
                     self.holed.add(reference)
-                if mesh.is_watertight and mesh.volume < 0.0:
+                if found.inside_out:
                     self.note(
                         Severity.WARNING,
                         "inside_out",

@@ -1,0 +1,96 @@
+"""The shapes of an asset's meshes kept on disk by what the files hold: a mesh that has not changed is not parsed
+again."""
+
+import hashlib
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+import scipy
+import trimesh
+
+from asset2sim.arrays import Array
+from asset2sim.geometry.cloud_file import read_clouds, write_clouds
+from asset2sim.geometry.shape import Shape, Solid
+from schemas.vocabulary import VolumeSource
+
+FORMAT = f"1 trimesh {trimesh.__version__} scipy {scipy.__version__}"
+"""What a file must have been written by to be read: raise the number when the same mesh gives another shape."""
+SELF_CONTAINED = (".dae", ".glb", ".obj", ".off", ".ply", ".stl")
+"""Formats whose geometry is all in one file; materials and textures do not count."""
+
+
+@dataclass(frozen=True)
+class KnownMesh:
+    """What extraction wants to know of one mesh file at one scale: its shape, whether it has holes that count, and
+    whether it is closed but inside out."""
+
+    shape: Shape
+    holed: bool
+    inside_out: bool
+
+
+def mesh_key(path: Path, scale: Array) -> str | None:
+    """What a mesh's shape depends on: the file's content, how its name says to parse it, and the (3,) scale.
+
+    None for a format whose geometry may lie in other files. Raises OSError where the file cannot be read.
+    """
+    if path.suffix.lower() not in SELF_CONTAINED:
+        return None
+    return f"{hashlib.sha256(path.read_bytes()).hexdigest()} {path.suffix.lower()} {scale.tolist()}"
+
+
+def read_shapes(path: Path) -> dict[str, KnownMesh]:
+    """The meshes that were kept there, by key; none where there is nothing sound."""
+    stored = read_clouds(path)
+    if stored is None:
+        return {}
+    clouds, said = stored
+    known: dict[str, KnownMesh] = {}
+    try:
+        if said["format"] != FORMAT:
+            return {}
+        for key, item in said["meshes"]:
+            own, clouds = clouds[: 1 + item["pieces"]], clouds[1 + item["pieces"] :]
+            known[key] = _mesh(own, item)
+    except (KeyError, TypeError, ValueError, IndexError):
+        return {}
+    return known
+
+
+def write_shapes(path: Path, known: dict[str, KnownMesh]) -> None:
+    """Keep these meshes in place of what was kept there."""
+    clouds = [cloud for mesh in known.values() for cloud in (mesh.shape.points, *mesh.shape.pieces)]
+    write_clouds(path, clouds, {"format": FORMAT, "meshes": [[key, _said(mesh)] for key, mesh in known.items()]})
+
+
+def _said(mesh: KnownMesh) -> dict[str, object]:
+    shape = mesh.shape
+    return {
+        "pieces": len(shape.pieces),
+        "volume": shape.solid.volume,
+        "center": shape.solid.center.tolist(),
+        "inertia": shape.solid.inertia.tolist(),
+        "source": shape.source.value,
+        "area": shape.area,
+        "watertight": shape.watertight,
+        "n_faces": shape.n_faces,
+        "box": shape.box.tolist(),
+        "holed": mesh.holed,
+        "inside_out": mesh.inside_out,
+    }
+
+
+def _mesh(clouds: list[Array], item: dict[str, object]) -> KnownMesh:
+    points, *pieces = clouds
+    shape = Shape(
+        Solid(float(str(item["volume"])), np.array(item["center"]), np.array(item["inertia"])),
+        VolumeSource(str(item["source"])),
+        points,
+        tuple(pieces),
+        float(str(item["area"])),
+        bool(item["watertight"]),
+        int(str(item["n_faces"])),
+        np.array(item["box"]),
+    )
+    return KnownMesh(shape, bool(item["holed"]), bool(item["inside_out"]))
