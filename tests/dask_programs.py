@@ -6,6 +6,8 @@ import sys
 from dataclasses import dataclass
 from pathlib import Path
 
+from distributed import Client
+
 from tests.assets import ROOT
 
 Program = subprocess.Popen[bytes]
@@ -45,6 +47,15 @@ def _start(with_: Programs, *words: str) -> Program:
             [sys.executable, "-m", "dask", *words, "--no-dashboard"],
             cwd=with_.log.parent, env=environment, stdout=log, stderr=log, start_new_session=True,
         )  # fmt: skip
+
+
+def answering(address: str, workers: int) -> bool:
+    """Whether a scheduler with so many workers is there."""
+    try:
+        with Client(address, timeout=2.0) as client:
+            return len(client.nthreads()) == workers
+    except (OSError, TimeoutError):
+        return False
 
 
 def worker_of(child: int) -> int:

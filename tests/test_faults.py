@@ -12,11 +12,10 @@ from dataclasses import replace
 from pathlib import Path
 
 import pytest
-from distributed import Client
 
 from tasks.prefect_server import temporary_server
 from tests.assets import ROOT
-from tests.dask_programs import programs, start_scheduler, start_workers, worker_of
+from tests.dask_programs import answering, programs, start_scheduler, start_workers, worker_of
 from tests.fault_runs import (
     LIMIT_S,
     PLAIN,
@@ -42,15 +41,6 @@ def server(tmp_path_factory: pytest.TempPathFactory) -> Iterator[str]:
         with temporary_server() as address:
             assert address is not None and wait_until(lambda: answers(address), LIMIT_S)
             yield address
-
-
-def answering(address: str) -> bool:
-    """Whether a Dask scheduler with two workers is there."""
-    try:
-        with Client(address, timeout=2.0) as client:
-            return len(client.nthreads()) == 2
-    except (OSError, TimeoutError):
-        return False
 
 
 def answers(address: str) -> bool:
@@ -233,7 +223,7 @@ def test_a_killed_worker_and_a_restarted_scheduler_cost_nothing_but_time(place: 
     local = start(alone, "--workers", "2")
     cluster = programs(place.environment(), tmp_path)
     scheduler, workers = start_scheduler(cluster), start_workers(cluster, 2)
-    assert wait_until(lambda: answering(cluster.address), LIMIT_S)
+    assert wait_until(lambda: answering(cluster.address, 2), LIMIT_S)
     finished(local)
     run = start(place, "--scheduler", cluster.address)
     assert wait_until(lambda: bool(processes(place.out, "once-sleepy")), LIMIT_S), run.communicate()
