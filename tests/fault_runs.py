@@ -5,11 +5,10 @@ import shutil
 import subprocess
 import sys
 import uuid
+from collections.abc import Hashable
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
-
-import pandas as pd
 
 from asset2sim.catalog.read import read_table
 from tests.assets import RAW, ROOT
@@ -64,16 +63,15 @@ def start(place: Place, *options: str, **limits: object) -> "subprocess.Popen[st
     )  # fmt: skip
 
 
-def rows(out: Path) -> dict[str, dict[str, Any]]:
+def rows(out: Path) -> dict[str, dict[Hashable, Any]]:
     """Asset id → its row of ``assets``."""
-    frame: pd.DataFrame = read_table(out, "assets")
-    columns = [str(name) for name in frame.columns]
-    return {str(row[0]): dict(zip(columns, row, strict=True)) for row in frame.itertuples(index=False)}
+    frame = read_table(out, "assets")
+    return {str(row["asset_id"]): row for row in frame.to_dict("records")}
 
 
 def findings(out: Path, code: str) -> dict[str, str]:
     """Asset id → the message of its finding of this code."""
-    frame: pd.DataFrame = read_table(out, "findings")
+    frame = read_table(out, "findings")
     return {row["asset_id"]: row["message"] for row in frame[frame["code"] == code].to_dict("records")}
 
 

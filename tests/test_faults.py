@@ -7,13 +7,15 @@ import signal
 import subprocess
 import sys
 import urllib.request
-from collections.abc import Iterator
+from collections.abc import Hashable, Iterator
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
 
 from tasks.prefect_server import temporary_server
 from tests.assets import ROOT
+from tests.dask_programs import answering, programs, start_scheduler, start_workers, worker_of
 from tests.fault_runs import (
     LIMIT_S,
     PLAIN,
@@ -24,7 +26,7 @@ from tests.fault_runs import (
     rows,
     start,
 )
-from tests.faulty import processes
+from tests.faulty import noted, processes
 from tests.processes import kill_marked, wait_until
 
 pytestmark = pytest.mark.skipif(shutil.which("unshare") is None, reason="processes and mounts are watched as on Linux")
@@ -204,3 +206,50 @@ def assert_same_files(one: Path, two: Path) -> None:
     assert {path.name: path.read_bytes() for path in one.iterdir()} == {
         path.name: path.read_bytes() for path in two.iterdir()
     }
+
+
+END_LIMIT_S = 60.0
+"""Time in which workers must end that have lost their scheduler, s: it takes them 2 to 8."""
+REAL = {"fine": "box_wooden", "once-sleepy": "bucket_yellow", "planted": "planted_missing_mesh", "box": "box_chest"}
+SLOW = {f"slow-{number}": "" for number in range(6)}
+
+
+def test_a_killed_worker_and_a_restarted_scheduler_cost_nothing_but_time(place: Place, tmp_path: Path) -> None:
+    """The tables are those of a local run, and no asset has to be tried alone."""
+    dataset(place.data, REAL | SLOW)
+    alone = replace(place, folder=tmp_path / "alone")
+    shutil.copytree(place.data, alone.data)
+    noted(alone.out, "once-sleepy")  # its fault is over there
+    local = start(alone, "--workers", "2")
+    cluster = programs(place.environment(), tmp_path)
+    scheduler, workers = start_scheduler(cluster), start_workers(cluster, 2)
+    assert wait_until(lambda: answering(cluster.address, 2), LIMIT_S)
+    finished(local)
+    run = start(place, "--scheduler", cluster.address)
+    assert wait_until(lambda: bool(processes(place.out, "once-sleepy")), LIMIT_S), run.communicate()
+    os.kill(worker_of(processes(place.out, "once-sleepy")[0]), signal.SIGKILL)
+    assert wait_until(lambda: bool(processes(place.out, "slow-2")), LIMIT_S), run.communicate()
+    scheduler.kill()
+    assert scheduler.wait() and workers.wait(END_LIMIT_S) is not None
+    start_scheduler(cluster)
+    start_workers(cluster, 2)
+    errors = finished(run)
+    assert "went away; waiting 60 s for it" in errors and "is back" in errors and "Traceback" not in errors
+    assert differing(place.out, alone.out) == {}
+    assert findings(place.out, "died_once") == {}
+    assert len(processes(place.out, "once-sleepy")) == 2
+    assert {len(processes(place.out, name)) for name in ("fine", "planted", "box", "slow-0")} == {1}
+    kill_marked(place.mark)
+
+
+def differing(one: Path, two: Path) -> dict[str, dict[Hashable, tuple[object, object]]]:
+    """Asset id → the columns of ``assets`` in which two folders differ, but for times and what names the run."""
+    first, second = rows(one), rows(two)
+    assert list(first) == list(second)
+    found: dict[str, dict[Hashable, tuple[object, object]]] = {}
+    for name, row in first.items():
+        for column, value in row.items():
+            named = column in ("run_id", "source_path", "content_hash") or str(column).startswith("seconds")
+            if not named and str(value) != str(second[name][column]):
+                found.setdefault(name, {})[column] = (value, second[name][column])
+    return found

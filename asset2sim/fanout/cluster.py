@@ -25,6 +25,9 @@ _CONFIG = {
 loop shares the interpreter with LiteLLM's import, so a late tick is no news. It serves no pages.
 """
 
+_TALKATIVE = ("distributed", "distributed.client")
+"""Dask's loggers: the second has a level of its own."""
+
 LOOPBACK = "127.0.0.1:0"
 """Dask listens for pages even where it has none: on any free port, for this machine alone."""
 
@@ -56,7 +59,7 @@ def open_client(run: RunSettings, out: Path, patience_s: float = 0.0) -> Iterato
         ):
             yield client
     else:
-        with join_cluster(run.scheduler, out, patience_s) as client:
+        with _quiet_dask(), join_cluster(run.scheduler, out, patience_s) as client:
             yield client
 
 
@@ -68,11 +71,12 @@ def concurrency(client: Client) -> int:
 
 @contextmanager
 def _quiet_dask() -> Iterator[None]:
-    """Dask tells of every connection that it opens and closes, and complains of those that it closes itself."""
-    logger = logging.getLogger("distributed")
-    before = logger.level
-    logger.setLevel(logging.CRITICAL)
+    """Dask tells of every connection that it opens, closes and loses, and complains of those that it closes itself."""
+    before = {name: logging.getLogger(name).level for name in _TALKATIVE}
+    for name in _TALKATIVE:
+        logging.getLogger(name).setLevel(logging.CRITICAL)
     try:
         yield
     finally:
-        logger.setLevel(before)
+        for name, level in before.items():
+            logging.getLogger(name).setLevel(level)
