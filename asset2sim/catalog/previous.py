@@ -6,12 +6,16 @@ from typing import Any
 
 import pandas as pd
 import pyarrow as pa
+import pyarrow.parquet as pq
 
 from asset2sim.catalog.changes import Previous, PreviousRun
 from asset2sim.catalog.read import read_table
 from asset2sim.catalog.run import RunRow
 from asset2sim.catalog.switch import find_catalog
 from schemas.errors import Asset2SimError
+from schemas.tables import TABLES
+
+_ASKED = ["asset_id", "method", "model", "failure_mode"]
 
 
 def read_previous(out: Path, run: RunRow, present: Collection[str] | None = None) -> Previous:
@@ -21,10 +25,13 @@ def read_previous(out: Path, run: RunRow, present: Collection[str] | None = None
     written. Nothing, where OUT has no catalog yet; where it has one that cannot be read, the
     answer's ``problem`` says so, since no night's work may be lost for want of the last one's.
     """
-    if find_catalog(out) is None:
+    folder = find_catalog(out)
+    if folder is None:
         return Previous()
     try:
-        assets, runs = read_table(out, "assets"), read_table(out, "runs")
+        # A few columns of the widest table: whoever calls this holds OUT's lock, so that no other run can switch it.
+        assets = pq.read_table(folder / TABLES["assets"].file, columns=_ASKED).to_pandas()
+        runs = read_table(out, "runs")
     except (Asset2SimError, OSError, KeyError, pa.ArrowException) as error:
         return Previous(problem=f"what was there before cannot be read, so every failure counts as new: {error}")
     assets, runs = (table[same_way(table, run)] for table in (assets, runs))

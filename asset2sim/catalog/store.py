@@ -1,6 +1,7 @@
 """Writing a run into the catalog: merge by key, enforce the schema, switch all tables at once, and keep the history."""
 
-from collections.abc import Collection, Sequence
+from collections.abc import Collection, Iterator, Sequence
+from contextlib import contextmanager
 from pathlib import Path
 
 import pyarrow as pa
@@ -16,7 +17,10 @@ from asset2sim.catalog.run import RunRow
 from asset2sim.catalog.switch import find_catalog, recover, replace_catalog
 from schemas.asset import AssetRecord, Unchanged
 from schemas.table import ASSET_KEY, Table
-from schemas.tables import TABLES
+from schemas.tables import HISTORY, TABLES
+
+ROWS_AT_ONCE = 1_000
+"""Rows that are checked at once: some 500 kB of the widest table."""
 
 
 def write_run(
@@ -41,11 +45,13 @@ def write_run(
     replaced = _replaced(out, run, new["assets"], present)
     with replace_catalog(out) as folder:
         for table in TABLES.values():
-            if table.name == "assets" or not _stays(out, table, new[table.name], replaced):
+            if _stays(out, table, new[table.name], replaced):
+                merged = _columns(out, table, HISTORY.schema.names) if table.name == "assets" else None
+            else:
                 merged = _merge(table, _existing(out, table), new[table.name], replaced)
                 pq.write_table(merged, folder / table.file, compression="zstd")
-                if table.name == "assets":
-                    stage_history(out, run, history_rows(run, merged, _of_run(merged, run, new["assets"], unchanged)))
+            if table.name == "assets" and merged is not None:
+                stage_history(out, run, history_rows(run, merged, _of_run(merged, run, new["assets"], unchanged)))
     commit_history(out, known_runs(out))
     compact_history(out, run.started_at)
 
@@ -53,22 +59,50 @@ def write_run(
 def check_catalog(out: Path) -> None:
     """Raises CatalogError where OUT holds tables that a run could not add to; call it before a long run starts."""
     for table in TABLES.values():
-        _existing(out, table)
+        path = _path(out, table)
+        if path is not None:
+            with _reading(table, path), pq.ParquetFile(path) as file:
+                conform(table, file.schema_arrow.empty_table(), str(path))
+                # All of a large table at once would be the most memory that a run takes.
+                for batch in file.iter_batches(ROWS_AT_ONCE, use_threads=False):
+                    conform(table, pa.Table.from_batches([batch]), str(path))
 
 
-def _existing(out: Path, table: Table) -> pa.Table:
-    """The table as it is in OUT, in today's schema; empty where there is none."""
+def _path(out: Path, table: Table) -> Path | None:
+    """The table's file in OUT, if there is one."""
     folder = find_catalog(out)
     path = folder / table.file if folder else None
-    if path is None or not path.is_file():
-        return table.schema.empty_table()
+    return path if path is not None and path.is_file() else None
+
+
+@contextmanager
+def _reading(table: Table, path: Path) -> Iterator[None]:
     try:
-        found = pq.read_table(path)
+        yield
     except (pa.ArrowException, OSError) as error:
         raise CatalogError(
             f"table '{table.name}': {path} cannot be read ({error}); restore it or move it away"
         ) from error
+
+
+def _existing(out: Path, table: Table) -> pa.Table:
+    """The table as it is in OUT, in today's schema; empty where there is none."""
+    path = _path(out, table)
+    if path is None:
+        return table.schema.empty_table()
+    with _reading(table, path):
+        found = pq.read_table(path)
     return conform(table, found, str(path))
+
+
+def _columns(out: Path, table: Table, names: Sequence[str]) -> pa.Table:
+    """Those of these columns that the table has: a fraction of the widest table."""
+    path = _path(out, table)
+    wanted = [name for name in table.schema.names if name in names]
+    if path is None:
+        return table.schema.empty_table().select(wanted)
+    with _reading(table, path):
+        return pq.read_table(path, columns=wanted)
 
 
 def _replaced(out: Path, run: RunRow, assets: pa.Table, present: Collection[str] | None) -> pa.Array:
@@ -76,7 +110,7 @@ def _replaced(out: Path, run: RunRow, assets: pa.Table, present: Collection[str]
     new = key_of(assets, ASSET_KEY).combine_chunks()
     if present is None:
         return new
-    old, runs = _existing(out, TABLES["assets"]), _existing(out, TABLES["runs"])
+    old, runs = _columns(out, TABLES["assets"], (*ASSET_KEY, "run_id")), _existing(out, TABLES["runs"])
     own = runs.filter(pc.equal(runs["dataset"], run.dataset))["run_id"].combine_chunks()
     known = pa.array(sorted(present), type=pa.string())
     gone = pc.and_(pc.is_in(old["run_id"], value_set=own), pc.invert(pc.is_in(old["asset_id"], value_set=known)))
@@ -97,9 +131,8 @@ _KEYS = pa.schema([(name, pa.string()) for name in ASSET_KEY])
 
 def _stays(out: Path, table: Table, new: pa.Table, replaced: pa.Array) -> bool:
     """Whether the table's file can stay as it is: nothing comes, nothing goes, and it has today's schema."""
-    folder = find_catalog(out)
-    path = folder / table.file if folder else None
-    if new.num_rows or len(replaced) or path is None or not path.is_file():
+    path = _path(out, table)
+    if new.num_rows or len(replaced) or path is None:
         return False
     return bool(pq.read_schema(path).equals(table.schema, check_metadata=True))
 
