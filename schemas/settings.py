@@ -279,6 +279,9 @@ class RunSettings(Frozen):
     """Wall time of one asset, s: the slowest of the real objects, a keyboard of 115 keys, needs about a tenth of it."""
     asset_memory_limit_mb: int = Field(4096, ge=256)
     """Address space that one asset's process may add, MB."""
+    retries_alone: int = Field(20, ge=0)
+    """Most assets of a run that are tried once more, one after the other, after their process died: hundreds that hang
+    for five minutes each would take the night. The next run tries the others."""
     hook: str | None = None
     """A shell command to run after the run, with the run's figures in its environment; see ``asset2sim.hook``."""
     hook_time_limit_s: Positive = 60.0

@@ -100,4 +100,4 @@ def test_a_lost_worker_costs_the_asset_that_it_is_lost_to(tmp_path: Path) -> Non
         )
     statuses = {record.ref.asset_id: record.status for record in refined.records}
     assert statuses == {"murderous": Status.FAILED, "a": Status.OK, "b": Status.OK}
-    assert "worker was lost twice" in refined.records[0].reason
+    assert "died twice: its Dask worker was lost" in refined.records[0].reason

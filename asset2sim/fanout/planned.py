@@ -7,8 +7,7 @@ from pathlib import Path
 from asset2sim.fanout.refine import Refined, refine_all
 from asset2sim.fanout.worker import PIPELINE
 from asset2sim.incremental.plan import Plan
-from asset2sim.incremental.records import KeptRecord, keep_record
-from schemas.asset import AssetRecord, AssetRef
+from schemas.asset import AssetRef
 from schemas.settings import Settings
 
 
@@ -17,13 +16,7 @@ def refine_planned(
 ) -> Refined:
     """The records of what the plan has to do and of what a killed run had finished, in the order of ``refs``, and what
     is unchanged."""
-
-    def keep(record: AssetRecord) -> AssetRecord:
-        known = record.model_copy(update={"content_hash": plan.hashes[record.ref.asset_id]})
-        keep_record(out, KeptRecord(run_id=run_id, redo=settings.run.redo, record=known))
-        return known
-
-    refined = refine_all(plan.todo, out, settings, pipeline, run_id, finished=keep)
+    refined = refine_all(plan.todo, out, settings, pipeline, run_id, plan.hashes)
     place = {ref.asset_id: number for number, ref in enumerate(refs)}
     records = sorted((*refined.records, *plan.finished), key=lambda record: place[record.ref.asset_id])
     return replace(refined, records=tuple(records), unchanged=plan.unchanged)

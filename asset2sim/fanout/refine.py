@@ -2,25 +2,31 @@
 
 import logging
 import uuid
-from collections.abc import Callable, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 
-from distributed import Client
+from distributed import Client, wait
 
-from asset2sim.fanout.cluster import open_client
+from asset2sim.fanout.again import second_jobs
+from asset2sim.fanout.cluster import concurrency, open_client
+from asset2sim.fanout.done import Done
+from asset2sim.fanout.harvest import Harvest, give_up, is_open, pick_up, take
 from asset2sim.fanout.interrupt import terminated_as_interrupted
-from asset2sim.fanout.progress import progress
-from asset2sim.fanout.spread import LostClusterError, spread
+from asset2sim.fanout.job import Job, job_of
+from asset2sim.fanout.progress import Report, progress
+from asset2sim.fanout.spread import IN_FLIGHT_PER_THREAD, InFlight, Lost, LostClusterError, Work, spread
 from asset2sim.fanout.worker import PIPELINE, refine_on_worker
+from asset2sim.incremental.records import drop_record
 from asset2sim.isolation import accept_children, stop_children
-from asset2sim.isolation.asset import failed_record
 from asset2sim.isolation.server import warm_up
 from asset2sim.run_result import INTERRUPTED
 from schemas.asset import AssetRecord, AssetRef, Unchanged
 from schemas.settings import Settings
-from schemas.vocabulary import FailureMode
+
+QUIET_S = 1.0
+"""After an interruption, time in which workers whose children are killed have kept what they had, s."""
 
 logger = logging.getLogger(__name__)
 
@@ -35,51 +41,79 @@ class Refined:
     unchanged: tuple[Unchanged, ...] = ()
 
 
-def as_it_is(record: AssetRecord) -> AssetRecord:
-    """The record."""
-    return record
-
-
 def refine_all(
     refs: Sequence[AssetRef],
     out: Path,
     settings: Settings,
     pipeline: str = PIPELINE,
     run_id: str | None = None,
-    finished: Callable[[AssetRecord], AssetRecord] = as_it_is,
+    hashes: Mapping[str, str] | None = None,
 ) -> Refined:
     """Refine every asset into ``out`` (absolute), on the cluster of ``settings.run``.
 
-    ``run_id`` names the run whose budget the model calls count towards; None is a run of its own.
-    ``finished`` is called with each record as it comes in; what it answers is the record from there on.
+    ``run_id`` names the run whose budget the model calls count towards; None is a run of its own. Records come through
+    ``out``, where they stay, named by ``hashes`` (asset id → content hash); without those none stays.
     Ctrl-C, SIGTERM and the loss of the cluster end it early, with no child process left and with the records so far.
     """
     if not refs:
         return Refined((), None)
-    records: list[AssetRecord] = []
-    stopped: str | None = None
+    run_id = run_id or uuid.uuid4().hex
+    jobs = {ref.asset_id: job_of(ref, run_id, hashes) for ref in refs}
+    harvest = Harvest(out, run_id, settings)
     accept_children(str(out))
     warm_up()
     client_of_run = open_client(settings.run)
-    with terminated_as_interrupted(), client_of_run as client, progress(len(refs)) as report:
-        work = partial(
-            refine_on_worker, out=out, settings=settings, pipeline=pipeline, run_id=run_id or uuid.uuid4().hex
-        )
-        try:
-            for record in spread(client, refs, work, partial(_lost, settings=settings)):
-                records.append(finished(record))
-                report(record)
-        except KeyboardInterrupt:
-            stopped = INTERRUPTED
-            _stop(client, out, settings)
-        except LostClusterError as error:
-            stopped = str(error)
-    place = {ref.asset_id: number for number, ref in enumerate(refs)}
-    return Refined(tuple(sorted(records, key=lambda record: place[record.ref.asset_id])), stopped)
+    with terminated_as_interrupted(), client_of_run as client, progress(len(jobs)) as report:
+        work = partial(refine_on_worker, out=out, settings=settings, pipeline=pipeline, run_id=run_id)
+        stopped = _refine(client, jobs, work, harvest, report)
+    if hashes is None:
+        for job in jobs.values():
+            drop_record(out, job.content_hash)
+    return Refined(tuple(harvest.records[ref.asset_id] for ref in refs if ref.asset_id in harvest.records), stopped)
 
 
-def _lost(ref: AssetRef, reason: str, settings: Settings) -> AssetRecord:
-    return failed_record(ref, settings, FailureMode.ENGINE_CRASH, reason)
+def _refine(client: Client, jobs: Mapping[str, Job], work: Work, harvest: Harvest, report: Report) -> str | None:
+    """Everything that is still open, and then the dead once more; why it stopped if it did."""
+    in_flight: InFlight = {}
+    stopped: str | None = None
+    try:
+        _do(client, jobs, work, harvest, in_flight, report)
+    except KeyboardInterrupt:
+        stopped = INTERRUPTED
+        _stop(client, harvest.out, harvest.settings)
+        _let_finish(in_flight)
+    except LostClusterError as error:
+        stopped = str(error)
+    finally:
+        if in_flight:
+            client.cancel(list(in_flight), force=True)
+    for job in in_flight.values():
+        pick_up(harvest, job)
+    return stopped
+
+
+def _do(
+    client: Client, jobs: Mapping[str, Job], work: Work, harvest: Harvest, in_flight: InFlight, report: Report
+) -> None:
+    def bring_in(job: Job, end: Done | Lost) -> None:
+        record = take(harvest, job, end)
+        if record is not None:
+            report(record)
+
+    still_open = (job for job in jobs.values() if is_open(harvest, job))
+    spread(client, still_open, work, IN_FLIGHT_PER_THREAD * concurrency(client), in_flight, bring_in)
+    most = harvest.settings.run.retries_alone
+    second = list(second_jobs(jobs, harvest.dead, harvest.records.__contains__, most))
+    spread(client, second, work, 1, in_flight, bring_in)
+    for asset_id in list(harvest.dead):
+        report(give_up(harvest, jobs[asset_id], most))
+
+
+def _let_finish(in_flight: InFlight) -> None:
+    try:
+        wait(list(in_flight), timeout=QUIET_S)
+    except (OSError, TimeoutError):
+        return
 
 
 def _stop(client: Client, out: Path, settings: Settings) -> None:

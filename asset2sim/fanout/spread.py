@@ -1,22 +1,32 @@
-"""Assets to futures and back: a bounded number in flight, records as they finish, the lost tried once more alone."""
+"""Jobs to futures and back: a bounded number in flight, each told of as it ends."""
 
-import time
 import uuid
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass
+from itertools import islice
 
 from distributed import Client, Future, as_completed
+from distributed.client import FutureCancelledError
 
-from asset2sim.fanout.cluster import concurrency
-from schemas.asset import AssetRecord, AssetRef
+from asset2sim.fanout.done import Done
+from asset2sim.fanout.job import Job
 from schemas.errors import Asset2SimError, UsageError
 
 IN_FLIGHT_PER_THREAD = 2
 """Futures per worker thread: one at work, and one waiting so that no worker waits for the client."""
 
-QUIET_S = 1.0
-"""After an interruption, time without another finished future after which no more are waited for, s."""
+GONE = "scheduler-connection-lost"
+"""Dask's reason for a future that it cancels since its scheduler went away, even if that is back by now."""
 
-Work = Callable[[AssetRef], AssetRecord]
+Work = Callable[[Job], Done]
+InFlight = dict[Future[Done], Job]
+
+
+@dataclass(frozen=True)
+class Lost:
+    """A job that came back with nothing: its Dask worker was lost, for this reason."""
+
+    reason: str
 
 
 class LostClusterError(Asset2SimError):
@@ -24,85 +34,54 @@ class LostClusterError(Asset2SimError):
 
 
 def spread(
-    client: Client, refs: Sequence[AssetRef], work: Work, fail: Callable[[AssetRef, str], AssetRecord]
-) -> Iterator[AssetRecord]:
-    """The record of every asset, in the order in which they finish.
+    client: Client,
+    jobs: Iterable[Job],
+    work: Work,
+    most: int,
+    in_flight: InFlight,
+    take: Callable[[Job, Done | Lost], None],
+) -> None:
+    """Have every job done, at most ``most`` of them submitted at a time, and call ``take`` with each as it ends.
 
-    ``work`` answers with a record for everything that can happen to an asset, so a future that fails has lost its
-    worker: the asset is tried once more when nothing else runs, and ``fail(ref, reason)`` is its record if that is
-    lost too. Raises ``UsageError`` as the work does and ``LostClusterError`` when the scheduler is gone. Leaving the
-    iterator early cancels what is still in flight.
+    ``work`` answers for everything that can happen to an asset, so a future that fails has lost its worker.
+    ``in_flight`` holds what is submitted and not taken, also after an exception: it is the caller's to cancel.
+    Raises ``UsageError`` as the work does and ``LostClusterError`` when the scheduler is gone.
     """
-    waiting = iter(refs)
-    at_work: dict[Future[AssetRecord], AssetRef] = {}
-    lost: list[AssetRef] = []
+    waiting = iter(jobs)
     done: as_completed = as_completed()
 
-    def submit_next() -> None:
-        ref = next(waiting, None)
-        if ref is not None:
-            future = _submit(client, work, ref)
-            at_work[future] = ref
+    def submit(count: int) -> None:
+        for job in islice(waiting, count):
+            future = _submit(client, work, job)
+            in_flight[future] = job
             done.add(future)
 
-    try:
-        for _ in range(IN_FLIGHT_PER_THREAD * concurrency(client)):
-            submit_next()
-        for future in done:
-            # Only what has been collected is taken out: an interruption may come while the record is being fetched.
-            record, _ = _collect(client, future)
-            ref = at_work.pop(future)
-            submit_next()
-            if record is None:
-                lost.append(ref)
-            else:
-                yield record
-    except KeyboardInterrupt:
-        yield from _already_finished(client, at_work)
-        raise
-    finally:
-        if at_work:
-            client.cancel(list(at_work), force=True)
-    for ref in lost:
-        record, reason = _collect(client, _submit(client, work, ref))
-        yield record if record is not None else fail(ref, f"its Dask worker was lost twice: {reason}")
+    submit(most)
+    for future in done:
+        end = _collect(client, future)
+        take(in_flight[future], end)
+        # Only what has been taken is taken out: an interruption may come in between.
+        del in_flight[future]
+        submit(1)
 
 
-def _already_finished(client: Client, at_work: dict[Future[AssetRecord], AssetRef]) -> list[AssetRecord]:
-    """What has finished and was only waiting to be fetched; taken out of ``at_work``.
-
-    The word that a future is done may itself be on its way, so this ends when none has come for ``QUIET_S``.
-    """
-    records: list[AssetRecord] = []
-    quiet_since = time.monotonic()
-    while at_work and time.monotonic() - quiet_since < QUIET_S:
-        for future in [future for future in at_work if future.status == "finished"]:
-            record, _ = _collect(client, future)
-            del at_work[future]
-            if record is not None:
-                records.append(record)
-            quiet_since = time.monotonic()
-        time.sleep(QUIET_S / 10.0)
-    return records
-
-
-def _submit(client: Client, work: Work, ref: AssetRef) -> Future[AssetRecord]:
+def _submit(client: Client, work: Work, job: Job) -> Future[Done]:
     # A key of its own for each attempt: Dask would answer a second one with the first one's failure.
-    return client.submit(work, ref, pure=False, key=f"refine-{ref.asset_id}-{uuid.uuid4().hex}")
+    return client.submit(work, job, pure=False, key=f"refine-{job.ref.asset_id}-{uuid.uuid4().hex}")
 
 
-def _collect(client: Client, future: Future[AssetRecord]) -> tuple[AssetRecord | None, str]:
-    """The future's record, or None and why there is none."""
+def _collect(client: Client, future: Future[Done]) -> Done | Lost:
+    """The future's answer, or why there is none."""
     try:
-        record = future.result()
+        done = future.result()
     except UsageError:
         raise
     except Exception as error:  # whatever Dask says of a lost worker: KilledWorker, CancelledError, CommClosedError, …
-        if client.status != "running":
+        if client.status != "running" or (isinstance(error, FutureCancelledError) and error.reason == GONE):
             raise LostClusterError("the Dask scheduler went away; what had finished is kept") from error
         future.release()
-        return None, f"{type(error).__name__}: {error}".splitlines()[0]
+        return Lost(f"{type(error).__name__}: {error}".splitlines()[0])
     # Or Dask would compute it again when the worker that holds the result is lost.
     future.release()
-    assert isinstance(record, AssetRecord)
-    return record, ""
+    assert isinstance(done, Done)
+    return done

@@ -1,32 +1,59 @@
 """What a Dask worker does with one asset: a child process for the work, this process for the model calls."""
 
+import logging
 import uuid
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
 
-from asset2sim.isolation.asset import refine_in_child
+from asset2sim.fanout.again import with_first
+from asset2sim.fanout.done import Done
+from asset2sim.fanout.job import Job
+from asset2sim.incremental.records import KeptRecord, write_record
+from asset2sim.isolation.asset import Attempt, attempt_in_child
 from asset2sim.isolation.stopping import is_stopped
 from asset2sim.models.books import Books, open_books
 from asset2sim.models.gateway import ask
-from schemas.asset import AssetRecord, AssetRef
+from schemas.asset import AssetRef
 from schemas.request import ModelAnswer, ModelRequest
 from schemas.settings import ModelSettings, Settings
 from schemas.vocabulary import Method
+
+logger = logging.getLogger(__name__)
 
 PIPELINE = "asset2sim.pipeline:refine_asset"
 """The pipeline by name, so that neither the flow nor a worker imports the engines: only the children do."""
 
 
 def refine_on_worker(
-    ref: AssetRef, out: Path, settings: Settings, pipeline: str = PIPELINE, run_id: str | None = None
-) -> AssetRecord:
-    """The record of one asset, whatever happens to it; ``pipeline`` is a ``module:function`` name.
+    job: Job, out: Path, settings: Settings, pipeline: str = PIPELINE, run_id: str | None = None
+) -> Done:
+    """Refine one asset, whatever happens to it, and keep its record in ``out``; ``pipeline`` is a ``module:function``
+    name.
 
     ``run_id`` names the run whose budget the model calls count towards; None is a run of its own.
     """
+    run_id = run_id or uuid.uuid4().hex
+    attempt = refine_asset(job.ref, out, settings, pipeline, run_id)
+    record = with_first(attempt.record, job.first, attempt.died)
+    record = record.model_copy(update={"content_hash": job.content_hash})
+    done = Done(job.ref.asset_id, record.status, attempt.died)
+    kept = KeptRecord(run_id=run_id, redo=settings.run.redo, record=record, attempt=job.attempt, died=attempt.died)
+    try:
+        write_record(out, kept)
+    except OSError as error:
+        logger.warning("cannot keep what has finished in %s (%s)", out, error.strerror)
+        return replace(done, record=record)
+    return done
+
+
+def refine_asset(
+    ref: AssetRef, out: Path, settings: Settings, pipeline: str = PIPELINE, run_id: str | None = None
+) -> Attempt:
+    """One attempt at one asset, in a child process; the model calls are made here."""
     stopped = partial(is_stopped, str(out))
     books = open_books(out, run_id or uuid.uuid4().hex, ref.asset_id, settings.model, stopped)
-    return refine_in_child(pipeline, ref, out, settings, partial(ask_for_asset, settings=settings, books=books))
+    return attempt_in_child(pipeline, ref, out, settings, partial(ask_for_asset, settings=settings, books=books))
 
 
 def ask_for_asset(request: ModelRequest, settings: Settings, books: Books) -> ModelAnswer:

@@ -12,8 +12,13 @@ from schemas.vocabulary import Engine
 NOT_RUN = (
     # Who asks, what spreads the work, and what tells of it.
     "asset2sim/cli",
+    "asset2sim/fanout/again.py",
     "asset2sim/fanout/cluster.py",
+    "asset2sim/fanout/done.py",
+    "asset2sim/fanout/harvest.py",
     "asset2sim/fanout/interrupt.py",
+    "asset2sim/fanout/job.py",
+    "asset2sim/fanout/planned.py",
     "asset2sim/fanout/progress.py",
     "asset2sim/fanout/refine.py",
     "asset2sim/fanout/spread.py",

@@ -108,9 +108,11 @@ def wanted_again(status: Status, mode: FailureMode, redo: Redo) -> bool:
 
 
 def reusable(kept: KeptRecord, ref: AssetRef, content: str, settings: Settings, out: Path) -> bool:
-    """Whether a killed run's record is what this run would make: of this content, with its folder there, and made to
-    the same end, or good enough for this one's."""
+    """Whether a killed run's record is what this run would make: of this content, with its folder there, not of a
+    process that died and is to be tried once more, and made to the same end, or good enough for this one's."""
     record = kept.record
+    if kept.died and kept.attempt == 1:
+        return False
     if record.content_hash != content or (record.overlay is not None and not _has_folder(out, ref, settings)):
         return False
     if kept.redo is settings.run.redo:

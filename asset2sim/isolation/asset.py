@@ -2,6 +2,7 @@
 
 import importlib
 from collections.abc import Callable
+from dataclasses import dataclass
 from pathlib import Path
 
 from asset2sim.isolation.outcome import Ending, Outcome
@@ -22,12 +23,29 @@ class StoppedError(Asset2SimError):
     """The run was stopped while this asset was in work; it has no record."""
 
 
+DEATHS = (Ending.DIED, Ending.TIMED_OUT, Ending.OUT_OF_MEMORY)
+"""Endings that may be the machine's fault or a neighbour's. An exception comes again: it is the asset's or ours."""
+
+
+@dataclass(frozen=True)
+class Attempt:
+    """One attempt at an asset: its record, and how its process died, empty where it did not."""
+
+    record: AssetRecord
+    died: str = ""
+
+
 def log_file(out: Path, asset_id: str) -> Path:
     """Where the console lines of one asset's process are kept, if it prints any."""
     return out / LOG_FOLDER / f"{asset_id}.log"
 
 
 def refine_in_child(pipeline: str, ref: AssetRef, out: Path, settings: Settings, ask: Ask) -> AssetRecord:
+    """The record of one asset, as ``attempt_in_child`` has it."""
+    return attempt_in_child(pipeline, ref, out, settings, ask).record
+
+
+def attempt_in_child(pipeline: str, ref: AssetRef, out: Path, settings: Settings, ask: Ask) -> Attempt:
     """Refine one asset in a child process under the limits of ``settings.run``; always answers with a record.
 
     ``pipeline`` names a function as ``module:function``, which the child imports and calls as ``function(ref, out,
@@ -57,8 +75,9 @@ def refine_in_child(pipeline: str, ref: AssetRef, out: Path, settings: Settings,
         raise StoppedError(f"asset {ref.asset_id} was stopped with the run")
     if outcome.ending is Ending.RETURNED and isinstance(outcome.value, AssetRecord):
         keep_refused(out, ref.asset_id, heard, outcome.value.calls)
-        return outcome.value
-    return record_of_death(ref, out, settings, outcome, tuple(calls))
+        return Attempt(outcome.value)
+    record = record_of_death(ref, out, settings, outcome, tuple(calls))
+    return Attempt(record, record.reason if outcome.ending in DEATHS else "")
 
 
 def call_by_name(name: str, *args: object, **services: object) -> object:
