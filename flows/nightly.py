@@ -4,7 +4,6 @@
 deploys it to a work pool.
 """
 
-from pathlib import Path
 from typing import Any
 
 from prefect import Flow, flow
@@ -16,6 +15,7 @@ from asset2sim.cli.night import complain, night_line, print_night
 from asset2sim.run_result import RunResult
 from flows.refine_dataset import refine_dataset
 from schemas.errors import Asset2SimError
+from schemas.location import Location, location_of
 from schemas.settings import Settings
 from tasks.alert import alert
 from tasks.opaque import opaque
@@ -28,7 +28,7 @@ def tell_of_crash(flow: Flow[..., Any], flow_run: FlowRun, state: State) -> None
     """Run the hook for a night whose process went without a word: killed, or out of memory."""
     settings = Settings.model_validate(flow_run.parameters.get("settings") or {})
     error = Asset2SimError(state.message or "the night's process ended without a word")
-    warning = alert_error(Path(flow_run.parameters["out"]), settings.run, error)
+    warning = alert_error(location_of(flow_run.parameters["out"]), settings.run, error)
     for message in (str(error), warning):
         if message is not None:
             complain(message)
@@ -36,8 +36,8 @@ def tell_of_crash(flow: Flow[..., Any], flow_run: FlowRun, state: State) -> None
 
 @flow(name="nightly", persist_result=False, on_crashed=[tell_of_crash])
 def nightly(
-    data: Path,
-    out: Path,
+    data: Location,
+    out: Location,
     settings: Settings | None = None,
     subset: str | None = None,
     asset_ids: tuple[str, ...] = (),
@@ -52,7 +52,7 @@ def nightly(
     try:
         result = refine_dataset(data, out, chosen, subset, asset_ids, limit)
     except Exception as error:
-        warning = alert_error(Path(out), chosen.run, error)
+        warning = alert_error(out, chosen.run, error)
         if warning is not None:
             complain(warning)
         if not isinstance(error, Asset2SimError):

@@ -1,10 +1,11 @@
 """Where a dataset or an output lies: a folder that this machine sees, or a URL of an object store."""
 
 from pathlib import Path
-from typing import Annotated, TypeGuard
+from typing import Annotated
 from urllib.parse import urlsplit
 
 from pydantic import BeforeValidator
+from typing_extensions import TypeIs
 
 from schemas.errors import UsageError
 
@@ -34,8 +35,8 @@ def location_of(value: object) -> Path | str:
         raise UsageError(f"'{scheme}://…' is not a URL ({error}); write s3://bucket/prefix") from None
     if password is not None:
         raise UsageError(
-            f"{scheme}://…: leave the password out of the URL; credentials come from the environment or the store's own "
-            "configuration files"
+            f"{scheme}://…: leave the password out of the URL; credentials come from the environment or the "
+            "store's own configuration files"
         )
     parts = [part for part in rest.split("/") if part]
     if not parts or any(part in (".", "..") for part in parts):
@@ -47,7 +48,7 @@ Location = Annotated[Path | str, BeforeValidator(location_of)]
 """A local folder (``Path``) or the URL of one in an object store (``str``), as ``location_of`` makes it."""
 
 
-def is_url(location: Path | str) -> TypeGuard[str]:
+def is_url(location: Path | str) -> TypeIs[str]:
     """Whether a location that ``location_of`` made is a URL."""
     return isinstance(location, str)
 
@@ -60,3 +61,10 @@ def absolute(location: Path | str) -> Path | str:
 def below(location: Path | str, *parts: str) -> Path | str:
     """What lies under a location."""
     return "/".join((location, *parts)) if is_url(location) else Path(location, *parts)
+
+
+def is_within(location: Path | str, folder: Path | str) -> bool:
+    """Whether an absolute location is a folder or lies below it."""
+    if is_url(location) or is_url(folder):
+        return f"{location}/".startswith(f"{folder}/")
+    return Path(location).is_relative_to(folder)

@@ -1,7 +1,5 @@
 """The work: one Prefect task that fans the assets out over Dask."""
 
-from pathlib import Path
-
 from prefect import task
 from prefect.cache_policies import NO_CACHE
 
@@ -9,13 +7,14 @@ from asset2sim.fanout.planned import refine_planned
 from asset2sim.fanout.refine import Refined
 from asset2sim.fanout.worker import PIPELINE
 from asset2sim.incremental.plan import Plan
+from asset2sim.remote.output import Output
 from schemas.asset import AssetRef
 from schemas.settings import Settings
 
 
 @task(name="refine-assets", cache_policy=NO_CACHE, persist_result=False)
 def refine_assets(
-    refs: list[AssetRef], plan: Plan, out: Path, settings: Settings, run_id: str, pipeline: str = PIPELINE
+    refs: list[AssetRef], plan: Plan, output: Output, settings: Settings, run_id: str, pipeline: str = PIPELINE
 ) -> Refined:
     """A record per asset that the plan has to do; see ``asset2sim.fanout.planned.refine_planned``."""
-    return refine_planned(refs, plan, out, settings, run_id, pipeline)
+    return refine_planned(refs, plan, output.folder, settings, run_id, pipeline, output.place)

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING
 
 from asset2sim.catalog.history import PATTERN, history_files
 from asset2sim.catalog.switch import find_catalog
+from asset2sim.remote.read import local_tables
 from schemas.errors import UsageError
 from schemas.tables import HISTORY, PUBLISHED, TABLES
 
@@ -25,16 +26,17 @@ _NO_TABLE = re.compile(r"Table with name (\S+) does not exist")
 def connect(out: str | os.PathLike[str]) -> "duckdb.DuckDBPyConnection":
     """A connection with a view per table of OUT, ``asset_history`` among them; times are in UTC.
 
-    The views read the files anew in each query; close the connection, or let it go. Raises UsageError where OUT has no
-    catalog.
+    The views read the files anew in each query, or for a URL the copies that are made now; close the connection, or let
+    it go. Raises UsageError where OUT has no catalog.
     """
     import duckdb  # late: whoever only writes the catalog needs none
 
-    folder = find_catalog(Path(out))
+    place = local_tables(out)
+    folder = find_catalog(place)
     if folder is None:
-        raise no_catalog(Path(out))
+        raise no_catalog(place)
     connection = duckdb.connect(":memory:")
-    make_views(connection, Path(out), folder)
+    make_views(connection, place, folder)
     return connection
 
 

@@ -23,6 +23,7 @@ NOT_RUN = (
     "asset2sim/fanout/refine.py",
     "asset2sim/fanout/spread.py",
     "asset2sim/incremental",
+    "asset2sim/remote",
     "asset2sim/reports",
     "asset2sim/check_request.py",
     "asset2sim/dataset.py",
@@ -31,6 +32,7 @@ NOT_RUN = (
     "asset2sim/readme.py",
     "asset2sim/run_result.py",
     "asset2sim/showcase.py",
+    "asset2sim/tree.py",
     "asset2sim/ui.py",
     # What compares, judges and plants.
     "asset2sim/compare",
@@ -39,6 +41,7 @@ NOT_RUN = (
     "asset2sim/judge.py",
     "asset2sim/judge_report.py",
     "asset2sim/samples",
+    "schemas/location.py",
     "schemas/tables_compare.py",
     "schemas/tables_history.py",
 )

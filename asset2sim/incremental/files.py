@@ -62,9 +62,7 @@ def _outer(folder: Path) -> list[AssetFile]:
     except (AssetError, OSError):
         return []
     found: dict[str, AssetFile] = {}
-    for reference in sorted(set(_REFERENCE.findall(text))):
-        if _stays_inside(reference):
-            continue
+    for reference in outer_references(text):
         mesh = find_mesh(reference, urdf.parent)
         if mesh is None or mesh.resolve().is_relative_to(folder.resolve()):
             continue
@@ -73,6 +71,11 @@ def _outer(folder: Path) -> list[AssetFile]:
             if (file := _file(name, str(path))) is not None:
                 found[name] = file
     return list(found.values())
+
+
+def outer_references(urdf: str) -> list[str]:
+    """The references in a URDF's text that may mean a file outside its folder, sorted."""
+    return sorted(reference for reference in set(_REFERENCE.findall(urdf)) if not _stays_inside(reference))
 
 
 def _stays_inside(reference: str) -> bool:

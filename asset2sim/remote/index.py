@@ -38,11 +38,7 @@ def touched(folder: Path, names: Iterable[str]) -> list[str]:
     """The names of the local files that are not what they were when they were last the same as an object."""
     chosen = list(names)
     known = _known(folder, chosen)
-    return [
-        name
-        for name in chosen
-        if (mark := known.get(name)) is None or mark != _copy(folder / name, mark.version)
-    ]
+    return [name for name in chosen if (mark := known.get(name)) is None or mark != _copy(folder / name, mark.version)]
 
 
 def note(folder: Path, objects: Mapping[str, Stored]) -> None:

@@ -98,8 +98,11 @@ def lock_url(url: str, renew_s: float = RENEW_S, stale_s: float = STALE_S) -> It
 
 
 def _acquire(url: str, place: str, mine: Holder, stale_s: float) -> None:
-    with suppress(FileExistsError):
-        return _create(place, mine)
+    try:
+        _create(place, mine)
+        return
+    except FileExistsError:
+        pass
     try:
         holder, version = _read(place)
     except StoreError as error:
@@ -109,8 +112,8 @@ def _acquire(url: str, place: str, mine: Holder, stale_s: float) -> None:
     age = time.time() - holder.time
     if age < stale_s:
         raise UsageError(
-            f"another run ({holder}) is writing to {url}; wait until it ends, or choose another --out. If it was killed, "
-            f"its lock counts for nothing in {stale_s - age:.0f} s"
+            f"another run ({holder}) is writing to {url}; wait until it ends, or choose another --out. If it was "
+            f"killed, its lock counts for nothing in {stale_s - age:.0f} s"
         )
     if not _replace(place, mine, holder, version):
         raise UsageError(f"another run on {url} is just starting; wait until it ends, or choose another --out")

@@ -9,7 +9,6 @@ from pathlib import Path
 from asset2sim.remote.index import changed, note, touched
 from asset2sim.remote.store import Stored, StoreError, fetch_objects, list_objects, object_info, remove_objects
 from asset2sim.remote.store import send_objects as send_to
-from schemas.location import below
 
 COMING = ".coming-"
 """Beginning of the name of the folder in which files arrive before they take their places."""
@@ -85,6 +84,14 @@ def send_folder(url: str, folder: Path) -> None:
     files = {path.relative_to(folder).as_posix(): path for path in sorted(folder.rglob("*")) if path.is_file()}
     send_to({f"{url}/{name}": path for name, path in files.items()})
     remove_objects([f"{url}/{name}" for name in list_objects(url) if name not in files])
+
+
+def remove_tree(folder: Path) -> None:
+    """Remove a local folder; its name goes first, so that nobody finds half of it."""
+    gone = folder.with_name(f".{folder.name}.gone")
+    shutil.rmtree(gone, ignore_errors=True)
+    os.replace(folder, gone)
+    shutil.rmtree(gone, ignore_errors=True)
 
 
 def local_names(folder: Path, parts: Iterable[str]) -> list[str]:

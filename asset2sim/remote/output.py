@@ -26,6 +26,7 @@ from pathlib import Path
 from asset2sim.catalog.compact import MERGED, compact_history
 from asset2sim.catalog.lock import lock_output
 from asset2sim.catalog.switch import CATALOG, OLD, READY, STAGING
+from asset2sim.incremental.plan import Plan
 from asset2sim.incremental.records import FOLDER as RECORDS
 from asset2sim.incremental.state import FILE as STATE
 from asset2sim.remote.cache import working_folder
@@ -87,9 +88,9 @@ def folders_there(output: Output, *, views: bool) -> frozenset[str] | None:
     return frozenset(parts[0] for parts in names if len(parts) > 1 and (not views or parts[1] == "views"))
 
 
-def send_plan(output: Output) -> None:
+def send_plan(output: Output, plan: Plan) -> None:
     """What is about to be refined is nobody's any more: the next run must know it even if this one is killed."""
-    if is_url(output.place):
+    if is_url(output.place) and plan.todo:
         output.check()
         push(output.place, output.folder, [STATE])
 
@@ -123,4 +124,3 @@ def send_rest(output: Output) -> None:
 def _remove_gone(url: str, folder: Path, parts: list[str]) -> None:
     here = set(local_names(folder, parts))
     remove_objects([f"{url}/{name}" for name in look(url, parts) if name not in here])
-

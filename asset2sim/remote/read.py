@@ -27,9 +27,9 @@ def local_tables(out: str | os.PathLike[str]) -> Path:
 
     Raises UsageError for a store that cannot be read.
     """
-    place = location_of(os.fspath(out) if not isinstance(out, str) else out)
+    place = location_of(out)
     if not is_url(place):
-        return place if isinstance(out, str) else Path(out)
+        return place
     folder = reading_folder(place)
     folder.mkdir(parents=True, exist_ok=True)
     handle = os.open(folder / ".lock", os.O_RDWR | os.O_CREAT | os.O_CLOEXEC, 0o644)

@@ -126,6 +126,17 @@ def read_object(url: str) -> bytes:
     return content
 
 
+def read_objects(urls: list[str]) -> dict[str, bytes]:
+    """URL → bytes of those objects that can be read; several at once."""
+    if not urls:
+        return {}
+    store = open_store(urls[0])
+    with store_errors(_common(urls)):
+        found = store.cat([key_of(url) for url in urls], on_error="omit")
+    by_key = {key_of(url): url for url in urls}
+    return {by_key[key]: content for key, content in found.items()}
+
+
 def fetch_objects(files: Mapping[str, Path]) -> None:
     """Copy objects, by URL, to local files whose folders are there; several at once."""
     if files:
