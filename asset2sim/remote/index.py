@@ -31,7 +31,11 @@ class Copy:
 def changed(folder: Path, objects: Mapping[str, Stored]) -> list[str]:
     """The names of the objects of which ``folder / name`` is no copy."""
     known = _known(folder, objects)
-    return [name for name, stored in objects.items() if known.get(name) != _copy(folder / name, stored.version)]
+    return [
+        name
+        for name, stored in objects.items()
+        if (copy := known.get(name)) is None or copy != _copy(folder / name, stored.version)
+    ]
 
 
 def touched(folder: Path, names: Iterable[str]) -> list[str]:
