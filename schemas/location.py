@@ -53,6 +53,14 @@ def is_url(location: Path | str) -> TypeIs[str]:
     return isinstance(location, str)
 
 
+def local_folder(text: str) -> Path:
+    """A folder of this machine, for a program that works on nothing else. Raises UsageError for a URL."""
+    found = location_of(text)
+    if is_url(found):
+        raise UsageError(f"{text}: only `asset2sim` itself takes URLs; name a folder of this machine")
+    return found
+
+
 def absolute(location: Path | str) -> Path | str:
     """The location, meaning the same from every working directory."""
     return location if is_url(location) else Path(location).resolve()

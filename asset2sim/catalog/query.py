@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from asset2sim.catalog.history import PATTERN, history_files
-from asset2sim.catalog.switch import find_catalog
+from asset2sim.catalog.switch import find_catalog, no_catalog
 from asset2sim.remote.read import local_tables
 from schemas.errors import UsageError
 from schemas.tables import HISTORY, PUBLISHED, TABLES
@@ -38,11 +38,6 @@ def connect(out: str | os.PathLike[str]) -> "duckdb.DuckDBPyConnection":
     connection = duckdb.connect(":memory:")
     make_views(connection, place, folder)
     return connection
-
-
-def no_catalog(out: Path) -> UsageError:
-    """The error of whoever reads where nobody wrote."""
-    return UsageError(f"no catalog in {out}: run 'asset2sim refine DATA --out {out}' first, or name another --out")
 
 
 def make_views(connection: "duckdb.DuckDBPyConnection", out: Path, folder: Path) -> None:

@@ -15,8 +15,8 @@ import pyarrow.parquet as pq
 
 from asset2sim.catalog.enforce import conform
 from asset2sim.catalog.history import history_files
-from asset2sim.catalog.query import make_views, no_catalog, query_error
-from asset2sim.catalog.switch import find_catalog
+from asset2sim.catalog.query import make_views, query_error
+from asset2sim.catalog.switch import find_catalog, no_catalog
 from asset2sim.remote.read import local_tables
 from schemas.errors import UnknownChoiceError, UsageError
 from schemas.tables import HISTORY, PUBLISHED, TABLES

@@ -6,7 +6,7 @@ import os
 import time
 from pathlib import Path
 
-from asset2sim.catalog.switch import CATALOG
+from asset2sim.catalog.switch import CATALOG, find_catalog, no_catalog
 from asset2sim.remote.cache import reading_folder
 from asset2sim.remote.mended import is_torn, mend_history
 from asset2sim.remote.mirror import pull
@@ -25,7 +25,7 @@ logger = logging.getLogger(__name__)
 def local_tables(out: str | os.PathLike[str]) -> Path:
     """The folder with OUT's tables and history: OUT itself, or copies of what lies behind its URL now.
 
-    Raises UsageError for a store that cannot be read.
+    Raises UsageError for a store that cannot be read, and where a URL has no catalog.
     """
     place = location_of(out)
     if not is_url(place):
@@ -41,6 +41,8 @@ def local_tables(out: str | os.PathLike[str]) -> Path:
         raise usage_error(error) from error
     finally:
         os.close(handle)
+    if find_catalog(folder) is None:
+        raise no_catalog(place)
     return folder
 
 
