@@ -6,7 +6,9 @@ from prefect import flow
 
 from asset2sim.catalog.run import finish_run, start_run
 from asset2sim.catalog.store import check_catalog
+from asset2sim.disk import named_full_disk
 from asset2sim.fanout.worker import PIPELINE
+from asset2sim.remote.cache import working_folder
 from asset2sim.remote.output import open_output, send_rest
 from asset2sim.run_result import RunResult
 from schemas.location import Location, absolute
@@ -42,7 +44,7 @@ def refine_dataset(
     # Only a run over all of a dataset can tell what left it.
     whole = subset is None and not asset_ids and limit is None
     present = frozenset(ref.asset_id for ref in refs) if whole else None
-    with open_output(place) as output:
+    with named_full_disk(working_folder(place)), open_output(place) as output:
         out = output.folder
         check_catalog(out)
         started = start_run(settings, str(data), subset)

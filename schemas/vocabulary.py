@@ -22,6 +22,7 @@ class FailureMode(StrEnum):
     RESET = "reset"
     ENGINE_CRASH = "engine_crash"
     TIMEOUT = "timeout"
+    DISK_FULL = "disk_full"
     MODEL_ERROR = "model_error"
     BUDGET = "budget"
 
@@ -44,6 +45,7 @@ PAPER_FAILURE_MODES: dict[FailureMode, str] = {
     FailureMode.RESET: "drift or oscillation in simulation",
     FailureMode.ENGINE_CRASH: "drift or oscillation in simulation",
     FailureMode.TIMEOUT: "drift or oscillation in simulation",
+    FailureMode.DISK_FULL: "drift or oscillation in simulation",
 }
 """The failure modes that the paper names for its large set, for each of ours."""
 

@@ -15,6 +15,7 @@ from asset2sim.fanout.done import Done
 from asset2sim.fanout.harvest import Harvest, give_up, is_open, pick_up, take
 from asset2sim.fanout.interrupt import terminated_as_interrupted
 from asset2sim.fanout.job import Job, job_of
+from asset2sim.fanout.order import last_seconds, longest_first
 from asset2sim.fanout.progress import Report, progress
 from asset2sim.fanout.spread import IN_FLIGHT_PER_THREAD, InFlight, Lost, LostClusterError, Work, spread
 from asset2sim.fanout.worker import PIPELINE, refine_on_worker
@@ -61,7 +62,8 @@ def refine_all(
     if not refs:
         return Refined((), None)
     run_id = run_id or uuid.uuid4().hex
-    jobs = {ref.asset_id: job_of(ref, run_id, hashes) for ref in refs}
+    ordered = longest_first(refs, last_seconds(out, settings.method))
+    jobs = {ref.asset_id: job_of(ref, run_id, hashes) for ref in ordered}
     harvest = Harvest(out, run_id, settings, place or out)
     accept_children(str(out))
     warm_up()

@@ -1,5 +1,6 @@
 """What a Dask worker does with one asset: a child process for the work, this process for the model calls."""
 
+import contextlib
 import logging
 import uuid
 from dataclasses import replace
@@ -10,7 +11,7 @@ from asset2sim.fanout.again import with_first
 from asset2sim.fanout.done import Done
 from asset2sim.fanout.job import Job
 from asset2sim.incremental.records import KeptRecord, write_record
-from asset2sim.isolation.asset import Attempt, attempt_in_child
+from asset2sim.isolation.asset import Attempt, attempt_in_child, first_log_file, log_file
 from asset2sim.isolation.stopping import is_stopped
 from asset2sim.models.books import Books, open_books
 from asset2sim.models.gateway import ask
@@ -37,6 +38,7 @@ def refine_on_worker(
     ``run_id`` names the run whose budget the model calls count towards; None is a run of its own.
     """
     run_id = run_id or uuid.uuid4().hex
+    _keep_first_log(working_folder(out), job)
     attempt = refine_asset(job.ref, out, settings, pipeline, run_id)
     record = with_first(attempt.record, job.first, attempt.died)
     record = record.model_copy(update={"content_hash": job.content_hash})
@@ -49,6 +51,16 @@ def refine_on_worker(
         logger.warning("cannot keep what has finished in %s (%s)", out, error)
         return replace(done, record=record)
     return done
+
+
+def _keep_first_log(out: Path, job: Job) -> None:
+    """The log of a first attempt out of the second one's way, and one of an earlier run away."""
+    log, first = log_file(out, job.ref.asset_id), first_log_file(out, job.ref.asset_id)
+    with contextlib.suppress(OSError):
+        if job.first is None:
+            first.unlink(missing_ok=True)
+        else:
+            log.replace(first)
 
 
 def refine_asset(

@@ -16,7 +16,13 @@ from schemas.asset import AssetRecord, AssetRef, Unchanged
 from schemas.settings import Settings
 from schemas.vocabulary import FailureMode, Redo, Status
 
-CURABLE = (FailureMode.TIMEOUT, FailureMode.ENGINE_CRASH, FailureMode.MODEL_ERROR, FailureMode.BUDGET)
+CURABLE = (
+    FailureMode.TIMEOUT,
+    FailureMode.ENGINE_CRASH,
+    FailureMode.DISK_FULL,
+    FailureMode.MODEL_ERROR,
+    FailureMode.BUDGET,
+)
 """Failures that may come of the machine, the provider or the day, not of the asset: tried again in every run. All
 others would come out as they did."""
 

@@ -26,6 +26,9 @@ class StoppedError(Asset2SimError):
 DEATHS = (Ending.DIED, Ending.TIMED_OUT, Ending.OUT_OF_MEMORY)
 """Endings that may be the machine's fault or a neighbour's. An exception comes again: it is the asset's or ours."""
 
+MODES = {Ending.TIMED_OUT: FailureMode.TIMEOUT, Ending.DISK_FULL: FailureMode.DISK_FULL}
+"""Failure modes of endings; every other is a crash."""
+
 
 @dataclass(frozen=True)
 class Attempt:
@@ -38,6 +41,11 @@ class Attempt:
 def log_file(out: Path, asset_id: str) -> Path:
     """Where the console lines of one asset's process are kept, if it prints any."""
     return out / LOG_FOLDER / f"{asset_id}.log"
+
+
+def first_log_file(out: Path, asset_id: str) -> Path:
+    """Where those of a first attempt are kept that died, once there is a second."""
+    return out / LOG_FOLDER / f"{asset_id}.first.log"
 
 
 def refine_in_child(pipeline: str, ref: AssetRef, out: Path, settings: Settings, ask: Ask) -> AssetRecord:
@@ -90,8 +98,7 @@ def record_of_death(
     ref: AssetRef, out: Path, settings: Settings, outcome: Outcome, calls: tuple[ModelCall, ...]
 ) -> AssetRecord:
     """The failed record of an asset whose process did not come back with one."""
-    timed_out = outcome.ending is Ending.TIMED_OUT
-    mode = FailureMode.TIMEOUT if timed_out else FailureMode.ENGINE_CRASH
+    mode = MODES.get(outcome.ending, FailureMode.ENGINE_CRASH)
     reason = outcome.reason or f"the pipeline returned {type(outcome.value).__name__} instead of a record"
     log = log_file(out, ref.asset_id)
     if log.exists():

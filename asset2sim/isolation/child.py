@@ -1,5 +1,6 @@
 """What runs in the child process: limits first, then the function, then one last word over the pipe."""
 
+import contextlib
 import pickle
 import sys
 import traceback
@@ -7,6 +8,7 @@ from collections.abc import Callable
 from multiprocessing.connection import Connection
 from pathlib import Path
 
+from asset2sim.disk import is_disk_full
 from asset2sim.isolation import limits
 from asset2sim.isolation.messages import Answer, Call, Raised, Returned
 from schemas.errors import Asset2SimError
@@ -28,8 +30,9 @@ def child_main(pipe: Connection, work: bytes, services: tuple[str, ...], memory_
     limits.log_to(Path(log_path))
     limits.limit_memory(memory_limit_mb)
     last_word = _attempt(pipe, work, services)
-    sys.stdout.flush()
-    sys.stderr.flush()
+    with contextlib.suppress(OSError):  # a disk that takes no more lines
+        sys.stdout.flush()
+        sys.stderr.flush()
     try:
         pipe.send(last_word)
     except (pickle.PicklingError, AttributeError, TypeError, MemoryError) as error:
@@ -41,12 +44,19 @@ def _attempt(pipe: Connection, work: bytes, services: tuple[str, ...]) -> Return
         function, args = pickle.loads(work)
         return Returned(function(*args, **{name: _proxy(pipe, name) for name in services}))
     except Exception as error:  # a broken program in here is one asset's failure: the parent reports it
-        traceback.print_exc()
+        with contextlib.suppress(OSError):
+            traceback.print_exc()
         return _raised(error)
 
 
 def _raised(error: Exception) -> Raised:
-    return Raised(type(error).__name__, str(error), traceback.format_exc(), isinstance(error, MemoryError))
+    return Raised(
+        type(error).__name__,
+        str(error),
+        "".join(traceback.format_exception(error)),
+        out_of_memory=isinstance(error, MemoryError),
+        disk_full=is_disk_full(error),
+    )
 
 
 def _proxy(pipe: Connection, service: str) -> Callable[..., object]:

@@ -64,9 +64,13 @@ def forbid_core_files() -> None:
 
 
 def log_to(path: Path) -> None:
-    """Send everything that this process prints, C code included, to a file, with a traceback on a crash or SIGUSR1."""
-    path.parent.mkdir(parents=True, exist_ok=True)
-    descriptor = os.open(path, os.O_WRONLY | os.O_CREAT | os.O_TRUNC | os.O_APPEND, 0o644)
+    """Send everything that this process prints, C code included, to a file, with a traceback on a crash or SIGUSR1;
+    nowhere if there is no room for a file."""
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        descriptor = os.open(path, os.O_WRONLY | os.O_CREAT | os.O_TRUNC | os.O_APPEND, 0o644)
+    except OSError:
+        descriptor = os.open(os.devnull, os.O_WRONLY)
     os.dup2(descriptor, 1)
     os.dup2(descriptor, 2)
     os.close(descriptor)

@@ -34,3 +34,4 @@ class Raised:
     message: str
     traceback: str
     out_of_memory: bool
+    disk_full: bool = False

@@ -10,6 +10,7 @@ class Ending(StrEnum):
     RETURNED = "returned"
     RAISED = "raised"
     OUT_OF_MEMORY = "out_of_memory"
+    DISK_FULL = "disk_full"
     DIED = "died"
     TIMED_OUT = "timed_out"
     STOPPED = "stopped"

@@ -92,10 +92,8 @@ def _supervise(
         if isinstance(message, Returned):
             return outcome(Ending.RETURNED, "", value=message.value)
         if isinstance(message, Raised):
-            if message.out_of_memory:
-                reason = f"needed more than the {memory_limit_mb} MB of memory that one asset may add"
-                return outcome(Ending.OUT_OF_MEMORY, reason, detail=message.traceback)
-            return outcome(Ending.RAISED, f"{message.type_name}: {message.message}", detail=message.traceback)
+            ending, reason = _cause_of_raise(message, memory_limit_mb)
+            return outcome(ending, reason, detail=message.traceback)
         return outcome(Ending.DIED, f"the child process said {type(message).__name__}, which means nothing here")
 
 
@@ -119,6 +117,15 @@ def _exit_code(process: ForkServerProcess) -> int | None:
     connection.wait([process.sentinel], timeout=REAP_WAIT_S)
     with PROCESS_LOCK:
         return process.exitcode
+
+
+def _cause_of_raise(raised: Raised, memory_limit_mb: int) -> tuple[Ending, str]:
+    said = f"{raised.type_name}: {raised.message}"
+    if raised.out_of_memory:
+        return Ending.OUT_OF_MEMORY, f"needed more than the {memory_limit_mb} MB of memory that one asset may add"
+    if raised.disk_full:
+        return Ending.DISK_FULL, f"a disk is full: {said}"
+    return Ending.RAISED, said
 
 
 def _cause_of_death(exit_code: int | None, memory_limit_mb: int) -> str:

@@ -4,9 +4,10 @@ from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 
+from asset2sim.disk import is_disk_full
 from asset2sim.incremental.records import FOLDER as RECORDS
 from asset2sim.incremental.records import read_record
-from asset2sim.isolation.asset import Attempt, failed_record, log_file
+from asset2sim.isolation.asset import Attempt, failed_record, first_log_file, log_file
 from asset2sim.models.kept import answers_file
 from asset2sim.remote.cache import data_root, working_folder
 from asset2sim.remote.data import fetch_asset
@@ -30,17 +31,16 @@ def with_files(ref: AssetRef, out: Path | str, settings: Settings, work: Callabl
     try:
         local = ref.model_copy(update={"path": str(fetch_asset(place, settings.method))}) if is_url(place) else ref
     except StoreError as error:
-        mode = FailureMode.UNREADABLE_ASSET if error.missing or error.refused else FailureMode.ENGINE_CRASH
-        return Attempt(failed_record(ref, settings, mode, str(error)))
+        return Attempt(failed_record(ref, settings, _mode_of(error), str(error)))
     attempt = work(local)
     record = in_urls(attempt.record, ref, out)
     if is_url(out):
         try:
             send_asset(out, ref.asset_id)
         except StoreError as error:
-            failed = failed_record(
-                ref, settings, FailureMode.ENGINE_CRASH, str(error), seconds=record.seconds, calls=record.calls
-            )
+            reason = f"its refined folder cannot be sent: {error}"
+            mode = FailureMode.ENGINE_CRASH
+            failed = failed_record(ref, settings, mode, reason, seconds=record.seconds, calls=record.calls)
             return replace(attempt, record=failed)
     return replace(attempt, record=record)
 
@@ -96,8 +96,14 @@ def in_urls(record: AssetRecord, ref: AssetRef, out: Path | str) -> AssetRecord:
     return record.model_copy(update={"ref": ref, "reason": told(record.reason), "findings": findings})
 
 
-def _logs(folder: Path, asset_id: str) -> tuple[Path, Path]:
-    return log_file(folder, asset_id), answers_file(folder, asset_id)
+def _mode_of(error: StoreError) -> FailureMode:
+    if is_disk_full(error):
+        return FailureMode.DISK_FULL
+    return FailureMode.UNREADABLE_ASSET if error.missing or error.refused else FailureMode.ENGINE_CRASH
+
+
+def _logs(folder: Path, asset_id: str) -> tuple[Path, ...]:
+    return log_file(folder, asset_id), first_log_file(folder, asset_id), answers_file(folder, asset_id)
 
 
 def _record_name(content_hash: str) -> str:
