@@ -1,17 +1,14 @@
 """The files that an asset consists of."""
 
 import os
-import re
 import stat
 from collections.abc import Iterator
 from dataclasses import dataclass
-from pathlib import Path, PurePosixPath
+from pathlib import Path
 
-from asset2sim.urdf.locate import find_mesh, find_urdf
+from asset2sim.urdf.locate import find_mesh, find_urdf, outer_references
 from asset2sim.urdf.mesh_files import companions_of
 from schemas.errors import AssetError
-
-_REFERENCE = re.compile(r"""filename\s*=\s*["']([^"']+)["']""")
 
 
 @dataclass(frozen=True)
@@ -71,16 +68,6 @@ def _outer(folder: Path) -> list[AssetFile]:
             if (file := _file(name, str(path))) is not None:
                 found[name] = file
     return list(found.values())
-
-
-def outer_references(urdf: str) -> list[str]:
-    """The references in a URDF's text that may mean a file outside its folder, sorted."""
-    return sorted(reference for reference in set(_REFERENCE.findall(urdf)) if not _stays_inside(reference))
-
-
-def _stays_inside(reference: str) -> bool:
-    path = PurePosixPath(reference.replace("\\", "/").strip())
-    return "://" not in reference and not path.is_absolute() and ".." not in path.parts
 
 
 def _file(name: str, path: str) -> AssetFile | None:

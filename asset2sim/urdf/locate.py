@@ -1,11 +1,13 @@
 """Finding an asset's URDF file, and the mesh files that it refers to."""
 
+import re
 from collections.abc import Iterator, Sequence
 from pathlib import Path, PurePath, PurePosixPath
 
 from schemas.errors import AssetError
 from schemas.vocabulary import FailureMode
 
+_REFERENCE = re.compile(r"""filename\s*=\s*["']([^"']+)["']""")
 PARENTS_SEARCHED = 2
 """How far above the URDF a package's folder may lie: packages keep ``urdf/`` and ``meshes/`` side by side."""
 
@@ -63,3 +65,13 @@ def _path_in(reference: str) -> str:
     text = reference.replace("\\", "/").strip()
     _, separator, rest = text.partition("://")
     return rest if separator else text
+
+
+def outer_references(urdf: str) -> list[str]:
+    """The references in a URDF's text that may mean a file outside its folder, sorted."""
+    return sorted(reference for reference in set(_REFERENCE.findall(urdf)) if not _stays_inside(reference))
+
+
+def _stays_inside(reference: str) -> bool:
+    path = PurePosixPath(reference.replace("\\", "/").strip())
+    return "://" not in reference and not path.is_absolute() and ".." not in path.parts
