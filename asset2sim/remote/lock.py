@@ -133,10 +133,10 @@ def _replace(place: str, mine: Holder, holder: Holder, version: str) -> bool:
     if scheme_of(place) in ("s3", "s3a"):
         try:
             with store_errors(place):
-                store.pipe_file(key_of(place), _text(mine), IfMatch=version)
+                store.pipe_file(key_of(place), _text(mine), IfMatch=f'"{version}"')
         except StoreError as error:
             # The library has no error of its own for a condition that does not hold.
-            if _read(place)[0].token != holder.token:
+            if _read(place)[1] != version:
                 return False
             raise error
         return True

@@ -37,13 +37,14 @@ class Stored:
 def open_store(url: str) -> Any:
     """The fsspec file system of a URL, which asks the store anew each time. Raises UsageError where none is there."""
     import fsspec  # late: only URLs need it
+    from fsspec.registry import known_implementations
 
     scheme = scheme_of(url)
     try:
         # A listing that is kept would hide what other machines write.
         return fsspec.filesystem(scheme, use_listings_cache=False)
     except (ImportError, ValueError) as error:
-        known = fsspec.registry.known_implementations.get(scheme)
+        known = known_implementations.get(scheme)
         if known is None:
             raise UsageError(f"{url}: no store is known by '{scheme}'; use a folder, s3:// or gs://") from error
         package = known["class"].partition(".")[0]
