@@ -19,7 +19,7 @@ _numbers = itertools.count()
 
 @dataclass
 class Store:
-    """``url`` is a bucket of the test's own; ``requests`` are (method, path with query) in the order of their coming."""
+    """``url`` is a bucket of the test's own; ``requests`` are (method, path with query) as they came."""
 
     address: str
     url: str = ""

@@ -28,9 +28,9 @@ def test_the_second_run_is_refused_and_told_by_whom(store: Store) -> None:
     out = f"{store.url}/out"
     with lock_url(out) as check:
         check()
-        with pytest.raises(UsageError, match=rf"process {os.getpid()} on {platform.node()}\) is writing to {out}"):
-            with lock_url(out):
-                raise AssertionError("two runs hold it")
+        told = rf"process {os.getpid()} on {platform.node()}\) is writing to {out}"
+        with pytest.raises(UsageError, match=told), lock_url(out):
+            raise AssertionError("two runs hold it")
         assert holder(store).process == os.getpid()
         with lock_url(f"{out}2"):
             pass

@@ -3,6 +3,7 @@
 import os
 import shutil
 import tempfile
+from collections import defaultdict
 from collections.abc import Collection, Iterable, Mapping
 from pathlib import Path
 
@@ -12,6 +13,8 @@ from asset2sim.remote.store import send_objects as send_to
 
 COMING = ".coming-"
 """Beginning of the name of the folder in which files arrive before they take their places."""
+SEVERAL = 3
+"""Objects of one folder from which listing it is quicker than asking for each."""
 ATTEMPTS = 20
 """Times that a set of objects is fetched anew because somebody wrote to it meanwhile."""
 
@@ -41,6 +44,8 @@ def pull(url: str, folder: Path, parts: Collection[str]) -> list[str]:
     there = look(url, parts)
     for _ in range(ATTEMPTS):
         names = changed(folder, there)
+        if not names:
+            break
         try:
             fetch(url, folder, {name: there[name] for name in names})
         except StoreError as error:
@@ -48,11 +53,11 @@ def pull(url: str, folder: Path, parts: Collection[str]) -> list[str]:
             if not error.missing:
                 raise
         travelled += names
-        before, there = there, look(url, parts)
-        if there == before and not changed(folder, there):
-            _remove_others(folder, parts, there)
-            return travelled
-    raise MovingError(f"{url} is being written to all the time; try again later")
+        there = look(url, parts)
+    else:
+        raise MovingError(f"{url} is being written to all the time; try again later")
+    _remove_others(folder, parts, there)
+    return travelled
 
 
 def fetch(url: str, folder: Path, objects: Mapping[str, Stored]) -> None:
@@ -75,8 +80,20 @@ def push(url: str, folder: Path, names: Iterable[str]) -> list[str]:
     that travelled."""
     going = touched(folder, names)
     send_to({f"{url}/{name}": folder / name for name in going})
-    note(folder, {name: stored for name in going if (stored := object_info(f"{url}/{name}")) is not None})
+    note(folder, _look_for(url, going))
     return going
+
+
+def _look_for(url: str, names: Iterable[str]) -> dict[str, Stored]:
+    """What the store says of these objects: asked one by one, or by folder where it holds several."""
+    groups: dict[str, list[str]] = defaultdict(list)
+    for name in names:
+        groups[name.rpartition("/")[0]].append(name)
+    found: dict[str, Stored] = {}
+    for folder, inside in groups.items():
+        there = look(url, inside if len(inside) < SEVERAL or not folder else [f"{folder}/"])
+        found |= {name: there[name] for name in inside if name in there}
+    return found
 
 
 def send_folder(url: str, folder: Path) -> None:

@@ -2,7 +2,9 @@
 and configuration files (for S3 ``AWS_ENDPOINT_URL`` or ``FSSPEC_S3_ENDPOINT_URL``, among others)."""
 
 import posixpath
+import re
 from collections.abc import Iterator, Mapping
+from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
@@ -13,8 +15,13 @@ from schemas.errors import Asset2SimError, UsageError
 
 VERSION_KEYS = ("ETag", "etag", "md5Hash", "generation", "LastModified", "last_modified", "mtime", "created")
 """What a listing may say that changes whenever an object's content does, the surest first."""
+AT_ONCE = 16
+"""Objects that are read at once: waiting takes longer than reading."""
 TOLD = 200
 """Characters of a store's own words in a message."""
+
+
+_PATTERN = re.compile(r"[*?\[]")
 
 
 class StoreError(Asset2SimError):
@@ -128,14 +135,19 @@ def read_object(url: str) -> bytes:
 
 
 def read_objects(urls: list[str]) -> dict[str, bytes]:
-    """URL → bytes of those objects that can be read; several at once."""
-    if not urls:
-        return {}
-    store = open_store(urls[0])
-    with store_errors(_common(urls)):
-        found = store.cat([key_of(url) for url in urls], on_error="omit")
-    by_key = {key_of(url): url for url in urls}
-    return {by_key[key]: content for key, content in found.items()}
+    """URL → bytes of those objects that are there; several at once."""
+
+    def read(url: str) -> bytes | None:
+        try:
+            return read_object(url)
+        except StoreError as error:
+            if error.missing or error.refused:
+                return None
+            raise
+
+    with ThreadPoolExecutor(AT_ONCE) as pool:
+        found = zip(urls, pool.map(read, urls), strict=True)
+        return {url: content for url, content in found if content is not None}
 
 
 def fetch_objects(files: Mapping[str, Path]) -> None:
@@ -156,14 +168,23 @@ def send_objects(files: Mapping[str, Path]) -> None:
 
 def remove_objects(urls: list[str]) -> None:
     """Remove objects; one that is not there is no error."""
-    if urls:
-        store = open_store(urls[0])
-        try:
-            with store_errors(_common(urls)):
-                store.rm([key_of(url) for url in urls])
-        except StoreError as error:
-            if not error.missing:
-                raise
+    if not urls:
+        return
+    store, keys = open_store(urls[0]), [key_of(url) for url in urls]
+    # In many at once a key is taken for a pattern, which may mean other objects.
+    plain = [key for key in keys if not _PATTERN.search(key)]
+    try:
+        with store_errors(_common(urls)):
+            if plain:
+                store.rm(plain)
+            for key in set(keys).difference(plain):
+                store.rm_file(key)
+    except StoreError as error:
+        if not error.missing:
+            raise
+        # A store that stops at the first that is not there.
+        for url in urls if len(urls) > 1 else ():
+            remove_objects([url])
 
 
 def is_safe(name: str) -> bool:

@@ -55,7 +55,7 @@ def send_asset(out: str, asset_id: str) -> None:
         remove_tree(assets)
     logs = {f"{out}/{log.relative_to(folder).as_posix()}": log for log in _logs(folder, asset_id)}
     send_objects({url: log for url, log in logs.items() if log.is_file()})
-    remove_objects([url for url, log in logs.items() if not log.is_file() and object_info(url) is not None])
+    remove_objects([url for url, log in logs.items() if not log.is_file()])
 
 
 def send_record(out: Path | str, content_hash: str) -> None:
