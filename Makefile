@@ -52,7 +52,7 @@ $(INSTALLED): pyproject.toml constraints.txt
 	fi; \
 	echo "installing into $(VENV) with $$python ..."; \
 	"$$python" -m venv --clear $(VENV) && \
-	$(BIN)/python -m pip install --quiet --disable-pip-version-check --constraint constraints.txt --editable '.[dev,engines,usd]'
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check --constraint constraints.txt --editable '.[dev,engines,usd,s3]'
 	@touch $@
 
 flow: $(INSTALLED) ## refine DATA (data/raw) into OUT (data/refined)

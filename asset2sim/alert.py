@@ -30,7 +30,7 @@ def alert(result: RunResult, strict: bool) -> RunResult:
     return result if warning is None else replace(result, warnings=(*result.warnings, warning))
 
 
-def alert_error(out: Path, settings: RunSettings, error: BaseException) -> str | None:
+def alert_error(out: Path | str, settings: RunSettings, error: BaseException) -> str | None:
     """Run the hook for a run that came to nothing; returns a warning where it failed."""
     if settings.hook is None:
         return None
@@ -54,9 +54,9 @@ def hook_values(result: RunResult, strict: bool) -> dict[str, object]:
         "outcome": result.run.outcome,
         "exit": exit_code(result, strict),
         "error": result.stopped,
-        "out": result.out,
+        "out": result.shown(),
         "run_id": result.run.run_id,
-        "report": result.report,
+        "report": result.shown_report,
         "assets": len(result.records),
         "unchanged": len(result.unchanged),
         "ok": ok,

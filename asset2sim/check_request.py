@@ -9,8 +9,10 @@ from urllib.parse import urlsplit
 from asset2sim.dataset import load_dataset
 from asset2sim.engines.registry import require
 from asset2sim.models.choices import check_model
+from asset2sim.remote.output import check_store
 from schemas.asset import AssetRef
 from schemas.errors import UsageError
+from schemas.location import absolute, below, is_url, is_within, location_of
 from schemas.settings import Settings
 
 CONNECT_LIMIT_S = 5.0
@@ -18,7 +20,12 @@ CONNECT_LIMIT_S = 5.0
 
 
 def check_request(
-    data: Path, out: Path, settings: Settings, subset: str | None, asset_ids: Sequence[str], limit: int | None
+    data: Path | str,
+    out: Path | str,
+    settings: Settings,
+    subset: str | None,
+    asset_ids: Sequence[str],
+    limit: int | None,
 ) -> list[AssetRef]:
     """The assets to refine, as ``load_dataset`` has them. Raises ``UsageError`` for what cannot be done as asked."""
     refs = load_dataset(data, subset, asset_ids, limit)
@@ -31,7 +38,9 @@ def check_request(
         require_exports(settings.exports)
     if settings.run.scheduler is not None:
         check_scheduler(settings.run.scheduler)
-    check_output(out.resolve(), data.resolve(), refs)
+    check_output(absolute(out), absolute(data), refs)
+    if is_url(out):
+        check_store(out)
     return refs
 
 
@@ -54,14 +63,16 @@ def check_scheduler(address: str) -> None:
         ) from error
 
 
-def check_output(out: Path, data: Path, refs: Sequence[AssetRef]) -> None:
-    """Refuse an output folder (absolute) that is the input or part of it, or that cannot be written to."""
+def check_output(out: Path | str, data: Path | str, refs: Sequence[AssetRef]) -> None:
+    """Refuse an output (absolute) that is the input or part of it, or that cannot be written to."""
     if out == data:
         raise UsageError(f"--out {out} is the dataset itself, which is never written to; choose another folder")
     for ref in refs:
-        source = Path(ref.path)
-        if out.is_relative_to(source) or source.is_relative_to(out / "assets"):
+        source = location_of(ref.path)
+        if is_within(out, source) or is_within(source, below(out, "assets")):
             raise UsageError(f"--out {out} and asset {ref.asset_id} at {source} overlap; choose another --out")
+    if is_url(out):
+        return
     if out.exists() and not out.is_dir():
         raise UsageError(f"--out {out} is a file; name a folder")
     above = out

@@ -1,12 +1,17 @@
 """A dataset is a list of asset references: from a manifest, a folder of asset folders, or one asset folder."""
 
 import csv
+import io
+import posixpath
 from collections import Counter
 from collections.abc import Iterable, Sequence
 from pathlib import Path
 
+from asset2sim.remote.tree import remote_tree
+from asset2sim.tree import Tree, local_tree
 from schemas.asset import AssetRef
 from schemas.errors import UnknownChoiceError, UsageError
+from schemas.location import is_url
 
 MANIFEST = "manifest.csv"
 REQUIRED_COLUMNS = ("asset_id", "path")
@@ -16,23 +21,18 @@ MAX_ID_LENGTH = 200
 
 
 def load_dataset(
-    data: Path, subset: str | None = None, asset_ids: Sequence[str] = (), limit: int | None = None
+    data: Path | str, subset: str | None = None, asset_ids: Sequence[str] = (), limit: int | None = None
 ) -> list[AssetRef]:
     """The assets of a dataset, in the manifest's order, else by name; ``limit`` takes the first so many of those
     chosen.
 
-    ``data`` holds a ``manifest.csv``, or asset folders (one or two levels down), or is one asset folder. Paths come
-    out absolute. A manifest row whose folder is missing stays: it fails as an asset, not as a run. Raises
-    ``UsageError``, naming the valid choices, for a dataset that cannot be read and for a subset or an asset that it
-    does not have.
+    ``data`` holds a ``manifest.csv``, or asset folders (one or two levels down), or is one asset folder; it is a folder
+    or a URL (``schemas.location``). Paths come out absolute. A manifest row whose folder is missing stays: it fails as
+    an asset, not as a run. Raises ``UsageError``, naming the valid choices, for a dataset that cannot be read and for a
+    subset or an asset that it does not have.
     """
-    if not data.exists():
-        raise UsageError(f"no dataset at {data}: {_neighbours(data)}")
-    if not data.is_dir():
-        raise UsageError(f"{data} is a file; name the folder that holds {MANIFEST}, asset folders, or one asset's URDF")
-    root = data.resolve()
-    manifest = root / MANIFEST
-    refs = read_manifest(manifest) if manifest.is_file() else find_assets(root)
+    tree = remote_tree(data) if is_url(data) else _local(Path(data))
+    refs = read_manifest(tree) if MANIFEST in tree.files("") else find_assets(tree)
     refs = _choose_subset(refs, subset)
     refs = _choose_ids(refs, asset_ids)
     if limit is not None and limit < 1:
@@ -40,21 +40,21 @@ def load_dataset(
     return refs[:limit]
 
 
-def read_manifest(manifest: Path) -> list[AssetRef]:
-    """The rows of a manifest, whose paths are relative to its folder. Raises ``UsageError`` naming the line at
-    fault."""
+def read_manifest(tree: Tree) -> list[AssetRef]:
+    """The rows of a dataset's manifest, whose paths are relative to its folder. Raises ``UsageError`` naming the line
+    at fault."""
+    manifest = tree.at(MANIFEST)
     try:
-        with manifest.open(encoding="utf-8-sig", newline="") as file:
-            reader = csv.DictReader(file, skipinitialspace=True)
-            columns = [name.strip() for name in reader.fieldnames or ()]
-            missing = [name for name in REQUIRED_COLUMNS if name not in columns]
-            if missing:
-                raise UsageError(
-                    f"{manifest}: column {_listed(missing)} missing; it has {_listed(columns)}, "
-                    f"and columns may be {_listed(COLUMNS)}"
-                )
-            reader.fieldnames = columns
-            refs = [_row(manifest, reader.line_num, row) for row in reader]
+        reader = csv.DictReader(io.StringIO(tree.read(MANIFEST).decode("utf-8-sig"), newline=""), skipinitialspace=True)
+        columns = [name.strip() for name in reader.fieldnames or ()]
+        missing = [name for name in REQUIRED_COLUMNS if name not in columns]
+        if missing:
+            raise UsageError(
+                f"{manifest}: column {_listed(missing)} missing; it has {_listed(columns)}, "
+                f"and columns may be {_listed(COLUMNS)}"
+            )
+        reader.fieldnames = columns
+        refs = [_row(tree, f"{manifest}, line {reader.line_num}", row) for row in reader]
     except (UnicodeDecodeError, csv.Error) as error:
         raise UsageError(f"{manifest}: not a comma-separated table in UTF-8 ({error})") from error
     except OSError as error:
@@ -64,26 +64,25 @@ def read_manifest(manifest: Path) -> list[AssetRef]:
     return _unique(refs, str(manifest))
 
 
-def find_assets(root: Path) -> list[AssetRef]:
+def find_assets(tree: Tree) -> list[AssetRef]:
     """The asset folders at, one below or two below a folder, by name; a folder two below has its parent as category."""
-    if _holds_urdf(root):
-        return [AssetRef(asset_id=check_asset_id(root.name, str(root)), path=str(root))]
+    if _holds_urdf(tree, ""):
+        return [_found(tree, "")]
     refs: list[AssetRef] = []
-    for folder in _folders(root):
-        if _holds_urdf(folder):
-            refs.append(AssetRef(asset_id=check_asset_id(folder.name, str(folder)), path=str(folder)))
+    for folder in tree.folders(""):
+        if _holds_urdf(tree, folder):
+            refs.append(_found(tree, folder))
             continue
-        for inner in _folders(folder):
-            if _holds_urdf(inner):
-                category = None if (inner / "meta.json").is_file() else folder.name
-                asset_id = check_asset_id(inner.name, str(inner))
-                refs.append(AssetRef(asset_id=asset_id, path=str(inner), category=category))
+        for inner in tree.folders(folder):
+            name = f"{folder}/{inner}"
+            if _holds_urdf(tree, name):
+                refs.append(_found(tree, name, None if "meta.json" in tree.files(name) else folder))
     if not refs:
         raise UsageError(
-            f"{root}: neither {MANIFEST}, nor a URDF file here or in a folder one or two levels down; "
+            f"{tree.place}: neither {MANIFEST}, nor a URDF file here or in a folder one or two levels down; "
             "name a dataset folder or one asset folder"
         )
-    return _unique(refs, str(root))
+    return _unique(refs, str(tree.place))
 
 
 def check_asset_id(asset_id: str, where: str) -> str:
@@ -103,22 +102,35 @@ def check_asset_id(asset_id: str, where: str) -> str:
     return asset_id
 
 
-def _row(manifest: Path, line: int, row: dict[str, str | None]) -> AssetRef:
-    where = f"{manifest}, line {line}"
+def _row(tree: Tree, where: str, row: dict[str, str | None]) -> AssetRef:
     if None in row:
         raise UsageError(f"{where}: more cells than columns; put quotes round a text that holds a comma")
     cells = {name: (row.get(name) or "").strip() for name in COLUMNS}
     if not cells["path"]:
-        raise UsageError(
-            f"{where}: asset '{cells['asset_id']}' has no path; give its folder, relative to {manifest.parent}"
-        )
+        raise UsageError(f"{where}: asset '{cells['asset_id']}' has no path; give its folder, relative to {tree.place}")
     return AssetRef(
         asset_id=check_asset_id(cells["asset_id"], where),
-        path=str((manifest.parent / cells["path"]).resolve()),
+        path=str(_folder_of(tree.place, cells["path"], where)),
         category=cells["category"] or None,
         subset=cells["subset"] or None,
         prompt=cells["prompt"] or None,
     )
+
+
+def _folder_of(place: Path | str, path: str, where: str) -> Path | str:
+    if not is_url(place):
+        return (Path(place) / path).resolve()
+    scheme, _, key = place.partition("://")
+    found = posixpath.normpath(posixpath.join(f"/{key}", path))
+    if path.startswith("/") or found.split("/")[1] != key.split("/")[0]:
+        raise UsageError(f"{where}: path '{path}' leaves the bucket of {place}; give a folder relative to it")
+    return f"{scheme}:/{found}"
+
+
+def _found(tree: Tree, folder: str, category: str | None = None) -> AssetRef:
+    path = str(tree.at(folder))
+    asset_id = check_asset_id(posixpath.basename(path), path)
+    return AssetRef(asset_id=asset_id, path=path, category=category)
 
 
 def _unique(refs: list[AssetRef], where: str) -> list[AssetRef]:
@@ -146,13 +158,18 @@ def _choose_ids(refs: list[AssetRef], asset_ids: Sequence[str]) -> list[AssetRef
     return [ref for ref in refs if ref.asset_id in wanted] if wanted else refs
 
 
-def _holds_urdf(folder: Path) -> bool:
+def _holds_urdf(tree: Tree, folder: str) -> bool:
     """Whether the folder is an asset's: a URDF file in it, or in its ``urdf`` folder as ROS packages have it."""
-    return any(folder.glob("*.urdf")) or any(folder.glob("urdf/*.urdf"))
+    inner = f"{folder}/urdf" if folder else "urdf"
+    return any(name.endswith(".urdf") for place in (folder, inner) for name in tree.files(place))
 
 
-def _folders(parent: Path) -> list[Path]:
-    return sorted(path for path in parent.iterdir() if path.is_dir() and not path.name.startswith("."))
+def _local(data: Path) -> Tree:
+    if not data.exists():
+        raise UsageError(f"no dataset at {data}: {_neighbours(data)}")
+    if not data.is_dir():
+        raise UsageError(f"{data} is a file; name the folder that holds {MANIFEST}, asset folders, or one asset's URDF")
+    return local_tree(data.resolve())
 
 
 def _listed(names: Iterable[str]) -> str:
@@ -164,5 +181,5 @@ def _neighbours(data: Path) -> str:
     parent = data.absolute().parent
     while not parent.is_dir():
         parent = parent.parent
-    found = [path.name for path in _folders(parent)][:20]
+    found = local_tree(parent).folders("")[:20]
     return f"{parent} has the folders {_listed(found)}"

@@ -6,6 +6,7 @@ import shutil
 import socket
 import sys
 import tempfile
+import uuid
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import partial
@@ -20,7 +21,10 @@ from asset2sim.models.choices import check_model
 from asset2sim.models.environment import quiet_environment
 from asset2sim.models.priors_known import described, is_prior
 from asset2sim.models.purposes import named_models, settings_for
+from asset2sim.remote.cache import cache_root
+from asset2sim.remote.store import StoreError, list_objects, remove_objects, send_objects
 from schemas.errors import Asset2SimError, UsageError
+from schemas.location import is_url
 from schemas.request import ModelRequest
 from schemas.settings import ModelSettings, RunSettings
 from schemas.vocabulary import Engine
@@ -45,14 +49,14 @@ class Check:
     needed: bool = True
 
 
-def examine(out: Path, model: ModelSettings) -> list[Check]:
+def examine(out: Path | str, model: ModelSettings) -> list[Check]:
     """Every check, in the order in which a run would meet the trouble; nothing is left behind."""
     quiet_environment()
     return [
         _attempt("python", check_python),
         _attempt("packages", check_packages),
         _attempt("checkout", check_checkout, needed=False),
-        _attempt("output folder", lambda: check_writable(out)),
+        _attempt("output folder", lambda: check_store(out) if is_url(out) else check_writable(out)),
         _attempt("temporary folder", lambda: check_writable(Path(tempfile.gettempdir()))),
         _attempt("cores and memory", check_machine),
         _attempt("local ports", check_ports),
@@ -122,6 +126,21 @@ def check_writable(folder: Path) -> str:
     if free < MIN_FREE_DISK_GB:
         raise BrokenError(f"{above}: {free:.1f} GB free; a run may need {MIN_FREE_DISK_GB:g}")
     return f"{folder} ({free:.0f} GB free)"
+
+
+def check_store(url: str) -> str:
+    """What lies behind a URL can be listed, written and removed there, and this machine has room for its copies."""
+    place = f"{url}/.doctor-{uuid.uuid4().hex}"
+    try:
+        with tempfile.NamedTemporaryFile() as file:
+            send_objects({place: Path(file.name)})
+        found = place.rpartition("/")[2] in list_objects(url)
+        remove_objects([place])
+    except StoreError as error:
+        raise BrokenError(str(error)) from error
+    if not found:
+        raise BrokenError(f"{url}: what is written there does not show in its listing")
+    return f"{url}, with {check_writable(cache_root())}"
 
 
 def check_machine() -> str:

@@ -4,18 +4,19 @@ import sys
 from pathlib import Path
 
 from asset2sim.catalog.mlflow_store import tracking_uri
+from asset2sim.remote.cache import working_folder
 
 PREFECT_PORT = 4200
 MLFLOW_PORT = 5000
 
 
-def commands(out: Path) -> dict[str, list[str]]:
-    """Name → command line of each server; both listen for this machine alone."""
+def commands(out: Path | str) -> dict[str, list[str]]:
+    """Name → command line of each server; both listen for this machine alone. MLflow shows what was run on it."""
     programs = Path(sys.executable).parent
     return {
         "Prefect": [str(programs / "prefect"), "server", "start", "--host", "127.0.0.1", "--port", str(PREFECT_PORT)],
         "MLflow": [
-            *(str(programs / "mlflow"), "server", "--backend-store-uri", tracking_uri(out)),
+            *(str(programs / "mlflow"), "server", "--backend-store-uri", tracking_uri(working_folder(out))),
             *("--host", "127.0.0.1", "--port", str(MLFLOW_PORT)),
         ],
     }

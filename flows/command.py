@@ -29,9 +29,10 @@ def ready(request: RefineRequest) -> Iterator[Callable[[RefineRequest], RunResul
     from asset2sim.catalog.switch import find_catalog
     from asset2sim.isolation.server import warm_up
     from asset2sim.models.lite import load_litellm
+    from asset2sim.remote.cache import working_folder
     from tasks.prefect_server import temporary_server
 
-    first = find_catalog(request.out) is None
+    first = find_catalog(working_folder(request.out)) is None
     with temporary_server() as address:
         # The server takes seconds to load: load beside it what the run will need. Where a run has been before there may
         # be little to refine, or nothing: then the engines and LiteLLM would be loaded in vain.
@@ -81,8 +82,9 @@ def _night_now(request: RefineRequest) -> int:
     with temporary_server() as address:
         from asset2sim.catalog.switch import find_catalog
         from asset2sim.isolation.server import warm_up
+        from asset2sim.remote.cache import working_folder
 
-        if find_catalog(request.out) is None:
+        if find_catalog(working_folder(request.out)) is None:
             warm_up()
         from flows.night_now import night_elsewhere, night_here
         from tasks.prefect_client import use_server

@@ -4,7 +4,6 @@
 deploys it to a work pool.
 """
 
-from pathlib import Path
 from typing import Any
 
 from prefect import Flow, flow
@@ -17,6 +16,7 @@ from asset2sim.fanout.interrupt import termination_deferred
 from asset2sim.run_result import INTERRUPTED, RunResult
 from flows.refine_dataset import refine_dataset
 from schemas.errors import Asset2SimError
+from schemas.location import Location, location_of
 from schemas.settings import Settings
 from tasks.alert import alert
 from tasks.opaque import opaque
@@ -29,7 +29,7 @@ def tell_of_crash(flow: Flow[..., Any], flow_run: FlowRun, state: State) -> None
     """Run the hook for a night whose process went without a word: killed, or out of memory."""
     settings = Settings.model_validate(flow_run.parameters.get("settings") or {})
     error = Asset2SimError(state.message or "the night's process ended without a word")
-    warning = alert_error(Path(flow_run.parameters["out"]), settings.run, error)
+    warning = alert_error(location_of(flow_run.parameters["out"]), settings.run, error)
     for message in (str(error), warning):
         if message is not None:
             complain(message)
@@ -37,8 +37,8 @@ def tell_of_crash(flow: Flow[..., Any], flow_run: FlowRun, state: State) -> None
 
 @flow(name="nightly", persist_result=False, on_crashed=[tell_of_crash])
 def nightly(
-    data: Path,
-    out: Path,
+    data: Location,
+    out: Location,
     settings: Settings | None = None,
     subset: str | None = None,
     asset_ids: tuple[str, ...] = (),
@@ -54,13 +54,13 @@ def nightly(
         try:
             result = refine_dataset(data, out, chosen, subset, asset_ids, limit)
         except (Exception, KeyboardInterrupt) as error:
-            return _came_to_nothing(Path(out), chosen, error)
+            return _came_to_nothing(out, chosen, error)
         told = alert(opaque(result), strict)
         print_night(told)
         return state_of(told, strict)
 
 
-def _came_to_nothing(out: Path, settings: Settings, error: BaseException) -> State:
+def _came_to_nothing(out: Location, settings: Settings, error: BaseException) -> State:
     """Tell the hook of a night without a result; raises what is a broken program."""
     warning = alert_error(out, settings.run, error)
     if warning is not None:

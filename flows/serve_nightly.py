@@ -25,6 +25,7 @@ from asset2sim.catalog.schedule import nightly_schedule
 from asset2sim.cli.night import print_served
 from asset2sim.cli.request import RefineRequest
 from flows.nightly import nightly, tell_of_crash
+from schemas.location import absolute
 from tasks.deployment import LOST, ONE_AT_A_TIME, next_run, start_afresh
 from tasks.prefect_client import use_server
 from tasks.serving import FLOW, STOP_LIMIT_S, deployment_name
@@ -35,8 +36,8 @@ CATALOG_FILE = Path(__file__).resolve().parents[1] / "catalog.yaml"
 def parameters(request: RefineRequest) -> dict[str, object]:
     """The flow's parameters, as Prefect keeps them: JSON, and paths that mean the same from everywhere."""
     return {
-        "data": str(request.data.resolve()),
-        "out": str(request.out.resolve()),
+        "data": str(absolute(request.data)),
+        "out": str(absolute(request.out)),
         "settings": request.settings.model_dump(mode="json"),
         "subset": request.subset,
         "asset_ids": list(request.asset_ids),

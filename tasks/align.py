@@ -1,7 +1,6 @@
 """How well each asset is what was asked for."""
 
 from dataclasses import replace
-from pathlib import Path
 
 from prefect import task
 from prefect.cache_policies import NO_CACHE
@@ -9,12 +8,14 @@ from prefect.cache_policies import NO_CACHE
 from asset2sim.alignment.align import align_all
 from asset2sim.fanout.refine import Refined
 from asset2sim.metrics.reference import FILE, Reference, read_references
+from asset2sim.remote.data import local_file
+from schemas.location import Location, below
 
 
 @task(name="find-references", cache_policy=NO_CACHE, persist_result=False)
-def find_references(data: Path) -> dict[str, Reference]:
+def find_references(data: Location) -> dict[str, Reference]:
     """The experts' choices, as far as the dataset has any; see ``asset2sim.metrics.reference.read_references``."""
-    return read_references(data / FILE)
+    return read_references(local_file(below(data, FILE)))
 
 
 @task(name="align", cache_policy=NO_CACHE, persist_result=False)

@@ -1,12 +1,11 @@
 """What has to be done, and what an earlier run has done already."""
 
-from pathlib import Path
-
 from prefect import task
 from prefect.cache_policies import NO_CACHE
 
 from asset2sim.incremental.plan import Plan, make_plan
 from asset2sim.metrics.reference import Reference
+from asset2sim.remote.output import Output, folders_there, send_plan
 from schemas.asset import AssetRef
 from schemas.settings import Settings
 
@@ -15,10 +14,13 @@ from schemas.settings import Settings
 def plan(
     refs: list[AssetRef],
     references: dict[str, Reference],
-    out: Path,
+    output: Output,
     settings: Settings,
     pipeline: str,
     run_id: str,
 ) -> Plan:
     """The run's plan; see ``asset2sim.incremental.plan.make_plan``."""
-    return make_plan(refs, references, out, settings, pipeline, run_id)
+    there = folders_there(output, views=settings.views.write)
+    made = make_plan(refs, references, output.folder, settings, pipeline, run_id, there)
+    send_plan(output, made)
+    return made

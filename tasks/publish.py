@@ -1,7 +1,6 @@
 """Into the catalog."""
 
 from collections.abc import Collection
-from pathlib import Path
 
 from prefect import task
 from prefect.cache_policies import NO_CACHE
@@ -10,10 +9,15 @@ from asset2sim.catalog.run import RunRow
 from asset2sim.catalog.store import write_run
 from asset2sim.fanout.refine import Refined
 from asset2sim.incremental.plan import settle
+from asset2sim.remote.output import Output, send_tables
+from schemas.location import is_url
 
 
 @task(name="publish", cache_policy=NO_CACHE, persist_result=False)
-def publish(out: Path, run: RunRow, refined: Refined, present: Collection[str] | None = None) -> None:
+def publish(output: Output, run: RunRow, refined: Refined, present: Collection[str] | None = None) -> None:
     """Write the run's rows to the Parquet tables; see ``asset2sim.catalog.store.write_run``."""
-    write_run(out, run, refined.records, refined.unchanged, present)
-    settle(out, refined.records)
+    folder = output.folder
+    # What is sent is compacted once the store has it: it cannot switch a month's files at once.
+    write_run(folder, run, refined.records, refined.unchanged, present, compact=not is_url(output.place))
+    send_tables(output, run.started_at)
+    settle(folder, refined.records)

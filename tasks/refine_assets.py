@@ -1,7 +1,6 @@
 """The work: one Prefect task that fans the assets out over Dask."""
 
 import threading
-from pathlib import Path
 
 from prefect import task
 from prefect.cache_policies import NO_CACHE
@@ -11,16 +10,17 @@ from asset2sim.fanout.planned import refine_planned
 from asset2sim.fanout.refine import Refined
 from asset2sim.fanout.worker import PIPELINE
 from asset2sim.incremental.plan import Plan
+from asset2sim.remote.output import Output
 from schemas.asset import AssetRef
 from schemas.settings import Settings
 
 
 @task(name="refine-assets", cache_policy=NO_CACHE, persist_result=False)
 def refine_assets(
-    refs: list[AssetRef], plan: Plan, out: Path, settings: Settings, run_id: str, pipeline: str = PIPELINE
+    refs: list[AssetRef], plan: Plan, output: Output, settings: Settings, run_id: str, pipeline: str = PIPELINE
 ) -> Refined:
     """A record per asset that the plan has to do; see ``asset2sim.fanout.planned.refine_planned``."""
     if plan.todo:
         # MLflow, which the run's last step needs, loads beside the work.
-        threading.Thread(target=prepare_mlflow, args=(out,), daemon=True).start()
-    return refine_planned(refs, plan, out, settings, run_id, pipeline)
+        threading.Thread(target=prepare_mlflow, args=(output.folder,), daemon=True).start()
+    return refine_planned(refs, plan, output.folder, settings, run_id, pipeline, output.place)

@@ -14,6 +14,7 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 
 from schemas.errors import UsageError
+from schemas.location import absolute
 
 FLOW = "nightly"
 FOLDER = "nightlies"
@@ -31,11 +32,13 @@ class Serving:
     address: str | None
 
 
-def deployment_name(out: Path) -> str:
-    """The deployment's name for an output folder: two datasets on one server must not take each other's place."""
-    folder = out.resolve()
-    word = re.sub(r"[^A-Za-z0-9]+", "-", folder.name).strip("-").lower() or "out"
-    return f"{word}-{hashlib.sha256(os.fsencode(folder)).hexdigest()[:DIGITS]}"
+def deployment_name(out: Path | str) -> str:
+    """The deployment's name for an output, a folder or a URL: two datasets on one server must not take each other's
+    place."""
+    place = os.fsencode(absolute(out))
+    name = os.fsdecode(place.rpartition(b"/")[2])
+    word = re.sub(r"[^A-Za-z0-9]+", "-", name).strip("-").lower() or "out"
+    return f"{word}-{hashlib.sha256(place).hexdigest()[:DIGITS]}"
 
 
 def prefect_home() -> Path:
@@ -44,7 +47,7 @@ def prefect_home() -> Path:
 
 
 @contextmanager
-def serving(out: Path, address: str | None) -> Iterator[None]:
+def serving(out: Path | str, address: str | None) -> Iterator[None]:
     """Note that this process serves the nightly of ``out``; raises ``UsageError`` where another does."""
     path = _file(out)
     path.parent.mkdir(parents=True, exist_ok=True)
@@ -65,7 +68,7 @@ def serving(out: Path, address: str | None) -> Iterator[None]:
         os.close(handle)
 
 
-def find_serving(out: Path) -> Serving | None:
+def find_serving(out: Path | str) -> Serving | None:
     """The nightly that serves ``out`` from this machine; None where none does."""
     try:
         handle = os.open(_file(out), os.O_RDONLY | os.O_CLOEXEC)
@@ -80,7 +83,7 @@ def find_serving(out: Path) -> Serving | None:
     return None
 
 
-def _file(out: Path) -> Path:
+def _file(out: Path | str) -> Path:
     return prefect_home() / FOLDER / f"{deployment_name(out)}.json"
 
 

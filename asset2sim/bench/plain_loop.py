@@ -19,6 +19,7 @@ from asset2sim.cli.request import RefineRequest
 from asset2sim.fanout.worker import ask_for_asset
 from asset2sim.isolation.server import ONE_THREAD
 from asset2sim.models.books import open_books
+from asset2sim.remote.cache import working_folder
 from schemas.vocabulary import Status
 
 MODULE = "asset2sim.bench.plain_loop"
@@ -39,7 +40,7 @@ def run_loop(words: Sequence[str], place: Path) -> LoopTimes:
 
 def loop(request: RefineRequest, at: Path) -> LoopTimes:
     """Refine every asset of a request here; the file ``at`` names the one that is at work."""
-    out = request.out.resolve()
+    out = working_folder(request.out).resolve()
     refs = check_request(request.data, out, request.settings, request.subset, request.asset_ids, request.limit)
     from asset2sim.isolation import preload
     from asset2sim.models.lite import load_litellm

@@ -20,7 +20,7 @@ _STYLES = {"broke": "bold red", "fails otherwise": "red", "mended": "green"}
 _SAME = ("dataset", "method", "model")
 
 
-def compare_runs(out: Path, earlier: str, later: str) -> pd.DataFrame:
+def compare_runs(out: Path | str, earlier: str, later: str) -> pd.DataFrame:
     """A row per asset that ended otherwise in ``later`` than in ``earlier``.
 
     Columns are as ``compare_runs.sql`` names them. Runs go by id, by the beginning of one, or as ``latest`` and
@@ -30,7 +30,7 @@ def compare_runs(out: Path, earlier: str, later: str) -> pd.DataFrame:
     return query(out, sql, (find_run(out, earlier), find_run(out, later)))
 
 
-def find_run(out: Path, name: str) -> str:
+def find_run(out: Path | str, name: str) -> str:
     """The id of the run that a user names. Raises UsageError."""
     runs = read_table(out, "runs").sort_values(["started_at", "run_id"])
     if name in (LATEST, PREVIOUS):

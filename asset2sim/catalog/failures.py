@@ -12,7 +12,7 @@ from asset2sim.catalog.read import query
 from asset2sim.models.priors_known import described
 
 
-def failure_breakdown(out: Path) -> pd.DataFrame:
+def failure_breakdown(out: Path | str) -> pd.DataFrame:
     """A row per method, model and failure mode, ``none`` first; columns as ``failures.sql`` names them.
 
     Raises UsageError where OUT has no catalog.

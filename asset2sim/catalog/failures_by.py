@@ -16,7 +16,7 @@ _NOW = "(SELECT assets.*, runs.started_at FROM assets JOIN runs USING (run_id))"
 _SINCE = "(SELECT * FROM asset_history WHERE started_at >= ?)"
 
 
-def failures_by(out: Path, grouping: Grouping, since: datetime | None = None) -> pd.DataFrame:
+def failures_by(out: Path | str, grouping: Grouping, since: datetime | None = None) -> pd.DataFrame:
     """A row per value of a column that has failures, most first; columns as ``failures_by.sql`` names them.
 
     Without ``since`` the latest refinement of each asset counts, with it (with a time zone) every run from then on: an

@@ -11,7 +11,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from asset2sim.catalog.history import PATTERN, history_files
-from asset2sim.catalog.switch import find_catalog
+from asset2sim.catalog.switch import find_catalog, no_catalog
+from asset2sim.remote.read import local_tables
 from schemas.errors import UsageError
 from schemas.tables import HISTORY, PUBLISHED, TABLES
 
@@ -25,22 +26,18 @@ _NO_TABLE = re.compile(r"Table with name (\S+) does not exist")
 def connect(out: str | os.PathLike[str]) -> "duckdb.DuckDBPyConnection":
     """A connection with a view per table of OUT, ``asset_history`` among them; times are in UTC.
 
-    The views read the files anew in each query; close the connection, or let it go. Raises UsageError where OUT has no
-    catalog.
+    The views read the files anew in each query, or for a URL the copies that are made now; close the connection, or let
+    it go. Raises UsageError where OUT has no catalog.
     """
     import duckdb  # late: whoever only writes the catalog needs none
 
-    folder = find_catalog(Path(out))
+    place = local_tables(out)
+    folder = find_catalog(place)
     if folder is None:
-        raise no_catalog(Path(out))
+        raise no_catalog(place)
     connection = duckdb.connect(":memory:")
-    make_views(connection, Path(out), folder)
+    make_views(connection, place, folder)
     return connection
-
-
-def no_catalog(out: Path) -> UsageError:
-    """The error of whoever reads where nobody wrote."""
-    return UsageError(f"no catalog in {out}: run 'asset2sim refine DATA --out {out}' first, or name another --out")
 
 
 def make_views(connection: "duckdb.DuckDBPyConnection", out: Path, folder: Path) -> None:

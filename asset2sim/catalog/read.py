@@ -1,5 +1,9 @@
-"""Reading the catalog: a table as a DataFrame, or SQL over all of them. A reader never sees half of a run."""
+"""Reading the catalog: a table as a DataFrame, or SQL over all of them. A reader never sees half of a run.
 
+OUT is a folder or a URL.
+"""
+
+import os
 from collections.abc import Callable, Sequence
 from difflib import get_close_matches
 from pathlib import Path
@@ -11,8 +15,9 @@ import pyarrow.parquet as pq
 
 from asset2sim.catalog.enforce import conform
 from asset2sim.catalog.history import history_files
-from asset2sim.catalog.query import make_views, no_catalog, query_error
-from asset2sim.catalog.switch import find_catalog
+from asset2sim.catalog.query import make_views, query_error
+from asset2sim.catalog.switch import find_catalog, no_catalog
+from asset2sim.remote.read import local_tables
 from schemas.errors import UnknownChoiceError, UsageError
 from schemas.tables import HISTORY, PUBLISHED, TABLES
 
@@ -22,23 +27,25 @@ _ATTEMPTS = 20
 _NULLABLE = {pa.int64(): pd.Int64Dtype(), pa.bool_(): pd.BooleanDtype()}
 
 
-def read_table(out: Path, name: str) -> pd.DataFrame:
+def read_table(out: str | os.PathLike[str], name: str) -> pd.DataFrame:
     """One table of OUT's catalog, or its history; counts and flags keep their type where some are null.
 
     Raises UnknownChoiceError for a name that is no table, UsageError where OUT has no catalog.
     """
     if name not in PUBLISHED:
         raise UnknownChoiceError("table", name, PUBLISHED)
+    out = local_tables(out)
     if name == HISTORY.name:
         return _steadily(out, lambda _: _history_frame(out))
     return _steadily(out, lambda folder: _frame(folder / TABLES[name].file))
 
 
-def query(out: Path, sql: str, parameters: Sequence[object] = ()) -> pd.DataFrame:
+def query(out: str | os.PathLike[str], sql: str, parameters: Sequence[object] = ()) -> pd.DataFrame:
     """The answer to a DuckDB query in which every table goes by its name; ``?`` stand for ``parameters``.
 
     Raises UsageError where OUT has no catalog or the query is at fault.
     """
+    out = local_tables(out)
     import duckdb  # late: imported beside Prefect's threads, it complains of them when the program ends
 
     try:
@@ -47,12 +54,12 @@ def query(out: Path, sql: str, parameters: Sequence[object] = ()) -> pd.DataFram
         raise query_error(error) from error
 
 
-def read_asset(out: Path, asset_id: str) -> dict[str, pd.DataFrame]:
+def read_asset(out: str | os.PathLike[str], asset_id: str) -> dict[str, pd.DataFrame]:
     """Table name → this asset's rows, of every method and model, and its runs; all from one state of OUT.
 
     Raises UnknownChoiceError, naming the closest ids, where the catalog has no such asset.
     """
-    return _steadily(out, lambda folder: _asset_frames(folder, asset_id))
+    return _steadily(local_tables(out), lambda folder: _asset_frames(folder, asset_id))
 
 
 def _asset_frames(folder: Path, asset_id: str) -> dict[str, pd.DataFrame]:

@@ -17,6 +17,7 @@ from asset2sim.catalog.read import read_asset
 from asset2sim.catalog.show_engines import engine_tables
 from asset2sim.catalog.text import NOTHING, number, vector
 from asset2sim.models.priors_known import described
+from schemas.location import below, is_url, location_of
 from schemas.settings import Thresholds
 from schemas.vocabulary import Stage
 
@@ -45,7 +46,7 @@ _JOINT_HEADINGS = (
 _SEVERITY_STYLES = {"error": "bold red", "warning": "yellow", "info": "dim"}
 
 
-def describe_asset(out: Path, asset_id: str) -> RenderableType:
+def describe_asset(out: Path | str, asset_id: str) -> RenderableType:
     """What the catalog in OUT holds on one asset, for every method and model that refined it, as a rich renderable.
 
     Raises UnknownChoiceError naming the closest ids for an unknown asset, UsageError where OUT has no catalog.
@@ -223,8 +224,10 @@ def _rest(asset: Row, own: Mapping[str, Sequence[Row]]) -> list[RenderableType]:
     return [*parts, Text(f"cost       {cost}\n")]
 
 
-def _files(out: Path, asset_id: str) -> Text:
-    folder = out / "assets" / asset_id
+def _files(out: Path | str, asset_id: str) -> Text:
+    if is_url(place := location_of(out)):
+        return Text(f"files      {below(place, 'assets', asset_id)}")
+    folder = place / "assets" / asset_id
     if not folder.is_dir():
         return Text(f"files      none: {folder} does not exist", style="dim")
     views = sorted(path.name for path in (folder / "views").glob("*.png"))

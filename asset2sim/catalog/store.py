@@ -29,6 +29,8 @@ def write_run(
     records: Sequence[AssetRecord],
     unchanged: Sequence[Unchanged] = (),
     present: Collection[str] | None = None,
+    *,
+    compact: bool = True,
 ) -> None:
     """Merges a run's records into OUT/catalog and OUT/history; the caller holds ``lock_output(out)``.
 
@@ -36,6 +38,7 @@ def write_run(
     those of the run's ``unchanged`` assets among them. ``present`` is what a run over a whole dataset found in it; None
     is a run over a part of one. Rows that earlier runs over the same dataset wrote of assets that are not there any
     more leave. ``runs`` gains a row and ``asset_history`` a row per asset; writing the same run again replaces them.
+    Without ``compact`` the history is left in as many files as it has.
     Raises CatalogError, and leaves the tables as they were, where rows or files that are there do not fit their schema.
     """
     new = {name: to_arrow(TABLES[name], rows) for name, rows in table_rows(run, records, unchanged).items()}
@@ -53,7 +56,8 @@ def write_run(
             if table.name == "assets" and merged is not None:
                 stage_history(out, run, history_rows(run, merged, _of_run(merged, run, new["assets"], unchanged)))
     commit_history(out, known_runs(out))
-    compact_history(out, run.started_at)
+    if compact:
+        compact_history(out, run.started_at)
 
 
 def check_catalog(out: Path) -> None:

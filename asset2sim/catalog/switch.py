@@ -15,6 +15,8 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
+from schemas.errors import UsageError
+
 CATALOG = "catalog"
 STAGING = ".catalog.staging"
 READY = ".catalog.ready"
@@ -31,6 +33,11 @@ def find_catalog(out: Path) -> Path | None:
         if (out / name).is_dir():
             return out / name
     return None
+
+
+def no_catalog(out: Path | str) -> UsageError:
+    """The error of whoever reads where nobody wrote."""
+    return UsageError(f"no catalog in {out}: run 'asset2sim refine DATA --out {out}' first, or name another --out")
 
 
 def recover(out: Path) -> None:

@@ -20,7 +20,7 @@ from schemas.vocabulary import Grouping
 
 
 def print_failures(
-    out: Path,
+    out: Path | str,
     by: str = Grouping.FAILURE_MODE.value,
     since: datetime | None = None,
     compare: Sequence[str] | None = None,
@@ -36,7 +36,7 @@ def print_failures(
         output().print(render_failures_by(failures_by(out, grouping, since), grouping, since))
 
 
-def print_query(out: Path, sql: str, *, csv: bool) -> None:
+def print_query(out: Path | str, sql: str, *, csv: bool) -> None:
     """The answer to a query over the tables of ``out``."""
     answer = query(out, sql)
     if csv:
@@ -51,7 +51,7 @@ def print_query(out: Path, sql: str, *, csv: bool) -> None:
     output().print(table)
 
 
-def print_asset(out: Path, asset_id: str) -> None:
+def print_asset(out: Path | str, asset_id: str) -> None:
     """Everything that the catalog in ``out`` has on one asset."""
     output().print(describe_asset(out, asset_id))
 

@@ -11,7 +11,7 @@ from asset2sim.doctor import Check, examine
 from schemas.settings import ModelSettings
 
 
-def print_doctor(out: Path, model: ModelSettings) -> bool:
+def print_doctor(out: Path | str, model: ModelSettings) -> bool:
     """Print every check; returns whether all that is needed works."""
     checks = examine(out, model)
     table = Table(box=box.SIMPLE_HEAD, show_header=False)

@@ -36,7 +36,7 @@ def night_line(result: RunResult) -> str:
     )
     if result.stopped is not None:
         parts.insert(0, result.stopped)
-    return " · ".join([*parts, *([f"report: {result.report}"] if result.report else [])])
+    return " · ".join([*parts, *([f"report: {result.shown_report}"] if result.report else [])])
 
 
 def print_night(result: RunResult) -> None:

@@ -8,7 +8,7 @@ from asset2sim.programs import run_together
 from asset2sim.ui import addresses, commands
 
 
-def print_and_serve(out: Path) -> None:
+def print_and_serve(out: Path | str) -> None:
     """Serve the pages for the runs in ``out`` until interrupted."""
     console = output()
     for name, address in addresses().items():

@@ -11,6 +11,7 @@ from typing import NoReturn, TypeVar
 
 from asset2sim.cli.request import RefineRequest
 from schemas.errors import UsageError
+from schemas.location import location_of
 from schemas.settings import (
     CollisionSettings,
     EngineSettings,
@@ -60,9 +61,13 @@ def parse(arguments: Sequence[str]) -> argparse.Namespace:
     show.add_argument("asset_id", metavar="ASSET_ID", help="an asset's id, as the manifest has it")
     pages = commands.add_parser("ui", help="the pages of Prefect and MLflow", allow_abbrev=False)
     for command in (failures, query, show, pages):
-        command.add_argument("--out", type=Path, required=True, metavar="OUT", help="the output folder of a run")
+        command.add_argument(
+            "--out", type=location_of, required=True, metavar="OUT", help="a run's output: folder or URL"
+        )
     doctor = commands.add_parser("doctor", help="what works here, and what does not", allow_abbrev=False)
-    doctor.add_argument("--out", type=Path, default=Path("data/refined"), metavar="OUT", help="where output would go")
+    doctor.add_argument(
+        "--out", type=location_of, default=Path("data/refined"), metavar="OUT", help="where output would go"
+    )
     _add_model(doctor)
     nightly = commands.add_parser(
         "nightly", help="refine a dataset on the schedule of catalog.yaml", allow_abbrev=False
@@ -163,11 +168,11 @@ def _add_refine(parser: argparse.ArgumentParser) -> None:
     add = parser.add_argument
     add(
         "data",
-        type=Path,
+        type=location_of,
         metavar="DATA",
-        help="a folder with manifest.csv, a folder of asset folders, or one asset folder",
+        help="a folder or a URL (s3://bucket/prefix) with manifest.csv, of asset folders, or of one asset",
     )
-    add("--out", type=Path, required=True, metavar="OUT", help="the output folder")
+    add("--out", type=location_of, required=True, metavar="OUT", help="the output folder, or its URL")
     add("--subset", metavar="S", help="only the manifest's rows of this subset")
     add("--assets", metavar="ID,ID", help="only these assets")
     add("--limit", type=_positive, metavar="N", help="only the first N of them")

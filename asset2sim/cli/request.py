@@ -1,8 +1,7 @@
 """What the user asks of ``asset2sim refine`` and ``asset2sim nightly``."""
 
-from pathlib import Path
-
 from schemas.base import Frozen
+from schemas.location import Location
 from schemas.settings import Settings
 
 
@@ -12,8 +11,8 @@ class RefineRequest(Frozen):
     ``strict`` makes a run that holds a failed asset fail; ``now`` asks for one night at once instead of the schedule.
     """
 
-    data: Path
-    out: Path
+    data: Location
+    out: Location
     subset: str | None = None
     asset_ids: tuple[str, ...] = ()
     limit: int | None = None

@@ -24,8 +24,8 @@ def print_summary(result: RunResult) -> None:
     if found:
         console.print(Text(alignment_line(found) + "\n"))
     console.print(render_failures(failure_breakdown(result.out)))
-    report = f"\nreport:  {result.report}" if result.report else ""
-    console.print(Text(f"assets:  {result.out / 'assets'}\ncatalog: {result.out / 'catalog'}{report}"))
+    report = f"\nreport:  {result.shown_report}" if result.report else ""
+    console.print(Text(f"assets:  {result.shown('assets')}\ncatalog: {result.shown('catalog')}{report}"))
     sys.stdout.flush()
     for warning in result.warnings:
         sys.stderr.write(f"asset2sim: {warning}\n")

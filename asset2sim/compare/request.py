@@ -9,6 +9,7 @@ from asset2sim.compare.plan import METHODS, noisy_models
 from asset2sim.models.priors_known import MAX_LEVEL, NOISY
 from schemas.base import Frozen
 from schemas.errors import UsageError
+from schemas.location import local_folder
 from schemas.settings import EngineSettings, ModelSettings, RunSettings, Settings, ViewSettings
 from schemas.vocabulary import Engine, Method
 
@@ -60,8 +61,13 @@ def parse_request(words: Sequence[str]) -> CompareRequest:
 def _parser() -> Parser:
     parser = Parser(prog="python -m flows.compare_methods", allow_abbrev=False)
     add = parser.add_argument
-    add("data", type=Path, metavar="DATA", help="a dataset, as asset2sim refine takes it")
-    add("out", type=Path, metavar="OUT", help="the output folder: one folder for each method and model, and the tables")
+    add("data", type=local_folder, metavar="DATA", help="a dataset, as asset2sim refine takes it")
+    add(
+        "out",
+        type=local_folder,
+        metavar="OUT",
+        help="the output folder: one folder for each method and model, and the tables",
+    )
     add("--subset", metavar="S", help="only the manifest's rows of this subset")
     add("--assets", metavar="ID,ID", help="only these assets")
     add("--limit", type=_positive, metavar="N", help="only the first N of them")

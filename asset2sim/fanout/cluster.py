@@ -33,7 +33,7 @@ LOOPBACK = "127.0.0.1:0"
 
 
 @contextmanager
-def open_client(run: RunSettings, out: Path, patience_s: float = 0.0) -> Iterator[Client]:
+def open_client(run: RunSettings, out: Path | str, patience_s: float = 0.0) -> Iterator[Client]:
     """A client of the cluster that ``run`` asks for, closed after the block; for one that is there already see
     ``join_cluster``.
 

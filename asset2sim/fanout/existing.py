@@ -15,6 +15,7 @@ from distributed.worker import Worker
 from asset2sim.isolation.server import refuse_daemon
 from asset2sim.isolation.stopping import accept_children, stop_children
 from schemas.errors import UsageError
+from schemas.location import is_url
 
 CONNECT_LIMIT_S = 10.0
 """Time in which a scheduler must answer, s."""
@@ -24,7 +25,7 @@ both within seconds, a machine that starts again takes longer than anybody shoul
 RETURN_POLL_S = 1.0
 """Time between two attempts to find it, s."""
 SIGN = ".cache/sign"
-"""A file under the output folder by which workers show that it is theirs too."""
+"""A file under the output folder by which workers show that it is theirs too; a URL is everybody's."""
 
 
 class StopChildren(WorkerPlugin):
@@ -45,7 +46,7 @@ class StopChildren(WorkerPlugin):
 
 
 @contextmanager
-def join_cluster(address: str, out: Path, patience_s: float = 0.0) -> Iterator[Client]:
+def join_cluster(address: str, out: Path | str, patience_s: float = 0.0) -> Iterator[Client]:
     """A client of the cluster at ``address``, closed after the block; its workers may have children for ``out``.
 
     Waits for ``patience_s`` for a scheduler that has a worker. Raises ``UsageError`` where there is none, or where its
@@ -79,14 +80,16 @@ def _connect(address: str, until: float) -> Client:
         time.sleep(RETURN_POLL_S)
 
 
-def _check_workers(client: Client, address: str, out: Path) -> None:
+def _check_workers(client: Client, address: str, out: Path | str) -> None:
     if not client.nthreads():
         raise UsageError(
             f"the scheduler at {address} has no workers; start some with "
             f"`DASK_DISTRIBUTED__WORKER__DAEMON=False dask worker {address} --nthreads 1`"
         )
     _ask_all(client, "cannot run Asset2Sim ({}); install the project where workers start", refuse_daemon)
-    sign, text = out / SIGN, uuid.uuid4().hex
+    if is_url(out):
+        return
+    sign, text = Path(out) / SIGN, uuid.uuid4().hex
     try:
         sign.parent.mkdir(parents=True, exist_ok=True)
         sign.write_text(text, encoding="ascii")

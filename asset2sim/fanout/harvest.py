@@ -1,5 +1,6 @@
 """What a run has brought in so far: records out of the output folder, and which assets are to be tried once more."""
 
+from contextlib import suppress
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -9,6 +10,8 @@ from asset2sim.fanout.job import FirstAttempt, Job
 from asset2sim.fanout.spread import Lost
 from asset2sim.incremental.records import KeptRecord, await_record, keep_record, read_record
 from asset2sim.isolation.asset import failed_record
+from asset2sim.remote.store import StoreError
+from asset2sim.remote.worker import fetch_record
 from schemas.asset import AssetRecord
 from schemas.settings import Settings
 from schemas.vocabulary import FailureMode
@@ -16,13 +19,15 @@ from schemas.vocabulary import FailureMode
 
 @dataclass
 class Harvest:
-    """``records`` maps asset ids to what came of them; ``dead`` holds how a first attempt died that is to be followed
+    """``out`` is the run's own folder, ``place`` where the workers keep records: ``out``, or the URL that it mirrors.
+    ``records`` maps asset ids to what came of them; ``dead`` holds how a first attempt died that is to be followed
     by another, in the order in which that became known. An asset may be in both: its record is then the first's.
     ``tried_again`` counts second attempts."""
 
     out: Path
     run_id: str
     settings: Settings
+    place: Path | str
     records: dict[str, AssetRecord] = field(default_factory=dict)
     dead: dict[str, FirstAttempt] = field(default_factory=dict)
     tried_again: int = 0
@@ -39,9 +44,10 @@ def take(harvest: Harvest, job: Job, end: Done | Lost) -> AssetRecord | None:
         return _take_lost(harvest, job, end.reason)
     if end.record is not None:
         return _take_kept(harvest, _keep(harvest, job, end.record, end.died))
+    _fetch(harvest, job)
     found = await_record(harvest.out, job.content_hash, harvest.run_id, job.attempt)
     if found is None:
-        return _take_lost(harvest, job, f"it has kept a record that is not to be seen in {harvest.out}")
+        return _take_lost(harvest, job, f"it has kept a record that is not to be seen in {harvest.place}")
     return _take_kept(harvest, found)
 
 
@@ -49,6 +55,7 @@ def pick_up(harvest: Harvest, job: Job) -> AssetRecord | None:
     """Bring in what a job's worker has kept, if nobody told that it ended; the record, if that was the last attempt."""
     if job.ref.asset_id in harvest.records and job.ref.asset_id not in harvest.dead:
         return None
+    _fetch(harvest, job)
     kept = read_record(harvest.out, job.content_hash)
     if kept is None or kept.run_id != harvest.run_id or kept.attempt < job.attempt:
         return None
@@ -62,6 +69,12 @@ def give_up(harvest: Harvest, job: Job) -> AssetRecord:
     kept = _keep(harvest, job, not_tried_again(record, first, harvest.tried_again), "")
     harvest.records[job.ref.asset_id] = kept.record
     return kept.record
+
+
+def _fetch(harvest: Harvest, job: Job) -> None:
+    """Have the record here that a worker kept behind the output's URL; what cannot be fetched is as good as lost."""
+    with suppress(StoreError):
+        fetch_record(harvest.place, job.content_hash, harvest.run_id, job.attempt)
 
 
 def _take_kept(harvest: Harvest, kept: KeptRecord) -> AssetRecord | None:

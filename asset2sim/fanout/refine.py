@@ -25,6 +25,7 @@ from asset2sim.incremental.records import drop_record
 from asset2sim.isolation import accept_children, stop_children
 from asset2sim.isolation.server import warm_up
 from asset2sim.models.lite import load_litellm
+from asset2sim.remote.cache import working_folder
 from asset2sim.run_result import INTERRUPTED
 from schemas.asset import AssetRecord, AssetRef, Unchanged
 from schemas.errors import UsageError
@@ -53,9 +54,11 @@ def refine_all(
     pipeline: str = PIPELINE,
     run_id: str | None = None,
     hashes: Mapping[str, str] | None = None,
+    place: Path | str | None = None,
 ) -> Refined:
     """Refine every asset into ``out`` (absolute), on the cluster of ``settings.run``.
 
+    ``place`` is where the workers put what they make, if not ``out`` itself: the URL that it mirrors.
     ``run_id`` names the run whose budget the model calls count towards; None is a run of its own. Records come through
     ``out``, where they stay, named by ``hashes`` (asset id → content hash); without those none stays.
     Ctrl-C, SIGTERM and the loss of the cluster end it early, with no child process left and with the records so far.
@@ -65,13 +68,13 @@ def refine_all(
     run_id = run_id or uuid.uuid4().hex
     ordered = longest_first(refs, last_seconds(out, settings.method))
     jobs = {ref.asset_id: job_of(ref, run_id, hashes) for ref in ordered}
-    harvest = Harvest(out, run_id, settings)
+    harvest = Harvest(out, run_id, settings, place or out)
     accept_children(str(out))
     warm_up()
     if settings.run.scheduler is None:
         threading.Thread(target=load_litellm, daemon=True).start()
     with terminated_as_interrupted(), progress(len(jobs)) as report:
-        work = partial(refine_on_worker, out=out, settings=settings, pipeline=pipeline, run_id=run_id)
+        work = partial(refine_on_worker, out=place or out, settings=settings, pipeline=pipeline, run_id=run_id)
         stopped = _refine(jobs, work, harvest, report)
     if hashes is None:
         for job in jobs.values():
@@ -84,7 +87,7 @@ def _refine(jobs: Mapping[str, Job], work: Work, harvest: Harvest, report: Repor
     run, lost, patience_s = harvest.settings.run, None, 0.0
     while True:
         try:
-            with open_client(run, harvest.out, patience_s) as client:
+            with open_client(run, harvest.place, patience_s) as client:
                 if lost is not None:
                     logger.warning("the Dask scheduler at %s is back", run.scheduler)
                     _pick_up(jobs.values(), harvest, report)
@@ -110,7 +113,7 @@ def _refine_on(client: Client, jobs: Mapping[str, Job], work: Work, harvest: Har
         _do(client, jobs, work, harvest, in_flight, report)
         return None
     except KeyboardInterrupt:
-        _stop(client, harvest.out, harvest.settings)
+        _stop(client, harvest.place, harvest.settings)
         _let_finish(in_flight)
         _pick_up(in_flight.values(), harvest, report)
         return INTERRUPTED
@@ -152,13 +155,21 @@ def _let_finish(in_flight: InFlight) -> None:
         return
 
 
-def _stop(client: Client, out: Path, settings: Settings) -> None:
+def _stop(client: Client, out: Path | str, settings: Settings) -> None:
     """Kill this run's children, here or on the workers of another's cluster, which must accept a later run's again."""
     if settings.run.scheduler is None:
-        stop_children(str(out))
+        _stop_here(out)
         return
     try:
-        client.run(stop_children, str(out))
-        client.run(accept_children, str(out))
+        client.run(_stop_here, out)
+        client.run(_accept_here, out)
     except (OSError, TimeoutError) as error:
         logger.warning("cannot stop the workers (%s); what they still do ends with its time limit", error)
+
+
+def _stop_here(out: Path | str) -> None:
+    stop_children(str(working_folder(out)))
+
+
+def _accept_here(out: Path | str) -> None:
+    accept_children(str(working_folder(out)))

@@ -15,6 +15,9 @@ from asset2sim.isolation.asset import Attempt, attempt_in_child, first_log_file,
 from asset2sim.isolation.stopping import is_stopped
 from asset2sim.models.books import Books, open_books
 from asset2sim.models.gateway import ask
+from asset2sim.remote.cache import working_folder
+from asset2sim.remote.store import StoreError
+from asset2sim.remote.worker import send_record, with_files
 from schemas.asset import AssetRef
 from schemas.request import ModelAnswer, ModelRequest
 from schemas.settings import ModelSettings, Settings
@@ -27,24 +30,25 @@ PIPELINE = "asset2sim.pipeline:refine_asset"
 
 
 def refine_on_worker(
-    job: Job, out: Path, settings: Settings, pipeline: str = PIPELINE, run_id: str | None = None
+    job: Job, out: Path | str, settings: Settings, pipeline: str = PIPELINE, run_id: str | None = None
 ) -> Done:
-    """Refine one asset, whatever happens to it, and keep its record in ``out``; ``pipeline`` is a ``module:function``
-    name.
+    """Refine one asset, whatever happens to it, and keep its record in ``out``, a folder or a URL; ``pipeline`` is a
+    ``module:function`` name.
 
     ``run_id`` names the run whose budget the model calls count towards; None is a run of its own.
     """
     run_id = run_id or uuid.uuid4().hex
-    _keep_first_log(out, job)
+    _keep_first_log(working_folder(out), job)
     attempt = refine_asset(job.ref, out, settings, pipeline, run_id)
     record = with_first(attempt.record, job.first, attempt.died)
     record = record.model_copy(update={"content_hash": job.content_hash})
     done = Done(job.ref.asset_id, record.status, attempt.died)
     kept = KeptRecord(run_id=run_id, redo=settings.run.redo, record=record, attempt=job.attempt, died=attempt.died)
     try:
-        write_record(out, kept)
-    except OSError as error:
-        logger.warning("cannot keep what has finished in %s (%s)", out, error.strerror)
+        write_record(working_folder(out), kept)
+        send_record(out, job.content_hash)
+    except (OSError, StoreError) as error:
+        logger.warning("cannot keep what has finished in %s (%s)", out, error)
         return replace(done, record=record)
     return done
 
@@ -60,12 +64,14 @@ def _keep_first_log(out: Path, job: Job) -> None:
 
 
 def refine_asset(
-    ref: AssetRef, out: Path, settings: Settings, pipeline: str = PIPELINE, run_id: str | None = None
+    ref: AssetRef, out: Path | str, settings: Settings, pipeline: str = PIPELINE, run_id: str | None = None
 ) -> Attempt:
     """One attempt at one asset, in a child process; the model calls are made here."""
-    stopped = partial(is_stopped, str(out))
-    books = open_books(out, run_id or uuid.uuid4().hex, ref.asset_id, settings.model, stopped)
-    return attempt_in_child(pipeline, ref, out, settings, partial(ask_for_asset, settings=settings, books=books))
+    folder = working_folder(out)
+    stopped = partial(is_stopped, str(folder))
+    books = open_books(folder, run_id or uuid.uuid4().hex, ref.asset_id, settings.model, stopped)
+    ask_here = partial(ask_for_asset, settings=settings, books=books)
+    return with_files(ref, out, settings, lambda ref: attempt_in_child(pipeline, ref, folder, settings, ask_here))
 
 
 def ask_for_asset(request: ModelRequest, settings: Settings, books: Books) -> ModelAnswer:

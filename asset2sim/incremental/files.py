@@ -1,17 +1,14 @@
 """The files that an asset consists of."""
 
 import os
-import re
 import stat
 from collections.abc import Iterator
 from dataclasses import dataclass
-from pathlib import Path, PurePosixPath
+from pathlib import Path
 
-from asset2sim.urdf.locate import find_mesh, find_urdf
+from asset2sim.urdf.locate import find_mesh, find_urdf, outer_references
 from asset2sim.urdf.mesh_files import companions_of
 from schemas.errors import AssetError
-
-_REFERENCE = re.compile(r"""filename\s*=\s*["']([^"']+)["']""")
 
 
 @dataclass(frozen=True)
@@ -62,9 +59,7 @@ def _outer(folder: Path) -> list[AssetFile]:
     except (AssetError, OSError):
         return []
     found: dict[str, AssetFile] = {}
-    for reference in sorted(set(_REFERENCE.findall(text))):
-        if _stays_inside(reference):
-            continue
+    for reference in outer_references(text):
         mesh = find_mesh(reference, urdf.parent)
         if mesh is None or mesh.resolve().is_relative_to(folder.resolve()):
             continue
@@ -73,11 +68,6 @@ def _outer(folder: Path) -> list[AssetFile]:
             if (file := _file(name, str(path))) is not None:
                 found[name] = file
     return list(found.values())
-
-
-def _stays_inside(reference: str) -> bool:
-    path = PurePosixPath(reference.replace("\\", "/").strip())
-    return "://" not in reference and not path.is_absolute() and ".." not in path.parts
 
 
 def _file(name: str, path: str) -> AssetFile | None:

@@ -1,14 +1,16 @@
 """What a run has to do: which assets changed, which an earlier run has, and which a killed one had finished."""
 
 import sqlite3
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Container, Mapping, Sequence
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 
 from asset2sim.catalog.known import known_assets, known_runs
+from asset2sim.incremental.contents import contents_of
 from asset2sim.incremental.key import content_hash, shared_hash
 from asset2sim.incremental.records import KeptRecord, drop_record, keep_record, kept_records
-from asset2sim.incremental.state import content_of, forget_folders, note_folders, open_state, refined_folders
+from asset2sim.incremental.state import forget_folders, note_folders, open_state, refined_folders
 from asset2sim.metrics.reference import Reference
 from schemas.asset import AssetRecord, AssetRef, Unchanged
 from schemas.settings import Settings
@@ -43,18 +45,21 @@ def make_plan(
     settings: Settings,
     pipeline: str,
     run_id: str,
+    there: Container[str] | None = None,
 ) -> Plan:
     """The plan of a run that holds ``lock_output(out)``; from here on it may write to the folders of what it has to do.
 
     An asset is unchanged if its row of this method and model has its content hash, its refined folder is that row's and
     there, and it did not fail in a way that ``settings.run.redo`` or ``CURABLE`` asks to try again. A failed asset
-    needs no folder.
+    needs no folder. ``there`` are the ids of those whose folder lies behind OUT's URL, with pictures if the settings
+    ask for them; None: they lie in ``out``.
     """
     shared = shared_hash(settings, pipeline)
+    lies = partial(_has_folder, out, settings) if there is None else there.__contains__
     with open_state(out) as state:
+        contents = contents_of(state, refs)
         hashes = {
-            ref.asset_id: content_hash(ref, content_of(state, Path(ref.path)), shared, references.get(ref.asset_id))
-            for ref in refs
+            ref.asset_id: content_hash(ref, contents[ref.path], shared, references.get(ref.asset_id)) for ref in refs
         }
         state.commit()
         left = settle_left(out, state)
@@ -65,13 +70,13 @@ def make_plan(
         unchanged: list[Unchanged] = []
         for ref in refs:
             content, row, kept = hashes[ref.asset_id], rows.get(ref.asset_id), left.get(ref.asset_id)
-            if kept is not None and reusable(kept, ref, content, settings, out):
+            if kept is not None and reusable(kept, ref, content, settings, lies):
                 finished.append(kept.record.model_copy(update={"ref": ref}))
             elif (
                 row is not None
                 and row.content_hash == content
                 and not wanted_again(row.status, row.failure_mode, settings.run.redo)
-                and (row.status is Status.FAILED or _lies_there(out, ref, content, folders, settings))
+                and (row.status is Status.FAILED or (folders.get(ref.asset_id) == content and lies(ref.asset_id)))
             ):
                 unchanged.append(Unchanged(asset_id=ref.asset_id, status=row.status, failure_mode=row.failure_mode))
             else:
@@ -113,23 +118,19 @@ def wanted_again(status: Status, mode: FailureMode, redo: Redo) -> bool:
     return status is Status.FAILED and (redo is Redo.FAILED or mode in CURABLE)
 
 
-def reusable(kept: KeptRecord, ref: AssetRef, content: str, settings: Settings, out: Path) -> bool:
-    """Whether a killed run's record is what this run would make: of this content, with its folder there, not of a
-    process that died and is to be tried once more, and made to the same end, or good enough for this one's."""
+def reusable(kept: KeptRecord, ref: AssetRef, content: str, settings: Settings, lies: Callable[[str], bool]) -> bool:
+    """Whether a killed run's record is what this run would make: of this content, with its folder there (``lies``), not
+    of a process that died and is to be tried once more, and made to the same end, or good enough for this one's."""
     record = kept.record
     if kept.died and kept.attempt == 1:
         return False
-    if record.content_hash != content or (record.overlay is not None and not _has_folder(out, ref, settings)):
+    if record.content_hash != content or (record.overlay is not None and not lies(ref.asset_id)):
         return False
     if kept.redo is settings.run.redo:
         return True
     return not wanted_again(record.status, record.failure_mode, settings.run.redo)
 
 
-def _lies_there(out: Path, ref: AssetRef, content: str, folders: Mapping[str, str], settings: Settings) -> bool:
-    return folders.get(ref.asset_id) == content and _has_folder(out, ref, settings)
-
-
-def _has_folder(out: Path, ref: AssetRef, settings: Settings) -> bool:
-    folder = out / "assets" / ref.asset_id
+def _has_folder(out: Path, settings: Settings, asset_id: str) -> bool:
+    folder = out / "assets" / asset_id
     return (folder / "views" if settings.views.write else folder).is_dir()

@@ -1,10 +1,13 @@
 """Finding an asset's URDF file, and the mesh files that it refers to."""
 
-from pathlib import Path, PurePosixPath
+import re
+from collections.abc import Iterator, Sequence
+from pathlib import Path, PurePath, PurePosixPath
 
 from schemas.errors import AssetError
 from schemas.vocabulary import FailureMode
 
+_REFERENCE = re.compile(r"""filename\s*=\s*["']([^"']+)["']""")
 PARENTS_SEARCHED = 2
 """How far above the URDF a package's folder may lie: packages keep ``urdf/`` and ``meshes/`` side by side."""
 
@@ -36,19 +39,39 @@ def find_mesh(reference: str, folder: Path) -> Path | None:
     to the
     URDF's folder: each suffix of the path is tried there and up to two folders above.
     """
-    text = reference.replace("\\", "/").strip()
-    _, separator, rest = text.partition("://")
-    text = rest if separator else text
-    if not text:
-        return None
+    text = _path_in(reference)
     if text.startswith("/") and Path(text).is_file():
         return Path(text)
-    parts = [part for part in PurePosixPath(text).parts if part != "/"]
-    bases = [folder, *folder.resolve().parents[:PARENTS_SEARCHED]]
-    suffixes = [parts[start:] for start in range(len(parts))] if separator or text.startswith("/") else [parts]
-    for suffix in suffixes:
-        for base in bases if separator else bases[:1]:
-            candidate = base.joinpath(*suffix)
-            if candidate.is_file():
-                return candidate
+    for candidate in mesh_candidates(reference, folder, folder.resolve().parents[:PARENTS_SEARCHED]):
+        if Path(candidate).is_file():
+            return Path(candidate)
     return None
+
+
+def mesh_candidates(reference: str, folder: PurePath, above: Sequence[PurePath]) -> Iterator[PurePath]:
+    """Where the file may be that a mesh reference means, the likeliest first; ``above`` are the folders above the
+    URDF's that are searched."""
+    text = _path_in(reference)
+    parts = [part for part in PurePosixPath(text).parts if part != "/"]
+    if not parts:
+        return
+    is_loose = "://" in reference.replace("\\", "/")
+    for start in range(len(parts)) if is_loose or text.startswith("/") else (0,):
+        for base in (folder, *above) if is_loose else (folder,):
+            yield base.joinpath(*parts[start:])
+
+
+def _path_in(reference: str) -> str:
+    text = reference.replace("\\", "/").strip()
+    _, separator, rest = text.partition("://")
+    return rest if separator else text
+
+
+def outer_references(urdf: str) -> list[str]:
+    """The references in a URDF's text that may mean a file outside its folder, sorted."""
+    return sorted(reference for reference in set(_REFERENCE.findall(urdf)) if not _stays_inside(reference))
+
+
+def _stays_inside(reference: str) -> bool:
+    path = PurePosixPath(reference.replace("\\", "/").strip())
+    return "://" not in reference and not path.is_absolute() and ".." not in path.parts

@@ -1,0 +1,41 @@
+"""Where this machine keeps its copies of what lies behind URLs. Losing them costs time only."""
+
+import hashlib
+import os
+import re
+from pathlib import Path
+
+from schemas.location import is_url
+
+VARIABLE = "ASSET2SIM_CACHE"
+"""Environment variable that names another folder for them."""
+DIGITS = 16
+"""Hexadecimal digits that tell two URLs apart."""
+
+
+def cache_root() -> Path:
+    """``$ASSET2SIM_CACHE``, else ``asset2sim`` in the user's cache folder."""
+    if chosen := os.environ.get(VARIABLE):
+        return Path(chosen).expanduser().resolve()
+    return Path(os.environ.get("XDG_CACHE_HOME") or "~/.cache").expanduser().resolve() / "asset2sim"
+
+
+def working_folder(out: Path | str) -> Path:
+    """The local folder in which a run works on OUT: OUT itself, or the one that mirrors its URL."""
+    return _folder("out", out) if is_url(out) else Path(out)
+
+
+def reading_folder(out: str) -> Path:
+    """The local folder that holds copies of a URL's tables for those who only read: a run on this machine may be
+    working on ``working_folder``."""
+    return _folder("read", out)
+
+
+def data_root() -> Path:
+    """The local folder below which objects of datasets lie, as ``<scheme>/<bucket>/<key>``."""
+    return cache_root() / "data"
+
+
+def _folder(purpose: str, url: str) -> Path:
+    word = re.sub(r"[^A-Za-z0-9]+", "-", url.rpartition("/")[2]).strip("-").lower()[:40] or "out"
+    return cache_root() / purpose / f"{word}-{hashlib.sha256(url.encode()).hexdigest()[:DIGITS]}"

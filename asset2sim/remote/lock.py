@@ -1,0 +1,185 @@
+"""One run at a time on an output URL, whichever machine it runs on: an object that only one can create.
+
+Stores know no lock that goes with its process. So the holder renews the object, and what nobody renews is taken over.
+The machines' clocks must agree to a minute or so.
+"""
+
+import json
+import logging
+import os
+import platform
+import threading
+import time
+import uuid
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager, suppress
+from dataclasses import asdict, dataclass
+
+from asset2sim.remote.store import (
+    StoreError,
+    key_of,
+    object_info,
+    open_store,
+    read_object,
+    remove_objects,
+    scheme_of,
+    store_errors,
+    usage_error,
+)
+from schemas.errors import Asset2SimError, UsageError
+
+LOCK = ".lock"
+RENEW_S = 60.0
+"""Time between two renewals, s: 480 small requests in a night of eight hours."""
+STALE_S = 300.0
+"""Age from which a lock is its dead holder's, s: four renewals may fail, or clocks differ by minutes, before a run that
+is alive loses it. A killed run delays the next by at most this."""
+
+logger = logging.getLogger(__name__)
+
+
+class LostLockError(Asset2SimError):
+    """Another run has taken this one's output over."""
+
+
+@dataclass(frozen=True)
+class Holder:
+    """Who holds an output: a token of its own, process, machine, and when it last said so (s since 1970)."""
+
+    token: str
+    process: int
+    host: str
+    time: float
+
+    def __str__(self) -> str:
+        return f"process {self.process} on {self.host}"
+
+
+@contextmanager
+def lock_url(url: str, renew_s: float = RENEW_S, stale_s: float = STALE_S) -> Iterator[Callable[[], None]]:
+    """Holds an output URL for this process. Gives a function that raises LostLockError once another run has it.
+
+    Raises UsageError, naming the holder, where another run holds it, and where nothing can be written.
+    """
+    place = f"{url}/{LOCK}"
+    mine = Holder(uuid.uuid4().hex, os.getpid(), platform.node(), time.time())
+    try:
+        _acquire(url, place, mine, stale_s)
+    except StoreError as error:
+        raise usage_error(error) from error
+    lost, ended = threading.Event(), threading.Event()
+
+    def renew() -> None:
+        while not ended.wait(renew_s):
+            try:
+                if not _renew(place, mine):
+                    lost.set()
+                    return
+            except StoreError as error:
+                logger.warning("the lock on %s cannot be renewed now (%s)", url, error)
+
+    def check() -> None:
+        if lost.is_set():
+            raise LostLockError(
+                f"another run took {url} over, because this one had not renewed its lock for {stale_s:.0f} s; nothing "
+                "more is written there"
+            )
+
+    thread = threading.Thread(target=renew, name="asset2sim-lock", daemon=True)
+    thread.start()
+    try:
+        yield check
+    finally:
+        ended.set()
+        thread.join()
+        with suppress(StoreError):
+            if not lost.is_set() and _read(place)[0].token == mine.token:
+                remove_objects([place])
+
+
+def _acquire(url: str, place: str, mine: Holder, stale_s: float) -> None:
+    try:
+        _create(place, mine)
+        return
+    except FileExistsError:
+        pass
+    try:
+        holder, version = _read(place)
+    except StoreError as error:
+        if not error.missing:
+            raise
+        raise UsageError(f"another run on {url} is just starting or ending; try again in a few seconds") from error
+    age = time.time() - holder.time
+    if age < stale_s:
+        raise UsageError(
+            f"another run ({holder}) is writing to {url}; wait until it ends, or choose another --out. If it was "
+            f"killed, its lock counts for nothing in {stale_s - age:.0f} s"
+        )
+    if not _replace(place, mine, holder, version):
+        raise UsageError(f"another run on {url} is just starting; wait until it ends, or choose another --out")
+    logger.warning("%s was left locked %.0f s ago by %s, which has not renewed it; this run goes on", url, age, holder)
+
+
+def _create(place: str, mine: Holder) -> None:
+    """Raises FileExistsError where the object is there."""
+    store = open_store(place)
+    with store_errors(place):
+        store.pipe_file(key_of(place), _text(mine), mode="create")
+
+
+def _replace(place: str, mine: Holder, holder: Holder, version: str) -> bool:
+    """Whether the object, which was this holder's, now is ours."""
+    store = open_store(place)
+    if scheme_of(place) in ("s3", "s3a"):
+        try:
+            with store_errors(place):
+                store.pipe_file(key_of(place), _text(mine), IfMatch=f'"{version}"')
+        except StoreError as error:
+            # The library has no error of its own for a condition that does not hold.
+            if _read(place)[1] != version:
+                return False
+            raise error
+        return True
+    # Other stores take no such condition through fsspec: two who come in the same moment may both remove it, but one
+    # alone creates it, and the other one's renewal finds out.
+    if _read(place)[0].token != holder.token:
+        return False
+    if holder.token == mine.token:
+        with store_errors(place):
+            store.pipe_file(key_of(place), _text(mine))
+        return True
+    remove_objects([place])
+    try:
+        _create(place, mine)
+    except FileExistsError:
+        return False
+    return True
+
+
+def _renew(place: str, mine: Holder) -> bool:
+    try:
+        holder, version = _read(place)
+    except StoreError as error:
+        if error.missing:
+            return False
+        raise
+    if holder.token != mine.token:
+        return False
+    return _replace(place, Holder(**asdict(mine) | {"time": time.time()}), holder, version)
+
+
+def _read(place: str) -> tuple[Holder, str]:
+    """The holder, and the object's version."""
+    info = object_info(place)
+    if info is None:
+        raise StoreError(f"{place}: not there", missing=True)
+    text = read_object(place)
+    try:
+        return Holder(**json.loads(text)), info.version
+    except (ValueError, TypeError):
+        # Not ours: its age is unknown, so it is nobody's.
+        return Holder("", 0, "unknown", 0.0), info.version
+
+
+def _text(holder: Holder) -> bytes:
+    return json.dumps(asdict(holder)).encode()

@@ -1,0 +1,144 @@
+"""A local folder and the objects below a URL: what changed travels, what is gone on one side goes on the other."""
+
+import os
+import shutil
+import tempfile
+from collections import defaultdict
+from collections.abc import Collection, Iterable, Mapping
+from pathlib import Path
+
+from asset2sim.remote.index import changed, note, touched
+from asset2sim.remote.store import Stored, StoreError, fetch_objects, list_objects, object_info, remove_objects
+from asset2sim.remote.store import send_objects as send_to
+
+COMING = ".coming-"
+"""Beginning of the name of the folder in which files arrive before they take their places."""
+SEVERAL = 3
+"""Objects of one folder from which listing it is quicker than asking for each."""
+ATTEMPTS = 20
+"""Times that a set of objects is fetched anew because somebody wrote to it meanwhile."""
+
+
+class MovingError(StoreError):
+    """Somebody keeps writing to what is being read."""
+
+
+def look(url: str, parts: Iterable[str]) -> dict[str, Stored]:
+    """Name → object, of these folders and files below a URL. A part that ends with a slash is a folder."""
+    found: dict[str, Stored] = {}
+    for part in parts:
+        if part.endswith("/"):
+            found |= {f"{part}{name}": stored for name, stored in list_objects(f"{url}/{part[:-1]}").items()}
+        elif (stored := object_info(f"{url}/{part}")) is not None:
+            found[part] = stored
+    return found
+
+
+def pull(url: str, folder: Path, parts: Collection[str]) -> list[str]:
+    """Make these parts of a local folder what they are below the URL; the names that had to travel.
+
+    Everything is of one moment: objects are listed again after they came, until nothing changed meanwhile. Local files
+    that have no object are removed. Raises MovingError where somebody writes all the time.
+    """
+    travelled: list[str] = []
+    there = look(url, parts)
+    for _ in range(ATTEMPTS):
+        names = changed(folder, there)
+        if not names:
+            break
+        try:
+            fetch(url, folder, {name: there[name] for name in names})
+        except StoreError as error:
+            # Removed since it was listed, most likely.
+            if not error.missing:
+                raise
+        travelled += names
+        there = look(url, parts)
+    else:
+        raise MovingError(f"{url} is being written to all the time; try again later")
+    _remove_others(folder, parts, there)
+    return travelled
+
+
+def fetch(url: str, folder: Path, objects: Mapping[str, Stored]) -> None:
+    """Bring these objects to their places in a local folder, each at once, and note which version it holds."""
+    if not objects:
+        return
+    folder.mkdir(parents=True, exist_ok=True)
+    with tempfile.TemporaryDirectory(prefix=COMING, dir=folder) as coming:
+        arrivals = {name: Path(coming, str(number)) for number, name in enumerate(objects)}
+        fetch_objects({f"{url}/{name}": path for name, path in arrivals.items()})
+        for name, path in arrivals.items():
+            place = folder / name
+            place.parent.mkdir(parents=True, exist_ok=True)
+            os.replace(path, place)
+    note(folder, objects)
+
+
+def push(url: str, folder: Path, names: Iterable[str]) -> list[str]:
+    """Send the local files of these names that changed since they were last the same as their objects; the names
+    that travelled."""
+    going = touched(folder, names)
+    send_to({f"{url}/{name}": folder / name for name in going})
+    note(folder, _look_for(url, going))
+    return going
+
+
+def _look_for(url: str, names: Iterable[str]) -> dict[str, Stored]:
+    """What the store says of these objects: asked one by one, or by folder where it holds several."""
+    groups: dict[str, list[str]] = defaultdict(list)
+    for name in names:
+        groups[name.rpartition("/")[0]].append(name)
+    found: dict[str, Stored] = {}
+    for folder, inside in groups.items():
+        there = look(url, inside if len(inside) < SEVERAL or not folder else [f"{folder}/"])
+        found |= {name: there[name] for name in inside if name in there}
+    return found
+
+
+def send_folder(url: str, folder: Path) -> None:
+    """Make the objects below a URL those of a local folder: every file is sent, then what has no file goes."""
+    files = {path.relative_to(folder).as_posix(): path for path in sorted(folder.rglob("*")) if path.is_file()}
+    send_to({f"{url}/{name}": path for name, path in files.items()})
+    remove_objects([f"{url}/{name}" for name in list_objects(url) if name not in files])
+
+
+def remove_tree(folder: Path) -> None:
+    """Remove a local folder; its name goes first, so that nobody finds half of it."""
+    gone = folder.with_name(f".{folder.name}.gone")
+    shutil.rmtree(gone, ignore_errors=True)
+    os.replace(folder, gone)
+    shutil.rmtree(gone, ignore_errors=True)
+
+
+def local_names(folder: Path, parts: Iterable[str]) -> list[str]:
+    """The names of the files in these parts of a local folder; hidden ones below them are left out."""
+    names: list[str] = []
+    for part in parts:
+        if not part.endswith("/"):
+            names += [part] if (folder / part).is_file() else []
+            continue
+        base = folder / part
+        for path in sorted(base.rglob("*")) if base.is_dir() else ():
+            inner = path.relative_to(base)
+            if path.is_file() and not any(piece.startswith(".") for piece in inner.parts):
+                names.append(path.relative_to(folder).as_posix())
+    return names
+
+
+def _remove_others(folder: Path, parts: Iterable[str], there: Collection[str]) -> None:
+    """Remove local files of the parts that have no object, hidden ones too, and folders that are left empty."""
+    for part in parts:
+        base = folder / part
+        if not part.endswith("/"):
+            if part not in there:
+                base.unlink(missing_ok=True)
+            continue
+        for path in sorted(base.rglob("*"), reverse=True) if base.is_dir() else ():
+            if path.is_dir() and not path.is_symlink():
+                if not any(path.iterdir()):
+                    path.rmdir()
+            elif path.relative_to(folder).as_posix() not in there:
+                path.unlink()
+        if base.is_dir() and not any(base.iterdir()):
+            shutil.rmtree(base)

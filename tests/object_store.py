@@ -1,0 +1,96 @@
+"""An S3-compatible server on this machine (moto's), and what was asked of it. Fixture: ``store``."""
+
+import itertools
+import logging
+import os
+import threading
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+KEY, SECRET = "AKIATESTTESTTESTTEST", "wJalrXUtnFEMItestK7MDENGtestbPxRfiCYtestKEY"
+"""Made up: the server takes any."""
+
+_numbers = itertools.count()
+
+
+@dataclass
+class Store:
+    """``url`` is a bucket of the test's own; ``requests`` are (method, path with query) as they came."""
+
+    address: str
+    url: str = ""
+    requests: list[tuple[str, str]] = field(default_factory=list)
+
+    @property
+    def files(self) -> Any:
+        """The bucket as fsspec has it, for what a test does behind the back of ours."""
+        import fsspec
+
+        return fsspec.filesystem("s3", use_listings_cache=False)
+
+    def keys(self, url: str) -> list[str]:
+        """Names of the objects below a URL, relative to it."""
+        key = url.removeprefix("s3://")
+        return sorted(path.removeprefix(f"{key}/") for path in self.files.find(key))
+
+    def put(self, folder: Path, url: str) -> None:
+        """Copy a folder's files."""
+        for path in folder.rglob("*"):
+            if path.is_file():
+                self.files.pipe_file(f"{url}/{path.relative_to(folder).as_posix()}", path.read_bytes())
+
+    def asked(self, method: str, work: Callable[[], object]) -> list[str]:
+        """The keys that were asked for by this method while the work was done; listings are not of a key."""
+        self.requests.clear()
+        work()
+        asked = [path.partition("?")[0].split("/", 2)[1:] for made, path in self.requests if made == method]
+        return [parts[1] for parts in asked if len(parts) > 1]
+
+
+@pytest.fixture(scope="session")
+def store_server() -> Iterator[Store]:
+    pytest.importorskip("s3fs", reason="the extra s3 is not installed")
+    from moto.moto_server.werkzeug_app import DomainDispatcherApplication, create_backend_app
+    from werkzeug.serving import make_server
+
+    logging.getLogger("werkzeug").setLevel(logging.CRITICAL)
+    application = DomainDispatcherApplication(create_backend_app)
+    requests: list[tuple[str, str]] = []
+
+    def counting(environ: dict[str, Any], start_response: Any) -> Any:
+        requests.append((environ["REQUEST_METHOD"], f"{environ['PATH_INFO']}?{environ.get('QUERY_STRING', '')}"))
+        return application(environ, start_response)
+
+    server = make_server("127.0.0.1", 0, counting, threaded=True)
+    thread = threading.Thread(target=server.serve_forever, daemon=True)
+    thread.start()
+    yield Store(f"http://127.0.0.1:{server.port}", requests=requests)
+    server.shutdown()
+    thread.join()
+
+
+@pytest.fixture
+def store(store_server: Store, monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> Store:
+    """The server with an empty bucket, found by this process and its children as a user's store is: by environment."""
+    for name, value in environment(store_server, tmp_path / "cache").items():
+        monkeypatch.setenv(name, value)
+    found = Store(store_server.address, f"s3://bucket-{next(_numbers)}", store_server.requests)
+    found.files.mkdir(found.url)
+    return found
+
+
+def environment(store: Store, cache: Path) -> dict[str, str]:
+    return {
+        "AWS_ACCESS_KEY_ID": KEY,
+        "AWS_SECRET_ACCESS_KEY": SECRET,
+        "AWS_DEFAULT_REGION": "us-east-1",
+        "AWS_ENDPOINT_URL": store.address,
+        "AWS_EC2_METADATA_DISABLED": "true",
+        "AWS_CONFIG_FILE": os.devnull,
+        "AWS_SHARED_CREDENTIALS_FILE": os.devnull,
+        "ASSET2SIM_CACHE": str(cache),
+    }

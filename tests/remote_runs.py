@@ -1,0 +1,72 @@
+"""Runs over assets and into outputs behind URLs, as the flow does them, with a pipeline that takes no time."""
+
+import shutil
+from pathlib import Path
+
+from asset2sim.catalog.run import finish_run, start_run
+from asset2sim.catalog.store import check_catalog, write_run
+from asset2sim.dataset import load_dataset
+from asset2sim.fanout.job import Job
+from asset2sim.fanout.planned import refine_planned
+from asset2sim.fanout.worker import refine_on_worker
+from asset2sim.incremental.plan import Plan, make_plan, settle
+from asset2sim.incremental.records import read_record
+from asset2sim.isolation.asset import failed_record
+from asset2sim.remote.output import folders_there, open_output, send_plan, send_rest, send_tables
+from asset2sim.urdf.locate import find_mesh, find_urdf, outer_references
+from schemas.asset import AssetRecord, AssetRef
+from schemas.errors import AssetError
+from schemas.location import is_url
+from schemas.settings import Settings
+from tests.factories import make_record
+from tests.incremental_runs import UNSEEN
+
+PIPELINE = "tests.remote_runs:brief"
+
+
+def brief(ref: AssetRef, out: Path, settings: Settings, ask: object) -> AssetRecord:
+    """An asset whose refined folder is its URDF and the meshes that it takes from elsewhere."""
+    try:
+        urdf = find_urdf(Path(ref.path))
+    except AssetError as error:
+        return failed_record(ref, settings, error.mode, str(error))
+    folder = out / "assets" / ref.asset_id
+    (folder / "views").mkdir(parents=True, exist_ok=True)
+    shutil.copy(urdf, folder / "refined.urdf")
+    (folder / "views" / "one.png").write_text("picture")
+    for reference in outer_references(urdf.read_text()):
+        mesh = find_mesh(reference, urdf.parent)
+        if mesh is not None:
+            shutil.copy(mesh, folder / mesh.name)
+    (out / "logs").mkdir(exist_ok=True)
+    (out / "logs" / f"{ref.asset_id}.answers.txt").write_text(f"from {ref.path}")
+    return make_record(ref.asset_id, ref=ref)
+
+
+def night(data: Path | str, out: Path | str, settings: Settings = UNSEEN, *, dask: bool = False) -> Plan:
+    """What the flow does, but for Prefect and MLflow; without ``dask`` one asset after the other. Gives its plan."""
+    refs = load_dataset(data)
+    with open_output(out) as output:
+        folder = output.folder
+        check_catalog(folder)
+        run = start_run(settings, str(data))
+        there = folders_there(output, views=settings.views.write)
+        plan = make_plan(refs, {}, folder, settings, PIPELINE, run.run_id, there)
+        send_plan(output, plan)
+        if dask:
+            records = list(refine_planned(refs, plan, folder, settings, run.run_id, PIPELINE, out).records)
+        else:
+            records = [*plan.finished]
+            for ref in plan.todo:
+                job = Job(ref, plan.hashes[ref.asset_id])
+                refine_on_worker(job, out, settings, PIPELINE, run.run_id)
+                kept = read_record(folder, job.content_hash)
+                assert kept is not None
+                records.append(kept.record)
+        write_run(
+            folder, finish_run(run), records, plan.unchanged, {ref.asset_id for ref in refs}, compact=not is_url(out)
+        )
+        send_tables(output, run.started_at)
+        settle(folder, records)
+        send_rest(output)
+    return plan

@@ -1,0 +1,280 @@
+"""An output behind a URL: the same tables as in a folder, from any machine, whatever a killed run left there."""
+
+import os
+import signal
+import threading
+import time
+from collections.abc import Iterator
+from functools import partial
+from pathlib import Path
+
+import dask
+import pytest
+from distributed import LocalCluster
+
+from asset2sim.catalog import compact
+from asset2sim.catalog.query import connect
+from asset2sim.catalog.read import query, read_table
+from asset2sim.fanout import worker
+from asset2sim.incremental.records import FOLDER as RECORDS
+from asset2sim.incremental.records import KeptRecord, keep_record, record_file
+from asset2sim.isolation.asset import Attempt
+from asset2sim.remote import listing, output, read
+from asset2sim.remote.cache import working_folder
+from asset2sim.remote.lock import LostLockError
+from asset2sim.remote.worker import fetch_record
+from schemas.errors import UsageError
+from schemas.settings import RunSettings, Settings
+from schemas.tables import TABLES
+from schemas.vocabulary import Redo
+from tests.factories import make_record
+from tests.incremental_runs import NAMES, UNSEEN, dataset, done, manifest, runs, timeless
+from tests.object_store import Store
+from tests.remote_runs import brief, night
+
+
+@pytest.fixture(autouse=True)
+def quick(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The pipeline in this process, and no listing of a test before."""
+
+    def attempt(pipeline: str, ref: object, out: Path, settings: Settings, ask: object) -> Attempt:
+        return Attempt(brief(ref, out, settings, ask))  # type: ignore[arg-type]
+
+    monkeypatch.setattr(worker, "attempt_in_child", attempt)
+    listing._kept.clear()
+
+
+@pytest.fixture
+def data(tmp_path: Path) -> Path:
+    return dataset(tmp_path / "data")
+
+
+def another_machine(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    monkeypatch.setenv("ASSET2SIM_CACHE", str(tmp_path / f"cache-{time.monotonic_ns()}"))
+
+
+def test_the_tables_are_those_of_a_folder(
+    store: Store, data: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    out = f"{store.url}/out"
+    store.put(data, f"{store.url}/data")
+    night(data, tmp_path / "here")
+    assert done(night(f"{store.url}/data", out)) == "abcd"
+    here, there = timeless(tmp_path / "here"), timeless(out)
+    for row in (*here["assets"], *there["assets"]):
+        # A folder's is of the bytes of its files, a URL's of what the store says of them.
+        del row["content_hash"], row["source_path"]
+    assert here == there
+    # The objects are the files that are there otherwise, and nothing of the work is left but what the next run needs.
+    base = tmp_path / "here"
+    files = {path.relative_to(base).as_posix() for path in base.rglob("*") if path.is_file()}
+    kept = {name for name in files if name.startswith(("catalog/", "assets/", "logs/"))} | {".cache/files.db"}
+    assert {name for name in store.keys(out) if not name.startswith("history/")} == kept
+    assert not list((working_folder(out) / "assets").iterdir())
+    # Unchanged from this machine and from another, where nothing but tables and notes is asked for.
+    assert done(night(f"{store.url}/data", out)) == ""
+    another_machine(monkeypatch, tmp_path)
+    listing._kept.clear()
+    asked = store.asked("GET", lambda: night(f"{store.url}/data", out))
+    assert done(night(data, out)) == "abcd", "other files, as far as anybody can tell"
+    assert not [name for name in asked if name.startswith(("out/assets/", "data/a/", "data/b/"))]
+    assert runs(Path(read.local_tables(out)))["unchanged"].tolist() == [0, 4, 4, 0]
+
+
+def test_the_commands_that_read_take_a_url(
+    store: Store, data: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    from asset2sim.cli.main import run_command
+
+    out = f"{store.url}/out"
+
+    def command(*words: str) -> str:
+        code = run_command([*words, "--out", out], refine=pytest.fail, nightly=pytest.fail)
+        found = capsys.readouterr()
+        return found.out if code == 0 else f"{code}: {found.err}"
+
+    assert command("failures").startswith(f"2: asset2sim: no catalog in {out}: run")
+    night(data, out)
+    assert "none (ok)" in command("failures")
+    assert command("query", "select count(*) as n from asset_history", "--csv").split() == ["n", "4"]
+    assert f"{out}/assets/a" in command("show", "a")
+    with connect(out) as tables:
+        assert tables.sql("select count(*) from assets").fetchall() == [(4,)]
+    assert query(out, "select count(*) as n from runs")["n"].tolist() == [1]
+    assert store.asked("GET", lambda: read_table(out, "assets")) == [], "the copies are of today"
+    night(data, out)
+    assert len(read_table(out, "runs")) == 2 and "nothing changed" in command("failures", "--compare", "previous", "latest")
+    with pytest.raises(UsageError, match="check the address"):
+        read_table("s3://no-such-bucket/out", "assets")
+
+
+def test_what_left_the_dataset_leaves_the_tables(store: Store, data: Path) -> None:
+    url, out = f"{store.url}/data", f"{store.url}/out"
+    store.put(data, url)
+    night(url, out)
+    manifest(data, dict.fromkeys("abc", ""))
+    store.files.pipe_file(f"{url}/manifest.csv", (data / "manifest.csv").read_bytes())
+    store.files.pipe_file(f"{url}/b/mobility.urdf", b"<robot name='changed'/>")
+    listing._kept.clear()
+    assert done(night(url, out)) == "b"
+    assert read_table(out, "assets")["asset_id"].tolist() == ["a", "b", "c"]
+    assert len(read_table(out, "asset_history")) == 7
+    assert store.files.cat_file(f"{out}/assets/b/refined.urdf") == b"<robot name='changed'/>"
+
+
+def test_a_folder_that_somebody_removed_is_made_again(store: Store, data: Path) -> None:
+    out = f"{store.url}/out"
+    night(data, out)
+    store.files.rm(f"{out}/assets/c", recursive=True)
+    assert done(night(data, out)) == "c"
+    store.files.rm(f"{out}/assets/d/views", recursive=True)
+    assert done(night(data, out)) == ""
+    assert done(night(data, out, Settings())) == "d"
+
+
+def test_a_second_run_is_refused(store: Store, data: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    out = f"{store.url}/out"
+    with output.open_output(out) as held:
+        with pytest.raises(UsageError, match=f"process {os.getpid()}"), output.open_output(out):
+            pytest.fail("two runs")
+        another_machine(monkeypatch, tmp_path)
+        with pytest.raises(UsageError, match=rf"\(process {os.getpid()} on .* is writing to {out}"):
+            night(data, out)
+        assert held.folder.is_dir()
+    night(data, out)
+
+
+def test_nothing_is_sent_once_another_run_took_over(store: Store, data: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    from asset2sim.remote import lock
+
+    out = f"{store.url}/out"
+    monkeypatch.setattr(output, "lock_url", partial(lock.lock_url, renew_s=0.02))
+
+    def overtaken(*arguments: object, **options: object) -> Attempt:
+        store.files.pipe_file(f"{out}/.lock", b'{"token": "t", "process": 1, "host": "far", "time": 9e12}')
+        time.sleep(0.3)
+        return Attempt(brief(*arguments[1:]))  # type: ignore[arg-type]
+
+    monkeypatch.setattr(worker, "attempt_in_child", overtaken)
+    with pytest.raises(LostLockError, match=r"took .* over"):
+        night(data, out)
+    assert not [name for name in store.keys(out) if name.startswith(("catalog/", "history/"))]
+
+
+def test_runs_is_the_last_table_that_is_sent(store: Store, data: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    out = f"{store.url}/out"
+    monkeypatch.setattr(compact, "MAX_FILES", 2)
+    for _ in range(2):
+        night(data, out)
+    store.requests.clear()
+    night(data, out)
+    changes = [
+        (method, path.partition("?")[0].rpartition("/")[2] if method == "PUT" else "")
+        for method, path in store.requests
+        if method in ("PUT", "POST", "DELETE")
+    ]
+    names = [name for method, name in changes if method == "PUT"]
+    tables = {table.file for table in TABLES.values()}
+    sent = [name for name in names if name in tables]
+    assert sent[-1] == "runs.parquet" and len(sent) > 1
+    run_id = runs(read.local_tables(out))["run_id"].iloc[-1]
+    assert names.index(f"{run_id}.parquet") < names.index("runs.parquet") < names.index("merged.parquet")
+    removals = [number for number, (method, _) in enumerate(changes) if method != "PUT"]
+    assert changes.index(("PUT", "merged.parquet")) < removals[0]
+    (merged,) = [name for name in store.keys(out) if name.startswith("history/")]
+    assert merged.endswith("/merged.parquet") and len(read_table(out, "asset_history")) == 3 * len(NAMES)
+
+
+@pytest.fixture
+def killer(store: Store) -> Iterator[list[int]]:
+    """[process, n]: the process is killed once the server has been asked to change something n times."""
+    target: list[int] = []
+    ended = threading.Event()
+
+    def watch() -> None:
+        while not ended.wait(0.001):
+            if target and sum(method != "GET" and method != "HEAD" for method, _ in list(store.requests)) >= target[1]:
+                os.kill(target[0], signal.SIGKILL)
+                target.clear()
+
+    thread = threading.Thread(target=watch)
+    thread.start()
+    yield target
+    ended.set()
+    thread.join()
+
+
+def test_a_run_that_is_killed_anywhere_is_finished_by_another_machine(
+    store: Store, data: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, killer: list[int]
+) -> None:
+    monkeypatch.setattr(read, "SENDING_S", 0.0)
+    url = f"{store.url}/data"
+    store.put(data, url)
+    night(url, f"{store.url}/undisturbed")
+    expected = timeless(f"{store.url}/undisturbed")  # type: ignore[arg-type]
+    killed, taken_up = 0, set()
+    for requests in (2, 6, 13, 23, 28, 34, 36, 99):
+        out = f"{store.url}/out-{requests}"
+        listing._kept.clear()
+        store.requests.clear()
+        child = os.fork()
+        if child == 0:
+            try:
+                night(url, out)
+            finally:
+                os._exit(0)
+        killer[:] = [child, requests]
+        _, status = os.waitpid(child, 0)
+        killer.clear()
+        if not os.WIFSIGNALED(status):
+            break
+        killed += 1
+        left = store.keys(out)
+        if ".lock" in left:
+            # As if the time had passed after which nobody believes in it.
+            store.files.rm(f"{out}/.lock")
+        before = len(read_table(out, "runs")) if "catalog/runs.parquet" in left else 0
+        another_machine(monkeypatch, tmp_path)
+        plan = night(url, out)
+        taken_up.add(len(plan.finished))
+        assert len(plan.todo) + len(plan.finished) + len(plan.unchanged) == len(NAMES)
+        assert timeless(out) == expected, f"killed after {requests} requests"  # type: ignore[arg-type]
+        past = read_table(out, "asset_history").groupby("run_id")["asset_id"].agg(list).to_dict()
+        assert past == {run_id: list(NAMES) for run_id in read_table(out, "runs")["run_id"]}
+        assert len(past) == before + 1
+        assert not [name for name in store.keys(out) if name.startswith((RECORDS, ".lock"))]
+    assert killed >= 5 and {0, len(NAMES)} <= taken_up and len(taken_up) > 2
+
+
+def test_workers_on_another_machine_answer_through_the_store(store: Store, data: Path, tmp_path: Path) -> None:
+    url, out = f"{store.url}/data", f"{store.url}/out"
+    store.put(data, url)
+    far = tmp_path / "far"
+    # A worker that is a daemon may not start the process in which an asset runs.
+    with dask.config.set({"distributed.worker.daemon": False}), LocalCluster(
+        n_workers=1,
+        threads_per_worker=1,
+        processes=True,
+        host="127.0.0.1",
+        dashboard_address="127.0.0.1:0",
+        silence_logs=60,
+        env={"ASSET2SIM_CACHE": str(far)},
+    ) as cluster:
+        settings = UNSEEN.model_copy(update={"run": RunSettings(scheduler=cluster.scheduler_address)})
+        assert done(night(url, out, settings, dask=True)) == "abcd"
+    assert read_table(out, "assets")["status"].tolist() == ["ok"] * 4
+    assert (far / "data").is_dir() and not (tmp_path / "cache" / "data").exists()
+    assert {f"assets/{name}/refined.urdf" for name in NAMES} <= set(store.keys(out))
+
+
+def test_a_record_that_is_here_is_not_fetched(store: Store, data: Path) -> None:
+    out = f"{store.url}/out"
+    plan = night(data, out)
+    content = plan.hashes["a"]
+    store.files.pipe_file(f"{out}/{RECORDS}/{content}.json", b"{}")
+    kept = KeptRecord(run_id="r", redo=Redo.CHANGED, record=make_record("a", content_hash=content))
+    folder = working_folder(out)
+    keep_record(folder, kept)
+    assert store.asked("GET", lambda: fetch_record(out, content, "r", 1)) == []
+    assert store.asked("GET", lambda: fetch_record(out, content, "r", 2)) == [f"out/{RECORDS}/{content}.json"]
+    assert record_file(folder, content).read_bytes() == b"{}", "the second attempt's, from another machine"
