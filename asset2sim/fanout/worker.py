@@ -10,7 +10,7 @@ from pathlib import Path
 from asset2sim.fanout.again import with_first
 from asset2sim.fanout.done import Done
 from asset2sim.fanout.job import Job
-from asset2sim.incremental.records import KeptRecord, write_record
+from asset2sim.incremental.records import KeptRecord, read_record, write_record
 from asset2sim.isolation.asset import Attempt, attempt_in_child, first_log_file, log_file
 from asset2sim.isolation.stopping import is_stopped
 from asset2sim.models.books import Books, open_books
@@ -35,6 +35,10 @@ def refine_on_worker(
     ``run_id`` names the run whose budget the model calls count towards; None is a run of its own.
     """
     run_id = run_id or uuid.uuid4().hex
+    before = read_record(out, job.content_hash)
+    if before is not None and (before.run_id, before.attempt) == (run_id, job.attempt):
+        # Dask asks once more for what a worker had done whose answer was lost with it.
+        return Done(job.ref.asset_id, before.record.status, before.died)
     _keep_first_log(out, job)
     attempt = refine_asset(job.ref, out, settings, pipeline, run_id)
     record = with_first(attempt.record, job.first, attempt.died)
