@@ -1,5 +1,6 @@
 """The dead tried once more: which, how many, what their records say, and what a killed run leaves of them."""
 
+from functools import partial
 from pathlib import Path
 
 import pytest
@@ -8,11 +9,12 @@ from asset2sim.fanout.again import not_tried_again, second_jobs, with_first
 from asset2sim.fanout.done import Done
 from asset2sim.fanout.harvest import Harvest, give_up, pick_up, take
 from asset2sim.fanout.job import FirstAttempt, Job, job_of
+from asset2sim.fanout.on_worker import refine_on_worker
 from asset2sim.fanout.order import last_seconds, longest_first
 from asset2sim.fanout.refine import refine_all
 from asset2sim.fanout.spread import Lost
 from asset2sim.incremental import records
-from asset2sim.incremental.records import KeptRecord, await_record, keep_record, kept_records, record_file
+from asset2sim.incremental.records import KeptRecord, await_record, keep_record, kept_records, read_record, record_file
 from schemas.asset import AssetRef
 from schemas.settings import RunSettings, Settings
 from schemas.vocabulary import FailureMode, Method, Redo, Severity, Status
@@ -89,6 +91,27 @@ def test_a_record_that_could_not_be_written_travels_and_is_kept_where_there_is_r
     got = harvest(tmp_path)
     assert take(got, JOB, Done("a", Status.OK, record=kept().record)) == kept().record
     assert [item.record for item in kept_records(tmp_path)] == [kept().record]
+
+
+def test_what_is_done_is_not_done_again_where_only_the_answer_was_lost(tmp_path: Path) -> None:
+    work = partial(refine_on_worker, out=tmp_path, settings=Settings(), pipeline="tests.crashers:no_pipeline")
+    keep_record(tmp_path, kept(reason="kept"))
+    assert work(JOB, run_id="r") == Done("a", Status.OK) == work(JOB, run_id="r")
+    (same,) = kept_records(tmp_path)
+    assert same.record.reason == "kept"
+    assert work(Job(REF, HASH, FIRST), run_id="r") == Done("a", Status.OK)
+    (second,) = kept_records(tmp_path)
+    assert second.attempt == 2 and second.record.calls == FIRST.calls
+
+
+def test_a_record_read_shares_what_every_record_has_and_a_copy_does_not(tmp_path: Path) -> None:
+    for name in "ab":
+        keep_record(tmp_path, KeptRecord(run_id="r", redo=Redo.CHANGED, record=make_record(name, content_hash=name)))
+    one, two = (read_record(tmp_path, name) for name in "ab")
+    assert one is not None and two is not None and one.record == make_record("a", content_hash="a")
+    assert one.record.__pydantic_fields_set__ is two.record.__pydantic_fields_set__
+    copy = one.record.model_copy(update={"reason": "other"})
+    assert copy.__pydantic_fields_set__ is not one.record.__pydantic_fields_set__
 
 
 def test_a_lost_worker_is_a_death_without_a_record_and_two_are_the_end(tmp_path: Path) -> None:

@@ -14,6 +14,7 @@ from distributed.worker import Worker
 
 from asset2sim.isolation.server import refuse_daemon
 from asset2sim.isolation.stopping import accept_children, stop_children
+from asset2sim.remote.cache import working_folder
 from schemas.errors import UsageError
 from schemas.location import is_url
 
@@ -32,17 +33,17 @@ class StopChildren(WorkerPlugin):
     """Has a worker's children killed when the worker ends, as it does when its scheduler goes: nobody waits for what
     they do, and a later worker may work on the same assets. So are those that an earlier run has left there."""
 
-    def __init__(self, owner: str) -> None:
-        self.owner = owner
-        self.name = f"asset2sim-{hashlib.sha256(owner.encode(errors='surrogateescape')).hexdigest()[:16]}"
+    def __init__(self, out: Path | str) -> None:
+        self.out = out
+        self.name = f"asset2sim-{hashlib.sha256(str(out).encode(errors='surrogateescape')).hexdigest()[:16]}"
 
     def setup(self, worker: Worker) -> None:
         """The worker is there, or the run has just begun."""
-        accept_children(self.owner)
+        accept_children(str(working_folder(self.out)))
 
     def teardown(self, worker: Worker) -> None:
         """The worker goes, or another run takes this plugin's place."""
-        stop_children(self.owner)
+        stop_children(str(working_folder(self.out)))
 
 
 @contextmanager
@@ -54,7 +55,7 @@ def join_cluster(address: str, out: Path | str, patience_s: float = 0.0) -> Iter
     """
     with _connect(address, time.monotonic() + patience_s) as client:
         _check_workers(client, address, out)
-        plugin = StopChildren(str(out))
+        plugin = StopChildren(out)
         client.register_plugin(plugin)
         try:
             yield client

@@ -1,69 +1,25 @@
 """What a Dask worker does with one asset: a child process for the work, this process for the model calls."""
 
-import contextlib
-import logging
 import uuid
-from dataclasses import replace
 from functools import partial
 from pathlib import Path
 
-from asset2sim.fanout.again import with_first
-from asset2sim.fanout.done import Done
-from asset2sim.fanout.job import Job
-from asset2sim.incremental.records import KeptRecord, write_record
-from asset2sim.isolation.asset import Attempt, attempt_in_child, first_log_file, log_file
+from asset2sim.isolation.asset import Attempt, attempt_in_child
 from asset2sim.isolation.stopping import is_stopped
 from asset2sim.models.books import Books, open_books
 from asset2sim.models.gateway import ask
 from asset2sim.remote.cache import working_folder
-from asset2sim.remote.store import StoreError
-from asset2sim.remote.worker import send_record, with_files
+from asset2sim.remote.worker import with_files
 from schemas.asset import AssetRef
 from schemas.request import ModelAnswer, ModelRequest
 from schemas.settings import ModelSettings, Settings
 from schemas.vocabulary import Method
 
-logger = logging.getLogger(__name__)
-
 PIPELINE = "asset2sim.pipeline:refine_asset"
 """The pipeline by name, so that neither the flow nor a worker imports the engines: only the children do."""
 
 
-def refine_on_worker(
-    job: Job, out: Path | str, settings: Settings, pipeline: str = PIPELINE, run_id: str | None = None
-) -> Done:
-    """Refine one asset, whatever happens to it, and keep its record in ``out``, a folder or a URL; ``pipeline`` is a
-    ``module:function`` name.
-
-    ``run_id`` names the run whose budget the model calls count towards; None is a run of its own.
-    """
-    run_id = run_id or uuid.uuid4().hex
-    _keep_first_log(working_folder(out), job)
-    attempt = refine_asset(job.ref, out, settings, pipeline, run_id)
-    record = with_first(attempt.record, job.first, attempt.died)
-    record = record.model_copy(update={"content_hash": job.content_hash})
-    done = Done(job.ref.asset_id, record.status, attempt.died)
-    kept = KeptRecord(run_id=run_id, redo=settings.run.redo, record=record, attempt=job.attempt, died=attempt.died)
-    try:
-        write_record(working_folder(out), kept)
-        send_record(out, job.content_hash)
-    except (OSError, StoreError) as error:
-        logger.warning("cannot keep what has finished in %s (%s)", out, error)
-        return replace(done, record=record)
-    return done
-
-
-def _keep_first_log(out: Path, job: Job) -> None:
-    """The log of a first attempt out of the second one's way, and one of an earlier run away."""
-    log, first = log_file(out, job.ref.asset_id), first_log_file(out, job.ref.asset_id)
-    with contextlib.suppress(OSError):
-        if job.first is None:
-            first.unlink(missing_ok=True)
-        else:
-            log.replace(first)
-
-
-def refine_asset(
+def attempt_asset(
     ref: AssetRef, out: Path | str, settings: Settings, pipeline: str = PIPELINE, run_id: str | None = None
 ) -> Attempt:
     """One attempt at one asset, in a child process; the model calls are made here."""
