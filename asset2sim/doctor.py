@@ -219,7 +219,7 @@ def check_dask() -> str:
     """A cluster starts and computes."""
     from asset2sim.fanout.cluster import open_client
 
-    with open_client(RunSettings(workers=1)) as client:
+    with open_client(RunSettings(workers=1), Path.cwd()) as client:
         if client.submit(abs, -1).result(timeout=30) != 1:
             raise BrokenError("a cluster started and gave a wrong answer")
     return "a cluster starts and computes"

@@ -17,4 +17,4 @@ def refine_assets(
     refs: list[AssetRef], plan: Plan, output: Output, settings: Settings, run_id: str, pipeline: str = PIPELINE
 ) -> Refined:
     """A record per asset that the plan has to do; see ``asset2sim.fanout.planned.refine_planned``."""
-    return refine_planned(refs, plan, output.folder, settings, run_id, pipeline, output.place)
+    return refine_planned(refs, plan, output.folder, settings, run_id, pipeline, output.url)

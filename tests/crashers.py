@@ -1,6 +1,7 @@
 """Functions that end badly, for the tests of isolation. Importable by name, since they run in a child process."""
 
 import ctypes
+import errno
 import os
 import signal
 import subprocess
@@ -60,6 +61,14 @@ def raise_key_error() -> None:
 
 def raise_asset_error() -> None:
     raise AssetError(FailureMode.MISSING_MESH, "missing_mesh", "link 'lid' needs lid.obj", link="lid")
+
+
+def meet_a_full_disk() -> None:
+    """As where a library hides what the system said behind an error of its own."""
+    try:
+        raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC), "mesh.obj")
+    except OSError:
+        raise ValueError("cannot export the mesh")  # noqa: B904 - as libraries do
 
 
 def return_the_unpicklable() -> Callable[[], None]:

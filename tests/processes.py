@@ -1,5 +1,8 @@
 """Other processes on this machine, as tests watch them."""
 
+import contextlib
+import os
+import signal
 import time
 from collections.abc import Callable
 from pathlib import Path
@@ -7,14 +10,27 @@ from pathlib import Path
 
 def alive(mark: str) -> list[str]:
     """The command lines of running processes that carry the mark in their environment."""
-    found = []
+    return list(marked(mark).values())
+
+
+def marked(mark: str) -> dict[int, str]:
+    """Process id → command line of running processes that carry the mark in their environment."""
+    found = {}
     for folder in Path("/proc").glob("[0-9]*"):
         try:
             if mark.encode() in (folder / "environ").read_bytes():
-                found.append((folder / "cmdline").read_bytes().replace(b"\0", b" ").decode(errors="replace"))
+                words = (folder / "cmdline").read_bytes().replace(b"\0", b" ").decode(errors="replace")
+                found[int(folder.name)] = words
         except (FileNotFoundError, ProcessLookupError, PermissionError):
             continue
     return found
+
+
+def kill_marked(mark: str) -> None:
+    """Kill what a test has left running."""
+    for pid in marked(mark):
+        with contextlib.suppress(ProcessLookupError):
+            os.kill(pid, signal.SIGKILL)
 
 
 def wait_until(condition: Callable[[], bool], seconds: float) -> bool:

@@ -30,7 +30,7 @@ PIPELINE = "tests.remote_runs:brief"
 def in_this_process(monkeypatch: pytest.MonkeyPatch) -> None:
     """Have workers run ``brief`` themselves: a child process takes seconds to start."""
 
-    def attempt(pipeline: str, ref: AssetRef, out: Path, settings: Settings, ask: object) -> Attempt:
+    def attempt(pipeline: str, ref: AssetRef, out: Path, settings: Settings, ask: object, owner: str) -> Attempt:
         return Attempt(brief(ref, out, settings, ask))
 
     monkeypatch.setattr(worker, "attempt_in_child", attempt)
@@ -66,7 +66,7 @@ def night(data: Path | str, out: Path | str, settings: Settings = UNSEEN, *, das
         plan = make_plan(refs, {}, folder, settings, PIPELINE, run.run_id, there)
         send_plan(output, plan)
         if dask:
-            records = list(refine_planned(refs, plan, folder, settings, run.run_id, PIPELINE, out).records)
+            records = list(refine_planned(refs, plan, folder, settings, run.run_id, PIPELINE, output.url).records)
         else:
             records = [*plan.finished]
             for ref in plan.todo:

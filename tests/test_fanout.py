@@ -1,19 +1,25 @@
 """Assets over Dask workers: every one gets a record, whatever happens to its process, its worker or the cluster."""
 
+import os
 import socket
 from collections.abc import Iterator
 from pathlib import Path
+from threading import Thread
 
 import dask
 import pytest
 from distributed import LocalCluster
 
 from asset2sim.check_request import check_scheduler
+from asset2sim.fanout import existing, refine
 from asset2sim.fanout.refine import refine_all
 from schemas.asset import AssetRef
 from schemas.errors import UsageError
 from schemas.settings import RunSettings, Settings
 from schemas.vocabulary import FailureMode, Status
+from tests.dask_programs import answering, programs, start_scheduler, start_workers
+from tests.faulty import processes
+from tests.processes import alive, kill_marked, wait_until
 
 
 def refs(*ids: str) -> list[AssetRef]:
@@ -67,6 +73,46 @@ def test_an_absent_scheduler_is_the_users_mistake() -> None:
     for malformed in ("127.0.0.1:8786", "http://127.0.0.1:8786", "tcp://127.0.0.1", "tcp://127.0.0.1:many"):
         with pytest.raises(UsageError, match="tcp://host:port"):
             check_scheduler(malformed)
+
+
+def test_a_scheduler_that_does_not_come_back_ends_the_run_with_what_had_finished(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(refine, "RETURN_LIMIT_S", 1.0)
+    monkeypatch.setattr(existing, "CONNECT_LIMIT_S", 2.0)
+    mark = f"asset2sim-fanout-{tmp_path.name}-{os.getpid()}"
+    cluster = programs({**os.environ, "A_TEST": mark}, tmp_path)
+    try:
+        scheduler, workers = start_scheduler(cluster), start_workers(cluster, 1)
+        assert wait_until(lambda: answering(cluster.address, 1), 120.0)
+        out = tmp_path / "out"
+        out.mkdir()
+
+        def kill_the_scheduler() -> None:
+            wait_until(lambda: bool(processes(out, "sleepy")), 60.0)
+            scheduler.kill()
+
+        killer = Thread(target=kill_the_scheduler)
+        killer.start()
+        found = refine_all(refs("a", "b", "sleepy"), out, settings(scheduler=cluster.address,
+                           asset_time_limit_s=300.0), "tests.faulty:refine")  # fmt: skip
+        assert found.stopped is not None and "scheduler went away" in found.stopped
+        assert [record.ref.asset_id for record in found.records] == ["a", "b"]
+        killer.join()
+        # The worker goes with its scheduler, and takes the child along that would sleep for minutes.
+        assert workers.wait(120.0) is not None
+        assert wait_until(lambda: not alive(mark), 20.0), alive(mark)
+    finally:
+        kill_marked(mark)
+
+
+def test_workers_that_do_not_see_the_output_folder_are_refused(tmp_path: Path) -> None:
+    sign = tmp_path / existing.SIGN
+    with pytest.raises(UsageError, match="does not see the output folder"):
+        existing.refuse_other_folder(str(sign), "here")
+    sign.parent.mkdir()
+    sign.write_text("here")
+    existing.refuse_other_folder(str(sign), "here")
 
 
 def process_cluster(daemon: bool) -> LocalCluster:

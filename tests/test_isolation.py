@@ -12,7 +12,7 @@ from pathlib import Path
 import pytest
 
 from asset2sim.isolation import Ending, Outcome, accept_children, run_isolated, stop_children
-from asset2sim.isolation.asset import StoppedError, failed_record, refine_in_child
+from asset2sim.isolation.asset import StoppedError, attempt_in_child, failed_record, record_of_death, refine_in_child
 from schemas.asset import AssetRecord, AssetRef
 from schemas.call import ModelCall
 from schemas.request import ModelAnswer, ModelRequest
@@ -108,6 +108,19 @@ def test_an_exception_comes_back_as_text_with_its_traceback(log: Path) -> None:
     assert outcome.reason == "KeyError: 'joint_7'"
     assert "in raise_key_error" in outcome.detail
     assert isolated(log, crashers.raise_asset_error).reason == "AssetError: link 'lid' needs lid.obj"
+
+
+def test_a_full_disk_is_an_ending_of_its_own_and_a_failed_record_that_says_so(log: Path, tmp_path: Path) -> None:
+    outcome = isolated(log, crashers.meet_a_full_disk)
+    assert outcome.ending is Ending.DISK_FULL and "No space left on device" in outcome.detail
+    record = record_of_death(REF, tmp_path, Settings(), outcome, (CALL,))
+    assert record.failure_mode is FailureMode.DISK_FULL and record.calls == (CALL,)
+    assert record.reason == "a disk is full: ValueError: cannot export the mesh"
+
+
+def test_a_log_that_cannot_be_written_costs_its_lines_only(tmp_path: Path) -> None:
+    (tmp_path / "logs").write_text("a file where the folder of logs should be")
+    assert isolated(tmp_path / "logs" / "asset.log", crashers.double, 4).value == 8
 
 
 def test_a_result_that_cannot_travel_is_an_outcome(log: Path) -> None:
@@ -279,6 +292,15 @@ def test_a_hang_is_a_failed_record(tmp_path: Path) -> None:
     record = refine_in_child("tests.test_isolation:hang", REF, tmp_path, quick_settings(), answer)
     assert record.failure_mode is FailureMode.TIMEOUT
     assert "1 s" in record.reason
+
+
+def test_only_a_process_that_died_says_so(tmp_path: Path) -> None:
+    def died(pipeline: str) -> str:
+        return attempt_in_child(pipeline, REF, tmp_path, quick_settings(), answer).died
+
+    assert "SIGSEGV" in died("tests.test_isolation:ask_and_crash") and "1 s" in died("tests.test_isolation:hang")
+    assert died("tests.test_isolation:fine") == died("tests.test_isolation:forget_the_record") == ""
+    assert died("tests.no_such_module:refine") == ""
 
 
 def test_a_pipeline_without_an_answer_is_a_failed_record(tmp_path: Path) -> None:

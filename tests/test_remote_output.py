@@ -152,7 +152,7 @@ def test_nothing_is_sent_once_another_run_took_over(store: Store, data: Path, mo
     def overtaken(*arguments: object, **options: object) -> Attempt:
         store.files.pipe_file(f"{out}/.lock", b'{"token": "t", "process": 1, "host": "far", "time": 9e12}')
         time.sleep(0.3)
-        return Attempt(brief(*arguments[1:]))  # type: ignore[arg-type]
+        return Attempt(brief(*arguments[1:5]))  # type: ignore[arg-type]
 
     monkeypatch.setattr(worker, "attempt_in_child", overtaken)
     with pytest.raises(LostLockError, match=r"took .* over"):

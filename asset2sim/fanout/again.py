@@ -26,17 +26,19 @@ def with_first(record: AssetRecord, first: FirstAttempt | None, died: str) -> As
     """The record of a second attempt with what the first one cost and how it died; ``died`` is how this one did."""
     if first is None:
         return record
-    calls = (*first.calls, *record.calls)
+    asset_id, calls = record.ref.asset_id, (*first.calls, *record.calls)
+    # The log has been moved out of the second attempt's way.
+    before = first.died.replace(f"{asset_id}.log", f"{asset_id}.first.log")
     if not died:
         finding = Finding(
             stage=Stage.REFINE,
             severity=Severity.WARNING,
             code=DIED_ONCE,
-            message=f"asset {record.ref.asset_id}: its first attempt died ({first.died}); this is the second, alone",
+            message=f"asset {asset_id}: its first attempt died ({before}); this is the second, alone",
         )
         return record.model_copy(update={"calls": calls, "findings": (*record.findings, finding)})
-    reason = f"died twice: {died}; the first time: {first.died}"
-    message = f"asset {record.ref.asset_id}: {reason}"
+    reason = f"died twice: {died}; the first time: {before}"
+    message = f"asset {asset_id}: {reason}"
     findings = tuple(
         finding.model_copy(update={"message": message}) if finding.code == record.failure_mode else finding
         for finding in record.findings

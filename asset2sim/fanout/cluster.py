@@ -4,16 +4,13 @@ import logging
 import tempfile
 from collections.abc import Iterator
 from contextlib import contextmanager
+from pathlib import Path
 
 import dask
 from distributed import Client, LocalCluster
 
-from asset2sim.isolation.server import refuse_daemon
-from schemas.errors import UsageError
+from asset2sim.fanout.existing import join_cluster
 from schemas.settings import RunSettings
-
-CONNECT_LIMIT_S = 10.0
-"""Time in which a scheduler must answer, s."""
 
 _CONFIG = {
     "distributed.worker.memory.target": False,
@@ -28,13 +25,17 @@ _CONFIG = {
 loop shares the interpreter with LiteLLM's import, so a late tick is no news. It serves no pages.
 """
 
+_TALKATIVE = ("distributed", "distributed.client")
+"""Dask's loggers: the second has a level of its own."""
+
 LOOPBACK = "127.0.0.1:0"
 """Dask listens for pages even where it has none: on any free port, for this machine alone."""
 
 
 @contextmanager
-def open_client(run: RunSettings) -> Iterator[Client]:
-    """A client of the cluster that ``run`` asks for, closed after the block.
+def open_client(run: RunSettings, out: Path | str, patience_s: float = 0.0) -> Iterator[Client]:
+    """A client of the cluster that ``run`` asks for, closed after the block; for one that is there already see
+    ``join_cluster``.
 
     The local cluster's workers are threads of this process: each waits for a child process, which holds the engines
     and is the only thing that may crash. Against worker processes that saves 1.3 s of start-up, 4 ms an asset, and
@@ -58,8 +59,7 @@ def open_client(run: RunSettings) -> Iterator[Client]:
         ):
             yield client
     else:
-        with _connect(run.scheduler) as client:
-            _check_workers(client, run.scheduler)
+        with _quiet_dask(), join_cluster(run.scheduler, out, patience_s) as client:
             yield client
 
 
@@ -71,36 +71,12 @@ def concurrency(client: Client) -> int:
 
 @contextmanager
 def _quiet_dask() -> Iterator[None]:
-    """Dask tells of every connection that it opens and closes, and complains of those that it closes itself."""
-    logger = logging.getLogger("distributed")
-    before = logger.level
-    logger.setLevel(logging.CRITICAL)
+    """Dask tells of every connection that it opens, closes and loses, and complains of those that it closes itself."""
+    before = {name: logging.getLogger(name).level for name in _TALKATIVE}
+    for name in _TALKATIVE:
+        logging.getLogger(name).setLevel(logging.CRITICAL)
     try:
         yield
     finally:
-        logger.setLevel(before)
-
-
-def _connect(address: str) -> Client:
-    try:
-        return Client(address, timeout=CONNECT_LIMIT_S)
-    except (OSError, ValueError, TimeoutError) as error:
-        raise UsageError(
-            f"no Dask scheduler answers at {address}; start one with `dask scheduler`, or leave --scheduler out"
-        ) from error
-
-
-def _check_workers(client: Client, address: str) -> None:
-    if not client.nthreads():
-        raise UsageError(
-            f"the scheduler at {address} has no workers; start some with "
-            f"`DASK_DISTRIBUTED__WORKER__DAEMON=False dask worker {address} --nthreads 1`"
-        )
-    answers = client.run(refuse_daemon, on_error="return")
-    for worker, answer in answers.items():
-        if isinstance(answer, UsageError):
-            raise UsageError(f"worker {worker}: {answer}")
-        if isinstance(answer, Exception):
-            raise UsageError(
-                f"worker {worker} cannot run Asset2Sim ({answer}); install the project where workers start"
-            )
+        for name, level in before.items():
+            logging.getLogger(name).setLevel(level)

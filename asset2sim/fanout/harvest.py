@@ -19,16 +19,22 @@ from schemas.vocabulary import FailureMode
 
 @dataclass
 class Harvest:
-    """``out`` is the run's own folder, ``place`` where the workers keep records: ``out``, or the URL that it mirrors.
-    ``records`` maps asset ids to what came of them; ``dead`` holds how a first attempt died that is to be followed
-    by another, in the order in which that became known. An asset may be in both: its record is then the first's."""
+    """``records`` maps asset ids to what came of them; ``dead`` holds how a first attempt died that is to be followed
+    by another, in the order in which that became known. An asset may be in both: its record is then the first's.
+    ``tried_again`` counts second attempts. ``out`` is the run's own folder, ``url`` what that mirrors, if anything."""
 
     out: Path
     run_id: str
     settings: Settings
-    place: Path | str
     records: dict[str, AssetRecord] = field(default_factory=dict)
     dead: dict[str, FirstAttempt] = field(default_factory=dict)
+    tried_again: int = 0
+    url: str | None = None
+
+    @property
+    def place(self) -> Path | str:
+        """Where the workers keep records."""
+        return self.url or self.out
 
 
 def is_open(harvest: Harvest, job: Job) -> bool:
@@ -51,6 +57,8 @@ def take(harvest: Harvest, job: Job, end: Done | Lost) -> AssetRecord | None:
 
 def pick_up(harvest: Harvest, job: Job) -> AssetRecord | None:
     """Bring in what a job's worker has kept, if nobody told that it ended; the record, if that was the last attempt."""
+    if job.ref.asset_id in harvest.records and job.ref.asset_id not in harvest.dead:
+        return None
     _fetch(harvest, job)
     kept = read_record(harvest.out, job.content_hash)
     if kept is None or kept.run_id != harvest.run_id or kept.attempt < job.attempt:
@@ -58,11 +66,11 @@ def pick_up(harvest: Harvest, job: Job) -> AssetRecord | None:
     return _take_kept(harvest, kept)
 
 
-def give_up(harvest: Harvest, job: Job, most: int) -> AssetRecord:
+def give_up(harvest: Harvest, job: Job) -> AssetRecord:
     """The record of a dead asset that is one too many to be tried once more."""
     first = harvest.dead.pop(job.ref.asset_id)
     record = harvest.records.get(job.ref.asset_id) or _failed(harvest, job, first.died)
-    kept = _keep(harvest, job, not_tried_again(record, first, most), "")
+    kept = _keep(harvest, job, not_tried_again(record, first, harvest.tried_again), "")
     harvest.records[job.ref.asset_id] = kept.record
     return kept.record
 

@@ -2,7 +2,7 @@
 
 import logging
 import uuid
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
@@ -12,6 +12,7 @@ from distributed import Client, wait
 from asset2sim.fanout.again import second_jobs
 from asset2sim.fanout.cluster import concurrency, open_client
 from asset2sim.fanout.done import Done
+from asset2sim.fanout.existing import RETURN_LIMIT_S
 from asset2sim.fanout.harvest import Harvest, give_up, is_open, pick_up, take
 from asset2sim.fanout.interrupt import terminated_as_interrupted
 from asset2sim.fanout.job import Job, job_of
@@ -22,9 +23,9 @@ from asset2sim.fanout.worker import PIPELINE, refine_on_worker
 from asset2sim.incremental.records import drop_record
 from asset2sim.isolation import accept_children, stop_children
 from asset2sim.isolation.server import warm_up
-from asset2sim.remote.cache import working_folder
 from asset2sim.run_result import INTERRUPTED
 from schemas.asset import AssetRecord, AssetRef, Unchanged
+from schemas.errors import UsageError
 from schemas.settings import Settings
 
 QUIET_S = 1.0
@@ -50,11 +51,11 @@ def refine_all(
     pipeline: str = PIPELINE,
     run_id: str | None = None,
     hashes: Mapping[str, str] | None = None,
-    place: Path | str | None = None,
+    url: str | None = None,
 ) -> Refined:
     """Refine every asset into ``out`` (absolute), on the cluster of ``settings.run``.
 
-    ``place`` is where the workers put what they make, if not ``out`` itself: the URL that it mirrors.
+    ``url`` is where the workers put what they make, if not into ``out`` itself: the URL that it mirrors.
     ``run_id`` names the run whose budget the model calls count towards; None is a run of its own. Records come through
     ``out``, where they stay, named by ``hashes`` (asset id → content hash); without those none stays.
     Ctrl-C, SIGTERM and the loss of the cluster end it early, with no child process left and with the records so far.
@@ -64,37 +65,56 @@ def refine_all(
     run_id = run_id or uuid.uuid4().hex
     ordered = longest_first(refs, last_seconds(out, settings.method))
     jobs = {ref.asset_id: job_of(ref, run_id, hashes) for ref in ordered}
-    harvest = Harvest(out, run_id, settings, place or out)
-    accept_children(str(out))
+    harvest = Harvest(out, run_id, settings, url=url)
+    accept_children(str(harvest.place))
     warm_up()
-    client_of_run = open_client(settings.run)
-    with terminated_as_interrupted(), client_of_run as client, progress(len(jobs)) as report:
-        work = partial(refine_on_worker, out=place or out, settings=settings, pipeline=pipeline, run_id=run_id)
-        stopped = _refine(client, jobs, work, harvest, report)
+    with terminated_as_interrupted(), progress(len(jobs)) as report:
+        work = partial(refine_on_worker, out=harvest.place, settings=settings, pipeline=pipeline, run_id=run_id)
+        stopped = _refine(jobs, work, harvest, report)
     if hashes is None:
         for job in jobs.values():
             drop_record(out, job.content_hash)
     return Refined(tuple(harvest.records[ref.asset_id] for ref in refs if ref.asset_id in harvest.records), stopped)
 
 
-def _refine(client: Client, jobs: Mapping[str, Job], work: Work, harvest: Harvest, report: Report) -> str | None:
-    """Everything that is still open, and then the dead once more; why it stopped if it did."""
+def _refine(jobs: Mapping[str, Job], work: Work, harvest: Harvest, report: Report) -> str | None:
+    """All jobs, on a cluster that may go away and come back; why that stopped before the end, if it did."""
+    run, lost, patience_s = harvest.settings.run, None, 0.0
+    while True:
+        try:
+            with open_client(run, harvest.place, patience_s) as client:
+                if lost is not None:
+                    logger.warning("the Dask scheduler at %s is back", run.scheduler)
+                    _pick_up(jobs.values(), harvest, report)
+                return _refine_on(client, jobs, work, harvest, report)
+        except LostClusterError as error:
+            lost, patience_s = str(error), RETURN_LIMIT_S
+            logger.warning("the Dask scheduler at %s went away; waiting %g s for it", run.scheduler, patience_s)
+        except UsageError:
+            # Nothing has begun where the first attempt to join fails.
+            if lost is None:
+                raise
+            _pick_up(jobs.values(), harvest, report)
+            return lost
+        except KeyboardInterrupt:
+            # Pressed between two clusters: there is nobody to stop.
+            return INTERRUPTED
+
+
+def _refine_on(client: Client, jobs: Mapping[str, Job], work: Work, harvest: Harvest, report: Report) -> str | None:
+    """What is still open, and then the dead once more; ``INTERRUPTED`` if it was. Raises LostClusterError."""
     in_flight: InFlight = {}
-    stopped: str | None = None
     try:
         _do(client, jobs, work, harvest, in_flight, report)
+        return None
     except KeyboardInterrupt:
-        stopped = INTERRUPTED
         _stop(client, harvest.place, harvest.settings)
         _let_finish(in_flight)
-    except LostClusterError as error:
-        stopped = str(error)
+        _pick_up(in_flight.values(), harvest, report)
+        return INTERRUPTED
     finally:
-        if in_flight:
+        if in_flight and client.status == "running":
             client.cancel(list(in_flight), force=True)
-    for job in in_flight.values():
-        pick_up(harvest, job)
-    return stopped
 
 
 def _do(
@@ -107,11 +127,20 @@ def _do(
 
     still_open = (job for job in jobs.values() if is_open(harvest, job))
     spread(client, still_open, work, IN_FLIGHT_PER_THREAD * concurrency(client), in_flight, bring_in)
-    most = harvest.settings.run.retries_alone
-    second = list(second_jobs(jobs, harvest.dead, harvest.records.__contains__, most))
-    spread(client, second, work, 1, in_flight, bring_in)
+    most = harvest.settings.run.retries_alone - harvest.tried_again
+    for job in list(second_jobs(jobs, harvest.dead, harvest.records.__contains__, most)):
+        harvest.tried_again += 1
+        spread(client, [job], work, 1, in_flight, bring_in)
     for asset_id in list(harvest.dead):
-        report(give_up(harvest, jobs[asset_id], most))
+        report(give_up(harvest, jobs[asset_id]))
+
+
+def _pick_up(jobs: Iterable[Job], harvest: Harvest, report: Report) -> None:
+    """Bring in what workers have kept of these while nobody could hear of it."""
+    for job in jobs:
+        record = pick_up(harvest, job)
+        if record is not None:
+            report(record)
 
 
 def _let_finish(in_flight: InFlight) -> None:
@@ -124,18 +153,10 @@ def _let_finish(in_flight: InFlight) -> None:
 def _stop(client: Client, out: Path | str, settings: Settings) -> None:
     """Kill this run's children, here or on the workers of another's cluster, which must accept a later run's again."""
     if settings.run.scheduler is None:
-        _stop_here(out)
+        stop_children(str(out))
         return
     try:
-        client.run(_stop_here, out)
-        client.run(_accept_here, out)
+        client.run(stop_children, str(out))
+        client.run(accept_children, str(out))
     except (OSError, TimeoutError) as error:
         logger.warning("cannot stop the workers (%s); what they still do ends with its time limit", error)
-
-
-def _stop_here(out: Path | str) -> None:
-    stop_children(str(working_folder(out)))
-
-
-def _accept_here(out: Path | str) -> None:
-    accept_children(str(working_folder(out)))

@@ -10,7 +10,7 @@ from pathlib import Path
 from asset2sim.fanout.again import with_first
 from asset2sim.fanout.done import Done
 from asset2sim.fanout.job import Job
-from asset2sim.incremental.records import KeptRecord, write_record
+from asset2sim.incremental.records import KeptRecord, read_record, write_record
 from asset2sim.isolation.asset import Attempt, attempt_in_child, first_log_file, log_file
 from asset2sim.isolation.stopping import is_stopped
 from asset2sim.models.books import Books, open_books
@@ -38,14 +38,19 @@ def refine_on_worker(
     ``run_id`` names the run whose budget the model calls count towards; None is a run of its own.
     """
     run_id = run_id or uuid.uuid4().hex
-    _keep_first_log(working_folder(out), job)
+    folder = working_folder(out)
+    before = read_record(folder, job.content_hash)
+    if before is not None and (before.run_id, before.attempt) == (run_id, job.attempt):
+        # Dask asks once more for what a worker had done whose answer was lost with it.
+        return Done(job.ref.asset_id, before.record.status, before.died)
+    _keep_first_log(folder, job)
     attempt = refine_asset(job.ref, out, settings, pipeline, run_id)
     record = with_first(attempt.record, job.first, attempt.died)
     record = record.model_copy(update={"content_hash": job.content_hash})
     done = Done(job.ref.asset_id, record.status, attempt.died)
     kept = KeptRecord(run_id=run_id, redo=settings.run.redo, record=record, attempt=job.attempt, died=attempt.died)
     try:
-        write_record(working_folder(out), kept)
+        write_record(folder, kept)
         send_record(out, job.content_hash)
     except (OSError, StoreError) as error:
         logger.warning("cannot keep what has finished in %s (%s)", out, error)
@@ -68,10 +73,12 @@ def refine_asset(
 ) -> Attempt:
     """One attempt at one asset, in a child process; the model calls are made here."""
     folder = working_folder(out)
-    stopped = partial(is_stopped, str(folder))
+    stopped = partial(is_stopped, str(out))
     books = open_books(folder, run_id or uuid.uuid4().hex, ref.asset_id, settings.model, stopped)
     ask_here = partial(ask_for_asset, settings=settings, books=books)
-    return with_files(ref, out, settings, lambda ref: attempt_in_child(pipeline, ref, folder, settings, ask_here))
+    return with_files(
+        ref, out, settings, lambda ref: attempt_in_child(pipeline, ref, folder, settings, ask_here, owner=str(out))
+    )
 
 
 def ask_for_asset(request: ModelRequest, settings: Settings, books: Books) -> ModelAnswer:

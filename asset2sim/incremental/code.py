@@ -15,6 +15,7 @@ NOT_RUN = (
     "asset2sim/fanout/again.py",
     "asset2sim/fanout/cluster.py",
     "asset2sim/fanout/done.py",
+    "asset2sim/fanout/existing.py",
     "asset2sim/fanout/harvest.py",
     "asset2sim/fanout/interrupt.py",
     "asset2sim/fanout/job.py",

@@ -47,7 +47,7 @@ def run_isolated(
     assert pid is not None, "a started process has an id"
     stopping.register(pid, owner)
     try:
-        return _supervise(process, pid, pipe, time_limit_s, memory_limit_mb, services, owner)
+        return _supervise(process, pid, pipe, time_limit_s, memory_limit_mb, services)
     finally:
         stopping.kill_group(pid)
         _exit_code(process)
@@ -64,7 +64,6 @@ def _supervise(
     time_limit_s: float,
     memory_limit_mb: int,
     services: Mapping[str, Callable[..., object]],
-    owner: str,
 ) -> Outcome:
     started = time.monotonic()
     served = 0.0
@@ -86,7 +85,7 @@ def _supervise(
                 pipe.send(answer)
                 continue
         except (EOFError, ConnectionError):
-            if stopping.is_stopped(owner):
+            if stopping.was_stopped(pid):
                 return outcome(Ending.STOPPED, "stopped with the run")
             return outcome(Ending.DIED, _cause_of_death(_exit_code(process), memory_limit_mb))
         if isinstance(message, Returned):

@@ -7,6 +7,7 @@ import threading
 _lock = threading.Lock()
 _running: dict[int, str] = {}
 _refused: set[str] = set()
+_stopped: set[int] = set()
 
 
 def register(pid: int, owner: str) -> None:
@@ -14,13 +15,14 @@ def register(pid: int, owner: str) -> None:
     with _lock:
         _running[pid] = owner
         if owner in _refused:
-            kill_group(pid)
+            _stop(pid)
 
 
 def forget(pid: int) -> None:
     """The child is gone."""
     with _lock:
         _running.pop(pid, None)
+        _stopped.discard(pid)
 
 
 def stop_children(owner: str) -> None:
@@ -29,7 +31,7 @@ def stop_children(owner: str) -> None:
         _refused.add(owner)
         for pid, running_for in _running.items():
             if running_for == owner:
-                kill_group(pid)
+                _stop(pid)
 
 
 def accept_children(owner: str) -> None:
@@ -42,6 +44,17 @@ def is_stopped(owner: str) -> bool:
     """Whether the owner is refused children."""
     with _lock:
         return owner in _refused
+
+
+def was_stopped(pid: int) -> bool:
+    """Whether this child was killed because its owner was stopped, even if that is accepted again by now."""
+    with _lock:
+        return pid in _stopped
+
+
+def _stop(pid: int) -> None:
+    _stopped.add(pid)
+    kill_group(pid)
 
 
 def kill_group(pid: int) -> None:

@@ -1,0 +1,67 @@
+"""``dask scheduler`` and ``dask worker`` as somebody starts them by hand: in processes of their own."""
+
+import socket
+import subprocess
+import sys
+from dataclasses import dataclass
+from pathlib import Path
+
+from distributed import Client
+
+from tests.assets import ROOT
+
+Program = subprocess.Popen[bytes]
+
+
+@dataclass(frozen=True)
+class Programs:
+    """How to start them: at which port, in which environment, and where they write what they say."""
+
+    port: int
+    environment: dict[str, str]
+    log: Path
+
+    @property
+    def address(self) -> str:
+        return f"tcp://127.0.0.1:{self.port}"
+
+
+def programs(environment: dict[str, str], folder: Path) -> Programs:
+    with socket.create_server(("127.0.0.1", 0)) as server:
+        port = server.getsockname()[1]
+    return Programs(port, environment, folder / "dask.log")
+
+
+def start_scheduler(with_: Programs) -> Program:
+    return _start(with_, "scheduler", "--host", "127.0.0.1", "--port", str(with_.port))
+
+
+def start_workers(with_: Programs, count: int) -> Program:
+    return _start(with_, "worker", with_.address, "--nthreads", "1", "--nworkers", str(count))
+
+
+def _start(with_: Programs, *words: str) -> Program:
+    environment = {**with_.environment, "DASK_DISTRIBUTED__WORKER__DAEMON": "False", "PYTHONPATH": str(ROOT)}
+    with with_.log.open("ab") as log:
+        return subprocess.Popen(
+            [sys.executable, "-m", "dask", *words, "--no-dashboard"],
+            cwd=with_.log.parent, env=environment, stdout=log, stderr=log, start_new_session=True,
+        )  # fmt: skip
+
+
+def answering(address: str, workers: int) -> bool:
+    """Whether a scheduler with so many workers is there."""
+    try:
+        with Client(address, timeout=2.0) as client:
+            return len(client.nthreads()) == workers
+    except (OSError, TimeoutError):
+        return False
+
+
+def worker_of(child: int) -> int:
+    """The process of the Dask worker whose fork server made this child."""
+    return _parent(_parent(child))
+
+
+def _parent(pid: int) -> int:
+    return int(Path(f"/proc/{pid}/stat").read_text(encoding="ascii").rsplit(")", 1)[1].split()[1])
