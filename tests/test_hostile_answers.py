@@ -20,7 +20,7 @@ import pytest
 from asset2sim.catalog.read import read_table
 from asset2sim.catalog.run import finish_run, start_run
 from asset2sim.catalog.store import write_run
-from asset2sim.fanout.worker import refine_asset
+from asset2sim.fanout.worker import attempt_asset
 from asset2sim.priors.answer import answer
 from schemas.asset import AssetRecord, AssetRef
 from schemas.settings import CollisionSettings, EngineSettings, ModelSettings, SearchSettings, Settings, ViewSettings
@@ -205,14 +205,14 @@ def run(tmp_path_factory: pytest.TempPathFactory) -> Run:
 
         def refine(name: str) -> AssetRecord:
             if not CASES[name].stuck:
-                return refine_asset(sample(SAMPLE).model_copy(update={"asset_id": name}), out, settings).record
+                return attempt_asset(sample(SAMPLE).model_copy(update={"asset_id": name}), out, settings).record
             kept = settings.model_copy(
                 update={
                     "collision": CollisionSettings(mode=CollisionMode.KEEP),
                     "search": SearchSettings(mend_rounds=0),
                 }
             )
-            return refine_asset(AssetRef(asset_id=name, path=str(stuck_folder), category="Box"), out, kept).record
+            return attempt_asset(AssetRef(asset_id=name, path=str(stuck_folder), category="Box"), out, kept).record
 
         refine("competent")  # LiteLLM and the engines take seconds to load, once; a slow machine may have to ask again
         asked_first = len(server.of("competent"))

@@ -9,12 +9,12 @@ from asset2sim.fanout.again import not_tried_again, second_jobs, with_first
 from asset2sim.fanout.done import Done
 from asset2sim.fanout.harvest import Harvest, give_up, pick_up, take
 from asset2sim.fanout.job import FirstAttempt, Job, job_of
+from asset2sim.fanout.on_worker import refine_on_worker
 from asset2sim.fanout.order import last_seconds, longest_first
 from asset2sim.fanout.refine import refine_all
 from asset2sim.fanout.spread import Lost
-from asset2sim.fanout.worker import refine_on_worker
 from asset2sim.incremental import records
-from asset2sim.incremental.records import KeptRecord, await_record, keep_record, kept_records, record_file
+from asset2sim.incremental.records import KeptRecord, await_record, keep_record, kept_records, read_record, record_file
 from schemas.asset import AssetRef
 from schemas.settings import RunSettings, Settings
 from schemas.vocabulary import FailureMode, Method, Redo, Severity, Status
@@ -102,6 +102,16 @@ def test_what_is_done_is_not_done_again_where_only_the_answer_was_lost(tmp_path:
     assert work(Job(REF, HASH, FIRST), run_id="r") == Done("a", Status.OK)
     (second,) = kept_records(tmp_path)
     assert second.attempt == 2 and second.record.calls == FIRST.calls
+
+
+def test_a_record_read_shares_what_every_record_has_and_a_copy_does_not(tmp_path: Path) -> None:
+    for name in "ab":
+        keep_record(tmp_path, KeptRecord(run_id="r", redo=Redo.CHANGED, record=make_record(name, content_hash=name)))
+    one, two = (read_record(tmp_path, name) for name in "ab")
+    assert one is not None and two is not None and one.record == make_record("a", content_hash="a")
+    assert one.record.__pydantic_fields_set__ is two.record.__pydantic_fields_set__
+    copy = one.record.model_copy(update={"reason": "other"})
+    assert copy.__pydantic_fields_set__ is not one.record.__pydantic_fields_set__
 
 
 def test_a_lost_worker_is_a_death_without_a_record_and_two_are_the_end(tmp_path: Path) -> None:

@@ -16,10 +16,11 @@ from asset2sim.fanout.existing import RETURN_LIMIT_S
 from asset2sim.fanout.harvest import Harvest, give_up, is_open, pick_up, take
 from asset2sim.fanout.interrupt import terminated_as_interrupted
 from asset2sim.fanout.job import Job, job_of
+from asset2sim.fanout.on_worker import refine_on_worker
 from asset2sim.fanout.order import last_seconds, longest_first
 from asset2sim.fanout.progress import Report, progress
 from asset2sim.fanout.spread import IN_FLIGHT_PER_THREAD, InFlight, Lost, LostClusterError, Work, spread
-from asset2sim.fanout.worker import PIPELINE, refine_on_worker
+from asset2sim.fanout.worker import PIPELINE
 from asset2sim.incremental.records import drop_record
 from asset2sim.isolation import accept_children, stop_children
 from asset2sim.isolation.server import warm_up

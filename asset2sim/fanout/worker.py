@@ -1,17 +1,10 @@
 """What a Dask worker does with one asset: a child process for the work, this process for the model calls."""
 
-import contextlib
-import logging
 import uuid
-from dataclasses import replace
 from functools import partial
 from pathlib import Path
 
-from asset2sim.fanout.again import with_first
-from asset2sim.fanout.done import Done
-from asset2sim.fanout.job import Job
-from asset2sim.incremental.records import KeptRecord, read_record, write_record
-from asset2sim.isolation.asset import Attempt, attempt_in_child, first_log_file, log_file
+from asset2sim.isolation.asset import Attempt, attempt_in_child
 from asset2sim.isolation.stopping import is_stopped
 from asset2sim.models.books import Books, open_books
 from asset2sim.models.gateway import ask
@@ -23,12 +16,11 @@ from schemas.request import ModelAnswer, ModelRequest
 from schemas.settings import ModelSettings, Settings
 from schemas.vocabulary import Method
 
-logger = logging.getLogger(__name__)
-
 PIPELINE = "asset2sim.pipeline:refine_asset"
 """The pipeline by name, so that neither the flow nor a worker imports the engines: only the children do."""
 
 
+<<<<<<< HEAD
 def refine_on_worker(
     job: Job, out: Path | str, settings: Settings, pipeline: str = PIPELINE, run_id: str | None = None
 ) -> Done:
@@ -70,6 +62,10 @@ def _keep_first_log(out: Path, job: Job) -> None:
 
 def refine_asset(
     ref: AssetRef, out: Path | str, settings: Settings, pipeline: str = PIPELINE, run_id: str | None = None
+=======
+def attempt_asset(
+    ref: AssetRef, out: Path, settings: Settings, pipeline: str = PIPELINE, run_id: str | None = None
+>>>>>>> faults
 ) -> Attempt:
     """One attempt at one asset, in a child process; the model calls are made here."""
     folder = working_folder(out)

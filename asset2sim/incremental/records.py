@@ -13,6 +13,7 @@ from pathlib import Path
 
 from pydantic import ValidationError
 
+from asset2sim.incremental.lean import lean
 from schemas.asset import AssetRecord
 from schemas.base import Frozen
 from schemas.vocabulary import Redo
@@ -78,6 +79,7 @@ def read_record(out: Path, content_hash: str) -> KeptRecord | None:
         kept = KeptRecord.model_validate(json.loads(text))
     except (OSError, ValueError, ValidationError):
         return None
+    lean(kept)
     return kept if kept.record.content_hash == content_hash else None
 
 
