@@ -10,8 +10,8 @@ from asset2sim.catalog.store import check_catalog, write_run
 from asset2sim.dataset import load_dataset
 from asset2sim.fanout import worker
 from asset2sim.fanout.job import Job
+from asset2sim.fanout.on_worker import refine_on_worker
 from asset2sim.fanout.planned import refine_planned
-from asset2sim.fanout.worker import refine_on_worker
 from asset2sim.incremental.plan import Plan, make_plan, settle
 from asset2sim.incremental.records import read_record
 from asset2sim.isolation.asset import Attempt, failed_record

@@ -21,7 +21,7 @@ from asset2sim.isolation.asset import Attempt
 from asset2sim.remote import listing, output, read
 from asset2sim.remote.cache import working_folder
 from asset2sim.remote.lock import LostLockError
-from asset2sim.remote.worker import fetch_record
+from asset2sim.remote.records import fetch_record
 from schemas.errors import UsageError
 from schemas.settings import RunSettings, Settings
 from schemas.tables import TABLES

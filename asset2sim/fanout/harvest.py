@@ -10,8 +10,8 @@ from asset2sim.fanout.job import FirstAttempt, Job
 from asset2sim.fanout.spread import Lost
 from asset2sim.incremental.records import KeptRecord, await_record, keep_record, read_record
 from asset2sim.isolation.asset import failed_record
+from asset2sim.remote.records import fetch_record
 from asset2sim.remote.store import StoreError
-from asset2sim.remote.worker import fetch_record
 from schemas.asset import AssetRecord
 from schemas.settings import Settings
 from schemas.vocabulary import FailureMode

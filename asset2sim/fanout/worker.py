@@ -9,8 +9,7 @@ from asset2sim.isolation.stopping import is_stopped
 from asset2sim.models.books import Books, open_books
 from asset2sim.models.gateway import ask
 from asset2sim.remote.cache import working_folder
-from asset2sim.remote.store import StoreError
-from asset2sim.remote.worker import send_record, with_files
+from asset2sim.remote.worker import with_files
 from schemas.asset import AssetRef
 from schemas.request import ModelAnswer, ModelRequest
 from schemas.settings import ModelSettings, Settings
@@ -20,54 +19,10 @@ PIPELINE = "asset2sim.pipeline:refine_asset"
 """The pipeline by name, so that neither the flow nor a worker imports the engines: only the children do."""
 
 
-<<<<<<< HEAD
-def refine_on_worker(
-    job: Job, out: Path | str, settings: Settings, pipeline: str = PIPELINE, run_id: str | None = None
-) -> Done:
-    """Refine one asset, whatever happens to it, and keep its record in ``out``, a folder or a URL; ``pipeline`` is a
-    ``module:function`` name.
-
-    ``run_id`` names the run whose budget the model calls count towards; None is a run of its own.
-    """
-    run_id = run_id or uuid.uuid4().hex
-    folder = working_folder(out)
-    before = read_record(folder, job.content_hash)
-    if before is not None and (before.run_id, before.attempt) == (run_id, job.attempt):
-        # Dask asks once more for what a worker had done whose answer was lost with it.
-        return Done(job.ref.asset_id, before.record.status, before.died)
-    _keep_first_log(folder, job)
-    attempt = refine_asset(job.ref, out, settings, pipeline, run_id)
-    record = with_first(attempt.record, job.first, attempt.died)
-    record = record.model_copy(update={"content_hash": job.content_hash})
-    done = Done(job.ref.asset_id, record.status, attempt.died)
-    kept = KeptRecord(run_id=run_id, redo=settings.run.redo, record=record, attempt=job.attempt, died=attempt.died)
-    try:
-        write_record(folder, kept)
-        send_record(out, job.content_hash)
-    except (OSError, StoreError) as error:
-        logger.warning("cannot keep what has finished in %s (%s)", out, error)
-        return replace(done, record=record)
-    return done
-
-
-def _keep_first_log(out: Path, job: Job) -> None:
-    """The log of a first attempt out of the second one's way, and one of an earlier run away."""
-    log, first = log_file(out, job.ref.asset_id), first_log_file(out, job.ref.asset_id)
-    with contextlib.suppress(OSError):
-        if job.first is None:
-            first.unlink(missing_ok=True)
-        else:
-            log.replace(first)
-
-
-def refine_asset(
-    ref: AssetRef, out: Path | str, settings: Settings, pipeline: str = PIPELINE, run_id: str | None = None
-=======
 def attempt_asset(
-    ref: AssetRef, out: Path, settings: Settings, pipeline: str = PIPELINE, run_id: str | None = None
->>>>>>> faults
+    ref: AssetRef, out: Path | str, settings: Settings, pipeline: str = PIPELINE, run_id: str | None = None
 ) -> Attempt:
-    """One attempt at one asset, in a child process; the model calls are made here."""
+    """One attempt at one asset, in a child process, into OUT, a folder or a URL; the model calls are made here."""
     folder = working_folder(out)
     stopped = partial(is_stopped, str(out))
     books = open_books(folder, run_id or uuid.uuid4().hex, ref.asset_id, settings.model, stopped)
