@@ -10,7 +10,6 @@ from asset2sim.catalog.store import write_run
 from asset2sim.fanout.refine import Refined
 from asset2sim.incremental.plan import settle
 from asset2sim.remote.output import Output, send_tables
-from schemas.location import is_url
 
 
 @task(name="publish", cache_policy=NO_CACHE, persist_result=False)
@@ -18,6 +17,6 @@ def publish(output: Output, run: RunRow, refined: Refined, present: Collection[s
     """Write the run's rows to the Parquet tables; see ``asset2sim.catalog.store.write_run``."""
     folder = output.folder
     # What is sent is compacted once the store has it: it cannot switch a month's files at once.
-    write_run(folder, run, refined.records, refined.unchanged, present, compact=not is_url(output.place))
+    write_run(folder, run, refined.records, refined.unchanged, present, compact=output.url is None)
     send_tables(output, run.started_at)
     settle(folder, refined.records)

@@ -23,4 +23,4 @@ def refine_assets(
     if plan.todo:
         # MLflow, which the run's last step needs, loads beside the work.
         threading.Thread(target=prepare_mlflow, args=(output.folder,), daemon=True).start()
-    return refine_planned(refs, plan, output.folder, settings, run_id, pipeline, output.place)
+    return refine_planned(refs, plan, output.folder, settings, run_id, pipeline, output.url)

@@ -79,12 +79,12 @@ def done(plan: Plan) -> str:
     return "".join(ref.asset_id for ref in plan.todo)
 
 
-def runs(out: Path) -> pd.DataFrame:
+def runs(out: Path | str) -> pd.DataFrame:
     """The table of runs, in the order of their start."""
     return read_table(out, "runs").sort_values("started_at")
 
 
-def timeless(out: Path) -> dict[str, list[dict[Hashable, Any]]]:
+def timeless(out: Path | str) -> dict[str, list[dict[Hashable, Any]]]:
     """Every per-asset table but for the ids of runs."""
     tables = {name: read_table(out, name) for name, table in TABLES.items() if table.per_asset}
     return {name: frame.drop(columns="run_id").astype(str).to_dict("records") for name, frame in tables.items()}

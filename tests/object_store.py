@@ -3,6 +3,7 @@
 import itertools
 import logging
 import os
+import signal
 import threading
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
@@ -19,11 +20,13 @@ _numbers = itertools.count()
 
 @dataclass
 class Store:
-    """``url`` is a bucket of the test's own; ``requests`` are (method, path with query) as they came."""
+    """``url`` is a bucket of the test's own; ``requests`` are (method, path with query) as they came.
+    ``doomed`` may hold a process and the number of the change, among ``requests``, whose coming kills it."""
 
     address: str
     url: str = ""
     requests: list[tuple[str, str]] = field(default_factory=list)
+    doomed: list[int] = field(default_factory=list)
 
     @property
     def files(self) -> Any:
@@ -60,15 +63,18 @@ def store_server() -> Iterator[Store]:
     logging.getLogger("werkzeug").setLevel(logging.CRITICAL)
     application = DomainDispatcherApplication(create_backend_app)
     requests: list[tuple[str, str]] = []
+    doomed: list[int] = []
 
     def counting(environ: dict[str, Any], start_response: Any) -> Any:
         requests.append((environ["REQUEST_METHOD"], f"{environ['PATH_INFO']}?{environ.get('QUERY_STRING', '')}"))
+        if doomed and sum(method in ("PUT", "POST", "DELETE") for method, _ in list(requests)) == doomed[1]:
+            os.kill(doomed[0], signal.SIGKILL)
         return application(environ, start_response)
 
     server = make_server("127.0.0.1", 0, counting, threaded=True)
     thread = threading.Thread(target=server.serve_forever, daemon=True)
     thread.start()
-    yield Store(f"http://127.0.0.1:{server.port}", requests=requests)
+    yield Store(f"http://127.0.0.1:{server.port}", requests=requests, doomed=doomed)
     server.shutdown()
     thread.join()
 
@@ -78,7 +84,7 @@ def store(store_server: Store, monkeypatch: pytest.MonkeyPatch, tmp_path: Path) 
     """The server with an empty bucket, found by this process and its children as a user's store is: by environment."""
     for name, value in environment(store_server, tmp_path / "cache").items():
         monkeypatch.setenv(name, value)
-    found = Store(store_server.address, f"s3://bucket-{next(_numbers)}", store_server.requests)
+    found = Store(store_server.address, f"s3://bucket-{next(_numbers)}", store_server.requests, store_server.doomed)
     found.files.mkdir(found.url)
     return found
 

@@ -3,15 +3,18 @@
 import shutil
 from pathlib import Path
 
+import pytest
+
 from asset2sim.catalog.run import finish_run, start_run
 from asset2sim.catalog.store import check_catalog, write_run
 from asset2sim.dataset import load_dataset
+from asset2sim.fanout import worker
 from asset2sim.fanout.job import Job
 from asset2sim.fanout.on_worker import refine_on_worker
 from asset2sim.fanout.planned import refine_planned
 from asset2sim.incremental.plan import Plan, make_plan, settle
 from asset2sim.incremental.records import read_record
-from asset2sim.isolation.asset import failed_record
+from asset2sim.isolation.asset import Attempt, failed_record
 from asset2sim.remote.output import folders_there, open_output, send_plan, send_rest, send_tables
 from asset2sim.urdf.locate import find_mesh, find_urdf, outer_references
 from schemas.asset import AssetRecord, AssetRef
@@ -22,6 +25,15 @@ from tests.factories import make_record
 from tests.incremental_runs import UNSEEN
 
 PIPELINE = "tests.remote_runs:brief"
+
+
+def in_this_process(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Have workers run ``brief`` themselves: a child process takes seconds to start."""
+
+    def attempt(pipeline: str, ref: AssetRef, out: Path, settings: Settings, ask: object, owner: str) -> Attempt:
+        return Attempt(brief(ref, out, settings, ask))
+
+    monkeypatch.setattr(worker, "attempt_in_child", attempt)
 
 
 def brief(ref: AssetRef, out: Path, settings: Settings, ask: object) -> AssetRecord:
@@ -54,7 +66,7 @@ def night(data: Path | str, out: Path | str, settings: Settings = UNSEEN, *, das
         plan = make_plan(refs, {}, folder, settings, PIPELINE, run.run_id, there)
         send_plan(output, plan)
         if dask:
-            records = list(refine_planned(refs, plan, folder, settings, run.run_id, PIPELINE, out).records)
+            records = list(refine_planned(refs, plan, folder, settings, run.run_id, PIPELINE, output.url).records)
         else:
             records = [*plan.finished]
             for ref in plan.todo:

@@ -5,6 +5,7 @@ from pathlib import Path
 
 import pytest
 
+from asset2sim.catalog.read import read_table
 from asset2sim.check_request import check_request
 from asset2sim.dataset import load_dataset
 from asset2sim.incremental.contents import contents_of
@@ -21,7 +22,7 @@ from schemas.vocabulary import FailureMode, Method, Status
 from tests.factories import make_finding, make_record
 from tests.incremental_runs import UNSEEN, dataset
 from tests.object_store import Store
-from tests.remote_runs import night
+from tests.remote_runs import in_this_process, night
 
 OUTER = '<robot name="a"><mesh filename="package://kit/shared/part.obj"/><mesh filename="meshes/own.obj"/></robot>'
 
@@ -191,12 +192,13 @@ def test_a_record_speaks_of_urls(store: Store, tmp_path: Path) -> None:
     assert record.findings[0].message == f"{store.url}/set/a/mobility.urdf: odd"
 
 
-def test_a_manifests_missing_folder_is_a_row_as_on_this_machine(store: Store, tmp_path: Path) -> None:
+def test_a_manifests_missing_folder_is_a_row_as_on_this_machine(
+    store: Store, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    in_this_process(monkeypatch)
     data = dataset(tmp_path / "data")
     shutil.rmtree(data / "b")
     store.put(data, f"{store.url}/set")
-    from asset2sim.catalog.read import read_table
-
     tables = []
     for place, out in ((data, tmp_path / "here"), (f"{store.url}/set", tmp_path / "there")):
         night(place, out)

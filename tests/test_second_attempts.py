@@ -34,7 +34,7 @@ def kept(attempt: int = 1, died: str = "", run_id: str = "r", **changes: object)
 
 
 def harvest(out: Path, **run_settings: object) -> Harvest:
-    return Harvest(out, "r", Settings(run=RunSettings.model_validate(run_settings)), out)
+    return Harvest(out, "r", Settings(run=RunSettings.model_validate(run_settings)))
 
 
 def test_a_second_attempt_keeps_what_the_first_one_cost_and_says_how_it_died() -> None:

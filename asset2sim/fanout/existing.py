@@ -14,9 +14,9 @@ from distributed.worker import Worker
 
 from asset2sim.isolation.server import refuse_daemon
 from asset2sim.isolation.stopping import accept_children, stop_children
-from asset2sim.remote.cache import working_folder
+from asset2sim.remote.store import StoreError, read_object, remove_objects, write_object
 from schemas.errors import UsageError
-from schemas.location import is_url
+from schemas.location import below, is_url
 
 CONNECT_LIMIT_S = 10.0
 """Time in which a scheduler must answer, s."""
@@ -26,24 +26,24 @@ both within seconds, a machine that starts again takes longer than anybody shoul
 RETURN_POLL_S = 1.0
 """Time between two attempts to find it, s."""
 SIGN = ".cache/sign"
-"""A file under the output folder by which workers show that it is theirs too; a URL is everybody's."""
+"""A file under the output folder by which workers show that it is theirs too."""
 
 
 class StopChildren(WorkerPlugin):
     """Has a worker's children killed when the worker ends, as it does when its scheduler goes: nobody waits for what
     they do, and a later worker may work on the same assets. So are those that an earlier run has left there."""
 
-    def __init__(self, out: Path | str) -> None:
-        self.out = out
-        self.name = f"asset2sim-{hashlib.sha256(str(out).encode(errors='surrogateescape')).hexdigest()[:16]}"
+    def __init__(self, owner: str) -> None:
+        self.owner = owner
+        self.name = f"asset2sim-{hashlib.sha256(owner.encode(errors='surrogateescape')).hexdigest()[:16]}"
 
     def setup(self, worker: Worker) -> None:
         """The worker is there, or the run has just begun."""
-        accept_children(str(working_folder(self.out)))
+        accept_children(self.owner)
 
     def teardown(self, worker: Worker) -> None:
         """The worker goes, or another run takes this plugin's place."""
-        stop_children(str(working_folder(self.out)))
+        stop_children(self.owner)
 
 
 @contextmanager
@@ -55,7 +55,7 @@ def join_cluster(address: str, out: Path | str, patience_s: float = 0.0) -> Iter
     """
     with _connect(address, time.monotonic() + patience_s) as client:
         _check_workers(client, address, out)
-        plugin = StopChildren(out)
+        plugin = StopChildren(str(out))
         client.register_plugin(plugin)
         try:
             yield client
@@ -88,19 +88,17 @@ def _check_workers(client: Client, address: str, out: Path | str) -> None:
             f"`DASK_DISTRIBUTED__WORKER__DAEMON=False dask worker {address} --nthreads 1`"
         )
     _ask_all(client, "cannot run Asset2Sim ({}); install the project where workers start", refuse_daemon)
-    if is_url(out):
-        return
-    sign, text = Path(out) / SIGN, uuid.uuid4().hex
+    sign, text = below(out, SIGN), uuid.uuid4().hex
     try:
-        sign.parent.mkdir(parents=True, exist_ok=True)
-        sign.write_text(text, encoding="ascii")
-    except OSError:  # a disk that is full; who cannot write there for good has been refused already
+        _write(sign, text)
+    except (OSError, StoreError):  # a disk that is full; who cannot write there for good has been refused already
         return
     try:
-        _ask_all(client, "cannot tell what is in the output folder ({})", refuse_other_folder, str(sign), text)
+        question = refuse_other_store if is_url(sign) else refuse_other_folder
+        _ask_all(client, "cannot tell what is in the output folder ({})", question, str(sign), text)
     finally:
-        with contextlib.suppress(OSError):
-            sign.unlink()
+        with contextlib.suppress(OSError, StoreError):
+            remove_objects([sign]) if is_url(sign) else sign.unlink()
 
 
 def refuse_other_folder(sign: str, text: str) -> None:
@@ -114,6 +112,27 @@ def refuse_other_folder(sign: str, text: str) -> None:
             f"it does not see the output folder {Path(sign).parents[1]} of this machine, through which results return; "
             "put it on a file system that all share, under the same path"
         )
+
+
+def refuse_other_store(sign: str, text: str) -> None:
+    """Raise ``UsageError`` on a worker that does not find at the output's URL what the run put there."""
+    try:
+        found = read_object(sign).decode(errors="replace")
+    except StoreError as error:
+        raise UsageError(
+            f"it cannot read the output's store ({error}); start it with the credentials and the endpoint in its "
+            "environment, as this run has them"
+        ) from error
+    if found != text:
+        raise UsageError(f"it finds something else at {sign}; give it the endpoint that this run has")
+
+
+def _write(sign: Path | str, text: str) -> None:
+    if is_url(sign):
+        write_object(sign, text.encode())
+        return
+    sign.parent.mkdir(parents=True, exist_ok=True)
+    sign.write_text(text, encoding="ascii")
 
 
 def _ask_all(client: Client, words: str, question: object, *args: object) -> None:

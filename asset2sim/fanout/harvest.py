@@ -10,8 +10,8 @@ from asset2sim.fanout.job import FirstAttempt, Job
 from asset2sim.fanout.spread import Lost
 from asset2sim.incremental.records import KeptRecord, await_record, keep_record, read_record
 from asset2sim.isolation.asset import failed_record
+from asset2sim.remote.records import fetch_record
 from asset2sim.remote.store import StoreError
-from asset2sim.remote.worker import fetch_record
 from schemas.asset import AssetRecord
 from schemas.settings import Settings
 from schemas.vocabulary import FailureMode
@@ -19,18 +19,22 @@ from schemas.vocabulary import FailureMode
 
 @dataclass
 class Harvest:
-    """``out`` is the run's own folder, ``place`` where the workers keep records: ``out``, or the URL that it mirrors.
-    ``records`` maps asset ids to what came of them; ``dead`` holds how a first attempt died that is to be followed
+    """``records`` maps asset ids to what came of them; ``dead`` holds how a first attempt died that is to be followed
     by another, in the order in which that became known. An asset may be in both: its record is then the first's.
-    ``tried_again`` counts second attempts."""
+    ``tried_again`` counts second attempts. ``out`` is the run's own folder, ``url`` what that mirrors, if anything."""
 
     out: Path
     run_id: str
     settings: Settings
-    place: Path | str
     records: dict[str, AssetRecord] = field(default_factory=dict)
     dead: dict[str, FirstAttempt] = field(default_factory=dict)
     tried_again: int = 0
+    url: str | None = None
+
+    @property
+    def place(self) -> Path | str:
+        """Where the workers keep records."""
+        return self.url or self.out
 
 
 def is_open(harvest: Harvest, job: Job) -> bool:

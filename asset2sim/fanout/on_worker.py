@@ -13,8 +13,8 @@ from asset2sim.fanout.worker import PIPELINE, attempt_asset
 from asset2sim.incremental.records import KeptRecord, read_record, write_record
 from asset2sim.isolation.asset import first_log_file, log_file
 from asset2sim.remote.cache import working_folder
+from asset2sim.remote.records import send_record
 from asset2sim.remote.store import StoreError
-from asset2sim.remote.worker import send_record
 from schemas.settings import Settings
 
 logger = logging.getLogger(__name__)

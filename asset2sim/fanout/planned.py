@@ -18,11 +18,11 @@ def refine_planned(
     settings: Settings,
     run_id: str,
     pipeline: str = PIPELINE,
-    place: Path | str | None = None,
+    url: str | None = None,
 ) -> Refined:
     """The records of what the plan has to do and of what a killed run had finished, in the order of ``refs``, and what
-    is unchanged; ``place`` as ``refine_all`` has it."""
-    refined = refine_all(plan.todo, out, settings, pipeline, run_id, plan.hashes, place)
+    is unchanged; ``url`` as ``refine_all`` has it."""
+    refined = refine_all(plan.todo, out, settings, pipeline, run_id, plan.hashes, url)
     order = {ref.asset_id: number for number, ref in enumerate(refs)}
     records = sorted((*refined.records, *plan.finished), key=lambda record: order[record.ref.asset_id])
     return replace(refined, records=tuple(records), unchanged=plan.unchanged)

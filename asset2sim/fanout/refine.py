@@ -26,7 +26,6 @@ from asset2sim.incremental.records import drop_record
 from asset2sim.isolation import accept_children, stop_children
 from asset2sim.isolation.server import warm_up
 from asset2sim.models.lite import load_litellm
-from asset2sim.remote.cache import working_folder
 from asset2sim.run_result import INTERRUPTED
 from schemas.asset import AssetRecord, AssetRef, Unchanged
 from schemas.errors import UsageError
@@ -55,11 +54,11 @@ def refine_all(
     pipeline: str = PIPELINE,
     run_id: str | None = None,
     hashes: Mapping[str, str] | None = None,
-    place: Path | str | None = None,
+    url: str | None = None,
 ) -> Refined:
     """Refine every asset into ``out`` (absolute), on the cluster of ``settings.run``.
 
-    ``place`` is where the workers put what they make, if not ``out`` itself: the URL that it mirrors.
+    ``url`` is where the workers put what they make, if not into ``out`` itself: the URL that it mirrors.
     ``run_id`` names the run whose budget the model calls count towards; None is a run of its own. Records come through
     ``out``, where they stay, named by ``hashes`` (asset id → content hash); without those none stays.
     Ctrl-C, SIGTERM and the loss of the cluster end it early, with no child process left and with the records so far.
@@ -69,13 +68,13 @@ def refine_all(
     run_id = run_id or uuid.uuid4().hex
     ordered = longest_first(refs, last_seconds(out, settings.method))
     jobs = {ref.asset_id: job_of(ref, run_id, hashes) for ref in ordered}
-    harvest = Harvest(out, run_id, settings, place or out)
-    accept_children(str(out))
+    harvest = Harvest(out, run_id, settings, url=url)
+    accept_children(str(harvest.place))
     warm_up()
     if settings.run.scheduler is None:
         threading.Thread(target=load_litellm, daemon=True).start()
     with terminated_as_interrupted(), progress(len(jobs)) as report:
-        work = partial(refine_on_worker, out=place or out, settings=settings, pipeline=pipeline, run_id=run_id)
+        work = partial(refine_on_worker, out=harvest.place, settings=settings, pipeline=pipeline, run_id=run_id)
         stopped = _refine(jobs, work, harvest, report)
     if hashes is None:
         for job in jobs.values():
@@ -159,18 +158,10 @@ def _let_finish(in_flight: InFlight) -> None:
 def _stop(client: Client, out: Path | str, settings: Settings) -> None:
     """Kill this run's children, here or on the workers of another's cluster, which must accept a later run's again."""
     if settings.run.scheduler is None:
-        _stop_here(out)
+        stop_children(str(out))
         return
     try:
-        client.run(_stop_here, out)
-        client.run(_accept_here, out)
+        client.run(stop_children, str(out))
+        client.run(accept_children, str(out))
     except (OSError, TimeoutError) as error:
         logger.warning("cannot stop the workers (%s); what they still do ends with its time limit", error)
-
-
-def _stop_here(out: Path | str) -> None:
-    stop_children(str(working_folder(out)))
-
-
-def _accept_here(out: Path | str) -> None:
-    accept_children(str(working_folder(out)))

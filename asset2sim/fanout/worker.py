@@ -22,12 +22,14 @@ PIPELINE = "asset2sim.pipeline:refine_asset"
 def attempt_asset(
     ref: AssetRef, out: Path | str, settings: Settings, pipeline: str = PIPELINE, run_id: str | None = None
 ) -> Attempt:
-    """One attempt at one asset, in a child process; the model calls are made here."""
+    """One attempt at one asset, in a child process, into OUT, a folder or a URL; the model calls are made here."""
     folder = working_folder(out)
-    stopped = partial(is_stopped, str(folder))
+    stopped = partial(is_stopped, str(out))
     books = open_books(folder, run_id or uuid.uuid4().hex, ref.asset_id, settings.model, stopped)
     ask_here = partial(ask_for_asset, settings=settings, books=books)
-    return with_files(ref, out, settings, lambda ref: attempt_in_child(pipeline, ref, folder, settings, ask_here))
+    return with_files(
+        ref, out, settings, lambda ref: attempt_in_child(pipeline, ref, folder, settings, ask_here, owner=str(out))
+    )
 
 
 def ask_for_asset(request: ModelRequest, settings: Settings, books: Books) -> ModelAnswer:

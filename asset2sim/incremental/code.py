@@ -32,6 +32,7 @@ NOT_RUN = (
     "asset2sim/remote/mended.py",
     "asset2sim/remote/output.py",
     "asset2sim/remote/read.py",
+    "asset2sim/remote/records.py",
     "asset2sim/remote/tree.py",
     "asset2sim/reports",
     "asset2sim/check_request.py",

@@ -53,13 +53,16 @@ def refine_in_child(pipeline: str, ref: AssetRef, out: Path, settings: Settings,
     return attempt_in_child(pipeline, ref, out, settings, ask).record
 
 
-def attempt_in_child(pipeline: str, ref: AssetRef, out: Path, settings: Settings, ask: Ask) -> Attempt:
+def attempt_in_child(
+    pipeline: str, ref: AssetRef, out: Path, settings: Settings, ask: Ask, owner: str | None = None
+) -> Attempt:
     """Refine one asset in a child process under the limits of ``settings.run``; always answers with a record.
 
     ``pipeline`` names a function as ``module:function``, which the child imports and calls as ``function(ref, out,
     settings, ask=ask)``; it returns the record. ``ask`` runs in this process. A child that crashes, hangs, outgrows
     its memory or raises leaves a failed record, which keeps the model calls it had made. Answers that the record calls
-    invalid are kept in ``logs``. Raises ``StoppedError`` where ``stop_children(str(out))`` ended it.
+    invalid are kept in ``logs``. Raises ``StoppedError`` where ``stop_children`` of its ``owner`` ended it,
+    which is ``str(out)`` unless it is named.
     """
     calls: list[ModelCall] = []
     heard: list[Heard] = []
@@ -77,7 +80,7 @@ def attempt_in_child(pipeline: str, ref: AssetRef, out: Path, settings: Settings
         memory_limit_mb=settings.run.asset_memory_limit_mb,
         services={"ask": ask_and_keep},
         log_path=log_file(out, ref.asset_id),
-        owner=str(out),
+        owner=owner or str(out),
     )
     if outcome.ending is Ending.STOPPED:
         raise StoppedError(f"asset {ref.asset_id} was stopped with the run")

@@ -17,14 +17,12 @@ from dataclasses import asdict, dataclass
 
 from asset2sim.remote.store import (
     StoreError,
-    key_of,
     object_info,
-    open_store,
     read_object,
     remove_objects,
     scheme_of,
-    store_errors,
     usage_error,
+    write_object,
 )
 from schemas.errors import Asset2SimError, UsageError
 
@@ -122,18 +120,14 @@ def _acquire(url: str, place: str, mine: Holder, stale_s: float) -> None:
 
 def _create(place: str, mine: Holder) -> None:
     """Raises FileExistsError where the object is there."""
-    store = open_store(place)
-    with store_errors(place):
-        store.pipe_file(key_of(place), _text(mine), mode="create")
+    write_object(place, _text(mine), mode="create")
 
 
 def _replace(place: str, mine: Holder, holder: Holder, version: str) -> bool:
     """Whether the object, which was this holder's, now is ours."""
-    store = open_store(place)
     if scheme_of(place) in ("s3", "s3a"):
         try:
-            with store_errors(place):
-                store.pipe_file(key_of(place), _text(mine), IfMatch=f'"{version}"')
+            write_object(place, _text(mine), IfMatch=f'"{version}"')
         except StoreError as error:
             # The library has no error of its own for a condition that does not hold.
             if _read(place)[1] != version:
@@ -145,8 +139,7 @@ def _replace(place: str, mine: Holder, holder: Holder, version: str) -> bool:
     if _read(place)[0].token != holder.token:
         return False
     if holder.token == mine.token:
-        with store_errors(place):
-            store.pipe_file(key_of(place), _text(mine))
+        write_object(place, _text(mine))
         return True
     remove_objects([place])
     try:

@@ -54,6 +54,11 @@ class Output:
     folder: Path
     check: Callable[[], None] = lambda: None
 
+    @property
+    def url(self) -> str | None:
+        """The URL that ``folder`` mirrors, if it does."""
+        return self.place if is_url(self.place) else None
+
 
 @contextmanager
 def open_output(out: Path | str) -> Iterator[Output]:
@@ -82,24 +87,24 @@ def check_store(out: str) -> None:
 def folders_there(output: Output, *, views: bool) -> frozenset[str] | None:
     """The ids of the assets whose refined folder, with pictures if ``views``, lies in the store; None for a folder of
     this machine, where whoever wants to know looks."""
-    if not is_url(output.place):
+    if output.url is None:
         return None
-    names = (name.split("/") for name in list_objects(f"{output.place}/assets"))
+    names = (name.split("/") for name in list_objects(f"{output.url}/assets"))
     return frozenset(parts[0] for parts in names if len(parts) > 1 and (not views or parts[1] == "views"))
 
 
 def send_plan(output: Output, plan: Plan) -> None:
     """What is about to be refined is nobody's any more: the next run must know it even if this one is killed."""
-    if is_url(output.place) and plan.todo:
+    if output.url is not None and plan.todo:
         output.check()
-        push(output.place, output.folder, [STATE])
+        push(output.url, output.folder, [STATE])
 
 
 def send_tables(output: Output, now: datetime) -> None:
     """Steps 2 to 4: the run's tables and history. Call it with the history not compacted yet."""
-    if not is_url(output.place):
+    url, folder = output.url, output.folder
+    if url is None:
         return
-    url, folder = output.place, output.folder
     output.check()
     history, tables = local_names(folder, [HISTORY]), local_names(folder, [TABLES])
     push(url, folder, [name for name in history if not name.endswith(f"/{MERGED}")])
@@ -113,9 +118,9 @@ def send_tables(output: Output, now: datetime) -> None:
 
 def send_rest(output: Output) -> None:
     """Step 5."""
-    if not is_url(output.place):
+    url, folder = output.url, output.folder
+    if url is None:
         return
-    url, folder = output.place, output.folder
     output.check()
     push(url, folder, local_names(folder, [REPORTS, STATE]))
     _remove_gone(url, folder, [f"{RECORDS}/"])

@@ -134,6 +134,14 @@ def read_object(url: str) -> bytes:
     return content
 
 
+def write_object(url: str, content: bytes, **conditions: str) -> None:
+    """Make an object of bytes. ``conditions`` are the store's own; with ``mode="create"`` FileExistsError says that the
+    object is there already."""
+    store = open_store(url)
+    with store_errors(url):
+        store.pipe_file(key_of(url), content, **conditions)
+
+
 def read_objects(urls: list[str]) -> dict[str, bytes]:
     """URL → bytes of those objects that are there; several at once."""
 

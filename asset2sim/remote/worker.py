@@ -5,14 +5,12 @@ from dataclasses import replace
 from pathlib import Path
 
 from asset2sim.disk import is_disk_full
-from asset2sim.incremental.records import FOLDER as RECORDS
-from asset2sim.incremental.records import read_record
 from asset2sim.isolation.asset import Attempt, failed_record, first_log_file, log_file
 from asset2sim.models.kept import answers_file
 from asset2sim.remote.cache import data_root, working_folder
 from asset2sim.remote.data import fetch_asset
-from asset2sim.remote.mirror import fetch, remove_tree, send_folder
-from asset2sim.remote.store import StoreError, object_info, remove_objects, scheme_of, send_objects
+from asset2sim.remote.mirror import remove_tree, send_folder
+from asset2sim.remote.store import StoreError, remove_objects, scheme_of, send_objects
 from schemas.asset import AssetRecord, AssetRef
 from schemas.location import is_url, location_of
 from schemas.settings import Settings
@@ -58,27 +56,6 @@ def send_asset(out: str, asset_id: str) -> None:
     remove_objects([url for url, log in logs.items() if not log.is_file()])
 
 
-def send_record(out: Path | str, content_hash: str) -> None:
-    """Send a record that was written to the working folder: from here on the asset counts as finished."""
-    if is_url(out):
-        name = _record_name(content_hash)
-        send_objects({f"{out}/{name}": working_folder(out) / name})
-
-
-def fetch_record(out: Path | str, content_hash: str, run_id: str, attempt: int) -> None:
-    """Have the record in the working folder that a worker, maybe on another machine, has sent in this run, at this
-    attempt or a later one; what is not there is not fetched."""
-    if not is_url(out):
-        return
-    folder, name = working_folder(out), _record_name(content_hash)
-    here = read_record(folder, content_hash)
-    if here is not None and here.run_id == run_id and here.attempt >= attempt:
-        return
-    stored = object_info(f"{out}/{name}")
-    if stored is not None:
-        fetch(out, folder, {name: stored})
-
-
 def in_urls(record: AssetRecord, ref: AssetRef, out: Path | str) -> AssetRecord:
     """The record with the asset where its user has it, and no folder of this machine's copies in what it says."""
     places = {}
@@ -104,7 +81,3 @@ def _mode_of(error: StoreError) -> FailureMode:
 
 def _logs(folder: Path, asset_id: str) -> tuple[Path, ...]:
     return log_file(folder, asset_id), first_log_file(folder, asset_id), answers_file(folder, asset_id)
-
-
-def _record_name(content_hash: str) -> str:
-    return f"{RECORDS}/{content_hash}.json"
