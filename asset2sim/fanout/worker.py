@@ -1,6 +1,7 @@
 """What a Dask worker does with one asset: a child process for the work, this process for the model calls."""
 
 import uuid
+from collections.abc import Callable, Iterable
 from functools import partial
 from pathlib import Path
 
@@ -9,6 +10,7 @@ from asset2sim.isolation.stopping import is_stopped
 from asset2sim.models.books import Books, open_books
 from asset2sim.models.gateway import ask
 from schemas.asset import AssetRef
+from schemas.call import ModelCall
 from schemas.request import ModelAnswer, ModelRequest
 from schemas.settings import ModelSettings, Settings
 from schemas.vocabulary import Method
@@ -17,13 +19,28 @@ PIPELINE = "asset2sim.pipeline:refine_asset"
 """The pipeline by name, so that neither the flow nor a worker imports the engines: only the children do."""
 
 
+def _forget(calls: Iterable[ModelCall]) -> None:
+    return None
+
+
 def attempt_asset(
-    ref: AssetRef, out: Path, settings: Settings, pipeline: str = PIPELINE, run_id: str | None = None
+    ref: AssetRef,
+    out: Path,
+    settings: Settings,
+    pipeline: str = PIPELINE,
+    run_id: str | None = None,
+    made: Callable[[Iterable[ModelCall]], None] = _forget,
 ) -> Attempt:
-    """One attempt at one asset, in a child process; the model calls are made here."""
+    """One attempt at one asset, in a child process; the model calls are made here, and ``made`` is told of them."""
     stopped = partial(is_stopped, str(out))
     books = open_books(out, run_id or uuid.uuid4().hex, ref.asset_id, settings.model, stopped)
-    return attempt_in_child(pipeline, ref, out, settings, partial(ask_for_asset, settings=settings, books=books))
+
+    def ask_and_tell(request: ModelRequest) -> ModelAnswer:
+        answer = ask_for_asset(request, settings, books)
+        made(answer.calls)
+        return answer
+
+    return attempt_in_child(pipeline, ref, out, settings, ask_and_tell)
 
 
 def ask_for_asset(request: ModelRequest, settings: Settings, books: Books) -> ModelAnswer:
