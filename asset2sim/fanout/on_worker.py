@@ -23,8 +23,8 @@ logger = logging.getLogger(__name__)
 def refine_on_worker(
     job: Job, out: Path | str, settings: Settings, pipeline: str = PIPELINE, run_id: str | None = None
 ) -> Done:
-    """Refine one asset, whatever happens to it, and keep its record in ``out``, a folder or a URL; ``pipeline`` is a ``module:function``
-    name.
+    """Refine one asset, whatever happens to it, and keep its record in ``out``, a folder or a URL; ``pipeline`` is a
+    ``module:function`` name.
 
     ``run_id`` names the run whose budget the model calls count towards; None is a run of its own.
     """
