@@ -4,7 +4,7 @@ from pathlib import Path
 from typing import Annotated
 from urllib.parse import urlsplit
 
-from pydantic import BeforeValidator
+from pydantic import PlainSerializer, PlainValidator, WithJsonSchema
 from typing_extensions import TypeIs
 
 from schemas.errors import UsageError
@@ -44,7 +44,12 @@ def location_of(value: object) -> Path | str:
     return f"{scheme.lower()}://{'/'.join(parts)}"
 
 
-Location = Annotated[Path | str, BeforeValidator(location_of)]
+Location = Annotated[
+    Path | str,
+    PlainValidator(location_of),
+    PlainSerializer(str, return_type=str, when_used="json"),
+    WithJsonSchema({"type": "string"}),
+]
 """A local folder (``Path``) or the URL of one in an object store (``str``), as ``location_of`` makes it."""
 
 

@@ -7,6 +7,7 @@ import pytest
 
 from asset2sim.catalog.read import read_table
 from asset2sim.check_request import check_request
+from asset2sim.cli.request import RefineRequest
 from asset2sim.dataset import load_dataset
 from asset2sim.incremental.contents import contents_of
 from asset2sim.incremental.state import open_state
@@ -57,6 +58,9 @@ def test_a_location_is_a_folder_or_a_url() -> None:
     with pytest.raises(UsageError, match="leave the password out") as told:
         location_of("ftp://me:hunter22@host/x")
     assert "hunter22" not in str(told.value)
+    request = RefineRequest.model_validate({"data": "s3://b/x/", "out": "out"})
+    assert (request.data, request.out) == ("s3://b/x", Path("out"))
+    assert RefineRequest.model_validate_json(request.model_dump_json()) == request
     with pytest.raises(UsageError, match="folder of this machine"):
         local_folder("s3://b/x")
 

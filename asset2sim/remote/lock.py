@@ -14,6 +14,7 @@ import uuid
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from dataclasses import asdict, dataclass
+from pathlib import Path
 
 from asset2sim.remote.store import (
     StoreError,
@@ -54,15 +55,18 @@ class Holder:
 
 
 @contextmanager
-def lock_url(url: str, renew_s: float = RENEW_S, stale_s: float = STALE_S) -> Iterator[Callable[[], None]]:
+def lock_url(url: str, note: Path, renew_s: float = RENEW_S, stale_s: float = STALE_S) -> Iterator[Callable[[], None]]:
     """Holds an output URL for this process. Gives a function that raises LostLockError once another run has it.
 
-    Raises UsageError, naming the holder, where another run holds it, and where nothing can be written.
+    ``note`` is a file of this machine that the caller alone holds: the lock of which it speaks is that of a run here
+    which was killed, and need not get stale. Raises UsageError, naming the holder, where another run holds the URL, and
+    where nothing can be written.
     """
     place = f"{url}/{LOCK}"
     mine = Holder(uuid.uuid4().hex, os.getpid(), platform.node(), time.time())
     try:
-        _acquire(url, place, mine, stale_s)
+        _acquire(url, place, mine, _noted(note), stale_s)
+        note.write_text(mine.token, encoding="ascii")
     except StoreError as error:
         raise usage_error(error) from error
     lost, ended = threading.Event(), threading.Event()
@@ -95,7 +99,7 @@ def lock_url(url: str, renew_s: float = RENEW_S, stale_s: float = STALE_S) -> It
                 remove_objects([place])
 
 
-def _acquire(url: str, place: str, mine: Holder, stale_s: float) -> None:
+def _acquire(url: str, place: str, mine: Holder, killed: str, stale_s: float) -> None:
     try:
         _create(place, mine)
         return
@@ -108,14 +112,21 @@ def _acquire(url: str, place: str, mine: Holder, stale_s: float) -> None:
             raise
         raise UsageError(f"another run on {url} is just starting or ending; try again in a few seconds") from error
     age = time.time() - holder.time
-    if age < stale_s:
+    if age < stale_s and holder.token != killed:
         raise UsageError(
             f"another run ({holder}) is writing to {url}; wait until it ends, or choose another --out. If it was "
             f"killed, its lock counts for nothing in {stale_s - age:.0f} s"
         )
     if not _replace(place, mine, holder, version):
         raise UsageError(f"another run on {url} is just starting; wait until it ends, or choose another --out")
-    logger.warning("%s was left locked %.0f s ago by %s, which has not renewed it; this run goes on", url, age, holder)
+    logger.warning("%s was left locked by %s, which was last alive %.0f s ago; this run goes on", url, holder, age)
+
+
+def _noted(note: Path) -> str:
+    try:
+        return note.read_text(encoding="ascii", errors="replace")
+    except OSError:
+        return ""
 
 
 def _create(place: str, mine: Holder) -> None:

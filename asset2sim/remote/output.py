@@ -18,7 +18,7 @@ from the records and finishes.
 
 import shutil
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass
 from datetime import datetime
 from pathlib import Path
@@ -34,12 +34,15 @@ from asset2sim.remote.lock import lock_url
 from asset2sim.remote.mended import mend_history
 from asset2sim.remote.mirror import COMING, local_names, look, pull, push
 from asset2sim.remote.store import StoreError, list_objects, remove_objects, usage_error
+from schemas.errors import UsageError
 from schemas.location import is_url
 
 TABLES = f"{CATALOG}/"
 RUNS = f"{CATALOG}/runs.parquet"
 HISTORY = "history/"
 REPORTS = "reports/"
+HELD = ".held"
+"""File in the local folder that says which lock in the store is, or was, its run's."""
 SHARED = (TABLES, HISTORY, REPORTS, f"{RECORDS}/", STATE)
 """What a run must know of earlier ones. Refined folders and logs are only sent; caches, budgets and MLflow's store stay
 on the machine."""
@@ -68,12 +71,22 @@ def open_output(out: Path | str) -> Iterator[Output]:
         with lock_output(folder):
             yield Output(out, folder)
         return
-    with lock_output(folder), lock_url(out) as check:
+    with _lock_folder(out, folder), lock_url(out, folder / HELD) as check:
         for left in (STAGING, READY, OLD, *(path.name for path in folder.glob(f"{COMING}*"))):
             shutil.rmtree(folder / left, ignore_errors=True)
         pull(out, folder, SHARED)
         mend_history(folder)
         yield Output(out, folder, check)
+
+
+@contextmanager
+def _lock_folder(out: str, folder: Path) -> Iterator[None]:
+    with ExitStack() as held:
+        try:
+            held.enter_context(lock_output(folder))
+        except UsageError as error:
+            raise UsageError(str(error).replace(str(folder), out)) from error
+        yield
 
 
 def check_store(out: str) -> None:
