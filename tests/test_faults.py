@@ -211,7 +211,7 @@ def assert_same_files(one: Path, two: Path) -> None:
 END_LIMIT_S = 60.0
 """Time in which workers must end that have lost their scheduler, s: it takes them 2 to 8."""
 REAL = {"fine": "box_wooden", "once-sleepy": "bucket_yellow", "planted": "planted_missing_mesh", "box": "box_chest"}
-SLOW = {f"slow-{number}": "" for number in range(6)}
+SLOW = {f"slow-{number}": "" for number in range(4)}
 
 
 def test_a_killed_worker_and_a_restarted_scheduler_cost_nothing_but_time(place: Place, tmp_path: Path) -> None:
@@ -228,17 +228,18 @@ def test_a_killed_worker_and_a_restarted_scheduler_cost_nothing_but_time(place: 
     run = start(place, "--scheduler", cluster.address)
     assert wait_until(lambda: bool(processes(place.out, "once-sleepy")), LIMIT_S), run.communicate()
     os.kill(worker_of(processes(place.out, "once-sleepy")[0]), signal.SIGKILL)
-    assert wait_until(lambda: bool(processes(place.out, "slow-2")), LIMIT_S), run.communicate()
+    assert wait_until(lambda: bool(processes(place.out, "slow-1")), LIMIT_S), run.communicate()
     scheduler.kill()
     assert scheduler.wait() and workers.wait(END_LIMIT_S) is not None
     start_scheduler(cluster)
-    start_workers(cluster, 2)
+    start_workers(cluster, 1)
     errors = finished(run)
     assert "went away; waiting 60 s for it" in errors and "is back" in errors and "Traceback" not in errors
     assert differing(place.out, alone.out) == {}
     assert findings(place.out, "died_once") == {}
-    assert len(processes(place.out, "once-sleepy")) == 2
-    assert {len(processes(place.out, name)) for name in ("fine", "planted", "box", "slow-0")} == {1}
+    # Once more is done what the killed worker had in work, and what the two had that the scheduler took along.
+    tried = {name: len(processes(place.out, name)) for name in REAL | SLOW}
+    assert tried["once-sleepy"] >= 2 and sum(tried.values()) <= len(tried) + 1 + 2, tried
     kill_marked(place.mark)
 
 
@@ -249,7 +250,9 @@ def differing(one: Path, two: Path) -> dict[str, dict[Hashable, tuple[object, ob
     found: dict[str, dict[Hashable, tuple[object, object]]] = {}
     for name, row in first.items():
         for column, value in row.items():
-            named = column in ("run_id", "source_path", "content_hash") or str(column).startswith("seconds")
+            # A question that was paid for by a worker that is lost is answered from the cache the second time.
+            named = column in ("run_id", "source_path", "content_hash", "cached_calls")
+            named = named or str(column).startswith("seconds")
             if not named and str(value) != str(second[name][column]):
                 found.setdefault(name, {})[column] = (value, second[name][column])
     return found

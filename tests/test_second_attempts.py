@@ -14,6 +14,7 @@ from asset2sim.fanout.order import last_seconds, longest_first
 from asset2sim.fanout.refine import refine_all
 from asset2sim.fanout.spread import Lost
 from asset2sim.incremental import records
+from asset2sim.incremental.paid_calls import keeping_calls, paid_calls
 from asset2sim.incremental.records import KeptRecord, await_record, keep_record, kept_records, read_record, record_file
 from schemas.asset import AssetRef
 from schemas.settings import RunSettings, Settings
@@ -112,6 +113,20 @@ def test_a_record_read_shares_what_every_record_has_and_a_copy_does_not(tmp_path
     assert one.record.__pydantic_fields_set__ is two.record.__pydantic_fields_set__
     copy = one.record.model_copy(update={"reason": "other"})
     assert copy.__pydantic_fields_set__ is not one.record.__pydantic_fields_set__
+
+
+def test_what_a_lost_worker_had_paid_for_is_in_the_record(tmp_path: Path) -> None:
+    keep = keeping_calls(tmp_path, HASH)
+    keep([make_call(), make_call(cached=True)])
+    keep([make_call(attempt=2)])
+    assert [call.attempt for call in paid_calls(tmp_path, HASH)] == [1, 2]
+    refine_on_worker(JOB, tmp_path, Settings(), "tests.crashers:no_pipeline", "r")
+    (found,) = kept_records(tmp_path)
+    assert [call.attempt for call in found.record.calls] == [1, 2] and paid_calls(tmp_path, HASH) == ()
+    keep([make_call(attempt=3)])
+    got = harvest(tmp_path)
+    take(got, JOB, Lost("gone"))
+    assert [call.attempt for call in give_up(got, JOB).calls] == [3] and paid_calls(tmp_path, HASH) == ()
 
 
 def test_a_lost_worker_is_a_death_without_a_record_and_two_are_the_end(tmp_path: Path) -> None:

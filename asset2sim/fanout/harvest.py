@@ -8,6 +8,7 @@ from asset2sim.fanout.again import not_tried_again, with_first
 from asset2sim.fanout.done import Done
 from asset2sim.fanout.job import FirstAttempt, Job
 from asset2sim.fanout.spread import Lost
+from asset2sim.incremental.paid_calls import drop_calls, paid_calls
 from asset2sim.incremental.records import KeptRecord, await_record, keep_record, read_record
 from asset2sim.isolation.asset import failed_record
 from asset2sim.remote.records import fetch_record
@@ -102,7 +103,8 @@ def _take_lost(harvest: Harvest, job: Job, reason: str) -> AssetRecord | None:
 
 def _failed(harvest: Harvest, job: Job, reason: str) -> AssetRecord:
     record = failed_record(job.ref, harvest.settings, FailureMode.ENGINE_CRASH, reason)
-    return record.model_copy(update={"content_hash": job.content_hash})
+    paid = paid_calls(harvest.out, job.content_hash)
+    return record.model_copy(update={"content_hash": job.content_hash, "calls": paid})
 
 
 def _keep(harvest: Harvest, job: Job, record: AssetRecord, died: str) -> KeptRecord:
@@ -110,4 +112,5 @@ def _keep(harvest: Harvest, job: Job, record: AssetRecord, died: str) -> KeptRec
         run_id=harvest.run_id, redo=harvest.settings.run.redo, record=record, attempt=job.attempt, died=died
     )
     keep_record(harvest.out, kept)
+    drop_calls(harvest.out, job.content_hash)
     return kept

@@ -10,6 +10,7 @@ from asset2sim.fanout.again import with_first
 from asset2sim.fanout.done import Done
 from asset2sim.fanout.job import Job
 from asset2sim.fanout.worker import PIPELINE, attempt_asset
+from asset2sim.incremental.paid_calls import drop_calls, keeping_calls, paid_calls
 from asset2sim.incremental.records import KeptRecord, read_record, write_record
 from asset2sim.isolation.asset import first_log_file, log_file
 from asset2sim.remote.cache import working_folder
@@ -35,14 +36,16 @@ def refine_on_worker(
         # Dask asks once more for what a worker had done whose answer was lost with it.
         return Done(job.ref.asset_id, before.record.status, before.died)
     _keep_first_log(folder, job)
-    attempt = attempt_asset(job.ref, out, settings, pipeline, run_id)
+    lost = paid_calls(folder, job.content_hash)
+    attempt = attempt_asset(job.ref, out, settings, pipeline, run_id, keeping_calls(folder, job.content_hash))
     record = with_first(attempt.record, job.first, attempt.died)
-    record = record.model_copy(update={"content_hash": job.content_hash})
+    record = record.model_copy(update={"content_hash": job.content_hash, "calls": (*lost, *record.calls)})
     done = Done(job.ref.asset_id, record.status, attempt.died)
     kept = KeptRecord(run_id=run_id, redo=settings.run.redo, record=record, attempt=job.attempt, died=attempt.died)
     try:
         write_record(folder, kept)
         send_record(out, job.content_hash)
+        drop_calls(folder, job.content_hash)
     except (OSError, StoreError) as error:
         logger.warning("cannot keep what has finished in %s (%s)", out, error)
         return replace(done, record=record)

@@ -1,6 +1,7 @@
 """What a Dask worker does with one asset: a child process for the work, this process for the model calls."""
 
 import uuid
+from collections.abc import Callable, Iterable
 from functools import partial
 from pathlib import Path
 
@@ -11,6 +12,7 @@ from asset2sim.models.gateway import ask
 from asset2sim.remote.cache import working_folder
 from asset2sim.remote.worker import with_files
 from schemas.asset import AssetRef
+from schemas.call import ModelCall
 from schemas.request import ModelAnswer, ModelRequest
 from schemas.settings import ModelSettings, Settings
 from schemas.vocabulary import Method
@@ -19,17 +21,33 @@ PIPELINE = "asset2sim.pipeline:refine_asset"
 """The pipeline by name, so that neither the flow nor a worker imports the engines: only the children do."""
 
 
+def _forget(calls: Iterable[ModelCall]) -> None:
+    return None
+
+
 def attempt_asset(
-    ref: AssetRef, out: Path | str, settings: Settings, pipeline: str = PIPELINE, run_id: str | None = None
+    ref: AssetRef,
+    out: Path | str,
+    settings: Settings,
+    pipeline: str = PIPELINE,
+    run_id: str | None = None,
+    made: Callable[[Iterable[ModelCall]], None] = _forget,
 ) -> Attempt:
-    """One attempt at one asset, in a child process, into OUT, a folder or a URL; the model calls are made here."""
-    folder = working_folder(out)
-    stopped = partial(is_stopped, str(out))
+    """One attempt at one asset, in a child process, into OUT, a folder or a URL; the model calls are made here, and
+    ``made`` is told of them."""
+    folder, owner = working_folder(out), str(out)
+    stopped = partial(is_stopped, owner)
     books = open_books(folder, run_id or uuid.uuid4().hex, ref.asset_id, settings.model, stopped)
-    ask_here = partial(ask_for_asset, settings=settings, books=books)
-    return with_files(
-        ref, out, settings, lambda ref: attempt_in_child(pipeline, ref, folder, settings, ask_here, owner=str(out))
-    )
+
+    def ask_and_tell(request: ModelRequest) -> ModelAnswer:
+        answer = ask_for_asset(request, settings, books)
+        made(answer.calls)
+        return answer
+
+    def attempt(local: AssetRef) -> Attempt:
+        return attempt_in_child(pipeline, local, folder, settings, ask_and_tell, owner)
+
+    return with_files(ref, out, settings, attempt)
 
 
 def ask_for_asset(request: ModelRequest, settings: Settings, books: Books) -> ModelAnswer:
