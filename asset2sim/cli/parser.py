@@ -61,12 +61,10 @@ def parse(arguments: Sequence[str]) -> argparse.Namespace:
     show.add_argument("asset_id", metavar="ASSET_ID", help="an asset's id, as the manifest has it")
     pages = commands.add_parser("ui", help="the pages of Prefect and MLflow", allow_abbrev=False)
     for command in (failures, query, show, pages):
-        command.add_argument(
-            "--out", type=location_of, required=True, metavar="OUT", help="a run's output: folder or URL"
-        )
+        command.add_argument("--out", type=location_of, required=True, metavar="OUT", help="a run's folder or URL")
     doctor = commands.add_parser("doctor", help="what works here, and what does not", allow_abbrev=False)
     doctor.add_argument(
-        "--out", type=location_of, default=Path("data/refined"), metavar="OUT", help="where output would go"
+        "--out", type=location_of, default=Path("data/refined"), metavar="OUT", help="where it would go"
     )
     _add_model(doctor)
     nightly = commands.add_parser(
@@ -170,7 +168,7 @@ def _add_refine(parser: argparse.ArgumentParser) -> None:
         "data",
         type=location_of,
         metavar="DATA",
-        help="a folder or a URL (s3://bucket/prefix) with manifest.csv, of asset folders, or of one asset",
+        help="a folder, or its URL, with manifest.csv, of asset folders, or of one asset",
     )
     add("--out", type=location_of, required=True, metavar="OUT", help="the output folder, or its URL")
     add("--subset", metavar="S", help="only the manifest's rows of this subset")

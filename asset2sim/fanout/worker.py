@@ -35,8 +35,8 @@ def attempt_asset(
 ) -> Attempt:
     """One attempt at one asset, in a child process, into OUT, a folder or a URL; the model calls are made here, and
     ``made`` is told of them."""
-    folder = working_folder(out)
-    stopped = partial(is_stopped, str(out))
+    folder, owner = working_folder(out), str(out)
+    stopped = partial(is_stopped, owner)
     books = open_books(folder, run_id or uuid.uuid4().hex, ref.asset_id, settings.model, stopped)
 
     def ask_and_tell(request: ModelRequest) -> ModelAnswer:
@@ -44,9 +44,10 @@ def attempt_asset(
         made(answer.calls)
         return answer
 
-    return with_files(
-        ref, out, settings, lambda ref: attempt_in_child(pipeline, ref, folder, settings, ask_and_tell, owner=str(out))
-    )
+    def attempt(local: AssetRef) -> Attempt:
+        return attempt_in_child(pipeline, local, folder, settings, ask_and_tell, owner)
+
+    return with_files(ref, out, settings, attempt)
 
 
 def ask_for_asset(request: ModelRequest, settings: Settings, books: Books) -> ModelAnswer:
