@@ -1,7 +1,8 @@
 """``make bench``: DATA WORK [--limit N] [--only PART] [--strict]. Prints the tables, and writes them into WORK.
 
-Each measured run is a fresh process and has a fresh output folder, into which nothing but the warm cache of convex
-pieces is copied. A run that is not measured warms that cache; it stays in WORK for the next bench.
+Each measured run is a fresh process and has a fresh output folder, into which nothing but the warm caches of meshes,
+their shapes and their convex pieces, is copied. A run that is not measured fills them; they stay in WORK for the next
+bench.
 """
 
 import shutil
@@ -27,6 +28,7 @@ from asset2sim.dataset import load_dataset
 from asset2sim.fanout.refine import refine_all
 from asset2sim.methods.ours import CACHE
 from asset2sim.models.environment import quiet_environment
+from asset2sim.pipeline import SHAPES
 from flows.bench_run import MODULE as RUN
 from schemas.asset import AssetRecord
 from schemas.errors import Asset2SimError, UsageError
@@ -56,11 +58,13 @@ def command(
 
 
 def fresh(request: BenchRequest, name: str) -> Path:
-    """An output folder that holds the warm pieces and nothing else."""
-    out, warm = request.work / name, request.work / "warm" / CACHE
+    """An output folder that holds what is kept of meshes, their shapes and convex pieces, and nothing else."""
+    out = request.work / name
     shutil.rmtree(out, ignore_errors=True)
-    if warm.is_dir():
-        shutil.copytree(warm, out / CACHE)
+    for cache in (SHAPES, CACHE):
+        warm = request.work / "warm" / cache
+        if warm.is_dir():
+            shutil.copytree(warm, out / cache)
     return out
 
 
@@ -73,7 +77,7 @@ def flow(request: BenchRequest, name: str, words: Sequence[str]) -> FlowTimes:
 
 
 def warm_up(request: BenchRequest) -> None:
-    """Fill the cache of pieces; where an earlier bench did, with the same code and settings, nothing is refined."""
+    """Fill the caches of meshes; where an earlier bench did, with the same code and settings, nothing is refined."""
     flow(request, "warm", command(request, request.data, request.work / "warm", 2))
 
 
