@@ -73,5 +73,6 @@ def verify_in(
         interaction=touched.value,
         problem=measured.problem or touched.problem,
         timed_out=measured.timed_out or touched.timed_out,
+        died=measured.died or touched.died,
         seconds=perf_counter() - start,
     )

@@ -158,7 +158,8 @@ class Interaction(Frozen):
 
 
 class EngineReport(Frozen):
-    """One engine's whole judgement of one asset. ``problem`` says why a part is missing: the engine crashed or hung."""
+    """One engine's whole judgement of one asset. ``problem`` says why a part is missing: the engine refused the asset,
+    or its process ``died``, by a crash or a hang (``timed_out``)."""
 
     engine: Engine
     engine_version: str
@@ -166,4 +167,5 @@ class EngineReport(Frozen):
     interaction: Interaction | None = None
     problem: str | None = None
     timed_out: bool = False
+    died: bool = False
     seconds: NonNegative = 0.0

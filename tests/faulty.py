@@ -70,6 +70,14 @@ def fill_disk_and_clear(out: Path) -> None:
         (out / "brief junk").unlink()
 
 
+def crash_engine(out: Path) -> None:
+    """Have the engine's own process, which this one starts to judge an asset, crash as engines do."""
+    import asset2sim.verification
+
+    module: Any = asset2sim.verification
+    module.measure = lambda *_: crashers.segfault()
+
+
 FAULTS: dict[str, Callable[[Path], object]] = {
     "segfault": lambda out: crashers.segfault(),
     "abort": lambda out: crashers.abort(),
@@ -79,6 +87,7 @@ FAULTS: dict[str, Callable[[Path], object]] = {
     "sleepy": lambda out: time.sleep(600.0),
     "slow": lambda out: time.sleep(1.0),
     "forkserver": kill_fork_server,
+    "engine": crash_engine,
     "hog": fill_disk,
     "filler": fill_disk_and_clear,
 }

@@ -83,8 +83,12 @@ OK = {
     "once-abort": "scissors_paper",
     "once-sleepy": "bucket_yellow",
     "forkserver": "box_chest",
+    "once-engine": "box_wooden",
 }
-BAD = {**dict.fromkeys(("hang", "segfault", "hungry", "raise"), ""), **dict.fromkeys((*SPOILT, "cut"), "box_wooden")}
+BAD = {
+    **dict.fromkeys(("hang", "segfault", "hungry", "raise"), ""),
+    **dict.fromkeys((*SPOILT, "cut", "engine"), "box_wooden"),
+}
 
 
 def test_each_fault_of_an_asset_is_its_row_and_the_dead_are_tried_once_more(place: Place) -> None:
@@ -103,19 +107,22 @@ def test_each_fault_of_an_asset_is_its_row_and_the_dead_are_tried_once_more(plac
     assert set(found) == {*BAD, *OK}
     assert {name: row["failure_mode"] for name, row in found.items() if row["status"] != "ok"} == {
         "hang": "timeout", "segfault": "engine_crash", "hungry": "engine_crash", "raise": "engine_crash",
+        "engine": "engine_crash",
         **dict.fromkeys(SPOILT, "missing_mesh"), "cut": "unreadable_asset",
     }  # fmt: skip
     for name, words in {
         "hang": "died twice: not done after 8 s", "segfault": "killed by SIGSEGV", "raise": "KeyError: 'joint_7'",
+        "engine": "died twice: pybullet crashed",
         "hungry": "more than the 2000 MB", "cut": "mobility.urdf", **dict.fromkeys(SPOILT, "link 'link_0'"),
     }.items():  # fmt: skip
         assert words in found[name]["reason"], found[name]["reason"]
     tried = {name: len(processes(place.out, name)) for name in found}
-    twice = {"hang", "segfault", "hungry", "once-abort", "once-sleepy"}
+    twice = {"hang", "segfault", "hungry", "engine", "once-abort", "once-sleepy", "once-engine"}
     assert tried == {name: 2 if name in twice else 1 for name in found}
     once = findings(place.out, "died_once")
-    assert set(once) == {"once-abort", "once-sleepy"}
+    assert set(once) == {"once-abort", "once-sleepy", "once-engine"}
     assert "SIGABRT" in once["once-abort"] and "SIGKILL" in once["once-sleepy"]
+    assert "SIGSEGV" in once["once-engine"]
     assert "in abort" in (place.out / "logs" / "once-abort.first.log").read_text()
     assert set(findings(place.out, "unreadable_mesh")) >= {"one-garbage"}
     assert_nobody_left(place.mark)

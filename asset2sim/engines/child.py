@@ -31,11 +31,13 @@ T = TypeVar("T")
 
 @dataclass(frozen=True)
 class Ended(Generic[T]):
-    """How a child ended: with a value, or with a ``problem``, one sentence that names the engine."""
+    """How a child ended: with a value, or with a ``problem``, one sentence that names the engine, which may have
+    ``died``: crashed or hung, and so said nothing itself."""
 
     value: T | None
     problem: str | None = None
     timed_out: bool = False
+    died: bool = False
 
 
 def in_child(engine: Engine, function: Callable[..., T], *args: object, time_limit_s: float) -> Ended[T]:
@@ -59,11 +61,13 @@ def in_child(engine: Engine, function: Callable[..., T], *args: object, time_lim
         said = _read(reader, deadline)
         if said is None:
             _dump_traceback(pid)
-            return Ended(None, f"{engine} was not done after {time_limit_s:g} s, and was killed", timed_out=True)
+            return Ended(
+                None, f"{engine} was not done after {time_limit_s:g} s, and was killed", timed_out=True, died=True
+            )
         # What has said its last word may still hang while it ends; that costs nothing.
         if not said:
             _, status = os.waitpid(pid, 0)
-            return Ended(None, f"{engine} {_cause_of_death(status)}")
+            return Ended(None, f"{engine} {_cause_of_death(status)}", died=True)
         return _understood(engine, said)
     finally:
         os.close(reader)
@@ -113,7 +117,7 @@ def _understood(engine: Engine, said: bytes) -> Ended[T]:
     try:
         value, problem = pickle.loads(said)
     except (pickle.UnpicklingError, EOFError, AttributeError, ValueError) as error:
-        return Ended(None, f"{engine} died while it answered ({error})")
+        return Ended(None, f"{engine} died while it answered ({error})", died=True)
     return Ended(value, None if problem is None else f"{engine} {problem}")
 
 

@@ -86,9 +86,19 @@ def attempt_in_child(
         raise StoppedError(f"asset {ref.asset_id} was stopped with the run")
     if outcome.ending is Ending.RETURNED and isinstance(outcome.value, AssetRecord):
         keep_refused(out, ref.asset_id, heard, outcome.value.calls)
-        return Attempt(outcome.value)
+        return Attempt(outcome.value, death_of_engine(outcome.value))
     record = record_of_death(ref, out, settings, outcome, tuple(calls))
     return Attempt(record, record.reason if outcome.ending in DEATHS else "")
+
+
+def death_of_engine(record: AssetRecord) -> str:
+    """How an engine died over the asset, in words, where that is why the asset failed; else empty.
+
+    An engine has a process of its own within the asset's, which comes back and tells of it.
+    """
+    if record.failure_mode not in (FailureMode.ENGINE_CRASH, FailureMode.TIMEOUT):
+        return ""
+    return next((report.problem or "" for report in record.reports if report.died), "")
 
 
 def call_by_name(name: str, *args: object, **services: object) -> object:
