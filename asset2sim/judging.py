@@ -40,10 +40,19 @@ class Judged:
 
 
 def judge_and_mend(
-    extraction: Extraction, overlay: PhysicsOverlay, folder: Folder, settings: Settings, known: Known
+    extraction: Extraction,
+    overlay: PhysicsOverlay,
+    folder: Folder,
+    settings: Settings,
+    known: Known,
+    doubts: Sequence[FailureMode] = (),
 ) -> Judged:
     """Verify the written asset in every engine and mend its dynamics where a test fails in one; ``known`` holds what
-    was seen of it before."""
+    was seen of it before.
+
+    ``doubts`` are failures that no dynamics mend, and that other shapes have: where one is seen here too, nothing else
+    is asked, and the verdict is that it fails.
+    """
     cause = cause_for(extraction, overlay)
     engines = engines_of(settings.engine)
 
@@ -53,6 +62,11 @@ def judge_and_mend(
         write_urdf(extraction, changed, folder, settings.physics)
         return verify_once(known, wanted, folder, changed, cause, settings, only)
 
+    for doubt in doubts:
+        reports = again(overlay, engines, doubt)
+        verdict = judge_reports(reports, overlay, settings.thresholds)
+        if verdict.mode is doubt:
+            return Judged(overlay, reports, (), verdict, (), ())
     mended = mend(extraction.features, overlay, again(overlay, engines), settings, again)
     overlaps = overlap_pairs(folder.urdf, mended.overlay.initial_positions, cause)
     verdict = judge_reports(mended.reports, mended.overlay, settings.thresholds)

@@ -9,6 +9,8 @@ from asset2sim.apply import write_folder
 from asset2sim.collision.shapes import collision_shapes
 from asset2sim.extraction import Extraction
 from asset2sim.judging import Judged, judge_and_mend
+from asset2sim.mending.loop import all_failures
+from asset2sim.mending.remedies import REMEDIES
 from asset2sim.reverification import Known
 from asset2sim.search.asking import Scene
 from asset2sim.search.asset import Refined, at_positions, refine_in_engine
@@ -22,7 +24,7 @@ from schemas.finding import Finding
 from schemas.overlay import Overlay, PhysicsOverlay
 from schemas.settings import Settings
 from schemas.trace import TraceStep
-from schemas.vocabulary import CollisionMode, Severity, Source, Stage
+from schemas.vocabulary import CollisionMode, FailureMode, Severity, Source, Stage
 
 DECOMPOSED = "collision_decomposed"
 """Code of the findings that tell of links cut into convex pieces."""
@@ -84,7 +86,7 @@ def pieces_or_hulls(job: Job, questions: Questions) -> tuple[Job, Shaped]:
     if not cut or (shaped.judged.verdict.passed and phi <= GOOD_PHI_M):
         return job, attempt(job, questions) if wanted and questions.left > 0 else shaped
     plain = in_mode(job, CollisionMode.REPAIR)
-    hulls, _ = unasked(plain)
+    hulls, _ = unasked(plain, unmendable(shaped, job.settings))
     if hulls.judged.verdict.passed and not (shaped.judged.verdict.passed and phi <= largest_phi(hulls)):
         note = Finding(
             stage=Stage.MEASURE,
@@ -97,10 +99,17 @@ def pieces_or_hulls(job: Job, questions: Questions) -> tuple[Job, Shaped]:
     return job, attempt(job, questions)
 
 
-def unasked(job: Job) -> tuple[Shaped, bool]:
-    """An attempt without a model, and whether one would have been asked."""
+def unmendable(shaped: Shaped, settings: Settings) -> tuple[FailureMode, ...]:
+    """What fails in an attempt and no dynamics mend, such as a jam: where other shapes must do better."""
+    failed = all_failures(shaped.judged.overlay, shaped.judged.reports, settings)
+    modes = dict.fromkeys(failure.mode for failure in failed if failure.mode not in REMEDIES)
+    return tuple(mode for mode in modes if mode not in (FailureMode.ENGINE_CRASH, FailureMode.TIMEOUT))
+
+
+def unasked(job: Job, doubts: tuple[FailureMode, ...] = ()) -> tuple[Shaped, bool]:
+    """An attempt without a model, and whether one would have been asked; see ``judge_and_mend`` for ``doubts``."""
     nobody = Questions(job.ask, 0)
-    return attempt(job, nobody), nobody.wanted
+    return attempt(job, nobody, doubts), nobody.wanted
 
 
 def lasting(job: Job, shaped: Shaped, questions: Questions) -> Shaped:
@@ -167,7 +176,7 @@ def in_mode(job: Job, mode: CollisionMode) -> Job:
     return replace(job, settings=job.settings.model_copy(update={"collision": collision}))
 
 
-def attempt(job: Job, questions: Questions) -> Shaped:
+def attempt(job: Job, questions: Questions, doubts: tuple[FailureMode, ...] = ()) -> Shaped:
     """One pass: collision shapes, folder, state, verification, mending."""
     with job.timed(Stage.APPLY):
         mode = job.settings.collision.mode
@@ -178,5 +187,5 @@ def attempt(job: Job, questions: Questions) -> Shaped:
             job.extraction, job.proposal, job.overlay, job.source, hulls, folder, job.settings, questions
         )
     with job.timed(Stage.MEASURE):
-        judged = judge_and_mend(job.extraction, refined.overlay, refined.folder, job.settings, job.known)
+        judged = judge_and_mend(job.extraction, refined.overlay, refined.folder, job.settings, job.known, doubts)
     return Shaped(refined.folder.urdf, refined, judged, told)

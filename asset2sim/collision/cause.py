@@ -5,7 +5,7 @@ intersect (FCL's bounding volume hierarchies, exact on triangles). Parts that to
 so a real overlap is one that is still there after one part is moved a little out of the way.
 """
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from functools import cached_property
 
 import fcl
@@ -32,11 +32,14 @@ DIRECTIONS = np.vstack([np.eye(3), -np.eye(3)])
 
 @dataclass(frozen=True)
 class AuthoredShapes:
-    """The authored meshes of every link at the final scale, as hierarchies that are built when first asked for."""
+    """The authored meshes of every link at the final scale, as hierarchies that are built when first asked for.
+
+    They are built at the authored scale and kept with the extraction, for whoever asks next and at whatever scale: it
+    is the ways between links that are scaled.
+    """
 
     extraction: Extraction
     scale: float
-    models: dict[str, fcl.BVHModel | None] = field(default_factory=dict)
 
     @cached_property
     def links(self) -> dict[str, yourdfpy.Link]:
@@ -44,15 +47,16 @@ class AuthoredShapes:
         return {link.name: link for link in read_urdf(self.extraction.urdf).links}
 
     def model(self, link: str) -> fcl.BVHModel | None:
-        """The link's triangles in its frame, m, or None where it has no mesh that collides."""
-        if link not in self.models:
-            triangles = link_triangles(self.extraction, self.links[link], self.scale)
-            self.models[link] = None if triangles is None else hierarchy(*triangles)
-        return self.models[link]
+        """The link's triangles in its frame at the authored scale, or None where it has no mesh that collides."""
+        models = self.extraction.hierarchies
+        if link not in models:
+            triangles = link_triangles(self.extraction, self.links[link])
+            models[link] = None if triangles is None else hierarchy(*triangles)
+        return models[link]
 
 
-def link_triangles(extraction: Extraction, link: yourdfpy.Link, scale: float) -> tuple[Array, Faces] | None:
-    """(n, 3) vertices in the link's frame at the final scale (m) and (k, 3) triangles of what collides, or None.
+def link_triangles(extraction: Extraction, link: yourdfpy.Link) -> tuple[Array, Faces] | None:
+    """(n, 3) vertices in the link's frame at the authored scale and (k, 3) triangles of what collides, or None.
 
     Sheets beside solid pieces are decals and are left out, as they are from the collision hulls.
     """
@@ -69,7 +73,7 @@ def link_triangles(extraction: Extraction, link: yourdfpy.Link, scale: float) ->
         return None
     starts = np.cumsum([0] + [len(points) for points, _ in pieces])
     faces = [triangles + start for (_, triangles), start in zip(pieces, starts, strict=False)]
-    return scale * np.vstack([points for points, _ in pieces]), np.vstack(faces)
+    return np.vstack([points for points, _ in pieces]), np.vstack(faces)
 
 
 def primitives(link: yourdfpy.Link) -> list[tuple[Array, Faces]]:
@@ -102,7 +106,8 @@ def intersect(shapes: AuthoredShapes, a: str, b: str, a_to_b: Array, shift: Arra
     if first is None or second is None:
         return False
     place = a_to_b[:3, 3] if shift is None else a_to_b[:3, 3] + shift
-    pair = (fcl.CollisionObject(first, fcl.Transform(a_to_b[:3, :3], place)), fcl.CollisionObject(second))
+    moved = fcl.Transform(a_to_b[:3, :3], place / shapes.scale)
+    pair = (fcl.CollisionObject(first, moved), fcl.CollisionObject(second))
     return bool(fcl.collide(*pair, fcl.CollisionRequest(num_max_contacts=1), fcl.CollisionResult()) > 0)
 
 

@@ -5,9 +5,10 @@ damps every body (design.md); it leaves a joint beyond its limit where it has ov
 the dry friction, a torque the spring, and the body damping 0, and limits are kept.
 """
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass
+from functools import cached_property, partial
 from pathlib import Path
 
 import numpy as np
@@ -58,8 +59,13 @@ class PyBulletObject:
 
     def _joint_states(self, column: int) -> Array:
         # Asked for no joints, PyBullet answers None.
-        states = self.client.getJointStates(self.body, list(self.joint_index.values())) if self.joint_index else []
+        states = self._ask() if self.joint_index else []
         return np.array([state[column] for state in states], dtype=float)
+
+    @cached_property
+    def _ask(self) -> Callable[[], list[tuple[float, ...]]]:
+        """The question for all joint states, put together once: every step asks it."""
+        return partial(self.client.getJointStates, self.body, list(self.joint_index.values()))
 
 
 @contextmanager

@@ -1,7 +1,8 @@
 """The whole asset: links, joints, boxes at rest and closed, and the hash of what was read."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -42,6 +43,8 @@ class Extraction:
     mesh_files: dict[str, Path | None]
     closed_size: Vector3
     link_centers: dict[str, Vector3]
+    hierarchies: dict[str, Any] = field(default_factory=dict, repr=False, compare=False)
+    """Link → its triangles as ``collision.cause`` searches them, as far as anybody has asked; None without any."""
 
 
 def extract(ref: AssetRef, cache: Path | None = None) -> Extraction:
