@@ -4,7 +4,6 @@ Never LiteLLM, Prefect or MLflow: they hold threads and hundreds of megabytes, a
 """
 
 import ctypes
-import gc
 import importlib
 import logging
 import os
@@ -39,6 +38,3 @@ def import_quietly(names: tuple[str, ...]) -> None:
 
 
 import_quietly(MODULES)
-# What is loaded by now stays: a child's collector need not look at it, and does not copy the pages that it lies on.
-gc.collect()
-gc.freeze()
