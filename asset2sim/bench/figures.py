@@ -1,7 +1,7 @@
 """From what was measured to the figures of the acceptance, each held against its target. Pure."""
 
 import statistics
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 
 from asset2sim.bench.measured import CheckerTimes, FlowTimes, LoopTimes, Measured, QueryTimes
@@ -62,6 +62,7 @@ def figures(found: Measured) -> list[Figure]:
     return [
         *_rates(found.one, found.two),
         *_overhead(found.one, found.loop),
+        *_around(found.one, found.stages),
         *_unchanged(found.again),
         *_synthetic(found.synthetic),
         *(_query(times) for times in found.queries),
@@ -101,6 +102,15 @@ def _overhead(one: FlowTimes | None, loop: LoopTimes | None) -> Iterator[Figure]
     each = 1000.0 * (one.flow_s - loop.loop_s) / one.assets
     said = f"{100.0 * share:.1f} % ({each:.0f} ms an asset; {one.flow_s:.1f} s over {loop.loop_s:.1f} s)"
     yield Figure(name, target, said, share <= OVERHEAD)
+
+
+def _around(one: FlowTimes | None, stages: Mapping[str, tuple[float, float]]) -> Iterator[Figure]:
+    """What is orchestration alone. The rest of the overhead is what an asset loses by a process of its own, in which
+    libraries are used for the first time."""
+    within = sum(seconds for seconds, _ in stages.values())
+    if one is not None and within > 0.0:
+        said = f"{100.0 * (one.flow_s - within) / within:.1f} % ({one.flow_s:.1f} s over {within:.1f} s)"
+        yield Figure("… Prefect, Dask, tables and starting processes, over the assets' own time", "–", said)
 
 
 def _unchanged(again: FlowTimes | None) -> Iterator[Figure]:
