@@ -12,6 +12,7 @@ from schemas.errors import UnknownChoiceError, UsageError
 from schemas.settings import EngineSettings
 from schemas.vocabulary import Engine, Severity
 from tests.assets import ROOT, UNSEEN, prior, sample
+from tests.processes import wait_until
 
 
 def finding(severity: str, message: str = "so it is", **more: object) -> dict[str, object]:
@@ -130,7 +131,15 @@ class TestRunning:
         assert report.problem == "it did not finish within 0.5 s"
         assert 0.4 < report.seconds < 10.0
         child = Path(f"/proc/{pid.read_text().strip()}/stat")
-        assert not child.exists() or child.read_text().rsplit(")", 1)[1].split()[0] == "Z"
+
+        def gone() -> bool:
+            # A killed process may still be seen for a moment, and is a zombie until somebody reaps it.
+            try:
+                return child.read_text().rsplit(")", 1)[1].split()[0] == "Z"
+            except OSError:
+                return True
+
+        assert wait_until(gone, 5.0)
 
     def test_a_checker_that_crashes_says_what_it_said(self, tmp_path: Path) -> None:
         urdf = written(tmp_path, "1") / "assets" / "1" / "mobility.urdf"
