@@ -32,14 +32,12 @@ def verify(
     overlay: PhysicsOverlay,
     cause: Cause,
     settings: Settings,
-    only: FailureMode | None = None,
 ) -> tuple[EngineReport, ...]:
     """A report from each engine on the URDF in the overlay's initial state; an engine that dies costs only its own.
 
-    ``cause`` says of two overlapping links whether the authored meshes overlap or only their hulls. ``only`` asks for
-    nothing but the test that shows this failure.
+    ``cause`` says of two overlapping links whether the authored meshes overlap or only their hulls.
     """
-    return tuple(verify_in(engine, urdf, overlay, cause, settings, only) for engine in engines)
+    return tuple(verify_in(engine, urdf, overlay, cause, settings) for engine in engines)
 
 
 def verify_in(

@@ -1,4 +1,5 @@
-"""``dask scheduler`` and ``dask worker`` as somebody starts them by hand: in processes of their own."""
+"""Dask in processes of its own: ``dask scheduler`` and ``dask worker`` as somebody starts them by hand, or a cluster
+that was there before the run."""
 
 import socket
 import subprocess
@@ -6,7 +7,8 @@ import sys
 from dataclasses import dataclass
 from pathlib import Path
 
-from distributed import Client
+import dask
+from distributed import Client, LocalCluster
 
 from tests.assets import ROOT
 
@@ -65,3 +67,17 @@ def worker_of(child: int) -> int:
 
 def _parent(pid: int) -> int:
     return int(Path(f"/proc/{pid}/stat").read_text(encoding="ascii").rsplit(")", 1)[1].split()[1])
+
+
+def process_cluster(daemon: bool, **environment: str) -> LocalCluster:
+    """One worker in a process of its own, which may or may not have children."""
+    with dask.config.set({"distributed.worker.daemon": daemon, "distributed.scheduler.allowed-failures": 0}):
+        return LocalCluster(
+            n_workers=1,
+            threads_per_worker=1,
+            processes=True,
+            host="127.0.0.1",
+            dashboard_address="127.0.0.1:0",
+            silence_logs=60,
+            env=environment,
+        )

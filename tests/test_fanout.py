@@ -17,7 +17,7 @@ from schemas.asset import AssetRef
 from schemas.errors import UsageError
 from schemas.settings import RunSettings, Settings
 from schemas.vocabulary import FailureMode, Status
-from tests.dask_programs import answering, programs, start_scheduler, start_workers
+from tests.dask_programs import answering, process_cluster, programs, start_scheduler, start_workers
 from tests.faulty import processes
 from tests.processes import alive, kill_marked, wait_until
 
@@ -113,18 +113,6 @@ def test_workers_that_do_not_see_the_output_folder_are_refused(tmp_path: Path) -
     sign.parent.mkdir()
     sign.write_text("here")
     existing.refuse_other_folder(str(sign), "here")
-
-
-def process_cluster(daemon: bool) -> LocalCluster:
-    with dask.config.set({"distributed.worker.daemon": daemon, "distributed.scheduler.allowed-failures": 0}):
-        return LocalCluster(
-            n_workers=1,
-            threads_per_worker=1,
-            processes=True,
-            host="127.0.0.1",
-            dashboard_address="127.0.0.1:0",
-            silence_logs=60,
-        )
 
 
 def test_workers_that_may_have_no_children_are_refused_with_the_remedy(tmp_path: Path) -> None:

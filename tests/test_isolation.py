@@ -12,7 +12,7 @@ from pathlib import Path
 import pytest
 
 from asset2sim.isolation import Ending, Outcome, accept_children, run_isolated, stop_children
-from asset2sim.isolation.asset import StoppedError, attempt_in_child, failed_record, record_of_death, refine_in_child
+from asset2sim.isolation.asset import StoppedError, attempt_in_child, failed_record, record_of_death
 from schemas.asset import AssetRecord, AssetRef
 from schemas.call import ModelCall
 from schemas.request import ModelAnswer, ModelRequest
@@ -275,12 +275,12 @@ def quick_settings() -> Settings:
 
 
 def test_an_assets_record_comes_back_whole(tmp_path: Path) -> None:
-    record = refine_in_child("tests.test_isolation:fine", REF, tmp_path, Settings(), answer)
+    record = attempt_in_child("tests.test_isolation:fine", REF, tmp_path, Settings(), answer).record
     assert (record.status, record.ref, record.calls) == (Status.OK, REF, (CALL,))
 
 
 def test_a_crash_is_a_failed_record_that_keeps_its_model_calls(tmp_path: Path) -> None:
-    record = refine_in_child("tests.test_isolation:ask_and_crash", REF, tmp_path, Settings(), answer)
+    record = attempt_in_child("tests.test_isolation:ask_and_crash", REF, tmp_path, Settings(), answer).record
     assert (record.status, record.failure_mode) == (Status.FAILED, FailureMode.ENGINE_CRASH)
     assert record.calls == (CALL,)
     assert "SIGSEGV" in record.reason
@@ -289,7 +289,7 @@ def test_a_crash_is_a_failed_record_that_keeps_its_model_calls(tmp_path: Path) -
 
 
 def test_a_hang_is_a_failed_record(tmp_path: Path) -> None:
-    record = refine_in_child("tests.test_isolation:hang", REF, tmp_path, quick_settings(), answer)
+    record = attempt_in_child("tests.test_isolation:hang", REF, tmp_path, quick_settings(), answer).record
     assert record.failure_mode is FailureMode.TIMEOUT
     assert "1 s" in record.reason
 
@@ -304,7 +304,7 @@ def test_only_a_process_that_died_says_so(tmp_path: Path) -> None:
 
 
 def test_a_pipeline_without_an_answer_is_a_failed_record(tmp_path: Path) -> None:
-    record = refine_in_child("tests.test_isolation:forget_the_record", REF, tmp_path, Settings(), answer)
+    record = attempt_in_child("tests.test_isolation:forget_the_record", REF, tmp_path, Settings(), answer).record
     assert record.failure_mode is FailureMode.ENGINE_CRASH
     assert "NoneType" in record.reason
 
@@ -312,4 +312,4 @@ def test_a_pipeline_without_an_answer_is_a_failed_record(tmp_path: Path) -> None
 def test_a_stopped_asset_has_no_record(tmp_path: Path) -> None:
     stop_children(str(tmp_path))
     with pytest.raises(StoppedError):
-        refine_in_child("tests.test_isolation:fine", REF, tmp_path, Settings(), answer)
+        attempt_in_child("tests.test_isolation:fine", REF, tmp_path, Settings(), answer)

@@ -6,9 +6,7 @@ from functools import partial
 from pathlib import Path
 from typing import NoReturn
 
-import dask
 import pytest
-from distributed import LocalCluster
 
 from asset2sim.catalog import compact
 from asset2sim.catalog.query import connect
@@ -26,6 +24,7 @@ from schemas.errors import UsageError
 from schemas.settings import RunSettings, Settings
 from schemas.tables import TABLES
 from schemas.vocabulary import Redo
+from tests.dask_programs import process_cluster
 from tests.factories import make_record
 from tests.incremental_runs import NAMES, UNSEEN, dataset, done, manifest, runs, timeless
 from tests.object_store import Store
@@ -235,15 +234,7 @@ def test_workers_on_another_machine_answer_through_the_store(store: Store, data:
     store.put(data, url)
     far = tmp_path / "far"
     # A worker that is a daemon may not start the process in which an asset runs.
-    with dask.config.set({"distributed.worker.daemon": False}), LocalCluster(
-        n_workers=1,
-        threads_per_worker=1,
-        processes=True,
-        host="127.0.0.1",
-        dashboard_address="127.0.0.1:0",
-        silence_logs=60,
-        env={"ASSET2SIM_CACHE": str(far)},
-    ) as cluster:
+    with process_cluster(daemon=False, ASSET2SIM_CACHE=str(far)) as cluster:
         settings = UNSEEN.model_copy(update={"run": RunSettings(scheduler=cluster.scheduler_address)})
         assert done(night(url, out, settings, dask=True)) == "abcd"
     assert read_table(out, "assets")["status"].tolist() == ["ok"] * 4

@@ -11,7 +11,7 @@ import pyarrow.parquet as pq
 
 from asset2sim.catalog.enforce import CatalogError, conform
 from asset2sim.catalog.history import FOLDER, write_synced
-from asset2sim.catalog.switch import exchange
+from asset2sim.catalog.switch import take_place
 from schemas.tables import HISTORY
 
 MAX_FILES = 64
@@ -49,7 +49,7 @@ def recover_months(out: Path) -> None:
 
 
 def _merge(month: Path, files: list[Path]) -> None:
-    """The new folder, complete, changes places with the old one; where the system cannot, two renames do."""
+    """The new folder, complete, takes the old one's place."""
     tables = [conform(HISTORY, pq.read_table(file, partitioning=None), str(file)) for file in files]
     rows = pa.concat_tables(tables).sort_by([("started_at", "ascending"), ("asset_id", "ascending")])
     staging = month.with_name(f".{month.name}")
@@ -57,9 +57,5 @@ def _merge(month: Path, files: list[Path]) -> None:
     staging.mkdir()
     write_synced(rows, staging / MERGED)
     os.rename(staging, ready)
-    if exchange(ready, month):
-        os.rename(ready, old)
-    else:
-        os.rename(month, old)
-        os.rename(ready, month)
+    take_place(ready, month, old)
     shutil.rmtree(old, ignore_errors=True)

@@ -4,6 +4,7 @@ Importing it takes 2 s, and making the file 1 s of processor time and up to 7 s 
 beside the work of a run (``prepare_mlflow``) instead of after it.
 """
 
+import importlib
 import logging
 import os
 import threading
@@ -43,8 +44,8 @@ def load_mlflow() -> None:
     for name, value in _ENVIRONMENT.items():
         os.environ.setdefault(name, value)
     try:
-        import mlflow.store.tracking.sqlalchemy_store
-        import mlflow.tracking  # noqa: F401
+        for name in ("mlflow.tracking", "mlflow.store.tracking.sqlalchemy_store"):
+            importlib.import_module(name)
     except Exception as error:  # whatever an import can raise: log_run turns it into a warning
         logger.debug("cannot import MLflow: %s", error)
 

@@ -77,13 +77,19 @@ def replace_catalog(out: Path) -> Iterator[Path]:
 def _switch(out: Path) -> None:
     """``ready`` becomes ``catalog``, and what was there becomes ``old``."""
     catalog, ready, old = out / CATALOG, out / READY, out / OLD
-    if not catalog.exists():
+    if catalog.exists():
+        take_place(ready, catalog, old)
+    else:
         os.rename(ready, catalog)
-    elif exchange(ready, catalog):
+
+
+def take_place(ready: Path, place: Path, old: Path) -> None:
+    """The folder ``ready`` becomes ``place``, and what was there ``old``; in one step where the system can."""
+    if exchange(ready, place):
         os.rename(ready, old)
     else:
-        os.rename(catalog, old)
-        os.rename(ready, catalog)
+        os.rename(place, old)
+        os.rename(ready, place)
 
 
 def exchange(first: Path, second: Path) -> bool:

@@ -1,7 +1,7 @@
 """How the comparison's charts look: one colour for each method and outcome, told apart by the colour-blind too."""
 
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Literal
 
 from schemas.vocabulary import Method
 
@@ -46,11 +46,11 @@ def new_figure(height_in: float) -> "Figure":
     return figure
 
 
-def plain(axes: "Axes", grid: str) -> None:
+def plain(axes: "Axes", grid: Literal["both", "x", "y"]) -> None:
     """No frame, no ticks, and a light grid along one axis."""
     axes.spines[["top", "right", "left", "bottom"]].set_visible(False)
     axes.tick_params(length=0, labelsize=9, colors=INK)
-    axes.grid(axis=grid, color=RULE, linewidth=0.8)  # type: ignore[arg-type]
+    axes.grid(axis=grid, color=RULE, linewidth=0.8)
     axes.set_axisbelow(True)
 
 

@@ -10,7 +10,7 @@ from time import perf_counter
 from asset2sim.dataset import load_dataset
 from asset2sim.defects.planted import Defect, Kept
 from asset2sim.defects.score import Row, Sign, caught_by, concerned, early_signs, mended_by, raw_signs
-from asset2sim.isolation.asset import refine_in_child
+from asset2sim.isolation.asset import attempt_in_child
 from asset2sim.priors import answer
 from asset2sim.samples.dataset import sample_files
 from schemas.asset import AssetRecord, AssetRef
@@ -44,7 +44,7 @@ def ask(request: ModelRequest) -> ModelAnswer:
 
 def refined(ref: AssetRef, out: Path, settings: Settings) -> AssetRecord:
     """The record of one asset, refined or judged in a child process."""
-    return refine_in_child(PIPELINE, ref, out, settings, ask)
+    return attempt_in_child(PIPELINE, ref, out, settings, ask).record
 
 
 def samples(out: Path, wanted: Iterable[str]) -> list[AssetRef]:

@@ -106,7 +106,7 @@ class PyBulletWorld:
     def step(self, count: int = 1) -> None:
         """See ``World``."""
         client, body = self.item.client, self.item.body
-        # The client looks a function up anew each time, which takes a tenth of a small object's step.
+        # The client looks a function up anew each time.
         advance = client.stepSimulation
         for _ in range(count):
             if self.driven_joints:

@@ -100,8 +100,8 @@ def pose_vector(world: World) -> Array:
 
 
 def rotation_of(orientation: Array) -> Array:
-    """(9,) the rotation matrix of a unit (4,) xyzw quaternion, row by row. SciPy takes twenty times as long over one,
-    which a tenth of all tests was spent on."""
+    """(9,) the rotation matrix of a unit (4,) xyzw quaternion, row by row. SciPy takes over twenty times as long
+    over one, and each reading asks."""
     x, y, z, w = orientation.tolist()
     return np.array(
         [

@@ -24,7 +24,7 @@ def read_clouds(path: Path) -> tuple[list[Array], Any] | None:
         return None
 
 
-def write_clouds(path: Path, clouds: Sequence[Array], said: object) -> None:
+def write_clouds(path: Path, clouds: Sequence[Array], said: object = None) -> None:
     """Write beside the file and rename: readers see all of it or nothing. A cache that cannot be written is no loss."""
     try:
         path.parent.mkdir(parents=True, exist_ok=True)

@@ -12,7 +12,6 @@ import signal
 import subprocess
 import sys
 import tempfile
-import zipfile
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 
@@ -22,6 +21,7 @@ from pydantic import Field
 from scipy.spatial import ConvexHull, QhullError
 
 from asset2sim.arrays import Array
+from asset2sim.geometry.cloud_file import read_clouds, write_clouds
 from asset2sim.geometry.decompose_pieces import clip, merge, volume_of
 from asset2sim.geometry.decompose_surface import surface_of
 from asset2sim.geometry.hull import hull_of
@@ -90,7 +90,7 @@ def decompose(vertices: Array, faces: Faces, settings: DecomposeSettings, cache:
         return kept
     found = _decompose(vertices, faces, hull, settings)
     if found is not None and path is not None:
-        _write(path, found)
+        write_clouds(path, found)
     return found
 
 
@@ -180,28 +180,11 @@ def _kill(child: subprocess.Popen[bytes]) -> None:
 
 
 def _read(path: Path) -> Pieces | None:
-    try:
-        with np.load(path, allow_pickle=False) as stored:
-            pieces = tuple(np.asarray(stored[f"piece{index}"], dtype=np.float64) for index in range(len(stored.files)))
-    except (OSError, ValueError, KeyError, EOFError, zipfile.BadZipFile):
+    stored = read_clouds(path)
+    if stored is None:
         return None
-    sound = all(piece.ndim == 2 and piece.shape[1] == 3 and np.isfinite(piece).all() for piece in pieces)
-    return pieces if pieces and sound else None
-
-
-def _write(path: Path, pieces: Pieces) -> None:
-    """Write beside the file and rename: readers see all of it or nothing. A cache that cannot be written is no loss."""
-    try:
-        path.parent.mkdir(parents=True, exist_ok=True)
-        handle, name = tempfile.mkstemp(dir=path.parent, suffix=".part")
-    except OSError:
-        return
-    try:
-        with os.fdopen(handle, "wb") as stream:
-            np.savez_compressed(stream, **{f"piece{index}": piece for index, piece in enumerate(pieces)})  # type: ignore[arg-type]
-        os.replace(name, path)
-    except OSError:
-        Path(name).unlink(missing_ok=True)
+    pieces = tuple(stored[0])
+    return pieces if pieces and all(np.isfinite(piece).all() for piece in pieces) else None
 
 
 def _has(package: str) -> bool:

@@ -5,7 +5,6 @@ Reads ``mesh.npz`` in FOLDER and leaves ``pieces.npz`` there, whole or not at al
 
 import ctypes
 import json
-import os
 import resource
 import signal
 import sys
@@ -14,6 +13,7 @@ from pathlib import Path
 import numpy as np
 
 from asset2sim.arrays import Array
+from asset2sim.geometry.cloud_file import write_clouds
 
 
 def main(method: str, folder: Path, cpu_s: int, settings: dict[str, float]) -> None:
@@ -27,9 +27,7 @@ def main(method: str, folder: Path, cpu_s: int, settings: dict[str, float]) -> N
     low, extent = vertices.min(axis=0), float(np.ptp(vertices, axis=0).max())
     run = {"coacd": by_coacd, "vhacd": by_vhacd}[method]
     pieces = [piece * extent + low for piece in run((vertices - low) / extent, faces, settings, folder)]
-    part = folder / "pieces.part.npz"
-    np.savez(part, **{f"piece{index}": piece for index, piece in enumerate(pieces)})
-    os.replace(part, folder / "pieces.npz")
+    write_clouds(folder / "pieces.npz", pieces)
 
 
 def by_coacd(vertices: Array, faces: Array, settings: dict[str, float], folder: Path) -> list[Array]:

@@ -48,11 +48,6 @@ def first_log_file(out: Path, asset_id: str) -> Path:
     return out / LOG_FOLDER / f"{asset_id}.first.log"
 
 
-def refine_in_child(pipeline: str, ref: AssetRef, out: Path, settings: Settings, ask: Ask) -> AssetRecord:
-    """The record of one asset, as ``attempt_in_child`` has it."""
-    return attempt_in_child(pipeline, ref, out, settings, ask).record
-
-
 def attempt_in_child(
     pipeline: str, ref: AssetRef, out: Path, settings: Settings, ask: Ask, owner: str | None = None
 ) -> Attempt:

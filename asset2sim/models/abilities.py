@@ -57,11 +57,11 @@ def abilities(model: str) -> Abilities:
         return Abilities(images=False, answer_format="prompt", max_output_tokens=None)
     try:
         info: dict[str, Any] | None = dict(litellm.get_model_info(model))
-    except Exception:
+    except Exception:  # whatever a lookup of names or a server raises: nothing is known then
         info = None
     try:
         parameters = litellm.get_supported_openai_params(model) or []
-    except Exception:
+    except Exception:  # whatever a lookup of names or a server raises: nothing is known then
         parameters = []
     limit = info.get("max_output_tokens") if info else None
     mode = "object" if "response_format" in parameters else "prompt"

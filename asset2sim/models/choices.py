@@ -75,7 +75,7 @@ def find_provider(model: str) -> str | None:
 
     try:
         return str(load_litellm().get_llm_provider(model)[1])
-    except Exception:
+    except Exception:  # whatever LiteLLM raises of a name that it does not know
         return None
 
 

@@ -52,7 +52,7 @@ def _listed_price(model: str) -> Price | None:
         info: dict[str, Any] = dict(load_litellm().get_model_info(model))
         prompt, answer = info.get("input_cost_per_token"), info.get("output_cost_per_token")
         return None if prompt is None or answer is None else Price(float(prompt), float(answer))
-    except Exception:
+    except Exception:  # whatever LiteLLM raises of a name that it does not know
         return None
 
 
@@ -83,5 +83,5 @@ def cost_usd(response: Any, model: str) -> float:
         return 0.0
     try:
         return float(load_litellm().completion_cost(completion_response=response, model=model))
-    except Exception:
+    except Exception:  # whatever LiteLLM raises of a name that it does not know
         return 0.0
