@@ -105,16 +105,18 @@ def limited(settings: Settings) -> Settings:
 def main() -> int:
     import flows.command
     import flows.refine_dataset
+    import tasks.refine_assets
 
     module: Any = flows.refine_dataset
+    work: Any = tasks.refine_assets
     flow = module.refine_dataset
 
     def refine_dataset(data: Path, out: Path, settings: Settings, *rest: Any) -> Any:
         return flow(data, out, limited(settings), *rest, pipeline=NAME)
 
     module.refine_dataset = refine_dataset
-    # MLflow takes more time than all the rest, and no fault has to do with it.
-    module.log_run = lambda *_: None
+    # MLflow takes more time than all the rest, and its file, undone on a full disk, would make room at any moment.
+    module.log_run = work.prepare_mlflow = lambda *_: None
     return flows.command.main(sys.argv[1:])
 
 
