@@ -6,6 +6,7 @@ import os
 import signal
 import subprocess
 import sys
+import threading
 import time
 from collections.abc import Callable
 from multiprocessing import parent_process
@@ -91,6 +92,63 @@ def start_a_grandchild_and_hang(pid_file: str) -> None:
     with open(pid_file, "w", encoding="ascii") as file:
         file.write(f"{os.getpid()} {grandchild.pid}")
     time.sleep(600)
+
+
+def own_pid() -> int:
+    return os.getpid()
+
+
+def kill_fork_server() -> int:
+    os.kill(os.getppid(), signal.SIGKILL)
+    return os.getpid()
+
+
+KEPT: list[object] = []
+"""What a function leaves behind in its process."""
+
+
+def leave_a_thread() -> int:
+    thread = threading.Thread(target=time.sleep, args=(60.0,), daemon=True)
+    thread.start()
+    return os.getpid()
+
+
+def leave_a_process() -> int:
+    KEPT.append(subprocess.Popen([sys.executable, "-c", "import time; time.sleep(600)"]))
+    return os.getpid()
+
+
+def leave_an_orphan() -> tuple[int, int]:
+    """This process, and a grandchild whose parent is gone."""
+    script = "import subprocess; print(subprocess.Popen(['sleep', '600'], stdout=subprocess.DEVNULL).pid)"
+    done = subprocess.run([sys.executable, "-c", script], stdout=subprocess.PIPE, text=True, check=True)
+    return os.getpid(), int(done.stdout)
+
+
+def leave_a_file_open() -> int:
+    KEPT.append(os.open(os.devnull, os.O_RDONLY))
+    return os.getpid()
+
+
+def leave_the_folder() -> int:
+    os.chdir("/")
+    return os.getpid()
+
+
+def leave_a_variable() -> int:
+    os.environ["A2S_LEFT_BEHIND"] = "1"
+    return os.getpid()
+
+
+def leave_memory(megabytes: int) -> int:
+    KEPT.append(b"x" * (megabytes * 1024 * 1024))
+    return os.getpid()
+
+
+def leave_half_a_line() -> int:
+    """In the buffer of C's standard output."""
+    ctypes.CDLL(None).printf(b"half a line")
+    return os.getpid()
 
 
 def thread_count() -> int:

@@ -9,7 +9,8 @@ import os
 import signal
 import sys
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
@@ -17,6 +18,7 @@ from schemas.asset import AssetRecord, AssetRef
 from schemas.request import ModelAnswer, ModelRequest
 from schemas.settings import Settings
 from tests import crashers
+from tests.processes import wait_until
 
 NAME = "tests.faulty:refine"
 Ask = Callable[[ModelRequest], ModelAnswer]
@@ -26,15 +28,15 @@ def refine(ref: AssetRef, out: Path, settings: Settings, *, ask: Ask) -> AssetRe
     """The fault that the asset is named for, and then the real pipeline, or none for an asset without a folder."""
     met = noted(out, ref.asset_id)
     name = ref.asset_id.removeprefix("once-")
-    if name == ref.asset_id or met == 1:
-        fault = FAULTS.get(name.partition("-")[0])
+    fault = FAULTS.get(name.partition("-")[0]) if name == ref.asset_id or met == 1 else None
+    with sound_engines():
         if fault is not None:
             fault(out)
-    if not Path(ref.path).is_dir():
-        return crashers.no_pipeline(ref, out, settings, ask=ask)
-    from asset2sim.pipeline import refine_asset
+        if not Path(ref.path).is_dir():
+            return crashers.no_pipeline(ref, out, settings, ask=ask)
+        from asset2sim.pipeline import refine_asset
 
-    return refine_asset(ref, out, settings, ask=ask)
+        return refine_asset(ref, out, settings, ask=ask)
 
 
 def noted(out: Path, asset_id: str) -> int:
@@ -53,6 +55,14 @@ def processes(out: Path, asset_id: str) -> list[int]:
 
 
 def kill_fork_server(out: Path) -> None:
+    """Kill the parent of all assets' processes, when it has told how ``once-sleepy`` ended: nobody else knows."""
+
+    def told() -> bool:
+        met = processes(out, "once-sleepy")
+        return bool(met) and not Path(f"/proc/{met[0]}").exists()
+
+    wait_until(told, 5.0)
+    time.sleep(0.2)
     os.kill(os.getppid(), signal.SIGKILL)
 
 
@@ -68,6 +78,19 @@ def fill_disk_and_clear(out: Path) -> None:
         fill_disk(out, "brief junk")
     finally:
         (out / "brief junk").unlink()
+
+
+@contextmanager
+def sound_engines() -> Iterator[None]:
+    """What a fault does to the engines in the block is undone after it: the process may be given another asset."""
+    import asset2sim.verification
+
+    module: Any = asset2sim.verification
+    measure = module.measure
+    try:
+        yield
+    finally:
+        module.measure = measure
 
 
 def crash_engine(out: Path) -> None:

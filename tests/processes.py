@@ -26,6 +26,14 @@ def marked(mark: str) -> dict[int, str]:
     return found
 
 
+def gone(pid: int) -> bool:
+    """Whether a process has ended; one that nobody has reaped yet counts as ended."""
+    try:
+        return Path(f"/proc/{pid}/stat").read_text(encoding="ascii").rsplit(")", 1)[1].split()[0] == "Z"
+    except FileNotFoundError:
+        return True
+
+
 def kill_marked(mark: str) -> None:
     """Kill what a test has left running."""
     for pid in marked(mark):

@@ -82,8 +82,8 @@ OK = {
     "one-garbage": "box_wooden",
     "once-abort": "scissors_paper",
     "once-sleepy": "bucket_yellow",
-    "forkserver": "box_chest",
     "once-engine": "box_wooden",
+    "forkserver": "box_chest",
 }
 BAD = {
     **dict.fromkeys(("hang", "segfault", "hungry", "raise"), ""),

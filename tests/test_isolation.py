@@ -19,6 +19,7 @@ from schemas.request import ModelAnswer, ModelRequest
 from schemas.settings import RunSettings, Settings
 from schemas.vocabulary import FailureMode, Status
 from tests import crashers
+from tests.processes import gone, wait_until
 
 ROOT = Path(__file__).resolve().parents[1]
 
@@ -42,23 +43,6 @@ def isolated(
 @pytest.fixture
 def log(tmp_path: Path) -> Path:
     return tmp_path / "logs" / "asset.log"
-
-
-def gone(pid: int) -> bool:
-    """Whether a process has ended; one that nobody has reaped yet counts as ended."""
-    try:
-        return Path(f"/proc/{pid}/stat").read_text(encoding="ascii").rsplit(")", 1)[1].split()[0] == "Z"
-    except FileNotFoundError:
-        return True
-
-
-def wait_until(condition: Callable[[], bool], seconds: float = 10.0) -> bool:
-    end = time.monotonic() + seconds
-    while time.monotonic() < end:
-        if condition():
-            return True
-        time.sleep(0.02)
-    return condition()
 
 
 def test_a_value_comes_back_and_a_silent_child_leaves_no_log(log: Path) -> None:
@@ -162,7 +146,7 @@ def test_a_killed_child_takes_its_own_children_with_it(log: Path, tmp_path: Path
     outcome = isolated(log, crashers.start_a_grandchild_and_hang, str(pids), time_limit_s=1.5)
     assert outcome.ending is Ending.TIMED_OUT
     child, grandchild = map(int, pids.read_text(encoding="ascii").split())
-    assert wait_until(lambda: gone(child) and gone(grandchild))
+    assert wait_until(lambda: gone(child) and gone(grandchild), 10.0)
 
 
 @pytest.mark.parametrize("killer", [signal.SIGKILL, signal.SIGTERM])
@@ -178,7 +162,7 @@ def test_children_and_grandchildren_die_with_a_killed_parent(tmp_path: Path, kil
     parent.send_signal(killer)
     parent.wait(timeout=10)
     child, grandchild = map(int, pids.read_text(encoding="ascii").split())
-    assert wait_until(lambda: gone(child) and gone(grandchild))
+    assert wait_until(lambda: gone(child) and gone(grandchild), 10.0)
 
 
 def test_stopping_kills_what_runs_and_refuses_what_comes(log: Path) -> None:

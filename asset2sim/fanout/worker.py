@@ -32,9 +32,10 @@ def attempt_asset(
     pipeline: str = PIPELINE,
     run_id: str | None = None,
     made: Callable[[Iterable[ModelCall]], None] = _forget,
+    fresh: bool = False,
 ) -> Attempt:
     """One attempt at one asset, in a child process, into OUT, a folder or a URL; the model calls are made here, and
-    ``made`` is told of them."""
+    ``made`` is told of them. A ``fresh`` child has refined nothing before."""
     folder, owner = working_folder(out), str(out)
     stopped = partial(is_stopped, owner)
     books = open_books(folder, run_id or uuid.uuid4().hex, ref.asset_id, settings.model, stopped)
@@ -45,7 +46,7 @@ def attempt_asset(
         return answer
 
     def attempt(local: AssetRef) -> Attempt:
-        return attempt_in_child(pipeline, local, folder, settings, ask_and_tell, owner)
+        return attempt_in_child(pipeline, local, folder, settings, ask_and_tell, owner, fresh)
 
     return with_files(ref, out, settings, attempt)
 

@@ -49,7 +49,7 @@ def first_log_file(out: Path, asset_id: str) -> Path:
 
 
 def attempt_in_child(
-    pipeline: str, ref: AssetRef, out: Path, settings: Settings, ask: Ask, owner: str | None = None
+    pipeline: str, ref: AssetRef, out: Path, settings: Settings, ask: Ask, owner: str | None = None, fresh: bool = False
 ) -> Attempt:
     """Refine one asset in a child process under the limits of ``settings.run``; always answers with a record.
 
@@ -57,7 +57,7 @@ def attempt_in_child(
     settings, ask=ask)``; it returns the record. ``ask`` runs in this process. A child that crashes, hangs, outgrows
     its memory or raises leaves a failed record, which keeps the model calls it had made. Answers that the record calls
     invalid are kept in ``logs``. Raises ``StoppedError`` where ``stop_children`` of its ``owner`` ended it,
-    which is ``str(out)`` unless it is named.
+    which is ``str(out)`` unless it is named. A ``fresh`` child has refined nothing before.
     """
     calls: list[ModelCall] = []
     heard: list[Heard] = []
@@ -76,6 +76,7 @@ def attempt_in_child(
         services={"ask": ask_and_keep},
         log_path=log_file(out, ref.asset_id),
         owner=owner or str(out),
+        fresh=fresh,
     )
     if outcome.ending is Ending.STOPPED:
         raise StoppedError(f"asset {ref.asset_id} was stopped with the run")

@@ -1,15 +1,20 @@
 """What a child process does to itself before it works: its own process group, its limits, its log, and no survivors."""
 
+import contextlib
+import ctypes
 import faulthandler
 import fcntl
 import os
 import resource
 import signal
+import sys
 import threading
 from multiprocessing import connection, parent_process
 from pathlib import Path
 
 MEGABYTE = 1024 * 1024
+PR_SET_CHILD_SUBREAPER = 36
+"""Linux: this process is the parent of its descendants that lose theirs."""
 
 
 def lead_own_group() -> None:
@@ -43,8 +48,14 @@ def _kill_group_after(sentinel: int) -> None:
     os.killpg(0, signal.SIGKILL)
 
 
+def adopt_orphans() -> None:
+    """Have the processes that a child of this one leaves behind become its own, so that they are seen. Linux only."""
+    if sys.platform == "linux":
+        ctypes.CDLL(None).prctl(PR_SET_CHILD_SUBREAPER, 1)
+
+
 def limit_memory(megabytes: int) -> None:
-    """Let this process add at most so much address space to what it has; further allocations fail. Linux only.
+    """Let this process add at most so much address space to what it has now; further allocations fail. Linux only.
 
     Address space, not resident memory, because Linux enforces no limit on the latter. The share that the engines' code
     takes is already there when the limit is set, hence the addition.
@@ -71,8 +82,22 @@ def log_to(path: Path) -> None:
         descriptor = os.open(path, os.O_WRONLY | os.O_CREAT | os.O_TRUNC | os.O_APPEND, 0o644)
     except OSError:
         descriptor = os.open(os.devnull, os.O_WRONLY)
+    _print_to(descriptor)
+    faulthandler.enable(file=2)
+    faulthandler.register(signal.SIGUSR1, file=2)
+
+
+def close_log() -> None:
+    """Write out what is still to be written, and print nowhere from here on."""
+    with contextlib.suppress(OSError):  # a disk that takes no more lines
+        sys.stdout.flush()
+        sys.stderr.flush()
+    ctypes.CDLL(None).fflush(None)
+    _print_to(os.open(os.devnull, os.O_WRONLY))
+
+
+def _print_to(descriptor: int) -> None:
+    """Make standard output and error what this descriptor is, and close it."""
     os.dup2(descriptor, 1)
     os.dup2(descriptor, 2)
     os.close(descriptor)
-    faulthandler.enable(file=2)
-    faulthandler.register(signal.SIGUSR1, file=2)

@@ -1,6 +1,25 @@
-"""What a child and its parent say to each other over the pipe."""
+"""What a child and its parent say to each other over the pipe.
+
+The parent sends ``Work``; the child says ``Begun``, any number of ``Call``s, each of which gets an ``Answer``, and then
+``Returned`` or ``Raised``. It may be sent more work after the former.
+"""
 
 from dataclasses import dataclass
+
+
+@dataclass(frozen=True)
+class Work:
+    """One function to call. ``pickled`` is ``(function, args)``; ``services`` names what the child may call here."""
+
+    pickled: bytes
+    services: tuple[str, ...]
+    memory_limit_mb: int
+    log_path: str
+
+
+@dataclass(frozen=True)
+class Begun:
+    """The child is there and has the work: what ends it from here on is the work's doing."""
 
 
 @dataclass(frozen=True)
@@ -21,9 +40,10 @@ class Answer:
 
 @dataclass(frozen=True)
 class Returned:
-    """The function came back with this value."""
+    """The function came back with this value; ``clean`` says whether the child may be given more work."""
 
     value: object
+    clean: bool = False
 
 
 @dataclass(frozen=True)

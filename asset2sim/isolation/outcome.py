@@ -22,7 +22,7 @@ class Outcome:
 
     ``value`` is what the function returned where ``ending`` is RETURNED and None otherwise; ``reason`` is one line
     for a person; ``detail`` the traceback, if there is one. ``seconds`` is the wall time of the child, of which it
-    spent ``service_seconds`` waiting for services of its parent.
+    spent ``service_seconds`` waiting for services of its parent. ``clean`` says whether it may be given more work.
     """
 
     ending: Ending
@@ -31,3 +31,4 @@ class Outcome:
     detail: str
     seconds: float
     service_seconds: float
+    clean: bool = False

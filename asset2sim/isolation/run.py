@@ -6,14 +6,14 @@ import signal
 import time
 from collections.abc import Callable, Mapping
 from multiprocessing import connection
-from multiprocessing.connection import Connection
 from multiprocessing.context import ForkServerProcess
 from pathlib import Path
 
 from asset2sim.isolation import stopping
-from asset2sim.isolation.messages import Answer, Call, Raised, Returned
+from asset2sim.isolation.messages import Answer, Call, Raised, Returned, Work
 from asset2sim.isolation.outcome import Ending, Outcome
-from asset2sim.isolation.server import PROCESS_LOCK, start_child
+from asset2sim.isolation.pool import Child, begin, give_back
+from asset2sim.isolation.server import PROCESS_LOCK
 
 DUMP_WAIT_S = 0.1
 """Time that a child gets to write down where it hangs before it is killed, s."""
@@ -30,37 +30,41 @@ def run_isolated(
     services: Mapping[str, Callable[..., object]],
     log_path: Path,
     owner: str = "",
+    fresh: bool = False,
 ) -> Outcome:
-    """Call ``function(*args, **services)`` in a child process of its own and wait for it.
+    """Call ``function(*args, **services)`` in a child process and wait for it.
 
     ``function`` must be importable by name and its arguments and result picklable. Each service runs here, in the
     calling thread, when the child calls it by keyword; the time it takes is not the child's, so it does not count
-    towards ``time_limit_s``. What the child prints goes to ``log_path``, which is removed if it stays empty.
+    towards ``time_limit_s``. The child does nothing else at the time; it may have worked before, unless it is to be
+    ``fresh``. What it prints goes to ``log_path``, which is removed if it stays empty.
     ``owner`` is whom ``stop_children`` stops it for. Never raises for what the child does; raises ``UsageError``
     where this process may not have children.
     """
     if stopping.is_stopped(owner):
         return Outcome(Ending.STOPPED, None, "stopped before it began", "", 0.0, 0.0)
-    work = pickle.dumps((function, args))
-    process, pipe = start_child(work, tuple(services), memory_limit_mb, log_path)
-    pid = process.pid
-    assert pid is not None, "a started process has an id"
-    stopping.register(pid, owner)
+    work = Work(pickle.dumps((function, args)), tuple(services), memory_limit_mb, str(log_path))
+    child = begin(work, fresh=fresh)
+    stopping.register(child.pid, owner)
+    outcome: Outcome | None = None
     try:
-        return _supervise(process, pid, pipe, time_limit_s, memory_limit_mb, services)
+        outcome = _supervise(child, time_limit_s, memory_limit_mb, services)
+        return outcome
     finally:
-        stopping.kill_group(pid)
-        _exit_code(process)
-        stopping.forget(pid)
-        pipe.close()
+        if outcome is not None and outcome.clean and not stopping.was_stopped(child.pid):
+            stopping.forget(child.pid)
+            give_back(child)
+        else:
+            stopping.kill_group(child.pid)
+            _exit_code(child.process)
+            stopping.forget(child.pid)
+            child.pipe.close()
         if log_path.exists() and log_path.stat().st_size == 0:
             log_path.unlink()
 
 
 def _supervise(
-    process: ForkServerProcess,
-    pid: int,
-    pipe: Connection,
+    child: Child,
     time_limit_s: float,
     memory_limit_mb: int,
     services: Mapping[str, Callable[..., object]],
@@ -68,28 +72,28 @@ def _supervise(
     started = time.monotonic()
     served = 0.0
 
-    def outcome(ending: Ending, reason: str, value: object = None, detail: str = "") -> Outcome:
-        return Outcome(ending, value, reason, detail, time.monotonic() - started, served)
+    def outcome(ending: Ending, reason: str, value: object = None, detail: str = "", clean: bool = False) -> Outcome:
+        return Outcome(ending, value, reason, detail, time.monotonic() - started, served, clean)
 
     while True:
         left = started + time_limit_s + served - time.monotonic()
-        if left <= 0 or not connection.wait([pipe], timeout=left):
-            _dump_traceback(pid)
+        if left <= 0 or not connection.wait([child.pipe], timeout=left):
+            _dump_traceback(child.pid)
             return outcome(Ending.TIMED_OUT, f"not done after {time_limit_s:g} s, and killed")
         try:
-            message = pipe.recv()
+            message = child.pipe.recv()
             if isinstance(message, Call):
                 asked = time.monotonic()
                 answer = _serve(services, message)
                 served += time.monotonic() - asked
-                pipe.send(answer)
+                child.pipe.send(answer)
                 continue
         except (EOFError, ConnectionError):
-            if stopping.was_stopped(pid):
+            if stopping.was_stopped(child.pid):
                 return outcome(Ending.STOPPED, "stopped with the run")
-            return outcome(Ending.DIED, _cause_of_death(_exit_code(process), memory_limit_mb))
+            return outcome(Ending.DIED, _cause_of_death(_exit_code(child.process), memory_limit_mb))
         if isinstance(message, Returned):
-            return outcome(Ending.RETURNED, "", value=message.value)
+            return outcome(Ending.RETURNED, "", value=message.value, clean=message.clean)
         if isinstance(message, Raised):
             ending, reason = _cause_of_raise(message, memory_limit_mb)
             return outcome(ending, reason, detail=message.traceback)

@@ -8,7 +8,6 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from multiprocessing.connection import Connection
 from multiprocessing.context import ForkServerContext, ForkServerProcess
-from pathlib import Path
 
 from asset2sim.isolation.child import child_main
 from schemas.errors import UsageError
@@ -29,14 +28,12 @@ def warm_up() -> None:
         forkserver.ensure_running()
 
 
-def start_child(
-    work: bytes, services: tuple[str, ...], memory_limit_mb: int, log_path: Path
-) -> tuple[ForkServerProcess, Connection]:
-    """Fork a child that runs ``work`` (see ``child_main``); returns it with the parent's end of its pipe."""
+def start_child() -> tuple[ForkServerProcess, Connection]:
+    """Fork a child that waits for work (see ``child_main``); returns it with the parent's end of its pipe."""
     refuse_daemon()
     context = _context()
     parent_end, child_end = context.Pipe()
-    process = context.Process(target=child_main, args=(child_end, work, services, memory_limit_mb, str(log_path)))
+    process = context.Process(target=child_main, args=(child_end,))
     try:
         with PROCESS_LOCK, _environment(ONE_THREAD), _without_main():
             process.start()
