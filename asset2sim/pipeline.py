@@ -18,7 +18,7 @@ from schemas.settings import Settings
 from schemas.vocabulary import FailureMode, Severity, Stage, Status
 
 SHAPES = ".cache/shapes"
-"""Under the output folder: the shapes of meshes that have been read before."""
+"""Under the output folder: the shapes and the triangles of meshes that have been read before."""
 
 
 def refine_asset(ref: AssetRef, out: Path, settings: Settings, ask: ModelAsk) -> AssetRecord:
@@ -54,7 +54,10 @@ def run_stages(ref: AssetRef, out: Path, settings: Settings, ask: ModelAsk, prog
         progress.findings.extend(extraction.findings)
         mended, told = check_authored(extraction, settings.physics)
         progress.findings.extend(told)
-    return run_method(Work(ref, extraction, mended, out, settings, ask, progress))
+    try:
+        return run_method(Work(ref, extraction, mended, out, settings, ask, progress))
+    finally:
+        extraction.triangles.keep()
 
 
 def record(ref: AssetRef, settings: Settings, progress: Progress, verdict: Verdict) -> AssetRecord:

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 import trimesh
 
-from asset2sim.extraction import Extraction, extract, links
+from asset2sim.extraction import Extraction, extract, triangles
 from asset2sim.extraction.shape_store import KnownMesh, mesh_key, read_shapes, write_shapes
 from asset2sim.geometry.load import load_mesh
 from schemas.asset import AssetRef
@@ -39,7 +39,7 @@ def test_what_is_read_from_disk_is_what_was_computed(source: AssetRef, monkeypat
     cache = Path(source.path).parent / "shapes"
     plain, first = extract(source), extract(source, cache)
     assert same(plain, first) and (cache / f"{BIN}.npz").is_file()
-    monkeypatch.setattr(links, "load_mesh", lambda path: pytest.fail(f"{path.name} is parsed again"))
+    monkeypatch.setattr(triangles, "load_mesh", lambda path: pytest.fail(f"{path.name} is parsed again"))
     assert same(plain, extract(source, cache))
 
 
@@ -60,7 +60,7 @@ def test_a_mesh_that_changed_is_read_anew_and_the_others_are_not(
         parsed.append(path)
         return load_mesh(path)
 
-    monkeypatch.setattr(links, "load_mesh", load)
+    monkeypatch.setattr(triangles, "load_mesh", load)
     after = extract(source, cache)
     assert parsed == [mesh]
     assert not same(before, after) and same(after, extract(source))
@@ -91,14 +91,9 @@ def test_unreadable_meshes_are_told_as_without_a_store(source: AssetRef) -> None
     assert str(stored.value) == str(plain.value)
 
 
-def test_formats_that_refer_to_other_files_are_not_kept(tmp_path: Path) -> None:
-    file = tmp_path / "lid.gltf"
-    file.write_text("{}")
-    assert mesh_key(file, np.ones(3)) is None
-    obj = tmp_path / "lid.obj"
-    obj.write_text("v 0 0 0")
-    keys = {mesh_key(obj, np.ones(3)), mesh_key(obj, np.full(3, 2.0))}
-    assert len(keys) == 2 and None not in keys
+def test_a_mesh_at_another_scale_is_another_mesh() -> None:
+    assert mesh_key("content", np.ones(3)) != mesh_key("content", np.full(3, 2.0))
+    assert mesh_key(None, np.ones(3)) is None
 
 
 def test_flat_and_empty_are_kept_too(tmp_path: Path, source: AssetRef) -> None:

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from asset2sim.arrays import Array
 from asset2sim.extraction import Extraction
-from asset2sim.geometry.load import load_mesh, primitive
+from asset2sim.geometry.load import primitive
 from asset2sim.kinematics import apply
 from asset2sim.urdf.read import read_urdf
 from schemas.vocabulary import OverlapCause
@@ -66,14 +66,13 @@ def link_triangles(extraction: Extraction, link: yourdfpy.Link) -> tuple[Array, 
     for part in [part for part in parts if part.sheet is None] or ([] if pieces else parts):
         file = extraction.mesh_files.get(part.reference)
         if file is not None:
-            mesh = load_mesh(file)
-            points = (np.asarray(mesh.vertices) * part.scale) @ part.rotation.T + part.translation
-            pieces.append((points, np.asarray(mesh.faces)))
+            vertices, faces = extraction.triangles.of(file)
+            pieces.append(((vertices * part.scale) @ part.rotation.T + part.translation, faces))
     if not pieces:
         return None
     starts = np.cumsum([0] + [len(points) for points, _ in pieces])
-    faces = [triangles + start for (_, triangles), start in zip(pieces, starts, strict=False)]
-    return np.vstack([points for points, _ in pieces]), np.vstack(faces)
+    moved = [triangles + start for (_, triangles), start in zip(pieces, starts, strict=False)]
+    return np.vstack([points for points, _ in pieces]), np.vstack(moved)
 
 
 def primitives(link: yourdfpy.Link) -> list[tuple[Array, Faces]]:

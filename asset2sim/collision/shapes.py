@@ -5,7 +5,6 @@ from functools import partial
 from pathlib import Path
 
 import numpy as np
-import trimesh
 
 from asset2sim.arrays import Array
 from asset2sim.collision.hulls import Hulls, collision_hulls, simplified
@@ -51,8 +50,7 @@ def decomposed(extraction: Extraction, scale: float, settings: CollisionSettings
         ball_radius=min(settings.hollow_share / 2.0 * extent, settings.hollow_m / 2.0 / scale),
         thickness=min(SHEET_SHARE * extent, settings.sheet_thickness_m / scale),
     )
-    meshes: dict[Path, trimesh.Trimesh] = {}
-    shells = {link: link_shells(extraction, link, meshes) for link in extraction.geometry}
+    shells = {link: link_shells(extraction, link) for link in extraction.geometry}
     occupied = {
         link: samples(np.vstack([shell.triangles for shell in own]), sizes.ball_radius)
         for link, own in shells.items()

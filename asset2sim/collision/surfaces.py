@@ -1,7 +1,6 @@
 """The faces that a link's collision shapes stand for, shell by shell, in the link's frame at the authored scale."""
 
 from dataclasses import dataclass
-from pathlib import Path
 
 import numpy as np
 import trimesh
@@ -10,7 +9,6 @@ from numpy.typing import NDArray
 from asset2sim.arrays import Array
 from asset2sim.extraction import Extraction
 from asset2sim.geometry.hull import hull_of
-from asset2sim.geometry.load import load_mesh
 from asset2sim.geometry.pieces import shells
 
 
@@ -32,16 +30,15 @@ class Shell:
         return self.vertices[self.faces]
 
 
-def link_shells(extraction: Extraction, link: str, meshes: dict[Path, trimesh.Trimesh]) -> list[Shell]:
-    """The shells of one link's meshes; ``meshes`` keeps each file that was read. Primitives have none."""
+def link_shells(extraction: Extraction, link: str) -> list[Shell]:
+    """The shells of one link's meshes. Primitives have none."""
     found: list[Shell] = []
     for part in extraction.geometry[link].parts:
         file = extraction.mesh_files.get(part.reference)
         if file is None:
             continue
-        if file not in meshes:
-            meshes[file] = load_mesh(file)
-        mesh = meshes[file].copy()
+        corners, triangles = extraction.triangles.of(file)
+        mesh = trimesh.Trimesh(vertices=corners, faces=triangles, process=False)
         mesh.apply_scale(part.scale)
         faces = single_sided(np.asarray(mesh.faces))
         placed = np.asarray(mesh.vertices, dtype=float) @ part.rotation.T + part.translation

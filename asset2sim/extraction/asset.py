@@ -11,6 +11,7 @@ from asset2sim.content import hash_files
 from asset2sim.extraction.joints import read_joint, with_ends
 from asset2sim.extraction.links import LinkGeometry, MeshReader, read_link
 from asset2sim.extraction.shape_store import read_shapes, write_shapes
+from asset2sim.extraction.triangles import Triangles
 from asset2sim.extraction.units import limits_in_radians
 from asset2sim.kinematics import apply, link_to_root, tree_of
 from asset2sim.urdf.locate import find_urdf
@@ -45,13 +46,15 @@ class Extraction:
     link_centers: dict[str, Vector3]
     hierarchies: dict[str, Any] = field(default_factory=dict, repr=False, compare=False)
     """Link → its triangles as ``collision.cause`` searches them, as far as anybody has asked; None without any."""
+    triangles: Triangles = field(default_factory=Triangles, repr=False, compare=False)
+    """Those of ``mesh_files``, for whoever asks; whoever has done so last calls ``keep`` on them."""
 
 
 def extract(ref: AssetRef, cache: Path | None = None) -> Extraction:
     """Everything that can be read off one asset.
 
-    ``cache`` is a folder in which the shapes of its meshes are kept, so that those of unchanged files are not computed
-    again; the result is the same with it and without.
+    ``cache`` is a folder in which the shapes and the triangles of its meshes are kept, so that those of unchanged files
+    are not computed again; the result is the same with it and without.
     Raises AssetError: unreadable_asset (no URDF, not XML, not a tree), missing_mesh (a link none of whose meshes is
     there),
     invalid_joint_configuration (numbers that make no sense).
@@ -61,7 +64,8 @@ def extract(ref: AssetRef, cache: Path | None = None) -> Extraction:
     robot = read_urdf(urdf)
     base = urdf.parent
     store = cache / f"{ref.asset_id}.npz" if cache is not None else None
-    reader = MeshReader(base, known=read_shapes(store) if store is not None else {})
+    triangles = Triangles(cache / f"{ref.asset_id}.triangles.npz" if cache is not None else None)
+    reader = MeshReader(base, triangles, known=read_shapes(store) if store is not None else {})
     labels = read_semantics(folder)
     links: list[LinkFeatures] = []
     geometry: dict[str, LinkGeometry] = {}
@@ -113,6 +117,7 @@ def extract(ref: AssetRef, cache: Path | None = None) -> Extraction:
         reader.files,
         vector(closed_high - closed_low),
         centers,
+        triangles=triangles,
     )
 
 

@@ -11,8 +11,9 @@ import yourdfpy
 from asset2sim.arrays import Array, six, vector
 from asset2sim.extraction.shape_store import KnownMesh, mesh_key
 from asset2sim.extraction.solids import Placed, unlike_looks, weighing
+from asset2sim.extraction.triangles import Triangles
 from asset2sim.geometry.hull import hull_vertices, hull_volume
-from asset2sim.geometry.load import load_mesh, primitive, scale_vector
+from asset2sim.geometry.load import primitive, scale_vector
 from asset2sim.geometry.shape import Shape, combined, shape_of
 from asset2sim.urdf.locate import find_mesh
 from schemas.errors import AssetError
@@ -38,6 +39,7 @@ class MeshReader:
     """The meshes of one asset, each file read once; what could not be read becomes a finding."""
 
     folder: Path
+    triangles: Triangles = field(default_factory=Triangles)
     findings: list[Finding] = field(default_factory=list)
     files: dict[str, Path | None] = field(default_factory=dict)
     shapes: dict[tuple[str, tuple[float, ...]], Shape | None] = field(default_factory=dict)
@@ -53,13 +55,11 @@ class MeshReader:
 
     def read(self, path: Path, scale: Array) -> KnownMesh:
         """What a file holds at this (3,) scale, from what is known where it is. Raises ValueError as ``load_mesh``."""
-        try:
-            key = mesh_key(path, scale)
-        except OSError as error:
-            raise ValueError(f"{path.name}: cannot be read ({error.strerror})") from error
+        key = mesh_key(self.triangles.key(path), scale)
         found = self.known.get(key) if key is not None else None
         if found is None:
-            mesh = load_mesh(path)
+            vertices, faces = self.triangles.of(path)
+            mesh = trimesh.Trimesh(vertices=vertices, faces=faces, process=False)
             mesh.apply_scale(scale)
             closed = bool(mesh.is_watertight)
             found = KnownMesh(

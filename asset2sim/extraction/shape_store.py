@@ -1,7 +1,6 @@
 """The shapes of an asset's meshes kept on disk by what the files hold: a mesh that has not changed is not parsed
 again."""
 
-import hashlib
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -16,8 +15,6 @@ from schemas.vocabulary import VolumeSource
 
 FORMAT = f"1 trimesh {trimesh.__version__} scipy {scipy.__version__}"
 """What a file must have been written by to be read: raise the number when the same mesh gives another shape."""
-SELF_CONTAINED = (".dae", ".glb", ".obj", ".off", ".ply", ".stl")
-"""Formats whose geometry is all in one file; materials and textures do not count."""
 
 
 @dataclass(frozen=True)
@@ -30,14 +27,9 @@ class KnownMesh:
     inside_out: bool
 
 
-def mesh_key(path: Path, scale: Array) -> str | None:
-    """What a mesh's shape depends on: the file's content, how its name says to parse it, and the (3,) scale.
-
-    None for a format whose geometry may lie in other files. Raises OSError where the file cannot be read.
-    """
-    if path.suffix.lower() not in SELF_CONTAINED:
-        return None
-    return f"{hashlib.sha256(path.read_bytes()).hexdigest()} {path.suffix.lower()} {scale.tolist()}"
+def mesh_key(content: str | None, scale: Array) -> str | None:
+    """What a mesh's shape depends on: its file's ``content_key`` and the (3,) scale; None where the former is."""
+    return None if content is None else f"{content} {scale.tolist()}"
 
 
 def read_shapes(path: Path) -> dict[str, KnownMesh]:

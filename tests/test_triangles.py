@@ -1,0 +1,120 @@
+"""Triangles kept from one extraction to the next: the same in every bit, and never those of another file."""
+
+import shutil
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from asset2sim.extraction import triangles
+from asset2sim.extraction.triangles import Triangles, content_key, read_triangles, write_triangles
+from asset2sim.geometry.load import load_mesh
+from tests.assets import RAW, SHARED, box_obj
+
+BIN = RAW / "TrashCan" / "trashcan_pedal"
+
+
+def files_of(folder: Path) -> list[Path]:
+    return sorted(folder.rglob("*.obj"))
+
+
+def as_parsed(kept: Triangles, file: Path) -> bool:
+    vertices, faces = kept.of(file)
+    mesh = load_mesh(file)
+    kinds = vertices.dtype == mesh.vertices.dtype and faces.dtype == mesh.faces.dtype
+    return kinds and np.array_equal(vertices, mesh.vertices) and np.array_equal(faces, mesh.faces)
+
+
+def through(store: Path, folder: Path) -> Triangles:
+    """All meshes of a folder, asked for and kept."""
+    kept = Triangles(store)
+    for file in files_of(folder):
+        kept.of(file)
+    kept.keep()
+    return kept
+
+
+def nobody_parses(path: Path) -> None:
+    pytest.fail(f"{path.name} is parsed again")
+
+
+def assert_kept(store: Path, folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    through(store, folder)
+    again = Triangles(store)
+    with monkeypatch.context() as patch:
+        patch.setattr(triangles, "load_mesh", nobody_parses)
+        for file in files_of(folder):
+            again.of(file)
+    assert files_of(folder) and all(as_parsed(again, file) for file in files_of(folder))
+
+
+def test_what_is_read_from_disk_is_what_was_parsed(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    assert_kept(tmp_path / "store.npz", BIN, monkeypatch)
+
+
+@pytest.mark.skipif(not SHARED.exists(), reason="the real objects are not here")
+@pytest.mark.parametrize("name", ["Stapler/103275", "TrashCan/102155", "Laptop/10040"])
+def test_real_meshes_come_back_in_every_bit(name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    assert_kept(tmp_path / "store.npz", SHARED / "partnet_mobility" / name, monkeypatch)
+
+
+def test_a_file_is_parsed_once_without_a_store_too(monkeypatch: pytest.MonkeyPatch) -> None:
+    file, kept = files_of(BIN)[0], Triangles()
+    first = kept.of(file)
+    monkeypatch.setattr(triangles, "load_mesh", nobody_parses)
+    assert kept.of(file) is first
+    kept.keep()
+
+
+def test_a_changed_file_is_parsed_anew_and_what_has_gone_leaves_the_store(tmp_path: Path) -> None:
+    folder, store = tmp_path / "bin", tmp_path / "store.npz"
+    shutil.copytree(BIN, folder)
+    through(store, folder)
+    changed, gone, *others = files_of(folder)
+    changed.write_text(box_obj((0.0, 0.0, 0.0), (1.0, 1.0, 1.0)))
+    gone.unlink()
+    kept = Triangles(store)
+    for file in files_of(folder):  # as extraction does, which may know a mesh's shape and not ask for its triangles
+        kept.key(file)
+    assert as_parsed(kept, changed)
+    kept.keep()
+    assert set(read_triangles(store)) == {content_key(file) for file in (changed, *others)}
+
+
+def test_nobody_changes_what_others_are_given() -> None:
+    vertices, faces = Triangles().of(files_of(BIN)[0])
+    for array in (vertices, faces):
+        with pytest.raises(ValueError, match="read-only"):
+            array[0] = 0
+
+
+@pytest.mark.parametrize("damage", [b"", b"PK\x03\x04 cut short", b"no archive at all"])
+def test_a_damaged_store_is_no_loss(tmp_path: Path, damage: bytes) -> None:
+    store = tmp_path / "store.npz"
+    store.write_bytes(damage)
+    through(store, BIN)
+    assert len(read_triangles(store)) == len({content_key(file) for file in files_of(BIN)})
+
+
+def test_a_store_of_another_version_is_not_read(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    store = tmp_path / "store.npz"
+    through(store, BIN)
+    monkeypatch.setattr(triangles, "FORMAT", "another")
+    assert read_triangles(store) == {}
+
+
+def test_a_store_of_nothing_and_one_that_cannot_be_written(tmp_path: Path) -> None:
+    write_triangles(tmp_path / "none.npz", {})
+    assert (tmp_path / "none.npz").is_file() and read_triangles(tmp_path / "none.npz") == {}
+    (tmp_path / "blocked").write_text("a file")
+    through(tmp_path / "blocked" / "store.npz", BIN)
+
+
+def test_formats_that_refer_to_other_files_are_not_kept(tmp_path: Path) -> None:
+    (tmp_path / "lid.gltf").write_text("{}")
+    assert content_key(tmp_path / "lid.gltf") is None
+
+
+def test_a_file_that_cannot_be_read_is_named(tmp_path: Path) -> None:
+    with pytest.raises(ValueError, match=r"lid\.obj: cannot be read"):
+        Triangles().of(tmp_path / "lid.obj")
