@@ -1,5 +1,5 @@
-"""One asset from folder to record: extract, synthesize, validate, apply, refine, measure. Runs in a process of
-its own."""
+"""One asset from folder to record: extract, synthesize, validate, apply, refine, measure. Runs in a child
+process."""
 
 from pathlib import Path
 

@@ -5,19 +5,13 @@ from schemas.vocabulary import VolumeSource
 
 
 class MeshFeatures(Frozen):
-    """One mesh as one link refers to it, in the mesh's own frame with the reference's scale applied."""
+    """One mesh as one link refers to it: what is told of it. A record holds hundreds of these, so no more than that."""
 
     file: str
     role: str
     watertight: bool
     flat: bool
     n_faces: int
-    volume_m3: NonNegative
-    volume_source: VolumeSource
-    area_m2: NonNegative
-    box_min: Vector3
-    box_max: Vector3
-    center: Vector3
 
 
 class LinkInertial(Frozen):

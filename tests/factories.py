@@ -173,11 +173,7 @@ def make_run_records(count: int, failed: Sequence[FailureMode] = ()) -> list[Ass
 
 
 def _link_features(name: str) -> LinkFeatures:
-    mesh = MeshFeatures(
-        file=f"{name}.obj", role="visual", watertight=name == "body", flat=False, n_faces=12, volume_m3=1e-3,
-        volume_source=VolumeSource.HULL, area_m2=0.06, box_min=(0, 0, 0), box_max=(0.1, 0.1, 0.1),
-        center=(0.05, 0.05, 0.05),
-    )  # fmt: skip
+    mesh = MeshFeatures(file=f"{name}.obj", role="visual", watertight=name == "body", flat=False, n_faces=12)
     return LinkFeatures(
         name=name, label=name, joint_kind="hinge", meshes=(mesh,), volume_m3=1e-3, volume_source=VolumeSource.HULL,
         hull_volume_m3=1e-3, area_m2=0.06, box_min=(0, 0, 0), box_max=(0.1, 0.1, 0.1), center=(0.05, 0.05, 0.05),

@@ -105,8 +105,8 @@ def _overhead(one: FlowTimes | None, loop: LoopTimes | None) -> Iterator[Figure]
 
 
 def _around(one: FlowTimes | None, stages: Mapping[str, tuple[float, float]]) -> Iterator[Figure]:
-    """What is orchestration alone. The rest of the overhead is what an asset loses by a process of its own, in which
-    libraries are used for the first time."""
+    """What is orchestration alone. The rest of the overhead is what assets lose in processes that have done less than
+    the loop's."""
     within = sum(seconds for seconds, _ in stages.values())
     if one is not None and within > 0.0:
         said = f"{100.0 * (one.flow_s - within) / within:.1f} % ({one.flow_s:.1f} s over {within:.1f} s)"

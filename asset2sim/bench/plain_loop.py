@@ -1,7 +1,7 @@
 """The same work without orchestration: ``python -m asset2sim.bench.plain_loop RESULT STARTED refine DATA --out OUT …``.
 
 One asset after the other in this process, by the pipeline alone, with its questions asked through the gateway as a
-worker asks them: no Prefect, no Dask, no process an asset, no catalog. What a child process of a run finds ready, the
+worker asks them: no Prefect, no Dask, no child process, no catalog. What a child process of a run finds ready, the
 engines, one thread, LiteLLM in its parent, is ready here before the clock starts.
 """
 

@@ -252,19 +252,7 @@ def mesh_part(item: Placed, reference: str, scale: Array) -> MeshPart:
 
 def mesh_features(file: str, role: str, shape: Shape) -> MeshFeatures:
     """One mesh reference as a record."""
-    return MeshFeatures(
-        file=file,
-        role=role,
-        watertight=shape.watertight,
-        flat=shape.flat,
-        n_faces=shape.n_faces,
-        volume_m3=shape.solid.volume,
-        volume_source=shape.source,
-        area_m2=shape.area,
-        box_min=vector(shape.box[0]),
-        box_max=vector(shape.box[1]),
-        center=vector(shape.solid.center),
-    )
+    return MeshFeatures(file=file, role=role, watertight=shape.watertight, flat=shape.flat, n_faces=shape.n_faces)
 
 
 def read_inertial(inertial: yourdfpy.Inertial | None) -> LinkInertial | None:

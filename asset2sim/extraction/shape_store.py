@@ -13,7 +13,7 @@ from asset2sim.geometry.cloud_file import read_clouds, write_clouds
 from asset2sim.geometry.shape import Shape, Solid
 from schemas.vocabulary import VolumeSource
 
-FORMAT = f"1 trimesh {trimesh.__version__} scipy {scipy.__version__}"
+FORMAT = f"2 trimesh {trimesh.__version__} scipy {scipy.__version__}"
 """What a file must have been written by to be read: raise the number when the same mesh gives another shape."""
 
 
@@ -67,7 +67,7 @@ def _said(mesh: KnownMesh) -> dict[str, object]:
         "area": shape.area,
         "watertight": shape.watertight,
         "n_faces": shape.n_faces,
-        "box": shape.box.tolist(),
+        "exact": shape.exact,
         "holed": mesh.holed,
         "inside_out": mesh.inside_out,
     }
@@ -83,6 +83,6 @@ def _mesh(clouds: list[Array], item: dict[str, object]) -> KnownMesh:
         float(str(item["area"])),
         bool(item["watertight"]),
         int(str(item["n_faces"])),
-        np.array(item["box"]),
+        bool(item["exact"]),
     )
     return KnownMesh(shape, bool(item["holed"]), bool(item["inside_out"]))

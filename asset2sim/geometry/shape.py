@@ -37,9 +37,9 @@ class Solid:
 class Shape:
     """One mesh as physics sees it, in the mesh's frame.
 
-    ``points`` are the (n, 3) vertices of its hull, or all of them where it is flat; ``pieces`` the (k, 3) hull
-    points of
-    each convex piece, none where it is flat; ``box`` the (2, 3) minimum and maximum.
+    ``points`` are the (n, 3) vertices of its hull, or all of them where it is flat; ``pieces`` the (k, 3) hull points
+    of each convex piece, none where it is flat. ``exact`` says that the mesh is closed and fills its one hull, so that
+    the hull is its very shape.
     """
 
     solid: Solid
@@ -49,15 +49,7 @@ class Shape:
     area: float
     watertight: bool
     n_faces: int
-    box: Array
-
-    @property
-    def exact(self) -> bool:
-        """Whether the mesh is closed and fills its one hull, so that the hull is its very shape."""
-        if self.source is not VolumeSource.SIGNED or len(self.pieces) != 1:
-            return False
-        hull = hull_of(self.pieces[0])
-        return hull is not None and self.solid.volume >= EXACT_SHARE * solid(hull.triangles)[0]
+    exact: bool
 
     @property
     def flat(self) -> bool:
@@ -68,11 +60,10 @@ class Shape:
 def shape_of(mesh: trimesh.Trimesh) -> Shape:
     """The shape of a mesh that has at least one face and merged vertices."""
     points = np.asarray(mesh.vertices, dtype=float)
-    box = np.array([points.min(axis=0), points.max(axis=0)])
     watertight = bool(mesh.is_watertight)
     hull = hull_of(points)
     if hull is None:
-        return Shape(slab(points), VolumeSource.BOX, points, (), float(mesh.area), watertight, len(mesh.faces), box)
+        return Shape(slab(points), VolumeSource.BOX, points, (), float(mesh.area), watertight, len(mesh.faces), False)
     pieces = convex_pieces(mesh, hull)
     body, source = combined([Solid(*solid(piece.triangles)) for piece in pieces]), VolumeSource.HULL
     if watertight:
@@ -89,8 +80,14 @@ def shape_of(mesh: trimesh.Trimesh) -> Shape:
         float(mesh.area),
         watertight,
         len(mesh.faces),
-        box,
+        source is VolumeSource.SIGNED and len(pieces) == 1 and fills(body.volume, pieces[0].points),
     )
+
+
+def fills(volume: float, points: Array) -> bool:
+    """Whether a solid of this volume, m³, is all of the hull of its (n, 3) points."""
+    hull = hull_of(points)
+    return hull is not None and volume >= EXACT_SHARE * float(solid(hull.triangles)[0])
 
 
 def slab(points: Array) -> Solid:

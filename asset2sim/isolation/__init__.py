@@ -1,4 +1,4 @@
-"""One asset in a process of its own, which can be killed: a crash, a hang or a hunger for memory costs one result."""
+"""One asset at a time in a process that can be killed: a crash, a hang or a hunger for memory costs one result."""
 
 from asset2sim.isolation.outcome import Ending, Outcome
 from asset2sim.isolation.run import run_isolated
