@@ -89,11 +89,17 @@ def log_to(path: Path) -> None:
 
 def close_log() -> None:
     """Write out what is still to be written, and print nowhere from here on."""
-    with contextlib.suppress(OSError):  # a disk that takes no more lines
-        sys.stdout.flush()
-        sys.stderr.flush()
-    ctypes.CDLL(None).fflush(None)
+    _flush()
     _print_to(os.open(os.devnull, os.O_WRONLY))
+    _flush()  # of what a full disk did not take nothing is left for a later log
+
+
+def _flush() -> None:
+    """Empty the buffers of Python's and of C's output."""
+    for stream in (sys.stdout, sys.stderr):
+        with contextlib.suppress(OSError):
+            stream.flush()
+    ctypes.CDLL(None).fflush(None)
 
 
 def _print_to(descriptor: int) -> None:

@@ -4,6 +4,7 @@ Of 30 real objects each loses 100 ms, of 1 s, in a process in which nothing has 
 """
 
 import threading
+from contextlib import suppress
 from dataclasses import dataclass
 from multiprocessing import connection
 from multiprocessing.connection import Connection
@@ -11,6 +12,9 @@ from multiprocessing.context import ForkServerProcess
 
 from asset2sim.isolation.messages import Begun, Work
 from asset2sim.isolation.server import start_child
+
+BEGIN_LIMIT_S = 10.0
+"""Time in which a child that is idle must say that it has begun, s; without its pipe a later one does nothing."""
 
 _lock = threading.Lock()
 _idle: list["Child"] = []
@@ -31,7 +35,7 @@ class Child:
 
 
 def begin(work: Work, *, fresh: bool) -> Child:
-    """A child that has begun with the work, or has died over beginning; ``fresh`` is one that has done nothing before.
+    """A child that has the work; ``fresh`` is one that has done nothing before.
 
     Raises ``UsageError`` where this process may not have children.
     """
@@ -41,7 +45,8 @@ def begin(work: Work, *, fresh: bool) -> Child:
             return child
         child.pipe.close()
     child = Child(*start_child())
-    _has_begun(child, work)
+    with suppress(ConnectionError):  # who supervises the child hears of its end
+        child.pipe.send(work)
     return child
 
 
@@ -66,6 +71,6 @@ def _take() -> Child | None:
 def _has_begun(child: Child, work: Work) -> bool:
     try:
         child.pipe.send(work)
-        return isinstance(child.pipe.recv(), Begun)
+        return child.pipe.poll(BEGIN_LIMIT_S) and isinstance(child.pipe.recv(), Begun)
     except (EOFError, ConnectionError):
         return False

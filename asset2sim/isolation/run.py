@@ -10,7 +10,7 @@ from multiprocessing.context import ForkServerProcess
 from pathlib import Path
 
 from asset2sim.isolation import stopping
-from asset2sim.isolation.messages import Answer, Call, Raised, Returned, Work
+from asset2sim.isolation.messages import Answer, Begun, Call, Raised, Returned, Work
 from asset2sim.isolation.outcome import Ending, Outcome
 from asset2sim.isolation.pool import Child, begin, give_back
 from asset2sim.isolation.server import PROCESS_LOCK
@@ -82,6 +82,8 @@ def _supervise(
             return outcome(Ending.TIMED_OUT, f"not done after {time_limit_s:g} s, and killed")
         try:
             message = child.pipe.recv()
+            if isinstance(message, Begun):
+                continue
             if isinstance(message, Call):
                 asked = time.monotonic()
                 answer = _serve(services, message)
