@@ -6,6 +6,7 @@ from pathlib import Path
 from asset2sim.alignment.judging import with_judgement
 from asset2sim.asset_progress import Progress
 from asset2sim.extraction import extract
+from asset2sim.mesh_caches import SHAPES
 from asset2sim.methods.dispatch import Work, run_method
 from asset2sim.metrics.verdict import Verdict
 from asset2sim.models.synthesize import SynthesisError
@@ -16,9 +17,6 @@ from schemas.errors import AssetError
 from schemas.finding import Finding
 from schemas.settings import Settings
 from schemas.vocabulary import FailureMode, Severity, Stage, Status
-
-SHAPES = ".cache/shapes"
-"""Under the output folder: the shapes and the triangles of meshes that have been read before."""
 
 
 def refine_asset(ref: AssetRef, out: Path, settings: Settings, ask: ModelAsk) -> AssetRecord:

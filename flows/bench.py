@@ -26,9 +26,8 @@ from asset2sim.cli.console import output
 from asset2sim.cli.parser import parse, refine_request
 from asset2sim.dataset import load_dataset
 from asset2sim.fanout.refine import refine_all
-from asset2sim.methods.ours import CACHE
+from asset2sim.mesh_caches import PIECES, SHAPES
 from asset2sim.models.environment import quiet_environment
-from asset2sim.pipeline import SHAPES
 from flows.bench_run import MODULE as RUN
 from schemas.asset import AssetRecord
 from schemas.errors import Asset2SimError, UsageError
@@ -61,7 +60,7 @@ def fresh(request: BenchRequest, name: str) -> Path:
     """An output folder that holds what is kept of meshes, their shapes and convex pieces, and nothing else."""
     out = request.work / name
     shutil.rmtree(out, ignore_errors=True)
-    for cache in (SHAPES, CACHE):
+    for cache in (SHAPES, PIECES):
         warm = request.work / "warm" / cache
         if warm.is_dir():
             shutil.copytree(warm, out / cache)

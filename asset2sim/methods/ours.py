@@ -5,6 +5,7 @@ from pathlib import Path
 from asset2sim.asset_progress import Progress
 from asset2sim.extraction import Extraction
 from asset2sim.folders import staged_folder
+from asset2sim.mesh_caches import PIECES
 from asset2sim.methods.views import labelled_views
 from asset2sim.metrics.verdict import Verdict
 from asset2sim.models.priors_known import is_prior
@@ -18,9 +19,6 @@ from asset2sim.validation.sensible import sensible
 from schemas.asset import AssetRef
 from schemas.settings import Settings
 from schemas.vocabulary import Method, Source, Stage
-
-CACHE = ".cache/pieces"
-"""Under the output folder: convex pieces by mesh content, shared by all assets and runs."""
 
 
 def refine_with_rules(
@@ -44,7 +42,7 @@ def refine_with_rules(
         progress.overlay = overlay
         progress.findings.extend(findings)
     with staged_folder(out / "assets" / ref.asset_id) as path:
-        job = Job(extraction, proposal, overlay, source, path, out / CACHE, settings, ask, progress.timed)
+        job = Job(extraction, proposal, overlay, source, path, out / PIECES, settings, ask, progress.timed)
         shaped = shape_and_judge(job)
         progress.refined(shaped)
         with progress.timed(Stage.PUBLISH):
