@@ -30,7 +30,9 @@ PIPELINE = "tests.remote_runs:brief"
 def in_this_process(monkeypatch: pytest.MonkeyPatch) -> None:
     """Have workers run ``brief`` themselves: a child process takes seconds to start."""
 
-    def attempt(pipeline: str, ref: AssetRef, out: Path, settings: Settings, ask: object, owner: str) -> Attempt:
+    def attempt(
+        pipeline: str, ref: AssetRef, out: Path, settings: Settings, ask: object, owner: str, fresh: bool
+    ) -> Attempt:
         return Attempt(brief(ref, out, settings, ask))
 
     monkeypatch.setattr(worker, "attempt_in_child", attempt)
