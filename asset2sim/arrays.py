@@ -1,4 +1,4 @@
-"""The array type that signatures use (docstrings give the shape), and arrays as the tuples that records hold."""
+"""The array types that signatures use (docstrings give the shape), and arrays as the tuples that records hold."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -6,6 +6,7 @@ from numpy.typing import NDArray
 from schemas.base import Inertia6, Vector3
 
 Array = NDArray[np.float64]
+Faces = NDArray[np.int64]
 
 
 def vector(values: Array) -> Vector3:

@@ -35,9 +35,12 @@ def isolated(
     function: Callable[..., object],
     *args: object,
     time_limit_s: float = 20.0,
+    fresh: bool = False,
     **services: Callable[..., object],
 ) -> Outcome:
-    return run_isolated(function, args, time_limit_s=time_limit_s, memory_limit_mb=600, services=services, log_path=log)
+    return run_isolated(
+        function, args, time_limit_s=time_limit_s, memory_limit_mb=600, services=services, log_path=log, fresh=fresh
+    )
 
 
 @pytest.fixture
@@ -208,11 +211,11 @@ def test_a_child_has_one_thread_the_engines_and_no_heavy_libraries(log: Path) ->
     assert not loaded & {"litellm", "prefect", "mlflow", "distributed"}
 
 
-def test_a_child_costs_milliseconds(log: Path) -> None:
+def test_a_fresh_child_costs_milliseconds(log: Path) -> None:
     isolated(log, crashers.double, 0)
     started = time.monotonic()
     for number in range(20):
-        isolated(log, crashers.double, number)
+        isolated(log, crashers.double, number, fresh=True)
     assert (time.monotonic() - started) / 20 < 0.25
 
 

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from asset2sim.extraction import triangles
-from asset2sim.extraction.triangles import Triangles, content_key, read_triangles, write_triangles
+from asset2sim.extraction.triangles import Triangles, file_key, read_triangles, write_triangles
 from asset2sim.geometry.load import load_mesh
 from tests.assets import RAW, SHARED, box_obj
 
@@ -78,7 +78,7 @@ def test_a_changed_file_is_parsed_anew_and_what_has_gone_leaves_the_store(tmp_pa
         kept.key(file)
     assert as_parsed(kept, changed)
     kept.keep()
-    assert set(read_triangles(store)) == {content_key(file) for file in (changed, *others)}
+    assert set(read_triangles(store)) == {file_key(file) for file in (changed, *others)}
 
 
 def test_nobody_changes_what_others_are_given() -> None:
@@ -93,7 +93,7 @@ def test_a_damaged_store_is_no_loss(tmp_path: Path, damage: bytes) -> None:
     store = tmp_path / "store.npz"
     store.write_bytes(damage)
     through(store, BIN)
-    assert len(read_triangles(store)) == len({content_key(file) for file in files_of(BIN)})
+    assert len(read_triangles(store)) == len({file_key(file) for file in files_of(BIN)})
 
 
 def test_a_store_of_another_version_is_not_read(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -112,7 +112,7 @@ def test_a_store_of_nothing_and_one_that_cannot_be_written(tmp_path: Path) -> No
 
 def test_formats_that_refer_to_other_files_are_not_kept(tmp_path: Path) -> None:
     (tmp_path / "lid.gltf").write_text("{}")
-    assert content_key(tmp_path / "lid.gltf") is None
+    assert file_key(tmp_path / "lid.gltf") is None
 
 
 def test_a_file_that_cannot_be_read_is_named(tmp_path: Path) -> None:

@@ -11,16 +11,13 @@ from functools import cached_property
 import fcl
 import numpy as np
 import yourdfpy
-from numpy.typing import NDArray
 
-from asset2sim.arrays import Array
+from asset2sim.arrays import Array, Faces
 from asset2sim.extraction import Extraction
 from asset2sim.geometry.load import primitive
 from asset2sim.kinematics import apply
 from asset2sim.urdf.read import read_urdf
 from schemas.vocabulary import OverlapCause
-
-Faces = NDArray[np.int64]
 
 TOUCHING_M = 2e-3
 """Shift that frees parts which only touch, m: what PyBullet's margins add up to, and what a checker tolerates."""

@@ -3,7 +3,6 @@
 from dataclasses import dataclass
 
 import numpy as np
-import trimesh
 from numpy.typing import NDArray
 
 from asset2sim.arrays import Array
@@ -37,9 +36,7 @@ def link_shells(extraction: Extraction, link: str) -> list[Shell]:
         file = extraction.mesh_files.get(part.reference)
         if file is None:
             continue
-        corners, triangles = extraction.triangles.of(file)
-        mesh = trimesh.Trimesh(vertices=corners, faces=triangles, process=False)
-        mesh.apply_scale(part.scale)
+        mesh = extraction.triangles.mesh(file, part.scale)
         faces = single_sided(np.asarray(mesh.faces))
         placed = np.asarray(mesh.vertices, dtype=float) @ part.rotation.T + part.translation
         whole = hull_of(np.asarray(mesh.vertices, dtype=float))

@@ -58,9 +58,7 @@ class MeshReader:
         key = mesh_key(self.triangles.key(path), scale)
         found = self.known.get(key) if key is not None else None
         if found is None:
-            vertices, faces = self.triangles.of(path)
-            mesh = trimesh.Trimesh(vertices=vertices, faces=faces, process=False)
-            mesh.apply_scale(scale)
+            mesh = self.triangles.mesh(path, scale)
             closed = bool(mesh.is_watertight)
             found = KnownMesh(
                 shape_of(mesh),

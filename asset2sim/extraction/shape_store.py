@@ -28,7 +28,7 @@ class KnownMesh:
 
 
 def mesh_key(content: str | None, scale: Array) -> str | None:
-    """What a mesh's shape depends on: its file's ``content_key`` and the (3,) scale; None where the former is."""
+    """What a mesh's shape depends on: its file's ``file_key`` and the (3,) scale; None where the former is."""
     return None if content is None else f"{content} {scale.tolist()}"
 
 

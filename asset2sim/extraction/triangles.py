@@ -6,13 +6,11 @@ from pathlib import Path
 
 import numpy as np
 import trimesh
-from numpy.typing import NDArray
 
-from asset2sim.arrays import Array
+from asset2sim.arrays import Array, Faces
 from asset2sim.geometry.array_file import read_arrays, write_arrays
 from asset2sim.geometry.load import load_mesh
 
-Faces = NDArray[np.int64]
 Mesh = tuple[Array, Faces]
 
 FORMAT = f"1 trimesh {trimesh.__version__}"
@@ -21,7 +19,7 @@ SELF_CONTAINED = (".dae", ".glb", ".obj", ".off", ".ply", ".stl")
 """Formats whose geometry is all in one file; materials and textures do not count."""
 
 
-def content_key(path: Path) -> str | None:
+def file_key(path: Path) -> str | None:
     """What a file's triangles depend on: its content, and how its name says to parse it.
 
     None for a format whose geometry may lie in other files. Raises OSError where the file cannot be read.
@@ -37,7 +35,7 @@ class Triangles:
 
     store: Path | None = None
     keys: dict[Path, str | None] = field(default_factory=dict)
-    """File → its ``content_key``."""
+    """File → its ``file_key``."""
     meshes: dict[Path, Mesh] = field(default_factory=dict)
     parsed: bool = False
     """Whether there is something that the store does not hold."""
@@ -45,10 +43,10 @@ class Triangles:
     """What the store held, by key; None until somebody asks."""
 
     def key(self, path: Path) -> str | None:
-        """The file's ``content_key``, which is computed once. Raises ValueError where the file cannot be read."""
+        """The file's ``file_key``, which is computed once. Raises ValueError where the file cannot be read."""
         if path not in self.keys:
             try:
-                self.keys[path] = content_key(path)
+                self.keys[path] = file_key(path)
             except OSError as error:
                 raise ValueError(f"{path.name}: cannot be read ({error.strerror})") from error
         return self.keys[path]
@@ -69,6 +67,13 @@ class Triangles:
                 array.flags.writeable = False
             self.meshes[path] = found
         return self.meshes[path]
+
+    def mesh(self, path: Path, scale: Array) -> trimesh.Trimesh:
+        """The file's mesh at a (3,) scale, the caller's own. Raises ValueError as ``of``."""
+        vertices, faces = self.of(path)
+        mesh = trimesh.Trimesh(vertices=vertices, faces=faces, process=False)
+        mesh.apply_scale(scale)
+        return mesh
 
     def keep(self) -> None:
         """Write what was parsed into the store, beside what it holds of the files that the asset still has."""
@@ -100,8 +105,7 @@ def read_triangles(path: Path) -> dict[str, Mesh]:
         return {}
     starts = np.vstack([np.zeros((1, 2), dtype=np.int64), ends])
     return {
-        # Copies: a mesh of its own, and not a view that keeps all others in memory.
-        key: (vertices[v0:v1].copy(), faces[f0:f1].copy())
+        key: (vertices[v0:v1], faces[f0:f1])
         for key, (v0, f0), (v1, f1) in zip(said["keys"], starts, ends, strict=False)
     }
 

@@ -16,8 +16,11 @@ def read_clouds(path: Path) -> tuple[list[Array], Any] | None:
     if stored is None:
         return None
     arrays, said = stored
-    points, ends = np.asarray(arrays["points"], dtype=np.float64), arrays["ends"]
-    return (np.split(points, ends[:-1]) if len(ends) else []), said
+    try:
+        points, ends = np.asarray(arrays["points"], dtype=np.float64), arrays["ends"]
+        return (np.split(points, ends[:-1]) if len(ends) else []), said
+    except (ValueError, TypeError):
+        return None
 
 
 def write_clouds(path: Path, clouds: Sequence[Array], said: object = None) -> None:

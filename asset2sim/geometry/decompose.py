@@ -16,18 +16,16 @@ from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 from pydantic import Field
 from scipy.spatial import ConvexHull, QhullError
 
-from asset2sim.arrays import Array
+from asset2sim.arrays import Array, Faces
 from asset2sim.geometry.cloud_file import read_clouds, write_clouds
 from asset2sim.geometry.decompose_pieces import clip, merge, volume_of
 from asset2sim.geometry.decompose_surface import surface_of
 from asset2sim.geometry.hull import hull_of
 from schemas.base import Fraction, Frozen, Positive
 
-Faces = NDArray[np.int64]
 Pieces = tuple[Array, ...]
 
 FORMAT = "2"

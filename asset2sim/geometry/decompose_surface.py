@@ -4,11 +4,8 @@ from dataclasses import dataclass
 
 import numpy as np
 import trimesh
-from numpy.typing import NDArray
 
-from asset2sim.arrays import Array
-
-Faces = NDArray[np.int64]
+from asset2sim.arrays import Array, Faces
 
 HOLE_SHARE = 0.05
 """Area over the whole mesh's up to which a hole of three or four edges is a missing face, not an opening."""

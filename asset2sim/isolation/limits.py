@@ -54,17 +54,25 @@ def adopt_orphans() -> None:
         ctypes.CDLL(None).prctl(PR_SET_CHILD_SUBREAPER, 1)
 
 
+def memory() -> tuple[int, int] | None:
+    """(address space, resident memory) of this process, bytes; None where the system does not tell."""
+    statm = Path("/proc/self/statm")
+    if not statm.exists():
+        return None
+    space, resident = statm.read_text(encoding="ascii").split()[:2]
+    return int(space) * resource.getpagesize(), int(resident) * resource.getpagesize()
+
+
 def limit_memory(megabytes: int) -> None:
     """Let this process add at most so much address space to what it has now; further allocations fail. Linux only.
 
     Address space, not resident memory, because Linux enforces no limit on the latter. The share that the engines' code
     takes is already there when the limit is set, hence the addition.
     """
-    statm = Path("/proc/self/statm")
-    if not statm.exists():
+    present = memory()
+    if present is None:
         return
-    present = int(statm.read_text(encoding="ascii").split()[0]) * resource.getpagesize()
-    wanted = present + megabytes * MEGABYTE
+    wanted = present[0] + megabytes * MEGABYTE
     _, hard = resource.getrlimit(resource.RLIMIT_AS)
     resource.setrlimit(resource.RLIMIT_AS, (wanted if hard == resource.RLIM_INFINITY else min(wanted, hard), hard))
 

@@ -1,6 +1,6 @@
 """Children that have done some work and wait for more: the next asset finds their libraries used before.
 
-Of 30 real objects each loses 100 ms, of 1 s, in a process in which nothing has run yet.
+Each of 30 real objects, of 1 s, takes 100 ms longer in a process in which nothing has run yet.
 """
 
 import threading

@@ -1,12 +1,11 @@
 """What work leaves behind in the process that did it, by which it is told whether that may do more."""
 
 import os
-import resource
 import threading
 from dataclasses import dataclass
 from pathlib import Path
 
-from asset2sim.isolation.limits import MEGABYTE
+from asset2sim.isolation.limits import MEGABYTE, memory
 
 MOST_GROWTH_MB = 400.0
 """Resident memory that work may leave behind, MB."""
@@ -14,7 +13,8 @@ MOST_GROWTH_MB = 400.0
 
 @dataclass(frozen=True)
 class Traces:
-    """A process between two pieces of work. ``threads`` and ``open_files`` are 0 where the system does not tell."""
+    """A process between two pieces of work. ``resident_mb``, ``open_files`` and ``threads`` are 0 where the system does
+    not tell."""
 
     resident_mb: float
     open_files: int
@@ -26,8 +26,9 @@ class Traces:
 
 def traces() -> Traces:
     """This process as it is now."""
+    present = memory()
     return Traces(
-        _resident_mb(),
+        0.0 if present is None else present[1] / MEGABYTE,
         _entries(Path("/proc/self/fd")),
         max(threading.active_count(), _entries(Path("/proc/self/task"))),
         _has_children(),
@@ -65,12 +66,3 @@ def _entries(folder: Path) -> int:
         return len(os.listdir(folder))
     except OSError:
         return 0
-
-
-def _resident_mb() -> float:
-    """Resident memory of this process, MB; 0 where the system does not tell."""
-    try:
-        pages = int(Path("/proc/self/statm").read_text(encoding="ascii").split()[1])
-    except OSError:
-        return 0.0
-    return pages * resource.getpagesize() / MEGABYTE

@@ -115,5 +115,5 @@ def count_tokens(text: str) -> int:
     """Tokens of a text by the tokenizer that LiteLLM ships for unknown models, else one per four characters."""
     try:
         return int(litellm.token_counter(model="", text=text))
-    except Exception:
+    except Exception:  # whatever a tokenizer raises that cannot be loaded
         return -(-len(text) // CHARACTERS_PER_TOKEN)
