@@ -10,11 +10,11 @@ from asset2sim.mesh_caches import SHAPES
 from asset2sim.methods.dispatch import Work, run_method
 from asset2sim.metrics.verdict import Verdict
 from asset2sim.models.synthesize import SynthesisError
-from asset2sim.search.loop import ModelAsk
 from asset2sim.validation.authored import check_authored
 from schemas.asset import AssetRecord, AssetRef
 from schemas.errors import AssetError
 from schemas.finding import Finding
+from schemas.request import ModelAsk
 from schemas.settings import Settings
 from schemas.vocabulary import FailureMode, Severity, Stage, Status
 

@@ -15,13 +15,13 @@ from asset2sim.reverification import Known
 from asset2sim.search.asking import Scene
 from asset2sim.search.asset import Refined, at_positions, refine_in_engine
 from asset2sim.search.bands import reaches
-from asset2sim.search.loop import ModelAsk
 from asset2sim.search.notes import moves
 from asset2sim.search.proposals import Pose
 from asset2sim.search.questions import Questions
 from asset2sim.settling import fallen, rest_of, restate
 from schemas.finding import Finding
 from schemas.overlay import Overlay, PhysicsOverlay
+from schemas.request import ModelAsk
 from schemas.settings import Settings
 from schemas.trace import TraceStep
 from schemas.vocabulary import CollisionMode, FailureMode, Severity, Source, Stage

@@ -1,5 +1,6 @@
 """A request to a model and what came back: small, picklable records, since the asker may sit in another process."""
 
+from collections.abc import Callable
 from typing import Any, Literal
 
 from schemas.base import Frozen
@@ -70,3 +71,7 @@ class ModelAnswer(Frozen):
     tool_calls: tuple[ToolCall, ...] = ()
     budget_spent: bool = False
     without_images: str | None = None
+
+
+ModelAsk = Callable[[ModelRequest], ModelAnswer]
+"""Asks a model one question; whoever asks needs to know nothing of gateways, budgets or processes."""

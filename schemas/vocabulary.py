@@ -50,6 +50,17 @@ PAPER_FAILURE_MODES: dict[FailureMode, str] = {
 """The failure modes that the paper names for its large set, for each of ours."""
 
 
+RETRIED_MODES = (
+    FailureMode.TIMEOUT,
+    FailureMode.ENGINE_CRASH,
+    FailureMode.DISK_FULL,
+    FailureMode.MODEL_ERROR,
+    FailureMode.BUDGET,
+)
+"""Failure modes that may come of the machine, the provider or the day, not of the asset: tried again in every run. All
+others would come out as they did."""
+
+
 class Status(StrEnum):
     """How an asset ended."""
 

@@ -14,7 +14,7 @@ from asset2sim.collision.files import write_hulls
 from asset2sim.collision.hulls import Hulls, collision_hulls
 from asset2sim.collision.ranges import range_of, samples, stance_at, travel
 from asset2sim.collision.trim import CLEARANCE_M, contact_pairs
-from asset2sim.engines.pybullet_overlaps import MARGIN_M
+from asset2sim.engines.pybullet_object import MARGIN_M
 from asset2sim.engines.pybullet_penetration import contacts_at
 from asset2sim.extraction import Extraction
 from asset2sim.kinematics import apply, link_to_root, tree_of

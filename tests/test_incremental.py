@@ -18,12 +18,12 @@ from asset2sim.incremental import code, records, state
 from asset2sim.incremental.code import counts, package_versions
 from asset2sim.incremental.files import AssetFile, asset_files
 from asset2sim.incremental.key import content_hash, shared_hash
-from asset2sim.incremental.plan import CURABLE, wanted_again
+from asset2sim.incremental.plan import wanted_again
 from asset2sim.incremental.state import content_of, open_state
 from asset2sim.metrics.reference import Reference
 from schemas.asset import AssetRef
 from schemas.settings import EngineSettings, ModelSettings, PhysicsSettings, RunSettings, Settings, ViewSettings
-from schemas.vocabulary import Engine, FailureMode, Method, Redo, Status
+from schemas.vocabulary import RETRIED_MODES, Engine, FailureMode, Method, Redo, Status
 from tests.assets import RAW, ROOT, box_obj, link, mesh, robot, written
 from tests.factories import make_record
 from tests.incremental_runs import (
@@ -234,7 +234,7 @@ def test_a_failed_asset_is_tried_again_where_that_may_help_or_is_asked_for(tmp_p
     assert done(run(data, out, asking(Redo.FAILED))) == "abc"
     assert done(run(data, out, asking(Redo.FAILED))) == ""
     for mode in FailureMode:
-        assert wanted_again(Status.FAILED, mode, Redo.CHANGED) == (mode in CURABLE)
+        assert wanted_again(Status.FAILED, mode, Redo.CHANGED) == (mode in RETRIED_MODES)
 
 
 def test_a_folder_that_another_method_wrote_is_no_refinement_of_this_one(tmp_path: Path) -> None:

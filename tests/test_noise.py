@@ -10,12 +10,12 @@ import pytest
 from asset2sim.models.answers import parse_json
 from asset2sim.models.lite import load_litellm
 from asset2sim.models.prior_provider import next_answer
-from asset2sim.models.priors_known import NOISY_LABEL, check_prior, described, is_noisy, is_prior, noise_of
+from asset2sim.models.priors_known import NOISY_LABEL, described, is_noisy, is_prior, noise_parameters
 from asset2sim.priors import answer
 from asset2sim.priors.information import ObjectInfo, read_prompt
 from asset2sim.priors.noise import MALFORMED, malformed, noisy, overlay
 from asset2sim.priors.noise_draws import Draws, draws_for
-from asset2sim.priors.noise_level import Noise, NoiseLevel
+from asset2sim.priors.noise_level import Noise, NoiseLevel, noise_of
 from asset2sim.priors.noise_state import with_wrong_part
 from schemas.errors import InvalidAnswerError, UnknownChoiceError
 from schemas.overlay import Overlay
@@ -248,7 +248,7 @@ def test_names_of_models() -> None:
 @pytest.mark.parametrize("name", ["prior/noisy@", "prior/noisy@-1", "prior/noisy@11", "prior/noisy@1:x", "prior/else"])
 def test_invalid_names_say_how_one_is_written(name: str) -> None:
     with pytest.raises(UnknownChoiceError, match=r"prior/noisy\[@LEVEL\[:SEED\]\]"):
-        check_prior(name)
+        noise_parameters(name)
 
 
 def test_the_provider_passes_the_sample_on() -> None:

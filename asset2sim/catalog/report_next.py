@@ -5,9 +5,8 @@ from collections.abc import Sequence
 
 from asset2sim.catalog.changes import Changes
 from asset2sim.catalog.run import RunRow
-from asset2sim.incremental.plan import CURABLE
 from schemas.asset import AssetRecord, Unchanged
-from schemas.vocabulary import Status
+from schemas.vocabulary import RETRIED_MODES, Status
 
 
 def next_steps(
@@ -25,9 +24,9 @@ def next_steps(
         )
     every: list[AssetRecord | Unchanged] = [*records, *unchanged]
     failed = [item for item in every if item.status is Status.FAILED]
-    passing = sum(item.failure_mode in CURABLE for item in failed)
+    passing = sum(item.failure_mode in RETRIED_MODES for item in failed)
     if passing:
-        modes = ", ".join(f"`{mode.value}`" for mode in CURABLE)
+        modes = ", ".join(f"`{mode.value}`" for mode in RETRIED_MODES)
         steps.append(f"{_assets(passing)} what may pass ({modes}): the next run tries again by itself.")
     if len(failed) > passing:
         steps.append(

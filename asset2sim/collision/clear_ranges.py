@@ -25,7 +25,8 @@ from asset2sim.collision.jams import (
 from asset2sim.collision.parting import mend, still
 from asset2sim.collision.ranges import Limits, range_of, samples, stance_at, travel, within
 from asset2sim.collision.trim import Bound, Cut, Trimmer
-from asset2sim.engines.pybullet_overlaps import MARGIN_M, HullWorld, clear_pose, hull_world
+from asset2sim.engines.pybullet_object import MARGIN_M
+from asset2sim.engines.pybullet_overlaps import HullWorld, clear_pose, hull_world
 from asset2sim.kinematics import TreeJoint
 from schemas.vocabulary import OverlapCause
 

@@ -11,9 +11,8 @@ from pybullet_utils.bullet_client import BulletClient
 from asset2sim.arrays import Array
 from asset2sim.collision.hulls import Hulls
 from asset2sim.collision.trim import CLEARANCE_M, ROUNDS, Cut, Key, Overlap, Trimmer
+from asset2sim.engines.pybullet_object import MARGIN_M
 
-MARGIN_M = 1e-3
-"""PyBullet's margin around every mesh hull, m: two hulls touch for it while they are twice this apart."""
 FAR_M = 1e3
 """Distance up to which hulls are measured against each other, m: any object is smaller."""
 

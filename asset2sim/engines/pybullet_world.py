@@ -11,8 +11,7 @@ from scipy.spatial.transform import Rotation
 
 from asset2sim.arrays import Array
 from asset2sim.engines.foresight import foreseen_m
-from asset2sim.engines.pybullet_object import PyBulletObject, loaded
-from asset2sim.engines.pybullet_overlaps import MARGIN_M
+from asset2sim.engines.pybullet_object import MARGIN_M, PyBulletObject, loaded
 from asset2sim.engines.world import GRAVITY_M_S2
 from asset2sim.metrics.penetration import ContactPoint
 from schemas.errors import AssetError

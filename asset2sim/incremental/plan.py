@@ -14,17 +14,7 @@ from asset2sim.incremental.state import forget_folders, note_folders, open_state
 from asset2sim.metrics.reference import Reference
 from schemas.asset import AssetRecord, AssetRef, Unchanged
 from schemas.settings import Settings
-from schemas.vocabulary import FailureMode, Redo, Status
-
-CURABLE = (
-    FailureMode.TIMEOUT,
-    FailureMode.ENGINE_CRASH,
-    FailureMode.DISK_FULL,
-    FailureMode.MODEL_ERROR,
-    FailureMode.BUDGET,
-)
-"""Failures that may come of the machine, the provider or the day, not of the asset: tried again in every run. All
-others would come out as they did."""
+from schemas.vocabulary import RETRIED_MODES, FailureMode, Redo, Status
 
 
 @dataclass(frozen=True)
@@ -50,7 +40,7 @@ def make_plan(
     """The plan of a run that holds ``lock_output(out)``; from here on it may write to the folders of what it has to do.
 
     An asset is unchanged if its row of this method and model has its content hash, its refined folder is that row's and
-    there, and it did not fail in a way that ``settings.run.redo`` or ``CURABLE`` asks to try again. A failed asset
+    there, and it did not fail in a way that ``settings.run.redo`` or ``RETRIED_MODES`` wants tried again. A failed asset
     needs no folder. ``there`` are the ids of those whose folder lies behind OUT's URL, with pictures if the settings
     ask for them; None: they lie in ``out``.
     """
@@ -115,7 +105,7 @@ def wanted_again(status: Status, mode: FailureMode, redo: Redo) -> bool:
     """Whether an unchanged asset that ended like this is to be refined again."""
     if redo is Redo.ALL:
         return True
-    return status is Status.FAILED and (redo is Redo.FAILED or mode in CURABLE)
+    return status is Status.FAILED and (redo is Redo.FAILED or mode in RETRIED_MODES)
 
 
 def reusable(kept: KeptRecord, ref: AssetRef, content: str, settings: Settings, lies: Callable[[str], bool]) -> bool:

@@ -1,7 +1,6 @@
 """One asset, from reference to record, whatever happens to the process in which it is refined."""
 
 import importlib
-from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -12,11 +11,9 @@ from schemas.asset import AssetRecord, AssetRef
 from schemas.call import ModelCall
 from schemas.errors import Asset2SimError
 from schemas.finding import Finding
-from schemas.request import ModelAnswer, ModelRequest
+from schemas.request import ModelAnswer, ModelAsk, ModelRequest
 from schemas.settings import Settings
 from schemas.vocabulary import FailureMode, Severity, Stage, Status
-
-Ask = Callable[[ModelRequest], ModelAnswer]
 
 
 class StoppedError(Asset2SimError):
@@ -49,7 +46,13 @@ def first_log_file(out: Path, asset_id: str) -> Path:
 
 
 def attempt_in_child(
-    pipeline: str, ref: AssetRef, out: Path, settings: Settings, ask: Ask, owner: str | None = None, fresh: bool = False
+    pipeline: str,
+    ref: AssetRef,
+    out: Path,
+    settings: Settings,
+    ask: ModelAsk,
+    owner: str | None = None,
+    fresh: bool = False,
 ) -> Attempt:
     """Refine one asset in a child process under the limits of ``settings.run``; always answers with a record.
 

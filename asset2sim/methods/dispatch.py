@@ -22,9 +22,9 @@ from asset2sim.models.priors_known import is_prior
 from asset2sim.models.prompt import DIRECT, overlay_request
 from asset2sim.models.synthesize import Synthesized, ask_overlay
 from asset2sim.publishing import publish
-from asset2sim.search.loop import ModelAsk
 from schemas.asset import AssetRef
 from schemas.overlay import Overlay
+from schemas.request import ModelAsk
 from schemas.settings import Settings
 from schemas.vocabulary import Method, Source, Stage
 

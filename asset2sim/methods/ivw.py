@@ -8,14 +8,13 @@ from asset2sim.methods.fusion import fuse
 from asset2sim.models.answers import parse_overlay
 from asset2sim.models.prompt import IVW, overlay_request
 from asset2sim.models.synthesize import SynthesisError, Synthesized, images_not_sent, marked_invalid
-from asset2sim.search.loop import ModelAsk
 from asset2sim.views import VIEW_NAMES
 from schemas.call import ModelCall
 from schemas.errors import InvalidAnswerError
 from schemas.features import Features
 from schemas.finding import Finding
 from schemas.overlay import Overlay
-from schemas.request import LabelledImage, ModelAnswer, ModelRequest
+from schemas.request import LabelledImage, ModelAnswer, ModelAsk, ModelRequest
 from schemas.settings import MethodSettings
 from schemas.vocabulary import FailureMode, Severity, Stage
 

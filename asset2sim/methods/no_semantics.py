@@ -13,10 +13,9 @@ from typing import Any
 
 from asset2sim.models.lenient_json import parse_json
 from asset2sim.models.prompt import data_block
-from asset2sim.search.loop import ModelAsk
 from schemas.errors import InvalidAnswerError
 from schemas.features import Features
-from schemas.request import ModelAnswer, ModelRequest, Turn
+from schemas.request import ModelAnswer, ModelAsk, ModelRequest, Turn
 
 WITHHELD = ("asset_id", "category", "label", "labels", "joint_kind", "material", "materials", "mesh", "meshes", "file")
 """Fields of a request's data whose value says what something is: left empty."""

@@ -12,11 +12,11 @@ from asset2sim.models.priors_known import is_prior
 from asset2sim.models.synthesize import synthesize
 from asset2sim.physics.contact import contact_friction
 from asset2sim.publishing import publish
-from asset2sim.search.loop import ModelAsk
 from asset2sim.shaping import Job, shape_and_judge
 from asset2sim.validation import validate
 from asset2sim.validation.sensible import sensible
 from schemas.asset import AssetRef
+from schemas.request import ModelAsk
 from schemas.settings import Settings
 from schemas.vocabulary import Method, Source, Stage
 

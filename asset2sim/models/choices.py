@@ -5,7 +5,7 @@ import os
 from collections.abc import Sequence
 from urllib.parse import urlsplit
 
-from asset2sim.models.priors_known import PRIOR_MODELS, check_prior, is_prior
+from asset2sim.models.priors_known import PRIOR_MODELS, is_prior, noise_parameters
 from asset2sim.models.purposes import named_models, settings_for
 from schemas.errors import UnknownChoiceError, UsageError
 from schemas.settings import ModelSettings
@@ -45,7 +45,7 @@ def check_model(settings: ModelSettings) -> None:
 def _check_named(settings: ModelSettings) -> None:
     model = settings.model
     if is_prior(model):
-        check_prior(model)
+        noise_parameters(model)
         return
     if find_provider(model) is None:
         raise UnknownChoiceError("model", model, _SHOWN_CHOICES)

@@ -12,7 +12,8 @@ from litellm import CustomLLM, ModelResponse
 from litellm.llms.custom_llm import CustomLLMError
 from litellm.types.utils import Message
 
-from asset2sim.models.priors_known import PRIOR_PROVIDER, noise_of
+from asset2sim.models.priors_known import PRIOR_PROVIDER
+from asset2sim.priors.noise_level import noise_of
 from schemas.errors import UnknownChoiceError
 
 CHARACTERS_PER_TOKEN = 4

@@ -1,12 +1,8 @@
 """The models that run in this process, by name, and what to call one whose errors are simulated."""
 
 import re
-from typing import TYPE_CHECKING
 
 from schemas.errors import UnknownChoiceError
-
-if TYPE_CHECKING:
-    from asset2sim.priors.noise_level import Noise
 
 PRIOR_PROVIDER = "prior"
 PRIOR_MODELS: tuple[str, ...] = ("prior/household", "prior/noisy")
@@ -31,8 +27,8 @@ def is_noisy(model: str) -> bool:
     return model == NOISY or model.startswith(f"{NOISY}@")
 
 
-def noise_of(model: str) -> "Noise | None":
-    """The errors that a model in this process makes; None for the offline prior itself.
+def noise_parameters(model: str) -> tuple[float, int] | None:
+    """Level and seed of the errors that a model in this process makes; None for the offline prior itself.
 
     Raises ``UnknownChoiceError`` for a name that is none of ``PRIOR_MODELS`` and not of the form ``NOISY_FORM``.
     """
@@ -44,14 +40,7 @@ def noise_of(model: str) -> "Noise | None":
         raise UnknownChoiceError(
             "model", model, ("prior/household", f"{NOISY_FORM} with LEVEL 0 to {MAX_LEVEL:g} (such as prior/noisy@2:7)")
         )
-    from asset2sim.priors.noise_level import Noise
-
-    return Noise(level=level, seed=int(found.group(2) or 0))
-
-
-def check_prior(model: str) -> None:
-    """Refuse a name of this process's provider that stands for no model; raises ``UnknownChoiceError``."""
-    noise_of(model)
+    return level, int(found.group(2) or 0)
 
 
 def described(model: str) -> str:

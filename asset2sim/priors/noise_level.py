@@ -35,6 +35,7 @@ import math
 
 from pydantic import Field
 
+from asset2sim.models.priors_known import noise_parameters
 from schemas.base import Fraction, Frozen, NonNegative
 
 
@@ -101,6 +102,13 @@ class Noise(Frozen):
     def sizes(self) -> NoiseLevel:
         """The sizes of its errors."""
         return NoiseLevel().at(self.level)
+
+
+def noise_of(model: str) -> Noise | None:
+    """The errors that a model in this process makes; None for the offline prior itself. Raises
+    ``UnknownChoiceError``."""
+    parameters = noise_parameters(model)
+    return None if parameters is None else Noise(level=parameters[0], seed=parameters[1])
 
 
 _SPREADS = tuple(name for name in NoiseLevel.model_fields if name.endswith(("_log", "_share")))

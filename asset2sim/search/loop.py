@@ -1,18 +1,14 @@
 """What every step of one asset's loop needs, and what the loop leaves behind."""
 
-from collections.abc import Callable
 from dataclasses import dataclass, field
 
 from asset2sim.collision.hulls import Hulls
 from asset2sim.extraction import Extraction
 from schemas.finding import Finding
 from schemas.overlay import Overlay, PhysicsOverlay
-from schemas.request import ModelAnswer, ModelRequest
 from schemas.settings import Settings
 from schemas.trace import TraceStep
 from schemas.vocabulary import Source
-
-ModelAsk = Callable[[ModelRequest], ModelAnswer]
 
 
 @dataclass

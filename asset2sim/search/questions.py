@@ -5,11 +5,10 @@ from dataclasses import dataclass, field
 from asset2sim.models.answers import InvalidFieldsError, RefinementAnswer, parse_refinement
 from asset2sim.models.prompt import with_validation_errors
 from asset2sim.models.synthesize import images_not_sent, marked_invalid
-from asset2sim.search.loop import ModelAsk
 from schemas.call import ModelCall
 from schemas.errors import InvalidAnswerError
 from schemas.finding import Finding
-from schemas.request import ModelAnswer, ModelRequest
+from schemas.request import ModelAnswer, ModelAsk, ModelRequest
 from schemas.vocabulary import Severity, Stage
 
 
