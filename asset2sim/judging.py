@@ -11,10 +11,10 @@ from asset2sim.collision.cause import AuthoredShapes, overlap_cause
 from asset2sim.extraction import Extraction
 from asset2sim.interaction.overlaps import overlap_pairs
 from asset2sim.interaction.sweep import Cause
-from asset2sim.kinematics import link_to_root, tree_of
 from asset2sim.mending.loop import mend
 from asset2sim.metrics.engine_verdict import disagreements, failures_of, judge_reports
 from asset2sim.metrics.verdict import Verdict
+from asset2sim.physics.kinematics import link_to_root, tree_of
 from asset2sim.reverification import Known, verify_once
 from asset2sim.search.shapes import written_joints
 from asset2sim.verification import engines_of, verify

@@ -7,10 +7,10 @@ from pathlib import Path
 import numpy as np
 import trimesh
 
-from asset2sim.arrays import Array
 from asset2sim.engines.pybullet_object import PyBulletObject
 from asset2sim.engines.pybullet_world import PyBulletWorld
-from asset2sim.kinematics import TreeJoint, transform
+from asset2sim.physics.arrays import Array
+from asset2sim.physics.kinematics import TreeJoint, transform
 from schemas.base import Inertia6, Vector3
 from schemas.features import JointFeatures
 

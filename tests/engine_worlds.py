@@ -7,9 +7,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from asset2sim.arrays import Array
 from asset2sim.engines.registry import installed, open_world
 from asset2sim.engines.world import GRAVITY_M_S2, World
+from asset2sim.physics.arrays import Array
 from schemas.vocabulary import Engine
 
 STEP = 1.0 / 240.0

@@ -7,9 +7,9 @@ import numpy as np
 import pytest
 import trimesh
 
-from asset2sim.arrays import Array
 from asset2sim.collision.cause import AuthoredShapes, authored_depth, overlap_cause
-from asset2sim.kinematics import transform
+from asset2sim.physics.arrays import Array
+from asset2sim.physics.kinematics import transform
 from schemas.vocabulary import OverlapCause
 from tests.assets import box_obj, joint, link, mesh, read, robot, shape, written
 from tests.builders import double_sided, loose_sides, without_top

@@ -17,8 +17,8 @@ from asset2sim.collision.trim import CLEARANCE_M, contact_pairs
 from asset2sim.engines.pybullet_object import MARGIN_M
 from asset2sim.engines.pybullet_penetration import contacts_at
 from asset2sim.extraction import Extraction
-from asset2sim.kinematics import apply, link_to_root, tree_of
 from asset2sim.metrics.penetration import by_pair
+from asset2sim.physics.kinematics import apply, link_to_root, tree_of
 from schemas.settings import EngineSettings
 from schemas.vocabulary import OverlapCause
 from tests.assets import box_obj, joint, link, mesh, read, robot, written

@@ -7,11 +7,11 @@ import pytest
 import trimesh
 
 from asset2sim.apply import write_folder
-from asset2sim.arrays import Array
 from asset2sim.collision.hulls import Hulls, collision_hulls
 from asset2sim.collision.interior import cavity, interiors
 from asset2sim.collision.shapes import collision_shapes
 from asset2sim.extraction import Extraction
+from asset2sim.physics.arrays import Array
 from asset2sim.validation import validate
 from schemas.overlay import Overlay
 from schemas.settings import CollisionSettings, PhysicsSettings

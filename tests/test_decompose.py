@@ -9,16 +9,15 @@ import pytest
 import trimesh
 from scipy.spatial import ConvexHull
 
-from asset2sim.arrays import Array
 from asset2sim.geometry import decompose as module
 from asset2sim.geometry.decompose import DecomposeSettings, decompose
 from asset2sim.geometry.decompose_pieces import clip, merge
 from asset2sim.geometry.decompose_surface import surface_of
 from asset2sim.geometry.load import load_mesh
+from asset2sim.physics.arrays import Array
 
 SHARED = Path(__file__).resolve().parents[2] / "shared" / "partnet_mobility"
 SETTINGS = DecomposeSettings(cpu_limit_s=60.0)
-
 
 
 def channel() -> trimesh.Trimesh:

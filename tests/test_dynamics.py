@@ -7,7 +7,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from asset2sim.physics.dynamics import joint_terms
-from asset2sim.physics.pull import Pull
+from asset2sim.physics.mass_matrix import Pull
 from asset2sim.physics.terms import JointTerms, Moved, Term
 from asset2sim.physics.timing import glide
 from schemas.overlay import JointProposal

@@ -7,8 +7,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from asset2sim.arrays import Array
-from asset2sim.kinematics import apply, link_to_root, motion, rpy_of, subtree, transform, tree_of
+from asset2sim.physics.arrays import Array
+from asset2sim.physics.kinematics import apply, link_to_root, motion, rpy_of, subtree, transform, tree_of
 from schemas.base import Vector3
 from tests.builders import ORIGIN, joint_features, tree_joint
 

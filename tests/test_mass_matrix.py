@@ -10,8 +10,8 @@ from hypothesis import strategies as st
 
 from asset2sim.engines.pybullet_object import loaded
 from asset2sim.engines.pybullet_world import PyBulletWorld
-from asset2sim.kinematics import TreeJoint
 from asset2sim.physics.inertia import box_inertia
+from asset2sim.physics.kinematics import TreeJoint
 from asset2sim.physics.mass_matrix import GRAVITY_M_S2, Body, JointSpace, cross_matrix, joint_space
 from schemas.base import Vector3
 from tests.builders import ORIGIN, UrdfJoint, UrdfLink, tree_joint, write_urdf

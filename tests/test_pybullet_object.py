@@ -9,9 +9,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from asset2sim.arrays import Array
 from asset2sim.engines.pybullet_object import PyBulletObject, loaded
 from asset2sim.engines.pybullet_world import PyBulletWorld, open_pybullet
+from asset2sim.physics.arrays import Array
 from schemas.errors import AssetError
 from schemas.vocabulary import FailureMode
 from tests.builders import (

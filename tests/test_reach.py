@@ -6,9 +6,9 @@ import trimesh
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from asset2sim.arrays import Array, vector
 from asset2sim.extraction.solids import Placed, weighing
 from asset2sim.geometry.shape import shape_of
+from asset2sim.physics.arrays import Array, vector
 from asset2sim.physics.inertia import box_inertia
 from asset2sim.validation.reach import bounded_by
 from tests.builders import corners, is_physical

@@ -4,8 +4,8 @@ from itertools import product
 
 import numpy as np
 
-from asset2sim.arrays import Array, vector
-from asset2sim.kinematics import apply, link_to_root, tree_of
+from asset2sim.physics.arrays import Array, vector
+from asset2sim.physics.kinematics import apply, link_to_root, tree_of
 from schemas.base import Vector3
 from schemas.features import Features, LinkFeatures
 

@@ -12,10 +12,10 @@ import fcl
 import numpy as np
 import yourdfpy
 
-from asset2sim.arrays import Array, Faces
 from asset2sim.extraction import Extraction
 from asset2sim.geometry.load import primitive
-from asset2sim.kinematics import apply
+from asset2sim.physics.arrays import Array, Faces
+from asset2sim.physics.kinematics import apply
 from asset2sim.urdf.read import read_urdf
 from schemas.vocabulary import OverlapCause
 

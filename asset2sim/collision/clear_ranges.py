@@ -27,7 +27,7 @@ from asset2sim.collision.ranges import Limits, range_of, samples, stance_at, tra
 from asset2sim.collision.trim import Bound, Cut, Trimmer
 from asset2sim.engines.pybullet_object import MARGIN_M
 from asset2sim.engines.pybullet_overlaps import HullWorld, clear_pose, hull_world
-from asset2sim.kinematics import TreeJoint
+from asset2sim.physics.kinematics import TreeJoint
 from schemas.vocabulary import OverlapCause
 
 AUTHORED_AT_ZERO = Bound(share=0.25)

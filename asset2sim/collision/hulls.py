@@ -3,9 +3,9 @@
 import numpy as np
 from scipy.spatial import ConvexHull
 
-from asset2sim.arrays import Array
 from asset2sim.extraction import Extraction, LinkGeometry
 from asset2sim.geometry.hull import spread_directions
+from asset2sim.physics.arrays import Array
 
 Hulls = dict[str, tuple[Array, ...]]
 """Link → (k, 3) hull points of each convex piece, m at the final scale in the link's frame."""

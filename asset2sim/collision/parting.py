@@ -4,11 +4,11 @@ from collections.abc import Sequence
 
 from scipy.spatial import ConvexHull
 
-from asset2sim.arrays import Array
 from asset2sim.collision.jams import JAM_M, Hit
 from asset2sim.collision.trim import Bound, Cut, Key
 from asset2sim.engines.pybullet_object import MARGIN_M
 from asset2sim.engines.pybullet_overlaps import HullWorld
+from asset2sim.physics.arrays import Array
 
 GENTLE_SHARE = 0.05
 """Share of two hulls' volumes up to which the first way of cutting is taken as it is."""

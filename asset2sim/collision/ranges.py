@@ -5,8 +5,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from asset2sim.arrays import Array
-from asset2sim.kinematics import TreeJoint, link_to_root, motion, subtree
+from asset2sim.physics.arrays import Array
+from asset2sim.physics.kinematics import TreeJoint, link_to_root, motion, subtree
 
 SAMPLES = 25
 """Positions over a joint's range; overlaps that matter last longer than a twenty-fourth of it."""

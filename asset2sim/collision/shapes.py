@@ -6,14 +6,14 @@ from pathlib import Path
 
 import numpy as np
 
-from asset2sim.arrays import Array
 from asset2sim.collision.hulls import Hulls, collision_hulls, simplified
 from asset2sim.collision.link import LinkPieces, Sizes, by_coacd, by_faces, link_pieces, reduced
 from asset2sim.collision.store import content_key, read, write
 from asset2sim.collision.surfaces import link_shells
 from asset2sim.extraction import Extraction
 from asset2sim.geometry.hollow import samples
-from asset2sim.kinematics import apply, link_to_root, tree_of
+from asset2sim.physics.arrays import Array
+from asset2sim.physics.kinematics import apply, link_to_root, tree_of
 from schemas.finding import Finding
 from schemas.settings import CollisionSettings
 from schemas.vocabulary import CollisionMode, Severity, Stage

@@ -5,10 +5,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from asset2sim.arrays import Array
 from asset2sim.extraction import Extraction
 from asset2sim.geometry.hull import hull_of
 from asset2sim.geometry.pieces import shells
+from asset2sim.physics.arrays import Array
 
 
 @dataclass(frozen=True)

@@ -10,10 +10,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from asset2sim.arrays import Array
 from asset2sim.collision.hulls import Hulls
 from asset2sim.geometry.hull import hull_of
-from asset2sim.kinematics import apply
+from asset2sim.physics.arrays import Array
+from asset2sim.physics.kinematics import apply
 from schemas.features import JointFeatures
 
 LARGEST_SHARE = 0.5

@@ -6,9 +6,9 @@ from dataclasses import dataclass
 import numpy as np
 import pandas as pd
 
-from asset2sim.arrays import Array
 from asset2sim.compare.paper import SKIPPED
 from asset2sim.compare.statistics import Statistic, mean, mean_not_zero
+from asset2sim.physics.arrays import Array
 from schemas.vocabulary import Method
 
 ZERO_MM = 1e-6

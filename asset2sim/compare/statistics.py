@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.stats import bootstrap, kendalltau, pearsonr
 
-from asset2sim.arrays import Array
+from asset2sim.physics.arrays import Array
 
 CONFIDENCE = 0.95
 """Share of the bootstrap's distribution that an interval holds."""

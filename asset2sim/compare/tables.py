@@ -7,11 +7,11 @@ from collections.abc import Sequence
 import numpy as np
 import pandas as pd
 
-from asset2sim.arrays import Array
 from asset2sim.compare.figures import STABILITY, SUCCESS, Figure
 from asset2sim.compare.paper import stated
 from asset2sim.compare.plan import NO_MODEL, level_of
 from asset2sim.compare.statistics import Estimate, estimate, paired_difference
+from asset2sim.physics.arrays import Array
 from schemas.vocabulary import PAPER_FAILURE_MODES, Method
 
 Row = dict[str, object]

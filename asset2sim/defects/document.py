@@ -8,7 +8,7 @@ import numpy as np
 from lxml import etree
 from lxml.etree import _Element as Element
 
-from asset2sim.arrays import Array
+from asset2sim.physics.arrays import Array
 from asset2sim.urdf.locate import find_urdf
 
 

@@ -11,10 +11,10 @@ import trimesh
 from lxml import etree
 from lxml.etree import _Element as Element
 
-from asset2sim.arrays import Array
 from asset2sim.defects.document import collision_files, named, numbers, part
 from asset2sim.defects.planted import Kept, Target
 from asset2sim.extraction import extract
+from asset2sim.physics.arrays import Array
 from asset2sim.physics.inertia import tensor_of
 from asset2sim.urdf.dynamics import Dynamics, read_dynamics
 from asset2sim.urdf.locate import find_urdf

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from asset2sim.arrays import Array
+from asset2sim.physics.arrays import Array
 
 RIM_POINTS = 128
 """Points that stand for the rim of a cylinder: it is 0.03 % of the radius too small between them."""

@@ -4,8 +4,8 @@ from pathlib import Path
 
 import numpy as np
 
-from asset2sim.arrays import Array
 from asset2sim.geometry.load import load_mesh
+from asset2sim.physics.arrays import Array
 
 
 def mesh_points(file: Path) -> Array:

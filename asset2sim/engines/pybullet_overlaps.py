@@ -8,10 +8,10 @@ import numpy as np
 import pybullet
 from pybullet_utils.bullet_client import BulletClient
 
-from asset2sim.arrays import Array
 from asset2sim.collision.hulls import Hulls
 from asset2sim.collision.trim import CLEARANCE_M, ROUNDS, Cut, Key, Overlap, Trimmer
 from asset2sim.engines.pybullet_object import MARGIN_M
+from asset2sim.physics.arrays import Array
 
 FAR_M = 1e3
 """Distance up to which hulls are measured against each other, m: any object is smaller."""

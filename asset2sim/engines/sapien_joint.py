@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 import yourdfpy
 
-from asset2sim.arrays import Array
+from asset2sim.physics.arrays import Array
 from asset2sim.urdf.dynamics import Dynamics
 
 STOP_DAMPING = 1e8

@@ -12,7 +12,6 @@ from typing import Any
 import numpy as np
 import yourdfpy
 
-from asset2sim.arrays import Array
 from asset2sim.engines import lowest
 from asset2sim.engines.console import captured_console
 from asset2sim.engines.foresight import foreseen_m
@@ -20,6 +19,7 @@ from asset2sim.engines.mesh_points import mesh_points
 from asset2sim.engines.sapien_import import physx as import_physx
 from asset2sim.engines.sapien_joint import UNBOUNDED, Builder, damper_of, give_joint
 from asset2sim.geometry.load import scale_vector
+from asset2sim.physics.arrays import Array
 from asset2sim.urdf.dynamics import Dynamics, read_dynamics
 from asset2sim.urdf.locate import find_mesh
 from asset2sim.urdf.read import read_urdf

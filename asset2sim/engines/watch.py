@@ -6,8 +6,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from asset2sim.arrays import Array
 from asset2sim.engines.world import World
+from asset2sim.physics.arrays import Array
 from schemas.settings import EngineSettings
 
 EVERY_S = 1.0 / 60.0

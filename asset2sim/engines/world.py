@@ -5,8 +5,8 @@ from contextlib import AbstractContextManager
 from pathlib import Path
 from typing import Protocol
 
-from asset2sim.arrays import Array
 from asset2sim.metrics.penetration import ContactPoint
+from asset2sim.physics.arrays import Array
 from schemas.vocabulary import Engine
 
 GRAVITY_M_S2 = 9.81

@@ -14,10 +14,10 @@ import numpy as np
 from lxml import etree
 from lxml.etree import _Element as Element
 
-from asset2sim.arrays import Array
 from asset2sim.exports.looks import looks_of
 from asset2sim.exports.mjcf_looks import write_looks
 from asset2sim.exports.shape import Body, ExportObject, Joint, Shape, height_to_stand, quaternion, read_object
+from asset2sim.physics.arrays import Array
 from schemas.overlay import PhysicsOverlay
 
 MJCF_NAME = "mobility.xml"

@@ -11,9 +11,9 @@ import yourdfpy
 from scipy.spatial.transform import Rotation
 
 from asset2sim.apply import URDF_NAME
-from asset2sim.arrays import Array
 from asset2sim.geometry.load import load_mesh, primitive, scale_vector
-from asset2sim.kinematics import TreeJoint, apply, link_to_root
+from asset2sim.physics.arrays import Array
+from asset2sim.physics.kinematics import TreeJoint, apply, link_to_root
 from asset2sim.urdf.dynamics import Dynamics, read_dynamics
 from asset2sim.urdf.locate import find_mesh
 from asset2sim.urdf.read import read_urdf

@@ -20,7 +20,6 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from asset2sim.arrays import Array
 from asset2sim.exports.looks import looks_of
 from asset2sim.exports.shape import (
     Body,
@@ -32,6 +31,7 @@ from asset2sim.exports.shape import (
     read_object,
 )
 from asset2sim.geometry.load import load_mesh
+from asset2sim.physics.arrays import Array
 from schemas.errors import UsageError
 from schemas.overlay import PhysicsOverlay
 

@@ -6,14 +6,14 @@ from typing import Any
 
 import numpy as np
 
-from asset2sim.arrays import Array, vector
 from asset2sim.content import hash_files
 from asset2sim.extraction.joints import read_joint, with_ends
 from asset2sim.extraction.links import LinkGeometry, MeshReader, read_link
 from asset2sim.extraction.shape_store import read_shapes, write_shapes
 from asset2sim.extraction.triangles import Triangles
 from asset2sim.extraction.units import limits_in_radians
-from asset2sim.kinematics import apply, link_to_root, tree_of
+from asset2sim.physics.arrays import Array, vector
+from asset2sim.physics.kinematics import apply, link_to_root, tree_of
 from asset2sim.urdf.locate import find_urdf
 from asset2sim.urdf.mesh_files import companions_of
 from asset2sim.urdf.read import read_urdf

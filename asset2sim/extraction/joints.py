@@ -6,9 +6,9 @@ from pathlib import Path
 import numpy as np
 import yourdfpy
 
-from asset2sim.arrays import Array, vector
 from asset2sim.geometry.openness import Ends, joint_ends
-from asset2sim.kinematics import TreeJoint, rpy_of
+from asset2sim.physics.arrays import Array, vector
+from asset2sim.physics.kinematics import TreeJoint, rpy_of
 from schemas.errors import AssetError
 from schemas.features import JointFeatures
 from schemas.vocabulary import FailureMode

@@ -8,13 +8,13 @@ import numpy as np
 import trimesh
 import yourdfpy
 
-from asset2sim.arrays import Array, six, vector
 from asset2sim.extraction.shape_store import KnownMesh, mesh_key
 from asset2sim.extraction.solids import Placed, unlike_looks, weighing
 from asset2sim.extraction.triangles import Triangles
 from asset2sim.geometry.hull import hull_vertices, hull_volume
 from asset2sim.geometry.load import primitive, scale_vector
 from asset2sim.geometry.shape import Shape, combined, shape_of
+from asset2sim.physics.arrays import Array, six, vector
 from asset2sim.urdf.locate import find_mesh
 from schemas.errors import AssetError
 from schemas.features import LinkFeatures, LinkInertial, MeshFeatures

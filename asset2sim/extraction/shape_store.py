@@ -8,9 +8,9 @@ import numpy as np
 import scipy
 import trimesh
 
-from asset2sim.arrays import Array
 from asset2sim.geometry.cloud_file import read_clouds, write_clouds
 from asset2sim.geometry.shape import Shape, Solid
+from asset2sim.physics.arrays import Array
 from schemas.vocabulary import VolumeSource
 
 FORMAT = f"2 trimesh {trimesh.__version__} scipy {scipy.__version__}"

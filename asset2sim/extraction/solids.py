@@ -5,9 +5,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from asset2sim.arrays import Array
 from asset2sim.geometry.hull import hull_volume
 from asset2sim.geometry.shape import Shape
+from asset2sim.physics.arrays import Array
 
 SIZE_FACTOR = 2.0
 """Diagonal of the collision meshes' box over that of the looks from which one of them is in other units, or another

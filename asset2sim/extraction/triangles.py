@@ -7,9 +7,9 @@ from pathlib import Path
 import numpy as np
 import trimesh
 
-from asset2sim.arrays import Array, Faces
 from asset2sim.geometry.array_file import read_arrays, write_arrays
 from asset2sim.geometry.load import load_mesh
+from asset2sim.physics.arrays import Array, Faces
 
 Mesh = tuple[Array, Faces]
 

@@ -6,8 +6,8 @@ from typing import Any
 
 import numpy as np
 
-from asset2sim.arrays import Array
 from asset2sim.geometry.array_file import read_arrays, write_arrays
+from asset2sim.physics.arrays import Array
 
 
 def read_clouds(path: Path) -> tuple[list[Array], Any] | None:

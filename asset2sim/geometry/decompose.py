@@ -19,11 +19,11 @@ import numpy as np
 from pydantic import Field
 from scipy.spatial import ConvexHull, QhullError
 
-from asset2sim.arrays import Array, Faces
 from asset2sim.geometry.cloud_file import read_clouds, write_clouds
 from asset2sim.geometry.decompose_pieces import clip, merge, volume_of
 from asset2sim.geometry.decompose_surface import surface_of
 from asset2sim.geometry.hull import hull_of
+from asset2sim.physics.arrays import Array, Faces
 from schemas.base import Fraction, Frozen, Positive
 
 Pieces = tuple[Array, ...]

@@ -6,8 +6,8 @@ import numpy as np
 from scipy.optimize import linprog
 from scipy.spatial import ConvexHull, HalfspaceIntersection, QhullError
 
-from asset2sim.arrays import Array
 from asset2sim.geometry.hull import hull_volume
+from asset2sim.physics.arrays import Array
 
 TOLERANCE = 1e-7
 """How far over a hull's plane a point still lies on it, over the hull's extent: rounding that no engine sees."""

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 import trimesh
 
-from asset2sim.arrays import Array, Faces
+from asset2sim.physics.arrays import Array, Faces
 
 HOLE_SHARE = 0.05
 """Area over the whole mesh's up to which a hole of three or four edges is a missing face, not an opening."""

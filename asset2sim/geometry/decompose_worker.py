@@ -12,8 +12,8 @@ from pathlib import Path
 
 import numpy as np
 
-from asset2sim.arrays import Array
 from asset2sim.geometry.cloud_file import write_clouds
+from asset2sim.physics.arrays import Array
 
 
 def main(method: str, folder: Path, cpu_s: int, settings: dict[str, float]) -> None:

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from scipy import ndimage
 from scipy.spatial import ConvexHull
 
-from asset2sim.arrays import Array
+from asset2sim.physics.arrays import Array
 
 Cells = NDArray[np.int64]
 

@@ -6,7 +6,7 @@ import numpy as np
 import trimesh
 from scipy.spatial import ConvexHull, QhullError
 
-from asset2sim.arrays import Array
+from asset2sim.physics.arrays import Array
 
 FLAT_THICKNESS = 1e-4
 """Thickness over longest extent below which a mesh is a sheet: decals of real assets lie below 1e-6, thin

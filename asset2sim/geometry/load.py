@@ -6,7 +6,7 @@ import numpy as np
 import trimesh
 import yourdfpy
 
-from asset2sim.arrays import Array
+from asset2sim.physics.arrays import Array
 
 
 def load_mesh(path: Path) -> trimesh.Trimesh:

@@ -11,9 +11,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from asset2sim.arrays import Array
 from asset2sim.geometry.hull import hull_vertices, hull_volume
-from asset2sim.kinematics import TreeJoint, apply, link_to_root, subtree
+from asset2sim.physics.arrays import Array
+from asset2sim.physics.kinematics import TreeJoint, apply, link_to_root, subtree
 
 SAMPLES = 9
 """Positions sampled along a range: a hull's volume is smooth in q, and the closed state may lie inside the range."""

@@ -16,9 +16,9 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import ConvexHull, QhullError
 
-from asset2sim.arrays import Array
 from asset2sim.geometry.hollow import ALLOWED, LOOSE, Hollow
 from asset2sim.geometry.hull import spread_directions
+from asset2sim.physics.arrays import Array
 
 MOST_GROUPS = 192
 """Groups that a shape's faces are halved into at most: joining costs a millisecond for each pair that touches."""

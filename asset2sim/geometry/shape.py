@@ -8,9 +8,9 @@ import numpy as np
 import trimesh
 from scipy.spatial import QhullError
 
-from asset2sim.arrays import Array
 from asset2sim.geometry.hull import hull_of, solid
 from asset2sim.geometry.pieces import convex_pieces
+from asset2sim.physics.arrays import Array
 from asset2sim.physics.inertia import box_inertia
 from schemas.vocabulary import VolumeSource
 

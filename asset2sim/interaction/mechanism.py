@@ -9,9 +9,9 @@ import numpy as np
 import trimesh
 from lxml import etree
 
-from asset2sim.arrays import Array
-from asset2sim.kinematics import TreeJoint, link_to_root, subtree, transform
+from asset2sim.physics.arrays import Array
 from asset2sim.physics.inertia import tensor_of
+from asset2sim.physics.kinematics import TreeJoint, link_to_root, subtree, transform
 from asset2sim.physics.mass_matrix import GRAVITY_M_S2, Body
 from schemas.overlay import JointPhysics, PhysicsOverlay
 

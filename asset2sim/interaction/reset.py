@@ -6,11 +6,11 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from asset2sim.arrays import Array, vector
 from asset2sim.engines.watch import capped, watch
 from asset2sim.engines.world import World
 from asset2sim.interaction.hold import hold_bound
 from asset2sim.interaction.mechanism import Mechanism, span_of
+from asset2sim.physics.arrays import Array, vector
 from schemas.base import Vector3
 from schemas.interaction import Reset
 from schemas.settings import EngineSettings, Thresholds

@@ -7,8 +7,8 @@ import numpy as np
 from lxml import etree
 from scipy.spatial import ConvexHull, QhullError
 
-from asset2sim.arrays import Array
 from asset2sim.interaction.mechanism import Mechanism, collision_points, poses_at
+from asset2sim.physics.arrays import Array
 
 STANDING_M = 3e-3
 """Height over the lowest point within which points stand on the floor, m: engines' margins, and uneven feet."""

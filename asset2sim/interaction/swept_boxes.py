@@ -5,9 +5,9 @@ from collections.abc import Iterable
 
 import numpy as np
 
-from asset2sim.arrays import Array
 from asset2sim.interaction.mechanism import Mechanism, poses_at, span_of
-from asset2sim.kinematics import apply, motion
+from asset2sim.physics.arrays import Array
+from asset2sim.physics.kinematics import apply, motion
 from schemas.overlay import JointPhysics
 
 CLEARANCE_M = 1e-3

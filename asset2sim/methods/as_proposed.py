@@ -4,9 +4,9 @@ import math
 
 import numpy as np
 
-from asset2sim.arrays import six, vector
 from asset2sim.authored import LEAST, link_of, start_of
 from asset2sim.extraction import Extraction
+from asset2sim.physics.arrays import six, vector
 from asset2sim.physics.contact import contact_friction
 from asset2sim.physics.inertia import box_inertia
 from asset2sim.urdf.dynamics import Dynamics, read_dynamics

@@ -3,7 +3,7 @@
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from asset2sim.arrays import Array
+from asset2sim.physics.arrays import Array
 
 
 def drift(positions: Array, orientations: Array) -> tuple[float, float]:

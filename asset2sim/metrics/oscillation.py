@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from asset2sim.arrays import Array
+from asset2sim.physics.arrays import Array
 
 STILL = 1e-6
 """Change of a joint between two steps below which it counts as still: solvers tremble in the last digits."""

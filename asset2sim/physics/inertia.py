@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from asset2sim.arrays import Array
+from asset2sim.physics.arrays import Array
 from schemas.base import Inertia6
 
 

@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass
 
-from asset2sim.physics.pull import Pull
+from asset2sim.physics.mass_matrix import Pull
 from schemas.vocabulary import Source
 
 

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from asset2sim.arrays import Array
+from asset2sim.physics.arrays import Array
 from asset2sim.physics.terms import Moved
 from asset2sim.physics.timing import ARRIVED_SHARE, Brake, arrival_s, bracketed, braked, left_after, stopping
 from schemas.overlay import JointProposal

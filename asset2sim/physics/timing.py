@@ -10,7 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from asset2sim.arrays import Array
+from asset2sim.physics.arrays import Array
 
 ARRIVED_SHARE = 0.1
 """Share of the way that may be left when a part counts as shut or returned: the last bit has no visible end."""

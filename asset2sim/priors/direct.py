@@ -5,7 +5,7 @@ From the same tables as its other answers, with the paper's absolute ranges in p
 
 import numpy as np
 
-from asset2sim.arrays import six
+from asset2sim.physics.arrays import six
 from asset2sim.physics.inertia import box_inertia
 from asset2sim.physics.paper_ranges import paper_terms
 from asset2sim.priors.information import LinkInfo, ObjectInfo

@@ -6,7 +6,7 @@ from asset2sim.collision.cause import AuthoredShapes
 from asset2sim.collision.clear_ranges import Cleared, clear_ranges
 from asset2sim.collision.hulls import Hulls, exact_links
 from asset2sim.collision.trim import contact_pairs
-from asset2sim.kinematics import tree_of
+from asset2sim.physics.kinematics import tree_of
 from asset2sim.search.loop import Loop
 from asset2sim.search.notes import note_cuts
 from asset2sim.search.shapes import written_joints

@@ -14,8 +14,8 @@ import numpy as np
 from lxml import etree
 from lxml.etree import _Element as Element
 
-from asset2sim.arrays import Array
-from asset2sim.kinematics import TreeJoint, motion, transform
+from asset2sim.physics.arrays import Array
+from asset2sim.physics.kinematics import TreeJoint, motion, transform
 from asset2sim.urdf.edit import POSITIONS, child
 from schemas.errors import UsageError
 from schemas.overlay import Bake, BakedJoint, PhysicsOverlay

@@ -2,8 +2,8 @@
 
 from collections.abc import Mapping, Sequence
 
-from asset2sim.kinematics import TreeJoint
 from asset2sim.physics.dynamics import joint_terms
+from asset2sim.physics.kinematics import TreeJoint
 from asset2sim.physics.mass_matrix import Body, JointSpace, joint_space
 from asset2sim.physics.terms import JointTerms, Moved, Term
 from asset2sim.validation.notes import Notes

@@ -5,9 +5,9 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from asset2sim.arrays import Array
-from asset2sim.kinematics import transform
+from asset2sim.physics.arrays import Array
 from asset2sim.physics.inertia import Mended, make_physical, tensor_of
+from asset2sim.physics.kinematics import transform
 from asset2sim.validation.notes import Notes
 from schemas.features import Features, LinkFeatures
 from schemas.overlay import LinkProposal

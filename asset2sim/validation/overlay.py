@@ -2,9 +2,9 @@
 
 import numpy as np
 
-from asset2sim.arrays import six, vector
 from asset2sim.extraction import Extraction
-from asset2sim.kinematics import locked, tree_of
+from asset2sim.physics.arrays import six, vector
+from asset2sim.physics.kinematics import locked, tree_of
 from asset2sim.physics.mass_matrix import Body
 from asset2sim.validation.armature import with_armature
 from asset2sim.validation.joints import joint_physics

@@ -13,11 +13,11 @@ from functools import cached_property
 
 import numpy as np
 
-from asset2sim.arrays import Array
 from asset2sim.collision.cause import DIRECTIONS, AuthoredShapes, intersect
 from asset2sim.extraction import Extraction
 from asset2sim.extraction.joints import with_ends
-from asset2sim.kinematics import TreeJoint, apply, link_to_root, motion, tree_of
+from asset2sim.physics.arrays import Array
+from asset2sim.physics.kinematics import TreeJoint, apply, link_to_root, motion, tree_of
 from asset2sim.validation.notes import Notes
 from asset2sim.validation.stated import read_raw
 from schemas.features import Features, JointFeatures

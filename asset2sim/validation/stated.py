@@ -11,8 +11,8 @@ from lxml import etree
 
 from asset2sim.authored import authored_overlay
 from asset2sim.extraction import Extraction
-from asset2sim.kinematics import tree_of
 from asset2sim.physics.inertia import tensor_of
+from asset2sim.physics.kinematics import tree_of
 from asset2sim.physics.mass_matrix import GRAVITY_M_S2, Body, joint_space
 from asset2sim.urdf.dynamics import Dynamics, read_dynamics
 from asset2sim.validation.masses import BOX_MARGIN

@@ -8,7 +8,7 @@ import numpy as np
 import yourdfpy
 
 from asset2sim.geometry.load import primitive, scale_vector
-from asset2sim.kinematics import TreeJoint, motion
+from asset2sim.physics.kinematics import TreeJoint, motion
 from asset2sim.urdf.locate import find_mesh
 from asset2sim.urdf.read import read_urdf
 from asset2sim.views.load import from_mesh, load_surfaces

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from asset2sim.arrays import Array, vector
+from asset2sim.physics.arrays import Array, vector
 from schemas.features import JointFeatures
 
 
