@@ -33,7 +33,7 @@ def check_request(
     for engine in settings.engine.verify or ():
         require(engine)
     if settings.exports:
-        from asset2sim.exports import require_exports  # late: it brings an engine and a second of imports
+        from asset2sim.assets.exports import require_exports  # late: it brings an engine and a second of imports
 
         require_exports(settings.exports)
     if settings.run.scheduler is not None:

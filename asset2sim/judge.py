@@ -23,7 +23,7 @@ from rich.markup import escape
 from rich.progress import Progress
 from rich.table import Table
 
-from asset2sim.apply import URDF_NAME
+from asset2sim.assets.folder import URDF_NAME
 from asset2sim.catalog.read import read_table
 from asset2sim.cli.console import output
 from asset2sim.judge_report import Judgement, ObjectReport, judge, read_report, share

@@ -6,9 +6,9 @@ from pathlib import Path
 
 import numpy as np
 
-from asset2sim.apply import Folder, write_urdf
-from asset2sim.collision.cause import AuthoredShapes, overlap_cause
-from asset2sim.extraction import Extraction
+from asset2sim.assets.authored_overlap import AuthoredShapes, overlap_cause
+from asset2sim.assets.extract import Extraction
+from asset2sim.assets.folder import Folder, write_urdf
 from asset2sim.interaction.overlaps import overlap_pairs
 from asset2sim.interaction.sweep import Cause
 from asset2sim.mending.loop import mend

@@ -5,8 +5,8 @@ from pathlib import Path
 
 from asset2sim.alignment.judging import with_judgement
 from asset2sim.asset_progress import Progress
-from asset2sim.extraction import extract
-from asset2sim.mesh_caches import SHAPES
+from asset2sim.assets.extract import extract
+from asset2sim.assets.meshes.shape_cache import SHAPES
 from asset2sim.methods.dispatch import Work, run_method
 from asset2sim.metrics.verdict import Verdict
 from asset2sim.models.synthesize import SynthesisError

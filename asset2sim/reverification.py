@@ -3,7 +3,7 @@
 import hashlib
 from collections.abc import Sequence
 
-from asset2sim.apply import Folder
+from asset2sim.assets.folder import Folder
 from asset2sim.interaction.sweep import Cause
 from asset2sim.verification import verify_in
 from schemas.interaction import EngineReport

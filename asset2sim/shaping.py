@@ -5,9 +5,9 @@ from contextlib import AbstractContextManager
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
-from asset2sim.apply import write_folder
+from asset2sim.assets.extract import Extraction
+from asset2sim.assets.folder import write_folder
 from asset2sim.collision.shapes import collision_shapes
-from asset2sim.extraction import Extraction
 from asset2sim.judging import Judged, judge_and_mend
 from asset2sim.mending.loop import all_failures
 from asset2sim.mending.remedies import REMEDIES

@@ -10,6 +10,7 @@ import sys
 from collections.abc import Sequence
 from pathlib import Path
 
+from asset2sim.assets.meshes.shape_cache import PIECES, SHAPES
 from asset2sim.bench.checker import chosen, time_checker
 from asset2sim.bench.figures import figures, missed
 from asset2sim.bench.history_rows import write_history
@@ -26,7 +27,6 @@ from asset2sim.cli.console import output
 from asset2sim.cli.parser import parse, refine_request
 from asset2sim.dataset import load_dataset
 from asset2sim.fanout.refine import refine_all
-from asset2sim.mesh_caches import PIECES, SHAPES
 from asset2sim.models.environment import quiet_environment
 from flows.bench_run import MODULE as RUN
 from schemas.asset import AssetRecord

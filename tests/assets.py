@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
-from asset2sim.extraction import Extraction, extract
+from asset2sim.assets.extract import Extraction, extract
 from asset2sim.priors import answer
 from schemas.asset import AssetRef
 from schemas.request import ModelAnswer, ModelRequest

@@ -3,7 +3,7 @@
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
-from asset2sim.apply import URDF_NAME
+from asset2sim.assets.folder import URDF_NAME
 from schemas.overlay import JointPhysics, LinkPhysics, PhysicsOverlay
 from schemas.vocabulary import Source, VolumeSource
 from tests.builders import ORIGIN, UrdfJoint, UrdfLink, ball_inertia, box, write_urdf

@@ -5,6 +5,7 @@ from pathlib import Path
 
 import pytest
 
+from asset2sim.assets.urdf.locate import find_mesh, find_urdf, outer_references
 from asset2sim.catalog.run import finish_run, start_run
 from asset2sim.catalog.store import check_catalog, write_run
 from asset2sim.dataset import load_dataset
@@ -16,7 +17,6 @@ from asset2sim.incremental.plan import Plan, make_plan, settle
 from asset2sim.incremental.records import read_record
 from asset2sim.isolation.asset import Attempt, failed_record
 from asset2sim.remote.output import folders_there, open_output, send_plan, send_rest, send_tables
-from asset2sim.urdf.locate import find_mesh, find_urdf, outer_references
 from schemas.asset import AssetRecord, AssetRef
 from schemas.errors import AssetError
 from schemas.location import is_url

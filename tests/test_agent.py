@@ -7,7 +7,7 @@ from typing import Any
 
 import pytest
 
-from asset2sim.extraction import Extraction, extract
+from asset2sim.assets.extract import Extraction, extract
 from asset2sim.methods.agent import AgentResult, run_agent
 from asset2sim.methods.agent.bounds import MAX_ANSWER_CALLS, MAX_SAME, MAX_TALK_CHARS
 from asset2sim.methods.agent.conversation import bounded

@@ -15,9 +15,9 @@ from asset2sim.alignment.judging import with_judgement
 from asset2sim.alignment.line import alignment_line
 from asset2sim.alignment.measured import final_positions, initial_positions
 from asset2sim.alignment.rubric import Rubric
+from asset2sim.assets.urdf.bake import baked
 from asset2sim.catalog.alignment_rows import alignment_rows
 from asset2sim.metrics.reference import Reference
-from asset2sim.urdf.bake import baked
 from schemas.alignment import Alignment, Score
 from schemas.asset import AssetRecord, AssetRef
 from schemas.features import Features

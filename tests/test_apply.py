@@ -11,11 +11,10 @@ import trimesh
 import yourdfpy
 from pybullet_utils.bullet_client import BulletClient
 
-from asset2sim.apply import write_folder, write_urdf
-from asset2sim.collision.hulls import collision_hulls
+from asset2sim.assets.extract import extract
+from asset2sim.assets.folder import staged_folder, write_folder, write_urdf
+from asset2sim.assets.hulls import collision_hulls
 from asset2sim.engines.console import captured_console
-from asset2sim.extraction import extract
-from asset2sim.folders import staged_folder
 from asset2sim.validation import validate
 from schemas.asset import AssetRef
 from schemas.overlay import Overlay

@@ -6,12 +6,12 @@ import numpy as np
 import pytest
 from lxml import etree
 
-from asset2sim.authored import ENGINE_INERTIA, ENGINE_MASS_KG, authored_overlay
-from asset2sim.extraction import Extraction
+from asset2sim.assets.authored import ENGINE_INERTIA, ENGINE_MASS_KG, authored_overlay
+from asset2sim.assets.extract import Extraction
+from asset2sim.assets.urdf.read import read_dynamics
 from asset2sim.methods.as_proposed import as_proposed
 from asset2sim.methods.judge_overlay import judge_overlay
 from asset2sim.physics.inertia import box_inertia
-from asset2sim.urdf.dynamics import read_dynamics
 from schemas.overlay import JointPhysics, LinkPhysics, Overlay, PhysicsOverlay
 from schemas.settings import Settings
 from schemas.vocabulary import FailureMode, Method, Source

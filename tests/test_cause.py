@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 import trimesh
 
-from asset2sim.collision.cause import AuthoredShapes, authored_depth, overlap_cause
+from asset2sim.assets.authored_overlap import AuthoredShapes, authored_depth, overlap_cause
 from asset2sim.physics.arrays import Array
 from asset2sim.physics.kinematics import transform
 from schemas.vocabulary import OverlapCause

@@ -8,15 +8,14 @@ import numpy as np
 import pytest
 import trimesh
 
-from asset2sim.collision.cause import AuthoredShapes
+from asset2sim.assets.authored_overlap import AuthoredShapes
+from asset2sim.assets.extract import Extraction
+from asset2sim.assets.hulls import Hulls, collision_hulls, write_hulls
 from asset2sim.collision.clear_ranges import Cleared, clear_ranges
-from asset2sim.collision.files import write_hulls
-from asset2sim.collision.hulls import Hulls, collision_hulls
 from asset2sim.collision.ranges import range_of, samples, stance_at, travel
 from asset2sim.collision.trim import CLEARANCE_M, contact_pairs
 from asset2sim.engines.pybullet_object import MARGIN_M
 from asset2sim.engines.pybullet_penetration import contacts_at
-from asset2sim.extraction import Extraction
 from asset2sim.metrics.penetration import by_pair
 from asset2sim.physics.kinematics import apply, link_to_root, tree_of
 from schemas.settings import EngineSettings

@@ -5,8 +5,8 @@ import pytest
 import trimesh
 from scipy.spatial import ConvexHull
 
-from asset2sim.geometry.hollow import Hollow, hollow_of, samples
-from asset2sim.geometry.patches import MOST_CORNERS, MOST_GROUPS, Piece, cut, grouped, join, piece_of
+from asset2sim.assets.meshes.hollow import Hollow, hollow_of, samples
+from asset2sim.assets.meshes.patches import MOST_CORNERS, MOST_GROUPS, Piece, cut, grouped, join, piece_of
 from asset2sim.physics.arrays import Array
 
 RADIUS, THICKNESS = 0.02, 0.002

@@ -9,11 +9,11 @@ import pytest
 import trimesh
 from scipy.spatial import ConvexHull
 
-from asset2sim.geometry import decompose as module
-from asset2sim.geometry.decompose import DecomposeSettings, decompose
-from asset2sim.geometry.decompose_pieces import clip, merge
-from asset2sim.geometry.decompose_surface import surface_of
-from asset2sim.geometry.load import load_mesh
+from asset2sim.assets.meshes import decompose as module
+from asset2sim.assets.meshes.decompose import DecomposeSettings, decompose
+from asset2sim.assets.meshes.decompose_pieces import clip, merge
+from asset2sim.assets.meshes.decompose_surface import surface_of
+from asset2sim.assets.meshes.load import load_mesh
 from asset2sim.physics.arrays import Array
 
 SHARED = Path(__file__).resolve().parents[2] / "shared" / "partnet_mobility"

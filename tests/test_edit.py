@@ -10,10 +10,10 @@ import pytest
 import yourdfpy
 from lxml import etree
 
-from asset2sim.apply import Folder, with_hulls, write_folder, write_urdf
-from asset2sim.collision.hulls import collision_hulls
-from asset2sim.urdf.edit import word
-from asset2sim.urdf.read import read_urdf
+from asset2sim.assets.folder import Folder, with_hulls, write_folder, write_urdf
+from asset2sim.assets.hulls import collision_hulls
+from asset2sim.assets.urdf.edit import word
+from asset2sim.assets.urdf.read import read_urdf
 from asset2sim.validation import validate
 from schemas.overlay import JointProposal, LinkProposal, Overlay, PhysicsOverlay
 from schemas.settings import PhysicsSettings

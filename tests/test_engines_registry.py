@@ -6,10 +6,9 @@ from pathlib import Path
 
 import pytest
 
+from asset2sim.assets.meshes.load import load_mesh, mesh_points, obj_points
 from asset2sim.engines import registry
-from asset2sim.engines.mesh_points import mesh_points, obj_points
 from asset2sim.engines.registry import engine_version, installed, open_world, require
-from asset2sim.geometry.load import load_mesh
 from schemas.errors import AssetError, UsageError
 from schemas.vocabulary import Engine
 from tests.assets import box_obj

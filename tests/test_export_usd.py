@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from asset2sim.exports.usd import GEOMETRY_NAME, USD_NAME, export_usd, require_usd, x_to
+from asset2sim.assets.exports.usd import GEOMETRY_NAME, USD_NAME, export_usd, require_usd, x_to
 from schemas.errors import UsageError
 from tests.builders import ORIGIN, UrdfJoint, UrdfLink, box, mesh, sphere
 from tests.exported import ARM_INERTIA, BASE, FRICTION, arm, refined
@@ -237,7 +237,7 @@ def test_x_is_turned_to_any_axis(axis: tuple[float, float, float]) -> None:
 
 
 def test_without_usd_core_the_user_is_told_what_to_install(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("asset2sim.exports.usd.find_spec", lambda name: None)
+    monkeypatch.setattr("asset2sim.assets.exports.usd.find_spec", lambda name: None)
     with pytest.raises(UsageError, match=r"usd-core.*\.\[usd\]"):
         require_usd()
 

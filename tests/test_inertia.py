@@ -6,7 +6,7 @@ import trimesh
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from asset2sim.geometry.shape import Solid, combined, shape_of
+from asset2sim.assets.meshes.volume import Solid, combined, shape_of
 from asset2sim.physics.arrays import Array, six
 from asset2sim.physics.inertia import box_inertia, make_physical, tensor_of
 from schemas.vocabulary import VolumeSource

@@ -4,12 +4,12 @@ from pathlib import Path
 
 import pytest
 
+from asset2sim.assets.urdf.bake import unbake
 from asset2sim.engines.registry import installed
 from asset2sim.judging import obstacles, report_findings
 from asset2sim.metrics.engine_verdict import disagreements, failures_of, judge_reports
 from asset2sim.pipeline import refine_asset
 from asset2sim.publishing import bake
-from asset2sim.urdf.bake import unbake
 from schemas.interaction import Obstacle, Sweep
 from schemas.overlay import PhysicsOverlay
 from schemas.settings import EngineSettings, Settings, Thresholds

@@ -4,7 +4,7 @@ from pathlib import Path
 
 import pytest
 
-from asset2sim.urdf.locate import find_mesh, find_urdf
+from asset2sim.assets.urdf.locate import find_mesh, find_urdf
 from schemas.errors import AssetError
 from schemas.vocabulary import FailureMode
 

@@ -5,10 +5,11 @@ from pathlib import Path
 
 import pytest
 
-from asset2sim.apply import write_folder, write_urdf
-from asset2sim.collision.hulls import link_hulls
+from asset2sim.assets.extract import Extraction
+from asset2sim.assets.folder import write_folder, write_urdf
+from asset2sim.assets.hulls import link_hulls
+from asset2sim.assets.urdf.read import read_dynamics
 from asset2sim.engines.rest import measure
-from asset2sim.extraction import Extraction
 from asset2sim.mending.loop import Mended, joints_of, mend
 from asset2sim.mending.remedies import (
     Case,
@@ -25,7 +26,6 @@ from asset2sim.mending.remedies import (
 )
 from asset2sim.metrics.engine_verdict import failures_of, judge_report
 from asset2sim.metrics.verdict import judge, oscillating_joints
-from asset2sim.urdf.dynamics import read_dynamics
 from asset2sim.validation import validate
 from schemas.interaction import EngineReport, Interaction, Reset
 from schemas.measurement import JointMotion, Measurement
@@ -147,9 +147,7 @@ def seen_as(
     asked: list[tuple[PhysicsOverlay, tuple[Engine, ...], FailureMode | None]] = []
     tried: list[PhysicsOverlay] = [bench.calm]
 
-    def verify(
-        overlay: PhysicsOverlay, wanted: Sequence[Engine], only: FailureMode | None
-    ) -> tuple[EngineReport, ...]:
+    def verify(overlay: PhysicsOverlay, wanted: Sequence[Engine], only: FailureMode | None) -> tuple[EngineReport, ...]:
         asked.append((overlay, tuple(wanted), only))
         if overlay not in tried:
             tried.append(overlay)

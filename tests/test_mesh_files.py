@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 import trimesh
 
-from asset2sim.geometry.load import load_mesh
-from asset2sim.urdf.mesh_files import bring_meshes
+from asset2sim.assets.meshes.load import load_mesh
+from asset2sim.assets.urdf.mesh_files import bring_meshes
 from tests.assets import box_obj, fingerprint, near
 
 LOW, HIGH = (0.0, 0.0, 0.0), (1.0, 2.0, 3.0)

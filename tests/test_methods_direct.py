@@ -5,11 +5,11 @@ from pathlib import Path
 
 import pytest
 
+from asset2sim.assets.views import VIEW_NAMES
 from asset2sim.models.prompt import overlay_request
 from asset2sim.physics.paper_ranges import HINGE
 from asset2sim.priors.direct import BARE_KG, propose
 from asset2sim.priors.information import ObjectInfo, read_prompt
-from asset2sim.views import VIEW_NAMES
 from schemas.overlay import Overlay, PhysicsOverlay
 from schemas.request import ModelAnswer, ModelRequest
 from schemas.vocabulary import FailureMode, Method, Severity, Source, Stage, Status

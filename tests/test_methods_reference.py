@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from asset2sim.authored import ENGINE_MASS_KG
+from asset2sim.assets.authored import ENGINE_MASS_KG
 from schemas.asset import AssetRecord, AssetRef
 from schemas.vocabulary import FailureMode, Method, Source
 from tests.assets import sample

@@ -6,7 +6,7 @@ from collections.abc import Mapping
 import numpy as np
 import pytest
 
-from asset2sim.geometry.openness import Ends, joint_ends, profile
+from asset2sim.assets.meshes.openness import Ends, joint_ends, profile
 from asset2sim.physics.arrays import Array
 from asset2sim.physics.kinematics import TreeJoint
 from schemas.base import Vector3

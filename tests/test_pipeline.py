@@ -6,9 +6,9 @@ from pathlib import Path
 
 import pytest
 
+from asset2sim.assets.views import VIEW_NAMES
 from asset2sim.pipeline import refine_asset
 from asset2sim.samples import planted
-from asset2sim.views import VIEW_NAMES
 from schemas.asset import AssetRecord, AssetRef
 from schemas.interaction import EngineReport
 from schemas.overlay import PhysicsOverlay

@@ -6,8 +6,8 @@ import trimesh
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from asset2sim.extraction.solids import Placed, weighing
-from asset2sim.geometry.shape import shape_of
+from asset2sim.assets.meshes.volume import shape_of
+from asset2sim.assets.solids import Placed, weighing
 from asset2sim.physics.arrays import Array, vector
 from asset2sim.physics.inertia import box_inertia
 from asset2sim.validation.reach import bounded_by

@@ -4,8 +4,7 @@ from pathlib import Path
 
 import pytest
 
-from asset2sim.urdf.dynamics import Dynamics, read_dynamics
-from asset2sim.urdf.read import read_urdf
+from asset2sim.assets.urdf.read import Dynamics, read_dynamics, read_urdf
 from schemas.errors import AssetError
 from schemas.vocabulary import FailureMode
 from tests.assets import cabinet, joint, link, read, robot, shape, written

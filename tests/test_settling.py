@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from asset2sim.apply import Folder
+from asset2sim.assets.folder import Folder
 from asset2sim.pipeline import refine_asset
 from asset2sim.search.asking import Scene
 from asset2sim.search.bands import reaches

@@ -7,9 +7,10 @@ import numpy as np
 import pytest
 import trimesh
 
-from asset2sim.extraction import Extraction, extract, triangles
-from asset2sim.extraction.shape_store import KnownMesh, mesh_key, read_shapes, write_shapes
-from asset2sim.geometry.load import load_mesh
+from asset2sim.assets.extract import Extraction, extract
+from asset2sim.assets.meshes import triangles
+from asset2sim.assets.meshes.load import load_mesh
+from asset2sim.assets.meshes.shape_cache import KnownMesh, mesh_key, read_shapes, write_shapes
 from schemas.asset import AssetRef
 from schemas.errors import AssetError
 

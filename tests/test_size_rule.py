@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from asset2sim.extraction import Extraction
+from asset2sim.assets.extract import Extraction
 from asset2sim.priors import tables
 from asset2sim.priors.information import ObjectInfo
 from asset2sim.validation.notes import Notes

@@ -6,8 +6,8 @@ from pathlib import Path
 
 import pytest
 
-from asset2sim.apply import write_folder
-from asset2sim.collision.hulls import collision_hulls
+from asset2sim.assets.folder import write_folder
+from asset2sim.assets.hulls import collision_hulls
 from asset2sim.engines.registry import open_world
 from asset2sim.engines.world import World
 from asset2sim.validation import validate

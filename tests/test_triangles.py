@@ -6,9 +6,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from asset2sim.extraction import triangles
-from asset2sim.extraction.triangles import Triangles, file_key, read_triangles, write_triangles
-from asset2sim.geometry.load import load_mesh
+from asset2sim.assets.meshes import triangles
+from asset2sim.assets.meshes.load import load_mesh
+from asset2sim.assets.meshes.triangles import Triangles, file_key, read_triangles, write_triangles
 from tests.assets import RAW, SHARED, box_obj
 
 BIN = RAW / "TrashCan" / "trashcan_pedal"

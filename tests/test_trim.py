@@ -8,8 +8,7 @@ import pytest
 from scipy.spatial import ConvexHull
 from scipy.spatial.transform import Rotation
 
-from asset2sim.collision.files import write_hulls
-from asset2sim.collision.hulls import MOST_POINTS, SHEET_THICKNESS_M, Hulls, outermost, simplified, thickened
+from asset2sim.assets.hulls import MOST_POINTS, SHEET_THICKNESS_M, Hulls, outermost, simplified, thickened, write_hulls
 from asset2sim.collision.trim import CLEARANCE_M, Bound, Key, Overlap, Trimmer, contact_pairs, trim
 from asset2sim.engines.pybullet_object import MARGIN_M
 from asset2sim.engines.pybullet_overlaps import cleared, quaternion

@@ -7,9 +7,9 @@ from PIL import Image
 from pydantic import ValidationError
 
 from asset2sim.alignment.measured import final_positions
+from asset2sim.assets.views import png_bytes
 from asset2sim.models.lenient_json import parse_json
 from asset2sim.models.prompt import data_block, system_text, with_validation_errors
-from asset2sim.views import png_bytes
 from schemas.alignment import Score
 from schemas.asset import AssetRecord
 from schemas.base import Fraction, Frozen

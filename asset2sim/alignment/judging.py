@@ -6,8 +6,8 @@ from time import perf_counter
 
 from asset2sim.alignment.align import align
 from asset2sim.alignment.judge import judge
-from asset2sim.urdf.locate import find_urdf
-from asset2sim.views import render_views
+from asset2sim.assets.urdf.locate import find_urdf
+from asset2sim.assets.views import render_views
 from schemas.asset import AssetRecord
 from schemas.errors import AssetError
 from schemas.request import ModelAnswer, ModelRequest

@@ -9,6 +9,7 @@ import time
 from collections.abc import Sequence
 from pathlib import Path
 
+from asset2sim.assets.urdf.locate import find_urdf
 from asset2sim.bench.process import BenchError
 from asset2sim.catalog.changes import Previous, find_changes
 from asset2sim.catalog.lock import lock_output
@@ -19,7 +20,6 @@ from asset2sim.dataset import COLUMNS, MANIFEST, load_dataset
 from asset2sim.fanout.worker import PIPELINE
 from asset2sim.incremental.plan import make_plan, settle
 from asset2sim.incremental.state import SETTLED_NS
-from asset2sim.urdf.locate import find_urdf
 from schemas.asset import AssetRecord, AssetRef
 from schemas.settings import Settings
 

@@ -8,9 +8,9 @@ the range, the joint's limit is drawn in to where they meet; the rest is told.
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 
-from asset2sim.collision.cause import AuthoredShapes
+from asset2sim.assets.authored_overlap import AuthoredShapes
+from asset2sim.assets.hulls import Hulls
 from asset2sim.collision.draw_in import draw_in, inside
-from asset2sim.collision.hulls import Hulls
 from asset2sim.collision.jams import (
     Causes,
     Hit,

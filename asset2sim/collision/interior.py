@@ -13,14 +13,14 @@ import pybullet
 from numpy.typing import NDArray
 from scipy import ndimage
 
+from asset2sim.assets.extract import extract
+from asset2sim.assets.meshes.hollow import CELLS_A_RADIUS, MOST_CELLS, OUTER_CELLS, samples
+from asset2sim.assets.meshes.load import load_mesh, primitive, scale_vector
+from asset2sim.assets.urdf.locate import find_mesh, find_urdf
+from asset2sim.assets.urdf.read import read_urdf
 from asset2sim.engines.pybullet_object import loaded
-from asset2sim.extraction import extract
-from asset2sim.geometry.hollow import CELLS_A_RADIUS, MOST_CELLS, OUTER_CELLS, samples
-from asset2sim.geometry.load import load_mesh, primitive, scale_vector
 from asset2sim.physics.arrays import Array
 from asset2sim.physics.kinematics import apply, link_to_root, tree_of
-from asset2sim.urdf.locate import find_mesh, find_urdf
-from asset2sim.urdf.read import read_urdf
 from schemas.asset import AssetRef
 
 BALL_RADIUS_M = 0.01

@@ -10,7 +10,7 @@ from functools import cached_property
 
 import numpy as np
 
-from asset2sim.collision.cause import TOUCHING_M, AuthoredShapes, authored_depth
+from asset2sim.assets.authored_overlap import TOUCHING_M, AuthoredShapes, authored_depth
 from asset2sim.collision.ranges import Limits, Stance, Travel, chain, range_of, samples, stance_at, travel
 from asset2sim.collision.trim import CLEARANCE_M, Overlap
 from asset2sim.engines.pybullet_object import MARGIN_M

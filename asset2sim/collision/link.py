@@ -7,11 +7,11 @@ from functools import cached_property
 import numpy as np
 from scipy import ndimage
 
-from asset2sim.collision.hulls import outermost
+from asset2sim.assets.hulls import outermost
+from asset2sim.assets.meshes.decompose import DecomposeSettings, decompose
+from asset2sim.assets.meshes.hollow import Hollow, hollow_of, samples
+from asset2sim.assets.meshes.patches import ENOUGH, Piece, cut, join, piece_of
 from asset2sim.collision.surfaces import Shell
-from asset2sim.geometry.decompose import DecomposeSettings, decompose
-from asset2sim.geometry.hollow import Hollow, hollow_of, samples
-from asset2sim.geometry.patches import ENOUGH, Piece, cut, join, piece_of
 from asset2sim.physics.arrays import Array
 
 LEAST_BALLS = 2.0

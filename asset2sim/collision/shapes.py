@@ -6,12 +6,12 @@ from pathlib import Path
 
 import numpy as np
 
-from asset2sim.collision.hulls import Hulls, collision_hulls, simplified
+from asset2sim.assets.extract import Extraction
+from asset2sim.assets.hulls import Hulls, collision_hulls, simplified
+from asset2sim.assets.meshes.hollow import samples
 from asset2sim.collision.link import LinkPieces, Sizes, by_coacd, by_faces, link_pieces, reduced
 from asset2sim.collision.store import content_key, read, write
 from asset2sim.collision.surfaces import link_shells
-from asset2sim.extraction import Extraction
-from asset2sim.geometry.hollow import samples
 from asset2sim.physics.arrays import Array
 from asset2sim.physics.kinematics import apply, link_to_root, tree_of
 from schemas.finding import Finding

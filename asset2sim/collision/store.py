@@ -5,9 +5,9 @@ from pathlib import Path
 
 import scipy
 
-from asset2sim.collision.hulls import Hulls
-from asset2sim.extraction import Extraction
-from asset2sim.geometry.cloud_file import read_clouds, write_clouds
+from asset2sim.assets.extract import Extraction
+from asset2sim.assets.hulls import Hulls
+from asset2sim.assets.meshes.array_file import read_clouds, write_clouds
 from schemas.finding import Finding
 from schemas.settings import CollisionSettings
 

@@ -5,9 +5,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from asset2sim.extraction import Extraction
-from asset2sim.geometry.hull import hull_of
-from asset2sim.geometry.pieces import shells
+from asset2sim.assets.extract import Extraction
+from asset2sim.assets.meshes.hull import hull_of
+from asset2sim.assets.meshes.shells import shells
 from asset2sim.physics.arrays import Array
 
 

@@ -10,8 +10,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from asset2sim.collision.hulls import Hulls
-from asset2sim.geometry.hull import hull_of
+from asset2sim.assets.hulls import Hulls
+from asset2sim.assets.meshes.hull import hull_of
 from asset2sim.physics.arrays import Array
 from asset2sim.physics.kinematics import apply
 from schemas.features import JointFeatures

@@ -8,8 +8,8 @@ import numpy as np
 from lxml import etree
 from lxml.etree import _Element as Element
 
+from asset2sim.assets.urdf.locate import find_urdf
 from asset2sim.physics.arrays import Array
-from asset2sim.urdf.locate import find_urdf
 
 
 @contextmanager

@@ -11,13 +11,13 @@ import trimesh
 from lxml import etree
 from lxml.etree import _Element as Element
 
+from asset2sim.assets.extract import extract
+from asset2sim.assets.urdf.locate import find_urdf
+from asset2sim.assets.urdf.read import Dynamics, read_dynamics
 from asset2sim.defects.document import collision_files, named, numbers, part
 from asset2sim.defects.planted import Kept, Target
-from asset2sim.extraction import extract
 from asset2sim.physics.arrays import Array
 from asset2sim.physics.inertia import tensor_of
-from asset2sim.urdf.dynamics import Dynamics, read_dynamics
-from asset2sim.urdf.locate import find_urdf
 from asset2sim.validation.passage import check_passages
 from schemas.overlay import JointPhysics
 from schemas.settings import PhysicsSettings

@@ -4,7 +4,7 @@ from pathlib import Path
 
 import numpy as np
 
-from asset2sim.collision.files import obj_text
+from asset2sim.assets.hulls import obj_text
 from asset2sim.defects.document import collision_files, edited, named, numbers, read_obj, rewrite_obj, write
 from asset2sim.defects.planted import Planted, Target
 

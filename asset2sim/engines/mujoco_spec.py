@@ -5,10 +5,10 @@ from pathlib import Path
 import mujoco
 from lxml import etree
 
+from asset2sim.assets.urdf.locate import find_mesh
+from asset2sim.assets.urdf.read import Dynamics, read_dynamics
 from asset2sim.engines.mujoco_filter import exclude_related
 from asset2sim.engines.mujoco_log import collected_warnings
-from asset2sim.urdf.dynamics import Dynamics, read_dynamics
-from asset2sim.urdf.locate import find_mesh
 from schemas.errors import AssetError
 from schemas.vocabulary import FailureMode
 

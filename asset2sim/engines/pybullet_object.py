@@ -15,10 +15,10 @@ import numpy as np
 import pybullet
 from pybullet_utils.bullet_client import BulletClient
 
+from asset2sim.assets.urdf.read import Dynamics, read_dynamics
 from asset2sim.engines.console import captured_console
 from asset2sim.engines.world import GRAVITY_M_S2
 from asset2sim.physics.arrays import Array
-from asset2sim.urdf.dynamics import Dynamics, read_dynamics
 from schemas.errors import AssetError
 from schemas.vocabulary import FailureMode
 

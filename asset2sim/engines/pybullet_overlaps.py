@@ -8,7 +8,7 @@ import numpy as np
 import pybullet
 from pybullet_utils.bullet_client import BulletClient
 
-from asset2sim.collision.hulls import Hulls
+from asset2sim.assets.hulls import Hulls
 from asset2sim.collision.trim import CLEARANCE_M, ROUNDS, Cut, Key, Overlap, Trimmer
 from asset2sim.engines.pybullet_object import MARGIN_M
 from asset2sim.physics.arrays import Array

@@ -11,8 +11,8 @@ from typing import Any
 import numpy as np
 import yourdfpy
 
+from asset2sim.assets.urdf.read import Dynamics
 from asset2sim.physics.arrays import Array
-from asset2sim.urdf.dynamics import Dynamics
 
 STOP_DAMPING = 1e8
 """Damping of the drive that stands for dry friction, N·m·s/rad or N·s/m: a joint that is held creeps by its load over

@@ -12,17 +12,15 @@ from typing import Any
 import numpy as np
 import yourdfpy
 
+from asset2sim.assets.meshes.load import mesh_points, scale_vector
+from asset2sim.assets.urdf.locate import find_mesh
+from asset2sim.assets.urdf.read import Dynamics, read_dynamics, read_urdf
 from asset2sim.engines import lowest
 from asset2sim.engines.console import captured_console
 from asset2sim.engines.foresight import foreseen_m
-from asset2sim.engines.mesh_points import mesh_points
 from asset2sim.engines.sapien_import import physx as import_physx
 from asset2sim.engines.sapien_joint import UNBOUNDED, Builder, damper_of, give_joint
-from asset2sim.geometry.load import scale_vector
 from asset2sim.physics.arrays import Array
-from asset2sim.urdf.dynamics import Dynamics, read_dynamics
-from asset2sim.urdf.locate import find_mesh
-from asset2sim.urdf.read import read_urdf
 from schemas.errors import AssetError
 from schemas.vocabulary import FailureMode
 

@@ -6,8 +6,8 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
-from asset2sim.urdf.locate import find_mesh, find_urdf, outer_references
-from asset2sim.urdf.mesh_files import companions_of
+from asset2sim.assets.urdf.locate import find_mesh, find_urdf, outer_references
+from asset2sim.assets.urdf.mesh_files import companions_of
 from schemas.errors import AssetError
 
 

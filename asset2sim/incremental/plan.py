@@ -40,7 +40,7 @@ def make_plan(
     """The plan of a run that holds ``lock_output(out)``; from here on it may write to the folders of what it has to do.
 
     An asset is unchanged if its row of this method and model has its content hash, its refined folder is that row's and
-    there, and it did not fail in a way that ``settings.run.redo`` or ``RETRIED_MODES`` wants tried again. A failed asset
+    there, and it did not fail in a way that ``settings.run.redo`` or ``RETRIED_MODES`` retries. A failed asset
     needs no folder. ``there`` are the ids of those whose folder lies behind OUT's URL, with pictures if the settings
     ask for them; None: they lie in ``out``.
     """

@@ -4,12 +4,12 @@ import math
 
 import numpy as np
 
-from asset2sim.authored import LEAST, link_of, start_of
-from asset2sim.extraction import Extraction
+from asset2sim.assets.authored import LEAST, link_of, start_of
+from asset2sim.assets.extract import Extraction
+from asset2sim.assets.urdf.read import Dynamics, read_dynamics
 from asset2sim.physics.arrays import six, vector
 from asset2sim.physics.contact import contact_friction
 from asset2sim.physics.inertia import box_inertia
-from asset2sim.urdf.dynamics import Dynamics, read_dynamics
 from asset2sim.validation.joints import HELD_STATE
 from schemas.base import Inertia6
 from schemas.features import JointFeatures, LinkFeatures

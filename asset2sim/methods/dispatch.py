@@ -4,11 +4,11 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
-from asset2sim.apply import URDF_NAME
 from asset2sim.asset_progress import Progress
-from asset2sim.authored import authored_overlay
-from asset2sim.extraction import Extraction
-from asset2sim.folders import staged_folder
+from asset2sim.assets.authored import authored_overlay
+from asset2sim.assets.extract import Extraction
+from asset2sim.assets.folder import URDF_NAME, staged_folder
+from asset2sim.assets.views.canonical import labelled_views
 from asset2sim.judging import judge_as_written
 from asset2sim.methods.as_proposed import as_proposed
 from asset2sim.methods.ivw import ask_fused
@@ -16,7 +16,6 @@ from asset2sim.methods.judge_overlay import judge_overlay
 from asset2sim.methods.no_semantics import without_semantics
 from asset2sim.methods.ours import refine_with_rules
 from asset2sim.methods.reference import propose_reference
-from asset2sim.methods.views import labelled_views
 from asset2sim.metrics.verdict import Verdict
 from asset2sim.models.priors_known import is_prior
 from asset2sim.models.prompt import DIRECT, overlay_request

@@ -3,12 +3,12 @@
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 
-from asset2sim.extraction import Extraction
+from asset2sim.assets.extract import Extraction
+from asset2sim.assets.views import VIEW_NAMES
 from asset2sim.methods.fusion import fuse
 from asset2sim.models.answers import parse_overlay
 from asset2sim.models.prompt import IVW, overlay_request
 from asset2sim.models.synthesize import SynthesisError, Synthesized, images_not_sent, marked_invalid
-from asset2sim.views import VIEW_NAMES
 from schemas.call import ModelCall
 from schemas.errors import InvalidAnswerError
 from schemas.features import Features

@@ -3,10 +3,10 @@
 from pathlib import Path
 
 from asset2sim.asset_progress import Progress
-from asset2sim.extraction import Extraction
-from asset2sim.folders import staged_folder
-from asset2sim.mesh_caches import PIECES
-from asset2sim.methods.views import labelled_views
+from asset2sim.assets.extract import Extraction
+from asset2sim.assets.folder import staged_folder
+from asset2sim.assets.meshes.shape_cache import PIECES
+from asset2sim.assets.views.canonical import labelled_views
 from asset2sim.metrics.verdict import Verdict
 from asset2sim.models.priors_known import is_prior
 from asset2sim.models.synthesize import synthesize

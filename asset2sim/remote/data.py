@@ -3,6 +3,7 @@
 from collections.abc import Iterable
 from pathlib import Path
 
+from asset2sim.assets.urdf.locate import outer_references
 from asset2sim.methods.reference import LEVELS
 from asset2sim.metrics.reference import FILE as REFERENCE
 from asset2sim.remote.cache import data_root
@@ -10,7 +11,6 @@ from asset2sim.remote.index import changed
 from asset2sim.remote.mirror import fetch
 from asset2sim.remote.sources import outer_objects, urdf_among, visible
 from asset2sim.remote.store import Stored, StoreError, key_of, list_objects, object_info, scheme_of, usage_error
-from asset2sim.urdf.locate import outer_references
 from schemas.location import is_url
 from schemas.vocabulary import Method
 

@@ -4,8 +4,8 @@ import posixpath
 from collections.abc import Callable, Mapping
 from pathlib import PurePosixPath
 
+from asset2sim.assets.urdf.locate import PARENTS_SEARCHED, mesh_candidates
 from asset2sim.remote.store import Stored
-from asset2sim.urdf.locate import PARENTS_SEARCHED, mesh_candidates
 
 LOOKS = (".mtl", ".bmp", ".gif", ".jpeg", ".jpg", ".png", ".tga", ".tif", ".tiff")
 """Endings of what an OBJ's looks consist of: taken along from its own folder, which is where exporters put it."""
@@ -20,7 +20,7 @@ def visible(objects: Mapping[str, Stored]) -> dict[str, Stored]:
 
 
 def urdf_among(names: Mapping[str, Stored]) -> str | None:
-    """The URDF among an asset's objects, as ``asset2sim.urdf.locate.find_urdf`` chooses; None where that would fail."""
+    """The URDF among an asset's objects, as ``find_urdf`` chooses; None where that would fail."""
     if "mobility.urdf" in names:
         return "mobility.urdf"
     for depth in (0, 1):

@@ -4,6 +4,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
+from asset2sim.assets.views import png_bytes, render_views
 from asset2sim.models.priors_known import is_prior
 from asset2sim.models.purposes import REFINEMENT_PURPOSE, model_for
 from asset2sim.models.refinement import Situation, Tried, refinement_request
@@ -11,7 +12,6 @@ from asset2sim.search.proposals import Pose
 from asset2sim.search.questions import Questions
 from asset2sim.search.refine import Ask
 from asset2sim.search.state import Band
-from asset2sim.views import png_bytes, render_views
 from schemas.errors import AssetError
 from schemas.features import Features
 from schemas.measurement import ContactPair

@@ -2,8 +2,8 @@
 
 from dataclasses import dataclass, field
 
-from asset2sim.collision.hulls import Hulls
-from asset2sim.extraction import Extraction
+from asset2sim.assets.extract import Extraction
+from asset2sim.assets.hulls import Hulls
 from schemas.finding import Finding
 from schemas.overlay import Overlay, PhysicsOverlay
 from schemas.settings import Settings

@@ -1,6 +1,6 @@
 """Where the search had to leave the requested state: a model looks, and what it proposes is kept if it is nearer."""
 
-from asset2sim.apply import Folder
+from asset2sim.assets.folder import Folder
 from asset2sim.engines.pybullet_penetration import contacts_at
 from asset2sim.metrics.penetration import by_pair
 from asset2sim.models.refinement import Situation, Tried

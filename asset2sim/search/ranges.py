@@ -2,9 +2,9 @@
 
 from collections.abc import Mapping
 
-from asset2sim.collision.cause import AuthoredShapes
+from asset2sim.assets.authored_overlap import AuthoredShapes
+from asset2sim.assets.hulls import Hulls, exact_links
 from asset2sim.collision.clear_ranges import Cleared, clear_ranges
-from asset2sim.collision.hulls import Hulls, exact_links
 from asset2sim.collision.trim import contact_pairs
 from asset2sim.physics.kinematics import tree_of
 from asset2sim.search.loop import Loop

@@ -2,8 +2,8 @@
 
 from dataclasses import dataclass, replace
 
-from asset2sim.apply import Folder, with_hulls, write_urdf
-from asset2sim.collision.hulls import Hulls, exact_links
+from asset2sim.assets.folder import Folder, with_hulls, write_urdf
+from asset2sim.assets.hulls import Hulls, exact_links
 from asset2sim.collision.trim import Cut, contact_pairs
 from asset2sim.engines.pybullet_overlaps import cleared
 from asset2sim.engines.pybullet_penetration import contacts_at

@@ -1,6 +1,6 @@
 """What an asset states that is wrong by itself, looked at before anything is proposed: one entrance for all of it."""
 
-from asset2sim.extraction import Extraction
+from asset2sim.assets.extract import Extraction
 from asset2sim.validation.passage import check_passages
 from asset2sim.validation.stated import stated_findings
 from schemas.finding import Finding

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from asset2sim.extraction import Extraction
+from asset2sim.assets.extract import Extraction
 from asset2sim.physics.arrays import six, vector
 from asset2sim.physics.kinematics import locked, tree_of
 from asset2sim.physics.mass_matrix import Body

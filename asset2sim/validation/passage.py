@@ -13,9 +13,9 @@ from functools import cached_property
 
 import numpy as np
 
-from asset2sim.collision.cause import DIRECTIONS, AuthoredShapes, intersect
-from asset2sim.extraction import Extraction
-from asset2sim.extraction.joints import with_ends
+from asset2sim.assets.authored_overlap import DIRECTIONS, AuthoredShapes, intersect
+from asset2sim.assets.extract import Extraction
+from asset2sim.assets.joints import with_ends
 from asset2sim.physics.arrays import Array
 from asset2sim.physics.kinematics import TreeJoint, apply, link_to_root, motion, tree_of
 from asset2sim.validation.notes import Notes

@@ -5,7 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from asset2sim.extraction import Extraction
+from asset2sim.assets.extract import Extraction
 from asset2sim.physics.arrays import Array
 from asset2sim.validation.masses import LinkMass
 from asset2sim.validation.notes import Notes

@@ -3,7 +3,7 @@
 Before ``validate``, which completes and bounds whatever comes, and which the search calls again for other positions.
 """
 
-from asset2sim.extraction import Extraction
+from asset2sim.assets.extract import Extraction
 from asset2sim.models.prompt import synthesis_request
 from asset2sim.priors.information import ObjectInfo, read_prompt
 from asset2sim.validation.asked_state import with_asked_state

@@ -9,12 +9,12 @@ from dataclasses import dataclass
 import numpy as np
 from lxml import etree
 
-from asset2sim.authored import authored_overlay
-from asset2sim.extraction import Extraction
+from asset2sim.assets.authored import authored_overlay
+from asset2sim.assets.extract import Extraction
+from asset2sim.assets.urdf.read import Dynamics, read_dynamics
 from asset2sim.physics.inertia import tensor_of
 from asset2sim.physics.kinematics import tree_of
 from asset2sim.physics.mass_matrix import GRAVITY_M_S2, Body, joint_space
-from asset2sim.urdf.dynamics import Dynamics, read_dynamics
 from asset2sim.validation.masses import BOX_MARGIN
 from asset2sim.validation.notes import Notes
 from asset2sim.validation.overlay import LARGEST_M, SMALLEST_M

@@ -2,7 +2,7 @@
 
 import json
 
-from asset2sim.extraction import Extraction
+from asset2sim.assets.extract import Extraction
 from asset2sim.methods.agent.bounds import MAX_RESULT_CHARS
 from schemas.features import JointFeatures, LinkFeatures
 

@@ -6,7 +6,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from asset2sim.extraction import Extraction
+from asset2sim.assets.extract import Extraction
 from asset2sim.methods.agent.bench import ToolError, open_bench
 from asset2sim.methods.agent.bounds import MAX_ANSWER_CALLS, MAX_CALLS, MAX_SAID_CHARS, MAX_SAME
 from asset2sim.methods.agent.conversation import bounded, said_by_model

@@ -1,0 +1,85 @@
+"""An asset as it came, as an overlay: what its URDF states, and an engine's defaults where it states nothing."""
+
+import numpy as np
+
+from asset2sim.assets.extract import Extraction
+from asset2sim.assets.urdf.read import read_dynamics
+from schemas.features import JointFeatures, LinkFeatures
+from schemas.overlay import JointPhysics, LinkPhysics, PhysicsOverlay
+from schemas.settings import PhysicsSettings
+from schemas.vocabulary import Source
+
+ENGINE_MASS_KG = 1.0
+"""Mass that PyBullet gives a link whose URDF states none, kg ..."""
+ENGINE_INERTIA = (1.0, 0.0, 0.0, 1.0, 0.0, 1.0)
+"""... and its inertia, kg·m²."""
+LEAST = 1e-9
+"""Stands for a mass or an inertia of zero, which a record may not hold."""
+
+
+def authored_overlay(extraction: Extraction, settings: PhysicsSettings) -> PhysicsOverlay:
+    """The overlay that changes nothing: scale 1, inertials and dynamics as authored, joints at zero or their limit."""
+    features = extraction.features
+    dynamics = read_dynamics(extraction.urdf)
+    joints = []
+    for joint in features.movable_joints:
+        terms = dynamics[joint.name]
+        joints.append(
+            JointPhysics(
+                name=joint.name,
+                type=joint.type,
+                label=features.link(joint.child).label,
+                damping=max(terms.damping, 0.0),
+                damping_source=Source.AUTHORED,
+                friction=max(terms.friction, 0.0),
+                friction_source=Source.AUTHORED,
+                stiffness=max(terms.stiffness, 0.0),
+                stiffness_source=Source.AUTHORED,
+                spring_reference=terms.spring_reference,
+                lower=joint.lower,
+                upper=joint.upper,
+                limits_source=Source.AUTHORED,
+                closed=joint.closed,
+                open=joint.open,
+                initial_position=start_of(joint),
+                position_source=Source.AUTHORED,
+                effective_inertia=0.0,
+                gravity_load=0.0,
+                holds=False,
+            )
+        )
+    return PhysicsOverlay(
+        asset_id=features.asset_id,
+        scale=1.0,
+        scale_source=Source.AUTHORED,
+        contact_friction=settings.contact_friction,
+        links=tuple(link_of(link) for link in features.links),
+        joints=tuple(joints),
+    )
+
+
+def start_of(joint: JointFeatures) -> float:
+    """Zero, or the limit nearest to it."""
+    if joint.lower is None or joint.upper is None or joint.lower > joint.upper:
+        return 0.0
+    return float(np.clip(0.0, joint.lower, joint.upper))
+
+
+def link_of(link: LinkFeatures) -> LinkPhysics:
+    """A link with its authored inertial, or what PyBullet gives it."""
+    inertial = link.inertial
+    return LinkPhysics(
+        name=link.name,
+        label=link.label,
+        material=None,
+        density_kg_m3=0.0,
+        hollow_factor=0.0,
+        volume_m3=link.volume_m3,
+        volume_source=link.volume_source,
+        mass_kg=ENGINE_MASS_KG if inertial is None else max(inertial.mass_kg, LEAST),
+        mass_source=Source.AUTHORED,
+        com=(0.0, 0.0, 0.0) if inertial is None else inertial.com,
+        com_source=Source.AUTHORED,
+        inertia=ENGINE_INERTIA if inertial is None else inertial.inertia,
+        inertia_source=Source.AUTHORED,
+    )

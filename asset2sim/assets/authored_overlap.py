@@ -1,0 +1,133 @@
+"""Why two links overlap: their authored meshes do, or only the convex shapes that stand for them.
+
+Authored meshes are open, double-sided and partly flat, so nothing is inside anything: the test is whether triangles
+intersect (FCL's bounding volume hierarchies, exact on triangles). Parts that touch as authored intersect by rounding;
+so a real overlap is one that is still there after one part is moved a little out of the way.
+"""
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import fcl
+import numpy as np
+import yourdfpy
+
+from asset2sim.assets.extract import Extraction
+from asset2sim.assets.meshes.load import primitive
+from asset2sim.assets.urdf.read import read_urdf
+from asset2sim.physics.arrays import Array, Faces
+from asset2sim.physics.kinematics import apply
+from schemas.vocabulary import OverlapCause
+
+TOUCHING_M = 2e-3
+"""Shift that frees parts which only touch, m: what PyBullet's margins add up to, and what a checker tolerates."""
+DEPTHS_M = (0.0, TOUCHING_M, 5e-3, 10e-3)
+"""Shifts tried in turn to tell how deep meshes overlap, m."""
+DIRECTIONS = np.vstack([np.eye(3), -np.eye(3)])
+"""Ways out that are tried beside the contact's normal."""
+
+
+@dataclass(frozen=True)
+class AuthoredShapes:
+    """The authored meshes of every link at the final scale, as hierarchies that are built when first asked for.
+
+    They are built at the authored scale and kept with the extraction, for whoever asks next and at whatever scale: it
+    is the ways between links that are scaled.
+    """
+
+    extraction: Extraction
+    scale: float
+
+    @cached_property
+    def links(self) -> dict[str, yourdfpy.Link]:
+        """The links as the URDF has them."""
+        return {link.name: link for link in read_urdf(self.extraction.urdf).links}
+
+    def model(self, link: str) -> fcl.BVHModel | None:
+        """The link's triangles in its frame at the authored scale, or None where it has no mesh that collides."""
+        models = self.extraction.hierarchies
+        if link not in models:
+            triangles = link_triangles(self.extraction, self.links[link])
+            models[link] = None if triangles is None else hierarchy(*triangles)
+        return models[link]
+
+
+def link_triangles(extraction: Extraction, link: yourdfpy.Link) -> tuple[Array, Faces] | None:
+    """(n, 3) vertices in the link's frame at the authored scale and (k, 3) triangles of what collides, or None.
+
+    Sheets beside solid pieces are decals and are left out, as they are from the collision hulls.
+    """
+    geometry = extraction.geometry.get(link.name)
+    parts = () if geometry is None else geometry.parts
+    pieces = primitives(link)
+    for part in [part for part in parts if part.sheet is None] or ([] if pieces else parts):
+        file = extraction.mesh_files.get(part.reference)
+        if file is not None:
+            vertices, faces = extraction.triangles.of(file)
+            pieces.append(((vertices * part.scale) @ part.rotation.T + part.translation, faces))
+    if not pieces:
+        return None
+    starts = np.cumsum([0] + [len(points) for points, _ in pieces])
+    moved = [triangles + start for (_, triangles), start in zip(pieces, starts, strict=False)]
+    return np.vstack([points for points, _ in pieces]), np.vstack(moved)
+
+
+def primitives(link: yourdfpy.Link) -> list[tuple[Array, Faces]]:
+    """The link's boxes, cylinders and spheres in its frame at the authored scale: (n, 3) vertices and (k, 3) triangles
+    of each. Those of its looks, where nothing is there for collision."""
+    found: list[tuple[Array, Faces]] = []
+    for item in link.collisions or link.visuals:
+        mesh = None if item.geometry is None else primitive(item.geometry)
+        if mesh is not None:
+            origin = np.eye(4) if item.origin is None else np.asarray(item.origin, dtype=float)
+            found.append((apply(origin, np.asarray(mesh.vertices)), np.asarray(mesh.faces)))
+    return found
+
+
+def hierarchy(vertices: Array, faces: Faces) -> fcl.BVHModel:
+    """FCL's hierarchy over (n, 3) vertices and (k, 3) triangles."""
+    model = fcl.BVHModel()
+    model.beginModel(len(vertices), len(faces))
+    model.addSubModel(np.ascontiguousarray(vertices), np.ascontiguousarray(faces))
+    model.endModel()
+    return model
+
+
+def intersect(shapes: AuthoredShapes, a: str, b: str, a_to_b: Array, shift: Array | None = None) -> bool:
+    """Whether any triangle of link A meets one of link B, A at the (4, 4) pose ``a_to_b`` in B's frame.
+
+    ``shift`` moves A by a (3,) vector in B's frame, m.
+    """
+    first, second = shapes.model(a), shapes.model(b)
+    if first is None or second is None:
+        return False
+    place = a_to_b[:3, 3] if shift is None else a_to_b[:3, 3] + shift
+    moved = fcl.Transform(a_to_b[:3, :3], place / shapes.scale)
+    pair = (fcl.CollisionObject(first, moved), fcl.CollisionObject(second))
+    return bool(fcl.collide(*pair, fcl.CollisionRequest(num_max_contacts=1), fcl.CollisionResult()) > 0)
+
+
+def authored_depth(shapes: AuthoredShapes, a: str, b: str, a_to_b: Array, normal: Array | None = None) -> float:
+    """How deep the authored meshes overlap, m: the first of ``DEPTHS_M`` by which A may be moved so that they do not.
+
+    A is moved along the (3,) unit ``normal`` from B to A (B's frame) where that is known, and along B's axes; infinite
+    where no shift is enough. A part wholly inside another one, whose surfaces do not meet, does not overlap.
+    """
+    if not intersect(shapes, a, b, a_to_b):
+        return 0.0
+    ways = DIRECTIONS if normal is None else np.vstack([normal, DIRECTIONS])
+    for depth in DEPTHS_M[1:]:
+        if any(not intersect(shapes, a, b, a_to_b, depth * way) for way in ways):
+            return depth
+    return float("inf")
+
+
+def overlap_cause(
+    shapes: AuthoredShapes, a: str, b: str, a_to_b: Array, normal: Array | None = None, tolerance_m: float = TOUCHING_M
+) -> OverlapCause:
+    """Why links A and B overlap, A at the (4, 4) pose ``a_to_b`` in B's frame.
+
+    AUTHORED where the meshes intersect by more than ``tolerance_m`` (see ``authored_depth``), else HULL.
+    """
+    deep = authored_depth(shapes, a, b, a_to_b, normal) > tolerance_m
+    return OverlapCause.AUTHORED if deep else OverlapCause.HULL

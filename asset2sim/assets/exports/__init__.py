@@ -1,0 +1,27 @@
+"""Formats written beside the URDF that keep its dynamics."""
+
+from collections.abc import Sequence
+from pathlib import Path
+
+from asset2sim.assets.exports.mjcf import export_mjcf
+from asset2sim.assets.exports.usd import export_usd, require_usd
+from schemas.overlay import PhysicsOverlay
+from schemas.vocabulary import Export
+
+__all__ = ["export_mjcf", "export_usd", "require_exports", "write_exports"]
+
+
+def require_exports(exports: Sequence[Export]) -> None:
+    """Raise UsageError where an export needs a package that is not installed; MJCF needs none."""
+    if Export.USD in exports:
+        require_usd()
+
+
+def write_exports(folder: Path, overlay: PhysicsOverlay, exports: Sequence[Export]) -> dict[Export, Path]:
+    """Write these formats into a refined folder; the file of each.
+
+    The folder's URDF must be the one that the overlay describes. Raises UsageError as ``require_exports`` does, and
+    AssetError where the folder's URDF or meshes cannot be read.
+    """
+    writers = {Export.MJCF: export_mjcf, Export.USD: export_usd}
+    return {export: writers[export](folder, overlay) for export in dict.fromkeys(exports)}

@@ -1,0 +1,271 @@
+"""MJCF beside the URDF: what MuJoCo needs to run the object as it was refined, in a file that compiles by itself.
+
+It is written from the URDF and the overlay, without MuJoCo: ``MjSpec.to_xml`` (4.0.0) writes six digits, replaces
+inertia tensors by their principal axes, and drops inertials that MuJoCo could make up from the shapes.
+
+Two files: ``mobility.xml`` is the object alone, to be attached or included; ``scene.xml`` includes it and adds a floor
+and a light. The keyframe ``home`` is the initial state, the object standing on z = 0.
+"""
+
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+from lxml import etree
+from lxml.etree import _Element as Element
+
+from asset2sim.assets.exports.looks import looks_of
+from asset2sim.assets.exports.mjcf_looks import write_looks
+from asset2sim.assets.exports.refined_object import (
+    Body,
+    ExportObject,
+    Joint,
+    Shape,
+    height_to_stand,
+    quaternion,
+    read_object,
+)
+from asset2sim.physics.arrays import Array
+from schemas.overlay import PhysicsOverlay
+
+MJCF_NAME = "mobility.xml"
+SCENE_NAME = "scene.xml"
+HOME = "home"
+"""The keyframe of the initial state."""
+VISUAL_GROUP, COLLISION_GROUP = "2", "3"
+"""Geom groups: MuJoCo's viewer shows groups 0 to 2 and hides 3 to 5, so that one sees looks and not hulls."""
+TORSIONAL_M, ROLLING_M = 0.005, 0.0001
+"""MuJoCo's own default coefficients of torsional and rolling friction, m, which have to be named beside the sliding
+one."""
+
+
+IMPEDANCE = 0.9999
+"""MuJoCo's constraints give way to the share 1 - d of what they bear; 0.9999 is the hardest that it takes. At its usual
+0.9 a lid that dry friction holds at half its threshold sinks at 0.1 rad/s (measured), at 0.9999 a thousandth of it."""
+CONTACT_IMPEDANCE = 0.99
+"""The same for contacts and joint limits: 0.1 mm of sinking; harder ones make light parts chatter."""
+SOFT_WIDTH = 1e-3
+"""Depth, m or rad, over which a constraint reaches its impedance; MuJoCo's own."""
+REFERENCE_S = 0.004
+"""Time constant of constraints, s: two of MuJoCo's usual steps; at coarser ones it takes two of those by itself."""
+FRICTION_RATIO = 100.0
+"""How much harder contact friction is than contact (impratio): at 1 a block creeps down a slope by 2 mm/s."""
+LOCKED_RANGE = 1e-6
+"""Range, rad or m, of a joint whose limits leave none: MuJoCo takes equal limits for no limits."""
+
+
+def export_mjcf(folder: Path, overlay: PhysicsOverlay) -> Path:
+    """Write ``mobility.xml``, ``scene.xml`` and the meshes of its looks into a refined folder; the former's path.
+
+    Everything is in SI units and radians. Raises what ``read_object`` raises.
+    """
+    item = read_object(folder, overlay)
+    document = mjcf_of(item)
+    etree.indent(document, space="  ")
+    path = folder / MJCF_NAME
+    path.write_bytes(etree.tostring(document, encoding="utf-8", pretty_print=True))
+    (folder / SCENE_NAME).write_text(SCENE, encoding="utf-8")
+    return path
+
+
+def mjcf_of(item: ExportObject) -> Element:
+    """The object's MJCF; the meshes and textures of its looks are written into its folder on the way."""
+    root = etree.Element("mujoco", model=item.name)
+    # Paths are relative to the file; nothing may be taken from shapes that the inertials state.
+    etree.SubElement(root, "compiler", angle="radian", autolimits="true", inertiafromgeom="false", fusestatic="false")
+    # Damping is integrated implicitly: stable at the coarse steps of robot learning.
+    etree.SubElement(root, "option", integrator="implicitfast", cone="elliptic", impratio=number(FRICTION_RATIO))
+    write_defaults(root, item.contact_friction)
+    assets = etree.SubElement(root, "asset")
+    geoms = write_looks(looks_of(item), item.folder, assets)
+    names = collision_assets(item, assets)
+    world = etree.SubElement(root, "worldbody")
+    body = etree.SubElement(world, "body", name=item.root, pos=numbers((0.0, 0.0, height_to_stand(item, {}))))
+    etree.SubElement(body, "freejoint", name=free_name(item))
+    write_body(body, item, item.root, geoms, names)
+    contact = etree.SubElement(root, "contact")
+    for first, second in related_to_root(item):
+        etree.SubElement(contact, "exclude", body1=first, body2=second)
+    etree.SubElement(etree.SubElement(root, "keyframe"), "key", name=HOME, qpos=numbers(home(item, world)))
+    if not len(assets):
+        root.remove(assets)
+    if not len(contact):
+        root.remove(contact)
+    return root
+
+
+def write_defaults(root: Element, contact_friction: float) -> None:
+    """What all joints share, and the classes of the two kinds of geoms."""
+    defaults = etree.SubElement(root, "default")
+    reference = numbers((REFERENCE_S, 1.0))
+    etree.SubElement(
+        defaults,
+        "joint",
+        solreffriction=reference,
+        solimpfriction=numbers((IMPEDANCE, IMPEDANCE, 1.0, 0.5, 2.0)),
+        solreflimit=reference,
+        solimplimit=numbers((CONTACT_IMPEDANCE, CONTACT_IMPEDANCE, 1.0, 0.5, 2.0)),
+    )
+    visual = etree.SubElement(defaults, "default", {"class": "visual"})
+    etree.SubElement(visual, "geom", group=VISUAL_GROUP, contype="0", conaffinity="0", mass="0")
+    collision = etree.SubElement(defaults, "default", {"class": "collision"})
+    # MuJoCo takes the larger coefficient of a contact; a higher priority lets the object's own decide on any floor.
+    friction = numbers((contact_friction, TORSIONAL_M, ROLLING_M))
+    etree.SubElement(
+        collision,
+        "geom",
+        group=COLLISION_GROUP,
+        friction=friction,
+        priority="1",
+        solref=reference,
+        solimp=numbers((CONTACT_IMPEDANCE - 0.04, CONTACT_IMPEDANCE, SOFT_WIDTH, 0.5, 2.0)),
+        mass="0",
+    )
+
+
+def collision_assets(item: ExportObject, assets: Element) -> dict[tuple[str, tuple[float, ...]], str]:
+    """Name every collision mesh file at its scale as an asset; (file, scale) → name."""
+    names: dict[tuple[str, tuple[float, ...]], str] = {}
+    for body in item.bodies.values():
+        for shape in body.shapes:
+            key = mesh_key(shape)
+            if shape.kind == "mesh" and key not in names:
+                names[key] = f"hull_{len(names)}"
+                scale = {} if np.allclose(key[1], 1.0) else {"scale": numbers(key[1])}
+                # The inertials are stated, so a mesh's own volume must not be asked for: a shell always has an area.
+                etree.SubElement(assets, "mesh", {"name": names[key], "file": shape.file, **scale, "inertia": "shell"})
+    return names
+
+
+def mesh_key(shape: Shape) -> tuple[str, tuple[float, ...]]:
+    """What tells two mesh assets apart."""
+    return shape.file, tuple(float(v) for v in (np.ones(3) if shape.scale is None else shape.scale))
+
+
+def write_body(
+    element: Element,
+    item: ExportObject,
+    link: str,
+    looks: dict[str, list[dict[str, str]]],
+    names: dict[tuple[str, tuple[float, ...]], str],
+) -> None:
+    """Fill one body and, within it, those of its children."""
+    body = item.bodies[link]
+    write_inertial(element, body)
+    for attributes in looks.get(link, ()):
+        etree.SubElement(element, "geom", {"class": "visual", "type": "mesh", **attributes})
+    for shape in body.shapes:
+        write_shape(element, shape, names)
+    for joint in item.joints:
+        if joint.tree.parent != link:
+            continue
+        child = etree.SubElement(element, "body", {"name": joint.tree.child, **placed(joint.tree.child_to_parent)})
+        if joint.moves:
+            write_joint(child, joint)
+        write_body(child, item, joint.tree.child, looks, names)
+
+
+def write_inertial(element: Element, body: Body) -> None:
+    """Mass, centre of mass and the whole tensor about it, in the link's axes."""
+    m = body.inertia
+    full = (m[0, 0], m[1, 1], m[2, 2], m[0, 1], m[0, 2], m[1, 2])
+    etree.SubElement(element, "inertial", pos=numbers(body.com), mass=number(body.mass_kg), fullinertia=numbers(full))
+
+
+def write_shape(element: Element, shape: Shape, names: dict[tuple[str, tuple[float, ...]], str]) -> None:
+    """One collision geom. MuJoCo's sizes are half edges, and radius and half length."""
+    attributes = {"class": "collision", "type": shape.kind, **placed(shape.to_link)}
+    if shape.kind == "mesh":
+        attributes["mesh"] = names[mesh_key(shape)]
+    elif shape.kind == "box":
+        attributes["size"] = numbers([edge / 2.0 for edge in shape.size])
+    elif shape.kind == "cylinder":
+        attributes["size"] = numbers((shape.size[0], shape.size[1] / 2.0))
+    else:
+        attributes["size"] = numbers(shape.size)
+    etree.SubElement(element, "geom", attributes)
+
+
+def write_joint(element: Element, joint: Joint) -> None:
+    """A hinge or slide with its limits, damping, dry friction and spring."""
+    terms = joint.dynamics
+    attributes = {
+        "name": joint.name,
+        "type": "hinge" if joint.turns else "slide",
+        "axis": numbers(joint.tree.axis),
+        "damping": number(terms.damping),
+        "frictionloss": number(terms.friction),
+    }
+    if terms.stiffness > 0.0:
+        attributes |= {"stiffness": number(terms.stiffness), "springref": number(terms.spring_reference)}
+    if joint.lower is not None and joint.upper is not None:
+        attributes["range"] = numbers((joint.lower, max(joint.upper, joint.lower + LOCKED_RANGE)))
+    if joint.effort is not None and joint.effort > 0.0:
+        attributes["actuatorfrcrange"] = numbers((-joint.effort, joint.effort))
+    etree.SubElement(element, "joint", attributes)
+
+
+def related_to_root(item: ExportObject) -> list[tuple[str, str]]:
+    """Pairs of colliding links, one rigidly on the root and the other one joint away.
+
+    MuJoCo leaves out contacts of what one joint connects, but not where one of the two is welded to the world, as is
+    the root of an object whose free joint a user removes: these pairs have to be named.
+    """
+    rigid = {item.root: item.root}
+    away: dict[str, str] = {}
+    for joint in item.joints:
+        parent = rigid[joint.tree.parent]
+        rigid[joint.tree.child] = joint.tree.child if joint.moves else parent
+        away[joint.tree.child] = parent if joint.moves else away.get(joint.tree.parent, "")
+    solid = [name for name, body in item.bodies.items() if body.shapes]
+    held = [name for name in solid if rigid[name] == item.root]
+    return [(first, second) for first in held for second in solid if away.get(second) == item.root]
+
+
+def home(item: ExportObject, world: Element) -> list[float]:
+    """The keyframe's qpos: the free joint's (x, y, z, qw, qx, qy, qz), then joints in the order of the bodies."""
+    by_name = item.initial
+    order = [str(joint.get("name")) for joint in world.iter("joint")]
+    return [0.0, 0.0, height_to_stand(item, by_name), 1.0, 0.0, 0.0, 0.0, *(by_name[name] for name in order)]
+
+
+def free_name(item: ExportObject) -> str:
+    """A name for the free joint that no joint bears."""
+    name = "root"
+    while any(joint.name == name for joint in item.joints):
+        name += "_free"
+    return name
+
+
+def placed(pose: Array) -> dict[str, str]:
+    """A (4, 4) transform as ``pos`` and ``quat``; what is the identity is left out."""
+    attributes = {}
+    if not np.allclose(pose[:3, 3], 0.0, atol=1e-12):
+        attributes["pos"] = numbers(pose[:3, 3])
+    if not np.allclose(pose[:3, :3], np.eye(3), atol=1e-12):
+        attributes["quat"] = numbers(quaternion(pose[:3, :3]))
+    return attributes
+
+
+def number(value: float) -> str:
+    """One number with every digit that a float holds."""
+    return repr(float(value))
+
+
+def numbers(values: Sequence[float] | Array) -> str:
+    """Several numbers, separated by spaces."""
+    return " ".join(number(value) for value in values)
+
+
+SCENE = f"""<mujoco model="scene">
+  <include file="{MJCF_NAME}"/>
+  <visual>
+    <headlight ambient="0.4 0.4 0.4" diffuse="0.5 0.5 0.5"/>
+  </visual>
+  <worldbody>
+    <light pos="0 0 4" dir="0 0 -1" type="directional"/>
+    <geom name="floor" type="plane" size="0 0 0.05" rgba="0.8 0.8 0.8 1"/>
+  </worldbody>
+</mujoco>
+"""
+"""The object on a floor."""

@@ -1,0 +1,222 @@
+"""What an export is written from: the refined URDF with its overlay, read once into frozen data that no format
+colours."""
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+import yourdfpy
+from scipy.spatial.transform import Rotation
+
+from asset2sim.assets.folder import URDF_NAME
+from asset2sim.assets.meshes.load import load_mesh, primitive, scale_vector
+from asset2sim.assets.urdf.locate import find_mesh
+from asset2sim.assets.urdf.read import Dynamics, read_dynamics, read_urdf
+from asset2sim.physics.arrays import Array
+from asset2sim.physics.kinematics import TreeJoint, apply, link_to_root
+from schemas.errors import AssetError
+from schemas.overlay import PhysicsOverlay
+from schemas.vocabulary import FailureMode
+
+STILL = Dynamics(0.0, 0.0, 0.0, 0.0)
+
+
+@dataclass(frozen=True, eq=False)
+class Shape:
+    """One collision shape: a mesh file (``file``, relative to the folder, forward slashes, and its (3,) ``scale``), or
+    a primitive: ``kind`` and its ``size`` in m (box: three edges; sphere: radius; cylinder along z: radius, length).
+
+    ``to_link`` is the (4, 4) shape-to-link transform, ``points`` (n, 3) its vertices in the link's frame.
+    """
+
+    kind: str
+    to_link: Array
+    points: Array
+    file: str = ""
+    scale: Array | None = None
+    size: tuple[float, ...] = ()
+
+
+@dataclass(frozen=True, eq=False)
+class Body:
+    """One link: mass in kg, centre of mass (3,) and (3, 3) inertia about it in the link's axes, and what collides."""
+
+    name: str
+    mass_kg: float
+    com: Array
+    inertia: Array
+    shapes: tuple[Shape, ...]
+
+
+@dataclass(frozen=True, eq=False)
+class Joint:
+    """One joint, with its place in the tree, its limits and terms; ``lower`` and ``upper`` are None where it has none.
+
+    Effort in N·m or N; ``initial`` in rad or m, 0 for fixed joints.
+    """
+
+    tree: TreeJoint
+    lower: float | None
+    upper: float | None
+    effort: float | None
+    dynamics: Dynamics
+    initial: float
+
+    @property
+    def name(self) -> str:
+        """The joint's name."""
+        return self.tree.name
+
+    @property
+    def moves(self) -> bool:
+        """Whether it is not fixed."""
+        return self.tree.type != "fixed"
+
+    @property
+    def turns(self) -> bool:
+        """Whether its position is an angle."""
+        return self.tree.type in ("revolute", "continuous")
+
+
+@dataclass(frozen=True, eq=False)
+class ExportObject:
+    """A refined object: ``joints`` parents first, ``bodies`` by name."""
+
+    name: str
+    folder: Path
+    robot: yourdfpy.Robot
+    root: str
+    bodies: dict[str, Body]
+    joints: tuple[Joint, ...]
+    contact_friction: float
+
+    @property
+    def initial(self) -> dict[str, float]:
+        """Movable joint → initial position, rad or m."""
+        return {joint.name: joint.initial for joint in self.joints if joint.moves}
+
+
+def read_object(folder: Path, overlay: PhysicsOverlay) -> ExportObject:
+    """The refined object in ``folder``; terms and limits as its URDF states them, the state as the overlay does.
+
+    Raises AssetError: what reading the URDF raises, unreadable_asset where a link lacks its inertial, missing_mesh
+    where a collision mesh is not there.
+    """
+    robot = read_urdf(folder / URDF_NAME)
+    dynamics = read_dynamics(folder / URDF_NAME)
+    children = {joint.child for joint in robot.joints}
+    root = next(str(link.name) for link in robot.links if link.name not in children)
+    waiting = [_joint(joint, dynamics, overlay.initial_positions) for joint in robot.joints]
+    known, ordered = {root}, list[Joint]()
+    while waiting:
+        ready = [joint for joint in waiting if joint.tree.parent in known]
+        ordered.extend(ready)
+        known.update(joint.tree.child for joint in ready)
+        waiting = [joint for joint in waiting if joint.tree.child not in known]
+    return ExportObject(
+        name=str(robot.name or overlay.asset_id),
+        folder=folder,
+        robot=robot,
+        root=root,
+        bodies={str(link.name): _body(link, folder) for link in robot.links},
+        joints=tuple(ordered),
+        contact_friction=overlay.contact_friction,
+    )
+
+
+def poses_of(item: ExportObject, positions: Mapping[str, float]) -> dict[str, Array]:
+    """Link name → (4, 4) link-to-root transform at these joint positions; joints not named are at zero."""
+    return link_to_root([joint.tree for joint in item.joints], item.root, positions)
+
+
+def height_to_stand(item: ExportObject, positions: Mapping[str, float]) -> float:
+    """How far the root must be raised, m, for the lowest collision point to lie at z = 0, upright as authored.
+
+    0 where nothing collides.
+    """
+    poses = poses_of(item, positions)
+    lowest = [
+        float(apply(poses[body.name], shape.points)[:, 2].min())
+        for body in item.bodies.values()
+        for shape in body.shapes
+        if len(shape.points)
+    ]
+    return -min(lowest, default=0.0)
+
+
+def _joint(joint: yourdfpy.Joint, dynamics: Mapping[str, Dynamics], initial: Mapping[str, float]) -> Joint:
+    axis = np.array([1.0, 0.0, 0.0]) if joint.axis is None else np.asarray(joint.axis, dtype=float)
+    origin = np.eye(4) if joint.origin is None else np.asarray(joint.origin, dtype=float)
+    tree = TreeJoint(joint.name, joint.type, joint.parent, joint.child, origin, axis / np.linalg.norm(axis))
+    bounded = joint.limit is not None and joint.type in ("revolute", "prismatic")
+    lower, upper = (joint.limit.lower, joint.limit.upper) if bounded else (None, None)
+    return Joint(
+        tree=tree,
+        lower=None if lower is None else float(lower),
+        upper=None if upper is None else float(upper),
+        effort=None if joint.limit is None or joint.limit.effort is None else float(joint.limit.effort),
+        dynamics=dynamics.get(joint.name, STILL),
+        initial=float(initial.get(joint.name, 0.0)) if joint.type != "fixed" else 0.0,
+    )
+
+
+def _body(link: yourdfpy.Link, folder: Path) -> Body:
+    inertial = link.inertial
+    if inertial is None or not inertial.mass or inertial.inertia is None:
+        raise AssetError(
+            FailureMode.UNREADABLE_ASSET,
+            "no_inertial",
+            f"{URDF_NAME}: link '{link.name}' has no mass and inertia, so that every simulator would make up its own; "
+            "refine the asset first",
+            link=str(link.name),
+        )
+    pose = np.eye(4) if inertial.origin is None else np.asarray(inertial.origin, dtype=float)
+    tensor = np.asarray(inertial.inertia, dtype=float)
+    tensor = (tensor + tensor.T) / 2.0
+    shapes = tuple(_shape(item, str(link.name), folder) for item in link.collisions)
+    turned = pose[:3, :3] @ tensor @ pose[:3, :3].T if not np.allclose(pose[:3, :3], np.eye(3), atol=1e-12) else tensor
+    return Body(str(link.name), float(inertial.mass), pose[:3, 3].copy(), turned, shapes)
+
+
+def _shape(collision: yourdfpy.Collision, link: str, folder: Path) -> Shape:
+    to_link = np.eye(4) if collision.origin is None else np.asarray(collision.origin, dtype=float)
+    geometry = collision.geometry
+    if geometry.mesh is None:
+        mesh = primitive(geometry)
+        if mesh is None:
+            raise AssetError(
+                FailureMode.UNREADABLE_ASSET,
+                "unknown_shape",
+                f"{URDF_NAME}: link '{link}' collides with a shape that is no box, cylinder, sphere or mesh",
+                link=link,
+            )
+        kind, size = _primitive(geometry)
+        return Shape(kind, to_link, apply(to_link, np.asarray(mesh.vertices, dtype=float)), size=size)
+    path = find_mesh(geometry.mesh.filename, folder)
+    if path is None:
+        raise AssetError(
+            FailureMode.MISSING_MESH,
+            "missing_mesh",
+            f"{URDF_NAME}: collision mesh '{geometry.mesh.filename}' of link '{link}' is not there; refine it again",
+            link=link,
+        )
+    scale = scale_vector(geometry.mesh)
+    points = apply(to_link, np.asarray(load_mesh(path).vertices, dtype=float) * scale)
+    return Shape("mesh", to_link, points, path.resolve().relative_to(folder.resolve()).as_posix(), scale)
+
+
+def _primitive(geometry: yourdfpy.Geometry) -> tuple[str, tuple[float, ...]]:
+    if geometry.box is not None:
+        return "box", tuple(float(edge) for edge in geometry.box.size)
+    if geometry.cylinder is not None:
+        return "cylinder", (float(geometry.cylinder.radius), float(geometry.cylinder.length))
+    return "sphere", (float(geometry.sphere.radius),)
+
+
+def quaternion(rotation: Array) -> tuple[float, float, float, float]:
+    """The unit quaternion (w, x, y, z), w not negative, of a (3, 3) rotation."""
+    x, y, z, w = (float(v) for v in Rotation.from_matrix(rotation).as_quat())
+    sign = math.copysign(1.0, w)
+    return (sign * w, sign * x, sign * y, sign * z)

@@ -1,0 +1,93 @@
+"""What is seen of an object in USD: a mesh per link and paint, and preview materials with the textures beside it."""
+
+import os
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from asset2sim.assets.exports.looks import Look
+from asset2sim.assets.views.surface import Paint, Texture
+
+if TYPE_CHECKING:
+    from pxr import Usd, UsdShade
+
+    from asset2sim.assets.exports.usd_names import Names
+
+READABLE = (".png", ".jpg", ".jpeg")
+"""Pictures that every USD renderer reads."""
+ROUGHNESS = 0.6
+"""Roughness of every surface, 0 to 1: between satin and matt, for the datasets' shininess means little."""
+
+
+def write_looks(stage: "Usd.Stage", looks: Sequence[Look], folder: Path, names: "Names") -> None:
+    """Define every look under its link, in the link's frame, bound to a material under ``looks``."""
+    from pxr import Sdf, UsdGeom, UsdShade, Vt
+
+    if not looks:
+        return
+    UsdGeom.Scope.Define(stage, f"{names.top}/looks")
+    materials: dict[Paint, UsdShade.Material] = {}
+    counts: dict[str, int] = {}
+    for look in looks:
+        if look.paint not in materials:
+            path = f"{names.top}/looks/paint_{len(materials)}"
+            materials[look.paint] = write_material(stage, look.paint, path, folder)
+        number = counts[look.link] = counts.get(look.link, -1) + 1
+        mesh = UsdGeom.Mesh.Define(stage, f"{names.links[look.link]}/visual_{number}")
+        surface = look.surface
+        mesh.CreatePointsAttr(Vt.Vec3fArray.FromNumpy(surface.vertices.astype(np.float32)))
+        mesh.CreateFaceVertexCountsAttr(Vt.IntArray.FromNumpy(np.full(len(surface.faces), 3, dtype=np.int32)))
+        mesh.CreateFaceVertexIndicesAttr(Vt.IntArray.FromNumpy(surface.faces.astype(np.int32).ravel()))
+        mesh.CreateSubdivisionSchemeAttr(UsdGeom.Tokens.none)
+        mesh.CreateDoubleSidedAttr(True)
+        red, green, blue, alpha = look.paint.color
+        mesh.CreateDisplayColorAttr([(red, green, blue)])
+        mesh.CreateDisplayOpacityAttr([alpha])
+        if surface.uv is not None:
+            primvars = UsdGeom.PrimvarsAPI(mesh)
+            uv = primvars.CreatePrimvar("st", Sdf.ValueTypeNames.TexCoord2fArray, UsdGeom.Tokens.vertex)
+            uv.Set(Vt.Vec2fArray.FromNumpy(surface.uv.astype(np.float32)))
+        UsdShade.MaterialBindingAPI.Apply(mesh.GetPrim()).Bind(materials[look.paint])
+
+
+def write_material(stage: "Usd.Stage", paint: Paint, path: str, folder: Path) -> "UsdShade.Material":
+    """A preview material of the paint's colour, or of its texture where that is a picture inside the folder."""
+    from pxr import Sdf, UsdShade
+
+    material = UsdShade.Material.Define(stage, path)
+    shader = UsdShade.Shader.Define(stage, f"{path}/surface")
+    shader.CreateIdAttr("UsdPreviewSurface")
+    red, green, blue, alpha = paint.color
+    shader.CreateInput("roughness", Sdf.ValueTypeNames.Float).Set(ROUGHNESS)
+    shader.CreateInput("opacity", Sdf.ValueTypeNames.Float).Set(alpha)
+    color = shader.CreateInput("diffuseColor", Sdf.ValueTypeNames.Color3f)
+    file = None if paint.texture is None else picture(paint.texture, folder)
+    if file is None:
+        color.Set((red, green, blue))
+    else:
+        reader = UsdShade.Shader.Define(stage, f"{path}/st")
+        reader.CreateIdAttr("UsdPrimvarReader_float2")
+        reader.CreateInput("varname", Sdf.ValueTypeNames.String).Set("st")
+        texture = UsdShade.Shader.Define(stage, f"{path}/texture")
+        texture.CreateIdAttr("UsdUVTexture")
+        texture.CreateInput("file", Sdf.ValueTypeNames.Asset).Set(f"./{file}")
+        texture.CreateInput("wrapS", Sdf.ValueTypeNames.Token).Set("repeat")
+        texture.CreateInput("wrapT", Sdf.ValueTypeNames.Token).Set("repeat")
+        texture.CreateInput("scale", Sdf.ValueTypeNames.Float4).Set((red, green, blue, 1.0))
+        texture.CreateInput("st", Sdf.ValueTypeNames.Float2).ConnectToSource(
+            reader.CreateOutput("result", Sdf.ValueTypeNames.Float2)
+        )
+        color.ConnectToSource(texture.CreateOutput("rgb", Sdf.ValueTypeNames.Float3))
+    material.CreateSurfaceOutput().ConnectToSource(shader.CreateOutput("surface", Sdf.ValueTypeNames.Token))
+    return material
+
+
+def picture(texture: Texture, folder: Path) -> str | None:
+    """The texture's file relative to the folder, forward slashes; None where it is not one that can be referred to."""
+    path = Path(texture.key)
+    if path.suffix.lower() not in READABLE or not path.is_file():
+        return None
+    relative = os.path.relpath(path.resolve(), folder.resolve())
+    return None if relative.startswith("..") else Path(relative).as_posix()

@@ -1,0 +1,34 @@
+"""Names of an object's links and joints as paths of USD prims."""
+
+import re
+from collections.abc import Iterable
+
+from asset2sim.assets.exports.refined_object import ExportObject
+
+
+class Names:
+    """``top`` is the object's path, ``links`` and ``joints`` the paths of theirs by URDF name."""
+
+    def __init__(self, item: ExportObject) -> None:
+        self.top = f"/{identifier(item.name)}"
+        self.links = paths(f"{self.top}", item.bodies, taken=("joints", "looks", "contact"))
+        self.joints = paths(f"{self.top}/joints", (joint.name for joint in item.joints))
+
+
+def paths(parent: str, names: Iterable[str], taken: Iterable[str] = ()) -> dict[str, str]:
+    """Name → a path under ``parent``, two names never the same one."""
+    used, found = set(taken), dict[str, str]()
+    for name in names:
+        base = word = identifier(name)
+        number = 1
+        while word in used:
+            word, number = f"{base}_{number}", number + 1
+        used.add(word)
+        found[name] = f"{parent}/{word}"
+    return found
+
+
+def identifier(name: str) -> str:
+    """The name with what a USD prim's may not hold replaced."""
+    word = re.sub(r"[^A-Za-z0-9_]", "_", name)
+    return word if word and not word[0].isdigit() else f"_{word}"

@@ -1,0 +1,138 @@
+"""The whole asset: links, joints, boxes at rest and closed, and the hash of what was read."""
+
+import hashlib
+from collections.abc import Iterable
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from asset2sim.assets.joints import limits_in_radians, read_joint, with_ends
+from asset2sim.assets.links import LinkGeometry, MeshReader, read_link
+from asset2sim.assets.meshes.shape_cache import read_shapes, write_shapes
+from asset2sim.assets.meshes.triangles import Triangles
+from asset2sim.assets.urdf.locate import find_urdf
+from asset2sim.assets.urdf.mesh_files import companions_of
+from asset2sim.assets.urdf.read import read_urdf
+from asset2sim.assets.urdf.semantics import read_category, read_semantics
+from asset2sim.physics.arrays import Array, vector
+from asset2sim.physics.kinematics import apply, link_to_root, tree_of
+from schemas.asset import AssetRef
+from schemas.base import Vector3
+from schemas.errors import AssetError
+from schemas.features import Features, LinkFeatures
+from schemas.finding import Finding
+from schemas.vocabulary import FailureMode
+
+
+def hash_files(files: Iterable[Path], *texts: str) -> str:
+    """SHA-256 over file names and bytes, sorted by name, and over ``texts``; 64 hex digits."""
+    digest = hashlib.sha256()
+    for file in sorted(set(files)):
+        digest.update(file.name.encode())
+        digest.update(hashlib.sha256(file.read_bytes()).digest())
+    for text in texts:
+        digest.update(b"\x00" + text.encode())
+    return digest.hexdigest()
+
+
+@dataclass(frozen=True)
+class Extraction:
+    """Features, with what later stages need and no table holds.
+
+    ``geometry`` maps link → its hull points and convex pieces, ``mesh_files`` mesh reference → file, or None if
+    missing.
+    ``closed_size`` is the object's box with every joint closed, ``link_centers`` the boxes' centres at rest in the root
+    frame; both m at the authored scale.
+    """
+
+    folder: Path
+    urdf: Path
+    features: Features
+    findings: tuple[Finding, ...]
+    geometry: dict[str, LinkGeometry]
+    mesh_files: dict[str, Path | None]
+    closed_size: Vector3
+    link_centers: dict[str, Vector3]
+    hierarchies: dict[str, Any] = field(default_factory=dict, repr=False, compare=False)
+    """Link → its triangles as ``collision.cause`` searches them, as far as anybody has asked; None without any."""
+    triangles: Triangles = field(default_factory=Triangles, repr=False, compare=False)
+    """Those of ``mesh_files``, for whoever asks; whoever has done so last calls ``keep`` on them."""
+
+
+def extract(ref: AssetRef, cache: Path | None = None) -> Extraction:
+    """Everything that can be read off one asset.
+
+    ``cache`` is a folder in which the shapes and the triangles of its meshes are kept, so that those of unchanged files
+    are not computed again; the result is the same with it and without.
+    Raises AssetError: unreadable_asset (no URDF, not XML, not a tree), missing_mesh (a link none of whose meshes is
+    there),
+    invalid_joint_configuration (numbers that make no sense).
+    """
+    folder = Path(ref.path)
+    urdf = find_urdf(folder)
+    robot = read_urdf(urdf)
+    base = urdf.parent
+    store = cache / f"{ref.asset_id}.npz" if cache is not None else None
+    triangles = Triangles(cache / f"{ref.asset_id}.triangles.npz" if cache is not None else None)
+    reader = MeshReader(base, triangles, known=read_shapes(store) if store is not None else {})
+    labels = read_semantics(folder)
+    links: list[LinkFeatures] = []
+    geometry: dict[str, LinkGeometry] = {}
+    for link in robot.links:
+        kind, label = labels.get(link.name, ("", ""))
+        link_features, geometry[link.name] = read_link(link, label, kind, reader)
+        links.append(link_features)
+    if store is not None and reader.met.keys() != reader.known.keys():
+        write_shapes(store, reader.met)
+    points = {name: item.points for name, item in geometry.items()}
+    if not any(len(cloud) for cloud in points.values()):
+        raise AssetError(FailureMode.MISSING_MESH, "no_geometry", f"{urdf.name}: no link has any geometry")
+    stated = [limits_in_radians(read_joint(joint, urdf)) for joint in robot.joints]
+    joints = [joint for joint, _ in stated]
+    reader.findings.extend(finding for _, finding in stated if finding is not None)
+    tree = tree_of(joints)
+    root = ({link.name for link in robot.links} - {joint.child for joint in joints}).pop()
+    rest = link_to_root(tree, root, {})
+    low, high = bounds(points, rest)
+    diagonal = float(np.linalg.norm(high - low))
+    joints = [with_ends(joint, tree, root, points, rest, diagonal) for joint in joints]
+    closed = {joint.name: joint.closed for joint in joints if joint.closed is not None}
+    closed_low, closed_high = bounds(points, link_to_root(tree, root, closed))
+    files = [path for path in reader.files.values() if path is not None]
+    looks = [companion for file in files for companion in companions_of(file)]
+    companions = [file for file in (folder / "semantics.txt", folder / "meta.json") if file.is_file()]
+    features = Features(
+        asset_id=ref.asset_id,
+        category=ref.category or read_category(folder),
+        urdf_file=urdf.name,
+        root=root,
+        links=tuple(links),
+        joints=tuple(joints),
+        rest_box_min=vector(low),
+        rest_box_max=vector(high),
+        content_hash=hash_files([urdf, *files, *looks, *companions]),
+    )
+    centers = {
+        name: vector(apply(rest[name], (cloud.min(axis=0, keepdims=True) + cloud.max(axis=0, keepdims=True)) / 2)[0])
+        for name, cloud in points.items()
+        if len(cloud)
+    }
+    return Extraction(
+        folder,
+        urdf,
+        features,
+        tuple(reader.findings),
+        geometry,
+        reader.files,
+        vector(closed_high - closed_low),
+        centers,
+        triangles=triangles,
+    )
+
+
+def bounds(points: dict[str, Array], poses: dict[str, Array]) -> tuple[Array, Array]:
+    """The (3,) minimum and maximum of all links' points at these poses, in the root's frame."""
+    placed = np.vstack([apply(poses[name], cloud) for name, cloud in points.items() if len(cloud)])
+    return placed.min(axis=0), placed.max(axis=0)

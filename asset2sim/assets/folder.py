@@ -1,0 +1,102 @@
+"""Apply: asset + overlay → a refined, self-contained folder. Edits only what the overlay names; reads the input
+only."""
+
+import os
+import shutil
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+from asset2sim.assets.extract import Extraction
+from asset2sim.assets.hulls import CollisionFiles, Hulls, write_hulls
+from asset2sim.assets.urdf.edit import refined_document
+from asset2sim.assets.urdf.mesh_files import bring_meshes
+from schemas.overlay import PhysicsOverlay
+from schemas.settings import PhysicsSettings
+from schemas.vocabulary import CollisionMode
+
+URDF_NAME = "mobility.urdf"
+
+COMPANIONS = ("semantics.txt", "meta.json", "mobility_v2.json")
+
+"""PartNet-Mobility's files beside the URDF that stay true after scaling (its bounding box would not)."""
+
+
+@dataclass(frozen=True)
+class Folder:
+    """A refined folder being written: mesh reference → its path in it, each link's hull files (none where authored
+    collision geometry is kept), and what becomes of that."""
+
+    path: Path
+    mesh_places: dict[str, str]
+    collision: CollisionFiles
+    mode: CollisionMode = CollisionMode.REPAIR
+
+    @property
+    def urdf(self) -> Path:
+        """The folder's URDF."""
+        return self.path / URDF_NAME
+
+
+def write_folder(
+    extraction: Extraction,
+    overlay: PhysicsOverlay,
+    hulls: Hulls,
+    target: Path,
+    settings: PhysicsSettings,
+    mode: CollisionMode = CollisionMode.REPAIR,
+) -> Folder:
+    """Write meshes, companions, collision hulls and the URDF.
+
+    Where ``mode`` is ``keep``, collision meshes are brought as authored and ``hulls`` are not written.
+    """
+    target.mkdir(parents=True, exist_ok=True)
+    roles = ("visual", "collision") if mode is CollisionMode.KEEP else ("visual",)
+    looks = {mesh.file for link in extraction.features.links for mesh in link.meshes if mesh.role in roles}
+    wanted = {reference: file for reference, file in extraction.mesh_files.items() if reference in looks}
+    places = bring_meshes(wanted, extraction.urdf.parent, target)
+    for name in COMPANIONS:
+        if (extraction.folder / name).is_file():
+            shutil.copyfile(extraction.folder / name, target / name)
+    folder = with_hulls(Folder(target, places, {}, mode), hulls)
+    write_urdf(extraction, overlay, folder, settings)
+    return folder
+
+
+def with_hulls(folder: Folder, hulls: Hulls) -> Folder:
+    """The same folder with other collision hulls; its URDF is to be written again. None where shapes are kept."""
+    if folder.mode is CollisionMode.KEEP:
+        return folder
+    return replace(folder, collision=write_hulls(hulls, folder.path))
+
+
+def write_urdf(extraction: Extraction, overlay: PhysicsOverlay, folder: Folder, settings: PhysicsSettings) -> None:
+    """Write the folder's URDF."""
+    document = refined_document(
+        extraction.urdf, extraction.features, overlay, folder.mesh_places, folder.collision, settings, folder.mode
+    )
+    folder.urdf.write_bytes(document)
+
+
+@contextmanager
+def staged_folder(final: Path) -> Iterator[Path]:
+    """A fresh folder beside ``final`` that takes its place when the block ends well, and vanishes when it does not."""
+    final.parent.mkdir(parents=True, exist_ok=True)
+    staged = final.parent / f".{final.name}.new"
+    retired = final.parent / f".{final.name}.old"
+    # Leftovers of a killed run: at most one per asset, and one process at a time works on an asset.
+    shutil.rmtree(staged, ignore_errors=True)
+    if retired.is_dir() and not final.exists():
+        os.replace(retired, final)
+    shutil.rmtree(retired, ignore_errors=True)
+    staged.mkdir()
+    try:
+        yield staged
+    except BaseException:
+        shutil.rmtree(staged, ignore_errors=True)
+        raise
+    if final.exists():
+        os.replace(final, retired)
+    os.replace(staged, final)
+    shutil.rmtree(retired, ignore_errors=True)

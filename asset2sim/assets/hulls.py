@@ -1,0 +1,137 @@
+"""The convex hulls that stand for each link in collision, in the link's frame at the final scale."""
+
+import re
+import shutil
+from pathlib import Path
+
+import numpy as np
+from scipy.spatial import ConvexHull
+
+from asset2sim.assets.extract import Extraction
+from asset2sim.assets.links import LinkGeometry
+from asset2sim.assets.meshes.hull import hull_of, spread_directions
+from asset2sim.physics.arrays import Array
+
+Hulls = dict[str, tuple[Array, ...]]
+
+"""Link → (k, 3) hull points of each convex piece, m at the final scale in the link's frame."""
+
+SHEET_THICKNESS_M = 2e-3
+
+"""Thickness given to a link that is nothing but sheets, m: engines refuse or lose what has none."""
+
+MOST_POINTS = 200
+
+"""Points of one hull: PhysX takes 255 at most, and 200 directions lie 15° apart."""
+
+INSIDE_M = 1e-6
+
+"""How far outside another hull a point may lie and still count as inside, m."""
+
+
+DIRECTIONS = spread_directions(MOST_POINTS)
+
+
+def collision_hulls(extraction: Extraction, scale: float) -> Hulls:
+    """The hulls of every link's meshes; pieces that lie wholly inside another piece of their link are left out.
+
+    Sheets beside solid pieces are decals and do not collide; a link of sheets alone is thickened.
+    """
+    return {name: link_hulls(geometry, scale) for name, geometry in extraction.geometry.items()}
+
+
+def exact_links(extraction: Extraction) -> frozenset[str]:
+    """The links whose hulls are their very shapes: every mesh of theirs is closed and convex."""
+    return frozenset(
+        name
+        for name, geometry in extraction.geometry.items()
+        if geometry.parts and all(p.exact for p in geometry.parts)
+    )
+
+
+def link_hulls(geometry: LinkGeometry, scale: float) -> tuple[Array, ...]:
+    """The hulls of one link."""
+    pieces = [simplified(piece) * scale for part in geometry.parts for piece in part.pieces]
+    if not pieces:
+        return tuple(thickened(part.sheet * scale) for part in geometry.parts if part.sheet is not None)
+    return outermost(pieces)
+
+
+def simplified(points: Array) -> Array:
+    """A hull's points, thinned to those furthest along evenly spread directions where it has more than ``MOST_POINTS``.
+
+    What is lost is about 2 % of a ball's radius; PhysX would refuse more points, and every engine would be slower.
+    """
+    if len(points) <= MOST_POINTS:
+        return points
+    furthest = np.unique(np.argmax(points @ DIRECTIONS.T, axis=0))
+    thinned: Array = points[furthest]
+    return thinned
+
+
+def outermost(pieces: list[Array]) -> tuple[Array, ...]:
+    """The pieces that are not wholly inside another one, in their order."""
+    planes: dict[int, Array] = {}
+    boxes = [(piece.min(axis=0), piece.max(axis=0)) for piece in pieces]
+    volume = [float(np.prod(high - low)) for low, high in boxes]
+    kept: list[int] = []
+    for index in sorted(range(len(pieces)), key=lambda i: (-volume[i], i)):
+        low, high = boxes[index]
+        inside = any(
+            np.all(low >= boxes[other][0] - INSIDE_M)
+            and np.all(high <= boxes[other][1] + INSIDE_M)
+            and float((pieces[index] @ planes[other][:, :3].T + planes[other][:, 3]).max()) <= INSIDE_M
+            for other in kept
+        )
+        if not inside:
+            kept.append(index)
+            planes[index] = np.asarray(ConvexHull(pieces[index]).equations)
+    return tuple(pieces[index] for index in sorted(kept))
+
+
+def thickened(points: Array) -> Array:
+    """The points of a sheet, doubled to both sides of its plane."""
+    center = points.mean(axis=0)
+    normal = np.linalg.svd(points - center, full_matrices=True)[2][2]
+    return np.vstack([points + normal * SHEET_THICKNESS_M / 2.0, points - normal * SHEET_THICKNESS_M / 2.0])
+
+
+FOLDER = "collision"
+
+CollisionFiles = dict[str, tuple[str, ...]]
+
+"""Link → paths of its hulls' files, relative to the asset's folder."""
+
+
+def write_hulls(hulls: Hulls, target: Path) -> CollisionFiles:
+    """Write one OBJ a hull under ``collision/``, replacing what was there; link → relative paths.
+
+    Hulls without volume, which no engine takes, are left out.
+    """
+    folder = target / FOLDER
+    shutil.rmtree(folder, ignore_errors=True)
+    folder.mkdir()
+    files: CollisionFiles = {}
+    for number, (link, pieces) in enumerate(hulls.items()):
+        # The number keeps names apart that differ only in characters that file names cannot hold.
+        stem = f"{re.sub(r'[^A-Za-z0-9_-]', '_', link)[:60]}_{number}"
+        names = []
+        for index, points in enumerate(pieces):
+            text = obj_text(points)
+            if text is not None:
+                name = f"{FOLDER}/{stem}_{index}.obj"
+                (target / name).write_text(text, encoding="ascii")
+                names.append(name)
+        files[link] = tuple(names)
+    return files
+
+
+def obj_text(points: np.ndarray) -> str | None:
+    """The OBJ of the hull of (n, 3) points with outward triangles, or None where it has no volume."""
+    hull = hull_of(points)
+    if hull is None:
+        return None
+    vertices, inverse = np.unique(hull.triangles.reshape(-1, 3), axis=0, return_inverse=True)
+    lines = [f"v {x:.9g} {y:.9g} {z:.9g}" for x, y, z in vertices]
+    lines += [f"f {a + 1} {b + 1} {c + 1}" for a, b, c in inverse.reshape(-1, 3)]
+    return "\n".join(lines) + "\n"

@@ -1,0 +1,120 @@
+"""One joint as authored, and which end of its range is closed."""
+
+import math
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+import yourdfpy
+
+from asset2sim.assets.meshes.openness import Ends, joint_ends
+from asset2sim.physics.arrays import Array, vector
+from asset2sim.physics.kinematics import TreeJoint, rpy_of
+from schemas.errors import AssetError
+from schemas.features import JointFeatures
+from schemas.finding import Finding
+from schemas.vocabulary import FailureMode, Severity, Stage
+
+
+def read_joint(joint: yourdfpy.Joint, urdf: Path) -> JointFeatures:
+    """One joint as authored, ends not yet known. Raises AssetError where a limited joint states no usable limits."""
+    origin = np.eye(4) if joint.origin is None else np.asarray(joint.origin, dtype=float)
+    axis = np.array([1.0, 0.0, 0.0]) if joint.axis is None else np.asarray(joint.axis, dtype=float)
+    axis = axis / max(float(np.linalg.norm(axis)), 1e-12)
+    limit, dynamics = joint.limit, joint.dynamics
+    lower = None if limit is None else limit.lower
+    upper = None if limit is None else limit.upper
+    if joint.type in ("revolute", "prismatic") and (lower is None) != (upper is None):
+        raise AssetError(
+            FailureMode.INVALID_JOINT_CONFIGURATION,
+            "half_limits",
+            f"{urdf.name}: joint '{joint.name}' states one limit of two; state both lower and upper",
+            joint=joint.name,
+        )
+    limited = joint.type in ("revolute", "prismatic") and lower is not None and upper is not None
+    return JointFeatures(
+        name=joint.name,
+        type=joint.type if limited or joint.type in ("fixed", "continuous") else unlimited(joint, urdf),
+        parent=joint.parent,
+        child=joint.child,
+        origin_xyz=vector(origin[:3, 3]),
+        origin_rpy=vector(rpy_of(origin[:3, :3])),
+        axis=vector(axis),
+        axis_in_root=vector(axis),
+        lower=lower if limited else None,
+        upper=upper if limited else None,
+        effort=None if limit is None else limit.effort,
+        velocity=None if limit is None else limit.velocity,
+        damping=None if dynamics is None else dynamics.damping,
+        friction=None if dynamics is None else dynamics.friction,
+        mimic=None if joint.mimic is None else joint.mimic.joint,
+        closed=None,
+        open=None,
+        openness_confidence=0.0,
+    )
+
+
+def unlimited(joint: yourdfpy.Joint, urdf: Path) -> str:
+    """The type of a revolute or prismatic joint without limits: a hinge turns freely, a slider has no end and
+    is refused."""
+    if joint.type == "revolute":
+        return "continuous"
+    raise AssetError(
+        FailureMode.INVALID_JOINT_CONFIGURATION,
+        "no_limits",
+        f"{urdf.name}: prismatic joint '{joint.name}' has no limits; state lower and upper",
+        joint=joint.name,
+    )
+
+
+def with_ends(
+    joint: JointFeatures,
+    tree: Sequence[TreeJoint],
+    root: str,
+    points: dict[str, Array],
+    rest: dict[str, Array],
+    diagonal: float,
+) -> JointFeatures:
+    """The joint with its axis in the root frame and its closed and open ends."""
+    node = next(item for item in tree if item.name == joint.name)
+    turned = (rest[joint.parent] @ node.child_to_parent)[:3, :3] @ node.axis
+    changes: dict[str, object] = {"axis_in_root": vector(turned)}
+    if joint.type == "continuous":
+        changes |= {"closed": 0.0, "open": 0.0}
+    elif joint.movable and joint.lower is not None and joint.upper is not None:
+        # Inverted limits are mended by validation; here they only bound where to look.
+        low, high = sorted((joint.lower, joint.upper))
+        ends: Ends = joint_ends(tree, root, points, node, low, high, diagonal)
+        changes |= {"closed": ends.closed, "open": ends.open, "openness_confidence": ends.confidence}
+    return joint.model_copy(update=changes)
+
+
+LONGEST_RANGE_RAD = 3.0 * 2.0 * math.pi
+
+"""Longest range that a hinge with limits is believed to have, rad: a screw cap comes off after three turns. Read as
+degrees, it is 19: hinges that open less are not told apart."""
+
+LARGEST_DEGREES = 720.0
+
+"""Largest limit that may be degrees; beyond it, the number stands for no limit at all."""
+
+
+def limits_in_radians(joint: JointFeatures) -> tuple[JointFeatures, Finding | None]:
+    """A hinge whose range is longer than any hinge's, with its limits read as degrees; otherwise as it is."""
+    if joint.type != "revolute" or joint.lower is None or joint.upper is None:
+        return joint, None
+    range_rad, largest = abs(joint.upper - joint.lower), max(abs(joint.lower), abs(joint.upper))
+    if range_rad <= LONGEST_RANGE_RAD or largest > LARGEST_DEGREES:
+        return joint, None
+    lower, upper = math.radians(joint.lower), math.radians(joint.upper)
+    finding = Finding(
+        stage=Stage.EXTRACT,
+        severity=Severity.WARNING,
+        code="limits_in_degrees",
+        message=f"joint '{joint.name}': limits {joint.lower:.4g} to {joint.upper:.4g} rad are "
+        f"{range_rad / math.tau:.3g} turns; read as degrees, {lower:.4g} to {upper:.4g} rad: state radians",
+        joint=joint.name,
+        value=range_rad,
+        limit=LONGEST_RANGE_RAD,
+    )
+    return joint.model_copy(update={"lower": lower, "upper": upper}), finding

@@ -1,0 +1,265 @@
+"""One link: its meshes, their union in the link's frame, and its convex pieces."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import numpy as np
+import trimesh
+import yourdfpy
+
+from asset2sim.assets.meshes.hull import hull_vertices, hull_volume
+from asset2sim.assets.meshes.load import primitive, scale_vector
+from asset2sim.assets.meshes.shape_cache import KnownMesh, mesh_key
+from asset2sim.assets.meshes.triangles import Triangles
+from asset2sim.assets.meshes.volume import Shape, combined, shape_of
+from asset2sim.assets.solids import Placed, unlike_looks, weighing
+from asset2sim.assets.urdf.locate import find_mesh
+from asset2sim.physics.arrays import Array, six, vector
+from schemas.errors import AssetError
+from schemas.features import LinkFeatures, LinkInertial, MeshFeatures
+from schemas.finding import Finding
+from schemas.vocabulary import FailureMode, Severity, Stage, VolumeSource
+
+HOLE_SHARE = 1e-3
+"""Share of a mesh's area that its holes must have to count: slivers that a file's rounding closed up leave less."""
+
+
+def hole_share(mesh: trimesh.Trimesh) -> float:
+    """How far a surface is from closed: the length of its faces' summed area vectors (zero if closed), over its area.
+
+    Holes that face each other cancel out; a single one does not.
+    """
+    vectors = np.asarray(mesh.face_normals) * np.asarray(mesh.area_faces)[:, None]
+    return float(np.linalg.norm(vectors.sum(axis=0)) / max(float(mesh.area), 1e-300))
+
+
+@dataclass
+class MeshReader:
+    """The meshes of one asset, each file read once; what could not be read becomes a finding."""
+
+    folder: Path
+    triangles: Triangles = field(default_factory=Triangles)
+    findings: list[Finding] = field(default_factory=list)
+    files: dict[str, Path | None] = field(default_factory=dict)
+    shapes: dict[tuple[str, tuple[float, ...]], Shape | None] = field(default_factory=dict)
+    holed: set[str] = field(default_factory=set)
+    known: Mapping[str, KnownMesh] = field(default_factory=dict)
+    """What an earlier extraction found in files of the same content, by ``mesh_key``."""
+    met: dict[str, KnownMesh] = field(default_factory=dict)
+    """The same for all meshes of this one."""
+
+    def note(self, severity: Severity, code: str, message: str, link: str | None = None) -> None:
+        """Add a finding."""
+        self.findings.append(Finding(stage=Stage.EXTRACT, severity=severity, code=code, message=message, link=link))
+
+    def read(self, path: Path, scale: Array) -> KnownMesh:
+        """What a file holds at this (3,) scale, from what is known where it is. Raises ValueError as ``load_mesh``."""
+        key = mesh_key(self.triangles.key(path), scale)
+        found = self.known.get(key) if key is not None else None
+        if found is None:
+            mesh = self.triangles.mesh(path, scale)
+            closed = bool(mesh.is_watertight)
+            found = KnownMesh(
+                shape_of(mesh),
+                holed=not closed and hole_share(mesh) > HOLE_SHARE,
+                inside_out=closed and bool(mesh.volume < 0.0),
+            )
+        if key is not None:
+            self.met[key] = found
+        return found
+
+    def shape(self, geometry: yourdfpy.Geometry, link: str) -> tuple[str, Shape | None]:
+        """The reference and the shape of one geometry; None, with a finding, where there is nothing to read."""
+        if geometry.mesh is None:
+            mesh = primitive(geometry)
+            name = "primitive"
+            return name, None if mesh is None else shape_of(mesh)
+        reference = geometry.mesh.filename
+        if reference not in self.files:
+            self.files[reference] = find_mesh(reference, self.folder)
+            if self.files[reference] is None:
+                self.note(
+                    Severity.WARNING,
+                    "missing_mesh",
+                    f"mesh '{reference}' of link '{link}' is not there; the reference is dropped: restore the file",
+                    link,
+                )
+        path = self.files[reference]
+        if path is None:
+            return reference, None
+        scale = scale_vector(geometry.mesh)
+        key = (reference, tuple(scale))
+        if key not in self.shapes:
+            try:
+                found = self.read(path, scale)
+                self.shapes[key] = found.shape
+                if found.holed:
+                    self.holed.add(reference)
+                if found.inside_out:
+                    self.note(
+                        Severity.WARNING,
+                        "inside_out",
+                        f"mesh '{reference}' of link '{link}' is inside out; collision shapes are wound outwards",
+                        link,
+                    )
+            except ValueError as error:
+                self.note(
+                    Severity.WARNING,
+                    "unreadable_mesh",
+                    f"link '{link}': {error}; the reference is dropped: export the mesh again",
+                    link,
+                )
+                self.shapes[key] = None
+                self.files[reference] = None
+        return reference, self.shapes[key]
+
+
+@dataclass(frozen=True)
+class MeshPart:
+    """One mesh of a link: its reference and (3,) scale, where it stands in the link's frame, and its convex pieces
+    there.
+
+    ``pieces`` are (k, 3) hull points; a flat mesh has none, and its points are in ``sheet`` instead. ``exact`` says
+    that the mesh is closed and convex: its hull is its very shape.
+    """
+
+    reference: str
+    scale: Array
+    rotation: Array
+    translation: Array
+    pieces: tuple[Array, ...]
+    sheet: Array | None
+    exact: bool
+
+
+@dataclass(frozen=True)
+class LinkGeometry:
+    """A link's own shapes in its frame: (n, 3) hull points of all of it, and its meshes; primitives are convex
+    as they are."""
+
+    points: Array
+    parts: tuple[MeshPart, ...]
+
+
+def read_link(link: yourdfpy.Link, label: str, kind: str, reader: MeshReader) -> tuple[LinkFeatures, LinkGeometry]:
+    """One link's features and geometry.
+
+    The solids are the collision geometry's where there is any that can stand for the link, else the visual's. Raises
+    AssetError (missing_mesh) where the link refers to geometry and none of it can be read.
+    """
+    meshes: list[MeshFeatures] = []
+    placed: dict[str, list[Placed]] = {"visual": [], "collision": []}
+    wanted = {"visual": 0, "collision": 0}
+    for role, items in (("visual", link.visuals), ("collision", link.collisions)):
+        for item in items:
+            wanted[role] += 1
+            file, shape = reader.shape(item.geometry, link.name)
+            if shape is None:
+                continue
+            meshes.append(mesh_features(file, role, shape))
+            origin = np.eye(4) if item.origin is None else np.asarray(item.origin, dtype=float)
+            placed[role].append(Placed(shape, origin[:3, :3], origin[:3, 3], mesh_reference(item.geometry)))
+    if any(wanted.values()) and not meshes:
+        raise AssetError(
+            FailureMode.MISSING_MESH,
+            "missing_mesh",
+            f"link '{link.name}': none of its {sum(wanted.values())} meshes can be read; restore its files or "
+            "remove the link",
+            link=link.name,
+        )
+    lost = wanted["collision"] - len(placed["collision"])
+    doubt = unlike_looks(placed["collision"], placed["visual"], lost, reader.holed)
+    if doubt is not None:
+        reader.note(
+            Severity.WARNING,
+            "collision_unlike_looks",
+            f"link '{link.name}': {doubt}; collision shapes are made from its looks instead",
+            link.name,
+        )
+    own = placed["visual"] if doubt is not None else placed["collision"] or placed["visual"]
+    inertial = read_inertial(link.inertial)
+    if link.inertial is not None and inertial is None:
+        reader.note(
+            Severity.WARNING,
+            "inertial_unusable",
+            f"link '{link.name}': its inertial lacks a mass or an inertia, or holds a number that is not finite; it "
+            "counts as none",
+            link.name,
+        )
+    if not own:
+        empty = LinkFeatures(
+            name=link.name,
+            label=label,
+            joint_kind=kind,
+            meshes=(),
+            volume_m3=0.0,
+            volume_source=VolumeSource.NONE,
+            hull_volume_m3=0.0,
+            area_m2=0.0,
+            box_min=(0.0, 0.0, 0.0),
+            box_max=(0.0, 0.0, 0.0),
+            center=(0.0, 0.0, 0.0),
+            unit_inertia=(0.0, 0.0, 0.0, 0.0, 0.0, 0.0),
+            materials=(),
+            inertial=inertial,
+        )
+        return empty, LinkGeometry(np.zeros((0, 3)), ())
+    solid = weighing(own)
+    body = combined([item.shape.solid.moved(item.rotation, item.translation) for item in solid])
+    points = hull_vertices(np.vstack([item.points(item.shape.points) for item in own]))
+    whole = hull_volume(points)
+    sources = {item.shape.source for item in solid}
+    features = LinkFeatures(
+        name=link.name,
+        label=label,
+        joint_kind=kind,
+        meshes=tuple(meshes),
+        # Pieces overlap in real assets: together they are never more than the link's own hull.
+        volume_m3=min(body.volume, whole) if whole > 0.0 else body.volume,
+        volume_source=sources.pop() if len(sources) == 1 else VolumeSource.MIXED,
+        hull_volume_m3=whole,
+        area_m2=sum(item.shape.area for item in own),
+        box_min=vector(points.min(axis=0)),
+        box_max=vector(points.max(axis=0)),
+        center=vector(body.center),
+        unit_inertia=six(body.inertia / body.volume),
+        materials=tuple(sorted({v.material.name for v in link.visuals if v.material and v.material.name})),
+        inertial=inertial,
+    )
+    return features, LinkGeometry(points, tuple(mesh_part(item, *item.mesh) for item in own if item.mesh is not None))
+
+
+def mesh_reference(geometry: yourdfpy.Geometry) -> tuple[str, Array] | None:
+    """The file reference and (3,) scale of a mesh, or None for a primitive."""
+    return None if geometry.mesh is None else (geometry.mesh.filename, scale_vector(geometry.mesh))
+
+
+def mesh_part(item: Placed, reference: str, scale: Array) -> MeshPart:
+    """One placed mesh with its pieces in the link's frame."""
+    return MeshPart(
+        reference,
+        scale,
+        item.rotation,
+        item.translation,
+        tuple(item.points(piece) for piece in item.shape.pieces),
+        item.points(item.shape.points) if item.shape.flat else None,
+        item.shape.exact,
+    )
+
+
+def mesh_features(file: str, role: str, shape: Shape) -> MeshFeatures:
+    """One mesh reference as a record."""
+    return MeshFeatures(file=file, role=role, watertight=shape.watertight, flat=shape.flat, n_faces=shape.n_faces)
+
+
+def read_inertial(inertial: yourdfpy.Inertial | None) -> LinkInertial | None:
+    """An authored inertial with its inertia turned into the link's axes, or None where mass or inertia is not
+    stated."""
+    if inertial is None or inertial.mass is None or inertial.inertia is None:
+        return None
+    origin = np.eye(4) if inertial.origin is None else np.asarray(inertial.origin, dtype=float)
+    if not all(np.isfinite(value).all() for value in (origin, inertial.mass, inertial.inertia)):
+        return None
+    turned = origin[:3, :3] @ np.asarray(inertial.inertia, dtype=float) @ origin[:3, :3].T
+    return LinkInertial(mass_kg=max(float(inertial.mass), 0.0), com=vector(origin[:3, 3]), inertia=six(turned))

@@ -1,0 +1,89 @@
+"""Loading the geometry of one visual or collision: a mesh file of any kind trimesh reads, or a primitive."""
+
+from pathlib import Path
+
+import numpy as np
+import trimesh
+import yourdfpy
+
+from asset2sim.physics.arrays import Array
+
+
+def load_mesh(path: Path) -> trimesh.Trimesh:
+    """The file's triangles as one mesh with merged vertices, materials left behind.
+
+    Scenes (COLLADA, glTF) are flattened with their node transforms. Raises ValueError, naming the file, if it cannot be
+    read or holds no triangle.
+    """
+    try:
+        mesh = trimesh.load_mesh(str(path), skip_materials=True, process=False)
+        if isinstance(mesh, trimesh.Scene):
+            mesh = mesh.to_mesh()
+    except Exception as error:  # a loader raises whatever its format's parser raises
+        raise ValueError(f"{path.name}: cannot be read as a mesh ({type(error).__name__}: {error})") from error
+    if not isinstance(mesh, trimesh.Trimesh) or len(mesh.faces) == 0:
+        raise ValueError(f"{path.name}: holds no triangle")
+    if not np.isfinite(mesh.vertices).all():
+        raise ValueError(f"{path.name}: has vertices that are not finite")
+    bare = trimesh.Trimesh(vertices=mesh.vertices, faces=mesh.faces, process=False)
+    bare.merge_vertices()
+    bare.update_faces(bare.nondegenerate_faces())
+    bare.remove_unreferenced_vertices()
+    if len(bare.faces) == 0:
+        raise ValueError(f"{path.name}: every triangle is degenerate")
+    return bare
+
+
+def primitive(geometry: yourdfpy.Geometry) -> trimesh.Trimesh | None:
+    """The mesh of a URDF box, cylinder or sphere, or None if the geometry is none of these."""
+    mesh: trimesh.Trimesh | None = None
+    if geometry.box is not None:
+        mesh = trimesh.creation.box(extents=geometry.box.size)
+    elif geometry.cylinder is not None:
+        mesh = trimesh.creation.cylinder(radius=geometry.cylinder.radius, height=geometry.cylinder.length)
+    elif geometry.sphere is not None:
+        mesh = trimesh.creation.icosphere(subdivisions=3, radius=geometry.sphere.radius)
+    return mesh
+
+
+def scale_vector(mesh: yourdfpy.Mesh) -> Array:
+    """The (3,) scale of a mesh reference; 1 where it states none."""
+    if mesh.scale is None:
+        return np.ones(3)
+    return np.broadcast_to(np.asarray(mesh.scale, dtype=float), (3,)).copy()
+
+
+def mesh_points(file: Path) -> Array:
+    """(n, 3) vertices that the file's faces use.
+
+    An OBJ is read here, ten times faster than as a mesh; whatever is unusual in it, and any other format, goes the long
+    way. Raises ValueError, naming the file, where it cannot be read or holds no triangle.
+    """
+    if file.suffix.lower() == ".obj":
+        points = obj_points(file.read_bytes())
+        if points is not None:
+            return points
+    return np.asarray(load_mesh(file).vertices, dtype=float)
+
+
+def obj_points(content: bytes) -> Array | None:
+    """The vertices that an OBJ's faces use; None where it has none, or numbers them in another way than from 1 on."""
+    vertices: list[list[bytes]] = []
+    used: set[bytes] = set()
+    for line in content.splitlines():
+        words = line.split()
+        if not words:
+            continue
+        if words[0] == b"v":
+            vertices.append(words[1:4])
+        elif words[0] == b"f":
+            used.update(word.split(b"/", 1)[0] for word in words[1:])
+    try:
+        numbers = np.array(sorted(int(word) for word in used), dtype=int) - 1
+        points = np.array(vertices, dtype=float)
+    except ValueError:
+        return None
+    if not len(numbers) or numbers[0] < 0 or numbers[-1] >= len(points) or points.shape[1:] != (3,):
+        return None
+    kept: Array = points[numbers]
+    return kept if np.isfinite(kept).all() else None

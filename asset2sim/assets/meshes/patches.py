@@ -1,0 +1,236 @@
+"""Convex pieces of any triangle mesh that keep a given hollow empty: faces grouped from the top down, then joined.
+
+The faces are halved along their longest extent until the hull of each group stays out of the hollow, and groups are
+joined again, those first whose common hull adds the least volume, as long as that one stays out as well (hierarchical
+approximate convex decomposition, Mamou and Ghorbel 2009, does so with faces; here the hollow says what may be filled).
+Every face lies in a piece, whatever the mesh's quality; both sides of a wall end in one piece, and a solid is filled
+because nothing forbids it. Budgets of groups and pieces bound the work, so the same mesh always gives the same pieces.
+"""
+
+import heapq
+from collections.abc import Collection, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.spatial import ConvexHull, QhullError
+
+from asset2sim.assets.meshes.hollow import ALLOWED, LOOSE, Hollow
+from asset2sim.assets.meshes.hull import spread_directions
+from asset2sim.physics.arrays import Array
+
+MOST_GROUPS = 192
+"""Groups that a shape's faces are halved into at most: joining costs a millisecond for each pair that touches."""
+NO_LIMIT = 1_000_000
+"""A number of pieces that no shape has."""
+ENOUGH = 12
+"""Pieces of one shell above which they may stand a little deeper in the hollow: contacts get slower with each."""
+MOST_CORNERS = 80
+"""Corners of a piece that was cut or joined: 80 directions lie 23° apart, and what they miss of a curve is 2 % of its
+radius; hulls and contacts cost in proportion."""
+DIRECTIONS = spread_directions(MOST_CORNERS)
+CORNERS = np.array([(x, y, z) for x in (-1.0, 1.0) for y in (-1.0, 1.0) for z in (-1.0, 1.0)])
+"""Directions in which a piece's outermost corners are looked for."""
+SHARES = np.array([0.25, 0.5, 0.75])
+"""Where along a line between two pieces the hollow is looked at before their hull is made, which costs ten times as
+much."""
+PARTNERS = 8
+"""Pieces that one is tried with: the joins that add least are among those whose boxes grow least."""
+
+
+@dataclass(frozen=True)
+class Piece:
+    """A convex piece: its (k, 3) corners, its (m, 3, 3) faces and its volume (m³)."""
+
+    points: Array
+    triangles: Array
+    volume: float
+
+    @cached_property
+    def low(self) -> Array:
+        """(3,) lowest corner of its box."""
+        return np.asarray(self.points.min(axis=0))
+
+    @cached_property
+    def high(self) -> Array:
+        """(3,) highest corner of its box."""
+        return np.asarray(self.points.max(axis=0))
+
+
+def piece_of(points: Array, thickness: float) -> Piece:
+    """The hull of (n, 3) points; where it is flatter than ``thickness`` (m), it is made as thick about its middle."""
+    try:
+        hull = ConvexHull(points)
+        if 2.0 * hull.volume >= thickness * hull.area:  # a plate's volume is half its area times its thickness
+            return Piece(points[hull.vertices], points[hull.simplices], float(hull.volume))
+    except QhullError:
+        pass
+    centre = points.mean(axis=0)
+    normal = np.linalg.svd(points - centre, full_matrices=len(points) < 3)[2][-1]
+    height = (points - centre) @ normal
+    if float(np.ptp(height)) < thickness:
+        level = points - np.outer(height - (height.max() + height.min()) / 2.0, normal)
+        points = np.vstack([level + normal * thickness / 2.0, level - normal * thickness / 2.0])
+    try:
+        hull = ConvexHull(points)
+    except QhullError:  # a needle: thick enough along every axis
+        steps = np.vstack([np.eye(3), -np.eye(3)]) * thickness / 2.0
+        points = (points[:, None] + steps[None]).reshape(-1, 3)
+        hull = ConvexHull(points)
+    return Piece(points[hull.vertices], points[hull.simplices], float(hull.volume))
+
+
+def slim(points: Array, thickness: float) -> Piece:
+    """``piece_of`` with at most ``MOST_CORNERS`` corners, those furthest along evenly spread directions."""
+    piece = piece_of(points, thickness)
+    if len(piece.points) <= MOST_CORNERS:
+        return piece
+    return piece_of(piece.points[np.unique(np.argmax(piece.points @ DIRECTIONS.T, axis=0))], thickness)
+
+
+def cut(vertices: Array, faces: NDArray[np.int64], hollow: Hollow, thickness: float) -> list[Piece]:
+    """Convex pieces of (n, 3) vertices and (m, 3) faces that stay out of the hollow, as few as joining gives.
+
+    Pieces thinner than ``thickness`` (m) are made as thick. Where ``MOST_GROUPS`` do not suffice the largest groups are
+    halved first, and the rest fill what they fill.
+    """
+    return join(grouped(vertices, faces, hollow, thickness), hollow, thickness, enough=ENOUGH)
+
+
+def grouped(vertices: Array, faces: NDArray[np.int64], hollow: Hollow, thickness: float) -> list[Piece]:
+    """The hulls of groups of faces, halved until each stays out of the hollow."""
+    centres = vertices[faces].mean(axis=1)
+    done: list[Piece] = []
+    waiting: list[tuple[float, int, Piece, NDArray[np.int64]]] = []
+    number = 0
+
+    def place(index: NDArray[np.int64]) -> None:
+        nonlocal number
+        piece = slim(vertices[np.unique(faces[index])], thickness)
+        if len(index) == 1 or hollow.deepest(piece.points, piece.triangles) <= ALLOWED:
+            done.append(piece)
+        else:
+            number += 1
+            heapq.heappush(waiting, (-float(np.ptp(piece.points, axis=0).max()), number, piece, index))
+
+    place(np.arange(len(faces)))
+    while waiting and len(done) + len(waiting) < MOST_GROUPS:
+        _, _, _, index = heapq.heappop(waiting)
+        spread = np.ptp(centres[index], axis=0)
+        axis = int(spread.argmax())
+        middle = centres[index, axis].min() + spread[axis] / 2.0
+        first = centres[index, axis] <= middle
+        if first.all():  # all centres in one place
+            first = np.arange(len(index)) < len(index) // 2
+        place(index[first])
+        place(index[~first])
+    return done + [piece for _, _, piece, _ in waiting]
+
+
+@dataclass(frozen=True)
+class _Rule:
+    """What joining may do: ``limits`` is, for each rank of a join, the number of pieces above which it is made."""
+
+    hollow: Hollow | None
+    thickness: float
+    limits: tuple[int, int, int, int]
+    added_share: float
+
+    @property
+    def any_join(self) -> bool:
+        """Whether joins that fill the hollow may be needed, so that they must be known."""
+        return self.limits[3] < NO_LIMIT
+
+
+_Offer = tuple[int, float, int, int, Piece]
+"""A join: its rank, the volume it adds, the two pieces' indices, and their common hull."""
+
+
+def join(
+    pieces: Sequence[Piece],
+    hollow: Hollow | None,
+    thickness: float,
+    *,
+    enough: int = NO_LIMIT,
+    most: int = NO_LIMIT,
+    added_share: float = np.inf,
+) -> list[Piece]:
+    """Fewer pieces: those are joined whose common hull stays out of the hollow and adds at most ``added_share`` of the
+    smaller one's volume.
+
+    Where more than ``enough`` are left the join goes on with hulls that stand a little in the hollow, and where more
+    than ``most`` are, with any; always first with what adds least.
+    """
+    rule = _Rule(hollow, thickness, (1, min(enough, most), min(enough, most), most), added_share)
+    slack = 0.0 if hollow is None else hollow.cell_m
+    known = list(pieces)
+    alive = list(range(len(known)))
+    tried = {pair for index in alive for pair in _partners(known, index, alive, slack)}
+    waiting = _offers(known, sorted(tried), rule)
+    while len(alive) > 1:
+        if not waiting and len(alive) > most:  # none that touch are left
+            far = {pair for index in alive for pair in _partners(known, index, alive, np.inf, tried)}
+            tried |= far
+            waiting = _offers(known, sorted(far), rule)
+        if not waiting:
+            break
+        rank, _, a, b, both = heapq.heappop(waiting)
+        if a not in alive or b not in alive:
+            continue
+        if len(alive) <= rule.limits[rank]:
+            break
+        alive = [index for index in alive if index not in (a, b)] + [len(known)]
+        known.append(both)
+        near = _partners(known, alive[-1], alive, slack)
+        tried.update(near)
+        for offer in _offers(known, near, rule):
+            heapq.heappush(waiting, offer)
+    return [known[index] for index in alive]
+
+
+def _offers(known: Sequence[Piece], pairs: Sequence[tuple[int, int]], rule: _Rule) -> list[_Offer]:
+    """The joins of these pairs that a rule might make, as a heap."""
+    offers = [offer for pair in pairs if (offer := _offer(known, pair, rule)) is not None]
+    heapq.heapify(offers)
+    return offers
+
+
+def _offer(known: Sequence[Piece], pair: tuple[int, int], rule: _Rule) -> _Offer | None:
+    """The join of two pieces, or None where no rule would ever make it.
+
+    Rank 0 stays out of the hollow and adds little, 1 and 2 stand a little in it, 3 is all else.
+    """
+    a, b = known[pair[0]], known[pair[1]]
+    if not rule.any_join and rule.hollow is not None and rule.hollow.at(between(a, b)) > LOOSE[-1]:
+        return None
+    both = slim(np.vstack([a.points, b.points]), rule.thickness)
+    added = both.volume - a.volume - b.volume
+    depth = 0.0 if rule.hollow is None else rule.hollow.deepest(both.points, both.triangles)
+    little = added <= rule.added_share * min(a.volume, b.volume)
+    rank = sum(depth > bound for bound in (ALLOWED, *LOOSE)) if little else 3
+    return (rank, added, *pair, both) if rule.limits[rank] < NO_LIMIT else None
+
+
+def between(a: Piece, b: Piece) -> Array:
+    """(n, 3) points on lines from one piece's outermost corners to the other's, all within their common hull."""
+    first, second = (piece.points[np.unique(np.argmax(piece.points @ CORNERS.T, axis=0))] for piece in (a, b))
+    ends = first[:, None, None] + SHARES[:, None] * (second[None, :, None] - first[:, None, None])
+    points: Array = ends.reshape(-1, 3)
+    return points
+
+
+def _partners(
+    known: Sequence[Piece], index: int, alive: Sequence[int], slack: float, tried: Collection[tuple[int, int]] = ()
+) -> list[tuple[int, int]]:
+    """A piece with those ``PARTNERS`` it was not tried with, of boxes at most ``slack`` apart, whose common box is the
+    least larger."""
+    own = known[index]
+    others = [other for other in alive if other != index and (min(index, other), max(index, other)) not in tried]
+    if not others:
+        return []
+    lows, highs = np.array([known[other].low for other in others]), np.array([known[other].high for other in others])
+    added = (np.maximum(highs, own.high) - np.minimum(lows, own.low)).prod(axis=1) - (highs - lows).prod(axis=1)
+    meet = np.all(lows - slack <= own.high, axis=1) & np.all(highs + slack >= own.low, axis=1)
+    order = np.argsort(np.where(meet, added, np.inf), kind="stable")[: min(PARTNERS, int(meet.sum()))]
+    return [(min(index, others[i]), max(index, others[i])) for i in order]

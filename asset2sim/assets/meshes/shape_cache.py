@@ -1,0 +1,98 @@
+"""The shapes of an asset's meshes kept on disk by what the files hold: a mesh that has not changed is not parsed
+again."""
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+import scipy
+import trimesh
+
+from asset2sim.assets.meshes.array_file import read_clouds, write_clouds
+from asset2sim.assets.meshes.volume import Shape, Solid
+from asset2sim.physics.arrays import Array
+from schemas.vocabulary import VolumeSource
+
+FORMAT = f"2 trimesh {trimesh.__version__} scipy {scipy.__version__}"
+
+"""What a file must have been written by to be read: raise the number when the same mesh gives another shape."""
+
+
+@dataclass(frozen=True)
+class KnownMesh:
+    """What extraction wants to know of one mesh file at one scale: its shape, whether it has holes that count, and
+    whether it is closed but inside out."""
+
+    shape: Shape
+    holed: bool
+    inside_out: bool
+
+
+def mesh_key(content: str | None, scale: Array) -> str | None:
+    """What a mesh's shape depends on: its file's ``file_key`` and the (3,) scale; None where the former is."""
+    return None if content is None else f"{content} {scale.tolist()}"
+
+
+def read_shapes(path: Path) -> dict[str, KnownMesh]:
+    """The meshes that were kept there, by key; none where there is nothing sound."""
+    stored = read_clouds(path)
+    if stored is None:
+        return {}
+    clouds, said = stored
+    known: dict[str, KnownMesh] = {}
+    try:
+        if said["format"] != FORMAT:
+            return {}
+        for key, item in said["meshes"]:
+            own, clouds = clouds[: 1 + item["pieces"]], clouds[1 + item["pieces"] :]
+            known[key] = _mesh(own, item)
+    except (KeyError, TypeError, ValueError, IndexError):
+        return {}
+    return known
+
+
+def write_shapes(path: Path, known: dict[str, KnownMesh]) -> None:
+    """Keep these meshes in place of what was kept there."""
+    clouds = [cloud for mesh in known.values() for cloud in (mesh.shape.points, *mesh.shape.pieces)]
+    write_clouds(path, clouds, {"format": FORMAT, "meshes": [[key, _said(mesh)] for key, mesh in known.items()]})
+
+
+def _said(mesh: KnownMesh) -> dict[str, object]:
+    shape = mesh.shape
+    return {
+        "pieces": len(shape.pieces),
+        "volume": shape.solid.volume,
+        "center": shape.solid.center.tolist(),
+        "inertia": shape.solid.inertia.tolist(),
+        "source": shape.source.value,
+        "area": shape.area,
+        "watertight": shape.watertight,
+        "n_faces": shape.n_faces,
+        "exact": shape.exact,
+        "holed": mesh.holed,
+        "inside_out": mesh.inside_out,
+    }
+
+
+def _mesh(clouds: list[Array], item: dict[str, object]) -> KnownMesh:
+    points, *pieces = clouds
+    shape = Shape(
+        Solid(float(str(item["volume"])), np.array(item["center"]), np.array(item["inertia"])),
+        VolumeSource(str(item["source"])),
+        points,
+        tuple(pieces),
+        float(str(item["area"])),
+        bool(item["watertight"]),
+        int(str(item["n_faces"])),
+        bool(item["exact"]),
+    )
+    return KnownMesh(shape, bool(item["holed"]), bool(item["inside_out"]))
+
+
+SHAPES = ".cache/shapes"
+
+"""The shapes and the triangles of meshes that have been read before."""
+
+PIECES = ".cache/pieces"
+
+"""Convex pieces, shared by all assets and runs."""

@@ -1,0 +1,122 @@
+"""The triangles of an asset's mesh files: each file is parsed once, here and, by what it holds, from night to night."""
+
+import hashlib
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import numpy as np
+import trimesh
+
+from asset2sim.assets.meshes.array_file import read_arrays, write_arrays
+from asset2sim.assets.meshes.load import load_mesh
+from asset2sim.physics.arrays import Array, Faces
+
+Mesh = tuple[Array, Faces]
+
+FORMAT = f"1 trimesh {trimesh.__version__}"
+"""What a store must have been written by to be read: raise the number when ``load_mesh`` reads a file otherwise."""
+SELF_CONTAINED = (".dae", ".glb", ".obj", ".off", ".ply", ".stl")
+"""Formats whose geometry is all in one file; materials and textures do not count."""
+
+
+def file_key(path: Path) -> str | None:
+    """What a file's triangles depend on: its content, and how its name says to parse it.
+
+    None for a format whose geometry may lie in other files. Raises OSError where the file cannot be read.
+    """
+    if path.suffix.lower() not in SELF_CONTAINED:
+        return None
+    return f"{hashlib.sha256(path.read_bytes()).hexdigest()} {path.suffix.lower()}"
+
+
+@dataclass
+class Triangles:
+    """The triangles of one asset's mesh files, as they are asked for; ``store`` is the file in which they are kept."""
+
+    store: Path | None = None
+    keys: dict[Path, str | None] = field(default_factory=dict)
+    """File → its ``file_key``."""
+    meshes: dict[Path, Mesh] = field(default_factory=dict)
+    parsed: bool = False
+    """Whether there is something that the store does not hold."""
+    kept: dict[str, Mesh] | None = None
+    """What the store held, by key; None until somebody asks."""
+
+    def key(self, path: Path) -> str | None:
+        """The file's ``file_key``, which is computed once. Raises ValueError where the file cannot be read."""
+        if path not in self.keys:
+            try:
+                self.keys[path] = file_key(path)
+            except OSError as error:
+                raise ValueError(f"{path.name}: cannot be read ({error.strerror})") from error
+        return self.keys[path]
+
+    def of(self, path: Path) -> Mesh:
+        """The file's (n, 3) vertices, unscaled, and (k, 3) faces, which are nobody's to change.
+
+        Raises ValueError as ``load_mesh`` does, and where the file cannot be read.
+        """
+        if path not in self.meshes:
+            key = self.key(path)
+            found = self._kept().get(key) if key is not None else None
+            if found is None:
+                mesh = load_mesh(path)
+                found = np.array(mesh.vertices, dtype=np.float64), np.array(mesh.faces, dtype=np.int64)
+                self.parsed = True
+            for array in found:
+                array.flags.writeable = False
+            self.meshes[path] = found
+        return self.meshes[path]
+
+    def mesh(self, path: Path, scale: Array) -> trimesh.Trimesh:
+        """The file's mesh at a (3,) scale, the caller's own. Raises ValueError as ``of``."""
+        vertices, faces = self.of(path)
+        mesh = trimesh.Trimesh(vertices=vertices, faces=faces, process=False)
+        mesh.apply_scale(scale)
+        return mesh
+
+    def keep(self) -> None:
+        """Write what was parsed into the store, beside what it holds of the files that the asset still has."""
+        if self.store is None or not self.parsed:
+            return
+        known = self._kept()
+        meshes = {key: known[key] for key in self.keys.values() if key in known}
+        for path, mesh in self.meshes.items():
+            key = self.keys[path]
+            if key is not None:
+                meshes[key] = mesh
+        write_triangles(self.store, meshes)
+        self.parsed = False
+
+    def _kept(self) -> dict[str, Mesh]:
+        if self.kept is None:
+            self.kept = {} if self.store is None else read_triangles(self.store)
+        return self.kept
+
+
+def read_triangles(path: Path) -> dict[str, Mesh]:
+    """The meshes that were kept there, by key; none where there is nothing sound."""
+    stored = read_arrays(path, ("vertices", "faces", "ends"))
+    if stored is None:
+        return {}
+    arrays, said = stored
+    vertices, faces, ends = arrays["vertices"], arrays["faces"].astype(np.int64), arrays["ends"]
+    if not isinstance(said, dict) or said.get("format") != FORMAT or ends.shape != (len(said["keys"]), 2):
+        return {}
+    starts = np.vstack([np.zeros((1, 2), dtype=np.int64), ends])
+    return {
+        key: (vertices[v0:v1], faces[f0:f1])
+        for key, (v0, f0), (v1, f1) in zip(said["keys"], starts, ends, strict=False)
+    }
+
+
+def write_triangles(path: Path, meshes: dict[str, Mesh]) -> None:
+    """Keep these meshes in place of what was kept there."""
+    counts = [[len(vertices), len(faces)] for vertices, faces in meshes.values()]
+    arrays = {
+        "vertices": np.vstack([np.zeros((0, 3)), *(vertices for vertices, _ in meshes.values())]),
+        # Half the file: nobody has a mesh of 2^31 vertices.
+        "faces": np.vstack([np.zeros((0, 3), np.int32), *(faces.astype(np.int32) for _, faces in meshes.values())]),
+        "ends": np.cumsum(np.array(counts, dtype=np.int64).reshape(-1, 2), axis=0),
+    }
+    write_arrays(path, arrays, {"format": FORMAT, "keys": list(meshes)})

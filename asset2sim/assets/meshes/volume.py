@@ -1,0 +1,134 @@
+"""Volume, centre and inertia of one mesh: signed where it is closed, its convex pieces where not, a slab where
+it is flat."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import trimesh
+from scipy.spatial import QhullError
+
+from asset2sim.assets.meshes.hull import hull_of, solid
+from asset2sim.assets.meshes.shells import convex_pieces
+from asset2sim.physics.arrays import Array
+from asset2sim.physics.inertia import box_inertia
+from schemas.vocabulary import VolumeSource
+
+EXACT_SHARE = 0.97
+"""Share of its hull that a closed mesh fills from which the hull is its very shape."""
+SLAB_THICKNESS = 1e-3
+"""Thickness over longest extent that a sheet is given, so that it has a mass and an inertia."""
+
+
+@dataclass(frozen=True)
+class Solid:
+    """Volume (m³), (3,) centre of mass, and (3, 3) inertia about it at unit density."""
+
+    volume: float
+    center: Array
+    inertia: Array
+
+    def moved(self, rotation: Array, translation: Array) -> "Solid":
+        """The same solid in another frame: (3, 3) rotation, then (3,) translation."""
+        return Solid(self.volume, rotation @ self.center + translation, rotation @ self.inertia @ rotation.T)
+
+
+@dataclass(frozen=True)
+class Shape:
+    """One mesh as physics sees it, in the mesh's frame.
+
+    ``points`` are the (n, 3) vertices of its hull, or all of them where it is flat; ``pieces`` the (k, 3) hull points
+    of each convex piece, none where it is flat. ``exact`` says that the mesh is closed and fills its one hull, so that
+    the hull is its very shape.
+    """
+
+    solid: Solid
+    source: VolumeSource
+    points: Array
+    pieces: tuple[Array, ...]
+    area: float
+    watertight: bool
+    n_faces: int
+    exact: bool
+
+    @property
+    def flat(self) -> bool:
+        """Whether the mesh is a sheet that encloses nothing."""
+        return not self.pieces
+
+
+def shape_of(mesh: trimesh.Trimesh) -> Shape:
+    """The shape of a mesh that has at least one face and merged vertices."""
+    points = np.asarray(mesh.vertices, dtype=float)
+    watertight = bool(mesh.is_watertight)
+    hull = hull_of(points)
+    if hull is None:
+        return Shape(slab(points), VolumeSource.BOX, points, (), float(mesh.area), watertight, len(mesh.faces), False)
+    pieces = convex_pieces(mesh, hull)
+    body, source = combined([Solid(*solid(piece.triangles)) for piece in pieces]), VolumeSource.HULL
+    if watertight:
+        volume, center, inertia = solid(np.asarray(mesh.triangles, dtype=float))
+        sign = float(np.sign(volume))
+        # An inside-out or self-crossing shell integrates to nonsense; no solid exceeds its hull.
+        if 0.0 < abs(volume) <= 1.001 * solid(hull.triangles)[0] and np.linalg.eigvalsh(inertia * sign)[0] > 0.0:
+            body, source = Solid(abs(volume), center, inertia * sign), VolumeSource.SIGNED
+    return Shape(
+        body,
+        source,
+        hull.points,
+        tuple(piece.points for piece in pieces),
+        float(mesh.area),
+        watertight,
+        len(mesh.faces),
+        source is VolumeSource.SIGNED and len(pieces) == 1 and fills(body.volume, pieces[0].points),
+    )
+
+
+def fills(volume: float, points: Array) -> bool:
+    """Whether a solid of this volume, m³, is all of the hull of its (n, 3) points."""
+    hull = hull_of(points)
+    return hull is not None and volume >= EXACT_SHARE * float(solid(hull.triangles)[0])
+
+
+def slab(points: Array) -> Solid:
+    """A sheet as the smallest rectangle around it in its own plane, a thousandth of its extent thick."""
+    center = points.mean(axis=0)
+    plane = np.linalg.svd(points - center, full_matrices=True)[2]
+    flat = (points - center) @ plane[:2].T
+    to_rectangle, size = smallest_rectangle(flat)
+    turn = to_rectangle[:2, :2]
+    middle = center + plane[:2].T @ (-turn.T @ to_rectangle[:2, 2])
+    axes = np.vstack([turn @ plane[:2], plane[2]])
+    edges = np.append(size, 0.0)
+    edges = np.maximum(edges, SLAB_THICKNESS * max(float(edges.max()), 1e-9))
+    volume = float(edges.prod())
+    return Solid(volume, middle, axes.T @ box_inertia(volume, edges) @ axes)
+
+
+def smallest_rectangle(points: Array) -> tuple[Array, Array]:
+    """The (3, 3) planar transform that brings (n, 2) points to the origin along their smallest rectangle, and its size.
+
+    Points on one line have a rectangle of no width along it.
+    """
+    try:
+        transform, size = trimesh.bounds.oriented_bounds_2D(points)
+        return np.asarray(transform, dtype=float), np.asarray(size, dtype=float)
+    except (QhullError, ValueError):
+        direction = np.linalg.svd(points - points.mean(axis=0), full_matrices=True)[2]
+        along = points @ direction.T
+        low, high = along.min(axis=0), along.max(axis=0)
+        matrix = np.eye(3)
+        matrix[:2, :2] = direction
+        matrix[:2, 2] = -(low + high) / 2.0
+        return matrix, high - low
+
+
+def combined(solids: Sequence[Solid]) -> Solid:
+    """Several solids in one frame as one (parallel-axis theorem); overlaps count twice."""
+    volume = sum(item.volume for item in solids)
+    center = np.sum([item.volume * item.center for item in solids], axis=0) / volume
+    inertia = np.zeros((3, 3))
+    for item in solids:
+        offset = item.center - center
+        inertia += item.inertia + item.volume * (offset @ offset * np.eye(3) - np.outer(offset, offset))
+    return Solid(float(volume), center, inertia)

@@ -1,0 +1,106 @@
+"""Which of a link's shapes stand for its body: its collision meshes, unless they are not those of what one sees."""
+
+from collections.abc import Collection
+from dataclasses import dataclass
+
+import numpy as np
+
+from asset2sim.assets.meshes.hull import hull_volume
+from asset2sim.assets.meshes.volume import Shape
+from asset2sim.physics.arrays import Array
+
+SIZE_FACTOR = 2.0
+"""Diagonal of the collision meshes' box over that of the looks from which one of them is in other units, or another
+part."""
+OFF_SHARE = 0.5
+"""Distance of the boxes' centres, as a share of the looks' diagonal, from which they are apart."""
+PANEL_SHARE = 0.25
+"""How far a sheet must reach beyond a link's solids, as a share of its own longest edge, to be a part of its own."""
+FILLED_FACTOR = 3.0
+"""Volume of the collision meshes over that of the looks' solids from which they fill what the looks leave open: a hull
+over panels that enclose a room holds five times theirs and more."""
+
+
+@dataclass(frozen=True)
+class Placed:
+    """A shape in its link's frame: (3, 3) rotation and (3,) translation of its mesh.
+
+    ``mesh`` is the reference and (3,) scale of a mesh file, None for a primitive.
+    """
+
+    shape: Shape
+    rotation: Array
+    translation: Array
+    mesh: tuple[str, Array] | None
+
+    def points(self, points: Array) -> Array:
+        """(n, 3) points of the mesh's frame in the link's."""
+        moved: Array = points @ self.rotation.T + self.translation
+        return moved
+
+
+def unlike_looks(collision: list[Placed], looks: list[Placed], lost: int, holed: Collection[str]) -> str | None:
+    """Why a link's collision meshes cannot stand for what one sees of it, or None where they can.
+
+    ``lost`` is how many of the collision references could not be read, ``holed`` names those with holes. Only meshes of
+    their own are doubted: primitives are somebody's choice, and meshes that are also the looks can only be right or
+    wrong together.
+    """
+    if not looks or not any(item.shape.pieces for item in looks):
+        return None
+    seen = {item.mesh[0] for item in looks if item.mesh is not None}
+    if any(item.mesh is None or item.mesh[0] in seen for item in collision):
+        return None
+    if lost:
+        return f"{lost} of its {lost + len(collision)} collision meshes cannot be read"
+    if not collision:
+        return None
+    if any(item.shape.flat for item in collision):
+        return "a collision mesh is flat"
+    if any(item.mesh is not None and item.mesh[0] in holed for item in collision):
+        return "a collision mesh has holes"
+    (low, high), (seen_low, seen_high) = box(collision), box(looks)
+    extent, seen_extent = float(np.linalg.norm(high - low)), float(np.linalg.norm(seen_high - seen_low))
+    ratio = extent / max(seen_extent, 1e-12)
+    if not 1.0 / SIZE_FACTOR <= ratio <= SIZE_FACTOR:
+        return f"its collision meshes are {ratio:.4g} times as large as what one sees"
+    apart = float(np.linalg.norm(low + high - seen_low - seen_high) / 2.0)
+    if apart > OFF_SHARE * seen_extent:
+        return f"its collision meshes lie {apart:.3g} m from what one sees"
+    filled, solid = volume(collision), volume(looks)
+    if filled > FILLED_FACTOR * solid:
+        return f"its collision meshes hold {filled / solid:.3g} times the volume of what one sees: they fill its inside"
+    return None
+
+
+def weighing(items: list[Placed]) -> list[Placed]:
+    """The shapes that have a mass: all solids, and the sheets that are panels.
+
+    A sheet on a solid is a decal; one that reaches beyond the solids by ``PANEL_SHARE`` of its own size is a pane or a
+    panel that they are fixed to.
+    """
+    solids = [item for item in items if not item.shape.flat]
+    if not solids:
+        return items
+    low, high = box(solids)
+    kept = []
+    for item in items:
+        if item.shape.flat:
+            sheet_low, sheet_high = box([item])
+            beyond = float(np.maximum(low - sheet_low, sheet_high - high).max())
+            if beyond <= PANEL_SHARE * float((sheet_high - sheet_low).max()):
+                continue
+        kept.append(item)
+    return kept
+
+
+def box(items: list[Placed]) -> tuple[Array, Array]:
+    """The (3,) minimum and maximum of these shapes in the link's frame, m."""
+    points = np.vstack([item.points(item.shape.points) for item in items])
+    return points.min(axis=0), points.max(axis=0)
+
+
+def volume(items: list[Placed]) -> float:
+    """The volume of these shapes' solids, m³: pieces overlap, so never more than their common hull."""
+    whole = hull_volume(np.vstack([item.points(item.shape.points) for item in items]))
+    return min(sum(item.shape.solid.volume for item in items if not item.shape.flat), whole)

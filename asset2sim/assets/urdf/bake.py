@@ -1,0 +1,242 @@
+"""Baking a state into a URDF: the same object whose joint zero is the requested state, and the way back.
+
+URDF has no field for an initial position. Here each joint's origin takes the joint's motion at its position with it,
+and everything that is measured from zero (limits, spring, mimic, safety and calibration) is shifted by it. What every
+attribute was is recorded, in the comment at the top and beside the file, so that ``unbake`` restores it to the letter.
+"""
+
+import json
+import math
+from collections.abc import Iterator, Mapping
+from pathlib import Path
+
+import numpy as np
+from lxml import etree
+from lxml.etree import _Element as Element
+
+from asset2sim.assets.urdf.edit import POSITIONS, child
+from asset2sim.physics.arrays import Array
+from asset2sim.physics.kinematics import TreeJoint, motion, transform
+from schemas.errors import UsageError
+from schemas.overlay import Bake, BakedJoint, PhysicsOverlay
+
+RECORD_NAME = "bake.json"
+"""The record beside a baked URDF; the comment at its top holds the same."""
+MARK = " asset2sim bake: "
+STATE_MARK = " asset2sim: "
+ROUNDED = 1e-7
+"""How far outside the written limits a position may lie for want of digits in the file, rad or m: it is the limit's."""
+SHIFTED = (("limit", "lower"), ("limit", "upper"), ("dynamics", "spring_reference"), *POSITIONS)
+"""Attributes that are positions of their joint."""
+MOVING = ("revolute", "continuous", "prismatic")
+
+
+def bake(document: bytes, positions: Mapping[str, float]) -> tuple[bytes, Bake]:
+    """The document with joint zero at ``positions`` (rad or m; joints not named stay), and the record of the change.
+
+    Joint q of the result is joint q + q₀ of the original, whatever the pose. A document that is baked already is
+    restored first, ``positions`` being of its authored zero. Raises UsageError for a position of no movable joint.
+    """
+    robot = parsed(document)
+    if record_of(robot) is not None:
+        robot = parsed(unbake(document))
+    joints = {str(joint.get("name")): joint for joint in robot.findall("joint")}
+    movable = {name: joint for name, joint in joints.items() if joint.get("type") in MOVING}
+    unknown = sorted(set(positions) - set(movable))
+    if unknown:
+        raise UsageError(f"no movable joint {', '.join(unknown)} to bake; movable joints: {', '.join(movable)}")
+    zeros = {name: within_limits(joint, positions.get(name, 0.0)) for name, joint in movable.items()}
+    touched = [name for name in movable if zeros[name] != 0.0 or mimic_offset(movable[name], zeros) is not None]
+    record = Bake(
+        comment=comment_text(robot), joints=tuple(authored(movable[name], zeros[name]) for name in touched)
+    )  # fmt: skip
+    for name in touched:
+        shift_joint(movable[name], zeros[name], mimic_offset(movable[name], zeros))
+    write_comment(robot, record)
+    return serialised(robot), record
+
+
+def unbake(document: bytes, record: Bake | None = None) -> bytes:
+    """The document with its authored zero again: every attribute that baking changed has its old text.
+
+    Without ``record`` the one in the document's comment is used. Raises UsageError where there is none.
+    """
+    robot = parsed(document)
+    record = record or record_of(robot)
+    if record is None:
+        raise UsageError("this URDF says nothing of a baked state; give the record in bake.json")
+    joints = {str(joint.get("name")): joint for joint in robot.findall("joint")}
+    for item in record.joints:
+        joint = joints[item.name]
+        for path, text in item.authored.items():
+            tag, key = path.split("/")
+            element = joint.find(tag)
+            if text is not None:
+                (etree.SubElement(joint, tag) if element is None else element).set(key, text)
+            elif element is not None:
+                if key in element.attrib:
+                    del element.attrib[key]
+                if tag == "origin" and not element.attrib:
+                    joint.remove(element)
+    remove_comments(robot, (MARK, STATE_MARK))
+    if record.comment is not None:
+        robot.insert(0, etree.Comment(record.comment))
+    return serialised(robot)
+
+
+def bake_file(urdf: Path, positions: Mapping[str, float], target: Path) -> Bake:
+    """Write the baked URDF to ``target`` (which may be ``urdf``) and its record beside it."""
+    document, record = bake(urdf.read_bytes(), positions)
+    target.write_bytes(document)
+    (target.parent / RECORD_NAME).write_text(record.model_dump_json(indent=2), encoding="utf-8")
+    return record
+
+
+def unbake_file(urdf: Path, target: Path) -> None:
+    """Write the URDF with its authored zero to ``target``, from the record beside it, else from its own comment."""
+    beside = urdf.parent / RECORD_NAME
+    record = Bake.model_validate_json(beside.read_text(encoding="utf-8")) if beside.is_file() else None
+    target.write_bytes(unbake(urdf.read_bytes(), record))
+
+
+def baked(overlay: PhysicsOverlay) -> PhysicsOverlay:
+    """The overlay of the baked URDF: every initial position 0, and all that is measured from zero shifted with it."""
+    joints = []
+    for joint in overlay.joints:
+        zero = joint.initial_position
+        changes = {
+            "initial_position": 0.0,
+            "lower": None if joint.lower is None else min(joint.lower - zero, 0.0),
+            "upper": None if joint.upper is None else max(joint.upper - zero, 0.0),
+            "closed": joint.closed - zero,
+            "open": joint.open - zero,
+            "spring_reference": joint.spring_reference - zero,
+        }
+        joints.append(joint.model_copy(update=changes))
+    return overlay.model_copy(update={"joints": tuple(joints)})
+
+
+def within_limits(joint: Element, position: float) -> float:
+    """The position, at a limit where it lies outside by no more than the digits of the file."""
+    limit = joint.find("limit")
+    if limit is None or joint.get("type") == "continuous":
+        return position
+    for key, outside in (("lower", 1.0), ("upper", -1.0)):
+        text = limit.get(key)
+        if text is not None and 0.0 < outside * (float(text) - position) <= ROUNDED:
+            return float(text)
+    return position
+
+
+def mimic_offset(joint: Element, zeros: Mapping[str, float]) -> float | None:
+    """The offset that keeps q' + q₀ = m (p' + p₀) + o in the shifted coordinates; None where nothing changes."""
+    mimic = joint.find("mimic")
+    if mimic is None:
+        return None
+    own, leader = zeros[str(joint.get("name"))], zeros.get(str(mimic.get("joint")), 0.0)
+    if own == 0.0 and leader == 0.0:
+        return None
+    return float(mimic.get("offset", "0")) + float(mimic.get("multiplier", "1")) * leader - own
+
+
+def shift_joint(joint: Element, zero: float, offset: float | None) -> None:
+    """Move one joint's zero to ``zero`` and set its mimic offset."""
+    if offset is not None:
+        child(joint, "mimic").set("offset", exact(offset))
+    if zero == 0.0:
+        return
+    origin = child(joint, "origin")
+    pose = transform(numbers(origin.get("xyz")), numbers(origin.get("rpy"))) @ motion(moving(joint), zero)
+    origin.set("xyz", " ".join(exact(value) for value in pose[:3, 3]))
+    if joint.get("type") != "prismatic":
+        origin.set("rpy", " ".join(exact(value) for value in angles(pose[:3, :3])))
+    for tag, key in SHIFTED:
+        element = joint.find(tag)
+        text = None if element is None else element.get(key)
+        if element is not None and text is not None:
+            element.set(key, exact(float(text) - zero))
+
+
+def moving(joint: Element) -> TreeJoint:
+    """The joint's own motion: its type and its unit axis (x where it states none, as URDF has it)."""
+    stated = joint.find("axis")
+    axis = np.array(numbers("1 0 0" if stated is None else stated.get("xyz", "1 0 0")))
+    return TreeJoint("", str(joint.get("type")), "", "", np.eye(4), axis / np.linalg.norm(axis))
+
+
+def angles(rotation: Array) -> Array:
+    """(3,) fixed-axis roll, pitch and yaw of a (3, 3) rotation, rad.
+
+    Roll is taken after yaw is undone, so that their rounding cancels where pitch comes near a right angle.
+    """
+    yaw = math.atan2(rotation[1, 0], rotation[0, 0])
+    cosine, sine = math.cos(yaw), math.sin(yaw)
+    roll = math.atan2(sine * rotation[0, 2] - cosine * rotation[1, 2], cosine * rotation[1, 1] - sine * rotation[0, 1])
+    return np.array([roll, math.atan2(-rotation[2, 0], math.hypot(rotation[0, 0], rotation[1, 0])), yaw])
+
+
+def authored(joint: Element, zero: float) -> BakedJoint:
+    """What every attribute of one joint that baking may change was, None where it was not there."""
+    paths = [("origin", "xyz"), ("origin", "rpy"), ("mimic", "offset"), *SHIFTED]
+    texts: dict[str, str | None] = {}
+    for tag, key in paths:
+        element = joint.find(tag)
+        if element is not None or tag == "origin":
+            texts[f"{tag}/{key}"] = None if element is None else element.get(key)
+    return BakedJoint(name=str(joint.get("name")), position=zero, authored=texts)
+
+
+def record_of(robot: Element) -> Bake | None:
+    """The record in a document's comment."""
+    for node in comments(robot):
+        text = str(node.text)
+        if text.startswith(MARK):
+            return Bake.model_validate_json(text[len(MARK) :])
+    return None
+
+
+def comment_text(robot: Element) -> str | None:
+    """The comment that states the initial positions, which no longer holds once they are baked."""
+    return next((str(node.text) for node in comments(robot) if str(node.text).startswith(STATE_MARK)), None)
+
+
+def write_comment(robot: Element, record: Bake) -> None:
+    """Put the record into a comment at the top. A comment may not hold two hyphens: names that do are escaped."""
+    remove_comments(robot, (MARK, STATE_MARK))
+    text = json.dumps(record.model_dump(), separators=(",", ":")).replace("--", "-\\u002d")
+    robot.insert(0, etree.Comment(f"{MARK}{text} "))
+
+
+def remove_comments(robot: Element, marks: tuple[str, ...]) -> None:
+    """Remove our own comments, and the whitespace after them with them."""
+    for node in list(comments(robot)):
+        if str(node.text).startswith(marks):
+            robot.remove(node)
+
+
+def comments(robot: Element) -> Iterator[Element]:
+    """The comments at the top level of the document's root."""
+    return (node for node in robot if isinstance(node, etree._Comment))
+
+
+def parsed(document: bytes) -> Element:
+    """The document's root element, comments kept."""
+    root: Element = etree.fromstring(document, etree.XMLParser(remove_comments=False))
+    return root
+
+
+def serialised(robot: Element) -> bytes:
+    """The document, indented as ours are."""
+    etree.indent(robot, space="  ")
+    document: bytes = etree.tostring(robot, xml_declaration=True, encoding="utf-8", pretty_print=True)
+    return document
+
+
+def numbers(text: str | None) -> list[float]:
+    """The numbers in an attribute; three zeros where it is absent."""
+    return [float(word) for word in (text or "0 0 0").split()]
+
+
+def exact(value: float) -> str:
+    """A number with every digit that it holds, no negative zero."""
+    return repr(float(value) + 0.0)

@@ -1,0 +1,164 @@
+"""Reading a URDF into yourdfpy's typed model, and refusing what no simulator could load."""
+
+import logging
+import math
+import re
+from collections import Counter
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+import yourdfpy
+from lxml import etree
+
+from schemas.errors import AssetError
+from schemas.vocabulary import FailureMode
+
+JOINT_TYPES = ("revolute", "continuous", "prismatic", "fixed")
+
+"""The joint types that PyBullet, MuJoCo and PhysX all load; floating and planar joints are not articulation."""
+
+logging.getLogger("yourdfpy").setLevel(logging.ERROR)
+
+
+def read_urdf(path: Path) -> yourdfpy.Robot:
+    """The URDF as yourdfpy's robot: links, joints, origins as (4, 4), no mesh loaded.
+
+    Raises AssetError: unreadable_asset if the file is not XML, not a URDF or not one tree of known joint types;
+    invalid_joint_configuration where a joint's numbers make no sense.
+    """
+    try:
+        document = etree.parse(str(path))
+    except (etree.XMLSyntaxError, OSError, UnicodeError) as error:
+        raise unreadable(path, "not_xml", f"not readable as XML ({error}); export the URDF again") from error
+    tag = str(document.getroot().tag)
+    if tag != "robot":
+        raise unreadable(path, "not_urdf", f"the root element is <{tag}>, not <robot>")
+    check_numbers(path, document)
+    try:
+        model = yourdfpy.URDF.load(
+            str(path),
+            build_scene_graph=False,
+            build_collision_scene_graph=False,
+            load_meshes=False,
+            load_collision_meshes=False,
+        )
+    except Exception as error:  # yourdfpy raises what its parsers raise: any of them means a URDF that cannot be read
+        raise unreadable(path, "not_urdf", f"yourdfpy cannot read it: {type(error).__name__}: {error}") from error
+    check_tree(path, model.robot)
+    return model.robot
+
+
+def check_numbers(path: Path, document: "etree._ElementTree") -> None:
+    """Refuse numbers that are not finite, naming the element; yourdfpy would carry a NaN into every stage.
+
+    Those of an inertial are left to extraction, which goes on as if it were not there.
+    """
+    for element in document.getroot().iter("origin", "axis", "limit", "mesh", "box", "dynamics"):
+        parent = element.getparent()
+        if parent is not None and parent.tag == "inertial":
+            continue
+        for key, value in element.attrib.items():
+            if key == "filename":
+                continue
+            for word in str(value).replace(",", " ").split():
+                if re.fullmatch(r"[+-]?(nan|inf|infinity)", word, flags=re.IGNORECASE):
+                    owner = element.getparent()
+                    while owner is not None and owner.get("name") is None:
+                        owner = owner.getparent()
+                    name = "?" if owner is None else owner.get("name")
+                    raise AssetError(
+                        FailureMode.INVALID_JOINT_CONFIGURATION,
+                        "not_finite",
+                        f"{path.name}: <{element.tag!s} {key!s}='{word}'> of '{name!s}' is not finite",
+                        joint=name,
+                    )
+
+
+def check_tree(path: Path, robot: yourdfpy.Robot) -> None:
+    """Refuse duplicate names, unknown parents and children, several roots, loops and unknown joint types."""
+    links = [link.name for link in robot.links]
+    if not links:
+        raise unreadable(path, "no_links", "it has no link")
+    for kind, names in (("link", links), ("joint", [joint.name for joint in robot.joints])):
+        twice = [name for name, count in Counter(names).items() if count > 1]
+        if twice:
+            raise unreadable(path, f"duplicate_{kind}", f"{kind} '{twice[0]}' is defined twice; rename one")
+    for joint in robot.joints:
+        check_joint(path, joint, links)
+    parents = Counter(joint.child for joint in robot.joints)
+    for name, count in parents.items():
+        if count > 1:
+            raise unreadable(path, "two_parents", f"link '{name}' is the child of {count} joints; a URDF is a tree")
+    roots = [name for name in links if name not in parents]
+    if len(roots) != 1:
+        listed = ", ".join(roots) or "none: its joints form a loop"
+        raise unreadable(path, "roots", f"it must have one root link and has {len(roots)} ({listed})")
+    lost = unreached(robot, roots[0], links)
+    if lost:
+        raise unreadable(path, "loop", f"links {', '.join(lost[:5])} are not connected to root '{roots[0]}'")
+
+
+def check_joint(path: Path, joint: yourdfpy.Joint, links: list[str]) -> None:
+    """Refuse one joint whose links do not exist, whose type no engine knows, or whose axis has no direction."""
+    for role, name in (("parent", joint.parent), ("child", joint.child)):
+        if name not in links:
+            raise invalid(path, "unknown_link", joint.name, f"its {role} '{name}' is not a link")
+    if joint.type not in JOINT_TYPES:
+        raise invalid(path, "joint_type", joint.name, f"type '{joint.type}'; use one of {', '.join(JOINT_TYPES)}")
+    if joint.axis is not None and joint.type != "fixed":
+        length = float(np.linalg.norm(joint.axis))
+        if not math.isfinite(length) or length < 1e-9:
+            raise invalid(path, "zero_axis", joint.name, "its axis has no direction")
+
+
+def unreached(robot: yourdfpy.Robot, root: str, links: list[str]) -> list[str]:
+    """The links that no chain of joints connects to the root."""
+    reached, frontier = {root}, [root]
+    while frontier:
+        link = frontier.pop()
+        for joint in robot.joints:
+            if joint.parent == link and joint.child not in reached:
+                reached.add(joint.child)
+                frontier.append(joint.child)
+    return [name for name in links if name not in reached]
+
+
+def unreadable(path: Path, code: str, problem: str) -> AssetError:
+    """An unreadable_asset error that names the file."""
+    return AssetError(FailureMode.UNREADABLE_ASSET, code, f"{path.name}: {problem}")
+
+
+def invalid(path: Path, code: str, joint: str, problem: str) -> AssetError:
+    """An invalid_joint_configuration error that names the file and the joint."""
+    return AssetError(
+        FailureMode.INVALID_JOINT_CONFIGURATION, code, f"{path.name}: joint '{joint}': {problem}", joint=joint
+    )
+
+
+@dataclass(frozen=True)
+class Dynamics:
+    """Damping (N·m·s/rad or N·s/m), friction (N·m or N), stiffness (N·m/rad or N/m) and the spring's relaxed
+    position."""
+
+    damping: float
+    friction: float
+    stiffness: float
+    spring_reference: float
+
+
+def read_dynamics(urdf: Path) -> dict[str, Dynamics]:
+    """Joint name → dynamics for every joint that is not fixed; absent attributes are 0."""
+    terms: dict[str, Dynamics] = {}
+    for joint in etree.parse(str(urdf)).getroot().findall("joint"):
+        if joint.get("type") == "fixed":
+            continue
+        element = joint.find("dynamics")
+        values = {} if element is None else element.attrib
+        terms[str(joint.get("name"))] = Dynamics(
+            damping=float(values.get("damping", 0.0)),
+            friction=float(values.get("friction", 0.0)),
+            stiffness=float(values.get("spring_stiffness", 0.0)),
+            spring_reference=float(values.get("spring_reference", 0.0)),
+        )
+    return terms

@@ -1,0 +1,79 @@
+"""The five canonical views: load, pose, light, look, and write."""
+
+import os
+import tempfile
+from collections.abc import Mapping
+from pathlib import Path
+
+import numpy as np
+from PIL import Image
+
+from asset2sim.assets.extract import Extraction
+from asset2sim.assets.views.batch import batches_of
+from asset2sim.assets.views.camera import NARROW_FOV, WIDE_FOV, directions, fit
+from asset2sim.assets.views.picture import finish, png_bytes
+from asset2sim.assets.views.renderer import render
+from asset2sim.assets.views.scene import load_scene, nothing_to_draw
+from asset2sim.models.priors_known import is_prior
+from schemas.request import LabelledImage
+from schemas.settings import Settings, ViewSettings
+
+VIEW_NAMES = ("front", "back", "left", "right", "perspective")
+
+OVERSAMPLING = 1.5
+
+"""Pixels drawn per pixel shown, along each side: TinyRenderer does not smooth edges, and its time goes with the
+square."""
+
+
+def render_views(urdf_file: Path, positions: Mapping[str, float], settings: ViewSettings) -> dict[str, Image.Image]:
+    """View name → RGB picture of the asset at these joint positions (radians or metres; joints not named are at zero).
+
+    Meshes that are missing are left out. Raises AssetError: unreadable_asset or invalid_joint_configuration if the
+    URDF is refused, missing_mesh if nothing is left to draw.
+    """
+    scene = load_scene(urdf_file, positions)
+    batches = batches_of(scene.surfaces)
+    if not batches:
+        raise nothing_to_draw(urdf_file)
+    points = np.concatenate([batch.vertices for batch in batches])
+    aspect = settings.width / settings.height
+    cameras = {
+        name: fit(points, towards, WIDE_FOV if name == "perspective" else NARROW_FOV, aspect)
+        for name, towards in directions(scene.front).items()
+    }
+    frames = render(batches, cameras, round(OVERSAMPLING * settings.width), round(OVERSAMPLING * settings.height))
+    return {name: finish(frames[name], settings.width, settings.height) for name in VIEW_NAMES}
+
+
+def write_views(
+    urdf_file: Path, positions: Mapping[str, float], folder: Path, settings: ViewSettings
+) -> tuple[Path, ...]:
+    """Render the views into ``folder`` as ``front.png`` and so on; each file appears whole or not at all.
+
+    Raises what ``render_views`` raises, before anything is written.
+    """
+    images = render_views(urdf_file, positions, settings)
+    folder.mkdir(parents=True, exist_ok=True)
+    written = []
+    for name, image in images.items():
+        path = folder / f"{name}.png"
+        handle, temporary = tempfile.mkstemp(dir=folder, prefix=f".{name}-", suffix=".png")
+        try:
+            with os.fdopen(handle, "wb") as stream:
+                stream.write(png_bytes(image))
+            os.chmod(temporary, 0o644)
+            os.replace(temporary, path)
+        except BaseException:
+            Path(temporary).unlink(missing_ok=True)
+            raise
+        written.append(path)
+    return tuple(written)
+
+
+def labelled_views(extraction: Extraction, settings: Settings) -> dict[str, LabelledImage]:
+    """View name → picture of the asset as authored, for models that might look at them; empty for those that cannot."""
+    if is_prior(settings.model.model):
+        return {}
+    views = render_views(extraction.urdf, {}, settings.views)
+    return {name: LabelledImage(label=name, png=png_bytes(image)) for name, image in views.items()}

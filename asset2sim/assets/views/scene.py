@@ -1,0 +1,138 @@
+"""A URDF at given joint positions as painted surfaces in the root link's frame."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+import yourdfpy
+
+from asset2sim.assets.meshes.load import primitive, scale_vector
+from asset2sim.assets.urdf.locate import find_mesh
+from asset2sim.assets.urdf.read import read_urdf
+from asset2sim.assets.views.load import from_mesh, load_surfaces
+from asset2sim.assets.views.surface import PLAIN, Color, Floats, Paint, Surface, posed
+from asset2sim.physics.kinematics import TreeJoint, motion
+from schemas.errors import AssetError
+from schemas.vocabulary import FailureMode
+
+Y_UP_TO_Z_UP = np.array([[0.0, 0.0, -1.0], [-1.0, 0.0, 0.0], [0.0, 1.0, 0.0]])
+"""The rotation of PartNet-Mobility's fixed root joint: its objects are authored y-up and facing +z."""
+
+
+@dataclass(frozen=True, eq=False)
+class Scene:
+    """What there is to draw: surfaces in the root frame (z up), and the (3,) unit direction that the object's front
+    faces."""
+
+    surfaces: tuple[Surface, ...]
+    front: Floats
+
+
+def load_scene(urdf_file: Path, positions: Mapping[str, float]) -> Scene:
+    """The asset at these joint positions (radians or metres; joints not named are at zero, mimicking joints follow).
+
+    Meshes that do not exist or cannot be read are left out. Links are drawn by their visuals, or, where no link of the
+    asset has one, by their collision shapes. Raises AssetError: unreadable_asset or invalid_joint_configuration if the
+    URDF is refused, missing_mesh if nothing is left to draw.
+    """
+    robot = read_urdf(urdf_file)
+    poses = link_to_root(robot, positions)
+    colors = {material.name: material.color for material in robot.materials if material.color is not None}
+    loaded: dict[Path, tuple[Surface, ...]] = {}
+    surfaces: list[Surface] = []
+    roles = ("visuals", "collisions")
+    for role in roles:
+        for link in robot.links:
+            for shape in getattr(link, role):
+                shape_to_root = poses[link.name] if shape.origin is None else poses[link.name] @ shape.origin
+                fallback = Paint(shape_color(getattr(shape, "material", None), colors))
+                pieces, scale = pieces_of(shape.geometry, urdf_file.parent, loaded)
+                surfaces.extend(posed(piece, shape_to_root, scale, fallback) for piece in pieces)
+        if surfaces:
+            return Scene(tuple(surfaces), front_of(robot, urdf_file))
+    raise nothing_to_draw(urdf_file)
+
+
+def nothing_to_draw(urdf_file: Path) -> AssetError:
+    """The missing_mesh error of an asset of which no triangle can be drawn."""
+    return AssetError(
+        FailureMode.MISSING_MESH,
+        "nothing_to_draw",
+        f"{urdf_file.name}: no visual or collision shape of it can be drawn; put its mesh files beside it",
+    )
+
+
+def link_to_root(robot: yourdfpy.Robot, positions: Mapping[str, float]) -> dict[str, Floats]:
+    """Link name → (4, 4) link-to-root transform."""
+    values = dict(positions)
+    for joint in robot.joints:
+        if joint.mimic is not None and joint.name not in positions:
+            factor = 1.0 if joint.mimic.multiplier is None else joint.mimic.multiplier
+            values[joint.name] = factor * positions.get(joint.mimic.joint, 0.0) + (joint.mimic.offset or 0.0)
+    children: dict[str, list[yourdfpy.Joint]] = {}
+    for joint in robot.joints:
+        children.setdefault(joint.parent, []).append(joint)
+    root = root_of(robot)
+    poses: dict[str, Floats] = {root: np.eye(4)}
+    frontier = [root]
+    while frontier:
+        parent = frontier.pop()
+        for joint in children.get(parent, ()):
+            origin = np.eye(4) if joint.origin is None else np.asarray(joint.origin, dtype=float)
+            axis = np.array([1.0, 0.0, 0.0]) if joint.axis is None else np.asarray(joint.axis, dtype=float)
+            axis = axis / (float(np.linalg.norm(axis)) or 1.0)
+            item = TreeJoint(joint.name, joint.type, joint.parent, joint.child, origin, axis)
+            poses[joint.child] = poses[parent] @ origin @ motion(item, float(values.get(joint.name, 0.0)))
+            frontier.append(joint.child)
+    return poses
+
+
+def root_of(robot: yourdfpy.Robot) -> str:
+    """The link that is nobody's child."""
+    children = {joint.child for joint in robot.joints}
+    return next(str(link.name) for link in robot.links if link.name not in children)
+
+
+def shape_color(material: yourdfpy.Material | None, colors: Mapping[str, yourdfpy.Color]) -> Color:
+    """RGBA of a URDF material tag, which may name one that the robot defines; grey where it says nothing."""
+    if material is None:
+        return PLAIN
+    color = material.color if material.color is not None else colors.get(material.name)
+    if color is None or color.rgba is None:
+        return PLAIN
+    red, green, blue, alpha = (float(np.clip(v, 0.0, 1.0)) for v in color.rgba)
+    return (red, green, blue, alpha)
+
+
+def pieces_of(
+    geometry: yourdfpy.Geometry, folder: Path, loaded: dict[Path, tuple[Surface, ...]]
+) -> tuple[tuple[Surface, ...], Floats]:
+    """The surfaces of one geometry in its own frame, and its (3,) scale. ``loaded`` remembers files already read."""
+    if geometry.mesh is None:
+        mesh = primitive(geometry)
+        return (() if mesh is None else (from_mesh(mesh),)), np.ones(3)
+    path = find_mesh(geometry.mesh.filename, folder)
+    if path is None:
+        return (), np.ones(3)
+    if path not in loaded:
+        loaded[path] = load_surfaces(path)
+    return loaded[path], scale_vector(geometry.mesh)
+
+
+def front_of(robot: yourdfpy.Robot, urdf_file: Path) -> Floats:
+    """(3,) the horizontal direction in the root frame that the object's front faces.
+
+    PartNet-Mobility's objects face -x once its root joint has turned them z-up; an object is taken for one of them
+    by that joint, by its robot's name or by the ``semantics.txt`` beside it. Others follow the ROS custom: x forward.
+    """
+    root = root_of(robot)
+    turned = any(
+        joint.parent == root
+        and joint.type == "fixed"
+        and joint.origin is not None
+        and np.allclose(np.asarray(joint.origin)[:3, :3], Y_UP_TO_Z_UP, atol=1e-3)
+        for joint in robot.joints
+    )
+    named = (robot.name or "").startswith("partnet_") or (urdf_file.parent / "semantics.txt").is_file()
+    return np.array([-1.0 if turned or named else 1.0, 0.0, 0.0])

@@ -1,6 +1,0 @@
-"""The five canonical views of an asset at given joint positions, in PyBullet's software renderer."""
-
-from asset2sim.views.canonical import VIEW_NAMES, render_views, write_views
-from asset2sim.views.picture import contact_sheet, png_bytes
-
-__all__ = ["VIEW_NAMES", "contact_sheet", "png_bytes", "render_views", "write_views"]
