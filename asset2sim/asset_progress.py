@@ -7,12 +7,11 @@ from time import perf_counter
 
 from asset2sim.judging import Judged
 from asset2sim.shaping import Shaped
-from schemas.call import ModelCall
 from schemas.features import Features
-from schemas.finding import Finding
+from schemas.finding import Finding, TraceStep
 from schemas.interaction import EngineReport, OverlapPair
 from schemas.overlay import PhysicsOverlay
-from schemas.trace import TraceStep
+from schemas.request import ModelCall
 from schemas.vocabulary import Stage
 
 

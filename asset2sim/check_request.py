@@ -8,7 +8,7 @@ from urllib.parse import urlsplit
 
 from asset2sim.dataset import load_dataset
 from asset2sim.engines.registry import require
-from asset2sim.models.choices import check_model
+from asset2sim.models.gateway.choices import check_model
 from asset2sim.remote.output import check_store
 from schemas.asset import AssetRef
 from schemas.errors import UsageError

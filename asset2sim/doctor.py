@@ -17,14 +17,14 @@ from pathlib import Path
 from asset2sim.catalog.run import git_state, versions
 from asset2sim.engines.registry import HOW_TO_INSTALL, engine_version, installed, open_world
 from asset2sim.isolation import Ending, run_isolated
-from asset2sim.models.choices import check_model
-from asset2sim.models.environment import quiet_environment
-from asset2sim.models.priors_known import described, is_prior
+from asset2sim.models.gateway.choices import check_model
+from asset2sim.models.gateway.environment import quiet_environment
 from asset2sim.models.purposes import named_models, settings_for
 from asset2sim.remote.cache import cache_root
 from asset2sim.remote.store import StoreError, list_objects, remove_objects, send_objects
 from schemas.errors import Asset2SimError, UsageError
 from schemas.location import is_url
+from schemas.model_names import described, is_prior
 from schemas.request import ModelRequest
 from schemas.settings import ModelSettings, RunSettings
 from schemas.vocabulary import Engine
@@ -207,7 +207,7 @@ def check_model_answers(settings: ModelSettings) -> str:
         raise BrokenError(str(error)) from error
     if not is_prior(settings.model):
         return "its provider is known and its key is set; no request was sent"
-    from asset2sim.models.gateway import ask
+    from asset2sim.models.gateway.ask import ask
 
     answer = ask(ModelRequest(purpose="doctor", system="Answer in JSON.", text="A box."), settings)
     if answer.content is None:

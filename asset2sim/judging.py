@@ -19,11 +19,10 @@ from asset2sim.reverification import Known, verify_once
 from asset2sim.search.shapes import written_joints
 from asset2sim.verification import engines_of, verify
 from schemas.errors import AssetError
-from schemas.finding import Finding
+from schemas.finding import Finding, TraceStep
 from schemas.interaction import EngineReport, OverlapPair
 from schemas.overlay import PhysicsOverlay
 from schemas.settings import Settings
-from schemas.trace import TraceStep
 from schemas.vocabulary import Engine, FailureMode, OverlapCause, Severity, Stage
 
 

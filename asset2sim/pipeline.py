@@ -9,7 +9,7 @@ from asset2sim.assets.extract import extract
 from asset2sim.assets.meshes.shape_cache import SHAPES
 from asset2sim.methods.dispatch import Work, run_method
 from asset2sim.metrics.verdict import Verdict
-from asset2sim.models.synthesize import SynthesisError
+from asset2sim.models.ask_overlay import SynthesisError
 from asset2sim.validation.authored import check_authored
 from schemas.asset import AssetRecord, AssetRef
 from schemas.errors import AssetError

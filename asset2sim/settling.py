@@ -6,14 +6,14 @@ from pathlib import Path
 
 from asset2sim.engines.child import in_child
 from asset2sim.engines.rest import measure
-from asset2sim.models.refinement import Situation, Tried
+from asset2sim.models.refinement_prompt import Situation, Tried
 from asset2sim.search.asking import Scene, next_pose
 from asset2sim.search.proposals import Pose
+from schemas.finding import TraceStep
 from schemas.interaction import EngineReport
 from schemas.measurement import Measurement
 from schemas.overlay import PhysicsOverlay
 from schemas.settings import Settings
-from schemas.trace import TraceStep
 from schemas.vocabulary import Engine, Source
 
 ENGINE = Engine.PYBULLET

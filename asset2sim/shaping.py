@@ -19,11 +19,10 @@ from asset2sim.search.notes import moves
 from asset2sim.search.proposals import Pose
 from asset2sim.search.questions import Questions
 from asset2sim.settling import fallen, rest_of, restate
-from schemas.finding import Finding
+from schemas.finding import Finding, TraceStep
 from schemas.overlay import Overlay, PhysicsOverlay
 from schemas.request import ModelAsk
 from schemas.settings import Settings
-from schemas.trace import TraceStep
 from schemas.vocabulary import CollisionMode, FailureMode, Severity, Source, Stage
 
 DECOMPOSED = "collision_decomposed"

@@ -22,12 +22,11 @@ from asset2sim.bench.request import BenchRequest, parse_request
 from asset2sim.bench.stages import stage_seconds
 from asset2sim.bench.synthetic import make_unchanged
 from asset2sim.bench.table import bench_markdown
-from asset2sim.checkout import checkout_folder
 from asset2sim.cli.console import output
 from asset2sim.cli.parser import parse, refine_request
 from asset2sim.dataset import load_dataset
 from asset2sim.fanout.refine import refine_all
-from asset2sim.models.environment import quiet_environment
+from asset2sim.models.gateway.environment import checkout_folder, quiet_environment
 from flows.bench_run import MODULE as RUN
 from schemas.asset import AssetRecord
 from schemas.errors import Asset2SimError, UsageError

@@ -28,7 +28,7 @@ def ready(request: RefineRequest) -> Iterator[Callable[[RefineRequest], RunResul
     from asset2sim.catalog.mlflow_store import load_mlflow
     from asset2sim.catalog.switch import find_catalog
     from asset2sim.isolation.server import warm_up
-    from asset2sim.models.lite import load_litellm
+    from asset2sim.models.gateway.lite import load_litellm
     from asset2sim.remote.cache import working_folder
     from tasks.prefect_server import temporary_server
 

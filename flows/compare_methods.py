@@ -10,7 +10,7 @@ from asset2sim.compare.plan import plan
 from asset2sim.compare.report import check_readme, compare, write_comparison, write_readme
 from asset2sim.compare.request import CompareRequest, parse_request
 from asset2sim.isolation.server import warm_up
-from asset2sim.models.environment import quiet_environment
+from asset2sim.models.gateway.environment import quiet_environment
 from schemas.errors import Asset2SimError, UsageError
 from tasks.prefect_server import temporary_server
 

@@ -4,13 +4,12 @@ from pydantic import Field
 
 from schemas.alignment import Alignment
 from schemas.base import Frozen
-from schemas.call import ModelCall
 from schemas.features import Features
-from schemas.finding import Finding
+from schemas.finding import Finding, TraceStep
 from schemas.interaction import EngineReport, OverlapPair
 from schemas.measurement import Measurement
 from schemas.overlay import PhysicsOverlay
-from schemas.trace import TraceStep
+from schemas.request import ModelCall
 from schemas.vocabulary import FailureMode, Method, Status
 
 

@@ -4,7 +4,22 @@ from collections.abc import Callable
 from typing import Any, Literal
 
 from schemas.base import Frozen
-from schemas.call import ModelCall
+
+
+class ModelCall(Frozen):
+    """What was asked for, what it cost and how it ended (``ok``, ``invalid_answer``, ``provider_error``,
+    ``cached``)."""
+
+    purpose: str
+    model: str
+    attempt: int
+    prompt_tokens: int
+    completion_tokens: int
+    cost_usd: float
+    latency_s: float
+    cached: bool
+    outcome: str
+    prompt_hash: str
 
 
 class LabelledImage(Frozen):
@@ -74,4 +89,5 @@ class ModelAnswer(Frozen):
 
 
 ModelAsk = Callable[[ModelRequest], ModelAnswer]
+
 """Asks a model one question; whoever asks needs to know nothing of gateways, budgets or processes."""

@@ -16,10 +16,40 @@ from schemas.table import (
     Table,
     make_table,
 )
-from schemas.tables_alignment import ALIGNMENTS
-from schemas.tables_engines import INTERACTIONS, MEASUREMENTS, OVERLAPS
-from schemas.tables_history import COST_COLUMNS, OUTCOME_COLUMNS
+from schemas.tables_engines import ALIGNMENTS, INTERACTIONS, MEASUREMENTS, OVERLAPS
 from schemas.vocabulary import Stage
+
+OUTCOME_COLUMNS = (
+    "category",
+    "subset",
+    "status",
+    "failure_mode",
+    "paper_failure_mode",
+    "reason",
+    "scale",
+    "mass_kg",
+    "penetration_mm",
+    "drift_m",
+    "drift_rad",
+    "peak_speed_m_s",
+    "oscillating_joints",
+    "errors",
+    "warnings",
+    "content_hash",
+)
+
+"""How the asset ended and measures: an unchanged one keeps what it had."""
+
+COST_COLUMNS = (
+    "queries",
+    "cached_calls",
+    "prompt_tokens",
+    "completion_tokens",
+    "cost_usd",
+    "seconds_total",
+)
+
+"""What the run spent on the asset: nothing where it was unchanged."""
 
 _ASSETS: tuple[Column, ...] = (
     *ASSET_COLUMNS,
@@ -235,13 +265,16 @@ TABLES: dict[str, Table] = {
                "What was run, with which settings and versions, and how it ended", _RUNS),
     )
 }  # fmt: skip
+
 """Every table of the catalog's folder, by name: they change together, and hold the latest of every asset."""
 
 HISTORY = make_table(
     "asset_history", "one row per run and asset, method and model", ("run_id", *ASSET_KEY),
     "How each asset ended in every run, how it measured and what it cost", _HISTORY,
 )  # fmt: skip
+
 """Every run that there was: a folder of files by month of the run's start, which only ever grows."""
 
 PUBLISHED: dict[str, Table] = {**TABLES, HISTORY.name: HISTORY}
+
 """Every table that can be read, by name."""

@@ -2,8 +2,7 @@
 
 import os
 
-from asset2sim.checkout import checkout_folder
-from asset2sim.models.environment import quiet_environment
+from asset2sim.models.gateway.environment import checkout_folder, quiet_environment
 
 STATE_FOLDER = ".prefect"
 

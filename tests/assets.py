@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from asset2sim.assets.extract import Extraction, extract
-from asset2sim.priors import answer
+from asset2sim.models.prior.answer import answer
 from schemas.asset import AssetRef
 from schemas.request import ModelAnswer, ModelRequest
 from schemas.settings import Settings, ViewSettings

@@ -6,7 +6,7 @@ from typing import Any
 
 import pytest
 
-from asset2sim.models.environment import quiet_environment
+from asset2sim.models.gateway.environment import quiet_environment
 from tests.object_store import store, store_server
 
 __all__ = ["store", "store_server"]

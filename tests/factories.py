@@ -4,13 +4,12 @@ from collections.abc import Sequence
 
 from schemas.alignment import Alignment, Score
 from schemas.asset import AssetRecord, AssetRef
-from schemas.call import ModelCall
 from schemas.features import Features, JointFeatures, LinkFeatures, MeshFeatures
-from schemas.finding import Finding
+from schemas.finding import Finding, TraceStep
 from schemas.interaction import Drop, EngineReport, Interaction, Opening, OverlapPair
 from schemas.measurement import ContactPair, JointMotion, Measurement
 from schemas.overlay import JointPhysics, LinkPhysics, PhysicsOverlay
-from schemas.trace import TraceStep
+from schemas.request import ModelCall
 from schemas.vocabulary import (
     Engine,
     FailureMode,

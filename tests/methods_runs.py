@@ -5,8 +5,7 @@ from pathlib import Path
 
 from asset2sim.pipeline import refine_asset
 from schemas.asset import AssetRecord, AssetRef
-from schemas.call import ModelCall
-from schemas.request import ModelAnswer, ModelRequest
+from schemas.request import ModelAnswer, ModelCall, ModelRequest
 from schemas.settings import EngineSettings, MethodSettings, ModelSettings, Settings, ViewSettings
 from schemas.vocabulary import Engine, Method
 from tests.assets import prior

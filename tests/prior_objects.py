@@ -3,7 +3,7 @@
 import json
 from typing import Any
 
-from asset2sim.priors import answer
+from asset2sim.models.prior.answer import answer
 
 Json = dict[str, Any]
 

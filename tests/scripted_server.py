@@ -19,7 +19,7 @@ from typing import Any
 
 from PIL import Image
 
-from asset2sim.priors.answer import answer
+from asset2sim.models.prior.answer import answer
 from tests.model_server import Reply, serve
 
 CHARACTERS_PER_TOKEN = 4

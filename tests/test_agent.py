@@ -11,9 +11,9 @@ from asset2sim.assets.extract import Extraction, extract
 from asset2sim.methods.agent import AgentResult, run_agent
 from asset2sim.methods.agent.bounds import MAX_ANSWER_CALLS, MAX_SAME, MAX_TALK_CHARS
 from asset2sim.methods.agent.conversation import bounded
-from asset2sim.models.gateway import ask, open_books
-from asset2sim.models.synthesize import SynthesisError
-from asset2sim.priors.agent import next_turn
+from asset2sim.models.ask_overlay import SynthesisError
+from asset2sim.models.gateway.ask import ask, open_books
+from asset2sim.models.prior.agent import next_turn
 from schemas.asset import AssetRef
 from schemas.request import LabelledImage, ModelAnswer, ToolCall, Turn
 from schemas.settings import MethodSettings, ModelSettings, RunSettings, Settings

@@ -12,9 +12,9 @@ from time import time
 
 import pytest
 
-from asset2sim.models.abilities import forget_refusals
-from asset2sim.models.gateway import ask, check_model, prompt_hash
-from asset2sim.models.provider_errors import BACKOFF_LONGEST_S, redact, retry_delay_s
+from asset2sim.models.gateway.abilities import forget_refusals
+from asset2sim.models.gateway.ask import ask, check_model, prompt_hash
+from asset2sim.models.gateway.provider_errors import BACKOFF_LONGEST_S, redact, retry_delay_s
 from schemas.errors import UnknownChoiceError, UsageError
 from schemas.request import LabelledImage, ModelRequest
 from schemas.settings import ModelSettings
@@ -196,9 +196,9 @@ def test_waits_grow_and_honour_the_provider_within_bounds() -> None:
 @pytest.fixture
 def prior(monkeypatch: pytest.MonkeyPatch) -> types.ModuleType:
     """A stand-in for the tables: the provider that LiteLLM calls is the real one."""
-    module = types.ModuleType("asset2sim.priors.answer")
+    module = types.ModuleType("asset2sim.models.prior.answer")
     module.answer = lambda text: '{"echo": "' + text + '"}'  # type: ignore[attr-defined]
-    monkeypatch.setitem(sys.modules, "asset2sim.priors.answer", module)
+    monkeypatch.setitem(sys.modules, "asset2sim.models.prior.answer", module)
     return module
 
 

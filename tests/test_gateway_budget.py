@@ -7,11 +7,11 @@ from pathlib import Path
 
 import pytest
 
-from asset2sim.models.books import open_books
-from asset2sim.models.budget import BudgetSpentError, budget_of, check, hold, settle, spent_so_far
-from asset2sim.models.choices import check_model
-from asset2sim.models.gateway import ask
-from asset2sim.models.prices import EXPECTED_ANSWER_TOKENS, Amount, expected_amount
+from asset2sim.models.gateway.ask import ask
+from asset2sim.models.gateway.budget import BudgetSpentError, budget_of, check, hold, settle, spent_so_far
+from asset2sim.models.gateway.choices import check_model
+from asset2sim.models.gateway.prices import EXPECTED_ANSWER_TOKENS, Amount, expected_amount
+from asset2sim.models.gateway.session import open_books
 from schemas.errors import UsageError
 from schemas.request import ModelAnswer, ModelRequest
 from schemas.settings import ModelSettings

@@ -9,11 +9,11 @@ from pathlib import Path
 import pytest
 from PIL import Image
 
-from asset2sim.models import cache
-from asset2sim.models.abilities import forget_refusals
-from asset2sim.models.books import Books, open_books
-from asset2sim.models.budget import spent_so_far
-from asset2sim.models.gateway import ask
+from asset2sim.models.gateway import answer_cache as cache
+from asset2sim.models.gateway.abilities import forget_refusals
+from asset2sim.models.gateway.ask import ask
+from asset2sim.models.gateway.budget import spent_so_far
+from asset2sim.models.gateway.session import Books, open_books
 from schemas.request import LabelledImage, ModelAnswer, ModelRequest, Tool, ToolCall, Turn
 from schemas.settings import ModelSettings
 from tests.model_server import Reply, serve
@@ -30,9 +30,7 @@ def no_keys(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 def settings(api_base: str, **changes: object) -> ModelSettings:
-    return ModelSettings.model_validate(
-        {"model": "openai/scripted", "api_base": api_base, "timeout_s": 5.0, **changes}
-    )
+    return ModelSettings.model_validate({"model": "openai/scripted", "api_base": api_base, "timeout_s": 5.0, **changes})
 
 
 def books(out: Path, wanted: ModelSettings, run_id: str = "run", asset_id: str = "a") -> Books:
@@ -137,9 +135,7 @@ def test_an_answer_that_is_no_json_is_kept_all_the_same(tmp_path: Path) -> None:
 
 
 def test_tool_calls_and_missing_pictures_are_kept_with_the_answer(tmp_path: Path) -> None:
-    request = REQUEST.model_copy(
-        update={"tools": (TOOL,), "images": (LabelledImage(label="front", png=picture(64)),)}
-    )
+    request = REQUEST.model_copy(update={"tools": (TOOL,), "images": (LabelledImage(label="front", png=picture(64)),)})
     replies = [Reply("image input is not supported", status=400), Reply(None, tool_calls=(("render", '{"a": 1}'),))]
     with serve(replies) as server:
         wanted = settings(server.api_base)

@@ -12,9 +12,9 @@ import pytest
 
 from asset2sim.dataset import load_dataset
 from asset2sim.fanout.refine import refine_all
-from asset2sim.models.environment import load_env_file
-from asset2sim.models.secrets import redact_answer
-from asset2sim.priors.answer import answer
+from asset2sim.models.gateway.environment import load_env_file
+from asset2sim.models.gateway.secrets import redact_answer
+from asset2sim.models.prior.answer import answer
 from schemas.asset import AssetRef
 from schemas.settings import EngineSettings, ModelSettings, RunSettings, Settings
 from schemas.vocabulary import Engine, Status

@@ -10,10 +10,10 @@ from pathlib import Path
 
 import pytest
 
-from asset2sim.models.books import open_books
-from asset2sim.models.gateway import ask
-from asset2sim.models.limits import hold_back, provider_name, slot, wait_for_turn
-from asset2sim.models.transport import MAX_ANSWER_BYTES
+from asset2sim.models.gateway.ask import ask
+from asset2sim.models.gateway.limits import hold_back, provider_name, slot, wait_for_turn
+from asset2sim.models.gateway.session import open_books
+from asset2sim.models.gateway.transport import MAX_ANSWER_BYTES
 from schemas.request import ModelAnswer, ModelRequest
 from schemas.settings import ModelSettings
 from tests.model_server import Reply, serve
@@ -42,9 +42,7 @@ def test_an_answer_that_never_ends_is_left_when_its_time_is_up(drip: str) -> Non
 
 
 @pytest.mark.parametrize("model", ["openai/scripted", "anthropic/scripted", "mistral/scripted", "hosted_vllm/scripted"])
-def test_an_overlong_answer_is_refused_once_whatever_the_provider(
-    model: str, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_an_overlong_answer_is_refused_once_whatever_the_provider(model: str, monkeypatch: pytest.MonkeyPatch) -> None:
     for name in ("ANTHROPIC_API_KEY", "MISTRAL_API_KEY"):
         monkeypatch.setenv(name, "test-key-0123456789")
     with serve([Reply("x" * 10_000_000)]) as server:

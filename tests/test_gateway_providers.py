@@ -4,8 +4,8 @@ from pathlib import Path
 
 import pytest
 
-from asset2sim.models.choices import check_model
-from asset2sim.models.lite import load_litellm
+from asset2sim.models.gateway.choices import check_model
+from asset2sim.models.gateway.lite import load_litellm
 from asset2sim.models.providers import PROVIDERS, Provider, provider_table
 from schemas.errors import UsageError
 from schemas.settings import ModelSettings

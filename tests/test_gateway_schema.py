@@ -7,8 +7,8 @@ from typing import Any
 import pytest
 from PIL import Image
 
-from asset2sim.models.abilities import forget_refusals
-from asset2sim.models.gateway import ask
+from asset2sim.models.gateway.abilities import forget_refusals
+from asset2sim.models.gateway.ask import ask
 from asset2sim.models.purposes import model_for, named_models, settings_for
 from schemas.request import LabelledImage, ModelRequest, Tool, ToolCall, Turn
 from schemas.settings import ModelSettings
@@ -235,7 +235,7 @@ def test_models_of_this_process_hear_of_tools_and_samples(monkeypatch: pytest.Mo
         heard.append((model, tools, sample))
         return "{}", []
 
-    monkeypatch.setattr("asset2sim.models.prior_provider.next_answer", answer)
+    monkeypatch.setattr("asset2sim.models.prior.provider.next_answer", answer)
     ask(REQUEST.model_copy(update={"sample": 3}), ModelSettings(model="prior/noisy@2:7"))
     ask(REQUEST.model_copy(update={"tools": (TOOL,)}), ModelSettings())
     assert heard == [("prior/noisy@2:7", False, 3), ("prior/household", True, 0)]

@@ -2,7 +2,7 @@
 
 import pytest
 
-from asset2sim.priors.lexicon import segments, tokenize
+from asset2sim.models.language.lexicon import segments, tokenize
 from tests import prior_objects as known
 from tests.prior_objects import Json, ask, felt
 

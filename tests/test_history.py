@@ -21,8 +21,7 @@ from asset2sim.catalog.run import RunRow
 from asset2sim.catalog.store import write_run
 from schemas.asset import AssetRecord, AssetRef, Unchanged
 from schemas.errors import UnknownChoiceError, UsageError
-from schemas.tables import HISTORY
-from schemas.tables_history import COST_COLUMNS, OUTCOME_COLUMNS
+from schemas.tables import COST_COLUMNS, HISTORY, OUTCOME_COLUMNS
 from schemas.vocabulary import FailureMode, Grouping, Status
 from tests.factories import make_failure, make_record
 from tests.killing import killed_at

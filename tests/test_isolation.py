@@ -14,8 +14,7 @@ import pytest
 from asset2sim.isolation import Ending, Outcome, accept_children, run_isolated, stop_children
 from asset2sim.isolation.asset import StoppedError, attempt_in_child, failed_record, record_of_death
 from schemas.asset import AssetRecord, AssetRef
-from schemas.call import ModelCall
-from schemas.request import ModelAnswer, ModelRequest
+from schemas.request import ModelAnswer, ModelCall, ModelRequest
 from schemas.settings import RunSettings, Settings
 from schemas.vocabulary import FailureMode, Status
 from tests import crashers

@@ -8,7 +8,7 @@ import pytest
 
 from asset2sim.assets.extract import extract
 from asset2sim.methods.no_semantics import disguise_of, disguised, restored, without_semantics
-from asset2sim.models.prompt import overlay_request, synthesis_request, with_validation_errors
+from asset2sim.models.prompts import overlay_request, synthesis_request, with_validation_errors
 from schemas.features import Features
 from schemas.overlay import Overlay
 from schemas.request import LabelledImage, ModelAnswer, ModelRequest, Turn

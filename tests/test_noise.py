@@ -8,16 +8,15 @@ from typing import Any
 import pytest
 
 from asset2sim.models.answers import parse_json
-from asset2sim.models.lite import load_litellm
-from asset2sim.models.prior_provider import next_answer
-from asset2sim.models.priors_known import NOISY_LABEL, described, is_noisy, is_prior, noise_parameters
-from asset2sim.priors import answer
-from asset2sim.priors.information import ObjectInfo, read_prompt
-from asset2sim.priors.noise import MALFORMED, malformed, noisy, overlay
-from asset2sim.priors.noise_draws import Draws, draws_for
-from asset2sim.priors.noise_level import Noise, NoiseLevel, noise_of
-from asset2sim.priors.noise_state import with_wrong_part
+from asset2sim.models.gateway.lite import load_litellm
+from asset2sim.models.language.object_info import ObjectInfo, read_prompt
+from asset2sim.models.prior.answer import answer
+from asset2sim.models.prior.noise import MALFORMED, malformed, noisy, overlay
+from asset2sim.models.prior.noise_level import Draws, Noise, NoiseLevel, draws_for, noise_of
+from asset2sim.models.prior.noise_state import with_wrong_part
+from asset2sim.models.prior.provider import next_answer
 from schemas.errors import InvalidAnswerError, UnknownChoiceError
+from schemas.model_names import NOISY_LABEL, described, is_noisy, is_prior, noise_parameters
 from schemas.overlay import Overlay
 from tests.prior_objects import hinged, prompt, sliding, thing
 

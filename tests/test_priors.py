@@ -10,7 +10,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from asset2sim.priors import answer, tables
+from asset2sim.models.language import tables
+from asset2sim.models.prior.answer import answer
 from schemas.asset import AssetRef
 from schemas.overlay import Overlay
 from tests import prior_objects as known
@@ -342,7 +343,7 @@ def test_every_category_of_the_manifest_has_a_size() -> None:
 @needs_objects
 def test_paper9_scales_are_near_the_experts() -> None:
     from asset2sim.assets.extract import extract
-    from asset2sim.models.prompt import synthesis_request
+    from asset2sim.models.prompts import synthesis_request
 
     with (MOBILITY / "reference.csv").open(encoding="utf-8") as file:
         reference = {row["asset_id"]: float(row["scale"]) for row in csv.DictReader(file)}

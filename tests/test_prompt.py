@@ -5,14 +5,8 @@ import re
 
 import pytest
 
-from asset2sim.models.answer_schema import WITHOUT, overlay_schema
-from asset2sim.models.prompt import (
-    data_block,
-    overlay_request,
-    synthesis_request,
-    system_text,
-    with_validation_errors,
-)
+from asset2sim.models.answers import WITHOUT, overlay_schema
+from asset2sim.models.prompts import data_block, overlay_request, synthesis_request, system_text, with_validation_errors
 from schemas.overlay import JointProposal, LinkProposal, Overlay
 from schemas.request import LabelledImage, ModelRequest
 from tests.factories import make_features

@@ -5,13 +5,12 @@ from pathlib import Path
 
 import pytest
 
-from asset2sim.models.refinement import Situation
+from asset2sim.models.refinement_prompt import Situation
 from asset2sim.search.asking import Scene, next_pose
 from asset2sim.search.bands import left_state, reaches
 from asset2sim.search.questions import Questions
-from schemas.call import ModelCall
 from schemas.overlay import PhysicsOverlay
-from schemas.request import ModelAnswer, ModelRequest
+from schemas.request import ModelAnswer, ModelCall, ModelRequest
 from schemas.settings import ModelSettings, SearchSettings, Settings
 from schemas.vocabulary import Source, Stage
 from tests.factories import make_call, make_features, make_joint

@@ -7,8 +7,8 @@ from typing import Any
 
 import pytest
 
-from asset2sim.models.prompt import overlay_request, system_text, with_validation_errors
-from asset2sim.models.refinement import MAX_PAIRS, Situation, Tried, refinement_request, refinement_schema
+from asset2sim.models.prompts import overlay_request, system_text, with_validation_errors
+from asset2sim.models.refinement_prompt import MAX_PAIRS, Situation, Tried, refinement_request, refinement_schema
 from schemas.features import Features
 from schemas.measurement import ContactPair
 from schemas.overlay import PhysicsOverlay

@@ -8,7 +8,7 @@ import pytest
 
 from asset2sim.engines.pybullet_penetration import contacts_at
 from asset2sim.metrics.penetration import ContactPoint, penetration
-from asset2sim.models.refinement import Tried
+from asset2sim.models.refinement_prompt import Tried
 from asset2sim.pipeline import refine_asset
 from asset2sim.search.bands import band_of
 from asset2sim.search.focus import focus_joints
@@ -16,9 +16,9 @@ from asset2sim.search.refine import Ask, refine_state
 from asset2sim.search.state import Band, Evaluator, objective
 from schemas.asset import AssetRecord
 from schemas.features import JointFeatures
+from schemas.finding import TraceStep
 from schemas.measurement import ContactPair
 from schemas.settings import SearchSettings
-from schemas.trace import TraceStep
 from schemas.vocabulary import FailureMode, Source
 from tests.assets import UNSEEN, near, prior, sample
 from tests.factories import make_joint

@@ -7,8 +7,8 @@ from pathlib import Path
 import pytest
 
 from asset2sim.assets.extract import Extraction
-from asset2sim.priors import tables
-from asset2sim.priors.information import ObjectInfo
+from asset2sim.models.language import tables
+from asset2sim.models.language.object_info import ObjectInfo
 from asset2sim.validation.notes import Notes
 from asset2sim.validation.sensible import sensible
 from asset2sim.validation.size import HAND_M, with_sensible_size

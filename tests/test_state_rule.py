@@ -6,7 +6,7 @@ from typing import Any
 
 import pytest
 
-from asset2sim.priors.information import ObjectInfo
+from asset2sim.models.language.object_info import ObjectInfo
 from asset2sim.validation.asked_state import with_asked_state
 from asset2sim.validation.misread_units import in_right_units
 from asset2sim.validation.notes import Notes

@@ -6,11 +6,11 @@ import pickle
 
 import pytest
 
-from asset2sim.models.gateway import ask
-from asset2sim.models.synthesize import SynthesisError, synthesize
-from schemas.call import ModelCall
+from asset2sim.models.ask_overlay import SynthesisError, synthesize
+from asset2sim.models.gateway.ask import ask
 from schemas.finding import Finding
 from schemas.overlay import Overlay
+from schemas.request import ModelCall
 from schemas.settings import ModelSettings
 from schemas.vocabulary import FailureMode
 from tests.factories import make_features

@@ -4,14 +4,13 @@ import re
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from asset2sim.alignment.information import object_info
-from asset2sim.priors import tables
-from asset2sim.priors.information import ObjectInfo
-from asset2sim.priors.lexicon import Segment, longest_spans, segments
-from asset2sim.priors.parts import Part, parts_of
-from asset2sim.priors.sizing import dimension, identify
-from asset2sim.priors.states import State, asked_states
-from asset2sim.priors.tables import Size
+from asset2sim.models.language import tables
+from asset2sim.models.language.lexicon import Segment, longest_spans, segments
+from asset2sim.models.language.object_info import ObjectInfo, object_info
+from asset2sim.models.language.parts import Part, parts_of
+from asset2sim.models.language.sizing import dimension, identify
+from asset2sim.models.language.states import State, asked_states
+from asset2sim.models.language.tables import Size
 from schemas.base import Vector3
 from schemas.features import Features
 

@@ -9,14 +9,13 @@ from pydantic import ValidationError
 from asset2sim.alignment.measured import final_positions
 from asset2sim.assets.views import png_bytes
 from asset2sim.models.lenient_json import parse_json
-from asset2sim.models.prompt import data_block, system_text, with_validation_errors
+from asset2sim.models.prompts import data_block, system_text, with_validation_errors
 from schemas.alignment import Score
 from schemas.asset import AssetRecord
 from schemas.base import Fraction, Frozen
-from schemas.call import ModelCall
 from schemas.errors import InvalidAnswerError
 from schemas.finding import Finding
-from schemas.request import LabelledImage, ModelAnswer, ModelRequest
+from schemas.request import LabelledImage, ModelAnswer, ModelCall, ModelRequest
 from schemas.vocabulary import Severity, Stage
 
 JUDGE = "judge"

@@ -13,8 +13,7 @@ from asset2sim.catalog.run import RunRow
 from asset2sim.catalog.store import write_run
 from schemas.asset import AssetRecord
 from schemas.table import TIME
-from schemas.tables import HISTORY
-from schemas.tables_history import COST_COLUMNS
+from schemas.tables import COST_COLUMNS, HISTORY
 from schemas.vocabulary import PAPER_FAILURE_MODES, FailureMode
 
 FIRST_NIGHT = datetime(2025, 1, 1, 2, tzinfo=UTC)

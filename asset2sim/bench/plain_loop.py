@@ -18,7 +18,7 @@ from asset2sim.cli.parser import parse, refine_request
 from asset2sim.cli.request import RefineRequest
 from asset2sim.fanout.worker import ask_for_asset
 from asset2sim.isolation.server import ONE_THREAD
-from asset2sim.models.books import open_books
+from asset2sim.models.gateway.session import open_books
 from asset2sim.remote.cache import working_folder
 from schemas.vocabulary import Status
 
@@ -43,7 +43,7 @@ def loop(request: RefineRequest, at: Path) -> LoopTimes:
     out = working_folder(request.out).resolve()
     refs = check_request(request.data, out, request.settings, request.subset, request.asset_ids, request.limit)
     from asset2sim.isolation import preload
-    from asset2sim.models.lite import load_litellm
+    from asset2sim.models.gateway.lite import load_litellm
     from asset2sim.pipeline import refine_asset
 
     assert preload.MODULES

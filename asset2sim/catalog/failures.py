@@ -9,7 +9,7 @@ from rich.table import Table
 from rich.text import Text
 
 from asset2sim.catalog.read import query
-from asset2sim.models.priors_known import described
+from schemas.model_names import described
 
 
 def failure_breakdown(out: Path | str) -> pd.DataFrame:

@@ -16,8 +16,7 @@ import pyarrow.parquet as pq
 from asset2sim.catalog.enforce import check_key
 from asset2sim.catalog.run import RunRow
 from schemas.table import ASSET_KEY, TIME
-from schemas.tables import HISTORY
-from schemas.tables_history import COST_COLUMNS
+from schemas.tables import COST_COLUMNS, HISTORY
 
 FOLDER = "history"
 PATTERN = f"{FOLDER}/month=*/*.parquet"

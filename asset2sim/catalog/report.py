@@ -13,8 +13,8 @@ from asset2sim.catalog.report_next import next_steps
 from asset2sim.catalog.rows import queries, total_seconds
 from asset2sim.catalog.run import RunRow
 from asset2sim.catalog.text import NOTHING, number
-from asset2sim.models.priors_known import described
 from schemas.asset import AssetRecord, Unchanged
+from schemas.model_names import described
 from schemas.vocabulary import FailureMode, Severity, Stage, Status
 
 MAX_LISTED = 50

@@ -16,8 +16,8 @@ from rich.text import Text
 from asset2sim.catalog.read import read_asset
 from asset2sim.catalog.show_engines import engine_tables
 from asset2sim.catalog.text import NOTHING, number, vector
-from asset2sim.models.priors_known import described
 from schemas.location import below, is_url, location_of
+from schemas.model_names import described
 from schemas.settings import Thresholds
 from schemas.vocabulary import Stage
 

@@ -8,7 +8,7 @@ from asset2sim.alert import DONE, alert, alert_error, exit_code
 from asset2sim.check_request import check_request
 from asset2sim.cli.request import RefineRequest
 from asset2sim.fanout.interrupt import terminated_as_interrupted
-from asset2sim.models.environment import quiet_environment
+from asset2sim.models.gateway.environment import quiet_environment
 from asset2sim.run_result import RunResult
 from schemas.errors import UsageError
 

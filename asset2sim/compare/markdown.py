@@ -9,7 +9,7 @@ from asset2sim.compare.paper import NINE
 from asset2sim.compare.plan import METHODS, NO_MODEL
 from asset2sim.compare.statistics import agreement
 from asset2sim.compare.tables import OK, OURS, OUTCOMES, Row, array_of
-from asset2sim.models.priors_known import described
+from schemas.model_names import described
 from schemas.vocabulary import Method
 
 DASH = "–"

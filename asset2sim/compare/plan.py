@@ -5,9 +5,9 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from asset2sim.models.priors_known import NOISY, is_noisy
-from asset2sim.priors.noise_level import noise_of
+from asset2sim.models.prior.noise_level import noise_of
 from schemas.errors import UsageError
+from schemas.model_names import NOISY, is_noisy
 from schemas.settings import Settings
 from schemas.vocabulary import Method
 

@@ -22,9 +22,9 @@ from asset2sim.compare.markdown import (
 )
 from asset2sim.compare.plan import Run, slug
 from asset2sim.compare.tables import Row, failure_rows, figure_rows, growth_rows
-from asset2sim.models.priors_known import NOISY, described
 from schemas import tables_compare as schema
 from schemas.errors import UsageError
+from schemas.model_names import NOISY, described
 from schemas.table import Table
 
 BEGIN = "<!-- compare: begin (make compare) -->"

@@ -6,10 +6,10 @@ from pathlib import Path
 
 from asset2sim.cli.parser import Parser, chosen, usable_cores
 from asset2sim.compare.plan import METHODS, noisy_models
-from asset2sim.models.priors_known import MAX_LEVEL, NOISY
 from schemas.base import Frozen
 from schemas.errors import UsageError
 from schemas.location import local_folder
+from schemas.model_names import MAX_LEVEL, NOISY
 from schemas.settings import EngineSettings, ModelSettings, RunSettings, Settings, ViewSettings
 from schemas.vocabulary import Engine, Method
 

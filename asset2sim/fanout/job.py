@@ -5,7 +5,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 from schemas.asset import AssetRef
-from schemas.call import ModelCall
+from schemas.request import ModelCall
 
 
 @dataclass(frozen=True)

@@ -25,7 +25,7 @@ from asset2sim.fanout.worker import PIPELINE
 from asset2sim.incremental.records import drop_record
 from asset2sim.isolation import accept_children, stop_children
 from asset2sim.isolation.server import warm_up
-from asset2sim.models.lite import load_litellm
+from asset2sim.models.gateway.lite import load_litellm
 from asset2sim.run_result import INTERRUPTED
 from schemas.asset import AssetRecord, AssetRef, Unchanged
 from schemas.errors import UsageError

@@ -7,7 +7,7 @@ from pathlib import Path
 
 from pydantic import ValidationError
 
-from schemas.call import ModelCall
+from schemas.request import ModelCall
 
 FOLDER = ".cache/calls"
 """Under the output folder: a file per asset in work that has asked, named by its content hash."""

@@ -6,12 +6,11 @@ from pathlib import Path
 
 from asset2sim.isolation.outcome import Ending, Outcome
 from asset2sim.isolation.run import run_isolated
-from asset2sim.models.kept import LOG_FOLDER, Heard, keep_refused
+from asset2sim.models.gateway.refused_answers import LOG_FOLDER, Heard, keep_refused
 from schemas.asset import AssetRecord, AssetRef
-from schemas.call import ModelCall
 from schemas.errors import Asset2SimError
 from schemas.finding import Finding
-from schemas.request import ModelAnswer, ModelAsk, ModelRequest
+from schemas.request import ModelAnswer, ModelAsk, ModelCall, ModelRequest
 from schemas.settings import Settings
 from schemas.vocabulary import FailureMode, Severity, Stage, Status
 

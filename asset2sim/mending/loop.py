@@ -7,11 +7,10 @@ from asset2sim.mending.changes import changes
 from asset2sim.mending.remedies import REMEDIES, Case, Remedy, remedies_for
 from asset2sim.metrics.engine_verdict import Failure, failures_of
 from schemas.features import Features
-from schemas.finding import Finding
+from schemas.finding import Finding, TraceStep
 from schemas.interaction import EngineReport
 from schemas.overlay import PhysicsOverlay
 from schemas.settings import Settings
-from schemas.trace import TraceStep
 from schemas.vocabulary import Engine, FailureMode
 
 MOVES = 1e-4

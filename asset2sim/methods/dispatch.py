@@ -17,11 +17,11 @@ from asset2sim.methods.no_semantics import without_semantics
 from asset2sim.methods.ours import refine_with_rules
 from asset2sim.methods.reference import propose_reference
 from asset2sim.metrics.verdict import Verdict
-from asset2sim.models.priors_known import is_prior
-from asset2sim.models.prompt import DIRECT, overlay_request
-from asset2sim.models.synthesize import Synthesized, ask_overlay
+from asset2sim.models.ask_overlay import Synthesized, ask_overlay
+from asset2sim.models.prompts import DIRECT, overlay_request
 from asset2sim.publishing import publish
 from schemas.asset import AssetRef
+from schemas.model_names import is_prior
 from schemas.overlay import Overlay
 from schemas.request import ModelAsk
 from schemas.settings import Settings

@@ -7,14 +7,13 @@ from asset2sim.assets.extract import Extraction
 from asset2sim.assets.views import VIEW_NAMES
 from asset2sim.methods.fusion import fuse
 from asset2sim.models.answers import parse_overlay
-from asset2sim.models.prompt import IVW, overlay_request
-from asset2sim.models.synthesize import SynthesisError, Synthesized, images_not_sent, marked_invalid
-from schemas.call import ModelCall
+from asset2sim.models.ask_overlay import SynthesisError, Synthesized, images_not_sent, marked_invalid
+from asset2sim.models.prompts import IVW, overlay_request
 from schemas.errors import InvalidAnswerError
 from schemas.features import Features
 from schemas.finding import Finding
 from schemas.overlay import Overlay
-from schemas.request import LabelledImage, ModelAnswer, ModelAsk, ModelRequest
+from schemas.request import LabelledImage, ModelAnswer, ModelAsk, ModelCall, ModelRequest
 from schemas.settings import MethodSettings
 from schemas.vocabulary import FailureMode, Severity, Stage
 

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from asset2sim.models.lenient_json import parse_json
-from asset2sim.models.prompt import data_block
+from asset2sim.models.prompts import data_block
 from schemas.errors import InvalidAnswerError
 from schemas.features import Features
 from schemas.request import ModelAnswer, ModelAsk, ModelRequest, Turn

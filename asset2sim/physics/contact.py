@@ -1,6 +1,6 @@
 """Contact friction of a named material."""
 
-from asset2sim.priors.tables import materials
+from asset2sim.models.language.tables import materials
 from schemas.settings import PhysicsSettings
 
 

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from asset2sim.models.secrets import redact
+from asset2sim.models.gateway.secrets import redact
 from schemas.errors import Asset2SimError, UsageError
 
 VERSION_KEYS = ("ETag", "etag", "md5Hash", "generation", "LastModified", "last_modified", "mtime", "created")

@@ -6,7 +6,7 @@ from pathlib import Path
 
 from asset2sim.disk import is_disk_full
 from asset2sim.isolation.asset import Attempt, failed_record, first_log_file, log_file
-from asset2sim.models.kept import answers_file
+from asset2sim.models.gateway.refused_answers import answers_file
 from asset2sim.remote.cache import data_root, working_folder
 from asset2sim.remote.data import fetch_asset
 from asset2sim.remote.mirror import remove_tree, send_folder

@@ -5,9 +5,8 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from asset2sim.assets.views import png_bytes, render_views
-from asset2sim.models.priors_known import is_prior
 from asset2sim.models.purposes import REFINEMENT_PURPOSE, model_for
-from asset2sim.models.refinement import Situation, Tried, refinement_request
+from asset2sim.models.refinement_prompt import Situation, Tried, refinement_request
 from asset2sim.search.proposals import Pose
 from asset2sim.search.questions import Questions
 from asset2sim.search.refine import Ask
@@ -15,6 +14,7 @@ from asset2sim.search.state import Band
 from schemas.errors import AssetError
 from schemas.features import Features
 from schemas.measurement import ContactPair
+from schemas.model_names import is_prior
 from schemas.overlay import PhysicsOverlay
 from schemas.request import LabelledImage
 from schemas.settings import Settings

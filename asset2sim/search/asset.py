@@ -20,11 +20,10 @@ from asset2sim.search.refine import refine_state
 from asset2sim.search.shapes import Attempt, attempt
 from asset2sim.search.state import Evaluator
 from asset2sim.validation import validate
-from schemas.call import ModelCall
-from schemas.finding import Finding
+from schemas.finding import Finding, TraceStep
 from schemas.overlay import Overlay, PhysicsOverlay
+from schemas.request import ModelCall
 from schemas.settings import Settings
-from schemas.trace import TraceStep
 from schemas.vocabulary import CollisionMode, Source
 
 

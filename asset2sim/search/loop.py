@@ -4,10 +4,9 @@ from dataclasses import dataclass, field
 
 from asset2sim.assets.extract import Extraction
 from asset2sim.assets.hulls import Hulls
-from schemas.finding import Finding
+from schemas.finding import Finding, TraceStep
 from schemas.overlay import Overlay, PhysicsOverlay
 from schemas.settings import Settings
-from schemas.trace import TraceStep
 from schemas.vocabulary import Source
 
 

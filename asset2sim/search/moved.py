@@ -3,12 +3,12 @@
 from asset2sim.assets.folder import Folder
 from asset2sim.engines.pybullet_penetration import contacts_at
 from asset2sim.metrics.penetration import by_pair
-from asset2sim.models.refinement import Situation, Tried
+from asset2sim.models.refinement_prompt import Situation, Tried
 from asset2sim.search.asking import Scene, next_pose
 from asset2sim.search.bands import distance, left_state
 from asset2sim.search.loop import Loop
 from asset2sim.search.shapes import Attempt, attempt
-from schemas.trace import TraceStep
+from schemas.finding import TraceStep
 
 
 def brought_back(scene: Scene, loop: Loop, folder: Folder, best: Attempt, desired_phi_m: float) -> Attempt:

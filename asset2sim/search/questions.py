@@ -3,12 +3,11 @@
 from dataclasses import dataclass, field
 
 from asset2sim.models.answers import InvalidFieldsError, RefinementAnswer, parse_refinement
-from asset2sim.models.prompt import with_validation_errors
-from asset2sim.models.synthesize import images_not_sent, marked_invalid
-from schemas.call import ModelCall
+from asset2sim.models.ask_overlay import images_not_sent, marked_invalid
+from asset2sim.models.prompts import with_validation_errors
 from schemas.errors import InvalidAnswerError
 from schemas.finding import Finding
-from schemas.request import ModelAnswer, ModelAsk, ModelRequest
+from schemas.request import ModelAnswer, ModelAsk, ModelCall, ModelRequest
 from schemas.vocabulary import Severity, Stage
 
 

@@ -10,9 +10,8 @@ from asset2sim.physics.kinematics import tree_of
 from asset2sim.search.loop import Loop
 from asset2sim.search.notes import note_cuts
 from asset2sim.search.shapes import written_joints
-from schemas.finding import Finding
+from schemas.finding import Finding, TraceStep
 from schemas.overlay import PhysicsOverlay
-from schemas.trace import TraceStep
 from schemas.vocabulary import OverlapCause, Severity, Source, Stage
 
 

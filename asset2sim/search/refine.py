@@ -5,14 +5,14 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 
 from asset2sim.metrics.penetration import by_pair, penetration
-from asset2sim.models.refinement import Tried
+from asset2sim.models.refinement_prompt import Tried
 from asset2sim.search.focus import focus_joints
 from asset2sim.search.proposals import Pose, along, around, grid
 from asset2sim.search.state import Band, Evaluator, objective
 from schemas.features import JointFeatures
+from schemas.finding import TraceStep
 from schemas.measurement import ContactPair
 from schemas.settings import SearchSettings
-from schemas.trace import TraceStep
 
 ROUNDS = 6
 """Rounds of line searches: each takes the worst pair that is left, and real objects rarely have more than three."""

@@ -6,11 +6,11 @@ geometry that is sure which end of a joint's range is closed. Where a proposal m
 
 from dataclasses import dataclass
 
-from asset2sim.priors.information import JointInfo, ObjectInfo
-from asset2sim.priors.lexicon import segments
-from asset2sim.priors.parts import parts_of
-from asset2sim.priors.sizing import identify
-from asset2sim.priors.states import asked_states
+from asset2sim.models.language.lexicon import segments
+from asset2sim.models.language.object_info import JointInfo, ObjectInfo
+from asset2sim.models.language.parts import parts_of
+from asset2sim.models.language.sizing import identify
+from asset2sim.models.language.states import asked_states
 from asset2sim.validation.notes import Notes
 from schemas.overlay import Overlay
 from schemas.settings import PhysicsSettings

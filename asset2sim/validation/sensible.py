@@ -4,8 +4,8 @@ Before ``validate``, which completes and bounds whatever comes, and which the se
 """
 
 from asset2sim.assets.extract import Extraction
-from asset2sim.models.prompt import synthesis_request
-from asset2sim.priors.information import ObjectInfo, read_prompt
+from asset2sim.models.language.object_info import ObjectInfo, read_prompt
+from asset2sim.models.prompts import synthesis_request
 from asset2sim.validation.asked_state import with_asked_state
 from asset2sim.validation.misread_units import in_right_units
 from asset2sim.validation.notes import Notes

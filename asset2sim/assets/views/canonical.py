@@ -14,7 +14,7 @@ from asset2sim.assets.views.camera import NARROW_FOV, WIDE_FOV, directions, fit
 from asset2sim.assets.views.picture import finish, png_bytes
 from asset2sim.assets.views.renderer import render
 from asset2sim.assets.views.scene import load_scene, nothing_to_draw
-from asset2sim.models.priors_known import is_prior
+from schemas.model_names import is_prior
 from schemas.request import LabelledImage
 from schemas.settings import Settings, ViewSettings
 

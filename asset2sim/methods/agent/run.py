@@ -15,15 +15,14 @@ from asset2sim.methods.agent.results import cut
 from asset2sim.methods.agent.specs import TOOL_NAMES, TOOLS
 from asset2sim.methods.agent.tools import Session, run_tool
 from asset2sim.models.answers import parse_overlay
-from asset2sim.models.priors_known import is_prior
-from asset2sim.models.prompt import overlay_request
-from asset2sim.models.synthesize import SynthesisError, images_not_sent, marked_invalid, unanswered
+from asset2sim.models.ask_overlay import SynthesisError, images_not_sent, marked_invalid, unanswered
+from asset2sim.models.prompts import overlay_request
 from schemas.asset import AssetRef
-from schemas.call import ModelCall
 from schemas.errors import InvalidAnswerError
 from schemas.finding import Finding
+from schemas.model_names import is_prior
 from schemas.overlay import Overlay
-from schemas.request import ModelAnswer, ModelRequest, Turn
+from schemas.request import ModelAnswer, ModelCall, ModelRequest, Turn
 from schemas.settings import Settings
 from schemas.vocabulary import FailureMode, Severity, Source, Stage
 

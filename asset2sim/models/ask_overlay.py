@@ -1,0 +1,111 @@
+"""From an object's features to an overlay: one question, and one more where the answer does not fit."""
+
+from collections.abc import Callable, Mapping, Sequence
+
+from asset2sim.models.answers import InvalidFieldsError, parse_overlay
+from asset2sim.models.prompts import synthesis_request, with_validation_errors
+from schemas.base import Vector3
+from schemas.errors import AssetError, InvalidAnswerError
+from schemas.features import Features
+from schemas.finding import Finding
+from schemas.overlay import Overlay
+from schemas.request import LabelledImage, ModelAnswer, ModelCall, ModelRequest
+from schemas.vocabulary import FailureMode, Severity, Stage
+
+MAX_ASKS = 2
+"""Questions per overlay: the second states what was wrong with the first answer, and a third rarely helps."""
+
+Synthesized = tuple[Overlay, tuple[ModelCall, ...], tuple[Finding, ...]]
+"""An overlay, every call made for it, and what there is to say of them."""
+
+
+class SynthesisError(AssetError):
+    """No overlay could be had; ``calls`` holds what asking cost until then."""
+
+    def __init__(self, mode: FailureMode, code: str, message: str, calls: Sequence[ModelCall]) -> None:
+        super().__init__(mode, code, message)
+        self.calls = tuple(calls)
+
+    def __reduce__(self) -> tuple[object, ...]:
+        return SynthesisError, (self.mode, self.code, str(self), self.calls)
+
+
+def synthesize(
+    features: Features,
+    guidance: str | None,
+    closed_size: Vector3,
+    link_centers: Mapping[str, Vector3],
+    ask: Callable[[ModelRequest], ModelAnswer],
+    images: Sequence[LabelledImage] = (),
+) -> Synthesized:
+    """A model's overlay for one object, with every call made for it and a finding where it was asked twice.
+
+    Sizes and centres are as ``synthesis_request`` takes them. Raises ``SynthesisError`` as ``ask_overlay`` does.
+    """
+    return ask_overlay(synthesis_request(features, guidance, closed_size, link_centers, images), features, ask)
+
+
+def ask_overlay(first: ModelRequest, features: Features, ask: Callable[[ModelRequest], ModelAnswer]) -> Synthesized:
+    """The overlay that answers a request, which is asked once more where the answer does not fit.
+
+    Raises ``SynthesisError``: ``budget`` where a budget is spent, ``model_error`` where the provider fails,
+    ``no_valid_estimate`` where the second answer does not fit either.
+    """
+    request = first
+    calls: tuple[ModelCall, ...] = ()
+    findings: tuple[Finding, ...] = ()
+    refused: InvalidAnswerError | None = None
+    for asked in range(MAX_ASKS):
+        answer = ask(request)
+        if answer.content is None:
+            raise unanswered(answer, (*calls, *answer.calls))
+        if asked == 0:
+            findings += images_not_sent(answer)
+        try:
+            return parse_overlay(answer.content, features), calls + answer.calls, findings
+        except InvalidAnswerError as error:
+            refused = error
+        calls += marked_invalid(answer.calls)
+        findings += (_refusal(refused),)
+        request = with_validation_errors(first, _violations(refused))
+    message = f"the model answered {MAX_ASKS} times and no answer fits: {refused}"
+    raise SynthesisError(FailureMode.NO_VALID_ESTIMATE, "invalid_answer", message, calls)
+
+
+def unanswered(answer: ModelAnswer, calls: Sequence[ModelCall]) -> SynthesisError:
+    """The error for an answer without content: a spent budget is not the model's fault."""
+    if answer.budget_spent:
+        return SynthesisError(FailureMode.BUDGET, "budget_spent", answer.error or "the budget is spent", calls)
+    return SynthesisError(FailureMode.MODEL_ERROR, "model_error", answer.error or "the model failed", calls)
+
+
+def images_not_sent(answer: ModelAnswer) -> tuple[Finding, ...]:
+    """A finding where the request's images were not sent, so that the answer is from text alone."""
+    if answer.without_images is None:
+        return ()
+    return (
+        Finding(
+            stage=Stage.SYNTHESIZE,
+            severity=Severity.WARNING,
+            code="images_not_sent",
+            message=f"the model was asked without the views: {answer.without_images}",
+        ),
+    )
+
+
+def marked_invalid(calls: tuple[ModelCall, ...]) -> tuple[ModelCall, ...]:
+    """The calls of one answer, the last of which brought something that does not fit."""
+    return (*calls[:-1], *(call.model_copy(update={"outcome": "invalid_answer"}) for call in calls[-1:]))
+
+
+def _violations(error: InvalidAnswerError) -> tuple[str, ...]:
+    return error.violations if isinstance(error, InvalidFieldsError) else (str(error),)
+
+
+def _refusal(error: InvalidAnswerError) -> Finding:
+    return Finding(
+        stage=Stage.SYNTHESIZE,
+        severity=Severity.WARNING,
+        code="invalid_answer",
+        message=f"the model's answer was refused and it was asked again: {error}",
+    )

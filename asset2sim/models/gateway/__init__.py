@@ -1,0 +1,1 @@
+"""Every model call: LiteLLM behind one function, with budgets, limits, caches, prices and typed failures."""

@@ -1,0 +1,148 @@
+"""What a model can take: as LiteLLM knows it, and as its server has refused it since."""
+
+import functools
+import re
+import threading
+from dataclasses import dataclass, replace
+from typing import Any
+
+from asset2sim.models.gateway import provider_errors
+from asset2sim.models.gateway.images import has_images
+from asset2sim.models.gateway.lite import load_litellm
+from schemas.model_names import is_prior
+from schemas.request import ModelRequest
+from schemas.settings import ModelSettings
+
+_FORMAT_WORDS = (
+    "response_format", "responseformat", "output_format", "outputconfig", "schema", "json_object", "json mode",
+    "json_tool_call", "structured output",
+)  # fmt: skip
+_IMAGE_WORDS = ("image", "vision", "multimodal", "multi-modal")
+_NEVER_WORDS = re.compile(r"support|vision|multi-?modal|text.only|must be text|not (?:allowed|enabled|available)")
+"""Words of a refusal that holds for every picture, not just for one that is too large or broken."""
+
+_LOWER = {"schema": "object", "object": "prompt"}
+_CLOSING = "claude"
+"""Models for which every object of a schema is closed on the way: a map with free keys would have to stay empty."""
+
+
+@dataclass(frozen=True)
+class Abilities:
+    """What LiteLLM knows. A model that it does not know is given images: whoever made them wants them seen."""
+
+    images: bool
+    answer_format: str
+    """The most that can be asked for: ``schema``, ``object`` or ``prompt``."""
+    max_output_tokens: int | None
+
+
+@dataclass(frozen=True)
+class Extras:
+    """What goes with the text of one attempt; ``refusal`` says why a server was spared the images."""
+
+    images: bool
+    answer_format: str
+    refusal: str | None = None
+
+
+_refused: dict[tuple[str, str | None], Extras] = {}
+_lock = threading.Lock()
+
+
+@functools.lru_cache(maxsize=64)
+def abilities(model: str) -> Abilities:
+    """What LiteLLM knows of a model, looked up once; for some providers (Ollama) it asks the model's own server."""
+    litellm = load_litellm()
+    if is_prior(model):
+        return Abilities(images=False, answer_format="prompt", max_output_tokens=None)
+    try:
+        info: dict[str, Any] | None = dict(litellm.get_model_info(model))
+    except Exception:  # whatever a lookup of names or a server raises: nothing is known then
+        info = None
+    try:
+        parameters = litellm.get_supported_openai_params(model) or []
+    except Exception:  # whatever a lookup of names or a server raises: nothing is known then
+        parameters = []
+    limit = info.get("max_output_tokens") if info else None
+    mode = "object" if "response_format" in parameters else "prompt"
+    return Abilities(
+        images=bool(litellm.supports_vision(model)) if info else True,
+        answer_format="schema" if mode == "object" and litellm.supports_response_schema(model) else mode,
+        max_output_tokens=limit if isinstance(limit, int) else None,
+    )
+
+
+def first_extras(request: ModelRequest, settings: ModelSettings) -> Extras:
+    """What the first attempt at a request carries: all that the model can take and its server has not refused.
+
+    With tools no format is asked for: several providers refuse the two together, and an answer may be a tool call.
+    """
+    able = abilities(settings.model)
+    level = "prompt" if request.tools else able.answer_format
+    if level == "schema" and not _can_hold_to(request.answer_schema, settings.model):
+        level = "object"
+    with _lock:
+        known = _refused.get(_server(settings))
+    refusal = None
+    if has_images(request) and not able.images and not is_prior(settings.model):
+        refusal = f"model '{settings.model}' takes no images, by LiteLLM's list of models"
+    elif known is not None and not known.images:
+        refusal = known.refusal
+    if known is not None and _rank(known.answer_format) < _rank(level):
+        level = known.answer_format
+    images = able.images and has_images(request) and refusal is None
+    return Extras(images=images, answer_format=level, refusal=refusal if has_images(request) else None)
+
+
+def _can_hold_to(schema: dict[str, Any] | None, model: str) -> bool:
+    return schema is not None and not (_CLOSING in model.lower() and has_free_keys(schema))
+
+
+def has_free_keys(schema: object) -> bool:
+    """Whether a JSON Schema has a map whose keys it does not name, such as joint names."""
+    if isinstance(schema, dict):
+        return isinstance(schema.get("additionalProperties"), dict) or any(map(has_free_keys, schema.values()))
+    return isinstance(schema, list) and any(map(has_free_keys, schema))
+
+
+def reduced(extras: Extras, error: BaseException, settings: ModelSettings) -> Extras | None:
+    """What is left to send once the provider refuses images or a format by name; None where that is not it."""
+    if provider_errors.status_of(error) not in (400, 415, 422):
+        return None
+    text = str(error).lower()
+    if extras.images and any(word in text for word in _IMAGE_WORDS):
+        refusal = f"the server of model '{settings.model}' refused them: {provider_errors.cause(error)}"
+        return replace(extras, images=False, refusal=refusal)
+    if extras.answer_format in _LOWER and any(word in text for word in _FORMAT_WORDS):
+        return replace(extras, answer_format=_LOWER[extras.answer_format])
+    return None
+
+
+def remember_refusal(tried: Extras, worked: Extras, error: BaseException, settings: ModelSettings) -> None:
+    """Spare a server, for as long as this process lives, what it has refused before it answered without.
+
+    A refusal that speaks of one picture, too large or broken, is not remembered.
+    """
+    images_refused = tried.images and not worked.images and _NEVER_WORDS.search(str(error).lower()) is not None
+    with _lock:
+        before = _refused.get(_server(settings), Extras(images=True, answer_format="schema"))
+        level = worked.answer_format if worked.answer_format != tried.answer_format else before.answer_format
+        _refused[_server(settings)] = Extras(
+            images=before.images and not images_refused,
+            answer_format=min(level, before.answer_format, key=_rank),
+            refusal=worked.refusal if images_refused else before.refusal,
+        )
+
+
+def forget_refusals() -> None:
+    """Forget what servers refused, as a new process does."""
+    with _lock:
+        _refused.clear()
+
+
+def _rank(level: str) -> int:
+    return ("prompt", "object", "schema").index(level)
+
+
+def _server(settings: ModelSettings) -> tuple[str, str | None]:
+    return settings.model, settings.api_base

@@ -1,0 +1,109 @@
+"""Answers that were had before, one JSON file each, named by all that could have changed them."""
+
+import contextlib
+import functools
+import hashlib
+import json
+import os
+import tempfile
+from pathlib import Path
+from typing import Any
+from urllib.parse import urlsplit
+
+from pydantic import ValidationError
+
+from schemas.base import Frozen
+from schemas.model_names import is_prior
+from schemas.request import LabelledImage, ModelRequest, ToolCall
+from schemas.settings import ModelSettings
+
+FOLDER = ".cache/answers"
+"""Under the output folder: shared by all assets, workers and runs."""
+VERSION = 1
+"""Part of every key: raise it where an answer would be asked for or kept in another way."""
+MAX_FILE_BYTES = 16_000_000
+"""A larger file is none of ours."""
+
+
+class StoredAnswer(Frozen):
+    """An answer as kept. The question is not: its digest is the file's name."""
+
+    model: str
+    purpose: str
+    prompt_hash: str
+    content: str | None
+    tool_calls: tuple[ToolCall, ...] = ()
+    without_images: str | None = None
+
+
+def answer_key(request: ModelRequest, settings: ModelSettings, shown: bool) -> str:
+    """SHA-256 in hexadecimal over everything that the answer may depend on.
+
+    The texts, turns, tools and schema; the pictures as they are sent (where the model is ``shown`` any); the model, the
+    server (host, port and path) and the parameters; the tables of a prior; and the sample's number, so that repeats are
+    answered anew.
+    """
+    server = urlsplit(settings.api_base or "")
+    material: dict[str, Any] = {
+        "version": VERSION,
+        "system": request.system,
+        "text": request.text,
+        "images": _images(request.images) if shown else [],
+        "turns": [
+            [turn.role, turn.content, turn.call_id, [call.model_dump() for call in turn.tool_calls],
+             _images(turn.images) if shown else []]
+            for turn in request.turns
+        ],
+        "tools": [tool.model_dump() for tool in request.tools],
+        "answer_schema": request.answer_schema,
+        "sample": request.sample,
+        "model": settings.model,
+        "tables": tables_digest() if is_prior(settings.model) else "",
+        "server": server.netloc.rpartition("@")[2] + server.path,
+        "temperature": settings.temperature,
+        "max_completion_tokens": settings.max_completion_tokens,
+    }  # fmt: skip
+    return hashlib.sha256(json.dumps(material, sort_keys=True).encode("ascii")).hexdigest()
+
+
+@functools.cache
+def tables_digest() -> str:
+    """SHA-256 over the sources and tables of the offline model: another table is another model."""
+    digest = hashlib.sha256()
+    for room in ("language", "prior"):
+        for source in sorted((Path(__file__).parents[1] / room).rglob("*")):
+            if source.suffix in (".py", ".csv"):
+                digest.update(source.read_bytes())
+    return digest.hexdigest()
+
+
+def read_answer(folder: Path, key: str) -> StoredAnswer | None:
+    """The answer kept under a key; None where there is none, or the file is damaged."""
+    path = folder / f"{key}.json"
+    try:
+        if path.stat().st_size > MAX_FILE_BYTES:
+            return None
+        stored = StoredAnswer.model_validate_json(path.read_bytes())
+    except (OSError, ValidationError):
+        return None
+    return stored if stored.content or stored.tool_calls else None
+
+
+def keep_answer(folder: Path, key: str, answer: StoredAnswer) -> None:
+    """Keep an answer; whoever reads meanwhile sees all of it or nothing. A full or read-only disk keeps nothing, and
+    the run goes on."""
+    with contextlib.suppress(OSError):
+        folder.mkdir(parents=True, exist_ok=True)
+        handle, name = tempfile.mkstemp(dir=folder, prefix=".", suffix=".tmp")
+        try:
+            with os.fdopen(handle, "w", encoding="utf-8", errors="replace") as file:
+                file.write(answer.model_dump_json())
+            os.replace(name, folder / f"{key}.json")
+        except BaseException:
+            with contextlib.suppress(OSError):
+                os.unlink(name)
+            raise
+
+
+def _images(images: tuple[LabelledImage, ...]) -> list[list[str]]:
+    return [[image.label, hashlib.sha256(image.png).hexdigest()] for image in images]

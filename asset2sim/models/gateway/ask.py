@@ -1,0 +1,229 @@
+"""One question to any model, through LiteLLM: asked patiently, counted, and answered even where the provider fails."""
+
+import hashlib
+import sqlite3
+import time
+from dataclasses import dataclass
+from typing import Any
+
+from asset2sim.models.gateway import provider_errors
+from asset2sim.models.gateway.abilities import Extras, abilities, first_extras, reduced, remember_refusal
+from asset2sim.models.gateway.answer_cache import StoredAnswer, answer_key, keep_answer, read_answer
+from asset2sim.models.gateway.attempt import attempt
+from asset2sim.models.gateway.budget import BudgetSpentError
+from asset2sim.models.gateway.choices import check_model, listed, missing_variables
+from asset2sim.models.gateway.images import downscaled
+from asset2sim.models.gateway.limits import RunStoppedError, never
+from asset2sim.models.gateway.prices import Amount, cost_usd
+from asset2sim.models.gateway.secrets import redact, redact_answer
+from asset2sim.models.gateway.session import Books, admitted, asked_to_wait, open_books, pause
+from asset2sim.models.purposes import model_for, settings_for
+from schemas.request import ModelAnswer, ModelCall, ModelRequest, ToolCall
+from schemas.settings import ModelSettings
+
+__all__ = ["Books", "ask", "check_model", "open_books", "prompt_hash"]
+
+
+def ask(request: ModelRequest, settings: ModelSettings, books: Books | None = None) -> ModelAnswer:
+    """Ask the model that the settings name for this purpose one question, one ``ModelCall`` for each time it is asked.
+
+    An answer that ``books`` keep is taken again, at no cost and without a call. Otherwise the model is asked at most
+    ``max_attempts`` times, again only where the provider answers 429, 5xx or not at all, after a jittered wait. Where a
+    server refuses images or an answer format as such (400, 415, 422), it is asked once more without, beyond those
+    attempts. Every failure comes back as ``error``, one line that names the model, the cause and the remedy; a spent
+    budget as ``budget_spent`` too.
+    """
+    settings = settings_for(settings, model_for(settings, request.purpose))
+    start = time.monotonic()
+    sees = abilities(settings.model).images
+    if sees:
+        request = downscaled(request, settings.image_side_px)
+    answers = None if books is None else books.answers
+    if answers is None:
+        return _ask_patiently(request, settings, books)
+    key = answer_key(request, settings, sees)
+    stored = read_answer(answers, key)
+    if stored is not None:
+        call = _call(request, settings, time.monotonic() - start, "cached")
+        return ModelAnswer(
+            content=stored.content,
+            calls=(call,),
+            tool_calls=stored.tool_calls,
+            without_images=stored.without_images,
+        )
+    answer = _ask_patiently(request, settings, books)
+    if answer.content or answer.tool_calls:
+        kept = StoredAnswer(
+            model=settings.model,
+            purpose=request.purpose,
+            prompt_hash=prompt_hash(request),
+            content=answer.content,
+            tool_calls=answer.tool_calls,
+            without_images=answer.without_images,
+        )
+        keep_answer(answers, key, kept)
+    return answer
+
+
+def prompt_hash(request: ModelRequest) -> str:
+    """Sixteen hexadecimal digits of the SHA-256 over system part and text."""
+    text = f"{request.system}\0{request.text}"
+    return hashlib.sha256(text.encode("utf-8", "replace")).hexdigest()[:16]
+
+
+def _ask_patiently(request: ModelRequest, settings: ModelSettings, books: Books | None) -> ModelAnswer:
+    calls: list[ModelCall] = []
+    spent = False
+    try:
+        return _with_retries(request, settings, books, calls)
+    except BudgetSpentError as error:
+        reason, spent = str(error), True
+    except RunStoppedError as error:
+        reason = str(error)
+    except (OSError, sqlite3.Error) as error:
+        reason = f"the files through which workers agree cannot be used: {redact(str(error))}"
+    message = f"model '{settings.model}': {reason}"
+    return ModelAnswer(content=None, calls=tuple(calls), error=message, budget_spent=spent)
+
+
+def _with_retries(
+    request: ModelRequest, settings: ModelSettings, books: Books | None, calls: list[ModelCall]
+) -> ModelAnswer:
+    """The answer, or why there is none; every attempt is added to ``calls``, also where this raises."""
+    extras = first_extras(request, settings)
+    refusals: list[tuple[Extras, Extras, Exception]] = []
+    tries = 0
+    while True:
+        tried = _try_once(request, settings, books, extras)
+        calls.append(tried.call.model_copy(update={"attempt": len(calls) + 1}))
+        if tried.error is None:
+            for before, after, error in refusals:
+                remember_refusal(before, after, error, settings)
+            return _answer(tried.response, request, settings, extras, calls)
+        less = reduced(extras, tried.error, settings)
+        if less is not None:
+            refusals.append((extras, less, tried.error))
+            extras = less
+            continue
+        tries += 1
+        failure = _failure(tried.error, settings, len(calls), tries)
+        if failure is not None:
+            return ModelAnswer(content=None, calls=tuple(calls), error=failure)
+        _wait(tried.error, settings, books, tries)
+
+
+@dataclass(frozen=True)
+class _Tried:
+    """One attempt: its row, and LiteLLM's response or what went wrong at the provider."""
+
+    call: ModelCall
+    response: Any = None
+    error: Exception | None = None
+
+
+def _try_once(request: ModelRequest, settings: ModelSettings, books: Books | None, extras: Extras) -> _Tried:
+    with admitted(books, request, settings, extras.images) as ticket:
+        start = time.monotonic()
+        try:
+            response = attempt(request, settings, extras, never if books is None else books.stopped)
+        except RunStoppedError:
+            ticket.actual = ticket.expected
+            raise
+        except Exception as error:
+            if provider_errors.may_be_billed(error):
+                ticket.actual = ticket.expected
+            return _Tried(_call(request, settings, time.monotonic() - start, "provider_error"), error=error)
+        said = _content(response) or (request.tools and _tool_calls(response))
+        call = _call(request, settings, time.monotonic() - start, "ok" if said else "provider_error", response)
+        ticket.actual = Amount(1, call.prompt_tokens + call.completion_tokens, call.cost_usd)
+        return _Tried(call, response=response)
+
+
+def _failure(error: Exception, settings: ModelSettings, calls: int, tries: int) -> str | None:
+    """Why it is over, in one line; None where asking again may help."""
+    missing = missing_variables(settings)
+    if missing:
+        # Some providers' clients report this as a server fault, which it is not.
+        return f"model '{settings.model}': no key; set {listed(missing)} in the environment or in .env"
+    if tries >= settings.max_attempts or not provider_errors.is_worth_retrying(error):
+        return provider_errors.describe(error, settings, calls)
+    return None
+
+
+def _wait(error: Exception, settings: ModelSettings, books: Books | None, tries: int) -> None:
+    if books is not None and provider_errors.retry_after_s(error) is not None:
+        asked_to_wait(books, settings, provider_errors.retry_delay_s(error, tries))
+    pause(books, provider_errors.retry_delay_s(error, tries))
+
+
+def _answer(
+    response: Any, request: ModelRequest, settings: ModelSettings, extras: Extras, calls: list[ModelCall]
+) -> ModelAnswer:
+    content, tool_calls = _content(response), _tool_calls(response)
+    if content is None and (not tool_calls or not request.tools):
+        error = _explain_silence(response, settings, tool_calls)
+        return ModelAnswer(content=None, calls=tuple(calls), error=error)
+    return ModelAnswer(
+        content=content,
+        calls=tuple(calls),
+        tool_calls=tool_calls if request.tools else (),
+        without_images=extras.refusal,
+    )
+
+
+def _content(response: Any) -> str | None:
+    try:
+        content = response.choices[0].message.content
+    except (AttributeError, IndexError):
+        return None
+    return _sendable(content) if isinstance(content, str) and content.strip() else None
+
+
+def _tool_calls(response: Any) -> tuple[ToolCall, ...]:
+    try:
+        calls = response.choices[0].message.tool_calls or ()
+    except (AttributeError, IndexError):
+        return ()
+    return tuple(
+        ToolCall(
+            call_id=_sendable(str(call.id or f"call_{number}")),
+            name=_sendable(str(call.function.name or "")),
+            arguments=_sendable(str(call.function.arguments or "")),
+        )
+        for number, call in enumerate(calls)
+    )
+
+
+def _sendable(text: str) -> str:
+    """The text without our keys, and without lone surrogates, which no file takes."""
+    return redact_answer(text).encode("utf-8", "replace").decode("utf-8")
+
+
+def _explain_silence(response: Any, settings: ModelSettings, tool_calls: tuple[ToolCall, ...]) -> str:
+    if tool_calls:
+        names = ", ".join(call.name[:40] for call in tool_calls[:3])
+        return f"model '{settings.model}': asked for tools that nobody offered ({names}); choose another model"
+    try:
+        reason = str(response.choices[0].finish_reason)
+    except (AttributeError, IndexError):
+        reason = "none given"
+    remedy = "raise max_completion_tokens" if reason == "length" else "try again, or choose another model"
+    return f"model '{settings.model}': answered nothing (finish reason: {redact(reason)}); {remedy}"
+
+
+def _call(
+    request: ModelRequest, settings: ModelSettings, latency_s: float, outcome: str, response: Any = None
+) -> ModelCall:
+    usage = getattr(response, "usage", None)
+    return ModelCall(
+        purpose=request.purpose,
+        model=settings.model,
+        attempt=1,
+        prompt_tokens=int(getattr(usage, "prompt_tokens", 0) or 0),
+        completion_tokens=int(getattr(usage, "completion_tokens", 0) or 0),
+        cost_usd=0.0 if response is None else cost_usd(response, settings.model),
+        latency_s=latency_s,
+        cached=outcome == "cached",
+        outcome=outcome,
+        prompt_hash=prompt_hash(request),
+    )

@@ -1,0 +1,91 @@
+"""One attempt at a model: LiteLLM called with a time limit that holds whatever the provider does."""
+
+import functools
+import threading
+import time
+from typing import Any
+
+from asset2sim.models.gateway.abilities import Extras, abilities
+from asset2sim.models.gateway.choices import runs_without_key, unset_variables
+from asset2sim.models.gateway.limits import RunStoppedError, Stopped
+from asset2sim.models.gateway.lite import load_litellm
+from asset2sim.models.gateway.messages import answer_format, chat_messages, tool_parameters
+from schemas.errors import ModelError
+from schemas.model_names import is_prior
+from schemas.request import ModelRequest
+from schemas.settings import ModelSettings
+
+GRACE_S = 0.5
+"""Time beyond the limit that the HTTP client has to notice by itself, s, before its thread is left to its fate."""
+LOOK_S = 0.2
+"""Longest wait for an answer without looking whether the run was stopped, s."""
+
+_NO_KEY = "no-key-needed"
+
+
+class OvertimeError(ModelError):
+    """The provider's client did not come back in time; ``status_code`` as LiteLLM's timeouts have it."""
+
+    status_code = 408
+
+
+def attempt(request: ModelRequest, settings: ModelSettings, extras: Extras, stopped: Stopped) -> Any:
+    """LiteLLM's response; raises whatever LiteLLM raises, ``OvertimeError`` and ``RunStoppedError``.
+
+    Time limits of HTTP clients count anew with every byte that comes, so the call runs on a thread that is left behind
+    when its time is up. A model of this process is called directly.
+    """
+    call = functools.partial(load_litellm().completion, **arguments(request, settings, extras))
+    if is_prior(settings.model):
+        return call()
+    results: list[Any] = []
+    errors: list[BaseException] = []
+    done = threading.Event()
+
+    def work() -> None:
+        try:
+            results.append(call())
+        except BaseException as error:
+            errors.append(error)
+        finally:
+            done.set()
+
+    threading.Thread(target=work, name="model-call", daemon=True).start()
+    deadline = time.monotonic() + settings.timeout_s + GRACE_S
+    while not done.wait(max(min(LOOK_S, deadline - time.monotonic()), 0.0)):
+        if stopped():
+            raise RunStoppedError("the run was stopped")
+        if time.monotonic() >= deadline:
+            raise OvertimeError(f"no complete answer after {settings.timeout_s:g} s")
+    if errors:
+        raise errors[0]
+    return results[0]
+
+
+def arguments(request: ModelRequest, settings: ModelSettings, extras: Extras) -> dict[str, Any]:
+    """What LiteLLM's ``completion`` is called with."""
+    most = abilities(settings.model).max_output_tokens
+    found: dict[str, Any] = {
+        "model": settings.model,
+        "messages": chat_messages(request, extras.images),
+        "temperature": settings.temperature,
+        "max_completion_tokens": min(settings.max_completion_tokens, most or settings.max_completion_tokens),
+        "timeout": settings.timeout_s,
+        "max_retries": 0,  # or the provider's own client would retry behind our back, uncounted
+        "num_retries": 0,
+        "drop_params": True,  # reasoning models refuse a temperature, for one
+    }
+    if request.sample > 0:
+        found["seed"] = request.sample
+    if request.tools:
+        found["tools"] = tool_parameters(request.tools)
+        found["_skip_mcp_handler"] = True  # or LiteLLM imports a package that it does not depend on
+    wanted = answer_format(request.answer_schema, request.purpose, extras.answer_format)
+    if wanted is not None:
+        found["response_format"] = wanted
+    if settings.api_base is not None:
+        found["api_base"] = settings.api_base
+        # The provider's client would refuse to start for want of a key that a local server does not look at.
+        if runs_without_key(settings) and unset_variables(settings.model):
+            found["api_key"] = _NO_KEY
+    return found

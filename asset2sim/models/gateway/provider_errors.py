@@ -1,0 +1,156 @@
+"""What a provider's failure means: whether to ask again, how long to wait, and what to tell the user."""
+
+import random
+import re
+import time
+from collections.abc import Iterator
+from email.utils import parsedate_to_datetime
+from typing import Any
+
+from asset2sim.models.gateway.choices import key_variable, listed, unset_variables
+from asset2sim.models.gateway.secrets import redact
+from schemas.errors import ModelError
+from schemas.settings import ModelSettings
+
+__all__ = [
+    "AnswerTooLongError",
+    "cause",
+    "describe",
+    "is_worth_retrying",
+    "may_be_billed",
+    "redact",
+    "retry_after_s",
+    "retry_delay_s",
+    "status_of",
+]
+
+BACKOFF_FIRST_S = 0.5
+"""Mean of the first wait, s; every further one is twice as long."""
+BACKOFF_LONGEST_S = 60.0
+"""No wait is longer, s, whatever the provider asks for: rate limits are mostly counted per minute."""
+CAUSE_LENGTH = 300
+"""Characters kept of what the provider said."""
+MAX_CHAIN = 20
+"""Exceptions that are followed from one to its cause: a chain may be a ring."""
+
+_CLASS_NAMES = re.compile(r"^(?:(?:litellm\.)?\w*(?:Error|Exception|Timeout)(?::| -) )+")
+
+
+class AnswerTooLongError(ModelError):
+    """A provider sent more than is read."""
+
+
+def status_of(error: BaseException) -> int | None:
+    """The HTTP status that a LiteLLM exception stands for, if any."""
+    status = getattr(error, "status_code", None)
+    return status if isinstance(status, int) else None
+
+
+def is_worth_retrying(error: BaseException) -> bool:
+    """True for rate limits, timeouts, server faults and lost connections; False where asking again cannot help."""
+    if "insufficient_quota" in str(error) or too_long(error) is not None:
+        return False
+    status = status_of(error)
+    return status is not None and (status in (408, 429) or status >= 500)
+
+
+def may_be_billed(error: BaseException) -> bool:
+    """Whether the provider may have answered, and counts the tokens, though we have nothing of it."""
+    return status_of(error) == 408 or too_long(error) is not None
+
+
+def too_long(error: BaseException) -> AnswerTooLongError | None:
+    """The refusal of an overlong answer behind what the provider's client made of it."""
+    return next((item for item in _chain(error) if isinstance(item, AnswerTooLongError)), None)
+
+
+def _chain(error: BaseException) -> Iterator[BaseException]:
+    """The exception and those that led to it."""
+    item: BaseException | None = error
+    for _ in range(MAX_CHAIN):
+        if item is None:
+            return
+        yield item
+        item = item.__cause__ or item.__context__
+
+
+def retry_delay_s(error: BaseException, attempt: int) -> float:
+    """Seconds to wait after this attempt, the first being 1: what ``Retry-After`` asks, else exponential; jittered."""
+    asked = retry_after_s(error)
+    if asked is not None:
+        # Added, not spread around: coming back before the time that was asked for earns another refusal.
+        return min(asked + random.uniform(0.0, BACKOFF_FIRST_S / 2.0), BACKOFF_LONGEST_S)
+    return min(BACKOFF_FIRST_S * 2.0 ** (attempt - 1), BACKOFF_LONGEST_S) * random.uniform(0.5, 1.5)
+
+
+def retry_after_s(error: BaseException) -> float | None:
+    """The provider's ``Retry-After`` in seconds from now, stated as number or date; None if there is none usable."""
+    text = _header(error, "retry-after")
+    if text is None:
+        return None
+    try:
+        seconds = float(text)
+    except ValueError:
+        try:
+            seconds = parsedate_to_datetime(text).timestamp() - time.time()
+        except ValueError:
+            return None
+    return max(seconds, 0.0) if seconds == seconds else None
+
+
+def _header(error: BaseException, name: str) -> str | None:
+    response = getattr(error, "response", None)
+    for headers in (getattr(error, "litellm_response_headers", None), getattr(response, "headers", None)):
+        value: Any = headers.get(name) if headers is not None else None
+        if value is not None:
+            return str(value)
+    return None
+
+
+def describe(error: BaseException, settings: ModelSettings, attempts: int) -> str:
+    """One line: the model, what went wrong, and what to do about it."""
+    tries = f" ({attempts} attempts)" if attempts > 1 else ""
+    long = too_long(error)
+    if long is not None:
+        return f"model '{settings.model}': {long}{tries}; lower max_completion_tokens, or choose another model"
+    return f"model '{settings.model}': {_cause_and_remedy(error, settings)}{tries}; provider said: {cause(error)}"
+
+
+def _cause_and_remedy(error: BaseException, settings: ModelSettings) -> str:
+    status = status_of(error)
+    place = f" at {redact(settings.api_base)}" if settings.api_base else ""
+    if status in (401, 403):
+        unset = unset_variables(settings.model)
+        if unset:
+            return f"the provider{place} wants a key ({status}): set {listed(unset)} in the environment"
+        where = f"the key in {variable}" if (variable := key_variable(settings.model)) else "the provider's key"
+        return f"the provider{place} refused the key ({status}): check {where} and what it may use"
+    if status == 402 or "insufficient_quota" in str(error):
+        return f"the account has no credit left ({status}): top it up, or choose another model"
+    if status == 404:
+        return f"not found{place} (404): check the model's name and api_base"
+    if status == 429:
+        return "rate limit (429): use fewer workers, wait, or raise max_attempts"
+    if status == 408:
+        return f"no answer{place} within {settings.timeout_s:g} s: raise timeout_s, or choose a faster model"
+    if _is_connection_failure(error):
+        return f"could not be reached{place}: check the network and api_base"
+    if status is not None and status >= 500:
+        return f"the provider{place} failed ({status}): try again later"
+    if status is not None:
+        return f"the request was refused ({status}): choose another model, or look at what the provider said"
+    return "the call failed"
+
+
+def _is_connection_failure(error: BaseException) -> bool:
+    for seen in _chain(error):
+        if "connect" in type(seen).__name__.lower() and "APIConnectionError" not in type(seen).__name__:
+            return True
+    return "Connection error" in str(error)
+
+
+def cause(error: BaseException) -> str:
+    """The exception's own message on one line, shortened and without secrets."""
+    text = re.sub(r"Traceback \(most recent call last\).*", "", str(error), flags=re.DOTALL)
+    text = _CLASS_NAMES.sub("", redact(" ".join(text.split())))
+    return text if len(text) <= CAUSE_LENGTH else text[:CAUSE_LENGTH] + "…"

@@ -1,0 +1,73 @@
+"""Answers that did not fit, kept beside the asset for whoever wants to know what the model said."""
+
+import contextlib
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from asset2sim.models.gateway.secrets import redact_answer
+from schemas.request import ModelAnswer, ModelCall, ModelRequest
+
+LOG_FOLDER = "logs"
+MAX_ANSWER_CHARACTERS = 100_000
+"""Characters kept of one answer: more than the largest object's overlay has."""
+MAX_FILE_BYTES = 2_000_000
+"""Where a file stops growing, bytes."""
+REFUSED = "invalid_answer"
+"""The outcome of a call whose answer did not fit."""
+
+
+@dataclass(frozen=True)
+class Heard:
+    """One question, without its pictures, and what the model said."""
+
+    request: ModelRequest
+    answer: ModelAnswer
+
+    @staticmethod
+    def of(request: ModelRequest, answer: ModelAnswer) -> "Heard":
+        """The question and its answer, of which no more is held than may be kept."""
+        slim = request.model_copy(update={"images": (), "turns": (), "tools": (), "text": "", "answer_schema": None})
+        content = None if answer.content is None else answer.content[: 2 * MAX_ANSWER_CHARACTERS]
+        return Heard(slim, answer.model_copy(update={"content": content}))
+
+
+def answers_file(out: Path, asset_id: str) -> Path:
+    """Where the refused answers of one asset are kept, if there are any."""
+    return out / LOG_FOLDER / f"{asset_id}.answers.txt"
+
+
+def keep_refused(out: Path, asset_id: str, heard: Sequence[Heard], calls: Sequence[ModelCall]) -> None:
+    """Keep the answers that the asset's record calls refused, and remove those of an earlier run.
+
+    A record's call is that of the answer, the outcome changed: everything else, the latency to the last bit, is equal.
+    """
+    with contextlib.suppress(OSError):
+        answers_file(out, asset_id).unlink(missing_ok=True)
+    refused = {call.model_copy(update={"outcome": ""}) for call in calls if call.outcome == REFUSED}
+    for item in heard:
+        last = item.answer.calls[-1:]
+        if any(call.model_copy(update={"outcome": ""}) in refused for call in last):
+            keep_answer(out, asset_id, item.request, said(item.answer))
+
+
+def keep_answer(out: Path, asset_id: str, request: ModelRequest, text: str) -> None:
+    """Add a refused answer to the asset's file: shortened, without keys, and nothing where the disk takes nothing."""
+    path = answers_file(out, asset_id)
+    text = redact_answer(text)
+    if len(text) > MAX_ANSWER_CHARACTERS:
+        more = len(text) - MAX_ANSWER_CHARACTERS
+        text = f"{text[:MAX_ANSWER_CHARACTERS]}\n… ({more} characters more)"
+    title = f"refused answer to '{request.purpose}'" + (f", sample {request.sample}" if request.sample else "")
+    with contextlib.suppress(OSError):
+        if path.exists() and path.stat().st_size > MAX_FILE_BYTES:
+            return
+        path.parent.mkdir(parents=True, exist_ok=True)
+        with path.open("a", encoding="utf-8", errors="replace") as file:
+            file.write(f"--- {title} ---\n{text}\n\n")
+
+
+def said(answer: ModelAnswer) -> str:
+    """What the model said, its wishes for tools below."""
+    wishes = [f"{call.name}({call.arguments})" for call in answer.tool_calls]
+    return "\n".join([answer.content or "", *wishes]).strip()

@@ -1,0 +1,104 @@
+"""What the model calls of all assets share: kept answers, budgets, and a provider's patience."""
+
+import contextlib
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from pathlib import Path
+
+from asset2sim.models.gateway import answer_cache as cache
+from asset2sim.models.gateway import ledger
+from asset2sim.models.gateway.budget import Budget, BudgetSpentError, budget_of, check, hold, settle
+from asset2sim.models.gateway.limits import SLOTS, Stopped, hold_back, never, provider_name, sleep, slot, wait_for_turn
+from asset2sim.models.gateway.prices import Amount, expected_amount, largest_amount, price_of
+from schemas.model_names import is_prior
+from schemas.request import ModelRequest
+from schemas.settings import ModelSettings
+
+LEASE_MARGIN_S = 30.0
+"""Time beyond a request's limit after which its worker must have died, s."""
+SETTLE_POLL_S = 0.05
+"""Time between two looks whether others have settled what they held, s."""
+
+
+@dataclass(frozen=True)
+class Books:
+    """The answer cache (None: off), the budget, and the files through which workers agree. Made once per asset, on the
+    worker; ``stopped`` tells whether the run was stopped, so that nobody waits on."""
+
+    answers: Path | None
+    budget: Budget
+    ledger: Path
+    slots: Path
+    stopped: Stopped = never
+
+
+def open_books(out: Path, run_id: str, asset_id: str, settings: ModelSettings, stopped: Stopped = never) -> Books:
+    """The books of one asset of a run that writes to ``out``; files are made when they are needed."""
+    file = out / ledger.FILE
+    return Books(
+        answers=out / cache.FOLDER if settings.cache else None,
+        budget=budget_of(file, run_id, asset_id, settings),
+        ledger=file,
+        slots=out / SLOTS,
+        stopped=stopped,
+    )
+
+
+@dataclass
+class Ticket:
+    """Leave for one attempt. Whoever holds it says what the attempt took."""
+
+    expected: Amount = field(default_factory=lambda: Amount(calls=1))
+    actual: Amount = field(default_factory=lambda: Amount(calls=1))
+
+
+@contextlib.contextmanager
+def admitted(
+    books: Books | None, request: ModelRequest, settings: ModelSettings, with_images: bool
+) -> Iterator[Ticket]:
+    """Leave to ask once, waited for: within the budgets, in turn, and in one of the provider's places.
+
+    Raises ``BudgetSpentError``, ``RunStoppedError``, and ``sqlite3.Error`` or ``OSError`` where the shared files cannot
+    be used. Nothing is limited without books; a model in this process has no provider to spare.
+    """
+    if books is None:
+        yield Ticket()
+        return
+    with contextlib.ExitStack() as stack:
+        ticket = _priced(books, request, settings, with_images)
+        check(books.budget, ticket.expected)
+        if not is_prior(settings.model):
+            provider = provider_name(settings)
+            stack.enter_context(slot(books.slots, provider, settings.concurrent_requests, books.stopped))
+            wait_for_turn(books.ledger, provider, settings.requests_per_minute, books.stopped)
+        number = _held(books, ticket.expected, largest_amount(request, settings, with_images), settings.timeout_s)
+        try:
+            yield ticket
+        finally:
+            settle(books.budget, number, ticket.actual)
+
+
+def asked_to_wait(books: Books | None, settings: ModelSettings, seconds: float) -> None:
+    """Tell all workers that the provider wants to be left alone for so long."""
+    if books is not None:
+        hold_back(books.ledger, provider_name(settings), seconds)
+
+
+def pause(books: Books | None, seconds: float) -> None:
+    """Sleep, unless the run is stopped meanwhile: then ``RunStoppedError``."""
+    sleep(seconds, never if books is None else books.stopped)
+
+
+def _priced(books: Books, request: ModelRequest, settings: ModelSettings, with_images: bool) -> Ticket:
+    limits = books.budget.limits
+    if not limits:
+        return Ticket()
+    if any(limit.usd is not None for limit in limits) and price_of(settings) is None:
+        raise BudgetSpentError("a budget in USD cannot be kept for it: LiteLLM knows no price; give one in tokens")
+    return Ticket(expected=expected_amount(request, settings, with_images))
+
+
+def _held(books: Books, expected: Amount, most: Amount, timeout_s: float) -> str:
+    while (number := hold(books.budget, expected, most, timeout_s + LEASE_MARGIN_S)) is None:
+        sleep(SETTLE_POLL_S, books.stopped)
+    return number

@@ -1,0 +1,70 @@
+"""HTTP as LiteLLM's clients use it, with an end: an answer may only be so long and take only so much time.
+
+Imports httpx, which LiteLLM brings, so it is itself imported late.
+"""
+
+import time
+from collections.abc import Iterator
+
+import httpx
+
+from asset2sim.models.gateway.provider_errors import AnswerTooLongError
+
+MAX_ANSWER_BYTES = 4_000_000
+"""Longest body of a provider's response that is read, bytes: four times the longest answer that is looked at."""
+MAX_CONNECTIONS = 200
+"""Connections that are open at the same time: more than any machine's workers ask for."""
+
+
+class BoundedTransport(httpx.BaseTransport):
+    """Sends a request through a client of its own, which knows the system's proxies, and reads the response whole.
+
+    Bodies are asked for uncompressed, so that what is counted is what is held. Reading ends with the request's read
+    time limit: httpx counts that anew for every piece, and a server that drips would never reach it.
+    """
+
+    def __init__(self, client: httpx.Client) -> None:
+        self._client = client
+
+    def handle_request(self, request: httpx.Request) -> httpx.Response:
+        """The response, its body read. Raises ``AnswerTooLongError`` and ``httpx.ReadTimeout``."""
+        limit_s = request.extensions.get("timeout", {}).get("read")
+        deadline = None if limit_s is None else time.monotonic() + limit_s
+        request.headers["Accept-Encoding"] = "identity"
+        response = self._client.send(request, stream=True)
+        try:
+            _refuse_unreadable(response)
+            body = b"".join(_pieces(response, deadline))
+        finally:
+            response.close()
+        headers = [
+            item for item in response.headers.raw if item[0].lower() not in (b"transfer-encoding", b"content-length")
+        ]
+        return httpx.Response(response.status_code, headers=headers, content=body, extensions=response.extensions)
+
+
+def _refuse_unreadable(response: httpx.Response) -> None:
+    stated = response.headers.get("Content-Length", "")
+    if stated.isdigit() and int(stated) > MAX_ANSWER_BYTES:
+        raise AnswerTooLongError(f"the answer has {int(stated)} bytes; the most that is read is {MAX_ANSWER_BYTES}")
+    encoding = response.headers.get("Content-Encoding", "identity")
+    if encoding.lower() != "identity":
+        raise AnswerTooLongError(f"the answer is compressed ({encoding[:20]}), which was not asked for and is not read")
+
+
+def _pieces(response: httpx.Response, deadline: float | None) -> Iterator[bytes]:
+    size = 0
+    for piece in response.iter_raw():
+        size += len(piece)
+        if size > MAX_ANSWER_BYTES:
+            raise AnswerTooLongError(f"the answer is longer than {MAX_ANSWER_BYTES} bytes, the most that is read")
+        if deadline is not None and time.monotonic() > deadline:
+            raise httpx.ReadTimeout("the answer was still coming when its time was up", request=response.request)
+        yield piece
+
+
+class LastingClient(httpx.Client):
+    """A client that is shared by all threads for as long as the process lives, whoever wants to close it."""
+
+    def close(self) -> None:
+        """Nothing: others still use it."""

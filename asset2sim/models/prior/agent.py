@@ -1,0 +1,289 @@
+"""The offline model as an agent: the next answer of a conversation with tools, from the conversation's text alone.
+
+It does what an agent plainly would: states its whole estimate, simulates, makes the obvious change where that fails
+(more damping, another start), and ends once it passes or nothing more comes to mind, with the best that it saw. See
+``asset2sim.methods.agent``.
+"""
+
+import json
+import math
+import re
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any
+
+from asset2sim.models.language.object_info import JointInfo, ObjectInfo, read_prompt
+from asset2sim.models.prior.answer import answer
+
+Arguments = Mapping[str, Any]
+
+Result = tuple[str, Arguments, Mapping[str, Any]]
+
+"""A tool's name, the arguments it was called with, and what it returned."""
+
+Terms = dict[str, dict[str, float]]
+
+"""Joint name → its fields that were set; ``position`` is its initial position, rad or m at scale 1."""
+
+MEASURED = ("penetration_m", "drift_m", "drift_rad", "peak_speed_m_s")
+
+"""Numbers of a simulation that have a limit each."""
+
+
+def badness(seen: Mapping[str, Any]) -> float:
+    """How badly a simulation failed: 0 where it passed, else the sum of its numbers as shares of their limits, joints
+    that oscillate counted one each; infinite where nothing is known."""
+    if seen.get("passed") is True:
+        return 0.0
+    limits = seen.get("limits")
+    if not isinstance(limits, dict):
+        return math.inf
+    shares = [number(seen.get(name)) / max(number(limits.get(name)), 1e-12) for name in MEASURED]
+    reversals = number(limits.get("oscillation_sign_changes")) or math.inf
+    moving = seen.get("moving_joints")
+    rows = moving if isinstance(moving, list) else []
+    return sum(shares) + sum(isinstance(row, dict) and number(row.get("sign_changes")) >= reversals for row in rows)
+
+
+def trials_of(past: Sequence[Result]) -> list[tuple[float, Terms]]:
+    """Every simulation so far: how badly it failed, and the joints' terms and positions that it was run with."""
+    terms: Terms = {}
+    trials = []
+    for name, arguments, result in past:
+        if name == "set_parameters" and "error" not in result:
+            terms = with_changes(terms, arguments)
+        elif name == "simulate":
+            trials.append((badness(result), terms))
+    return trials
+
+
+def with_changes(terms: Terms, arguments: Arguments) -> Terms:
+    """The terms after a ``set_parameters``."""
+    new = {name: dict(fields) for name, fields in terms.items()}
+    for item in rows(arguments, "joints"):
+        found = {key: float(value) for key, value in item.items() if key != "name" and is_number(value)}
+        new.setdefault(str(item.get("name")), {}).update(found)
+    for item in rows(arguments, "initial_joint_positions"):
+        if is_number(item.get("position")):
+            new.setdefault(str(item.get("joint")), {})["position"] = float(item["position"])
+    return new
+
+
+def way_back(trials: Sequence[tuple[float, Terms]], info: ObjectInfo) -> dict[str, Any] | None:
+    """Arguments of ``set_parameters`` that restore the best trial; None where that is the last one."""
+    if not trials:
+        return None
+    best = min(trials, key=lambda trial: trial[0])
+    if trials[-1][0] <= best[0]:
+        return None
+    zeros = {joint.name: joint.zero for joint in info.joints}
+    joints, starts = [], []
+    for name, now in trials[-1][1].items():
+        then = best[1].get(name, {})
+        changed = {key: then.get(key, 0.0) for key in now if key != "position" and then.get(key) != now[key]}
+        if changed:
+            joints.append({"name": name, **changed})
+        if "position" in now and then.get("position") != now["position"]:
+            starts.append({"joint": name, "position": then.get("position", zeros.get(name, 0.0))})
+    return {"joints": joints, "initial_joint_positions": starts}
+
+
+def rows(arguments: Arguments, key: str) -> list[dict[str, Any]]:
+    """The objects in a list among the arguments."""
+    value = arguments.get(key)
+    return [item for item in value if isinstance(item, dict)] if isinstance(value, list) else []
+
+
+def is_number(value: object) -> bool:
+    """Whether a JSON value is a finite number."""
+    return isinstance(value, int | float) and not isinstance(value, bool) and abs(value) < 1e300
+
+
+def number(value: object) -> float:
+    """A JSON value as a number, 0 where it is none."""
+    return float(value) if isinstance(value, int | float) and is_number(value) else 0.0
+
+
+FACTOR = 3.0
+
+"""By how much damping and friction grow: the paper advises ×2 to ×5 on persistent oscillation."""
+
+LEAST = {"slider": (0.5, 0.1), "hinge": (0.05, 0.005), "spin": (0.05, 0.005)}
+
+"""Damping and friction that a joint without any starts from: the low ends of the paper's ranges (N·s/m and N, N·m·s/rad
+and N·m)."""
+
+STEP = 0.05
+
+"""Share of its range by which a joint's start is moved where parts overlap: the paper's small step."""
+
+GRIPPY = "rubber"
+
+"""What an object that slides as a whole is made to stand on."""
+
+
+def correction(seen: Mapping[str, Any], info: ObjectInfo, terms: Terms, rounds: int) -> dict[str, Any] | None:
+    """Arguments of ``set_parameters`` after a ``simulate`` that returned ``seen``; None where nothing is to be done.
+
+    ``terms`` is what it was run with; ``rounds`` counts from 1.
+    """
+    failed = seen.get("failed")
+    joints = {joint.name: joint for joint in info.joints}
+    if failed == "penetration":
+        return _moved(seen, joints, terms)
+    if failed not in ("drift", "oscillation"):
+        return None
+    moving = [item for item in rows(seen, "moving_joints") if item.get("joint") in joints]
+    if not moving:
+        return {"contact_material": GRIPPY} if rounds == 1 else None
+    return {"joints": [_stiffer(item, joints[item["joint"]], failed == "drift") for item in moving]}
+
+
+def _stiffer(item: Mapping[str, Any], joint: JointInfo, with_friction: bool) -> dict[str, Any]:
+    damping, friction = LEAST[joint.motion]
+    changed: dict[str, Any] = {"name": joint.name, "damping": FACTOR * max(number(item.get("damping")), damping)}
+    if with_friction:
+        changed["friction"] = FACTOR * max(number(item.get("friction")), friction)
+    return changed
+
+
+def _moved(seen: Mapping[str, Any], joints: Mapping[str, JointInfo], terms: Terms) -> dict[str, Any] | None:
+    """The joints of the worst pair, a step further open."""
+    worst = next(iter(rows(seen, "pairs")), {})
+    links = (worst.get("link_a"), worst.get("link_b"))
+    starts = []
+    for joint in joints.values():
+        if joint.child not in links or joint.range == 0.0:
+            continue
+        target = terms.get(joint.name, {}).get("position", joint.zero) + STEP * (joint.open - joint.closed)
+        low, high = sorted((joint.closed, joint.open))
+        starts.append({"joint": joint.name, "position": min(max(target, low), high)})
+    return {"initial_joint_positions": starts} if starts else None
+
+
+Message = Mapping[str, Any]
+
+MAX_REFUSED = 2
+
+"""Estimates that may be refused before this agent just says what it has."""
+
+MAX_CORRECTIONS = 4
+
+"""Changes after the first estimate: with it and the last word half of the steps that an agent has."""
+
+FELT = ("coast_s", "spring_hz", "closes_s", "stops_within", "returns_s", "damping_level")
+
+"""Fields of a joint's proposal from which rules of ours derive its dynamics; the agent's tools have none ..."""
+
+VOLUMETRIC = ("density_kg_m3", "hollow_factor")
+
+"""... and none for a mass that is derived from a volume."""
+
+ASIDE = ("asked", "sigmas", "notes")
+
+"""Fields of an overlay that are about its numbers; the agent's tools take none."""
+
+_PURPOSE = re.compile(r'"purpose"\s*:\s*"(agent|synthesis)"')
+
+
+def next_turn(
+    messages: Sequence[Message], proposal: Callable[[str], str] = answer
+) -> tuple[str | None, list[dict[str, Any]]]:
+    """The next answer: its text, and its tool calls in OpenAI's form (``id``, ``type``, ``function``).
+
+    ``messages`` are in OpenAI's form too; the first of the user holds the object's blocks. ``proposal`` maps a
+    request's text to an overlay as JSON, right or wrong: a fallible model's errors come in here. What does not parse is
+    passed on as the tool's arguments. Never raises for what the conversation holds.
+    """
+    first = next((text_of(message) for message in messages if message.get("role") == "user"), "")
+    past = results_of(messages)
+    estimates = [result for result in past if result[0] == "set_parameters"]
+    refused = [result for result in estimates if "error" in result[2]]
+    if not estimates or "error" in estimates[-1][2]:
+        said = proposal(_direct(first) + _errors(refused))
+        if len(refused) >= MAX_REFUSED:
+            return said, []
+        return None, [call(len(past), "set_parameters", arguments_of(said)), call(len(past) + 1, "simulate", "{}")]
+    information, _ = read_prompt(first)
+    info = ObjectInfo.from_json(information)
+    trials = trials_of(past)
+    rounds = len(estimates) - len(refused)
+    seen = next((result for name, _, result in reversed(past) if name == "simulate"), {})
+    if rounds <= MAX_CORRECTIONS and trials:
+        changes = correction(seen, info, trials[-1][1], rounds)
+        if changes is not None:
+            return None, [call(len(past), "set_parameters", json.dumps(changes)), call(len(past) + 1, "simulate", "{}")]
+    back = way_back(trials, info)
+    ending = [call(len(past) + 1, "finish", "{}")]
+    return None, ending if back is None else [call(len(past), "set_parameters", json.dumps(back)), *ending]
+
+
+def arguments_of(overlay: str) -> str:
+    """An overlay's JSON as the arguments of ``set_parameters``; the same text where it is no JSON object."""
+    try:
+        data = json.loads(overlay)
+    except (ValueError, RecursionError):
+        return overlay
+    if not isinstance(data, dict):
+        return overlay
+    wanted = {key: value for key, value in data.items() if key not in ASIDE}
+    for key in ("links", "joints"):
+        if isinstance(wanted.get(key), list):
+            wanted[key] = [_absolute(part) for part in wanted[key]]
+    positions = wanted.get("initial_joint_positions")
+    if isinstance(positions, dict):
+        wanted["initial_joint_positions"] = [{"joint": key, "position": value} for key, value in positions.items()]
+    return json.dumps(wanted)
+
+
+def results_of(messages: Sequence[Message]) -> list[Result]:
+    """Every tool's result so far, with the call that it answers; a result that is no JSON object counts as empty."""
+    asked: dict[str, tuple[str, dict[str, Any]]] = {}
+    results: list[Result] = []
+    for message in messages:
+        for item in message.get("tool_calls") or ():
+            function = item.get("function") or {}
+            asked[str(item.get("id"))] = (str(function.get("name")), _object(function.get("arguments")))
+        if message.get("role") == "tool":
+            name, arguments = asked.get(str(message.get("tool_call_id")), ("", {}))
+            results.append((name, arguments, _object(text_of(message))))
+    return results
+
+
+def call(index: int, name: str, arguments: str) -> dict[str, Any]:
+    """One tool call in OpenAI's form; ``index`` makes its identifier unique in the conversation."""
+    return {"id": f"call_{index}", "type": "function", "function": {"name": name, "arguments": arguments}}
+
+
+def text_of(message: Message) -> str:
+    """A message's text: its content, or its text parts one below the other."""
+    content = message.get("content") or ""
+    if isinstance(content, str):
+        return content
+    return "\n".join(str(part["text"]) for part in content if part.get("type") == "text")
+
+
+def _absolute(part: object) -> object:
+    """A link's or joint's entry without what only rules make numbers of."""
+    if not isinstance(part, dict):
+        return part
+    return {key: value for key, value in part.items() if key not in FELT + VOLUMETRIC}
+
+
+def _direct(text: str) -> str:
+    """The same request, asking for an overlay in absolute terms as one answer alone would give it."""
+    return _PURPOSE.sub('"purpose":"direct"', text, count=1)
+
+
+def _errors(refused: Sequence[Result]) -> str:
+    """What was wrong with the last estimate, as the block that a repeated request has; empty before the first."""
+    if not refused:
+        return ""
+    return f"\n\n<validation_errors>\n{json.dumps([str(refused[-1][2].get('error'))])}\n</validation_errors>"
+
+
+def _object(text: object) -> dict[str, Any]:
+    try:
+        value = json.loads(text) if isinstance(text, str) else None
+    except (ValueError, RecursionError):
+        return {}
+    return value if isinstance(value, dict) else {}

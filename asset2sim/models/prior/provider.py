@@ -1,0 +1,120 @@
+"""The ``prior`` provider of LiteLLM: answers from tables, in this process, without key or network.
+
+Imports LiteLLM, so it is itself imported late, by ``asset2sim.models.gateway.lite``.
+"""
+
+import json
+from collections.abc import Iterable, Mapping, Sequence
+from typing import Any
+
+import litellm
+from litellm import CustomLLM, ModelResponse
+from litellm.llms.custom_llm import CustomLLMError
+from litellm.types.utils import Message
+
+from asset2sim.models.prior.noise_level import noise_of
+from schemas.errors import UnknownChoiceError
+from schemas.model_names import PRIOR_PROVIDER
+
+CHARACTERS_PER_TOKEN = 4
+"""The rule of thumb by which tokens are counted where LiteLLM's own tokenizer is not to be had."""
+
+
+class PriorProvider(CustomLLM):  # type: ignore[misc]  # LiteLLM's base class is untyped to a checker that skips it
+    """Hands the conversation to the offline prior, with simulated errors for ``prior/noisy``, and counts the tokens.
+
+    A request with tools is answered by ``prior.agent``, any other by ``prior.answer`` from the last user message that
+    describes an object. Nothing counts but the messages, whether there are tools, and ``seed``
+    (the number of the sample).
+    """
+
+    def completion(self, *args: Any, **kwargs: Any) -> ModelResponse:
+        """One answer; any failure is a 400, because the prior is deterministic and asking again cannot help."""
+        model, messages, response = kwargs["model"], kwargs["messages"], kwargs["model_response"]
+        options: Mapping[str, Any] = kwargs.get("optional_params") or {}
+        name = f"{PRIOR_PROVIDER}/{model}"
+        try:
+            noise_of(name)
+        except UnknownChoiceError as error:
+            raise CustomLLMError(404, str(error)) from error
+        try:
+            content, calls = next_answer(name, messages, bool(options.get("tools")), int(options.get("seed") or 0))
+        except Exception as error:
+            raise CustomLLMError(400, f"{type(error).__name__}: {error}") from error
+        prompt_tokens = sum(count_tokens(said(message)) for message in messages)
+        completion_tokens = count_tokens((content or "") + "".join(call["function"]["arguments"] for call in calls))
+        response.model = name
+        response.choices[0].message = Message(role="assistant", content=content, tool_calls=calls or None)
+        response.choices[0].finish_reason = "tool_calls" if calls else "stop"
+        response.usage = litellm.Usage(
+            prompt_tokens=prompt_tokens,
+            completion_tokens=completion_tokens,
+            total_tokens=prompt_tokens + completion_tokens,
+        )
+        return response
+
+
+def next_answer(
+    model: str, messages: Sequence[Mapping[str, Any]], with_tools: bool, sample: int
+) -> tuple[str | None, list[dict[str, Any]]]:
+    """The text and the tool calls (in OpenAI's form) with which a model of this process goes on."""
+    from asset2sim.models.prior.answer import answer
+
+    noise = noise_of(model)
+    conversation = "\n".join(said(message) for message in messages if message.get("role") != "system")
+
+    def proposal(text: str) -> str:
+        if noise is None:
+            return answer(text)
+        from asset2sim.models.prior.noise import noisy
+
+        return noisy(answer(text), text, noise, sample, f"{text}\n{conversation}")
+
+    if not with_tools:
+        return proposal(user_text(messages)), []
+    from asset2sim.models.prior.agent import next_turn
+
+    return next_turn(messages, proposal)
+
+
+def register() -> None:
+    """Make ``prior/…`` known to LiteLLM; a second call changes nothing."""
+    if any(item["provider"] == PRIOR_PROVIDER for item in litellm.custom_provider_map):
+        return
+    litellm.custom_provider_map = [
+        *litellm.custom_provider_map,
+        {"provider": PRIOR_PROVIDER, "custom_handler": PriorProvider()},
+    ]
+    litellm.utils.custom_llm_setup()
+
+
+def user_text(messages: Iterable[Mapping[str, Any]]) -> str:
+    """The text of the last user message with an object's facts, else of the last; empty where there is none."""
+    texts = [message_text(message) for message in messages if message.get("role") == "user"]
+    stating = [text for text in texts if "<structured_information>" in text]
+    return (stating or texts or [""])[-1]
+
+
+def said(message: Mapping[str, Any]) -> str:
+    """Everything that a message says: its text, and the tool calls that it makes."""
+    calls = [
+        {key: (call.get("function") or {}).get(key) for key in ("name", "arguments")}
+        for call in message.get("tool_calls") or ()
+    ]
+    return message_text(message) + (f"\n{json.dumps(calls)}" if calls else "")
+
+
+def message_text(message: Mapping[str, Any]) -> str:
+    """A message's text: its content, or its text parts one below the other."""
+    content = message.get("content") or ""
+    if isinstance(content, str):
+        return content
+    return "\n".join(str(part["text"]) for part in content if part.get("type") == "text")
+
+
+def count_tokens(text: str) -> int:
+    """Tokens of a text by the tokenizer that LiteLLM ships for unknown models, else one per four characters."""
+    try:
+        return int(litellm.token_counter(model="", text=text))
+    except Exception:  # whatever a tokenizer raises that cannot be loaded
+        return -(-len(text) // CHARACTERS_PER_TOKEN)

@@ -1,0 +1,120 @@
+"""The question for a step of the state: what is wrong with it, in numbers, as one block of data."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Literal
+
+from asset2sim.models.answers import RefinementAnswer, trimmed
+from asset2sim.models.prompts import REFINEMENT, data_block, system_text
+from schemas.features import Features, JointFeatures
+from schemas.measurement import ContactPair
+from schemas.overlay import JointPhysics, PhysicsOverlay
+from schemas.request import LabelledImage, ModelRequest
+
+MAX_PAIRS = 20
+"""Overlapping pairs that a prompt lists, worst first."""
+
+Problem = Literal["overlap", "moved", "fell"]
+"""Why a model is asked: parts overlap in every state near the desired one, the search had to leave the desired state,
+or joints that must stay where they are put do not."""
+
+
+@dataclass(frozen=True)
+class Tried:
+    """A proposal that was refused: where it put joints (rad or m), and what was measured there: Φ (m), and where they
+    came to rest if that is what was asked about."""
+
+    positions: Mapping[str, float]
+    phi_m: float
+    settled: Mapping[str, float] = field(default_factory=dict)
+
+
+@dataclass(frozen=True)
+class Situation:
+    """A state that wants another: joint name → position in rad, or m at the final scale, its Φ (m) and colliding pairs.
+
+    ``settled`` maps joints to where they came to rest untouched, where that is the problem. ``desired_phi_m`` is Φ in
+    the desired state, where the search had to leave it.
+    """
+
+    problem: Problem
+    positions: dict[str, float]
+    phi_m: float
+    pairs: Sequence[ContactPair] = ()
+    settled: Mapping[str, float] = field(default_factory=dict)
+    desired_phi_m: float | None = None
+    tried: Sequence[Tried] = ()
+
+
+def refinement_request(
+    features: Features,
+    overlay: PhysicsOverlay,
+    situation: Situation,
+    focus: Sequence[str],
+    reach: Mapping[str, tuple[float, float]],
+    images: Sequence[LabelledImage] = (),
+) -> ModelRequest:
+    """The question for a step of the focus joints (paper, "Refine the state").
+
+    ``overlay`` holds the desired state; ``reach`` maps each focus joint to the positions between which it may be put.
+    """
+    joints = {joint.name: joint for joint in overlay.joints}
+    worst = sorted(situation.pairs, key=lambda pair: -pair.penetration_m)[:MAX_PAIRS]
+    information: dict[str, object] = {
+        "purpose": REFINEMENT,
+        "asset_id": features.asset_id,
+        "category": features.category,
+        "problem": situation.problem,
+        "phi_m": situation.phi_m,
+        "pairs": [
+            {"link_a": pair.link_a, "link_b": pair.link_b, "penetration_m": pair.penetration_m} for pair in worst
+        ],
+        "focus_joints": [_focus_joint(joints[n], features.joint(n), situation, reach[n]) for n in focus],
+    }
+    if situation.desired_phi_m is not None:
+        information["desired_phi_m"] = situation.desired_phi_m
+    if situation.tried:
+        information["tried"] = [_tried(item, focus) for item in situation.tried]
+    return ModelRequest(
+        purpose=REFINEMENT,
+        system=system_text(REFINEMENT),
+        text=data_block("structured_information", information),
+        images=tuple(images),
+        answer_schema=refinement_schema(),
+    )
+
+
+def refinement_schema() -> dict[str, object]:
+    """The JSON Schema of the answer; it names no joint, so that nothing of an asset is in it."""
+    schema = trimmed(RefinementAnswer.model_json_schema(), frozenset())
+    assert isinstance(schema, dict)
+    return schema
+
+
+def _focus_joint(
+    joint: JointPhysics, authored: JointFeatures, situation: Situation, reach: tuple[float, float]
+) -> dict[str, object]:
+    settled = {"settled": situation.settled[joint.name]} if joint.name in situation.settled else {}
+    return {
+        "name": joint.name,
+        "type": joint.type,
+        "label": joint.label,
+        "parent": authored.parent,
+        "child": authored.child,
+        "position": situation.positions[joint.name],
+        "desired": joint.initial_position,
+        **settled,
+        "lower": joint.lower,
+        "upper": joint.upper,
+        "closed": joint.closed,
+        "open": joint.open,
+        "reach": reach,
+    }
+
+
+def _tried(item: Tried, focus: Sequence[str]) -> dict[str, object]:
+    told: dict[str, object] = {
+        "positions": {name: value for name, value in item.positions.items() if name in focus},
+        "phi_m": item.phi_m,
+    }
+    return {**told, "settled": dict(item.settled)} if item.settled else told
