@@ -10,7 +10,7 @@ from asset2sim.assets.meshes.volume import shape_of
 from asset2sim.assets.solids import Placed, weighing
 from asset2sim.physics.arrays import Array, vector
 from asset2sim.physics.inertia import box_inertia
-from asset2sim.validation.reach import bounded_by
+from asset2sim.validation.mass_bounds import bounded_by
 from tests.builders import corners, is_physical
 
 edges = st.floats(1e-3, 1.0)

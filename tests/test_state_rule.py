@@ -8,8 +8,8 @@ import pytest
 
 from asset2sim.models.language.object_info import ObjectInfo
 from asset2sim.validation.asked_state import with_asked_state
-from asset2sim.validation.misread_units import in_right_units
 from asset2sim.validation.notes import Notes
+from asset2sim.validation.sanity import in_right_units
 from schemas.features import Features
 from schemas.overlay import JointProposal, Overlay
 from schemas.settings import PhysicsSettings

@@ -8,9 +8,9 @@ from asset2sim.assets.authored import LEAST, link_of, start_of
 from asset2sim.assets.extract import Extraction
 from asset2sim.assets.urdf.read import Dynamics, read_dynamics
 from asset2sim.physics.arrays import six, vector
-from asset2sim.physics.contact import contact_friction
 from asset2sim.physics.inertia import box_inertia
 from asset2sim.validation.joints import HELD_STATE
+from asset2sim.validation.validate import contact_friction
 from schemas.base import Inertia6
 from schemas.features import JointFeatures, LinkFeatures
 from schemas.overlay import JointPhysics, JointProposal, LinkPhysics, LinkProposal, Overlay, PhysicsOverlay

@@ -9,11 +9,11 @@ from asset2sim.assets.meshes.shape_cache import PIECES
 from asset2sim.assets.views.canonical import labelled_views
 from asset2sim.metrics.verdict import Verdict
 from asset2sim.models.ask_overlay import synthesize
-from asset2sim.physics.contact import contact_friction
 from asset2sim.publishing import publish
 from asset2sim.shaping import Job, shape_and_judge
 from asset2sim.validation import validate
-from asset2sim.validation.sensible import sensible
+from asset2sim.validation.sanity import sensible
+from asset2sim.validation.validate import contact_friction
 from schemas.asset import AssetRef
 from schemas.model_names import is_prior
 from schemas.request import ModelAsk

@@ -17,7 +17,7 @@ from asset2sim.physics.kinematics import tree_of
 from asset2sim.physics.mass_matrix import GRAVITY_M_S2, Body, joint_space
 from asset2sim.validation.masses import BOX_MARGIN
 from asset2sim.validation.notes import Notes
-from asset2sim.validation.overlay import LARGEST_M, SMALLEST_M
+from asset2sim.validation.validate import LARGEST_M, SMALLEST_M
 from schemas.features import Features, JointFeatures, LinkFeatures, LinkInertial
 from schemas.finding import Finding
 from schemas.settings import PhysicsSettings

@@ -2,15 +2,27 @@
 
 import math
 
+from asset2sim.assets.extract import Extraction
+from asset2sim.models.language.object_info import ObjectInfo, read_prompt
+from asset2sim.models.prompts import synthesis_request
+from asset2sim.validation.asked_state import with_asked_state
 from asset2sim.validation.notes import Notes
+from asset2sim.validation.size import with_sensible_size
 from schemas.features import Features, JointFeatures
+from schemas.finding import Finding
 from schemas.overlay import Overlay
+from schemas.settings import PhysicsSettings
 
 OUTSIDE_SHARE = 0.1
+
 """How far outside its joint's limits, as a share of the range, a position lies that no rounding explains."""
+
 ROUNDING_SHARE = 1e-2
+
 """How far outside the limits, as a share of the range, it may lie in the other unit: degrees come as whole numbers."""
+
 FULL_TURN_DEG = 360.0
+
 MM_PER_M = 1000.0
 
 
@@ -62,3 +74,25 @@ def misread(joint: JointFeatures, at: float, instead: float) -> bool:
     if low - OUTSIDE_SHARE * span <= at <= high + OUTSIDE_SHARE * span:
         return False
     return low - ROUNDING_SHARE * span <= instead <= high + ROUNDING_SHARE * span
+
+
+def sensible(
+    extraction: Extraction, overlay: Overlay, guidance: str | None, settings: PhysicsSettings, *, semantics: bool = True
+) -> tuple[Overlay, tuple[Finding, ...]]:
+    """The proposal with its evident mistakes put right, and a finding for each; a second time it changes nothing.
+
+    Without ``semantics`` only units are looked at: what an object is and what its parts are called is withheld then.
+    """
+    notes, words = Notes(), guidance or ""
+    overlay = in_right_units(extraction.features, overlay, notes)
+    if semantics:
+        info = object_of(extraction, guidance)
+        overlay = with_sensible_size(info, words, overlay, notes)
+        overlay = with_asked_state(info, words, overlay, settings, notes)
+    return overlay, tuple(notes.findings)
+
+
+def object_of(extraction: Extraction, guidance: str | None) -> ObjectInfo:
+    """What the model was told of the object, read as the offline prior reads it."""
+    request = synthesis_request(extraction.features, guidance, extraction.closed_size, extraction.link_centers)
+    return ObjectInfo.from_json(read_prompt(request.text)[0])

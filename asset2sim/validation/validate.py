@@ -3,22 +3,23 @@
 import numpy as np
 
 from asset2sim.assets.extract import Extraction
+from asset2sim.models.language.tables import materials
 from asset2sim.physics.arrays import six, vector
 from asset2sim.physics.kinematics import locked, tree_of
 from asset2sim.physics.mass_matrix import Body
-from asset2sim.validation.armature import with_armature
 from asset2sim.validation.joints import joint_physics
 from asset2sim.validation.limits import Range, joint_range
+from asset2sim.validation.mass_bounds import with_armature, within_reach
 from asset2sim.validation.masses import LinkMass, link_masses
 from asset2sim.validation.notes import Notes
 from asset2sim.validation.positions import initial_positions
-from asset2sim.validation.reach import within_reach
 from schemas.finding import Finding
 from schemas.overlay import LinkPhysics, Overlay, PhysicsOverlay
 from schemas.settings import PhysicsSettings
 from schemas.vocabulary import Source
 
 SMALLEST_M, LARGEST_M = 0.005, 5.0
+
 """The longest edge that a household object may have after scaling, m: a button cell to a wardrobe wall."""
 
 
@@ -98,3 +99,9 @@ def link_physics(item: LinkMass, label: str) -> LinkPhysics:
         inertia=six(item.inertia),
         inertia_source=item.inertia_source,
     )
+
+
+def contact_friction(material: str | None, settings: PhysicsSettings) -> float:
+    """Coulomb coefficient of a contact material on a table top; the settings' default for none and for unknown ones."""
+    known = materials().get((material or "").strip().lower())
+    return settings.contact_friction if known is None else known.friction
