@@ -6,9 +6,9 @@ from pathlib import Path
 from asset2sim.assets.exports import write_exports
 from asset2sim.assets.urdf.bake import bake_file, baked
 from asset2sim.assets.views import write_views
-from asset2sim.engines.pybullet_penetration import contacts_at
+from asset2sim.engines.contacts import penetration
+from asset2sim.engines.pybullet_object import contacts_at
 from asset2sim.judging import Judged
-from asset2sim.metrics.penetration import penetration
 from schemas.finding import Finding
 from schemas.overlay import PhysicsOverlay
 from schemas.settings import Settings

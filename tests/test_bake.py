@@ -13,8 +13,8 @@ from asset2sim.assets.folder import write_folder
 from asset2sim.assets.hulls import collision_hulls
 from asset2sim.assets.urdf.bake import RECORD_NAME, angles, bake, bake_file, baked, unbake, unbake_file
 from asset2sim.assets.urdf.read import read_urdf
-from asset2sim.engines.pybullet_penetration import contacts_at
-from asset2sim.metrics.penetration import penetration
+from asset2sim.engines.contacts import penetration
+from asset2sim.engines.pybullet_object import contacts_at
 from asset2sim.validation import validate
 from schemas.errors import UsageError
 from schemas.overlay import Bake, JointProposal, Overlay, PhysicsOverlay

@@ -14,9 +14,8 @@ from asset2sim.assets.hulls import Hulls, collision_hulls, write_hulls
 from asset2sim.collision.clear_ranges import Cleared, clear_ranges
 from asset2sim.collision.ranges import range_of, samples, stance_at, travel
 from asset2sim.collision.trim import CLEARANCE_M, contact_pairs
-from asset2sim.engines.pybullet_object import MARGIN_M
-from asset2sim.engines.pybullet_penetration import contacts_at
-from asset2sim.metrics.penetration import by_pair
+from asset2sim.engines.contacts import by_pair
+from asset2sim.engines.pybullet_object import MARGIN_M, contacts_at
 from asset2sim.physics.kinematics import apply, link_to_root, tree_of
 from schemas.settings import EngineSettings
 from schemas.vocabulary import OverlapCause

@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
+from asset2sim.engines.contacts import ContactPoint
 from asset2sim.engines.world import World
-from asset2sim.metrics.penetration import ContactPoint
 from schemas.base import Vector3
 from schemas.errors import AssetError
 from schemas.vocabulary import Engine, FailureMode

@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 
 from asset2sim.assets.exports.mjcf import HOME, IMPEDANCE, MJCF_NAME, SCENE_NAME, export_mjcf
+from asset2sim.engines.contacts import penetration
 from asset2sim.engines.registry import open_world
-from asset2sim.metrics.penetration import penetration
 from asset2sim.pipeline import refine_asset
 from schemas.errors import AssetError
 from schemas.overlay import PhysicsOverlay

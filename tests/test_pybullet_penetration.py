@@ -5,8 +5,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from asset2sim.engines.pybullet_penetration import contact_points, contacts_at, penetration_probe
-from asset2sim.metrics.penetration import penetration
+from asset2sim.engines.contacts import penetration
+from asset2sim.engines.pybullet_object import contact_points, contacts_at, penetration_probe
 from schemas.settings import EngineSettings
 from tests.builders import ORIGIN, UrdfJoint, UrdfLink, box, write_urdf
 

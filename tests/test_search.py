@@ -6,8 +6,8 @@ from pathlib import Path
 
 import pytest
 
-from asset2sim.engines.pybullet_penetration import contacts_at
-from asset2sim.metrics.penetration import ContactPoint, penetration
+from asset2sim.engines.contacts import ContactPoint, penetration
+from asset2sim.engines.pybullet_object import contacts_at
 from asset2sim.models.refinement_prompt import Tried
 from asset2sim.pipeline import refine_asset
 from asset2sim.search.bands import band_of

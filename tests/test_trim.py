@@ -10,10 +10,9 @@ from scipy.spatial.transform import Rotation
 
 from asset2sim.assets.hulls import MOST_POINTS, SHEET_THICKNESS_M, Hulls, outermost, simplified, thickened, write_hulls
 from asset2sim.collision.trim import CLEARANCE_M, Bound, Key, Overlap, Trimmer, contact_pairs, trim
-from asset2sim.engines.pybullet_object import MARGIN_M
+from asset2sim.engines.contacts import penetration
+from asset2sim.engines.pybullet_object import MARGIN_M, contacts_at
 from asset2sim.engines.pybullet_overlaps import cleared, quaternion
-from asset2sim.engines.pybullet_penetration import contacts_at
-from asset2sim.metrics.penetration import penetration
 from asset2sim.physics.arrays import Array
 from asset2sim.physics.kinematics import apply, transform
 from schemas.settings import EngineSettings

@@ -1,5 +1,7 @@
 """A refined URDF as a MuJoCo specification that keeps its joint dynamics, and the options under which objects rest."""
 
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 
 import mujoco
@@ -7,32 +9,98 @@ from lxml import etree
 
 from asset2sim.assets.urdf.locate import find_mesh
 from asset2sim.assets.urdf.read import Dynamics, read_dynamics
-from asset2sim.engines.mujoco_filter import exclude_related
-from asset2sim.engines.mujoco_log import collected_warnings
 from schemas.errors import AssetError
 from schemas.vocabulary import FailureMode
 
+
+def exclude_related(spec: mujoco.MjSpec) -> None:
+    """Exclude the contacts that MuJoCo filters where the root is free and keeps where it is held.
+
+    MuJoCo takes links without a joint between them for one body, and filters contacts within a body and with the body
+    that it is jointed to; not so where that body is welded to the world. The pairs that it would otherwise filter are
+    excluded by name.
+    """
+    held: list[mujoco.MjsBody] = []
+    jointed: list[mujoco.MjsBody] = []
+    collect(spec.worldbody, held, jointed)
+    for child in jointed:
+        for parent in held:
+            spec.add_exclude(bodyname1=parent.name, bodyname2=child.name)
+
+
+def collect(body: "mujoco.MjsBody", held: "list[mujoco.MjsBody]", jointed: "list[mujoco.MjsBody]") -> None:
+    """Sort what hangs on a body that is welded to the world: welded too, or one joint away with what that bears."""
+    for child in body.bodies:
+        if child.joints:
+            jointed.extend(welded(child))
+        else:
+            held.append(child)
+            collect(child, held, jointed)
+
+
+def welded(body: "mujoco.MjsBody") -> "list[mujoco.MjsBody]":
+    """The body and what hangs on it without a joint."""
+    return [body, *(inner for child in body.bodies if not child.joints for inner in welded(child))]
+
+
+@contextmanager
+def collected_warnings() -> Iterator[list[str]]:
+    """Collect MuJoCo's warnings while the block runs; whoever listened before hears them too."""
+    lines: list[str] = []
+    before = mujoco.get_mju_user_warning()
+
+    def hear(message: str) -> None:
+        lines.append(" ".join(message.split()))
+        if before is not None:
+            before(message)
+
+    mujoco.set_mju_user_warning(hear)
+    try:
+        yield lines
+    finally:
+        mujoco.set_mju_user_warning(before)
+
+
 MESH_FORMATS = (".obj", ".stl", ".msh")
+
 """Mesh formats that MuJoCo reads; a visual of another format is left out."""
+
 IMPEDANCE = 0.9999
+
 """MuJoCo's constraints are springs and dampers that give way to the share 1 - d of what they bear; 0.9999 is the
 stiffest that it allows. At its usual 0.9 to 0.95 a lid that dry friction holds creeps by 0.01 rad/s."""
+
 CONTACT_IMPEDANCE = 0.99
+
 """The same for contacts and limits. At MuJoCo's own 0.95 light objects sink in by a millimetre and rock on it."""
+
 SOFT_WIDTH_M = 1e-3
+
 """Depth, m, over which a contact reaches its full impedance; MuJoCo's own."""
+
 REFERENCE_STEPS = 3.0
+
 """Time constant of constraints in time steps: 12.5 ms at 240 Hz, where MuJoCo's own is 20 ms. At 2, the shortest that
 it allows, objects that stand on three points chatter and wander by millimetres; longer, and what falls sinks in."""
+
 FRICTION_RATIO = 100.0
+
 """How much stiffer friction is than contact (impratio): at 1 a block creeps down a slope by 2 mm/s."""
+
 TORSION_M = 5e-3
+
 ROLLING_M = 1e-4
+
 """MuJoCo's own coefficients of spinning and rolling friction, m; contacts of dimension 3 use neither."""
+
 SOLVER_ITERATIONS = 100
+
 SOLVER_TOLERANCE = 1e-10
+
 """Where Newton's method stops; at MuJoCo's 1e-8 light parts on heavy ones keep a residual motion."""
+
 LOCKED_RANGE = 1e-6
+
 """Range, rad or m, of a joint whose lower and upper limit are the same: MuJoCo would read them as no limit."""
 
 

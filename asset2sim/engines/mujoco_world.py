@@ -9,10 +9,9 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from asset2sim.engines import lowest
-from asset2sim.engines.mujoco_log import collected_warnings
-from asset2sim.engines.mujoco_spec import give_options, object_spec, refused
+from asset2sim.engines.contacts import ContactPoint
+from asset2sim.engines.mujoco_spec import collected_warnings, give_options, object_spec, refused
 from asset2sim.engines.world import GRAVITY_M_S2
-from asset2sim.metrics.penetration import ContactPoint
 from asset2sim.physics.arrays import Array
 from schemas.errors import AssetError
 from schemas.vocabulary import Engine, FailureMode

@@ -17,20 +17,28 @@ from pybullet_utils.bullet_client import BulletClient
 
 from asset2sim.assets.urdf.read import Dynamics, read_dynamics
 from asset2sim.engines.console import captured_console
+from asset2sim.engines.contacts import ContactPoint
 from asset2sim.engines.world import GRAVITY_M_S2
 from asset2sim.physics.arrays import Array
 from schemas.errors import AssetError
+from schemas.settings import EngineSettings
 from schemas.vocabulary import FailureMode
 
 FLAGS = pybullet.URDF_USE_INERTIA_FROM_FILE | pybullet.URDF_USE_SELF_COLLISION | pybullet.URDF_IGNORE_VISUAL_SHAPES
+
 """Authored inertia, and self-collision with PyBullet's default filter (no contacts of a link with its parent)."""
 
 MARGIN_M = 1e-3
+
 """PyBullet's margin around every mesh hull, m: two hulls touch for it while they are twice this apart."""
+
 JOINT_ITERATIONS = 4
+
 """Rounds over the joints' own rows for each round over the contacts. With one, friction of joints in series lets go as
 soon as anything else of the object touches: a lid on a tank sank at 5 cm/s under 2/3 of the load it bears."""
+
 RESIDUAL = 1e-10
+
 """Largest correction, squared, at which the solver stops early. At its own 1e-7 a lid that friction holds creeps by
 2 mrad/s on an object that stands on a plane."""
 
@@ -121,3 +129,28 @@ def prepared(
         # A velocity motor at rest with a bounded force is Coulomb friction; force 0 switches the hidden motor off.
         client.setJointMotorControl2(body, index, pybullet.VELOCITY_CONTROL, targetVelocity=0.0, force=terms.friction)
     return PyBulletObject(client, body, link_names, joint_index, {k: dynamics[k] for k in joint_index}, console)
+
+
+def contact_points(item: PyBulletObject, positions: Mapping[str, float]) -> list[ContactPoint]:
+    """The object's contact points with itself at these joint positions, under PyBullet's default filter."""
+    item.place(positions)
+    item.client.performCollisionDetection()
+    names = item.link_names
+    return [
+        ContactPoint(names[point[3]], names[point[4]], float(point[8]))
+        for point in item.client.getContactPoints(item.body, item.body)
+    ]
+
+
+@contextmanager
+def penetration_probe(urdf: Path, settings: EngineSettings) -> Iterator[PyBulletObject]:
+    """The object held still, for ``contact_points`` at many joint positions."""
+    with loaded(urdf, fixed_base=True, timestep_s=settings.timestep_s) as item:
+        item.client.setGravity(0.0, 0.0, 0.0)
+        yield item
+
+
+def contacts_at(urdf: Path, positions: Mapping[str, float], settings: EngineSettings) -> list[ContactPoint]:
+    """Contact points at one pose in a world of their own: contact caches make Φ depend a little on what came before."""
+    with penetration_probe(urdf, settings) as item:
+        return contact_points(item, positions)

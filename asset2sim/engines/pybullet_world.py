@@ -9,10 +9,9 @@ import numpy as np
 import pybullet
 from scipy.spatial.transform import Rotation
 
-from asset2sim.engines.foresight import foreseen_m
+from asset2sim.engines.contacts import ContactPoint
 from asset2sim.engines.pybullet_object import MARGIN_M, PyBulletObject, loaded
-from asset2sim.engines.world import GRAVITY_M_S2
-from asset2sim.metrics.penetration import ContactPoint
+from asset2sim.engines.world import GRAVITY_M_S2, foreseen_m
 from asset2sim.physics.arrays import Array
 from schemas.errors import AssetError
 from schemas.vocabulary import Engine, FailureMode

@@ -6,11 +6,11 @@ from pathlib import Path
 
 import numpy as np
 
+from asset2sim.engines.contacts import ContactPoint, by_pair, penetration
 from asset2sim.engines.registry import engine_version, open_world
 from asset2sim.engines.watch import capped, reading_stride, watch
 from asset2sim.metrics.drift import drift
 from asset2sim.metrics.oscillation import amplitude, sign_changes
-from asset2sim.metrics.penetration import ContactPoint, by_pair, penetration
 from asset2sim.physics.arrays import Array
 from schemas.measurement import JointMotion, Measurement
 from schemas.settings import EngineSettings

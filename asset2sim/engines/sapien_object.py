@@ -3,10 +3,12 @@
 SAPIEN's own URDF loader leaves friction and stiffness out and makes up masses, so the links are built one by one.
 """
 
+import warnings
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
+from types import ModuleType
 from typing import Any
 
 import numpy as np
@@ -17,29 +19,51 @@ from asset2sim.assets.urdf.locate import find_mesh
 from asset2sim.assets.urdf.read import Dynamics, read_dynamics, read_urdf
 from asset2sim.engines import lowest
 from asset2sim.engines.console import captured_console
-from asset2sim.engines.foresight import foreseen_m
-from asset2sim.engines.sapien_import import physx as import_physx
 from asset2sim.engines.sapien_joint import UNBOUNDED, Builder, damper_of, give_joint
+from asset2sim.engines.world import foreseen_m
 from asset2sim.physics.arrays import Array
 from schemas.errors import AssetError
 from schemas.vocabulary import FailureMode
 
+
+def physx() -> tuple[ModuleType, ModuleType]:
+    """The modules ``sapien`` and ``sapien.physx``; no graphics device is touched."""
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        import sapien
+        import sapien.physx
+
+    return sapien, sapien.physx
+
+
 CONTACT_OFFSET_M = 0.0005
+
 """Distance of each of the object's shapes from which contacts are foreseen, m. At SAPIEN's 10 mm every part of an
 object touches all its neighbours, and a step takes up to fifty times longer."""
+
 TEMPORAL_SOLVER = False
+
 """PhysX' temporal Gauss-Seidel solver reports speeds of centimetres a second of parts that stand still between a spring
 and a limit, and lets joints that friction holds creep; its projected one does neither."""
+
 PERSISTENT_CONTACTS = False
+
 """PhysX' contacts that persist from step to step have tolerances for bodies of a metre: eyeglasses and bottles shake on
 them for ever. Contacts that are found anew in each step also do not depend on the poses before."""
+
 POSITION_ITERATIONS = 50
+
 """Solver iterations for positions: with SAPIEN's 10 a hinge that friction holds creeps by 0.3 mrad/s where the object
 stands on the plane, with 50 not at all."""
+
 VELOCITY_ITERATIONS = 1
+
 ALONG_X = (0.7071068, 0.0, 0.7071068, 0.0)
+
 """The turn (wxyz) from URDF's cylinders along z to PhysX' along x."""
+
 UPWARDS = (0.7071068, 0.0, -0.7071068, 0.0)
+
 """The turn (wxyz) from PhysX' plane, whose normal is x, to one whose normal is z."""
 
 

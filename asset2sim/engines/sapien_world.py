@@ -8,9 +8,9 @@ from pathlib import Path
 import numpy as np
 from scipy.spatial.transform import Rotation
 
+from asset2sim.engines.contacts import ContactPoint
 from asset2sim.engines.sapien_object import SapienObject, loaded
 from asset2sim.engines.world import GRAVITY_M_S2
-from asset2sim.metrics.penetration import ContactPoint
 from asset2sim.physics.arrays import Array
 from schemas.errors import AssetError
 from schemas.vocabulary import Engine, FailureMode

@@ -5,7 +5,7 @@ from contextlib import AbstractContextManager
 from pathlib import Path
 from typing import Protocol
 
-from asset2sim.metrics.penetration import ContactPoint
+from asset2sim.engines.contacts import ContactPoint
 from asset2sim.physics.arrays import Array
 from schemas.vocabulary import Engine
 
@@ -83,3 +83,14 @@ class Opener(Protocol):
         gravity_m_s2: float = GRAVITY_M_S2,
     ) -> AbstractContextManager[World]:
         """The loaded object, until the context ends."""
+
+
+FORESEEN_M_S = 1.2
+
+"""Speed, m/s, up to which contact is foreseen a step ahead: a fall of 5 cm ends at 1 m/s, and must not end inside.
+Looking further makes a step of an object of many parts several times slower, for neighbours that never touch."""
+
+
+def foreseen_m(timestep_s: float) -> float:
+    """Distance, m, from which contact with the plane is foreseen."""
+    return FORESEEN_M_S * timestep_s

@@ -6,8 +6,8 @@ from dataclasses import dataclass
 from asset2sim.assets.extract import Extraction
 from asset2sim.assets.folder import Folder, with_hulls, write_urdf
 from asset2sim.assets.hulls import Hulls
-from asset2sim.engines.pybullet_penetration import contact_points, contacts_at, penetration_probe
-from asset2sim.metrics.penetration import penetration
+from asset2sim.engines.contacts import penetration
+from asset2sim.engines.pybullet_object import contact_points, contacts_at, penetration_probe
 from asset2sim.search.asking import Scene, model_asker
 from asset2sim.search.bands import band_of, reaches
 from asset2sim.search.loop import Log, Loop

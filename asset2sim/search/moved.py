@@ -1,8 +1,8 @@
 """Where the search had to leave the requested state: a model looks, and what it proposes is kept if it is nearer."""
 
 from asset2sim.assets.folder import Folder
-from asset2sim.engines.pybullet_penetration import contacts_at
-from asset2sim.metrics.penetration import by_pair
+from asset2sim.engines.contacts import by_pair
+from asset2sim.engines.pybullet_object import contacts_at
 from asset2sim.models.refinement_prompt import Situation, Tried
 from asset2sim.search.asking import Scene, next_pose
 from asset2sim.search.bands import distance, left_state

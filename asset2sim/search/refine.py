@@ -4,7 +4,7 @@ import hashlib
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 
-from asset2sim.metrics.penetration import by_pair, penetration
+from asset2sim.engines.contacts import by_pair, penetration
 from asset2sim.models.refinement_prompt import Tried
 from asset2sim.search.focus import focus_joints
 from asset2sim.search.proposals import Pose, along, around, grid

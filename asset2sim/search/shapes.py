@@ -5,9 +5,9 @@ from dataclasses import dataclass, replace
 from asset2sim.assets.folder import Folder, with_hulls, write_urdf
 from asset2sim.assets.hulls import Hulls, exact_links
 from asset2sim.collision.trim import Cut, contact_pairs
+from asset2sim.engines.contacts import penetration
+from asset2sim.engines.pybullet_object import contacts_at
 from asset2sim.engines.pybullet_overlaps import cleared
-from asset2sim.engines.pybullet_penetration import contacts_at
-from asset2sim.metrics.penetration import penetration
 from asset2sim.physics.kinematics import link_to_root, locked, tree_of
 from asset2sim.search.loop import Loop
 from asset2sim.search.proposals import Pose

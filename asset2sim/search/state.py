@@ -3,7 +3,7 @@
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
-from asset2sim.metrics.penetration import ContactPoint, penetration
+from asset2sim.engines.contacts import ContactPoint, penetration
 
 STATE_WEIGHT_M = 1e-3
 """λ: what leaving the requested state by a joint's whole range costs, m of Φ (objective Φ(q) + λ‖q − q_requested‖²)."""
