@@ -9,15 +9,13 @@ import numpy as np
 from asset2sim.assets.authored_overlap import AuthoredShapes, overlap_cause
 from asset2sim.assets.extract import Extraction
 from asset2sim.assets.folder import Folder, write_urdf
-from asset2sim.interaction.overlaps import overlap_pairs
-from asset2sim.interaction.sweep import Cause
+from asset2sim.checks.overlaps import overlap_pairs
+from asset2sim.checks.sweep import Cause
+from asset2sim.checks.verdict import Verdict, disagreements, failures_of, judge_reports
+from asset2sim.checks.verify import Known, engines_of, verify, verify_once
 from asset2sim.mending.loop import mend
-from asset2sim.metrics.engine_verdict import disagreements, failures_of, judge_reports
-from asset2sim.metrics.verdict import Verdict
 from asset2sim.physics.kinematics import link_to_root, tree_of
-from asset2sim.reverification import Known, verify_once
 from asset2sim.search.shapes import written_joints
-from asset2sim.verification import engines_of, verify
 from schemas.errors import AssetError
 from schemas.finding import Finding, TraceStep
 from schemas.interaction import EngineReport, OverlapPair

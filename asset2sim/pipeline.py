@@ -3,12 +3,12 @@ process."""
 
 from pathlib import Path
 
-from asset2sim.alignment.judging import with_judgement
 from asset2sim.asset_progress import Progress
 from asset2sim.assets.extract import extract
 from asset2sim.assets.meshes.shape_cache import SHAPES
+from asset2sim.checks.alignment.vision_judge import with_judgement
+from asset2sim.checks.verdict import Verdict
 from asset2sim.methods.dispatch import Work, run_method
-from asset2sim.metrics.verdict import Verdict
 from asset2sim.models.ask_overlay import SynthesisError
 from asset2sim.validation.authored import check_authored
 from schemas.asset import AssetRecord, AssetRef

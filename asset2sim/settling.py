@@ -4,8 +4,8 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
+from asset2sim.checks.rest import measure
 from asset2sim.engines.child import in_child
-from asset2sim.engines.rest import measure
 from asset2sim.models.refinement_prompt import Situation, Tried
 from asset2sim.search.asking import Scene, next_pose
 from asset2sim.search.proposals import Pose

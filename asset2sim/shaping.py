@@ -7,11 +7,11 @@ from pathlib import Path
 
 from asset2sim.assets.extract import Extraction
 from asset2sim.assets.folder import write_folder
+from asset2sim.checks.verify import Known
 from asset2sim.collision.shapes import collision_shapes
 from asset2sim.judging import Judged, judge_and_mend
 from asset2sim.mending.loop import all_failures
 from asset2sim.mending.remedies import REMEDIES
-from asset2sim.reverification import Known
 from asset2sim.search.asking import Scene
 from asset2sim.search.asset import Refined, at_positions, refine_in_engine
 from asset2sim.search.bands import reaches

@@ -89,5 +89,4 @@ class ModelAnswer(Frozen):
 
 
 ModelAsk = Callable[[ModelRequest], ModelAnswer]
-
 """Asks a model one question; whoever asks needs to know nothing of gateways, budgets or processes."""

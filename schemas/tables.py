@@ -37,7 +37,6 @@ OUTCOME_COLUMNS = (
     "warnings",
     "content_hash",
 )
-
 """How the asset ended and measures: an unchanged one keeps what it had."""
 
 COST_COLUMNS = (
@@ -48,7 +47,6 @@ COST_COLUMNS = (
     "cost_usd",
     "seconds_total",
 )
-
 """What the run spent on the asset: nothing where it was unchanged."""
 
 _ASSETS: tuple[Column, ...] = (
@@ -265,16 +263,13 @@ TABLES: dict[str, Table] = {
                "What was run, with which settings and versions, and how it ended", _RUNS),
     )
 }  # fmt: skip
-
 """Every table of the catalog's folder, by name: they change together, and hold the latest of every asset."""
 
 HISTORY = make_table(
     "asset_history", "one row per run and asset, method and model", ("run_id", *ASSET_KEY),
     "How each asset ended in every run, how it measured and what it cost", _HISTORY,
 )  # fmt: skip
-
 """Every run that there was: a folder of files by month of the run's start, which only ever grows."""
 
 PUBLISHED: dict[str, Table] = {**TABLES, HISTORY.name: HISTORY}
-
 """Every table that can be read, by name."""

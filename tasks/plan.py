@@ -3,8 +3,8 @@
 from prefect import task
 from prefect.cache_policies import NO_CACHE
 
+from asset2sim.checks.alignment.reference import Reference
 from asset2sim.incremental.plan import Plan, make_plan
-from asset2sim.metrics.reference import Reference
 from asset2sim.remote.output import Output, folders_there, send_plan
 from schemas.asset import AssetRef
 from schemas.settings import Settings

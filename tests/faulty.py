@@ -83,9 +83,9 @@ def fill_disk_and_clear(out: Path) -> None:
 @contextmanager
 def sound_engines() -> Iterator[None]:
     """What a fault does to the engines in the block is undone after it: the process may be given another asset."""
-    import asset2sim.verification
+    import asset2sim.checks.verify
 
-    module: Any = asset2sim.verification
+    module: Any = asset2sim.checks.verify
     measure = module.measure
     try:
         yield
@@ -95,9 +95,9 @@ def sound_engines() -> Iterator[None]:
 
 def crash_engine(out: Path) -> None:
     """Have the engine's own process, which this one starts to judge an asset, crash as engines do."""
-    import asset2sim.verification
+    import asset2sim.checks.verify
 
-    module: Any = asset2sim.verification
+    module: Any = asset2sim.checks.verify
     module.measure = lambda *_: crashers.segfault()
 
 

@@ -7,9 +7,9 @@ from pathlib import Path
 
 import pytest
 
+from asset2sim.checks.mechanism import Mechanism, mechanism
 from asset2sim.engines.registry import installed, open_world
 from asset2sim.engines.world import World
-from asset2sim.interaction.mechanism import Mechanism, mechanism
 from schemas.base import Vector3
 from schemas.overlay import PhysicsOverlay
 from schemas.settings import EngineSettings, Thresholds

@@ -8,16 +8,14 @@ from pathlib import Path
 import pytest
 from PIL import Image
 
-from asset2sim.alignment.align import align, align_all
-from asset2sim.alignment.asked import read_request
-from asset2sim.alignment.judge import judge, judge_request
-from asset2sim.alignment.judging import with_judgement
 from asset2sim.alignment.line import alignment_line
-from asset2sim.alignment.measured import final_positions, initial_positions
-from asset2sim.alignment.rubric import Rubric
 from asset2sim.assets.urdf.bake import baked
 from asset2sim.catalog.alignment_rows import alignment_rows
-from asset2sim.metrics.reference import Reference
+from asset2sim.checks.alignment.align import align, align_all, final_positions, initial_positions
+from asset2sim.checks.alignment.reference import Reference
+from asset2sim.checks.alignment.request import read_request
+from asset2sim.checks.alignment.rubric import Rubric
+from asset2sim.checks.alignment.vision_judge import judge, judge_request, with_judgement
 from schemas.alignment import Alignment, Score
 from schemas.asset import AssetRecord, AssetRef
 from schemas.features import Features

@@ -9,8 +9,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from asset2sim.checks.rest import measure
 from asset2sim.engines.child import Ended, in_child
-from asset2sim.engines.rest import measure
 from schemas.errors import AssetError
 from schemas.settings import EngineSettings
 from schemas.vocabulary import Engine, FailureMode

@@ -7,9 +7,9 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from asset2sim.engines.rest import contacts_at, measure, observe
-from asset2sim.engines.watch import BEYOND_MEASURE, EVERY_S, TURN_FACTOR, capped, rotation_of, watch
-from asset2sim.metrics.verdict import Verdict, judge, oscillating_joints
+from asset2sim.checks.rest import contacts_at, measure, observe
+from asset2sim.checks.verdict import Verdict, judge, oscillating_joints
+from asset2sim.checks.watch import BEYOND_MEASURE, EVERY_S, TURN_FACTOR, capped, rotation_of, watch
 from asset2sim.physics.arrays import Array
 from schemas.measurement import Measurement
 from schemas.settings import EngineSettings, Thresholds

@@ -14,13 +14,13 @@ from typing import Any
 import pytest
 
 from asset2sim.catalog.read import read_table
+from asset2sim.checks.alignment.reference import Reference
 from asset2sim.incremental import code, records, state
 from asset2sim.incremental.code import counts, package_versions
 from asset2sim.incremental.files import AssetFile, asset_files
 from asset2sim.incremental.key import content_hash, shared_hash
 from asset2sim.incremental.plan import wanted_again
 from asset2sim.incremental.state import content_of, open_state
-from asset2sim.metrics.reference import Reference
 from schemas.asset import AssetRef
 from schemas.settings import EngineSettings, ModelSettings, PhysicsSettings, RunSettings, Settings, ViewSettings
 from schemas.vocabulary import RETRIED_MODES, Engine, FailureMode, Method, Redo, Status
@@ -186,7 +186,7 @@ def test_whatever_the_pipeline_imports_counts() -> None:
     """Import by import from what makes a record and its rows; what is imported by name only is named here."""
     waiting = {
         "asset2sim/pipeline.py",
-        "asset2sim/alignment/align.py",
+        "asset2sim/checks/alignment/align.py",
         "asset2sim/fanout/worker.py",
         *(f"asset2sim/engines/{engine.value}_world.py" for engine in Engine),
     }

@@ -6,9 +6,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from asset2sim.interaction.batches import depth_groups, in_batches
-from asset2sim.interaction.mechanism import mechanism, moved_inertia, poses_at, pull_on
-from asset2sim.interaction.swept_boxes import apart_groups
+from asset2sim.checks.joint_groups import apart_groups, depth_groups, in_batches
+from asset2sim.checks.mechanism import mechanism, moved_inertia, poses_at, pull_on
 from asset2sim.physics.mass_matrix import joint_space
 from tests.builders import UrdfJoint, UrdfLink
 from tests.interaction_objects import Subject, bare, solid, subject

@@ -6,14 +6,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from asset2sim.engines.world import World
-from asset2sim.interaction.drop import drop
-from asset2sim.interaction.hold import holds
-from asset2sim.interaction.mechanism import span_of
-from asset2sim.interaction.nudge import nudges
-from asset2sim.interaction.release import releases
-from asset2sim.interaction.reset import reset, rest, starts
-from asset2sim.metrics.interaction_verdict import (
+from asset2sim.checks.drop import drop
+from asset2sim.checks.hold import holds
+from asset2sim.checks.interaction_verdict import (
     TestVerdict,
     judge_drop,
     judge_hold,
@@ -21,6 +16,11 @@ from asset2sim.metrics.interaction_verdict import (
     judge_release,
     judge_reset,
 )
+from asset2sim.checks.mechanism import span_of
+from asset2sim.checks.nudge import nudges
+from asset2sim.checks.release import releases
+from asset2sim.checks.reset import reset, rest, starts
+from asset2sim.engines.world import World
 from schemas.interaction import Interaction
 from schemas.vocabulary import Engine
 from tests.builders import UrdfJoint

@@ -5,8 +5,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from asset2sim.interaction.run import bench, interact
-from asset2sim.metrics.interaction_verdict import judge_interaction
+from asset2sim.checks.interact import bench, interact
+from asset2sim.checks.interaction_verdict import judge_interaction
 from schemas.settings import EngineSettings
 from schemas.vocabulary import Engine, FailureMode
 from tests.builders import UrdfJoint

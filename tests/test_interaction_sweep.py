@@ -4,9 +4,9 @@ from pathlib import Path
 
 import pytest
 
-from asset2sim.interaction.overlaps import overlap_pairs
-from asset2sim.interaction.sweep import Cause, sweeps
-from asset2sim.metrics.interaction_verdict import judge_sweep
+from asset2sim.checks.interaction_verdict import judge_sweep
+from asset2sim.checks.overlaps import overlap_pairs
+from asset2sim.checks.sweep import Cause, sweeps
 from schemas.interaction import Sweep
 from schemas.vocabulary import Engine, OverlapCause
 from tests.builders import UrdfJoint

@@ -4,7 +4,7 @@ import math
 
 import pytest
 
-from asset2sim.metrics.interaction_verdict import TestVerdict, hull_loss, judge_interaction
+from asset2sim.checks.interaction_verdict import TestVerdict, hull_loss, judge_interaction
 from schemas.interaction import Drop, Hold, Interaction, Nudge, Obstacle, Opening, Release, Reset, Sweep
 from schemas.overlay import PhysicsOverlay
 from schemas.settings import Thresholds

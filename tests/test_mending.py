@@ -9,7 +9,8 @@ from asset2sim.assets.extract import Extraction
 from asset2sim.assets.folder import write_folder, write_urdf
 from asset2sim.assets.hulls import link_hulls
 from asset2sim.assets.urdf.read import read_dynamics
-from asset2sim.engines.rest import measure
+from asset2sim.checks.rest import measure
+from asset2sim.checks.verdict import failures_of, judge, judge_report, oscillating_joints
 from asset2sim.mending.loop import Mended, joints_of, mend
 from asset2sim.mending.remedies import (
     Case,
@@ -24,8 +25,6 @@ from asset2sim.mending.remedies import (
     softer_spring,
     stiffer_spring,
 )
-from asset2sim.metrics.engine_verdict import failures_of, judge_report
-from asset2sim.metrics.verdict import judge, oscillating_joints
 from asset2sim.validation import validate
 from schemas.interaction import EngineReport, Interaction, Reset
 from schemas.measurement import JointMotion, Measurement

@@ -6,10 +6,9 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
+from asset2sim.checks.rest import STILL, amplitude, drift, sign_changes
+from asset2sim.checks.verdict import judge, oscillates, oscillating_joints
 from asset2sim.engines.contacts import ContactPoint, by_pair, penetration
-from asset2sim.metrics.drift import drift
-from asset2sim.metrics.oscillation import STILL, amplitude, sign_changes
-from asset2sim.metrics.verdict import judge, oscillates, oscillating_joints
 from schemas.settings import Thresholds
 from schemas.vocabulary import FailureMode
 from tests.factories import make_measurement, make_motion

@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from asset2sim.engines.rest import observe
+from asset2sim.checks.rest import observe
 from asset2sim.pipeline import refine_asset
 from schemas.asset import AssetRecord
 from schemas.vocabulary import Engine, Status

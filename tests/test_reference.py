@@ -4,7 +4,7 @@ from pathlib import Path
 
 import pytest
 
-from asset2sim.metrics.reference import Reference, read_references
+from asset2sim.checks.alignment.reference import Reference, read_references
 from schemas.errors import UsageError
 
 HEADER = "asset_id,category,gensim2_task,scale,joint,joint_position\n"

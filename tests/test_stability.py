@@ -6,9 +6,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from asset2sim.interaction.run import interact
-from asset2sim.interaction.stability import rise
-from asset2sim.metrics.interaction_verdict import judge_reset
+from asset2sim.checks.interact import interact
+from asset2sim.checks.interaction_verdict import judge_reset
+from asset2sim.checks.reset import rise
 from schemas.interaction import Interaction, Reset
 from schemas.vocabulary import Engine, OverlapCause
 from tests.assets import near

@@ -19,7 +19,6 @@ from schemas.vocabulary import CollisionMode
 URDF_NAME = "mobility.urdf"
 
 COMPANIONS = ("semantics.txt", "meta.json", "mobility_v2.json")
-
 """PartNet-Mobility's files beside the URDF that stay true after scaling (its bounding box would not)."""
 
 

@@ -1,7 +1,6 @@
 """Rows of what each engine saw: measurements, interaction tests and overlaps."""
 
-from asset2sim.metrics.engine_verdict import judge_report, judged_tests
-from asset2sim.metrics.verdict import oscillating_joints
+from asset2sim.checks.verdict import judge_report, judged_tests, oscillating_joints
 from schemas.asset import AssetRecord
 from schemas.interaction import EngineReport
 from schemas.overlay import PhysicsOverlay

@@ -9,7 +9,7 @@ from rich.text import Text
 from asset2sim.catalog.figures import run_figures
 from asset2sim.catalog.rows import queries, total_seconds
 from asset2sim.catalog.text import NOTHING, number
-from asset2sim.metrics.engine_verdict import judge_report
+from asset2sim.checks.verdict import judge_report
 from schemas.asset import AssetRecord
 from schemas.settings import Thresholds
 from schemas.vocabulary import Status

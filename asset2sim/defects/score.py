@@ -12,8 +12,8 @@ It is mended where refining the planted asset ends ``ok`` and nothing of the def
 from collections.abc import Iterator
 from dataclasses import dataclass
 
+from asset2sim.checks.verdict import failures_of
 from asset2sim.defects.planted import Planted
-from asset2sim.metrics.engine_verdict import failures_of
 from schemas.asset import AssetRecord
 from schemas.finding import Finding
 from schemas.overlay import PhysicsOverlay

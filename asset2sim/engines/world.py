@@ -86,7 +86,6 @@ class Opener(Protocol):
 
 
 FORESEEN_M_S = 1.2
-
 """Speed, m/s, up to which contact is foreseen a step ahead: a fall of 5 cm ends at 1 m/s, and must not end inside.
 Looking further makes a step of an object of many parts several times slower, for neighbours that never touch."""
 

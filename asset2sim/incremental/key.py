@@ -4,8 +4,8 @@ import hashlib
 import json
 from collections.abc import Mapping
 
+from asset2sim.checks.alignment.reference import Reference
 from asset2sim.incremental.code import package_versions, source_version
-from asset2sim.metrics.reference import Reference
 from schemas.asset import AssetRef
 from schemas.settings import Settings
 

@@ -7,11 +7,11 @@ from functools import partial
 from pathlib import Path
 
 from asset2sim.catalog.known import known_assets, known_runs
+from asset2sim.checks.alignment.reference import Reference
 from asset2sim.incremental.contents import contents_of
 from asset2sim.incremental.key import content_hash, shared_hash
 from asset2sim.incremental.records import KeptRecord, drop_record, keep_record, kept_records
 from asset2sim.incremental.state import forget_folders, note_folders, open_state, refined_folders
-from asset2sim.metrics.reference import Reference
 from schemas.asset import AssetRecord, AssetRef, Unchanged
 from schemas.settings import Settings
 from schemas.vocabulary import RETRIED_MODES, FailureMode, Redo, Status

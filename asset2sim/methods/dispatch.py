@@ -9,6 +9,7 @@ from asset2sim.assets.authored import authored_overlay
 from asset2sim.assets.extract import Extraction
 from asset2sim.assets.folder import URDF_NAME, staged_folder
 from asset2sim.assets.views.canonical import labelled_views
+from asset2sim.checks.verdict import Verdict
 from asset2sim.judging import judge_as_written
 from asset2sim.methods.as_proposed import as_proposed
 from asset2sim.methods.ivw import ask_fused
@@ -16,7 +17,6 @@ from asset2sim.methods.judge_overlay import judge_overlay
 from asset2sim.methods.no_semantics import without_semantics
 from asset2sim.methods.ours import refine_with_rules
 from asset2sim.methods.reference import propose_reference
-from asset2sim.metrics.verdict import Verdict
 from asset2sim.models.ask_overlay import Synthesized, ask_overlay
 from asset2sim.models.prompts import DIRECT, overlay_request
 from asset2sim.publishing import publish

@@ -7,7 +7,7 @@ from asset2sim.assets.extract import Extraction
 from asset2sim.assets.folder import staged_folder
 from asset2sim.assets.meshes.shape_cache import PIECES
 from asset2sim.assets.views.canonical import labelled_views
-from asset2sim.metrics.verdict import Verdict
+from asset2sim.checks.verdict import Verdict
 from asset2sim.models.ask_overlay import synthesize
 from asset2sim.publishing import publish
 from asset2sim.shaping import Job, shape_and_judge

@@ -21,11 +21,9 @@ _PARTS: dict[str, type[Frozen]] = {"links": LinkProposal, "joints": JointProposa
 _Model = TypeVar("_Model", bound=Frozen)
 
 MAX_VIOLATIONS = 20
-
 """Violations that a message lists; a model that makes more has misread the question."""
 
 MAX_CHOICES = 40
-
 """Names that a message offers in place of an unknown one."""
 
 
@@ -162,7 +160,6 @@ def _short(text: str, length: int = 60) -> str:
 FELT = (
     "coast_s", "spring_hz", "closes_s", "stops_within", "returns_s", "damping_level", "density_kg_m3", "hollow_factor",
 )  # fmt: skip
-
 """Fields from which rules of ours derive numbers: a method that takes an answer as it is does not ask for them."""
 
 WITHOUT: dict[str, tuple[str, ...]] = {
@@ -170,7 +167,6 @@ WITHOUT: dict[str, tuple[str, ...]] = {
     "direct": ("sigmas", *FELT),
     "ivw": FELT,
 }
-
 """Purpose → fields of an overlay that its prompt does not ask for."""
 
 

@@ -17,11 +17,9 @@ from schemas.settings import PhysicsSettings
 from schemas.vocabulary import DynamicsRule, Source
 
 SHARES = (0.0, 0.5, 1.0)
-
 """Shares of each joint's range."""
 
 MOST_COMBINED = 3
-
 """Joints up to which every combination of shares is taken; 27 poses."""
 
 
@@ -50,7 +48,6 @@ def at_share(span: Range, share: float) -> float:
 
 
 HELD_STATE = 0.05
-
 """Share of its range beyond the closed end from which a requested state counts as open, and so must be held."""
 
 

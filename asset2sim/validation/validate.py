@@ -19,7 +19,6 @@ from schemas.settings import PhysicsSettings
 from schemas.vocabulary import Source
 
 SMALLEST_M, LARGEST_M = 0.005, 5.0
-
 """The longest edge that a household object may have after scaling, m: a button cell to a wardrobe wall."""
 
 

@@ -14,7 +14,6 @@ from numpy.typing import NDArray
 from asset2sim.physics.arrays import Array
 
 TEXT = "text"
-
 """The name under which the JSON value is kept."""
 
 

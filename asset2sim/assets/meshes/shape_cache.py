@@ -14,7 +14,6 @@ from asset2sim.physics.arrays import Array
 from schemas.vocabulary import VolumeSource
 
 FORMAT = f"2 trimesh {trimesh.__version__} scipy {scipy.__version__}"
-
 """What a file must have been written by to be read: raise the number when the same mesh gives another shape."""
 
 
@@ -90,9 +89,7 @@ def _mesh(clouds: list[Array], item: dict[str, object]) -> KnownMesh:
 
 
 SHAPES = ".cache/shapes"
-
 """The shapes and the triangles of meshes that have been read before."""
 
 PIECES = ".cache/pieces"
-
 """Convex pieces, shared by all assets and runs."""

@@ -15,7 +15,6 @@ from schemas.errors import AssetError
 from schemas.vocabulary import FailureMode
 
 JOINT_TYPES = ("revolute", "continuous", "prismatic", "fixed")
-
 """The joint types that PyBullet, MuJoCo and PhysX all load; floating and planar joints are not articulation."""
 
 logging.getLogger("yourdfpy").setLevel(logging.ERROR)

@@ -21,7 +21,6 @@ from schemas.settings import Settings, ViewSettings
 VIEW_NAMES = ("front", "back", "left", "right", "perspective")
 
 OVERSAMPLING = 1.5
-
 """Pixels drawn per pixel shown, along each side: TinyRenderer does not smooth edges, and its time goes with the
 square."""
 

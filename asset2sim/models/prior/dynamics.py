@@ -13,34 +13,27 @@ from asset2sim.models.language.tables import Wish
 from schemas.overlay import JointProposal, Level
 
 SPRING_HZ = {"hinge": 3.0, "slider": 6.0, "spin": 3.0}
-
 """Frequency of a spring that the mechanism table does not expect, Hz: a stapler's or a clip's."""
 
 STIFF, SOFT = 1.5, 0.7
-
 """What "stiff" and "light" do to a spring's frequency: about twice and half the force."""
 
 HOLD_COAST_S = 0.2
-
 """Longest coast of a joint that must stay where it is placed, unless its damping is stated (paper: more damping)."""
 
 UPRIGHT = 0.9
-
 """Height of a hinge's unit axis from which gravity hardly turns what hangs on it ..."""
 
 LEVEL = 0.3
-
 """... and of a slider's below which gravity hardly moves it."""
 
 MOTIONS: dict[str, Level] = {
     "damping": "medium", "free": "super low", "no hold": "super low", "slow": "super high", "smooth": "low",
     "soft close": "super high", "no slam": "super high", "slam": "super low", "glide": "low",
 }  # fmt: skip
-
 """Words about motion, and the level of damping that they stand for."""
 
 FALLS = ("soft close", "no slam", "slam")
-
 """Words that say how a part shuts by itself: it does not stay where it is placed, unless a state is asked for."""
 
 LEVELS: dict[str, Level] = {level: level for level in ("super low", "low", "medium", "high", "super high")}
@@ -133,11 +126,9 @@ def gravity_moves(part: Part) -> bool:
 
 
 _OPEN = 0.05
-
 """Share of its travel from which a part that is asked to stand there stands open."""
 
 _NEAR, _FAR = 3, 6
-
 """Words between a level and its noun: "low hinge damping", "the damping of the hinge is low"."""
 
 _KINDS = (
@@ -166,7 +157,6 @@ _KINDS = (
 _SHUTTING = ("closing", "soft close", "slam")
 
 _RETURNING = ("returning", "spring", "snap", "slow return")
-
 """Kinds of words beside which a time says how long the part takes to shut, or to come back."""
 
 

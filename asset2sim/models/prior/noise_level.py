@@ -125,7 +125,6 @@ _CERTAIN = 1.0 - 1e-12
 _NORMAL = NormalDist()
 
 _DIGITS = 53
-
 """Bits of a hash that become a number in (0, 1): as many as a double holds."""
 
 

@@ -4,10 +4,10 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from asset2sim.engines.watch import capped, watch
+from asset2sim.checks.joint_groups import in_batches
+from asset2sim.checks.mechanism import Mechanism, moved_inertia, poses_at, pull_on, span_of
+from asset2sim.checks.watch import capped, watch
 from asset2sim.engines.world import World
-from asset2sim.interaction.batches import in_batches
-from asset2sim.interaction.mechanism import Mechanism, moved_inertia, poses_at, pull_on, span_of
 from schemas.interaction import Nudge
 from schemas.overlay import JointPhysics
 from schemas.settings import EngineSettings, Thresholds

@@ -5,10 +5,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from asset2sim.engines.watch import capped, watch
+from asset2sim.checks.joint_groups import in_batches
+from asset2sim.checks.mechanism import Mechanism, Pull, poses_at, pull_on, span_of
+from asset2sim.checks.watch import capped, watch
 from asset2sim.engines.world import World
-from asset2sim.interaction.batches import in_batches
-from asset2sim.interaction.mechanism import Mechanism, Pull, poses_at, pull_on, span_of
 from schemas.interaction import Release, way_left
 from schemas.overlay import JointPhysics
 from schemas.settings import EngineSettings, Thresholds

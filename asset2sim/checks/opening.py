@@ -5,9 +5,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from asset2sim.checks.joint_groups import depth_groups
+from asset2sim.checks.mechanism import Mechanism, moved_inertia, poses_at, pull_on, span_of
 from asset2sim.engines.world import World
-from asset2sim.interaction.batches import depth_groups
-from asset2sim.interaction.mechanism import Mechanism, moved_inertia, poses_at, pull_on, span_of
 from asset2sim.physics.arrays import Array
 from schemas.interaction import Opening
 from schemas.overlay import JointPhysics

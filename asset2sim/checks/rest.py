@@ -5,16 +5,43 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
+from scipy.spatial.transform import Rotation
 
+from asset2sim.checks.watch import capped, reading_stride, watch
 from asset2sim.engines.contacts import ContactPoint, by_pair, penetration
 from asset2sim.engines.registry import engine_version, open_world
-from asset2sim.engines.watch import capped, reading_stride, watch
-from asset2sim.metrics.drift import drift
-from asset2sim.metrics.oscillation import amplitude, sign_changes
 from asset2sim.physics.arrays import Array
 from schemas.measurement import JointMotion, Measurement
 from schemas.settings import EngineSettings
 from schemas.vocabulary import Engine
+
+
+def drift(positions: Array, orientations: Array) -> tuple[float, float]:
+    """D_pos (m) and D_ori (rad) of (n, 3) root positions and (n, 4) xyzw orientations; row 0 is the reference pose.
+
+    Infinite where any row is not finite: an object that exploded has drifted.
+    """
+    if not (np.isfinite(positions).all() and np.isfinite(orientations).all()):
+        return float("inf"), float("inf")
+    distance = float(np.linalg.norm(positions - positions[0], axis=1).max())
+    turned = Rotation.from_quat(orientations) * Rotation.from_quat(orientations[0]).inv()
+    return distance, float(turned.magnitude().max())
+
+
+STILL = 1e-6
+"""Change of a joint between two steps below which it counts as still: solvers tremble in the last digits."""
+
+
+def amplitude(positions: Array) -> float:
+    """A = max q − min q of (n,) positions of one joint, rad or m."""
+    return float(np.ptp(positions)) if np.isfinite(positions).all() else float("inf")
+
+
+def sign_changes(positions: Array) -> int:
+    """How often Δq changes sign along (n,) positions, steps at which the joint is still left out."""
+    steps = np.diff(positions)
+    signs = np.sign(steps[np.abs(steps) > STILL])
+    return int(np.count_nonzero(signs[1:] != signs[:-1]))
 
 
 @dataclass(frozen=True)

@@ -1,14 +1,16 @@
 """Judging one written asset: every engine in a killable process of its own, the paper's tests and interaction."""
 
+import hashlib
 from collections.abc import Sequence
 from pathlib import Path
 from time import perf_counter
 
+from asset2sim.assets.folder import Folder
+from asset2sim.checks.interact import interact
+from asset2sim.checks.rest import measure
+from asset2sim.checks.sweep import Cause
 from asset2sim.engines.child import Ended, in_child
 from asset2sim.engines.registry import engine_version, installed, require
-from asset2sim.engines.rest import measure
-from asset2sim.interaction.run import interact
-from asset2sim.interaction.sweep import Cause
 from schemas.interaction import EngineReport, Interaction
 from schemas.measurement import Measurement
 from schemas.overlay import PhysicsOverlay
@@ -74,3 +76,43 @@ def verify_in(
         died=measured.died or touched.died,
         seconds=perf_counter() - start,
     )
+
+
+Known = dict[tuple[str, Engine, FailureMode | None], EngineReport]
+"""Reports of one asset by what was written, where it was judged, and by which test (None: by all)."""
+
+
+def verify_once(
+    known: Known,
+    engines: Sequence[Engine],
+    folder: Folder,
+    overlay: PhysicsOverlay,
+    cause: Cause,
+    settings: Settings,
+    only: FailureMode | None = None,
+) -> tuple[EngineReport, ...]:
+    """As ``verification.verify``, but what is in ``known`` is taken from there, and what is new is added to it.
+
+    Shapes and states are tried and taken back, so that the same files come up again and again. An engine that died is
+    asked again: the machine may have been at fault.
+    """
+    written = digest(folder, overlay)
+    reports = []
+    for engine in engines:
+        report = known.get((written, engine, only))
+        if report is None:
+            report = verify_in(engine, folder.urdf, overlay, cause, settings, only)
+            if report.problem is None:
+                known[written, engine, only] = report
+        reports.append(report)
+    return tuple(reports)
+
+
+def digest(folder: Folder, overlay: PhysicsOverlay) -> str:
+    """SHA-256 over what an engine is given: the URDF, the collision meshes made for it, and the overlay."""
+    whole = hashlib.sha256(overlay.model_dump_json().encode())
+    whole.update(folder.urdf.read_bytes())
+    for files in folder.collision.values():
+        for file in files:
+            whole.update(hashlib.sha256((folder.path / file).read_bytes()).digest())
+    return whole.hexdigest()

@@ -4,11 +4,11 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
+from asset2sim.checks.joint_groups import depth_groups, in_batches
+from asset2sim.checks.mechanism import Mechanism, poses_at, pull_on, span_of
+from asset2sim.checks.watch import capped, watch
 from asset2sim.engines.contacts import by_pair
-from asset2sim.engines.watch import capped, watch
 from asset2sim.engines.world import World
-from asset2sim.interaction.batches import depth_groups, in_batches
-from asset2sim.interaction.mechanism import Mechanism, poses_at, pull_on, span_of
 from schemas.interaction import Hold
 from schemas.overlay import JointPhysics
 from schemas.settings import EngineSettings, Thresholds

@@ -6,9 +6,9 @@ from pathlib import Path
 import pybullet
 from pybullet_utils.bullet_client import BulletClient
 
+from asset2sim.checks.sweep import Cause
 from asset2sim.engines.console import captured_console
 from asset2sim.engines.contacts import ContactPoint, by_pair
-from asset2sim.interaction.sweep import Cause
 from schemas.errors import AssetError
 from schemas.interaction import OverlapPair
 from schemas.vocabulary import FailureMode

@@ -2,25 +2,31 @@
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from pathlib import Path
+from time import perf_counter
 
 from PIL import Image
 from pydantic import ValidationError
 
-from asset2sim.alignment.measured import final_positions
-from asset2sim.assets.views import png_bytes
+from asset2sim.assets.urdf.locate import find_urdf
+from asset2sim.assets.views import png_bytes, render_views
+from asset2sim.checks.alignment.align import align, final_positions
 from asset2sim.models.lenient_json import parse_json
 from asset2sim.models.prompts import data_block, system_text, with_validation_errors
 from schemas.alignment import Score
 from schemas.asset import AssetRecord
 from schemas.base import Fraction, Frozen
-from schemas.errors import InvalidAnswerError
+from schemas.errors import AssetError, InvalidAnswerError
 from schemas.finding import Finding
 from schemas.request import LabelledImage, ModelAnswer, ModelCall, ModelRequest
+from schemas.settings import Settings
 from schemas.vocabulary import Severity, Stage
 
 JUDGE = "judge"
+
 MAX_ASKS = 2
 """Questions per asset: the second states what was wrong with the first answer."""
+
 LONGEST_REASON = 400
 """Characters kept of each of the judge's reasons."""
 
@@ -151,4 +157,35 @@ def _blind(reason: str) -> Finding:
         severity=Severity.WARNING,
         code="judged_without_views",
         message=f"the judge saw no pictures: {reason}",
+    )
+
+
+def with_judgement(
+    record: AssetRecord, out: Path, settings: Settings, ask: Callable[[ModelRequest], ModelAnswer]
+) -> AssetRecord:
+    """The record with the score of ``settings.model.judge_model`` in its alignment, and the calls that it took.
+
+    The record as it is where no judge is set, or the asset never came to an overlay. The asset is drawn from
+    ``out/assets``, or from where it came if nothing was written; the expert reference is added when the run is
+    published, and leaves the score as it is.
+    """
+    aligned = align(record, None) if settings.model.judge_model is not None else None
+    if aligned is None or record.overlay is None:
+        return record
+    start = perf_counter()
+    written = out / "assets" / record.ref.asset_id
+    try:
+        urdf = find_urdf(written if written.is_dir() else Path(record.ref.path))
+        views = render_views(urdf, record.overlay.initial_positions, settings.views)
+    except AssetError:
+        views = {}
+    judged = judge(record, views, ask)
+    seconds = record.seconds.get(Stage.PUBLISH.value, 0.0) + perf_counter() - start
+    return record.model_copy(
+        update={
+            "alignment": aligned.model_copy(update={"judged": judged.score}),
+            "calls": record.calls + judged.calls,
+            "findings": record.findings + judged.findings,
+            "seconds": record.seconds | {Stage.PUBLISH.value: seconds},
+        }
     )

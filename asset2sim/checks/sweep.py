@@ -5,10 +5,10 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from asset2sim.checks.joint_groups import apart_groups
+from asset2sim.checks.mechanism import Mechanism, span_of
 from asset2sim.engines.contacts import by_pair
 from asset2sim.engines.world import World
-from asset2sim.interaction.mechanism import Mechanism, span_of
-from asset2sim.interaction.swept_boxes import apart_groups
 from schemas.interaction import Obstacle, Sweep
 from schemas.overlay import JointPhysics
 from schemas.settings import EngineSettings, Thresholds

@@ -8,17 +8,16 @@ from pathlib import Path
 
 import numpy as np
 
+from asset2sim.checks.drop import drop
+from asset2sim.checks.hold import holds
+from asset2sim.checks.mechanism import Mechanism, mechanism
+from asset2sim.checks.nudge import nudges
+from asset2sim.checks.opening import openings
+from asset2sim.checks.release import releases
+from asset2sim.checks.reset import Resting, reset, rest, starts, tipping
+from asset2sim.checks.sweep import Cause, sweeps
 from asset2sim.engines.registry import open_world
 from asset2sim.engines.world import World
-from asset2sim.interaction.drop import drop
-from asset2sim.interaction.hold import holds
-from asset2sim.interaction.mechanism import Mechanism, mechanism
-from asset2sim.interaction.nudge import nudges
-from asset2sim.interaction.opening import openings
-from asset2sim.interaction.release import releases
-from asset2sim.interaction.reset import Resting, reset, rest, starts
-from asset2sim.interaction.stability import tipping
-from asset2sim.interaction.sweep import Cause, sweeps
 from schemas.interaction import Drop, Interaction, Reset
 from schemas.overlay import PhysicsOverlay
 from schemas.settings import EngineSettings, Thresholds

@@ -2,7 +2,7 @@
 
 from collections.abc import Mapping
 
-from asset2sim.engines.watch import capped, watch
+from asset2sim.checks.watch import capped, watch
 from asset2sim.engines.world import World
 from schemas.interaction import Drop
 from schemas.settings import EngineSettings
