@@ -5,8 +5,8 @@ from contextlib import contextmanager
 from dataclasses import dataclass, field
 from time import perf_counter
 
-from asset2sim.judging import Judged
-from asset2sim.shaping import Shaped
+from asset2sim.refinement.judge import Judged
+from asset2sim.refinement.refine import Shaped
 from schemas.features import Features
 from schemas.finding import Finding, TraceStep
 from schemas.interaction import EngineReport, OverlapPair

@@ -8,7 +8,7 @@ from asset2sim.assets.urdf.bake import bake_file, baked
 from asset2sim.assets.views import write_views
 from asset2sim.engines.contacts import penetration
 from asset2sim.engines.pybullet_object import contacts_at
-from asset2sim.judging import Judged
+from asset2sim.refinement.judge import Judged
 from schemas.finding import Finding
 from schemas.overlay import PhysicsOverlay
 from schemas.settings import Settings

@@ -10,8 +10,8 @@ from asset2sim.assets.extract import Extraction
 from asset2sim.assets.folder import write_folder
 from asset2sim.assets.hulls import Hulls, collision_hulls
 from asset2sim.collision.interior import cavity, interiors
-from asset2sim.collision.shapes import collision_shapes
 from asset2sim.physics.arrays import Array
+from asset2sim.refinement.collision.shapes import collision_shapes
 from asset2sim.validation import validate
 from schemas.overlay import Overlay
 from schemas.settings import CollisionSettings, PhysicsSettings

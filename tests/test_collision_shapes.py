@@ -8,8 +8,8 @@ import trimesh
 from scipy.spatial import ConvexHull
 
 from asset2sim.assets.hulls import Hulls, collision_hulls
-from asset2sim.collision import shapes as module
-from asset2sim.collision.shapes import cap, collision_shapes
+from asset2sim.refinement.collision import shapes as module
+from asset2sim.refinement.collision.shapes import cap, collision_shapes
 from schemas.asset import AssetRef
 from schemas.settings import CollisionSettings
 from schemas.vocabulary import CollisionMode, Severity

@@ -7,9 +7,9 @@ import pytest
 from asset2sim.assets.urdf.bake import unbake
 from asset2sim.checks.verdict import disagreements, failures_of, judge_reports
 from asset2sim.engines.registry import installed
-from asset2sim.judging import obstacles, report_findings
 from asset2sim.pipeline import refine_asset
 from asset2sim.publishing import bake
+from asset2sim.refinement.judge import obstacles, report_findings
 from schemas.interaction import Obstacle, Sweep
 from schemas.overlay import PhysicsOverlay
 from schemas.settings import EngineSettings, Settings, Thresholds

@@ -11,8 +11,8 @@ from asset2sim.assets.hulls import link_hulls
 from asset2sim.assets.urdf.read import read_dynamics
 from asset2sim.checks.rest import measure
 from asset2sim.checks.verdict import failures_of, judge, judge_report, oscillating_joints
-from asset2sim.mending.loop import Mended, joints_of, mend
-from asset2sim.mending.remedies import (
+from asset2sim.refinement.dynamics.mend import Mended, joints_of, mend
+from asset2sim.refinement.dynamics.remedies import (
     Case,
     closer_masses,
     firmer,

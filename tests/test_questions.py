@@ -6,9 +6,8 @@ from pathlib import Path
 import pytest
 
 from asset2sim.models.refinement_prompt import Situation
-from asset2sim.search.asking import Scene, next_pose
-from asset2sim.search.bands import left_state, reaches
-from asset2sim.search.questions import Questions
+from asset2sim.refinement.ask_model import Questions, Scene, next_pose
+from asset2sim.refinement.state.bands import left_state, reaches
 from schemas.overlay import PhysicsOverlay
 from schemas.request import ModelAnswer, ModelCall, ModelRequest
 from schemas.settings import ModelSettings, SearchSettings, Settings

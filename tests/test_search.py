@@ -10,10 +10,9 @@ from asset2sim.engines.contacts import ContactPoint, penetration
 from asset2sim.engines.pybullet_object import contacts_at
 from asset2sim.models.refinement_prompt import Tried
 from asset2sim.pipeline import refine_asset
-from asset2sim.search.bands import band_of
-from asset2sim.search.focus import focus_joints
-from asset2sim.search.refine import Ask, refine_state
-from asset2sim.search.state import Band, Evaluator, objective
+from asset2sim.refinement.state.bands import Band, Evaluator, band_of, objective
+from asset2sim.refinement.state.proposals import focus_joints
+from asset2sim.refinement.state.search import Ask, refine_state
 from schemas.asset import AssetRecord
 from schemas.features import JointFeatures
 from schemas.finding import TraceStep

@@ -7,13 +7,12 @@ import pytest
 
 from asset2sim.assets.folder import Folder
 from asset2sim.pipeline import refine_asset
-from asset2sim.search.asking import Scene
-from asset2sim.search.bands import reaches
-from asset2sim.search.loop import Log, Loop
-from asset2sim.search.moved import brought_back
-from asset2sim.search.questions import Questions
-from asset2sim.search.shapes import Attempt
-from asset2sim.settling import fallen, measured_at, restate
+from asset2sim.refinement.ask_model import Questions, Scene
+from asset2sim.refinement.collision.part_links import Attempt
+from asset2sim.refinement.rest_state import fallen, measured_at, restate
+from asset2sim.refinement.state.bands import reaches
+from asset2sim.refinement.state.context import Log, Loop
+from asset2sim.refinement.state.nearer import brought_back
 from schemas.measurement import Measurement
 from schemas.overlay import PhysicsOverlay
 from schemas.request import ModelAnswer, ModelRequest

@@ -10,7 +10,6 @@ from asset2sim.assets.extract import Extraction
 from asset2sim.assets.folder import URDF_NAME, staged_folder
 from asset2sim.assets.views.canonical import labelled_views
 from asset2sim.checks.verdict import Verdict
-from asset2sim.judging import judge_as_written
 from asset2sim.methods.as_proposed import as_proposed
 from asset2sim.methods.ivw import ask_fused
 from asset2sim.methods.judge_overlay import judge_overlay
@@ -20,6 +19,7 @@ from asset2sim.methods.reference import propose_reference
 from asset2sim.models.ask_overlay import Synthesized, ask_overlay
 from asset2sim.models.prompts import DIRECT, overlay_request
 from asset2sim.publishing import publish
+from asset2sim.refinement.judge import judge_as_written
 from schemas.asset import AssetRef
 from schemas.model_names import is_prior
 from schemas.overlay import Overlay

@@ -4,7 +4,7 @@ from pathlib import Path
 
 from asset2sim.assets.extract import Extraction
 from asset2sim.assets.folder import write_folder
-from asset2sim.judging import Judged, judge_as_written
+from asset2sim.refinement.judge import Judged, judge_as_written
 from schemas.overlay import PhysicsOverlay
 from schemas.settings import Settings
 from schemas.vocabulary import CollisionMode

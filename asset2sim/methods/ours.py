@@ -10,7 +10,7 @@ from asset2sim.assets.views.canonical import labelled_views
 from asset2sim.checks.verdict import Verdict
 from asset2sim.models.ask_overlay import synthesize
 from asset2sim.publishing import publish
-from asset2sim.shaping import Job, shape_and_judge
+from asset2sim.refinement.refine import Job, shape_and_judge
 from asset2sim.validation import validate
 from asset2sim.validation.sanity import sensible
 from asset2sim.validation.validate import contact_friction

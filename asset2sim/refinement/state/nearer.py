@@ -4,10 +4,10 @@ from asset2sim.assets.folder import Folder
 from asset2sim.engines.contacts import by_pair
 from asset2sim.engines.pybullet_object import contacts_at
 from asset2sim.models.refinement_prompt import Situation, Tried
-from asset2sim.search.asking import Scene, next_pose
-from asset2sim.search.bands import distance, left_state
-from asset2sim.search.loop import Loop
-from asset2sim.search.shapes import Attempt, attempt
+from asset2sim.refinement.ask_model import Scene, next_pose
+from asset2sim.refinement.collision.part_links import Attempt, attempt
+from asset2sim.refinement.state.bands import distance, left_state
+from asset2sim.refinement.state.context import Loop
 from schemas.finding import TraceStep
 
 

@@ -13,9 +13,9 @@ from asset2sim.checks.overlaps import overlap_pairs
 from asset2sim.checks.sweep import Cause
 from asset2sim.checks.verdict import Verdict, disagreements, failures_of, judge_reports
 from asset2sim.checks.verify import Known, engines_of, verify, verify_once
-from asset2sim.mending.loop import mend
 from asset2sim.physics.kinematics import link_to_root, tree_of
-from asset2sim.search.shapes import written_joints
+from asset2sim.refinement.collision.part_links import written_joints
+from asset2sim.refinement.dynamics.mend import mend
 from schemas.errors import AssetError
 from schemas.finding import Finding, TraceStep
 from schemas.interaction import EngineReport, OverlapPair

@@ -4,8 +4,8 @@ from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 
 from asset2sim.checks.verdict import Failure, failures_of
-from asset2sim.mending.changes import changes
-from asset2sim.mending.remedies import REMEDIES, Case, Remedy, remedies_for
+from asset2sim.refinement.dynamics.remedies import REMEDIES, Case, Remedy, remedies_for
+from asset2sim.refinement.notes import changes
 from schemas.features import Features
 from schemas.finding import Finding, TraceStep
 from schemas.interaction import EngineReport

@@ -1,22 +1,67 @@
 """Collision geometry of a whole asset by mode: as authored, one hull a shell, or pieces that leave hollows empty."""
 
+import hashlib
 from collections.abc import Mapping
 from functools import partial
 from pathlib import Path
 
 import numpy as np
+import scipy
 
 from asset2sim.assets.extract import Extraction
 from asset2sim.assets.hulls import Hulls, collision_hulls, simplified
+from asset2sim.assets.meshes.array_file import read_clouds, write_clouds
 from asset2sim.assets.meshes.hollow import samples
-from asset2sim.collision.link import LinkPieces, Sizes, by_coacd, by_faces, link_pieces, reduced
-from asset2sim.collision.store import content_key, read, write
-from asset2sim.collision.surfaces import link_shells
 from asset2sim.physics.arrays import Array
 from asset2sim.physics.kinematics import apply, link_to_root, tree_of
+from asset2sim.refinement.collision.link_pieces import (
+    LinkPieces,
+    Sizes,
+    by_coacd,
+    by_faces,
+    link_pieces,
+    link_shells,
+    reduced,
+)
 from schemas.finding import Finding
 from schemas.settings import CollisionSettings
 from schemas.vocabulary import CollisionMode, Severity, Stage
+
+FORMAT = "1"
+"""Part of every cache key: raise it when the same input gives other pieces."""
+
+
+def content_key(extraction: Extraction, scale: float, settings: CollisionSettings) -> str:
+    """A hash of everything that decides the pieces: files, scale, settings and the hull library's version."""
+    digest = hashlib.sha256()
+    for part in (FORMAT, scipy.__version__, extraction.features.content_hash, repr(scale), settings.model_dump_json()):
+        digest.update(part.encode() + b"\0")
+    return digest.hexdigest()[:40]
+
+
+def read(path: Path) -> tuple[Hulls, tuple[Finding, ...]] | None:
+    """What was written there, or None where there is nothing sound."""
+    stored = read_clouds(path)
+    if stored is None:
+        return None
+    clouds, said = stored
+    hulls: Hulls = {}
+    try:
+        for link, count in said["links"]:
+            hulls[link], clouds = tuple(clouds[:count]), clouds[count:]
+        return hulls, tuple(Finding.model_validate(finding) for finding in said["findings"])
+    except (ValueError, KeyError, TypeError):
+        return None
+
+
+def write(path: Path, hulls: Hulls, findings: tuple[Finding, ...]) -> None:
+    """Keep the pieces; see ``write_clouds``."""
+    said = {
+        "links": [[link, len(pieces)] for link, pieces in hulls.items()],
+        "findings": [finding.model_dump(mode="json") for finding in findings],
+    }
+    write_clouds(path, [piece for pieces in hulls.values() for piece in pieces], said)
+
 
 SHEET_SHARE = 0.004
 """Thickest that a sheet may become over the object's longest extent: 2 mm on 50 cm, less on what is smaller."""

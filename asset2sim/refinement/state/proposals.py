@@ -5,12 +5,16 @@ from collections.abc import Iterator, Mapping, Sequence
 
 import numpy as np
 
-from asset2sim.search.state import Band
+from asset2sim.refinement.state.bands import Band
+from schemas.features import JointFeatures
+from schemas.measurement import ContactPair
 
 LINE = 24
 """Positions tried to each side along one joint's band: 10 % of a range in steps of 0.4 %."""
+
 PERTURBATIONS = 48
 """Random poses tried around the best on stagnation."""
+
 GRID = 13
 """Positions per joint of the systematic search over pairs of focus joints."""
 
@@ -46,3 +50,33 @@ def grid(best: Pose, focus: Sequence[str], bands: Mapping[str, Band]) -> Iterato
         for a in np.linspace(bands[first].low, bands[first].high, GRID):
             for b in np.linspace(bands[second].low, bands[second].high, GRID):
                 yield {**best, first: float(a), second: float(b)}
+
+
+MOST = 4
+"""Joints searched at once, at most: pairs further apart in the tree are separated by the joints nearest to them."""
+
+
+def path_to_root(joints: Sequence[JointFeatures], link: str) -> list[str]:
+    """The joints between a link and the root, nearest first."""
+    above = {joint.child: joint for joint in joints}
+    path: list[str] = []
+    while link in above:
+        path.append(above[link].name)
+        link = above[link].parent
+    return path
+
+
+def focus_joints(
+    joints: Sequence[JointFeatures], pairs: Sequence[ContactPair], movable: Sequence[str]
+) -> tuple[str, ...]:
+    """The movable joints on the tree path between the links of the worst pair that has any, nearest to the links first.
+
+    Joints common to both links' paths to the root move both alike and cannot separate them.
+    """
+    for pair in pairs:
+        first, second = path_to_root(joints, pair.link_a), path_to_root(joints, pair.link_b)
+        between = [name for name in first if name not in second] + [name for name in second if name not in first]
+        focus = [name for name in between if name in movable]
+        if focus:
+            return tuple(focus[:MOST])
+    return ()

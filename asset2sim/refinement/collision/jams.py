@@ -11,12 +11,12 @@ from functools import cached_property
 import numpy as np
 
 from asset2sim.assets.authored_overlap import TOUCHING_M, AuthoredShapes, authored_depth
-from asset2sim.collision.ranges import Limits, Stance, Travel, chain, range_of, samples, stance_at, travel
-from asset2sim.collision.trim import CLEARANCE_M, Overlap
 from asset2sim.engines.pybullet_object import MARGIN_M
-from asset2sim.engines.pybullet_overlaps import FAR_M, HullWorld, boxes_at, boxes_meet, candidates
 from asset2sim.physics.arrays import Array
 from asset2sim.physics.kinematics import TreeJoint
+from asset2sim.refinement.collision.hull_world import FAR_M, HullWorld, boxes_at, boxes_meet, candidates
+from asset2sim.refinement.collision.travel import Limits, Stance, Travel, chain, range_of, samples, stance_at, travel
+from asset2sim.refinement.collision.trim import CLEARANCE_M, Overlap
 from schemas.vocabulary import OverlapCause
 
 JAM_M = 1e-4

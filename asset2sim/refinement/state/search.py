@@ -6,9 +6,8 @@ from dataclasses import dataclass, field
 
 from asset2sim.engines.contacts import by_pair, penetration
 from asset2sim.models.refinement_prompt import Tried
-from asset2sim.search.focus import focus_joints
-from asset2sim.search.proposals import Pose, along, around, grid
-from asset2sim.search.state import Band, Evaluator, objective
+from asset2sim.refinement.state.bands import Band, Evaluator, objective
+from asset2sim.refinement.state.proposals import Pose, along, around, focus_joints, grid
 from schemas.features import JointFeatures
 from schemas.finding import TraceStep
 from schemas.measurement import ContactPair

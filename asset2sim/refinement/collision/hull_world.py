@@ -9,9 +9,9 @@ import pybullet
 from pybullet_utils.bullet_client import BulletClient
 
 from asset2sim.assets.hulls import Hulls
-from asset2sim.collision.trim import CLEARANCE_M, ROUNDS, Cut, Key, Overlap, Trimmer
 from asset2sim.engines.pybullet_object import MARGIN_M
 from asset2sim.physics.arrays import Array
+from asset2sim.refinement.collision.trim import CLEARANCE_M, ROUNDS, Cut, Key, Overlap, Trimmer
 
 FAR_M = 1e3
 """Distance up to which hulls are measured against each other, m: any object is smaller."""

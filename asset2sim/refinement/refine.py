@@ -8,17 +8,16 @@ from pathlib import Path
 from asset2sim.assets.extract import Extraction
 from asset2sim.assets.folder import write_folder
 from asset2sim.checks.verify import Known
-from asset2sim.collision.shapes import collision_shapes
-from asset2sim.judging import Judged, judge_and_mend
-from asset2sim.mending.loop import all_failures
-from asset2sim.mending.remedies import REMEDIES
-from asset2sim.search.asking import Scene
-from asset2sim.search.asset import Refined, at_positions, refine_in_engine
-from asset2sim.search.bands import reaches
-from asset2sim.search.notes import moves
-from asset2sim.search.proposals import Pose
-from asset2sim.search.questions import Questions
-from asset2sim.settling import fallen, rest_of, restate
+from asset2sim.refinement.ask_model import Questions, Scene
+from asset2sim.refinement.collision.shapes import collision_shapes
+from asset2sim.refinement.dynamics.mend import all_failures
+from asset2sim.refinement.dynamics.remedies import REMEDIES
+from asset2sim.refinement.judge import Judged, judge_and_mend
+from asset2sim.refinement.notes import moves
+from asset2sim.refinement.rest_state import fallen, rest_of, restate
+from asset2sim.refinement.state.bands import reaches
+from asset2sim.refinement.state.in_engine import Refined, at_positions, refine_in_engine
+from asset2sim.refinement.state.proposals import Pose
 from schemas.finding import Finding, TraceStep
 from schemas.overlay import Overlay, PhysicsOverlay
 from schemas.request import ModelAsk

@@ -8,17 +8,15 @@ from asset2sim.assets.folder import Folder, with_hulls, write_urdf
 from asset2sim.assets.hulls import Hulls
 from asset2sim.engines.contacts import penetration
 from asset2sim.engines.pybullet_object import contact_points, contacts_at, penetration_probe
-from asset2sim.search.asking import Scene, model_asker
-from asset2sim.search.bands import band_of, reaches
-from asset2sim.search.loop import Log, Loop
-from asset2sim.search.moved import brought_back
-from asset2sim.search.notes import moves, note_shapes
-from asset2sim.search.proposals import Pose
-from asset2sim.search.questions import Questions
-from asset2sim.search.ranges import let_joints_move
-from asset2sim.search.refine import refine_state
-from asset2sim.search.shapes import Attempt, attempt
-from asset2sim.search.state import Evaluator
+from asset2sim.refinement.ask_model import Questions, Scene, model_asker
+from asset2sim.refinement.collision.let_joints_move import let_joints_move
+from asset2sim.refinement.collision.part_links import Attempt, attempt
+from asset2sim.refinement.notes import moves, note_shapes
+from asset2sim.refinement.state.bands import Evaluator, band_of, reaches
+from asset2sim.refinement.state.context import Log, Loop
+from asset2sim.refinement.state.nearer import brought_back
+from asset2sim.refinement.state.proposals import Pose
+from asset2sim.refinement.state.search import refine_state
 from asset2sim.validation import validate
 from schemas.finding import Finding, TraceStep
 from schemas.overlay import Overlay, PhysicsOverlay

@@ -1,0 +1,246 @@
+"""Collision shapes that let joints move: overlaps over every joint's range are found, and mended where they may be.
+
+Each joint moves through its range with the others at zero and at their initial positions. Where two links that engines
+let collide overlap then, hulls are cut if the meshes themselves hardly overlap; where the meshes do, and near an end of
+the range, the joint's limit is drawn in to where they meet; the rest is told.
+"""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+from scipy.spatial import ConvexHull
+
+from asset2sim.assets.authored_overlap import AuthoredShapes
+from asset2sim.assets.hulls import Hulls
+from asset2sim.engines.pybullet_object import MARGIN_M
+from asset2sim.physics.arrays import Array
+from asset2sim.physics.kinematics import TreeJoint
+from asset2sim.refinement.collision.hull_world import HullWorld, clear_pose, hull_world
+from asset2sim.refinement.collision.jams import (
+    JAM_M,
+    Causes,
+    Hit,
+    Jam,
+    Mechanism,
+    all_hits,
+    not_interlocked,
+    pair_hits,
+    rest_hits,
+    worst_jams,
+)
+from asset2sim.refinement.collision.travel import Limits, range_of, samples, stance_at, travel, within
+from asset2sim.refinement.collision.trim import Bound, Cut, Key, Trimmer
+from schemas.vocabulary import OverlapCause
+
+LEAST_RANGE = 0.5
+"""Share of a joint's range that must be left for its limits to be drawn in."""
+
+BISECTIONS = 8
+"""Halvings of the step between two sampled positions when a limit is drawn in: a step of 4 % becomes 0.02 %."""
+
+
+def draw_in(
+    world: HullWorld,
+    machine: Mechanism,
+    hits: Sequence[Hit],
+    causes: Causes,
+    limits: dict[str, tuple[float, float]],
+    stops: dict[str, Jam],
+) -> None:
+    """Draw ``limits`` in to leave out hits near an end of a joint's range, and note the worst jam of each in ``stops``.
+
+    A joint keeps zero, its initial position, and at least ``LEAST_RANGE`` of its range, or it is left as it is.
+    """
+    hits = [hit for hit in hits if hit.freed_by is None and hit.joint in machine.limits]
+    for name in dict.fromkeys(hit.joint for hit in hits if hit.joint is not None):
+        own = [hit for hit in hits if hit.joint == name]
+        whole = machine.limits[name]
+        lower, upper = limits.get(name, whole)
+        low, high = min(machine.kept(name)), max(machine.kept(name))
+        below = [hit for hit in own if lower <= hit.position < low]
+        above = [hit for hit in own if high < hit.position <= upper]
+        if any(low <= hit.position <= high for hit in own) or not (below or above):
+            continue
+        lower = edge(world, machine, below, max(hit.position for hit in below), low) if below else lower
+        upper = edge(world, machine, above, min(hit.position for hit in above), high) if above else upper
+        if upper - lower >= LEAST_RANGE * (whole[1] - whole[0]):
+            limits[name] = (lower, upper)
+            stops.setdefault(name, worst_jams(own, causes)[0])
+
+
+def edge(world: HullWorld, machine: Mechanism, hits: Sequence[Hit], blocked: float, kept: float) -> float:
+    """The position furthest towards ``blocked`` where none of these hits' links jam, from the sample before it on."""
+    paths = {hit.links: hit.travel for hit in hits if hit.travel is not None}
+    positions = next(iter(paths.values())).positions
+    free = float(positions[positions < blocked].max() if kept < blocked else positions[positions > blocked].min())
+    for _ in range(BISECTIONS):
+        middle = (free + blocked) / 2.0
+        jammed = any(
+            next(pair_hits(world, path.at(np.array([middle]), machine.tree), *links, JAM_M), None) is not None
+            for links, path in paths.items()
+        )
+        blocked, free = (middle, free) if jammed else (blocked, middle)
+    return free
+
+
+def inside(limits: Mapping[str, tuple[float, float]], hit: Hit) -> bool:
+    """Whether a hit is within the limits proposed for its joint, if any are."""
+    lower, upper = limits.get(hit.joint or "", (hit.position, hit.position))
+    return lower <= hit.position <= upper
+
+
+GENTLE_SHARE = 0.05
+"""Share of two hulls' volumes up to which the first way of cutting is taken as it is."""
+
+ATTEMPTS = 40
+"""Cuts on one pair of hulls after which it is given up."""
+
+WAYS: tuple[float | None, ...] = (None, 1.0, 0.0)
+"""Ways of cutting two hulls apart: each by its extent, only the first, only the second."""
+
+
+def mend(
+    world: HullWorld, hits: Sequence[Hit], margins: Sequence[float] = (MARGIN_M, 0.0), bound: Bound | None = None
+) -> None:
+    """Cut hulls apart pair by pair, the deepest first, in the way that takes least of them."""
+    groups: dict[tuple[Key, Key], list[Hit]] = {}
+    for hit in hits:
+        groups.setdefault((hit.overlap.a, hit.overlap.b), []).append(hit)
+    for group in sorted(groups.values(), key=lambda group: -max(hit.overlap.depth for hit in group)):
+        mend_pair(world, group, margins, bound)
+
+
+def mend_pair(world: HullWorld, hits: Sequence[Hit], margins: Sequence[float], bound: Bound | None) -> None:
+    """Cut two hulls apart at all these poses: the way that takes the least share, with the first of these margins for
+    which one is within bounds; left as they are where none is."""
+    trimmer, a, b = world.trimmer, hits[0].overlap.a, hits[0].overlap.b
+    before = trimmer.state(a, b)
+    for margin in margins:
+        best: tuple[float, tuple[tuple[Array, ...], dict[tuple[str, str], Cut]]] | None = None
+        for way in WAYS:
+            done = part(world, hits, margin, way, bound)
+            if done:
+                loss = lost_share(before[0], trimmer.state(a, b)[0])
+                if best is None or loss < best[0]:
+                    best = (loss, trimmer.state(a, b))
+            trimmer.restore(before, a, b)
+            if best is not None and best[0] <= GENTLE_SHARE:
+                break
+        if best is not None:
+            trimmer.restore(best[1], a, b)
+            return
+
+
+def part(world: HullWorld, hits: Sequence[Hit], margin: float, way: float | None, bound: Bound | None) -> bool:
+    """Cut two hulls at the deepest of these hits until none is left; whether that was within bounds."""
+    tolerance = JAM_M if margin > 0.0 else 2.0 * MARGIN_M
+    for _ in range(ATTEMPTS):
+        seen = (world.overlap(h.overlap.a, h.overlap.b, h.overlap.pose_a, h.overlap.pose_b, tolerance) for h in hits)
+        found = [over for over in seen if over is not None]
+        if not found:
+            return True
+        if not world.trimmer.clear(max(found, key=lambda over: over.depth), margin, way, bound):
+            return False
+    return False
+
+
+def lost_share(before: Sequence[Array], after: Sequence[Array]) -> float:
+    """The sum of the shares of their volumes that hulls lost."""
+    return sum(1.0 - ConvexHull(now).volume / ConvexHull(then).volume for then, now in zip(before, after, strict=True))
+
+
+def still(world: HullWorld, hit: Hit) -> bool:
+    """Whether a hit is still there; what cutting without margins leaves touching is not."""
+    over = hit.overlap
+    return world.overlap(over.a, over.b, over.pose_a, over.pose_b, 2.0 * MARGIN_M) is not None
+
+
+AUTHORED_AT_ZERO = Bound(share=0.25)
+"""The most that is cut for parts that stand in each other as authored, at a joint zero that is not where the object
+starts: a checker looks there, and a user rarely does."""
+
+RELATED = Bound(share=0.2, depth_m=0.01)
+"""The most that is cut for an overlap with the link's own parent or child, which most engines do not see: a gap of a
+centimetre lets nothing through that matters."""
+
+RELATED_M = 1e-4
+"""Overlap from which that is done, margins not counted, m."""
+
+
+@dataclass(frozen=True)
+class Cleared:
+    """Hulls that let joints move, what was cut, limits to draw in (joint → lower, upper) and the jams that caused it
+    (``stops``), and the jams that are left."""
+
+    hulls: Hulls
+    cuts: tuple[Cut, ...] = ()
+    limits: dict[str, tuple[float, float]] = field(default_factory=dict)
+    stops: dict[str, Jam] = field(default_factory=dict)
+    jams: tuple[Jam, ...] = ()
+
+
+def clear_ranges(
+    hulls: Hulls,
+    tree: Sequence[TreeJoint],
+    root: str,
+    limits: Limits,
+    initial: Mapping[str, float],
+    pairs: Sequence[tuple[str, str]],
+    authored: AuthoredShapes,
+    exact: frozenset[str] = frozenset(),
+) -> Cleared:
+    """Clear the hulls of overlaps at rest (initial positions, joint zero) and over every joint's range.
+
+    ``tree`` and ``limits`` are at the final scale (rad, m); ``pairs`` are the link pairs that engines let collide;
+    links in ``exact`` may lose least. Deterministic: nothing depends on the time it takes.
+    """
+    at_zero = {joint.name: within(limits, joint.name, 0.0) for joint in tree}
+    zero, start = stance_at(tree, root, at_zero), stance_at(tree, root, {**at_zero, **initial})
+    start = zero if start.positions == zero.positions else start
+    stances = (zero,) if start is zero else (zero, start)
+    machine = Mechanism(tuple(tree), root, limits, stances, tuple(pairs))
+    trimmer, causes = Trimmer(hulls, exact), Causes(authored)
+    proposed: dict[str, tuple[float, float]] = {}
+    stops: dict[str, Jam] = {}
+    left: list[Hit] = []
+    with hull_world(trimmer) as world:
+        clear_pose(world, start.poses, list(pairs))
+        rest = rest_hits(world, machine)
+        apart = [hit for hit in rest if hit.stance is not start and causes.blocked(hit)]
+        mend(world, [hit for hit in rest if hit not in apart])
+        mend(world, apart, bound=AUTHORED_AT_ZERO)
+        rest = [hit for hit in rest if still(world, hit)]
+        for number in range(len(stances)):
+            hits = not_interlocked(world, machine, list(all_hits(world, machine, number, rest)))
+            deep = [hit for hit in hits if causes.blocked(hit)]
+            draw_in(world, machine, deep, causes, proposed, stops)
+            hits = [hit for hit in hits if inside(proposed, hit)]
+            mend(world, [hit for hit in hits if not causes.blocked(hit)])
+            left += [hit for hit in hits if still(world, hit)]
+            authored_left = [hit for hit in left if causes.of(hit) is OverlapCause.AUTHORED]
+            draw_in(world, machine, authored_left, causes, proposed, stops)
+            left = [hit for hit in left if inside(proposed, hit)]
+        jams = worst_jams([*rest, *left], causes)
+        clear_related(world, machine, proposed)
+    return Cleared(trimmer.result(), tuple(trimmer.cuts.values()), proposed, stops, jams)
+
+
+def clear_related(world: HullWorld, machine: Mechanism, limits: Mapping[str, tuple[float, float]]) -> None:
+    """Cut what reaches a little way from a link into its parent over the range of its joint.
+
+    Where that does not clear the two of each other, nothing is cut: a part that is set into its parent stays so, and
+    half a clearance is worth nothing.
+    """
+    for joint in machine.tree:
+        a, b = joint.child, joint.parent
+        span = range_of(joint, {**machine.limits, **limits})
+        if span is None or not world.trimmer.hulls.get(a) or not world.trimmer.hulls.get(b):
+            continue
+        path = travel(machine.tree, joint.name, machine.stances[0], samples(*span, machine.kept(joint.name)))
+        hits = list(pair_hits(world, path, a, b, 2.0 * MARGIN_M + RELATED_M))
+        keys = tuple(dict.fromkeys(key for hit in hits for key in (hit.overlap.a, hit.overlap.b)))
+        before = world.trimmer.state(*keys)
+        mend(world, hits, (0.0,), RELATED)
+        if any(still(world, hit) for hit in hits):
+            world.trimmer.restore(before, *keys)
