@@ -8,9 +8,9 @@ from typing import Any
 import pytest
 
 from asset2sim.assets.extract import Extraction, extract
-from asset2sim.methods.agent import AgentResult, run_agent
-from asset2sim.methods.agent.bounds import MAX_ANSWER_CALLS, MAX_SAME, MAX_TALK_CHARS
-from asset2sim.methods.agent.conversation import bounded
+from asset2sim.baselines.agent import AgentResult, run_agent
+from asset2sim.baselines.agent.conversation import bounded
+from asset2sim.baselines.agent.specs import MAX_ANSWER_CALLS, MAX_SAME, MAX_TALK_CHARS
 from asset2sim.models.ask_overlay import SynthesisError
 from asset2sim.models.gateway.ask import ask, open_books
 from asset2sim.models.prior.agent import next_turn

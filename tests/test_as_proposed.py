@@ -9,7 +9,7 @@ from lxml import etree
 from asset2sim.assets.authored import ENGINE_INERTIA, ENGINE_MASS_KG, authored_overlay
 from asset2sim.assets.extract import Extraction
 from asset2sim.assets.urdf.read import read_dynamics
-from asset2sim.methods.as_proposed import as_proposed
+from asset2sim.baselines.as_proposed import as_proposed
 from asset2sim.methods.judge_overlay import judge_overlay
 from asset2sim.physics.inertia import box_inertia
 from schemas.overlay import JointPhysics, LinkPhysics, Overlay, PhysicsOverlay

@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from asset2sim.assets.extract import extract
-from asset2sim.methods.no_semantics import disguise_of, disguised, restored, without_semantics
+from asset2sim.baselines.no_semantics import disguise_of, disguised, restored, without_semantics
 from asset2sim.models.prompts import overlay_request, synthesis_request, with_validation_errors
 from schemas.features import Features
 from schemas.overlay import Overlay

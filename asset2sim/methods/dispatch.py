@@ -9,13 +9,13 @@ from asset2sim.assets.authored import authored_overlay
 from asset2sim.assets.extract import Extraction
 from asset2sim.assets.folder import URDF_NAME, staged_folder
 from asset2sim.assets.views.canonical import labelled_views
+from asset2sim.baselines.as_proposed import as_proposed
+from asset2sim.baselines.ivw import ask_fused
+from asset2sim.baselines.no_semantics import without_semantics
+from asset2sim.baselines.reference import propose_reference
 from asset2sim.checks.verdict import Verdict
-from asset2sim.methods.as_proposed import as_proposed
-from asset2sim.methods.ivw import ask_fused
 from asset2sim.methods.judge_overlay import judge_overlay
-from asset2sim.methods.no_semantics import without_semantics
 from asset2sim.methods.ours import refine_with_rules
-from asset2sim.methods.reference import propose_reference
 from asset2sim.models.ask_overlay import Synthesized, ask_overlay
 from asset2sim.models.prompts import DIRECT, overlay_request
 from asset2sim.publishing import publish
@@ -101,7 +101,7 @@ def run_reference(work: Work) -> Verdict:
 
 def run_agent_method(work: Work) -> Verdict:
     """A model with tools and no structure of ours."""
-    from asset2sim.methods.agent import run_agent  # its tools load engines, which no other method needs here
+    from asset2sim.baselines.agent import run_agent  # its tools load engines, which no other method needs here
 
     with work.progress.timed(Stage.SYNTHESIZE):
         done = run_agent(work.ref, work.extraction, work.settings, work.ask)

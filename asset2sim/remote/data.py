@@ -4,8 +4,8 @@ from collections.abc import Iterable
 from pathlib import Path
 
 from asset2sim.assets.urdf.locate import outer_references
+from asset2sim.baselines.reference import LEVELS
 from asset2sim.checks.alignment.reference import FILE as REFERENCE
-from asset2sim.methods.reference import LEVELS
 from asset2sim.remote.cache import data_root
 from asset2sim.remote.index import changed
 from asset2sim.remote.mirror import fetch

@@ -2,7 +2,7 @@
 
 It does what an agent plainly would: states its whole estimate, simulates, makes the obvious change where that fails
 (more damping, another start), and ends once it passes or nothing more comes to mind, with the best that it saw. See
-``asset2sim.methods.agent``.
+``asset2sim.baselines.agent``.
 """
 
 import json

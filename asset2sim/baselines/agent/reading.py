@@ -3,7 +3,7 @@
 import json
 
 from asset2sim.assets.extract import Extraction
-from asset2sim.methods.agent.bounds import MAX_RESULT_CHARS
+from asset2sim.baselines.agent.specs import MAX_RESULT_CHARS
 from schemas.features import JointFeatures, LinkFeatures
 
 ROOM = 500

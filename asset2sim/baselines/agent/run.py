@@ -7,13 +7,12 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 from asset2sim.assets.extract import Extraction
-from asset2sim.methods.agent.bench import ToolError, open_bench
-from asset2sim.methods.agent.bounds import MAX_ANSWER_CALLS, MAX_CALLS, MAX_SAID_CHARS, MAX_SAME
-from asset2sim.methods.agent.conversation import bounded, said_by_model
-from asset2sim.methods.agent.draft import short
-from asset2sim.methods.agent.results import cut
-from asset2sim.methods.agent.specs import TOOL_NAMES, TOOLS
-from asset2sim.methods.agent.tools import Session, run_tool
+from asset2sim.baselines.agent.conversation import bounded, said_by_model
+from asset2sim.baselines.agent.draft import short
+from asset2sim.baselines.agent.results import cut
+from asset2sim.baselines.agent.specs import MAX_ANSWER_CALLS, MAX_CALLS, MAX_SAID_CHARS, MAX_SAME, TOOL_NAMES, TOOLS
+from asset2sim.baselines.agent.tools import Session, run_tool
+from asset2sim.baselines.agent.trial import ToolError, open_bench
 from asset2sim.models.answers import parse_overlay
 from asset2sim.models.ask_overlay import SynthesisError, images_not_sent, marked_invalid, unanswered
 from asset2sim.models.prompts import overlay_request

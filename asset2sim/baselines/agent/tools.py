@@ -5,13 +5,12 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from asset2sim.assets.views import VIEW_NAMES
-from asset2sim.methods.agent.bench import Bench, ToolError
-from asset2sim.methods.agent.bounds import MAX_NOTE_CHARS, MAX_NOTES
-from asset2sim.methods.agent.conversation import arguments_of
-from asset2sim.methods.agent.draft import Draft, checked, merged, short
-from asset2sim.methods.agent.reading import read_part
-from asset2sim.methods.agent.results import boxed, cut, refused, simulated, text_of, touching
-from asset2sim.methods.agent.specs import READ_PARTS, TOOL_NAMES, argument_names
+from asset2sim.baselines.agent.conversation import arguments_of
+from asset2sim.baselines.agent.draft import Draft, checked, merged, short
+from asset2sim.baselines.agent.reading import read_part
+from asset2sim.baselines.agent.results import boxed, cut, refused, simulated, text_of, touching
+from asset2sim.baselines.agent.specs import MAX_NOTE_CHARS, MAX_NOTES, READ_PARTS, TOOL_NAMES, argument_names
+from asset2sim.baselines.agent.trial import Bench, ToolError
 from schemas.errors import InvalidAnswerError, UnknownChoiceError
 from schemas.overlay import Overlay
 from schemas.request import LabelledImage, ToolCall

@@ -3,16 +3,16 @@
 import json
 from collections.abc import Collection, Sequence
 
-from asset2sim.methods.agent.bounds import (
+from asset2sim.baselines.agent.draft import short
+from asset2sim.baselines.agent.results import cut, refused
+from asset2sim.baselines.agent.specs import (
     MAX_ARGUMENT_CHARS,
     MAX_ID_CHARS,
     MAX_ROOMLESS_CHARS,
     MAX_SAID_CHARS,
     MAX_TALK_CHARS,
+    TOOL_NAMES,
 )
-from asset2sim.methods.agent.draft import short
-from asset2sim.methods.agent.results import cut, refused
-from asset2sim.methods.agent.specs import TOOL_NAMES
 from asset2sim.models.answers import parse_json
 from schemas.errors import InvalidAnswerError
 from schemas.request import ModelAnswer, ToolCall, Turn

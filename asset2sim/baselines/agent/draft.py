@@ -4,8 +4,7 @@ import json
 from collections.abc import Mapping
 from typing import Any
 
-from asset2sim.methods.agent.bounds import MAX_QUOTED_CHARS
-from asset2sim.methods.agent.specs import JOINT_FIELDS, LINK_FIELDS
+from asset2sim.baselines.agent.specs import JOINT_FIELDS, LINK_FIELDS, MAX_QUOTED_CHARS
 from asset2sim.models.answers import parse_overlay
 from schemas.errors import InvalidAnswerError
 from schemas.features import Features

@@ -1,5 +1,5 @@
 """The coding-agent baseline (paper, baselines): a model with tools and a simulator, and no structure of ours."""
 
-from asset2sim.methods.agent.run import AgentResult, run_agent
+from asset2sim.baselines.agent.run import AgentResult, run_agent
 
 __all__ = ["AgentResult", "run_agent"]

@@ -5,8 +5,8 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
+from asset2sim.baselines.agent.specs import MAX_RESULT_CHARS, MAX_ROWS
 from asset2sim.checks.verdict import judge
-from asset2sim.methods.agent.bounds import MAX_RESULT_CHARS, MAX_ROWS
 from asset2sim.models.prompts import rounded
 from asset2sim.physics.arrays import Array
 from schemas.measurement import ContactPair, Measurement

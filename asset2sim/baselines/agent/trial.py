@@ -11,11 +11,11 @@ import numpy as np
 from asset2sim.assets.extract import Extraction
 from asset2sim.assets.folder import Folder, write_folder, write_urdf
 from asset2sim.assets.views import png_bytes, render_views
+from asset2sim.baselines.agent.specs import MIN_TOOL_S, TOOL_LIMIT_S, TOOL_SHARE
+from asset2sim.baselines.as_proposed import as_proposed
 from asset2sim.checks.rest import contacts_at, measure
 from asset2sim.engines.child import in_child
 from asset2sim.engines.contacts import by_pair
-from asset2sim.methods.agent.bounds import MIN_TOOL_S, TOOL_LIMIT_S, TOOL_SHARE
-from asset2sim.methods.as_proposed import as_proposed
 from asset2sim.physics.arrays import Array
 from asset2sim.physics.kinematics import apply, link_to_root, tree_of
 from schemas.errors import AssetError
