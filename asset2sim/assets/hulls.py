@@ -14,13 +14,10 @@ from asset2sim.physics.arrays import Array
 
 Hulls = dict[str, tuple[Array, ...]]
 """Link → (k, 3) hull points of each convex piece, m at the final scale in the link's frame."""
-
 SHEET_THICKNESS_M = 2e-3
 """Thickness given to a link that is nothing but sheets, m: engines refuse or lose what has none."""
-
 MOST_POINTS = 200
 """Points of one hull: PhysX takes 255 at most, and 200 directions lie 15° apart."""
-
 INSIDE_M = 1e-6
 """How far outside another hull a point may lie and still count as inside, m."""
 

@@ -92,7 +92,6 @@ def with_ends(
 LONGEST_RANGE_RAD = 3.0 * 2.0 * math.pi
 """Longest range that a hinge with limits is believed to have, rad: a screw cap comes off after three turns. Read as
 degrees, it is 19: hinges that open less are not told apart."""
-
 LARGEST_DEGREES = 720.0
 """Largest limit that may be degrees; beyond it, the number stands for no limit at all."""
 

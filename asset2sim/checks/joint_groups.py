@@ -75,7 +75,6 @@ def apart(low: Array, high: Array, boxes: Iterable[tuple[Array, Array]]) -> bool
 
 MOST_RUNS = 16
 """Runs of one test after which no batch is halved any more: one bad key among a hundred takes 14 to be found."""
-
 Record = TypeVar("Record")
 
 

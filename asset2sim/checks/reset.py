@@ -24,7 +24,6 @@ TETRAHEDRON = ((1.0, 1.0, 1.0), (1.0, -1.0, -1.0), (-1.0, 1.0, -1.0), (-1.0, -1.
 CORNERS = tuple((sign * x, sign * y, sign * z) for x, y, z in TETRAHEDRON for sign in (1.0, -1.0))
 """The signs of a start's shift, each corner followed by its opposite; its tilt has those of the corner three places on,
 so that they differ."""
-
 PLACES_ON = 3
 
 UP = np.array([0.0, 0.0, 1.0])

@@ -63,34 +63,26 @@ def collected_warnings() -> Iterator[list[str]]:
 
 MESH_FORMATS = (".obj", ".stl", ".msh")
 """Mesh formats that MuJoCo reads; a visual of another format is left out."""
-
 IMPEDANCE = 0.9999
 """MuJoCo's constraints are springs and dampers that give way to the share 1 - d of what they bear; 0.9999 is the
 stiffest that it allows. At its usual 0.9 to 0.95 a lid that dry friction holds creeps by 0.01 rad/s."""
-
 CONTACT_IMPEDANCE = 0.99
 """The same for contacts and limits. At MuJoCo's own 0.95 light objects sink in by a millimetre and rock on it."""
-
 SOFT_WIDTH_M = 1e-3
 """Depth, m, over which a contact reaches its full impedance; MuJoCo's own."""
-
 REFERENCE_STEPS = 3.0
 """Time constant of constraints in time steps: 12.5 ms at 240 Hz, where MuJoCo's own is 20 ms. At 2, the shortest that
 it allows, objects that stand on three points chatter and wander by millimetres; longer, and what falls sinks in."""
-
 FRICTION_RATIO = 100.0
 """How much stiffer friction is than contact (impratio): at 1 a block creeps down a slope by 2 mm/s."""
-
 TORSION_M = 5e-3
 
 ROLLING_M = 1e-4
 """MuJoCo's own coefficients of spinning and rolling friction, m; contacts of dimension 3 use neither."""
-
 SOLVER_ITERATIONS = 100
 
 SOLVER_TOLERANCE = 1e-10
 """Where Newton's method stops; at MuJoCo's 1e-8 light parts on heavy ones keep a residual motion."""
-
 LOCKED_RANGE = 1e-6
 """Range, rad or m, of a joint whose lower and upper limit are the same: MuJoCo would read them as no limit."""
 

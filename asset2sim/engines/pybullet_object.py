@@ -26,14 +26,11 @@ from schemas.vocabulary import FailureMode
 
 FLAGS = pybullet.URDF_USE_INERTIA_FROM_FILE | pybullet.URDF_USE_SELF_COLLISION | pybullet.URDF_IGNORE_VISUAL_SHAPES
 """Authored inertia, and self-collision with PyBullet's default filter (no contacts of a link with its parent)."""
-
 MARGIN_M = 1e-3
 """PyBullet's margin around every mesh hull, m: two hulls touch for it while they are twice this apart."""
-
 JOINT_ITERATIONS = 4
 """Rounds over the joints' own rows for each round over the contacts. With one, friction of joints in series lets go as
 soon as anything else of the object touches: a lid on a tank sank at 5 cm/s under 2/3 of the load it bears."""
-
 RESIDUAL = 1e-10
 """Largest correction, squared, at which the solver stops early. At its own 1e-7 a lid that friction holds creeps by
 2 mrad/s on an object that stands on a plane."""

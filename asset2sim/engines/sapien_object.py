@@ -39,24 +39,19 @@ def import_physx() -> tuple[ModuleType, ModuleType]:
 CONTACT_OFFSET_M = 0.0005
 """Distance of each of the object's shapes from which contacts are foreseen, m. At SAPIEN's 10 mm every part of an
 object touches all its neighbours, and a step takes up to fifty times longer."""
-
 TEMPORAL_SOLVER = False
 """PhysX' temporal Gauss-Seidel solver reports speeds of centimetres a second of parts that stand still between a spring
 and a limit, and lets joints that friction holds creep; its projected one does neither."""
-
 PERSISTENT_CONTACTS = False
 """PhysX' contacts that persist from step to step have tolerances for bodies of a metre: eyeglasses and bottles shake on
 them for ever. Contacts that are found anew in each step also do not depend on the poses before."""
-
 POSITION_ITERATIONS = 50
 """Solver iterations for positions: with SAPIEN's 10 a hinge that friction holds creeps by 0.3 mrad/s where the object
 stands on the plane, with 50 not at all."""
-
 VELOCITY_ITERATIONS = 1
 
 ALONG_X = (0.7071068, 0.0, 0.7071068, 0.0)
 """The turn (wxyz) from URDF's cylinders along z to PhysX' along x."""
-
 UPWARDS = (0.7071068, 0.0, -0.7071068, 0.0)
 """The turn (wxyz) from PhysX' plane, whose normal is x, to one whose normal is z."""
 

@@ -4,8 +4,8 @@ from collections.abc import Iterator, Mapping, Sequence
 
 from asset2sim.refinement.collision.part_links import Attempt
 from asset2sim.refinement.collision.trim import Cut
+from asset2sim.refinement.state.bands import Pose
 from asset2sim.refinement.state.context import Log
-from asset2sim.refinement.state.proposals import Pose
 from schemas.finding import Finding
 from schemas.overlay import JointPhysics, LinkPhysics, PhysicsOverlay
 from schemas.vocabulary import Severity, Stage

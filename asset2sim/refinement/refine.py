@@ -15,9 +15,8 @@ from asset2sim.refinement.dynamics.remedies import REMEDIES
 from asset2sim.refinement.judge import Judged, judge_and_mend
 from asset2sim.refinement.notes import moves
 from asset2sim.refinement.rest_state import fallen, rest_of, restate
-from asset2sim.refinement.state.bands import reaches
+from asset2sim.refinement.state.bands import Pose, reaches
 from asset2sim.refinement.state.in_engine import Refined, at_positions, refine_in_engine
-from asset2sim.refinement.state.proposals import Pose
 from schemas.finding import Finding, TraceStep
 from schemas.overlay import Overlay, PhysicsOverlay
 from schemas.request import ModelAsk

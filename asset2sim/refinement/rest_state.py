@@ -8,7 +8,7 @@ from asset2sim.checks.rest import measure
 from asset2sim.engines.child import in_child
 from asset2sim.models.refinement_prompt import Situation, Tried
 from asset2sim.refinement.ask_model import Scene, next_pose
-from asset2sim.refinement.state.proposals import Pose
+from asset2sim.refinement.state.bands import Pose
 from schemas.finding import TraceStep
 from schemas.interaction import EngineReport
 from schemas.measurement import Measurement

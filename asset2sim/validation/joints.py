@@ -18,7 +18,6 @@ from schemas.vocabulary import DynamicsRule, Source
 
 SHARES = (0.0, 0.5, 1.0)
 """Shares of each joint's range."""
-
 MOST_COMBINED = 3
 """Joints up to which every combination of shares is taken; 27 poses."""
 

@@ -15,10 +15,8 @@ from schemas.settings import PhysicsSettings
 
 OUTSIDE_SHARE = 0.1
 """How far outside its joint's limits, as a share of the range, a position lies that no rounding explains."""
-
 ROUNDING_SHARE = 1e-2
 """How far outside the limits, as a share of the range, it may lie in the other unit: degrees come as whole numbers."""
-
 FULL_TURN_DEG = 360.0
 
 MM_PER_M = 1000.0

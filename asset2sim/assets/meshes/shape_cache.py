@@ -90,6 +90,5 @@ def _mesh(clouds: list[Array], item: dict[str, object]) -> KnownMesh:
 
 SHAPES = ".cache/shapes"
 """The shapes and the triangles of meshes that have been read before."""
-
 PIECES = ".cache/pieces"
 """Convex pieces, shared by all assets and runs."""

@@ -10,7 +10,6 @@ from asset2sim.assets.views.surface import PLAIN, Batch, Bools, Floats, Ints, Pa
 LIFT = 4e-5
 """How far the smallest flat surface is lifted off, as a share of the object's size: a tenth of a pixel of a large
 view."""
-
 FLAT = 1e-4
 """A surface is flat if it is no thicker than this share of the object's size."""
 
@@ -81,10 +80,8 @@ def sorted_faces(batch: Batch, center: Floats) -> tuple[Batch, float]:
 
 MAX_VERTICES = 120_000
 """Vertices a batch: PyBullet's shapes take 131072."""
-
 MAX_FACES = 170_000
 """Triangles a batch: PyBullet's shapes take 524288 indices."""
-
 QUANTUM = 1e-5
 """Two corners are the same point if they are within about this share of the object's size."""
 

@@ -26,7 +26,6 @@ JUDGE = "judge"
 
 MAX_ASKS = 2
 """Questions per asset: the second states what was wrong with the first answer."""
-
 LONGEST_REASON = 400
 """Characters kept of each of the judge's reasons."""
 

@@ -21,7 +21,6 @@ QUIET_DEFAULTS: dict[str, str] = {
 }
 """Without the first, importing LiteLLM fetches its price list; without the third it reads any ``.env`` above its own
 folder; the last three switch usage reports off."""
-
 ENV_FILE = ".env"
 
 

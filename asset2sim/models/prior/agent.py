@@ -18,10 +18,8 @@ Arguments = Mapping[str, Any]
 
 Result = tuple[str, Arguments, Mapping[str, Any]]
 """A tool's name, the arguments it was called with, and what it returned."""
-
 Terms = dict[str, dict[str, float]]
 """Joint name → its fields that were set; ``position`` is its initial position, rad or m at scale 1."""
-
 MEASURED = ("penetration_m", "drift_m", "drift_rad", "peak_speed_m_s")
 """Numbers of a simulation that have a limit each."""
 
@@ -102,14 +100,11 @@ def number(value: object) -> float:
 
 FACTOR = 3.0
 """By how much damping and friction grow: the paper advises ×2 to ×5 on persistent oscillation."""
-
 LEAST = {"slider": (0.5, 0.1), "hinge": (0.05, 0.005), "spin": (0.05, 0.005)}
 """Damping and friction that a joint without any starts from: the low ends of the paper's ranges (N·s/m and N, N·m·s/rad
 and N·m)."""
-
 STEP = 0.05
 """Share of its range by which a joint's start is moved where parts overlap: the paper's small step."""
-
 GRIPPY = "rubber"
 """What an object that slides as a whole is made to stand on."""
 
@@ -157,19 +152,14 @@ Message = Mapping[str, Any]
 
 MAX_REFUSED = 2
 """Estimates that may be refused before this agent just says what it has."""
-
 MAX_CORRECTIONS = 4
 """Changes after the first estimate: with it and the last word half of the steps that an agent has."""
-
 FELT = ("coast_s", "spring_hz", "closes_s", "stops_within", "returns_s", "damping_level")
 """Fields of a joint's proposal from which rules of ours derive its dynamics; the agent's tools have none ..."""
-
 VOLUMETRIC = ("density_kg_m3", "hollow_factor")
 """... and none for a mass that is derived from a volume."""
-
 ASIDE = ("asked", "sigmas", "notes")
 """Fields of an overlay that are about its numbers; the agent's tools take none."""
-
 _PURPOSE = re.compile(r'"purpose"\s*:\s*"(agent|synthesis)"')
 
 

@@ -17,25 +17,19 @@ SPRING_HZ = {"hinge": 3.0, "slider": 6.0, "spin": 3.0}
 
 STIFF, SOFT = 1.5, 0.7
 """What "stiff" and "light" do to a spring's frequency: about twice and half the force."""
-
 HOLD_COAST_S = 0.2
 """Longest coast of a joint that must stay where it is placed, unless its damping is stated (paper: more damping)."""
-
 UPRIGHT = 0.9
 """Height of a hinge's unit axis from which gravity hardly turns what hangs on it ..."""
-
 LEVEL = 0.3
 """... and of a slider's below which gravity hardly moves it."""
-
 MOTIONS: dict[str, Level] = {
     "damping": "medium", "free": "super low", "no hold": "super low", "slow": "super high", "smooth": "low",
     "soft close": "super high", "no slam": "super high", "slam": "super low", "glide": "low",
 }  # fmt: skip
 """Words about motion, and the level of damping that they stand for."""
-
 FALLS = ("soft close", "no slam", "slam")
 """Words that say how a part shuts by itself: it does not stay where it is placed, unless a state is asked for."""
-
 LEVELS: dict[str, Level] = {level: level for level in ("super low", "low", "medium", "high", "super high")}
 
 
@@ -130,7 +124,6 @@ _OPEN = 0.05
 
 _NEAR, _FAR = 3, 6
 """Words between a level and its noun: "low hinge damping", "the damping of the hinge is low"."""
-
 _KINDS = (
     "damping",
     "damped",

@@ -35,7 +35,6 @@ from schemas.vocabulary import OverlapCause
 
 LEAST_RANGE = 0.5
 """Share of a joint's range that must be left for its limits to be drawn in."""
-
 BISECTIONS = 8
 """Halvings of the step between two sampled positions when a limit is drawn in: a step of 4 % becomes 0.02 %."""
 
@@ -92,10 +91,8 @@ def inside(limits: Mapping[str, tuple[float, float]], hit: Hit) -> bool:
 
 GENTLE_SHARE = 0.05
 """Share of two hulls' volumes up to which the first way of cutting is taken as it is."""
-
 ATTEMPTS = 40
 """Cuts on one pair of hulls after which it is given up."""
-
 WAYS: tuple[float | None, ...] = (None, 1.0, 0.0)
 """Ways of cutting two hulls apart: each by its extent, only the first, only the second."""
 
@@ -159,11 +156,9 @@ def still(world: HullWorld, hit: Hit) -> bool:
 AUTHORED_AT_ZERO = Bound(share=0.25)
 """The most that is cut for parts that stand in each other as authored, at a joint zero that is not where the object
 starts: a checker looks there, and a user rarely does."""
-
 RELATED = Bound(share=0.2, depth_m=0.01)
 """The most that is cut for an overlap with the link's own parent or child, which most engines do not see: a gap of a
 centimetre lets nothing through that matters."""
-
 RELATED_M = 1e-4
 """Overlap from which that is done, margins not counted, m."""
 

@@ -67,16 +67,12 @@ def single_sided(faces: NDArray[np.int64]) -> NDArray[np.int64]:
 
 LEAST_BALLS = 2.0
 """Hollow that a hull may always fill, in volumes of the ball: what is less holds nothing."""
-
 FILLED_SHARE = 0.05
 """Share of its own volume that a hull may fill of the hollow: less is a rounded edge or a recess ..."""
-
 MOST_BALLS = 30.0
 """... but never more than this many volumes of the ball: that much is a drawer in a large body."""
-
 ADDED_SHARE = 0.1
 """Volume that joining two pieces may add, over the smaller one's: a mesh's own facets leave out as much of a curve."""
-
 DECAL_SHARE = 0.9
 """Share of a sheet that lies on the link's solids from which it is a decal; what spans a gap is a wall or a pane."""
 

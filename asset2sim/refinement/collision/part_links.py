@@ -9,8 +9,8 @@ from asset2sim.engines.pybullet_object import contacts_at
 from asset2sim.physics.kinematics import link_to_root, locked, tree_of
 from asset2sim.refinement.collision.hull_world import cleared
 from asset2sim.refinement.collision.trim import Cut, contact_pairs
+from asset2sim.refinement.state.bands import Pose
 from asset2sim.refinement.state.context import Loop
-from asset2sim.refinement.state.proposals import Pose
 from schemas.features import Features, JointFeatures
 from schemas.overlay import PhysicsOverlay
 from schemas.vocabulary import CollisionMode

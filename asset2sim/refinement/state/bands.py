@@ -4,11 +4,12 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
 from asset2sim.engines.contacts import ContactPoint, penetration
-from asset2sim.refinement.state.proposals import Pose
 from schemas.overlay import JointPhysics, PhysicsOverlay
 from schemas.settings import SearchSettings
 from schemas.vocabulary import Source
 
+Pose = dict[str, float]
+"""Joint → position, rad or m."""
 STATE_WEIGHT_M = 1e-3
 """λ: what leaving the requested state by a joint's whole range costs, m of Φ (objective Φ(q) + λ‖q − q_requested‖²)."""
 
@@ -59,7 +60,6 @@ def objective(phi: float, positions: Mapping[str, float], bands: Mapping[str, Ba
 
 CLOSED_SHARE = 0.02
 """Share of its range from its closed end within which a joint counts as closed."""
-
 ROUNDING_SHARE = 1e-6
 """Share of its range by which a joint at the edge of its band may be beyond it for want of digits."""
 

@@ -12,10 +12,9 @@ from asset2sim.refinement.ask_model import Questions, Scene, model_asker
 from asset2sim.refinement.collision.let_joints_move import let_joints_move
 from asset2sim.refinement.collision.part_links import Attempt, attempt
 from asset2sim.refinement.notes import moves, note_shapes
-from asset2sim.refinement.state.bands import Evaluator, band_of, reaches
+from asset2sim.refinement.state.bands import Evaluator, Pose, band_of, reaches
 from asset2sim.refinement.state.context import Log, Loop
 from asset2sim.refinement.state.nearer import brought_back
-from asset2sim.refinement.state.proposals import Pose
 from asset2sim.refinement.state.search import refine_state
 from asset2sim.validation import validate
 from schemas.finding import Finding, TraceStep

@@ -5,20 +5,16 @@ from collections.abc import Iterator, Mapping, Sequence
 
 import numpy as np
 
-from asset2sim.refinement.state.bands import Band
+from asset2sim.refinement.state.bands import Band, Pose
 from schemas.features import JointFeatures
 from schemas.measurement import ContactPair
 
 LINE = 24
 """Positions tried to each side along one joint's band: 10 % of a range in steps of 0.4 %."""
-
 PERTURBATIONS = 48
 """Random poses tried around the best on stagnation."""
-
 GRID = 13
 """Positions per joint of the systematic search over pairs of focus joints."""
-
-Pose = dict[str, float]
 
 
 def along(best: Pose, joint: str, band: Band) -> Iterator[Pose]:
