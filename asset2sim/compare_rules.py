@@ -13,7 +13,7 @@ from pathlib import Path
 import pandas as pd
 from rich.console import Console
 
-from asset2sim.catalog.latest import latest_rows
+from asset2sim.catalog.read import latest_rows
 from schemas.errors import UsageError
 from schemas.settings import Settings, Thresholds
 from schemas.vocabulary import CollisionMode, DynamicsRule, Engine, FailureMode, Method

@@ -7,8 +7,7 @@ from collections import Counter
 from collections.abc import Iterable, Sequence
 from pathlib import Path
 
-from asset2sim.remote.tree import remote_tree
-from asset2sim.tree import Tree, local_tree
+from asset2sim.catalog.storage.tree import Tree, local_tree, remote_tree
 from schemas.asset import AssetRef
 from schemas.errors import UnknownChoiceError, UsageError
 from schemas.location import is_url

@@ -15,13 +15,13 @@ from importlib.util import find_spec
 from pathlib import Path
 
 from asset2sim.catalog.run import git_state, versions
+from asset2sim.catalog.storage.cache import cache_root
+from asset2sim.catalog.storage.objects import StoreError, list_objects, remove_objects, send_objects
 from asset2sim.engines.registry import HOW_TO_INSTALL, engine_version, installed, open_world
 from asset2sim.isolation import Ending, run_isolated
 from asset2sim.models.gateway.choices import check_model
 from asset2sim.models.gateway.environment import quiet_environment
 from asset2sim.models.purposes import named_models, settings_for
-from asset2sim.remote.cache import cache_root
-from asset2sim.remote.store import StoreError, list_objects, remove_objects, send_objects
 from schemas.errors import Asset2SimError, UsageError
 from schemas.location import is_url
 from schemas.model_names import described, is_prior

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pandas as pd
 
-from asset2sim.catalog.latest import latest_rows
+from asset2sim.catalog.read import latest_rows
 from schemas.errors import UsageError
 
 BEGIN = "<!-- summary: begin (make summary) -->"

@@ -4,7 +4,7 @@ import sys
 from pathlib import Path
 
 from asset2sim.catalog.mlflow_store import tracking_uri
-from asset2sim.remote.cache import working_folder
+from asset2sim.catalog.storage.cache import working_folder
 
 PREFECT_PORT = 4200
 MLFLOW_PORT = 5000

@@ -26,10 +26,10 @@ def refine(request: RefineRequest) -> RunResult:
 def ready(request: RefineRequest) -> Iterator[Callable[[RefineRequest], RunResult]]:
     """The flow, ready to be called within the block, with what the request's run will need loaded or loading."""
     from asset2sim.catalog.mlflow_store import load_mlflow
+    from asset2sim.catalog.storage.cache import working_folder
     from asset2sim.catalog.switch import find_catalog
     from asset2sim.isolation.server import warm_up
     from asset2sim.models.gateway.lite import load_litellm
-    from asset2sim.remote.cache import working_folder
     from tasks.prefect_server import temporary_server
 
     first = find_catalog(working_folder(request.out)) is None
@@ -80,9 +80,9 @@ def _night_now(request: RefineRequest) -> int:
             raise UsageError(f"the nightly (process {found.process}) is just starting; try again in a few seconds")
         return code
     with temporary_server() as address:
+        from asset2sim.catalog.storage.cache import working_folder
         from asset2sim.catalog.switch import find_catalog
         from asset2sim.isolation.server import warm_up
-        from asset2sim.remote.cache import working_folder
 
         if find_catalog(working_folder(request.out)) is None:
             warm_up()

@@ -4,12 +4,11 @@ import sys
 
 from prefect import flow
 
-from asset2sim.catalog.run import finish_run, start_run
-from asset2sim.catalog.running import begin_run, end_run
-from asset2sim.catalog.store import check_catalog
-from asset2sim.disk import named_full_disk
+from asset2sim.catalog.run import begin_run, end_run, finish_run, start_run
+from asset2sim.catalog.storage.cache import working_folder
+from asset2sim.catalog.storage.disk import named_full_disk
+from asset2sim.catalog.write import check_catalog
 from asset2sim.fanout.worker import PIPELINE
-from asset2sim.remote.cache import working_folder
 from asset2sim.remote.output import open_output, send_rest
 from asset2sim.run_result import RunResult
 from schemas.location import Location, absolute

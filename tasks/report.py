@@ -11,8 +11,7 @@ from prefect.artifacts import create_markdown_artifact
 from prefect.cache_policies import NO_CACHE
 from prefect.runtime import flow_run
 
-from asset2sim.catalog.changes import Changes, Previous, find_changes
-from asset2sim.catalog.previous import read_previous
+from asset2sim.catalog.changes import Changes, Previous, find_changes, read_previous
 from asset2sim.catalog.report import report_markdown
 from asset2sim.catalog.report_file import write_report
 from asset2sim.catalog.run import RunRow
@@ -55,7 +54,7 @@ def nights_left_out(since: datetime) -> str | None:
 
 @task(name="find-previous", cache_policy=NO_CACHE, persist_result=False)
 def find_previous(out: Path, run: RunRow, present: Collection[str] | None = None) -> Previous:
-    """What the catalog holds before the run is published; see ``asset2sim.catalog.previous.read_previous``."""
+    """What the catalog holds before the run is published; see ``asset2sim.catalog.changes.read_previous``."""
     return read_previous(out, run, present)
 
 

@@ -8,7 +8,7 @@ import pandas as pd
 
 from asset2sim.catalog.read import read_table
 from asset2sim.catalog.run import finish_run, start_run
-from asset2sim.catalog.store import write_run
+from asset2sim.catalog.write import write_run
 from asset2sim.dataset import load_dataset
 from asset2sim.incremental.plan import Plan, make_plan, settle
 from asset2sim.incremental.records import KeptRecord, keep_record

@@ -7,7 +7,7 @@ import pytest
 
 from asset2sim.assets.urdf.locate import find_mesh, find_urdf, outer_references
 from asset2sim.catalog.run import finish_run, start_run
-from asset2sim.catalog.store import check_catalog, write_run
+from asset2sim.catalog.write import check_catalog, write_run
 from asset2sim.dataset import load_dataset
 from asset2sim.fanout import worker
 from asset2sim.fanout.job import Job

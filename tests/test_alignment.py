@@ -8,9 +8,9 @@ from pathlib import Path
 import pytest
 from PIL import Image
 
-from asset2sim.alignment.line import alignment_line
 from asset2sim.assets.urdf.bake import baked
-from asset2sim.catalog.alignment_rows import alignment_rows
+from asset2sim.catalog.rows_engines import alignment_rows
+from asset2sim.catalog.summary import alignment_line
 from asset2sim.checks.alignment.align import align, align_all, final_positions, initial_positions
 from asset2sim.checks.alignment.reference import Reference
 from asset2sim.checks.alignment.request import read_request

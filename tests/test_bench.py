@@ -23,7 +23,7 @@ from asset2sim.bench.table import bench_markdown, figure_table
 from asset2sim.catalog.history import history_files
 from asset2sim.catalog.read import read_table
 from asset2sim.catalog.run import start_run
-from asset2sim.catalog.store import write_run
+from asset2sim.catalog.write import write_run
 from asset2sim.dataset import load_dataset
 from asset2sim.fanout.worker import PIPELINE
 from asset2sim.incremental.plan import make_plan

@@ -8,7 +8,7 @@ import pytest
 
 from asset2sim.alert import exit_code
 from asset2sim.catalog.run import finish_run, start_run
-from asset2sim.catalog.store import write_run
+from asset2sim.catalog.write import write_run
 from asset2sim.cli.main import run_command
 from asset2sim.cli.request import RefineRequest
 from asset2sim.run_result import INTERRUPTED, RunResult

@@ -11,7 +11,7 @@ import pytest
 from PIL import Image
 
 from asset2sim.catalog.run import start_run
-from asset2sim.catalog.store import write_run
+from asset2sim.catalog.write import write_run
 from asset2sim.compare.charts import growth_chart, spread_labels
 from asset2sim.compare.figures import COST, STABILITY, SUCCESS
 from asset2sim.compare.markdown import agreement_lines, failure_table, figure_table, stability_lines

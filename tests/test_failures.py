@@ -8,7 +8,7 @@ from rich.console import Console
 
 from asset2sim.catalog.failures import failure_breakdown, render_failures
 from asset2sim.catalog.run import start_run
-from asset2sim.catalog.store import write_run
+from asset2sim.catalog.write import write_run
 from schemas.errors import UsageError
 from schemas.settings import Settings
 from schemas.vocabulary import FailureMode

@@ -12,13 +12,11 @@ import pytest
 
 from asset2sim.catalog import compact, switch
 from asset2sim.catalog.compact import compact_history
-from asset2sim.catalog.compare_runs import compare_runs, find_run
-from asset2sim.catalog.failures_by import failures_by
+from asset2sim.catalog.failures import compare_runs, failures_by, find_run
 from asset2sim.catalog.history import history_files
-from asset2sim.catalog.latest import latest_rows
-from asset2sim.catalog.read import query, read_table
+from asset2sim.catalog.read import latest_rows, query, read_table
 from asset2sim.catalog.run import RunRow
-from asset2sim.catalog.store import write_run
+from asset2sim.catalog.write import write_run
 from schemas.asset import AssetRecord, AssetRef, Unchanged
 from schemas.errors import UnknownChoiceError, UsageError
 from schemas.tables import COST_COLUMNS, HISTORY, OUTCOME_COLUMNS

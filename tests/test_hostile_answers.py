@@ -19,7 +19,7 @@ import pytest
 
 from asset2sim.catalog.read import read_table
 from asset2sim.catalog.run import finish_run, start_run
-from asset2sim.catalog.store import write_run
+from asset2sim.catalog.write import write_run
 from asset2sim.fanout.worker import attempt_asset
 from asset2sim.models.prior.answer import answer
 from schemas.asset import AssetRecord, AssetRef

@@ -7,7 +7,7 @@ import pytest
 import yaml
 
 from asset2sim.catalog.read import read_table
-from asset2sim.catalog.store import write_run
+from asset2sim.catalog.write import write_run
 from schemas.tables import PUBLISHED
 from schemas.vocabulary import FailureMode
 from tests.factories import make_failure, make_record

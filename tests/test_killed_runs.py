@@ -8,7 +8,8 @@ from pathlib import Path
 
 import pytest
 
-from asset2sim.catalog import compact, history, store, switch
+from asset2sim.catalog import compact, history, switch
+from asset2sim.catalog import write as store
 from asset2sim.catalog.read import read_table
 from asset2sim.incremental import plan, records, state
 from asset2sim.incremental.records import KeptRecord, keep_record, kept_records, record_file

@@ -10,13 +10,12 @@ from PIL import Image
 
 from asset2sim.catalog import mlflow_log
 from asset2sim.catalog.changes import Previous, find_changes
-from asset2sim.catalog.chart import failure_chart
-from asset2sim.catalog.figures import run_figures
-from asset2sim.catalog.mlflow_log import EXPERIMENT, log_run, run_params
+from asset2sim.catalog.mlflow_log import EXPERIMENT, failure_chart, log_run, run_params
 from asset2sim.catalog.mlflow_store import PART, prepare_mlflow
 from asset2sim.catalog.report_file import write_report
 from asset2sim.catalog.run import start_run
-from asset2sim.catalog.store import write_run
+from asset2sim.catalog.run_figures import run_figures
+from asset2sim.catalog.write import write_run
 from schemas.asset import AssetRecord
 from schemas.settings import ModelSettings, Settings, Thresholds
 from schemas.tables import TABLES

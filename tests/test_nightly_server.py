@@ -22,9 +22,9 @@ from prefect.client.schemas.sorting import FlowRunSort
 from prefect.settings import PREFECT_API_URL, temporary_settings
 from prefect.states import Scheduled
 
-from asset2sim.catalog.lock import lock_output
 from asset2sim.catalog.read import read_table
-from asset2sim.catalog.running import MARK
+from asset2sim.catalog.run import MARK
+from asset2sim.catalog.storage.lock import lock_output
 from asset2sim.cli.request import RefineRequest
 from flows.night_now import night_elsewhere, night_here
 from schemas.errors import UsageError

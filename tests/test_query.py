@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 
 from asset2sim.catalog.query import connect
-from asset2sim.catalog.store import write_run
+from asset2sim.catalog.write import write_run
 from asset2sim.cli.main import run_command
 from schemas.errors import UsageError
 from schemas.tables import PUBLISHED

@@ -6,7 +6,7 @@ import pandas as pd
 import pytest
 
 from asset2sim.catalog.read import query
-from asset2sim.catalog.store import write_run
+from asset2sim.catalog.write import write_run
 from asset2sim.questions.__main__ import BEGIN, END
 from asset2sim.questions.answers import FOLDER, NAMES, answers_block, markdown_table, question
 from schemas.vocabulary import FailureMode

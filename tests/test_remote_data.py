@@ -6,14 +6,14 @@ from pathlib import Path
 import pytest
 
 from asset2sim.catalog.read import read_table
+from asset2sim.catalog.storage import listing
+from asset2sim.catalog.storage.cache import data_root
 from asset2sim.check_request import check_request
 from asset2sim.cli.request import RefineRequest
 from asset2sim.dataset import load_dataset
 from asset2sim.incremental.contents import contents_of
 from asset2sim.incremental.state import open_state
 from asset2sim.isolation.asset import Attempt
-from asset2sim.remote import listing
-from asset2sim.remote.cache import data_root
 from asset2sim.remote.data import fetch_asset, local_file
 from asset2sim.remote.worker import with_files
 from schemas.asset import AssetRef

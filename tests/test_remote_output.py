@@ -9,16 +9,18 @@ from typing import NoReturn
 import pytest
 
 from asset2sim.catalog import compact
+from asset2sim.catalog import read_remote as read
 from asset2sim.catalog.query import connect
 from asset2sim.catalog.read import query, read_table
+from asset2sim.catalog.storage import listing
+from asset2sim.catalog.storage.cache import working_folder
+from asset2sim.catalog.storage.lock_url import LostLockError
 from asset2sim.cli.request import RefineRequest
 from asset2sim.fanout import worker
 from asset2sim.incremental.records import FOLDER as RECORDS
 from asset2sim.incremental.records import KeptRecord, keep_record, record_file
 from asset2sim.isolation.asset import Attempt
-from asset2sim.remote import listing, output, read
-from asset2sim.remote.cache import working_folder
-from asset2sim.remote.lock import LostLockError
+from asset2sim.remote import output
 from asset2sim.remote.records import fetch_record
 from schemas.errors import UsageError
 from schemas.settings import RunSettings, Settings
@@ -144,7 +146,7 @@ def test_a_second_run_is_refused(store: Store, data: Path, tmp_path: Path, monke
 
 
 def test_nothing_is_sent_once_another_run_took_over(store: Store, data: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    from asset2sim.remote import lock
+    from asset2sim.catalog.storage import lock_url as lock
 
     out = f"{store.url}/out"
     monkeypatch.setattr(output, "lock_url", partial(lock.lock_url, renew_s=0.02))

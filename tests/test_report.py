@@ -7,13 +7,11 @@ from pathlib import Path
 
 import pytest
 
-from asset2sim.catalog.changes import Previous, PreviousRun, change_figures, find_changes
-from asset2sim.catalog.previous import read_previous
+from asset2sim.catalog.changes import Previous, PreviousRun, change_figures, find_changes, read_previous
 from asset2sim.catalog.report import MAX_LISTED, escape, headline, report_markdown
 from asset2sim.catalog.report_file import report_path, write_report
-from asset2sim.catalog.run import RunRow
-from asset2sim.catalog.running import MARK, begin_run, end_run
-from asset2sim.catalog.store import write_run
+from asset2sim.catalog.run import MARK, RunRow, begin_run, end_run
+from asset2sim.catalog.write import write_run
 from schemas.asset import AssetRecord, Unchanged
 from schemas.settings import ModelSettings, Settings
 from schemas.vocabulary import FailureMode, Status

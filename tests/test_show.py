@@ -8,9 +8,9 @@ from rich.console import Console, RenderableType
 
 from asset2sim.catalog.run import start_run
 from asset2sim.catalog.show import describe_asset
-from asset2sim.catalog.store import write_run
 from asset2sim.catalog.summary import HEADINGS, summary_markdown, summary_table, totals_line
 from asset2sim.catalog.text import number
+from asset2sim.catalog.write import write_run
 from schemas.errors import UnknownChoiceError
 from schemas.settings import Settings, Thresholds
 from schemas.vocabulary import FailureMode

@@ -10,7 +10,7 @@ import pyarrow as pa
 from asset2sim.catalog.compact import compact_history
 from asset2sim.catalog.history import FOLDER, write_synced
 from asset2sim.catalog.run import RunRow
-from asset2sim.catalog.store import write_run
+from asset2sim.catalog.write import write_run
 from schemas.asset import AssetRecord
 from schemas.table import TIME
 from schemas.tables import COST_COLUMNS, HISTORY

@@ -13,13 +13,13 @@ from pathlib import Path
 
 from asset2sim.bench.measured import LoopTimes
 from asset2sim.bench.process import BenchError, cpu_s, measure, peak_memory_mb
+from asset2sim.catalog.storage.cache import working_folder
 from asset2sim.check_request import check_request
 from asset2sim.cli.parser import parse, refine_request
 from asset2sim.cli.request import RefineRequest
 from asset2sim.fanout.worker import ask_for_asset
 from asset2sim.isolation.server import ONE_THREAD
 from asset2sim.models.gateway.session import open_books
-from asset2sim.remote.cache import working_folder
 from schemas.vocabulary import Status
 
 MODULE = "asset2sim.bench.plain_loop"

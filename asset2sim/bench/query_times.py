@@ -7,7 +7,7 @@ from pathlib import Path
 
 from asset2sim.bench.history_rows import FIRST_NIGHT
 from asset2sim.bench.measured import QueryTimes
-from asset2sim.catalog.failures_by import failures_by
+from asset2sim.catalog.failures import failures_by
 from asset2sim.catalog.history import history_files
 from asset2sim.catalog.read import query
 from schemas.vocabulary import Grouping

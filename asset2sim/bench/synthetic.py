@@ -12,10 +12,10 @@ from pathlib import Path
 from asset2sim.assets.urdf.locate import find_urdf
 from asset2sim.bench.process import BenchError
 from asset2sim.catalog.changes import Previous, find_changes
-from asset2sim.catalog.lock import lock_output
 from asset2sim.catalog.mlflow_log import log_run
 from asset2sim.catalog.run import finish_run, start_run
-from asset2sim.catalog.store import write_run
+from asset2sim.catalog.storage.lock import lock_output
+from asset2sim.catalog.write import write_run
 from asset2sim.dataset import COLUMNS, MANIFEST, load_dataset
 from asset2sim.fanout.worker import PIPELINE
 from asset2sim.incremental.plan import make_plan, settle

@@ -11,8 +11,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from asset2sim.catalog.history import PATTERN, history_files
+from asset2sim.catalog.read_remote import local_tables
 from asset2sim.catalog.switch import find_catalog, no_catalog
-from asset2sim.remote.read import local_tables
 from schemas.errors import UsageError
 from schemas.tables import HISTORY, PUBLISHED, TABLES
 

@@ -4,8 +4,7 @@ import json
 from collections import Counter
 from collections.abc import Sequence
 
-from asset2sim.catalog.alignment_rows import alignment_rows
-from asset2sim.catalog.engine_rows import interaction_rows, measurement_rows, overlap_rows
+from asset2sim.catalog.rows_engines import alignment_rows, interaction_rows, measurement_rows, overlap_rows
 from asset2sim.catalog.run import UNRECORDED, RunRow, without_credentials
 from asset2sim.checks.verdict import oscillates, oscillating_joints
 from schemas.asset import AssetRecord, Unchanged

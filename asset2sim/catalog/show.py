@@ -1,20 +1,19 @@
 """One asset as the catalog knows it: overlay, measurements beside thresholds, findings, trace, cost and files."""
 
 import json
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
 import pandas as pd
 from pydantic import ValidationError
-from rich import box
 from rich.console import Group, RenderableType
 from rich.markup import escape
 from rich.table import Table
 from rich.text import Text
 
 from asset2sim.catalog.read import read_asset
-from asset2sim.catalog.show_engines import engine_tables
+from asset2sim.catalog.show_engines import engine_tables, number_table
 from asset2sim.catalog.text import NOTHING, number, vector
 from schemas.location import below, is_url, location_of
 from schemas.model_names import described
@@ -106,7 +105,7 @@ def _physics(own: Mapping[str, Sequence[Row]]) -> list[RenderableType]:
     """Tables of links and joints, as far as there are any; each number with its source."""
     parts: list[RenderableType] = []
     if own["links"]:
-        table = _table("Links", _LINK_HEADINGS, left=2)
+        table = number_table("Links", _LINK_HEADINGS, left=2)
         for link in own["links"]:
             inertia = vector(tuple(link[f"i{axis}{axis}_kg_m2"] for axis in "xyz"))
             com = vector(tuple(link[f"com_{axis}_m"] for axis in "xyz"))
@@ -123,7 +122,7 @@ def _physics(own: Mapping[str, Sequence[Row]]) -> list[RenderableType]:
             )
         parts.append(table)
     if own["joints"]:
-        table = _table("Joints", _JOINT_HEADINGS, left=2)
+        table = number_table("Joints", _JOINT_HEADINGS, left=2)
         for joint in own["joints"]:
             units = _joint_units(joint)
             limits = "no limits" if joint["lower"] is None else f"{number(joint['lower'])} … {number(joint['upper'])}"
@@ -155,7 +154,7 @@ def _measurement(asset: Row, limits: Thresholds) -> list[RenderableType]:
     if asset["engine"] is None:
         return [Text("\nnot measured", style="dim")]
     title = f"Measured in {asset['engine']} {asset['engine_version']}, Δt {1000.0 * asset['timestep_s']:.2f} ms"
-    table = _table(title, ("what", "value", "passes at most", ""), left=1)
+    table = number_table(title, ("what", "value", "passes at most", ""), left=1)
     oscillating = asset["oscillating_joints"]
     figures = (
         ("penetration Φ", asset["penetration_mm"], 1000.0 * limits.penetration_m, "mm"),
@@ -175,14 +174,14 @@ def _rest(asset: Row, own: Mapping[str, Sequence[Row]]) -> list[RenderableType]:
     """Findings, trace, calls and times."""
     parts: list[RenderableType] = []
     if own["findings"]:
-        table = _table("Findings", ("severity", "stage", "code", "where", "message"), left=5)
+        table = number_table("Findings", ("severity", "stage", "code", "where", "message"), left=5)
         for finding in own["findings"]:
             severity = Text(finding["severity"], style=_SEVERITY_STYLES.get(finding["severity"], ""))
             where = finding["link"] or finding["joint"] or NOTHING
             table.add_row(severity, finding["stage"], finding["code"], escape(where), escape(finding["message"]))
         parts.append(table)
     if own["trace"]:
-        table = _table(
+        table = number_table(
             "Refinement", ("step", "proposer", "Φ before mm", "Φ after mm", "kept", "evaluations", "moved"), left=2
         )
         for step in own["trace"]:
@@ -200,7 +199,7 @@ def _rest(asset: Row, own: Mapping[str, Sequence[Row]]) -> list[RenderableType]:
             )
         parts.append(table)
     if own["model_calls"]:
-        table = _table(
+        table = number_table(
             "Model calls", ("purpose", "model", "outcome", "attempt", "tokens in", "out", "USD", "s"), left=3
         )
         for call in own["model_calls"]:
@@ -259,16 +258,6 @@ def _rows(frame: pd.DataFrame) -> list[Row]:
 
 def _sourced(row: Row, name: str, column: str) -> str:
     return f"{number(row[column])}\n{row[f'{name}_source']}"
-
-
-def _table(title: str, headings: Iterable[str], left: int) -> Table:
-    """A table whose first ``left`` columns are text and whose others are numbers."""
-    table = Table(
-        title=f"\n{title}", title_justify="left", title_style="bold", box=box.SIMPLE_HEAD, padding=(0, 1, 0, 0)
-    )
-    for index, heading in enumerate(headings):
-        table.add_column(heading, justify="left" if index < left else "right", overflow="fold")
-    return table
 
 
 def _add(table: Table, *cells: object) -> None:

@@ -1,6 +1,6 @@
 """What each engine saw of one asset, for the terminal: verdicts, and the efforts that open and close its joints."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
 from rich import box
@@ -30,7 +30,7 @@ def engine_tables(own: Mapping[str, Sequence[Row]]) -> list[RenderableType]:
 
 
 def _engines(measured: Sequence[Row], tests: Sequence[Row]) -> Table:
-    table = _table("Engines", ("engine", "verdict", "Φ mm", "drift m", "drift rad", *TESTS, "s"), left=2)
+    table = number_table("Engines", ("engine", "verdict", "Φ mm", "drift m", "drift rad", *TESTS, "s"), left=2)
     for row in measured:
         own = [test for test in tests if test["engine"] == row["engine"] and test["passed"] is not None]
         verdict = Text("ok", style="green") if row["passed"] else Text(row["failure_mode"], style="bold red")
@@ -54,7 +54,7 @@ def _passed(tests: Sequence[Row]) -> Text:
 def _efforts(rows: Sequence[Row]) -> Table:
     """The least efforts in the first engine that measured them: they agree between engines within a few per cent."""
     first = rows[0]["engine"]
-    table = _table(
+    table = number_table(
         f"Least effort that moves a joint, in {first} (N·m, or N for sliders)", ("joint", "open", "close"), 1
     )
     joints = dict.fromkeys(row["subject"] for row in rows if row["engine"] == first)
@@ -65,14 +65,17 @@ def _efforts(rows: Sequence[Row]) -> Table:
 
 
 def _overlaps(rows: Sequence[Row]) -> Table:
-    table = _table("Links that overlap in the initial state", ("link", "link", "cause", "seen", "deepest mm"), left=4)
+    table = number_table(
+        "Links that overlap in the initial state", ("link", "link", "cause", "seen", "deepest mm"), left=4
+    )
     for row in rows:
         seen = "not seen by default: parent and child" if row["related"] else "by every engine"
         table.add_row(escape(row["link_a"]), escape(row["link_b"]), row["cause"], seen, number(row["depth_mm"]))
     return table
 
 
-def _table(title: str, headings: Sequence[str], left: int) -> Table:
+def number_table(title: str, headings: Iterable[str], left: int) -> Table:
+    """A table whose first ``left`` columns are text and whose others are numbers."""
     table = Table(
         title=f"\n{title}", title_justify="left", title_style="bold", box=box.SIMPLE_HEAD, padding=(0, 1, 0, 0)
     )

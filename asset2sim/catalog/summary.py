@@ -1,15 +1,17 @@
 """The summary of a run: one line per asset and a line of totals, for the terminal and as Markdown."""
 
+import math
 from collections.abc import Sequence
 
 from rich import box
 from rich.table import Table
 from rich.text import Text
 
-from asset2sim.catalog.figures import run_figures
 from asset2sim.catalog.rows import queries, total_seconds
+from asset2sim.catalog.run_figures import run_figures
 from asset2sim.catalog.text import NOTHING, number
 from asset2sim.checks.verdict import judge_report
+from schemas.alignment import Alignment
 from schemas.asset import AssetRecord
 from schemas.settings import Thresholds
 from schemas.vocabulary import Status
@@ -124,3 +126,41 @@ def _fixed(value: float | None, decimals: int) -> str:
     if value is None:
         return NOTHING
     return f"{value:.{decimals}f}" if abs(value) < 1e5 else f"{value:.1e}"
+
+
+def alignment_line(found: Sequence[Alignment]) -> str:
+    """Prompt alignment, and mean deviations from the expert reference where there is one; "" of nothing."""
+    if not found:
+        return ""
+    line = f"prompt alignment {100.0 * mean([item.value for item in found]):.1f} % over {len(found)} assets"
+    judged = [item.judged.value for item in found if item.judged is not None]
+    if judged:
+        line += f", by the judge {100.0 * mean(judged):.1f} % over {len(judged)}"
+    every = [(item.scale_deviation, item.reference_states_scale) for item in found]
+    scales = [(value, stated) for value, stated in every if value is not None]
+    if not scales:
+        return line
+    stated = [value for value, is_stated in scales if is_stated]
+    line += "; off the expert reference: "
+    if stated:
+        line += f"scale {100.0 * mean(stated):.1f} % over {len(stated)}"
+    if len(stated) < len(scales):
+        everyone = 100.0 * mean([value for value, _ in scales])
+        line += (
+            f"{' (' if stated else 'scale '}{everyone:.1f} % over {len(scales)}, those whose reference states no scale "
+            f"included{')' if stated else ''}"
+        )
+    for slider, what in ((False, "rad over {} hinges"), (True, "m over {} sliders")):
+        off = [
+            item.joint_deviation
+            for item in found
+            if item.joint_deviation is not None and item.joint_is_slider is slider
+        ]
+        if off:
+            line += f"{', ' if slider else '; first joint position '}{mean(off):.3g} {what.format(len(off))}"
+    return line
+
+
+def mean(values: Sequence[float]) -> float:
+    """The mean, or not-a-number of nothing."""
+    return math.fsum(values) / len(values) if values else math.nan

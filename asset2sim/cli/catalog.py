@@ -9,9 +9,15 @@ from rich import box
 from rich.table import Table
 from rich.text import Text
 
-from asset2sim.catalog.compare_runs import compare_runs, find_run, render_comparison
-from asset2sim.catalog.failures import failure_breakdown, render_failures
-from asset2sim.catalog.failures_by import failures_by, render_failures_by
+from asset2sim.catalog.failures import (
+    compare_runs,
+    failure_breakdown,
+    failures_by,
+    find_run,
+    render_comparison,
+    render_failures,
+    render_failures_by,
+)
 from asset2sim.catalog.read import query
 from asset2sim.catalog.show import describe_asset
 from asset2sim.catalog.text import NOTHING

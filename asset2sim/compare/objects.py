@@ -5,7 +5,7 @@ from collections.abc import Sequence
 import numpy as np
 import pandas as pd
 
-from asset2sim.catalog.latest import latest_rows
+from asset2sim.catalog.read import latest_rows
 from asset2sim.compare.plan import Run
 from schemas.settings import Thresholds
 from schemas.vocabulary import PAPER_FAILURE_MODES, FailureMode

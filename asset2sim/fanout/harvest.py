@@ -4,6 +4,7 @@ from contextlib import suppress
 from dataclasses import dataclass, field
 from pathlib import Path
 
+from asset2sim.catalog.storage.objects import StoreError
 from asset2sim.fanout.again import not_tried_again, with_first
 from asset2sim.fanout.done import Done
 from asset2sim.fanout.job import FirstAttempt, Job
@@ -12,7 +13,6 @@ from asset2sim.incremental.paid_calls import drop_calls, paid_calls
 from asset2sim.incremental.records import KeptRecord, await_record, keep_record, read_record
 from asset2sim.isolation.asset import failed_record
 from asset2sim.remote.records import fetch_record
-from asset2sim.remote.store import StoreError
 from schemas.asset import AssetRecord
 from schemas.settings import Settings
 from schemas.vocabulary import FailureMode

@@ -6,6 +6,8 @@ import uuid
 from dataclasses import replace
 from pathlib import Path
 
+from asset2sim.catalog.storage.cache import working_folder
+from asset2sim.catalog.storage.objects import StoreError
 from asset2sim.fanout.again import with_first
 from asset2sim.fanout.done import Done
 from asset2sim.fanout.job import Job
@@ -13,9 +15,7 @@ from asset2sim.fanout.worker import PIPELINE, attempt_asset
 from asset2sim.incremental.paid_calls import drop_calls, keeping_calls, paid_calls
 from asset2sim.incremental.records import KeptRecord, read_record, write_record
 from asset2sim.isolation.asset import first_log_file, log_file
-from asset2sim.remote.cache import working_folder
 from asset2sim.remote.records import send_record
-from asset2sim.remote.store import StoreError
 from schemas.settings import Settings
 
 logger = logging.getLogger(__name__)

@@ -5,11 +5,11 @@ from collections.abc import Callable, Iterable
 from functools import partial
 from pathlib import Path
 
+from asset2sim.catalog.storage.cache import working_folder
 from asset2sim.isolation.asset import Attempt, attempt_in_child
 from asset2sim.isolation.stopping import is_stopped
 from asset2sim.models.gateway.ask import ask
 from asset2sim.models.gateway.session import Books, open_books
-from asset2sim.remote.cache import working_folder
 from asset2sim.remote.worker import with_files
 from schemas.asset import AssetRef
 from schemas.request import ModelAnswer, ModelCall, ModelRequest

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 
-from asset2sim.catalog.known import known_assets, known_runs
+from asset2sim.catalog.read_columns import known_assets, known_runs
 from asset2sim.checks.alignment.reference import Reference
 from asset2sim.incremental.contents import contents_of
 from asset2sim.incremental.key import content_hash, shared_hash

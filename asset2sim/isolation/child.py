@@ -8,7 +8,7 @@ from dataclasses import replace
 from multiprocessing.connection import Connection
 from pathlib import Path
 
-from asset2sim.disk import is_disk_full
+from asset2sim.catalog.storage.disk import is_disk_full
 from asset2sim.isolation import limits
 from asset2sim.isolation.messages import Answer, Begun, Call, Raised, Returned, Work
 from asset2sim.isolation.traces import Traces, is_as, traces

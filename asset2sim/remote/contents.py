@@ -9,9 +9,9 @@ from collections.abc import Sequence
 from functools import partial
 
 from asset2sim.assets.urdf.locate import outer_references
-from asset2sim.remote.listing import Listing, covers, kept_listing, listing_of, look_below, objects_below
+from asset2sim.catalog.storage.listing import Listing, covers, kept_listing, listing_of, look_below, objects_below
+from asset2sim.catalog.storage.objects import Stored, StoreError, key_of, list_objects, object_info, read_objects
 from asset2sim.remote.sources import outer_objects, urdf_among, visible
-from asset2sim.remote.store import Stored, StoreError, key_of, list_objects, object_info, read_objects
 
 READ_AT_ONCE = 500
 """URDFs that are in memory at once: 50 MB of large ones."""

@@ -5,12 +5,19 @@ from pathlib import Path
 
 from asset2sim.assets.urdf.locate import outer_references
 from asset2sim.baselines.reference import LEVELS
+from asset2sim.catalog.storage.cache import data_root
+from asset2sim.catalog.storage.mirror import changed, fetch
+from asset2sim.catalog.storage.objects import (
+    Stored,
+    StoreError,
+    key_of,
+    list_objects,
+    object_info,
+    scheme_of,
+    usage_error,
+)
 from asset2sim.checks.alignment.reference import FILE as REFERENCE
-from asset2sim.remote.cache import data_root
-from asset2sim.remote.index import changed
-from asset2sim.remote.mirror import fetch
 from asset2sim.remote.sources import outer_objects, urdf_among, visible
-from asset2sim.remote.store import Stored, StoreError, key_of, list_objects, object_info, scheme_of, usage_error
 from schemas.location import is_url
 from schemas.vocabulary import Method
 

@@ -12,7 +12,7 @@ the journey. Stores switch one object at a time, not a folder, so the order is w
 
 Whoever reads the objects themselves between 2 and 3 (a second or so) may see an asset's new row beside another table's
 old one, and rows whose run is not in ``runs`` yet; between 4's two halves, a month's rows twice. Our own commands wait
-for the end of it (``asset2sim.remote.read``). A run that is killed there leaves it so until the next run, which starts
+for the end of it (``catalog.read_remote``). A run that is killed there leaves it so until the next run, which starts
 from the records and finishes.
 """
 
@@ -24,16 +24,16 @@ from datetime import datetime
 from pathlib import Path
 
 from asset2sim.catalog.compact import MERGED, compact_history
-from asset2sim.catalog.lock import lock_output
+from asset2sim.catalog.read_remote import mend_history
+from asset2sim.catalog.storage.cache import working_folder
+from asset2sim.catalog.storage.lock import lock_output
+from asset2sim.catalog.storage.lock_url import lock_url
+from asset2sim.catalog.storage.mirror import COMING, local_names, look, pull, push
+from asset2sim.catalog.storage.objects import StoreError, list_objects, remove_objects, usage_error
 from asset2sim.catalog.switch import CATALOG, OLD, READY, STAGING
 from asset2sim.incremental.plan import Plan
 from asset2sim.incremental.records import FOLDER as RECORDS
 from asset2sim.incremental.state import FILE as STATE
-from asset2sim.remote.cache import working_folder
-from asset2sim.remote.lock import lock_url
-from asset2sim.remote.mended import mend_history
-from asset2sim.remote.mirror import COMING, local_names, look, pull, push
-from asset2sim.remote.store import StoreError, list_objects, remove_objects, usage_error
 from schemas.errors import UsageError
 from schemas.location import is_url
 

@@ -2,11 +2,11 @@
 
 from pathlib import Path
 
+from asset2sim.catalog.storage.cache import working_folder
+from asset2sim.catalog.storage.mirror import fetch
+from asset2sim.catalog.storage.objects import object_info, send_objects
 from asset2sim.incremental.records import FOLDER as RECORDS
 from asset2sim.incremental.records import read_record
-from asset2sim.remote.cache import working_folder
-from asset2sim.remote.mirror import fetch
-from asset2sim.remote.store import object_info, send_objects
 from schemas.location import is_url
 
 

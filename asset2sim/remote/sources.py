@@ -5,7 +5,7 @@ from collections.abc import Callable, Mapping
 from pathlib import PurePosixPath
 
 from asset2sim.assets.urdf.locate import PARENTS_SEARCHED, mesh_candidates
-from asset2sim.remote.store import Stored
+from asset2sim.catalog.storage.objects import Stored
 
 LOOKS = (".mtl", ".bmp", ".gif", ".jpeg", ".jpg", ".png", ".tga", ".tif", ".tiff")
 """Endings of what an OBJ's looks consist of: taken along from its own folder, which is where exporters put it."""

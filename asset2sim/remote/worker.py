@@ -4,13 +4,13 @@ from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 
-from asset2sim.disk import is_disk_full
+from asset2sim.catalog.storage.cache import data_root, working_folder
+from asset2sim.catalog.storage.disk import is_disk_full
+from asset2sim.catalog.storage.mirror import remove_tree, send_folder
+from asset2sim.catalog.storage.objects import StoreError, remove_objects, scheme_of, send_objects
 from asset2sim.isolation.asset import Attempt, failed_record, first_log_file, log_file
 from asset2sim.models.gateway.refused_answers import answers_file
-from asset2sim.remote.cache import data_root, working_folder
 from asset2sim.remote.data import fetch_asset
-from asset2sim.remote.mirror import remove_tree, send_folder
-from asset2sim.remote.store import StoreError, remove_objects, scheme_of, send_objects
 from schemas.asset import AssetRecord, AssetRef
 from schemas.location import is_url, location_of
 from schemas.settings import Settings

@@ -16,7 +16,7 @@ from contextlib import contextmanager, suppress
 from dataclasses import asdict, dataclass
 from pathlib import Path
 
-from asset2sim.remote.store import (
+from asset2sim.catalog.storage.objects import (
     StoreError,
     object_info,
     read_object,

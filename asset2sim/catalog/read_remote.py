@@ -6,12 +6,39 @@ import os
 import time
 from pathlib import Path
 
+import pyarrow.compute as pc
+import pyarrow.parquet as pq
+
+from asset2sim.catalog.compact import MERGED
+from asset2sim.catalog.history import history_files
+from asset2sim.catalog.read_columns import known_runs
+from asset2sim.catalog.storage.cache import reading_folder
+from asset2sim.catalog.storage.mirror import pull
+from asset2sim.catalog.storage.objects import StoreError, usage_error
 from asset2sim.catalog.switch import CATALOG, find_catalog, no_catalog
-from asset2sim.remote.cache import reading_folder
-from asset2sim.remote.mended import is_torn, mend_history
-from asset2sim.remote.mirror import pull
-from asset2sim.remote.store import StoreError, usage_error
 from schemas.location import is_url, location_of
+from schemas.tables import TABLES
+
+
+def mend_history(folder: Path) -> None:
+    """Remove the files of runs that never came into ``runs``, and those that a merged file holds already."""
+    runs = known_runs(folder)
+    files = history_files(folder)
+    merged = {file.parent: _runs_of(file) for file in files if file.name == MERGED}
+    for file in files:
+        if file.name != MERGED and (file.stem not in runs or file.stem in merged.get(file.parent, ())):
+            file.unlink()
+
+
+def is_torn(folder: Path) -> bool:
+    """Whether ``assets`` holds rows of a run that is not in ``runs``: it is being sent, or was killed meanwhile."""
+    assets = folder / "catalog" / TABLES["assets"].file
+    return assets.is_file() and not _runs_of(assets) <= known_runs(folder)
+
+
+def _runs_of(file: Path) -> set[str]:
+    return set(pc.unique(pq.read_table(file, columns=["run_id"], partitioning=None)["run_id"]).to_pylist())
+
 
 PARTS = (f"{CATALOG}/", "history/")
 SENDING_S = 5.0

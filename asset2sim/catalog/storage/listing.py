@@ -5,7 +5,7 @@ from bisect import bisect_left
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-from asset2sim.remote.store import Stored, list_objects
+from asset2sim.catalog.storage.objects import Stored, list_objects
 
 FRESH_S = 60.0
 """Age up to which a dataset's listing is taken once more, s: checking a request, finding the assets and hashing them

@@ -11,7 +11,7 @@ import pyarrow.parquet as pq
 from asset2sim.catalog.compact import compact_history, recover_months
 from asset2sim.catalog.enforce import CatalogError, check_key, conform, key_of, to_arrow
 from asset2sim.catalog.history import commit_history, history_rows, stage_history
-from asset2sim.catalog.known import known_runs
+from asset2sim.catalog.read_columns import known_runs
 from asset2sim.catalog.rows import table_rows
 from asset2sim.catalog.run import RunRow
 from asset2sim.catalog.switch import find_catalog, recover, replace_catalog
