@@ -24,9 +24,9 @@ from asset2sim.bench.synthetic import make_unchanged
 from asset2sim.bench.table import bench_markdown
 from asset2sim.cli.console import output
 from asset2sim.cli.parser import parse, refine_request
-from asset2sim.dataset import load_dataset
-from asset2sim.fanout.refine import refine_all
 from asset2sim.models.gateway.environment import checkout_folder, quiet_environment
+from asset2sim.runs.dataset import load_dataset
+from asset2sim.runs.spread.refine_all import refine_all
 from flows.bench_run import MODULE as RUN
 from schemas.asset import AssetRecord
 from schemas.errors import Asset2SimError, UsageError

@@ -7,7 +7,7 @@ from contextlib import contextmanager
 
 from asset2sim.cli.main import run_command
 from asset2sim.cli.request import RefineRequest
-from asset2sim.run_result import RunResult
+from asset2sim.runs.result import RunResult
 from schemas.errors import UsageError
 
 
@@ -28,8 +28,8 @@ def ready(request: RefineRequest) -> Iterator[Callable[[RefineRequest], RunResul
     from asset2sim.catalog.mlflow_store import load_mlflow
     from asset2sim.catalog.storage.cache import working_folder
     from asset2sim.catalog.switch import find_catalog
-    from asset2sim.isolation.server import warm_up
     from asset2sim.models.gateway.lite import load_litellm
+    from asset2sim.runs.isolation.server import warm_up
     from tasks.prefect_server import temporary_server
 
     first = find_catalog(working_folder(request.out)) is None
@@ -82,7 +82,7 @@ def _night_now(request: RefineRequest) -> int:
     with temporary_server() as address:
         from asset2sim.catalog.storage.cache import working_folder
         from asset2sim.catalog.switch import find_catalog
-        from asset2sim.isolation.server import warm_up
+        from asset2sim.runs.isolation.server import warm_up
 
         if find_catalog(working_folder(request.out)) is None:
             warm_up()

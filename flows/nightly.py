@@ -10,10 +10,10 @@ from prefect import Flow, flow
 from prefect.client.schemas.objects import FlowRun, State
 from prefect.states import Cancelled, Completed, Failed
 
-from asset2sim.alert import DONE, FAILED, MISTAKE, STOPPED, alert_error, code_of, exit_code
 from asset2sim.cli.night import complain, night_line, print_night
-from asset2sim.fanout.interrupt import termination_deferred
-from asset2sim.run_result import INTERRUPTED, RunResult
+from asset2sim.runs.alert import DONE, FAILED, MISTAKE, STOPPED, alert_error, code_of, exit_code
+from asset2sim.runs.interrupt import termination_deferred
+from asset2sim.runs.result import INTERRUPTED, RunResult
 from flows.refine_dataset import refine_dataset
 from schemas.errors import Asset2SimError
 from schemas.location import Location, location_of

@@ -8,9 +8,9 @@ from asset2sim.catalog.run import begin_run, end_run, finish_run, start_run
 from asset2sim.catalog.storage.cache import working_folder
 from asset2sim.catalog.storage.disk import named_full_disk
 from asset2sim.catalog.write import check_catalog
-from asset2sim.fanout.worker import PIPELINE
-from asset2sim.remote.output import open_output, send_rest
-from asset2sim.run_result import RunResult
+from asset2sim.runs.remote.output import open_output, send_rest
+from asset2sim.runs.result import RunResult
+from asset2sim.runs.spread.worker import PIPELINE
 from schemas.location import Location, absolute
 from schemas.settings import Settings
 from tasks.align import align, find_references

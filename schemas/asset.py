@@ -53,4 +53,4 @@ class AssetRecord(Frozen):
     findings: tuple[Finding, ...] = ()
     seconds: dict[str, float] = Field(default_factory=dict)
     content_hash: str = ""
-    """What the result depends on, as one value (asset2sim.incremental.key); empty until a run's plan fills it in."""
+    """What the result depends on, as one value; empty until a run's plan fills it in."""

@@ -7,8 +7,8 @@ from prefect.cache_policies import NO_CACHE
 
 from asset2sim.checks.alignment.align import align_all
 from asset2sim.checks.alignment.reference import FILE, Reference, read_references
-from asset2sim.fanout.refine import Refined
-from asset2sim.remote.data import local_file
+from asset2sim.runs.remote.fetch_asset import local_file
+from asset2sim.runs.spread.refine_all import Refined
 from schemas.location import Location, below
 
 

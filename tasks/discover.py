@@ -3,7 +3,7 @@
 from prefect import task
 from prefect.cache_policies import NO_CACHE
 
-from asset2sim.check_request import check_request
+from asset2sim.runs.check_request import check_request
 from schemas.asset import AssetRef
 from schemas.location import Location
 from schemas.settings import Settings
@@ -18,5 +18,5 @@ def discover(
     asset_ids: tuple[str, ...],
     limit: int | None,
 ) -> list[AssetRef]:
-    """The assets to refine; see ``asset2sim.check_request.check_request``."""
+    """The assets to refine; see ``asset2sim.runs.check_request.check_request``."""
     return check_request(data, out, settings, subset, asset_ids, limit)

@@ -8,7 +8,7 @@ from prefect.cache_policies import NO_CACHE
 from asset2sim.catalog import mlflow_log
 from asset2sim.catalog.changes import Changes
 from asset2sim.catalog.run import RunRow
-from asset2sim.fanout.refine import Refined
+from asset2sim.runs.spread.refine_all import Refined
 
 
 @task(name="log-run", cache_policy=NO_CACHE, persist_result=False)

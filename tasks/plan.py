@@ -4,8 +4,8 @@ from prefect import task
 from prefect.cache_policies import NO_CACHE
 
 from asset2sim.checks.alignment.reference import Reference
-from asset2sim.incremental.plan import Plan, make_plan
-from asset2sim.remote.output import Output, folders_there, send_plan
+from asset2sim.runs.plan.plan import Plan, make_plan
+from asset2sim.runs.remote.output import Output, folders_there, send_plan
 from schemas.asset import AssetRef
 from schemas.settings import Settings
 
@@ -19,7 +19,7 @@ def plan(
     pipeline: str,
     run_id: str,
 ) -> Plan:
-    """The run's plan; see ``asset2sim.incremental.plan.make_plan``."""
+    """The run's plan; see ``asset2sim.runs.plan.plan.make_plan``."""
     there = folders_there(output, views=settings.views.write)
     made = make_plan(refs, references, output.folder, settings, pipeline, run_id, there)
     send_plan(output, made)

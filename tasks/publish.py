@@ -7,9 +7,9 @@ from prefect.cache_policies import NO_CACHE
 
 from asset2sim.catalog.run import RunRow
 from asset2sim.catalog.write import write_run
-from asset2sim.fanout.refine import Refined
-from asset2sim.incremental.plan import settle
-from asset2sim.remote.output import Output, send_tables
+from asset2sim.runs.plan.plan import settle
+from asset2sim.runs.remote.output import Output, send_tables
+from asset2sim.runs.spread.refine_all import Refined
 
 
 @task(name="publish", cache_policy=NO_CACHE, persist_result=False)

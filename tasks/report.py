@@ -15,7 +15,7 @@ from asset2sim.catalog.changes import Changes, Previous, find_changes, read_prev
 from asset2sim.catalog.report import report_markdown
 from asset2sim.catalog.report_file import write_report
 from asset2sim.catalog.run import RunRow
-from asset2sim.fanout.refine import Refined
+from asset2sim.runs.spread.refine_all import Refined
 from tasks.deployment import left_out
 
 ARTIFACT = "report"

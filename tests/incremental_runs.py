@@ -9,9 +9,9 @@ import pandas as pd
 from asset2sim.catalog.read import read_table
 from asset2sim.catalog.run import finish_run, start_run
 from asset2sim.catalog.write import write_run
-from asset2sim.dataset import load_dataset
-from asset2sim.incremental.plan import Plan, make_plan, settle
-from asset2sim.incremental.records import KeptRecord, keep_record
+from asset2sim.runs.dataset import load_dataset
+from asset2sim.runs.plan.plan import Plan, make_plan, settle
+from asset2sim.runs.plan.records import KeptRecord, keep_record
 from schemas.asset import AssetRecord, AssetRef
 from schemas.settings import RunSettings, Settings, ViewSettings
 from schemas.tables import TABLES

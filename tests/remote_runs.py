@@ -8,15 +8,15 @@ import pytest
 from asset2sim.assets.urdf.locate import find_mesh, find_urdf, outer_references
 from asset2sim.catalog.run import finish_run, start_run
 from asset2sim.catalog.write import check_catalog, write_run
-from asset2sim.dataset import load_dataset
-from asset2sim.fanout import worker
-from asset2sim.fanout.job import Job
-from asset2sim.fanout.on_worker import refine_on_worker
-from asset2sim.fanout.planned import refine_planned
-from asset2sim.incremental.plan import Plan, make_plan, settle
-from asset2sim.incremental.records import read_record
-from asset2sim.isolation.asset import Attempt, failed_record
-from asset2sim.remote.output import folders_there, open_output, send_plan, send_rest, send_tables
+from asset2sim.runs.dataset import load_dataset
+from asset2sim.runs.isolation.attempt import Attempt, failed_record
+from asset2sim.runs.plan.plan import Plan, make_plan, settle
+from asset2sim.runs.plan.records import read_record
+from asset2sim.runs.remote.output import folders_there, open_output, send_plan, send_rest, send_tables
+from asset2sim.runs.spread import worker
+from asset2sim.runs.spread.job import Job
+from asset2sim.runs.spread.refine_all import refine_planned
+from asset2sim.runs.spread.worker import refine_on_worker
 from schemas.asset import AssetRecord, AssetRef
 from schemas.errors import AssetError
 from schemas.location import is_url

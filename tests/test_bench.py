@@ -24,9 +24,9 @@ from asset2sim.catalog.history import history_files
 from asset2sim.catalog.read import read_table
 from asset2sim.catalog.run import start_run
 from asset2sim.catalog.write import write_run
-from asset2sim.dataset import load_dataset
-from asset2sim.fanout.worker import PIPELINE
-from asset2sim.incremental.plan import make_plan
+from asset2sim.runs.dataset import load_dataset
+from asset2sim.runs.plan.plan import make_plan
+from asset2sim.runs.spread.worker import PIPELINE
 from flows.bench import command, fresh, main
 from flows.bench_run import MODULE as RUN
 from schemas.asset import AssetRecord, AssetRef

@@ -8,9 +8,9 @@ from pathlib import Path
 
 import pytest
 
-from asset2sim.isolation import Ending, Outcome, child, run_isolated
-from asset2sim.isolation.child import IDLE_LIMIT_S
-from asset2sim.isolation.traces import MOST_GROWTH_MB
+from asset2sim.runs.isolation import Ending, Outcome, child, run_isolated
+from asset2sim.runs.isolation.child import IDLE_LIMIT_S
+from asset2sim.runs.isolation.traces import MOST_GROWTH_MB
 from tests import crashers
 from tests.processes import gone, wait_until
 

@@ -6,12 +6,12 @@ from pathlib import Path
 
 import pytest
 
-from asset2sim.alert import exit_code
 from asset2sim.catalog.run import finish_run, start_run
 from asset2sim.catalog.write import write_run
 from asset2sim.cli.main import run_command
 from asset2sim.cli.request import RefineRequest
-from asset2sim.run_result import INTERRUPTED, RunResult
+from asset2sim.runs.alert import exit_code
+from asset2sim.runs.result import INTERRUPTED, RunResult
 from schemas.errors import Asset2SimError
 from schemas.settings import Settings
 from schemas.vocabulary import FailureMode

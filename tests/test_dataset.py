@@ -4,7 +4,7 @@ from pathlib import Path
 
 import pytest
 
-from asset2sim.dataset import check_asset_id, load_dataset
+from asset2sim.runs.dataset import check_asset_id, load_dataset
 from schemas.errors import UnknownChoiceError, UsageError
 
 SHARED = Path(__file__).resolve().parents[2] / "shared"

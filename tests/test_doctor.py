@@ -4,8 +4,8 @@ from pathlib import Path
 
 import pytest
 
-from asset2sim import doctor
 from asset2sim.engines.registry import engine_version
+from asset2sim.runs import doctor
 from schemas.settings import ModelSettings
 from schemas.vocabulary import Engine
 from tests.engine_worlds import every_engine

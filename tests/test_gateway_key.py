@@ -10,11 +10,11 @@ from typing import Any
 import pyarrow.parquet as pq
 import pytest
 
-from asset2sim.dataset import load_dataset
-from asset2sim.fanout.refine import refine_all
 from asset2sim.models.gateway.environment import load_env_file
 from asset2sim.models.gateway.secrets import redact_answer
 from asset2sim.models.prior.answer import answer
+from asset2sim.runs.dataset import load_dataset
+from asset2sim.runs.spread.refine_all import refine_all
 from schemas.asset import AssetRef
 from schemas.settings import EngineSettings, ModelSettings, RunSettings, Settings
 from schemas.vocabulary import Engine, Status

@@ -6,11 +6,11 @@ from pathlib import Path
 import pytest
 
 from asset2sim.cli.parser import model_settings, parse, refine_request
-from asset2sim.dataset import load_dataset
-from asset2sim.doctor import check_model_answers
-from asset2sim.fanout.refine import refine_all
-from asset2sim.fanout.worker import asked_with
 from asset2sim.models.purposes import named_models, settings_for
+from asset2sim.runs.dataset import load_dataset
+from asset2sim.runs.doctor import check_model_answers
+from asset2sim.runs.spread.refine_all import refine_all
+from asset2sim.runs.spread.worker import asked_with
 from schemas.errors import UsageError
 from schemas.settings import EngineSettings, MethodSettings, ModelSettings, RunSettings, Settings
 from schemas.vocabulary import Engine, FailureMode, Method, Status

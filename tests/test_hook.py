@@ -10,13 +10,13 @@ from pathlib import Path
 
 import pytest
 
-from asset2sim.alert import alert, alert_error, exit_code, hook_values
 from asset2sim.catalog.changes import Previous, find_changes
 from asset2sim.catalog.mlflow_log import run_params
 from asset2sim.catalog.rows import run_row
 from asset2sim.catalog.run import finish_run, start_run
-from asset2sim.hook import MAX_VALUE, hook_environment, run_hook
-from asset2sim.run_result import INTERRUPTED, RunResult
+from asset2sim.runs.alert import alert, alert_error, exit_code, hook_values
+from asset2sim.runs.hook import MAX_VALUE, hook_environment, run_hook
+from asset2sim.runs.result import INTERRUPTED, RunResult
 from schemas.errors import Asset2SimError, UsageError
 from schemas.settings import RunSettings, Settings
 from schemas.vocabulary import FailureMode

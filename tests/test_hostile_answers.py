@@ -20,8 +20,8 @@ import pytest
 from asset2sim.catalog.read import read_table
 from asset2sim.catalog.run import finish_run, start_run
 from asset2sim.catalog.write import write_run
-from asset2sim.fanout.worker import attempt_asset
 from asset2sim.models.prior.answer import answer
+from asset2sim.runs.spread.worker import attempt_asset
 from schemas.asset import AssetRecord, AssetRef
 from schemas.settings import CollisionSettings, EngineSettings, ModelSettings, SearchSettings, Settings, ViewSettings
 from schemas.vocabulary import CollisionMode, Engine, FailureMode, Status

@@ -15,12 +15,12 @@ import pytest
 
 from asset2sim.catalog.read import read_table
 from asset2sim.checks.alignment.reference import Reference
-from asset2sim.incremental import code, records, state
-from asset2sim.incremental.code import counts, package_versions
-from asset2sim.incremental.files import AssetFile, asset_files
-from asset2sim.incremental.key import content_hash, shared_hash
-from asset2sim.incremental.plan import wanted_again
-from asset2sim.incremental.state import content_of, open_state
+from asset2sim.runs.plan import content_hash as code
+from asset2sim.runs.plan import records, state
+from asset2sim.runs.plan.asset_files import AssetFile, asset_files
+from asset2sim.runs.plan.content_hash import content_hash, counts, package_versions, shared_hash
+from asset2sim.runs.plan.plan import wanted_again
+from asset2sim.runs.plan.state import content_of, open_state
 from schemas.asset import AssetRef
 from schemas.settings import EngineSettings, ModelSettings, PhysicsSettings, RunSettings, Settings, ViewSettings
 from schemas.vocabulary import RETRIED_MODES, Engine, FailureMode, Method, Redo, Status
@@ -191,7 +191,7 @@ def test_whatever_the_pipeline_imports_counts() -> None:
     waiting = {
         "asset2sim/pipeline.py",
         "asset2sim/checks/alignment/align.py",
-        "asset2sim/fanout/worker.py",
+        "asset2sim/runs/spread/worker.py",
         *(f"asset2sim/engines/{engine.value}_world.py" for engine in Engine),
     }
     seen: set[str] = set()

@@ -5,7 +5,7 @@ import signal
 
 import pytest
 
-from asset2sim.fanout.interrupt import terminated_as_interrupted, termination_deferred
+from asset2sim.runs.interrupt import terminated_as_interrupted, termination_deferred
 
 
 def stop() -> None:

@@ -11,8 +11,8 @@ import pytest
 from asset2sim.catalog import compact, history, switch
 from asset2sim.catalog import write as store
 from asset2sim.catalog.read import read_table
-from asset2sim.incremental import plan, records, state
-from asset2sim.incremental.records import KeptRecord, keep_record, kept_records, record_file
+from asset2sim.runs.plan import plan, records, state
+from asset2sim.runs.plan.records import KeptRecord, keep_record, kept_records, record_file
 from schemas.asset import AssetRecord, AssetRef
 from schemas.vocabulary import FailureMode, Method, Redo, Severity
 from tests.factories import make_finding, make_measurement, make_record

@@ -16,12 +16,12 @@ from asset2sim.catalog.storage import listing
 from asset2sim.catalog.storage.cache import working_folder
 from asset2sim.catalog.storage.lock_url import LostLockError
 from asset2sim.cli.request import RefineRequest
-from asset2sim.fanout import worker
-from asset2sim.incremental.records import FOLDER as RECORDS
-from asset2sim.incremental.records import KeptRecord, keep_record, record_file
-from asset2sim.isolation.asset import Attempt
-from asset2sim.remote import output
-from asset2sim.remote.records import fetch_record
+from asset2sim.runs.isolation.attempt import Attempt
+from asset2sim.runs.plan.records import FOLDER as RECORDS
+from asset2sim.runs.plan.records import KeptRecord, keep_record, record_file
+from asset2sim.runs.remote import output
+from asset2sim.runs.remote.output import fetch_record
+from asset2sim.runs.spread import worker
 from schemas.errors import UsageError
 from schemas.settings import RunSettings, Settings
 from schemas.tables import TABLES

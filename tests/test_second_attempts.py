@@ -5,17 +5,22 @@ from pathlib import Path
 
 import pytest
 
-from asset2sim.fanout.again import not_tried_again, second_jobs, with_first
-from asset2sim.fanout.done import Done
-from asset2sim.fanout.harvest import Harvest, give_up, pick_up, take
-from asset2sim.fanout.job import FirstAttempt, Job, job_of
-from asset2sim.fanout.on_worker import refine_on_worker
-from asset2sim.fanout.order import last_seconds, longest_first
-from asset2sim.fanout.refine import refine_all
-from asset2sim.fanout.spread import Lost
-from asset2sim.incremental import records
-from asset2sim.incremental.paid_calls import keeping_calls, paid_calls
-from asset2sim.incremental.records import KeptRecord, await_record, keep_record, kept_records, read_record, record_file
+from asset2sim.runs.plan import records
+from asset2sim.runs.plan.records import (
+    KeptRecord,
+    await_record,
+    keep_record,
+    keeping_calls,
+    kept_records,
+    paid_calls,
+    read_record,
+    record_file,
+)
+from asset2sim.runs.spread.harvest import Harvest, give_up, not_tried_again, pick_up, second_jobs, take, with_first
+from asset2sim.runs.spread.job import Done, FirstAttempt, Job, job_of, last_seconds, longest_first
+from asset2sim.runs.spread.refine_all import refine_all
+from asset2sim.runs.spread.spread import Lost
+from asset2sim.runs.spread.worker import refine_on_worker
 from schemas.asset import AssetRef
 from schemas.settings import RunSettings, Settings
 from schemas.vocabulary import FailureMode, Method, Redo, Severity, Status

@@ -14,12 +14,12 @@ from pathlib import Path
 from asset2sim.bench.measured import LoopTimes
 from asset2sim.bench.process import BenchError, cpu_s, measure, peak_memory_mb
 from asset2sim.catalog.storage.cache import working_folder
-from asset2sim.check_request import check_request
 from asset2sim.cli.parser import parse, refine_request
 from asset2sim.cli.request import RefineRequest
-from asset2sim.fanout.worker import ask_for_asset
-from asset2sim.isolation.server import ONE_THREAD
 from asset2sim.models.gateway.session import open_books
+from asset2sim.runs.check_request import check_request
+from asset2sim.runs.isolation.server import ONE_THREAD
+from asset2sim.runs.spread.worker import ask_for_asset
 from schemas.vocabulary import Status
 
 MODULE = "asset2sim.bench.plain_loop"
@@ -42,9 +42,9 @@ def loop(request: RefineRequest, at: Path) -> LoopTimes:
     """Refine every asset of a request here; the file ``at`` names the one that is at work."""
     out = working_folder(request.out).resolve()
     refs = check_request(request.data, out, request.settings, request.subset, request.asset_ids, request.limit)
-    from asset2sim.isolation import preload
     from asset2sim.models.gateway.lite import load_litellm
     from asset2sim.pipeline import refine_asset
+    from asset2sim.runs.isolation import preload
 
     assert preload.MODULES
     load_litellm()

@@ -16,10 +16,10 @@ from asset2sim.catalog.mlflow_log import log_run
 from asset2sim.catalog.run import finish_run, start_run
 from asset2sim.catalog.storage.lock import lock_output
 from asset2sim.catalog.write import write_run
-from asset2sim.dataset import COLUMNS, MANIFEST, load_dataset
-from asset2sim.fanout.worker import PIPELINE
-from asset2sim.incremental.plan import make_plan, settle
-from asset2sim.incremental.state import SETTLED_NS
+from asset2sim.runs.dataset import COLUMNS, MANIFEST, load_dataset
+from asset2sim.runs.plan.plan import make_plan, settle
+from asset2sim.runs.plan.state import SETTLED_NS
+from asset2sim.runs.spread.worker import PIPELINE
 from schemas.asset import AssetRecord, AssetRef
 from schemas.settings import Settings
 

@@ -7,7 +7,7 @@ from rich.table import Table
 from rich.text import Text
 
 from asset2sim.cli.console import output
-from asset2sim.doctor import Check, examine
+from asset2sim.runs.doctor import Check, examine
 from schemas.settings import ModelSettings
 
 

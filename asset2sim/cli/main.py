@@ -5,7 +5,7 @@ from collections.abc import Callable, Sequence
 
 from asset2sim.cli.parser import parse, refine_request
 from asset2sim.cli.request import RefineRequest
-from asset2sim.run_result import RunResult
+from asset2sim.runs.result import RunResult
 from schemas.errors import Asset2SimError, UsageError
 
 DONE, FAILED, MISTAKE, INTERRUPTED = 0, 1, 2, 130

@@ -5,7 +5,7 @@ from datetime import UTC, datetime
 
 from asset2sim.catalog.report import headline
 from asset2sim.cli.console import output
-from asset2sim.run_result import RunResult
+from asset2sim.runs.result import RunResult
 
 
 def print_served(

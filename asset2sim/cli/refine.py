@@ -4,12 +4,12 @@ import sys
 from collections.abc import Callable
 from contextlib import suppress
 
-from asset2sim.alert import DONE, alert, alert_error, exit_code
-from asset2sim.check_request import check_request
 from asset2sim.cli.request import RefineRequest
-from asset2sim.fanout.interrupt import terminated_as_interrupted
 from asset2sim.models.gateway.environment import quiet_environment
-from asset2sim.run_result import RunResult
+from asset2sim.runs.alert import DONE, alert, alert_error, exit_code
+from asset2sim.runs.check_request import check_request
+from asset2sim.runs.interrupt import terminated_as_interrupted
+from asset2sim.runs.result import RunResult
 from schemas.errors import UsageError
 
 

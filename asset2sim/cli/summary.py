@@ -7,7 +7,7 @@ from rich.text import Text
 from asset2sim.catalog.failures import failure_breakdown, render_failures
 from asset2sim.catalog.summary import alignment_line, summary_table
 from asset2sim.cli.console import output
-from asset2sim.run_result import RunResult
+from asset2sim.runs.result import RunResult
 from schemas.vocabulary import Status
 
 

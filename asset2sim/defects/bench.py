@@ -7,11 +7,11 @@ from dataclasses import dataclass
 from pathlib import Path
 from time import perf_counter
 
-from asset2sim.dataset import load_dataset
 from asset2sim.defects.planted import Defect, Kept
 from asset2sim.defects.score import Row, Sign, caught_by, concerned, early_signs, mended_by, raw_signs
-from asset2sim.isolation.asset import attempt_in_child
 from asset2sim.models.prior.answer import answer
+from asset2sim.runs.dataset import load_dataset
+from asset2sim.runs.isolation.attempt import attempt_in_child
 from asset2sim.samples.dataset import sample_files
 from schemas.asset import AssetRecord, AssetRef
 from schemas.request import ModelAnswer, ModelRequest

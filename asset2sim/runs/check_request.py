@@ -1,0 +1,82 @@
+"""Whether a run can start as asked, before anything is written."""
+
+import os
+import socket
+from collections.abc import Sequence
+from pathlib import Path
+from urllib.parse import urlsplit
+
+from asset2sim.engines.registry import require
+from asset2sim.models.gateway.choices import check_model
+from asset2sim.runs.dataset import load_dataset
+from asset2sim.runs.remote.output import check_store
+from schemas.asset import AssetRef
+from schemas.errors import UsageError
+from schemas.location import absolute, below, is_url, is_within, location_of
+from schemas.settings import Settings
+
+CONNECT_LIMIT_S = 5.0
+"""Time in which a scheduler must accept a connection, s."""
+
+
+def check_request(
+    data: Path | str,
+    out: Path | str,
+    settings: Settings,
+    subset: str | None,
+    asset_ids: Sequence[str],
+    limit: int | None,
+) -> list[AssetRef]:
+    """The assets to refine, as ``load_dataset`` has them. Raises ``UsageError`` for what cannot be done as asked."""
+    refs = load_dataset(data, subset, asset_ids, limit)
+    check_model(settings.model)
+    for engine in settings.engine.verify or ():
+        require(engine)
+    if settings.exports:
+        from asset2sim.assets.exports import require_exports  # late: it brings an engine and a second of imports
+
+        require_exports(settings.exports)
+    if settings.run.scheduler is not None:
+        check_scheduler(settings.run.scheduler)
+    check_output(absolute(out), absolute(data), refs)
+    if is_url(out):
+        check_store(out)
+    return refs
+
+
+def check_scheduler(address: str) -> None:
+    """Refuse the address of a Dask scheduler at which nothing listens."""
+    parts = urlsplit(address)
+    try:
+        host, port = parts.hostname, parts.port
+    except ValueError:
+        host, port = None, None
+    if parts.scheme not in ("tcp", "tls") or host is None or port is None:
+        raise UsageError(f"--scheduler {address}: write it as tcp://host:port, as `dask scheduler` prints it")
+    try:
+        with socket.create_connection((host, port), timeout=CONNECT_LIMIT_S):
+            return
+    except OSError as error:
+        raise UsageError(
+            f"no Dask scheduler listens at {address} ({error}); start one with `dask scheduler`, or leave "
+            "--scheduler out"
+        ) from error
+
+
+def check_output(out: Path | str, data: Path | str, refs: Sequence[AssetRef]) -> None:
+    """Refuse an output (absolute) that is the input or part of it, or that cannot be written to."""
+    if out == data:
+        raise UsageError(f"--out {out} is the dataset itself, which is never written to; choose another folder")
+    for ref in refs:
+        source = location_of(ref.path)
+        if is_within(out, source) or is_within(source, below(out, "assets")):
+            raise UsageError(f"--out {out} and asset {ref.asset_id} at {source} overlap; choose another --out")
+    if is_url(out):
+        return
+    if out.exists() and not out.is_dir():
+        raise UsageError(f"--out {out} is a file; name a folder")
+    above = out
+    while not above.exists():
+        above = above.parent
+    if not os.access(above, os.W_OK | os.X_OK):
+        raise UsageError(f"--out {out}: {above} is not writable; choose another folder")

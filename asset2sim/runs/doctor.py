@@ -1,0 +1,242 @@
+"""What works on this machine: every check runs the thing that it speaks of."""
+
+import os
+import platform
+import shutil
+import socket
+import sys
+import tempfile
+import uuid
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import partial
+from importlib import metadata
+from importlib.util import find_spec
+from pathlib import Path
+
+from asset2sim.catalog.run import git_state, versions
+from asset2sim.catalog.storage.cache import cache_root
+from asset2sim.catalog.storage.objects import StoreError, list_objects, remove_objects, send_objects
+from asset2sim.engines.registry import HOW_TO_INSTALL, engine_version, installed, open_world
+from asset2sim.models.gateway.choices import check_model
+from asset2sim.models.gateway.environment import quiet_environment
+from asset2sim.models.purposes import named_models, settings_for
+from asset2sim.runs.isolation import Ending, run_isolated
+from schemas.errors import Asset2SimError, UsageError
+from schemas.location import is_url
+from schemas.model_names import described, is_prior
+from schemas.request import ModelRequest
+from schemas.settings import ModelSettings, RunSettings
+from schemas.vocabulary import Engine
+
+BALL_RADIUS_M = 0.1
+BALL_TOLERANCE_M = 0.005
+MIN_FREE_DISK_GB = 1.0
+"""Room that a run needs, GB: 150 refined objects with their meshes and views take about a third of it."""
+
+
+class BrokenError(Asset2SimError):
+    """A check found something that does not work; the message says what to do."""
+
+
+@dataclass(frozen=True)
+class Check:
+    """One line of the report. A ``needed`` check that is not ``ok`` keeps a run from working."""
+
+    name: str
+    ok: bool
+    detail: str
+    needed: bool = True
+
+
+def examine(out: Path | str, model: ModelSettings) -> list[Check]:
+    """Every check, in the order in which a run would meet the trouble; nothing is left behind."""
+    quiet_environment()
+    return [
+        _attempt("python", check_python),
+        _attempt("packages", check_packages),
+        _attempt("checkout", check_checkout, needed=False),
+        _attempt("output folder", lambda: check_store(out) if is_url(out) else check_writable(out)),
+        _attempt("temporary folder", lambda: check_writable(Path(tempfile.gettempdir()))),
+        _attempt("cores and memory", check_machine),
+        _attempt("local ports", check_ports),
+        _attempt("child processes and PyBullet", check_engine),
+        *(
+            _attempt(f"engine {engine}", partial(check_engine, engine), needed=False)
+            for engine in Engine
+            if engine is not Engine.PYBULLET
+        ),
+        *(
+            _attempt(f"model {described(name)}", partial(check_model_answers, settings_for(model, name)))
+            for name in named_models(model)
+        ),
+        _attempt("Dask", check_dask),
+        _attempt("Prefect", check_prefect),
+    ]
+
+
+def check_python() -> str:
+    """Python 3.11, for which the pinned versions were tested together."""
+    if sys.version_info[:2] != (3, 11):
+        raise BrokenError(f"{platform.python_version()}; the project needs 3.11: make clean, then make install")
+    return f"{platform.python_version()} at {sys.prefix}"
+
+
+def check_packages() -> str:
+    """Every package that we depend on is there."""
+    missing = []
+    try:
+        requirements = metadata.requires("asset2sim") or []
+    except metadata.PackageNotFoundError as error:
+        raise BrokenError("asset2sim itself is not installed; run make install") from error
+    for requirement in requirements:
+        name = requirement.split(";")[0].strip()
+        for character in "<>=!~ [":
+            name = name.split(character)[0]
+        if "extra ==" in requirement:
+            continue
+        try:
+            metadata.version(name)
+        except metadata.PackageNotFoundError:
+            missing.append(name)
+    if missing:
+        raise BrokenError(f"missing: {', '.join(missing)}; run make install")
+    return ", ".join(f"{name} {version}" for name, version in versions().items() if name != "python")
+
+
+def check_checkout() -> str:
+    """The commit that runs are recorded with."""
+    commit, changed = git_state(Path(__file__).resolve().parent)
+    if commit is None:
+        raise BrokenError("no git commit found; runs are recorded without one")
+    return commit[:12] + (" with uncommitted changes" if changed else "")
+
+
+def check_writable(folder: Path) -> str:
+    """The folder, or the one in which it would be made, takes files and has room."""
+    above = folder.absolute()
+    while not above.exists():
+        above = above.parent
+    try:
+        with tempfile.TemporaryFile(dir=above):
+            pass
+    except OSError as error:
+        raise BrokenError(f"{above}: {error.strerror}; choose another --out") from error
+    free = shutil.disk_usage(above).free / 1e9
+    if free < MIN_FREE_DISK_GB:
+        raise BrokenError(f"{above}: {free:.1f} GB free; a run may need {MIN_FREE_DISK_GB:g}")
+    return f"{folder} ({free:.0f} GB free)"
+
+
+def check_store(url: str) -> str:
+    """What lies behind a URL can be listed, written and removed there, and this machine has room for its copies."""
+    place = f"{url}/.doctor-{uuid.uuid4().hex}"
+    try:
+        with tempfile.NamedTemporaryFile() as file:
+            send_objects({place: Path(file.name)})
+        found = place.rpartition("/")[2] in list_objects(url)
+        remove_objects([place])
+    except StoreError as error:
+        raise BrokenError(str(error)) from error
+    if not found:
+        raise BrokenError(f"{url}: what is written there does not show in its listing")
+    return f"{url}, with {check_writable(cache_root())}"
+
+
+def check_machine() -> str:
+    """Cores and memory, against what the default settings may take."""
+    cores = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+    memory = os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES") / 1e9
+    limit = RunSettings().asset_memory_limit_mb / 1e3
+    return f"{cores} cores, {memory:.0f} GB; an asset may take up to {limit:.0f} GB and one core"
+
+
+def check_ports() -> str:
+    """A server can listen on this machine, and be reached."""
+    try:
+        with (
+            socket.create_server(("127.0.0.1", 0)) as server,
+            socket.create_connection(server.getsockname(), timeout=5),
+        ):
+            return f"127.0.0.1 (port {server.getsockname()[1]} tried)"
+    except OSError as error:
+        raise BrokenError(f"cannot connect to a port of 127.0.0.1: {error}; Prefect's server needs one") from error
+
+
+def check_engine(engine: Engine = Engine.PYBULLET) -> str:
+    """A child process drops a ball in an engine, and the ball comes to rest on the plane."""
+    if engine not in installed():
+        raise BrokenError(f"not installed; {HOW_TO_INSTALL} to judge in it too")
+    with tempfile.TemporaryDirectory() as folder:
+        outcome = run_isolated(
+            drop_ball,
+            (engine, folder),
+            time_limit_s=60.0,
+            memory_limit_mb=RunSettings().asset_memory_limit_mb,
+            services={},
+            log_path=Path(folder) / "engine.log",
+        )
+    if outcome.ending is not Ending.RETURNED or not isinstance(outcome.value, float):
+        raise BrokenError(f"{outcome.reason}; run make clean, then make install")
+    if abs(outcome.value - BALL_RADIUS_M) > BALL_TOLERANCE_M:
+        raise BrokenError(f"a ball of {BALL_RADIUS_M} m came to rest at {outcome.value:.4f} m; the engine is not sane")
+    version = engine_version(engine)
+    return f"{version}: a dropped ball rests at {1000 * outcome.value:.1f} mm, in {outcome.seconds:.2f} s"
+
+
+def drop_ball(engine: Engine, folder: str) -> float:
+    """The height, m, at which the centre of a ball of ``BALL_RADIUS_M`` is 2 s after a drop from 0.2 m."""
+    urdf = Path(folder) / "ball.urdf"
+    urdf.write_text(
+        '<robot name="ball"><link name="ball"><inertial><mass value="0.1"/>'
+        '<inertia ixx="4e-4" iyy="4e-4" izz="4e-4" ixy="0" ixz="0" iyz="0"/></inertial>'
+        f'<collision><geometry><sphere radius="{BALL_RADIUS_M}"/></geometry></collision></link></robot>',
+        encoding="utf-8",
+    )
+    with open_world(engine, urdf, plane=True, timestep_s=1.0 / 240.0, contact_friction=0.5) as world:
+        world.place({}, height_m=0.2)
+        world.step(480)
+        return float(world.root_pose()[0][2])
+
+
+def check_model_answers(settings: ModelSettings) -> str:
+    """The prior answers a question; any other provider is known and has its key. No request leaves this machine."""
+    try:
+        check_model(settings)
+    except UsageError as error:
+        raise BrokenError(str(error)) from error
+    if not is_prior(settings.model):
+        return "its provider is known and its key is set; no request was sent"
+    from asset2sim.models.gateway.ask import ask
+
+    answer = ask(ModelRequest(purpose="doctor", system="Answer in JSON.", text="A box."), settings)
+    if answer.content is None:
+        raise BrokenError(answer.error or "no answer")
+    return f"answers in this process, {len(answer.content)} characters"
+
+
+def check_dask() -> str:
+    """A cluster starts and computes."""
+    from asset2sim.runs.spread.cluster import open_client
+
+    with open_client(RunSettings(workers=1), Path.cwd()) as client:
+        if client.submit(abs, -1).result(timeout=30) != 1:
+            raise BrokenError("a cluster started and gave a wrong answer")
+    return "a cluster starts and computes"
+
+
+def check_prefect() -> str:
+    """Prefect is there, and which server a run would use."""
+    if find_spec("prefect") is None:
+        raise BrokenError("not installed; run make install")
+    address = os.environ.get("PREFECT_API_URL")
+    return f"server at {address}" if address else "a run starts a temporary server"
+
+
+def _attempt(name: str, check: Callable[[], str], needed: bool = True) -> Check:
+    try:
+        return Check(name, True, check(), needed)
+    except BrokenError as error:
+        return Check(name, False, str(error), needed)
+    except Exception as error:  # a check must report whatever is broken, and the next one must still run
+        return Check(name, False, f"{type(error).__name__}: {error}", needed)

@@ -1,0 +1,7 @@
+"""One asset at a time in a process that can be killed: a crash, a hang or a hunger for memory costs one result."""
+
+from asset2sim.runs.isolation.messages import Ending, Outcome
+from asset2sim.runs.isolation.stopping import accept_children, stop_children
+from asset2sim.runs.isolation.supervise import run_isolated
+
+__all__ = ["Ending", "Outcome", "accept_children", "run_isolated", "stop_children"]

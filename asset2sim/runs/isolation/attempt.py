@@ -1,0 +1,142 @@
+"""One asset, from reference to record, whatever happens to the process in which it is refined."""
+
+import importlib
+from dataclasses import dataclass
+from pathlib import Path
+
+from asset2sim.models.gateway.refused_answers import LOG_FOLDER, Heard, keep_refused
+from asset2sim.runs.isolation.messages import Ending, Outcome
+from asset2sim.runs.isolation.supervise import run_isolated
+from schemas.asset import AssetRecord, AssetRef
+from schemas.errors import Asset2SimError
+from schemas.finding import Finding
+from schemas.request import ModelAnswer, ModelAsk, ModelCall, ModelRequest
+from schemas.settings import Settings
+from schemas.vocabulary import FailureMode, Severity, Stage, Status
+
+
+class StoppedError(Asset2SimError):
+    """The run was stopped while this asset was in work; it has no record."""
+
+
+DEATHS = (Ending.DIED, Ending.TIMED_OUT, Ending.OUT_OF_MEMORY)
+"""Endings that may be the machine's fault or a neighbour's. An exception comes again: it is the asset's or ours."""
+
+MODES = {Ending.TIMED_OUT: FailureMode.TIMEOUT, Ending.DISK_FULL: FailureMode.DISK_FULL}
+"""Failure modes of endings; every other is a crash."""
+
+
+@dataclass(frozen=True)
+class Attempt:
+    """One attempt at an asset: its record, and how its process died, empty where it did not."""
+
+    record: AssetRecord
+    died: str = ""
+
+
+def log_file(out: Path, asset_id: str) -> Path:
+    """Where the console lines of one asset's process are kept, if it prints any."""
+    return out / LOG_FOLDER / f"{asset_id}.log"
+
+
+def first_log_file(out: Path, asset_id: str) -> Path:
+    """Where those of a first attempt are kept that died, once there is a second."""
+    return out / LOG_FOLDER / f"{asset_id}.first.log"
+
+
+def attempt_in_child(
+    pipeline: str,
+    ref: AssetRef,
+    out: Path,
+    settings: Settings,
+    ask: ModelAsk,
+    owner: str | None = None,
+    fresh: bool = False,
+) -> Attempt:
+    """Refine one asset in a child process under the limits of ``settings.run``; always answers with a record.
+
+    ``pipeline`` names a function as ``module:function``, which the child imports and calls as ``function(ref, out,
+    settings, ask=ask)``; it returns the record. ``ask`` runs in this process. A child that crashes, hangs, outgrows
+    its memory or raises leaves a failed record, which keeps the model calls it had made. Answers that the record calls
+    invalid are kept in ``logs``. Raises ``StoppedError`` where ``stop_children`` of its ``owner`` ended it,
+    which is ``str(out)`` unless it is named. A ``fresh`` child has refined nothing before.
+    """
+    calls: list[ModelCall] = []
+    heard: list[Heard] = []
+
+    def ask_and_keep(request: ModelRequest) -> ModelAnswer:
+        answer = ask(request)
+        calls.extend(answer.calls)
+        heard.append(Heard.of(request, answer))
+        return answer
+
+    outcome = run_isolated(
+        call_by_name,
+        (pipeline, ref, out, settings),
+        time_limit_s=settings.run.asset_time_limit_s,
+        memory_limit_mb=settings.run.asset_memory_limit_mb,
+        services={"ask": ask_and_keep},
+        log_path=log_file(out, ref.asset_id),
+        owner=owner or str(out),
+        fresh=fresh,
+    )
+    if outcome.ending is Ending.STOPPED:
+        raise StoppedError(f"asset {ref.asset_id} was stopped with the run")
+    if outcome.ending is Ending.RETURNED and isinstance(outcome.value, AssetRecord):
+        keep_refused(out, ref.asset_id, heard, outcome.value.calls)
+        return Attempt(outcome.value, death_of_engine(outcome.value))
+    record = record_of_death(ref, out, settings, outcome, tuple(calls))
+    return Attempt(record, record.reason if outcome.ending in DEATHS else "")
+
+
+def death_of_engine(record: AssetRecord) -> str:
+    """How an engine died over the asset, in words, where that is why the asset failed; else empty.
+
+    An engine has a process of its own within the asset's, which comes back and tells of it.
+    """
+    if record.failure_mode not in (FailureMode.ENGINE_CRASH, FailureMode.TIMEOUT):
+        return ""
+    return next((report.problem or "" for report in record.reports if report.died), "")
+
+
+def call_by_name(name: str, *args: object, **services: object) -> object:
+    """Import ``module:function`` and call it."""
+    module, _, function = name.partition(":")
+    return getattr(importlib.import_module(module), function)(*args, **services)
+
+
+def record_of_death(
+    ref: AssetRef, out: Path, settings: Settings, outcome: Outcome, calls: tuple[ModelCall, ...]
+) -> AssetRecord:
+    """The failed record of an asset whose process did not come back with one."""
+    mode = MODES.get(outcome.ending, FailureMode.ENGINE_CRASH)
+    reason = outcome.reason or f"the pipeline returned {type(outcome.value).__name__} instead of a record"
+    log = log_file(out, ref.asset_id)
+    if log.exists():
+        reason = f"{reason} (see {log.relative_to(out)})"
+    return failed_record(ref, settings, mode, reason, seconds={"total": outcome.seconds}, calls=calls)
+
+
+def failed_record(
+    ref: AssetRef,
+    settings: Settings,
+    mode: FailureMode,
+    reason: str,
+    *,
+    seconds: dict[str, float] | None = None,
+    calls: tuple[ModelCall, ...] = (),
+) -> AssetRecord:
+    """A record that holds nothing but why there is nothing in it, with one finding that says the same."""
+    message = f"asset {ref.asset_id}: {reason}"
+    return AssetRecord(
+        ref=ref,
+        category=ref.category or "unknown",
+        method=settings.method,
+        model=settings.model.model,
+        status=Status.FAILED,
+        failure_mode=mode,
+        reason=reason,
+        findings=(Finding(stage=Stage.REFINE, severity=Severity.ERROR, code=mode.value, message=message),),
+        calls=calls,
+        seconds=seconds or {},
+    )

@@ -1,0 +1,95 @@
+"""What runs in the child process: limits first, then one function after another, each with a last word at its end."""
+
+import contextlib
+import pickle
+import traceback
+from collections.abc import Callable
+from dataclasses import replace
+from multiprocessing.connection import Connection
+from pathlib import Path
+
+from asset2sim.catalog.storage.disk import is_disk_full
+from asset2sim.runs.isolation import limits
+from asset2sim.runs.isolation.messages import Answer, Begun, Call, Raised, Returned, Work
+from asset2sim.runs.isolation.traces import Traces, is_as, traces
+from schemas.errors import Asset2SimError
+
+MOST_WORK = 50
+"""Pieces of work of one child: what leaks in ways that nobody looks at has an end, too."""
+IDLE_LIMIT_S = 5.0
+"""Time after which a child that is given no more work ends, s: a run's end needs nobody then who ends its children."""
+
+
+class ServiceError(Asset2SimError):
+    """A service in the parent process raised; the message says what."""
+
+
+def child_main(pipe: Connection) -> None:
+    """Do the work that comes over the pipe, until some of it leaves traces, none comes for a while, it has been enough,
+    or the parent is gone."""
+    limits.lead_own_group()
+    limits.die_with_parent()
+    limits.forbid_core_files()
+    limits.adopt_orphans()
+    before = traces()
+    for number in range(1, MOST_WORK + 1):
+        if not pipe.poll(IDLE_LIMIT_S):
+            return
+        try:
+            work = pipe.recv()
+        except EOFError:
+            return
+        if not _do(pipe, work, before, number < MOST_WORK):
+            return
+
+
+def _do(pipe: Connection, work: Work, before: Traces, may_do_more: bool) -> bool:
+    """Do one piece of work and say how it went; whether this process can be given more."""
+    limits.log_to(Path(work.log_path))
+    limits.limit_memory(work.memory_limit_mb)
+    pipe.send(Begun())
+    last_word = _attempt(pipe, work)
+    limits.close_log()
+    if isinstance(last_word, Returned):
+        last_word = replace(last_word, clean=may_do_more and is_as(before))
+    try:
+        pipe.send(last_word)
+    except (pickle.PicklingError, AttributeError, TypeError, MemoryError) as error:
+        pipe.send(_raised(error))
+        return False
+    return isinstance(last_word, Returned) and last_word.clean
+
+
+def _attempt(pipe: Connection, work: Work) -> Returned | Raised:
+    """Call the function as ``function(*args, **proxies)``, a proxy for each service: a call to it is answered by the
+    parent."""
+    try:
+        function, args = pickle.loads(work.pickled)
+        return Returned(function(*args, **{name: _proxy(pipe, name) for name in work.services}))
+    except Exception as error:  # a broken program in here is one asset's failure: the parent reports it
+        with contextlib.suppress(OSError):
+            traceback.print_exc()
+        return _raised(error)
+
+
+def _raised(error: Exception) -> Raised:
+    return Raised(
+        type(error).__name__,
+        str(error),
+        "".join(traceback.format_exception(error)),
+        out_of_memory=isinstance(error, MemoryError),
+        disk_full=is_disk_full(error),
+    )
+
+
+def _proxy(pipe: Connection, service: str) -> Callable[..., object]:
+    def ask_parent(*args: object) -> object:
+        pipe.send(Call(service, args))
+        answer = pipe.recv()
+        if not isinstance(answer, Answer):
+            raise ServiceError(f"service '{service}' answered with {type(answer).__name__}")
+        if answer.error is not None:
+            raise ServiceError(f"service '{service}': {answer.error}")
+        return answer.value
+
+    return ask_parent

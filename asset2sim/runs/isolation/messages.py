@@ -1,0 +1,88 @@
+"""What a child and its parent say to each other over the pipe.
+
+The parent sends ``Work``; the child says ``Begun``, any number of ``Call``s, each of which gets an ``Answer``, and then
+``Returned`` or ``Raised``. It may be sent more work after the former.
+"""
+
+from dataclasses import dataclass
+from enum import StrEnum
+
+
+@dataclass(frozen=True)
+class Work:
+    """One function to call. ``pickled`` is ``(function, args)``; ``services`` names what the child may call here."""
+
+    pickled: bytes
+    services: tuple[str, ...]
+    memory_limit_mb: int
+    log_path: str
+
+
+@dataclass(frozen=True)
+class Begun:
+    """The child is there and has the work: what ends it from here on is the work's doing."""
+
+
+@dataclass(frozen=True)
+class Call:
+    """The child asks its parent for a service."""
+
+    service: str
+    args: tuple[object, ...]
+
+
+@dataclass(frozen=True)
+class Answer:
+    """The parent's answer to a ``Call``; ``error`` says why there is no value."""
+
+    value: object = None
+    error: str | None = None
+
+
+@dataclass(frozen=True)
+class Returned:
+    """The function came back with this value; ``clean`` says whether the child may be given more work."""
+
+    value: object
+    clean: bool = False
+
+
+@dataclass(frozen=True)
+class Raised:
+    """The function raised. Only text travels: an exception need not survive pickling."""
+
+    type_name: str
+    message: str
+    traceback: str
+    out_of_memory: bool
+    disk_full: bool = False
+
+
+class Ending(StrEnum):
+    """The ways in which a child process can end."""
+
+    RETURNED = "returned"
+    RAISED = "raised"
+    OUT_OF_MEMORY = "out_of_memory"
+    DISK_FULL = "disk_full"
+    DIED = "died"
+    TIMED_OUT = "timed_out"
+    STOPPED = "stopped"
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """What one child left behind.
+
+    ``value`` is what the function returned where ``ending`` is RETURNED and None otherwise; ``reason`` is one line
+    for a person; ``detail`` the traceback, if there is one. ``seconds`` is the wall time of the child, of which it
+    spent ``service_seconds`` waiting for services of its parent. ``clean`` says whether it may be given more work.
+    """
+
+    ending: Ending
+    value: object
+    reason: str
+    detail: str
+    seconds: float
+    service_seconds: float
+    clean: bool = False

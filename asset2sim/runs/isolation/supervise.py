@@ -1,0 +1,143 @@
+"""Run a function in a killable child process, answer its questions meanwhile, and say how it ended."""
+
+import os
+import pickle
+import signal
+import time
+from collections.abc import Callable, Mapping
+from multiprocessing import connection
+from multiprocessing.context import ForkServerProcess
+from pathlib import Path
+
+from asset2sim.runs.isolation import stopping
+from asset2sim.runs.isolation.messages import Answer, Begun, Call, Ending, Outcome, Raised, Returned, Work
+from asset2sim.runs.isolation.pool import Child, begin, give_back
+from asset2sim.runs.isolation.server import PROCESS_LOCK
+
+DUMP_WAIT_S = 0.1
+"""Time that a child gets to write down where it hangs before it is killed, s."""
+REAP_WAIT_S = 5.0
+"""Time in which a killed child must be gone, s: only a process stuck in the kernel takes longer."""
+
+
+def run_isolated(
+    function: Callable[..., object],
+    args: tuple[object, ...],
+    *,
+    time_limit_s: float,
+    memory_limit_mb: int,
+    services: Mapping[str, Callable[..., object]],
+    log_path: Path,
+    owner: str = "",
+    fresh: bool = False,
+) -> Outcome:
+    """Call ``function(*args, **services)`` in a child process and wait for it.
+
+    ``function`` must be importable by name and its arguments and result picklable. Each service runs here, in the
+    calling thread, when the child calls it by keyword; the time it takes is not the child's, so it does not count
+    towards ``time_limit_s``. The child does nothing else at the time; it may have worked before, unless it is to be
+    ``fresh``. What it prints goes to ``log_path``, which is removed if it stays empty.
+    ``owner`` is whom ``stop_children`` stops it for. Never raises for what the child does; raises ``UsageError``
+    where this process may not have children.
+    """
+    if stopping.is_stopped(owner):
+        return Outcome(Ending.STOPPED, None, "stopped before it began", "", 0.0, 0.0)
+    work = Work(pickle.dumps((function, args)), tuple(services), memory_limit_mb, str(log_path))
+    child = begin(work, fresh=fresh)
+    stopping.register(child.pid, owner)
+    outcome: Outcome | None = None
+    try:
+        outcome = _supervise(child, time_limit_s, memory_limit_mb, services)
+        return outcome
+    finally:
+        if outcome is not None and outcome.clean and not stopping.was_stopped(child.pid):
+            stopping.forget(child.pid)
+            give_back(child)
+        else:
+            stopping.kill_group(child.pid)
+            _exit_code(child.process)
+            stopping.forget(child.pid)
+            child.pipe.close()
+        if log_path.exists() and log_path.stat().st_size == 0:
+            log_path.unlink()
+
+
+def _supervise(
+    child: Child,
+    time_limit_s: float,
+    memory_limit_mb: int,
+    services: Mapping[str, Callable[..., object]],
+) -> Outcome:
+    started = time.monotonic()
+    served = 0.0
+
+    def outcome(ending: Ending, reason: str, value: object = None, detail: str = "", clean: bool = False) -> Outcome:
+        return Outcome(ending, value, reason, detail, time.monotonic() - started, served, clean)
+
+    while True:
+        left = started + time_limit_s + served - time.monotonic()
+        if left <= 0 or not connection.wait([child.pipe], timeout=left):
+            _dump_traceback(child.pid)
+            return outcome(Ending.TIMED_OUT, f"not done after {time_limit_s:g} s, and killed")
+        try:
+            message = child.pipe.recv()
+            if isinstance(message, Begun):
+                continue
+            if isinstance(message, Call):
+                asked = time.monotonic()
+                answer = _serve(services, message)
+                served += time.monotonic() - asked
+                child.pipe.send(answer)
+                continue
+        except (EOFError, ConnectionError):
+            if stopping.was_stopped(child.pid):
+                return outcome(Ending.STOPPED, "stopped with the run")
+            return outcome(Ending.DIED, _cause_of_death(_exit_code(child.process), memory_limit_mb))
+        if isinstance(message, Returned):
+            return outcome(Ending.RETURNED, "", value=message.value, clean=message.clean)
+        if isinstance(message, Raised):
+            ending, reason = _cause_of_raise(message, memory_limit_mb)
+            return outcome(ending, reason, detail=message.traceback)
+        return outcome(Ending.DIED, f"the child process said {type(message).__name__}, which means nothing here")
+
+
+def _serve(services: Mapping[str, Callable[..., object]], call: Call) -> Answer:
+    try:
+        return Answer(value=services[call.service](*call.args))
+    except Exception as error:  # whatever a service raises is the caller's to hear of, and the caller is the child
+        return Answer(error=f"{type(error).__name__}: {error}")
+
+
+def _dump_traceback(pid: int) -> None:
+    try:
+        os.kill(pid, signal.SIGUSR1)
+    except ProcessLookupError:
+        return
+    time.sleep(DUMP_WAIT_S)
+
+
+def _exit_code(process: ForkServerProcess) -> int | None:
+    """Wait for a dead child's exit code: negative is the signal that killed it."""
+    connection.wait([process.sentinel], timeout=REAP_WAIT_S)
+    with PROCESS_LOCK:
+        return process.exitcode
+
+
+def _cause_of_raise(raised: Raised, memory_limit_mb: int) -> tuple[Ending, str]:
+    said = f"{raised.type_name}: {raised.message}"
+    if raised.out_of_memory:
+        return Ending.OUT_OF_MEMORY, f"needed more than the {memory_limit_mb} MB of memory that one asset may add"
+    if raised.disk_full:
+        return Ending.DISK_FULL, f"a disk is full: {said}"
+    return Ending.RAISED, said
+
+
+def _cause_of_death(exit_code: int | None, memory_limit_mb: int) -> str:
+    if exit_code is None or exit_code >= 0:
+        return f"the process in which the asset ran ended with exit code {exit_code} and without a result"
+    name = signal.Signals(-exit_code).name
+    hint = {
+        "SIGKILL": "; Linux does that when memory runs out: use fewer workers",
+        "SIGABRT": f"; a library gave up, perhaps over the memory limit of {memory_limit_mb} MB",
+    }.get(name, "")
+    return f"the process in which the asset ran was killed by {name}{hint}"

@@ -1,0 +1,68 @@
+"""What work leaves behind in the process that did it, by which it is told whether that may do more."""
+
+import os
+import threading
+from dataclasses import dataclass
+from pathlib import Path
+
+from asset2sim.runs.isolation.limits import MEGABYTE, memory
+
+MOST_GROWTH_MB = 400.0
+"""Resident memory that work may leave behind, MB."""
+
+
+@dataclass(frozen=True)
+class Traces:
+    """A process between two pieces of work. ``resident_mb``, ``open_files`` and ``threads`` are 0 where the system does
+    not tell."""
+
+    resident_mb: float
+    open_files: int
+    threads: int
+    has_children: bool
+    folder: str
+    environment: frozenset[tuple[str, str]]
+
+
+def traces() -> Traces:
+    """This process as it is now."""
+    present = memory()
+    return Traces(
+        0.0 if present is None else present[1] / MEGABYTE,
+        _entries(Path("/proc/self/fd")),
+        max(threading.active_count(), _entries(Path("/proc/self/task"))),
+        _has_children(),
+        os.getcwd(),
+        frozenset(os.environ.items()),
+    )
+
+
+def is_as(before: Traces) -> bool:
+    """Whether this process is much as it was: no thread, process or open file more, in the same folder and environment,
+    and with little memory more."""
+    now = traces()
+    return (
+        now.resident_mb <= before.resident_mb + MOST_GROWTH_MB
+        and now.open_files <= before.open_files
+        and now.threads <= before.threads
+        and not now.has_children
+        and (now.folder, now.environment) == (before.folder, before.environment)
+    )
+
+
+def _has_children() -> bool:
+    """Whether this process has a child, running or not waited for; yes where the system does not tell."""
+    if not hasattr(os, "waitid"):  # macOS
+        return True
+    try:
+        os.waitid(os.P_ALL, 0, os.WEXITED | os.WNOHANG | os.WNOWAIT)
+    except ChildProcessError:
+        return False
+    return True
+
+
+def _entries(folder: Path) -> int:
+    try:
+        return len(os.listdir(folder))
+    except OSError:
+        return 0

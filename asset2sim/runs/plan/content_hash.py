@@ -1,0 +1,135 @@
+"""The version of the code that makes an asset's result: our sources, and the packages that they compute with."""
+
+import functools
+import hashlib
+import json
+from collections.abc import Mapping
+from importlib import metadata
+from pathlib import Path
+
+from asset2sim.checks.alignment.reference import Reference
+from asset2sim.engines.registry import installed
+from schemas.asset import AssetRef
+from schemas.settings import EngineSettings, Settings
+from schemas.vocabulary import Engine
+
+NOT_RUN = (
+    # Who asks, what spreads the work, and what tells of it.
+    "asset2sim/cli",
+    "asset2sim/runs/spread/harvest.py",
+    "asset2sim/runs/spread/cluster.py",
+    "asset2sim/runs/spread/job.py",
+    "asset2sim/runs/spread/existing_cluster.py",
+    "asset2sim/runs/spread/harvest.py",
+    "asset2sim/runs/interrupt.py",
+    "asset2sim/runs/spread/job.py",
+    "asset2sim/runs/spread/worker.py",
+    "asset2sim/runs/spread/job.py",
+    "asset2sim/runs/spread/refine_all.py",
+    "asset2sim/runs/spread/progress.py",
+    "asset2sim/runs/spread/refine_all.py",
+    "asset2sim/runs/spread/spread.py",
+    "asset2sim/incremental",
+    "asset2sim/runs/remote/contents.py",
+    "asset2sim/catalog/storage/listing.py",
+    "asset2sim/catalog/storage/lock_url.py",
+    "asset2sim/catalog/read_remote.py",
+    "asset2sim/runs/remote/output.py",
+    "asset2sim/catalog/read_remote.py",
+    "asset2sim/runs/remote/output.py",
+    "asset2sim/catalog/storage/tree.py",
+    "asset2sim/reports",
+    "asset2sim/runs/check_request.py",
+    "asset2sim/runs/dataset.py",
+    "asset2sim/runs/doctor.py",
+    "asset2sim/programs.py",
+    "asset2sim/readme.py",
+    "asset2sim/runs/result.py",
+    "asset2sim/showcase.py",
+    "asset2sim/catalog/storage/tree.py",
+    "asset2sim/ui.py",
+    # What compares, judges, times and plants.
+    "asset2sim/bench",
+    "asset2sim/compare",
+    "asset2sim/compare_rules.py",
+    "asset2sim/defects",
+    "asset2sim/judge.py",
+    "asset2sim/judge_report.py",
+    "asset2sim/samples",
+    "schemas/tables_compare.py",
+    "schemas/tables.py",
+)
+"""Sources that no asset's result depends on. What is not listed counts, whatever is added later: too much is refined
+again then, never too little."""
+ROWS = ("rows.py", "engine_rows.py", "alignment_rows.py")
+"""Of the catalog, only what makes an asset's rows counts."""
+PACKAGES = ("coacd", "lxml", "numpy", "pillow", "pycollada", "python-fcl", "scipy", "trimesh", "usd-core")
+"""Packages, beside the engines, whose version may change a number."""
+
+
+def counts(source: str) -> bool:
+    """Whether the source at this path, relative to the checkout, may change an asset's result or its rows."""
+    if source.startswith("asset2sim/catalog/"):
+        return source.rpartition("/")[2] in ROWS
+    return not any(source == place or source.startswith(f"{place}/") for place in NOT_RUN)
+
+
+@functools.cache
+def source_version() -> str:
+    """SHA-256 over the names and contents of all sources that count; computed once a process."""
+    root = Path(__file__).resolve().parents[3]
+    digest = hashlib.sha256()
+    for package in ("schemas", "asset2sim"):
+        for path in sorted((root / package).rglob("*.py")):
+            name = path.relative_to(root).as_posix()
+            if counts(name):
+                digest.update(f"{name}\0{hashlib.sha256(path.read_bytes()).hexdigest()}\n".encode())
+    return digest.hexdigest()
+
+
+def package_versions(settings: EngineSettings) -> dict[str, str]:
+    """Package → version of what computes: PyBullet refines, and the engines that judge are those that are asked for."""
+    engines = settings.verify if settings.verify is not None else installed()
+    found = {}
+    for name in (*PACKAGES, *sorted({Engine.PYBULLET.value, *(engine.value for engine in engines)})):
+        try:
+            found[name] = metadata.version(name)
+        except metadata.PackageNotFoundError:
+            continue
+    return found
+
+
+IRRELEVANT: Mapping[str, set[str] | bool] = {
+    "run": True,
+    # The pictures that a model sees depend on their size; those beside the asset are looked for.
+    "views": {"write"},
+    "model": {
+        "timeout_s",
+        "max_attempts",
+        "cache",
+        "requests_per_minute",
+        "concurrent_requests",
+        "run_calls",
+        "run_tokens",
+        "run_usd",
+    },
+}
+"""Settings that steer how a run goes, not what comes of an asset. What they made fail is tried again in any case."""
+
+
+def shared_hash(settings: Settings, pipeline: str) -> str:
+    """SHA-256 over what all assets of a run depend on: settings, sources, packages and the pipeline's name."""
+    material = [
+        pipeline,
+        settings.model_dump_json(exclude=IRRELEVANT),
+        source_version(),
+        package_versions(settings.engine),
+    ]
+    return hashlib.sha256(json.dumps(material, sort_keys=True).encode()).hexdigest()
+
+
+def content_hash(ref: AssetRef, files: str, shared: str, reference: Reference | None) -> str:
+    """SHA-256 over an asset's row of the manifest, the digest of its files, what the run's assets share, and the
+    expert's choice that its alignment is held against; 64 hex digits."""
+    material = [ref.model_dump(mode="json", exclude={"path"}), files, shared, repr(reference)]
+    return hashlib.sha256(json.dumps(material, sort_keys=True).encode()).hexdigest()

@@ -1,0 +1,135 @@
+"""What a run has to do: which assets changed, which an earlier run has, and which a killed one had finished."""
+
+import sqlite3
+from collections.abc import Callable, Container, Mapping, Sequence
+from dataclasses import dataclass
+from functools import partial
+from pathlib import Path
+
+from asset2sim.catalog.read_columns import known_assets, known_runs
+from asset2sim.checks.alignment.reference import Reference
+from asset2sim.runs.plan.content_hash import content_hash, shared_hash
+from asset2sim.runs.plan.records import KeptRecord, drop_record, keep_record, kept_records
+from asset2sim.runs.plan.state import content_of, forget_folders, note_folders, open_state, refined_folders
+from asset2sim.runs.remote.contents import contents_behind
+from schemas.asset import AssetRecord, AssetRef, Unchanged
+from schemas.location import is_url, location_of
+from schemas.settings import Settings
+from schemas.vocabulary import RETRIED_MODES, FailureMode, Redo, Status
+
+
+def contents_of(state: sqlite3.Connection, refs: Sequence[AssetRef]) -> dict[str, str]:
+    """Path of an asset → the hash of what it consists of: local files are read where they changed, and behind a URL it
+    comes from what the store says of them."""
+    urls = [ref.path for ref in refs if is_url(location_of(ref.path))]
+    found = contents_behind(state, urls) if urls else {}
+    return found | {ref.path: content_of(state, Path(ref.path)) for ref in refs if ref.path not in found}
+
+
+@dataclass(frozen=True)
+class Plan:
+    """The assets of a run: ``todo`` have to be refined, ``finished`` are records that a killed run left, ``unchanged``
+    stay as they are. ``hashes`` maps the id of each to its content hash."""
+
+    todo: tuple[AssetRef, ...]
+    finished: tuple[AssetRecord, ...]
+    unchanged: tuple[Unchanged, ...]
+    hashes: Mapping[str, str]
+
+
+def make_plan(
+    refs: Sequence[AssetRef],
+    references: Mapping[str, Reference],
+    out: Path,
+    settings: Settings,
+    pipeline: str,
+    run_id: str,
+    there: Container[str] | None = None,
+) -> Plan:
+    """The plan of a run that holds ``lock_output(out)``; from here on it may write to the folders of what it has to do.
+
+    An asset is unchanged if its row of this method and model has its content hash, its refined folder is that row's and
+    there, and it did not fail in a way that ``settings.run.redo`` or ``RETRIED_MODES`` retries. A failed asset
+    needs no folder. ``there`` are the ids of those whose folder lies behind OUT's URL, with pictures if the settings
+    ask for them; None: they lie in ``out``.
+    """
+    shared = shared_hash(settings, pipeline)
+    lies = partial(_has_folder, out, settings) if there is None else there.__contains__
+    with open_state(out) as state:
+        contents = contents_of(state, refs)
+        hashes = {
+            ref.asset_id: content_hash(ref, contents[ref.path], shared, references.get(ref.asset_id)) for ref in refs
+        }
+        state.commit()
+        left = settle_left(out, state)
+        folders = refined_folders(state)
+        rows = known_assets(out, settings.method.value, settings.model.model)
+        todo: list[AssetRef] = []
+        finished: list[AssetRecord] = []
+        unchanged: list[Unchanged] = []
+        for ref in refs:
+            content, row, kept = hashes[ref.asset_id], rows.get(ref.asset_id), left.get(ref.asset_id)
+            if kept is not None and reusable(kept, ref, content, settings, lies):
+                finished.append(kept.record.model_copy(update={"ref": ref}))
+            elif (
+                row is not None
+                and row.content_hash == content
+                and not wanted_again(row.status, row.failure_mode, settings.run.redo)
+                and (row.status is Status.FAILED or (folders.get(ref.asset_id) == content and lies(ref.asset_id)))
+            ):
+                unchanged.append(Unchanged(asset_id=ref.asset_id, status=row.status, failure_mode=row.failure_mode))
+            else:
+                todo.append(ref)
+        forget_folders(state, (ref.asset_id for ref in todo))
+    for ref in todo:
+        if (kept := left.get(ref.asset_id)) is not None:
+            drop_record(out, kept.record.content_hash)
+    for record in finished:
+        keep_record(out, KeptRecord(run_id=run_id, redo=settings.run.redo, record=record))
+    return Plan(tuple(todo), tuple(finished), tuple(unchanged), hashes)
+
+
+def settle(out: Path, records: Sequence[AssetRecord]) -> None:
+    """The catalog holds these records: remember whose folders lie there, and drop their files."""
+    with open_state(out) as state:
+        note_folders(state, {record.ref.asset_id: record.content_hash for record in records})
+    for record in records:
+        drop_record(out, record.content_hash)
+
+
+def settle_left(out: Path, state: sqlite3.Connection) -> dict[str, KeptRecord]:
+    """Asset id → what a killed run left; what its run had published before it was killed is settled instead."""
+    runs = known_runs(out)
+    left: dict[str, KeptRecord] = {}
+    for kept in kept_records(out):
+        if kept.run_id in runs:
+            note_folders(state, {kept.record.ref.asset_id: kept.record.content_hash})
+            drop_record(out, kept.record.content_hash)
+        else:
+            left[kept.record.ref.asset_id] = kept
+    return left
+
+
+def wanted_again(status: Status, mode: FailureMode, redo: Redo) -> bool:
+    """Whether an unchanged asset that ended like this is to be refined again."""
+    if redo is Redo.ALL:
+        return True
+    return status is Status.FAILED and (redo is Redo.FAILED or mode in RETRIED_MODES)
+
+
+def reusable(kept: KeptRecord, ref: AssetRef, content: str, settings: Settings, lies: Callable[[str], bool]) -> bool:
+    """Whether a killed run's record is what this run would make: of this content, with its folder there (``lies``), not
+    of a process that died and is to be tried once more, and made to the same end, or good enough for this one's."""
+    record = kept.record
+    if kept.died and kept.attempt == 1:
+        return False
+    if record.content_hash != content or (record.overlay is not None and not lies(ref.asset_id)):
+        return False
+    if kept.redo is settings.run.redo:
+        return True
+    return not wanted_again(record.status, record.failure_mode, settings.run.redo)
+
+
+def _has_folder(out: Path, settings: Settings, asset_id: str) -> bool:
+    folder = out / "assets" / asset_id
+    return (folder / "views" if settings.views.write else folder).is_dir()

@@ -1,0 +1,132 @@
+"""What an output folder remembers of its assets' files and folders: ``OUT/.cache/files.db``. Losing it costs time
+only."""
+
+import hashlib
+import os
+import sqlite3
+import time
+from collections.abc import Iterable, Iterator, Mapping
+from concurrent.futures import ThreadPoolExecutor
+from contextlib import contextmanager
+from pathlib import Path
+
+from asset2sim.runs.plan.asset_files import AssetFile, asset_files
+
+FILE = ".cache/files.db"
+SETTLED_NS = 2_000_000_000
+"""How long ago a file must have been written for its time to tell of a later write, ns: file systems count in steps of
+up to 2 s."""
+UNREADABLE = "unreadable"
+"""The digest of a file that cannot be read."""
+HASHING_THREADS = 2
+"""Threads that hash: a disk is seldom faster than two cores are."""
+
+_TABLES = """
+CREATE TABLE IF NOT EXISTS files (
+    asset TEXT, name TEXT, path TEXT, size INTEGER, mtime_ns INTEGER, ctime_ns INTEGER, inode INTEGER, sha256 TEXT,
+    PRIMARY KEY (asset, name)
+) WITHOUT ROWID;
+CREATE TABLE IF NOT EXISTS folders (asset_id TEXT PRIMARY KEY, content_hash TEXT) WITHOUT ROWID;
+"""
+
+
+@contextmanager
+def open_state(out: Path) -> Iterator[sqlite3.Connection]:
+    """The memory of OUT within the block, committed at its end; the caller holds ``lock_output(out)``.
+
+    A damaged file is replaced, and where none can be written the block works with an empty one that nobody keeps.
+    """
+    connection = _open(out / FILE)
+    try:
+        yield connection
+        connection.commit()
+    finally:
+        connection.close()
+
+
+def content_of(state: sqlite3.Connection, folder: Path) -> str:
+    """SHA-256 over names and contents of an asset's files; a file is read only if it is not what it was last time."""
+    files = asset_files(folder)
+    known = _known(state, str(folder))
+    digests = {file.name: known[file.name][1] for file in files if known.get(file.name, ("",))[0] == _seen(file)}
+    changed = [file for file in files if file.name not in digests]
+    if changed:
+        with ThreadPoolExecutor(HASHING_THREADS) as pool:
+            fresh = dict(zip((file.name for file in changed), pool.map(_digest, changed), strict=True))
+        digests |= fresh
+        _remember(state, str(folder), changed, fresh)
+    if gone := [(str(folder), name) for name in known if name not in digests]:
+        state.executemany("DELETE FROM files WHERE asset = ? AND name = ?", gone)
+    whole = hashlib.sha256()
+    for file in files:
+        whole.update(f"{file.name}\0{digests[file.name]}\n".encode(errors="surrogateescape"))
+    return whole.hexdigest()
+
+
+def refined_folders(state: sqlite3.Connection) -> dict[str, str]:
+    """Asset id → the content hash of the refinement that lies in ``assets/<asset_id>``."""
+    return dict(state.execute("SELECT asset_id, content_hash FROM folders"))
+
+
+def note_folders(state: sqlite3.Connection, hashes: Mapping[str, str]) -> None:
+    """Remember which refinements lie in the folders of these assets."""
+    state.executemany("INSERT OR REPLACE INTO folders VALUES (?, ?)", hashes.items())
+
+
+def forget_folders(state: sqlite3.Connection, asset_ids: Iterable[str]) -> None:
+    """Nobody knows any more what lies in the folders of these assets: they are about to be refined. Committed."""
+    state.executemany("DELETE FROM folders WHERE asset_id = ?", ((asset_id,) for asset_id in asset_ids))
+    state.commit()
+
+
+def _open(file: Path) -> sqlite3.Connection:
+    for attempt in range(2):
+        try:
+            file.parent.mkdir(parents=True, exist_ok=True)
+            connection = sqlite3.connect(file)
+            connection.executescript(_TABLES)
+            # Reads every page: a damaged one must not end a run in its middle.
+            if connection.execute("PRAGMA quick_check(1)").fetchone() == ("ok",):
+                return connection
+            connection.close()
+            if attempt == 0:
+                file.unlink(missing_ok=True)
+        except sqlite3.OperationalError:
+            break
+        except (sqlite3.DatabaseError, OSError):
+            if attempt == 0 and os.access(file.parent, os.W_OK):
+                file.unlink(missing_ok=True)
+    connection = sqlite3.connect(":memory:")
+    connection.executescript(_TABLES)
+    return connection
+
+
+def _known(state: sqlite3.Connection, asset: str) -> dict[str, tuple[tuple[object, ...], str]]:
+    """File name → what was seen of the file, and its digest."""
+    rows = state.execute(
+        "SELECT name, path, size, mtime_ns, ctime_ns, inode, sha256 FROM files WHERE asset = ?", (asset,)
+    )
+    return {row[0]: (row[1:6], row[6]) for row in rows}
+
+
+def _seen(file: AssetFile) -> tuple[object, ...]:
+    return (file.path, file.size, file.mtime_ns, file.ctime_ns, file.inode)
+
+
+def _remember(state: sqlite3.Connection, asset: str, files: Iterable[AssetFile], digests: Mapping[str, str]) -> None:
+    # A file that was just written may be written again within the same tick of its clock.
+    settled = time.time_ns() - SETTLED_NS
+    rows = [
+        (asset, file.name, *_seen(file), digests[file.name])
+        for file in files
+        if max(file.mtime_ns, file.ctime_ns) < settled and digests[file.name] != UNREADABLE
+    ]
+    state.executemany("INSERT OR REPLACE INTO files VALUES (?, ?, ?, ?, ?, ?, ?, ?)", rows)
+
+
+def _digest(file: AssetFile) -> str:
+    try:
+        with open(file.path, "rb") as stream:
+            return hashlib.file_digest(stream, "sha256").hexdigest()
+    except OSError:
+        return UNREADABLE

@@ -1,0 +1,169 @@
+"""What a worker does beside refining where data or output lie behind URLs: fetch the asset, send what came of it."""
+
+from collections.abc import Callable, Iterable
+from dataclasses import replace
+from pathlib import Path
+
+from asset2sim.assets.urdf.locate import outer_references
+from asset2sim.baselines.reference import LEVELS
+from asset2sim.catalog.storage.cache import data_root, working_folder
+from asset2sim.catalog.storage.disk import is_disk_full
+from asset2sim.catalog.storage.mirror import changed, fetch, remove_tree, send_folder
+from asset2sim.catalog.storage.objects import (
+    Stored,
+    StoreError,
+    key_of,
+    list_objects,
+    object_info,
+    remove_objects,
+    scheme_of,
+    send_objects,
+    usage_error,
+)
+from asset2sim.checks.alignment.reference import FILE as REFERENCE
+from asset2sim.models.gateway.refused_answers import answers_file
+from asset2sim.runs.isolation.attempt import Attempt, failed_record, first_log_file, log_file
+from asset2sim.runs.remote.contents import outer_objects, urdf_among, visible
+from schemas.asset import AssetRecord, AssetRef
+from schemas.location import is_url, location_of
+from schemas.settings import Settings
+from schemas.vocabulary import FailureMode, Method
+
+
+def local_place(url: str) -> Path:
+    """Where this machine keeps its copy of what lies at a URL: relative paths between objects stay what they are."""
+    return data_root() / scheme_of(url) / key_of(url)
+
+
+def fetch_asset(folder: str, method: Method) -> Path:
+    """The local copy of an asset's folder, with the files elsewhere that its URDF refers to, as they are now.
+
+    Raises StoreError where an object cannot be read. A folder without objects is one that is not there.
+    """
+    inner = visible(list_objects(folder))
+    bring({f"{folder}/{name}": stored for name, stored in inner.items()})
+    place = local_place(folder)
+    _remove_others(place, inner)
+    urdf = urdf_among(inner)
+    if urdf is not None:
+        references = outer_references((place / urdf).read_text(encoding="utf-8", errors="replace"))
+        bring(outer_objects(folder, inner, urdf, references, object_info, list_objects))
+    if method is Method.REFERENCE and REFERENCE not in inner:
+        _bring_reference(folder)
+    return place
+
+
+def fetch_file(url: str) -> Path:
+    """The local copy of one object as it is now; where there is none, there is no file at that path."""
+    stored = object_info(url)
+    if stored is None:
+        local_place(url).unlink(missing_ok=True)
+    else:
+        bring({url: stored})
+    return local_place(url)
+
+
+def local_file(place: Path | str) -> Path:
+    """A file on this machine: itself, or its copy. Raises UsageError where the store does not answer."""
+    if not is_url(place):
+        return place
+    try:
+        return fetch_file(place)
+    except StoreError as error:
+        raise usage_error(error) from error
+
+
+def bring(objects: dict[str, Stored]) -> None:
+    """Bring the objects, by URL, that this machine has no copy of."""
+    for scheme in {scheme_of(url) for url in objects}:
+        root = data_root() / scheme
+        named = {key_of(url): stored for url, stored in objects.items() if scheme_of(url) == scheme}
+        # `s3:/` and `/bucket/key` make the URL again.
+        fetch(f"{scheme}:/", root, {name: named[name] for name in changed(root, named)})
+
+
+def _bring_reference(folder: str) -> None:
+    """The nearest file with the experts' choices above the asset, within its bucket."""
+    for _ in range(LEVELS):
+        folder = folder.rpartition("/")[0]
+        if not key_of(folder) or fetch_file(f"{folder}/{REFERENCE}").is_file():
+            return
+
+
+def _remove_others(place: Path, names: Iterable[str]) -> None:
+    """Remove what the local copy of an asset's folder has beyond these names."""
+    there = set(names)
+    for path in sorted(place.rglob("*"), reverse=True) if place.is_dir() else ():
+        if path.is_dir() and not path.is_symlink():
+            if not any(path.iterdir()):
+                path.rmdir()
+        elif path.relative_to(place).as_posix() not in there:
+            path.unlink(missing_ok=True)
+    if place.is_dir() and not there:
+        place.rmdir()
+
+
+def with_files(ref: AssetRef, out: Path | str, settings: Settings, work: Callable[[AssetRef], Attempt]) -> Attempt:
+    """The attempt of ``work`` at an asset whose files are on this machine; its folder and logs are sent to OUT's URL.
+
+    What the asset's own objects lack is its failure (``unreadable_asset``); a store that does not answer is the day's
+    (``engine_crash``), so that the next run tries it again.
+    """
+    place = location_of(ref.path)
+    if not is_url(place) and not is_url(out):
+        return work(ref)
+    try:
+        local = ref.model_copy(update={"path": str(fetch_asset(place, settings.method))}) if is_url(place) else ref
+    except StoreError as error:
+        return Attempt(failed_record(ref, settings, _mode_of(error), str(error)))
+    attempt = work(local)
+    record = in_urls(attempt.record, ref, out)
+    if is_url(out):
+        try:
+            send_asset(out, ref.asset_id)
+        except StoreError as error:
+            reason = f"its refined folder cannot be sent: {error}"
+            mode = FailureMode.ENGINE_CRASH
+            failed = failed_record(ref, settings, mode, reason, seconds=record.seconds, calls=record.calls)
+            return replace(attempt, record=failed)
+    return replace(attempt, record=record)
+
+
+def send_asset(out: str, asset_id: str) -> None:
+    """Make an asset's folder and logs below OUT's URL what they are here, and remove the folder here: nobody reads it
+    any more, and a dataset's would fill the disk."""
+    folder = working_folder(out)
+    assets = folder / "assets" / asset_id
+    if assets.is_dir():
+        send_folder(f"{out}/assets/{asset_id}", assets)
+        remove_tree(assets)
+    logs = {f"{out}/{log.relative_to(folder).as_posix()}": log for log in _logs(folder, asset_id)}
+    send_objects({url: log for url, log in logs.items() if log.is_file()})
+    remove_objects([url for url, log in logs.items() if not log.is_file()])
+
+
+def in_urls(record: AssetRecord, ref: AssetRef, out: Path | str) -> AssetRecord:
+    """The record with the asset where its user has it, and no folder of this machine's copies in what it says."""
+    places = {}
+    if is_url(out):
+        places[str(working_folder(out))] = out
+    if is_url(place := location_of(ref.path)):
+        places[f"{data_root() / scheme_of(place)}/"] = f"{scheme_of(place)}://"
+
+    def told(text: str) -> str:
+        for local, url in places.items():
+            text = text.replace(local, url)
+        return text
+
+    findings = tuple(item.model_copy(update={"message": told(item.message)}) for item in record.findings)
+    return record.model_copy(update={"ref": ref, "reason": told(record.reason), "findings": findings})
+
+
+def _mode_of(error: StoreError) -> FailureMode:
+    if is_disk_full(error):
+        return FailureMode.DISK_FULL
+    return FailureMode.UNREADABLE_ASSET if error.missing or error.refused else FailureMode.ENGINE_CRASH
+
+
+def _logs(folder: Path, asset_id: str) -> tuple[Path, ...]:
+    return log_file(folder, asset_id), first_log_file(folder, asset_id), answers_file(folder, asset_id)

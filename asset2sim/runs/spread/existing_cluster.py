@@ -1,0 +1,144 @@
+"""A Dask cluster that is there already: joining it, its workers looked at first, and coming back to it."""
+
+import contextlib
+import hashlib
+import time
+import uuid
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+from distributed import Client
+from distributed.diagnostics.plugin import WorkerPlugin
+from distributed.worker import Worker
+
+from asset2sim.catalog.storage.objects import StoreError, read_object, remove_objects, write_object
+from asset2sim.runs.isolation.server import refuse_daemon
+from asset2sim.runs.isolation.stopping import accept_children, stop_children
+from schemas.errors import UsageError
+from schemas.location import below, is_url
+
+CONNECT_LIMIT_S = 10.0
+"""Time in which a scheduler must answer, s."""
+RETURN_LIMIT_S = 60.0
+"""Time in which a scheduler that went away must be back at its address, with a worker, s: a service manager restarts
+both within seconds, a machine that starts again takes longer than anybody should wait for it."""
+RETURN_POLL_S = 1.0
+"""Time between two attempts to find it, s."""
+SIGN = ".cache/sign"
+"""A file under the output folder by which workers show that it is theirs too."""
+
+
+class StopChildren(WorkerPlugin):
+    """Has a worker's children killed when the worker ends, as it does when its scheduler goes: nobody waits for what
+    they do, and a later worker may work on the same assets. So are those that an earlier run has left there."""
+
+    def __init__(self, owner: str) -> None:
+        self.owner = owner
+        self.name = f"asset2sim-{hashlib.sha256(owner.encode(errors='surrogateescape')).hexdigest()[:16]}"
+
+    def setup(self, worker: Worker) -> None:
+        """The worker is there, or the run has just begun."""
+        accept_children(self.owner)
+
+    def teardown(self, worker: Worker) -> None:
+        """The worker goes, or another run takes this plugin's place."""
+        stop_children(self.owner)
+
+
+@contextmanager
+def join_cluster(address: str, out: Path | str, patience_s: float = 0.0) -> Iterator[Client]:
+    """A client of the cluster at ``address``, closed after the block; its workers may have children for ``out``.
+
+    Waits for ``patience_s`` for a scheduler that has a worker. Raises ``UsageError`` where there is none, or where its
+    workers cannot do the work.
+    """
+    with _connect(address, time.monotonic() + patience_s) as client:
+        _check_workers(client, address, out)
+        plugin = StopChildren(str(out))
+        client.register_plugin(plugin)
+        try:
+            yield client
+        finally:
+            if client.status == "running":
+                with contextlib.suppress(OSError, TimeoutError):
+                    client.unregister_worker_plugin(plugin.name)
+
+
+def _connect(address: str, until: float) -> Client:
+    while True:
+        try:
+            client = Client(address, timeout=CONNECT_LIMIT_S)
+        except (OSError, ValueError, TimeoutError) as error:
+            if time.monotonic() >= until:
+                raise UsageError(
+                    f"no Dask scheduler answers at {address}; start one with `dask scheduler`, or leave --scheduler out"
+                ) from error
+        else:
+            if client.nthreads() or time.monotonic() >= until:
+                return client
+            client.close()
+        time.sleep(RETURN_POLL_S)
+
+
+def _check_workers(client: Client, address: str, out: Path | str) -> None:
+    if not client.nthreads():
+        raise UsageError(
+            f"the scheduler at {address} has no workers; start some with "
+            f"`DASK_DISTRIBUTED__WORKER__DAEMON=False dask worker {address} --nthreads 1`"
+        )
+    _ask_all(client, "cannot run Asset2Sim ({}); install the project where workers start", refuse_daemon)
+    sign, text = below(out, SIGN), uuid.uuid4().hex
+    try:
+        _write(sign, text)
+    except (OSError, StoreError):  # a disk that is full; who cannot write there for good has been refused already
+        return
+    try:
+        question = refuse_other_store if is_url(sign) else refuse_other_folder
+        _ask_all(client, "cannot tell what is in the output folder ({})", question, str(sign), text)
+    finally:
+        with contextlib.suppress(OSError, StoreError):
+            remove_objects([sign]) if is_url(sign) else sign.unlink()
+
+
+def refuse_other_folder(sign: str, text: str) -> None:
+    """Raise ``UsageError`` on a worker that does not see the output folder which the run sees."""
+    try:
+        found = Path(sign).read_text(encoding="ascii")
+    except OSError:
+        found = ""
+    if found != text:
+        raise UsageError(
+            f"it does not see the output folder {Path(sign).parents[1]} of this machine, through which results return; "
+            "put it on a file system that all share, under the same path"
+        )
+
+
+def refuse_other_store(sign: str, text: str) -> None:
+    """Raise ``UsageError`` on a worker that does not find at the output's URL what the run put there."""
+    try:
+        found = read_object(sign).decode(errors="replace")
+    except StoreError as error:
+        raise UsageError(
+            f"it cannot read the output's store ({error}); start it with the credentials and the endpoint in its "
+            "environment, as this run has them"
+        ) from error
+    if found != text:
+        raise UsageError(f"it finds something else at {sign}; give it the endpoint that this run has")
+
+
+def _write(sign: Path | str, text: str) -> None:
+    if is_url(sign):
+        write_object(sign, text.encode())
+        return
+    sign.parent.mkdir(parents=True, exist_ok=True)
+    sign.write_text(text, encoding="ascii")
+
+
+def _ask_all(client: Client, words: str, question: object, *args: object) -> None:
+    answers = client.run(question, *args, on_error="return")
+    for worker, answer in answers.items():
+        if isinstance(answer, UsageError):
+            raise UsageError(f"worker {worker}: {answer}")
+        if isinstance(answer, Exception):
+            raise UsageError(f"worker {worker} {words.format(answer)}")

@@ -1,0 +1,165 @@
+"""What a run has brought in so far: records out of the output folder, and which assets are to be tried once more."""
+
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import suppress
+from dataclasses import dataclass, field
+from pathlib import Path
+
+from asset2sim.catalog.storage.objects import StoreError
+from asset2sim.runs.isolation.attempt import failed_record
+from asset2sim.runs.plan.records import KeptRecord, await_record, drop_calls, keep_record, paid_calls, read_record
+from asset2sim.runs.remote.output import fetch_record
+from asset2sim.runs.spread.job import Done, FirstAttempt, Job
+from asset2sim.runs.spread.spread import Lost
+from schemas.asset import AssetRecord
+from schemas.finding import Finding
+from schemas.settings import Settings
+from schemas.vocabulary import FailureMode, Severity, Stage
+
+DIED_ONCE = "died_once"
+"""Code of the finding on an asset whose first attempt died and whose second one did not."""
+NOT_TRIED_AGAIN = "not_tried_again"
+"""Code of the finding on an asset whose attempt died, and that was one too many to be tried once more."""
+
+
+def second_jobs(
+    jobs: Mapping[str, Job], dead: Mapping[str, FirstAttempt], has_record: Callable[[str], bool], most: int
+) -> Iterator[Job]:
+    """At most so many jobs for the dead: first those of which there is no record, then in the order of ``dead``."""
+    order = sorted(dead, key=has_record)
+    for asset_id in order[:most]:
+        yield Job(jobs[asset_id].ref, jobs[asset_id].content_hash, dead[asset_id])
+
+
+def with_first(record: AssetRecord, first: FirstAttempt | None, died: str) -> AssetRecord:
+    """The record of a second attempt with what the first one cost and how it died; ``died`` is how this one did."""
+    if first is None:
+        return record
+    asset_id, calls = record.ref.asset_id, (*first.calls, *record.calls)
+    # The log has been moved out of the second attempt's way.
+    before = first.died.replace(f"{asset_id}.log", f"{asset_id}.first.log")
+    if not died:
+        finding = Finding(
+            stage=Stage.REFINE,
+            severity=Severity.WARNING,
+            code=DIED_ONCE,
+            message=f"asset {asset_id}: its first attempt died ({before}); this is the second, alone",
+        )
+        return record.model_copy(update={"calls": calls, "findings": (*record.findings, finding)})
+    reason = f"died twice: {died}; the first time: {before}"
+    message = f"asset {asset_id}: {reason}"
+    findings = tuple(
+        finding.model_copy(update={"message": message}) if finding.code == record.failure_mode else finding
+        for finding in record.findings
+    )
+    return record.model_copy(update={"calls": calls, "reason": reason, "findings": findings})
+
+
+def not_tried_again(record: AssetRecord, first: FirstAttempt, most: int) -> AssetRecord:
+    """The record of an asset that died and is left at that."""
+    finding = Finding(
+        stage=Stage.REFINE,
+        severity=Severity.INFO,
+        code=NOT_TRIED_AGAIN,
+        message=f"asset {record.ref.asset_id} was not tried again: {most} others of this run were, one after the "
+        "other; the next run tries it",
+    )
+    return record.model_copy(update={"calls": record.calls or first.calls, "findings": (*record.findings, finding)})
+
+
+@dataclass
+class Harvest:
+    """``records`` maps asset ids to what came of them; ``dead`` holds how a first attempt died that is to be followed
+    by another, in the order in which that became known. An asset may be in both: its record is then the first's.
+    ``tried_again`` counts second attempts. ``out`` is the run's own folder, ``url`` what that mirrors, if anything."""
+
+    out: Path
+    run_id: str
+    settings: Settings
+    records: dict[str, AssetRecord] = field(default_factory=dict)
+    dead: dict[str, FirstAttempt] = field(default_factory=dict)
+    tried_again: int = 0
+    url: str | None = None
+
+    @property
+    def place(self) -> Path | str:
+        """Where the workers keep records."""
+        return self.url or self.out
+
+
+def is_open(harvest: Harvest, job: Job) -> bool:
+    """Whether nothing is known of the job's asset yet."""
+    return job.ref.asset_id not in harvest.records and job.ref.asset_id not in harvest.dead
+
+
+def take(harvest: Harvest, job: Job, end: Done | Lost) -> AssetRecord | None:
+    """Bring in how a job ended; the asset's record, if that was its last attempt."""
+    if isinstance(end, Lost):
+        return _take_lost(harvest, job, end.reason)
+    if end.record is not None:
+        return _take_kept(harvest, _keep(harvest, job, end.record, end.died))
+    _fetch(harvest, job)
+    found = await_record(harvest.out, job.content_hash, harvest.run_id, job.attempt)
+    if found is None:
+        return _take_lost(harvest, job, f"it has kept a record that is not to be seen in {harvest.place}")
+    return _take_kept(harvest, found)
+
+
+def pick_up(harvest: Harvest, job: Job) -> AssetRecord | None:
+    """Bring in what a job's worker has kept, if nobody told that it ended; the record, if that was the last attempt."""
+    if job.ref.asset_id in harvest.records and job.ref.asset_id not in harvest.dead:
+        return None
+    _fetch(harvest, job)
+    kept = read_record(harvest.out, job.content_hash)
+    if kept is None or kept.run_id != harvest.run_id or kept.attempt < job.attempt:
+        return None
+    return _take_kept(harvest, kept)
+
+
+def give_up(harvest: Harvest, job: Job) -> AssetRecord:
+    """The record of a dead asset that is one too many to be tried once more."""
+    first = harvest.dead.pop(job.ref.asset_id)
+    record = harvest.records.get(job.ref.asset_id) or _failed(harvest, job, first.died)
+    kept = _keep(harvest, job, not_tried_again(record, first, harvest.tried_again), "")
+    harvest.records[job.ref.asset_id] = kept.record
+    return kept.record
+
+
+def _fetch(harvest: Harvest, job: Job) -> None:
+    """Have the record here that a worker kept behind the output's URL; what cannot be fetched is as good as lost."""
+    with suppress(StoreError):
+        fetch_record(harvest.place, job.content_hash, harvest.run_id, job.attempt)
+
+
+def _take_kept(harvest: Harvest, kept: KeptRecord) -> AssetRecord | None:
+    asset_id = kept.record.ref.asset_id
+    harvest.records[asset_id] = kept.record
+    if kept.died and kept.attempt == 1:
+        harvest.dead[asset_id] = FirstAttempt(kept.died, kept.record.calls)
+        return None
+    harvest.dead.pop(asset_id, None)
+    return kept.record
+
+
+def _take_lost(harvest: Harvest, job: Job, reason: str) -> AssetRecord | None:
+    died = f"its Dask worker was lost: {reason}"
+    if job.first is None:
+        harvest.dead[job.ref.asset_id] = FirstAttempt(died)
+        return None
+    record = with_first(_failed(harvest, job, died), job.first, died)
+    return _take_kept(harvest, _keep(harvest, job, record, died))
+
+
+def _failed(harvest: Harvest, job: Job, reason: str) -> AssetRecord:
+    record = failed_record(job.ref, harvest.settings, FailureMode.ENGINE_CRASH, reason)
+    paid = paid_calls(harvest.out, job.content_hash)
+    return record.model_copy(update={"content_hash": job.content_hash, "calls": paid})
+
+
+def _keep(harvest: Harvest, job: Job, record: AssetRecord, died: str) -> KeptRecord:
+    kept = KeptRecord(
+        run_id=harvest.run_id, redo=harvest.settings.run.redo, record=record, attempt=job.attempt, died=died
+    )
+    keep_record(harvest.out, kept)
+    drop_calls(harvest.out, job.content_hash)
+    return kept

@@ -1,0 +1,181 @@
+"""All assets of a run, refined on a cluster: what finished, and why it stopped if it did."""
+
+import logging
+import threading
+import uuid
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import partial
+from pathlib import Path
+
+from distributed import Client, wait
+
+from asset2sim.models.gateway.lite import load_litellm
+from asset2sim.runs.interrupt import terminated_as_interrupted
+from asset2sim.runs.isolation import accept_children, stop_children
+from asset2sim.runs.isolation.server import warm_up
+from asset2sim.runs.plan.plan import Plan
+from asset2sim.runs.plan.records import drop_record
+from asset2sim.runs.result import INTERRUPTED
+from asset2sim.runs.spread.cluster import concurrency, open_client
+from asset2sim.runs.spread.existing_cluster import RETURN_LIMIT_S
+from asset2sim.runs.spread.harvest import Harvest, give_up, is_open, pick_up, second_jobs, take
+from asset2sim.runs.spread.job import Done, Job, job_of, last_seconds, longest_first
+from asset2sim.runs.spread.progress import Report, progress
+from asset2sim.runs.spread.spread import IN_FLIGHT_PER_THREAD, InFlight, Lost, LostClusterError, Work, spread
+from asset2sim.runs.spread.worker import PIPELINE, refine_on_worker
+from schemas.asset import AssetRecord, AssetRef, Unchanged
+from schemas.errors import UsageError
+from schemas.settings import Settings
+
+QUIET_S = 1.0
+"""After an interruption, time in which workers whose children are killed have kept what they had, s."""
+
+logger = logging.getLogger(__name__)
+
+
+@dataclass(frozen=True)
+class Refined:
+    """The records of the assets that finished, in the dataset's order; ``stopped`` says why that is not all of them,
+    and ``unchanged`` which there was no need to refine."""
+
+    records: tuple[AssetRecord, ...]
+    stopped: str | None
+    unchanged: tuple[Unchanged, ...] = ()
+
+
+def refine_all(
+    refs: Sequence[AssetRef],
+    out: Path,
+    settings: Settings,
+    pipeline: str = PIPELINE,
+    run_id: str | None = None,
+    hashes: Mapping[str, str] | None = None,
+    url: str | None = None,
+) -> Refined:
+    """Refine every asset into ``out`` (absolute), on the cluster of ``settings.run``.
+
+    ``url`` is where the workers put what they make, if not into ``out`` itself: the URL that it mirrors.
+    ``run_id`` names the run whose budget the model calls count towards; None is a run of its own. Records come through
+    ``out``, where they stay, named by ``hashes`` (asset id → content hash); without those none stays.
+    Ctrl-C, SIGTERM and the loss of the cluster end it early, with no child process left and with the records so far.
+    """
+    if not refs:
+        return Refined((), None)
+    run_id = run_id or uuid.uuid4().hex
+    ordered = longest_first(refs, last_seconds(out, settings.method))
+    jobs = {ref.asset_id: job_of(ref, run_id, hashes) for ref in ordered}
+    harvest = Harvest(out, run_id, settings, url=url)
+    accept_children(str(harvest.place))
+    warm_up()
+    if settings.run.scheduler is None:
+        threading.Thread(target=load_litellm, daemon=True).start()
+    with terminated_as_interrupted(), progress(len(jobs)) as report:
+        work = partial(refine_on_worker, out=harvest.place, settings=settings, pipeline=pipeline, run_id=run_id)
+        stopped = _refine(jobs, work, harvest, report)
+    if hashes is None:
+        for job in jobs.values():
+            drop_record(out, job.content_hash)
+    return Refined(tuple(harvest.records[ref.asset_id] for ref in refs if ref.asset_id in harvest.records), stopped)
+
+
+def _refine(jobs: Mapping[str, Job], work: Work, harvest: Harvest, report: Report) -> str | None:
+    """All jobs, on a cluster that may go away and come back; why that stopped before the end, if it did."""
+    run, lost, patience_s = harvest.settings.run, None, 0.0
+    while True:
+        try:
+            with open_client(run, harvest.place, patience_s) as client:
+                if lost is not None:
+                    logger.warning("the Dask scheduler at %s is back", run.scheduler)
+                    _pick_up(jobs.values(), harvest, report)
+                return _refine_on(client, jobs, work, harvest, report)
+        except LostClusterError as error:
+            lost, patience_s = str(error), RETURN_LIMIT_S
+            logger.warning("the Dask scheduler at %s went away; waiting %g s for it", run.scheduler, patience_s)
+        except UsageError:
+            # Nothing has begun where the first attempt to join fails.
+            if lost is None:
+                raise
+            _pick_up(jobs.values(), harvest, report)
+            return lost
+        except KeyboardInterrupt:
+            # Pressed between two clusters: there is nobody to stop.
+            return INTERRUPTED
+
+
+def _refine_on(client: Client, jobs: Mapping[str, Job], work: Work, harvest: Harvest, report: Report) -> str | None:
+    """What is still open, and then the dead once more; ``INTERRUPTED`` if it was. Raises LostClusterError."""
+    in_flight: InFlight = {}
+    try:
+        _do(client, jobs, work, harvest, in_flight, report)
+        return None
+    except KeyboardInterrupt:
+        _stop(client, harvest.place, harvest.settings)
+        _let_finish(in_flight)
+        _pick_up(in_flight.values(), harvest, report)
+        return INTERRUPTED
+    finally:
+        if in_flight and client.status == "running":
+            client.cancel(list(in_flight), force=True)
+
+
+def _do(
+    client: Client, jobs: Mapping[str, Job], work: Work, harvest: Harvest, in_flight: InFlight, report: Report
+) -> None:
+    def bring_in(job: Job, end: Done | Lost) -> None:
+        record = take(harvest, job, end)
+        if record is not None:
+            report(record)
+
+    still_open = (job for job in jobs.values() if is_open(harvest, job))
+    spread(client, still_open, work, IN_FLIGHT_PER_THREAD * concurrency(client), in_flight, bring_in)
+    most = harvest.settings.run.retries_alone - harvest.tried_again
+    for job in list(second_jobs(jobs, harvest.dead, harvest.records.__contains__, most)):
+        harvest.tried_again += 1
+        spread(client, [job], work, 1, in_flight, bring_in)
+    for asset_id in list(harvest.dead):
+        report(give_up(harvest, jobs[asset_id]))
+
+
+def _pick_up(jobs: Iterable[Job], harvest: Harvest, report: Report) -> None:
+    """Bring in what workers have kept of these while nobody could hear of it."""
+    for job in jobs:
+        record = pick_up(harvest, job)
+        if record is not None:
+            report(record)
+
+
+def _let_finish(in_flight: InFlight) -> None:
+    try:
+        wait(list(in_flight), timeout=QUIET_S)
+    except (OSError, TimeoutError):
+        return
+
+
+def _stop(client: Client, out: Path | str, settings: Settings) -> None:
+    """Kill this run's children, here or on the workers of another's cluster, which must accept a later run's again."""
+    if settings.run.scheduler is None:
+        stop_children(str(out))
+        return
+    try:
+        client.run(stop_children, str(out))
+        client.run(accept_children, str(out))
+    except (OSError, TimeoutError) as error:
+        logger.warning("cannot stop the workers (%s); what they still do ends with its time limit", error)
+
+
+def refine_planned(
+    refs: Sequence[AssetRef],
+    plan: Plan,
+    out: Path,
+    settings: Settings,
+    run_id: str,
+    pipeline: str = PIPELINE,
+    url: str | None = None,
+) -> Refined:
+    """The records of what the plan has to do and of what a killed run had finished, in the order of ``refs``, and what
+    is unchanged; ``url`` as ``refine_all`` has it."""
+    refined = refine_all(plan.todo, out, settings, pipeline, run_id, plan.hashes, url)
+    order = {ref.asset_id: number for number, ref in enumerate(refs)}
+    records = sorted((*refined.records, *plan.finished), key=lambda record: order[record.ref.asset_id])
+    return replace(refined, records=tuple(records), unchanged=plan.unchanged)

@@ -1,0 +1,86 @@
+"""Jobs to futures and back: a bounded number in flight, each told of as it ends."""
+
+import uuid
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass
+from itertools import islice
+
+from distributed import Client, Future, as_completed
+from distributed.client import FutureCancelledError
+
+from asset2sim.runs.spread.job import Done, Job
+from schemas.errors import Asset2SimError, UsageError
+
+IN_FLIGHT_PER_THREAD = 2
+"""Futures per worker thread: one at work, and one waiting so that no worker waits for the client."""
+
+GONE = "scheduler-connection-lost"
+"""Dask's reason for a future that it cancels since its scheduler went away, even if that is back by now."""
+
+Work = Callable[[Job], Done]
+InFlight = dict[Future[Done], Job]
+
+
+@dataclass(frozen=True)
+class Lost:
+    """A job that came back with nothing: its Dask worker was lost, for this reason."""
+
+    reason: str
+
+
+class LostClusterError(Asset2SimError):
+    """The scheduler went away in the middle of a run."""
+
+
+def spread(
+    client: Client,
+    jobs: Iterable[Job],
+    work: Work,
+    most: int,
+    in_flight: InFlight,
+    take: Callable[[Job, Done | Lost], None],
+) -> None:
+    """Have every job done, at most ``most`` of them submitted at a time, and call ``take`` with each as it ends.
+
+    ``work`` answers for everything that can happen to an asset, so a future that fails has lost its worker.
+    ``in_flight`` holds what is submitted and not taken, also after an exception: it is the caller's to cancel.
+    Raises ``UsageError`` as the work does and ``LostClusterError`` when the scheduler is gone.
+    """
+    waiting = iter(jobs)
+    done: as_completed = as_completed()
+
+    def submit(count: int) -> None:
+        for job in islice(waiting, count):
+            future = _submit(client, work, job)
+            in_flight[future] = job
+            done.add(future)
+
+    submit(most)
+    for future in done:
+        end = _collect(client, future)
+        take(in_flight[future], end)
+        # Only what has been taken is taken out: an interruption may come in between.
+        del in_flight[future]
+        submit(1)
+
+
+def _submit(client: Client, work: Work, job: Job) -> Future[Done]:
+    # A key of its own for each attempt: Dask would answer a second one with the first one's failure.
+    return client.submit(work, job, pure=False, key=f"refine-{job.ref.asset_id}-{uuid.uuid4().hex}")
+
+
+def _collect(client: Client, future: Future[Done]) -> Done | Lost:
+    """The future's answer, or why there is none."""
+    try:
+        done = future.result()
+    except UsageError:
+        raise
+    except Exception as error:  # whatever Dask says of a lost worker: KilledWorker, CancelledError, CommClosedError, …
+        if client.status != "running" or (isinstance(error, FutureCancelledError) and error.reason == GONE):
+            raise LostClusterError("the Dask scheduler went away; what had finished is kept") from error
+        future.release()
+        return Lost(f"{type(error).__name__}: {error}".splitlines()[0])
+    # Or Dask would compute it again when the worker that holds the result is lost.
+    future.release()
+    assert isinstance(done, Done)
+    return done

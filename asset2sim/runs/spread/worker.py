@@ -1,0 +1,115 @@
+"""What a Dask worker does with one asset: a child process for the work, this process for the model calls."""
+
+import contextlib
+import logging
+import uuid
+from collections.abc import Callable, Iterable
+from dataclasses import replace
+from functools import partial
+from pathlib import Path
+
+from asset2sim.catalog.storage.cache import working_folder
+from asset2sim.catalog.storage.objects import StoreError
+from asset2sim.models.gateway.ask import ask
+from asset2sim.models.gateway.session import Books, open_books
+from asset2sim.runs.isolation.attempt import Attempt, attempt_in_child, first_log_file, log_file
+from asset2sim.runs.isolation.stopping import is_stopped
+from asset2sim.runs.plan.records import KeptRecord, drop_calls, keeping_calls, paid_calls, read_record, write_record
+from asset2sim.runs.remote.fetch_asset import with_files
+from asset2sim.runs.remote.output import send_record
+from asset2sim.runs.spread.harvest import with_first
+from asset2sim.runs.spread.job import Done, Job
+from schemas.asset import AssetRef
+from schemas.request import ModelAnswer, ModelCall, ModelRequest
+from schemas.settings import ModelSettings, Settings
+from schemas.vocabulary import Method
+
+PIPELINE = "asset2sim.pipeline:refine_asset"
+"""The pipeline by name, so that neither the flow nor a worker imports the engines: only the children do."""
+
+
+def _forget(calls: Iterable[ModelCall]) -> None:
+    return None
+
+
+def attempt_asset(
+    ref: AssetRef,
+    out: Path | str,
+    settings: Settings,
+    pipeline: str = PIPELINE,
+    run_id: str | None = None,
+    made: Callable[[Iterable[ModelCall]], None] = _forget,
+    fresh: bool = False,
+) -> Attempt:
+    """One attempt at one asset, in a child process, into OUT, a folder or a URL; the model calls are made here, and
+    ``made`` is told of them. A ``fresh`` child has refined nothing before."""
+    folder, owner = working_folder(out), str(out)
+    stopped = partial(is_stopped, owner)
+    books = open_books(folder, run_id or uuid.uuid4().hex, ref.asset_id, settings.model, stopped)
+
+    def ask_and_tell(request: ModelRequest) -> ModelAnswer:
+        answer = ask_for_asset(request, settings, books)
+        made(answer.calls)
+        return answer
+
+    def attempt(local: AssetRef) -> Attempt:
+        return attempt_in_child(pipeline, local, folder, settings, ask_and_tell, owner, fresh)
+
+    return with_files(ref, out, settings, attempt)
+
+
+def ask_for_asset(request: ModelRequest, settings: Settings, books: Books) -> ModelAnswer:
+    """The answer to one of an asset's questions, asked as its method wants it asked."""
+    return ask(request, asked_with(settings, request.purpose), books)
+
+
+def asked_with(settings: Settings, purpose: str) -> ModelSettings:
+    """How a purpose is asked: repeats of one question, whose spread is what they are asked for, at a temperature."""
+    if purpose == Method.IVW:
+        return settings.model.model_copy(update={"temperature": settings.methods.ivw_temperature})
+    return settings.model
+
+
+logger = logging.getLogger(__name__)
+
+
+def refine_on_worker(
+    job: Job, out: Path | str, settings: Settings, pipeline: str = PIPELINE, run_id: str | None = None
+) -> Done:
+    """Refine one asset, whatever happens to it, and keep its record in ``out``, a folder or a URL; ``pipeline`` is a
+    ``module:function`` name.
+
+    ``run_id`` names the run whose budget the model calls count towards; None is a run of its own.
+    """
+    run_id = run_id or uuid.uuid4().hex
+    folder = working_folder(out)
+    before = read_record(folder, job.content_hash)
+    if before is not None and (before.run_id, before.attempt) == (run_id, job.attempt):
+        # Dask asks once more for what a worker had done whose answer was lost with it.
+        return Done(job.ref.asset_id, before.record.status, before.died)
+    _keep_first_log(folder, job)
+    lost = paid_calls(folder, job.content_hash)
+    keep = keeping_calls(folder, job.content_hash)
+    attempt = attempt_asset(job.ref, out, settings, pipeline, run_id, keep, fresh=job.first is not None)
+    record = with_first(attempt.record, job.first, attempt.died)
+    record = record.model_copy(update={"content_hash": job.content_hash, "calls": (*lost, *record.calls)})
+    done = Done(job.ref.asset_id, record.status, attempt.died)
+    kept = KeptRecord(run_id=run_id, redo=settings.run.redo, record=record, attempt=job.attempt, died=attempt.died)
+    try:
+        write_record(folder, kept)
+        send_record(out, job.content_hash)
+        drop_calls(folder, job.content_hash)
+    except (OSError, StoreError) as error:
+        logger.warning("cannot keep what has finished in %s (%s)", out, error)
+        return replace(done, record=record)
+    return done
+
+
+def _keep_first_log(out: Path, job: Job) -> None:
+    """The log of a first attempt out of the second one's way, and one of an earlier run away."""
+    log, first = log_file(out, job.ref.asset_id), first_log_file(out, job.ref.asset_id)
+    with contextlib.suppress(OSError):
+        if job.first is None:
+            first.unlink(missing_ok=True)
+        else:
+            log.replace(first)
