@@ -82,10 +82,10 @@ ui: $(INSTALLED) ## Prefect's and MLflow's pages, until interrupted
 	@$(BIN)/python -m flows.command ui --out "$(OUT)"
 
 samples: $(INSTALLED) ## make data/raw anew, byte for byte
-	@$(BIN)/python -m asset2sim.samples
+	@$(BIN)/python -m asset2sim.studies.samples
 
 judge: $(INSTALLED) .venv-judge/.installed ## an independent checker, simcheck, over OUT
-	@$(BIN)/python -m asset2sim.judge "$(OUT)" $(if $(JOBS),--jobs "$(JOBS)")
+	@$(BIN)/python -m asset2sim.studies.simcheck.run "$(OUT)" $(if $(JOBS),--jobs "$(JOBS)")
 
 .venv-judge/.installed:
 	@echo "installing simcheck into .venv-judge ..."
@@ -104,7 +104,7 @@ compare: $(INSTALLED) ## methods and models on the same objects: the paper's tab
 		$(if $(NO_INTERACTION),--no-interaction) $(if $(WORKERS),--workers "$(WORKERS)") $(if $(README),--readme "$(README)")
 
 bench-defects: $(INSTALLED) ## plant known defects in clean objects: what share is caught, and what is mended
-	@$(BIN)/python -m asset2sim.defects "$(OUT)"
+	@$(BIN)/python -m asset2sim.studies.defects "$(OUT)"
 
 bench: $(INSTALLED) ## how fast a night is, and where its time goes; DATA (../shared/partnet_mobility), WORK, LIMIT
 	@$(MAKE) --no-print-directory .venv-judge/.installed || echo "simcheck cannot be installed; its line will say so" >&2
@@ -112,13 +112,13 @@ bench: $(INSTALLED) ## how fast a night is, and where its time goes; DATA (../sh
 		"$(if $(WORK),$(WORK),$(OUT)/bench)" $(if $(LIMIT),--limit "$(LIMIT)") $(if $(STRICT),--strict) $(ARGS)
 
 questions: $(INSTALLED) ## write five questions and OUT's answers into the README
-	@$(BIN)/python -m asset2sim.questions "$(OUT)" README.md
+	@$(BIN)/python -m asset2sim.studies.readme.questions "$(OUT)" README.md
 
 summary: $(INSTALLED) ## write the table of OUT's latest run into the README
-	@$(BIN)/python -m asset2sim.readme "$(OUT)" README.md
+	@$(BIN)/python -m asset2sim.studies.readme.summary "$(OUT)" README.md
 
 picture: $(INSTALLED) ## draw the README's before-and-after picture from data/raw and data/refined
-	@$(BIN)/python -m asset2sim.showcase data/raw data/refined docs/before_after.png \
+	@$(BIN)/python -m asset2sim.studies.readme.picture data/raw data/refined docs/before_after.png \
 		laptop_silver box_wooden storage_sideboard trashcan_pedal toilet_white
 
 clean: ## remove the environment, the caches and data/refined

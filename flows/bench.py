@@ -11,22 +11,27 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from asset2sim.assets.meshes.shape_cache import PIECES, SHAPES
-from asset2sim.bench.checker import chosen, time_checker
-from asset2sim.bench.figures import figures, missed
-from asset2sim.bench.history_rows import write_history
-from asset2sim.bench.measured import FlowTimes, Measured, QueryTimes
 from asset2sim.bench.plain_loop import run_loop
-from asset2sim.bench.process import machine, measure, one_core
-from asset2sim.bench.query_times import MODULE as QUERY
-from asset2sim.bench.request import BenchRequest, parse_request
-from asset2sim.bench.stages import stage_seconds
-from asset2sim.bench.synthetic import make_unchanged
-from asset2sim.bench.table import bench_markdown
 from asset2sim.cli.console import output
 from asset2sim.cli.parser import parse, refine_request
 from asset2sim.models.gateway.environment import checkout_folder, quiet_environment
 from asset2sim.runs.dataset import load_dataset
 from asset2sim.runs.spread.refine_all import refine_all
+from asset2sim.studies.speed.figures import bench_markdown, figures, missed
+from asset2sim.studies.speed.history_rows import write_history
+from asset2sim.studies.speed.measured import (
+    BenchRequest,
+    FlowTimes,
+    Measured,
+    QueryTimes,
+    chosen,
+    parse_request,
+    time_checker,
+)
+from asset2sim.studies.speed.process import machine, measure, one_core
+from asset2sim.studies.speed.query_times import MODULE as QUERY
+from asset2sim.studies.speed.stages import stage_seconds
+from asset2sim.studies.speed.synthetic import make_unchanged
 from flows.bench_run import MODULE as RUN
 from schemas.asset import AssetRecord
 from schemas.errors import Asset2SimError, UsageError

@@ -4,13 +4,12 @@ import sys
 from collections.abc import Sequence
 
 from asset2sim.cli.console import output
-from asset2sim.compare.objects import read_objects
-from asset2sim.compare.plan import plan
-from asset2sim.compare.report import check_readme, compare, write_comparison, write_readme
-from asset2sim.compare.request import CompareRequest, parse_request
 from asset2sim.models.gateway.environment import quiet_environment
 from asset2sim.runs.check_request import check_request
 from asset2sim.runs.isolation.server import warm_up
+from asset2sim.studies.methods.objects import read_objects
+from asset2sim.studies.methods.plan import CompareRequest, parse_request, plan
+from asset2sim.studies.methods.report import check_readme, compare, write_comparison, write_readme
 from schemas.errors import Asset2SimError, UsageError
 from tasks.prefect_server import temporary_server
 

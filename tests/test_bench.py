@@ -7,19 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from asset2sim.bench import figures as judged
-from asset2sim.bench.checker import chosen, time_checker
-from asset2sim.bench.figures import efficiency, figures, growth_mb, missed, overhead, rate
-from asset2sim.bench.history_rows import FIRST_NIGHT, night_tables, write_history
-from asset2sim.bench.measured import CheckerTimes, FlowTimes, LoopTimes, Measured, QueryTimes
 from asset2sim.bench.plain_loop import run_loop
-from asset2sim.bench.process import BenchError, measure, one_core, peak_memory_mb
-from asset2sim.bench.query_times import MODULE as QUERY
-from asset2sim.bench.query_times import time_query
-from asset2sim.bench.request import PARTS, parse_request
-from asset2sim.bench.stages import parts, stage_seconds
-from asset2sim.bench.synthetic import FILES, make_entries, publish_entries
-from asset2sim.bench.table import bench_markdown, figure_table
 from asset2sim.catalog.history import history_files
 from asset2sim.catalog.read import read_table
 from asset2sim.catalog.run import start_run
@@ -27,6 +15,34 @@ from asset2sim.catalog.write import write_run
 from asset2sim.runs.dataset import load_dataset
 from asset2sim.runs.plan.plan import make_plan
 from asset2sim.runs.spread.worker import PIPELINE
+from asset2sim.studies.speed import figures as judged
+from asset2sim.studies.speed.figures import (
+    bench_markdown,
+    efficiency,
+    figure_table,
+    figures,
+    growth_mb,
+    missed,
+    overhead,
+    rate,
+)
+from asset2sim.studies.speed.history_rows import FIRST_NIGHT, night_tables, write_history
+from asset2sim.studies.speed.measured import (
+    PARTS,
+    CheckerTimes,
+    FlowTimes,
+    LoopTimes,
+    Measured,
+    QueryTimes,
+    chosen,
+    parse_request,
+    time_checker,
+)
+from asset2sim.studies.speed.process import BenchError, measure, one_core, peak_memory_mb
+from asset2sim.studies.speed.query_times import MODULE as QUERY
+from asset2sim.studies.speed.query_times import time_query
+from asset2sim.studies.speed.stages import parts, stage_seconds
+from asset2sim.studies.speed.synthetic import FILES, make_entries, publish_entries
 from flows.bench import command, fresh, main
 from flows.bench_run import MODULE as RUN
 from schemas.asset import AssetRecord, AssetRef

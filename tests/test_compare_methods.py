@@ -8,9 +8,8 @@ from pathlib import Path
 import pyarrow.parquet as pq
 import pytest
 
-from asset2sim.compare.plan import METHODS, level_of, noisy_models, plan, slug
-from asset2sim.compare.report import BEGIN, END
-from asset2sim.compare.request import parse_request
+from asset2sim.studies.methods.plan import METHODS, level_of, noisy_models, parse_request, plan, slug
+from asset2sim.studies.methods.report import BEGIN, END
 from flows.compare_methods import main
 from schemas.errors import UsageError
 from schemas.settings import Settings

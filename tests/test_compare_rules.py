@@ -4,7 +4,7 @@ from typing import Any
 import pandas as pd
 import pytest
 
-from asset2sim.compare_rules import (
+from asset2sim.studies.rules import (
     BEGIN,
     END,
     OURS,

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from asset2sim.compare.statistics import agreement, estimate, mean_not_zero, paired_difference
+from asset2sim.studies.methods.statistics import agreement, estimate, mean_not_zero, paired_difference
 
 Array = NDArray[np.float64]
 

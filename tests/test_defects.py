@@ -7,14 +7,24 @@ from pathlib import Path
 
 import pytest
 
-from asset2sim.defects import left
-from asset2sim.defects.bench import Clean, clean_object, judged, samples, try_defect
-from asset2sim.defects.defects import DEFECTS
-from asset2sim.defects.document import edited, named, part
-from asset2sim.defects.planted import Defect, Kept, Planted
-from asset2sim.defects.score import Row, Sign, caught_by, concerned, early_signs, mended_by, passes, raw_signs, share
-from asset2sim.defects.table import as_json, text
 from asset2sim.pipeline import refine_asset
+from asset2sim.studies.defects import left
+from asset2sim.studies.defects.__main__ import as_json, text
+from asset2sim.studies.defects.defects import DEFECTS
+from asset2sim.studies.defects.document import edited, named, part
+from asset2sim.studies.defects.planted import Defect, Kept, Planted
+from asset2sim.studies.defects.run import Clean, clean_object, judged, samples, try_defect
+from asset2sim.studies.defects.score import (
+    Row,
+    Sign,
+    caught_by,
+    concerned,
+    early_signs,
+    mended_by,
+    passes,
+    raw_signs,
+    share,
+)
 from schemas.asset import AssetRecord
 from schemas.finding import Finding
 from schemas.interaction import OverlapPair

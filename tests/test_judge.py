@@ -6,8 +6,8 @@ from pathlib import Path
 
 import pytest
 
-from asset2sim import judge as program
-from asset2sim.judge_report import Complaint, ObjectReport, judge, read_report, share
+from asset2sim.studies.simcheck import run as program
+from asset2sim.studies.simcheck.report import Complaint, ObjectReport, judge, read_report, share
 from schemas.errors import UnknownChoiceError, UsageError
 from schemas.settings import EngineSettings
 from schemas.vocabulary import Engine, Severity

@@ -8,7 +8,7 @@ import pytest
 
 from asset2sim.assets.views import VIEW_NAMES
 from asset2sim.pipeline import refine_asset
-from asset2sim.samples import planted
+from asset2sim.studies.samples import planted
 from schemas.asset import AssetRecord, AssetRef
 from schemas.interaction import EngineReport
 from schemas.overlay import PhysicsOverlay

@@ -11,8 +11,6 @@ from collections.abc import Sequence
 from functools import partial
 from pathlib import Path
 
-from asset2sim.bench.measured import LoopTimes
-from asset2sim.bench.process import BenchError, cpu_s, measure, peak_memory_mb
 from asset2sim.catalog.storage.cache import working_folder
 from asset2sim.cli.parser import parse, refine_request
 from asset2sim.cli.request import RefineRequest
@@ -20,6 +18,8 @@ from asset2sim.models.gateway.session import open_books
 from asset2sim.runs.check_request import check_request
 from asset2sim.runs.isolation.server import ONE_THREAD
 from asset2sim.runs.spread.worker import ask_for_asset
+from asset2sim.studies.speed.measured import LoopTimes
+from asset2sim.studies.speed.process import BenchError, cpu_s, measure, peak_memory_mb
 from schemas.vocabulary import Status
 
 MODULE = "asset2sim.bench.plain_loop"

@@ -1,0 +1,72 @@
+"""Defects of joint damping, friction, springs and efforts."""
+
+import math
+from pathlib import Path
+
+from asset2sim.studies.defects.document import edited, named, part, write
+from asset2sim.studies.defects.planted import Planted, Target
+from schemas.overlay import PhysicsOverlay
+from schemas.settings import PhysicsSettings
+
+TOO_FAST = 200.0
+"""Damping or stiffness over what the coarse time step bears."""
+RINGING_HZ = 3.0
+"""Frequency of the spring that is left without damping, Hz."""
+STUCK = 1e4
+"""Friction of a joint that nobody moves, N·m or N."""
+
+
+def effective_inertia(folder: Path, joint: str) -> float:
+    """What the joint moves according to the overlay beside the URDF, kg·m² or kg."""
+    overlay = PhysicsOverlay.model_validate_json((folder / "overlay.json").read_bytes())
+    return next(item.effective_inertia for item in overlay.joints if item.name == joint)
+
+
+def dynamics(folder: Path, at: Target, **terms: float) -> Planted:
+    """Write terms of a joint's dynamics."""
+    with edited(folder) as robot:
+        element = part(named(robot, "joint", at.joint), "dynamics")
+        for key, value in terms.items():
+            write(element, key, value)
+    said = ", ".join(f"{key} {value:.3g}" for key, value in terms.items())
+    return Planted(f"'{at.joint}' has {said}", joints=(at.joint,))
+
+
+def damping_unstable(folder: Path, at: Target) -> Planted:
+    """Damping far beyond what an explicit step stands: a number for another object."""
+    step = PhysicsSettings().coarse_timestep_s
+    return dynamics(folder, at, damping=TOO_FAST * effective_inertia(folder, at.joint) / step)
+
+
+def damping_negative(folder: Path, at: Target) -> Planted:
+    """Damping that feeds the motion: a wrong sign."""
+    return dynamics(folder, at, damping=-10.0 * effective_inertia(folder, at.joint))
+
+
+def spring_undamped(folder: Path, at: Target) -> Planted:
+    """A spring without damping or friction."""
+    stiffness = (2.0 * math.pi * RINGING_HZ) ** 2 * effective_inertia(folder, at.joint)
+    return dynamics(folder, at, spring_stiffness=stiffness, damping=0.0, friction=0.0)
+
+
+def stiffness_unstable(folder: Path, at: Target) -> Planted:
+    """A spring that is too stiff for any usual time step."""
+    step = PhysicsSettings().coarse_timestep_s
+    return dynamics(folder, at, spring_stiffness=TOO_FAST * effective_inertia(folder, at.joint) / step**2)
+
+
+def friction_sticks(folder: Path, at: Target) -> Planted:
+    """Friction that nobody overcomes."""
+    return dynamics(folder, at, friction=STUCK)
+
+
+def friction_negative(folder: Path, at: Target) -> Planted:
+    """Friction with a wrong sign."""
+    return dynamics(folder, at, friction=-effective_inertia(folder, at.joint))
+
+
+def effort_zero(folder: Path, at: Target) -> Planted:
+    """An effort limit of zero, as exporters write that know none."""
+    with edited(folder) as robot:
+        write(part(named(robot, "joint", at.joint), "limit"), "effort", 0.0)
+    return Planted(f"'{at.joint}' has an effort limit of 0", joints=(at.joint,))

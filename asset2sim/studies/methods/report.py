@@ -1,0 +1,199 @@
+"""Everything that a comparison leaves: Parquet tables, Markdown, charts, and the README's section."""
+
+import shutil
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import pandas as pd
+import pyarrow.parquet as pq
+
+from asset2sim.catalog.enforce import to_arrow
+from asset2sim.studies.methods.charts import failure_chart, growth_chart
+from asset2sim.studies.methods.figures import COST, STABILITY, SUCCESS
+from asset2sim.studies.methods.markdown import (
+    agreement_lines,
+    by_model,
+    cost_table,
+    failure_table,
+    figure_table,
+    notes,
+    stability_lines,
+)
+from asset2sim.studies.methods.plan import Run, slug
+from asset2sim.studies.methods.tables import Row, failure_rows, figure_rows, growth_rows
+from schemas import tables_compare as schema
+from schemas.errors import UsageError
+from schemas.model_names import NOISY, described
+from schemas.table import Table
+
+BEGIN = "<!-- compare: begin (make compare) -->"
+END = "<!-- compare: end -->"
+GROWTH_CHART = "growth.png"
+PICTURES = "docs"
+"""Folder beside the README that its pictures are copied to."""
+
+
+@dataclass(frozen=True)
+class Compared:
+    """A comparison's rows. ``engines`` says in words where the objects were judged."""
+
+    subset: str | None
+    engines: str
+    objects: pd.DataFrame
+    stability: list[Row]
+    success: list[Row]
+    failures: list[Row]
+    cost: list[Row]
+    growth: list[Row]
+
+    @property
+    def count(self) -> int:
+        """Objects that were compared."""
+        return int(self.objects["asset_id"].nunique())
+
+
+def compare(objects: pd.DataFrame, subset: str | None, engines: str) -> Compared:
+    """Every table, from one row per object, method and model."""
+    return Compared(
+        subset=subset,
+        engines=engines,
+        objects=objects,
+        stability=figure_rows(objects, STABILITY, subset),
+        success=figure_rows(objects, SUCCESS, subset),
+        failures=failure_rows(objects),
+        cost=figure_rows(objects, COST, subset),
+        growth=growth_rows(objects),
+    )
+
+
+def write_comparison(out: Path, runs: Sequence[Run], found: Compared) -> Path:
+    """Write ``tables/*.parquet``, ``charts/*.png`` and ``compare.md`` into OUT; returns the last."""
+    tables = out / "tables"
+    tables.mkdir(parents=True, exist_ok=True)
+    for table, rows in _tables(found):
+        pq.write_table(to_arrow(table, rows), tables / table.file, compression="zstd")
+    charts = write_charts(out / "charts", found)
+    text = ["# Methods compared", ""]
+    for model in by_model(found.stability):
+        text += model_section(found, model, f"charts/{charts[model].name}")
+    text += growth_section(found, f"charts/{GROWTH_CHART}")
+    text += [*(f"{line}\n" for line in agreement_lines(found.objects)), "Runs:", ""]
+    text += [f"- {run.method.value}, {described(run.label)}: `{run.folder.relative_to(out)}`" for run in runs]
+    report = out / "compare.md"
+    report.write_text("\n".join(text) + "\n", encoding="utf-8")
+    return report
+
+
+def write_charts(folder: Path, found: Compared) -> dict[str, Path]:
+    """A chart of outcomes for each model, by model, and one of error growth where several levels were run."""
+    charts = {}
+    for model, rows in by_model(found.failures).items():
+        title = f"How {found.count} assets ended: {described(model)}"
+        charts[model] = failure_chart(rows, folder / f"failures_{slug(model)}.png", title)
+    if found.growth:
+        growth_chart(found.growth, folder / GROWTH_CHART, f"As the model errs more: {described(NOISY)}")
+    return charts
+
+
+def model_section(found: Compared, model: str, chart: str) -> list[str]:
+    """One model's tables and chart."""
+    return [
+        f"## {described(model)}",
+        "",
+        *notes(model, found.subset, found.count, found.engines),
+        "",
+        "### Stability and semantics",
+        "",
+        *stability_lines(found.stability, model),
+        "",
+        "### How assets ended",
+        "",
+        *failure_table(found.failures, found.success, model),
+        "",
+        f"![Outcomes of each method with {described(model)}]({chart})",
+        "",
+        "### Cost of an asset",
+        "",
+        *cost_table(found.cost, model),
+        "",
+    ]
+
+
+def growth_section(found: Compared, chart: str) -> list[str]:
+    """The curves of growing errors, where several levels were run."""
+    if not found.growth:
+        return []
+    return [
+        f"## As the model errs more ({described(NOISY)})",
+        "",
+        f"![Success and scale error by error level]({chart})",
+        "",
+    ]
+
+
+def readme_block(found: Compared, pictures: dict[str, str]) -> str:
+    """The README's section: Table 1 without the differences, outcomes as a chart, cost, and the growth of errors.
+
+    ``pictures`` maps a model, or ``GROWTH_CHART``, to the path of its picture. Models whose level of error is not the
+    first one's are left to the growth chart.
+    """
+    model = next(iter(by_model(found.stability)))
+    lines = [
+        *notes(model, found.subset, found.count, found.engines),
+        "",
+        *figure_table(found.stability, STABILITY, model),
+        "",
+        f"![Outcomes of each method with {described(model)}]({pictures[model]})",
+        "",
+        *cost_table(found.cost, model),
+    ]
+    if GROWTH_CHART in pictures:
+        lines += ["", f"![Success and scale error as {described(NOISY)} errs more]({pictures[GROWTH_CHART]})"]
+    return "\n".join([*lines, *(["", *said] if (said := agreement_lines(found.objects)) else [])])
+
+
+def write_readme(readme: Path, out: Path, found: Compared) -> None:
+    """Put the section between the README's markers, and its pictures into ``docs`` beside it."""
+    model = next(iter(by_model(found.stability)))
+    charts = {model: out / "charts" / f"failures_{slug(model)}.png"}
+    if found.growth:
+        charts[GROWTH_CHART] = out / "charts" / GROWTH_CHART
+    text = readme.read_text(encoding="utf-8")
+    names = {model: "compare_failures.png", GROWTH_CHART: "compare_growth.png"}
+    pictures = {key: f"{PICTURES}/{names[key]}" for key in charts}
+    text = with_block(text, readme_block(found, pictures))
+    (readme.parent / PICTURES).mkdir(exist_ok=True)
+    for key, chart in charts.items():
+        shutil.copyfile(chart, readme.parent / pictures[key])
+    readme.write_text(text, encoding="utf-8")
+
+
+def check_readme(readme: Path) -> None:
+    """Raises UsageError where a README has no place for the section."""
+    if not readme.is_file():
+        raise UsageError(f"no README at {readme}")
+    with_block(readme.read_text(encoding="utf-8"), "")
+
+
+def with_block(text: str, block: str) -> str:
+    """The README's text with the block between its markers. Raises UsageError where they are not there."""
+    if BEGIN not in text or END not in text:
+        raise UsageError(f"the README lacks the lines '{BEGIN}' and '{END}'; put them where the section belongs")
+    before, rest = text.split(BEGIN, 1)
+    return f"{before}{BEGIN}\n\n{block}\n\n{END}{rest.split(END, 1)[1]}"
+
+
+def _tables(found: Compared) -> list[tuple[Table, list[Row]]]:
+    objects: list[Row] = [
+        {str(name): None if pd.isna(value) else value for name, value in row.items()}
+        for row in found.objects.to_dict("records")
+    ]
+    return [
+        (schema.OBJECTS, objects),
+        (schema.STABILITY, found.stability),
+        (schema.SUCCESS, found.success),
+        (schema.FAILURES, found.failures),
+        (schema.COST, found.cost),
+        (schema.GROWTH, found.growth),
+    ]

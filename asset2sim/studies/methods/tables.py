@@ -1,0 +1,154 @@
+"""Rows of the comparison's tables, from one row per object: pure functions."""
+
+import json
+from collections import Counter
+from collections.abc import Sequence
+
+import numpy as np
+import pandas as pd
+
+from asset2sim.physics.arrays import Array
+from asset2sim.studies.methods.figures import STABILITY, SUCCESS, Figure, stated
+from asset2sim.studies.methods.plan import NO_MODEL, level_of
+from asset2sim.studies.methods.statistics import Estimate, estimate, paired_difference
+from schemas.vocabulary import PAPER_FAILURE_MODES, Method
+
+Row = dict[str, object]
+OURS = Method.ASSET2SIM
+OK = "ok"
+OUTCOMES = (OK, *dict.fromkeys(PAPER_FAILURE_MODES.values()))
+"""How an asset can end, by the paper's names."""
+SAME = 1e-9
+"""Relative difference below which two figures are the same one."""
+NOTHING = Estimate(None, None, None, 0)
+
+
+def figure_rows(objects: pd.DataFrame, figures: Sequence[Figure], subset: str | None) -> list[Row]:
+    """A row for every figure of every method and model, with its distance from ours with the same model.
+
+    A method that asks no model is compared with ours of the first model.
+    """
+    rows: list[Row] = []
+    for method, model in pairs_of(objects):
+        for figure in figures:
+            own = values_of(objects, method, model, figure)
+            found = estimate(array_of(own), figure.statistic) if method not in figure.given else NOTHING
+            ours = values_of(objects, OURS, _rival(objects, model), figure)
+            apart = NOTHING if method in (OURS, *figure.given) else _difference(own, ours, figure)
+            said = stated(subset, method, figure.key)
+            rows.append(
+                {
+                    "method": method.value,
+                    "model": model,
+                    "figure": figure.key,
+                    "unit": figure.unit,
+                    "value": found.value,
+                    "low": found.low,
+                    "high": found.high,
+                    "n": found.n,
+                    "difference": apart.value,
+                    "difference_low": apart.low,
+                    "difference_high": apart.high,
+                    "n_paired": None if method is OURS else apart.n,
+                    "first": False,
+                    "paper": said.value if said else None,
+                    "paper_spread": said.spread if said else None,
+                }
+            )
+    return [row | {"first": _is_first(row, rows, figures)} for row in rows]
+
+
+def pairs_of(objects: pd.DataFrame) -> list[tuple[Method, str]]:
+    """Method and model of every run, in the objects' order."""
+    return [(Method(m), str(model)) for m, model in objects[["method", "model"]].drop_duplicates().to_numpy()]
+
+
+def models_of(objects: pd.DataFrame) -> list[str]:
+    """The models that were asked, in the objects' order."""
+    return [str(model) for model in objects["model"].unique() if model != NO_MODEL]
+
+
+def values_of(objects: pd.DataFrame, method: Method, model: str, figure: Figure) -> "pd.Series[float]":
+    """A figure's values by asset."""
+    rows = objects[(objects["method"] == method.value) & (objects["model"] == model)]
+    return pd.Series(figure.values(rows), index=rows["asset_id"].to_numpy(), dtype="float64")
+
+
+def array_of(values: "pd.Series[float]") -> Array:
+    """(n,) the values of a series."""
+    return np.asarray(values, dtype=np.float64)
+
+
+def _rival(objects: pd.DataFrame, model: str) -> str:
+    return model if model != NO_MODEL else next(iter(models_of(objects)), NO_MODEL)
+
+
+def _difference(own: "pd.Series[float]", ours: "pd.Series[float]", figure: Figure) -> Estimate:
+    both = own.index.intersection(ours.index)
+    return paired_difference(array_of(own.loc[both]), array_of(ours.loc[both]), figure.statistic)
+
+
+def _is_first(row: Row, rows: Sequence[Row], figures: Sequence[Figure]) -> bool:
+    """Whether no method with the same model, or with none, has a better value; nobody is first without one, or in what
+    it costs."""
+    figure = next(item for item in figures if item.key == row["figure"])
+    own = row["value"]
+    if not isinstance(own, float) or not figure.ranked:
+        return False
+    models = {row["model"], NO_MODEL} if row["model"] != NO_MODEL else {str(other["model"]) for other in rows}
+    sign = 1.0 if figure.higher_is_better else -1.0
+    others = [other["value"] for other in rows if other["figure"] == figure.key and other["model"] in models]
+    return all(sign * (other - own) <= SAME * max(1.0, abs(own)) for other in others if isinstance(other, float))
+
+
+def failure_rows(objects: pd.DataFrame) -> list[Row]:
+    """A row for every outcome of every method and model, in the order of ``OUTCOMES``."""
+    rows: list[Row] = []
+    for method, model in pairs_of(objects):
+        own = objects[(objects["method"] == method.value) & (objects["model"] == model)]
+        ended = np.where(own["ok"], OK, own["paper_failure_mode"].fillna(OK))
+        for outcome in OUTCOMES:
+            modes = Counter(str(mode) for mode in own.loc[ended == outcome, "failure_mode"])
+            count = int((ended == outcome).sum())
+            rows.append(
+                {
+                    "method": method.value,
+                    "model": model,
+                    "outcome": outcome,
+                    "assets": count,
+                    "share_percent": 100.0 * count / len(own),
+                    "failure_modes": json.dumps(dict(modes.most_common()) if outcome != OK else {}),
+                }
+            )
+    return rows
+
+
+def growth_rows(objects: pd.DataFrame) -> list[Row]:
+    """Success and scale error by error level, for every method; those that ask no model have the same at all levels.
+
+    Empty where fewer than two levels were run.
+    """
+    levels: dict[float, list[str]] = {}
+    for model in models_of(objects):
+        if (level := level_of(model)) is not None:
+            levels.setdefault(level, []).append(model)
+    if len(levels) < 2:
+        return []
+    figures = [figure for figure in (*SUCCESS, *STABILITY) if figure.key in ("success", "scale")]
+    rows: list[Row] = []
+    for method in dict.fromkeys(method for method, _ in pairs_of(objects)):
+        for level, models in sorted(levels.items()):
+            # Draws of the same level count as more objects.
+            asked = [NO_MODEL] if (method, NO_MODEL) in pairs_of(objects) else models
+            for figure in figures:
+                if method in figure.given:
+                    continue
+                draws = [array_of(values_of(objects, method, model, figure)) for model in asked]
+                found = estimate(np.concatenate(draws), figure.statistic)
+                rows.append(
+                    {
+                        "method": method.value, "level": level, "figure": figure.key, "unit": figure.unit,
+                        "value": found.value, "low": found.low, "high": found.high, "n": found.n,
+                    }
+                )  # fmt: skip
+    return rows

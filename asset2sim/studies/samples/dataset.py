@@ -1,0 +1,107 @@
+"""The sample dataset as a whole: which assets, in which files, and how they get to disk."""
+
+import csv
+import io
+import shutil
+import tempfile
+from collections.abc import Callable
+from pathlib import Path
+
+from asset2sim.studies.samples.blueprint import Blueprint
+from asset2sim.studies.samples.layout import asset_files
+from asset2sim.studies.samples.objects import bags, boxes, devices, furniture, tools, vessels
+from asset2sim.studies.samples.planted import planted
+from schemas.errors import UsageError
+
+SAMPLES: tuple[Callable[[], Blueprint], ...] = (
+    tools.stapler,
+    boxes.wooden_box,
+    boxes.treasure_chest,
+    devices.microwave,
+    vessels.toilet,
+    devices.laptop,
+    bags.handbag,
+    bags.business_suitcase,
+    furniture.desk_cabinet,
+    furniture.sideboard,
+    vessels.trash_can,
+    vessels.bucket,
+    tools.scissors,
+    furniture.folding_chair,
+    devices.keyboard,
+)
+"""The good objects, in the manifest's order."""
+
+COLUMNS = ("asset_id", "category", "path", "subset", "prompt")
+SUBSETS = frozenset({"sample", "planted"})
+
+
+def blueprints() -> tuple[Blueprint, ...]:
+    """Every asset's blueprint, the good ones first."""
+    return tuple(make() for make in SAMPLES) + tuple(bad.blueprint for bad in planted())
+
+
+def sample_files() -> dict[str, bytes]:
+    """The whole dataset: a path relative to its root, with forward slashes → the file's bytes."""
+    good = [make() for make in SAMPLES]
+    made = [(blueprint, asset_files(blueprint)) for blueprint in good]
+    made += [(bad.blueprint, bad.files()) for bad in planted()]
+    files = {f"{_folder(blueprint)}/{name}": data for blueprint, contents in made for name, data in contents.items()}
+    return {"manifest.csv": _manifest([blueprint for blueprint, _ in made]), **files}
+
+
+def write_samples(out: Path) -> list[str]:
+    """Write the dataset to ``out``, replacing what an earlier run left there, and answer its asset ids in order.
+
+    Everything is written beside ``out`` and moved there at the end, so that a failed run leaves the last good one.
+    Raises UsageError where ``out`` holds anything but an earlier sample dataset.
+    """
+    target = out.resolve()
+    _check_replaceable(target)
+    target.parent.mkdir(parents=True, exist_ok=True)
+    staging = Path(tempfile.mkdtemp(prefix=f".{target.name}-", dir=target.parent))
+    try:
+        fresh, stale = staging / "fresh", staging / "stale"
+        fresh.mkdir()
+        for name, data in sample_files().items():
+            path = fresh / name
+            path.parent.mkdir(parents=True, exist_ok=True)
+            path.write_bytes(data)
+        if target.exists():
+            target.rename(stale)
+        try:
+            fresh.rename(target)
+        except BaseException:
+            if stale.exists():
+                stale.rename(target)
+            raise
+    finally:
+        shutil.rmtree(staging, ignore_errors=True)
+    return [blueprint.asset_id for blueprint in blueprints()]
+
+
+def _folder(blueprint: Blueprint) -> str:
+    return f"{blueprint.category}/{blueprint.asset_id}"
+
+
+def _manifest(made: list[Blueprint]) -> bytes:
+    text = io.StringIO()
+    writer = csv.writer(text, lineterminator="\n")
+    writer.writerow(COLUMNS)
+    writer.writerows([b.asset_id, b.category, _folder(b), b.subset, b.prompt] for b in made)
+    return text.getvalue().encode()
+
+
+def _check_replaceable(target: Path) -> None:
+    # The folder is replaced as a whole: never do that to one that is not ours.
+    if not target.exists() or (target.is_dir() and not any(target.iterdir())):
+        return
+    manifest = target / "manifest.csv"
+    if target.is_dir() and manifest.is_file():
+        with manifest.open(newline="", encoding="utf-8", errors="replace") as file:
+            found = {row.get("subset") for row in csv.DictReader(file)}
+        if found and found <= SUBSETS:
+            return
+    raise UsageError(
+        f"{target} is not an earlier sample dataset; name an empty or a new folder to write the samples to"
+    )

@@ -1,0 +1,88 @@
+"""From the closed pose of a blueprint to the pose in which its files show it."""
+
+import math
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from asset2sim.studies.samples.blueprint import Blueprint, Hinge, Part
+from asset2sim.studies.samples.shapes import Mesh, Point
+
+Transform = NDArray[np.float64]
+DIGITS = 6
+
+
+def authored_parts(blueprint: Blueprint) -> tuple[Part, ...]:
+    """The parts as authored: moved to their joints' ``authored`` positions, limits counted from there.
+
+    The whole is centred on the origin, as the real data is.
+    """
+    by_key = {part.key: part for part in blueprint.parts}
+    moved = tuple(_moved(part, by_key) for part in blueprint.parts)
+    vertices = np.vstack([piece.mesh.vertices for part in moved for piece in part.pieces])
+    centre = np.round((vertices.min(axis=0) + vertices.max(axis=0)) / 2.0, 3)
+    return tuple(_shifted(part, -centre) for part in moved)
+
+
+@dataclass(frozen=True)
+class Frames:
+    """Where the closed pose goes: ``before`` with the parent, ``after`` with the part itself, (4, 4) float each."""
+
+    before: Transform
+    after: Transform
+
+
+def _frames(part: Part, by_key: dict[str, Part]) -> Frames:
+    if part.joint is None:
+        return Frames(np.eye(4), np.eye(4))
+    parent = _frames(by_key[part.joint.parent], by_key).after
+    return Frames(parent, parent @ _motion(part.joint))
+
+
+def _motion(joint: Hinge) -> Transform:
+    # Rodrigues about the joint's axis, which the blueprints give with unit length.
+    motion = np.eye(4)
+    axis = np.array(joint.axis)
+    if joint.type == "prismatic":
+        motion[:3, 3] = axis * joint.authored
+        return motion
+    x, y, z = joint.axis
+    cross = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
+    turn = np.eye(3) + math.sin(joint.authored) * cross + (1.0 - math.cos(joint.authored)) * (cross @ cross)
+    motion[:3, :3] = turn
+    motion[:3, 3] = np.array(joint.point) - turn @ np.array(joint.point)
+    return motion
+
+
+def _moved(part: Part, by_key: dict[str, Part]) -> Part:
+    frames = _frames(part, by_key)
+    pieces = tuple(replace(piece, mesh=_transformed(piece.mesh, frames.after)) for piece in part.pieces)
+    joint = part.joint
+    if joint is not None:
+        point = frames.before[:3, :3] @ np.array(joint.point) + frames.before[:3, 3]
+        axis = frames.before[:3, :3] @ np.array(joint.axis)
+        lower, upper = joint.lower - joint.authored, joint.upper - joint.authored
+        joint = replace(joint, point=_point(point), axis=_point(axis), lower=lower, upper=upper)
+    return replace(part, pieces=pieces, joint=joint)
+
+
+def _shifted(part: Part, shift: NDArray[np.float64]) -> Part:
+    pieces = []
+    for piece in part.pieces:
+        # Rounded here, so that boxes and files agree on the last digit.
+        vertices = np.round(piece.mesh.vertices + shift, DIGITS) + 0.0
+        pieces.append(replace(piece, mesh=replace(piece.mesh, vertices=vertices)))
+    joint = part.joint
+    if joint is not None and joint.type != "prismatic":
+        joint = replace(joint, point=_point(np.array(joint.point) + shift))
+    return replace(part, pieces=tuple(pieces), joint=joint)
+
+
+def _transformed(mesh: Mesh, motion: Transform) -> Mesh:
+    return replace(mesh, vertices=mesh.vertices @ motion[:3, :3].T + motion[:3, 3])
+
+
+def _point(values: NDArray[np.float64]) -> Point:
+    x, y, z = (round(float(value), DIGITS) + 0.0 for value in values)
+    return (x, y, z)

@@ -1,0 +1,1 @@
+"""An independent checker over refined assets: simcheck, in an environment of its own."""

@@ -1,0 +1,194 @@
+"""An independent checker over refined objects: ``python -m asset2sim.studies.simcheck.run OUT``.
+
+The checker is simcheck, an external package in an environment of its own (``make judge`` makes it): MuJoCo and
+PyBullet, the root free, a drop of 5 cm, joint sweeps, contacts at rest. Nothing of it is used but its report.
+"""
+
+import argparse
+import contextlib
+import os
+import shutil
+import signal
+import subprocess
+import sys
+import tempfile
+from collections.abc import Sequence
+from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
+from time import perf_counter
+
+from pydantic import BaseModel
+from rich.console import Console
+from rich.markup import escape
+from rich.progress import Progress
+from rich.table import Table
+
+from asset2sim.assets.folder import URDF_NAME
+from asset2sim.catalog.read import read_table
+from asset2sim.cli.console import output
+from asset2sim.studies.simcheck.report import Judgement, ObjectReport, judge, read_report, share
+from schemas.errors import Asset2SimError, UnknownChoiceError, UsageError
+
+ENVIRONMENT = ".venv-judge"
+"""The environment that ``make judge`` installs the checker into."""
+VARIABLE = "SIMCHECK"
+"""Names the checker's program where it is elsewhere."""
+OPTIONS = ("--object", "--free-base", "--no-cache", "--no-config", "--quiet", "--fail-on", "never")
+TIME_LIMIT_S = 600.0
+"""Wall time of one object, s: the checker stops an engine after 240 s, and has two."""
+REPORT = "judge.json"
+ENDED_MESSAGE_CHARS = 300
+"""How much of what the checker said last is kept where it gave no report."""
+
+
+class Findings(BaseModel):
+    """What ``judge.json`` holds."""
+
+    judgement: Judgement
+    objects: tuple[ObjectReport, ...]
+
+
+def find_simcheck(root: Path) -> Path:
+    """The checker's program: what SIMCHECK names, ``.venv-judge`` under ``root``, or one on the PATH.
+
+    Raises UsageError where there is none.
+    """
+    named = os.environ.get(VARIABLE)
+    if named:
+        path = shutil.which(named)
+        if path is None:
+            raise UsageError(f"{VARIABLE}={named} is no program that can be run; name simcheck's, or unset it")
+        return Path(path)
+    beside = root / ENVIRONMENT / ("Scripts" if os.name == "nt" else "bin") / "simcheck"
+    if beside.is_file():
+        return beside
+    path = shutil.which("simcheck")
+    if path is None:
+        raise UsageError(
+            f"simcheck is not there: make judge installs it into {ENVIRONMENT}; or pip install 'simcheck[all]' in an "
+            f"environment of its own, and set {VARIABLE} to its program"
+        )
+    return Path(path)
+
+
+def refined_objects(out: Path, ids: Sequence[str] = ()) -> dict[str, Path]:
+    """Asset id → its refined URDF, which may be missing: every folder of ``out/assets``, and all of the latest run.
+
+    Raises UsageError where there is none, UnknownChoiceError for an id that is not among them.
+    """
+    folders = out / "assets"
+    names = {path.name for path in folders.iterdir() if path.is_dir()} if folders.is_dir() else set[str]()
+    names = {name for name in names if not name.startswith(".")} | latest_assets(out)
+    if not names:
+        raise UsageError(f"{folders}: no refined object; refine a dataset into {out} first")
+    for name in ids:
+        if name not in names:
+            raise UnknownChoiceError("object", name, names)
+    return {name: folders / name / URDF_NAME for name in sorted(ids or names)}
+
+
+def latest_assets(out: Path) -> set[str]:
+    """The ids of the latest run's assets: one that failed before it was written counts. Empty without a catalog."""
+    try:
+        run = read_table(out, "runs").sort_values("started_at").iloc[-1]
+        assets = read_table(out, "assets")
+    except (Asset2SimError, OSError, IndexError, KeyError):
+        return set()
+    return {str(name) for name in assets[assets["run_id"] == run["run_id"]]["asset_id"]}
+
+
+def check_object(simcheck: Path, asset_id: str, urdf: Path, time_limit_s: float = TIME_LIMIT_S) -> ObjectReport:
+    """Run the checker on one object; whatever it does, a report."""
+    if not urdf.is_file():
+        return ObjectReport(asset_id=asset_id, seconds=0.0, problem="it was not refined: there is no URDF of it")
+    start = perf_counter()
+    with tempfile.TemporaryDirectory() as folder:
+        report = Path(folder) / "report.json"
+        command = [str(simcheck), "check", *OPTIONS, "--json", str(report), str(urdf)]
+        # A session of its own: the checker runs each engine in a child, and a limit must reach all of them.
+        process = subprocess.Popen(
+            command, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True,
+            errors="replace", start_new_session=True,
+        )  # fmt: skip
+        try:
+            said, _ = process.communicate(timeout=time_limit_s)
+        except subprocess.TimeoutExpired:
+            return ObjectReport(
+                asset_id=asset_id,
+                seconds=perf_counter() - start,
+                problem=f"it did not finish within {time_limit_s:g} s",
+            )
+        finally:
+            stop(process)
+        seconds = perf_counter() - start
+        if not report.is_file():
+            problem = f"simcheck ended with exit code {process.returncode}: {said.strip()[-ENDED_MESSAGE_CHARS:]}"
+            return ObjectReport(asset_id=asset_id, seconds=seconds, problem=problem)
+        return read_report(asset_id, report.read_text(encoding="utf-8"), seconds)
+
+
+def stop(process: "subprocess.Popen[str]") -> None:
+    """Kill what is left of a process and of all that it started."""
+    with contextlib.suppress(ProcessLookupError):
+        os.killpg(process.pid, signal.SIGKILL)
+    process.wait()
+    if process.stdout is not None:
+        process.stdout.close()
+
+
+def show(judgement: Judgement, reports: Sequence[ObjectReport], console: Console) -> None:
+    """Print the shares, the causes left, and what did not finish."""
+    console.print(f"objects            {judgement.objects}")
+    console.print(f"without an error   {share(judgement.without_error, judgement.objects)}")
+    console.print(f"without a warning  {share(judgement.without_warning, judgement.objects)}")
+    if judgement.causes:
+        table = Table(
+            "", "check", "engine", "objects", "findings", "for example", "and said there", title="causes left"
+        )
+        for cause in judgement.causes:
+            table.add_row(
+                cause.severity, cause.check, cause.engine or "files", str(cause.objects), str(cause.findings),
+                escape(", ".join(cause.examples)), escape(cause.message),
+            )  # fmt: skip
+        console.print(table)
+    for report in reports:
+        if report.problem:
+            console.print(f"[red]not judged in full[/red] {escape(report.asset_id)}: {escape(report.problem)}")
+
+
+def main(words: Sequence[str]) -> int:
+    """Judge and tell: 0 where no object has an error and all were judged, 1 else; 2 for a mistake of the user's."""
+    parser = argparse.ArgumentParser(
+        prog="python -m asset2sim.studies.simcheck.run", description="simcheck over refined objects"
+    )
+    parser.add_argument("out", type=Path, help="the folder that a run wrote, with assets/")
+    parser.add_argument("--jobs", type=int, default=2, help="objects at once (2)")
+    parser.add_argument("--ids", nargs="+", default=[], metavar="ID", help="only these objects")
+    parser.add_argument("--limit", type=float, default=TIME_LIMIT_S, help="seconds an object may take (600)")
+    chosen = parser.parse_args(words)
+    console, errors = output(), Console(stderr=True)
+    try:
+        simcheck = find_simcheck(Path.cwd())
+        objects = refined_objects(chosen.out, chosen.ids)
+    except UsageError as error:
+        errors.print(f"error: {error}", markup=False)
+        return 2
+    with Progress(console=errors, transient=True) as progress, ThreadPoolExecutor(max(1, chosen.jobs)) as pool:
+        task = progress.add_task("simcheck", total=len(objects))
+
+        def one(item: tuple[str, Path]) -> ObjectReport:
+            report = check_object(simcheck, *item, chosen.limit)
+            progress.advance(task)
+            return report
+
+        reports = tuple(pool.map(one, objects.items()))
+    judgement = judge(reports)
+    found = Findings(judgement=judgement, objects=reports)
+    (chosen.out / REPORT).write_text(found.model_dump_json(indent=2), encoding="utf-8")
+    show(judgement, reports, console)
+    console.print(f"all findings: {escape(str(chosen.out / REPORT))}")
+    return 0 if judgement.passed else 1
+
+
+if __name__ == "__main__":
+    sys.exit(main(sys.argv[1:]))
