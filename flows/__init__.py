@@ -3,6 +3,6 @@
 Importing this package makes Prefect's settings, which Prefect reads once, when it is imported itself.
 """
 
-from tasks.prefect_settings import prepare_environment
+from flows.server.settings import prepare_environment
 
 prepare_environment()

@@ -11,7 +11,6 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from asset2sim.assets.meshes.shape_cache import PIECES, SHAPES
-from asset2sim.bench.plain_loop import run_loop
 from asset2sim.cli.console import output
 from asset2sim.cli.parser import parse, refine_request
 from asset2sim.models.gateway.environment import checkout_folder, quiet_environment
@@ -32,6 +31,7 @@ from asset2sim.studies.speed.process import machine, measure, one_core
 from asset2sim.studies.speed.query_times import MODULE as QUERY
 from asset2sim.studies.speed.stages import stage_seconds
 from asset2sim.studies.speed.synthetic import make_unchanged
+from flows.bench_loop import run_loop
 from flows.bench_run import MODULE as RUN
 from schemas.asset import AssetRecord
 from schemas.errors import Asset2SimError, UsageError

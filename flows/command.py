@@ -30,7 +30,7 @@ def ready(request: RefineRequest) -> Iterator[Callable[[RefineRequest], RunResul
     from asset2sim.catalog.switch import find_catalog
     from asset2sim.models.gateway.lite import load_litellm
     from asset2sim.runs.isolation.server import warm_up
-    from tasks.prefect_server import temporary_server
+    from flows.server.server import temporary_server
 
     first = find_catalog(working_folder(request.out)) is None
     with temporary_server() as address:
@@ -40,7 +40,7 @@ def ready(request: RefineRequest) -> Iterator[Callable[[RefineRequest], RunResul
             warm_up()
             threading.Thread(target=load_litellm, daemon=True).start()
         from flows.refine_dataset import refine_dataset
-        from tasks.prefect_client import use_server
+        from flows.server.client import use_server
 
         if not first:
             threading.Thread(target=load_mlflow, daemon=True).start()
@@ -53,8 +53,8 @@ def ready(request: RefineRequest) -> Iterator[Callable[[RefineRequest], RunResul
 def _nightly(request: RefineRequest) -> int:
     """Serve the nightly until interrupted, or have one night at once. Returns the exit code."""
     from asset2sim.programs import run_together
-    from tasks.prefect_server import temporary_server
-    from tasks.serving import STOP_LIMIT_S, serving
+    from flows.server.server import temporary_server
+    from flows.server.serving import STOP_LIMIT_S, serving
 
     if request.now:
         return _night_now(request)
@@ -66,13 +66,13 @@ def _nightly(request: RefineRequest) -> int:
 
 
 def _night_now(request: RefineRequest) -> int:
-    from tasks.prefect_server import temporary_server
-    from tasks.serving import find_serving
+    from flows.server.server import temporary_server
+    from flows.server.serving import find_serving
 
     found = find_serving(request.out)
     if found is not None:
-        from flows.night_now import night_elsewhere
-        from tasks.prefect_client import use_server
+        from flows.serve_nightly import night_elsewhere
+        from flows.server.client import use_server
 
         with use_server(found.address):
             code = night_elsewhere(request)
@@ -86,8 +86,8 @@ def _night_now(request: RefineRequest) -> int:
 
         if find_catalog(working_folder(request.out)) is None:
             warm_up()
-        from flows.night_now import night_elsewhere, night_here
-        from tasks.prefect_client import use_server
+        from flows.serve_nightly import night_elsewhere, night_here
+        from flows.server.client import use_server
 
         with use_server(address):
             # A server of the user's may know of a nightly that another machine serves.

@@ -10,8 +10,8 @@ from asset2sim.runs.isolation.server import warm_up
 from asset2sim.studies.methods.objects import read_objects
 from asset2sim.studies.methods.plan import CompareRequest, parse_request, plan
 from asset2sim.studies.methods.report import check_readme, compare, write_comparison, write_readme
+from flows.server.server import temporary_server
 from schemas.errors import Asset2SimError, UsageError
-from tasks.prefect_server import temporary_server
 
 DONE, FAILED, MISTAKE, STOPPED = 0, 1, 2, 130
 
@@ -30,7 +30,7 @@ def compare_methods(request: CompareRequest) -> int:
     with temporary_server() as address:
         warm_up()
         from flows.refine_dataset import refine_dataset
-        from tasks.prefect_client import use_server
+        from flows.server.client import use_server
 
         with use_server(address):
             for number, run in enumerate(runs, start=1):

@@ -15,11 +15,10 @@ from asset2sim.runs.alert import DONE, FAILED, MISTAKE, STOPPED, alert_error, co
 from asset2sim.runs.interrupt import termination_deferred
 from asset2sim.runs.result import INTERRUPTED, RunResult
 from flows.refine_dataset import refine_dataset
+from flows.steps import alert, opaque
 from schemas.errors import Asset2SimError
 from schemas.location import Location, location_of
 from schemas.settings import Settings
-from tasks.alert import alert
-from tasks.opaque import opaque
 
 REFUSED = "Refused"
 """Name of the state of a night that could not start as asked."""

@@ -11,16 +11,20 @@ from asset2sim.catalog.write import check_catalog
 from asset2sim.runs.remote.output import open_output, send_rest
 from asset2sim.runs.result import RunResult
 from asset2sim.runs.spread.worker import PIPELINE
+from flows.steps import (
+    align,
+    discover,
+    find_previous,
+    find_references,
+    log_run,
+    opaque,
+    plan,
+    publish,
+    refine_assets,
+    report,
+)
 from schemas.location import Location, absolute
 from schemas.settings import Settings
-from tasks.align import align, find_references
-from tasks.discover import discover
-from tasks.log_run import log_run
-from tasks.opaque import opaque
-from tasks.plan import plan
-from tasks.publish import publish
-from tasks.refine_assets import refine_assets
-from tasks.report import find_previous, report
 
 
 @flow(name="refine-dataset", persist_result=False)

@@ -14,21 +14,60 @@ import time
 from contextlib import suppress
 from pathlib import Path
 from uuid import UUID
+from zoneinfo import ZoneInfo, ZoneInfoNotFoundError
 
+import yaml
+from prefect.client.schemas.objects import State
 from prefect.exceptions import TerminationSignal
 from prefect.runner import Runner
 from prefect.schedules import Cron
 from prefect.states import Crashed
 from prefect.types.entrypoint import EntrypointType
 
-from asset2sim.catalog.schedule import nightly_schedule
-from asset2sim.cli.night import print_served
+from asset2sim.cli.console import output
+from asset2sim.cli.night import complain, print_served
 from asset2sim.cli.request import RefineRequest
-from flows.nightly import nightly, tell_of_crash
+from flows.nightly import code_of_state, nightly, tell_of_crash
+from flows.server.client import use_server
+from flows.server.deployment import (
+    LOST,
+    ONE_AT_A_TIME,
+    find_deployment,
+    never_began,
+    next_run,
+    run_and_follow,
+    start_afresh,
+)
+from flows.server.serving import FLOW, STOP_LIMIT_S, deployment_name
+from schemas.errors import UsageError
 from schemas.location import absolute
-from tasks.deployment import LOST, ONE_AT_A_TIME, next_run, start_afresh
-from tasks.prefect_client import use_server
-from tasks.serving import FLOW, STOP_LIMIT_S, deployment_name
+
+
+def nightly_schedule(path: Path) -> tuple[str, str]:
+    """(cron line of five fields, name of its time zone) from ``metadata: nightly:`` of a catalog file.
+
+    Raises UsageError, naming the file and what to put there, where either is missing or malformed.
+    """
+    try:
+        content = yaml.safe_load(path.read_text(encoding="utf-8"))
+    except OSError as error:
+        raise UsageError(f"cannot read {path}: {error.strerror}") from error
+    except yaml.YAMLError as error:
+        raise UsageError(f"{path} is not YAML: {str(error).splitlines()[0]}") from error
+    nightly = content
+    for name in ("metadata", "nightly"):
+        nightly = nightly.get(name) if isinstance(nightly, dict) else None
+    if not isinstance(nightly, dict) or "cron" not in nightly:
+        raise UsageError(f'{path} has no schedule; add metadata: nightly: cron: "0 2 * * *"')
+    cron, zone = str(nightly["cron"]), str(nightly.get("timezone", "UTC"))
+    if len(cron.split()) != 5:
+        raise UsageError(f"{path}: cron '{cron}' needs five fields: minute, hour, day, month, weekday")
+    try:
+        ZoneInfo(zone)
+    except (ZoneInfoNotFoundError, ValueError) as error:
+        raise UsageError(f"{path}: unknown timezone '{zone}'; use a name such as UTC or Europe/Berlin") from error
+    return cron, zone
+
 
 CATALOG_FILE = Path(__file__).resolve().parents[1] / "catalog.yaml"
 
@@ -101,3 +140,35 @@ if __name__ == "__main__":
     server = sys.argv[2] if len(sys.argv) > 2 else None
     with use_server(server):
         serve_nightly(RefineRequest.model_validate_json(sys.argv[1]), server)
+
+
+def night_elsewhere(request: RefineRequest) -> int | None:
+    """Have the deployment of the request's output folder run once, and wait for it. Returns the exit code.
+
+    None where the server knows no such deployment, or nobody serves it.
+    """
+    name = deployment_name(request.out)
+    found = find_deployment(name)
+    if found is None or found.status != "READY":
+        return None
+    output().print(f"{FLOW}/{name} runs now; Ctrl-C stops the waiting, not the night", markup=False, soft_wrap=True)
+    run = run_and_follow(UUID(str(found.id)), parameters(request))
+    if never_began(run):
+        raise UsageError(f"another night of {FLOW}/{name} is at work; wait until it ends, this one was left out")
+    return _told(run.state or Crashed(message="it has no state"))
+
+
+def night_here(request: RefineRequest) -> int:
+    """Run the flow once in this process. Returns the exit code."""
+    arguments = (request.data, request.out, request.settings, request.subset, request.asset_ids, request.limit)
+    state: State = nightly(*arguments, strict=request.strict, return_state=True)
+    return code_of_state(state)
+
+
+def _told(state: State) -> int:
+    code = code_of_state(state)
+    if code:
+        complain(f"the night ended {state.name}: {state.message or 'without a word'}")
+    else:
+        output().print(state.message or "", markup=False, soft_wrap=True)
+    return code

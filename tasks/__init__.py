@@ -2,5 +2,5 @@
 
 The stages of a single asset are not among them. A Prefect task on Dask costs 80 to 90 ms and a plain Dask future 2 ms
 (measured, two cores), and a killable child process of its own, which Prefect has not, is what an asset needs. So
-``refine_assets`` is one task that spreads the assets as Dask futures, and ``asset2sim.pipeline`` runs their stages.
+``refine_assets`` is one task that spreads the assets as Dask futures, and ``tasks.pipeline`` runs their stages.
 """

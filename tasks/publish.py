@@ -1,22 +1,56 @@
-"""Into the catalog."""
+"""Publish: what belongs beside a refined URDF, and the state written into it where that is asked for."""
 
-from collections.abc import Collection
+import json
+from pathlib import Path
 
-from prefect import task
-from prefect.cache_policies import NO_CACHE
+from asset2sim.assets.exports import write_exports
+from asset2sim.assets.urdf.bake import bake_file, baked
+from asset2sim.assets.views import write_views
+from asset2sim.engines.contacts import penetration
+from asset2sim.engines.pybullet_object import contacts_at
+from asset2sim.refinement.judge import Judged
+from schemas.finding import Finding
+from schemas.overlay import PhysicsOverlay
+from schemas.settings import Settings
+from schemas.vocabulary import Severity, Stage, StateMode
 
-from asset2sim.catalog.run import RunRow
-from asset2sim.catalog.write import write_run
-from asset2sim.runs.plan.plan import settle
-from asset2sim.runs.remote.output import Output, send_tables
-from asset2sim.runs.spread.refine_all import Refined
+SAME_PHI_M = 1e-4
+"""Difference of Φ between a state and the same state baked into the URDF that is rounding, m."""
 
 
-@task(name="publish", cache_policy=NO_CACHE, persist_result=False)
-def publish(output: Output, run: RunRow, refined: Refined, present: Collection[str] | None = None) -> None:
-    """Write the run's rows to the Parquet tables; see ``asset2sim.catalog.write.write_run``."""
-    folder = output.folder
-    # What is sent is compacted once the store has it: it cannot switch a month's files at once.
-    write_run(folder, run, refined.records, refined.unchanged, present, compact=output.url is None)
-    send_tables(output, run.started_at)
-    settle(folder, refined.records)
+def publish(urdf: Path, judged: Judged, settings: Settings) -> tuple[PhysicsOverlay, tuple[Finding, ...]]:
+    """Write the overlay, the measurements, exports and views; the overlay as written, and what there is to say.
+
+    Where the state is baked, it is measured once more: the baked URDF's zero must be the state that was judged.
+    """
+    folder, overlay = urdf.parent, judged.overlay
+    findings: tuple[Finding, ...] = ()
+    if settings.state is StateMode.BAKE:
+        overlay, findings = bake(urdf, overlay, settings)
+    (folder / "overlay.json").write_text(overlay.model_dump_json(indent=2), encoding="utf-8")
+    # Without the wall time: the same input gives the same bytes.
+    reports = [report.model_dump(mode="json", exclude={"seconds"}) for report in judged.reports]
+    (folder / "measurement.json").write_text(json.dumps(reports, indent=1), encoding="utf-8")
+    write_exports(folder, overlay, settings.exports)
+    if settings.views.write:
+        write_views(urdf, overlay.initial_positions, folder / "views", settings.views)
+    return overlay, findings
+
+
+def bake(urdf: Path, overlay: PhysicsOverlay, settings: Settings) -> tuple[PhysicsOverlay, tuple[Finding, ...]]:
+    """Write a URDF whose zero is the overlay's initial state in its place, and the overlay that says so."""
+    before = penetration(contacts_at(urdf, overlay.initial_positions, settings.engine))
+    bake_file(urdf, overlay.initial_positions, urdf)
+    after = penetration(contacts_at(urdf, {}, settings.engine))
+    if abs(after - before) <= SAME_PHI_M:
+        return baked(overlay), ()
+    finding = Finding(
+        stage=Stage.PUBLISH,
+        severity=Severity.WARNING,
+        code="bake_differs",
+        message=f"links overlap by {1e3 * after:.3g} mm at the zero of the baked URDF and by {1e3 * before:.3g} mm in "
+        "the state that it holds",
+        value=after,
+        limit=before,
+    )
+    return baked(overlay), (finding,)

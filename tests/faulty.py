@@ -34,7 +34,7 @@ def refine(ref: AssetRef, out: Path, settings: Settings, *, ask: Ask) -> AssetRe
             fault(out)
         if not Path(ref.path).is_dir():
             return crashers.no_pipeline(ref, out, settings, ask=ask)
-        from asset2sim.pipeline import refine_asset
+        from tasks.pipeline import refine_asset
 
         return refine_asset(ref, out, settings, ask=ask)
 
@@ -128,10 +128,10 @@ def limited(settings: Settings) -> Settings:
 def main() -> int:
     import flows.command
     import flows.refine_dataset
-    import tasks.refine_assets
+    import flows.steps
 
     module: Any = flows.refine_dataset
-    work: Any = tasks.refine_assets
+    work: Any = flows.steps
     flow = module.refine_dataset
 
     def refine_dataset(data: Path, out: Path, settings: Settings, *rest: Any) -> Any:

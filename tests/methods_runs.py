@@ -3,11 +3,11 @@
 from collections.abc import Callable
 from pathlib import Path
 
-from asset2sim.pipeline import refine_asset
 from schemas.asset import AssetRecord, AssetRef
 from schemas.request import ModelAnswer, ModelCall, ModelRequest
 from schemas.settings import EngineSettings, MethodSettings, ModelSettings, Settings, ViewSettings
 from schemas.vocabulary import Engine, Method
+from tasks.pipeline import refine_asset
 from tests.assets import prior
 from tests.factories import make_call
 

@@ -10,11 +10,11 @@ from asset2sim.assets.authored import ENGINE_INERTIA, ENGINE_MASS_KG, authored_o
 from asset2sim.assets.extract import Extraction
 from asset2sim.assets.urdf.read import read_dynamics
 from asset2sim.baselines.as_proposed import as_proposed
-from asset2sim.methods.judge_overlay import judge_overlay
 from asset2sim.physics.inertia import box_inertia
 from schemas.overlay import JointPhysics, LinkPhysics, Overlay, PhysicsOverlay
 from schemas.settings import Settings
 from schemas.vocabulary import FailureMode, Method, Source
+from tasks.measure import judge_overlay
 from tests.assets import box_obj, cabinet, joint, link, mesh, near, read, robot, shape, written
 from tests.methods_runs import settings_of
 

@@ -7,7 +7,6 @@ from pathlib import Path
 
 import pytest
 
-from asset2sim.bench.plain_loop import run_loop
 from asset2sim.catalog.history import history_files
 from asset2sim.catalog.read import read_table
 from asset2sim.catalog.run import start_run
@@ -44,6 +43,7 @@ from asset2sim.studies.speed.query_times import time_query
 from asset2sim.studies.speed.stages import parts, stage_seconds
 from asset2sim.studies.speed.synthetic import FILES, make_entries, publish_entries
 from flows.bench import command, fresh, main
+from flows.bench_loop import run_loop
 from flows.bench_run import MODULE as RUN
 from schemas.asset import AssetRecord, AssetRef
 from schemas.settings import Settings, ViewSettings

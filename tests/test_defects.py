@@ -7,7 +7,6 @@ from pathlib import Path
 
 import pytest
 
-from asset2sim.pipeline import refine_asset
 from asset2sim.studies.defects import left
 from asset2sim.studies.defects.__main__ import as_json, text
 from asset2sim.studies.defects.defects import DEFECTS
@@ -31,6 +30,7 @@ from schemas.interaction import OverlapPair
 from schemas.measurement import ContactPair
 from schemas.settings import EngineSettings, Settings, Thresholds, ViewSettings
 from schemas.vocabulary import Engine, OverlapCause, Severity, Stage, Status
+from tasks.pipeline import refine_asset
 from tests.assets import fingerprint, prior
 
 QUICK = Settings(views=ViewSettings(write=False), engine=EngineSettings(verify=(Engine.PYBULLET,), interact=False))

@@ -11,11 +11,11 @@ import pytest
 from asset2sim.assets.exports.mjcf import HOME, IMPEDANCE, MJCF_NAME, SCENE_NAME, export_mjcf
 from asset2sim.engines.contacts import penetration
 from asset2sim.engines.registry import open_world
-from asset2sim.pipeline import refine_asset
 from schemas.errors import AssetError
 from schemas.overlay import PhysicsOverlay
 from schemas.settings import EngineSettings
 from schemas.vocabulary import Engine
+from tasks.pipeline import refine_asset
 from tests.assets import UNSEEN, prior, sample
 from tests.builders import ORIGIN, UrdfJoint, UrdfLink, box, mesh, sphere
 from tests.exported import ARM_INERTIA, BASE, FRICTION, arm, refined

@@ -13,7 +13,7 @@ from pathlib import Path
 
 import pytest
 
-from tasks.prefect_server import temporary_server
+from flows.server.server import temporary_server
 from tests.assets import ROOT
 from tests.dask_programs import answering, programs, start_scheduler, start_workers, worker_of
 from tests.fault_runs import (

@@ -189,7 +189,7 @@ def imported(path: Path) -> set[str]:
 def test_whatever_the_pipeline_imports_counts() -> None:
     """Import by import from what makes a record and its rows; what is imported by name only is named here."""
     waiting = {
-        "asset2sim/pipeline.py",
+        "tasks/pipeline.py",
         "asset2sim/checks/alignment/align.py",
         "asset2sim/runs/spread/worker.py",
         *(f"asset2sim/engines/{engine.value}_world.py" for engine in Engine),

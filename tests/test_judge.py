@@ -170,7 +170,7 @@ class TestRunning:
 
 
 def test_simcheck_itself_finds_no_error_in_a_refined_sample(tmp_path: Path) -> None:
-    from asset2sim.pipeline import refine_asset
+    from tasks.pipeline import refine_asset
 
     try:
         simcheck = program.find_simcheck(ROOT)

@@ -7,8 +7,6 @@ import pytest
 from asset2sim.assets.urdf.bake import unbake
 from asset2sim.checks.verdict import disagreements, failures_of, judge_reports
 from asset2sim.engines.registry import installed
-from asset2sim.pipeline import refine_asset
-from asset2sim.publishing import bake
 from asset2sim.refinement.judge import obstacles, report_findings
 from schemas.interaction import Obstacle, Sweep
 from schemas.overlay import PhysicsOverlay
@@ -24,6 +22,8 @@ from schemas.vocabulary import (
     StateMode,
     Status,
 )
+from tasks.pipeline import refine_asset
+from tasks.publish import bake
 from tests.assets import UNSEEN, fingerprint, near, prior, sample
 from tests.factories import make_drop, make_measurement, make_motion, make_record, make_report
 

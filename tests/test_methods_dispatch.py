@@ -4,8 +4,8 @@ from pathlib import Path
 
 import pytest
 
-from asset2sim.methods.dispatch import RUNS
 from schemas.vocabulary import FailureMode, Method
+from tasks.pipeline import RUNS
 from tests.assets import prior, sample
 from tests.methods_runs import run, settings_of
 

@@ -9,8 +9,8 @@ from pathlib import Path
 import pytest
 
 from asset2sim.cli.night import moment
+from flows.server.serving import Serving, deployment_name, find_serving, serving
 from schemas.errors import UsageError
-from tasks.serving import Serving, deployment_name, find_serving, serving
 from tests.nightlies import SAMPLES, make_nightly, served
 from tests.processes import alive, wait_until
 

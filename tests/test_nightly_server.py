@@ -26,12 +26,12 @@ from asset2sim.catalog.read import read_table
 from asset2sim.catalog.run import MARK
 from asset2sim.catalog.storage.lock import lock_output
 from asset2sim.cli.request import RefineRequest
-from flows.night_now import night_elsewhere, night_here
+from flows.serve_nightly import night_elsewhere, night_here
+from flows.server.client import wait_for
+from flows.server.deployment import find_deployment
+from flows.server.serving import deployment_name
 from schemas.errors import UsageError
 from schemas.settings import RunSettings, Settings
-from tasks.deployment import find_deployment
-from tasks.prefect_client import wait_for
-from tasks.serving import deployment_name
 from tests.nightlies import LIMIT_S, ROOT, SAMPLES, Model, Nightly, make_nightly, model, served
 from tests.processes import alive, wait_until
 

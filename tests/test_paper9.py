@@ -6,9 +6,9 @@ from pathlib import Path
 import pytest
 
 from asset2sim.checks.rest import observe
-from asset2sim.pipeline import refine_asset
 from schemas.asset import AssetRecord
 from schemas.vocabulary import Engine, Status
+from tasks.pipeline import refine_asset
 from tests.assets import SHARED, UNSEEN, prior, sample
 
 OBJECTS = SHARED / "partnet_mobility"

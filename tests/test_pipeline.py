@@ -7,7 +7,6 @@ from pathlib import Path
 import pytest
 
 from asset2sim.assets.views import VIEW_NAMES
-from asset2sim.pipeline import refine_asset
 from asset2sim.studies.samples import planted
 from schemas.asset import AssetRecord, AssetRef
 from schemas.interaction import EngineReport
@@ -15,6 +14,7 @@ from schemas.overlay import PhysicsOverlay
 from schemas.request import ModelAnswer
 from schemas.settings import Settings, ViewSettings
 from schemas.vocabulary import FailureMode, Severity, Source, Stage, Status
+from tasks.pipeline import refine_asset
 from tests.assets import RAW, UNSEEN, fingerprint, prior, sample, saying
 
 OUTCOMES = {bad.blueprint.asset_id: bad.outcomes for bad in planted()}

@@ -10,9 +10,9 @@ from prefect.cli.deploy._models import PrefectYamlModel
 from prefect.client.schemas.objects import ConcurrencyLimitStrategy
 from prefect.flows import Flow, load_flow_from_entrypoint
 
-from asset2sim.catalog.schedule import nightly_schedule
+from flows.serve_nightly import nightly_schedule
+from flows.server.deployment import ONE_AT_A_TIME
 from schemas.settings import Settings
-from tasks.deployment import ONE_AT_A_TIME
 
 ROOT = Path(__file__).resolve().parents[1]
 

@@ -4,9 +4,9 @@ import csv
 import re
 from pathlib import Path
 
-from asset2sim.catalog.schedule import nightly_schedule
 from asset2sim.studies.readme.summary import BEGIN, END, with_summary
 from asset2sim.studies.samples import planted
+from flows.serve_nightly import nightly_schedule
 
 ROOT = Path(__file__).resolve().parents[1]
 README = (ROOT / "README.md").read_text(encoding="utf-8")

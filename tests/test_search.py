@@ -9,7 +9,6 @@ import pytest
 from asset2sim.engines.contacts import ContactPoint, penetration
 from asset2sim.engines.pybullet_object import contacts_at
 from asset2sim.models.refinement_prompt import Tried
-from asset2sim.pipeline import refine_asset
 from asset2sim.refinement.state.bands import Band, Evaluator, band_of, objective
 from asset2sim.refinement.state.proposals import focus_joints
 from asset2sim.refinement.state.search import Ask, refine_state
@@ -19,6 +18,7 @@ from schemas.finding import TraceStep
 from schemas.measurement import ContactPair
 from schemas.settings import SearchSettings
 from schemas.vocabulary import FailureMode, Source
+from tasks.pipeline import refine_asset
 from tests.assets import UNSEEN, near, prior, sample
 from tests.factories import make_joint
 

@@ -6,7 +6,6 @@ from pathlib import Path
 import pytest
 
 from asset2sim.assets.folder import Folder
-from asset2sim.pipeline import refine_asset
 from asset2sim.refinement.ask_model import Questions, Scene
 from asset2sim.refinement.collision.part_links import Attempt
 from asset2sim.refinement.rest_state import fallen, measured_at, restate
@@ -18,6 +17,7 @@ from schemas.overlay import PhysicsOverlay
 from schemas.request import ModelAnswer, ModelRequest
 from schemas.settings import CollisionSettings, EngineSettings, Settings, Thresholds
 from schemas.vocabulary import CollisionMode, Engine, Source, Status
+from tasks.pipeline import refine_asset
 from tests.assets import SHARED, joint, link, near, prior, read, robot, sample, shape, written
 from tests.builders import UrdfJoint, UrdfLink, box, write_urdf
 from tests.factories import make_joint, make_measurement

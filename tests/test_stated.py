@@ -4,10 +4,10 @@ from pathlib import Path
 
 import pytest
 
-from asset2sim.validation.authored import check_authored
 from asset2sim.validation.stated import stated_findings
 from schemas.settings import PhysicsSettings
 from schemas.vocabulary import Severity
+from tasks.extract import check_authored
 from tests.assets import box_obj, joint, link, mesh, read, robot, shape, written
 
 BOX_INERTIA = (0.0017, 0.0017, 0.0017)

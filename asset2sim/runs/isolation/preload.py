@@ -9,7 +9,7 @@ import logging
 import os
 import sys
 
-MODULES = ("numpy", "scipy.spatial", "trimesh", "yourdfpy", "pybullet", "mujoco", "sapien", "asset2sim.pipeline")
+MODULES = ("numpy", "scipy.spatial", "trimesh", "yourdfpy", "pybullet", "mujoco", "sapien", "tasks.pipeline")
 
 
 def import_quietly(names: tuple[str, ...]) -> None:

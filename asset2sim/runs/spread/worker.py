@@ -24,7 +24,7 @@ from schemas.request import ModelAnswer, ModelCall, ModelRequest
 from schemas.settings import ModelSettings, Settings
 from schemas.vocabulary import Method
 
-PIPELINE = "asset2sim.pipeline:refine_asset"
+PIPELINE = "tasks.pipeline:refine_asset"
 """The pipeline by name, so that neither the flow nor a worker imports the engines: only the children do."""
 
 

@@ -18,7 +18,7 @@ from schemas.request import ModelAnswer, ModelRequest
 from schemas.settings import Settings, ViewSettings
 from schemas.vocabulary import Method, Status
 
-PIPELINE = "asset2sim.pipeline:refine_asset"
+PIPELINE = "tasks.pipeline:refine_asset"
 SETTINGS = Settings(views=ViewSettings(write=False))
 """The default settings, without pictures."""
 

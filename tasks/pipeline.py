@@ -1,31 +1,70 @@
-"""What is run for every method."""
+"""One asset from folder to record: extract, synthesize, validate, apply, refine, measure. Runs in a child
+process."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
-from asset2sim.asset_progress import Progress
 from asset2sim.assets.authored import authored_overlay
-from asset2sim.assets.extract import Extraction
+from asset2sim.assets.extract import Extraction, extract
 from asset2sim.assets.folder import URDF_NAME, staged_folder
+from asset2sim.assets.meshes.shape_cache import PIECES, SHAPES
 from asset2sim.assets.views.canonical import labelled_views
 from asset2sim.baselines.as_proposed import as_proposed
 from asset2sim.baselines.ivw import ask_fused
 from asset2sim.baselines.no_semantics import without_semantics
 from asset2sim.baselines.reference import propose_reference
+from asset2sim.checks.alignment.vision_judge import with_judgement
 from asset2sim.checks.verdict import Verdict
-from asset2sim.methods.judge_overlay import judge_overlay
-from asset2sim.methods.ours import refine_with_rules
-from asset2sim.models.ask_overlay import Synthesized, ask_overlay
+from asset2sim.models.ask_overlay import SynthesisError, Synthesized, ask_overlay, synthesize
 from asset2sim.models.prompts import DIRECT, overlay_request
-from asset2sim.publishing import publish
 from asset2sim.refinement.judge import judge_as_written
-from schemas.asset import AssetRef
+from asset2sim.refinement.refine import Job, shape_and_judge
+from asset2sim.validation import validate
+from asset2sim.validation.sanity import sensible
+from asset2sim.validation.validate import contact_friction
+from schemas.asset import AssetRecord, AssetRef
+from schemas.errors import AssetError
+from schemas.finding import Finding
 from schemas.model_names import is_prior
 from schemas.overlay import Overlay
 from schemas.request import ModelAsk
 from schemas.settings import Settings
-from schemas.vocabulary import Method, Source, Stage
+from schemas.vocabulary import FailureMode, Method, Severity, Source, Stage, Status
+from tasks.extract import check_authored
+from tasks.measure import judge_overlay
+from tasks.progress import Progress
+from tasks.publish import publish
+
+
+def refine_with_rules(
+    ref: AssetRef, extraction: Extraction, out: Path, settings: Settings, ask: ModelAsk, progress: Progress
+) -> Verdict:
+    """Synthesize, validate, apply, refine, measure and publish one asset; raises AssetError where it cannot go on."""
+    with progress.timed(Stage.SYNTHESIZE):
+        images = tuple(labelled_views(extraction, settings).values())
+        proposal, calls, findings = synthesize(
+            extraction.features, ref.prompt, extraction.closed_size, extraction.link_centers, ask, images
+        )
+        progress.calls.extend(calls)
+        progress.findings.extend(findings)
+        semantic = settings.method is not Method.NO_SEMANTICS
+        proposal, findings = sensible(extraction, proposal, ref.prompt, settings.physics, semantics=semantic)
+        progress.findings.extend(findings)
+    source = Source.PRIOR if is_prior(settings.model.model) else Source.MODEL
+    with progress.timed(Stage.VALIDATE):
+        friction = contact_friction(proposal.contact_material, settings.physics)
+        overlay, findings = validate(extraction, proposal, source, friction, settings.physics)
+        progress.overlay = overlay
+        progress.findings.extend(findings)
+    with staged_folder(out / "assets" / ref.asset_id) as path:
+        job = Job(extraction, proposal, overlay, source, path, out / PIECES, settings, ask, progress.timed)
+        shaped = shape_and_judge(job)
+        progress.refined(shaped)
+        with progress.timed(Stage.PUBLISH):
+            progress.overlay, told = publish(shaped.urdf, shaped.judged, settings)
+            progress.findings.extend(told)
+    return shaped.judged.verdict
 
 
 @dataclass(frozen=True)
@@ -146,3 +185,65 @@ RUNS: dict[Method, Callable[[Work], Verdict]] = {
     Method.AGENT: run_agent_method,
     Method.RAW: run_raw,
 }
+
+
+def refine_asset(ref: AssetRef, out: Path, settings: Settings, ask: ModelAsk) -> AssetRecord:
+    """Refine one asset into ``out/assets/<asset_id>`` and say how it went.
+
+    Whatever is wrong with the asset or its model ends as a record with a failure mode; the folder of an earlier run is
+    replaced only when the new one is complete.
+    """
+    progress = Progress()
+    try:
+        verdict = run_stages(ref, out, settings, ask, progress)
+    except AssetError as error:
+        if isinstance(error, SynthesisError):
+            progress.calls.extend(error.calls)
+        progress.findings.append(
+            Finding(
+                stage=progress.stage,
+                severity=Severity.ERROR,
+                code=error.code,
+                message=str(error),
+                link=error.link,
+                joint=error.joint,
+            )
+        )
+        verdict = Verdict(error.mode, str(error))
+    return with_judgement(record(ref, settings, progress, verdict), out, settings, ask)
+
+
+def run_stages(ref: AssetRef, out: Path, settings: Settings, ask: ModelAsk, progress: Progress) -> Verdict:
+    """Extraction, and then what the settings' method does; raises AssetError where the asset cannot go on."""
+    with progress.timed(Stage.EXTRACT):
+        extraction = extract(ref, out / SHAPES)
+        progress.findings.extend(extraction.findings)
+        mended, told = check_authored(extraction, settings.physics)
+        progress.findings.extend(told)
+    try:
+        return run_method(Work(ref, extraction, mended, out, settings, ask, progress))
+    finally:
+        extraction.triangles.keep()
+
+
+def record(ref: AssetRef, settings: Settings, progress: Progress, verdict: Verdict) -> AssetRecord:
+    """The record of one asset; whoever planned the run knows its content hash."""
+    features = progress.features
+    return AssetRecord(
+        ref=ref,
+        category=(features.category if features is not None else ref.category) or "",
+        method=settings.method,
+        model=settings.model.model,
+        status=Status.OK if verdict.mode is FailureMode.NONE else Status.FAILED,
+        failure_mode=verdict.mode,
+        reason=verdict.reason,
+        features=features,
+        overlay=progress.overlay,
+        measurement=next((r.measurement for r in progress.reports if r.measurement is not None), None),
+        reports=progress.reports,
+        overlaps=progress.overlaps,
+        calls=tuple(progress.calls),
+        trace=tuple(step.model_copy(update={"step": index}) for index, step in enumerate(progress.trace)),
+        findings=tuple(progress.findings),
+        seconds=dict(progress.seconds),
+    )

@@ -21,7 +21,7 @@ from prefect.client.schemas.sorting import FlowRunSort
 from prefect.exceptions import ObjectNotFound
 from prefect.states import Crashed, Scheduled
 
-from tasks.serving import FLOW
+from flows.server.serving import FLOW
 
 PLAN_LIMIT_S = 60.0
 """Time that the server's scheduler gets to plan the first run, s: it looks every 5 s."""

@@ -13,7 +13,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
-from tasks.serving import prefect_home
+from flows.server.serving import prefect_home
 
 STOP_LIMIT_S = 2.0
 """Time that the server gets to end by itself, s: all is in its database by then, and ending takes it 3 to 20."""
@@ -26,7 +26,7 @@ DEFAULTS = {"PREFECT_API_BLOCKS_REGISTER_ON_START": "false"}
 def temporary_server(*, schedules: bool = False) -> Iterator[str | None]:
     """The address of a server that loads while the block begins, or None where the user has configured one.
 
-    ``schedules`` asks for the services that start scheduled runs. Connect with ``tasks.prefect_client.use_server``.
+    ``schedules`` asks for the services that start scheduled runs. Connect with ``flows.server.client.use_server``.
     """
     home = prefect_home()
     if "PREFECT_API_URL" in os.environ or (home / "profiles.toml").exists():

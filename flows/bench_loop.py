@@ -1,4 +1,4 @@
-"""The same work without orchestration: ``python -m asset2sim.bench.plain_loop RESULT STARTED refine DATA --out OUT …``.
+"""The same work without orchestration: ``python -m flows.bench_loop RESULT STARTED refine DATA --out OUT …``.
 
 One asset after the other in this process, by the pipeline alone, with its questions asked through the gateway as a
 worker asks them: no Prefect, no Dask, no child process, no catalog. What a child process of a run finds ready, the
@@ -22,7 +22,7 @@ from asset2sim.studies.speed.measured import LoopTimes
 from asset2sim.studies.speed.process import BenchError, cpu_s, measure, peak_memory_mb
 from schemas.vocabulary import Status
 
-MODULE = "asset2sim.bench.plain_loop"
+MODULE = "flows.bench_loop"
 RUN_ID = "plain-loop"
 
 
@@ -43,8 +43,8 @@ def loop(request: RefineRequest, at: Path) -> LoopTimes:
     out = working_folder(request.out).resolve()
     refs = check_request(request.data, out, request.settings, request.subset, request.asset_ids, request.limit)
     from asset2sim.models.gateway.lite import load_litellm
-    from asset2sim.pipeline import refine_asset
     from asset2sim.runs.isolation import preload
+    from tasks.pipeline import refine_asset
 
     assert preload.MODULES
     load_litellm()
