@@ -9,7 +9,6 @@ import trimesh
 from asset2sim.assets.extract import Extraction
 from asset2sim.assets.folder import write_folder
 from asset2sim.assets.hulls import Hulls, collision_hulls
-from asset2sim.collision.interior import cavity, interiors
 from asset2sim.physics.arrays import Array
 from asset2sim.refinement.collision.shapes import collision_shapes
 from asset2sim.validation import validate
@@ -17,6 +16,7 @@ from schemas.overlay import Overlay
 from schemas.settings import CollisionSettings, PhysicsSettings
 from schemas.vocabulary import Source
 from tests.assets import SHARED, read
+from tests.interior import cavity, interiors
 from tests.test_collision_shapes import case
 
 PHYSICS = PhysicsSettings()

@@ -6,9 +6,9 @@ import pytest
 
 from asset2sim.models.gateway.choices import check_model
 from asset2sim.models.gateway.lite import load_litellm
-from asset2sim.models.providers import PROVIDERS, Provider, provider_table
 from schemas.errors import UsageError
 from schemas.settings import ModelSettings
+from tests.provider_table import PROVIDERS, Provider, provider_table
 
 README = Path(__file__).resolve().parents[1] / "README.md"
 LOCAL = "http://127.0.0.1:8000/v1"
