@@ -1,2 +1,1 @@
-"""How it is done: URDF, geometry, physics, engines, search, models and the catalog, as plain functions over
-frozen data."""
+"""The implementation: URDF, geometry, physics, engines, search, models and catalog, as functions over frozen data."""

@@ -11,7 +11,7 @@ MLFLOW_PORT = 5000
 
 
 def commands(out: Path | str) -> dict[str, list[str]]:
-    """Name → command line of each server; both listen for this machine alone. MLflow shows what was run on it."""
+    """Name → command line of each server; both listen on 127.0.0.1 only. MLflow shows the runs of this machine."""
     programs = Path(sys.executable).parent
     return {
         "Prefect": [str(programs / "prefect"), "server", "start", "--host", "127.0.0.1", "--port", str(PREFECT_PORT)],
@@ -23,5 +23,5 @@ def commands(out: Path | str) -> dict[str, list[str]]:
 
 
 def addresses() -> dict[str, str]:
-    """Name → where its page is."""
+    """Name → URL of its page."""
     return {"Prefect": f"http://127.0.0.1:{PREFECT_PORT}", "MLflow": f"http://127.0.0.1:{MLFLOW_PORT}"}

@@ -52,7 +52,7 @@ def tell(line: str) -> None:
 def command(
     request: BenchRequest, data: Path, out: Path, workers: int, engines: str = "one", ids: Sequence[str] = ()
 ) -> list[str]:
-    """The words of an ``asset2sim refine``."""
+    """The arguments of an ``asset2sim refine`` command."""
     words = ["refine", str(data), "--out", str(out), "--workers", str(workers), "--no-views"]
     words += ["--engines", ",".join(engine.value for engine in ENGINES[engines])]
     words += ["--assets", ",".join(ids)] if ids else []
@@ -61,7 +61,7 @@ def command(
 
 
 def fresh(request: BenchRequest, name: str) -> Path:
-    """An output folder that holds what is kept of meshes, their shapes and convex pieces, and nothing else."""
+    """An output folder that holds only the warm caches of mesh shapes and convex pieces."""
     out = request.work / name
     shutil.rmtree(out, ignore_errors=True)
     for cache in (SHAPES, PIECES):
@@ -85,7 +85,7 @@ def warm_up(request: BenchRequest) -> None:
 
 
 def rates(request: BenchRequest, found: Measured) -> Measured:
-    """One worker, the plain loop over the same, two workers."""
+    """Measure one worker, the plain loop over the same assets, and two workers."""
     warm_up(request)
     outs = {name: fresh(request, name) for name in ("one", "loop", "two")}
     one = flow(request, "one", command(request, request.data, outs["one"], 1))
@@ -96,7 +96,7 @@ def rates(request: BenchRequest, found: Measured) -> Measured:
 
 
 def unchanged(request: BenchRequest, found: Measured) -> Measured:
-    """The output of two workers once more."""
+    """Measure a second run into the two workers' output, with nothing changed."""
     words = command(request, request.data, request.work / "two", 2)
     if found.two is None:
         flow(request, "two", words)
@@ -104,7 +104,7 @@ def unchanged(request: BenchRequest, found: Measured) -> Measured:
 
 
 def synthetic(request: BenchRequest, found: Measured) -> Measured:
-    """Few entries and many, none of which changed."""
+    """Measure runs over few and over many synthetic entries, none of which changed."""
     record = sample_record(request)
     runs = []
     for count in (request.few, request.entries):
@@ -127,7 +127,7 @@ def sample_record(request: BenchRequest) -> AssetRecord:
 
 
 def history(request: BenchRequest, found: Measured) -> Measured:
-    """The breakdown over a year of nights."""
+    """Measure the query that groups failures, over a year of nights."""
     out = request.work / "history"
     shutil.rmtree(out, ignore_errors=True)
     tell(f"writing {request.rows:,} rows of history")
@@ -139,7 +139,7 @@ def history(request: BenchRequest, found: Measured) -> Measured:
 
 
 def checker(request: BenchRequest, found: Measured) -> Measured:
-    """Our refinement with verification in two engines, and the checker over what came of it, on one core."""
+    """Measure our refinement, verified in two engines, and the independent checker on its output, on one core."""
     if "rates" not in request.parts:
         warm_up(request)
     refs = load_dataset(request.data, None, (), request.limit)
@@ -165,7 +165,7 @@ def bench(request: BenchRequest) -> Measured:
 
 
 def write(request: BenchRequest, found: Measured) -> str:
-    """Write what is known so far; the Markdown."""
+    """Write the figures so far. Returns the Markdown."""
     text = bench_markdown(found)
     (request.work / "bench.md").write_text(text, encoding="utf-8")
     (request.work / "bench.json").write_text(found.model_dump_json(indent=2), encoding="utf-8")
@@ -173,7 +173,7 @@ def write(request: BenchRequest, found: Measured) -> str:
 
 
 def main(words: Sequence[str]) -> int:
-    """Run one command line and return its exit code: 0 whatever is met, unless ``--strict``."""
+    """Run one command line and return its exit code; a missed target is a failure only under ``--strict``."""
     quiet_environment()
     try:
         request = parse_request(words)

@@ -1,8 +1,8 @@
 """The same work without orchestration: ``python -m flows.bench_loop RESULT STARTED refine DATA --out OUT …``.
 
-One asset after the other in this process, by the pipeline alone, with its questions asked through the gateway as a
-worker asks them: no Prefect, no Dask, no child process, no catalog. What a child process of a run finds ready, the
-engines, one thread, LiteLLM in its parent, is ready here before the clock starts.
+Assets are refined one after the other in this process, with model calls through the gateway as in a worker: no
+Prefect, no Dask, no child process, no catalog. What a run's child process finds ready (imported engines, one thread,
+LiteLLM loaded in its parent) is made ready here before the clock starts.
 """
 
 import sys
@@ -27,8 +27,8 @@ RUN_ID = "plain-loop"
 
 
 def run_loop(words: Sequence[str], place: Path) -> LoopTimes:
-    """The loop over what the command line asks for, in a process of its own. An engine's crash takes that process
-    along: the answer says so then."""
+    """Times of the loop over the assets of a command line, in a process of its own. If an engine's crash ends that
+    process, ``problem`` says so."""
     at = _at(place.with_suffix(".json"))
     at.unlink(missing_ok=True)
     try:
@@ -39,7 +39,7 @@ def run_loop(words: Sequence[str], place: Path) -> LoopTimes:
 
 
 def loop(request: RefineRequest, at: Path) -> LoopTimes:
-    """Refine every asset of a request here; the file ``at`` names the one that is at work."""
+    """Refine every asset of a request in this process; the file ``at`` names the current one."""
     out = working_folder(request.out).resolve()
     refs = check_request(request.data, out, request.settings, request.subset, request.asset_ids, request.limit)
     from asset2sim.models.gateway.lite import load_litellm

@@ -26,7 +26,7 @@ def main(words: Sequence[str]) -> int:
 
 
 def timed_refine(request: RefineRequest, result: Path, started: float) -> RunResult:
-    """What ``flows.command.refine`` does, with a clock; ``started`` is when the process was, on the monotonic clock."""
+    """``flows.command.refine``, timed; ``started`` is the start of the process on the monotonic clock, s."""
     with ready(request) as flow:
         tasks_s = watch_tasks()
         called = time.monotonic()

@@ -24,7 +24,7 @@ def refine(request: RefineRequest) -> RunResult:
 
 @contextmanager
 def ready(request: RefineRequest) -> Iterator[Callable[[RefineRequest], RunResult]]:
-    """The flow, ready to be called within the block, with what the request's run will need loaded or loading."""
+    """The flow, to be called within the block, with a server and the libraries that the run will need loading."""
     from asset2sim.catalog.mlflow_store import load_mlflow
     from asset2sim.catalog.storage.cache import working_folder
     from asset2sim.catalog.switch import find_catalog

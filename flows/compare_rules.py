@@ -1,4 +1,4 @@
-"""The same dataset as it came, by the paper's rules and by ours, for the README's table: DATA OUT [README]."""
+"""One dataset raw, by the paper's rules and by ours, compared for the README's table: DATA OUT [README]."""
 
 import sys
 from collections.abc import Sequence

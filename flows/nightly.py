@@ -1,4 +1,4 @@
-"""One night: refine the dataset, tell the hook, and end in a state that says how it went.
+"""One night: refine the dataset, run the hook, and return a Prefect state that says how it went.
 
 ``asset2sim nightly`` serves it on the schedule of ``catalog.yaml`` (``flows.serve_nightly``), and ``prefect.yaml``
 deploys it to a work pool.
@@ -25,7 +25,7 @@ REFUSED = "Refused"
 
 
 def tell_of_crash(flow: Flow[..., Any], flow_run: FlowRun, state: State) -> None:
-    """Run the hook for a night whose process went without a word: killed, or out of memory."""
+    """Run the hook for a night whose process ended without a result: killed, or out of memory."""
     settings = Settings.model_validate(flow_run.parameters.get("settings") or {})
     error = Asset2SimError(state.message or "the night's process ended without a word")
     warning = alert_error(location_of(flow_run.parameters["out"]), settings.run, error)
@@ -60,7 +60,7 @@ def nightly(
 
 
 def _came_to_nothing(out: Location, settings: Settings, error: BaseException) -> State:
-    """Tell the hook of a night without a result; raises what is a broken program."""
+    """Run the hook for a night without a result; raises the error again if it is a broken program's."""
     warning = alert_error(out, settings.run, error)
     if warning is not None:
         complain(warning)
@@ -74,7 +74,7 @@ def _came_to_nothing(out: Location, settings: Settings, error: BaseException) ->
 
 
 def state_of(result: RunResult, strict: bool) -> State:
-    """How Prefect shows a night."""
+    """The Prefect state of a finished night."""
     message = night_line(result)
     match exit_code(result, strict):
         case 0:

@@ -37,15 +37,15 @@ def refine_dataset(
     limit: int | None = None,
     pipeline: str = PIPELINE,
 ) -> RunResult:
-    """Refine the chosen assets of ``data`` into ``out``, folders or URLs, as far as they changed, and publish what came
-    of it; see ``RunResult``.
+    """Refine the chosen assets of ``data`` that changed into ``out``, folders or URLs, and publish the results; see
+    ``RunResult``.
 
     An asset that fails is a row. Raises ``UsageError`` for a request that cannot be met, before anything is written.
     """
     data, place, settings = absolute(data), absolute(out), settings or Settings()
     refs = discover(data, place, settings, subset, asset_ids, limit)
     references = find_references(data)
-    # Only a run over all of a dataset can tell what left it.
+    # Only a run over the whole dataset can tell which assets were removed from it.
     whole = subset is None and not asset_ids and limit is None
     present = frozenset(ref.asset_id for ref in refs) if whole else None
     with named_full_disk(working_folder(place)), open_output(place) as output:
@@ -61,7 +61,7 @@ def refine_dataset(
         publish(output, run, opaque(refined), opaque(present))
         end_run(out)
         told = report(out, run, opaque(refined), opaque(previous), len(refs), died)
-        # Whoever presses Ctrl-C wants out: MLflow alone takes seconds.
+        # After Ctrl-C the run ends without MLflow, which alone takes seconds.
         warning = None if refined.stopped else log_run(out, run, opaque(refined), opaque(told.changes))
         send_rest(output)
     warnings = (*told.warnings, *((warning,) if warning else ()))

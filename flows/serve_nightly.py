@@ -73,7 +73,7 @@ CATALOG_FILE = Path(__file__).resolve().parents[1] / "catalog.yaml"
 
 
 def parameters(request: RefineRequest) -> dict[str, object]:
-    """The flow's parameters, as Prefect keeps them: JSON, and paths that mean the same from everywhere."""
+    """The flow's parameters, as Prefect keeps them: JSON, with absolute paths."""
     return {
         "data": str(absolute(request.data)),
         "out": str(absolute(request.out)),
@@ -115,14 +115,14 @@ async def _serve_until_stopped(runner: Runner) -> None:
     The runner's own way to take SIGTERM (3.8.8) ends the process before any of that.
     """
     task = asyncio.ensure_future(runner.start())
-    # It installs its handler in its first step.
+    # The runner installs its own handler in its first step.
     await asyncio.sleep(0)
     asyncio.get_running_loop().add_signal_handler(signal.SIGTERM, task.cancel)
     await task
 
 
 def end_with_parent() -> None:
-    """Stop this process, and the night it may be at, when the command that started it is gone, however it went."""
+    """Stop this process and its running night once the command that started it has ended, for any reason."""
     parent = os.getppid()
 
     def watch() -> None:
@@ -143,7 +143,7 @@ if __name__ == "__main__":
 
 
 def night_elsewhere(request: RefineRequest) -> int | None:
-    """Have the deployment of the request's output folder run once, and wait for it. Returns the exit code.
+    """Run the deployment of the request's output folder once, and wait for it. Returns the exit code.
 
     None where the server knows no such deployment, or nobody serves it.
     """

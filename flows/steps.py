@@ -42,7 +42,7 @@ ARTIFACT = "report"
 
 @dataclass(frozen=True)
 class Reported:
-    """What the run changed, the file with its report, and what kept the report from where it should be."""
+    """What the run changed, the file with its report, and warnings where the report could not be written."""
 
     changes: Changes
     path: Path | None
@@ -58,7 +58,7 @@ def stopped_line(refined: Refined, chosen: int) -> str | None:
 
 
 def nights_left_out(since: datetime) -> str | None:
-    """A sentence on the nights that were due since then and found this one at work; None where there were none."""
+    """A sentence on the nights skipped after ``since`` because this run was at work; None where there were none."""
     try:
         deployment = flow_run.parent_deployment_id
         missed = left_out(UUID(str(deployment)), since) if deployment else 0
@@ -80,10 +80,10 @@ def find_previous(out: Path, run: RunRow, present: Collection[str] | None = None
 def report(
     out: Path, run: RunRow, refined: Refined, previous: Previous, chosen: int, died: str | None = None
 ) -> Reported:
-    """Write the report and attach it to the flow run. What cannot be kept is a warning: the tables hold all of it.
+    """Write the report and attach it to the flow run. A failure is a warning only: the tables hold the same data.
 
-    ``chosen`` counts the assets that the run was to see to, and ``died`` says what became of the run before it, where
-    that did not come to an end.
+    ``chosen`` is the number of assets of the run; ``died`` says what happened to the run before it, if that did not
+    end.
     """
     changes = find_changes(refined.records, previous)
     told = [problem for problem in (died, nights_left_out(run.started_at)) if problem]
@@ -170,7 +170,7 @@ def plan(
 def publish(output: Output, run: RunRow, refined: Refined, present: Collection[str] | None = None) -> None:
     """Write the run's rows to the Parquet tables; see ``asset2sim.catalog.write.write_run``."""
     folder = output.folder
-    # What is sent is compacted once the store has it: it cannot switch a month's files at once.
+    # Behind a URL, history is compacted after the upload: a store cannot switch a month's files at once.
     write_run(folder, run, refined.records, refined.unchanged, present, compact=output.url is None)
     send_tables(output, run.started_at)
     settle(folder, refined.records)

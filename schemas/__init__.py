@@ -1,1 +1,1 @@
-"""What flows through Asset2Sim: frozen models, Arrow table schemas, settings and errors. Imports nothing of ours."""
+"""Frozen data models, Arrow table schemas, settings and errors. Imports no other package of this project."""

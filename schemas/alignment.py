@@ -1,10 +1,10 @@
-"""How well a refined asset is what its user asked for, and how far it is from an expert's choice."""
+"""Scores of how well a refined asset matches its prompt and an expert's reference."""
 
 from schemas.base import Fraction, Frozen, NonNegative
 
 
 class Score(Frozen):
-    """A share of what was wanted, with the reason in a sentence."""
+    """A score from 0 to 1 with its reason in a sentence."""
 
     value: Fraction
     reason: str
@@ -13,8 +13,8 @@ class Score(Frozen):
 class Alignment(Frozen):
     """Semantic accuracy of one asset (paper, evaluation, section 2).
 
-    ``scale`` and ``state`` are the halves of the prompt alignment, by rubric; ``judged`` is a vision model's word on
-    the whole, None where none is set or it failed. Deviations are None without a reference: ``scale_deviation`` is
+    ``scale`` and ``state`` are the halves of the prompt alignment, by rubric; ``judged`` is a vision model's score of
+    the whole, None where no model is set or it failed. Deviations are None without a reference: ``scale_deviation`` is
     |s − s_ref| / s_ref, ``joint_deviation`` |q − q_ref| in rad, or m for sliders.
     """
 

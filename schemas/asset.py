@@ -1,4 +1,4 @@
-"""One asset to refine, and the record of how it went: what travels between the flow and the workers."""
+"""One asset to refine, and its result record, as sent between the flow and the workers."""
 
 from pydantic import Field
 
@@ -14,7 +14,7 @@ from schemas.vocabulary import FailureMode, Method, Status
 
 
 class Unchanged(Frozen):
-    """An asset that a run left as an earlier one had made it, and how that had ended."""
+    """An asset that a run skipped because an earlier result still holds, with the status of that result."""
 
     asset_id: str
     status: Status
@@ -22,7 +22,7 @@ class Unchanged(Frozen):
 
 
 class AssetRef(Frozen):
-    """Where an asset is (an absolute folder) and what its user asks for."""
+    """An asset's absolute folder, category, subset and user prompt."""
 
     asset_id: str
     path: str
@@ -32,8 +32,8 @@ class AssetRef(Frozen):
 
 
 class AssetRecord(Frozen):
-    """Everything that one refinement leaves behind. ``features``, ``overlay`` and ``measurement`` are None if
-    never reached."""
+    """The result of one refinement. ``features``, ``overlay`` and ``measurement`` are None where the stage was not
+    reached."""
 
     ref: AssetRef
     category: str

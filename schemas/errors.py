@@ -10,7 +10,7 @@ class Asset2SimError(Exception):
 
 
 class UsageError(Asset2SimError):
-    """What the user asked for cannot be done as asked; the message names the valid choices."""
+    """An invalid request; the message names the valid choices."""
 
 
 class UnknownChoiceError(UsageError):
@@ -23,7 +23,7 @@ class UnknownChoiceError(UsageError):
 
 
 class AssetError(Asset2SimError):
-    """One asset cannot go on; it ends as a row with this failure mode and a finding with this message."""
+    """Failure of one asset; it becomes a row with this failure mode and a finding with this message."""
 
     def __init__(
         self, mode: FailureMode, code: str, message: str, *, link: str | None = None, joint: str | None = None

@@ -1,11 +1,11 @@
-"""What extraction reads off an asset: links, joints, meshes and boxes, at the authored scale and in SI units."""
+"""Features extracted from an asset: links, joints, meshes and boxes, at the authored scale and in SI units."""
 
 from schemas.base import Finite, Fraction, Frozen, Inertia6, NonNegative, Vector3
 from schemas.vocabulary import VolumeSource
 
 
 class MeshFeatures(Frozen):
-    """One mesh as one link refers to it: what is told of it. A record holds hundreds of these, so no more than that."""
+    """One mesh reference of one link. A record holds hundreds of these, so only these few fields are kept."""
 
     file: str
     role: str
@@ -23,7 +23,7 @@ class LinkInertial(Frozen):
 
 
 class LinkFeatures(Frozen):
-    """One link: what it is called, its meshes, and their union in the link's own frame.
+    """One link: name, label, meshes, and the properties of their union in the link's frame.
 
     ``unit_inertia`` is the inertia about ``center`` divided by the mass (m²), of the link's own shape at uniform
     density; ``volume_m3`` is the sum over its convex pieces or watertight meshes. All at the authored scale.
@@ -60,8 +60,7 @@ class JointFeatures(Frozen):
     """One joint as authored, with which end of its range is closed and which is open.
 
     Positions are radians (revolute, continuous) or metres (prismatic). ``closed`` and ``open`` are None for fixed
-    joints;
-    for continuous joints both are the authored zero. ``openness_confidence`` is 0 (a guess) to 1.
+    joints; for continuous joints both are the authored zero. ``openness_confidence`` is 0 (a guess) to 1.
     ``axis`` is in the joint's frame, ``axis_in_root`` in the root link's frame at the rest pose.
     """
 
@@ -96,7 +95,7 @@ class JointFeatures(Frozen):
 
 
 class Features(Frozen):
-    """Everything that extraction knows of one asset (I = {M, G, S, A}; the views V are made when asked for).
+    """All extracted features of one asset (I = {M, G, S, A}; the views V are rendered on demand).
 
     ``rest_box_min`` and ``rest_box_max`` bound the object at its rest pose in the root link's frame, m.
     """

@@ -21,7 +21,7 @@ class Finding(Frozen):
 
 
 class TraceStep(Frozen):
-    """One proposal and what the simulator said of it. Φ in metres; ``moved`` maps joint → new position (rad or m).
+    """One proposal and its result in the simulator. Φ in metres; ``moved`` maps joint → new position (rad or m).
 
     ``proposer``: ``request`` (a search begins at the requested state), ``line``, ``perturbation`` and ``grid`` (the
     search), ``return`` (a mended pose goes back towards the requested one while Φ stays as low as wanted),

@@ -1,4 +1,4 @@
-"""What one engine saw of an asset that was dropped, pushed, opened and let go: numbers only, verdicts are elsewhere."""
+"""Records of one engine's interaction checks (drop, nudge, sweep, hold, release, opening, reset); no verdicts."""
 
 from pydantic import Field
 
@@ -72,11 +72,11 @@ class Hold(Frozen):
 
 
 class Release(Frozen):
-    """A joint let go of away from where gravity or its spring takes it (``by``), the root held.
+    """A joint released away from the position to which gravity or its spring (``by``) moves it, the root held.
 
     ``start``, ``target`` and ``end`` are positions (rad or m); ``seconds`` the time until it was within a tenth of the
-    way of ``target``, None if it never was. Friction keeps a joint anywhere between ``target``, where it stops one that
-    comes slowly, and ``far``, where it stops one that comes from beyond; None where they are the same.
+    way of ``target``, None if it never was. Friction can stop the joint anywhere between
+    ``target`` (reached slowly) and ``far`` (reached from beyond); ``far`` is None where the two are the same.
     """
 
     joint: str
@@ -89,12 +89,12 @@ class Release(Frozen):
 
     @property
     def left(self) -> float:
-        """What is left of the way at the end, over the whole way, 0 between ``target`` and ``far``."""
+        """Distance left at the end over the whole distance; 0 between ``target`` and ``far``."""
         return way_left(self.end, self.start, self.target, self.far)
 
 
 def way_left(position: float, start: float, target: float, far: float | None) -> float:
-    """How far a position is from the stretch between ``target`` and ``far``, over the way from ``start`` to it."""
+    """Distance of a position from the interval ``target`` to ``far``, over the way from ``start`` to ``target``."""
     low, high = sorted((target, target if far is None else far))
     way = abs(target - start)
     return max(low - position, position - high, 0.0) / way if way > 0.0 else 0.0
@@ -102,9 +102,9 @@ def way_left(position: float, start: float, target: float, far: float | None) ->
 
 class Opening(Frozen):
     """The least effort (N·m or N) that moves a joint from its initial position towards its open end, and towards its
-    closed one; None where none up to its effort limit does, or where it is at that end.
+    closed one; None where no effort up to its limit does, or where it is at that end.
 
-    ``stuck`` says that in a direction in which it has room no effort up to ``effort_limit`` moved it.
+    ``stuck`` says that no effort up to ``effort_limit`` moved it in a direction in which it has room.
     """
 
     joint: str
@@ -122,12 +122,12 @@ class Reset(Frozen):
     peak_speed_m_s: NonNegative
     final_speed_m_s: NonNegative
     turned_rad: NonNegative
-    """How far the root's up axis ends from where it is once the object has come to rest undisturbed, rad."""
+    """Angle between the root's up axis at the end and at undisturbed rest, rad."""
     joint_motion: NonNegative
-    """Furthest that a joint that must hold ended from where it comes to rest undisturbed, as a share of its range; 0
-    where that is within what the hold test allows."""
+    """Largest distance between a holding joint's end and its undisturbed rest, as a share of its range; 0 where it is
+    within the tolerance of the hold check."""
     joint: str | None = None
-    """That joint, where it moved by more than that."""
+    """The joint of ``joint_motion``; None where that is 0."""
     finite: bool
 
 
@@ -141,7 +141,7 @@ class OverlapPair(Frozen):
 
 
 class Interaction(Frozen):
-    """Every interaction test of one asset in one engine."""
+    """All interaction checks of one asset in one engine."""
 
     engine: Engine
     drops: tuple[Drop, ...] = ()
@@ -154,11 +154,11 @@ class Interaction(Frozen):
     tip_rise_m: NonNegative | None = None
     """The least rise of the centre of mass that topples the object from where it rests, m; None where not computed."""
     support_m: NonNegative = 0.0
-    """The longest way from under its centre of mass to an edge of what it stands on, m."""
+    """Largest horizontal distance from its centre of mass to an edge of what it stands on, m."""
 
 
 class EngineReport(Frozen):
-    """One engine's whole judgement of one asset. ``problem`` says why a part is missing: the engine refused the asset,
+    """One engine's measurements of one asset. ``problem`` says why a part is missing: the engine refused the asset,
     or its process ``died``, by a crash or a hang (``timed_out``)."""
 
     engine: Engine

@@ -59,7 +59,7 @@ def is_url(location: Path | str) -> TypeIs[str]:
 
 
 def local_folder(text: str) -> Path:
-    """A folder of this machine, for a program that works on nothing else. Raises UsageError for a URL."""
+    """A local folder, for programs that cannot use an object store. Raises UsageError for a URL."""
     found = location_of(text)
     if is_url(found):
         raise UsageError(f"{text}: only `asset2sim` itself takes URLs; name a folder of this machine")
@@ -67,12 +67,12 @@ def local_folder(text: str) -> Path:
 
 
 def absolute(location: Path | str) -> Path | str:
-    """The location, meaning the same from every working directory."""
+    """The location as an absolute path; a URL unchanged."""
     return location if is_url(location) else Path(location).resolve()
 
 
 def below(location: Path | str, *parts: str) -> Path | str:
-    """What lies under a location."""
+    """The location of ``parts`` under a location."""
     return "/".join((location, *parts)) if is_url(location) else Path(location, *parts)
 
 

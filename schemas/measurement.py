@@ -1,4 +1,4 @@
-"""What a simulator saw of one refined asset. Numbers only: the verdict is a pure function of them."""
+"""Measurements of one refined asset in one engine. Numbers only: the verdict is a pure function of them."""
 
 from schemas.base import Frozen, NonNegative
 
@@ -14,7 +14,7 @@ class ContactPair(Frozen):
 
 
 class JointMotion(Frozen):
-    """What one joint did over the test, untouched: A = max q − min q and the sign changes of Δq (paper, section 1)."""
+    """One joint's motion without actuation: A = max q − min q and the sign changes of Δq (paper, section 1)."""
 
     name: str
     amplitude: NonNegative
@@ -27,8 +27,7 @@ class Measurement(Frozen):
 
     ``penetration_m`` is Φ(q) at the initial position under the engine's default contact filter. Drift and joint motion
     are taken over the test that follows settling, on a plane with a free base and no actuation. ``peak_speed_m_s``
-    is the
-    fastest link over settling and test; ``settle_motion`` the furthest that each joint went from its initial position.
+    is the fastest link over settling and test; ``settle_motion`` each joint's furthest from its initial position.
     """
 
     engine: str

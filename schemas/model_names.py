@@ -1,4 +1,4 @@
-"""The models that run in this process, by name, and what to call one whose errors are simulated."""
+"""Names of the models that run in this process, and the label of one whose errors are simulated."""
 
 import re
 
@@ -8,11 +8,11 @@ PRIOR_PROVIDER = "prior"
 PRIOR_MODELS: tuple[str, ...] = ("prior/household", "prior/noisy")
 NOISY = "prior/noisy"
 NOISY_FORM = "prior/noisy[@LEVEL[:SEED]]"
-"""How a simulated fallible model is named: its level (0 to 10; 1, the default, is the paper's), and which errors."""
+"""Name of a simulated fallible model: its error level (0 to 10; 1, the default, is the paper's) and its seed."""
 NOISY_LABEL = "simulation of a fallible model"
-"""What must stand wherever numbers of such a model appear: they say nothing about any real one."""
+"""Label for all numbers of such a model: they say nothing about any real model."""
 MAX_LEVEL = 10.0
-"""Beyond it every answer is wrong in every way."""
+"""Largest error level: beyond it every answer is wrong in every way."""
 
 _NOISY = re.compile(r"prior/noisy(?:@(\d{1,4}(?:\.\d{1,6})?)(?::(\d{1,9}))?)?")
 
@@ -44,5 +44,5 @@ def noise_parameters(model: str) -> tuple[float, int] | None:
 
 
 def described(model: str) -> str:
-    """The model's name for people: one whose errors are simulated says so."""
+    """The model's name in reports, with a label where its errors are simulated."""
     return f"{model} ({NOISY_LABEL})" if is_noisy(model) else model

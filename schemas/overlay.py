@@ -76,7 +76,7 @@ class Overlay(Frozen):
 
 
 class LinkPhysics(Frozen):
-    """One link as it is written: mass, centre of mass and inertia about it, at the final scale in the link's frame."""
+    """One link's written physics: mass, centre of mass and inertia about it, at the final scale in the link's frame."""
 
     name: str
     label: str
@@ -94,13 +94,12 @@ class LinkPhysics(Frozen):
 
 
 class JointPhysics(Frozen):
-    """One joint as it is written, at the final scale. ``lower`` and ``upper`` are None for continuous joints.
+    """One joint's written physics, at the final scale. ``lower`` and ``upper`` are None for continuous joints.
 
     ``effective_inertia`` (kg·m² or kg) is what a torque or force on this joint alone accelerates, everything free:
     1 / (M⁻¹)ⱼⱼ of the floating-base mass matrix at the initial position. ``gravity_load`` (N·m or N) is gravity's
-    pull on
-    the joint there, the object resting as authored. ``least_inertia`` is the smallest effective inertia over the
-    joints' ranges, which bounds what an explicit time step bears; 0 where nobody looked.
+    pull on the joint there, the object resting as authored. ``least_inertia`` is the smallest effective inertia over
+    the joints' ranges, which bounds damping and stiffness under an explicit time step; 0 where not computed.
     """
 
     name: str
@@ -134,7 +133,7 @@ class PhysicsOverlay(Frozen):
     scale_source: Source
     contact_friction: NonNegative
     rolling_friction_m: NonNegative = 0.0
-    """Lever of the rolling resistance of every contact, m; engines that know none of their own ignore it."""
+    """Lever of the rolling resistance of every contact, m; engines without rolling resistance ignore it."""
     links: tuple[LinkPhysics, ...]
     joints: tuple[JointPhysics, ...]
     notes: tuple[str, ...] = ()
@@ -162,12 +161,12 @@ class BakedJoint(Frozen):
 
 
 class Bake(Frozen):
-    """How a URDF's zero was moved to a state: enough to undo it. ``comment`` stated that state before."""
+    """The record that undoes a bake. ``comment`` is the URDF comment that stated the positions before baking."""
 
     comment: str | None
     joints: tuple[BakedJoint, ...]
 
     @property
     def positions(self) -> dict[str, float]:
-        """Joint name → where its zero is, from the authored zero, rad or m."""
+        """Joint name → its baked zero, measured from the authored zero, rad or m."""
         return {joint.name: joint.position for joint in self.joints}

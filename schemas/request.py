@@ -1,4 +1,4 @@
-"""A request to a model and what came back: small, picklable records, since the asker may sit in another process."""
+"""Model requests and answers: small, picklable records, since the caller may run in another process."""
 
 from collections.abc import Callable
 from typing import Any, Literal
@@ -7,8 +7,7 @@ from schemas.base import Frozen
 
 
 class ModelCall(Frozen):
-    """What was asked for, what it cost and how it ended (``ok``, ``invalid_answer``, ``provider_error``,
-    ``cached``)."""
+    """Purpose, tokens, cost, latency and outcome (``ok``, ``invalid_answer``, ``provider_error``, ``cached``)."""
 
     purpose: str
     model: str
@@ -38,7 +37,7 @@ class Tool(Frozen):
 
 
 class ToolCall(Frozen):
-    """A model's wish to have a tool run; ``arguments`` is the JSON text that it wrote, right or wrong."""
+    """A model's request to run a tool; ``arguments`` is its JSON text, not validated."""
 
     call_id: str
     name: str
@@ -60,7 +59,7 @@ class ModelRequest(Frozen):
     guidance as data.
 
     ``answer_schema`` is the JSON Schema of the answer, for models that can be held to one. ``turns`` come after
-    ``text``, oldest first. ``sample`` numbers repeats of the same question, which are answered anew each.
+    ``text``, oldest first. ``sample`` numbers repeats of the same question, each answered separately.
     """
 
     purpose: str
@@ -76,7 +75,7 @@ class ModelRequest(Frozen):
 class ModelAnswer(Frozen):
     """The answer's text, or None with ``error`` saying why there is none; ``calls`` holds one row per attempt.
 
-    ``tool_calls`` is what the model wants run before it goes on. ``budget_spent`` says that a budget, not the model,
+    ``tool_calls`` are the tools to run before the model continues. ``budget_spent`` says that a budget, not the model,
     is why nothing was asked. ``without_images`` says why images that the request had were not sent.
     """
 

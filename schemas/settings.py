@@ -9,7 +9,7 @@ from schemas.vocabulary import CollisionMode, DynamicsRule, Engine, Export, Meth
 
 
 class Thresholds(Frozen):
-    """What passes. The drift and oscillation bounds are the paper's (section 1 of the evaluation)."""
+    """Thresholds of the verdict. The drift and oscillation bounds are the paper's (section 1 of the evaluation)."""
 
     penetration_m: NonNegative = 0.002
     """Φ above which a state is invalid, m: the paper's refinement approves a state at Φ ≤ 2 mm."""
@@ -24,7 +24,7 @@ class Thresholds(Frozen):
     oscillation_m: Positive = 0.005
     """... or a slider's above this, m (the paper states none: 5 mm is as visible as 0.05 rad at 10 cm)."""
     peak_speed_m_s: Positive = 6.0
-    """Fastest any link may move, m/s: a drop from 5 cm ends at 1 m/s, so 6 m/s is energy out of nowhere."""
+    """Fastest any link may move, m/s: a drop from 5 cm ends at 1 m/s, so at 6 m/s the simulation adds energy."""
     final_speed_m_s: Positive = 0.05
     """Fastest link at the end of a drop or a perturbed start that counts as at rest, m/s."""
     sink_m: Positive = 5e-3
@@ -40,7 +40,7 @@ class Thresholds(Frozen):
     hold_m: Positive = 2e-3
     """... or m."""
     release_share: Fraction = 0.1
-    """Share of the way to its rest that a released joint may leave undone."""
+    """Share of its way to rest that a released joint may have left when its time is over."""
     reset_turn_rad: Positive = 0.1
     """Furthest from upright that an object may end after a perturbed start, rad."""
     reset_joint_share: Fraction = 0.10
@@ -63,7 +63,7 @@ class PhysicsSettings(Frozen):
     raised_density_kg_m3: Positive = 10_000.0
     """Densest that a tiny link is made so that solvers take it, over its hull, kg/m³: lead has 11,300."""
     max_spring_hz: Positive = 1000.0
-    """Fastest spring that is taken at its word before the time step bounds it, Hz."""
+    """Largest spring frequency that is accepted before the time step bounds it, Hz."""
     max_mass_ratio: Positive = 1000.0
     """Heaviest over lightest link: beyond about 1000 iterative solvers stop converging."""
     massless_share: Fraction = 0.1
@@ -80,10 +80,10 @@ class PhysicsSettings(Frozen):
     coarse_timestep_s: Positive = 1.0 / 60.0
     """The coarsest time step that users run, s (robot learning at 60 Hz)."""
     least_reach_m: Positive = 1e-4
-    """Distance from its centre of mass to which every part reaches at least, m: a tenth of a millimetre."""
+    """Least reach of a part from its centre of mass that is assumed, m: a tenth of a millimetre."""
     max_inertia_ratio: Positive = 1e5
-    """Largest principal moment of a link over the smallest of one that moves on it: what is thinner gets the inertia
-    of an armature, so that solvers keep their digits."""
+    """Largest principal moment of a link over the smallest of one that moves on it: a smaller inertia gets
+    an armature added, so that solvers keep their precision."""
     usual_speed_m_s: Positive = 0.3
     """Speed at which a hand lets a drawer go, m/s: where ``stops_within`` starts from ..."""
     usual_speed_rad_s: Positive = 1.0
@@ -93,23 +93,23 @@ class PhysicsSettings(Frozen):
     bump_share: Fraction = 0.25
     """Share of gravity, sideways, that such a joint must bear as well: ground that slopes, and a bump."""
     default_coast_s: Positive = 0.1
-    """Time constant I_eff / damping where nobody says otherwise, s (design.md: passes in two engines)."""
+    """Default time constant I_eff / damping, s (design.md: passes in two engines)."""
     default_friction_rad_s2: NonNegative = 1.0
-    """Friction over I_eff of a hinge where nobody says otherwise, rad/s²: it stops a slow swing within a second."""
+    """Default friction over I_eff of a hinge, rad/s²: it stops a slow swing within a second."""
     default_friction_m_s2: NonNegative = 0.5
-    """Friction over moved mass of a slider where nobody says otherwise, m/s²: rollers at a coefficient of 0.05."""
+    """Default friction over moved mass of a slider, m/s²: rollers at a coefficient of 0.05."""
     free_friction_share: Fraction = 0.1
-    """Share of that friction which is left where a joint must move freely: none at all would never come to rest."""
+    """Share of that friction that is kept where a joint must move freely: without any it would never come to rest."""
     spring_damping_ratio: Positive = 0.5
     """Least damping ratio of a spring-loaded joint: a key that returns without ringing."""
     fallback_density_kg_m3: Positive = 700.0
-    """Density where nobody states one, kg/m³: between wood and plastic."""
+    """Density where none is stated, kg/m³: between wood and plastic."""
     fallback_hollow_factor: Fraction = 0.3
-    """Hollow factor where nobody states one: a shell."""
+    """Hollow factor where none is stated: a shell."""
     inertia_factor: Positive = 10.0
-    """How far a proposed inertia or mass may lie from the one the link's shape gives before it is not believed."""
+    """Largest factor between a proposed inertia or mass and that of the link's shape; beyond it, it is rejected."""
     sure_of_closed: Fraction = 0.3
-    """Confidence in the closed end from which a joint for which nobody asks a state starts there, else at
+    """Confidence in the closed end from which a joint without a requested state starts closed; below it, at its
     authored zero."""
     default_effort: Positive = 100.0
     """Effort limit written where a joint states none, N·m or N (URDF requires one)."""
@@ -132,23 +132,22 @@ class EngineSettings(Frozen):
     """Settling ends early once nothing has moved for this long, s ..."""
     still_speed: Positive = 3e-4
     """... where moving means a link above this speed, m/s (over the test it would drift 0.6 mm of the 1 mm allowed),
-    or the
-    root turning or a joint moving above ten times it, rad/s or m/s."""
+    or the root turning or a joint moving above ten times it, rad/s or m/s."""
     test_s: Positive = 2.0
     """T_test: time over which drift and oscillation are measured, s."""
     drop_height_m: NonNegative = 2e-4
     """Height at which the object is set over the plane, m: it never starts inside, and lands at 0.06 m/s, too slow to
     shake a lid loose."""
     verify: tuple[Engine, ...] | None = None
-    """Engines that the refined asset is judged in; None stands for all that are installed. Refinement uses PyBullet."""
+    """Engines in which a refined asset is checked; None stands for all that are installed. Refinement uses PyBullet."""
     interact: bool = True
-    """Whether the interaction tests are run, beside the paper's three."""
+    """Whether the interaction checks run, besides the paper's three."""
     coarse_timestep_s: Positive = 1.0 / 60.0
     """The coarse step at which the drop is repeated, s: robot learning runs at 60 Hz."""
     time_limit_s: Positive = 120.0
     """Wall time of one engine's verification of one asset, s; its process is killed then."""
     fall_height_m: Positive = 0.05
-    """Height of the drop test, m."""
+    """Height of the drop check, m."""
     fall_s: Positive = 6.0
     """Time after a drop or a perturbed start by which the object must be at rest, s."""
     nudge_rad_s: Positive = 1.0
@@ -174,7 +173,7 @@ class EngineSettings(Frozen):
 
 
 class CollisionSettings(Frozen):
-    """What becomes of collision geometry, and what it may cost."""
+    """How collision geometry is made, and its limits."""
 
     mode: CollisionMode = CollisionMode.DECOMPOSE
     cutter: Literal["faces", "coacd"] = "faces"
@@ -189,7 +188,7 @@ class CollisionSettings(Frozen):
     hollow_share: Fraction = 0.05
     """... or of this share of the object's longest extent, whichever is smaller: 2 cm on 40 cm."""
     sheet_thickness_m: Positive = 2e-3
-    """Thickness given to what has none, m: engines refuse or lose it."""
+    """Thickness given to flat shapes, m: engines refuse or lose shapes without one."""
 
 
 class SearchSettings(Frozen):
@@ -206,14 +205,14 @@ class SearchSettings(Frozen):
     max_evaluations: int = Field(4000, ge=1)
     """Evaluations of Φ per asset; one costs 5 to 30 µs on these objects."""
     mend_rounds: int = Field(12, ge=0)
-    """Times that parameters are changed and measured again where a test fails."""
+    """Most rounds of changing parameters and measuring again while a check fails."""
     mend_factor: Positive = 3.0
     """By how much damping and friction grow each time (the paper: ×2 to ×5 on persistent oscillation)."""
     rolling_resistance: NonNegative = 0.02
     """Least friction of a joint that moves untouched, as a share of the object's weight on a lever of the part's own
     size: castors on a hard floor have 0.01 to 0.03."""
     max_model_calls: int = Field(2, ge=0)
-    """Questions to a model about an asset's state, re-asked ones included: where the search left overlap or the state,
+    """Most model calls about an asset's state, repeats included: where the search left overlap or the requested state,
     or a joint fell."""
 
 
@@ -225,7 +224,7 @@ class ModelSettings(Frozen):
     refinement_model: str | None = None
     """Proposes steps of the state; None stands for ``model``."""
     judge_model: str | None = None
-    """Looks at the refined object and scores it against its prompt; None asks nobody."""
+    """Looks at the refined object and scores it against its prompt; None: no score."""
     api_base: str | None = None
     temperature: NonNegative = 0.0
     timeout_s: Positive = 120.0
@@ -236,7 +235,7 @@ class ModelSettings(Frozen):
     image_side_px: int = Field(512, ge=64)
     """Longest side of an image that is sent, px: what most providers bill as one tile."""
     cache: bool = True
-    """Whether an answer that was had before is taken again instead of asking."""
+    """Whether a cached answer is used instead of a new call."""
     requests_per_minute: Positive | None = None
     """Most requests a minute to one provider, over all workers of a run; None: as many as it lets through."""
     concurrent_requests: int = Field(8, ge=1)
@@ -251,7 +250,7 @@ class ModelSettings(Frozen):
 
 
 class MethodSettings(Frozen):
-    """What the methods that ours is compared with may use (paper, baselines)."""
+    """Limits of the baseline methods (paper, baselines)."""
 
     ivw_queries: int = Field(5, ge=1)
     """Answers per view; with the five views 25 calls an asset."""
@@ -287,7 +286,7 @@ class RunSettings(Frozen):
     hook_time_limit_s: Positive = 60.0
     """Wall time of the hook, s: enough for a slow mail server, and a run is not held up by one that never answers."""
     redo: Redo = Redo.CHANGED
-    """What is refined again although an earlier run has it."""
+    """Which assets are refined again although an earlier run has their result."""
 
 
 class Settings(Frozen):

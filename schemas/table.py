@@ -57,7 +57,7 @@ def make_table(name: str, grain: str, key: tuple[str, ...], description: str, co
 
 
 ASSET_KEY = ("asset_id", "method", "model")
-"""What makes a refinement unique: a re-run replaces its rows."""
+"""Key columns of a refinement: a re-run replaces its rows."""
 
 ASSET_COLUMNS: tuple[Column, ...] = (
     ("run_id!", TEXT, "", "Run that wrote the row; see the table runs"),

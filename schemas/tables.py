@@ -37,7 +37,7 @@ OUTCOME_COLUMNS = (
     "warnings",
     "content_hash",
 )
-"""How the asset ended and measures: an unchanged one keeps what it had."""
+"""The asset's result and measurements; an unchanged asset keeps its earlier values."""
 
 COST_COLUMNS = (
     "queries",
@@ -263,13 +263,13 @@ TABLES: dict[str, Table] = {
                "What was run, with which settings and versions, and how it ended", _RUNS),
     )
 }  # fmt: skip
-"""Every table of the catalog's folder, by name: they change together, and hold the latest of every asset."""
+"""Tables of the catalog's folder by name: written together, with the latest rows of every asset."""
 
 HISTORY = make_table(
     "asset_history", "one row per run and asset, method and model", ("run_id", *ASSET_KEY),
     "How each asset ended in every run, how it measured and what it cost", _HISTORY,
 )  # fmt: skip
-"""Every run that there was: a folder of files by month of the run's start, which only ever grows."""
+"""History of all runs: an append-only folder of files by month of the run's start."""
 
 PUBLISHED: dict[str, Table] = {**TABLES, HISTORY.name: HISTORY}
 """Every table that can be read, by name."""

@@ -1,4 +1,4 @@
-"""Tables of a comparison of methods and models: they lie beside its charts, not in the catalog of a run."""
+"""Tables of a comparison of methods and models, written beside its charts, not into a run's catalog."""
 
 from schemas.table import COUNT, FLAG, REAL, TEXT, Column, Table, make_table
 

@@ -1,4 +1,4 @@
-"""Columns of the tables that hold what each engine saw."""
+"""Columns of the tables of engine measurements, interaction checks and overlaps."""
 
 from schemas.table import ASSET_COLUMNS, COUNT, FLAG, REAL, TEXT, Column
 

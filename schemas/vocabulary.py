@@ -1,4 +1,4 @@
-"""The enumerations: one home for every word that a table, a file or an option may hold."""
+"""Enumerations of the values that tables, files and options may hold."""
 
 from enum import StrEnum
 
@@ -47,7 +47,7 @@ PAPER_FAILURE_MODES: dict[FailureMode, str] = {
     FailureMode.TIMEOUT: "drift or oscillation in simulation",
     FailureMode.DISK_FULL: "drift or oscillation in simulation",
 }
-"""The failure modes that the paper names for its large set, for each of ours."""
+"""Our failure mode → the paper's name for it, as used for its large set."""
 
 
 RETRIED_MODES = (
@@ -114,7 +114,7 @@ class Method(StrEnum):
 
     ``asset2sim`` is ours; ``direct`` one answer, taken as it is; ``ivw`` 25 answers, weighted by inverse variance;
     ``reference`` an expert's scale and state, an engine's defaults for the rest; ``no-semantics`` ours with every name
-    and label withheld; ``agent`` a model with tools and no structure of ours; ``raw`` the asset as it came.
+    and label withheld; ``agent`` a model with tools and no structure of ours; ``raw`` the asset unchanged.
     """
 
     ASSET2SIM = "asset2sim"
@@ -127,7 +127,7 @@ class Method(StrEnum):
 
 
 class Engine(StrEnum):
-    """The simulators that an asset can be judged in."""
+    """The simulators that an asset can be checked in."""
 
     PYBULLET = "pybullet"
     MUJOCO = "mujoco"
@@ -142,7 +142,7 @@ class OverlapCause(StrEnum):
 
 
 class CollisionMode(StrEnum):
-    """What becomes of collision geometry.
+    """How collision geometry is made.
 
     ``keep`` leaves it as authored, missing files dropped; ``repair`` writes one convex hull per shell, sheets
     thickened; ``decompose`` also cuts concave meshes into convex pieces, so that what is hollow stays hollow.
@@ -154,7 +154,7 @@ class CollisionMode(StrEnum):
 
 
 class DynamicsRule(StrEnum):
-    """Where joint dynamics come from: ``inertia`` (what a joint moves, and time constants), or the ``paper``'s
+    """Where joint dynamics come from: ``inertia`` (effective inertia and time constants), or the ``paper``'s
     absolute ranges."""
 
     INERTIA = "inertia"
@@ -181,7 +181,7 @@ class Grouping(StrEnum):
 
 
 class StateMode(StrEnum):
-    """How the initial state travels: ``document`` keeps the authored zero and states the positions beside it;
+    """How the initial state is written: ``document`` keeps the authored zero and states the positions beside it;
     ``bake`` writes a URDF whose zero is the state."""
 
     DOCUMENT = "document"

@@ -1,4 +1,4 @@
-"""What an asset states that is wrong by itself, looked at before anything is proposed: one entrance for all of it."""
+"""Validate an asset's own joints and physics before anything is proposed."""
 
 from asset2sim.assets.extract import Extraction
 from asset2sim.validation.passage import check_passages
@@ -8,9 +8,9 @@ from schemas.settings import PhysicsSettings
 
 
 def check_authored(extraction: Extraction, settings: PhysicsSettings) -> tuple[Extraction, tuple[Finding, ...]]:
-    """The extraction with its joints mended where geometry leaves no doubt, and a warning for all that makes no sense.
+    """The extraction with joints corrected where geometry is unambiguous, and a warning for every implausible value.
 
-    Whoever judges an asset as it came wants the findings alone: what is mended here is not in its file.
+    To measure an asset as authored use only the findings: its file does not have these corrections.
     """
     mended, passages = check_passages(extraction)
     return mended, (*stated_findings(extraction, settings), *passages)

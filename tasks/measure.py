@@ -1,4 +1,4 @@
-"""Writing an overlay that no rule of ours touched, and judging it as written."""
+"""Write a baseline's overlay unchanged, and verify it in every engine."""
 
 from pathlib import Path
 
@@ -11,11 +11,10 @@ from schemas.vocabulary import CollisionMode
 
 
 def judge_overlay(extraction: Extraction, overlay: PhysicsOverlay, path: Path, settings: Settings) -> Judged:
-    """Write the overlay into ``path`` with collision geometry as authored, and what every engine says of it.
+    """Reports and verdict of the overlay written into ``path`` with the authored collision geometry.
 
-    Nothing is mended, and the state is not searched. References to missing meshes are dropped all the same, since no
-    engine loads a file with one. The folder's URDF is ``path / URDF_NAME``. Raises AssetError where the file cannot be
-    written.
+    No mending, no state search. References to missing meshes are still dropped, since no engine loads a file with one.
+    The folder's URDF is ``path / URDF_NAME``. Raises AssetError where the file cannot be written.
     """
     folder = write_folder(extraction, overlay, {}, path, settings.physics, CollisionMode.KEEP)
     return judge_as_written(extraction, folder.urdf, overlay, settings)

@@ -69,8 +69,8 @@ def refine_with_rules(
 
 @dataclass(frozen=True)
 class Work:
-    """One asset, extracted: ``extraction`` as it was authored, ``mended`` with its joints put right by rules of ours,
-    which only methods of ours may use."""
+    """One extracted asset: ``extraction`` as authored, ``mended`` with joints corrected by our rules, for our methods
+    only."""
 
     ref: AssetRef
     extraction: Extraction
@@ -100,7 +100,7 @@ def run_blind(work: Work) -> Verdict:
 
 
 def run_raw(work: Work) -> Verdict:
-    """The asset as it came: its own URDF, in every engine; nothing is written."""
+    """Verify the authored URDF in every engine; nothing is written."""
     with work.progress.timed(Stage.MEASURE):
         overlay = authored_overlay(work.extraction, work.settings.physics)
         work.progress.overlay = overlay
@@ -110,7 +110,7 @@ def run_raw(work: Work) -> Verdict:
 
 
 def run_direct(work: Work) -> Verdict:
-    """One answer to all five views at once, taken as it is."""
+    """VLM-direct: one answer from all five views, written unchanged."""
     with work.progress.timed(Stage.SYNTHESIZE):
         images = tuple(labelled_views(work.extraction, work.settings).values())
         found = work.extraction
@@ -122,7 +122,7 @@ def run_direct(work: Work) -> Verdict:
 
 
 def run_ivw(work: Work) -> Verdict:
-    """Several answers to each view, fused."""
+    """VLM-IVW: several answers to each view, fused."""
     with work.progress.timed(Stage.SYNTHESIZE):
         images = labelled_views(work.extraction, work.settings)
         fused = ask_fused(work.extraction, work.ref.prompt, work.ask, images, work.settings.methods)
@@ -131,7 +131,7 @@ def run_ivw(work: Work) -> Verdict:
 
 
 def run_reference(work: Work) -> Verdict:
-    """An expert's scale and state."""
+    """Human baseline: an expert's scale and state."""
     with work.progress.timed(Stage.SYNTHESIZE):
         proposal, findings = propose_reference(work.ref, work.extraction.features)
         work.progress.findings.extend(findings)
@@ -139,7 +139,7 @@ def run_reference(work: Work) -> Verdict:
 
 
 def run_agent_method(work: Work) -> Verdict:
-    """A model with tools and no structure of ours."""
+    """Coding agent: a model with tools, without our structure."""
     from asset2sim.baselines.agent import run_agent  # its tools load engines, which no other method needs here
 
     with work.progress.timed(Stage.SYNTHESIZE):
@@ -149,7 +149,7 @@ def run_agent_method(work: Work) -> Verdict:
 
 
 def kept(work: Work, synthesized: Synthesized) -> Overlay:
-    """The overlay, its calls and findings kept."""
+    """The proposed overlay; its calls and findings are added to the progress."""
     proposal, calls, findings = synthesized
     work.progress.calls.extend(calls)
     work.progress.findings.extend(findings)
@@ -157,7 +157,7 @@ def kept(work: Work, synthesized: Synthesized) -> Overlay:
 
 
 def judge_as_proposed(work: Work, proposal: Overlay, source: Source) -> Verdict:
-    """Write an answer's numbers as they are, judge them, and publish what was judged."""
+    """Write an answer's numbers unchanged, verify them in every engine, and publish."""
     with work.progress.timed(Stage.VALIDATE):
         overlay = as_proposed(work.extraction, proposal, source, work.settings)
         work.progress.overlay = overlay
@@ -172,7 +172,7 @@ def judge_as_proposed(work: Work, proposal: Overlay, source: Source) -> Verdict:
 
 
 def source_of(settings: Settings) -> Source:
-    """Who proposes: a prior or a model."""
+    """Source of the proposal: a prior or a model."""
     return Source.PRIOR if is_prior(settings.model.model) else Source.MODEL
 
 
@@ -188,10 +188,10 @@ RUNS: dict[Method, Callable[[Work], Verdict]] = {
 
 
 def refine_asset(ref: AssetRef, out: Path, settings: Settings, ask: ModelAsk) -> AssetRecord:
-    """Refine one asset into ``out/assets/<asset_id>`` and say how it went.
+    """Record of one asset refined into ``out/assets/<asset_id>``.
 
-    Whatever is wrong with the asset or its model ends as a record with a failure mode; the folder of an earlier run is
-    replaced only when the new one is complete.
+    Any problem with the asset or its model gives a record with a failure mode; the folder of an earlier run is replaced
+    only when the new one is complete.
     """
     progress = Progress()
     try:
@@ -214,7 +214,7 @@ def refine_asset(ref: AssetRef, out: Path, settings: Settings, ask: ModelAsk) ->
 
 
 def run_stages(ref: AssetRef, out: Path, settings: Settings, ask: ModelAsk, progress: Progress) -> Verdict:
-    """Extraction, and then what the settings' method does; raises AssetError where the asset cannot go on."""
+    """Extract the asset and run the settings' method; raises AssetError where the asset cannot go on."""
     with progress.timed(Stage.EXTRACT):
         extraction = extract(ref, out / SHAPES)
         progress.findings.extend(extraction.findings)
@@ -227,7 +227,7 @@ def run_stages(ref: AssetRef, out: Path, settings: Settings, ask: ModelAsk, prog
 
 
 def record(ref: AssetRef, settings: Settings, progress: Progress, verdict: Verdict) -> AssetRecord:
-    """The record of one asset; whoever planned the run knows its content hash."""
+    """Record of one asset, without its content hash, which the run's plan adds."""
     features = progress.features
     return AssetRecord(
         ref=ref,

@@ -1,4 +1,4 @@
-"""What one asset has left behind so far, filled while its stages run."""
+"""Results of one asset so far, collected while its stages run."""
 
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -17,7 +17,7 @@ from schemas.vocabulary import Stage
 
 @dataclass
 class Progress:
-    """What one asset has left behind so far: whatever happens next, this reaches the record."""
+    """Results of one asset so far; they reach the record even if a later stage fails."""
 
     features: Features | None = None
     overlay: PhysicsOverlay | None = None
@@ -30,7 +30,7 @@ class Progress:
     stage: Stage = Stage.EXTRACT
 
     def refined(self, shaped: Shaped) -> None:
-        """Keep a refinement and its judgement."""
+        """Add the results of refinement and verification."""
         self.findings.extend(shaped.findings)
         self.trace.extend(shaped.refined.trace)
         self.calls.extend(shaped.refined.calls)
@@ -38,14 +38,14 @@ class Progress:
         self.judged(shaped.judged)
 
     def judged(self, judged: Judged) -> None:
-        """Keep a judgement."""
+        """Add the results of verification."""
         self.overlay, self.reports, self.overlaps = judged.overlay, judged.reports, judged.overlaps
         self.trace.extend(judged.trace)
         self.findings.extend(judged.findings)
 
     @contextmanager
     def timed(self, stage: Stage) -> Iterator[None]:
-        """Run a stage, adding its wall time."""
+        """Set the current stage and add its wall time, s."""
         self.stage, start = stage, perf_counter()
         try:
             yield

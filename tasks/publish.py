@@ -1,4 +1,4 @@
-"""Publish: what belongs beside a refined URDF, and the state written into it where that is asked for."""
+"""Publish: write the files beside a refined URDF, and bake the state into it if requested."""
 
 import json
 from pathlib import Path
@@ -15,13 +15,13 @@ from schemas.settings import Settings
 from schemas.vocabulary import Severity, Stage, StateMode
 
 SAME_PHI_M = 1e-4
-"""Difference of Φ between a state and the same state baked into the URDF that is rounding, m."""
+"""Largest difference of Φ between a state and the baked URDF that counts as rounding, m."""
 
 
 def publish(urdf: Path, judged: Judged, settings: Settings) -> tuple[PhysicsOverlay, tuple[Finding, ...]]:
-    """Write the overlay, the measurements, exports and views; the overlay as written, and what there is to say.
+    """Write the overlay, measurements, exports and views; returns the overlay as written and findings.
 
-    Where the state is baked, it is measured once more: the baked URDF's zero must be the state that was judged.
+    A baked state is measured again: the baked URDF's zero must be the state that was verified.
     """
     folder, overlay = urdf.parent, judged.overlay
     findings: tuple[Finding, ...] = ()
@@ -38,7 +38,7 @@ def publish(urdf: Path, judged: Judged, settings: Settings) -> tuple[PhysicsOver
 
 
 def bake(urdf: Path, overlay: PhysicsOverlay, settings: Settings) -> tuple[PhysicsOverlay, tuple[Finding, ...]]:
-    """Write a URDF whose zero is the overlay's initial state in its place, and the overlay that says so."""
+    """Replace the URDF by one whose zero is the initial state; returns the matching overlay and findings."""
     before = penetration(contacts_at(urdf, overlay.initial_positions, settings.engine))
     bake_file(urdf, overlay.initial_positions, urdf)
     after = penetration(contacts_at(urdf, {}, settings.engine))

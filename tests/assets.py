@@ -66,7 +66,7 @@ def robot(*parts: str) -> str:
 
 
 def written(folder: Path, urdf: str, files: Mapping[str, str | bytes] | None = None) -> Path:
-    """Write an asset folder with ``mobility.urdf`` and other files, and answer it."""
+    """Write an asset folder with ``mobility.urdf`` and other files, and return it."""
     for name, data in {"mobility.urdf": urdf, **(files or {})}.items():
         path = folder / name
         path.parent.mkdir(parents=True, exist_ok=True)

@@ -1,4 +1,4 @@
-"""What every test runs under: quiet libraries, and no network but this machine's own."""
+"""Set-up of every test: quiet libraries, and no network beyond this machine."""
 
 import socket
 from collections.abc import Iterator

@@ -1,4 +1,4 @@
-"""Functions that end badly, for the tests of isolation. Importable by name, since they run in a child process."""
+"""Functions that crash, hang or raise, for the tests of isolation; importable by name, to run in a child process."""
 
 import ctypes
 import errno
@@ -65,7 +65,7 @@ def raise_asset_error() -> None:
 
 
 def meet_a_full_disk() -> None:
-    """As where a library hides what the system said behind an error of its own."""
+    """A full disk, as a library reports it that hides the OSError behind an error of its own."""
     try:
         raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC), "mesh.obj")
     except OSError:
@@ -104,7 +104,7 @@ def kill_fork_server() -> int:
 
 
 KEPT: list[object] = []
-"""What a function leaves behind in its process."""
+"""Objects that a function leaves behind in its process."""
 
 
 def leave_a_thread() -> int:
@@ -119,7 +119,7 @@ def leave_a_process() -> int:
 
 
 def leave_an_orphan() -> tuple[int, int]:
-    """This process, and a grandchild whose parent is gone."""
+    """The ids of this process and of a grandchild whose parent has ended."""
     script = "import subprocess; print(subprocess.Popen(['sleep', '600'], stdout=subprocess.DEVNULL).pid)"
     done = subprocess.run([sys.executable, "-c", script], stdout=subprocess.PIPE, text=True, check=True)
     return os.getpid(), int(done.stdout)
@@ -146,7 +146,7 @@ def leave_memory(megabytes: int) -> int:
 
 
 def leave_half_a_line() -> int:
-    """In the buffer of C's standard output."""
+    """Leave half a line in the buffer of C's standard output."""
     ctypes.CDLL(None).printf(b"half a line")
     return os.getpid()
 
@@ -168,7 +168,7 @@ def ignore_every_signal_and_hang() -> None:
 def no_pipeline(
     ref: AssetRef, out: Path, settings: Settings, *, ask: Callable[[ModelRequest], ModelAnswer]
 ) -> AssetRecord:
-    """A pipeline that does nothing, well."""
+    """A pipeline that does nothing and succeeds."""
     record = failed_record(ref, settings, FailureMode.NONE, "nothing was asked")
     return record.model_copy(update={"status": Status.OK, "findings": ()})
 
@@ -177,14 +177,14 @@ Ask = Callable[[ModelRequest], ModelAnswer]
 
 
 def quick_or_sleepy(ref: AssetRef, out: Path, settings: Settings, *, ask: Ask) -> AssetRecord:
-    """Done at once, or, for an asset called ``sleepy…``, asleep with a child process of its own."""
+    """Succeed at once, or, for an asset called ``sleepy…``, sleep with a child process of its own."""
     if ref.asset_id.startswith("sleepy"):
         start_a_grandchild_and_hang(str(out / f"{ref.asset_id}.pids"))
     return no_pipeline(ref, out, settings, ask=ask)
 
 
 def crash_if_told(ref: AssetRef, out: Path, settings: Settings, *, ask: Ask) -> AssetRecord:
-    """Whatever the asset's id asks for."""
+    """Crash or hang if the asset's id asks for it, else succeed."""
     if ref.asset_id.startswith("segfault"):
         segfault()
     if ref.asset_id.startswith("hang"):
@@ -193,7 +193,7 @@ def crash_if_told(ref: AssetRef, out: Path, settings: Settings, *, ask: Ask) -> 
 
 
 def kill_the_worker(ref: AssetRef, out: Path, settings: Settings, *, ask: Ask) -> AssetRecord:
-    """Take the Dask worker along, every time, for an asset called ``murderous…``."""
+    """Kill the Dask worker, every time, for an asset called ``murderous…``."""
     worker = parent_process()
     assert worker is not None and worker.pid is not None
     if ref.asset_id.startswith("murderous"):

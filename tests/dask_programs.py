@@ -1,5 +1,5 @@
-"""Dask in processes of its own: ``dask scheduler`` and ``dask worker`` as somebody starts them by hand, or a cluster
-that was there before the run."""
+"""Dask in processes of its own: ``dask scheduler`` and ``dask worker`` as started by hand, or a cluster that exists
+before the run."""
 
 import socket
 import subprocess
@@ -17,7 +17,7 @@ Program = subprocess.Popen[bytes]
 
 @dataclass(frozen=True)
 class Programs:
-    """How to start them: at which port, in which environment, and where they write what they say."""
+    """How to start Dask's programs: the scheduler's port, the environment, and the log file."""
 
     port: int
     environment: dict[str, str]
@@ -70,7 +70,7 @@ def _parent(pid: int) -> int:
 
 
 def process_cluster(daemon: bool, **environment: str) -> LocalCluster:
-    """One worker in a process of its own, which may or may not have children."""
+    """A cluster of one worker process; a ``daemon`` may not have children."""
     with dask.config.set({"distributed.worker.daemon": daemon, "distributed.scheduler.allowed-failures": 0}):
         return LocalCluster(
             n_workers=1,

@@ -1,4 +1,4 @@
-"""Worlds for tests of the engines: each engine that is installed, and what a joint does when it is left alone."""
+"""Worlds for tests of the engines: every installed engine, and the recorded motion of a joint."""
 
 from collections.abc import Callable
 from contextlib import AbstractContextManager
@@ -64,7 +64,7 @@ def recorded(world: World, seconds: float, read: Callable[[], float]) -> Array:
 
 
 def period(positions: Array, step: float = STEP) -> float:
-    """Mean time between falls through zero, s."""
+    """Mean time between downward zero crossings, s."""
     before, after = positions[:-1], positions[1:]
     falls = np.flatnonzero((before > 0.0) & (after <= 0.0))
     moments = falls + before[falls] / (before[falls] - after[falls])

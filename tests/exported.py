@@ -12,13 +12,13 @@ FRICTION = 0.45
 BASE = UrdfLink("base", mass=10.0, inertia=ball_inertia(1.0), shapes=((box(0.2, 0.2, 0.1), ORIGIN),))
 ARM = UrdfLink("arm", mass=0.5, com=(0.1, 0.0, 0.0), inertia=(2e-4, 0.0, 0.0, 3e-4, 0.0, 4e-4))
 ARM_INERTIA = 4e-4 + 0.5 * 0.1**2
-"""Of ``ARM`` about z through its link's origin, kg·m²."""
+"""Inertia of ``ARM`` about z through its link's origin, kg·m²."""
 
 
 def refined(
     folder: Path, links: Sequence[UrdfLink], joints: Sequence[UrdfJoint], initial: Mapping[str, float] | None = None
 ) -> PhysicsOverlay:
-    """Write the URDF as a refined folder's, and give its overlay; joints not named start at zero."""
+    """Write a refined folder with this URDF, and return its overlay; joints not named start at zero."""
     write_urdf(folder, links, joints).rename(folder / URDF_NAME)
     overlay = PhysicsOverlay(
         asset_id="object",

@@ -48,7 +48,7 @@ def make_measurement(**changes: object) -> Measurement:
 
 
 def make_motion(name: str, amplitude: float = 0.001, sign_changes: int = 0) -> JointMotion:
-    """What a joint did over the test."""
+    """Motion of one joint over the test."""
     return JointMotion(name=name, amplitude=amplitude, sign_changes=sign_changes, final_position=0.1)
 
 

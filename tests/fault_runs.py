@@ -1,4 +1,4 @@
-"""Datasets of samples named for a fault, runs over them in processes of their own, and what these leave."""
+"""Datasets of samples named for a fault, runs over them in processes of their own, and the rows that these write."""
 
 import os
 import shutil

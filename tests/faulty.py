@@ -1,4 +1,4 @@
-"""A pipeline that does the real work after a fault of the asset's name, and the command that runs it.
+"""A pipeline that meets the fault in its asset's name before the real work, and the command that runs it.
 
 ``python -m tests.faulty refine DATA --out OUT …``, with ``FAULTY_TIME_LIMIT_S`` and ``FAULTY_MEMORY_LIMIT_MB`` in place
 of the usual limits. An asset called ``<fault>`` or ``<fault>-…`` meets that fault, and after ``once-`` only the first
@@ -40,7 +40,7 @@ def refine(ref: AssetRef, out: Path, settings: Settings, *, ask: Ask) -> AssetRe
 
 
 def noted(out: Path, asset_id: str) -> int:
-    """Note this process in ``OUT/met/<asset_id>``; the number of processes that the asset has had."""
+    """Note this process in ``OUT/met/<asset_id>``. Returns how many processes the asset has had."""
     file = out / "met" / asset_id
     file.parent.mkdir(parents=True, exist_ok=True)
     with file.open("a", encoding="ascii") as stream:
@@ -55,7 +55,7 @@ def processes(out: Path, asset_id: str) -> list[int]:
 
 
 def kill_fork_server(out: Path) -> None:
-    """Kill the parent of all assets' processes, when it has told how ``once-sleepy`` ended: nobody else knows."""
+    """Kill the fork server, the parent of all assets' processes, once it has reported how ``once-sleepy`` ended."""
 
     def told() -> bool:
         met = processes(out, "once-sleepy")
@@ -82,7 +82,7 @@ def fill_disk_and_clear(out: Path) -> None:
 
 @contextmanager
 def sound_engines() -> Iterator[None]:
-    """What a fault does to the engines in the block is undone after it: the process may be given another asset."""
+    """Undo after the block what a fault did to the engines: the process may be given another asset."""
     import asset2sim.checks.verify
 
     module: Any = asset2sim.checks.verify
@@ -94,7 +94,7 @@ def sound_engines() -> Iterator[None]:
 
 
 def crash_engine(out: Path) -> None:
-    """Have the engine's own process, which this one starts to judge an asset, crash as engines do."""
+    """Make the engine's own process, which this one starts to verify an asset, crash as engines do."""
     import asset2sim.checks.verify
 
     module: Any = asset2sim.checks.verify

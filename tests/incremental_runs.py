@@ -58,7 +58,7 @@ def refined(out: Path, ref: AssetRef, make: Make) -> AssetRecord:
 
 def run(data: Path, out: Path, settings: Settings = UNSEEN, make: Make = good, *, whole: bool = True,
         only: tuple[str, ...] = (), pipeline: str = "p") -> Plan:  # fmt: skip
-    """What the flow does, with ``make`` in place of the workers; its plan."""
+    """Run as the flow does, with ``make`` in place of the workers. Returns the plan."""
     out.mkdir(parents=True, exist_ok=True)
     refs = load_dataset(data, asset_ids=only)
     started = start_run(settings, str(data))
@@ -75,7 +75,7 @@ def run(data: Path, out: Path, settings: Settings = UNSEEN, make: Make = good, *
 
 
 def done(plan: Plan) -> str:
-    """The assets that a plan had to do, as a word."""
+    """The ids of a plan's ``todo``, joined to one word."""
     return "".join(ref.asset_id for ref in plan.todo)
 
 
@@ -85,6 +85,6 @@ def runs(out: Path | str) -> pd.DataFrame:
 
 
 def timeless(out: Path | str) -> dict[str, list[dict[Hashable, Any]]]:
-    """Every per-asset table but for the ids of runs."""
+    """The rows of every per-asset table, without the ids of runs."""
     tables = {name: read_table(out, name) for name, table in TABLES.items() if table.per_asset}
     return {name: frame.drop(columns="run_id").astype(str).to_dict("records") for name, frame in tables.items()}

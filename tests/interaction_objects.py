@@ -1,4 +1,4 @@
-"""Objects for the interaction tests: URDFs of boxes, overlays that say the same, and opened worlds of them."""
+"""Objects for the interaction tests: URDFs of boxes, their overlays, and worlds that hold them."""
 
 from collections.abc import Collection, Iterator, Mapping, Sequence
 from contextlib import contextmanager

@@ -1,7 +1,7 @@
-"""Whether what is hollow holds something: a ball set into a link's authored interior stays there in simulation.
+"""Containment check: whether a ball placed in a link's authored interior stays there in simulation.
 
-The interior is looked for in the meshes that are seen, the ball is stopped by the shapes that collide: where these fill
-the hollow the ball starts inside them, and where they leave a wall out it falls through.
+The interior is found in the visual meshes; the ball meets the collision shapes. Where these fill the hollow, the ball
+starts inside them; where they lack a wall, it falls through.
 """
 
 from collections.abc import Mapping, Sequence
@@ -28,22 +28,22 @@ BALL_RADIUS_M = 0.01
 BALL_MASS_KG = 0.01
 """Mass of the ball, kg: 2.4 g/cm³, glass."""
 SIDES = 5
-"""Of the six directions along the axes, how many must meet the link's own faces, the one below among them."""
+"""How many of the six axis directions must meet the link's own faces; downwards must be one of them."""
 ROOM = 2.0
-"""Volume in which the ball's centre must be able to be, over the ball's own: less is a gap behind a handle."""
+"""Least free volume for the ball's centre, over the ball's volume: less is, for example, a gap behind a handle."""
 OVERLAP_M = 1e-3
 """How deep the ball may start in a collision shape, m: PyBullet's margin around meshes."""
 FALL_S = 2.0
-"""Time that the ball is given, s: it falls through a metre in half a second."""
+"""Simulated time, s: the ball falls 1 m in about 0.5 s."""
 TIMESTEP_S = 1.0 / 240.0
-"""PyBullet's own default, s: at 1 m/s the ball falls 4 mm a step and is 20 mm wide, so that no sheet is passed."""
+"""PyBullet's default time step, s: at 1 m/s the 20 mm ball moves 4 mm a step and cannot pass through a sheet."""
 HOLDING_FORCE = 1e3
-"""Force or torque that holds the joints where they are put, N or N·m."""
+"""Motor force or torque that holds the joints in position, N or N·m."""
 
 
 @dataclass(frozen=True)
 class Interior:
-    """One link's interior: where the ball was set (root frame, m), how deep it started in a shape, if it stayed."""
+    """Result for one link: ball position (root frame, m), initial overlap with a collision shape, whether it stayed."""
 
     link: str
     label: str
@@ -58,7 +58,7 @@ class Interior:
 
 
 def interiors(folder: Path, labels: Sequence[str] = (), radius: float = BALL_RADIUS_M) -> tuple[Interior, ...]:
-    """A ball tried in every link of a refined folder that has an interior for it, all joints at their closed ends.
+    """Containment of a ball in every link of a refined folder that has an interior, all joints at their closed ends.
 
     ``labels`` keeps only links whose label contains one of these words. Links without an interior are left out.
     """
@@ -86,9 +86,9 @@ def interiors(folder: Path, labels: Sequence[str] = (), radius: float = BALL_RAD
 def cavity(own: Array, others: Array, radius: float) -> Array | None:
     """The (3,) point of a link's interior that is furthest from all faces, or None where no ball fits into one.
 
-    ``own`` are the link's (k, 3, 3) faces, ``others`` those of all other links, gravity along -z. An interior is where
-    a ball from outside gets to without the others, touches nothing with them, and has faces of the link below and on
-    ``SIDES`` of six sides; those with most sides come first.
+    ``own`` are the link's (k, 3, 3) faces, ``others`` those of all other links; gravity is along -z. In an interior,
+    a ball that came from outside (other links removed) touches nothing (other links present) and has the link's faces
+    below it and on ``SIDES`` of six sides; points with most sides come first.
     """
     low, high = own.reshape(-1, 3).min(axis=0), own.reshape(-1, 3).max(axis=0)
     if float(np.sort(high - low)[0]) < radius:
@@ -115,7 +115,7 @@ def cavity(own: Array, others: Array, radius: float) -> Array | None:
 
 
 def occupied(faces: Array, corner: Array, cell: float, shape: Array) -> NDArray[np.bool_]:
-    """The cells of a grid in which a face of (k, 3, 3) lies."""
+    """Boolean grid of the cells that (k, 3, 3) faces pass through."""
     taken = np.zeros(shape, dtype=bool)
     if len(faces):
         index = np.floor((samples(faces, cell / 2.0) - corner) / cell).astype(int)
@@ -125,7 +125,7 @@ def occupied(faces: Array, corner: Array, cell: float, shape: Array) -> NDArray[
 
 
 def sides_met(walls: NDArray[np.bool_]) -> NDArray[np.bool_]:
-    """For -x, +x, -y, +y, -z and +z: whether a wall lies that way from each cell."""
+    """(6, x, y, z): whether a wall lies towards -x, +x, -y, +y, -z and +z of each cell."""
     met = []
     for axis in range(3):
         met.append(np.logical_or.accumulate(walls, axis=axis))
@@ -169,7 +169,7 @@ def dropped(
 
 
 def visual_faces(urdf: Path) -> dict[str, Array]:
-    """Link → (k, 3, 3) faces of what is seen of it, in its frame; links that are not seen are left out."""
+    """Link → (k, 3, 3) faces of its visuals in its frame; links without visuals are left out."""
     found: dict[str, Array] = {}
     for link in read_urdf(urdf).links:
         faces = []

@@ -1,4 +1,4 @@
-"""A child process that kills itself before the n-th line of some source files: as power that fails anywhere would."""
+"""A child process that kills itself before the n-th line of some source files, as a power failure at any line would."""
 
 import os
 import signal
@@ -9,8 +9,8 @@ from typing import Any
 
 
 def killed_at(line: int, files: Collection[str | None], work: Callable[[], object]) -> bool:
-    """Whether a child that does ``work`` got to its n-th line in ``files``, before which it kills itself; a child that
-    ``work`` itself kills counts as well."""
+    """Run ``work`` in a child that kills itself before its n-th line in ``files``. Returns whether it was killed, by
+    itself or by ``work``."""
     child = os.fork()
     if child == 0:
         seen = 0

@@ -1,4 +1,4 @@
-"""How tests of methods run one: quickly, in one engine, with a model that keeps what it was asked."""
+"""Quick runs of one method for tests: in one engine, with a model that records its requests."""
 
 from collections.abc import Callable
 from pathlib import Path
@@ -12,7 +12,7 @@ from tests.assets import prior
 from tests.factories import make_call
 
 LOOKING = ModelSettings(model="openai/scripted")
-"""A model that may look, so that views are rendered for it."""
+"""A model that accepts images, so that views are rendered for it."""
 
 
 def settings_of(method: Method, model: ModelSettings | None = None, queries: int = 5) -> Settings:

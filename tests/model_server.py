@@ -40,7 +40,7 @@ Script = Callable[[dict[str, Any]], Reply]
 
 @dataclass
 class ModelServer:
-    """Where the server listens, and what it was asked so far: bodies, keys, when, and how many at once at most."""
+    """The server's address and its requests so far: bodies, keys, times, and the most that were open at once."""
 
     api_base: str
     requests: list[dict[str, Any]] = field(default_factory=list)
@@ -98,7 +98,7 @@ def _handler(
                     working -= 1
                 self._reply(reply, str(body["model"]))
             except OSError:
-                self.close_connection = True  # whoever asked has had enough
+                self.close_connection = True  # the client has closed the connection
 
         def _reply(self, reply: Reply, model: str) -> None:
             if reply.drip:

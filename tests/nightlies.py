@@ -43,7 +43,7 @@ def model() -> Iterator[Model]:
 
 @dataclass(frozen=True)
 class Nightly:
-    """The command line of a nightly, its environment, and the folder for its OUT and for what it and its hook say."""
+    """The command line of a nightly, its environment, and the folder of its OUT, its log and its hook's output."""
 
     words: list[str]
     environment: dict[str, str]
@@ -55,7 +55,7 @@ class Nightly:
 
     @property
     def log(self) -> str:
-        """What the serving process has said."""
+        """The output of the serving process so far."""
         return (self.folder / "log").read_text(encoding="utf-8")
 
     @property
@@ -65,11 +65,11 @@ class Nightly:
         return path.read_text(encoding="utf-8").splitlines() if path.exists() else []
 
     def kept(self) -> int:
-        """Records of assets that the night at work has finished."""
+        """Number of record files that the running night has written."""
         return len(list((self.out / ".cache" / "records").glob("*")))
 
     def now(self, *more: str) -> "subprocess.CompletedProcess[str]":
-        """``--now``, to its end."""
+        """Run the nightly with ``--now`` to its end."""
         return subprocess.run(
             [*self.words, "--now", *more], cwd=ROOT, env=self.environment, text=True, capture_output=True,
             timeout=LIMIT_S,

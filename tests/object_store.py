@@ -1,4 +1,4 @@
-"""An S3-compatible server on this machine (moto's), and what was asked of it. Fixture: ``store``."""
+"""An S3-compatible server on this machine (moto's) that records its requests. Fixture: ``store``."""
 
 import itertools
 import logging
@@ -20,8 +20,8 @@ _numbers = itertools.count()
 
 @dataclass
 class Store:
-    """``url`` is a bucket of the test's own; ``requests`` are (method, path with query) as they came.
-    ``doomed`` may hold a process and the number of the change, among ``requests``, whose coming kills it."""
+    """``url`` is the test's own bucket; ``requests`` are (method, path with query) in order.
+    ``doomed`` is empty or (process id, n): the n-th PUT, POST or DELETE in ``requests`` kills that process."""
 
     address: str
     url: str = ""
@@ -30,7 +30,7 @@ class Store:
 
     @property
     def files(self) -> Any:
-        """The bucket as fsspec has it, for what a test does behind the back of ours."""
+        """The store as a file system of fsspec, for changes that a test makes without our code."""
         import fsspec
 
         return fsspec.filesystem("s3", use_listings_cache=False)
@@ -47,7 +47,7 @@ class Store:
                 self.files.pipe_file(f"{url}/{path.relative_to(folder).as_posix()}", path.read_bytes())
 
     def asked(self, method: str, work: Callable[[], object]) -> list[str]:
-        """The keys that were asked for by this method while the work was done; listings are not of a key."""
+        """The keys of the requests of this HTTP method during ``work``; listings have no key and are left out."""
         self.requests.clear()
         work()
         asked = [path.partition("?")[0].split("/", 2)[1:] for made, path in self.requests if made == method]

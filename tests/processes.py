@@ -1,4 +1,4 @@
-"""Other processes on this machine, as tests watch them."""
+"""Finding, killing and waiting for other processes on this machine."""
 
 import contextlib
 import os

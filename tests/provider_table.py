@@ -1,11 +1,11 @@
-"""The providers that people mostly have a key for: how their models are named, and which variables they need."""
+"""Common model providers: how their models are named, and which environment variables they need."""
 
 from dataclasses import dataclass
 
 
 @dataclass(frozen=True)
 class Provider:
-    """One row: ``variables`` as LiteLLM reads them, wanted together or, where ``either``, one of them."""
+    """One row: ``variables`` as LiteLLM reads them, all needed or, where ``either``, one of them."""
 
     name: str
     example: str

@@ -39,7 +39,7 @@ def in_this_process(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 def brief(ref: AssetRef, out: Path, settings: Settings, ask: object) -> AssetRecord:
-    """An asset whose refined folder is its URDF and the meshes that it takes from elsewhere."""
+    """A pipeline whose refined folder is the asset's URDF and the meshes that it takes from elsewhere."""
     try:
         urdf = find_urdf(Path(ref.path))
     except AssetError as error:
@@ -58,7 +58,7 @@ def brief(ref: AssetRef, out: Path, settings: Settings, ask: object) -> AssetRec
 
 
 def night(data: Path | str, out: Path | str, settings: Settings = UNSEEN, *, dask: bool = False) -> Plan:
-    """What the flow does, but for Prefect and MLflow; without ``dask`` one asset after the other. Gives its plan."""
+    """Run as the flow does, without Prefect and MLflow; without ``dask`` one asset at a time. Returns the plan."""
     refs = load_dataset(data)
     with open_output(out) as output:
         folder = output.folder

@@ -31,7 +31,7 @@ _INFORMATION = re.compile(r"<structured_information>\s*(.*?)\s*</structured_info
 
 @dataclass(frozen=True)
 class Asked:
-    """One request, as the log tells it; ``images`` holds (label, width, height, bytes) of each."""
+    """One request; ``images`` holds (label, width, height, bytes) of each."""
 
     model: str
     purpose: str
@@ -43,7 +43,7 @@ class Asked:
     body: Mapping[str, Any]
 
     def row(self, status: int) -> dict[str, object]:
-        """What the log keeps of it: neither the text nor who asked."""
+        """The request's row in the log, without its text."""
         images = [dict(zip(("label", "width", "height", "bytes"), image, strict=True)) for image in self.images]
         return {
             "model": self.model, "purpose": self.purpose, "asset_id": self.asset_id, "images": images,
@@ -68,7 +68,7 @@ class ScriptedServer:
 
 
 def competent(asked: Asked) -> Reply:
-    """What a model that knows its household answers."""
+    """The prior's answer, in place of a competent model's."""
     return Reply(answer(asked.text))
 
 
@@ -98,7 +98,7 @@ def counted(reply: Reply, asked: Asked) -> Reply:
 
 
 def read_request(body: Mapping[str, Any]) -> Asked:
-    """What the user says in a chat request: text, labelled images, and what it says that it is about."""
+    """The user's part of a chat request: text, labelled images, purpose and asset id."""
     parts: list[dict[str, Any]] = []
     for message in body["messages"]:
         if message["role"] == "user":

@@ -1,4 +1,4 @@
-"""An asset as it came, as an overlay: what its URDF states, and an engine's defaults where it states nothing."""
+"""The authored asset as an overlay: the values of its URDF, and PyBullet's defaults where it states none."""
 
 import numpy as np
 
@@ -14,7 +14,7 @@ ENGINE_MASS_KG = 1.0
 ENGINE_INERTIA = (1.0, 0.0, 0.0, 1.0, 0.0, 1.0)
 """... and its inertia, kg·m²."""
 LEAST = 1e-9
-"""Stands for a mass or an inertia of zero, which a record may not hold."""
+"""Least mass that is recorded, kg: a record may not hold a mass of zero."""
 
 
 def authored_overlay(extraction: Extraction, settings: PhysicsSettings) -> PhysicsOverlay:
@@ -66,7 +66,7 @@ def start_of(joint: JointFeatures) -> float:
 
 
 def link_of(link: LinkFeatures) -> LinkPhysics:
-    """A link with its authored inertial, or what PyBullet gives it."""
+    """A link with its authored inertial, or PyBullet's default."""
     inertial = link.inertial
     return LinkPhysics(
         name=link.name,

@@ -1,8 +1,8 @@
-"""Why two links overlap: their authored meshes do, or only the convex shapes that stand for them.
+"""Cause of an overlap between two links: their authored meshes, or only the convex hulls made from them.
 
-Authored meshes are open, double-sided and partly flat, so nothing is inside anything: the test is whether triangles
+Authored meshes are open, double-sided and partly flat, so they have no inside: two of them overlap where triangles
 intersect (FCL's bounding volume hierarchies, exact on triangles). Parts that touch as authored intersect by rounding;
-so a real overlap is one that is still there after one part is moved a little out of the way.
+so an overlap is real if it remains after one part is moved by ``TOUCHING_M``.
 """
 
 from dataclasses import dataclass
@@ -22,17 +22,17 @@ from schemas.vocabulary import OverlapCause
 TOUCHING_M = 2e-3
 """Shift that frees parts which only touch, m: what PyBullet's margins add up to, and what a checker tolerates."""
 DEPTHS_M = (0.0, TOUCHING_M, 5e-3, 10e-3)
-"""Shifts tried in turn to tell how deep meshes overlap, m."""
+"""Shifts tried in turn to measure how deep meshes overlap, m."""
 DIRECTIONS = np.vstack([np.eye(3), -np.eye(3)])
-"""Ways out that are tried beside the contact's normal."""
+"""(6, 3) unit directions in which a part is shifted, beside the contact normal."""
 
 
 @dataclass(frozen=True)
 class AuthoredShapes:
-    """The authored meshes of every link at the final scale, as hierarchies that are built when first asked for.
+    """Authored collision meshes of every link as FCL hierarchies, built on first use, queried at the final scale.
 
-    They are built at the authored scale and kept with the extraction, for whoever asks next and at whatever scale: it
-    is the ways between links that are scaled.
+    Hierarchies are built at the authored scale and cached in the extraction, so that they serve every scale: a query
+    divides the translation between two links by the scale instead.
     """
 
     extraction: Extraction
@@ -40,11 +40,11 @@ class AuthoredShapes:
 
     @cached_property
     def links(self) -> dict[str, yourdfpy.Link]:
-        """The links as the URDF has them."""
+        """Link name → link of the authored URDF."""
         return {link.name: link for link in read_urdf(self.extraction.urdf).links}
 
     def model(self, link: str) -> fcl.BVHModel | None:
-        """The link's triangles in its frame at the authored scale, or None where it has no mesh that collides."""
+        """FCL hierarchy of a link in its frame at the authored scale; None where the link has no mesh that collides."""
         models = self.extraction.hierarchies
         if link not in models:
             triangles = link_triangles(self.extraction, self.links[link])
@@ -53,7 +53,7 @@ class AuthoredShapes:
 
 
 def link_triangles(extraction: Extraction, link: yourdfpy.Link) -> tuple[Array, Faces] | None:
-    """(n, 3) vertices in the link's frame at the authored scale and (k, 3) triangles of what collides, or None.
+    """(n, 3) vertices in the link's frame at the authored scale and (k, 3) triangles that collide; None for no mesh.
 
     Sheets beside solid pieces are decals and are left out, as they are from the collision hulls.
     """
@@ -73,8 +73,8 @@ def link_triangles(extraction: Extraction, link: yourdfpy.Link) -> tuple[Array, 
 
 
 def primitives(link: yourdfpy.Link) -> list[tuple[Array, Faces]]:
-    """The link's boxes, cylinders and spheres in its frame at the authored scale: (n, 3) vertices and (k, 3) triangles
-    of each. Those of its looks, where nothing is there for collision."""
+    """(n, 3) vertices and (k, 3) triangles of each of the link's boxes, cylinders and spheres, in its frame at the
+    authored scale; of its visuals where it has no collision element."""
     found: list[tuple[Array, Faces]] = []
     for item in link.collisions or link.visuals:
         mesh = None if item.geometry is None else primitive(item.geometry)
@@ -108,10 +108,10 @@ def intersect(shapes: AuthoredShapes, a: str, b: str, a_to_b: Array, shift: Arra
 
 
 def authored_depth(shapes: AuthoredShapes, a: str, b: str, a_to_b: Array, normal: Array | None = None) -> float:
-    """How deep the authored meshes overlap, m: the first of ``DEPTHS_M`` by which A may be moved so that they do not.
+    """Overlap depth of the authored meshes, m: the smallest of ``DEPTHS_M`` by which a shift of A separates them.
 
-    A is moved along the (3,) unit ``normal`` from B to A (B's frame) where that is known, and along B's axes; infinite
-    where no shift is enough. A part wholly inside another one, whose surfaces do not meet, does not overlap.
+    A is moved along the (3,) unit ``normal`` from B to A (B's frame), if given, and along B's axes; infinite where no
+    shift is enough. A part wholly inside another one does not overlap if their surfaces do not meet.
     """
     if not intersect(shapes, a, b, a_to_b):
         return 0.0
@@ -125,7 +125,7 @@ def authored_depth(shapes: AuthoredShapes, a: str, b: str, a_to_b: Array, normal
 def overlap_cause(
     shapes: AuthoredShapes, a: str, b: str, a_to_b: Array, normal: Array | None = None, tolerance_m: float = TOUCHING_M
 ) -> OverlapCause:
-    """Why links A and B overlap, A at the (4, 4) pose ``a_to_b`` in B's frame.
+    """Cause of the overlap of links A and B, A at the (4, 4) pose ``a_to_b`` in B's frame.
 
     AUTHORED where the meshes intersect by more than ``tolerance_m`` (see ``authored_depth``), else HULL.
     """

@@ -39,12 +39,11 @@ def hash_files(files: Iterable[Path], *texts: str) -> str:
 
 @dataclass(frozen=True)
 class Extraction:
-    """Features, with what later stages need and no table holds.
+    """Features, with data that later stages need and no table holds.
 
     ``geometry`` maps link → its hull points and convex pieces, ``mesh_files`` mesh reference → file, or None if
-    missing.
-    ``closed_size`` is the object's box with every joint closed, ``link_centers`` the boxes' centres at rest in the root
-    frame; both m at the authored scale.
+    missing. ``closed_size`` is the object's box with every joint closed, ``link_centers`` the boxes' centres
+    at rest in the root frame; both m at the authored scale.
     """
 
     folder: Path
@@ -56,19 +55,18 @@ class Extraction:
     closed_size: Vector3
     link_centers: dict[str, Vector3]
     hierarchies: dict[str, Any] = field(default_factory=dict, repr=False, compare=False)
-    """Link → its triangles as ``collision.cause`` searches them, as far as anybody has asked; None without any."""
+    """Link → its triangle hierarchy for ``collision.cause``, filled on demand; None for a link without triangles."""
     triangles: Triangles = field(default_factory=Triangles, repr=False, compare=False)
-    """Those of ``mesh_files``, for whoever asks; whoever has done so last calls ``keep`` on them."""
+    """Triangles of ``mesh_files``, loaded on demand; the last user calls ``keep`` to store them."""
 
 
 def extract(ref: AssetRef, cache: Path | None = None) -> Extraction:
-    """Everything that can be read off one asset.
+    """Features and geometry of one asset.
 
     ``cache`` is a folder in which the shapes and the triangles of its meshes are kept, so that those of unchanged files
     are not computed again; the result is the same with it and without.
     Raises AssetError: unreadable_asset (no URDF, not XML, not a tree), missing_mesh (a link none of whose meshes is
-    there),
-    invalid_joint_configuration (numbers that make no sense).
+    there), invalid_joint_configuration (joint numbers that make no sense).
     """
     folder = Path(ref.path)
     urdf = find_urdf(folder)

@@ -1,5 +1,4 @@
-"""Apply: asset + overlay → a refined, self-contained folder. Edits only what the overlay names; reads the input
-only."""
+"""Apply: asset + overlay → a refined, self-contained folder. Edits only what the overlay names, never the input."""
 
 import os
 import shutil
@@ -25,7 +24,7 @@ COMPANIONS = ("semantics.txt", "meta.json", "mobility_v2.json")
 @dataclass(frozen=True)
 class Folder:
     """A refined folder being written: mesh reference → its path in it, each link's hull files (none where authored
-    collision geometry is kept), and what becomes of that."""
+    collision geometry is kept), and the collision mode."""
 
     path: Path
     mesh_places: dict[str, str]
@@ -64,7 +63,7 @@ def write_folder(
 
 
 def with_hulls(folder: Folder, hulls: Hulls) -> Folder:
-    """The same folder with other collision hulls; its URDF is to be written again. None where shapes are kept."""
+    """Write other hulls; the folder with them, whose URDF must be written again. In mode ``keep`` nothing changes."""
     if folder.mode is CollisionMode.KEEP:
         return folder
     return replace(folder, collision=write_hulls(hulls, folder.path))
@@ -80,7 +79,7 @@ def write_urdf(extraction: Extraction, overlay: PhysicsOverlay, folder: Folder, 
 
 @contextmanager
 def staged_folder(final: Path) -> Iterator[Path]:
-    """A fresh folder beside ``final`` that takes its place when the block ends well, and vanishes when it does not."""
+    """An empty folder beside ``final`` that replaces it when the block succeeds, and is deleted when it raises."""
     final.parent.mkdir(parents=True, exist_ok=True)
     staged = final.parent / f".{final.name}.new"
     retired = final.parent / f".{final.name}.old"

@@ -1,4 +1,4 @@
-"""The convex hulls that stand for each link in collision, in the link's frame at the final scale."""
+"""Convex collision hulls of each link, in the link's frame at the final scale."""
 
 import re
 import shutil
@@ -15,9 +15,9 @@ from asset2sim.physics.arrays import Array
 Hulls = dict[str, tuple[Array, ...]]
 """Link → (k, 3) hull points of each convex piece, m at the final scale in the link's frame."""
 SHEET_THICKNESS_M = 2e-3
-"""Thickness given to a link that is nothing but sheets, m: engines refuse or lose what has none."""
+"""Thickness given to a link that consists of sheets only, m: engines refuse or drop flat shapes."""
 MOST_POINTS = 200
-"""Points of one hull: PhysX takes 255 at most, and 200 directions lie 15° apart."""
+"""Most points of one hull: PhysX accepts at most 255, and 200 directions lie 15° apart."""
 INSIDE_M = 1e-6
 """How far outside another hull a point may lie and still count as inside, m."""
 
@@ -26,7 +26,7 @@ DIRECTIONS = spread_directions(MOST_POINTS)
 
 
 def collision_hulls(extraction: Extraction, scale: float) -> Hulls:
-    """The hulls of every link's meshes; pieces that lie wholly inside another piece of their link are left out.
+    """Link → convex hulls of its meshes, without pieces that lie wholly inside another piece of the link.
 
     Sheets beside solid pieces are decals and do not collide; a link of sheets alone is thickened.
     """
@@ -34,7 +34,7 @@ def collision_hulls(extraction: Extraction, scale: float) -> Hulls:
 
 
 def exact_links(extraction: Extraction) -> frozenset[str]:
-    """The links whose hulls are their very shapes: every mesh of theirs is closed and convex."""
+    """Links whose hulls equal their meshes: every mesh is closed and convex."""
     return frozenset(
         name
         for name, geometry in extraction.geometry.items()
@@ -51,9 +51,9 @@ def link_hulls(geometry: LinkGeometry, scale: float) -> tuple[Array, ...]:
 
 
 def simplified(points: Array) -> Array:
-    """A hull's points, thinned to those furthest along evenly spread directions where it has more than ``MOST_POINTS``.
+    """Hull points, reduced to the furthest along evenly spread directions where there are more than ``MOST_POINTS``.
 
-    What is lost is about 2 % of a ball's radius; PhysX would refuse more points, and every engine would be slower.
+    A sphere loses about 2 % of its radius. PhysX refuses more points, and every engine is slower with more.
     """
     if len(points) <= MOST_POINTS:
         return points
@@ -96,7 +96,7 @@ CollisionFiles = dict[str, tuple[str, ...]]
 
 
 def write_hulls(hulls: Hulls, target: Path) -> CollisionFiles:
-    """Write one OBJ a hull under ``collision/``, replacing what was there; link → relative paths.
+    """Write one OBJ per hull under ``collision/``, replacing the folder's contents; link → relative paths.
 
     Hulls without volume, which no engine takes, are left out.
     """
@@ -119,7 +119,7 @@ def write_hulls(hulls: Hulls, target: Path) -> CollisionFiles:
 
 
 def obj_text(points: np.ndarray) -> str | None:
-    """The OBJ of the hull of (n, 3) points with outward triangles, or None where it has no volume."""
+    """OBJ text of the hull of (n, 3) points, triangles facing outwards; None where it has no volume."""
     hull = hull_of(points)
     if hull is None:
         return None

@@ -82,7 +82,7 @@ def with_ends(
     if joint.type == "continuous":
         changes |= {"closed": 0.0, "open": 0.0}
     elif joint.movable and joint.lower is not None and joint.upper is not None:
-        # Inverted limits are mended by validation; here they only bound where to look.
+        # Validation repairs inverted limits; here they only bound the search.
         low, high = sorted((joint.lower, joint.upper))
         ends: Ends = joint_ends(tree, root, points, node, low, high, diagonal)
         changes |= {"closed": ends.closed, "open": ends.open, "openness_confidence": ends.confidence}
@@ -90,14 +90,14 @@ def with_ends(
 
 
 LONGEST_RANGE_RAD = 3.0 * 2.0 * math.pi
-"""Longest range that a hinge with limits is believed to have, rad: a screw cap comes off after three turns. Read as
-degrees, it is 19: hinges that open less are not told apart."""
+"""Longest range that a hinge with limits is believed to have, rad: a screw cap comes off after three turns. As a
+number it is 19: a range in degrees that is smaller than 19 is not recognised."""
 LARGEST_DEGREES = 720.0
 """Largest limit that may be degrees; beyond it, the number stands for no limit at all."""
 
 
 def limits_in_radians(joint: JointFeatures) -> tuple[JointFeatures, Finding | None]:
-    """A hinge whose range is longer than any hinge's, with its limits read as degrees; otherwise as it is."""
+    """The joint with an implausibly long hinge range read as degrees, and a finding; else unchanged, and None."""
     if joint.type != "revolute" or joint.lower is None or joint.upper is None:
         return joint, None
     range_rad, largest = abs(joint.upper - joint.lower), max(abs(joint.lower), abs(joint.upper))

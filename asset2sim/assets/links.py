@@ -36,7 +36,7 @@ def hole_share(mesh: trimesh.Trimesh) -> float:
 
 @dataclass
 class MeshReader:
-    """The meshes of one asset, each file read once; what could not be read becomes a finding."""
+    """Reader of one asset's meshes: each file is read once; an unreadable one becomes a finding."""
 
     folder: Path
     triangles: Triangles = field(default_factory=Triangles)
@@ -45,16 +45,16 @@ class MeshReader:
     shapes: dict[tuple[str, tuple[float, ...]], Shape | None] = field(default_factory=dict)
     holed: set[str] = field(default_factory=set)
     known: Mapping[str, KnownMesh] = field(default_factory=dict)
-    """What an earlier extraction found in files of the same content, by ``mesh_key``."""
+    """Cached meshes of earlier extractions, by ``mesh_key``."""
     met: dict[str, KnownMesh] = field(default_factory=dict)
-    """The same for all meshes of this one."""
+    """Meshes of this extraction, by ``mesh_key``."""
 
     def note(self, severity: Severity, code: str, message: str, link: str | None = None) -> None:
         """Add a finding."""
         self.findings.append(Finding(stage=Stage.EXTRACT, severity=severity, code=code, message=message, link=link))
 
     def read(self, path: Path, scale: Array) -> KnownMesh:
-        """What a file holds at this (3,) scale, from what is known where it is. Raises ValueError as ``load_mesh``."""
+        """The mesh of a file at this (3,) scale, from ``known`` if it is there. ValueError as from ``load_mesh``."""
         key = mesh_key(self.triangles.key(path), scale)
         found = self.known.get(key) if key is not None else None
         if found is None:
@@ -135,8 +135,7 @@ class MeshPart:
 
 @dataclass(frozen=True)
 class LinkGeometry:
-    """A link's own shapes in its frame: (n, 3) hull points of all of it, and its meshes; primitives are convex
-    as they are."""
+    """A link's shapes in its frame: (n, 3) hull points of the whole link, and its meshes (primitives: none)."""
 
     points: Array
     parts: tuple[MeshPart, ...]

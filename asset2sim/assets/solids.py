@@ -1,4 +1,4 @@
-"""Which of a link's shapes stand for its body: its collision meshes, unless they are not those of what one sees."""
+"""Which of a link's shapes give its mass properties: its collision meshes, unless they do not match its visuals."""
 
 from collections.abc import Collection
 from dataclasses import dataclass
@@ -10,15 +10,14 @@ from asset2sim.assets.meshes.volume import Shape
 from asset2sim.physics.arrays import Array
 
 SIZE_FACTOR = 2.0
-"""Diagonal of the collision meshes' box over that of the looks from which one of them is in other units, or another
-part."""
+"""Ratio of the box diagonals of collision meshes and visuals, either way, above which they differ in unit or part."""
 OFF_SHARE = 0.5
-"""Distance of the boxes' centres, as a share of the looks' diagonal, from which they are apart."""
+"""Distance of the boxes' centres, as a share of the visuals' diagonal, above which they do not match."""
 PANEL_SHARE = 0.25
 """How far a sheet must reach beyond a link's solids, as a share of its own longest edge, to be a part of its own."""
 FILLED_FACTOR = 3.0
-"""Volume of the collision meshes over that of the looks' solids from which they fill what the looks leave open: a hull
-over panels that enclose a room holds five times theirs and more."""
+"""Volume of the collision meshes over that of the visuals' solids above which they fill the interior: a hull over
+panels that enclose a room has five times their volume and more."""
 
 
 @dataclass(frozen=True)
@@ -40,11 +39,10 @@ class Placed:
 
 
 def unlike_looks(collision: list[Placed], looks: list[Placed], lost: int, holed: Collection[str]) -> str | None:
-    """Why a link's collision meshes cannot stand for what one sees of it, or None where they can.
+    """Why a link's collision meshes do not match its visuals, or None where they do.
 
-    ``lost`` is how many of the collision references could not be read, ``holed`` names those with holes. Only meshes of
-    their own are doubted: primitives are somebody's choice, and meshes that are also the looks can only be right or
-    wrong together.
+    ``lost`` is how many of the collision references could not be read, ``holed`` names those with holes. Only separate
+    collision meshes are doubted: primitives are deliberate, and a mesh that is also a visual cannot mismatch.
     """
     if not looks or not any(item.shape.pieces for item in looks):
         return None

@@ -1,1 +1,1 @@
-"""The methods that an asset's physics can come from: ours, and those that ours is compared with (paper, baselines)."""
+"""Baselines: the methods of the paper that ours is compared with."""

@@ -1,4 +1,4 @@
-"""An answer as an overlay, without a single rule of ours: what a baseline says is what is written."""
+"""A model's answer as an overlay with none of our rules: a baseline's numbers are written unchanged."""
 
 import math
 
@@ -19,12 +19,12 @@ from schemas.vocabulary import Source
 
 
 def as_proposed(extraction: Extraction, proposal: Overlay, source: Source, settings: Settings) -> PhysicsOverlay:
-    """The overlay that holds exactly the answer's numbers: nothing is bounded, clamped, completed by rule or mended.
+    """Overlay with exactly the answer's numbers: nothing is bounded, clamped, completed by rules or mended.
 
-    Where the answer is silent, the engine's default stands as in ``authored_overlay``: inertials and dynamics as
-    authored, PyBullet's 1 kg for a link without any, joints at zero or the limit nearest to it. Lengths that the asset
-    states (limits of sliders, centres of mass) follow the scale, because its shapes do. Terms of which only rules make
-    numbers (``coast_s``, ``spring_hz``, …) count as silence.
+    Missing numbers get the engine's default as in ``authored_overlay``: authored inertials and dynamics, PyBullet's
+    1 kg for a link without any, joints at zero or the nearest limit. Lengths stated by the asset (slider limits,
+    centres of mass) are scaled with its shapes. Terms that only our rules turn into numbers (``coast_s``,
+    ``spring_hz``, …) count as missing.
     """
     features, scale = extraction.features, proposal.scale
     links = {item.name: item for item in proposal.links}
@@ -55,7 +55,7 @@ def as_proposed(extraction: Extraction, proposal: Overlay, source: Source, setti
 
 
 def link_as_proposed(link: LinkFeatures, proposal: LinkProposal, scale: float, source: Source) -> LinkPhysics:
-    """One link: what is stated, and the engine's default for the rest."""
+    """One link: the proposed numbers, and the engine's default for the rest."""
     authored = link_of(link)
     volume = (link.volume_m3 or link.hull_volume_m3) * scale**3
     hollow = 1.0 if proposal.hollow_factor is None else proposal.hollow_factor
@@ -85,7 +85,7 @@ def link_as_proposed(link: LinkFeatures, proposal: LinkProposal, scale: float, s
 
 
 def inertia_of_box(link: LinkFeatures, mass: float, scale: float) -> Inertia6:
-    """What PyBullet gives a link of a stated mass whose file states no inertia, kg·m²: that of its shape's box."""
+    """Inertia that PyBullet assigns to a link with a mass but no inertia, kg·m²: that of its bounding box."""
     moments = np.diag(box_inertia(mass, scale * np.asarray(link.box_size)))
     return six(np.diag(np.maximum(moments, LEAST)))
 
@@ -93,7 +93,7 @@ def inertia_of_box(link: LinkFeatures, mass: float, scale: float) -> Inertia6:
 def joint_as_proposed(
     joint: JointFeatures, label: str, proposal: JointProposal, authored: Dynamics, overlay: Overlay, source: Source
 ) -> JointPhysics:
-    """One joint: the triplet and the position as stated, else as authored; its limits follow the scale."""
+    """One joint: proposed damping, friction, stiffness and position, else the authored ones; limits are scaled."""
     factor = overlay.scale if joint.prismatic else 1.0
     stated = overlay.initial_joint_positions.get(joint.name)
     position = (start_of(joint) if stated is None else stated) * factor
@@ -130,8 +130,8 @@ def joint_as_proposed(
 def must_hold(
     proposal: JointProposal, requested: bool, position: float, closed: float, lower: float | None, upper: float | None
 ) -> bool:
-    """Whether the joint is judged by whether it stays where it is: as ours are, where it is said to or asked to stand
-    open. This changes what is tested, and no number."""
+    """Whether the hold check applies to the joint: it is said to hold, or asked to stand open, as in our method. This
+    changes which checks run, and no number."""
     span = 2.0 * math.pi if lower is None or upper is None else abs(upper - lower)
     is_open = abs(position - closed) > HELD_STATE * span
     return proposal.holds is True or (proposal.holds is None and requested and is_open)

@@ -1,4 +1,4 @@
-"""Several answers as one: numbers by inverse-variance weighting, everything else by weighted vote (paper, VLM-IVW)."""
+"""Fuse several answers: numbers by inverse-variance weighting, other fields by weighted vote (paper, VLM-IVW)."""
 
 from collections.abc import Hashable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
@@ -9,14 +9,14 @@ from schemas.overlay import JointProposal, LinkProposal, Overlay
 
 LINK_NUMBERS = ("density_kg_m3", "hollow_factor", "mass_kg")
 LINK_VECTORS = ("com", "inertia")
-"""Fused component by component with one weight for all of them, from the field's one sigma: a sum of positive
-semi-definite inertias with positive weights is one."""
+"""Vector fields, fused by component with one weight from the field's one sigma: a positive sum of positive
+semi-definite inertias is positive semi-definite."""
 LINK_KINDS = ("material",)
 JOINT_NUMBERS = (
     "damping", "friction", "stiffness", "coast_s", "spring_hz", "closes_s", "stops_within", "returns_s",
 )  # fmt: skip
 JOINT_CLAIMS = ("spring_rest",)
-"""Numbers whose absence is a claim by itself (there is no spring), so that giving one at all is put to the vote."""
+"""Numbers whose absence is itself an answer (there is no spring): a vote decides whether there is one."""
 JOINT_KINDS = ("holds", "damping_level")
 
 Numbers = tuple[float, ...]
@@ -26,14 +26,14 @@ _Part = TypeVar("_Part", LinkProposal, JointProposal)
 
 @dataclass(frozen=True)
 class Given:
-    """One parameter over all answers that state it: answer's index → value (components, or one) and sigma or None."""
+    """One parameter over all answers that state it: answer index → value (components), and → sigma or None."""
 
     values: Mapping[int, Numbers]
     sigmas: Mapping[int, float | None]
 
     @property
     def weights(self) -> dict[int, float]:
-        """Answer's index → its share of the weight; the shares sum to 1."""
+        """Answer index → normalized weight; the weights sum to 1."""
         indices = list(self.values)
         weights = inverse_variances([self.sigmas[index] for index in indices])
         return dict(zip(indices, weights, strict=True))
@@ -47,14 +47,14 @@ class Given:
 
 
 def weighted_mean(values: Sequence[float], weights: Sequence[float]) -> float:
-    """Σ wᵢ xᵢ for weights that sum to 1, kept between the values against rounding: a share of 1 stays at most 1."""
+    """Σ wᵢ xᵢ for weights that sum to 1, clamped to the range of the values against rounding."""
     mean = sum(weight * value for weight, value in zip(weights, values, strict=True))
     return min(max(mean, min(values)), max(values))
 
 
 def inverse_variances(sigmas: Sequence[float | None]) -> list[float]:
-    """1/σ² of every answer, divided by their sum. A sigma that is missing or zero counts as the median of the others;
-    where no answer states one, all weigh the same."""
+    """Normalized weights 1/σ² of the answers. A missing or zero sigma counts as the median of the others; without any
+    sigma all weights are equal."""
     stated = [sigma for sigma in sigmas if sigma]
     usual = median(stated) if stated else 1.0
     # Relative to the smallest, so that squares neither overflow nor vanish.
@@ -65,12 +65,12 @@ def inverse_variances(sigmas: Sequence[float | None]) -> list[float]:
 
 
 def fuse(answers: Sequence[Overlay]) -> Overlay:
-    """One overlay of several; raises ValueError for none.
+    """One overlay from several; raises ValueError for an empty sequence.
 
-    A number is fused over the answers that state it, whatever the others leave out. Where leaving out is an answer in
-    itself, those who state it must outweigh those who do not: a requested state, where a spring rests, what came from
-    the user. An answer's weight in votes is its mean share of the weight over the numbers that it states, so that who
-    is surer of numbers counts more, and without sigmas each counts the same. Of equal votes the first answer's wins.
+    A number is fused over the answers that state it. Where absence is itself an answer (a requested state, the rest
+    position of a spring, what came from the user), answers that state it must outweigh those that do not. An answer's
+    weight in votes is its mean weight over the numbers that it states: smaller sigmas count more, and without sigmas
+    all count the same. Of equal votes the first answer's wins.
     """
     if not answers:
         raise ValueError("there is no answer to fuse")
@@ -107,7 +107,7 @@ def fuse(answers: Sequence[Overlay]) -> Overlay:
 def fused_link(
     name: str, parts: Sequence[LinkProposal | None], means: Mapping[str, Numbers], votes: Sequence[float]
 ) -> LinkProposal:
-    """One link: means of its numbers and vectors, the material by vote among those that name one."""
+    """One link: fused numbers and vectors; the material by vote among the answers that name one."""
     fields: dict[str, object] = {"name": name}
     for field in (*LINK_NUMBERS, *LINK_VECTORS):
         mean = means.get(f"links.{name}.{field}")
@@ -121,7 +121,7 @@ def fused_link(
 def fused_joint(
     name: str, parts: Sequence[JointProposal | None], means: Mapping[str, Numbers], votes: Sequence[float]
 ) -> JointProposal:
-    """One joint: means of its numbers, ``holds`` by vote of all, the rest of a spring where most state one."""
+    """One joint: fused numbers, ``holds`` by vote of all answers, a spring's rest position where most state one."""
     fields: dict[str, object] = {"name": name}
     for field in (*JOINT_NUMBERS, *JOINT_CLAIMS):
         mean = means.get(f"joints.{name}.{field}")
@@ -134,7 +134,7 @@ def fused_joint(
 
 
 def numbers_of(answers: Sequence[Overlay]) -> dict[str, Given]:
-    """Path (as in ``Overlay.sigmas``) → the number in every answer that states it."""
+    """Path (as in ``Overlay.sigmas``) → its value in every answer that states it."""
     values: dict[str, dict[int, Numbers]] = {}
     sigmas: dict[str, dict[int, float | None]] = {}
     for index, answer in enumerate(answers):
@@ -162,9 +162,9 @@ def stated_numbers(answer: Overlay) -> dict[str, Numbers]:
 
 
 def vote_weights(given: Mapping[str, Given], answers: int) -> list[float]:
-    """(answers,) weight of each answer in votes, summing to 1: its mean share over the numbers that it states.
+    """(answers,) weight of each answer in votes, summing to 1: its mean weight over the numbers that it states.
 
-    A share is taken relative to an equal one, so that a number which few state does not make those few weightier.
+    A weight counts relative to an equal share, so that a number stated by few answers does not favour them.
     """
     shares: list[list[float]] = [[] for _ in range(answers)]
     for item in given.values():
@@ -176,7 +176,7 @@ def vote_weights(given: Mapping[str, Given], answers: int) -> list[float]:
 
 
 def vote(kinds: Sequence[_Kind], votes: Sequence[float]) -> _Kind:
-    """The kind with the most weight; of equals the one that was given first."""
+    """The value with the most weight; of equals the first."""
     weight: dict[_Kind, float] = {}
     for kind, share in zip(kinds, votes, strict=True):
         weight[kind] = weight.get(kind, 0.0) + share
@@ -184,13 +184,13 @@ def vote(kinds: Sequence[_Kind], votes: Sequence[float]) -> _Kind:
 
 
 def vote_of_stated(kinds: Sequence[_Kind | None], votes: Sequence[float]) -> _Kind | None:
-    """The same among the answers that state one; None where none does."""
+    """``vote`` among the answers that are not None; None where there is none."""
     stated = [(kind, share) for kind, share in zip(kinds, votes, strict=True) if kind is not None]
     return vote([kind for kind, _ in stated], [share for _, share in stated]) if stated else None
 
 
 def carried(held: Sequence[bool], votes: Sequence[float]) -> bool:
-    """Whether those who hold it outweigh those who do not; equal votes do not carry."""
+    """Whether the answers with True have more than half of the votes."""
     return round(sum(share for yes, share in zip(held, votes, strict=True) if yes), 12) > 0.5
 
 

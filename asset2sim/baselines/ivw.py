@@ -1,4 +1,4 @@
-"""VLM-IVW: every view asked about several times, and the answers fused by inverse variance (paper, baselines)."""
+"""VLM-IVW: ask about every view several times and fuse the answers by inverse variance (paper, baselines)."""
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
@@ -18,22 +18,22 @@ from schemas.settings import MethodSettings
 from schemas.vocabulary import FailureMode, Severity, Stage
 
 LEAST_SHARE = 0.5
-"""Share of the answers that must be valid: an average of fewer is the minority's."""
+"""Least share of the answers that must be valid: fewer would fuse a minority."""
 MAX_REASONS = 3
 """Reasons that a message about dropped answers lists."""
 
 
 @dataclass
 class Answers:
-    """What the calls have brought so far."""
+    """Valid answers, calls and findings so far."""
 
     valid: list[Overlay] = field(default_factory=list)
     calls: list[ModelCall] = field(default_factory=list)
     findings: list[Finding] = field(default_factory=list)
     reasons: list[str] = field(default_factory=list)
-    """Why each call that brought no valid answer did not."""
+    """Reason for each call without a valid answer."""
     answered: int = 0
-    """Calls that brought an answer, valid or not."""
+    """Number of calls with an answer, valid or not."""
 
 
 def ask_fused(
@@ -43,11 +43,11 @@ def ask_fused(
     images: Mapping[str, LabelledImage],
     settings: MethodSettings,
 ) -> Synthesized:
-    """The fused answer to ``ivw_queries`` questions about each view, all calls, and what became of the answers.
+    """Fused answer to ``ivw_queries`` questions about each view, all calls, and findings for dropped answers.
 
-    ``images`` maps view names to pictures, and may be empty. An answer that does not fit is not asked for again but
-    dropped. Asking stops as soon as half of the answers cannot be valid any more, or a budget is spent. Raises
-    ``SynthesisError``: ``budget``, ``model_error`` where nothing was ever answered, else ``no_valid_estimate``.
+    ``images`` maps view names to pictures, and may be empty. An invalid answer is dropped, without a second try. Asking
+    stops when half of the answers can no longer be valid, or a budget is spent. Raises ``SynthesisError``:
+    ``budget``, ``model_error`` where no call was answered, else ``no_valid_estimate``.
     """
     wanted = len(VIEW_NAMES) * settings.ivw_queries
     needed = LEAST_SHARE * wanted
@@ -86,7 +86,7 @@ def requests(
 
 
 def take(answer: ModelAnswer, extraction: Extraction, got: Answers) -> None:
-    """Keep one answer, or why it is none."""
+    """Add one answer to ``got``, or the reason why it is invalid."""
     if not got.findings:
         got.findings.extend(images_not_sent(answer))
     if answer.content is None:
@@ -103,9 +103,9 @@ def take(answer: ModelAnswer, extraction: Extraction, got: Answers) -> None:
 
 
 def within_limits(answer: Overlay, features: Features) -> Overlay:
-    """The answer with its joint positions held within the authored limits (rad, m at scale 1).
+    """The answer with joint positions clamped to the authored limits (rad, m at scale 1).
 
-    The paper's average knows no outliers: of 25 answers, one in degrees would move a lid by whole turns.
+    The weighted mean does not reject outliers: of 25 answers, one in degrees would turn a lid several times.
     """
     held = {}
     for name, position in answer.initial_joint_positions.items():
@@ -118,7 +118,7 @@ def within_limits(answer: Overlay, features: Features) -> Overlay:
 
 
 def dropped(got: Answers, wanted: int) -> Finding:
-    """A finding that counts the answers which were not fused."""
+    """Finding with the number of answers that were not fused."""
     return Finding(
         stage=Stage.SYNTHESIZE,
         severity=Severity.WARNING,
@@ -129,7 +129,7 @@ def dropped(got: Answers, wanted: int) -> Finding:
 
 
 def too_few(got: Answers, wanted: int, spent: bool) -> SynthesisError:
-    """Why there is nothing to fuse."""
+    """Error for too few valid answers to fuse."""
     told = f"{len(got.valid)} valid answers of {wanted} wanted, and half are needed: {listed(got)}"
     if spent:
         return SynthesisError(FailureMode.BUDGET, "budget_spent", told, got.calls)
@@ -139,7 +139,7 @@ def too_few(got: Answers, wanted: int, spent: bool) -> SynthesisError:
 
 
 def listed(got: Answers) -> str:
-    """The different reasons, the first few."""
+    """The first few distinct reasons, as text."""
     different = list(dict.fromkeys(got.reasons))
     more = len(different) - MAX_REASONS
     return "; ".join(different[:MAX_REASONS]) + (f"; and {more} more" if more > 0 else "")

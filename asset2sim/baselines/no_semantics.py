@@ -1,8 +1,8 @@
-"""Asset2Sim without semantics: every request goes out with what names the object withheld (paper, ablations).
+"""Asset2Sim without semantics: names and labels are removed from every request (paper, ablations).
 
-The names of links and joints become ``link_0`` …, ``joint_0`` …, and are put back in the answer; labels, kinds of
-joints, materials, the category and the asset's id are left empty. Shapes, kinematics and views stay, and so does the
-user's guidance: it is the user's words, not the asset's.
+Link and joint names become ``link_0`` …, ``joint_0`` …, and are restored in the answer; labels, joint kinds, materials,
+the category and the asset's id are left empty. Shapes, kinematics and views stay, and so does the user's guidance,
+which comes from the user and not from the asset.
 """
 
 import json
@@ -18,20 +18,20 @@ from schemas.features import Features
 from schemas.request import ModelAnswer, ModelAsk, ModelRequest, Turn
 
 WITHHELD = ("asset_id", "category", "label", "labels", "joint_kind", "material", "materials", "mesh", "meshes", "file")
-"""Fields of a request's data whose value says what something is: left empty."""
+"""Request fields whose value reveals what something is: left empty."""
 PLAIN = ("purpose", "type", "volume_source", "view", "problem")
-"""Fields whose value is a word of ours, not of the asset, even where the asset has a part of that name."""
+"""Fields whose value is our vocabulary: left unchanged even where a part of the asset has the same name."""
 GUIDANCE = "user_guidance"
 ANYTHING = "part"
-"""Stands for a label or category inside a sentence."""
+"""Replacement for a label or category inside a sentence."""
 
 _BLOCK = re.compile(r"<(\w+)>\n(.*?)\n</\1>", re.DOTALL)
 
 
 @dataclass(frozen=True)
 class Disguise:
-    """``aliases`` maps each name to its alias, one to one, ``names`` the other way; the patterns find whole names,
-    aliases, and whole words that are labels, categories and the like."""
+    """Name → alias (``aliases``, one to one), alias → name (``names``), and patterns for whole names, aliases, and
+    words that are labels, categories and the like."""
 
     aliases: Mapping[str, str]
     names: Mapping[str, str]
@@ -41,7 +41,7 @@ class Disguise:
 
 
 def without_semantics(ask: ModelAsk, features: Features) -> ModelAsk:
-    """The same asker, which sees every request disguised and gives answers in the asset's own names."""
+    """An asker that sends requests without semantics and returns answers with the asset's own names."""
     disguise = disguise_of(features)
 
     def asked(request: ModelRequest) -> ModelAnswer:
@@ -54,7 +54,7 @@ def without_semantics(ask: ModelAsk, features: Features) -> ModelAsk:
 
 
 def disguise_of(features: Features) -> Disguise:
-    """Aliases in the asset's order; a name that a link and a joint share has one alias."""
+    """Aliases of an asset's links and joints, in its order; a name shared by a link and a joint has one alias."""
     aliases = {link.name: f"link_{index}" for index, link in enumerate(features.links)}
     for index, joint in enumerate(features.joints):
         aliases.setdefault(joint.name, f"joint_{index}")
@@ -66,7 +66,7 @@ def disguise_of(features: Features) -> Disguise:
 
 
 def any_of(words: Iterable[str], flags: int = 0) -> re.Pattern[str]:
-    """A pattern for any of these as a whole word, the longest first; for nothing where there is none."""
+    """Pattern for any of these whole words, longest first; it matches nothing where there are none."""
     longest = sorted({word for word in words if word}, key=lambda word: (-len(word), word))
     return re.compile(rf"(?<!\w)(?:{'|'.join(map(re.escape, longest))})(?!\w)" if longest else r"(?!)", flags)
 
@@ -78,7 +78,7 @@ def disguised(request: ModelRequest, disguise: Disguise) -> ModelRequest:
 
 
 def turn_disguised(turn: Turn, disguise: Disguise) -> Turn:
-    """One earlier message; a JSON answer that was given in the asset's names, or blocks of data."""
+    """One earlier message without semantics: blocks of data, a JSON answer, or a sentence."""
     content = turn.content
     if _BLOCK.search(content):
         return turn.model_copy(update={"content": text_disguised(content, disguise)})
@@ -90,7 +90,7 @@ def turn_disguised(turn: Turn, disguise: Disguise) -> Turn:
 
 
 def text_disguised(text: str, disguise: Disguise) -> str:
-    """A prompt's text with every block of data but the user's guidance disguised."""
+    """A prompt's text without semantics in its data blocks; the user's guidance is unchanged."""
 
     def block(match: re.Match[str]) -> str:
         tag, value = match.group(1), match.group(2)
@@ -100,7 +100,7 @@ def text_disguised(text: str, disguise: Disguise) -> str:
 
 
 def value_disguised(value: Any, disguise: Disguise, key: str = "") -> Any:
-    """JSON data without semantics. An object all of whose keys are names is keyed by name; keys of ours stay."""
+    """JSON data without semantics. Keys get aliases where all keys of the object are names; other keys stay."""
     if key in WITHHELD:
         return [] if isinstance(value, list | tuple) else {} if isinstance(value, dict) else ""
     if isinstance(value, dict):
@@ -115,7 +115,7 @@ def value_disguised(value: Any, disguise: Disguise, key: str = "") -> Any:
 
 
 def sentence_disguised(text: str, disguise: Disguise) -> str:
-    """A sentence with aliases for names and a plain word for labels."""
+    """A sentence with aliases in place of names and ``ANYTHING`` in place of labels."""
     if text in disguise.aliases:
         return disguise.aliases[text]
     # Names first, in one pass: an alias may be another part's name, and a label may be a part of a name.
@@ -126,7 +126,7 @@ def sentence_disguised(text: str, disguise: Disguise) -> str:
 
 
 def restored(content: str, disguise: Disguise) -> str:
-    """An answer in the asset's own names; one that is no JSON stays as it is, for whoever reads it to refuse."""
+    """An answer with the asset's own names; invalid JSON is returned unchanged, for the parser to refuse."""
     try:
         return json.dumps(value_restored(parse_json(content), disguise), ensure_ascii=False)
     except (InvalidAnswerError, ValueError, RecursionError):

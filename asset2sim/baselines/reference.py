@@ -1,4 +1,4 @@
-"""The human baseline: an expert's scale and state, an engine's defaults for the rest; no model is asked."""
+"""Human baseline: an expert's scale and state, engine defaults for the rest, no model call."""
 
 from pathlib import Path
 
@@ -11,14 +11,13 @@ from schemas.overlay import Overlay
 from schemas.vocabulary import FailureMode, Severity, Stage
 
 LEVELS = 3
-"""Folders above the asset's own in which its dataset's file is looked for: category, dataset, and one to spare."""
+"""Parent folders searched for the dataset's reference file: category, dataset, and one more."""
 
 
 def propose_reference(ref: AssetRef, features: Features) -> tuple[Overlay, tuple[Finding, ...]]:
     """The expert's overlay: a scale, and the position of the joint of interest (rad, or m at scale 1).
 
-    Raises AssetError ``no_valid_estimate`` where no reference file is near, it cannot be read, or it has no row for the
-    asset.
+    Raises AssetError ``no_valid_estimate`` where no reference file is found or readable, or it lacks the asset.
     """
     file, reference = reference_of(ref)
     movable = [joint.name for joint in features.movable_joints]

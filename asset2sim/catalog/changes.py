@@ -1,4 +1,4 @@
-"""What a run changed: which assets fail that did not, and which no longer do. Pure."""
+"""Changes of a run against the catalog before it: new failures and mended assets. Pure functions."""
 
 from collections import Counter
 from collections.abc import Collection, Mapping, Sequence
@@ -29,7 +29,7 @@ class PreviousRun:
     assets: int
     ok: int
     refined: int
-    """Those of its assets that were not left as they were."""
+    """Assets that the run refined; the others were unchanged."""
     queries: int
     tokens: int
     cost_usd: float
@@ -39,19 +39,19 @@ class PreviousRun:
 
 @dataclass(frozen=True)
 class Previous:
-    """What the catalog held before a run wrote to it: asset → how it ended then, for the run's method and model."""
+    """The catalog before a run wrote to it. ``modes``: asset id → failure mode, for the run's method and model."""
 
     modes: Mapping[str, str] = field(default_factory=dict)
     run: PreviousRun | None = None
     gone: tuple[str, ...] = ()
     """Assets that the dataset no longer has: they are not among ``modes``."""
     problem: str | None = None
-    """Why nothing of it could be read, where something is there."""
+    """Why the catalog could not be read, if there is one."""
 
 
 @dataclass(frozen=True)
 class Changed:
-    """An asset of this run, and how it had ended before; ``was`` is None for one that was not there."""
+    """An asset of this run and its failure mode before, ``was``: None for an asset that is new in the catalog."""
 
     record: AssetRecord
     was: str | None
@@ -59,10 +59,10 @@ class Changed:
 
 @dataclass(frozen=True)
 class Changes:
-    """A run against what was before it, and the catalog after it.
+    """Differences between a run and the catalog before it, and totals of the catalog after it.
 
-    ``standing`` counts the assets of the run's method and model in the catalog by how they end, this run's included:
-    it compares across runs that refined different shares of a dataset.
+    ``standing``: failure mode → assets of the run's method and model in the catalog, this run's included. It is
+    comparable between runs that refined different shares of a dataset.
     """
 
     new_failures: tuple[Changed, ...]
@@ -79,12 +79,12 @@ class Changes:
 
     @property
     def standing_ok(self) -> int:
-        """Those of them that pass."""
+        """Assets in the catalog that pass, after this run."""
         return self.standing.get(FailureMode.NONE, 0)
 
 
 def find_changes(records: Sequence[AssetRecord], previous: Previous) -> Changes:
-    """A run's records against what was there before. An asset that was not there and fails is a new failure."""
+    """Compare a run's records with the catalog before it. A failed asset that was not there is a new failure."""
     seen = [Changed(record, previous.modes.get(record.ref.asset_id)) for record in records]
     failed = [item for item in seen if item.record.status is Status.FAILED]
     ended = dict(previous.modes) | {record.ref.asset_id: record.failure_mode.value for record in records}
@@ -100,7 +100,7 @@ def find_changes(records: Sequence[AssetRecord], previous: Previous) -> Changes:
 
 
 def change_figures(changes: Changes) -> dict[str, float]:
-    """Name → figure, the same names every night; the share only where there are assets."""
+    """Name → figure, the same names for every run; ``standing_success_rate`` only where there are assets."""
     figures: dict[str, float] = {
         "new_failures": len(changes.new_failures),
         "mended": len(changes.mended),
@@ -121,14 +121,14 @@ def read_previous(out: Path, run: RunRow, present: Collection[str] | None = None
     """How each asset of the run's method and model ended before it, and the last run over the same dataset and subset.
 
     ``present`` names the assets that the dataset still has, None where the run does not know. Call it before the run is
-    written. Nothing, where OUT has no catalog yet; where it has one that cannot be read, the
-    answer's ``problem`` says so, since no night's work may be lost for want of the last one's.
+    written. Empty where OUT has no catalog yet; where the catalog cannot be read, ``problem`` says why, and the run
+    goes on without it.
     """
     folder = find_catalog(out)
     if folder is None:
         return Previous()
     try:
-        # A few columns of the widest table: whoever calls this holds OUT's lock, so that no other run can switch it.
+        # Only a few columns of the widest table. The caller holds OUT's lock, so no other run can switch the tables.
         assets = pq.read_table(folder / TABLES["assets"].file, columns=_ASKED).to_pandas()
         runs = read_table(out, "runs")
     except (Asset2SimError, OSError, KeyError, pa.ArrowException) as error:

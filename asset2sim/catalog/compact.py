@@ -1,4 +1,4 @@
-"""Few files, however many runs: a month's files of the history become one."""
+"""Merging a month's history files into one, so that the number of files stays small."""
 
 import logging
 import os
@@ -15,7 +15,7 @@ from asset2sim.catalog.switch import take_place
 from schemas.tables import HISTORY
 
 MAX_FILES = 64
-"""Files that the running month may have before they are merged too: two runs a day."""
+"""Files that the current month may have before they are merged too: two runs a day."""
 MERGED = "merged.parquet"
 _READY, _OLD = ".ready", ".old"
 
@@ -39,7 +39,7 @@ def compact_history(out: Path, now: datetime) -> None:
 
 
 def recover_months(out: Path) -> None:
-    """Put right what a compaction left that was killed: a complete month takes its place, the rest goes."""
+    """Clean up after a killed compaction: put a complete merged month in its place, and remove the rest."""
     for folder in sorted((out / FOLDER).glob(".month=*")):
         month = folder.with_name(folder.name.removesuffix(_READY).removesuffix(_OLD)[1:])
         if not month.exists() and folder.name.endswith((_READY, _OLD)):
@@ -49,7 +49,7 @@ def recover_months(out: Path) -> None:
 
 
 def _merge(month: Path, files: list[Path]) -> None:
-    """The new folder, complete, takes the old one's place."""
+    """Write the merged file to a new folder, and replace the month's folder with it."""
     tables = [conform(HISTORY, pq.read_table(file, partitioning=None), str(file)) for file in files]
     rows = pa.concat_tables(tables).sort_by([("started_at", "ascending"), ("asset_id", "ascending")])
     staging = month.with_name(f".{month.name}")

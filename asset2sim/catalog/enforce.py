@@ -89,7 +89,7 @@ def _column(table: Table, field: pa.Field, values: list[object]) -> pa.Array:
             f"table '{table.name}', column '{field.name}': null in row {values.index(None)}, but it is required"
         )
     if pa.types.is_integer(field.type) and any(isinstance(value, float) for value in values):
-        # Arrow would cut the fraction off without a word.
+        # Arrow would drop the fraction silently.
         raise CatalogError(
             f"table '{table.name}', column '{field.name}' ({field.type}): holds a number that is not whole"
         )

@@ -62,16 +62,16 @@ def _text(value: object) -> str:
 LATEST, PREVIOUS = "latest", "previous"
 """Names of the last run, and of the one before it over the same dataset with the same method and model."""
 CHANGES = ("broke", "fails otherwise", "mended", "came", "went")
-"""What can become of an asset from one run to another, what one looks for first in front."""
+"""Kinds of change of an asset between two runs, the most important first."""
 _STYLES = {"broke": "bold red", "fails otherwise": "red", "mended": "green"}
 _SAME = ("dataset", "method", "model")
 
 
 def compare_runs(out: Path | str, earlier: str, later: str) -> pd.DataFrame:
-    """A row per asset that ended otherwise in ``later`` than in ``earlier``.
+    """A row per asset whose result in ``later`` differs from that in ``earlier``.
 
-    Columns are as ``compare_runs.sql`` names them. Runs go by id, by the beginning of one, or as ``latest`` and
-    ``previous``. Raises UsageError for a run that is not there, or of which there are several.
+    Columns are as ``compare_runs.sql`` names them. A run is named by its id, the beginning of its id, ``latest`` or
+    ``previous``. Raises UsageError for an unknown or ambiguous name.
     """
     sql = resources.files("asset2sim.catalog").joinpath("compare_runs.sql").read_text(encoding="utf-8")
     return query(out, sql, (find_run(out, earlier), find_run(out, later)))
@@ -98,7 +98,7 @@ def find_run(out: Path | str, name: str) -> str:
 
 
 def render_comparison(found: pd.DataFrame, earlier: str, later: str) -> Table:
-    """For the terminal: what broke first. Assets that only one run had are counted; those that failed are named."""
+    """Table for the terminal, broken assets first. Of assets in only one run, it names only those that failed."""
     counts = found["change"].value_counts()
     told = ", ".join(f"{counts[change]} {change}" for change in CHANGES if change in counts) or "nothing changed"
     table = Table(
@@ -130,7 +130,7 @@ def failures_by(out: Path | str, grouping: Grouping, since: datetime | None = No
     places = {
         "column": grouping.value,
         "rows": _NOW if since is None else _SINCE,
-        # What a failure mode consists of is categories; what anything else consists of is failure modes.
+        # Failure modes are broken down by category, everything else by failure mode.
         "cause": "category" if modes else "failure_mode",
         "of": "(SELECT sum(times) FROM every)" if modes else "every.times",
     }
@@ -140,7 +140,7 @@ def failures_by(out: Path | str, grouping: Grouping, since: datetime | None = No
 
 
 def render_failures_by(found: pd.DataFrame, grouping: Grouping, since: datetime | None = None) -> Table:
-    """For the terminal."""
+    """Table of the failures for the terminal."""
     when = (
         "of the latest refinements" if since is None else f"of all runs since {since:%Y-%m-%d %H:%M} {since.tzname()}"
     )

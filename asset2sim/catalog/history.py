@@ -20,7 +20,7 @@ from schemas.tables import COST_COLUMNS, HISTORY
 
 FOLDER = "history"
 PATTERN = f"{FOLDER}/month=*/*.parquet"
-"""The files, relative to OUT; what is not ready is hidden, with another ending."""
+"""The files, relative to OUT; unfinished ones are hidden and have another suffix."""
 _PART = re.compile(r"^\.(?P<run_id>.+)\.parquet\.part$")
 
 
@@ -30,10 +30,10 @@ def history_files(out: Path) -> list[Path]:
 
 
 def history_rows(run: RunRow, assets: pa.Table, chosen: pa.ChunkedArray) -> pa.Table:
-    """The rows of ``asset_history`` that a run leaves.
+    """Rows of ``asset_history`` for a run.
 
-    ``assets`` is the table as the run leaves it, ``chosen`` (n,) bool which of its rows are of the run's assets. What
-    another run wrote was unchanged, and cost this one nothing.
+    ``assets`` is the table after the run, and ``chosen`` (n,) bool marks the rows of the run's assets. A row that an
+    earlier run wrote is of an unchanged asset, whose cost in this run is 0.
     """
     rows = assets.filter(chosen)
     unchanged = pc.not_equal(rows["run_id"], run.run_id)
@@ -58,7 +58,7 @@ def stage_history(out: Path, run: RunRow, rows: pa.Table) -> None:
 
 
 def commit_history(out: Path, runs: Collection[str]) -> None:
-    """Give the staged files of these runs their names, and remove all others: the catalog knows nothing of them."""
+    """Rename the staged files of these runs to their final names; remove the others, of runs not in the catalog."""
     for part in sorted((out / FOLDER).glob("month=*/.*.parquet.part")):
         match = _PART.match(part.name)
         if match is not None and match["run_id"] in runs:
@@ -68,7 +68,7 @@ def commit_history(out: Path, runs: Collection[str]) -> None:
 
 
 def write_synced(rows: pa.Table, path: Path) -> None:
-    """Write a Parquet file that outlives a loss of power."""
+    """Write a Parquet file, and sync it so that it survives a power loss."""
     pq.write_table(rows, path, compression="zstd")
     with path.open("rb") as file:
         os.fsync(file.fileno())

@@ -1,4 +1,4 @@
-"""A run in MLflow: settings, figures, failures, report and chart. MLflow's trouble is a warning, never a lost run."""
+"""Logging a run to MLflow: settings, figures, failures, report and chart. An error of MLflow is only a warning."""
 
 import os
 import tempfile
@@ -82,7 +82,7 @@ _MAX_PARAMS = 100
 MAX_CHILDREN = 25
 """Failed assets of one run that become runs of their own: 25 take 2 s in SQLite, and the tables hold all."""
 MAX_TABLES_BYTES = 2 * 1024 * 1024
-"""Tables that are attached to a run: those of about 500 assets. A year of nights copies them 365 times."""
+"""Largest size of tables that are attached to a run: about 500 assets. A nightly run copies them 365 times a year."""
 
 
 def log_run(
@@ -90,7 +90,7 @@ def log_run(
 ) -> str | None:
     """Logs one run; call it after ``write_run`` and ``write_report``, whose files it attaches.
 
-    What it costs does not grow with the dataset: figures of the same names every night in one batch, a bounded number
+    Its cost does not grow with the dataset: figures of the same names every night in one batch, a bounded number
     of failed assets as children, and the tables only while they are small. Counts, success rate and failure modes are
     of all the run's assets, calls, cost and seconds of those that it refined.
     Returns None, or a one-line warning that says why MLflow does not hold the run: the catalog does in any case.
@@ -165,7 +165,7 @@ def _log(
 
 
 def _log_failures(client: "MlflowClient", experiment: str, parent: str, run: RunRow, changes: Changes) -> None:
-    """A child for each asset that failed, what is new first, up to ``MAX_CHILDREN``."""
+    """Log a child run for each failed asset, new failures first, up to ``MAX_CHILDREN``."""
     started, finished = (int(1000 * time.timestamp()) for time in (run.started_at, run.finished_at))
     for item in (*changes.new_failures, *changes.still_failing)[:MAX_CHILDREN]:
         record = item.record

@@ -1,7 +1,7 @@
-"""MLflow itself: imported late, and with the SQLite file that a run under OUT logs to.
+"""Opening MLflow's store: the late import of MLflow, and the SQLite file under OUT.
 
-Importing it takes 2 s, and making the file 1 s of processor time and up to 7 s on a busy disk. Both can be had
-beside the work of a run (``prepare_mlflow``) instead of after it.
+Importing it takes 2 s, and making the file 1 s of processor time and up to 7 s on a busy disk. Both can be done
+in parallel with a run's work (``prepare_mlflow``) instead of after it.
 """
 
 import importlib
@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
 DATABASE = "mlflow.db"
 PART = ".mlflow.db.part"
-"""What is made of the file: one that bears its name is complete, whenever a run is killed."""
+"""Name of the unfinished file: a file named ``DATABASE`` is complete, even after a killed run."""
 
 _ENVIRONMENT = {
     "MLFLOW_DISABLE_TELEMETRY": "true",
@@ -31,7 +31,7 @@ _ENVIRONMENT = {
 
 logger = logging.getLogger(__name__)
 _lock = threading.Lock()
-"""Held to make a file and to log: what logs must not make the file that another thread is about to put there."""
+"""Held while the file is made and while a run is logged, so that two threads never make the file at once."""
 
 
 def tracking_uri(out: Path) -> str:
@@ -40,7 +40,7 @@ def tracking_uri(out: Path) -> str:
 
 
 def load_mlflow() -> None:
-    """Import what logging a run takes. Safe from any thread; whoever logs meets what is wrong with it."""
+    """Import the modules of MLflow that logging needs. Safe from any thread; a failed import shows up when logging."""
     for name, value in _ENVIRONMENT.items():
         os.environ.setdefault(name, value)
     try:

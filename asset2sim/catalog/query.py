@@ -26,10 +26,10 @@ _NO_TABLE = re.compile(r"Table with name (\S+) does not exist")
 def connect(out: str | os.PathLike[str]) -> "duckdb.DuckDBPyConnection":
     """A connection with a view per table of OUT, ``asset_history`` among them; times are in UTC.
 
-    The views read the files anew in each query, or for a URL the copies that are made now; close the connection, or let
-    it go. Raises UsageError where OUT has no catalog.
+    The views read the files at each query; for a URL they read copies made now. Close the connection after use. Raises
+    UsageError where OUT has no catalog.
     """
-    import duckdb  # late: whoever only writes the catalog needs none
+    import duckdb  # late: writing the catalog does not need it
 
     place = local_tables(out)
     folder = find_catalog(place)
@@ -58,7 +58,7 @@ def make_views(connection: "duckdb.DuckDBPyConnection", out: Path, folder: Path)
 
 
 def query_error(error: "duckdb.Error") -> UsageError:
-    """What is wrong with a query, in one line that names the tables or the columns that there are."""
+    """UsageError for a failed query: one line that lists the valid tables or columns."""
     lines = [line.strip() for line in str(error).splitlines() if line.strip() and not _LEFT_OUT.match(line)]
     if _NO_TABLE.search(str(error)):
         # DuckDB's own suggestion may be a table of its own.

@@ -42,12 +42,12 @@ def read_table(out: str | os.PathLike[str], name: str) -> pd.DataFrame:
 
 
 def query(out: str | os.PathLike[str], sql: str, parameters: Sequence[object] = ()) -> pd.DataFrame:
-    """The answer to a DuckDB query in which every table goes by its name; ``?`` stand for ``parameters``.
+    """Result of a DuckDB query over the tables, each under its name; ``?`` stand for ``parameters``.
 
     Raises UsageError where OUT has no catalog or the query is at fault.
     """
     out = local_tables(out)
-    import duckdb  # late: imported beside Prefect's threads, it complains of them when the program ends
+    import duckdb  # late: imported while Prefect's threads run, it warns about them at exit
 
     try:
         return _steadily(out, lambda folder: _answer(out, folder, sql, parameters), (OSError, duckdb.Error))
@@ -101,7 +101,7 @@ def _answer(out: Path, folder: Path, sql: str, parameters: Sequence[object]) -> 
 
 
 def _steadily(out: Path, read: Callable[[Path], Result], retried: tuple[type[Exception], ...] = (OSError,)) -> Result:
-    """``read`` of a folder that nobody replaced meanwhile: another run may switch the tables between two files."""
+    """Result of ``read`` on one consistent set of tables; retried where another run switched them meanwhile."""
     for attempt in range(_ATTEMPTS):
         folder = find_catalog(out)
         if folder is None:
@@ -119,7 +119,7 @@ def _steadily(out: Path, read: Callable[[Path], Result], retried: tuple[type[Exc
 
 
 def _identity(out: Path, folder: Path) -> tuple[int, int, tuple[Path, ...]] | None:
-    """What tells one generation of the tables from the next: a new folder every time, and another set of files."""
+    """Identity of OUT's current tables: inode and time of the folder, and the history files; None without a folder."""
     try:
         stat = folder.stat()
     except FileNotFoundError:
@@ -137,7 +137,7 @@ def latest_run(out: Path) -> "pd.Series[str]":
 
 
 def latest_rows(out: Path, *names: str) -> tuple[pd.DataFrame, ...]:
-    """These per-asset tables, as far as they are of assets of the latest run; unchanged ones have rows of earlier runs.
+    """Rows of these per-asset tables for the assets of the latest run; unchanged assets have rows of earlier runs.
 
     Raises UsageError where OUT has no run.
     """

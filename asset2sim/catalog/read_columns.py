@@ -1,4 +1,4 @@
-"""What the catalog knows of assets and runs, as far as a new run asks: a few columns, read fast."""
+"""Reading the few catalog columns that a new run needs: results of assets, and run ids."""
 
 from dataclasses import dataclass
 from pathlib import Path
@@ -13,7 +13,7 @@ from schemas.vocabulary import FailureMode, Status
 
 @dataclass(frozen=True)
 class Known:
-    """How an asset's row says that it ended, and of what content."""
+    """Status, failure mode and content hash of an asset, from its row."""
 
     status: Status
     failure_mode: FailureMode

@@ -1,4 +1,4 @@
-"""The tables behind a URL, for whoever reads: copies on this machine, brought up to date each time."""
+"""Reading the tables behind a URL: local copies, brought up to date each time."""
 
 import fcntl
 import logging
@@ -21,7 +21,7 @@ from schemas.tables import TABLES
 
 
 def mend_history(folder: Path) -> None:
-    """Remove the files of runs that never came into ``runs``, and those that a merged file holds already."""
+    """Remove history files of runs that are not in ``runs``, and those that a merged file contains already."""
     runs = known_runs(folder)
     files = history_files(folder)
     merged = {file.parent: _runs_of(file) for file in files if file.name == MERGED}
@@ -31,7 +31,7 @@ def mend_history(folder: Path) -> None:
 
 
 def is_torn(folder: Path) -> bool:
-    """Whether ``assets`` holds rows of a run that is not in ``runs``: it is being sent, or was killed meanwhile."""
+    """Whether ``assets`` has rows of a run that is not in ``runs``: its upload is under way, or was killed."""
     assets = folder / "catalog" / TABLES["assets"].file
     return assets.is_file() and not _runs_of(assets) <= known_runs(folder)
 
@@ -42,15 +42,15 @@ def _runs_of(file: Path) -> set[str]:
 
 PARTS = (f"{CATALOG}/", "history/")
 SENDING_S = 5.0
-"""Time in which a run that is sending its tables is waited for, s: they are a few MB ..."""
+"""Longest wait for a run that is uploading its tables, s: they are a few MB."""
 ASK_EVERY_S = 0.5
-"""... and how often it is asked whether it is done, s."""
+"""Time between two checks whether the upload is done, s."""
 
 logger = logging.getLogger(__name__)
 
 
 def local_tables(out: str | os.PathLike[str]) -> Path:
-    """The folder with OUT's tables and history: OUT itself, or copies of what lies behind its URL now.
+    """The folder with OUT's tables and history: OUT itself, or up-to-date local copies for a URL.
 
     Raises UsageError for a store that cannot be read, and where a URL has no catalog.
     """
@@ -61,7 +61,7 @@ def local_tables(out: str | os.PathLike[str]) -> Path:
     folder.mkdir(parents=True, exist_ok=True)
     handle = os.open(folder / ".lock", os.O_RDWR | os.O_CREAT | os.O_CLOEXEC, 0o644)
     try:
-        # Others on this machine may bring the same copies up to date.
+        # Other processes on this machine may be updating the same copies.
         fcntl.flock(handle, fcntl.LOCK_EX)
         _bring(place, folder)
     except StoreError as error:

@@ -1,4 +1,4 @@
-"""The report of a run, as somebody reads it the morning after: a pure function from records and what was before.
+"""The report of a run in Markdown: a pure function of its records and the catalog before it.
 
 Its length is bounded: every list names its first few and counts the rest, so that 10,000 assets make a page as well.
 """
@@ -36,10 +36,10 @@ def report_markdown(
     unchanged: Sequence[Unchanged] = (),
     out: str = "OUT",
 ) -> str:
-    """The report: counts beside the last run's, what broke, what was mended, failure modes with causes, what was slow.
+    """Report in Markdown: counts beside the last run's, new failures, mended assets, failure modes, slowest assets.
 
-    In Markdown. ``changes`` is ``find_changes(records, previous)``; ``problems`` says what else went wrong, why the run
-    stopped first of all; ``unchanged`` is what there was no need to refine, and ``out`` the folder to name in commands.
+    ``changes`` is ``find_changes(records, previous)``; ``problems`` lists other errors, first the reason why the run
+    stopped; ``unchanged`` are the assets not refined again, and ``out`` is the folder to name in commands.
     """
     stopped = "" if run.outcome == "finished" else f"{run.outcome.capitalize()}: "
     parts = [
@@ -59,7 +59,7 @@ def report_markdown(
 
 
 def headline(records: Sequence[AssetRecord], changes: Changes, unchanged: Sequence[Unchanged] = ()) -> str:
-    """The run in one line: how many pass, unchanged ones included, what broke, what was mended, what left."""
+    """One line: assets that pass (unchanged ones included), new failures, mended, gone and unchanged assets."""
     every: list[AssetRecord | Unchanged] = [*records, *unchanged]
     parts = [f"{_passing(every)} of {len(every)} ok"] if every else ["no assets"]
     new = len(changes.new_failures)
@@ -78,7 +78,7 @@ def _passing(items: Sequence[AssetRecord | Unchanged]) -> int:
 
 
 def escape(text: str) -> str:
-    """A text as one line of Markdown that means nothing but itself, whatever an asset is called."""
+    """Text as one line, with Markdown's special characters escaped."""
     return _SPECIAL.sub(r"\\\1", " ".join(text.split()))
 
 
@@ -167,8 +167,8 @@ def _mended(item: Changed) -> tuple[str, ...]:
 
 
 def _modes(records: Sequence[AssetRecord], unchanged: Sequence[Unchanged]) -> str:
-    """A row per failure mode, the most frequent first: how many assets, how many of them were left as they were, by
-    which error findings the others fail, for example which."""
+    """Table of failure modes, the most frequent first: assets, unchanged ones among them, error findings of the
+    refined ones, and examples."""
     failed = [record for record in records if record.status is Status.FAILED]
     left = [item for item in unchanged if item.status is Status.FAILED]
     if not failed and not left:
@@ -226,7 +226,7 @@ def _longest_stage(record: AssetRecord) -> str:
 
 
 def _standing(seen: int, changes: Changes) -> str:
-    """The catalog as a whole, where it holds more than this run saw to."""
+    """Sentence on the whole catalog; empty where it holds no more assets than this run."""
     if changes.standing_assets <= seen:
         return ""
     others, share = changes.standing_assets - seen, 100.0 * changes.standing_ok / changes.standing_assets

@@ -13,7 +13,7 @@ _MARK = re.compile(r"^<!-- run (\S+) -->\n", re.MULTILINE)
 
 
 def report_path(out: Path, run: RunRow) -> Path:
-    """The file of the day on which the run started, by this machine's own clock: whoever reads it lives by that."""
+    """Report file of the day on which the run started, in this machine's time zone."""
     return out / REPORTS / f"{run_day(run).isoformat()}.md"
 
 

@@ -47,7 +47,7 @@ def total_seconds(record: AssetRecord) -> float:
 
 
 def sliders(record: AssetRecord) -> frozenset[str]:
-    """Names of the prismatic joints, as far as the record knows the asset's joints."""
+    """Names of the prismatic joints; empty for a record with neither overlay nor features."""
     joints = record.overlay.joints if record.overlay else record.features.joints if record.features else ()
     return frozenset(joint.name for joint in joints if joint.type == "prismatic")
 
@@ -210,7 +210,7 @@ def finding_rows(run_id: str, record: AssetRecord) -> list[Row]:
 
 
 def run_row(run: RunRow, records: Sequence[AssetRecord], unchanged: Sequence[Unchanged] = ()) -> Row:
-    """The row of ``runs``: verdicts are of all its assets, what it cost is of those that it refined."""
+    """The row of ``runs``: results count all of the run's assets, costs only those that it refined."""
     paid = [call for record in records for call in record.calls if not call.cached]
     every: list[AssetRecord | Unchanged] = [*records, *unchanged]
     ok = sum(item.status is Status.OK for item in every)
@@ -255,7 +255,7 @@ def _asset_key(run_id: str, record: AssetRecord) -> Row:
 
 
 def _shape_columns(record: AssetRecord) -> Row:
-    """Scale, mass, size and counts, as far as the asset got."""
+    """Columns of scale, mass, size and counts; null for stages that the asset did not reach."""
     overlay, features = record.overlay, record.features
     size = [edge * overlay.scale for edge in features.rest_size] if overlay and features else [None] * 3
     links = features.links if features else overlay.links if overlay else None
@@ -272,7 +272,7 @@ def _shape_columns(record: AssetRecord) -> Row:
 
 
 def _measured_columns(measured: Measurement | None) -> Row:
-    """What the simulator saw. A simulation that left the finite numbers has no drift or speed worth keeping."""
+    """Columns of the measurement. Drift and speed are null where the simulation became non-finite."""
     moved = measured if measured is not None and measured.finite else None
     return {
         "penetration_mm": 1000.0 * measured.penetration_m if measured else None,

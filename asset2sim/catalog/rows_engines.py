@@ -1,4 +1,4 @@
-"""Rows of what each engine saw: measurements, interaction tests and overlaps."""
+"""Rows of each engine's measurements and interaction checks, and of overlapping links."""
 
 from asset2sim.checks.verdict import judge_report, judged_tests, oscillating_joints
 from schemas.asset import AssetRecord
@@ -101,8 +101,7 @@ def overlap_rows(key: Row, record: AssetRecord) -> list[Row]:
 
 
 def alignment_rows(key: Row, record: AssetRecord) -> list[Row]:
-    """The row of ``alignment``, none where the record has none; ``key`` holds the columns that every row begins
-    with."""
+    """One row of ``alignment``, none for a record without it; ``key`` holds the columns that every row starts with."""
     found = record.alignment
     if found is None:
         return []

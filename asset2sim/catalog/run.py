@@ -114,8 +114,8 @@ MARK = Path(".cache") / "running.json"
 
 
 def begin_run(out: Path, run: RunRow) -> str | None:
-    """Mark ``run`` as at work on OUT, whose lock the caller holds. Returns what is to be said of the run before it, a
-    sentence, where that one never came to its end."""
+    """Write the marker of ``run``; the caller holds OUT's lock. Returns a sentence on the run before, if that one did
+    not finish."""
     path = out / MARK
     left = _read(path)
     path.parent.mkdir(parents=True, exist_ok=True)
@@ -124,7 +124,7 @@ def begin_run(out: Path, run: RunRow) -> str | None:
 
 
 def end_run(out: Path) -> None:
-    """Take the mark away: the run is published."""
+    """Remove the marker of a run that is published."""
     (out / MARK).unlink(missing_ok=True)
 
 

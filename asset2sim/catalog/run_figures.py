@@ -1,4 +1,4 @@
-"""The figures of a run: what its records add up to, for MLflow and for the summary."""
+"""Figures of a run, computed from its records, for MLflow and the summary."""
 
 from collections import Counter
 from collections.abc import Callable, Sequence
@@ -12,7 +12,7 @@ from schemas.vocabulary import FailureMode, Stage, Status
 
 
 def run_figures(records: Sequence[AssetRecord], limits: Thresholds) -> dict[str, float]:
-    """Name → figure; what has no value is left out. Shares (0 to 1) are of measured assets, ``success_rate`` of all."""
+    """Name → figure, if it has a value. Shares (0 to 1) are of measured assets, ``success_rate`` of all."""
     ok = sum(record.status is Status.OK for record in records)
     paid = [call for record in records for call in record.calls if not call.cached]
     figures: dict[str, float] = {
@@ -33,8 +33,8 @@ def run_figures(records: Sequence[AssetRecord], limits: Thresholds) -> dict[str,
 
 
 def whole_figures(records: Sequence[AssetRecord], unchanged: Sequence[Unchanged]) -> dict[str, float]:
-    """How all assets of a run end, those that it left as they were included, under the names of ``run_figures``: two
-    nights over one dataset compare by these, however much of it each had to refine."""
+    """Counts of all assets of a run, unchanged ones included, under the names of ``run_figures``: comparable between
+    runs that refined different parts of one dataset."""
     every: list[AssetRecord | Unchanged] = [*records, *unchanged]
     ok = sum(item.status is Status.OK for item in every)
     figures: dict[str, float] = {"assets": len(every), "ok": ok, "failed": len(every) - ok}
@@ -51,7 +51,7 @@ def failure_counts(items: Sequence[AssetRecord | Unchanged]) -> dict[FailureMode
 
 
 def drift_passes(measured: Measurement, limits: Thresholds) -> bool:
-    """Whether the untouched object stayed where it was."""
+    """Whether the untouched object drifted by no more than the limits."""
     return measured.finite and measured.drift_m <= limits.drift_m and measured.drift_rad <= limits.drift_rad
 
 

@@ -92,7 +92,7 @@ def _overlay(asset: Row) -> RenderableType:
 
 
 def _alignment(rows: Sequence[Row]) -> list[RenderableType]:
-    """What the rubric, and the judge where there was one, made of it; nothing where the asset never got so far."""
+    """Scores and reasons of the rubric, and of the judge if there was one; empty for an asset without a score."""
     lines = []
     for row in rows:
         lines.append(f"alignment {number(row['alignment'])}: {row['scale_reason']}; {row['state_reason']}")
@@ -150,7 +150,7 @@ def _physics(own: Mapping[str, Sequence[Row]]) -> list[RenderableType]:
 
 
 def _measurement(asset: Row, limits: Thresholds) -> list[RenderableType]:
-    """Each measured figure beside what passes."""
+    """Table of the measured figures beside the thresholds."""
     if asset["engine"] is None:
         return [Text("\nnot measured", style="dim")]
     title = f"Measured in {asset['engine']} {asset['engine_version']}, Δt {1000.0 * asset['timestep_s']:.2f} ms"
@@ -240,7 +240,7 @@ def _joint_units(joint: Row) -> dict[str, str]:
 
 
 def _limits(runs: pd.DataFrame, run_id: str) -> Thresholds:
-    """The thresholds of the run that judged the asset; today's where its settings can no longer be read."""
+    """The thresholds of the run that wrote the asset's rows; the defaults where its settings cannot be read."""
     found = runs.loc[runs["run_id"] == run_id, "settings_json"]
     try:
         return Thresholds.model_validate(json.loads(found.iloc[0])["thresholds"])
@@ -249,7 +249,7 @@ def _limits(runs: pd.DataFrame, run_id: str) -> Thresholds:
 
 
 def _rows(frame: pd.DataFrame) -> list[Row]:
-    """Rows as mappings in which everything missing is None, whatever pandas calls it."""
+    """Rows as mappings, with None for every missing value (NaN, NA, NaT)."""
     return [
         {str(name): None if pd.api.types.is_scalar(value) and pd.isna(value) else value for name, value in row.items()}
         for row in frame.to_dict("records")

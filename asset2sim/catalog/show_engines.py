@@ -1,4 +1,4 @@
-"""What each engine saw of one asset, for the terminal: verdicts, and the efforts that open and close its joints."""
+"""Tables of one asset's results per engine, for the terminal: verdicts, joint efforts and overlapping links."""
 
 from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
@@ -13,7 +13,7 @@ from asset2sim.catalog.text import NOTHING, number
 
 Row = Mapping[str, Any]
 TESTS = ("drop", "nudge", "jam", "hold", "release", "reset")
-"""The interaction tests in the order of the columns."""
+"""The interaction checks in the order of the columns."""
 
 
 def engine_tables(own: Mapping[str, Sequence[Row]]) -> list[RenderableType]:

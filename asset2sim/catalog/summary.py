@@ -35,7 +35,7 @@ _LIMITS = Thresholds()
 
 
 def summary_table(records: Sequence[AssetRecord], limits: Thresholds = _LIMITS) -> Table:
-    """For the terminal, readable from 100 columns on: failed assets come last, where one looks first.
+    """Table for terminals of at least 100 columns; failed assets come last, nearest to the prompt.
 
     The verdict column holds the failure mode of an asset that failed; the caption holds the totals.
     """
@@ -64,7 +64,7 @@ def summary_table(records: Sequence[AssetRecord], limits: Thresholds = _LIMITS) 
 
 
 def summary_markdown(records: Sequence[AssetRecord], limits: Thresholds = _LIMITS) -> str:
-    """The same in Markdown, in the records' order, with verdict and failure mode apart and the totals under it."""
+    """The summary in Markdown, in the records' order, with verdict and failure mode in two columns and totals below."""
     lines = ["| " + " | ".join(HEADINGS) + " |", "|" + "|".join(["---"] * 4 + ["---:"] * (len(HEADINGS) - 4)) + "|"]
     for record in records:
         lines.append("| " + " | ".join(cell.replace("|", "\\|") for cell in _cells(record, limits)) + " |")
@@ -72,7 +72,7 @@ def summary_markdown(records: Sequence[AssetRecord], limits: Thresholds = _LIMIT
 
 
 def totals_line(records: Sequence[AssetRecord], limits: Thresholds = _LIMITS) -> str:
-    """The run in one line."""
+    """Totals of a run in one line."""
     if not records:
         return "no assets"
     figures = run_figures(records, limits)
@@ -114,7 +114,7 @@ def _cells(record: AssetRecord, limits: Thresholds) -> list[str]:
 
 
 def _engines(record: AssetRecord, limits: Thresholds) -> str:
-    """In how many engines every test passed, of those that judged."""
+    """Number of engines in which every check passed, of those that ran, as n/m."""
     if record.overlay is None or not record.reports:
         return NOTHING
     passed = sum(judge_report(report, record.overlay, limits).passed for report in record.reports)
@@ -129,7 +129,7 @@ def _fixed(value: float | None, decimals: int) -> str:
 
 
 def alignment_line(found: Sequence[Alignment]) -> str:
-    """Prompt alignment, and mean deviations from the expert reference where there is one; "" of nothing."""
+    """Prompt alignment, and mean deviations from the expert reference where there is one; "" without assets."""
     if not found:
         return ""
     line = f"prompt alignment {100.0 * mean([item.value for item in found]):.1f} % over {len(found)} assets"
@@ -162,5 +162,5 @@ def alignment_line(found: Sequence[Alignment]) -> str:
 
 
 def mean(values: Sequence[float]) -> float:
-    """The mean, or not-a-number of nothing."""
+    """The mean; NaN without values."""
     return math.fsum(values) / len(values) if values else math.nan

@@ -1,9 +1,9 @@
-"""All tables at once: a folder of new files takes the place of the old one in a single step.
+"""Replacing all tables at once: a folder of new files is swapped with the old one in a single step.
 
 The new files are written to ``.catalog.staging`` and synced; the folder is renamed to ``.catalog.ready``, a name that
-only a complete one bears; then it changes places with ``catalog``. Where the system can exchange two names (Linux)
-there is no moment without ``catalog``; elsewhere two renames leave a short one, and ``find_catalog`` then knows the
-folder to read.
+only a complete folder has; then it is swapped with ``catalog``. Where the system can exchange two names (Linux) there
+is no moment without ``catalog``; elsewhere two renames leave a short one, in which ``find_catalog`` returns the other
+folder.
 """
 
 import ctypes
@@ -36,12 +36,12 @@ def find_catalog(out: Path) -> Path | None:
 
 
 def no_catalog(out: Path | str) -> UsageError:
-    """The error of whoever reads where nobody wrote."""
+    """UsageError for an OUT without a catalog."""
     return UsageError(f"no catalog in {out}: run 'asset2sim refine DATA --out {out}' first, or name another --out")
 
 
 def recover(out: Path) -> None:
-    """Puts right what a killed run left: the last complete set is ``catalog``, the rest goes. Needs the lock of OUT."""
+    """Clean up after a killed run: make the last complete set ``catalog``, remove the rest. Needs the lock of OUT."""
     found = find_catalog(out)
     if found is not None and found.name != CATALOG:
         os.rename(found, out / CATALOG)
@@ -53,9 +53,9 @@ def recover(out: Path) -> None:
 
 @contextmanager
 def replace_catalog(out: Path) -> Iterator[Path]:
-    """Gives an empty folder to write the new tables into; on leaving without an exception it becomes ``catalog``.
+    """Yields an empty folder for the new tables; on exit without an exception it becomes ``catalog``.
 
-    Other files that somebody put into ``catalog`` move along. Needs the output's lock; call ``recover`` first.
+    Other files in ``catalog`` are copied to the new folder. Needs the output's lock; call ``recover`` first.
     """
     staging = out / STAGING
     staging.mkdir(parents=True)
@@ -75,7 +75,7 @@ def replace_catalog(out: Path) -> Iterator[Path]:
 
 
 def _switch(out: Path) -> None:
-    """``ready`` becomes ``catalog``, and what was there becomes ``old``."""
+    """Rename ``ready`` to ``catalog``, and the folder that was there to ``old``."""
     catalog, ready, old = out / CATALOG, out / READY, out / OLD
     if catalog.exists():
         take_place(ready, catalog, old)
@@ -84,7 +84,7 @@ def _switch(out: Path) -> None:
 
 
 def take_place(ready: Path, place: Path, old: Path) -> None:
-    """The folder ``ready`` becomes ``place``, and what was there ``old``; in one step where the system can."""
+    """Rename the folder ``ready`` to ``place``, and the one there to ``old``; in one step where the system can."""
     if exchange(ready, place):
         os.rename(ready, old)
     else:

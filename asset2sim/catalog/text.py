@@ -1,9 +1,9 @@
-"""Numbers as people read them."""
+"""Formatting numbers for people."""
 
 import math
 
 NOTHING = "–"
-"""What stands for a value that is not there."""
+"""Placeholder for a missing value."""
 
 
 def number(value: object, unit: str = "", digits: int = 3) -> str:

@@ -32,13 +32,13 @@ def write_run(
     *,
     compact: bool = True,
 ) -> None:
-    """Merges a run's records into OUT/catalog and OUT/history; the caller holds ``lock_output(out)``.
+    """Merge a run's records into OUT/catalog and OUT/history; the caller holds ``lock_output(out)``.
 
     An asset's rows replace its earlier ones of the same method and model in every per-asset table; all other rows stay,
-    those of the run's ``unchanged`` assets among them. ``present`` is what a run over a whole dataset found in it; None
-    is a run over a part of one. Rows that earlier runs over the same dataset wrote of assets that are not there any
-    more leave. ``runs`` gains a row and ``asset_history`` a row per asset; writing the same run again replaces them.
-    Without ``compact`` the history is left in as many files as it has.
+    those of the run's ``unchanged`` assets among them. ``present`` holds the ids of all assets in the dataset, None for
+    a run over a part of it. With ``present``, rows of other assets that runs over the same dataset wrote are removed.
+    ``runs`` gains a row and ``asset_history`` a row per asset; writing the same run again replaces them.
+    Without ``compact`` the files of the history are not merged.
     Raises CatalogError, and leaves the tables as they were, where rows or files that are there do not fit their schema.
     """
     new = {name: to_arrow(TABLES[name], rows) for name, rows in table_rows(run, records, unchanged).items()}
@@ -67,7 +67,7 @@ def check_catalog(out: Path) -> None:
         if path is not None:
             with _reading(table, path), pq.ParquetFile(path) as file:
                 conform(table, file.schema_arrow.empty_table(), str(path))
-                # All of a large table at once would be the most memory that a run takes.
+                # In batches: a large table read at once would set a run's peak memory.
                 for batch in file.iter_batches(ROWS_AT_ONCE, use_threads=False):
                     conform(table, pa.Table.from_batches([batch]), str(path))
 
@@ -100,7 +100,7 @@ def _existing(out: Path, table: Table) -> pa.Table:
 
 
 def _columns(out: Path, table: Table, names: Sequence[str]) -> pa.Table:
-    """Those of these columns that the table has: a fraction of the widest table."""
+    """The table in OUT, with only those of the columns ``names`` that it has: a fraction of the widest table."""
     path = _path(out, table)
     wanted = [name for name in table.schema.names if name in names]
     if path is None:
@@ -110,7 +110,7 @@ def _columns(out: Path, table: Table, names: Sequence[str]) -> pa.Table:
 
 
 def _replaced(out: Path, run: RunRow, assets: pa.Table, present: Collection[str] | None) -> pa.Array:
-    """(n,) string: the keys of the assets whose old rows go, because the run has new ones or they left its dataset."""
+    """(n,) string: keys of the assets whose old rows are removed: the run has new ones, or they left the dataset."""
     new = key_of(assets, ASSET_KEY).combine_chunks()
     if present is None:
         return new
@@ -134,7 +134,7 @@ _KEYS = pa.schema([(name, pa.string()) for name in ASSET_KEY])
 
 
 def _stays(out: Path, table: Table, new: pa.Table, replaced: pa.Array) -> bool:
-    """Whether the table's file can stay as it is: nothing comes, nothing goes, and it has today's schema."""
+    """Whether the table's file needs no rewrite: no row is added or removed, and it has today's schema."""
     path = _path(out, table)
     if new.num_rows or len(replaced) or path is None:
         return False

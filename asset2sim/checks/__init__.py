@@ -1,1 +1,1 @@
-"""The interaction tests: what a person would do to an object, as frozen records; verdicts are elsewhere."""
+"""The interaction checks: what a person would do to an object, recorded; verdicts are made from the records."""

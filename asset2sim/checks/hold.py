@@ -1,4 +1,4 @@
-"""The hold: a joint that must stay where it is placed does, against gravity."""
+"""The hold check: whether a joint that must stay where it is placed does so, against gravity."""
 
 from collections.abc import Mapping, Sequence
 
@@ -16,18 +16,18 @@ from schemas.settings import EngineSettings, Thresholds
 TOUCHING_M = 1e-4
 """Overlap from which a part is held by what it touches and not by its joint, m."""
 CREEP_SHARE = 0.02
-"""Share of the bound that joints may be about to go yet for a hold to end early, by their present speeds."""
+"""Share of the bound that joints may yet move, at their present speeds, for a hold to end early."""
 NEVER_EARLIER_S = 0.25
 """A hold does not end before this, s: what starts at rest needs time to be seen moving."""
 SURE = 1.05
-"""Friction over gravity's pull from which a joint claims to hold somewhere: below, the engines' rounding decides."""
+"""Friction over gravity's pull from which a joint is expected to hold: below, the engines' rounding decides."""
 
 
 def holds(world: World, item: Mechanism, settings: EngineSettings, limits: Thresholds) -> tuple[Hold, ...]:
-    """Every joint that must hold, at its initial position and, where its friction claims to, in mid-range; root held.
+    """Every joint that must hold, at its initial position and, if friction should hold it, in mid-range; root held.
 
     At the initial position all in one run: nothing moves, so nothing is coupled. In mid-range independent joints
-    together, and not those that overlap something there: the sweep tells of them.
+    together, without those that overlap something there: the sweep reports them.
     """
     holding = [joint for joint in item.joints if joint.holds]
     if not holding:
@@ -55,7 +55,7 @@ def holds(world: World, item: Mechanism, settings: EngineSettings, limits: Thres
 
 
 def middle_positions(item: Mechanism, holding: Sequence[JointPhysics]) -> dict[str, float]:
-    """Joint → the middle of its range, for those with an end to start from and friction over gravity's pull there."""
+    """Joint → the middle of its range, for joints with limits, no spring, and friction over gravity's pull there."""
     poses, middles = poses_at(item, item.start), {}
     for joint in holding:
         if joint.lower is None or joint.upper is None or joint.stiffness > 0.0:
@@ -88,7 +88,7 @@ def held(
     settings: EngineSettings,
     limits: Thresholds,
 ) -> dict[str, Hold]:
-    """Joint → its record, of joints left alone at ``positions`` together. Ends early once none could yet go far."""
+    """Joint → its record; the joints are left at ``positions`` in one run, which ends early once none can go far."""
     if not joints:
         return {}
     world.place(positions)

@@ -1,5 +1,5 @@
-"""All interaction tests of one asset in one engine: an object is loaded once on a plane, once held, once at the
-coarse step."""
+"""All interaction checks of one asset in one engine: an object is loaded once on a plane, once held, once at the coarse
+step."""
 
 from collections.abc import Iterator
 from contextlib import ExitStack, contextmanager
@@ -30,7 +30,7 @@ and a step on a keyboard of 115 takes 30 ms."""
 
 @dataclass
 class Bench:
-    """One loaded world that tests share, loaded afresh once a test has left numbers in it that are not finite."""
+    """One world that several checks share, loaded afresh once a check has left numbers in it that are not finite."""
 
     engine: Engine
     urdf: Path
@@ -62,14 +62,14 @@ class Bench:
         return self.ready()
 
     def spoilt(self) -> None:
-        """Give the world up: no number in it can be trusted any more."""
+        """Close the world, so that the next check loads a new one."""
         self.stack.close()
         self.world = None
 
 
 @contextmanager
 def bench(engine: Engine, urdf: Path, overlay: PhysicsOverlay, *, plane: bool, timestep_s: float) -> Iterator[Bench]:
-    """A bench whose world ends with the block."""
+    """A shared world that is closed at the end of the block."""
     with ExitStack() as stack:
         yield Bench(engine, urdf, overlay.contact_friction, plane, timestep_s, stack)
 
@@ -84,10 +84,10 @@ def interact(
     cause: Cause,
     only: FailureMode | None = None,
 ) -> Interaction:
-    """Run every interaction test on a written asset in its initial state, or ``only`` one, and what it builds on.
+    """Run every interaction check on a written asset in its initial state, or ``only`` one and those that it needs.
 
     ``limits`` state how deep an overlap stops a sweep, and which records are worth a second, single run; verdicts are
-    ``metrics.interaction_verdict``'s. Raises AssetError (engine_crash) where the engine refuses the file.
+    made in ``interaction_verdict``. Raises AssetError (engine_crash) where the engine refuses the file.
     """
     item = mechanism(urdf, overlay)
     seen = Interaction(engine=engine)
@@ -111,7 +111,7 @@ def interact(
 
 
 def wanted(only: FailureMode | None, *shown: FailureMode) -> bool:
-    """Whether a test runs that shows these failures."""
+    """Whether the check that shows one of these failures is to run."""
     return only is None or only in shown
 
 
@@ -124,7 +124,7 @@ def on_a_plane(
     limits: Thresholds,
     only: FailureMode | None = None,
 ) -> Interaction:
-    """The tests with a free root: the drop at both steps, and the perturbed starts; or ``only`` one of them."""
+    """The checks with a free root: the drop at both steps, and the perturbed starts; or ``only`` one of them."""
     drops: list[Drop] = []
     resets: tuple[Reset, ...] = ()
     rise, support = None, 0.0
@@ -147,7 +147,7 @@ def perturbed(
 ) -> tuple[Reset, ...]:
     """The perturbed starts, compared with how the object rests when it is set down undisturbed."""
     resets: list[Reset] = []
-    # Every second corner of a box are those of a tetrahedron: four starts that still lean every way.
+    # Every second corner of a box gives a tetrahedron: four starts that still tilt in every direction.
     chosen = starts(settings)[:: 2 if len(item.joints) > MANY_JOINTS else 1]
     for shift, tilt in chosen:
         resets.append(reset(free.sound(), item, shift, tilt, resting, settings, limits))

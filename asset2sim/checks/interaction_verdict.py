@@ -1,4 +1,4 @@
-"""The verdicts on the interaction tests: pure functions of the records, the overlay and the thresholds."""
+"""The verdicts on the interaction checks: pure functions of the records, the overlay and the thresholds."""
 
 import math
 from collections.abc import Iterable
@@ -11,12 +11,12 @@ from schemas.settings import Thresholds
 from schemas.vocabulary import FailureMode, OverlapCause
 
 ROOM_SHARE = 0.02
-"""Share of its range that a joint must have free ahead of it to be called stuck where no effort moves it."""
+"""Free share of its range ahead from which a joint that no effort moves counts as stuck."""
 
 
 @dataclass(frozen=True)
 class TestVerdict:
-    """One test of one subject (a joint, a drop or a start) in one engine: ``value`` against ``limit``, and why."""
+    """One check of one subject (a joint, a drop or a start) in one engine: ``value`` against ``limit``, and why."""
 
     __test__: ClassVar[bool] = False  # pytest would take the name for a test's
 
@@ -31,9 +31,9 @@ class TestVerdict:
 def judge_interaction(
     interaction: Interaction, overlay: PhysicsOverlay, thresholds: Thresholds
 ) -> tuple[TestVerdict, ...]:
-    """One verdict a test and subject, in the order drop, nudge, jam, hold, release, reset.
+    """One verdict per check and subject, in the order drop, nudge, jam, hold, release, reset.
 
-    Opening efforts have none of their own: a joint that its effort limit cannot move counts as jammed.
+    Opening efforts have no verdict of their own: a joint that its effort limit cannot move counts as jammed.
     """
     joints = {joint.name: joint for joint in overlay.joints}
     engine = interaction.engine.value
@@ -51,7 +51,7 @@ def judge_interaction(
 
 
 def by_joint(holds: Iterable[Hold]) -> list[list[Hold]]:
-    """The holds of each joint together: it may be held at several positions."""
+    """The holds grouped by joint: a joint may be held at several positions."""
     grouped: dict[str, list[Hold]] = {}
     for item in holds:
         grouped.setdefault(item.joint, []).append(item)
@@ -123,8 +123,7 @@ def judge_sweep(
 
 
 def hull_loss(item: Sweep) -> float:
-    """The share of the range that is lost to hulls alone: on each side, up to where the meshes themselves would stop
-    it."""
+    """Share of the range lost to hulls alone: on each side, up to where the authored meshes would stop the joint."""
     if item.free_lower is None or item.free_upper is None or item.upper <= item.lower:
         return 1.0 - item.free_share if any(o.cause is OverlapCause.HULL for o in item.obstacles) else 0.0
     lost = 0.0
@@ -144,7 +143,7 @@ def hull_loss(item: Sweep) -> float:
 def stuck(item: Sweep, joint: JointPhysics, opening: Opening | None) -> bool:
     """Whether no effort moves a joint in a direction in which the sweep found it free.
 
-    What other joints must make room for, and what already touches its neighbour, cannot be moved from its start.
+    Never so where other joints must first make room, or where the joint has no free range on that side.
     """
     if opening is None or not opening.stuck or item.others:
         return False
@@ -157,7 +156,7 @@ def stuck(item: Sweep, joint: JointPhysics, opening: Opening | None) -> bool:
 
 
 def judge_hold(items: list[Hold], joint: JointPhysics, engine: str, limits: Thresholds) -> TestVerdict:
-    """A joint that must stay where it is placed does, wherever it was tried; the verdict is on the worst."""
+    """A joint that must hold must stay where it is placed, at every position tried; the verdict is on the worst."""
     item = max(items, key=lambda hold: hold.moved)
     unit = unit_of(joint)
     limit = limits.hold_m if joint.type == "prismatic" else limits.hold_rad
@@ -182,15 +181,15 @@ def judge_release(item: Release, joint: JointPhysics, engine: str, limits: Thres
 
 
 def given_rise(item: Reset, support_m: float) -> float:
-    """The most by which a perturbed start lifts the centre of mass over where it rests, m: its height, and its tilt."""
+    """Largest rise of the centre of mass that a perturbed start gives, m: its height, and its tilt."""
     return max(0.0, item.offset_m[2]) + math.dist(item.tilt_rad, (0.0, 0.0, 0.0)) * support_m
 
 
 def judge_reset(item: Reset, index: int, interaction: Interaction, limits: Thresholds) -> TestVerdict:
     """A perturbed start must end at rest, upright, with the joints that must hold where they were.
 
-    What stands so narrow that the start has the energy to topple it may topple, as the real thing would: then it must
-    only come to rest.
+    An object that stands so narrow that the start has the energy to topple it may topple, as the real one would: then
+    it must only come to rest.
     """
     engine = interaction.engine.value
     subject = f"start {index + 1}"

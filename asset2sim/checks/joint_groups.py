@@ -74,12 +74,12 @@ def apart(low: Array, high: Array, boxes: Iterable[tuple[Array, Array]]) -> bool
 
 
 MOST_RUNS = 16
-"""Runs of one test after which no batch is halved any more: one bad key among a hundred takes 14 to be found."""
+"""Runs of one check after which no batch is halved any more: one bad key among a hundred takes 14 to be found."""
 Record = TypeVar("Record")
 
 
 def depth_groups(item: Mechanism, names: Iterable[str]) -> list[tuple[str, ...]]:
-    """The joints in groups of which none holds a joint and an ancestor of it: by their depth among the named ones."""
+    """The joints in groups, by depth among the named ones, so that no group has a joint and its ancestor."""
     wanted = set(names)
     groups: dict[int, list[str]] = {}
     for joint in item.joints:
@@ -96,7 +96,7 @@ def in_batches(
     run: Callable[[Sequence[str]], dict[str, Record]],
     good: Callable[[Record], bool],
 ) -> dict[str, Record]:
-    """Run a test on independent joints together; those whose record is not ``good`` again in halves, at last alone."""
+    """Run a check on independent joints together; those whose record is not ``good`` again in halves, at last alone."""
     records: dict[str, Record] = {}
     waiting = depth_groups(item, names)
     for number in itertools.count():

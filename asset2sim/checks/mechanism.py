@@ -1,4 +1,4 @@
-"""A written URDF as the tests need it: joint tree, masses, gravity's pull along a joint's range, and loose boxes."""
+"""A written URDF as the checks need it: joint tree, masses, gravity's pull along a joint's range, bounding boxes."""
 
 import math
 from collections.abc import Mapping
@@ -18,7 +18,7 @@ from schemas.overlay import JointPhysics, PhysicsOverlay
 
 @dataclass(frozen=True)
 class Mechanism:
-    """The object that is tested. ``joints`` are those of the overlay that move in the URDF, in the tree's order.
+    """The object that is checked. ``joints`` are those of the overlay that move in the URDF, in the tree's order.
 
     ``moved`` is the links beyond each movable joint, ``chain`` the movable joints from the root to each link,
     ``boxes`` the corners (8, 3) of each link's collision shapes in its own frame (links without any are left out).
@@ -114,7 +114,7 @@ def origin_of(element: "etree._Element") -> Array:
 
 
 def tree_joint(element: "etree._Element") -> TreeJoint:
-    """One ``<joint>``."""
+    """The ``TreeJoint`` of one ``<joint>`` element."""
     axis = np.array(numbers(element.find("axis"), "xyz", "1 0 0"))
     parent, child = element.find("parent"), element.find("child")
     return TreeJoint(
@@ -228,7 +228,7 @@ def pull_on(item: Mechanism, joint: str, positions: Mapping[str, float], poses: 
 
 
 def moved_inertia(item: Mechanism, joint: str, poses: Mapping[str, Array]) -> float:
-    """What the joint moves, the root and all other joints held: kg·m² about its axis, or kg."""
+    """The inertia that the joint moves, the root and all other joints held: kg·m² about its axis, or kg."""
     hinge = next(entry for entry in item.tree if entry.name == joint)
     if hinge.type == "prismatic":
         return sum(item.bodies[link].mass for link in item.moved[joint])

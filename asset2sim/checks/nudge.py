@@ -15,7 +15,7 @@ from schemas.settings import EngineSettings, Thresholds
 CROSSING_S = 0.25
 """Least time in which a nudged joint would cross its whole range, s: a key of 3 mm is not kicked at 0.2 m/s."""
 DECAYS = 3.0
-"""Time constants of its own damping that a nudged joint is given at least: e⁻³ is a twentieth."""
+"""Least time that a nudged joint is given, in time constants of its own damping: e⁻³ is a twentieth."""
 
 
 def nudges(world: World, item: Mechanism, settings: EngineSettings, limits: Thresholds) -> tuple[Nudge, ...]:
@@ -51,8 +51,8 @@ def nudge_speed(joint: JointPhysics, settings: EngineSettings) -> float:
 
 
 def patience(joint: JointPhysics, inertia: float, pull: float, settings: EngineSettings) -> float:
-    """Time that a nudged joint is given, s: a fan that is meant to coast for seconds is not at fault, nor a part that
-    gravity's ``pull`` (N·m or N) or its spring moves wherever it is: it may swing before it rests."""
+    """Time in which a nudged joint must come to rest, s: longer for light damping, as a fan may coast for seconds, and
+    for a part that gravity's ``pull`` (N·m or N) or its spring moves, which may swing first."""
     spring = joint.stiffness * (joint.spring_reference - joint.initial_position)
     if joint.friction < abs(pull + spring) or joint.damping <= 0.0:
         return settings.release_s

@@ -20,14 +20,14 @@ VISIBLE_M = 5e-4
 VISIBLE_SHARE = 0.02
 """... and at most this share of its range: a key's whole travel is 3 mm."""
 ENOUGH = 1.5
-"""How far beyond the effort that theory gives the first ramp goes."""
+"""Where the first ramp ends, as a multiple of the predicted effort."""
 HARDER = 10.0
-"""How much further each following ramp goes, up to the effort limit."""
+"""Factor by which each further ramp ends higher, up to the effort limit."""
 LEAST_RAD_S2 = 1.0
-"""Acceleration, rad/s² (m/s² for a slider), at which the first ramp ends at least: a joint may have neither friction
-nor load."""
+"""Acceleration, rad/s² (m/s² for a slider), that the end of the first ramp gives at least: a joint may have neither
+friction nor load."""
 LEAST_SHARE = 1e-4
-"""Share of the effort limit at which it ends at least: what moves may weigh nothing, in an asset as it came."""
+"""Least end of the first ramp, as a share of the effort limit: an authored link may have no mass."""
 DEFAULT_LIMIT = 100.0
 """Effort limit of a joint whose URDF states none, N·m or N."""
 
@@ -100,7 +100,7 @@ def least_efforts(
 ) -> dict[str, float | None]:
     """Joint → the least effort that moves it, N·m or N, or None where its effort limit does not.
 
-    The effort is raised from nothing, at first to a little over what theory gives, then to more and more.
+    The effort is raised from 0 to a little over the predicted one, then in further ramps to ever more.
     """
     found: dict[str, float | None] = {}
     waiting = [(push, push.first) for push in pushes]
@@ -120,8 +120,8 @@ def ramp(
 ) -> dict[str, float | None]:
     """Raise every push's effort from 0 to ``most`` over ``push_s``; the effort at which each joint has moved visibly.
 
-    By then it has some speed: what its damper and its own inertia take of the effort is taken off, so that what is left
-    is what would move it slowly. Without that the figure would grow with the speed of the ramp.
+    The joint then has some speed: the effort that its damper and inertia take is subtracted, so that the result is the
+    effort for slow motion. Without that it would grow with the speed of the ramp.
     """
     world.place(item.start)
     order = {name: index for index, name in enumerate(world.joint_names)}

@@ -1,4 +1,4 @@
-"""Φ over all pairs of links in the initial state, parent and child included: what engines' filters leave out too."""
+"""Φ over all pairs of links in the initial state, with parent and child, which the engines' filters leave out."""
 
 from collections.abc import Mapping
 from pathlib import Path

@@ -1,4 +1,4 @@
-"""The release: a lid that gravity closes falls shut, a key that a spring returns comes back, and both stay."""
+"""The release check: whether a joint that gravity or a spring should bring back returns, and stays there."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -15,13 +15,13 @@ from schemas.settings import EngineSettings, Thresholds
 
 GRAVITY, SPRING = "gravity", "spring"
 START_SHARE = 0.5
-"""Share of the way from its target to the far end of its range at which a joint is let go of: half open."""
+"""Where a joint is released, as a share of the way from its target to the far end of its range: half open."""
 SAMPLES = 65
 """Positions over its range at which the force on a joint is evaluated to find where it comes to rest."""
 SURE = 1.1
-"""Gravity's pull over friction from which a lid is expected to fall: below, the engines' rounding decides."""
+"""Gravity's pull over friction from which a lid is expected to fall: below, rounding in the engines decides."""
 LEAST_WAY_SHARE = 0.02
-"""A release over less than this share of the range tests nothing."""
+"""Least travel of a release, as a share of the range: a shorter one shows nothing."""
 
 Stretches = Mapping[str, tuple[float, float]]
 """Joint → the stretch in which the sweep found it free, rad or m."""
@@ -29,8 +29,8 @@ Stretches = Mapping[str, tuple[float, float]]
 
 @dataclass(frozen=True)
 class Task:
-    """One joint to be let go of at ``start``, expected from ``target`` to ``far`` (rad or m), and what takes it
-    there."""
+    """One joint to release at ``start``; it should end between ``target`` and ``far`` (rad or m), brought there by
+    ``by``."""
 
     joint: JointPhysics
     by: str
@@ -64,11 +64,11 @@ def releases(
 
 
 def expected(joint: JointPhysics, pull: Pull, free: tuple[float, float]) -> Task | None:
-    """Where the joint should come to rest and from where it is let go of, or None where nothing brings it back.
+    """Where a joint is released and where it should come to rest; None where nothing brings it back.
 
-    A spring's joint rests where k (q_ref − q) and gravity's pull balance, less what friction keeps back, or at the end
-    of its free stretch; one without a spring, that need not hold, at the end towards which gravity pulls it harder than
-    friction all the way from half open.
+    A joint with a spring rests where k (q_ref − q) and gravity's pull balance, short of it by friction, or at the end
+    of its free stretch. One without a spring that need not hold rests at the end towards which gravity pulls it harder
+    than friction all the way from half open.
     """
     low, high = free
     if high <= low:

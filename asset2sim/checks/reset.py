@@ -1,4 +1,4 @@
-"""Reset robustness: the object starts a little off its pose, as every reinforcement learner starts it."""
+"""The reset check: the object starts slightly off its pose, as in reinforcement learning."""
 
 import math
 from collections.abc import Mapping
@@ -22,8 +22,8 @@ from schemas.settings import EngineSettings, Thresholds
 TETRAHEDRON = ((1.0, 1.0, 1.0), (1.0, -1.0, -1.0), (-1.0, 1.0, -1.0), (-1.0, -1.0, 1.0))
 
 CORNERS = tuple((sign * x, sign * y, sign * z) for x, y, z in TETRAHEDRON for sign in (1.0, -1.0))
-"""The signs of a start's shift, each corner followed by its opposite; its tilt has those of the corner three places on,
-so that they differ."""
+"""Signs of a start's shift, each corner followed by its opposite; the tilt has those of the corner three places
+further, so that the two differ."""
 PLACES_ON = 3
 
 UP = np.array([0.0, 0.0, 1.0])
@@ -43,10 +43,10 @@ def starts(settings: EngineSettings) -> list[tuple[Vector3, Vector3]]:
 
 @dataclass(frozen=True)
 class Resting:
-    """How the object rests once set down undisturbed: (3,) world up in the root's frame, joint → position (rad, m).
+    """The object at rest once set down undisturbed: (3,) world up in the root's frame, joint → position (rad, m).
 
-    Not how it was set down: what topples by itself, as a clock with rounded feet does, or a lid that comes to lie on
-    the floor, has failed no test of resets.
+    Starts are compared with this, not with how it was set down: an object that topples by itself, as a clock with
+    rounded feet, or whose lid comes to lie on the floor, does not fail the reset check for that.
     """
 
     up: Array
@@ -64,7 +64,7 @@ def reset(
 ) -> Reset:
     """Start from one perturbed pose on the plane, free, and watch until it is still, at most ``fall_s``.
 
-    A shift downwards starts it in contact: never inside the plane. What it ends as is compared with ``resting``.
+    A shift downwards starts it in contact, never inside the plane. Its end is compared with ``resting``.
     """
     height = settings.drop_height_m + max(0.0, shift[2])
     world.place(item.start, height_m=height, shift_m=(shift[0], shift[1]), tilt_rad=tilt)
@@ -108,9 +108,9 @@ def angle_between(a: Array, b: Array) -> float:
 
 
 def held_motion(item: Mechanism, world: World, resting: Resting, limits: Thresholds) -> tuple[float, str | None]:
-    """The furthest that a joint which must hold is from where it rests undisturbed, as a share of its range, and it.
+    """Largest distance of a joint that must hold from its undisturbed rest, as a share of its range, and that joint.
 
-    What the hold test lets pass counts as nothing: a third of a degree is much of a stapler's range of five.
+    Motion within the bound of the hold check counts as none: a third of a degree is much of a stapler's range of five.
     """
     now = dict(zip(world.joint_names, world.positions(), strict=True))
     furthest: tuple[float, str | None] = (0.0, None)
@@ -150,7 +150,7 @@ def tipping(urdf: Path, item: Mechanism, up: Array, positions: Mapping[str, floa
 
 
 def rise(points: Array, center: Array, up: Array) -> tuple[float, float]:
-    """The same of (n, 3) points and a (3,) centre of mass."""
+    """As ``tipping``, for (n, 3) points and a (3,) centre of mass."""
     heights = points @ up
     floor = float(heights.min())
     across = np.linalg.svd(up[None, :])[2][1:]

@@ -1,4 +1,4 @@
-"""The paper's test in any engine: an object on a plane, its base free, nothing driven, settles and then is watched."""
+"""The paper's rest check in any engine: an object on a plane, base free, nothing driven, settles and is recorded."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -46,7 +46,7 @@ def sign_changes(positions: Array) -> int:
 
 @dataclass(frozen=True)
 class Recording:
-    """What was watched. Poses and joints over the test: (n, 3), (n, 4) xyzw, (n, j); joints after settling: (j,)."""
+    """Recorded motion: root positions (n, 3) and xyzw (n, 4), joints (n, j), and joints after settling (j,)."""
 
     joints: tuple[str, ...]
     root_positions: Array
@@ -60,7 +60,7 @@ class Recording:
 def contacts_at(
     engine: Engine, urdf: Path, positions: Mapping[str, float], settings: EngineSettings
 ) -> list[ContactPoint]:
-    """Contact points at one pose in a world of their own: contact caches make Φ depend a little on what came before."""
+    """Contact points at one pose in a fresh world: contact caches make Φ depend slightly on earlier poses."""
     with open_world(
         engine, urdf, plane=False, timestep_s=settings.timestep_s, contact_friction=0.0, gravity_m_s2=0.0
     ) as world:

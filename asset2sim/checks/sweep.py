@@ -15,10 +15,10 @@ from schemas.settings import EngineSettings, Thresholds
 from schemas.vocabulary import OverlapCause
 
 Cause = Callable[[str, str, Mapping[str, float], float], OverlapCause]
-"""Why two links overlap at these joint positions, by this depth, m."""
+"""Function that tells why two links overlap at these joint positions, by this depth, m."""
 
 BISECTIONS = 4
-"""Halvings of the step in which a joint runs into something: the end of the free stretch to 0.3 % of the range."""
+"""Halvings of the step that ends in an overlap: the end of the free stretch is known to 0.3 % of the range."""
 MOST_CLEARED = 6
 """Other joints that are moved out of the way of one, at most."""
 BEYOND = 12
@@ -74,7 +74,7 @@ def sweeps(
 
 
 def depths(world: World) -> Depths:
-    """Link pair → how deep its shapes overlap at the world's present pose, m: what is in the engine's skin is none."""
+    """Link pair → overlap depth of its shapes at the world's present pose, m, less the engine's skin."""
     found = {(pair.link_a, pair.link_b): pair.depth_m - world.skin_m for pair in by_pair(world.contacts())}
     return {pair: depth for pair, depth in found.items() if depth > 0.0}
 
@@ -87,7 +87,7 @@ def authored_beyond(
     others: Mapping[str, float],
     cause: Cause,
 ) -> Obstacle | None:
-    """Where the meshes of an obstacle's links meet further on: the hulls take no more than what lies before."""
+    """The obstacle at the position further on where its links' authored meshes meet; None where they never do."""
     lower, upper = span_of(joint)
     end = upper if obstacle.position >= stretch.high else lower
     for position in np.linspace(obstacle.position, end, BEYOND + 1)[1:].tolist():
@@ -141,7 +141,7 @@ def stretches(
 ) -> dict[str, Stretch]:
     """Joint → its free stretch, of joints whose parts cannot meet (``apart_groups``), moved together.
 
-    Each goes from its initial position outwards, one sample at a time, and stops where it is stopped.
+    Each goes from its initial position outwards, one sample at a time, and stops at the first overlap.
     """
     found: dict[str, list[Probe]] = {joint.name: [] for joint in joints}
     for direction in (1.0, -1.0):
@@ -189,7 +189,7 @@ def narrow(
     allowed: Depths,
     limits: Thresholds,
 ) -> None:
-    """Halve the steps in which joints ran into something."""
+    """Bisect the steps in which joints ran into an overlap."""
     for _ in range(BISECTIONS if probes else 0):
         middles = {
             probe.joint.name: (probe.free + probe.blocked[0]) / 2.0 for probe in probes if probe.blocked is not None
@@ -234,7 +234,7 @@ def cleared(
     settings: EngineSettings,
     limits: Thresholds,
 ) -> tuple[Stretch, dict[str, float]]:
-    """The free stretch with the joints that carry its obstacles out of the way, and where those are then.
+    """The free stretch with the joints that carry its obstacles moved away, and the positions of those joints.
 
     Each such joint in turn is tried at either end of its own free stretch; what lengthens the stretch most is kept.
     """

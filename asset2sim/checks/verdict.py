@@ -14,7 +14,7 @@ from schemas.vocabulary import Engine, FailureMode, Severity, Stage
 
 @dataclass(frozen=True)
 class Verdict:
-    """What failed, or ``none``; ``reason`` says it with the numbers, ``value`` and ``limit`` are what was compared."""
+    """What failed, or ``none``; the ``reason`` with its numbers, and the ``value`` and ``limit`` that were compared."""
 
     mode: FailureMode
     reason: str
@@ -39,7 +39,7 @@ def oscillating_joints(measurement: Measurement, prismatic: frozenset[str], thre
 
 
 def judge(measurement: Measurement, prismatic: frozenset[str], thresholds: Thresholds) -> Verdict:
-    """The first thing that fails, in order: engine, penetration, drift, oscillation; else ``none``."""
+    """The first failure in the order explosion, penetration, drift, oscillation; else ``none``."""
     if not measurement.finite or measurement.peak_speed_m_s > thresholds.peak_speed_m_s:
         speed = measurement.peak_speed_m_s
         return Verdict(
@@ -79,13 +79,13 @@ PASSED = Verdict(FailureMode.NONE, "interaction-ready")
 
 
 def judged_tests(report: EngineReport, overlay: PhysicsOverlay, limits: Thresholds) -> tuple[TestVerdict, ...]:
-    """The verdicts on the interaction tests of one engine."""
+    """The verdicts on the interaction checks of one engine."""
     return () if report.interaction is None else judge_interaction(report.interaction, overlay, limits)
 
 
 @dataclass(frozen=True)
 class Failure:
-    """One test that fails in one engine: of which joint or start, the number and the bound that it met."""
+    """One failed check in one engine: the joint or start (``subject``), the value, and the limit that it exceeds."""
 
     engine: Engine
     mode: FailureMode
@@ -96,12 +96,12 @@ class Failure:
 
     @property
     def key(self) -> tuple[Engine, FailureMode, str]:
-        """What makes it the same failure from one measurement to the next."""
+        """Engine, mode and subject: identify a failure across measurements."""
         return self.engine, self.mode, self.subject
 
 
 def failures_of(report: EngineReport, overlay: PhysicsOverlay, limits: Thresholds) -> tuple[Failure, ...]:
-    """Everything that fails in one engine: the paper's tests first, then the interaction tests in their order."""
+    """All failures in one engine: the paper's checks first, then the interaction checks in their order."""
     if report.problem is not None:
         mode = FailureMode.TIMEOUT if report.timed_out else FailureMode.ENGINE_CRASH
         return (Failure(report.engine, mode, "", report.problem, None, None),)
@@ -122,14 +122,14 @@ def failures_of(report: EngineReport, overlay: PhysicsOverlay, limits: Threshold
 
 
 def judge_report(report: EngineReport, overlay: PhysicsOverlay, limits: Thresholds) -> Verdict:
-    """The first thing that fails in one engine, or that nothing does."""
+    """The verdict on one engine's report: its first failure, or passed."""
     for failure in failures_of(report, overlay, limits):
         return Verdict(failure.mode, failure.reason, failure.value, failure.limit)
     return PASSED
 
 
 def judge_reports(reports: Sequence[EngineReport], overlay: PhysicsOverlay, limits: Thresholds) -> Verdict:
-    """The first thing that fails in any engine, in the order of the reports."""
+    """The verdict over all engines: the first failure in the order of the reports, or passed."""
     verdicts = (judge_report(report, overlay, limits) for report in reports)
     return next((verdict for verdict in verdicts if not verdict.passed), PASSED)
 
@@ -163,7 +163,7 @@ def disagreements(reports: Sequence[EngineReport], overlay: PhysicsOverlay, limi
 
 
 def _tests_disagree(reports: Sequence[EngineReport], overlay: PhysicsOverlay, limits: Thresholds) -> list[Finding]:
-    """The same for the interaction tests."""
+    """A finding for every interaction check that passes in one engine and fails in another."""
     by_test: dict[tuple[FailureMode, str], dict[str, TestVerdict]] = {}
     for report in reports:
         for test in judged_tests(report, overlay, limits):

@@ -1,4 +1,4 @@
-"""Judging one written asset: every engine in a killable process of its own, the paper's tests and interaction."""
+"""Verify one written asset: the paper's checks and interaction, every engine in a killable process of its own."""
 
 import hashlib
 from collections.abc import Sequence
@@ -18,11 +18,11 @@ from schemas.settings import EngineSettings, Settings
 from schemas.vocabulary import Engine, FailureMode
 
 AT_REST = (FailureMode.PENETRATION, FailureMode.DRIFT, FailureMode.OSCILLATION)
-"""What the paper's tests show, in which nothing is done to the object."""
+"""Failures that the paper's checks show, in which nothing is done to the object."""
 
 
 def engines_of(settings: EngineSettings) -> tuple[Engine, ...]:
-    """The engines to judge in. Raises UsageError where one that is asked for is not installed."""
+    """The engines to verify in. Raises UsageError where one that is asked for is not installed."""
     for engine in settings.verify or ():
         require(engine)
     return settings.verify or installed()
@@ -35,7 +35,7 @@ def verify(
     cause: Cause,
     settings: Settings,
 ) -> tuple[EngineReport, ...]:
-    """A report from each engine on the URDF in the overlay's initial state; an engine that dies costs only its own.
+    """A report from each engine on the URDF in the overlay's initial state; an engine that dies costs only its report.
 
     ``cause`` says of two overlapping links whether the authored meshes overlap or only their hulls.
     """
@@ -50,7 +50,7 @@ def verify_in(
     settings: Settings,
     only: FailureMode | None = None,
 ) -> EngineReport:
-    """One engine's report, of every test or ``only`` of the one that shows this failure."""
+    """One engine's report of every check, or ``only`` of the one that shows this failure."""
     start, own = perf_counter(), settings.engine
 
     def rest() -> Measurement:
@@ -59,7 +59,7 @@ def verify_in(
     def touch() -> Interaction:
         return interact(engine, urdf, overlay, own, settings.thresholds, cause=cause, only=only)
 
-    # A process each: an engine that dies over what is done to an object has still seen it at rest.
+    # One process each: an engine that dies in an interaction check still leaves its measurement at rest.
     measured: Ended[Measurement] = Ended(None)
     touched: Ended[Interaction] = Ended(None)
     if only is None or only in AT_REST:
@@ -79,7 +79,7 @@ def verify_in(
 
 
 Known = dict[tuple[str, Engine, FailureMode | None], EngineReport]
-"""Reports of one asset by what was written, where it was judged, and by which test (None: by all)."""
+"""Reports of one asset by digest of what was written, engine, and the failure that was checked (None: all)."""
 
 
 def verify_once(
@@ -91,10 +91,10 @@ def verify_once(
     settings: Settings,
     only: FailureMode | None = None,
 ) -> tuple[EngineReport, ...]:
-    """As ``verification.verify``, but what is in ``known`` is taken from there, and what is new is added to it.
+    """As ``verify``, but reports that are in ``known`` are taken from there, and new ones are added to it.
 
-    Shapes and states are tried and taken back, so that the same files come up again and again. An engine that died is
-    asked again: the machine may have been at fault.
+    Shapes and states are tried and reverted, so the same files come up repeatedly. An engine with a problem is run
+    again: the machine may have been at fault.
     """
     written = digest(folder, overlay)
     reports = []

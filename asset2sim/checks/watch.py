@@ -1,4 +1,4 @@
-"""Watching a world run: peak speeds, how fast it still is at the end, and an early end once nothing moves."""
+"""Run a world and record its peak and final speeds; ends early once nothing moves."""
 
 from collections import deque
 from collections.abc import Callable
@@ -13,9 +13,9 @@ from schemas.settings import EngineSettings
 EVERY_S = 1.0 / 60.0
 """Time between two readings, s: reading all link speeds costs more than a step on an object of a hundred links."""
 TURN_FACTOR = 10.0
-"""A turn or a joint counts as still below this many times the links' bound, rad: a lever arm of a decimetre."""
+"""Rotations and joints count as still below this many times the links' bound, rad: a lever arm of a decimetre."""
 BEYOND_MEASURE = 1e9
-"""What a record holds instead of infinity or no number: larger than any threshold, and still a number in JSON."""
+"""Recorded instead of infinity or NaN: larger than any threshold, and still a number in JSON."""
 
 
 @dataclass(frozen=True)
@@ -35,17 +35,17 @@ class Watched:
 
     @property
     def peak(self) -> float:
-        """The fastest link on the way, m/s."""
+        """Peak speed of the fastest link, m/s."""
         return capped(float(self.peaks.max(initial=0.0)))
 
     @property
     def final(self) -> float:
-        """The fastest link at the end, m/s."""
+        """Final speed of the fastest link, m/s."""
         return capped(float(self.finals.max(initial=0.0)))
 
 
 def capped(value: float) -> float:
-    """The value, or ``BEYOND_MEASURE`` with its sign where it is beyond that or no number."""
+    """The value clipped to ± ``BEYOND_MEASURE``; plus ``BEYOND_MEASURE`` where it is not finite."""
     if not np.isfinite(value):
         return BEYOND_MEASURE
     return float(np.clip(value, -BEYOND_MEASURE, BEYOND_MEASURE))
@@ -56,9 +56,8 @@ def watch(
 ) -> Watched:
     """Run the world for ``seconds``, less once nothing has moved for ``settings.still_s``.
 
-    Nothing has moved where over that time the root has stayed within what ``still_speed`` would take it, and its
-    orientation and all joints within ten times that. ``seen`` is called with the time at each reading, and ends the run
-    where it answers true.
+    Nothing has moved where over that time the root moved no further than at ``still_speed``, and its orientation and
+    all joints no further than ten times that. ``seen`` is called with the time at each reading; true ends the run.
     """
     stride = reading_stride(world)
     window = max(2, round(settings.still_s / (stride * world.timestep_s)))
@@ -92,7 +91,7 @@ def reading_stride(world: World) -> int:
 
 
 def pose_vector(world: World) -> Array:
-    """(12 + n,) where everything is: the root's position and rotation matrix, then the joint positions."""
+    """(12 + n,) pose of the object: the root's position and rotation matrix, then the joint positions."""
     position, orientation = world.root_pose()
     if not np.isfinite(orientation).all():
         return np.full(12 + len(world.joint_names), np.nan)
@@ -100,8 +99,8 @@ def pose_vector(world: World) -> Array:
 
 
 def rotation_of(orientation: Array) -> Array:
-    """(9,) the rotation matrix of a unit (4,) xyzw quaternion, row by row. SciPy takes over twenty times as long
-    over one, and each reading asks."""
+    """(9,) the rotation matrix of a unit (4,) xyzw quaternion, row by row. SciPy takes over twenty times as long for
+    one, and each reading needs one."""
     x, y, z, w = orientation.tolist()
     return np.array(
         [
@@ -119,6 +118,6 @@ def rotation_of(orientation: Array) -> Array:
 
 
 def still_bounds(world: World, settings: EngineSettings) -> Array:
-    """(12 + n,) how far each number of the pose may go in ``still_s`` and be called still."""
+    """(12 + n,) largest change of each entry of the pose over ``still_s`` that counts as still."""
     least = settings.still_speed * settings.still_s
     return np.array([least] * 3 + [TURN_FACTOR * least] * (9 + len(world.joint_names)))

@@ -22,7 +22,7 @@ from schemas.vocabulary import Engine
 CHUNK = 1 << 20
 """Bytes that are read from the child at once."""
 DUMP_WAIT_S = 0.1
-"""Time that a child which hangs gets to write down where, before it is killed, s."""
+"""Time for a hung child to write its traceback before it is killed, s."""
 PR_SET_PDEATHSIG = 1
 """Linux: the signal that a process is sent when its parent ends."""
 
@@ -31,8 +31,8 @@ T = TypeVar("T")
 
 @dataclass(frozen=True)
 class Ended(Generic[T]):
-    """How a child ended: with a value, or with a ``problem``, one sentence that names the engine, which may have
-    ``died``: crashed or hung, and so said nothing itself."""
+    """Outcome of a child: a value, or a ``problem``, one sentence that names the engine. ``died``: the engine crashed
+    or hung, and so reported nothing itself."""
 
     value: T | None
     problem: str | None = None
@@ -64,7 +64,7 @@ def in_child(engine: Engine, function: Callable[..., T], *args: object, time_lim
             return Ended(
                 None, f"{engine} was not done after {time_limit_s:g} s, and was killed", timed_out=True, died=True
             )
-        # What has said its last word may still hang while it ends; that costs nothing.
+        # A child that has sent its result may still hang while it ends; it is killed below.
         if not said:
             _, status = os.waitpid(pid, 0)
             return Ended(None, f"{engine} {_cause_of_death(status)}", died=True)
@@ -77,7 +77,7 @@ def in_child(engine: Engine, function: Callable[..., T], *args: object, time_lim
 
 
 def _work(writer: int, parent: int, function: Callable[..., T], args: tuple[object, ...]) -> NoReturn:
-    """The child: call the function, say how it went, and end without running what the parent would at its exit."""
+    """The child: call the function, send the outcome, and end without running what the parent would at its exit."""
     code = 1
     try:
         _die_with(parent)
@@ -113,7 +113,7 @@ def _attempt(function: Callable[..., T], args: tuple[object, ...]) -> bytes:
 
 
 def _understood(engine: Engine, said: bytes) -> Ended[T]:
-    """The child's last word; cut short where it died over it."""
+    """The outcome that the child sent; ``died`` where it is cut short."""
     try:
         value, problem = pickle.loads(said)
     except (pickle.UnpicklingError, EOFError, AttributeError, ValueError) as error:
@@ -135,7 +135,7 @@ def _read(reader: int, deadline: float) -> bytes | None:
 
 
 def _dump_traceback(pid: int) -> None:
-    """Have the child write down where it hangs, if this process has set that up."""
+    """Have the child dump its traceback, if this process has set that up."""
     os.kill(pid, signal.SIGUSR1)
     time.sleep(DUMP_WAIT_S)
 

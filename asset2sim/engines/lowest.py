@@ -1,4 +1,4 @@
-"""The lowest point of a set of convex shapes, for engines that do not tell it."""
+"""The lowest point of a set of convex shapes, for engines that do not report it."""
 
 import math
 from dataclasses import dataclass
@@ -15,7 +15,7 @@ RIM_POINTS = 128
 class Cloud:
     """Points, each the centre of a ball (of radius 0 for corners), whose convex hull is one shape or many.
 
-    ``points`` is (n, 3) in the frame of the link that ``link`` (n,) counts; ``radius`` is (n,), m.
+    ``points`` is (n, 3) in the frame of the link whose index is in ``link`` (n,); ``radius`` is (n,), m.
     """
 
     points: Array
@@ -31,7 +31,7 @@ class Cloud:
 
 @dataclass(frozen=True)
 class Balls:
-    """(n, 3) centres in the shape's own frame and (n,) radii, m, whose convex hull the shape is."""
+    """Balls whose convex hull is the shape: (n, 3) centres in the shape's own frame and (n,) radii, m."""
 
     points: Array
     radius: Array

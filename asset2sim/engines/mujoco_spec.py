@@ -29,7 +29,7 @@ def exclude_related(spec: mujoco.MjSpec) -> None:
 
 
 def collect(body: "mujoco.MjsBody", held: "list[mujoco.MjsBody]", jointed: "list[mujoco.MjsBody]") -> None:
-    """Sort what hangs on a body that is welded to the world: welded too, or one joint away with what that bears."""
+    """Collect the bodies welded to the world in ``held``, and those one joint away, with what is welded to them."""
     for child in body.bodies:
         if child.joints:
             jointed.extend(welded(child))
@@ -39,13 +39,13 @@ def collect(body: "mujoco.MjsBody", held: "list[mujoco.MjsBody]", jointed: "list
 
 
 def welded(body: "mujoco.MjsBody") -> "list[mujoco.MjsBody]":
-    """The body and what hangs on it without a joint."""
+    """The body and its descendants that are attached without a joint."""
     return [body, *(inner for child in body.bodies if not child.joints for inner in welded(child))]
 
 
 @contextmanager
 def collected_warnings() -> Iterator[list[str]]:
-    """Collect MuJoCo's warnings while the block runs; whoever listened before hears them too."""
+    """Collect MuJoCo's warnings while the block runs; the handler set before receives them too."""
     lines: list[str] = []
     before = mujoco.get_mju_user_warning()
 
@@ -64,7 +64,7 @@ def collected_warnings() -> Iterator[list[str]]:
 MESH_FORMATS = (".obj", ".stl", ".msh")
 """Mesh formats that MuJoCo reads; a visual of another format is left out."""
 IMPEDANCE = 0.9999
-"""MuJoCo's constraints are springs and dampers that give way to the share 1 - d of what they bear; 0.9999 is the
+"""Impedance d of MuJoCo's constraints, springs and dampers that yield to the share 1 - d of the load; 0.9999 is the
 stiffest that it allows. At its usual 0.9 to 0.95 a lid that dry friction holds creeps by 0.01 rad/s."""
 CONTACT_IMPEDANCE = 0.99
 """The same for contacts and limits. At MuJoCo's own 0.95 light objects sink in by a millimetre and rock on it."""
@@ -94,7 +94,7 @@ def object_spec(
     contact_friction: float,
     visuals: bool = False,
 ) -> mujoco.MjSpec:
-    """The object as MuJoCo's own URDF reader reads it, with what that reader drops put in: not yet compiled.
+    """The uncompiled MuJoCo specification of a URDF, with the joint dynamics that MuJoCo's URDF reader drops.
 
     Links, joints and geoms keep their URDF's names and frames, fixed joints stay, no mass is invented. Joints have
     damping, frictionloss, stiffness and springref as the URDF states them; every geom the sliding coefficient
@@ -192,7 +192,7 @@ def give_dynamics(spec: mujoco.MjSpec, terms: dict[str, Dynamics]) -> None:
 
 
 def lock_joints(spec: mujoco.MjSpec, root: "etree._Element") -> None:
-    """Give joints whose limits leave no range a tiny one."""
+    """Give joints with equal limits the range ``LOCKED_RANGE``."""
     for element in root.findall("joint"):
         limit = element.find("limit")
         if limit is None or element.get("type") not in ("revolute", "prismatic"):
@@ -205,7 +205,7 @@ def lock_joints(spec: mujoco.MjSpec, root: "etree._Element") -> None:
 
 
 def give_options(spec: mujoco.MjSpec, timestep_s: float, gravity_m_s2: float) -> None:
-    """Set the options under which objects rest without creeping, are stable at 1/60 s, and explode where they must.
+    """Set solver options: objects rest without creeping, are stable at 1/60 s, and explosions are not hidden.
 
     The integrator ``implicitfast`` takes joint damping implicitly, so that no damping is too large for a step. Newton's
     solver with elliptic cones converges to the exact solution of a step; ``FRICTION_RATIO`` keeps friction from
@@ -233,6 +233,6 @@ def give_options(spec: mujoco.MjSpec, timestep_s: float, gravity_m_s2: float) ->
 
 
 def refused(urdf: Path, error: Exception) -> AssetError:
-    """An engine_crash error that says what MuJoCo said."""
+    """AssetError (engine_crash) with MuJoCo's message."""
     said = " ".join(str(error).split())[:400]
     return AssetError(FailureMode.ENGINE_CRASH, "engine_refused", f"MuJoCo refuses {urdf.name} and says: {said}")

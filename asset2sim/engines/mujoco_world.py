@@ -51,7 +51,7 @@ def open_mujoco(
 
 
 class MuJoCoWorld:
-    """One object in one MuJoCo model. Poses and speeds are derived anew where they are asked for after a step."""
+    """One object in one MuJoCo model. Poses and speeds are recomputed on each query after a step."""
 
     engine = Engine.MUJOCO
     skin_m = 0.0

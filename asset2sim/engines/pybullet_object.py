@@ -1,8 +1,8 @@
 """One object in one PyBullet client, with joint damping, friction and stiffness honoured as its URDF states them.
 
 PyBullet applies damping from URDF but neither friction nor stiffness, runs a hidden velocity motor on every joint, and
-damps every body (design.md); it leaves a joint beyond its limit where it has overshot it. Here the hidden motor becomes
-the dry friction, a torque the spring, and the body damping 0, and limits are kept.
+damps every body (design.md); it leaves a joint beyond its limit where it has overshot it. Here the hidden motor
+provides dry friction, a torque acts as the spring, body damping is 0, and limits are enforced.
 """
 
 from collections.abc import Callable, Iterator, Mapping
@@ -27,7 +27,7 @@ from schemas.vocabulary import FailureMode
 FLAGS = pybullet.URDF_USE_INERTIA_FROM_FILE | pybullet.URDF_USE_SELF_COLLISION | pybullet.URDF_IGNORE_VISUAL_SHAPES
 """Authored inertia, and self-collision with PyBullet's default filter (no contacts of a link with its parent)."""
 MARGIN_M = 1e-3
-"""PyBullet's margin around every mesh hull, m: two hulls touch for it while they are twice this apart."""
+"""PyBullet's margin around every mesh hull, m: it reports contact of two hulls up to twice this distance."""
 JOINT_ITERATIONS = 4
 """Rounds over the joints' own rows for each round over the contacts. With one, friction of joints in series lets go as
 soon as anything else of the object touches: a lid on a tank sank at 5 cm/s under 2/3 of the load it bears."""
@@ -67,7 +67,7 @@ class PyBulletObject:
 
     @cached_property
     def _ask(self) -> Callable[[], list[tuple[float, ...]]]:
-        """The question for all joint states, put together once: every step asks it."""
+        """Call that reads all joint states, bound once because every step needs it."""
         return partial(self.client.getJointStates, self.body, list(self.joint_index.values()))
 
 
@@ -105,7 +105,7 @@ def loaded(
 def prepared(
     client: BulletClient, body: int, dynamics: dict[str, Dynamics], console: tuple[str, ...]
 ) -> PyBulletObject:
-    """The object with PyBullet's inventions switched off and its joints' damping and friction in force."""
+    """The object with PyBullet's own damping and motors off, and its joints' damping and friction applied."""
     link_names = {-1: client.getBodyInfo(body)[0].decode()}
     joint_index: dict[str, int] = {}
     client.changeDynamics(body, -1, linearDamping=0.0, angularDamping=0.0)
@@ -137,13 +137,13 @@ def contact_points(item: PyBulletObject, positions: Mapping[str, float]) -> list
 
 @contextmanager
 def penetration_probe(urdf: Path, settings: EngineSettings) -> Iterator[PyBulletObject]:
-    """The object held still, for ``contact_points`` at many joint positions."""
+    """The object with its root held and no gravity, for ``contact_points`` at many joint positions."""
     with loaded(urdf, fixed_base=True, timestep_s=settings.timestep_s) as item:
         item.client.setGravity(0.0, 0.0, 0.0)
         yield item
 
 
 def contacts_at(urdf: Path, positions: Mapping[str, float], settings: EngineSettings) -> list[ContactPoint]:
-    """Contact points at one pose in a world of their own: contact caches make Φ depend a little on what came before."""
+    """Contact points at one pose in a fresh world: contact caches make Φ depend slightly on earlier poses."""
     with penetration_probe(urdf, settings) as item:
         return contact_points(item, positions)

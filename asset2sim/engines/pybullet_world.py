@@ -38,7 +38,7 @@ def open_pybullet(
 
 
 class PyBulletWorld:
-    """One object in one PyBullet client. Spring torques and pushes are given anew at each step, as PyBullet wants."""
+    """One object in one PyBullet client. Spring torques and pushes are set again at each step, as PyBullet requires."""
 
     engine = Engine.PYBULLET
     skin_m = 2.0 * MARGIN_M
@@ -64,8 +64,8 @@ class PyBulletWorld:
         )
 
     def give_contacts(self, contact_friction: float) -> None:
-        """Set the Coulomb coefficient (Bullet multiplies those of a contact) and how far contacts are foreseen."""
-        # The root on every shape makes it the same between two links as between a link and the plane.
+        """Set the Coulomb coefficient (Bullet multiplies those of a contact) and the distance of contact generation."""
+        # The square root on every shape: the product is the same between two links as between a link and the plane.
         each = math.sqrt(contact_friction)
         if self.plane is not None:
             self.item.client.changeDynamics(self.plane, -1, lateralFriction=each)

@@ -106,7 +106,7 @@ def loaded(
 
 
 def open_scene(sapien: Any, physx: Any, timestep_s: float, gravity_m_s2: float) -> tuple[Any, Any]:
-    """An empty scene without a renderer. SAPIEN keeps what a scene is made with in globals of its process."""
+    """An empty scene without a renderer. SAPIEN keeps a scene's configuration in globals of the process."""
     scene_config = physx.get_scene_config()
     scene_config.gravity = [0.0, 0.0, -gravity_m_s2]
     scene_config.enable_tgs = TEMPORAL_SOLVER
@@ -218,7 +218,7 @@ def give_shapes(builder: Builder, link: yourdfpy.Link, body: Any, index: int, bu
 
 
 def shape_of(builder: Builder, geometry: yourdfpy.Geometry) -> tuple[Any, lowest.Balls, Any]:
-    """A PhysX shape, the same for finding its lowest point, and its turn in the URDF's frame.
+    """A PhysX shape, the balls that give its lowest point, and its rotation in the URDF's frame.
 
     Raises RuntimeError or ValueError where there is none.
     """

@@ -16,7 +16,7 @@ from schemas.errors import AssetError
 from schemas.vocabulary import Engine, FailureMode
 
 LOOK_S = 1e-7
-"""The step in which contacts are looked for, s: PhysX finds them only while stepping, at the poses before the step."""
+"""Time step of a contact query, s: PhysX finds contacts only while stepping, at the poses before the step."""
 
 
 @contextmanager
@@ -95,7 +95,7 @@ class SapienWorld:
         body, system = self.item.articulation, self.item.system
         for _ in range(count):
             if self.sprung:
-                # An effort and not PhysX' implicit spring, whose swing decays by itself.
+                # An effort, not PhysX' implicit spring, which loses energy by itself.
                 springs = self.stiffness * (self.reference - body.get_qpos())
                 body.set_qf((springs + self.efforts).astype(np.float32))
             system.step()
@@ -139,7 +139,7 @@ class SapienWorld:
         return self.item.cloud.lowest_m(frames[:, :3, :3], frames[:, :3, 3])
 
     def contacts(self) -> list[ContactPoint]:
-        """See ``World``: no contacts of a link with its parent. The state is as before afterwards."""
+        """See ``World``: no contacts of a link with its parent. The state is restored afterwards."""
         body, system = self.item.articulation, self.item.system
         positions, velocities, pose = body.get_qpos(), body.get_qvel(), body.get_root_pose()
         linear, angular = body.get_root_linear_velocity(), body.get_root_angular_velocity()
@@ -158,6 +158,6 @@ class SapienWorld:
             for contact in system.get_contacts()
             if all(other.name for other in contact.bodies)
             for point in contact.points
-            # PhysX foresees contacts: it lists points that are still apart.
+            # PhysX also lists points that are still apart.
             if point.separation <= 0.0
         ]

@@ -1,4 +1,4 @@
-"""One object in one simulated world: the small interface behind which every engine sits."""
+"""The interface that every engine implements: one object in one simulated world."""
 
 from collections.abc import Mapping
 from contextlib import AbstractContextManager
@@ -22,7 +22,7 @@ class World(Protocol):
     engine: Engine
     timestep_s: float
     skin_m: float
-    """How far apart two shapes are when the engine's contacts of them begin, m; 0 where they begin at the shapes."""
+    """Distance between two shapes from which the engine reports contact, m; 0 where only when they touch."""
     link_names: tuple[str, ...]
     joint_names: tuple[str, ...]
     console: tuple[str, ...]
@@ -58,7 +58,7 @@ class World(Protocol):
         """Give these joints a velocity (rad/s or m/s) at once; all else keeps its own."""
 
     def push(self, efforts: Mapping[str, float]) -> None:
-        """Apply these constant efforts (N·m or N) from now on, joints not named none."""
+        """Apply these constant efforts (N·m or N) from now on, and none to joints not named."""
 
     def link_speeds(self) -> Array:
         """(l,) speeds of the links' centres of mass, m/s."""
@@ -86,10 +86,10 @@ class Opener(Protocol):
 
 
 FORESEEN_M_S = 1.2
-"""Speed, m/s, up to which contact is foreseen a step ahead: a fall of 5 cm ends at 1 m/s, and must not end inside.
-Looking further makes a step of an object of many parts several times slower, for neighbours that never touch."""
+"""Speed, m/s, up to which contact is generated a step ahead: a fall of 5 cm ends at 1 m/s, and must not end inside. A
+larger one makes a step of an object of many parts several times slower, for neighbours that never touch."""
 
 
 def foreseen_m(timestep_s: float) -> float:
-    """Distance, m, from which contact with the plane is foreseen."""
+    """Distance, m, from which contact with the plane is generated."""
     return FORESEEN_M_S * timestep_s

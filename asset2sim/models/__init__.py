@@ -1,1 +1,1 @@
-"""How a model is asked: the gateway on LiteLLM, the prompts, and what is made of the answers."""
+"""Model calls: the gateway on LiteLLM, the prompts, and the parsing of answers."""

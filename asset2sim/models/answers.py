@@ -1,4 +1,4 @@
-"""A model's answer, turned into a schema or refused with every reason."""
+"""Parsing of a model's answer: an overlay or a refinement step, or an error that lists every violation."""
 
 import functools
 import json
@@ -24,7 +24,7 @@ MAX_VIOLATIONS = 20
 """Violations that a message lists; a model that makes more has misread the question."""
 
 MAX_CHOICES = 40
-"""Names that a message offers in place of an unknown one."""
+"""Valid names that a message lists for an unknown one."""
 
 
 class RefinementAnswer(Frozen):
@@ -51,9 +51,9 @@ class InvalidFieldsError(InvalidAnswerError):
 def parse_overlay(text: str, features: Features) -> Overlay:
     """The overlay in a model's answer: finite, non-negative, names known and given once, positions for movable joints.
 
-    What was asked for may be ``scale``, a joint, or a joint's name with a term after a dot (``lid.damping``).
+    ``asked`` may list ``scale``, a joint, or a joint's name with a term after a dot (``lid.damping``).
     Raises ``InvalidAnswerError`` with every violation, its path and the valid choices. Whether the numbers are sensible
-    is for validation to say.
+    is checked by validation.
     """
     overlay = _fit(Overlay, parse_json(text))
     links = [link.name for link in features.links]
@@ -76,7 +76,7 @@ def parse_overlay(text: str, features: Features) -> Overlay:
 
 
 def parse_refinement(text: str, focus: Sequence[str]) -> RefinementAnswer:
-    """The step in a model's answer; deltas only for the focus joints. Raises ``InvalidAnswerError`` as above."""
+    """The refinement step in a model's answer; deltas only for the focus joints. Raises ``InvalidAnswerError``."""
     answer = _fit(RefinementAnswer, parse_json(text))
     violations = _key_violations("deltas", answer.deltas, "focus joint", focus)
     if violations:
@@ -160,7 +160,7 @@ def _short(text: str, length: int = 60) -> str:
 FELT = (
     "coast_s", "spring_hz", "closes_s", "stops_within", "returns_s", "damping_level", "density_kg_m3", "hollow_factor",
 )  # fmt: skip
-"""Fields from which rules of ours derive numbers: a method that takes an answer as it is does not ask for them."""
+"""Fields from which our rules derive numbers; methods that use a model's numbers unchanged do not ask for them."""
 
 WITHOUT: dict[str, tuple[str, ...]] = {
     "synthesis": ("sigmas",),
@@ -179,7 +179,7 @@ def overlay_schema(purpose: str) -> dict[str, Any]:
 
 
 def trimmed(value: object, without: frozenset[str]) -> object:
-    """The schema without these properties, and without what is there for people."""
+    """The schema without these properties, and without titles, descriptions and defaults."""
     if isinstance(value, list):
         return [trimmed(item, without) for item in value]
     if not isinstance(value, dict):

@@ -1,4 +1,4 @@
-"""From an object's features to an overlay: one question, and one more where the answer does not fit."""
+"""The request for an overlay of an object, repeated once where the answer is invalid."""
 
 from collections.abc import Callable, Mapping, Sequence
 
@@ -16,11 +16,11 @@ MAX_ASKS = 2
 """Questions per overlay: the second states what was wrong with the first answer, and a third rarely helps."""
 
 Synthesized = tuple[Overlay, tuple[ModelCall, ...], tuple[Finding, ...]]
-"""An overlay, every call made for it, and what there is to say of them."""
+"""An overlay, every model call made for it, and the findings."""
 
 
 class SynthesisError(AssetError):
-    """No overlay could be had; ``calls`` holds what asking cost until then."""
+    """No valid overlay; ``calls`` are the model calls made until then."""
 
     def __init__(self, mode: FailureMode, code: str, message: str, calls: Sequence[ModelCall]) -> None:
         super().__init__(mode, code, message)
@@ -46,7 +46,7 @@ def synthesize(
 
 
 def ask_overlay(first: ModelRequest, features: Features, ask: Callable[[ModelRequest], ModelAnswer]) -> Synthesized:
-    """The overlay that answers a request, which is asked once more where the answer does not fit.
+    """A model's overlay for a request, which is repeated once where the answer is invalid.
 
     Raises ``SynthesisError``: ``budget`` where a budget is spent, ``model_error`` where the provider fails,
     ``no_valid_estimate`` where the second answer does not fit either.
@@ -94,7 +94,7 @@ def images_not_sent(answer: ModelAnswer) -> tuple[Finding, ...]:
 
 
 def marked_invalid(calls: tuple[ModelCall, ...]) -> tuple[ModelCall, ...]:
-    """The calls of one answer, the last of which brought something that does not fit."""
+    """The calls of one answer, the last of them marked as ``invalid_answer``."""
     return (*calls[:-1], *(call.model_copy(update={"outcome": "invalid_answer"}) for call in calls[-1:]))
 
 

@@ -1,4 +1,4 @@
-"""JSON as models write it: fenced, wrapped in prose, with comments and trailing commas, and never guessed at.
+"""Parsing of JSON as models write it: fenced, in prose, with comments or trailing commas; nothing is guessed.
 
 The forgiving grammar is JSON5's (the ``json5`` package). A package that repairs JSON would also complete an answer that
 was cut off and keep the last of two values under one key, and so make up physics that nobody proposed.
@@ -13,26 +13,26 @@ from collections.abc import Iterable, Iterator
 from schemas.errors import InvalidAnswerError
 
 MAX_CHARACTERS = 1_000_000
-"""Longest answer that is looked at: far beyond what the largest object needs."""
+"""Longest answer that is parsed: far beyond what the largest object needs."""
 MAX_FORGIVEN_CHARACTERS = 100_000
-"""Longest answer to which the forgiving grammar is put: it needs 10 s for a megabyte."""
+"""Longest answer that is parsed as JSON5, which takes 10 s for a megabyte."""
 _MAX_PIECES = 100
-"""Fences or objects that are looked at in an answer, which should hold one."""
+"""Code fences or objects that are tried in an answer, which should have one."""
 _MAX_STRAY_BRACES = 5
-"""Opening braces without a closing one that prose may hold; each costs a look at all the text behind it."""
+"""Unclosed braces that prose may have; each costs a scan of all the text after it."""
 
 _FENCE = re.compile(r"```[\w-]*[ \t]*\n(.*?)```", re.DOTALL)
 _END_OF_THINKING = re.compile(r"</think(?:ing)?>")
 _OBJECT_START = re.compile(r"""\{\s*(?:["'}]|//|/\*|\w+\s*:)""")
-# What is never closed runs to the end: failing there would mean another look at all the text from the next quote.
+# Unclosed tokens match to the end of the text: a failure there would cost another scan from the next quote.
 _TOKENS = re.compile(r'"(?:[^"\\]|\\.)*"?|//[^\n]*|/\*.*?(?:\*/|\Z)|[{}]', re.DOTALL)
 
 
 def parse_json(text: str) -> object:
     """The JSON value in a model's answer. Raises ``InvalidAnswerError`` where there is none, or several, or NaN in it.
 
-    A text that is JSON as it stands is taken as that. Otherwise the one object is looked for in code fences, then
-    anywhere; an object that lies in prose twice, equal, counts as one.
+    A text that is JSON as a whole is that value. Otherwise one object is searched for in code fences, then
+    anywhere; equal objects count as one.
     """
     if len(text) > MAX_CHARACTERS:
         raise InvalidAnswerError(f"the answer has {len(text)} characters; the most that is read is {MAX_CHARACTERS}")
@@ -68,7 +68,7 @@ def _find_object(text: str, reason: str, forgiving: bool) -> object:
 
 
 def _parse_one(text: str, forgiving: bool) -> object:
-    """One JSON value, strictly if that goes, else as JSON5."""
+    """One JSON value, as strict JSON if possible, else as JSON5."""
     try:
         return json.loads(text, object_pairs_hook=_unique)
     except InvalidAnswerError:
@@ -99,7 +99,7 @@ def _objects(text: str) -> Iterator[str]:
             yield text[start:end]
             position = end
         elif _OBJECT_START.match(text, start):
-            # Not a brace in prose: a part of what was cut off must not pass for the whole.
+            # Not a brace in prose: a part of a truncated object must not count as the whole.
             raise InvalidAnswerError("the answer is not JSON: it ends inside an object; a shorter answer is wanted")
         else:
             strays += 1

@@ -27,7 +27,7 @@ def synthesis_request(
     link_centers: Mapping[str, Vector3],
     images: Sequence[LabelledImage] = (),
 ) -> ModelRequest:
-    """The question for a whole overlay of ours; see ``overlay_request``."""
+    """The request for an overlay by our method; see ``overlay_request``."""
     return overlay_request(SYNTHESIS, features, guidance, closed_size, link_centers, images)
 
 
@@ -40,7 +40,7 @@ def overlay_request(
     images: Sequence[LabelledImage] = (),
     view: str | None = None,
 ) -> ModelRequest:
-    """The question for a whole overlay; ``purpose`` names the prompt that says which terms are wanted.
+    """The request for an overlay; ``purpose`` names the prompt, which says which terms are wanted.
 
     ``closed_size`` is the object's box with every joint closed, m at scale 1. ``link_centers`` maps link names to the
     centre of the link's shape in the root link's frame at rest, m; a link that it lacks is stated without a centre.
@@ -67,7 +67,7 @@ def overlay_request(
 
 
 def with_validation_errors(request: ModelRequest, errors: Iterable[str]) -> ModelRequest:
-    """The same question, with what was wrong with the last answer as a further block of data."""
+    """The same request, with the last answer's violations as a further block of data."""
     return request.model_copy(update={"text": f"{request.text}\n\n{data_block('validation_errors', list(errors))}"})
 
 
@@ -77,7 +77,7 @@ def data_block(tag: str, value: object) -> str:
     Angle brackets and ampersands are written as JSON escapes, so that the block still parses to the same value.
     """
     text = json.dumps(rounded(value), ensure_ascii=False, allow_nan=False, separators=(",", ":"))
-    # A lone surrogate, as a badly decoded file yields it, cannot be sent to anyone.
+    # A lone surrogate, as from a badly decoded file, cannot be encoded.
     return f"<{tag}>\n{text.translate(_ESCAPES).encode('utf-8', 'replace').decode('utf-8')}\n</{tag}>"
 
 

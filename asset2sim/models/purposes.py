@@ -19,10 +19,10 @@ def named_models(settings: ModelSettings) -> tuple[str, ...]:
 
 
 def settings_for(settings: ModelSettings, model: str) -> ModelSettings:
-    """The settings with which one of their models is asked.
+    """The settings for a call of one of the named models.
 
     ``api_base`` is the address of one server, so it goes with one provider: that of the first named model that does
-    not run in this process. A model of another provider is asked where that provider lives.
+    not run in this process. A model of another provider is asked at its default address.
     """
     addressed = next((_prefix(name) for name in named_models(settings) if _prefix(name) != "prior"), None)
     api_base = settings.api_base if _prefix(model) == addressed else None

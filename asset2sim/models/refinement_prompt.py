@@ -1,4 +1,4 @@
-"""The question for a step of the state: what is wrong with it, in numbers, as one block of data."""
+"""The request for a refinement step: what is wrong with the joint state, in numbers, as one block of data."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
@@ -21,8 +21,8 @@ or joints that must stay where they are put do not."""
 
 @dataclass(frozen=True)
 class Tried:
-    """A proposal that was refused: where it put joints (rad or m), and what was measured there: Φ (m), and where they
-    came to rest if that is what was asked about."""
+    """A refused proposal: its joint positions (rad or m), the Φ measured there (m), and where the joints settled, if
+    the problem is that they moved by themselves."""
 
     positions: Mapping[str, float]
     phi_m: float
@@ -31,10 +31,10 @@ class Tried:
 
 @dataclass(frozen=True)
 class Situation:
-    """A state that wants another: joint name → position in rad, or m at the final scale, its Φ (m) and colliding pairs.
+    """A joint state to improve: joint name → position in rad, or m at the final scale, its Φ (m) and colliding pairs.
 
-    ``settled`` maps joints to where they came to rest untouched, where that is the problem. ``desired_phi_m`` is Φ in
-    the desired state, where the search had to leave it.
+    ``settled`` maps joints to where they settled untouched, for the problem "fell". ``desired_phi_m`` is Φ in the
+    desired state, for the problem "moved".
     """
 
     problem: Problem
@@ -85,7 +85,7 @@ def refinement_request(
 
 
 def refinement_schema() -> dict[str, object]:
-    """The JSON Schema of the answer; it names no joint, so that nothing of an asset is in it."""
+    """The JSON Schema of the answer; it names no joint, so that it is the same for every asset."""
     schema = trimmed(RefinementAnswer.model_json_schema(), frozenset())
     assert isinstance(schema, dict)
     return schema

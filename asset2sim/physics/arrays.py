@@ -1,4 +1,4 @@
-"""The array types that signatures use (docstrings give the shape), and arrays as the tuples that records hold."""
+"""Array types for signatures (docstrings give the shape), and conversions of arrays to the tuples of records."""
 
 import numpy as np
 from numpy.typing import NDArray

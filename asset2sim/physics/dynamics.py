@@ -17,9 +17,9 @@ from schemas.settings import PhysicsSettings
 from schemas.vocabulary import DynamicsRule, Source
 
 WEAKEST_HZ = 0.01
-"""Frequency below which a proposed spring is none, Hz: it would take half a minute to bring its part back."""
+"""Frequency below which a proposed spring is ignored, Hz: it would take half a minute to return its part."""
 RETURN_MARGIN = 1.1
-"""Preload over gravity's pull of a part whose return is timed: with more, a light part is back whatever its spring."""
+"""Preload over gravity's pull of a part whose return is timed: with more, a light part returns at any stiffness."""
 Missed = tuple[Unmet, ...]
 STAYS = "it must stay where it is placed"
 """Why a part that must hold neither falls shut nor springs back."""
@@ -36,7 +36,7 @@ def joint_terms(
     authored_damping: float | None,
     settings: PhysicsSettings,
 ) -> JointTerms:
-    """The triplet of one joint, under the rule that the settings name."""
+    """Damping, friction and stiffness of one joint, by the rule that the settings name."""
     if settings.dynamics is DynamicsRule.PAPER:
         return paper_terms(proposal, prismatic=moved.prismatic, holds=holds, rest=moved.rest, source=source)
     stiffness = spring(proposal, moved, source, settings)
@@ -68,7 +68,7 @@ def joint_terms(
 def timed_spring(
     proposal: JointProposal, moved: Moved, holds: bool, stiffness: Term, margin: float, settings: PhysicsSettings
 ) -> tuple[Term, Brake | None, Missed]:
-    """Stiffness, damping and friction of a part that returns in ``returns_s``, and what cannot be given."""
+    """Stiffness, damping and friction of a part that returns in ``returns_s``, and the wish where it cannot be met."""
     asked = proposal.returns_s or 0.0
     if holds:
         return stiffness, None, (Unmet("returns_s", asked, None, STAYS),)
@@ -80,9 +80,9 @@ def timed_spring(
 
 
 def timed(proposal: JointProposal, moved: Moved, holds: bool, settings: PhysicsSettings) -> tuple[Brake | None, Missed]:
-    """Damping and friction of a part without a spring by whichever wish applies, and what they cannot give.
+    """Damping and friction of a part without a spring, from ``closes_s`` or ``stops_within``, and unmet wishes.
 
-    One that may fall falls shut, any other glides; None where there is no such wish.
+    ``closes_s`` counts where gravity may shut the part, else ``stops_within``; None where neither applies.
     """
     missed: Missed = ()
     if proposal.closes_s is not None:
@@ -98,7 +98,7 @@ def timed(proposal: JointProposal, moved: Moved, holds: bool, settings: PhysicsS
 
 
 def unmet_by(found: Brake, wish: str, asked: float, why: str) -> tuple[Unmet, ...]:
-    """What a motion misses by more than ``CLOSE_ENOUGH``; a shorter stop is within what was asked."""
+    """The wish if the motion misses it by more than ``CLOSE_ENOUGH``; a shorter stop meets ``stops_within``."""
     long, short = found.achieved > (1.0 + CLOSE_ENOUGH) * asked, found.achieved < (1.0 - CLOSE_ENOUGH) * asked
     if long or (short and wish != "stops_within"):
         return (Unmet(wish, asked, found.achieved if math.isfinite(found.achieved) else None, why),)

@@ -1,4 +1,4 @@
-"""Inertia tensors: closed forms, and what makes a tensor one that a body could have."""
+"""Inertia tensors: closed forms, and the repair of tensors that no rigid body could have."""
 
 from dataclasses import dataclass
 
@@ -10,7 +10,7 @@ from schemas.base import Inertia6
 
 @dataclass(frozen=True)
 class Mended:
-    """A tensor made physical, (3, 3) kg·m², and what had to be done to it (empty if nothing)."""
+    """A physical tensor, (3, 3) kg·m², and the changes that made it so (empty if none)."""
 
     tensor: Array
     changes: tuple[str, ...]

@@ -79,7 +79,7 @@ def motion(joint: TreeJoint, position: float) -> Array:
 
 
 def locked(joint: JointFeatures) -> JointFeatures:
-    """A joint whose limits leave no range, as the fixed joint that holds its child there."""
+    """A fixed joint in place of one whose limits leave no range, its child at the lower limit."""
     pose = transform(joint.origin_xyz, joint.origin_rpy) @ motion(tree_of([joint])[0], joint.lower or 0.0)
     changes = {"type": "fixed", "origin_xyz": vector(pose[:3, 3]), "origin_rpy": vector(rpy_of(pose[:3, :3]))}
     return joint.model_copy(update=changes)

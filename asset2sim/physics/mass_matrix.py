@@ -1,4 +1,4 @@
-"""The floating-base mass matrix of an articulated object, and what a joint feels: effective inertia and gravity."""
+"""The floating-base mass matrix of an articulated object, with each joint's effective inertia and gravity force."""
 
 import math
 from collections.abc import Mapping, Sequence
@@ -58,12 +58,12 @@ class Body:
 
 @dataclass(frozen=True)
 class JointSpace:
-    """The object at one pose. ``matrix`` is (6 + n, 6 + n): the free base's six, then the n movable joints in
-    ``names``' order.
+    """Joint-space dynamics at one pose. ``matrix`` is (6 + n, 6 + n): the free base's six, then the n movable joints
+    in ``names``' order.
 
     ``gravity`` is (n,): the generalised force of gravity along -z of the root frame on each joint, N·m or N.
-    ``pulls`` says for each joint how that force changes as the joint alone moves. ``heft`` is (n,): the largest that
-    gravity's force on each joint could be, whichever way it pointed.
+    ``pulls`` says for each joint how that force changes as the joint alone moves. ``heft`` is (n,): its
+    largest magnitude over all directions of gravity.
     """
 
     names: tuple[str, ...]
@@ -137,7 +137,7 @@ def joint_space(
     moments = carried @ (mass[:, None] * coms) - (carried @ mass)[:, None] * origins
     pulls = []
     for index, joint in enumerate(movable):
-        # About the axis, gravity's torque is a wave of the angle: its slope is that of the lever turned a right angle.
+        # About the axis, gravity's torque is a sinusoid of the angle; its slope is that of the lever turned by 90°.
         slope = 0.0 if slides[index] else float(-GRAVITY_M_S2 * turned_lever(axes[index], moments[index])[2])
         pulls.append(Pull(positions.get(joint.name, 0.0), float(gravity[index]), slope, bool(slides[index])))
     return JointSpace(tuple(joint.name for joint in movable), matrix, gravity, tuple(pulls), heft)

@@ -14,7 +14,7 @@ from schemas.vocabulary import Source
 
 @dataclass(frozen=True)
 class Span:
-    """A range of the paper, low to high; ``usual`` is the value it names for no word at all."""
+    """A range of the paper, low to high; ``usual`` is its value where no word is given."""
 
     low: float
     high: float
@@ -58,7 +58,7 @@ friction."""
 
 
 def paper_terms(proposal: JointProposal, *, prismatic: bool, holds: bool, rest: float, source: Source) -> JointTerms:
-    """The triplet of one joint from the paper's ranges; what is stated in absolute terms is taken as it is."""
+    """Damping, friction and stiffness of one joint from the paper's ranges; absolute values are taken as stated."""
     ranges = SLIDER if prismatic else HINGE
     stiffness = paper_stiffness(proposal, ranges, source)
     sprung, word = stiffness.value > 0.0, proposal.damping_level

@@ -1,4 +1,4 @@
-"""The triplet of one joint and where each number came from, and what a joint moves, from which it is derived."""
+"""Damping, friction and stiffness of one joint with their sources, and the loads that they are derived from."""
 
 from dataclasses import dataclass
 
@@ -28,7 +28,7 @@ class Unmet:
 
 @dataclass(frozen=True)
 class JointTerms:
-    """The triplet of one joint, the position at which its spring is relaxed, and wishes that were not met."""
+    """Damping, friction and stiffness of one joint, its spring's relaxed position, and the wishes that were not met."""
 
     damping: Term
     friction: Term
@@ -39,7 +39,7 @@ class JointTerms:
 
 @dataclass(frozen=True)
 class Moved:
-    """What one joint moves and between which positions (rad or m; None where it has no limit).
+    """Inertia and gravity load of one joint, and its limits (rad or m; None where it has none).
 
     ``inertia`` (kg·m² or kg) is the effective one, the base free, at the initial pose; ``least`` the smallest over its
     range, which bounds the explicit terms; ``held`` what it moves while the base and all other joints stay, from which
@@ -56,7 +56,7 @@ class Moved:
     closed: float
     open: float
     rest: float
-    """Where a spring brings it, within the limits."""
+    """Position to which a spring returns it, within the limits, rad or m."""
     hold_load: float = 0.0
 
     @property

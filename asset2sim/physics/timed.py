@@ -1,5 +1,4 @@
-"""The three wishes: a lid that falls shut in so many seconds, a part that glides so far, a key that returns in so
-many seconds."""
+"""Joint terms for the three wishes: ``closes_s`` (a lid), ``stops_within`` (a drawer), ``returns_s`` (a key)."""
 
 import math
 from dataclasses import dataclass
@@ -25,7 +24,7 @@ LONGEST_COAST_S = 10.0
 SOFTEST = 10.0
 """How many times softer than a critically damped one a timed spring may be, where gravity does part of its work."""
 SAMPLES = 65
-"""Positions on the way at which gravity is looked at."""
+"""Positions on the way at which gravity is evaluated."""
 SWUNG = 0.5
 """Where a joint without limits is let go, rad or m from its spring's rest."""
 
@@ -87,7 +86,7 @@ class Return:
 
 
 def relaxed(moved: Moved, stiffness: Array | float, margin: float) -> Array:
-    """Where springs of this stiffness are relaxed (rad or m): they carry ``margin`` times gravity's pull at rest."""
+    """Relaxed position (rad or m) of springs of this stiffness that carry ``margin`` times gravity's pull at rest."""
     reference: Array = moved.rest - margin * moved.rest_load / np.asarray(stiffness)
     return reference
 
@@ -98,7 +97,7 @@ def returning(
     """Damping with which the spring brings the joint back from its far end in ``returns_s``, its preload and gravity
     counted; never less than what keeps it from ringing.
 
-    Where the part is back too soon whatever its damping, because its weight helps, the spring is softer.
+    Where the part returns too soon at any damping, because its weight helps, the spring is made softer.
     """
     far = SWUNG if moved.upper is None or moved.lower is None else moved.upper - moved.rest
     if moved.lower is not None and moved.rest - moved.lower > far:

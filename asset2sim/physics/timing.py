@@ -23,7 +23,7 @@ STEPS = 240
 GRID, ROUNDS = 65, 2
 """Trial values a round and rounds: together they find a value between bounds 300 times apart to 0.1 %."""
 LONGEST_S = 60.0
-"""Longest motion that is followed, s."""
+"""Longest motion that is simulated, s."""
 
 Force = Callable[[Array], Array]
 """(n,) distances left (rad or m) → (n,) force towards the end (N·m or N), friction and damping left out."""
@@ -112,7 +112,7 @@ def left_after(
 
 
 def arrival_s(way: float, force: Force, inertia: float, damping: float, friction: float) -> float:
-    """When a part let go at rest, ``way`` from its end, has a tenth of that left, s; inf where it gets stuck."""
+    """Time until a part released at rest, ``way`` from its end, has a tenth of it left, s; inf where it gets stuck."""
     seconds = 0.25
     while seconds <= LONGEST_S:
         _, arrived = left_after(seconds, way, force, inertia, np.array([damping]), np.array([friction]))
@@ -132,7 +132,7 @@ def braked(
 ) -> Brake:
     """Damping, and where its bound is too low friction, with which a part arrives after ``seconds``.
 
-    ``damping`` and ``friction`` are the least and the largest allowed. What cannot be met is met as nearly as they let.
+    ``damping`` and ``friction`` are the least and the largest allowed. If they forbid it, the nearest is taken.
     """
     goal = ARRIVED_SHARE * way
 

@@ -1,4 +1,4 @@
-"""What one asset asks a model about its state: each question once, a refused answer once more, and then no more."""
+"""Model questions about one asset's state: each asked once, and once more where the answer is invalid."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
@@ -25,10 +25,10 @@ from schemas.vocabulary import Severity, Stage
 
 @dataclass
 class Questions:
-    """Who is asked, how many times more, and what came of it so far.
+    """The asker, the calls left, and the calls, findings and answers so far.
 
-    It outlives every attempt at an asset: one that is made again meets the same answers, and what was asked in one
-    that was dropped still counts. ``wanted`` says that there was something to ask.
+    It is shared by all attempts at an asset: a repeated question gets the same answer, and the calls of a dropped
+    attempt still count. ``wanted``: some question came up, whether or not it could be asked.
     """
 
     ask: ModelAsk
@@ -39,7 +39,7 @@ class Questions:
     wanted: bool = False
 
     def answer(self, request: ModelRequest, focus: tuple[str, ...]) -> RefinementAnswer | None:
-        """The model's step of the focus joints, or None where it has none to give; never raises for what it says."""
+        """The model's step of the focus joints; None where it has none. An invalid answer does not raise."""
         self.wanted = True
         if request.text not in self.known:
             self.known[request.text] = self._ask(request, focus)
@@ -75,7 +75,7 @@ class Questions:
         return None
 
     def _give_up(self, answer: ModelAnswer) -> None:
-        """A budget that is spent, or a provider that has failed for all its attempts, is not tried again."""
+        """Ask no more: the budget is spent, or the provider failed in all its attempts."""
         self.left = 0
         code = "budget_spent" if answer.budget_spent else "refinement_unanswered"
         why = answer.error or ("the budget is spent" if answer.budget_spent else "the model failed")
@@ -95,8 +95,8 @@ MODEL_VIEWS = ("front", "left", "right", "perspective")
 
 @dataclass(frozen=True)
 class Scene:
-    """What is the same in every question about one asset: the overlay that asks for the state, the URDF that is
-    rendered, how far joints may go (rad or m), and who is asked."""
+    """Inputs shared by all questions about one asset: the overlay with the requested state, the URDF to render, each
+    joint's allowed band (rad or m), and the questions asked so far."""
 
     features: Features
     overlay: PhysicsOverlay
@@ -107,7 +107,7 @@ class Scene:
 
 
 def model_asker(scene: Scene) -> Ask:
-    """What asks the model for a step while parts overlap."""
+    """Callback that asks the model for a step while links overlap."""
 
     def propose(
         best: Pose, phi: float, pairs: tuple[ContactPair, ...], focus: tuple[str, ...], tried: tuple[Tried, ...]
@@ -118,8 +118,8 @@ def model_asker(scene: Scene) -> Ask:
 
 
 def next_pose(scene: Scene, situation: Situation, focus: tuple[str, ...], shown: Pose | None = None) -> Pose | None:
-    """The pose that the model's step leads to, every joint within its reach; None where it has no step, or no more may
-    be asked. ``shown`` is the pose that is rendered, where it is not the present one.
+    """Pose after the model's step, every joint within its reach; None where the model has no step or the call limit is
+    reached. ``shown`` is the pose to render, by default the present one.
     """
     request = refinement_request(
         scene.features,
@@ -138,7 +138,7 @@ def next_pose(scene: Scene, situation: Situation, focus: tuple[str, ...], shown:
 
 
 def pictures(scene: Scene, pose: Pose) -> Sequence[LabelledImage]:
-    """Four labelled views of a pose for models that may look; none for one that cannot, or will not be asked."""
+    """Four labelled views of a pose; none for a prior, or where no model call is left."""
     if is_prior(model_for(scene.settings.model, REFINEMENT_PURPOSE)) or scene.questions.left <= 0:
         return ()
     try:

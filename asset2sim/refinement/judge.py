@@ -1,4 +1,4 @@
-"""The judgement of one refined asset: verified in every engine, mended where a test fails, every difference told."""
+"""Verify one refined asset in every engine, mend its dynamics where a check fails, and report all findings."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -26,7 +26,7 @@ from schemas.vocabulary import Engine, FailureMode, OverlapCause, Severity, Stag
 
 @dataclass(frozen=True)
 class Judged:
-    """The overlay as it stays written, what each engine said of it, and the verdict over all of them."""
+    """The overlay as it stays written, each engine's report on it, and the verdict over all of them."""
 
     overlay: PhysicsOverlay
     reports: tuple[EngineReport, ...]
@@ -44,11 +44,10 @@ def judge_and_mend(
     known: Known,
     doubts: Sequence[FailureMode] = (),
 ) -> Judged:
-    """Verify the written asset in every engine and mend its dynamics where a test fails in one; ``known`` holds what
-    was seen of it before.
+    """Verify the written asset in every engine and mend its dynamics where a check fails; ``known`` holds past reports.
 
-    ``doubts`` are failures that no dynamics mend, and that other shapes have: where one is seen here too, nothing else
-    is asked, and the verdict is that it fails.
+    ``doubts`` are failures that no change of dynamics mends and that other shapes showed: where one is seen here too,
+    no other check runs, and it is the verdict.
     """
     cause = cause_for(extraction, overlay)
     engines = engines_of(settings.engine)
@@ -84,7 +83,7 @@ def judge_as_written(extraction: Extraction, urdf: Path, overlay: PhysicsOverlay
 
 
 def report_findings(reports: Sequence[EngineReport], overlay: PhysicsOverlay, settings: Settings) -> list[Finding]:
-    """What the engines printed, every test that fails, what stops a joint, and where engines disagree."""
+    """Findings on what the engines printed, failed checks, what stops a joint, and where engines disagree."""
     limits = settings.thresholds
     findings: list[Finding] = []
     names = {joint.name for joint in overlay.joints}
@@ -115,7 +114,7 @@ def report_findings(reports: Sequence[EngineReport], overlay: PhysicsOverlay, se
 
 
 def obstacles(reports: Sequence[EngineReport], settings: Settings) -> list[Finding]:
-    """What authored geometry stops a joint before the end of its range, told once for all engines."""
+    """A finding for every joint that overlaps stop before the end of its range, once for all engines."""
     share = settings.thresholds.sweep_free_share
     told: set[str] = set()
     findings: list[Finding] = []
@@ -142,7 +141,7 @@ def obstacles(reports: Sequence[EngineReport], settings: Settings) -> list[Findi
 
 
 def cause_for(extraction: Extraction, overlay: PhysicsOverlay) -> Cause:
-    """Why two links of the asset overlap at given joint positions: the authored meshes do, or only their hulls."""
+    """Function that tells whether two links' authored meshes overlap at given joint positions, or only their hulls."""
     features, shapes = extraction.features, AuthoredShapes(extraction, overlay.scale)
     tree = tree_of(written_joints(features, overlay), overlay.scale)
 

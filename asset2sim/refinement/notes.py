@@ -1,4 +1,4 @@
-"""Findings of the loop: what it changed, and why."""
+"""Findings for joints moved and hulls cut by the refinement loop, with the reason."""
 
 from collections.abc import Iterator, Mapping, Sequence
 
@@ -12,7 +12,7 @@ from schemas.vocabulary import Severity, Stage
 
 
 def moves(requested: Pose, moved: Mapping[str, float], why: str) -> list[Finding]:
-    """A finding for every joint that starts elsewhere than was asked or assumed."""
+    """A finding for every joint whose initial position differs from the requested one."""
     return [
         Finding(
             stage=Stage.REFINE,
@@ -28,13 +28,12 @@ def moves(requested: Pose, moved: Mapping[str, float], why: str) -> list[Finding
 
 
 def note_shapes(best: Attempt, log: Log) -> None:
-    """A finding for every link that lost part of its collision shape, with the links it was
-    cleared of."""
+    """A finding for every link cut to clear a state, with the links it overlapped."""
     note_cuts(best.cut, "where it overlaps", "in every state near the requested one", log)
 
 
 def note_cuts(cuts: Sequence[Cut], where: str, when: str, log: Log) -> None:
-    """A finding for every link that lost part of its collision shape."""
+    """A finding for every link whose collision hulls were cut, with the links it overlapped."""
     for link in sorted({cut.link for cut in cuts}):
         own = [cut for cut in cuts if cut.link == link]
         deepest = max(own, key=lambda cut: cut.depth_m)
@@ -53,11 +52,11 @@ def note_cuts(cuts: Sequence[Cut], where: str, when: str, log: Log) -> None:
 
 
 JOINT_TERMS = {"damping": ("N·m·s/rad", "N·s/m"), "friction": ("N·m", "N"), "stiffness": ("N·m/rad", "N/m")}
-"""Terms of a joint that mending may change, with their units for hinges and sliders."""
+"""Joint terms that mending may change → units for hinges and sliders."""
 
 
 def changes(before: PhysicsOverlay, after: PhysicsOverlay, why: str) -> Iterator[Finding]:
-    """A finding for every number that differs; ``why`` names the test that failed with the old ones."""
+    """A finding for every number that differs; ``why`` names the check that failed before."""
     if before.contact_friction != after.contact_friction:
         yield _finding(
             f"contact friction set from {before.contact_friction:.3g} to {after.contact_friction:.3g}: {why}",

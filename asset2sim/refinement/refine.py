@@ -1,4 +1,4 @@
-"""From a validated overlay to a judged folder, with collision shapes as finely cut as the asset stands."""
+"""Refine and verify one asset: convex pieces where they pass the checks, else plain hulls."""
 
 from collections.abc import Callable
 from contextlib import AbstractContextManager
@@ -24,18 +24,18 @@ from schemas.settings import Settings
 from schemas.vocabulary import CollisionMode, FailureMode, Severity, Source, Stage
 
 DECOMPOSED = "collision_decomposed"
-"""Code of the findings that tell of links cut into convex pieces."""
+"""Code of the finding for a link decomposed into convex pieces."""
 
 GOOD_PHI_M = 5e-4
-"""Φ from which it is worth trying plain hulls, m: what the nine objects of the paper are to stay under."""
+"""Φ above which plain hulls are tried, m: our goal for the paper's nine objects."""
 
 Timed = Callable[[Stage], AbstractContextManager[None]]
-"""Adds the wall time of what runs within it to a stage."""
+"""Context manager that adds its wall time to a stage."""
 
 
 @dataclass(frozen=True)
 class Job:
-    """One asset on its way from overlay to verdict: ``path`` is the folder to write, ``cache`` holds convex pieces."""
+    """Inputs to refine and verify one asset: ``path`` is the folder to write, ``cache`` the folder of convex pieces."""
 
     extraction: Extraction
     proposal: Overlay
@@ -47,12 +47,12 @@ class Job:
     ask: ModelAsk
     timed: Timed
     known: Known = field(default_factory=dict)
-    """What engines have said of the asset so far, in whatever shapes and state."""
+    """Engine reports on the asset so far, for all shapes and states tried."""
 
 
 @dataclass(frozen=True)
 class Shaped:
-    """The folder's URDF as refined and judged, with everything there is to say of how."""
+    """URDF of the refined folder, with the results of refinement and verification."""
 
     urdf: Path
     refined: Refined
@@ -61,7 +61,7 @@ class Shaped:
 
 
 def shape_and_judge(job: Job) -> Shaped:
-    """Write, refine, verify and mend, and tell every question that a model was asked for it."""
+    """Write, refine, verify and mend one asset; the result lists all model calls of all attempts."""
     questions = Questions(job.ask, job.settings.search.max_model_calls)
     chosen, shaped = pieces_or_hulls(job, questions)
     shaped = lasting(chosen, shaped, questions)
@@ -72,10 +72,10 @@ def shape_and_judge(job: Job) -> Shaped:
 
 
 def pieces_or_hulls(job: Job, questions: Questions) -> tuple[Job, Shaped]:
-    """Convex pieces; where they fail a test that plain hulls pass, it is hulls, and is told.
+    """The attempt with convex pieces; that with plain hulls, and a finding, where hulls alone pass or have lower Φ.
 
-    Pieces keep hollows open and can pinch what moves between them; hulls fill hollows and pinch nothing. A model is
-    asked only where neither does without one.
+    Pieces keep hollows open but can block parts that move between them; hulls fill hollows and block nothing. A model
+    is asked only where neither passes without one.
     """
     shaped, wanted = unasked(job)
     cut = any(finding.code == DECOMPOSED for finding in shaped.findings)
@@ -97,21 +97,21 @@ def pieces_or_hulls(job: Job, questions: Questions) -> tuple[Job, Shaped]:
 
 
 def unmendable(shaped: Shaped, settings: Settings) -> tuple[FailureMode, ...]:
-    """What fails in an attempt and no dynamics mend, such as a jam: where other shapes must do better."""
+    """Failures that no change of dynamics can mend, such as a jam: other collision shapes must avoid them."""
     failed = all_failures(shaped.judged.overlay, shaped.judged.reports, settings)
     modes = dict.fromkeys(failure.mode for failure in failed if failure.mode not in REMEDIES)
     return tuple(mode for mode in modes if mode not in (FailureMode.ENGINE_CRASH, FailureMode.TIMEOUT))
 
 
 def unasked(job: Job, doubts: tuple[FailureMode, ...] = ()) -> tuple[Shaped, bool]:
-    """An attempt without a model, and whether one would have been asked; see ``judge_and_mend`` for ``doubts``."""
+    """An attempt without model calls, and whether one was wanted; ``doubts`` are failures to look for first."""
     nobody = Questions(job.ask, 0)
     return attempt(job, nobody, doubts), nobody.wanted
 
 
 def lasting(job: Job, shaped: Shaped, questions: Questions) -> Shaped:
-    """The attempt; where joints that must stay where they are put do not, one from a state of the model's that lasts,
-    if the whole judgement of it is no worse."""
+    """The attempt, or, where joints do not hold their initial positions, one from a model's state that lasts, if its
+    verdict is no worse."""
     measured = rest_of(shaped.judged.reports)
     names = fallen(job.overlay, measured, job.settings) if measured is not None else ()
     if measured is None or not names:
@@ -135,7 +135,7 @@ def lasting(job: Job, shaped: Shaped, questions: Questions) -> Shaped:
 
 
 def from_pose(job: Job, pose: Pose) -> Job:
-    """The same job, asking for another state."""
+    """The job with another requested state."""
     overlay = at_positions(
         job.extraction, job.proposal, job.overlay, pose, moved_by(job, pose), job.source, job.settings
     )
@@ -143,18 +143,18 @@ def from_pose(job: Job, pose: Pose) -> Job:
 
 
 def moved_by(job: Job, pose: Pose) -> Pose:
-    """What of a pose is not the requested state."""
+    """Joints of a pose that differ from the requested state → position."""
     requested = job.overlay.initial_positions
     return {name: value for name, value in pose.items() if value != requested[name]}
 
 
 def with_steps(shaped: Shaped, steps: tuple[TraceStep, ...]) -> Shaped:
-    """With these steps at the end of the trace."""
+    """The result with these steps appended to the trace."""
     return replace(shaped, refined=replace(shaped.refined, trace=(*shaped.refined.trace, *steps)))
 
 
 def refused(step: TraceStep) -> TraceStep:
-    """A step that looked good and was taken back: the whole judgement of it was worse."""
+    """The step marked as refused: after all checks it was no better."""
     if not step.accepted:
         return step
     taken_back = {"accepted": False, "moved": {}, "phi_after_m": step.phi_before_m}
@@ -168,13 +168,13 @@ def largest_phi(shaped: Shaped) -> float:
 
 
 def in_mode(job: Job, mode: CollisionMode) -> Job:
-    """The same job with other collision geometry."""
+    """The job with another collision mode."""
     collision = job.settings.collision.model_copy(update={"mode": mode})
     return replace(job, settings=job.settings.model_copy(update={"collision": collision}))
 
 
 def attempt(job: Job, questions: Questions, doubts: tuple[FailureMode, ...] = ()) -> Shaped:
-    """One pass: collision shapes, folder, state, verification, mending."""
+    """One attempt: collision shapes, folder, state search, verification, mending."""
     with job.timed(Stage.APPLY):
         mode = job.settings.collision.mode
         hulls, told = collision_shapes(job.extraction, job.overlay.scale, job.settings.collision, job.cache)

@@ -1,4 +1,4 @@
-"""A state that does not last: joints that must stay where they were put, and come to rest elsewhere untouched."""
+"""Ask a model for another state where joints that must hold their position do not."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -17,22 +17,22 @@ from schemas.settings import Settings
 from schemas.vocabulary import Engine, Source
 
 ENGINE = Engine.PYBULLET
-"""Where states are refined, and so where it is seen whether one lasts."""
+"""Engine in which states are refined and checked to last."""
 
 
 @dataclass(frozen=True)
 class Restated:
-    """A pose that a model proposed and that settles nearer to the requested state, if there is one; and every step."""
+    """Model's pose that comes to rest in the requested state, None if there is none, and the trace steps."""
 
     pose: Pose | None
     steps: tuple[TraceStep, ...]
 
 
 def fallen(overlay: PhysicsOverlay, measured: Measurement, settings: Settings) -> tuple[str, ...]:
-    """The joints for which a state was asked, which must stay where they are put, and which came to rest further from
-    it than the state's tolerance, and than such a joint may move at all.
+    """Joints that must hold a requested position and came to rest further from it than both the state's tolerance and
+    the bound of the hold check.
 
-    A part that swings freely is where it should be wherever it swings.
+    Joints that may swing freely do not count.
     """
     limits = settings.thresholds
     rest = {motion.name: motion.final_position for motion in measured.joints}
@@ -50,16 +50,16 @@ def fallen(overlay: PhysicsOverlay, measured: Measurement, settings: Settings) -
 
 
 def rest_of(reports: Sequence[EngineReport]) -> Measurement | None:
-    """What was seen at rest in the engine in which states are refined, if it was."""
+    """Measurement at rest in ``ENGINE``, None where it has none."""
     return next((report.measurement for report in reports if report.engine is ENGINE), None)
 
 
 def restate(scene: Scene, overlay: PhysicsOverlay, measured: Measurement, names: tuple[str, ...]) -> Restated:
-    """Ask the model for a state that lasts, and try what it proposes: the first pose from which every joint comes to
-    rest in the requested state, with Φ as low as wanted or no higher than it was.
+    """First pose proposed by the model from which every joint comes to rest in the requested state, with Φ at most its
+    target or no higher than before.
 
-    ``overlay`` is what is written in ``scene.urdf``; ``measured`` what became of it, untouched, and ``names`` the
-    joints that did not stay.
+    ``overlay`` is the one written in ``scene.urdf``, ``measured`` its measurement at rest, and ``names`` the joints
+    that did not hold.
     """
     settings, present = scene.settings, overlay.initial_positions
     allowed = max(settings.search.target_phi_m, measured.penetration_m)
@@ -97,12 +97,12 @@ def restate(scene: Scene, overlay: PhysicsOverlay, measured: Measurement, names:
 
 
 def resting(measured: Measurement, names: Mapping[str, object] | Sequence[str]) -> Pose:
-    """Where these joints came to rest, rad or m."""
+    """Rest positions of these joints, rad or m."""
     return {motion.name: motion.final_position for motion in measured.joints if motion.name in names}
 
 
 def measured_at(urdf: Path, overlay: PhysicsOverlay, pose: Pose, settings: Settings) -> Measurement | None:
-    """The paper's test from another pose, in a process of its own; None where the engine does not finish it."""
+    """Measurement at rest from another pose, in a child process; None where the engine crashes or times out."""
     own = settings.engine
 
     def rest() -> Measurement:
@@ -112,7 +112,7 @@ def measured_at(urdf: Path, overlay: PhysicsOverlay, pose: Pose, settings: Setti
 
 
 def step(before: Measurement, after: Measurement, present: Pose, pose: Pose, accepted: bool, reason: str) -> TraceStep:
-    """A step of the trace; one that is refused moves nothing."""
+    """Trace step of a model's pose; a refused step moves no joint."""
     return TraceStep(
         step=0,
         proposer="model",

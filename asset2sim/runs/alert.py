@@ -1,4 +1,4 @@
-"""Telling the user's hook how a run went: what it is told, and the exit code that goes with it."""
+"""Running the user's hook after a run: the values that it gets, and the run's exit code."""
 
 from dataclasses import replace
 from pathlib import Path
@@ -31,7 +31,7 @@ def alert(result: RunResult, strict: bool) -> RunResult:
 
 
 def alert_error(out: Path | str, settings: RunSettings, error: BaseException) -> str | None:
-    """Run the hook for a run that came to nothing; returns a warning where it failed."""
+    """Run the hook for a run that ended in an error; returns a warning where the hook failed."""
     if settings.hook is None:
         return None
     values = {"outcome": "failed", "exit": code_of(error), "error": str(error) or type(error).__name__, "out": out}
@@ -39,14 +39,14 @@ def alert_error(out: Path | str, settings: RunSettings, error: BaseException) ->
 
 
 def code_of(error: BaseException) -> int:
-    """The exit code that goes with what ended a run before it came to a result."""
+    """Exit code for an error that ended a run before it had a result."""
     if isinstance(error, KeyboardInterrupt):
         return STOPPED
     return MISTAKE if isinstance(error, UsageError) else FAILED
 
 
 def hook_values(result: RunResult, strict: bool) -> dict[str, object]:
-    """What the hook is told, under lower-case names; the same names for every run, empty where there is nothing."""
+    """Values for the hook, by lower-case name; the same names for every run, empty where there is no value."""
     ok = sum(record.status is Status.OK for record in result.records)
     paid = [call for record in result.records for call in record.calls if not call.cached]
     changes = result.changes

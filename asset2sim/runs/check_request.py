@@ -1,4 +1,4 @@
-"""Whether a run can start as asked, before anything is written."""
+"""Checking that a run can start as requested, before anything is written."""
 
 import os
 import socket

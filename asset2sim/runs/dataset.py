@@ -22,8 +22,7 @@ MAX_ID_LENGTH = 200
 def load_dataset(
     data: Path | str, subset: str | None = None, asset_ids: Sequence[str] = (), limit: int | None = None
 ) -> list[AssetRef]:
-    """The assets of a dataset, in the manifest's order, else by name; ``limit`` takes the first so many of those
-    chosen.
+    """The chosen assets of a dataset, at most ``limit``, in the manifest's order, else by name.
 
     ``data`` holds a ``manifest.csv``, or asset folders (one or two levels down), or is one asset folder; it is a folder
     or a URL (``schemas.location``). Paths come out absolute. A manifest row whose folder is missing stays: it fails as
@@ -176,7 +175,7 @@ def _listed(names: Iterable[str]) -> str:
 
 
 def _neighbours(data: Path) -> str:
-    """What does exist where the missing folder was looked for."""
+    """Text that lists the folders beside a missing one."""
     parent = data.absolute().parent
     while not parent.is_dir():
         parent = parent.parent

@@ -1,4 +1,4 @@
-"""What works on this machine: every check runs the thing that it speaks of."""
+"""Checks of whether everything that a run needs works on this machine."""
 
 import os
 import platform
@@ -50,7 +50,7 @@ class Check:
 
 
 def examine(out: Path | str, model: ModelSettings) -> list[Check]:
-    """Every check, in the order in which a run would meet the trouble; nothing is left behind."""
+    """Results of all checks, in the order in which a run would meet the problems; no file is left behind."""
     quiet_environment()
     return [
         _attempt("python", check_python),
@@ -83,7 +83,7 @@ def check_python() -> str:
 
 
 def check_packages() -> str:
-    """Every package that we depend on is there."""
+    """Every package that we depend on is installed."""
     missing = []
     try:
         requirements = metadata.requires("asset2sim") or []
@@ -129,7 +129,7 @@ def check_writable(folder: Path) -> str:
 
 
 def check_store(url: str) -> str:
-    """What lies behind a URL can be listed, written and removed there, and this machine has room for its copies."""
+    """Objects below a URL can be written, listed and removed, and this machine has room for copies of them."""
     place = f"{url}/.doctor-{uuid.uuid4().hex}"
     try:
         with tempfile.NamedTemporaryFile() as file:
@@ -226,7 +226,7 @@ def check_dask() -> str:
 
 
 def check_prefect() -> str:
-    """Prefect is there, and which server a run would use."""
+    """Prefect is installed; returns which server a run would use."""
     if find_spec("prefect") is None:
         raise BrokenError("not installed; run make install")
     address = os.environ.get("PREFECT_API_URL")

@@ -1,6 +1,6 @@
-"""The hook: a user's shell command that is told how a run went, by environment variables alone.
+"""The hook: a user's shell command that gets a run's result, in environment variables only.
 
-Nothing of a run enters the command's text, so that no asset's name and no message can become part of it.
+Nothing of a run is put into the command's text, so that no asset's name or message can inject shell code.
 """
 
 import os
@@ -14,16 +14,16 @@ PREFIX = "ASSET2SIM_"
 MAX_VALUE = 4096
 """Characters of one variable: far below what any system takes, and enough for a path or a message."""
 _IMPOSSIBLE = re.compile("[\0\ud800-\udc7f\udd00-\udfff]")
-"""What an environment cannot hold; the bytes of a file's name that are no text (U+DC80 to U+DCFF) it can."""
+"""Characters that an environment cannot hold; it can hold undecodable bytes of a file name (U+DC80 to U+DCFF)."""
 REAP_LIMIT_S = 5.0
-"""Time that a killed hook gets to be gone, s."""
+"""Longest wait for a killed hook to exit, s."""
 
 
 def run_hook(command: str, values: Mapping[str, object], limit_s: float) -> str | None:
     """Run ``command`` in a shell for at most ``limit_s`` s, with each value as ``ASSET2SIM_<NAME>`` in its environment.
 
-    Returns None, or a one-line warning where it failed: what it wrote to standard error is not kept, but passed on. A
-    hook that takes too long is killed with all that it started, and so is one whose run is interrupted meanwhile.
+    Returns None, or a one-line warning where it failed; its standard error is passed on, not kept. A hook that takes
+    too long, or whose run is interrupted meanwhile, is killed with every process that it started.
     """
     try:
         process = subprocess.Popen(

@@ -1,4 +1,4 @@
-"""Being told to stop, once or more often: whoever stops a night, Prefect's runner for one, may say so twice."""
+"""SIGTERM handling that tolerates repeated signals: Prefect's runner, for one, may send two to stop a night."""
 
 import signal
 import threading
@@ -7,13 +7,13 @@ from contextlib import contextmanager
 from types import FrameType
 
 _waiting = threading.Event()
-"""Set by a SIGTERM that nobody could obey when it came."""
+"""Set by a SIGTERM that came while it could not be acted on."""
 
 
 @contextmanager
 def terminated_as_interrupted() -> Iterator[None]:
-    """Take the first SIGTERM for Ctrl-C within the block; Prefect would drop everything. Later ones change nothing:
-    what the first began, stopping children and publishing, must not be cut. Does nothing outside the main thread."""
+    """Treat the first SIGTERM within the block as Ctrl-C; Prefect would drop all results. Later ones are ignored, so
+    that stopping the children and publishing can finish. Does nothing outside the main thread."""
     told = False
 
     def interrupt() -> None:
@@ -31,8 +31,8 @@ def terminated_as_interrupted() -> Iterator[None]:
 
 @contextmanager
 def termination_deferred() -> Iterator[None]:
-    """Let a SIGTERM within the block wait for the next ``terminated_as_interrupted``; after the last one it is too late
-    to stop, and what is left, publishing, takes seconds. Does nothing outside the main thread."""
+    """Defer a SIGTERM within the block to the next ``terminated_as_interrupted``; after the last one it is ignored,
+    since only publishing is left, which takes seconds. Does nothing outside the main thread."""
     _waiting.clear()
     try:
         with _on_sigterm(_waiting.set):

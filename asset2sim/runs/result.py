@@ -1,4 +1,4 @@
-"""What a run of the flow hands back to whoever started it."""
+"""The result that a run of the flow returns to its caller."""
 
 from dataclasses import dataclass
 from pathlib import Path
@@ -9,16 +9,16 @@ from schemas.asset import AssetRecord, Unchanged
 from schemas.location import below
 
 INTERRUPTED = "interrupted"
-"""Why a run stopped that somebody stopped."""
+"""Value of ``RunResult.stopped`` for a run that the user stopped."""
 
 
 @dataclass(frozen=True)
 class RunResult:
     """A run that is in the catalog. ``stopped`` says why not every asset is; ``warnings`` what else went wrong.
 
-    ``unchanged`` is what there was no need to refine, ``report`` the file that holds the run's report, and ``changes``
-    what it changed. ``out`` is the folder in which the run worked; ``place`` is where its user wanted the output, None
-    for there.
+    ``unchanged`` are the assets not refined again, ``report`` is the file that holds the run's report, and ``changes``
+    the differences from the catalog before it. ``out`` is the folder in which the run worked; ``place`` is the output
+    as the user named it, None if that is ``out``.
     """
 
     out: Path
@@ -32,10 +32,10 @@ class RunResult:
     place: Path | str | None = None
 
     def shown(self, *parts: str) -> Path | str:
-        """Where the output is for its user, or what lies below it."""
+        """Path or URL of the output as the user named it, or of ``parts`` below it."""
         return below(self.place or self.out, *parts)
 
     @property
     def shown_report(self) -> Path | str | None:
-        """Where the report is for its user."""
+        """Path or URL of the report, below the output as the user named it."""
         return None if self.report is None else self.shown(*self.report.relative_to(self.out).parts)

@@ -1,4 +1,4 @@
-"""The README's table "raw, paper's rules, ours": the same objects, as they came, by the paper's rules and by ours.
+"""The README's table "raw, paper's rules, ours": the same objects raw, by the paper's rules, and by ours.
 
 ``python -m asset2sim.studies.rules [--readme README.md] NAME=OUT ...`` reads the latest run of each OUT's catalog;
 ``settings_of`` says how each is run.
@@ -29,7 +29,7 @@ TESTS: dict[FailureMode, str] = {
     FailureMode.RELEASE: "release",
     FailureMode.RESET: "reset",
 }
-"""The interaction tests in the table's order → what its heading calls them."""
+"""Interaction check → its column heading, in the table's order."""
 ZERO_MM = 1e-6
 """Penetration up to which Φ counts as zero, mm: rounding in an engine that counts in single precision."""
 NOTHING = "–"
@@ -37,8 +37,8 @@ NOTHING = "–"
 
 @dataclass(frozen=True)
 class Outcome:
-    """One object in one engine. ``tests`` holds the interaction tests that applied to it → whether all passed; None
-    where none were run. What an engine refused, or nobody got so far as to load, is not ``loaded``."""
+    """One object in one engine. ``tests`` maps each interaction check that applied to it to whether it passed; None
+    if none were run. ``loaded`` is False if the engine refused the object, or the run failed before loading it."""
 
     asset_id: str
     engine: str
@@ -51,7 +51,7 @@ class Outcome:
 
 
 def settings_of(ours: Settings) -> dict[str, Settings]:
-    """The three ways to run a dataset, in the table's order.
+    """Settings of the three runs of a dataset, in the table's order.
 
     The paper's rules are its absolute ranges for joint dynamics, collision shapes as authored, and a loop over joint
     positions alone: no shape is cleared and no term mended for what interaction finds.
@@ -114,7 +114,7 @@ def _outcome(
 def table_lines(rules: Mapping[str, Sequence[Outcome]]) -> list[str]:
     """The Markdown table: a row for each engine and rule. Shares are of all objects: what does not load passes nothing.
 
-    A test that does not apply to an object (a hold where no joint must hold) counts as passed; penetration is the mean
+    A check that does not apply to an object (a hold where no joint must hold) counts as passed; penetration is the mean
     over the loaded objects whose Φ is not zero.
     """
     headings = ["engine", "rules", "objects", "loads", "Φ mm", "drift", "oscillation", *TESTS.values(), "every test"]

@@ -1,7 +1,7 @@
-"""The requested state against the user's words: the wrong end of a range, the wrong part, and what was left out.
+"""Correct a proposed state that contradicts the user's words: wrong end of a range, wrong part, or part left out.
 
-Corrected only where both are clear: words that say open or closed, and how far, of parts that the object has; and
-geometry that is sure which end of a joint's range is closed. Where a proposal merely differs from the words it stands.
+Corrected only where the words say open or closed, and how far, of parts that the object has, and where geometry shows
+clearly which end of a joint's range is closed. A proposal that merely differs from the words is kept.
 """
 
 from dataclasses import dataclass
@@ -16,21 +16,21 @@ from schemas.overlay import Overlay
 from schemas.settings import PhysicsSettings
 
 NEAR_END = 0.4
-"""Share of the way from an end up to which words put a part near that end; in the middle neither end is wrong."""
+"""Share of the range from an end within which a state counts as near that end; in the middle no end is wrong."""
 BEYOND = 0.05
-"""How far beyond an end, as a share of the way, a position still counts as on the way: prompts and models round."""
+"""How far beyond an end, as a share of the range, a position is still accepted: prompts and models round."""
 
 UPRIGHT = 0.9
-"""Height of a slide's unit axis from which one of its ends is plainly up."""
+"""Vertical component of a slider's unit axis from which one end of its range counts as the upper one."""
 
 WHOLE = "state: object "
-"""How the parser's note begins where words ask a state of the object without naming a part that is known."""
+"""Start of the parser's note for words that ask for a state of the whole object and name no known part."""
 
 
 @dataclass(frozen=True)
 class Wanted:
-    """A joint's state by the words: ``share`` of the way from closed to open, and the position, rad or m at the
-    authored scale. ``by_name`` is whether they name the part, or only ask it of the whole object ("an open box")."""
+    """The state that the words ask of a joint: ``share`` from closed (0) to open (1), and the position, rad or m at the
+    authored scale. ``by_name``: the words name the part, not only the whole object ("an open box")."""
 
     joint: JointInfo
     share: float
@@ -41,7 +41,7 @@ class Wanted:
 def with_asked_state(
     info: ObjectInfo, guidance: str, overlay: Overlay, settings: PhysicsSettings, notes: Notes
 ) -> Overlay:
-    """The overlay whose initial positions do not contradict what the words clearly say; a finding for each change."""
+    """The overlay with initial positions that agree with what the words clearly say; a finding for each change."""
     named, wanted = read_states(info, guidance, overlay.scale, settings)
     positions, asked = dict(overlay.initial_joint_positions), list(overlay.asked)
     joints = {joint.name: joint for joint in info.joints}
@@ -65,10 +65,10 @@ def with_asked_state(
 def read_states(
     info: ObjectInfo, guidance: str, scale: float, settings: PhysicsSettings
 ) -> tuple[frozenset[str], dict[str, Wanted]]:
-    """The joints that the words name, and of these the ones of which words and geometry are clear.
+    """The joints that the words name, and the requested state of those where words and geometry are clear.
 
-    No joint counts as clear where the words ask a state of a part that the object does not have, as far as one can
-    tell: the words then mean something by a name that is not known here.
+    None is clear where the words ask for a state of a part that the object seems not to have: they may then call a part
+    by a name that is not known here.
     """
     size, _ = identify(info, guidance)
     asked = asked_states(info, parts_of(info, size.category), segments(guidance, size.category), scale)
@@ -89,7 +89,7 @@ def read_states(
 
 
 def given_to(want: Wanted, stray: tuple[JointInfo, float] | None, notes: Notes) -> float:
-    """The position of a joint that the words name and the proposal leaves out, or gives to another (``stray``)."""
+    """Position of a joint that the words name but the proposal omits, or gives to another joint (``stray``)."""
     name = want.joint.name
     if stray is None:
         notes.warn(
@@ -116,7 +116,7 @@ def given_to(want: Wanted, stray: tuple[JointInfo, float] | None, notes: Notes) 
 
 
 def from_right_end(want: Wanted, at: float, notes: Notes) -> float:
-    """The position, counted from the other end where it lies at the opposite end of what the words say."""
+    """The position, mirrored in the range where it lies near the end opposite to what the words say."""
     share = share_of(want.joint, at)
     wrong = (want.share <= NEAR_END and 1.0 - NEAR_END <= share <= 1.0 + BEYOND) or (
         want.share >= 1.0 - NEAR_END and -BEYOND <= share <= NEAR_END

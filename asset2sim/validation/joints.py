@@ -23,8 +23,8 @@ MOST_COMBINED = 3
 
 
 def spanning_poses(starts: Mapping[str, Start]) -> list[dict[str, float]]:
-    """Joint positions (rad or m): where all start, then every combination of ends and middles; for many joints, all
-    together and every other one."""
+    """Sample poses (joint → rad or m): the start, then every combination of ends and middles; with more joints than
+    ``MOST_COMBINED``, all joints together and every other one."""
     names = list(starts)
     ranges = [starts[name].range for name in names]
     if len(names) <= MOST_COMBINED:
@@ -62,7 +62,7 @@ def joint_physics(
     settings: PhysicsSettings,
     notes: Notes,
 ) -> tuple[JointPhysics, ...]:
-    """Every movable joint, complete; ``tree`` and ``bodies`` are at the final scale."""
+    """Complete physics of every movable joint; ``tree`` and ``bodies`` are at the final scale."""
     spaces = [joint_space(tree, features.root, bodies, pose) for pose in spanning_poses(starts)]
     space = spaces[0]
     inertias, held, pulls = (
@@ -142,12 +142,12 @@ def joint_physics(
 
 
 def is_open(start: Start) -> bool:
-    """Whether a start lies away from the closed end, so that leaving it alone would be seen as motion."""
+    """Whether the joint starts open: away from its closed end by more than ``HELD_STATE`` of its range."""
     return abs(start.position - start.range.closed) > HELD_STATE * start.range.span
 
 
 def report(name: str, moved: Moved, terms: JointTerms, holds: bool, notes: Notes) -> None:
-    """A finding for every term that a bound changed, and for every wish that is not met."""
+    """Add a finding for every term that a bound changed and for every wish that is not met."""
     units = ("N·s/m", "N", "N/m") if moved.prismatic else ("N·m·s/rad", "N·m", "N·m/rad")
     bears = f"what its {moved.least:.3g} {'kg' if moved.prismatic else 'kg·m²'} bear at the time step"
     why = {
@@ -188,10 +188,10 @@ def bound_together(
     settings: PhysicsSettings,
     notes: Notes,
 ) -> tuple[JointPhysics, ...]:
-    """Scale all damping, and all stiffness, down where the coupled joints are faster together than each is alone.
+    """Scale down all damping, or all stiffness, where the coupled joints would be unstable at the time step.
 
     Explicit damping is stable while Δt times the largest eigenvalue of M⁻¹D is below 2, a spring while Δt² times that
-    of M⁻¹K is below 4; each joint was bounded by itself. A spring keeps the force with which it presses at rest.
+    of M⁻¹K is below 4; before, each joint was bounded alone. A spring keeps the force with which it presses at rest.
     """
     step = settings.coarse_timestep_s
     damping = {joint.name: joint.damping for joint in joints}

@@ -8,7 +8,7 @@ from schemas.features import JointFeatures
 from schemas.vocabulary import Source
 
 TURN_SLACK = 0.01
-"""How far from zero, rad, limits moved by whole turns may end for want of digits: -6.28 is short of a turn by 0.003."""
+"""Rounding slack, rad, by which limits moved by whole turns may miss zero: -6.28 is short of a turn by 0.003."""
 LOCKED = 1e-9
 """Range below which a joint cannot move, rad or m: MuJoCo would read equal limits as no limits at all."""
 

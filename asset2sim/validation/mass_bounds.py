@@ -1,4 +1,4 @@
-"""No link's mass sits farther out than the link reaches."""
+"""Bound each link's inertia by the extent of its shape."""
 
 from collections.abc import Mapping
 from dataclasses import replace
@@ -17,10 +17,10 @@ from schemas.vocabulary import Source
 def within_reach(
     masses: Mapping[str, LinkMass], extraction: Extraction, scale: float, settings: PhysicsSettings, notes: Notes
 ) -> dict[str, LinkMass]:
-    """The same links, none with more inertia than its mass has on the outermost points of its own shape.
+    """The link masses, no inertia larger than that of the mass placed on the shape's outermost points.
 
-    What a model proposes, and what is added for the engines' sake, would otherwise make a thin key resist turning like
-    a thing many times its size. A sheet counts as ``min_half_extent_m`` thick to either side, as its collision shape.
+    Otherwise a proposed or added inertia could make a thin key as hard to turn as an object many times its size. A
+    sheet counts as ``min_half_extent_m`` thick to either side, as its collision shape.
     """
     result = dict(masses)
     for link in extraction.features.links:
@@ -63,10 +63,10 @@ def bounded_by(inertia: Array, mass: float, points: Array, least: float) -> Arra
 def with_armature(
     masses: dict[str, LinkMass], features: Features, settings: PhysicsSettings, notes: Notes
 ) -> dict[str, LinkMass]:
-    """Give links that move on far heavier ones the inertia of an armature: equal about every axis, masses unchanged.
+    """The link masses with inertia added, equal about every axis, where a jointed neighbour has far more.
 
-    A key's 10⁻⁸ kg·m² beside a board's 10⁻² leave a solver in single precision nothing to work with. Each link gets at
-    least the largest moment of the link that it moves on, divided by ``max_inertia_ratio``, and the reverse.
+    A key's 10⁻⁸ kg·m² beside a board's 10⁻² is lost in a solver in single precision. Each moment becomes at least the
+    largest moment of the neighbour divided by ``max_inertia_ratio``; masses are unchanged.
     """
     result = dict(masses)
     moments = {name: np.linalg.eigvalsh(item.inertia) for name, item in masses.items()}

@@ -15,7 +15,7 @@ from schemas.settings import PhysicsSettings
 from schemas.vocabulary import Source, VolumeSource
 
 BOX_MARGIN = 0.1
-"""How far outside its link's box, as a share of the box, a proposed centre of mass may lie and still be believed."""
+"""How far outside its link's box, as a share of the box, a proposed centre of mass may lie and be accepted."""
 
 
 @dataclass(frozen=True)
@@ -62,7 +62,7 @@ def link_mass(
     settings: PhysicsSettings,
     notes: Notes,
 ) -> LinkMass:
-    """One link with geometry. What the model leaves out is taken from the URDF, else from a fallback material."""
+    """Mass properties of one link with geometry; missing values come from the URDF, else from a fallback material."""
     volume = link.volume_m3 * scale**3
     density, hollow = settings.fallback_density_kg_m3, settings.fallback_hollow_factor
     material, mass_source = None, Source.RULE
@@ -124,7 +124,7 @@ def link_mass(
 
 
 def bearable(least: float, link: LinkFeatures, scale: float, settings: PhysicsSettings) -> float:
-    """The mass up to which a link may be raised, kg: no denser than any material, whatever solvers would like."""
+    """Minimum mass of a link, kg: ``least``, or less where its volume would then be denser than any material."""
     volume = max(link.volume_m3, link.hull_volume_m3) * scale**3
     if volume <= 0.0:
         return least
@@ -141,8 +141,7 @@ def believed(
     settings: PhysicsSettings,
     notes: Notes,
 ) -> LinkMass:
-    """The proposal's own centre and inertia where they are near what the shape gives; the shape's where they
-    are not."""
+    """The link with the proposed centre of mass and inertia, each only where it is near what the shape gives."""
     if proposal.com is not None:
         low, high = np.asarray(link.box_min) * scale, np.asarray(link.box_max) * scale
         margin = BOX_MARGIN * (high - low)
@@ -206,10 +205,9 @@ def share_mass(
     settings: PhysicsSettings,
     notes: Notes,
 ) -> dict[str, LinkMass]:
-    """A link without geometry takes a share of the nearest link beyond it (else before it), leaving the total
-    unchanged.
+    """Give a link without geometry a share of its child's mass (else its parent's); the total is unchanged.
 
-    Both parts keep the donor's shape: the same centre of mass, and inertia in proportion. So no engine invents 1 kg.
+    Both keep the donor's centre of mass, and inertia in proportion. Without this an engine would invent 1 kg for it.
     """
     neighbours = [(joint.child, joint) for joint in features.joints if joint.parent == link.name]
     neighbours.sort(key=lambda item: (item[1].type != "fixed", -masses[item[0]].mass if item[0] in masses else 0.0))
@@ -267,7 +265,7 @@ def share_mass(
 
 
 def finished(item: LinkMass, settings: PhysicsSettings, notes: Notes) -> LinkMass:
-    """The same link with an inertia that a body could have, no thinner than ``min_half_extent_m``."""
+    """The link with a physically possible inertia, at least that of a cube of half edge ``min_half_extent_m``."""
     smallest = max(settings.min_inertia_kg_m2, item.mass * settings.min_half_extent_m**2 * 2.0 / 3.0)
     mended: Mended = make_physical(item.inertia, smallest)
     for change in mended.changes:

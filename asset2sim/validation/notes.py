@@ -13,11 +13,11 @@ class Notes:
     findings: list[Finding] = field(default_factory=list)
 
     def info(self, code: str, message: str, **where: object) -> None:
-        """Something was completed; nothing the model said was changed."""
+        """Add a finding: a value was completed; no value of the model was changed."""
         self._add(Severity.INFO, code, message, where)
 
     def warn(self, code: str, message: str, **where: object) -> None:
-        """Something the model or the asset said was changed."""
+        """Add a warning: a value of the model or the asset is implausible, or was changed."""
         self._add(Severity.WARNING, code, message, where)
 
     def _add(self, severity: Severity, code: str, message: str, where: dict[str, object]) -> None:

@@ -1,9 +1,8 @@
-"""Whether what a joint moves passes through what it hangs on: an axis the wrong way round, a hinge in the wrong place,
-limits that are not there.
+"""Find inverted joint axes, misplaced hinges and missing limits by overlaps of a joint's child with its parent.
 
-Engines do not see contacts between a link and its parent, so a door that swings into its cabinet is free to do so. Here
-the authored triangles decide, at positions over the joint's range. Parts that touch or share a hinge overlap a little
-everywhere: what counts is an overlap that no small shift ends.
+Engines filter contacts between a link and its parent, so a door may swing into its cabinet. Here the authored triangles
+are intersected at positions over the joint's range. Parts that touch or share a hinge overlap slightly everywhere: an
+overlap counts only if no small shift ends it.
 """
 
 import math
@@ -24,28 +23,27 @@ from schemas.features import Features, JointFeatures
 from schemas.finding import Finding
 
 DEEP_SHARE = 0.03
-"""Shift that an overlap must outlast to count, as a share of the diagonal of what moves."""
+"""Shift that must not end an overlap for it to count, as a share of the diagonal of the moving link."""
 SAMPLES = 9
 """Positions over a joint's range."""
 BLOCKED_SHARE = 0.25
 """Share of its range from which a joint that starts free counts as blocked."""
 WRONG_SHARE, RIGHT_SHARE = 0.5, 0.15
-"""An axis is the wrong way round where at least this share of the range is blocked, and the other way round at most
-that."""
+"""An axis is inverted if at least the first share of its range is blocked, and flipped at most the second."""
 LARGE_SHARE = 0.25
-"""Diagonal of what moves over that of what it hangs on from which it is a door, lid or drawer and no button ..."""
+"""Diagonal of the moving link over that of the still one from which it is a door, lid or drawer, not a button."""
 LEAST_TRAVEL = 0.3
-"""... and travel of a slider over its extent along it: drawers come out half-way and more, buttons sink in a little."""
+"""Least travel of a slider over its extent along its axis: drawers come out half-way and more, buttons a little."""
 TURN_SAMPLES = 72
-"""Positions over a turn at which the limits of a hinge that states none are sought: every five degrees."""
+"""Positions over a turn at which the missing limits of a hinge are searched: every five degrees."""
 
 
 @dataclass(frozen=True)
 class Passage:
-    """One joint's part on its way: the links that move rigidly with it and what they hang on, with the transforms.
+    """One joint's ``moving`` link and the ``still`` link it may run into, with the (4, 4) transform to the parent.
 
-    ``shift`` is what an overlap must outlast and ``along`` the moving link's extent along the axis, m at the authored
-    scale; ``large`` says that it is no button, knob or latch, which go into what they sit on as they should.
+    ``shift`` must not end an overlap for it to count, ``along`` is the moving link's extent along the axis; both m at
+    the authored scale. ``large``: no button, knob or latch, which may sink into their parent.
     """
 
     joint: TreeJoint
@@ -59,7 +57,7 @@ class Passage:
 
 @dataclass(frozen=True)
 class Shapes:
-    """The links' convex pieces, which are at hand, and their triangles, which are read only where the pieces meet.
+    """The links' convex pieces, and their triangles, which are read only where the pieces meet.
 
     ``pieces`` maps link → (n, 3) points of all pieces, and the index at which each begins.
     """
@@ -104,11 +102,11 @@ class Shapes:
 
 
 def check_passages(extraction: Extraction) -> tuple[Extraction, tuple[Finding, ...]]:
-    """The extraction with axes turned round and limits found where geometry leaves no doubt, and what was seen.
+    """The extraction with inverted axes flipped and missing limits added where geometry is unambiguous, and findings.
 
-    An axis is turned round where the part passes through what it hangs on over most of its range, and over hardly any
-    of it the other way. A revolute joint without limits gets those at which it meets what it hangs on, if it does.
-    Joints that start inside something are left: nothing is to be learnt from them.
+    An axis is flipped where the link passes through its parent over most of its range, and hardly at all the other way.
+    A revolute joint without limits gets those at which it meets its parent, if any. Joints that start in an overlap are
+    left alone: they show nothing.
     """
     notes, features = Notes(), extraction.features
     shapes, tree, raw = Shapes(extraction), tree_of(features.joints), read_raw(extraction)
@@ -136,7 +134,7 @@ def start_of(joint: JointFeatures) -> float:
 
 
 def passage_of(name: str, features: Features, tree: Sequence[TreeJoint], shapes: Shapes) -> Passage | None:
-    """The joint's child and the nearest link with meshes before it; None where one of them has none."""
+    """The joint's child, and the parent or the nearest link with meshes fixed to it; None where either has no mesh."""
     joint = next(item for item in tree if item.name == name)
     before = {item.child: item for item in tree}
     still, still_to_parent = joint.parent, np.eye(4)
@@ -152,12 +150,12 @@ def passage_of(name: str, features: Features, tree: Sequence[TreeJoint], shapes:
 
 
 def touching(way: Passage, position: float, shapes: Shapes) -> bool:
-    """Whether the part touches what it hangs on at this position (rad or m) at all."""
+    """Whether the moving link touches the still one at this position (rad or m)."""
     return blocked(replace(way, shift=0.0), position, shapes)
 
 
 def blocked(way: Passage, position: float, shapes: Shapes) -> bool:
-    """Whether the part is in what it hangs on at this position (rad or m), so that no small shift frees it."""
+    """Whether the moving link overlaps the still one at this position (rad or m) and no small shift ends it."""
     to_parent = way.joint.child_to_parent @ motion(way.joint, position)
     to_still = np.linalg.inv(way.still_to_parent) @ to_parent
     shifts = way.shift * np.vstack([np.zeros(3), DIRECTIONS]) if way.shift > 0.0 else np.zeros((1, 3))
@@ -167,12 +165,12 @@ def blocked(way: Passage, position: float, shapes: Shapes) -> bool:
 
 
 def blocked_share(way: Passage, lower: float, upper: float, shapes: Shapes) -> float:
-    """The share of the positions between two limits (rad or m) at which the part is in what it hangs on."""
+    """Share of the positions between two limits (rad or m) at which the joint is blocked."""
     return float(np.mean([blocked(way, float(at), shapes) for at in np.linspace(lower, upper, SAMPLES)]))
 
 
 def turned_round(way: Passage, joint: JointFeatures, shapes: Shapes, notes: Notes) -> JointFeatures | None:
-    """The joint with its axis the other way round where that is what geometry says, a finding where it is blocked."""
+    """The joint with its axis flipped where geometry shows it inverted, else None; a finding where it is blocked."""
     low, high = sorted((joint.lower or 0.0, joint.upper or 0.0))
     if joint.prismatic and high - low < LEAST_TRAVEL * way.along:
         return None
@@ -202,9 +200,9 @@ def turned_round(way: Passage, joint: JointFeatures, shapes: Shapes, notes: Note
 
 
 def found_limits(way: Passage, joint: JointFeatures, shapes: Shapes, notes: Notes) -> JointFeatures | None:
-    """The joint with the limits between which its part is free, or None where it turns all the way round."""
+    """The joint with the limits between which its link is free; None where it turns all the way round."""
     step = 2.0 * math.pi / TURN_SAMPLES
-    # A part that is clear at first is stopped by what it touches; one that shares a hinge by what it is deep in.
+    # A link that starts clear is stopped by the first touch, one that overlaps at its hinge by the first deep overlap.
     meets = blocked if touching(way, 0.0, shapes) else touching
     ends = []
     for sign in (-1.0, 1.0):

@@ -10,7 +10,7 @@ from schemas.settings import PhysicsSettings
 from schemas.vocabulary import Source
 
 ROUNDING_SHARE = 1e-3
-"""How far outside its limits, as a share of the range, a position may lie for want of digits: prompts round numbers."""
+"""How far outside its limits, as a share of the range, a position may lie by rounding: prompts round numbers."""
 WIDEN_SHARE = 0.1
 """How far outside its limits, as a share of the range, a requested position may lie for the limits to be
 widened to it."""
@@ -18,8 +18,8 @@ widened to it."""
 
 @dataclass(frozen=True)
 class Start:
-    """Where one joint starts, rad or m at the final scale, and who says so; ``requested`` if the user asked for
-    the state."""
+    """Start position of one joint, rad or m at the final scale, and its source; ``requested``: the user asked for
+    it."""
 
     range: Range
     position: float

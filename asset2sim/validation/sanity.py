@@ -1,4 +1,4 @@
-"""Positions in the wrong unit: degrees where radians are wanted, millimetres where metres are."""
+"""Convert positions that were given in degrees to radians, and in millimetres to metres."""
 
 import math
 
@@ -14,17 +14,17 @@ from schemas.overlay import Overlay
 from schemas.settings import PhysicsSettings
 
 OUTSIDE_SHARE = 0.1
-"""How far outside its joint's limits, as a share of the range, a position lies that no rounding explains."""
+"""Share of the range outside its joint's limits from which a position is no rounding error."""
 ROUNDING_SHARE = 1e-2
-"""How far outside the limits, as a share of the range, it may lie in the other unit: degrees come as whole numbers."""
+"""Share of the range by which a converted position may exceed the limits: degrees come as whole numbers."""
 FULL_TURN_DEG = 360.0
 
 MM_PER_M = 1000.0
 
 
 def in_right_units(features: Features, overlay: Overlay, notes: Notes) -> Overlay:
-    """The overlay with every start and spring rest converted that lies outside its joint's limits as it stands and
-    within them as degrees or millimetres; a finding for each. Of what lies within, nothing can be told."""
+    """The overlay with every start and spring rest converted that fits its joint's limits only as degrees or
+    millimetres; a finding for each. A value within the limits as it stands is kept: its unit cannot be told."""
     joints = {joint.name: joint for joint in features.movable_joints}
     positions = {
         name: converted(joints[name], at, "position", notes) if name in joints else at
@@ -63,7 +63,7 @@ def converted(joint: JointFeatures, at: float, what: str, notes: Notes) -> float
 def misread(joint: JointFeatures, at: float, instead: float) -> bool:
     """Whether a position makes sense only in the other unit."""
     if joint.lower is None or joint.upper is None:
-        # Beyond a whole turn radians make no sense for what turns freely; degrees may.
+        # More than a whole turn is implausible in radians for a continuous joint; in degrees it may be right.
         return not joint.prismatic and 2.0 * math.pi < abs(at) <= FULL_TURN_DEG
     low, high = sorted((joint.lower, joint.upper))
     span = high - low
@@ -75,9 +75,9 @@ def misread(joint: JointFeatures, at: float, instead: float) -> bool:
 def sensible(
     extraction: Extraction, overlay: Overlay, guidance: str | None, settings: PhysicsSettings, *, semantics: bool = True
 ) -> tuple[Overlay, tuple[Finding, ...]]:
-    """The proposal with its evident mistakes put right, and a finding for each; a second time it changes nothing.
+    """The proposal with its evident mistakes corrected, and a finding for each; idempotent.
 
-    Without ``semantics`` only units are looked at: what an object is and what its parts are called is withheld then.
+    Without ``semantics`` only units are corrected: the object's category and part names are withheld then.
     """
     notes, words = Notes(), guidance or ""
     overlay = in_right_units(extraction.features, overlay, notes)
@@ -89,6 +89,6 @@ def sensible(
 
 
 def object_of(extraction: Extraction, guidance: str | None) -> ObjectInfo:
-    """What the model was told of the object, read as the offline prior reads it."""
+    """The object's description in the model's prompt, parsed as the offline prior does."""
     request = synthesis_request(extraction.features, guidance, extraction.closed_size, extraction.link_centers)
     return ObjectInfo.from_json(read_prompt(request.text)[0])

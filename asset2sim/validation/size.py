@@ -1,4 +1,4 @@
-"""The size that an object of its kind can have, and that the user's words allow: a rule on the proposed scale."""
+"""Bound the proposed scale by the usual size of the object's category and by the user's words."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -24,15 +24,15 @@ STATED_SHARE = 0.05
 """How far a scale may be from the one that the user states in numbers: models round."""
 
 DIGITS = 1e-6
-"""Relative slack at a bound, for want of digits."""
+"""Relative rounding slack at a bound."""
 DIMENSIONS = {"longest": "longest edge", "height": "height", "body": "body"}
-"""What a category's size is told by, in words."""
+"""The dimension by which a category's size is given, in words."""
 
 
 @dataclass(frozen=True)
 class Bounds:
-    """The smallest and largest final ``dimension`` of the object, m, where in between rules say nothing; ``exact`` is
-    the one that the user states, None where none is. ``why`` says what they come from."""
+    """Smallest and largest allowed final ``dimension`` of the object, m, and ``why``; ``exact`` is the size that the
+    user states, None where there is none."""
 
     low_m: float
     high_m: float
@@ -43,7 +43,7 @@ class Bounds:
 def with_sensible_size(info: ObjectInfo, guidance: str, overlay: Overlay, notes: Notes) -> Overlay:
     """The overlay with its scale moved to the nearest size that the object's kind and the user's words allow.
 
-    Nothing is known of an object of no known category but that it fits into a home.
+    An object of unknown category only has to fit into a home.
     """
     size, _ = identify(info, guidance)
     authored = dimension(info, size)
@@ -66,7 +66,7 @@ def with_sensible_size(info: ObjectInfo, guidance: str, overlay: Overlay, notes:
 
 
 def size_bounds(info: ObjectInfo, size: Size, guidance: str, thoughts: Sequence[Segment]) -> Bounds:
-    """What the words and the table of household sizes allow.
+    """The sizes that the words and the table of household sizes allow.
 
     In this order: a size or scale that the user states in numbers; the category's range times the factor of the user's
     word of size, which for words like "small" also includes what a hand handles on a table; the range itself.

@@ -1,6 +1,6 @@
-"""What an asset states of its own physics that no body could have or no engine can step: findings, nothing changed.
+"""Findings on authored physics that is impossible or that no engine can step; nothing is changed.
 
-Validation replaces such numbers whatever they are; this says that they were there, and judges an asset as it came.
+Validation replaces such numbers anyway; the findings record them, also for an asset that is measured as authored.
 """
 
 import math
@@ -23,7 +23,7 @@ from schemas.finding import Finding
 from schemas.settings import PhysicsSettings
 
 LEAST_DENSITY_KG_M3 = 1.0
-"""Lightest that a link may be over its solid volume, kg/m³: foamed plastics have 10, air 1.2."""
+"""Least density of a link over its solid volume, kg/m³: foamed plastics have 10, air 1.2."""
 TRIANGLE_SLACK = 1e-4
 """Share by which the largest principal moment may exceed the sum of the others: files round their numbers."""
 REVERSING_STEP = 1.0
@@ -31,13 +31,13 @@ REVERSING_STEP = 1.0
 UNDAMPED_RATIO = 0.05
 """Damping ratio below which a spring rings: it swings ten times before it has lost nine tenths."""
 AXIS_SLACK = 1e-3
-"""How far an axis may be from unit length for want of digits."""
+"""Rounding slack in a unit axis' length."""
 NO_INERTIA = 1e-15
 """Added to every moment, kg·m², so that a link without any leaves the mass matrix invertible."""
 
 
 def stated_findings(extraction: Extraction, settings: PhysicsSettings) -> tuple[Finding, ...]:
-    """A warning for every number of the asset's own that makes no physical sense; none for what it does not state."""
+    """A warning for every authored value that makes no physical sense, or that is missing where others are stated."""
     notes, features = Notes(), extraction.features
     size(features, notes)
     bare = [link.name for link in features.links if link.has_geometry and link.inertial is None]
@@ -56,7 +56,7 @@ def stated_findings(extraction: Extraction, settings: PhysicsSettings) -> tuple[
 
 
 def size(features: Features, notes: Notes) -> None:
-    """The whole object is as large as some household object."""
+    """Warn where the object's longest edge is not that of a household object."""
     longest = max(features.rest_size)
     if not SMALLEST_M <= longest <= LARGEST_M:
         notes.warn(
@@ -69,7 +69,7 @@ def size(features: Features, notes: Notes) -> None:
 
 
 def mass(link: LinkFeatures, stated: LinkInertial, settings: PhysicsSettings, notes: Notes) -> None:
-    """A link has a mass, and one that its size allows."""
+    """Warn where a link's stated mass is zero, or implausible for its volume."""
     where, kilograms = f"link '{link.name}'", stated.mass_kg
     if kilograms < settings.smallest_mass_kg:
         notes.warn(
@@ -94,7 +94,7 @@ def mass(link: LinkFeatures, stated: LinkInertial, settings: PhysicsSettings, no
 
 
 def centre(link: LinkFeatures, stated: LinkInertial, notes: Notes) -> None:
-    """A link's centre of mass lies within its box."""
+    """Warn where a link's stated centre of mass lies outside its box."""
     if not link.has_geometry:
         return
     low, high, com = np.asarray(link.box_min), np.asarray(link.box_max), np.asarray(stated.com)
@@ -112,7 +112,7 @@ def centre(link: LinkFeatures, stated: LinkInertial, notes: Notes) -> None:
 
 
 def inertia(link: LinkFeatures, stated: LinkInertial, settings: PhysicsSettings, notes: Notes) -> None:
-    """A link's inertia is that of some body, and of about this shape and mass."""
+    """Warn where a link's stated inertia is impossible, or implausible for its shape and mass."""
     moments = np.linalg.eigvalsh(tensor_of(stated.inertia))
     where = f"link '{link.name}'"
     if moments[0] < 0.99 * settings.min_inertia_kg_m2:
@@ -148,7 +148,7 @@ def inertia(link: LinkFeatures, stated: LinkInertial, settings: PhysicsSettings,
 
 @dataclass(frozen=True)
 class Raw:
-    """What the URDF itself says of a joint, before extraction completes it."""
+    """A joint as its URDF states it, before extraction completes it; ``axis`` is the length of the axis vector."""
 
     type: str
     axis: float | None
@@ -157,7 +157,7 @@ class Raw:
 
 
 def joints(extraction: Extraction, settings: PhysicsSettings, notes: Notes) -> None:
-    """Every movable joint's dynamics, against what it moves with the masses that are stated."""
+    """Warn of implausible dynamics of movable joints, given the inertia that they move by the stated masses."""
     features = extraction.features
     terms, raw = read_dynamics(extraction.urdf), read_raw(extraction)
     moves = stated_inertias(extraction, settings)
@@ -182,7 +182,7 @@ def joints(extraction: Extraction, settings: PhysicsSettings, notes: Notes) -> N
 
 
 def form(joint: JointFeatures, raw: Raw, notes: Notes) -> None:
-    """A joint's axis, limits and effort are stated as URDF wants them."""
+    """Warn where a joint's axis has no unit length, limits are missing, or its effort or velocity limit is zero."""
     where = f"joint '{joint.name}'"
     if raw.axis is not None and abs(raw.axis - 1.0) > AXIS_SLACK:
         notes.warn(
@@ -202,7 +202,7 @@ def form(joint: JointFeatures, raw: Raw, notes: Notes) -> None:
 
 
 def signs(joint: JointFeatures, terms: Dynamics, notes: Notes) -> None:
-    """No term of a joint's dynamics is negative."""
+    """Warn where a joint's damping, friction or stiffness is negative."""
     for what in ("damping", "friction", "stiffness"):
         value = float(getattr(terms, what))
         if value < 0.0:
@@ -216,9 +216,9 @@ def signs(joint: JointFeatures, terms: Dynamics, notes: Notes) -> None:
 
 
 def steps(joint: JointFeatures, terms: Dynamics, moves: float, settings: PhysicsSettings, notes: Notes) -> None:
-    """Damping and stiffness are such that an explicit step at 60 Hz stands them, and a spring is damped.
+    """Warn of damping or stiffness that is unstable in an explicit step at 60 Hz, and of springs without damping.
 
-    ``moves`` is the joint's effective inertia, kg·m² or kg; nothing is said where it is not positive.
+    ``moves`` is the joint's effective inertia, kg·m² or kg; without effect where it is not positive.
     """
     if moves <= 0.0:
         return
@@ -247,7 +247,7 @@ def steps(joint: JointFeatures, terms: Dynamics, moves: float, settings: Physics
 
 
 def stated_inertias(extraction: Extraction, settings: PhysicsSettings) -> dict[str, float]:
-    """Joint → its effective inertia with the masses that are stated, every joint at zero; none where none are."""
+    """Joint → effective inertia by the stated masses, every joint at zero; empty where no link states one."""
     features = extraction.features
     if all(link.inertial is None for link in features.links):
         return {}
@@ -263,7 +263,7 @@ def stated_inertias(extraction: Extraction, settings: PhysicsSettings) -> dict[s
 
 
 def read_raw(extraction: Extraction) -> dict[str, Raw]:
-    """Joint → what its element says."""
+    """Joint → its type, axis length, effort and velocity limit as the URDF states them."""
     found: dict[str, Raw] = {}
     for element in etree.parse(str(extraction.urdf)).getroot().findall("joint"):
         axis, limit = element.find("axis"), element.find("limit")

@@ -67,7 +67,7 @@ def validate(
 
 
 def bounded_scale(overlay: Overlay, longest_m: float, source: Source, notes: Notes) -> tuple[float, Source]:
-    """The proposed scale, moved to where the longest edge is that of some household object."""
+    """The proposed scale, clamped so that the longest edge is ``SMALLEST_M`` to ``LARGEST_M``, and its source."""
     wanted = overlay.scale * longest_m
     if SMALLEST_M <= wanted <= LARGEST_M:
         return overlay.scale, Source.USER if "scale" in overlay.asked else source
@@ -82,7 +82,7 @@ def bounded_scale(overlay: Overlay, longest_m: float, source: Source, notes: Not
 
 
 def link_physics(item: LinkMass, label: str) -> LinkPhysics:
-    """One link's masses as the record that is written."""
+    """The ``LinkPhysics`` record of one link."""
     return LinkPhysics(
         name=item.name,
         label=label,

@@ -24,11 +24,11 @@ from prefect.states import Crashed, Scheduled
 from flows.server.serving import FLOW
 
 PLAN_LIMIT_S = 60.0
-"""Time that the server's scheduler gets to plan the first run, s: it looks every 5 s."""
+"""Time that the server gets to schedule the first run, s: its scheduler works every 5 s."""
 LOST = "the night's process and the one that served it are gone: killed, or the machine went down"
-"""What is said of a night that its server still takes for running when the serving starts anew."""
+"""Message on a night that the server still shows as running when the serving starts again."""
 MAX_RUNS = 200
-"""Runs that one look at the server reads: its default bound."""
+"""Most runs that one query to the server returns: its default limit."""
 POLL_S = 1.0
 """Time between two looks at a run, s."""
 
@@ -42,12 +42,12 @@ def client() -> SyncPrefectClient:
 
 
 def start_afresh(deployment_id: UUID) -> list[FlowRun]:
-    """Count no run of the deployment as going on, and drop the planned ones whose time is past. Returns those that went
-    on, crashed now.
+    """Mark the deployment's running runs as crashed, free their slots, and delete scheduled runs whose time is past.
+    Returns the crashed runs.
 
-    A server that goes down during a run, killed for instance, forgets to give the run's slot back, and every later
-    night would be cancelled. Nights that nobody was there to start would all start now. Only for whoever alone serves
-    the deployment; runs on one OUT lock each other out anyway.
+    A server that is killed during a run does not free the run's slot, so every later night would be cancelled; and
+    overdue nights would all start now. Call it only from the one process that serves the deployment; runs on one OUT
+    lock each other out anyway.
     """
     with client() as server:
         lost = _runs(server, deployment_id, (StateType.RUNNING, StateType.PENDING, StateType.CANCELLING))
@@ -63,7 +63,7 @@ def start_afresh(deployment_id: UUID) -> list[FlowRun]:
 
 
 def left_out(deployment_id: UUID, since: datetime) -> int:
-    """How many runs of the deployment that were due since a time were cancelled because one was at work already."""
+    """Number of the deployment's runs due after ``since`` that were cancelled because another one was at work."""
     with client() as server:
         found = server.read_flow_runs(
             deployment_filter=_of(deployment_id),
@@ -77,12 +77,12 @@ def left_out(deployment_id: UUID, since: datetime) -> int:
 
 
 def never_began(run: FlowRun) -> bool:
-    """Whether the run was cancelled before its first step, as one is that meets another at work."""
+    """Whether the run was cancelled before its first step, as happens while another run is at work."""
     return run.state is not None and run.state.is_cancelled() and not run.run_count
 
 
 def next_run(deployment_id: UUID, limit_s: float = PLAN_LIMIT_S) -> datetime | None:
-    """When the server will start the deployment next, as it has planned; None where it plans nothing in time."""
+    """Time of the deployment's next scheduled run; None where the server schedules none within ``limit_s``."""
     end = time.monotonic() + limit_s
     with client() as server:
         while True:

@@ -1,6 +1,6 @@
-"""Which nightlies are being served on this machine, and at which server: a locked file each in Prefect's folder.
+"""Nightlies that are served on this machine, with their servers: a locked file each in Prefect's folder.
 
-Imports nothing of Prefect. The lock goes with the process that holds it, so a file of a killed one counts for nothing.
+Imports nothing of Prefect. The lock ends with the process that holds it, so the file of a killed one does not count.
 """
 
 import fcntl

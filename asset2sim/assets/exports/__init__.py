@@ -18,7 +18,7 @@ def require_exports(exports: Sequence[Export]) -> None:
 
 
 def write_exports(folder: Path, overlay: PhysicsOverlay, exports: Sequence[Export]) -> dict[Export, Path]:
-    """Write these formats into a refined folder; the file of each.
+    """Write these formats into a refined folder; format → its file.
 
     The folder's URDF must be the one that the overlay describes. Raises UsageError as ``require_exports`` does, and
     AssetError where the folder's URDF or meshes cannot be read.

@@ -10,7 +10,7 @@ from asset2sim.assets.views.scene import pieces_of, shape_color
 from asset2sim.assets.views.surface import Paint, Surface, posed
 
 LEAST_AREA_M2 = 1e-12
-"""Surface below which there is nothing to be seen, m²: engines refuse meshes without an area."""
+"""Area below which a surface is left out, m²: engines refuse meshes without an area."""
 
 LEAST_VERTICES = 4
 """MuJoCo refuses meshes with fewer."""
@@ -26,7 +26,7 @@ class Look:
 
 
 def looks_of(item: ExportObject) -> tuple[Look, ...]:
-    """What is to be seen of every link, by its URDF's visuals. Meshes that are missing or unreadable are left out."""
+    """The looks of every link, from its URDF's visuals. Meshes that are missing or unreadable are left out."""
     colors = {material.name: material.color for material in item.robot.materials if material.color is not None}
     loaded: dict[Path, tuple[Surface, ...]] = {}
     looks: list[Look] = []

@@ -1,4 +1,4 @@
-"""MJCF beside the URDF: what MuJoCo needs to run the object as it was refined, in a file that compiles by itself.
+"""MJCF export beside the URDF: the refined object in a file that MuJoCo compiles by itself.
 
 It is written from the URDF and the overlay, without MuJoCo: ``MjSpec.to_xml`` (4.0.0) writes six digits, replaces
 inertia tensors by their principal axes, and drops inertials that MuJoCo could make up from the shapes.
@@ -71,7 +71,7 @@ def export_mjcf(folder: Path, overlay: PhysicsOverlay) -> Path:
 def mjcf_of(item: ExportObject) -> Element:
     """The object's MJCF; the meshes and textures of its looks are written into its folder on the way."""
     root = etree.Element("mujoco", model=item.name)
-    # Paths are relative to the file; nothing may be taken from shapes that the inertials state.
+    # Paths are relative to the file; mass and inertia come from the inertials alone, never from shapes.
     etree.SubElement(root, "compiler", angle="radian", autolimits="true", inertiafromgeom="false", fusestatic="false")
     # Damping is integrated implicitly: stable at the coarse steps of robot learning.
     etree.SubElement(root, "option", integrator="implicitfast", cone="elliptic", impratio=number(FRICTION_RATIO))
@@ -95,7 +95,7 @@ def mjcf_of(item: ExportObject) -> Element:
 
 
 def write_defaults(root: Element, contact_friction: float) -> None:
-    """What all joints share, and the classes of the two kinds of geoms."""
+    """Write the defaults of joints, and the default classes of visual and collision geoms."""
     defaults = etree.SubElement(root, "default")
     reference = numbers((REFERENCE_S, 1.0))
     etree.SubElement(
@@ -124,7 +124,7 @@ def write_defaults(root: Element, contact_friction: float) -> None:
 
 
 def collision_assets(item: ExportObject, assets: Element) -> dict[tuple[str, tuple[float, ...]], str]:
-    """Name every collision mesh file at its scale as an asset; (file, scale) → name."""
+    """Add every collision mesh file at its scale as an asset; (file, scale) → its name."""
     names: dict[tuple[str, tuple[float, ...]], str] = {}
     for body in item.bodies.values():
         for shape in body.shapes:
@@ -138,7 +138,7 @@ def collision_assets(item: ExportObject, assets: Element) -> dict[tuple[str, tup
 
 
 def mesh_key(shape: Shape) -> tuple[str, tuple[float, ...]]:
-    """What tells two mesh assets apart."""
+    """Key of a mesh asset: its file and scale."""
     return shape.file, tuple(float(v) for v in (np.ones(3) if shape.scale is None else shape.scale))
 
 
@@ -149,7 +149,7 @@ def write_body(
     looks: dict[str, list[dict[str, str]]],
     names: dict[tuple[str, tuple[float, ...]], str],
 ) -> None:
-    """Fill one body and, within it, those of its children."""
+    """Fill one body and, recursively, those of its children."""
     body = item.bodies[link]
     write_inertial(element, body)
     for attributes in looks.get(link, ()):
@@ -230,7 +230,7 @@ def home(item: ExportObject, world: Element) -> list[float]:
 
 
 def free_name(item: ExportObject) -> str:
-    """A name for the free joint that no joint bears."""
+    """A name for the free joint that no other joint has."""
     name = "root"
     while any(joint.name == name for joint in item.joints):
         name += "_free"
@@ -238,7 +238,7 @@ def free_name(item: ExportObject) -> str:
 
 
 def placed(pose: Array) -> dict[str, str]:
-    """A (4, 4) transform as ``pos`` and ``quat``; what is the identity is left out."""
+    """A (4, 4) transform as ``pos`` and ``quat``; identity parts are left out."""
     attributes = {}
     if not np.allclose(pose[:3, 3], 0.0, atol=1e-12):
         attributes["pos"] = numbers(pose[:3, 3])

@@ -1,4 +1,4 @@
-"""What MuJoCo shows: one OBJ file per link and paint, and textures as PNG, the one format of pictures it reads."""
+"""Visuals for MuJoCo: one OBJ file per link and paint, and textures as PNG, the only image format it reads."""
 
 import re
 import shutil
@@ -48,7 +48,7 @@ def write_looks(looks: Sequence[Look], folder: Path, assets: Element) -> dict[st
 def write_material(
     paint: Paint, number: int, folder: Path, assets: Element, textures: dict[Texture, str | None]
 ) -> str:
-    """Name one paint as a material; its name."""
+    """Add one paint to ``assets`` as a material; its name."""
     name = f"paint_{number}"
     attributes = {"name": name, "rgba": " ".join(f"{value:.4g}" for value in paint.color)}
     if paint.texture is not None:
@@ -62,7 +62,7 @@ def write_material(
 
 
 def write_texture(texture: Texture, number: int, folder: Path, assets: Element) -> str | None:
-    """Write one texture as PNG and name it; None where it cannot be decoded."""
+    """Write one texture as PNG and add it to ``assets``; its name, or None where it cannot be decoded."""
     try:
         texture.image.draft("RGB", (TEXTURE_SIDE, TEXTURE_SIDE))  # lets a JPEG be decoded at a fraction of its size
         picture = texture.image.convert("RGB")

@@ -1,5 +1,4 @@
-"""What an export is written from: the refined URDF with its overlay, read once into frozen data that no format
-colours."""
+"""Input of every export: the refined URDF with its overlay, read once into frozen data that suits any format."""
 
 import math
 from collections.abc import Mapping
@@ -41,7 +40,7 @@ class Shape:
 
 @dataclass(frozen=True, eq=False)
 class Body:
-    """One link: mass in kg, centre of mass (3,) and (3, 3) inertia about it in the link's axes, and what collides."""
+    """One link: mass in kg, centre of mass (3,) and (3, 3) inertia about it in the link's axes, and shapes."""
 
     name: str
     mass_kg: float

@@ -1,4 +1,4 @@
-"""USD beside the URDF: UsdPhysics bodies, joints with drives, and what PhysX and Newton read beyond them.
+"""USD export beside the URDF: UsdPhysics bodies, joints with drives, and attributes for PhysX and Newton.
 
 Written with ``usd-core`` itself, because no converter keeps the dynamics (each tried on a refined box with two lids):
 
@@ -104,7 +104,7 @@ def export_usd(folder: Path, overlay: PhysicsOverlay) -> Path:
 
 
 def write_articulation(prim: "Usd.Prim") -> None:
-    """Mark the object as one articulation whose links collide with each other, next ones excepted."""
+    """Mark the object as one articulation whose links collide with each other, except parent and child."""
     from pxr import UsdPhysics
 
     UsdPhysics.ArticulationRootAPI.Apply(prim)
@@ -134,7 +134,7 @@ def write_body(stage: "Usd.Stage", body: Body, to_world: Array, path: str) -> "U
     UsdPhysics.RigidBodyAPI.Apply(prim)
     prim.AddAppliedSchema("PhysxRigidBodyAPI")
     for name in ("linearDamping", "angularDamping"):
-        # PhysX turns bodies in a drag of its own unless told not to; the joints' damping is all there is.
+        # PhysX adds drag to bodies by default; only the joints' damping is wanted.
         give(prim, f"physxRigidBody:{name}", 0.0)
     moments, axes = np.linalg.eigh(body.inertia)
     if np.linalg.det(axes) < 0.0:
@@ -184,7 +184,7 @@ def write_shape(stage: "Usd.Stage", shape: Shape, folder: Path, path: str) -> No
 
 
 def collide(prim: "Usd.Prim", shape: Shape, material: str) -> None:
-    """Let a prim collide, a mesh as the convex hull that it is."""
+    """Make a prim collide; a mesh collides as its convex hull."""
     from pxr import UsdPhysics, UsdShade
 
     UsdPhysics.CollisionAPI.Apply(prim)

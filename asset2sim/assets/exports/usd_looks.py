@@ -1,4 +1,4 @@
-"""What is seen of an object in USD: a mesh per link and paint, and preview materials with the textures beside it."""
+"""Visuals in USD: a mesh per link and paint, and preview materials with the textures beside the object."""
 
 import os
 from collections.abc import Sequence
@@ -16,9 +16,9 @@ if TYPE_CHECKING:
     from asset2sim.assets.exports.usd_names import Names
 
 READABLE = (".png", ".jpg", ".jpeg")
-"""Pictures that every USD renderer reads."""
+"""Image formats that every USD renderer reads."""
 ROUGHNESS = 0.6
-"""Roughness of every surface, 0 to 1: between satin and matt, for the datasets' shininess means little."""
+"""Roughness of every surface, 0 to 1: between satin and matt, since the datasets' shininess values mean little."""
 
 
 def write_looks(stage: "Usd.Stage", looks: Sequence[Look], folder: Path, names: "Names") -> None:
@@ -85,7 +85,7 @@ def write_material(stage: "Usd.Stage", paint: Paint, path: str, folder: Path) ->
 
 
 def picture(texture: Texture, folder: Path) -> str | None:
-    """The texture's file relative to the folder, forward slashes; None where it is not one that can be referred to."""
+    """The texture's file relative to the folder, forward slashes; None where it is missing, unreadable or outside."""
     path = Path(texture.key)
     if path.suffix.lower() not in READABLE or not path.is_file():
         return None

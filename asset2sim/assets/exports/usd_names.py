@@ -7,7 +7,7 @@ from asset2sim.assets.exports.refined_object import ExportObject
 
 
 class Names:
-    """``top`` is the object's path, ``links`` and ``joints`` the paths of theirs by URDF name."""
+    """Prim paths: ``top`` of the object, ``links`` and ``joints`` by URDF name."""
 
     def __init__(self, item: ExportObject) -> None:
         self.top = f"/{identifier(item.name)}"
@@ -16,7 +16,7 @@ class Names:
 
 
 def paths(parent: str, names: Iterable[str], taken: Iterable[str] = ()) -> dict[str, str]:
-    """Name → a path under ``parent``, two names never the same one."""
+    """Name → a path under ``parent``, no path twice."""
     used, found = set(taken), dict[str, str]()
     for name in names:
         base = word = identifier(name)
@@ -29,6 +29,6 @@ def paths(parent: str, names: Iterable[str], taken: Iterable[str] = ()) -> dict[
 
 
 def identifier(name: str) -> str:
-    """The name with what a USD prim's may not hold replaced."""
+    """The name with the characters replaced that a USD prim's name may not hold."""
     word = re.sub(r"[^A-Za-z0-9_]", "_", name)
     return word if word and not word[0].isdigit() else f"_{word}"

@@ -1,1 +1,1 @@
-"""Meshes, their volumes and hulls, and what they say about joints."""
+"""Meshes: loading, volumes, hulls, convex pieces, and which end of a joint is closed."""

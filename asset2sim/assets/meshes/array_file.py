@@ -27,7 +27,7 @@ def read_arrays(path: Path, names: tuple[str, ...]) -> tuple[dict[str, NDArray[A
 
 
 def write_arrays(path: Path, arrays: Mapping[str, NDArray[Any]], said: object = None) -> None:
-    """Write beside the file and rename: readers see all of it or nothing. A cache that cannot be written is no loss."""
+    """Write atomically (temporary file, then rename). OSError is ignored: the files are caches."""
     named: dict[str, Any] = {**arrays, TEXT: np.frombuffer(json.dumps(said).encode(), dtype=np.uint8)}
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
@@ -56,7 +56,7 @@ def read_clouds(path: Path) -> tuple[list[Array], Any] | None:
 
 
 def write_clouds(path: Path, clouds: Sequence[Array], said: object = None) -> None:
-    """Keep the (n, 3) clouds as ``write_arrays`` does."""
+    """Write the (n, 3) clouds and the JSON value as ``write_arrays`` does."""
     arrays = {
         "points": np.vstack([np.zeros((0, 3)), *clouds]),
         "ends": np.cumsum([len(cloud) for cloud in clouds], dtype=np.int64),

@@ -23,7 +23,7 @@ def volume_of(piece: Array) -> float:
 
 
 def clip(piece: Array, hull: ConvexHull) -> Array | None:
-    """The hull vertices of the part of a convex piece within ``hull``; None where that is flat or nothing."""
+    """The hull vertices of the part of a convex piece within ``hull``; None where that is flat or empty."""
     if len(piece) < 4 or not np.isfinite(piece).all():
         return None
     own = _hull(piece)

@@ -1,4 +1,4 @@
-"""A closed surface for what a mesh draws: one side of double-sided faces, and open sheets as thin walls."""
+"""A closed surface of a mesh: one side of double-sided faces, and open sheets as thin walls."""
 
 from dataclasses import dataclass
 
@@ -48,7 +48,7 @@ def surface_of(vertices: Array, faces: Faces, wall_thickness: float) -> Surface 
 
 
 def thickened(sheet: trimesh.Trimesh, thickness: float) -> trimesh.Trimesh:
-    """An open sheet as a wall: a side on either half of ``thickness``, joined along the sheet's border."""
+    """An open sheet as a closed wall: a side at half of ``thickness`` each way, joined along the sheet's border."""
     normals = np.asarray(sheet.vertex_normals) * (thickness / 2.0)
     edges = np.asarray(sheet.edges)
     _, index, count = np.unique(np.sort(edges, axis=1), axis=0, return_inverse=True, return_counts=True)

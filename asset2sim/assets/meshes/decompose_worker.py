@@ -31,7 +31,7 @@ def main(method: str, folder: Path, cpu_s: int, settings: dict[str, float]) -> N
 
 
 def by_coacd(vertices: Array, faces: Array, settings: dict[str, float], folder: Path) -> list[Array]:
-    """Pieces of a closed surface; without its repair, which fattens thin walls."""
+    """CoACD's pieces of a closed surface; its own repair, which fattens thin walls, is off."""
     import coacd
 
     coacd.set_log_level("off")
@@ -50,7 +50,7 @@ def by_coacd(vertices: Array, faces: Array, settings: dict[str, float], folder: 
 
 
 def by_vhacd(vertices: Array, faces: Array, settings: dict[str, float], folder: Path) -> list[Array]:
-    """Pieces of any triangle soup, half a voxel too thick."""
+    """V-HACD's pieces of any triangle soup, half a voxel too thick."""
     import pybullet
 
     source, target = folder / "mesh.obj", folder / "pieces.obj"

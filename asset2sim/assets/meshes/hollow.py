@@ -16,11 +16,11 @@ from asset2sim.physics.arrays import Array
 Cells = NDArray[np.int64]
 
 MOST_CELLS = 1_500_000
-"""Cells of one grid beyond which they are made larger: a tenth of a second for every million."""
+"""Most cells of one grid, which takes 0.1 s per million; beyond it cells are made larger."""
 CELLS_A_RADIUS = 2.0
 """Cells along the ball's radius: with fewer, a wall is as thick as what it encloses."""
 AROUND = ndimage.generate_binary_structure(3, 2)
-"""The cells within one and a half of a cell: a ball of two cells' radius covers the halves of those beyond."""
+"""Neighbours within 1.5 cells, by which the ball's centres are dilated: two cells' radius half covers those beyond."""
 OUTER_CELLS = 3
 """Cells around the shape beyond the ball's radius, so that the ball starts outside of it."""
 
@@ -48,8 +48,8 @@ class Hollow:
     def deepest(self, points: Array, triangles: Array) -> float:
         """The greatest depth, in cells, that the hull of (n, 3) points with (k, 3, 3) faces reaches into the hollow.
 
-        What a ball gets to is open to the outside, so nothing can fill a part of it without its surface being there;
-        others may stand in pockets with a narrow mouth, for which all of the hull is looked at.
+        Space that the ball reaches is open to the outside, so a hull that fills a part of it has faces there; pockets
+        with a narrow mouth may lie inside the hull, so for them its volume is examined too.
         """
         depth = self.at(samples(triangles, self.cell_m))
         if self.pockets and depth <= LOOSE[-1] and self.filled_m3(points) > 0.0:
@@ -91,14 +91,14 @@ class Hollow:
         return float(inside.sum()) * self.cell_m**3
 
     def opened_m2(self, triangles: Array) -> float:
-        """Area of the hollow that a plate with these (k, 3, 3) faces lies across, m²; its two sides count once."""
+        """Area of a plate with these (k, 3, 3) faces that lies in the hollow, m²; its two sides count once."""
         index = np.unique(self.cells(samples(triangles, self.cell_m / 2.0)), axis=0)
         return float((self.depth[index[:, 0], index[:, 1], index[:, 2]] > ALLOWED).sum()) * self.cell_m**2
 
     def kept_clear(self, points: Array) -> "Hollow":
-        """The same hollow, which what stands at these (n, 3) points also counts as, wherever it can get from outside.
+        """The hollow with the cells of these (n, 3) points added, where they are reachable from outside.
 
-        What stands in the faces' own cells, or in a closed solid, stays as it is: no cut of the shape would free it.
+        Points in the faces' own cells or in a closed solid add nothing: no cut of the shape would free them.
         """
         inner = np.all((points >= self.low) & (points < self.low + self.cell_m * np.array(self.depth.shape)), axis=1)
         index = np.unique(self.cells(points[inner]), axis=0)
@@ -119,7 +119,7 @@ default concavity of 0.05 of half the extent."""
 
 
 LOOSE = (2.5, 4.0)
-"""Depths in cells up to which pieces may fill the hollow, the first before the second, where there would be many."""
+"""Looser bounds of the depth, in cells, tried in this order where there would be too many pieces."""
 
 
 OVER = 1e6
@@ -145,7 +145,7 @@ def hollow_of(triangles: Array, radius: float) -> Hollow:
     swept = ndimage.binary_dilation(centres, AROUND) if reach > 1.5 else centres
     none = np.float32(0.0)
     depth = np.where(swept, distance, none)
-    # The middle of what is hardly wider than the ball must stay free, however loosely the rest is cut.
+    # The middle of a gap that is hardly wider than the ball must stay free under the loosest bound too.
     middle = centres & (distance <= LOOSE[-1]) & (distance >= ndimage.maximum_filter(distance, 3))
     depth[middle] = OVER
     return Hollow(grid.low, cell, depth, np.where(_from_outside(empty), distance, none))

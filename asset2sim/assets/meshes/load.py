@@ -56,8 +56,8 @@ def scale_vector(mesh: yourdfpy.Mesh) -> Array:
 def mesh_points(file: Path) -> Array:
     """(n, 3) vertices that the file's faces use.
 
-    An OBJ is read here, ten times faster than as a mesh; whatever is unusual in it, and any other format, goes the long
-    way. Raises ValueError, naming the file, where it cannot be read or holds no triangle.
+    An OBJ is parsed here, ten times faster than as a mesh; an unusual OBJ or another format is loaded as a mesh. Raises
+    ValueError, naming the file, where it cannot be read or holds no triangle.
     """
     if file.suffix.lower() == ".obj":
         points = obj_points(file.read_bytes())
@@ -67,7 +67,7 @@ def mesh_points(file: Path) -> Array:
 
 
 def obj_points(content: bytes) -> Array | None:
-    """The vertices that an OBJ's faces use; None where it has none, or numbers them in another way than from 1 on."""
+    """(n, 3) vertices that an OBJ's faces use; None where it has none, or numbers them other than from 1 on."""
     vertices: list[list[bytes]] = []
     used: set[bytes] = set()
     for line in content.splitlines():

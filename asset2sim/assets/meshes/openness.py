@@ -2,8 +2,7 @@
 
 Closed objects are compact: the hull of the whole object is smallest when a door, lid or drawer is shut. Where the hull
 does not tell the ends apart (a button inside its panel, a screen folded flat either way), the second cue is how near
-the
-moving part is to the rest of the object.
+the moving part is to the rest of the object.
 """
 
 from collections.abc import Mapping, Sequence
@@ -55,15 +54,15 @@ def profile(
 
 
 GAP_WEIGHT = 0.5
-"""Weight of the distance cue, per object diagonal, beside the hull volume's share: it decides where the hull is
-blind."""
+"""Weight of the distance cue, per object diagonal, beside the hull volume's share: it decides where the
+hull does not tell the ends apart."""
 INTERIOR_MARGIN = 0.05
 """How much more compact than both ends an inner position must be to count as the closed one (drawers that pass
 through)."""
 SURE = 0.15
 """Difference of compactness between the ends from which the answer is certain; doors of real assets show 0.2 to 0.8."""
 BLIND = 0.004
-"""Difference below which geometry says nothing; the closed end is then the one nearer the authored zero."""
+"""Difference below which geometry does not decide; the closed end is then the one nearer the authored zero."""
 
 
 def joint_ends(

@@ -23,7 +23,7 @@ from asset2sim.physics.arrays import Array
 MOST_GROUPS = 192
 """Groups that a shape's faces are halved into at most: joining costs a millisecond for each pair that touches."""
 NO_LIMIT = 1_000_000
-"""A number of pieces that no shape has."""
+"""Number of pieces that stands for no limit."""
 ENOUGH = 12
 """Pieces of one shell above which they may stand a little deeper in the hollow: contacts get slower with each."""
 MOST_CORNERS = 80
@@ -36,7 +36,7 @@ SHARES = np.array([0.25, 0.5, 0.75])
 """Where along a line between two pieces the hollow is looked at before their hull is made, which costs ten times as
 much."""
 PARTNERS = 8
-"""Pieces that one is tried with: the joins that add least are among those whose boxes grow least."""
+"""Partners tried for each piece: the joins that add least are among those whose boxes grow least."""
 
 
 @dataclass(frozen=True)
@@ -93,7 +93,7 @@ def cut(vertices: Array, faces: NDArray[np.int64], hollow: Hollow, thickness: fl
     """Convex pieces of (n, 3) vertices and (m, 3) faces that stay out of the hollow, as few as joining gives.
 
     Pieces thinner than ``thickness`` (m) are made as thick. Where ``MOST_GROUPS`` do not suffice the largest groups are
-    halved first, and the rest fill what they fill.
+    halved first, and the other groups may fill the hollow.
     """
     return join(grouped(vertices, faces, hollow, thickness), hollow, thickness, enough=ENOUGH)
 
@@ -130,7 +130,7 @@ def grouped(vertices: Array, faces: NDArray[np.int64], hollow: Hollow, thickness
 
 @dataclass(frozen=True)
 class _Rule:
-    """What joining may do: ``limits`` is, for each rank of a join, the number of pieces above which it is made."""
+    """Limits of joining: ``limits`` is, for each rank of a join, the number of pieces above which it is made."""
 
     hollow: Hollow | None
     thickness: float
@@ -139,7 +139,7 @@ class _Rule:
 
     @property
     def any_join(self) -> bool:
-        """Whether joins that fill the hollow may be needed, so that they must be known."""
+        """Whether joins that fill the hollow may be made, so that they must be computed."""
         return self.limits[3] < NO_LIMIT
 
 
@@ -223,8 +223,8 @@ def between(a: Piece, b: Piece) -> Array:
 def _partners(
     known: Sequence[Piece], index: int, alive: Sequence[int], slack: float, tried: Collection[tuple[int, int]] = ()
 ) -> list[tuple[int, int]]:
-    """A piece with those ``PARTNERS`` it was not tried with, of boxes at most ``slack`` apart, whose common box is the
-    least larger."""
+    """Up to ``PARTNERS`` pairs of a piece with others not tried yet, their boxes at most ``slack`` apart; those whose
+    common box adds least."""
     own = known[index]
     others = [other for other in alive if other != index and (min(index, other), max(index, other)) not in tried]
     if not others:

@@ -1,5 +1,4 @@
-"""The shapes of an asset's meshes kept on disk by what the files hold: a mesh that has not changed is not parsed
-again."""
+"""Disk cache of an asset's mesh shapes, keyed by file content: an unchanged mesh is not parsed again."""
 
 from dataclasses import dataclass
 from pathlib import Path
@@ -14,13 +13,13 @@ from asset2sim.physics.arrays import Array
 from schemas.vocabulary import VolumeSource
 
 FORMAT = f"2 trimesh {trimesh.__version__} scipy {scipy.__version__}"
-"""What a file must have been written by to be read: raise the number when the same mesh gives another shape."""
+"""Format of the cache file; others are not read. Raise the number when the same mesh gives another shape."""
 
 
 @dataclass(frozen=True)
 class KnownMesh:
-    """What extraction wants to know of one mesh file at one scale: its shape, whether it has holes that count, and
-    whether it is closed but inside out."""
+    """One mesh file at one scale: its shape, whether it has significant holes, and whether it is closed but inside
+    out."""
 
     shape: Shape
     holed: bool
@@ -28,12 +27,12 @@ class KnownMesh:
 
 
 def mesh_key(content: str | None, scale: Array) -> str | None:
-    """What a mesh's shape depends on: its file's ``file_key`` and the (3,) scale; None where the former is."""
+    """Cache key of a mesh: its file's ``file_key`` and the (3,) scale; None where ``content`` is None."""
     return None if content is None else f"{content} {scale.tolist()}"
 
 
 def read_shapes(path: Path) -> dict[str, KnownMesh]:
-    """The meshes that were kept there, by key; none where there is nothing sound."""
+    """The cached meshes by key; empty where the file is missing or damaged."""
     stored = read_clouds(path)
     if stored is None:
         return {}
@@ -51,7 +50,7 @@ def read_shapes(path: Path) -> dict[str, KnownMesh]:
 
 
 def write_shapes(path: Path, known: dict[str, KnownMesh]) -> None:
-    """Keep these meshes in place of what was kept there."""
+    """Replace the cached meshes by these."""
     clouds = [cloud for mesh in known.values() for cloud in (mesh.shape.points, *mesh.shape.pieces)]
     write_clouds(path, clouds, {"format": FORMAT, "meshes": [[key, _said(mesh)] for key, mesh in known.items()]})
 
@@ -89,6 +88,6 @@ def _mesh(clouds: list[Array], item: dict[str, object]) -> KnownMesh:
 
 
 SHAPES = ".cache/shapes"
-"""The shapes and the triangles of meshes that have been read before."""
+"""Shapes and triangles of meshes that were parsed before."""
 PIECES = ".cache/pieces"
 """Convex pieces, shared by all assets and runs."""

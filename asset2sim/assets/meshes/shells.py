@@ -1,8 +1,6 @@
-"""The convex pieces that a mesh stands for: the hull of each connected shell, in place of whatever hull an engine
-would make.
+"""Convex pieces of a mesh: the hull of each connected shell, in place of the hull that an engine would make.
 
-Engines disagree on what a mesh is for collision: PyBullet takes one hull per OBJ group, MuJoCo one per file, and
-both close
+Engines disagree on a mesh's collision shape: PyBullet takes one hull per OBJ group, MuJoCo one per file, and both close
 the gaps between separate shells. Written out as convex pieces, every engine simulates the same shapes.
 """
 
@@ -24,7 +22,7 @@ LOOSE_SHARE = 0.5
 
 @dataclass(frozen=True)
 class Shell:
-    """A convex piece and the (m,) indices of the mesh's faces that it stands for."""
+    """A convex piece and the (m,) indices of the mesh's faces that it replaces."""
 
     hull: Hull
     faces: NDArray[np.int64]

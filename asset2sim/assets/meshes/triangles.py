@@ -1,4 +1,4 @@
-"""The triangles of an asset's mesh files: each file is parsed once, here and, by what it holds, from night to night."""
+"""Triangles of an asset's mesh files: each file is parsed once per process, and cached by content between runs."""
 
 import hashlib
 from dataclasses import dataclass, field
@@ -14,13 +14,13 @@ from asset2sim.physics.arrays import Array, Faces
 Mesh = tuple[Array, Faces]
 
 FORMAT = f"1 trimesh {trimesh.__version__}"
-"""What a store must have been written by to be read: raise the number when ``load_mesh`` reads a file otherwise."""
+"""Format of the cache file; others are not read. Raise the number when ``load_mesh`` reads a file differently."""
 SELF_CONTAINED = (".dae", ".glb", ".obj", ".off", ".ply", ".stl")
 """Formats whose geometry is all in one file; materials and textures do not count."""
 
 
 def file_key(path: Path) -> str | None:
-    """What a file's triangles depend on: its content, and how its name says to parse it.
+    """Cache key of a file's triangles: the hash of its content, and its suffix, which selects the parser.
 
     None for a format whose geometry may lie in other files. Raises OSError where the file cannot be read.
     """
@@ -31,16 +31,16 @@ def file_key(path: Path) -> str | None:
 
 @dataclass
 class Triangles:
-    """The triangles of one asset's mesh files, as they are asked for; ``store`` is the file in which they are kept."""
+    """The triangles of one asset's mesh files, loaded on demand; ``store`` is the cache file."""
 
     store: Path | None = None
     keys: dict[Path, str | None] = field(default_factory=dict)
     """File → its ``file_key``."""
     meshes: dict[Path, Mesh] = field(default_factory=dict)
     parsed: bool = False
-    """Whether there is something that the store does not hold."""
+    """Whether a mesh was parsed that the store does not hold."""
     kept: dict[str, Mesh] | None = None
-    """What the store held, by key; None until somebody asks."""
+    """The store's meshes by key; None until it is read."""
 
     def key(self, path: Path) -> str | None:
         """The file's ``file_key``, which is computed once. Raises ValueError where the file cannot be read."""
@@ -52,7 +52,7 @@ class Triangles:
         return self.keys[path]
 
     def of(self, path: Path) -> Mesh:
-        """The file's (n, 3) vertices, unscaled, and (k, 3) faces, which are nobody's to change.
+        """The file's (n, 3) vertices, unscaled, and (k, 3) faces, both read-only.
 
         Raises ValueError as ``load_mesh`` does, and where the file cannot be read.
         """
@@ -69,14 +69,14 @@ class Triangles:
         return self.meshes[path]
 
     def mesh(self, path: Path, scale: Array) -> trimesh.Trimesh:
-        """The file's mesh at a (3,) scale, the caller's own. Raises ValueError as ``of``."""
+        """A new mesh of the file at a (3,) scale. Raises ValueError as ``of``."""
         vertices, faces = self.of(path)
         mesh = trimesh.Trimesh(vertices=vertices, faces=faces, process=False)
         mesh.apply_scale(scale)
         return mesh
 
     def keep(self) -> None:
-        """Write what was parsed into the store, beside what it holds of the files that the asset still has."""
+        """Write the parsed meshes into the store; entries of files that the asset no longer has are dropped."""
         if self.store is None or not self.parsed:
             return
         known = self._kept()
@@ -95,7 +95,7 @@ class Triangles:
 
 
 def read_triangles(path: Path) -> dict[str, Mesh]:
-    """The meshes that were kept there, by key; none where there is nothing sound."""
+    """The cached meshes by key; empty where the file is missing or damaged."""
     stored = read_arrays(path, ("vertices", "faces", "ends"))
     if stored is None:
         return {}
@@ -111,11 +111,11 @@ def read_triangles(path: Path) -> dict[str, Mesh]:
 
 
 def write_triangles(path: Path, meshes: dict[str, Mesh]) -> None:
-    """Keep these meshes in place of what was kept there."""
+    """Replace the cached meshes by these."""
     counts = [[len(vertices), len(faces)] for vertices, faces in meshes.values()]
     arrays = {
         "vertices": np.vstack([np.zeros((0, 3)), *(vertices for vertices, _ in meshes.values())]),
-        # Half the file: nobody has a mesh of 2^31 vertices.
+        # int32 halves the file; no mesh has 2^31 vertices.
         "faces": np.vstack([np.zeros((0, 3), np.int32), *(faces.astype(np.int32) for _, faces in meshes.values())]),
         "ends": np.cumsum(np.array(counts, dtype=np.int64).reshape(-1, 2), axis=0),
     }

@@ -15,7 +15,7 @@ from asset2sim.physics.inertia import box_inertia
 from schemas.vocabulary import VolumeSource
 
 EXACT_SHARE = 0.97
-"""Share of its hull that a closed mesh fills from which the hull is its very shape."""
+"""Share of its hull that a closed mesh must fill to count as convex."""
 SLAB_THICKNESS = 1e-3
 """Thickness over longest extent that a sheet is given, so that it has a mass and an inertia."""
 
@@ -35,11 +35,11 @@ class Solid:
 
 @dataclass(frozen=True)
 class Shape:
-    """One mesh as physics sees it, in the mesh's frame.
+    """Mass properties and hulls of one mesh, in the mesh's frame.
 
     ``points`` are the (n, 3) vertices of its hull, or all of them where it is flat; ``pieces`` the (k, 3) hull points
-    of each convex piece, none where it is flat. ``exact`` says that the mesh is closed and fills its one hull, so that
-    the hull is its very shape.
+    of each convex piece, none where it is flat. ``exact`` says that the mesh is closed and convex: it fills its
+    one hull.
     """
 
     solid: Solid

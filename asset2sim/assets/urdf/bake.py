@@ -1,8 +1,8 @@
 """Baking a state into a URDF: the same object whose joint zero is the requested state, and the way back.
 
-URDF has no field for an initial position. Here each joint's origin takes the joint's motion at its position with it,
-and everything that is measured from zero (limits, spring, mimic, safety and calibration) is shifted by it. What every
-attribute was is recorded, in the comment at the top and beside the file, so that ``unbake`` restores it to the letter.
+URDF has no field for an initial position. Here each joint's motion at its position is folded into its origin, and
+everything that is measured from zero (limits, spring, mimic, safety and calibration) is shifted by it. The old text of
+every attribute is recorded in the comment at the top and beside the file, so that ``unbake`` restores it exactly.
 """
 
 import json
@@ -25,7 +25,7 @@ RECORD_NAME = "bake.json"
 MARK = " asset2sim bake: "
 STATE_MARK = " asset2sim: "
 ROUNDED = 1e-7
-"""How far outside the written limits a position may lie for want of digits in the file, rad or m: it is the limit's."""
+"""Rounding error by which a position may lie outside the written limits, rad or m: it is set to the limit."""
 SHIFTED = (("limit", "lower"), ("limit", "upper"), ("dynamics", "spring_reference"), *POSITIONS)
 """Attributes that are positions of their joint."""
 MOVING = ("revolute", "continuous", "prismatic")
@@ -117,7 +117,7 @@ def baked(overlay: PhysicsOverlay) -> PhysicsOverlay:
 
 
 def within_limits(joint: Element, position: float) -> float:
-    """The position, at a limit where it lies outside by no more than the digits of the file."""
+    """The position, set to a limit that it passes by no more than ``ROUNDED``."""
     limit = joint.find("limit")
     if limit is None or joint.get("type") == "continuous":
         return position
@@ -158,7 +158,7 @@ def shift_joint(joint: Element, zero: float, offset: float | None) -> None:
 
 
 def moving(joint: Element) -> TreeJoint:
-    """The joint's own motion: its type and its unit axis (x where it states none, as URDF has it)."""
+    """A ``TreeJoint`` of the joint's type and unit axis (x where it states none, URDF's default), for ``motion``."""
     stated = joint.find("axis")
     axis = np.array(numbers("1 0 0" if stated is None else stated.get("xyz", "1 0 0")))
     return TreeJoint("", str(joint.get("type")), "", "", np.eye(4), axis / np.linalg.norm(axis))
@@ -176,7 +176,7 @@ def angles(rotation: Array) -> Array:
 
 
 def authored(joint: Element, zero: float) -> BakedJoint:
-    """What every attribute of one joint that baking may change was, None where it was not there."""
+    """The old text of every attribute of one joint that baking may change, None where it was absent."""
     paths = [("origin", "xyz"), ("origin", "rpy"), ("mimic", "offset"), *SHIFTED]
     texts: dict[str, str | None] = {}
     for tag, key in paths:
@@ -208,7 +208,7 @@ def write_comment(robot: Element, record: Bake) -> None:
 
 
 def remove_comments(robot: Element, marks: tuple[str, ...]) -> None:
-    """Remove our own comments, and the whitespace after them with them."""
+    """Remove our own comments and the whitespace after them."""
     for node in list(comments(robot)):
         if str(node.text).startswith(marks):
             robot.remove(node)
@@ -226,7 +226,7 @@ def parsed(document: bytes) -> Element:
 
 
 def serialised(robot: Element) -> bytes:
-    """The document, indented as ours are."""
+    """The document as indented UTF-8 XML."""
     etree.indent(robot, space="  ")
     document: bytes = etree.tostring(robot, xml_declaration=True, encoding="utf-8", pretty_print=True)
     return document

@@ -93,7 +93,7 @@ def edit_geometry(link: Element, scale: float, mesh_places: Mapping[str, str], k
 
 
 def collide_primitives(link: Element) -> None:
-    """Give a link that has looks and no collision the primitives among its looks as collision; meshes get hulls."""
+    """Copy the primitives among a link's visuals as its collision shapes; its meshes get hulls."""
     for visual in link.findall("visual"):
         geometry = visual.find("geometry")
         if geometry is not None and geometry.find("mesh") is None:
@@ -116,7 +116,7 @@ def scale_origin(element: Element, scale: float) -> None:
 
 
 def scale_positions(element: Element, features: Features, scale: float) -> None:
-    """Scale what else a joint states as positions: a slider's mimic offset, safety limits and calibration, and the
+    """Scale a joint's other positions: a slider's mimic offset, safety limits and calibration, and the
     multiplier between a slider and a hinge."""
     own = features.joint(str(element.get("name")))
     factor = scale if own.prismatic else 1.0
@@ -133,7 +133,7 @@ def scale_positions(element: Element, features: Features, scale: float) -> None:
 
 
 def scale_attribute(element: Element, key: str, factor: float, default: str | None = None) -> None:
-    """Multiply an attribute where it is there, or where it has a default that is no zero."""
+    """Multiply an attribute by ``factor``; an absent one is ``default``, and left out where that is None."""
     text = element.get(key, default)
     if text is not None and factor != 1.0:
         element.set(key, word(float(text) * factor))
@@ -161,9 +161,8 @@ def write_contact(link: Element, rolling_friction_m: float) -> None:
 def write_joint(element: Element, authored: JointFeatures, physics: JointPhysics, settings: PhysicsSettings) -> None:
     """Write one movable joint's type, axis, limits and dynamics.
 
-    Stiffness goes into ``spring_stiffness`` and ``spring_reference``, the names that SDF uses; engines that know
-    them only
-    from ``overlay.json`` lose nothing.
+    Stiffness goes into ``spring_stiffness`` and ``spring_reference``, the names that SDF uses; engine
+    adapters can also take them from ``overlay.json``.
     """
     element.set("type", physics.type)
     axis = child(element, "axis")

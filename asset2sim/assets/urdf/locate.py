@@ -33,11 +33,10 @@ def find_urdf(folder: Path) -> Path:
 
 
 def find_mesh(reference: str, folder: Path) -> Path | None:
-    """The file that a mesh reference means, or None.
+    """The file of a mesh reference, or None.
 
     ``package://name/path``, ``model://name/path`` and ``file://`` references, and relative paths, are resolved next
-    to the
-    URDF's folder: each suffix of the path is tried there and up to two folders above.
+    to the URDF's folder: each suffix of the path is tried there and up to two folders above.
     """
     text = _path_in(reference)
     if text.startswith("/") and Path(text).is_file():
@@ -49,8 +48,8 @@ def find_mesh(reference: str, folder: Path) -> Path | None:
 
 
 def mesh_candidates(reference: str, folder: PurePath, above: Sequence[PurePath]) -> Iterator[PurePath]:
-    """Where the file may be that a mesh reference means, the likeliest first; ``above`` are the folders above the
-    URDF's that are searched."""
+    """Candidate paths of a mesh reference, the likeliest first; ``above`` are the folders above the URDF's that are
+    searched."""
     text = _path_in(reference)
     parts = [part for part in PurePosixPath(text).parts if part != "/"]
     if not parts:

@@ -15,7 +15,7 @@ TEXTURE_LINE = re.compile(r"^\s*(?:map_\w+|bump|disp|decal|norm)\s+(.+?)\s*$", r
 
 
 def bring_meshes(references: Mapping[str, Path | None], source: Path, target: Path) -> dict[str, str]:
-    """Copy every file that is there into ``target``; reference → its new path relative to ``target``, forward slashes.
+    """Copy the existing files into ``target``; reference → its new path relative to ``target``, forward slashes.
 
     Files under ``source`` keep their place; others go to ``outside/``, each to a folder of its own. COLLADA and glTF
     become OBJ, which every engine reads. Nothing under ``source`` is written to.
@@ -80,12 +80,12 @@ def companions_of(file: Path) -> list[Path]:
 
 
 def libraries_of(obj: Path) -> list[str]:
-    """The material libraries that an OBJ names and that are there, as it names them."""
+    """Names of an OBJ's material libraries that exist, as the OBJ writes them."""
     return [name for name in MATERIAL_LINE.findall(read_head(obj)) if (obj.parent / name).is_file()]
 
 
 def textures_of(library: Path) -> list[str]:
-    """The textures that a material library names and that are there, as it names them; options before are left out."""
+    """Names of a material library's textures that exist, as it writes them, without the options before the name."""
     names = []
     for line in TEXTURE_LINE.findall(library.read_text(encoding="utf-8", errors="replace")):
         name = line if (library.parent / line).is_file() else line.split()[-1]
@@ -112,7 +112,7 @@ def convert(file: Path, target: Path, place: str) -> str:
     # One folder a file: exporters name their material and texture files alike.
     folder = target / path.parent / path.name.replace(".", "_")
     folder.mkdir(parents=True, exist_ok=True)
-    import trimesh  # late: whoever only asks which files an asset has needs none
+    import trimesh  # late: not needed to list an asset's files
 
     scene = trimesh.load_scene(str(file))
     mesh = scene.to_mesh()

@@ -1,4 +1,4 @@
-"""Surfaces to what the renderer takes: one batch of vertices per paint, seen from both sides, without doubled faces."""
+"""Batches for the renderer from surfaces: one per paint, visible from both sides, without duplicate faces."""
 
 from collections.abc import Sequence
 from dataclasses import replace
@@ -129,7 +129,7 @@ def faces_to_draw(surfaces: Sequence[Surface]) -> tuple[Bools, Bools]:
 
 
 def mixed(values: Ints) -> Ints:
-    """Integers stirred, so that sums of them do not collide by accident."""
+    """Hashed integers, so that sums of them do not collide by accident."""
     stirred = values.view(np.uint64) + np.uint64(0x9E3779B97F4A7C15)
     for shift, factor in ((33, 0xFF51AFD7ED558CCD), (33, 0xC4CEB9FE1A85EC53), (33, 1)):
         stirred = (stirred ^ (stirred >> np.uint64(shift))) * np.uint64(factor)

@@ -1,4 +1,4 @@
-"""Where the five cameras stand, and how far."""
+"""Directions and distances of the five cameras."""
 
 from dataclasses import dataclass
 

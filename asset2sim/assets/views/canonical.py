@@ -1,4 +1,4 @@
-"""The five canonical views: load, pose, light, look, and write."""
+"""The five canonical views of an asset: render and write."""
 
 import os
 import tempfile
@@ -71,7 +71,7 @@ def write_views(
 
 
 def labelled_views(extraction: Extraction, settings: Settings) -> dict[str, LabelledImage]:
-    """View name → picture of the asset as authored, for models that might look at them; empty for those that cannot."""
+    """View name → labelled picture of the authored asset; empty for a prior, which takes no images."""
     if is_prior(settings.model.model):
         return {}
     views = render_views(extraction.urdf, {}, settings.views)

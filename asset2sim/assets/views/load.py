@@ -117,7 +117,7 @@ def opaque(image: object) -> object:
 
 
 def opacity(material: SimpleMaterial) -> float:
-    """What an MTL's ``d`` (or 1 - ``Tr``) says; 1 where it says nothing that is a number."""
+    """An MTL's opacity, ``d`` or 1 - ``Tr``, 0 to 1; 1 where neither is a number."""
     for name, turn in (("d", False), ("tr", True)):
         words = material.kwargs.get(name)
         try:

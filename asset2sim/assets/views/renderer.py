@@ -74,7 +74,7 @@ def render(batches: Sequence[Batch], cameras: Mapping[str, Camera], width: int, 
 
 
 def add(batch: Batch, skin: Skin | None, client: int, folder: Path, numbers: dict[int, int]) -> int:
-    """Put a batch into the scene; the number of its body."""
+    """Add a batch to the scene; PyBullet's number of its body."""
     color = [*(SHEEN + (1.0 - SHEEN) * level for level in batch.paint.color[:3]), 1.0]
     options: dict[str, object] = {}
     if skin is not None and batch.uv is not None:
@@ -137,7 +137,7 @@ def take(camera: Camera, client: int, width: int, height: int, ambient: float = 
 def seen_through(
     shots: Mapping[str, tuple[Frame, Bodies]], cameras: Mapping[str, Camera], glass: Mapping[int, Glass], client: int
 ) -> dict[str, Frame]:
-    """The frames with what is behind the translucent bodies showing through them."""
+    """The frames with translucent bodies blended over what is behind them."""
     masked = [body for body, item in glass.items() if item.mask >= 0]
     shares: dict[str, Pixels] = {}
     for name, (_, bodies) in shots.items():

@@ -22,8 +22,7 @@ Y_UP_TO_Z_UP = np.array([[0.0, 0.0, -1.0], [-1.0, 0.0, 0.0], [0.0, 1.0, 0.0]])
 
 @dataclass(frozen=True, eq=False)
 class Scene:
-    """What there is to draw: surfaces in the root frame (z up), and the (3,) unit direction that the object's front
-    faces."""
+    """The surfaces to draw, in the root frame (z up), and the (3,) unit direction that the object's front faces."""
 
     surfaces: tuple[Surface, ...]
     front: Floats
@@ -89,7 +88,7 @@ def link_to_root(robot: yourdfpy.Robot, positions: Mapping[str, float]) -> dict[
 
 
 def root_of(robot: yourdfpy.Robot) -> str:
-    """The link that is nobody's child."""
+    """Name of the root link."""
     children = {joint.child for joint in robot.joints}
     return next(str(link.name) for link in robot.links if link.name not in children)
 

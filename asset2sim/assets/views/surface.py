@@ -1,4 +1,4 @@
-"""A painted piece of surface: what every mesh format and primitive is turned into before it is drawn."""
+"""Painted surfaces: the form in which every mesh format and primitive is drawn."""
 
 from dataclasses import dataclass, field
 
@@ -12,7 +12,7 @@ Bools = NDArray[np.bool_]
 Color = tuple[float, float, float, float]
 
 PLAIN: Color = (0.72, 0.72, 0.74, 1.0)
-"""The colour of what has none: a light grey that both lit and unlit sides can be read in."""
+"""The default colour: a light grey that both lit and unlit sides can be read in."""
 
 
 @dataclass(frozen=True)

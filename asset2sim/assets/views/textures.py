@@ -9,7 +9,7 @@ from PIL import Image
 from asset2sim.assets.views.surface import Batch, Texture
 
 TEXTURE_SIDE = 256
-"""Textures are shrunk to this many pixels on their longer side: a view has not more of them to show."""
+"""Textures are shrunk to this many pixels on their longer side: a view shows no more."""
 OPAQUE = 250
 """Texels whose opacity (0 to 255) is at least this are taken for opaque."""
 

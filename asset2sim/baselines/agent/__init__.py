@@ -1,4 +1,4 @@
-"""The coding-agent baseline (paper, baselines): a model with tools and a simulator, and no structure of ours."""
+"""Coding-agent baseline (paper, baselines): a model with tools and a simulator, without our structure."""
 
 from asset2sim.baselines.agent.run import AgentResult, run_agent
 

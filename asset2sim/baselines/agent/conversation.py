@@ -1,4 +1,4 @@
-"""The conversation with an agent, kept short enough to be sent again with every question."""
+"""Conversation with an agent, shortened to be sent again with every question."""
 
 import json
 from collections.abc import Collection, Sequence
@@ -18,14 +18,14 @@ from schemas.errors import InvalidAnswerError
 from schemas.request import ModelAnswer, ToolCall, Turn
 
 LEFT_OUT = refused("left out: this result is too far back; call the tool again where it is needed")
-"""What an old result is replaced by."""
+"""Replacement for an old result."""
 
 
 def said_by_model(answer: ModelAnswer, most: int, known: Collection[str], step: int) -> Turn:
-    """The model's turn as it goes back to the model, with at most ``most`` of its calls.
+    """The model's turn as sent back to the model, with at most ``most`` of its calls.
 
-    Providers check what they are sent: a call needs an identifier of its own (``known`` holds those of earlier ones), a
-    tool's name and arguments that parse, or the whole conversation is refused. What is wrong is told in the result.
+    Providers refuse the whole conversation unless every call has a unique identifier (``known`` holds earlier ones), a
+    tool's name and arguments that parse. The call's result says what was wrong.
     """
     calls = []
     seen = set(known)
@@ -57,8 +57,8 @@ def arguments_of(text: str) -> dict[str, object]:
 
 
 def bounded(turns: Sequence[Turn]) -> tuple[Turn, ...]:
-    """The turns as they are sent: pictures of the last look alone, and old results and arguments left out where all
-    together are too long."""
+    """Turns to send: only the latest pictures, and without the oldest results and arguments where the whole is too
+    long."""
     kept: list[Turn] = []
     room, looked = MAX_TALK_CHARS, False
     for turn in reversed(turns):
@@ -75,7 +75,7 @@ def bounded(turns: Sequence[Turn]) -> tuple[Turn, ...]:
 
 
 def shortened(turn: Turn) -> Turn:
-    """A turn without what makes it long; every call keeps its identifier and its result."""
+    """A turn without long results and arguments; every call keeps its identifier and has a result."""
     calls = tuple(
         call if len(call.arguments) <= MAX_ROOMLESS_CHARS else call.model_copy(update={"arguments": "{}"})
         for call in turn.tool_calls

@@ -1,4 +1,4 @@
-"""The parameters that an agent has set so far: merged field by field, and checked as an overlay's JSON is."""
+"""Parameters set by an agent so far: merged field by field and validated like an overlay's JSON."""
 
 import json
 from collections.abc import Mapping
@@ -49,8 +49,8 @@ def merged(draft: Draft, arguments: Mapping[str, Any]) -> Draft:
 def checked(draft: Draft, features: Features) -> Overlay | None:
     """The draft as an overlay; None while it has no scale.
 
-    Raises ``InvalidAnswerError`` with every violation: names, signs, numbers that are not finite. Whether the numbers
-    make sense is the agent's to find out.
+    Raises ``InvalidAnswerError`` with every violation: names, signs, numbers that are not finite. Plausibility is not
+    checked: the agent has to find that out.
     """
     data = {
         **draft,
@@ -63,7 +63,7 @@ def checked(draft: Draft, features: Features) -> Overlay | None:
 
 
 def short(text: str) -> str:
-    """A text cut to what an error quotes."""
+    """The text, cut to ``MAX_QUOTED_CHARS``."""
     return text if len(text) <= MAX_QUOTED_CHARS else text[:MAX_QUOTED_CHARS] + "…"
 
 

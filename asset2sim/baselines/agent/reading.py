@@ -1,4 +1,4 @@
-"""An asset as plain text for an agent: a summary, links, joints and files, a row each. Names are quoted, being data."""
+"""Plain-text rows for an agent: summary, links, joints and files of an asset. Names are quoted: they are data."""
 
 import json
 
@@ -7,11 +7,11 @@ from asset2sim.baselines.agent.specs import MAX_RESULT_CHARS
 from schemas.features import JointFeatures, LinkFeatures
 
 ROOM = 500
-"""Characters kept free for the line that says where a reading goes on."""
+"""Characters reserved for the line that says from which row to read on."""
 
 
 def read_part(extraction: Extraction, part: str, start: int) -> str:
-    """One part of an asset from row ``start`` on, as many rows as fit; the last line says where it goes on."""
+    """Text of one part of an asset from row ``start``, as many rows as fit; the last line says where to read on."""
     rows = {"summary": _summary, "links": _links, "joints": _joints, "files": _files}[part](extraction)
     shown: list[str] = []
     length = 0

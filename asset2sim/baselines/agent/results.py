@@ -1,4 +1,4 @@
-"""What the agent's tools return, as text: compact JSON with few digits, and never longer than a bound."""
+"""Results of the agent's tools as compact JSON with few digits, of bounded length."""
 
 import json
 from collections.abc import Mapping, Sequence
@@ -19,13 +19,13 @@ LIMITS = (
     "penetration_m", "drift_m", "drift_rad", "peak_speed_m_s", "oscillation_sign_changes", "oscillation_rad",
     "oscillation_m",
 )  # fmt: skip
-"""The thresholds that a result states: those of the paper's tests."""
+"""Thresholds stated in a result: those of the paper's checks."""
 STILL = 1e-3
 """Motion below which a joint counts as still in a result, rad or m."""
 
 
 def simulated(measurement: Measurement, physics: PhysicsOverlay, thresholds: Thresholds) -> str:
-    """The paper's three tests as numbers, with what moved and the dynamics it has now."""
+    """Result of ``simulate``: the paper's three checks, and the joints that moved with their dynamics."""
     prismatic = frozenset(joint.name for joint in physics.joints if joint.type == "prismatic")
     verdict = judge(measurement, prismatic, thresholds)
     joints = {joint.name: joint for joint in physics.joints}
@@ -63,20 +63,20 @@ def simulated(measurement: Measurement, physics: PhysicsOverlay, thresholds: Thr
 
 
 def touching(pairs: Sequence[ContactPair]) -> str:
-    """The overlapping pairs, worst first, with how deep."""
+    """Result of ``read_contacts``: overlapping pairs with their depths, worst first."""
     total = sum(pair.penetration_m for pair in pairs)
     return text_of({"penetration_m": total, "n_pairs": len(pairs), "pairs": pair_rows(pairs)[:MAX_ROWS]})
 
 
 def pair_rows(pairs: Sequence[ContactPair]) -> list[dict[str, object]]:
-    """One row per pair: its links, its deepest point and its share of Φ, m."""
+    """One row per pair: its links, its deepest point (m) and its contribution to Φ (m)."""
     return [
         {"link_a": p.link_a, "link_b": p.link_b, "depth_m": p.depth_m, "penetration_m": p.penetration_m} for p in pairs
     ]
 
 
 def boxed(boxes: Mapping[str, tuple[Array, Array]], images: str) -> str:
-    """Every link's box, m in the root link's frame, and in ``images`` what became of the pictures."""
+    """Result of ``render``: every link's box, m in the root link's frame; ``images`` says if pictures follow."""
     rows = [{"link": name, "low_m": low.tolist(), "high_m": high.tolist()} for name, (low, high) in boxes.items()]
     corners = [corner for box in boxes.values() for corner in box]
     size = np.ptp(corners, axis=0).tolist() if corners else []
@@ -94,6 +94,6 @@ def text_of(value: object) -> str:
 
 
 def cut(text: str, most: int = MAX_RESULT_CHARS) -> str:
-    """The text, or its beginning and how much of it there is, without what cannot be sent."""
+    """The text, shortened to ``most`` characters and its length, without characters that UTF-8 cannot encode."""
     text = text.encode("utf-8", "replace").decode("utf-8")
     return text if len(text) <= most else f"{text[:most]}… ({len(text)} characters in all)"

@@ -1,4 +1,4 @@
-"""The agent's loop: a question, the tools that the answer wants, and again, until it ends or its steps are spent."""
+"""Agent loop: ask, run the tools that the answer calls, repeat until the agent finishes or a limit is reached."""
 
 import hashlib
 import tempfile
@@ -30,16 +30,16 @@ USE_TOOLS = (
     "That is neither a tool call nor an overlay in JSON. Go on by calling one of the tools: "
     f"{', '.join(TOOL_NAMES)}. Call finish when you are done."
 )
-"""What a model is told once that talks instead of calling tools."""
+"""Sent once to a model that answers with text instead of a tool call."""
 FINISHED, IN_TEXT, SPENT = "it finished", "it answered with an overlay in text", "its steps are spent"
 TALKED, LOOPED = "it went on talking without calling a tool", f"it made the same calls {MAX_SAME} times in a row"
 OVERUSED = f"it made {MAX_CALLS} tool calls"
-"""Why a conversation ended."""
+"""Reasons why a conversation ends."""
 
 
 @dataclass(frozen=True)
 class AgentResult:
-    """The overlay as the agent left it, every model call, what there is to say, and how many answers it took."""
+    """The agent's final overlay, all model calls, findings, and the number of answers."""
 
     overlay: Overlay
     calls: tuple[ModelCall, ...]
@@ -49,7 +49,7 @@ class AgentResult:
 
 @dataclass
 class Talk:
-    """A conversation under way: its turns, what it cost, and why it ended once it has."""
+    """State of a conversation: its turns, calls, findings, and the reason why it ended."""
 
     turns: list[Turn] = field(default_factory=list)
     calls: list[ModelCall] = field(default_factory=list)
@@ -64,11 +64,11 @@ class Talk:
 def run_agent(
     ref: AssetRef, extraction: Extraction, settings: Settings, ask: Callable[[ModelRequest], ModelAnswer]
 ) -> AgentResult:
-    """Let a model find an asset's parameters with tools, in at most ``settings.methods.agent_steps`` answers.
+    """Parameters found by a model with tools, in at most ``settings.methods.agent_steps`` answers.
 
-    Nothing of ours stands between it and the overlay: no rule, no search, no check beyond what writing a file takes.
-    However the conversation ends, the parameters stand as they are then. Raises ``SynthesisError`` where no scale was
-    ever set: ``model_error`` or ``budget`` where the provider fails, else ``no_valid_estimate``.
+    None of our rules or searches change them; they are validated only as far as writing a file needs. However the
+    conversation ends, the last parameters count. Raises ``SynthesisError`` where no scale was set: ``model_error`` or
+    ``budget`` where the provider fails, else ``no_valid_estimate``.
     """
     prior = is_prior(settings.model.model)
     source = Source.PRIOR if prior else Source.MODEL
@@ -93,13 +93,13 @@ def run_agent(
 
 
 def opening(ref: AssetRef, extraction: Extraction) -> ModelRequest:
-    """The first question: the same facts as every method gets, and the tools; no picture until one is asked for."""
+    """First request: the same facts as for every method, and the tools; pictures only come from ``render``."""
     request = overlay_request(AGENT, extraction.features, ref.prompt, extraction.closed_size, extraction.link_centers)
     return request.model_copy(update={"tools": TOOLS, "answer_schema": None})
 
 
 def take(answer: ModelAnswer, talk: Talk, session: Session, most_steps: int) -> None:
-    """One answer: run what it asks for, or read it as an overlay, and see whether the conversation goes on."""
+    """Process one answer: run its tool calls or parse it as an overlay, and set ``talk.ended`` where it is the last."""
     if answer.without_images is not None and session.blind is None:
         session.blind = answer.without_images
         talk.findings.extend(images_not_sent(answer))
@@ -115,7 +115,7 @@ def take(answer: ModelAnswer, talk: Talk, session: Session, most_steps: int) -> 
 
 
 def take_calls(answer: ModelAnswer, talk: Talk, session: Session) -> bool:
-    """Run an answer's calls in order; whether any of them was of use."""
+    """Run an answer's calls in order; True if any of them succeeded."""
     room = min(MAX_ANSWER_CALLS, MAX_CALLS - session.n_calls)
     known = {call.call_id for turn in talk.turns for call in turn.tool_calls}
     turn = said_by_model(answer, room, known, talk.steps)
@@ -151,7 +151,7 @@ def take_calls(answer: ModelAnswer, talk: Talk, session: Session) -> bool:
 
 
 def take_text(answer: ModelAnswer, talk: Talk, session: Session) -> bool:
-    """An answer without a call: an overlay in JSON ends the conversation, anything else is refused once."""
+    """Process an answer without a tool call: an overlay ends the conversation, other text is refused once."""
     content = answer.content or ""
     try:
         overlay = parse_overlay(content, session.bench.extraction.features)
@@ -170,7 +170,7 @@ def take_text(answer: ModelAnswer, talk: Talk, session: Session) -> bool:
 
 
 def told(talk: Talk, session: Session) -> tuple[Finding, ...]:
-    """How many answers and calls it took and why it ended, and what was refused on the way."""
+    """Findings: number of answers and calls, why the conversation ended, and refused calls."""
     well = talk.ended in (FINISHED, IN_TEXT)
     findings = [
         Finding(

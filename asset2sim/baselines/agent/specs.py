@@ -1,4 +1,4 @@
-"""The agent's tools as a model is told of them: names, what they do, and the JSON Schema of their arguments."""
+"""Tool specifications for the agent: names, descriptions, and the JSON Schema of the arguments."""
 
 from typing import Any
 
@@ -6,12 +6,12 @@ from asset2sim.assets.views import VIEW_NAMES
 from schemas.request import Tool
 
 READ_PARTS = ("summary", "links", "joints", "files")
-"""What ``read_asset`` can read."""
+"""Parts of an asset for ``read_asset``."""
 LINK_FIELDS = ("name", "material", "mass_kg", "com", "inertia")
-"""What ``set_parameters`` takes of a link ..."""
+"""Link fields of ``set_parameters``."""
 JOINT_FIELDS = ("name", "damping", "friction", "stiffness", "spring_rest", "holds")
-"""... and of a joint: what a URDF can hold, nothing from which a rule of ours would derive it, and whether the joint is
-to be judged by whether it stays where it is put."""
+"""Joint fields of ``set_parameters``: terms of a URDF, not the ones from which our rules derive them, and whether the
+hold check applies."""
 
 
 def _object(properties: dict[str, Any], required: tuple[str, ...] = ()) -> dict[str, Any]:
@@ -116,7 +116,7 @@ TOOLS: tuple[Tool, ...] = (
         parameters=_object({"notes": {"type": "string"}}),
     ),
 )
-"""All tools, in the order in which a model is told of them."""
+"""All tools, in the order sent to the model."""
 TOOL_NAMES = tuple(tool.name for tool in TOOLS)
 
 
@@ -126,34 +126,34 @@ def argument_names(name: str) -> tuple[str, ...]:
 
 
 MAX_ANSWER_CALLS = 8
-"""Tool calls of one answer that are run; the rest is dropped and the model told so."""
+"""Most tool calls of one answer that are run; others are dropped, and the model is told so."""
 MAX_CALLS = 60
-"""Tool calls for one asset: five for each of the twelve answers of the default budget."""
+"""Most tool calls for one asset: five for each of the twelve answers of the default budget."""
 MAX_SAME = 3
-"""Identical answers in a row that end the conversation: the tools would return the same for ever."""
+"""Identical answers in a row that end the conversation: the tools would return the same results."""
 MAX_ARGUMENT_CHARS = 100_000
-"""Longest arguments of one call that are looked at: an object of a thousand joints needs less."""
+"""Longest arguments of one call that are parsed: an object with a thousand joints needs less."""
 MAX_RESULT_CHARS = 16_000
 """Longest result of one tool, about 4000 tokens."""
 MAX_SAID_CHARS = 4_000
-"""Longest text of the model's own that goes back to it with the conversation."""
+"""Longest text of one model answer that is sent back with the conversation."""
 MAX_TALK_CHARS = 160_000
 """Longest conversation, about 40,000 tokens; beyond it the oldest results and arguments are left out."""
 MAX_ROOMLESS_CHARS = 200
-"""Arguments up to this length stay even then."""
+"""Arguments up to this length are kept even in a conversation that is too long."""
 MAX_ID_CHARS = 20_000
-"""Longest identifier of a call that is kept: some providers put their model's signed thoughts into it."""
+"""Longest call identifier that is kept: some providers put the model's signed reasoning into it."""
 MAX_QUOTED_CHARS = 200
-"""How much of something wrong is quoted in an error."""
+"""Longest quotation of a wrong value in an error."""
 MAX_ROWS = 40
-"""Joints, links or pairs that one result lists."""
+"""Most joints, links or pairs that one result lists."""
 MAX_NOTES = 10
-"""Notes that are kept of what the model says when it finishes ..."""
+"""Most notes kept from ``finish``."""
 MAX_NOTE_CHARS = 500
-"""... and the longest of them."""
+"""Longest note kept."""
 TOOL_LIMIT_S = 60.0
-"""Wall time of one simulation, rendering or reading of contacts, s; its process is killed then."""
+"""Wall-time limit of one simulation, rendering or contact query, s; then its process is killed."""
 TOOL_SHARE = 0.5
-"""Share of the asset's time limit that all tools together may take: the rest is for the judgement."""
+"""Share of the asset's time limit for all tools together: the rest is for verification."""
 MIN_TOOL_S = 1.0
 """With less time left than this, s, no tool is started."""

@@ -1,4 +1,4 @@
-"""Running the agent's tools: every call ends with a text for the model, whatever it asked for."""
+"""Run the agent's tools: every call returns a text for the model, even for a failed call."""
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
@@ -18,10 +18,10 @@ from schemas.request import LabelledImage, ToolCall
 
 @dataclass
 class Session:
-    """What the agent has set so far, and what its tools left behind.
+    """Parameters that the agent has set so far, and the state of its tools.
 
-    ``images`` are the pictures that were asked for and not yet sent, ``blind`` says why none are to be taken, and
-    ``refusals`` holds every refusal's text.
+    ``images`` are rendered but not yet sent, ``blind`` is the reason why no pictures are sent (None: they are), and
+    ``refusals`` holds the text of every refusal.
     """
 
     bench: Bench
@@ -36,7 +36,7 @@ class Session:
 
     @property
     def present(self) -> Overlay:
-        """The parameters to try: what was set, or nothing but the authored scale."""
+        """Parameters to try: those set so far, at the authored scale while none is set."""
         if self.overlay is not None:
             return self.overlay
         return checked({**self.draft, "scale": 1.0}, self.bench.extraction.features) or Overlay(scale=1.0)
@@ -46,7 +46,7 @@ Arguments = Mapping[str, Any]
 
 
 def run_tool(session: Session, call: ToolCall) -> str:
-    """The result of one call as the text that the model gets; an error names what would be valid."""
+    """Result of one call as text for the model; an error names the valid choices."""
     session.n_calls += 1
     try:
         tool = RUNNERS.get(call.name)
@@ -64,8 +64,8 @@ def run_tool(session: Session, call: ToolCall) -> str:
 
 
 def without_paths(bench: Bench, text: str) -> str:
-    """The text without the names of this machine's folders: no model's business, and new with every run, so that the
-    same conversation would not be found among the answers that were kept."""
+    """The text without this machine's folder names: they differ in every run, so that the same conversation would miss
+    the answer cache, and a model must not see them."""
     for folder in (bench.path, bench.extraction.folder):
         text = text.replace(str(folder), "asset")
     return text
@@ -139,4 +139,4 @@ RUNNERS: dict[str, Callable[[Session, Arguments], str]] = {
     "read_contacts": _read_contacts,
     "finish": _finish,
 }
-"""Tool → what runs it."""
+"""Tool name → function that runs it."""

@@ -1,4 +1,4 @@
-"""Where an agent tries its parameters: a scratch folder with the asset as it would be written, and PyBullet."""
+"""Scratch folder in which an agent's parameters are written and simulated in PyBullet."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -29,12 +29,12 @@ T = TypeVar("T")
 
 
 class ToolError(Exception):
-    """A tool cannot do what it was asked; the message goes to the model as the tool's result."""
+    """Tool failure; the message is returned to the model as the tool's result."""
 
 
 @dataclass
 class Bench:
-    """The scratch folder, and the wall time that is left for running things in it, s."""
+    """Scratch folder of one asset, and the wall time left for its tools, s."""
 
     extraction: Extraction
     settings: Settings
@@ -44,14 +44,14 @@ class Bench:
     folder: Folder | None = None
 
     def completed(self, overlay: Overlay) -> PhysicsOverlay:
-        """The overlay with an engine's defaults where it is silent. Raises ToolError where its numbers cannot be."""
+        """The overlay completed with engine defaults. Raises ToolError where its numbers are impossible."""
         try:
             return as_proposed(self.extraction, overlay, self.source, self.settings)
         except (AssetError, ArithmeticError, ValueError) as error:
             raise ToolError(f"these parameters cannot be written: {first_line(error)}") from None
 
     def written(self, physics: PhysicsOverlay) -> Path:
-        """The URDF with these parameters, collision geometry as authored; meshes are copied once."""
+        """Path of the URDF written with these parameters, authored collision geometry kept; meshes are copied once."""
         own = self.settings.physics
         try:
             if self.folder is None:
@@ -63,7 +63,7 @@ class Bench:
         return self.folder.urdf
 
     def simulate(self, overlay: Overlay) -> tuple[PhysicsOverlay, Measurement]:
-        """The paper's tests in PyBullet, and the parameters under which they were run. Raises ToolError."""
+        """Completed parameters, and the measurement at rest with them in PyBullet. Raises ToolError."""
         physics = self.completed(overlay)
         urdf = self.written(physics)
 
@@ -74,7 +74,7 @@ class Bench:
         return physics, self._timed(rest)
 
     def contacts(self, overlay: Overlay) -> tuple[ContactPair, ...]:
-        """The pairs of links that overlap in the initial state, worst first. Raises ToolError."""
+        """Link pairs that overlap in the initial state, worst first. Raises ToolError."""
         physics = self.completed(overlay)
         urdf = self.written(physics)
 
@@ -84,7 +84,7 @@ class Bench:
         return self._timed(touching)
 
     def pictures(self, overlay: Overlay, views: Sequence[str]) -> tuple[LabelledImage, ...]:
-        """These views of the initial state. Raises ToolError."""
+        """Rendered views of the initial state. Raises ToolError."""
         physics = self.completed(overlay)
         urdf = self.written(physics)
 
@@ -108,7 +108,7 @@ class Bench:
         return {name: (np.min(points, axis=0), np.max(points, axis=0)) for name, points in placed.items()}
 
     def _timed(self, function: Callable[[], T]) -> T:
-        """Run in a killable child, within what is left of the time for tools."""
+        """Result of ``function``, run in a killable child within the tool time left. Raises ToolError."""
         if self.seconds_left < MIN_TOOL_S:
             raise ToolError("the time for tools is spent; finish with what you have")
         start = perf_counter()
@@ -120,11 +120,11 @@ class Bench:
 
 
 def open_bench(extraction: Extraction, settings: Settings, source: Source, path: Path) -> Bench:
-    """A bench in this folder, with its share of the asset's time limit."""
+    """Bench in this folder, with ``TOOL_SHARE`` of the asset's time limit."""
     return Bench(extraction, settings, source, path, TOOL_SHARE * settings.run.asset_time_limit_s)
 
 
 def first_line(error: Exception) -> str:
-    """An error in one line: what it is and what it says."""
+    """An error's type and message in one line."""
     text = " ".join(str(error).split())
     return text if isinstance(error, AssetError) else f"{type(error).__name__}: {text}"

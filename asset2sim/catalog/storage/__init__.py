@@ -1,1 +1,1 @@
-"""Datasets and outputs behind a URL (fsspec): everything else works on local folders that mirror them."""
+"""Storage of datasets and outputs: locks, local copies, and objects behind a URL (fsspec)."""

@@ -1,4 +1,4 @@
-"""Where this machine keeps its copies of what lies behind URLs. Losing them costs time only."""
+"""Local folders for copies of what is behind URLs. Deleting them only costs time."""
 
 import hashlib
 import os
@@ -8,9 +8,9 @@ from pathlib import Path
 from schemas.location import is_url
 
 VARIABLE = "ASSET2SIM_CACHE"
-"""Environment variable that names another folder for them."""
+"""Environment variable that names another cache folder."""
 DIGITS = 16
-"""Hexadecimal digits that tell two URLs apart."""
+"""Hexadecimal digits of a URL's hash in its folder's name."""
 
 
 def cache_root() -> Path:
@@ -26,8 +26,8 @@ def working_folder(out: Path | str) -> Path:
 
 
 def reading_folder(out: str) -> Path:
-    """The local folder that holds copies of a URL's tables for those who only read: a run on this machine may be
-    working on ``working_folder``."""
+    """The local folder for copies of a URL's tables for read-only use; a run on this machine may be working on
+    ``working_folder``."""
     return _folder("read", out)
 
 

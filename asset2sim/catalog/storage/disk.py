@@ -1,4 +1,4 @@
-"""A disk that is full: telling it from other errors, and saying so in one line."""
+"""Full disks: recognising the error, and a one-line message."""
 
 import errno
 import shutil
@@ -10,15 +10,15 @@ from pathlib import Path
 from schemas.errors import Asset2SimError
 
 FULL = (errno.ENOSPC, errno.EDQUOT)
-"""What the system says where the disk, or this user's share of it, takes no more."""
+"""Error numbers of a full disk and of an exhausted quota."""
 
 
 class DiskFullError(Asset2SimError):
-    """The output folder's disk takes no more; the message names it."""
+    """The output folder's disk is full; the message names it."""
 
 
 def is_disk_full(error: BaseException) -> bool:
-    """Whether an error, or one that led to it, is that a disk is full."""
+    """Whether an error, or one in its chain of causes, is due to a full disk."""
     seen: set[int] = set()
     step: BaseException | None = error
     while step is not None and id(step) not in seen:
@@ -33,7 +33,7 @@ def is_disk_full(error: BaseException) -> bool:
 
 @contextmanager
 def named_full_disk(out: Path) -> Iterator[None]:
-    """Raise DiskFullError, which names the disk and what to do, where that of ``out`` is what ends the block."""
+    """Raise DiskFullError, which names the disk and what to do, where the block fails because a disk is full."""
     try:
         yield
     except Asset2SimError:

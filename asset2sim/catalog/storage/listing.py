@@ -1,4 +1,4 @@
-"""Everything that lies below a URL, asked for once: of a dataset, which one request lists a thousand objects of."""
+"""Cached listings of the objects below a URL. One request lists a thousand objects of a dataset."""
 
 import time
 from bisect import bisect_left
@@ -8,10 +8,10 @@ from dataclasses import dataclass
 from asset2sim.catalog.storage.objects import Stored, list_objects
 
 FRESH_S = 60.0
-"""Age up to which a dataset's listing is taken once more, s: checking a request, finding the assets and hashing them
-come within seconds. What changes meanwhile is found by the next run."""
+"""Age up to which a listing is used again, s: checking a request, finding the assets and hashing them come within
+seconds of each other. The next run finds what changed meanwhile."""
 KEPT = 4
-"""Listings that are kept at once: a few hundred bytes an object."""
+"""Listings in the cache at most: a few hundred bytes an object."""
 
 
 @dataclass(frozen=True)
@@ -27,7 +27,7 @@ _kept: dict[str, tuple[float, Listing]] = {}
 
 
 def listing_of(url: str) -> Listing:
-    """What lies below a URL, or a folder above it, as it was at most ``FRESH_S`` ago. Raises StoreError."""
+    """Listing of a URL, or of a folder above it, at most ``FRESH_S`` old. Raises StoreError."""
     known = kept_listing(url)
     if known is not None:
         return known
@@ -39,13 +39,13 @@ def listing_of(url: str) -> Listing:
 
 
 def look_below(url: str) -> Listing:
-    """What lies below a URL now."""
+    """Listing of a URL from the store, not from the cache."""
     objects = list_objects(url)
     return Listing(url, objects, tuple(objects))
 
 
 def kept_listing(url: str) -> Listing | None:
-    """A fresh listing that holds what lies below a URL, if there is one."""
+    """A cached listing that covers a URL and is at most ``FRESH_S`` old; None if there is none."""
     return next((found for found in _fresh() if url == found.url or covers(found, url)), None)
 
 
@@ -62,12 +62,12 @@ def objects_below(listing: Listing, url: str) -> dict[str, Stored]:
 
 
 def covers(listing: Listing, url: str) -> bool:
-    """Whether the listing would hold what lies at a URL."""
+    """Whether a URL is below the listing's folder."""
     return url.startswith(f"{listing.url}/")
 
 
 def prefix_in(listing: Listing, url: str) -> str:
-    """What the names of a folder's objects begin with in the listing."""
+    """Prefix of the names of a folder's objects in the listing."""
     inner = url.removeprefix(listing.url).strip("/")
     return f"{inner}/" if inner else ""
 

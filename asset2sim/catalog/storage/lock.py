@@ -13,7 +13,7 @@ LOCK_FILE = ".lock"
 
 @contextmanager
 def lock_output(out: Path) -> Iterator[None]:
-    """Holds OUT for this process, and makes the folder; the system lets go however the process ends.
+    """Lock OUT for this process, and make the folder; the system releases the lock however the process ends.
 
     Raises UsageError, naming the process, where another run holds it. The file stays: removing it would let two runs
     lock two files of one name.

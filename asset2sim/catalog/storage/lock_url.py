@@ -1,7 +1,7 @@
-"""One run at a time on an output URL, whichever machine it runs on: an object that only one can create.
+"""Lock of an output URL against other runs on any machine: an object that only one process can create.
 
-Stores know no lock that goes with its process. So the holder renews the object, and what nobody renews is taken over.
-The machines' clocks must agree to a minute or so.
+Stores have no lock that ends with its process. So the holder renews the object, and a lock that is not renewed is taken
+over. The machines' clocks must agree to about a minute.
 """
 
 import json
@@ -31,8 +31,8 @@ LOCK = ".lock"
 RENEW_S = 60.0
 """Time between two renewals, s: 480 small requests in a night of eight hours."""
 STALE_S = 300.0
-"""Age from which a lock is its dead holder's, s: four renewals may fail, or clocks differ by minutes, before a run that
-is alive loses it. A killed run delays the next by at most this."""
+"""Age from which a lock counts as abandoned, s: four renewals may fail, or clocks differ by minutes, before a live run
+loses it. A killed run delays the next by at most this."""
 
 logger = logging.getLogger(__name__)
 
@@ -43,7 +43,7 @@ class LostLockError(Asset2SimError):
 
 @dataclass(frozen=True)
 class Holder:
-    """Who holds an output: a token of its own, process, machine, and when it last said so (s since 1970)."""
+    """Holder of an output's lock: unique token, process, machine, and time of the last renewal (s since 1970)."""
 
     token: str
     process: int
@@ -56,11 +56,11 @@ class Holder:
 
 @contextmanager
 def lock_url(url: str, note: Path, renew_s: float = RENEW_S, stale_s: float = STALE_S) -> Iterator[Callable[[], None]]:
-    """Holds an output URL for this process. Gives a function that raises LostLockError once another run has it.
+    """Lock an output URL for this process. Yields a function that raises LostLockError once another run has it.
 
-    ``note`` is a file of this machine that the caller alone holds: the lock of which it speaks is that of a run here
-    which was killed, and need not get stale. Raises UsageError, naming the holder, where another run holds the URL, and
-    where nothing can be written.
+    ``note`` is a local file that only the caller uses; it holds the token of the last lock taken from this machine. If
+    the store still has that lock, its run was killed, and it is replaced at once. Raises UsageError, naming the holder,
+    where another run holds the URL, and where nothing can be written.
     """
     place = f"{url}/{LOCK}"
     mine = Holder(uuid.uuid4().hex, os.getpid(), platform.node(), time.time())
@@ -135,7 +135,7 @@ def _create(place: str, mine: Holder) -> None:
 
 
 def _replace(place: str, mine: Holder, holder: Holder, version: str) -> bool:
-    """Whether the object, which was this holder's, now is ours."""
+    """Replace ``holder``'s lock with ours; False where another process was faster."""
     if scheme_of(place) in ("s3", "s3a"):
         try:
             write_object(place, _text(mine), IfMatch=f'"{version}"')
@@ -145,8 +145,8 @@ def _replace(place: str, mine: Holder, holder: Holder, version: str) -> bool:
                 return False
             raise error
         return True
-    # Other stores take no such condition through fsspec: two who come in the same moment may both remove it, but one
-    # alone creates it, and the other one's renewal finds out.
+    # fsspec passes no such condition to other stores: two processes may both remove the object at once, but only one
+    # creates it, and the other one notices at its renewal.
     if _read(place)[0].token != holder.token:
         return False
     if holder.token == mine.token:
@@ -181,7 +181,7 @@ def _read(place: str) -> tuple[Holder, str]:
     try:
         return Holder(**json.loads(text)), info.version
     except (ValueError, TypeError):
-        # Not ours: its age is unknown, so it is nobody's.
+        # Not written by us: its age is unknown, so it counts as abandoned.
         return Holder("", 0, "unknown", 0.0), info.version
 
 

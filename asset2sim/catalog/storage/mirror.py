@@ -1,4 +1,4 @@
-"""A local folder and the objects below a URL: what changed travels, what is gone on one side goes on the other."""
+"""Synchronising a local folder and the objects below a URL: changed files are copied, missing ones removed."""
 
 import os
 import shutil
@@ -24,7 +24,7 @@ FILE = ".mirror.db"
 WAIT_S = 60.0
 """Time that one process waits for another's entry, s: each takes milliseconds."""
 AT_ONCE = 500
-"""Names in one question: SQLite takes 999 in its oldest versions."""
+"""Names in one query: old versions of SQLite take 999."""
 
 _TABLE = """
 CREATE TABLE IF NOT EXISTS copies (name TEXT PRIMARY KEY, version TEXT, size INTEGER, mtime_ns INTEGER) WITHOUT ROWID
@@ -33,7 +33,7 @@ CREATE TABLE IF NOT EXISTS copies (name TEXT PRIMARY KEY, version TEXT, size INT
 
 @dataclass(frozen=True)
 class Copy:
-    """A local file as it was when it was the same as an object: the object's version, the file's size and time."""
+    """A local file when it last equalled its object: the object's version, the file's size and modification time."""
 
     version: str
     size: int
@@ -41,7 +41,7 @@ class Copy:
 
 
 def changed(folder: Path, objects: Mapping[str, Stored]) -> list[str]:
-    """The names of the objects of which ``folder / name`` is no copy."""
+    """Names of the objects whose local copy ``folder / name`` is missing or out of date."""
     known = _known(folder, objects)
     return [
         name
@@ -51,14 +51,14 @@ def changed(folder: Path, objects: Mapping[str, Stored]) -> list[str]:
 
 
 def touched(folder: Path, names: Iterable[str]) -> list[str]:
-    """The names of the local files that are not what they were when they were last the same as an object."""
+    """Those of these local files that changed since they last equalled their object, or never did."""
     chosen = list(names)
     known = _known(folder, chosen)
     return [name for name in chosen if (mark := known.get(name)) is None or mark != _copy(folder / name, mark.version)]
 
 
 def note(folder: Path, objects: Mapping[str, Stored]) -> None:
-    """``folder / name`` is now a copy of the object, for all of these."""
+    """Record that ``folder / name`` is now a copy of the object, for each of these."""
     rows = []
     for name, stored in objects.items():
         copy = _copy(folder / name, stored.version)
@@ -109,15 +109,15 @@ def _open(folder: Path) -> Iterator[sqlite3.Connection]:
 
 
 COMING = ".coming-"
-"""Beginning of the name of the folder in which files arrive before they take their places."""
+"""Name prefix of the folder into which files are downloaded before they are moved to their places."""
 SEVERAL = 3
-"""Objects of one folder from which listing it is quicker than asking for each."""
+"""Number of objects in one folder from which listing the folder is faster than asking for each object."""
 ATTEMPTS = 20
-"""Times that a set of objects is fetched anew because somebody wrote to it meanwhile."""
+"""Attempts to fetch a set of objects while another run writes to it."""
 
 
 class MovingError(StoreError):
-    """Somebody keeps writing to what is being read."""
+    """The objects kept changing while they were being read."""
 
 
 def look(url: str, parts: Iterable[str]) -> dict[str, Stored]:
@@ -132,10 +132,10 @@ def look(url: str, parts: Iterable[str]) -> dict[str, Stored]:
 
 
 def pull(url: str, folder: Path, parts: Collection[str]) -> list[str]:
-    """Make these parts of a local folder what they are below the URL; the names that had to travel.
+    """Make these parts of a local folder equal to those below the URL; returns the names that were downloaded.
 
-    Everything is of one moment: objects are listed again after they came, until nothing changed meanwhile. Local files
-    that have no object are removed. Raises MovingError where somebody writes all the time.
+    The copy is consistent: objects are listed again after each download, until nothing changed meanwhile. Local files
+    without an object are removed. Raises MovingError where the objects keep changing.
     """
     travelled: list[str] = []
     there = look(url, parts)
@@ -158,7 +158,7 @@ def pull(url: str, folder: Path, parts: Collection[str]) -> list[str]:
 
 
 def fetch(url: str, folder: Path, objects: Mapping[str, Stored]) -> None:
-    """Bring these objects to their places in a local folder, each at once, and note which version it holds."""
+    """Download these objects into a local folder, each file in one atomic step, and record their versions."""
     if not objects:
         return
     folder.mkdir(parents=True, exist_ok=True)
@@ -173,8 +173,7 @@ def fetch(url: str, folder: Path, objects: Mapping[str, Stored]) -> None:
 
 
 def push(url: str, folder: Path, names: Iterable[str]) -> list[str]:
-    """Send the local files of these names that changed since they were last the same as their objects; the names
-    that travelled."""
+    """Upload those of these local files that changed since they last equalled their objects; returns their names."""
     going = touched(folder, names)
     send_to({f"{url}/{name}": folder / name for name in going})
     note(folder, _look_for(url, going))
@@ -182,7 +181,7 @@ def push(url: str, folder: Path, names: Iterable[str]) -> list[str]:
 
 
 def _look_for(url: str, names: Iterable[str]) -> dict[str, Stored]:
-    """What the store says of these objects: asked one by one, or by folder where it holds several."""
+    """Name → object as it is in the store now: asked one by one, or by folder from ``SEVERAL`` objects on."""
     groups: dict[str, list[str]] = defaultdict(list)
     for name in names:
         groups[name.rpartition("/")[0]].append(name)
@@ -194,14 +193,14 @@ def _look_for(url: str, names: Iterable[str]) -> dict[str, Stored]:
 
 
 def send_folder(url: str, folder: Path) -> None:
-    """Make the objects below a URL those of a local folder: every file is sent, then what has no file goes."""
+    """Make the objects below a URL equal to a local folder: upload every file, then remove objects without a file."""
     files = {path.relative_to(folder).as_posix(): path for path in sorted(folder.rglob("*")) if path.is_file()}
     send_to({f"{url}/{name}": path for name, path in files.items()})
     remove_objects([f"{url}/{name}" for name in list_objects(url) if name not in files])
 
 
 def remove_tree(folder: Path) -> None:
-    """Remove a local folder; its name goes first, so that nobody finds half of it."""
+    """Remove a local folder; it is renamed first, so that no reader finds half of it."""
     gone = folder.with_name(f".{folder.name}.gone")
     shutil.rmtree(gone, ignore_errors=True)
     os.replace(folder, gone)

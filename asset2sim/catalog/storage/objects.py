@@ -1,5 +1,5 @@
-"""Object stores as fsspec has them. Credentials and endpoints are the store's own business: its environment variables
-and configuration files (for S3 ``AWS_ENDPOINT_URL`` or ``FSSPEC_S3_ENDPOINT_URL``, among others)."""
+"""Object stores through fsspec. Credentials and endpoints come from each store's own environment variables and
+configuration files (for S3 ``AWS_ENDPOINT_URL`` or ``FSSPEC_S3_ENDPOINT_URL``, among others)."""
 
 import posixpath
 import re
@@ -14,18 +14,18 @@ from asset2sim.models.gateway.secrets import redact
 from schemas.errors import Asset2SimError, UsageError
 
 VERSION_KEYS = ("ETag", "etag", "md5Hash", "generation", "LastModified", "last_modified", "mtime", "created")
-"""What a listing may say that changes whenever an object's content does, the surest first."""
+"""Fields of a listing that change whenever an object's content does, the most reliable first."""
 AT_ONCE = 16
 """Objects that are read at once: waiting takes longer than reading."""
 TOLD = 200
-"""Characters of a store's own words in a message."""
+"""Characters of a store's own error text that a message quotes."""
 
 
 _PATTERN = re.compile(r"[*?\[]")
 
 
 class StoreError(Asset2SimError):
-    """A store does not do what is asked of it; ``missing`` and ``refused`` say in which way, where that is known."""
+    """A store failed; ``missing`` (no such object) and ``refused`` (no access) are set where that is known."""
 
     def __init__(self, message: str, *, missing: bool = False, refused: bool = False) -> None:
         super().__init__(message)
@@ -35,14 +35,14 @@ class StoreError(Asset2SimError):
 
 @dataclass(frozen=True)
 class Stored:
-    """An object: what changes whenever its content does, and its size, bytes."""
+    """An object: a version that changes whenever its content does, and its size, bytes."""
 
     version: str
     size: int
 
 
 def open_store(url: str) -> Any:
-    """The fsspec file system of a URL, which asks the store anew each time. Raises UsageError where none is there."""
+    """The fsspec file system of a URL, without a cache of listings. Raises UsageError where none is installed."""
     import fsspec  # late: only URLs need it
     from fsspec.registry import known_implementations
 
@@ -70,7 +70,7 @@ def key_of(url: str) -> str:
 
 @contextmanager
 def store_errors(url: str) -> Iterator[None]:
-    """What a store's library raises within the block, as ``StoreError`` in one line that names the URL; no secrets."""
+    """Turn errors of a store's library into ``StoreError``, one line that names the URL and holds no secrets."""
     try:
         yield
     except (Asset2SimError, FileExistsError):
@@ -85,14 +85,14 @@ def store_errors(url: str) -> Iterator[None]:
 
 
 def usage_error(error: StoreError) -> UsageError:
-    """The user's mistake that a store's error before a run most likely is."""
+    """UsageError for a store's error before a run, which is most likely the user's mistake."""
     return UsageError(
         f"{error}; check the address, the credentials in your environment or configuration files, and the endpoint"
     )
 
 
 def list_objects(url: str) -> dict[str, Stored]:
-    """Name relative to the URL → what the store says of the object; by name. Empty where nothing lies there.
+    """Name relative to the URL → object, sorted by name; empty where there are none.
 
     Names that no local file could have are left out, so that no object is ever written outside its folder.
     """
@@ -108,7 +108,7 @@ def list_objects(url: str) -> dict[str, Stored]:
 
 
 def object_info(url: str) -> Stored | None:
-    """What the store says of one object; None where there is none."""
+    """Version and size of one object; None where there is none."""
     store = open_store(url)
     try:
         with store_errors(url):
@@ -121,7 +121,7 @@ def object_info(url: str) -> Stored | None:
 
 
 def stored(info: Mapping[str, Any]) -> Stored:
-    """What one entry of a listing says."""
+    """Version and size from one entry of a listing."""
     version = next((str(info[name]) for name in VERSION_KEYS if info.get(name) is not None), "")
     return Stored(version.strip('"'), int(info.get("size") or 0))
 
@@ -179,7 +179,7 @@ def remove_objects(urls: list[str]) -> None:
     if not urls:
         return
     store, keys = open_store(urls[0]), [key_of(url) for url in urls]
-    # In many at once a key is taken for a pattern, which may mean other objects.
+    # In a list of keys each is taken as a pattern, which may match other objects.
     plain = [key for key in keys if not _PATTERN.search(key)]
     try:
         with store_errors(_common(urls)):
@@ -190,7 +190,7 @@ def remove_objects(urls: list[str]) -> None:
     except StoreError as error:
         if not error.missing:
             raise
-        # A store that stops at the first that is not there.
+        # This store stops at the first missing object: remove them one by one.
         for url in urls if len(urls) > 1 else ():
             remove_objects([url])
 

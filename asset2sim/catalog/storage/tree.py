@@ -14,8 +14,8 @@ from schemas.location import below
 
 @dataclass(frozen=True)
 class Tree:
-    """What lies below ``place``. ``folders`` and ``files`` list the names in a folder, by name, folders that are not
-    hidden; "" is ``place`` itself. ``read`` gives a file's bytes, and raises OSError where there is none."""
+    """The folders and files below ``place``. ``folders`` (no hidden ones) and ``files`` list the names in a folder,
+    sorted; "" is ``place`` itself. ``read`` gives a file's bytes, and raises OSError where there is none."""
 
     place: Path | str
     folders: Callable[[str], list[str]]
@@ -23,12 +23,12 @@ class Tree:
     read: Callable[[str], bytes]
 
     def at(self, name: str) -> Path | str:
-        """Where a folder or a file is."""
+        """Path or URL of a folder or a file."""
         return below(self.place, name) if name else self.place
 
 
 def local_tree(root: Path) -> Tree:
-    """A folder of this machine."""
+    """Tree of a local folder."""
 
     def names(folder: str, *, folders: bool) -> list[str]:
         try:
@@ -46,7 +46,7 @@ def local_tree(root: Path) -> Tree:
 
 
 def remote_tree(url: str) -> Tree:
-    """What lies below a URL. Raises UsageError where there is nothing, or the store does not answer."""
+    """Tree of the folders and files below a URL. Raises UsageError where it is empty or the store does not answer."""
     try:
         found = objects_below(listing_of(url), url)
         if not found:

@@ -15,7 +15,7 @@ from schemas.overlay import JointPhysics, PhysicsOverlay
 def initial_positions(record: AssetRecord) -> dict[str, float]:
     """Joint name → where it starts, rad or m at the final scale, counted from the authored zero; {} without overlay.
 
-    A baked overlay counts from the state that it holds: its closed ends say how far that is from the authored zero.
+    A baked overlay counts from its own state: its closed positions tell how far that is from the authored zero.
     """
     overlay = record.overlay
     if overlay is None:
@@ -25,9 +25,9 @@ def initial_positions(record: AssetRecord) -> dict[str, float]:
 
 
 def final_positions(record: AssetRecord) -> dict[str, float]:
-    """Joint name → where it was when it had settled untouched and the test was over; where nobody measured, the start.
+    """Joint name → its position at the end of the rest check, else its initial one; units as ``initial_positions``.
 
-    A simulation that left the finite numbers says nothing of where a joint is.
+    A simulation with non-finite numbers does not count as measured.
     """
     positions = initial_positions(record)
     measured = record.measurement
@@ -53,7 +53,7 @@ _RUBRIC = Rubric()
 
 
 def align(record: AssetRecord, reference: Reference | None, rubric: Rubric = _RUBRIC) -> Alignment | None:
-    """How well the asset is what its user asked for; None where it never came to an overlay.
+    """Alignment of an asset with its user's request; None for a record without an overlay.
 
     The rubric (paper, evaluation, section 2): half for scale, half for the articulated state, each 0 to 1, with partial
     credit for near. All its thresholds are in ``Rubric``.
@@ -65,7 +65,7 @@ def align(record: AssetRecord, reference: Reference | None, rubric: Rubric = _RU
     of an expert's scale and inside the household or tabletop range the credit is 1; it falls with the logarithm of the
     ratio, to 0 at a ratio of 3.
 
-    *State* is where the joints are after the object has settled and been tested untouched, as a share of the way from
+    *State* is where the joints are when the object has settled and the rest check is over, as a share of the way from
     closed to open; where it starts, if nothing was measured or the guidance wants something to move freely, which
     gravity then takes from its state. Of every joint that the guidance asks a state of: closed is at most 5 %, slightly
     open 3 to 55 % of the range in use, open 85 to 110 %, a stated share, angle, length or pose within 10 % of the

@@ -1,4 +1,4 @@
-"""What the guidance asks for, read without looking at any answer: a size, and a state for some of the joints."""
+"""The size and the joint states that the guidance asks for, read from guidance and features, not from any answer."""
 
 import re
 from collections.abc import Sequence
@@ -15,9 +15,9 @@ from schemas.base import Vector3
 from schemas.features import Features
 
 ABOUT_PARTS = frozenset(("part", "parts", "open", "closed"))
-"""Phrases that say that a length or a word of size is about a part, not about the object."""
+"""Kinds of phrases by which a length or a word of size is about a part, not about the object."""
 ABOUT_MOTION = frozenset(("damping", "damped", "friction", "spring", "stops", "turns"))
-"""Phrases that say that a word of size is about how a part moves ("a little friction")."""
+"""Kinds of phrases by which a word of size is about how a part moves ("a little friction")."""
 REAL = re.compile(r"\b(?:real|actual|true|life|original|full)[ -]siz\w*")
 SCALE = re.compile(r"\bscale[ds]?\s*(?:factor|of|to|by|is|[:=])?\s*(\d+(?:\.\d+)?)(?![\d.]*\s*(?:cm|mm|m|%)\b)")
 EDGES = {"tall": "z", "high": "z", "height": "z", "wide": "side", "width": "side", "deep": "depth", "depth": "depth"}
@@ -26,7 +26,7 @@ LONGEST = frozenset(("long", "length", "across", "diameter", "size", "sized", "m
 
 
 OPENING = ("main", "cap")
-"""Roles of the parts that one opens and closes; wheels, buttons and knobs have no state to speak of."""
+"""Roles of the parts that open and close; wheels, buttons and knobs have no open or closed state."""
 
 
 @dataclass(frozen=True)
@@ -60,7 +60,7 @@ class AskedState:
 
 @dataclass(frozen=True)
 class Request:
-    """All that is asked of one object.
+    """The size and the joint states that are asked of one object.
 
     ``lacking`` lists states of parts that it does not have, ``opening`` the joints of all parts that open and close.
     ``free`` says that something is to move freely, so that gravity may take it from the state that is asked for.

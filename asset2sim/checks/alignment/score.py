@@ -1,4 +1,4 @@
-"""The half of the alignment that is the articulated state's."""
+"""Score of an asset's joint state: one half of the alignment."""
 
 import math
 from collections.abc import Mapping
@@ -14,7 +14,7 @@ from schemas.features import Features, JointFeatures
 
 @dataclass(frozen=True)
 class Band:
-    """The shares of a joint's range, closed 0 to open 1, that meet a wish; ``ajar`` if it may not be closed."""
+    """The shares of a joint's range, closed 0 to open 1, that meet a request; ``ajar`` if it may not be closed."""
 
     low: float
     high: float
@@ -52,7 +52,7 @@ def score_state(
 
 
 def band(asked: AskedState, joint: JointFeatures, rubric: Rubric) -> Band:
-    """What meets a wish, as shares of the joint's range."""
+    """The shares of a joint's range that meet an asked state."""
     state = asked.state
     if state.kind == "open" and state.measure is None:
         if state.slightly:
@@ -60,7 +60,7 @@ def band(asked: AskedState, joint: JointFeatures, rubric: Rubric) -> Band:
             low, high = (used * share for share in rubric.slightly_share)
             return Band(1.0 - high, 1.0 - low, True) if state.closing else Band(low, high, True)
         if state.share == 0.0:
-            # Of a turning cap nobody can tell which end is closed: then the wish leads to its authored zero.
+            # Which end of a turning cap is closed may be unknown: the asked position is then its authored zero.
             closed = max(0.0, _share(joint, asked.position, 1.0))
             return Band(min(0.0, closed - rubric.closed_share), closed + rubric.closed_share, False)
         if state.share == 1.0:
@@ -151,8 +151,7 @@ def score_scale(
 
 
 def _tabletop_ratio(section: float, length: float, rubric: Rubric) -> float:
-    """How far outside the paper's tabletop rule an object is: the largest ratio to a bound that it breaks, at least
-    1."""
+    """Ratio by which an object breaks the paper's tabletop rule, the largest over its bounds; 1 if it breaks none."""
     bounds = ((section, rubric.section_m), (length, rubric.length_m))
     return max(1.0, *(max(low / max(edge, 1e-9), edge / high) for edge, (low, high) in bounds))
 

@@ -1,4 +1,4 @@
-"""A vision model's word on whether an asset is what was asked for (paper, evaluation, section 2)."""
+"""A vision model's score of how well an asset is what was asked for (paper, evaluation, section 2)."""
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
@@ -46,7 +46,7 @@ class JudgeAnswer(Frozen):
 
 @dataclass(frozen=True)
 class Judgement:
-    """What a judge said, None where it said nothing that fits; every call made for it, and why there is no score."""
+    """A judge's score (None without a valid answer), every model call made for it, and why there is no score."""
 
     score: Score | None
     calls: tuple[ModelCall, ...]
@@ -164,7 +164,7 @@ def with_judgement(
 ) -> AssetRecord:
     """The record with the score of ``settings.model.judge_model`` in its alignment, and the calls that it took.
 
-    The record as it is where no judge is set, or the asset never came to an overlay. The asset is drawn from
+    The record is unchanged where no judge is set or it has no overlay. The asset is rendered from
     ``out/assets``, or from where it came if nothing was written; the expert reference is added when the run is
     published, and leaves the score as it is.
     """

@@ -1,4 +1,4 @@
-"""What a model can take: as LiteLLM knows it, and as its server has refused it since."""
+"""Input and answer formats that a model supports: by LiteLLM's list, less what its server refused in this process."""
 
 import functools
 import re
@@ -19,26 +19,26 @@ _FORMAT_WORDS = (
 )  # fmt: skip
 _IMAGE_WORDS = ("image", "vision", "multimodal", "multi-modal")
 _NEVER_WORDS = re.compile(r"support|vision|multi-?modal|text.only|must be text|not (?:allowed|enabled|available)")
-"""Words of a refusal that holds for every picture, not just for one that is too large or broken."""
+"""Words of a refusal of images in general, not of one image that is too large or broken."""
 
 _LOWER = {"schema": "object", "object": "prompt"}
 _CLOSING = "claude"
-"""Models for which every object of a schema is closed on the way: a map with free keys would have to stay empty."""
+"""Models whose schemas are sent with every object closed: a map with free keys would have to stay empty."""
 
 
 @dataclass(frozen=True)
 class Abilities:
-    """What LiteLLM knows. A model that it does not know is given images: whoever made them wants them seen."""
+    """What a model supports, by LiteLLM's list. A model that is not listed is taken to accept images."""
 
     images: bool
     answer_format: str
-    """The most that can be asked for: ``schema``, ``object`` or ``prompt``."""
+    """Strictest answer format that the model supports: ``schema``, ``object`` or ``prompt``."""
     max_output_tokens: int | None
 
 
 @dataclass(frozen=True)
 class Extras:
-    """What goes with the text of one attempt; ``refusal`` says why a server was spared the images."""
+    """Images and answer format of one attempt; ``refusal`` says why no images are sent."""
 
     images: bool
     answer_format: str
@@ -51,7 +51,7 @@ _lock = threading.Lock()
 
 @functools.lru_cache(maxsize=64)
 def abilities(model: str) -> Abilities:
-    """What LiteLLM knows of a model, looked up once; for some providers (Ollama) it asks the model's own server."""
+    """What a model supports, looked up once in LiteLLM, which for some providers (Ollama) asks the model's server."""
     litellm = load_litellm()
     if is_prior(model):
         return Abilities(images=False, answer_format="prompt", max_output_tokens=None)
@@ -73,7 +73,7 @@ def abilities(model: str) -> Abilities:
 
 
 def first_extras(request: ModelRequest, settings: ModelSettings) -> Extras:
-    """What the first attempt at a request carries: all that the model can take and its server has not refused.
+    """Images and answer format of the first attempt: all that the model supports and its server has not refused.
 
     With tools no format is asked for: several providers refuse the two together, and an answer may be a tool call.
     """
@@ -106,7 +106,7 @@ def has_free_keys(schema: object) -> bool:
 
 
 def reduced(extras: Extras, error: BaseException, settings: ModelSettings) -> Extras | None:
-    """What is left to send once the provider refuses images or a format by name; None where that is not it."""
+    """The extras without the images or the format that the error refuses by name; None for any other error."""
     if provider_errors.status_of(error) not in (400, 415, 422):
         return None
     text = str(error).lower()
@@ -119,9 +119,9 @@ def reduced(extras: Extras, error: BaseException, settings: ModelSettings) -> Ex
 
 
 def remember_refusal(tried: Extras, worked: Extras, error: BaseException, settings: ModelSettings) -> None:
-    """Spare a server, for as long as this process lives, what it has refused before it answered without.
+    """Record, for this process, the images or format that a server refused before it answered without them.
 
-    A refusal that speaks of one picture, too large or broken, is not remembered.
+    A refusal of one picture, too large or broken, is not recorded.
     """
     images_refused = tried.images and not worked.images and _NEVER_WORDS.search(str(error).lower()) is not None
     with _lock:

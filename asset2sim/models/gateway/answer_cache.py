@@ -1,4 +1,4 @@
-"""Answers that were had before, one JSON file each, named by all that could have changed them."""
+"""Cache of model answers: one JSON file each, named by a hash of everything that could change the answer."""
 
 import contextlib
 import functools
@@ -20,13 +20,13 @@ from schemas.settings import ModelSettings
 FOLDER = ".cache/answers"
 """Under the output folder: shared by all assets, workers and runs."""
 VERSION = 1
-"""Part of every key: raise it where an answer would be asked for or kept in another way."""
+"""Part of every key: raise it when requests or cache files change in form."""
 MAX_FILE_BYTES = 16_000_000
-"""A larger file is none of ours."""
+"""Larger files are not read: this program writes none."""
 
 
 class StoredAnswer(Frozen):
-    """An answer as kept. The question is not: its digest is the file's name."""
+    """A cached answer. The question is not stored: its digest is the file's name."""
 
     model: str
     purpose: str
@@ -90,8 +90,7 @@ def read_answer(folder: Path, key: str) -> StoredAnswer | None:
 
 
 def keep_answer(folder: Path, key: str, answer: StoredAnswer) -> None:
-    """Keep an answer; whoever reads meanwhile sees all of it or nothing. A full or read-only disk keeps nothing, and
-    the run goes on."""
+    """Store an answer atomically: a concurrent reader sees the whole file or none. Disk errors are ignored."""
     with contextlib.suppress(OSError):
         folder.mkdir(parents=True, exist_ok=True)
         handle, name = tempfile.mkstemp(dir=folder, prefix=".", suffix=".tmp")

@@ -1,4 +1,4 @@
-"""One question to any model, through LiteLLM: asked patiently, counted, and answered even where the provider fails."""
+"""One question to any model, through LiteLLM: cached, retried and counted; failures are returned, not raised."""
 
 import hashlib
 import sqlite3
@@ -25,9 +25,9 @@ __all__ = ["Books", "ask", "check_model", "open_books", "prompt_hash"]
 
 
 def ask(request: ModelRequest, settings: ModelSettings, books: Books | None = None) -> ModelAnswer:
-    """Ask the model that the settings name for this purpose one question, one ``ModelCall`` for each time it is asked.
+    """The answer of the model that the settings name for the request's purpose, with a ``ModelCall`` per attempt.
 
-    An answer that ``books`` keep is taken again, at no cost and without a call. Otherwise the model is asked at most
+    An answer in the cache of ``books`` is returned at no cost. Otherwise the model is asked at most
     ``max_attempts`` times, again only where the provider answers 429, 5xx or not at all, after a jittered wait. Where a
     server refuses images or an answer format as such (400, 415, 422), it is asked once more without, beyond those
     attempts. Every failure comes back as ``error``, one line that names the model, the cause and the remedy; a spent
@@ -114,7 +114,7 @@ def _with_retries(
 
 @dataclass(frozen=True)
 class _Tried:
-    """One attempt: its row, and LiteLLM's response or what went wrong at the provider."""
+    """One attempt: its ``ModelCall``, and LiteLLM's response or the provider's exception."""
 
     call: ModelCall
     response: Any = None
@@ -140,7 +140,7 @@ def _try_once(request: ModelRequest, settings: ModelSettings, books: Books | Non
 
 
 def _failure(error: Exception, settings: ModelSettings, calls: int, tries: int) -> str | None:
-    """Why it is over, in one line; None where asking again may help."""
+    """Error message after the last attempt, one line; None where another attempt may help."""
     missing = missing_variables(settings)
     if missing:
         # Some providers' clients report this as a server fault, which it is not.
@@ -195,7 +195,7 @@ def _tool_calls(response: Any) -> tuple[ToolCall, ...]:
 
 
 def _sendable(text: str) -> str:
-    """The text without our keys, and without lone surrogates, which no file takes."""
+    """The text without our API keys, and without lone surrogates, which cannot be encoded."""
     return redact_answer(text).encode("utf-8", "replace").decode("utf-8")
 
 

@@ -1,4 +1,4 @@
-"""One attempt at a model: LiteLLM called with a time limit that holds whatever the provider does."""
+"""One call of LiteLLM, with a time limit that holds whatever the provider does."""
 
 import functools
 import threading
@@ -16,7 +16,7 @@ from schemas.request import ModelRequest
 from schemas.settings import ModelSettings
 
 GRACE_S = 0.5
-"""Time beyond the limit that the HTTP client has to notice by itself, s, before its thread is left to its fate."""
+"""Time beyond the limit in which the HTTP client may end by itself, s; then its thread is abandoned."""
 LOOK_S = 0.2
 """Longest wait for an answer without looking whether the run was stopped, s."""
 
@@ -24,7 +24,7 @@ _NO_KEY = "no-key-needed"
 
 
 class OvertimeError(ModelError):
-    """The provider's client did not come back in time; ``status_code`` as LiteLLM's timeouts have it."""
+    """No complete answer within the time limit; ``status_code`` is that of LiteLLM's timeouts."""
 
     status_code = 408
 
@@ -32,7 +32,7 @@ class OvertimeError(ModelError):
 def attempt(request: ModelRequest, settings: ModelSettings, extras: Extras, stopped: Stopped) -> Any:
     """LiteLLM's response; raises whatever LiteLLM raises, ``OvertimeError`` and ``RunStoppedError``.
 
-    Time limits of HTTP clients count anew with every byte that comes, so the call runs on a thread that is left behind
+    HTTP clients restart their time limit with every byte received, so the call runs on a thread that is abandoned
     when its time is up. A model of this process is called directly.
     """
     call = functools.partial(load_litellm().completion, **arguments(request, settings, extras))
@@ -63,7 +63,7 @@ def attempt(request: ModelRequest, settings: ModelSettings, extras: Extras, stop
 
 
 def arguments(request: ModelRequest, settings: ModelSettings, extras: Extras) -> dict[str, Any]:
-    """What LiteLLM's ``completion`` is called with."""
+    """Keyword arguments of LiteLLM's ``completion``."""
     most = abilities(settings.model).max_output_tokens
     found: dict[str, Any] = {
         "model": settings.model,
@@ -85,7 +85,7 @@ def arguments(request: ModelRequest, settings: ModelSettings, extras: Extras) ->
         found["response_format"] = wanted
     if settings.api_base is not None:
         found["api_base"] = settings.api_base
-        # The provider's client would refuse to start for want of a key that a local server does not look at.
+        # The provider's client does not start without a key, which a local server ignores.
         if runs_without_key(settings) and unset_variables(settings.model):
             found["api_key"] = _NO_KEY
     return found

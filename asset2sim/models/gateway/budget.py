@@ -1,4 +1,4 @@
-"""Budgets of a run and of an asset: what a call may take is held before it, and what it took is entered after it."""
+"""Budgets of a run and of an asset: an amount is reserved before a call, and the actual one recorded after it."""
 
 import sqlite3
 import time
@@ -16,12 +16,12 @@ RUN = ""
 
 
 class BudgetSpentError(ModelError):
-    """A budget does not reach for one more call; the message names it, its limit, and what was spent."""
+    """A budget does not allow one more call; the message names it, its limit, and what was spent."""
 
 
 @dataclass(frozen=True)
 class Limit:
-    """The most that one scope may spend; None is no limit. ``option`` is how a user raises it."""
+    """The most that one scope may spend; None is no limit. ``name`` is its name in messages."""
 
     scope: str
     name: str
@@ -37,7 +37,7 @@ class Limit:
 
 @dataclass(frozen=True)
 class Budget:
-    """The limits that hold for one asset of one run, and the file in which all workers enter what they spend."""
+    """The limits that hold for one asset of one run, and the file in which all workers record what they spend."""
 
     file: Path
     run_id: str
@@ -55,11 +55,11 @@ def budget_of(file: Path, run_id: str, asset_id: str, settings: ModelSettings) -
 
 
 def hold(budget: Budget, expected: Amount, most: Amount, lease_s: float) -> str | None:
-    """Hold what a call may take, and return the ticket to settle it with; None where others must settle first.
+    """Reserve what a call may take and return the reservation's id; None where calls in flight must end first.
 
-    A call may begin where what was spent and what it is ``expected`` to take stay within every limit, also if every
-    other call in flight took the ``most`` it can: so a run overshoots by what its last call takes beyond the
-    expected, however many workers it has. What is held for longer than ``lease_s`` belongs to a worker that died and
+    A call may begin if the amount spent plus its ``expected`` amount stays within every limit, even if every other
+    call in flight takes the ``most`` it can. So a run exceeds a limit at most by what its last call takes beyond the
+    expected, with any number of workers. A reservation older than ``lease_s`` belongs to a dead worker and
     counts as spent. Raises ``BudgetSpentError`` where waiting would not help, and ``sqlite3.Error`` or ``OSError``.
     """
     if not budget.limits:
@@ -85,7 +85,7 @@ def hold(budget: Budget, expected: Amount, most: Amount, lease_s: float) -> str 
 
 
 def check(budget: Budget, expected: Amount) -> None:
-    """Raise ``BudgetSpentError`` as ``hold`` does, and hold nothing: asked before waiting for one's turn."""
+    """Raise ``BudgetSpentError`` as ``hold`` does, without a reservation: called before the wait for the rate limit."""
     if budget.limits:
         with transaction(budget.file) as ledger:
             for limit in budget.limits:
@@ -94,7 +94,7 @@ def check(budget: Budget, expected: Amount) -> None:
 
 
 def settle(budget: Budget, ticket: str, actual: Amount) -> None:
-    """Enter what a call took, for the run and for the asset, in place of what was held for it."""
+    """Record what a call took, for the run and for the asset, in place of its reservation."""
     if not budget.limits:
         return
     with transaction(budget.file) as ledger:
@@ -103,13 +103,13 @@ def settle(budget: Budget, ticket: str, actual: Amount) -> None:
 
 
 def spent_so_far(budget: Budget, scope: str = RUN) -> Amount:
-    """What was entered for a scope of the run; calls in flight are not in it."""
+    """The amount recorded for a scope of the run, without calls in flight."""
     with transaction(budget.file) as ledger:
         return _spent(ledger, budget.run_id, scope)
 
 
 def _refuse_beyond(limit: Limit, spent: Amount, calls_held: int, expected: Amount) -> None:
-    """Raise where the call cannot be made whatever those in flight take. Each of those is a call in any case."""
+    """Raise ``BudgetSpentError`` for a call beyond a limit; calls in flight count as calls, not with tokens or USD."""
     calls = spent.calls + calls_held
     if limit.calls is not None and calls + 1 > limit.calls:
         made = f"{calls} made" if calls else "none may be made"
@@ -141,7 +141,7 @@ def _spent(ledger: sqlite3.Connection, run_id: str, scope: str) -> Amount:
 
 
 def _held(ledger: sqlite3.Connection, run_id: str, scope: str) -> tuple[Amount, Amount]:
-    """What is held for calls in flight: as expected, and at most."""
+    """The amount reserved for calls in flight: expected, and at most."""
     row = ledger.execute(
         "SELECT count(*), total(tokens), total(usd), total(most_tokens), total(most_usd) FROM held "
         "WHERE run_id = ? AND ? IN ('', scope)",

@@ -1,4 +1,4 @@
-"""Which models can be asked, checked before anything runs."""
+"""Checks before a run that the named models can be asked: provider, key, address and price."""
 
 import ipaddress
 import os
@@ -80,7 +80,7 @@ def find_provider(model: str) -> str | None:
 
 
 def missing_variables(settings: ModelSettings) -> tuple[str, ...]:
-    """The environment variables without which the model cannot be asked and that are not set."""
+    """The environment variables that the model needs and that are not set."""
     if runs_without_key(settings) or find_provider(settings.model) in _AMBIENT_PROVIDERS:
         return ()
     return unset_variables(settings.model)
@@ -96,7 +96,7 @@ def unset_variables(model: str) -> tuple[str, ...]:
 
 
 def listed(variables: Sequence[str]) -> str:
-    """The variables in words: keys by several names are alternatives, other variables are wanted together."""
+    """The variable names joined by "or" where all are API keys (alternatives), else by "and"."""
     alternatives = all(name.endswith("_API_KEY") for name in variables)
     return (" or " if alternatives else " and ").join(variables)
 

@@ -1,4 +1,4 @@
-"""The environment: other people's libraries stay quiet and off the network, and keys may stand in ``.env``."""
+"""Environment variables: no logs, no usage reports and no downloads by libraries, and keys from ``.env``."""
 
 import functools
 import os
@@ -32,8 +32,8 @@ def quiet_environment() -> None:
 
 
 def load_env_file(folder: Path) -> None:
-    """Take the variables of a folder's ``.env``, if it has one; what is set already stays. Values are taken as they
-    stand: no ``$NAME`` is replaced in them, since a key may hold such a sign."""
+    """Load the variables of a folder's ``.env``, if it has one, without replacing any that is set. No ``$NAME`` is
+    expanded in values, since a key may contain a dollar sign."""
     from dotenv import dotenv_values
 
     for name, value in dotenv_values(folder / ENV_FILE, interpolate=False).items():

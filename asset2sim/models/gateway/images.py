@@ -1,4 +1,4 @@
-"""Pictures as models take them: small enough, as data URLs, each behind its label."""
+"""Images of a model request: scaled down, as data URLs, each after its label."""
 
 import base64
 import io
@@ -22,7 +22,7 @@ def downscaled(request: ModelRequest, side_px: int) -> ModelRequest:
 def fitted(image: LabelledImage, side_px: int) -> LabelledImage:
     """The picture with its longest side at most ``side_px``; one that fits, or that cannot be read, stays as it is.
 
-    The same picture gives the same bytes, on which the answer cache rests.
+    The same picture gives the same bytes, which the answer cache needs.
     """
     try:
         with Image.open(io.BytesIO(image.png)) as picture:

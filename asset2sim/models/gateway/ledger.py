@@ -1,4 +1,4 @@
-"""The SQLite file that all workers of a run share: what was spent, and who may ask next."""
+"""SQLite file that all workers of a run share: amounts spent and reserved, and when each provider may be asked."""
 
 import contextlib
 import sqlite3
@@ -21,9 +21,9 @@ _TABLES = (
 
 @contextlib.contextmanager
 def transaction(file: Path) -> Iterator[sqlite3.Connection]:
-    """One transaction that no other process or thread can come between; undone where the block raises.
+    """One exclusive transaction over all processes and threads; rolled back where the block raises.
 
-    A connection for each, in the default journal mode: WAL is faster and does not work on shared file systems. Raises
+    Each has its own connection, in the default journal mode: WAL is faster but fails on shared file systems. Raises
     ``sqlite3.Error`` or ``OSError`` where the file cannot be used.
     """
     file.parent.mkdir(parents=True, exist_ok=True)

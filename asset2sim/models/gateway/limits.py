@@ -1,7 +1,7 @@
-"""How fast and how often at once a provider is asked, over all threads and processes that share an output folder.
+"""Rate and concurrency limits of a provider, over all threads and processes that share an output folder.
 
-Own code, since what is needed is small and goes together: how often, how many at once, and one worker's ``Retry-After``
-that holds back the others. The slots are locks of ``filelock``, which the system frees however a process ends.
+Own code, since it is small and belongs together: rate, concurrency, and a ``Retry-After`` that one worker gets and
+that holds for all. The slots are locks of ``filelock``, which the system frees however a process ends.
 """
 
 import contextlib
@@ -21,9 +21,9 @@ from schemas.settings import ModelSettings
 SLOTS = ".cache/slots"
 """Under the output folder: one empty file for each request that a provider may be asked at the same time."""
 POLL_S = 0.05
-"""Time between two looks for a free slot, s: a request takes a second or more."""
+"""Interval between searches for a free slot, s: a request takes a second or more."""
 LOOK_S = 0.2
-"""Longest sleep without looking whether the run was stopped, s."""
+"""Longest sleep between checks whether the run was stopped, s."""
 
 Stopped = Callable[[], bool]
 
@@ -33,7 +33,7 @@ class RunStoppedError(ModelError):
 
 
 def never() -> bool:
-    """For those whom nobody stops."""
+    """Stop callback that never stops."""
     return False
 
 
@@ -47,7 +47,7 @@ def sleep(seconds: float, stopped: Stopped) -> None:
 
 
 def provider_name(settings: ModelSettings) -> str:
-    """Who counts the requests: the provider, and the server where it is one of the user's own. Fit for a file name."""
+    """Name under which requests are counted: the provider, and the host of ``api_base``. Safe in a file name."""
     host = urlsplit(settings.api_base or "").netloc.rpartition("@")[2]
     name = "@".join(part for part in (find_provider(settings.model) or "unknown", host) if part)
     return re.sub(r"[^\w.@-]", "_", name)
@@ -55,7 +55,7 @@ def provider_name(settings: ModelSettings) -> str:
 
 @contextlib.contextmanager
 def slot(folder: Path, provider: str, count: int, stopped: Stopped = never) -> Iterator[None]:
-    """One of ``count`` places at a provider, waited for as long as it takes and held within the block."""
+    """One of ``count`` concurrent requests at a provider: waits without limit, and is held within the block."""
     folder.mkdir(parents=True, exist_ok=True)
     while True:
         for number in range(count):
@@ -73,8 +73,8 @@ def slot(folder: Path, provider: str, count: int, stopped: Stopped = never) -> I
 
 
 def wait_for_turn(file: Path, provider: str, per_minute: float | None, stopped: Stopped = never) -> None:
-    """Wait until the provider may be asked: requests are spread evenly over the minute, in the order of their asking,
-    and none goes out before the time that a provider asked for (``hold_back``)."""
+    """Wait until the provider may be asked: requests are spread evenly over the minute, first come first served,
+    and none is sent before the time that ``hold_back`` has set."""
     now = time.time()
     with transaction(file) as ledger:
         row = ledger.execute("SELECT next_at FROM pace WHERE provider = ?", (provider,)).fetchone()
@@ -85,7 +85,7 @@ def wait_for_turn(file: Path, provider: str, per_minute: float | None, stopped: 
 
 
 def hold_back(file: Path, provider: str, seconds: float) -> None:
-    """Let nobody ask the provider for so long: it said so to one of the workers."""
+    """Delay all requests to a provider, which has asked one of the workers to wait."""
     with transaction(file) as ledger:
         ledger.execute(
             "INSERT INTO pace VALUES (?, ?) ON CONFLICT (provider) DO UPDATE SET "

@@ -12,14 +12,13 @@ _loaded: ModuleType | None = None
 
 
 def load_litellm() -> ModuleType:
-    """LiteLLM, quiet, with the ``prior`` provider registered and every client's answers bounded. Safe from any thread,
-    and as often as one likes."""
+    """LiteLLM without logs, with the ``prior`` provider and bounded HTTP responses. Thread-safe; set up once."""
     global _loaded
     with _lock:
         if _loaded is None:
             quiet_environment()
             litellm = importlib.import_module("litellm")
-            # Attributes of the module: a type checker sees nothing behind them, and need not.
+            # Attributes of the module, which a type checker does not know.
             litellm.suppress_debug_info = True  # type: ignore[attr-defined]
             for name in ("LiteLLM", "LiteLLM Router", "LiteLLM Proxy"):
                 logging.getLogger(name).setLevel(logging.CRITICAL)
@@ -30,7 +29,7 @@ def load_litellm() -> ModuleType:
 
 
 def _bound_clients(litellm: ModuleType) -> None:
-    """Both ways in which LiteLLM speaks HTTP go through one bounded transport: OpenAI's client and its own handler."""
+    """Give both of LiteLLM's HTTP clients (OpenAI's client and its own handler) one bounded transport."""
     import httpx
     from litellm.llms.custom_httpx.http_handler import get_ssl_configuration
 

@@ -1,4 +1,4 @@
-"""A request as OpenAI's chat protocol has it, which LiteLLM turns into every other provider's."""
+"""A request in OpenAI's chat format, which LiteLLM translates for every other provider."""
 
 from typing import Any
 
@@ -7,10 +7,10 @@ from schemas.request import LabelledImage, ModelRequest, Tool, ToolCall, Turn
 
 
 def chat_messages(request: ModelRequest, with_images: bool) -> list[dict[str, Any]]:
-    """System part, question, and the conversation since then.
+    """Messages of a request: system part, question, and the later turns.
 
-    What a tool returns is text in this protocol: its pictures follow as a message of the user's, behind all the answers
-    to one set of tool calls, which must stand together.
+    A tool's result is text only in this format: its pictures follow in a user message, after all the results of one
+    set of tool calls, which must stay together.
     """
     messages: list[dict[str, Any]] = [
         {"role": "system", "content": request.system},
@@ -31,7 +31,7 @@ def chat_messages(request: ModelRequest, with_images: bool) -> list[dict[str, An
 
 
 def tool_parameters(tools: tuple[Tool, ...]) -> list[dict[str, Any]]:
-    """The tools as the protocol offers them."""
+    """The tool definitions in OpenAI's format."""
     return [
         {
             "type": "function",

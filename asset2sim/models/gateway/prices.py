@@ -1,4 +1,4 @@
-"""What a call costs: by LiteLLM's price list, before it is made and after."""
+"""Cost of a model call by LiteLLM's price list: estimated before it, and actual."""
 
 import functools
 from dataclasses import dataclass
@@ -11,11 +11,11 @@ from schemas.request import ModelRequest
 from schemas.settings import ModelSettings
 
 CHARACTERS_PER_TOKEN = 3
-"""Characters of a prompt for each token that is reckoned with: English has 4, JSON with numbers down to 2.5."""
+"""Characters of a prompt per estimated token: English has 4, JSON with numbers down to 2.5."""
 PIXELS_PER_TOKEN = 750
-"""Pixels of an image for each token that is reckoned with, as Anthropic bills them; others bill fewer tokens."""
+"""Pixels of an image per estimated token, as Anthropic bills them; others bill fewer tokens."""
 EXPECTED_ANSWER_TOKENS = 2000
-"""Tokens of an answer that are reckoned with: an overlay of 20 links has 1500."""
+"""Estimated tokens of an answer: an overlay of 20 links has 1500."""
 
 
 @dataclass(frozen=True)
@@ -36,8 +36,8 @@ class Price:
 
 
 def price_of(settings: ModelSettings) -> Price | None:
-    """The price of ``settings.model``; zero where it runs in this process or on a server of one's own that LiteLLM has
-    no price for; None where it is not known."""
+    """The price of ``settings.model``: zero where it runs in this process, or on a local server and is not in LiteLLM's
+    list; None where it is not known."""
     if is_prior(settings.model):
         return Price(0.0, 0.0)
     listed = _listed_price(settings.model)
@@ -57,12 +57,12 @@ def _listed_price(model: str) -> Price | None:
 
 
 def expected_amount(request: ModelRequest, settings: ModelSettings, with_images: bool) -> Amount:
-    """What one call for this request is reckoned to take."""
+    """Estimated amount of one call for this request."""
     return _amount(request, settings, with_images, min(EXPECTED_ANSWER_TOKENS, settings.max_completion_tokens))
 
 
 def largest_amount(request: ModelRequest, settings: ModelSettings, with_images: bool) -> Amount:
-    """What one call for this request takes if the model writes all that it may."""
+    """Largest amount of one call for this request: with an answer as long as is allowed."""
     return _amount(request, settings, with_images, settings.max_completion_tokens)
 
 

@@ -1,4 +1,4 @@
-"""What a provider's failure means: whether to ask again, how long to wait, and what to tell the user."""
+"""Classification of a provider's errors: whether to retry, how long to wait, and the message for the user."""
 
 import random
 import re
@@ -27,17 +27,17 @@ __all__ = [
 BACKOFF_FIRST_S = 0.5
 """Mean of the first wait, s; every further one is twice as long."""
 BACKOFF_LONGEST_S = 60.0
-"""No wait is longer, s, whatever the provider asks for: rate limits are mostly counted per minute."""
+"""Longest wait, s, whatever the provider asks for: rate limits are mostly counted per minute."""
 CAUSE_LENGTH = 300
 """Characters kept of what the provider said."""
 MAX_CHAIN = 20
-"""Exceptions that are followed from one to its cause: a chain may be a ring."""
+"""Longest chain of causes of an exception that is followed: a chain may be a ring."""
 
 _CLASS_NAMES = re.compile(r"^(?:(?:litellm\.)?\w*(?:Error|Exception|Timeout)(?::| -) )+")
 
 
 class AnswerTooLongError(ModelError):
-    """A provider sent more than is read."""
+    """A provider's response is too long, or compressed, and is not read."""
 
 
 def status_of(error: BaseException) -> int | None:
@@ -55,12 +55,12 @@ def is_worth_retrying(error: BaseException) -> bool:
 
 
 def may_be_billed(error: BaseException) -> bool:
-    """Whether the provider may have answered, and counts the tokens, though we have nothing of it."""
+    """Whether the provider may have answered and billed the tokens although no answer was received."""
     return status_of(error) == 408 or too_long(error) is not None
 
 
 def too_long(error: BaseException) -> AnswerTooLongError | None:
-    """The refusal of an overlong answer behind what the provider's client made of it."""
+    """The ``AnswerTooLongError`` among an exception's causes; None without one."""
     return next((item for item in _chain(error) if isinstance(item, AnswerTooLongError)), None)
 
 
@@ -78,7 +78,7 @@ def retry_delay_s(error: BaseException, attempt: int) -> float:
     """Seconds to wait after this attempt, the first being 1: what ``Retry-After`` asks, else exponential; jittered."""
     asked = retry_after_s(error)
     if asked is not None:
-        # Added, not spread around: coming back before the time that was asked for earns another refusal.
+        # Jitter is only added: a retry before the time that was asked for would be refused.
         return min(asked + random.uniform(0.0, BACKOFF_FIRST_S / 2.0), BACKOFF_LONGEST_S)
     return min(BACKOFF_FIRST_S * 2.0 ** (attempt - 1), BACKOFF_LONGEST_S) * random.uniform(0.5, 1.5)
 

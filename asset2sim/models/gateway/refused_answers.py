@@ -1,4 +1,4 @@
-"""Answers that did not fit, kept beside the asset for whoever wants to know what the model said."""
+"""Log of a model's refused answers, one text file per asset."""
 
 import contextlib
 from collections.abc import Sequence
@@ -12,21 +12,21 @@ LOG_FOLDER = "logs"
 MAX_ANSWER_CHARACTERS = 100_000
 """Characters kept of one answer: more than the largest object's overlay has."""
 MAX_FILE_BYTES = 2_000_000
-"""Where a file stops growing, bytes."""
+"""File size from which no answer is added, bytes."""
 REFUSED = "invalid_answer"
-"""The outcome of a call whose answer did not fit."""
+"""The outcome of a call whose answer was refused."""
 
 
 @dataclass(frozen=True)
 class Heard:
-    """One question, without its pictures, and what the model said."""
+    """One request, without its images, and the model's answer."""
 
     request: ModelRequest
     answer: ModelAnswer
 
     @staticmethod
     def of(request: ModelRequest, answer: ModelAnswer) -> "Heard":
-        """The question and its answer, of which no more is held than may be kept."""
+        """The request and its answer, without what is not logged."""
         slim = request.model_copy(update={"images": (), "turns": (), "tools": (), "text": "", "answer_schema": None})
         content = None if answer.content is None else answer.content[: 2 * MAX_ANSWER_CHARACTERS]
         return Heard(slim, answer.model_copy(update={"content": content}))
@@ -38,9 +38,9 @@ def answers_file(out: Path, asset_id: str) -> Path:
 
 
 def keep_refused(out: Path, asset_id: str, heard: Sequence[Heard], calls: Sequence[ModelCall]) -> None:
-    """Keep the answers that the asset's record calls refused, and remove those of an earlier run.
+    """Write the answers that the asset's record marks as refused, in place of those of an earlier run.
 
-    A record's call is that of the answer, the outcome changed: everything else, the latency to the last bit, is equal.
+    A record's call and its answer's call are equal in every field but the outcome, the latency included.
     """
     with contextlib.suppress(OSError):
         answers_file(out, asset_id).unlink(missing_ok=True)
@@ -52,7 +52,7 @@ def keep_refused(out: Path, asset_id: str, heard: Sequence[Heard], calls: Sequen
 
 
 def keep_answer(out: Path, asset_id: str, request: ModelRequest, text: str) -> None:
-    """Add a refused answer to the asset's file: shortened, without keys, and nothing where the disk takes nothing."""
+    """Append a refused answer to the asset's file, shortened and without keys; disk errors are ignored."""
     path = answers_file(out, asset_id)
     text = redact_answer(text)
     if len(text) > MAX_ANSWER_CHARACTERS:
@@ -68,6 +68,6 @@ def keep_answer(out: Path, asset_id: str, request: ModelRequest, text: str) -> N
 
 
 def said(answer: ModelAnswer) -> str:
-    """What the model said, its wishes for tools below."""
+    """Text of a model's answer, with its tool calls below."""
     wishes = [f"{call.name}({call.arguments})" for call in answer.tool_calls]
     return "\n".join([answer.content or "", *wishes]).strip()

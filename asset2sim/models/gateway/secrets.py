@@ -1,4 +1,4 @@
-"""Keys, kept out of everything that is written, shown or kept."""
+"""Removal of API keys from everything that is written or shown."""
 
 import os
 import re

@@ -1,4 +1,4 @@
-"""What the model calls of all assets share: kept answers, budgets, and a provider's patience."""
+"""State that the model calls of all assets share: the answer cache, budgets and rate limits."""
 
 import contextlib
 from collections.abc import Iterator
@@ -17,13 +17,13 @@ from schemas.settings import ModelSettings
 LEASE_MARGIN_S = 30.0
 """Time beyond a request's limit after which its worker must have died, s."""
 SETTLE_POLL_S = 0.05
-"""Time between two looks whether others have settled what they held, s."""
+"""Interval at which a call that waits for budget tries again, s."""
 
 
 @dataclass(frozen=True)
 class Books:
-    """The answer cache (None: off), the budget, and the files through which workers agree. Made once per asset, on the
-    worker; ``stopped`` tells whether the run was stopped, so that nobody waits on."""
+    """The answer cache (None: off), the budget, and the files that all workers share. Made once per asset, on the
+    worker; ``stopped`` tells whether the run was stopped, which ends every wait."""
 
     answers: Path | None
     budget: Budget
@@ -33,7 +33,7 @@ class Books:
 
 
 def open_books(out: Path, run_id: str, asset_id: str, settings: ModelSettings, stopped: Stopped = never) -> Books:
-    """The books of one asset of a run that writes to ``out``; files are made when they are needed."""
+    """The shared state for one asset of a run that writes to ``out``; files are made when they are needed."""
     file = out / ledger.FILE
     return Books(
         answers=out / cache.FOLDER if settings.cache else None,
@@ -46,7 +46,7 @@ def open_books(out: Path, run_id: str, asset_id: str, settings: ModelSettings, s
 
 @dataclass
 class Ticket:
-    """Leave for one attempt. Whoever holds it says what the attempt took."""
+    """Permission for one attempt: the amount expected, and the amount taken, which the caller sets."""
 
     expected: Amount = field(default_factory=lambda: Amount(calls=1))
     actual: Amount = field(default_factory=lambda: Amount(calls=1))
@@ -56,10 +56,10 @@ class Ticket:
 def admitted(
     books: Books | None, request: ModelRequest, settings: ModelSettings, with_images: bool
 ) -> Iterator[Ticket]:
-    """Leave to ask once, waited for: within the budgets, in turn, and in one of the provider's places.
+    """Wait for permission to ask once: for budget, for the rate limit and for a free slot at the provider.
 
     Raises ``BudgetSpentError``, ``RunStoppedError``, and ``sqlite3.Error`` or ``OSError`` where the shared files cannot
-    be used. Nothing is limited without books; a model in this process has no provider to spare.
+    be used. Nothing is limited without books; a model in this process has no rate limit.
     """
     if books is None:
         yield Ticket()
@@ -79,7 +79,7 @@ def admitted(
 
 
 def asked_to_wait(books: Books | None, settings: ModelSettings, seconds: float) -> None:
-    """Tell all workers that the provider wants to be left alone for so long."""
+    """Delay all workers' next request to the provider by this many seconds."""
     if books is not None:
         hold_back(books.ledger, provider_name(settings), seconds)
 

@@ -1,4 +1,4 @@
-"""HTTP as LiteLLM's clients use it, with an end: an answer may only be so long and take only so much time.
+"""HTTP transport for LiteLLM's clients that limits the size and the duration of a response.
 
 Imports httpx, which LiteLLM brings, so it is itself imported late.
 """
@@ -19,8 +19,8 @@ MAX_CONNECTIONS = 200
 class BoundedTransport(httpx.BaseTransport):
     """Sends a request through a client of its own, which knows the system's proxies, and reads the response whole.
 
-    Bodies are asked for uncompressed, so that what is counted is what is held. Reading ends with the request's read
-    time limit: httpx counts that anew for every piece, and a server that drips would never reach it.
+    Bodies are requested uncompressed, so that the counted size is the size in memory. Reading ends at the request's
+    read time limit: httpx restarts that for every piece, so that a slow server would never reach it.
     """
 
     def __init__(self, client: httpx.Client) -> None:
@@ -64,7 +64,7 @@ def _pieces(response: httpx.Response, deadline: float | None) -> Iterator[bytes]
 
 
 class LastingClient(httpx.Client):
-    """A client that is shared by all threads for as long as the process lives, whoever wants to close it."""
+    """A client that all threads share until the process ends; closing it does nothing."""
 
     def close(self) -> None:
-        """Nothing: others still use it."""
+        """Does nothing: other threads still use the client."""

@@ -1,4 +1,4 @@
-"""From segments to clauses: which parts a stretch of the guidance speaks of, and what it says of them."""
+"""Clauses of the guidance, and the parts that each is about."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -95,7 +95,7 @@ def _single(candidates: Sequence[Part]) -> bool:
 
 
 def _nameless(info: ObjectInfo, parts: Sequence[Part], word: str) -> tuple[Part, ...]:
-    """Where the asset names none of its parts, a part that opens is taken for its main one."""
+    """The main parts for a word like "door" where the asset names none of its parts, else none."""
     if word in ("door", "lid", "cover", "drawer", "screen", "handle") and not any(part.name for part in parts):
         return whole(info, parts)
     return ()

@@ -1,4 +1,4 @@
-"""From the guidance's letters to its phrases: what each stretch of text means, in segments of one thought each."""
+"""The phrases of the guidance and their meanings, in segments of one statement each."""
 
 import re
 from dataclasses import dataclass
@@ -74,7 +74,7 @@ class Item:
 
 @dataclass(frozen=True)
 class Segment:
-    """One thought: the phrases between two separators, and the number of its sentence and first token."""
+    """One statement: the phrases between two separators, and the numbers of its sentence and first token."""
 
     sentence: int
     items: tuple[Item, ...]
@@ -87,7 +87,7 @@ class Segment:
 
 
 def tokenize(guidance: str) -> tuple[str, ...]:
-    """Lower-case words, numbers and separators; "two-drawer" counts parts and asks nothing of them, so it goes."""
+    """Lower-case words, numbers and separators, without "two-drawer" and the like, which only count parts."""
     text = guidance.lower().replace("\u2019", "'")
     text = re.sub(
         r"\b(\d)(st|nd|rd|th)\b",
@@ -110,7 +110,7 @@ _ORDINAL_NAMES = {
 def segments(guidance: str, category: str) -> tuple[Segment, ...]:
     """The guidance cut into segments, each with what was recognised in it.
 
-    Words that name the object ("drawer cabinet", a "shelf" whose category that is) are not taken for its parts.
+    Words that name the object ("drawer cabinet", or "shelf" where that is its category) are not taken for its parts.
     """
     tokens = tokenize(guidance)
     nouns = [(a, b) for a, b, noun in noun_spans(tokens) if b - a > 1 or noun == category]

@@ -49,7 +49,7 @@ class LinkInfo:
 
     @property
     def has_geometry(self) -> bool:
-        """Whether the link has anything to weigh."""
+        """Whether the link has a volume or an area."""
         return self.volume_m3 > 0.0 or self.hull_volume_m3 > 0.0 or self.area_m2 > 0.0
 
 
@@ -129,7 +129,7 @@ class ObjectInfo:
 
     @cached_property
     def parent_of(self) -> dict[str, str]:
-        """Link name → the link that it hangs from."""
+        """Link name → its parent link."""
         return {child: parent for parent, child in self.edges}
 
     @property
@@ -280,7 +280,7 @@ def _vector(value: Json, signed: bool = False) -> Vector:
 def closed_size(features: Features) -> Vector3:
     """(3,) edges of the object's box with every joint closed, m; from the links' boxes, so at least the true one.
 
-    Where the closed state is the authored one, the exact box of the rest pose stands.
+    Where the closed state is the authored one, it is the exact box of the rest pose.
     """
     closed = {joint.name: joint.closed for joint in features.joints if joint.closed}
     if not closed:

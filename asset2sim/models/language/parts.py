@@ -73,7 +73,7 @@ def carried_link(info: ObjectInfo, joint: JointInfo) -> LinkInfo | None:
 
 
 def named(parts: Sequence[Part], word: str) -> tuple[Part, ...]:
-    """The parts that a plain word means: the word's first choice of which the object has any."""
+    """The parts that a word names: the first of its choices in the table of which the object has any."""
     for choice in tables.part_words().get(word, ()):
         if choice.startswith("@"):
             motion = {"@hinge": "hinge", "@slider": "slider"}.get(choice)
@@ -90,13 +90,13 @@ def main_parts(parts: Sequence[Part]) -> tuple[Part, ...]:
     for roles in (("main",), ("cap",), ("roll", "control", "minor")):
         found = [part for part in parts if part.mechanism.role in roles]
         if found:
-            # A joint that carries the body itself ("free" to the root) is nobody's lid or door.
+            # A joint that carries the body itself ("free" to the root) is no lid or door.
             return tuple([part for part in found if part.name] or found)
     return ()
 
 
 def outermost(info: ObjectInfo, chosen: Sequence[Part]) -> tuple[Part, ...]:
-    """Without those that hang from another of the chosen, which would add its motion to theirs."""
+    """The chosen parts without those that hang from another of them, whose motion would be added to theirs."""
     children = {part.joint.child for part in chosen}
     return tuple(part for part in chosen if not _hangs_from(info, part.joint.parent, children))
 
@@ -107,7 +107,7 @@ def pick(
     ordinals: Sequence[str],
     parts: Sequence[Part],
 ) -> tuple[Part, ...]:
-    """Those that the ordinals name, in reading order: top row first, each from left to right as seen from the front.
+    """Candidates that ordinals name, in reading order: top row first, each from left to right as seen from the front.
 
     "top", "bottom", "left", "right" and "middle" filter by place, numbers then count what is left.
     """
@@ -138,7 +138,7 @@ def reading_order(info: ObjectInfo, candidates: Sequence[Part], parts: Sequence[
 def front(info: ObjectInfo, parts: Sequence[Part]) -> tuple[float, float]:
     """(x, y) of the direction in which the object faces, along one axis: where drawers slide and doors stand.
 
-    PartNet-Mobility faces −x; that stands where nothing tells.
+    Where no part shows it, −x, as in PartNet-Mobility.
     """
     x = y = 0.0
     body = info.body

@@ -1,4 +1,4 @@
-"""What the object is, and the scale that gives it the size that its users mean."""
+"""The object's category, and the scale that gives it its usual or requested size."""
 
 import re
 from collections import Counter
@@ -13,7 +13,7 @@ from asset2sim.models.language.tables import Size
 KEEP_WITHIN = 0.2
 """An object that is within this share of the asked size is taken to be in real metres already."""
 REAL_SLACK = 1.5
-"""How far beyond the table's range an object may be that its user calls real-sized."""
+"""Factor by which an object that its user calls real-sized may be outside the table's range."""
 _REAL = (
     "real size",
     "real sized",
@@ -34,7 +34,7 @@ _MIN_SCALE, _MAX_SCALE = 1e-4, 1e4
 
 @dataclass(frozen=True)
 class Scale:
-    """A uniform scale, whether the user asked for it, the factor on the typical size, and why."""
+    """A uniform scale, whether the user asked for it, the object's length at that scale (m), and the reason."""
 
     value: float
     asked: bool
@@ -164,7 +164,7 @@ def size_word(guidance: str, thoughts: Sequence[Segment]) -> tuple[str, float]:
     """The smallest of the words about the object's size, or the largest if all are above 1; ("", 1) without any.
 
     Words about a part ("a large drawer") or about damping are not about the object: the first phrase counts, and of the
-    rest what speaks of nothing else.
+    rest only segments about nothing else.
     """
     tokens = tokenize(guidance)
     end = next(

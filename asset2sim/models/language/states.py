@@ -10,12 +10,12 @@ from asset2sim.models.language.object_info import ObjectInfo
 from asset2sim.models.language.parts import Part, outermost
 
 _UNSURE = 0.05
-"""Below this confidence the two ends of a turning cap look alike; in place is then the authored zero."""
+"""Confidence below which the two ends of a turning cap look alike: closed is then the authored zero."""
 LIMIT_ROUNDING = 5e-5
 """Half a unit of the fifth digit, relative."""
 _POSES = ("rest", "pressed", "sideways", "normal", "up", "down", "off")
 _PLACES = ("up", "down", "off")
-"""Poses that are too common as words to mean anything but right after their part: "its lever up"."""
+"""Poses whose words are so common that they count only right after their part: "its lever up"."""
 _DIMENSIONS = (
     "wide",
     "tall",
@@ -33,7 +33,7 @@ _DIMENSIONS = (
 
 @dataclass(frozen=True)
 class State:
-    """What a clause says: ``kind`` open, rest, pressed, up, down, sideways; ``share`` or ``measure`` opened."""
+    """The state in a clause: ``kind`` open, rest, pressed, up, down, sideways; opened by ``share`` or ``measure``."""
 
     kind: str
     share: float | None = None
@@ -126,7 +126,7 @@ def _follows_part(item: Item, segment: Segment) -> bool:
 
 
 def position(part: Part, state: State, scale: float) -> float:
-    """Where a part is in a state: rad, or m at the authored scale."""
+    """Joint position of a part in a state: rad, or m at the authored scale."""
     joint, mechanism = part.joint, part.mechanism
     if joint.motion == "spin" or joint.range == 0.0:
         return joint.zero
@@ -173,7 +173,7 @@ def _place(
     positions: dict[str, float],
     notes: list[str],
 ) -> list[str]:
-    """Add what the subject's parts are asked; the names of their joints."""
+    """Add the positions asked of the subject's parts; returns the names of their joints."""
     placed: list[str] = []
     chosen = subject.parts if state.share == 0.0 else outermost(info, subject.parts)
     for part in chosen:
@@ -186,7 +186,7 @@ def _place(
 
 
 def _inside(part: Part, wanted: float) -> float:
-    """Prompts round limits to five digits: stay within what the limit may really be, so that nobody need widen it."""
+    """The position kept inside the true limits, which prompts round to five digits."""
     joint = part.joint
     margin = LIMIT_ROUNDING * abs(wanted)
     if joint.lower is not None and wanted - joint.lower <= margin:
@@ -197,7 +197,7 @@ def _inside(part: Part, wanted: float) -> float:
 
 
 def _joined(first: Mention, second: Mention) -> Mention:
-    """Both; of what was only mentioned on the way to a state, the parts that open and close."""
+    """Both mentions as one; of the first, only the parts that open and close."""
     if not second.found:
         return first
     opening = tuple(part for part in first.parts if part.mechanism.role in ("main", "cap"))

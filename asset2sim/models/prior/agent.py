@@ -1,7 +1,7 @@
 """The offline model as an agent: the next answer of a conversation with tools, from the conversation's text alone.
 
-It does what an agent plainly would: states its whole estimate, simulates, makes the obvious change where that fails
-(more damping, another start), and ends once it passes or nothing more comes to mind, with the best that it saw. See
+It states its whole estimate, simulates, and where that fails makes the obvious change (more damping, another start).
+It ends once a simulation passes or no change is left, with the best trial. See
 ``asset2sim.baselines.agent``.
 """
 
@@ -99,14 +99,14 @@ def number(value: object) -> float:
 
 
 FACTOR = 3.0
-"""By how much damping and friction grow: the paper advises ×2 to ×5 on persistent oscillation."""
+"""Factor by which damping and friction grow: the paper advises ×2 to ×5 on persistent oscillation."""
 LEAST = {"slider": (0.5, 0.1), "hinge": (0.05, 0.005), "spin": (0.05, 0.005)}
 """Damping and friction that a joint without any starts from: the low ends of the paper's ranges (N·s/m and N, N·m·s/rad
 and N·m)."""
 STEP = 0.05
 """Share of its range by which a joint's start is moved where parts overlap: the paper's small step."""
 GRIPPY = "rubber"
-"""What an object that slides as a whole is made to stand on."""
+"""Contact material for an object that slides as a whole."""
 
 
 def correction(seen: Mapping[str, Any], info: ObjectInfo, terms: Terms, rounds: int) -> dict[str, Any] | None:
@@ -151,15 +151,15 @@ def _moved(seen: Mapping[str, Any], joints: Mapping[str, JointInfo], terms: Term
 Message = Mapping[str, Any]
 
 MAX_REFUSED = 2
-"""Estimates that may be refused before this agent just says what it has."""
+"""Refused estimates after which this agent answers with its estimate as text."""
 MAX_CORRECTIONS = 4
-"""Changes after the first estimate: with it and the last word half of the steps that an agent has."""
+"""Most changes after the first estimate: with it and the last step half of the steps that an agent has."""
 FELT = ("coast_s", "spring_hz", "closes_s", "stops_within", "returns_s", "damping_level")
-"""Fields of a joint's proposal from which rules of ours derive its dynamics; the agent's tools have none ..."""
+"""Fields from which our rules derive a joint's dynamics; the agent's tools do not accept them ..."""
 VOLUMETRIC = ("density_kg_m3", "hollow_factor")
-"""... and none for a mass that is derived from a volume."""
+"""... nor these, from which our rules derive a link's mass."""
 ASIDE = ("asked", "sigmas", "notes")
-"""Fields of an overlay that are about its numbers; the agent's tools take none."""
+"""Fields of an overlay that explain its numbers; the agent's tools do not accept them either."""
 _PURPOSE = re.compile(r'"purpose"\s*:\s*"(agent|synthesis)"')
 
 
@@ -168,9 +168,9 @@ def next_turn(
 ) -> tuple[str | None, list[dict[str, Any]]]:
     """The next answer: its text, and its tool calls in OpenAI's form (``id``, ``type``, ``function``).
 
-    ``messages`` are in OpenAI's form too; the first of the user holds the object's blocks. ``proposal`` maps a
-    request's text to an overlay as JSON, right or wrong: a fallible model's errors come in here. What does not parse is
-    passed on as the tool's arguments. Never raises for what the conversation holds.
+    ``messages`` are in OpenAI's form too; the first user message has the object's blocks. ``proposal`` maps a request's
+    text to an overlay as JSON, with a simulated fallible model's errors if any. Text that does not parse is
+    passed on as the tool's arguments. Never raises, whatever is in the conversation.
     """
     first = next((text_of(message) for message in messages if message.get("role") == "user"), "")
     past = results_of(messages)
@@ -241,7 +241,7 @@ def text_of(message: Message) -> str:
 
 
 def _absolute(part: object) -> object:
-    """A link's or joint's entry without what only rules make numbers of."""
+    """A link's or joint's entry without the fields from which our rules derive numbers."""
     if not isinstance(part, dict):
         return part
     return {key: value for key, value in part.items() if key not in FELT + VOLUMETRIC}
@@ -253,7 +253,7 @@ def _direct(text: str) -> str:
 
 
 def _errors(refused: Sequence[Result]) -> str:
-    """What was wrong with the last estimate, as the block that a repeated request has; empty before the first."""
+    """The last refused estimate's error, as the block of a repeated request; empty where none was refused."""
     if not refused:
         return ""
     return f"\n\n<validation_errors>\n{json.dumps([str(refused[-1][2].get('error'))])}\n</validation_errors>"

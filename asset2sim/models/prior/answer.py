@@ -1,4 +1,4 @@
-"""From a prompt's text to an answer's text, and nothing else: the offline model sees what any model would see."""
+"""The offline model's answer to a prompt, from the prompt's text alone, which is what any model gets."""
 
 import json
 

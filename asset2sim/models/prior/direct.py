@@ -1,6 +1,6 @@
-"""The prior's answer for methods that take an answer as it is: final masses, inertias and joint terms.
+"""The prior's answer for methods that use a model's numbers unchanged: masses, inertias and joint terms.
 
-From the same tables as its other answers, with the paper's absolute ranges in place of what a hand feels.
+From the same tables as its other answers, with the paper's absolute ranges in place of times and frequencies.
 """
 
 import numpy as np
@@ -30,7 +30,7 @@ TERM_SIGMA = 0.5
 STATE_SIGMA = 0.1
 """... and of a position, as a share of the joint's range."""
 ANY_RANGE = 1.0
-"""Stands for the range of a joint without one, rad."""
+"""Range assumed for a joint without one, rad."""
 
 
 def propose(info: ObjectInfo, guidance: str, with_sigmas: bool) -> Overlay:
@@ -64,7 +64,7 @@ def final_link(link: LinkInfo, felt: LinkProposal | None, scale: float) -> LinkP
 
 
 def final_joint(info: ObjectInfo, felt: JointProposal, overlay: Overlay) -> JointProposal:
-    """The triplet of one joint from the paper's ranges, in place of what is felt."""
+    """Damping, friction and stiffness of one joint, from the paper's ranges."""
     prismatic = next(joint.type == "prismatic" for joint in info.joints if joint.name == felt.name)
     holds = felt.holds is True or felt.name in overlay.initial_joint_positions
     terms = paper_terms(felt, prismatic=prismatic, holds=holds, rest=felt.spring_rest or 0.0, source=Source.PRIOR)
@@ -96,5 +96,5 @@ def sigmas_of(info: ObjectInfo, proposal: Overlay) -> dict[str, float]:
 
 
 def rounded(value: float) -> float:
-    """The number with as many digits as the tables deserve."""
+    """The number rounded to ``SIGNIFICANT_DIGITS``."""
     return float(f"{value:.{SIGNIFICANT_DIGITS}g}")

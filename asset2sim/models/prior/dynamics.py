@@ -1,4 +1,4 @@
-"""How each joint feels: the mechanism's habits, changed by what the guidance says of them."""
+"""Dynamics of each joint: the defaults of its mechanism, changed by the words of the guidance."""
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -20,7 +20,7 @@ STIFF, SOFT = 1.5, 0.7
 HOLD_COAST_S = 0.2
 """Longest coast of a joint that must stay where it is placed, unless its damping is stated (paper: more damping)."""
 UPRIGHT = 0.9
-"""Height of a hinge's unit axis from which gravity hardly turns what hangs on it ..."""
+"""Vertical component of a hinge's unit axis from which gravity hardly turns its part ..."""
 LEVEL = 0.3
 """... and of a slider's below which gravity hardly moves it."""
 MOTIONS: dict[str, Level] = {
@@ -35,8 +35,8 @@ LEVELS: dict[str, Level] = {level: level for level in ("super low", "low", "medi
 
 @dataclass(frozen=True)
 class Feel:
-    """What is known of one joint's feel; ``level`` is the stated damping, None where the mechanism's stands, and
-    ``word`` what a word about motion implies. The wishes are the overlay's, metres at the final scale."""
+    """Qualitative dynamics of one joint. ``level`` is the stated damping, None for the mechanism's; ``word`` is the
+    level that a word about motion implies. Times and distances are as in the overlay, metres at the final scale."""
 
     coast_s: float
     spring_hz: float | None
@@ -49,7 +49,7 @@ class Feel:
 
 
 def felt(feel: Feel, changes: Mapping[str, str], part: Part, asked_open: bool) -> Feel:
-    """The feel after what one segment says of the part, as kind → level or number.
+    """The dynamics after one segment's changes to the part, kind → level or number.
 
     ``asked_open`` is whether the guidance asks the part to stand open, which it could not if it fell shut.
     """
@@ -70,7 +70,7 @@ def felt(feel: Feel, changes: Mapping[str, str], part: Part, asked_open: bool) -
 
 
 def damped(feel: Feel, kind: str, level: str) -> Feel:
-    """A stated level counts for what follows; words like "slowly" give way to a level that is stated."""
+    """The dynamics with another level of damping or friction; a stated level wins over words like "slowly"."""
     times = tables.coast_times()
     if kind in ("damping", "friction"):
         stated = replace(feel, coast_s=times[level], level=LEVELS[level], stops_within=None)
@@ -89,7 +89,7 @@ def firmness(feel: Feel, stiff: bool, part: Part) -> Feel:
 
 
 def wished(feel: Feel, kind: str, said: str, part: Part, asked_open: bool) -> Feel:
-    """The feel with the time or distance that a word stands for, or that the guidance states (``said``)."""
+    """The dynamics with the time or distance that a word stands for, or that the guidance states (``said``)."""
     wish = tables.wishes().get("soft close" if kind == "no slam" else kind, NO_WISH)
     if kind in ("closes", *FALLS) or wish.closes_s is not None:
         if not gravity_moves(part):
@@ -120,7 +120,7 @@ def gravity_moves(part: Part) -> bool:
 
 
 _OPEN = 0.05
-"""Share of its travel from which a part that is asked to stand there stands open."""
+"""Share of a joint's range from which a requested position counts as open."""
 
 _NEAR, _FAR = 3, 6
 """Words between a level and its noun: "low hinge damping", "the damping of the hinge is low"."""
@@ -189,7 +189,7 @@ def propose_joints(
 def _clauses(
     info: ObjectInfo, parts: Sequence[Part], thoughts: Sequence[Segment]
 ) -> Iterator[tuple[tuple[Part, ...], Segment]]:
-    """Every segment that speaks of a feel, with its parts: its own, the next noun's, the last named, or the main."""
+    """Segments about dynamics, each with the parts it names, else the next noun's, the last named or the main ones."""
     last = NOBODY
     for before, segment, after in zip((None, *thoughts), thoughts, (*thoughts[1:], None), strict=False):
         if before is not None and before.sentence != segment.sentence:
@@ -229,7 +229,7 @@ def _proposal(part: Part, feel: Feel, positions: Mapping[str, float]) -> JointPr
 
 
 def _able(subject: Sequence[Part], changes: Mapping[str, str]) -> tuple[Part, ...]:
-    """A spring is asked of the parts that are pushed, not of what merely turns on them."""
+    """The parts that the changes apply to: a spring goes to parts that are pushed, not to those that only spin."""
     pushed = tuple(part for part in subject if part.joint.motion != "spin")
     return pushed if "spring" in changes and pushed else tuple(subject)
 
@@ -244,7 +244,7 @@ def _listed(subject: Sequence[Part]) -> str:
 
 
 def _changes(segment: Segment) -> dict[str, str]:
-    """What a segment says, as kind → level or ""."""
+    """The changes that a segment asks for: kind → level or ""."""
     changes: dict[str, str] = {}
     negations = segment.of("not")
     for item in segment.of(*_KINDS):
@@ -265,7 +265,7 @@ def _changes(segment: Segment) -> dict[str, str]:
 
 
 def _measured(segment: Segment) -> dict[str, str]:
-    """The time that a segment states for shutting or coming back, s, and the way in which a part stops, m or rad."""
+    """The time that a segment states for closing or returning, s, and the stopping distance, m or rad, as text."""
     found = {item.kind: f"{item.number:g}" for item in segment.of("stops", "turns")}
     for item in segment.of("time")[:1]:
         if segment.of(*_SHUTTING):

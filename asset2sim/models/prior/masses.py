@@ -1,4 +1,4 @@
-"""What each link is made of, and how much of its hull is material, so that the object weighs what its kind weighs."""
+"""Material and hollow factor of each link, such that the object's mass is usual for its category and size."""
 
 import re
 from collections.abc import Mapping, Sequence

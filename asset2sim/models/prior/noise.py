@@ -15,7 +15,7 @@ from asset2sim.models.prior.noise_numbers import with_sigmas, with_wrong_numbers
 from asset2sim.models.prior.noise_state import with_wrong_state
 
 MALFORMED = ("truncated", "fenced", "prose", "comments", "nan")
-"""The ways in which an answer is no plain JSON; of the first and the last nothing can be read."""
+"""The ways in which an answer is no plain JSON; the first and the last cannot be parsed at all."""
 KEPT = (0.4, 0.95)
 """Share of its characters that a truncated answer keeps."""
 DEGREES_PER_RAD = 57.29577951308232
@@ -24,12 +24,11 @@ _NUMBER = re.compile(r"(?<=[:\[, ])-?\d+(?:\.\d+)?(?:[eE][+-]?\d+)?(?=[,}\]\s])"
 
 
 def noisy(answer: str, text: str, noise: Noise, sample: int = 0, conversation: str | None = None) -> str:
-    """The offline prior's answer to the request ``text``, as a model would give it that errs by ``noise``.
+    """The offline prior's answer to the request ``text``, with the simulated errors of ``noise``.
 
     The shared part of every error depends on the object, the guidance and the seed; the rest on ``conversation`` (all
-    that was said, by default ``text``) and ``sample``, so that a repeated question, another view or the same question
-    with what was wrong draws that part and all slips anew. Level 0 changes nothing. Never raises for an answer of the
-    prior's.
+    that was said, by default ``text``) and ``sample``, so that a repeated request, another view or a request with
+    validation errors draws that part anew. Level 0 changes nothing. Never raises for an answer of the prior.
     """
     if noise.level == 0.0:
         return answer

@@ -130,13 +130,13 @@ _DIGITS = 53
 
 @dataclass(frozen=True)
 class Draws:
-    """What one answer draws: ``belief`` is the same for every answer about an object, ``slip`` is this answer's own."""
+    """Keys of one answer's draws: ``belief`` is the same in all answers about an object, ``slip`` is this one's own."""
 
     belief: str
     slip: str
 
     def normal(self, name: str, shared: float = 0.0) -> float:
-        """A standard normal deviate, of whose variance the share ``shared`` is the object's."""
+        """A standard normal deviate; the share ``shared`` of its variance is common to all answers about the object."""
         own = _NORMAL.inv_cdf(uniform(self.slip, name))
         common = _NORMAL.inv_cdf(uniform(self.belief, name))
         return math.sqrt(shared) * common + math.sqrt(1.0 - shared) * own
@@ -150,7 +150,7 @@ class Draws:
         return chance > 0.0 and _NORMAL.cdf(self.normal(name, shared)) < chance
 
     def index(self, name: str, count: int, shared: bool = False) -> int:
-        """One of ``count`` things, the object's or this answer's own choice."""
+        """An index below ``count``, the same for all answers about the object where ``shared``."""
         return min(int(uniform(self.belief if shared else self.slip, name) * count), count - 1)
 
     def share(self, name: str) -> float:

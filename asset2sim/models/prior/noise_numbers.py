@@ -8,11 +8,11 @@ from asset2sim.models.language.object_info import JointInfo
 from asset2sim.models.prior.noise_level import Draws, NoiseLevel
 
 SCALES = (1e-4, 1e4)
-"""Where a scale stays, whatever its error: no model answers beyond."""
+"""Bounds of a scale with its error: no model answers beyond them."""
 LEAST_HOLLOW = 1e-3
 _DAMPED = ("damping", "friction", "coast_s", "closes_s", "stops_within")
 _SPRUNG = {"stiffness": 1.0, "spring_hz": 0.5, "returns_s": -0.5}
-"""Fields that stand for a spring's stiffness, and the power of it by which they go."""
+"""Fields that follow a spring's stiffness → the power of it to which they are proportional."""
 
 
 def with_wrong_numbers(

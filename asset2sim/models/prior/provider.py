@@ -17,14 +17,14 @@ from schemas.errors import UnknownChoiceError
 from schemas.model_names import PRIOR_PROVIDER
 
 CHARACTERS_PER_TOKEN = 4
-"""The rule of thumb by which tokens are counted where LiteLLM's own tokenizer is not to be had."""
+"""Characters per token where LiteLLM's own tokenizer cannot be loaded."""
 
 
 class PriorProvider(CustomLLM):  # type: ignore[misc]  # LiteLLM's base class is untyped to a checker that skips it
-    """Hands the conversation to the offline prior, with simulated errors for ``prior/noisy``, and counts the tokens.
+    """LiteLLM's interface to the offline prior, with simulated errors for ``prior/noisy``, and token counts.
 
     A request with tools is answered by ``prior.agent``, any other by ``prior.answer`` from the last user message that
-    describes an object. Nothing counts but the messages, whether there are tools, and ``seed``
+    describes an object. It depends only on the messages, whether there are tools, and ``seed``
     (the number of the sample).
     """
 
@@ -57,7 +57,7 @@ class PriorProvider(CustomLLM):  # type: ignore[misc]  # LiteLLM's base class is
 def next_answer(
     model: str, messages: Sequence[Mapping[str, Any]], with_tools: bool, sample: int
 ) -> tuple[str | None, list[dict[str, Any]]]:
-    """The text and the tool calls (in OpenAI's form) with which a model of this process goes on."""
+    """Text and tool calls (in OpenAI's format) of the next message from a model of this process."""
     from asset2sim.models.prior.answer import answer
 
     noise = noise_of(model)
@@ -96,7 +96,7 @@ def user_text(messages: Iterable[Mapping[str, Any]]) -> str:
 
 
 def said(message: Mapping[str, Any]) -> str:
-    """Everything that a message says: its text, and the tool calls that it makes."""
+    """A message's text, with its tool calls as JSON below."""
     calls = [
         {key: (call.get("function") or {}).get(key) for key in ("name", "arguments")}
         for call in message.get("tool_calls") or ()

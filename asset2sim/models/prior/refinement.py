@@ -19,8 +19,8 @@ def refine_state(info: RefinementInfo) -> dict[str, object]:
 
     Joints out of the asked state go back to it. While parts overlap, the others go towards open (doors, drawers and
     lids overlap with their body when they are closed too far), and back to the asked position once they are as open as
-    its tolerance allows. What fell goes away from where it came to rest, as far as the tolerance allows. What was
-    refused goes the other way, once; after that nothing is proposed.
+    its tolerance allows. A joint that fell moves away from where it settled, within the tolerance. After a
+    refusal the step goes the other way, once; then nothing is proposed.
     """
     fell = any(_off(joint, joint.settled) > STATE_TOLERANCE for joint in info.joints)
     state_ok = not fell and all(_off(joint, joint.position) <= STATE_TOLERANCE for joint in info.joints)

@@ -1,1 +1,1 @@
-"""Collision shapes that every engine reads alike: explicit convex hulls, cleared of overlaps that no state avoids."""
+"""Collision shapes as explicit convex hulls, the same in every engine, cut where no joint state avoids an overlap."""

@@ -1,8 +1,8 @@
-"""Collision shapes that let joints move: overlaps over every joint's range are found, and mended where they may be.
+"""Clear hulls and joint limits of overlaps over every joint's range.
 
-Each joint moves through its range with the others at zero and at their initial positions. Where two links that engines
-let collide overlap then, hulls are cut if the meshes themselves hardly overlap; where the meshes do, and near an end of
-the range, the joint's limit is drawn in to where they meet; the rest is told.
+Each joint moves through its range with the others at zero, then at their initial positions. Where two links overlap
+that engines let collide, hulls are cut if the authored meshes overlap by at most 5 mm. Where the meshes overlap near an
+end of the range, the joint's limit is narrowed to where they meet. Other overlaps are reported as jams.
 """
 
 from collections.abc import Mapping, Sequence
@@ -34,9 +34,9 @@ from asset2sim.refinement.collision.trim import Bound, Cut, Key, Trimmer
 from schemas.vocabulary import OverlapCause
 
 LEAST_RANGE = 0.5
-"""Share of a joint's range that must be left for its limits to be drawn in."""
+"""Smallest share of a joint's range that must remain when its limits are narrowed."""
 BISECTIONS = 8
-"""Halvings of the step between two sampled positions when a limit is drawn in: a step of 4 % becomes 0.02 %."""
+"""Bisections of the step between two sampled positions when a limit is narrowed: a step of 4 % becomes 0.02 %."""
 
 
 def draw_in(
@@ -47,9 +47,9 @@ def draw_in(
     limits: dict[str, tuple[float, float]],
     stops: dict[str, Jam],
 ) -> None:
-    """Draw ``limits`` in to leave out hits near an end of a joint's range, and note the worst jam of each in ``stops``.
+    """Narrow ``limits`` to exclude hits near an end of a joint's range; the worst jam of each joint goes to ``stops``.
 
-    A joint keeps zero, its initial position, and at least ``LEAST_RANGE`` of its range, or it is left as it is.
+    The new range contains zero, the initial position and at least ``LEAST_RANGE`` of the old one; else no change.
     """
     hits = [hit for hit in hits if hit.freed_by is None and hit.joint in machine.limits]
     for name in dict.fromkeys(hit.joint for hit in hits if hit.joint is not None):
@@ -69,7 +69,7 @@ def draw_in(
 
 
 def edge(world: HullWorld, machine: Mechanism, hits: Sequence[Hit], blocked: float, kept: float) -> float:
-    """The position furthest towards ``blocked`` where none of these hits' links jam, from the sample before it on."""
+    """Joint position closest to ``blocked`` (rad or m) at which none of these hits' link pairs jam, by bisection."""
     paths = {hit.links: hit.travel for hit in hits if hit.travel is not None}
     positions = next(iter(paths.values())).positions
     free = float(positions[positions < blocked].max() if kept < blocked else positions[positions > blocked].min())
@@ -84,23 +84,23 @@ def edge(world: HullWorld, machine: Mechanism, hits: Sequence[Hit], blocked: flo
 
 
 def inside(limits: Mapping[str, tuple[float, float]], hit: Hit) -> bool:
-    """Whether a hit is within the limits proposed for its joint, if any are."""
+    """Whether a hit lies within its joint's proposed limits; true where none are proposed."""
     lower, upper = limits.get(hit.joint or "", (hit.position, hit.position))
     return lower <= hit.position <= upper
 
 
 GENTLE_SHARE = 0.05
-"""Share of two hulls' volumes up to which the first way of cutting is taken as it is."""
+"""Volume share lost up to which a way of cutting is accepted without trying the others."""
 ATTEMPTS = 40
-"""Cuts on one pair of hulls after which it is given up."""
+"""Most cuts tried on one pair of hulls."""
 WAYS: tuple[float | None, ...] = (None, 1.0, 0.0)
-"""Ways of cutting two hulls apart: each by its extent, only the first, only the second."""
+"""Share of the cut that the first hull takes: None in proportion to extents, 1.0 all of it, 0.0 none."""
 
 
 def mend(
     world: HullWorld, hits: Sequence[Hit], margins: Sequence[float] = (MARGIN_M, 0.0), bound: Bound | None = None
 ) -> None:
-    """Cut hulls apart pair by pair, the deepest first, in the way that takes least of them."""
+    """Cut hulls apart pair by pair, deepest overlap first, each with the least volume lost."""
     groups: dict[tuple[Key, Key], list[Hit]] = {}
     for hit in hits:
         groups.setdefault((hit.overlap.a, hit.overlap.b), []).append(hit)
@@ -109,8 +109,8 @@ def mend(
 
 
 def mend_pair(world: HullWorld, hits: Sequence[Hit], margins: Sequence[float], bound: Bound | None) -> None:
-    """Cut two hulls apart at all these poses: the way that takes the least share, with the first of these margins for
-    which one is within bounds; left as they are where none is."""
+    """Cut two hulls apart at all these poses, with the first margin that some way of cutting reaches within bounds, and
+    the least volume lost; no change where none does."""
     trimmer, a, b = world.trimmer, hits[0].overlap.a, hits[0].overlap.b
     before = trimmer.state(a, b)
     for margin in margins:
@@ -130,7 +130,7 @@ def mend_pair(world: HullWorld, hits: Sequence[Hit], margins: Sequence[float], b
 
 
 def part(world: HullWorld, hits: Sequence[Hit], margin: float, way: float | None, bound: Bound | None) -> bool:
-    """Cut two hulls at the deepest of these hits until none is left; whether that was within bounds."""
+    """Cut two hulls at the deepest of these hits until none is left; False where a cut exceeds its bound."""
     tolerance = JAM_M if margin > 0.0 else 2.0 * MARGIN_M
     for _ in range(ATTEMPTS):
         seen = (world.overlap(h.overlap.a, h.overlap.b, h.overlap.pose_a, h.overlap.pose_b, tolerance) for h in hits)
@@ -143,29 +143,29 @@ def part(world: HullWorld, hits: Sequence[Hit], margin: float, way: float | None
 
 
 def lost_share(before: Sequence[Array], after: Sequence[Array]) -> float:
-    """The sum of the shares of their volumes that hulls lost."""
+    """Sum over the hulls of the share of volume lost."""
     return sum(1.0 - ConvexHull(now).volume / ConvexHull(then).volume for then, now in zip(before, after, strict=True))
 
 
 def still(world: HullWorld, hit: Hit) -> bool:
-    """Whether a hit is still there; what cutting without margins leaves touching is not."""
+    """Whether a hit's hulls still overlap; contact within the engine's margins does not count."""
     over = hit.overlap
     return world.overlap(over.a, over.b, over.pose_a, over.pose_b, 2.0 * MARGIN_M) is not None
 
 
 AUTHORED_AT_ZERO = Bound(share=0.25)
-"""The most that is cut for parts that stand in each other as authored, at a joint zero that is not where the object
-starts: a checker looks there, and a user rarely does."""
+"""Largest cut for parts whose authored meshes overlap at a joint zero that is not the initial state: a checker tests
+that pose, a user rarely sees it."""
 RELATED = Bound(share=0.2, depth_m=0.01)
-"""The most that is cut for an overlap with the link's own parent or child, which most engines do not see: a gap of a
-centimetre lets nothing through that matters."""
+"""Largest cut for an overlap of a link with its parent or child, whose contacts most engines filter out: objects do
+not fall through a gap of 1 cm."""
 RELATED_M = 1e-4
-"""Overlap from which that is done, margins not counted, m."""
+"""Overlap of a link with its parent from which it is cut, m, without the engine's margins."""
 
 
 @dataclass(frozen=True)
 class Cleared:
-    """Hulls that let joints move, what was cut, limits to draw in (joint → lower, upper) and the jams that caused it
+    """Cleared hulls, the cuts made, narrowed limits (joint → lower, upper), the jam that stops each narrowed joint
     (``stops``), and the jams that are left."""
 
     hulls: Hulls
@@ -188,7 +188,7 @@ def clear_ranges(
     """Clear the hulls of overlaps at rest (initial positions, joint zero) and over every joint's range.
 
     ``tree`` and ``limits`` are at the final scale (rad, m); ``pairs`` are the link pairs that engines let collide;
-    links in ``exact`` may lose least. Deterministic: nothing depends on the time it takes.
+    links in ``exact`` are bound by ``LARGEST_EXACT_SHARE``. Deterministic: no step depends on wall time.
     """
     at_zero = {joint.name: within(limits, joint.name, 0.0) for joint in tree}
     zero, start = stance_at(tree, root, at_zero), stance_at(tree, root, {**at_zero, **initial})
@@ -222,10 +222,10 @@ def clear_ranges(
 
 
 def clear_related(world: HullWorld, machine: Mechanism, limits: Mapping[str, tuple[float, float]]) -> None:
-    """Cut what reaches a little way from a link into its parent over the range of its joint.
+    """Cut shallow overlaps between each link and its parent over the range of the joint.
 
-    Where that does not clear the two of each other, nothing is cut: a part that is set into its parent stays so, and
-    half a clearance is worth nothing.
+    All cuts of a pair are undone unless they clear it completely: a part embedded in its parent stays as it is, and a
+    partial clearance does not free the joint.
     """
     for joint in machine.tree:
         a, b = joint.child, joint.parent

@@ -43,7 +43,7 @@ class HullWorld:
         return Overlap(a, b, pose_a, pose_b, found[1], -found[0])
 
     def _placed(self, key: Key, pose: Array) -> int:
-        """The body of a hull as it is now, at its link's pose."""
+        """Body index of a hull in its present shape, moved to the pose of its link."""
         points = self.trimmer.hull(key)
         known = self.bodies.get(key)
         if known is None or known[1] is not points:
@@ -60,7 +60,7 @@ class HullWorld:
 
 @contextmanager
 def hull_world(trimmer: Trimmer) -> Iterator[HullWorld]:
-    """A world for the hulls of a trimmer; it follows what is cut."""
+    """A world for the hulls of a trimmer; it follows later cuts."""
     client = BulletClient(connection_mode=pybullet.DIRECT)
     try:
         yield HullWorld(client, trimmer)

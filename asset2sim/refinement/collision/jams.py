@@ -1,7 +1,7 @@
-"""What stops a joint: overlaps of hulls over its range, which of them count as jams, and why they are there.
+"""Jams: overlaps of hulls over a joint's range that stop it, and their causes.
 
-A jam is an overlap of two links that engines let collide, deeper than what the pair has at rest, that no joint of the
-obstacle clears: a rack behind a closed door is not jammed.
+A jam is an overlap of two links that engines let collide, deeper than the pair's overlap at rest, that moving no joint
+of the obstacle clears: a rack behind a closed door is not jammed.
 """
 
 from collections.abc import Iterator, Sequence
@@ -20,10 +20,10 @@ from asset2sim.refinement.collision.trim import CLEARANCE_M, Overlap
 from schemas.vocabulary import OverlapCause
 
 JAM_M = 1e-4
-"""Overlap, the engine's margins counted (2 mm in all), from which a joint counts as jammed, m: margins are hard."""
+"""Overlap from which a joint counts as jammed, m, with the engine's margins (2 mm in all): margins do not yield."""
 LARGEST_AUTHORED_M = 5e-3
-"""How deep authored meshes may overlap and still be parted by cutting, m: parts that touch, brush or are misplaced a
-little. Where they overlap by more, that is how the joint was authored."""
+"""Deepest overlap of authored meshes that is cleared by cutting hulls, m: parts that touch or are slightly misplaced.
+A deeper overlap is taken as intended by the author."""
 
 
 @dataclass(frozen=True)
@@ -44,7 +44,7 @@ class Jam:
 
 @dataclass(frozen=True, eq=False)
 class Hit:
-    """Two hulls that overlap in a stance, with one joint moved to ``position`` along ``travel`` (None: at rest)."""
+    """Overlap of two hulls in a stance, with one joint at ``position`` along ``travel`` (None: at rest)."""
 
     stance: Stance
     travel: Travel | None
@@ -54,18 +54,18 @@ class Hit:
 
     @property
     def joint(self) -> str | None:
-        """The joint that moves."""
+        """Joint that moves, None at rest."""
         return None if self.travel is None else self.travel.joint
 
     @property
     def links(self) -> tuple[str, str]:
-        """The link that moves and the one in its way."""
+        """Moving link and obstacle."""
         return self.overlap.a[0], self.overlap.b[0]
 
 
 @dataclass(frozen=True)
 class Mechanism:
-    """What does not change while shapes do: the tree, the limits, the positions to keep, and the pairs that collide."""
+    """Constants of one asset while its hulls are cut: joint tree, limits, stances, and link pairs that collide."""
 
     tree: tuple[TreeJoint, ...]
     root: str
@@ -75,7 +75,7 @@ class Mechanism:
 
     @cached_property
     def known_pairs(self) -> frozenset[tuple[str, str]]:
-        """The pairs, to look up."""
+        """``pairs`` as a set."""
         return frozenset(self.pairs)
 
     def collide(self, a: str, b: str) -> bool:
@@ -88,14 +88,14 @@ class Mechanism:
 
 
 class Causes:
-    """How deep the authored meshes overlap at hits; each pair and position is looked at once."""
+    """Overlap depths of the authored meshes at hits, cached by pair and position."""
 
     def __init__(self, authored: AuthoredShapes) -> None:
         self.authored = authored
         self.known: dict[tuple[int, str | None, float, str, str], float] = {}
 
     def depth(self, hit: Hit) -> float:
-        """How deep the meshes of a hit's links overlap there, m."""
+        """Overlap depth of the authored meshes of a hit's links, m."""
         key = (id(hit.stance), hit.joint, hit.position, *hit.links)
         if key not in self.known:
             over, back = hit.overlap, np.linalg.inv(hit.overlap.pose_b)
@@ -103,16 +103,16 @@ class Causes:
         return self.known[key]
 
     def blocked(self, hit: Hit) -> bool:
-        """Whether the meshes overlap by so much there that no hull may be cut for it."""
+        """Whether the meshes overlap by more than ``LARGEST_AUTHORED_M``, so that no hull is cut."""
         return self.depth(hit) > LARGEST_AUTHORED_M
 
     def of(self, hit: Hit) -> OverlapCause:
-        """Why a hit's links overlap."""
+        """Cause of a hit's overlap."""
         return OverlapCause.AUTHORED if self.depth(hit) > TOUCHING_M else OverlapCause.HULL
 
 
 def rest_hits(world: HullWorld, machine: Mechanism) -> list[Hit]:
-    """The overlaps of hulls at rest in every stance."""
+    """Overlaps of hulls in every stance, no joint moved."""
     found = []
     for stance in machine.stances:
         for a, b in candidates(world.trimmer, stance.poses, machine.pairs):
@@ -123,7 +123,7 @@ def rest_hits(world: HullWorld, machine: Mechanism) -> list[Hit]:
 
 
 def all_hits(world: HullWorld, machine: Mechanism, number: int, rest: Sequence[Hit]) -> Iterator[Hit]:
-    """Every overlap of hulls over every joint's range in one stance that is deeper than what the pair has at rest."""
+    """Overlaps of hulls over every joint's range in one stance, where deeper than the pair's overlap at rest."""
     stance = machine.stances[number]
     depths: dict[frozenset[str], float] = {}
     for hit in rest:
@@ -139,14 +139,14 @@ def all_hits(world: HullWorld, machine: Mechanism, number: int, rest: Sequence[H
 
 
 def same_as_at_zero(machine: Mechanism, number: int, joint: str, a: str, b: str) -> bool:
-    """Whether two links move alike as at zero: every other joint between them is where it was."""
+    """Whether this stance repeats stance 0 for two links: all other joints between them have the same positions."""
     between = set(chain(machine.tree, a)) ^ set(chain(machine.tree, b))
     first, second = machine.stances[0].positions, machine.stances[number].positions
     return all(first[name] == second[name] for name in between - {joint})
 
 
 def near_links(world: HullWorld, machine: Mechanism, path: Travel) -> list[tuple[str, str]]:
-    """The pairs of a moving and a standing link that collide and whose boxes meet on the way."""
+    """(moving link, obstacle) pairs that engines let collide and whose bounding boxes meet along the path."""
     hulls, poses = world.trimmer.hulls, path.stance.poses
     moving = [link for link in path.links if hulls.get(link)]
     still_ones = [link for link in poses if link not in path.links and hulls.get(link)]
@@ -170,7 +170,7 @@ def box_corners(points: Array) -> Array:
 
 
 def pair_hits(world: HullWorld, path: Travel, a: str, b: str, tolerance: float) -> Iterator[Hit]:
-    """The overlaps deeper than ``tolerance`` (m) between the hulls of a moving and a standing link along a travel."""
+    """Overlaps deeper than ``tolerance`` (m) between hulls of moving link ``a`` and obstacle ``b`` along a path."""
     pose_b = path.stance.poses[b]
     poses = list(path.poses(a))
     boxes_b = boxes_at(world.trimmer.hulls[b], pose_b)
@@ -190,12 +190,12 @@ def pair_hits(world: HullWorld, path: Travel, a: str, b: str, tolerance: float) 
                     path.stance, path, position, Overlap(first, second, poses[index], pose_b, found[1], -found[0])
                 )
             elif speed > 0.0:
-                # Nothing of a hull goes faster than this: until then the two cannot have met.
+                # ``speed`` bounds every point of the hull: before this position the two cannot meet.
                 clear_until = position + max(found[0], 0.0) / speed
 
 
 def not_interlocked(world: HullWorld, machine: Mechanism, hits: list[Hit]) -> list[Hit]:
-    """The hits whose obstacle none of its own joints clears, with the joint further up that does, if there is one."""
+    """Hits that no joint of the obstacle clears; ``freed_by`` is set where a joint above the moving link does."""
     groups: dict[tuple[str | None, str, str], list[Hit]] = {}
     for hit in hits:
         groups.setdefault((hit.joint, *hit.links), []).append(hit)
@@ -210,10 +210,10 @@ def not_interlocked(world: HullWorld, machine: Mechanism, hits: list[Hit]) -> li
 
 
 def freed(world: HullWorld, machine: Mechanism, hits: list[Hit], joints: Sequence[str]) -> tuple[list[Hit], str | None]:
-    """The hits of one pair and travel that are left with one of these joints elsewhere, where that leaves fewest, and
-    that joint; None where none helps.
+    """Fewest hits of one pair and travel that remain after moving one of these joints, and that joint (None if no
+    joint helps).
 
-    Elsewhere is a limit, or zero where the object does not stand at zero.
+    Positions tried are the joint's limits, and zero where the stance is not at zero.
     """
     (a, b), path = hits[0].links, hits[0].travel
     best: tuple[list[Hit], str | None] = hits, None

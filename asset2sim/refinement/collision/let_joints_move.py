@@ -1,4 +1,4 @@
-"""Let joints move: hulls cleared of overlaps over every joint's range, limits drawn in where meshes stop a joint."""
+"""Let joints move: cut hulls over every joint's range, and narrow limits where authored meshes stop a joint."""
 
 from collections.abc import Mapping
 
@@ -16,7 +16,7 @@ from schemas.vocabulary import OverlapCause, Severity, Source, Stage
 
 
 def let_joints_move(loop: Loop, overlay: PhysicsOverlay, hulls: Hulls) -> tuple[PhysicsOverlay, Hulls]:
-    """The overlay with limits drawn in and the hulls with what was in the way cut, each change a finding."""
+    """Overlay with narrowed limits, and hulls cut so that joints can move; each change is a finding."""
     features = loop.extraction.features
     joints = written_joints(features, overlay)
     cleared = clear_ranges(
@@ -70,7 +70,7 @@ def with_limits(overlay: PhysicsOverlay, limits: Mapping[str, tuple[float, float
 
 
 def note_limits(overlay: PhysicsOverlay, cleared: Cleared, findings: list[Finding]) -> None:
-    """A finding for every limit that was drawn in, with the geometry that stops the joint there."""
+    """A finding for every narrowed limit, with the links that stop the joint there."""
     for joint in overlay.joints:
         if joint.name not in cleared.limits:
             continue

@@ -1,4 +1,4 @@
-"""The convex pieces of one link: the hull of each shell, or pieces of it where the hull fills what must stay empty."""
+"""Convex pieces of one link: each shell's hull, or a decomposition where that hull fills a hollow."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
@@ -22,7 +22,7 @@ from asset2sim.physics.arrays import Array
 class Shell:
     """One shell: its (n, 3) vertices and (m, 3) faces, and the (k, 3) points of its hull, none where it is flat.
 
-    ``exact`` says that its mesh is closed and convex, so that the hull is its very shape.
+    ``exact``: the mesh is closed and convex, so that the hull equals it.
     """
 
     vertices: Array
@@ -32,7 +32,7 @@ class Shell:
 
     @property
     def triangles(self) -> Array:
-        """(m, 3, 3) its faces."""
+        """(m, 3, 3) corners of its faces."""
         return self.vertices[self.faces]
 
 
@@ -60,26 +60,26 @@ def link_shells(extraction: Extraction, link: str) -> list[Shell]:
 
 
 def single_sided(faces: NDArray[np.int64]) -> NDArray[np.int64]:
-    """The (m, 3) faces without those that have the same corners as an earlier one, as both sides of a sheet do."""
+    """(m, 3) faces without duplicates: the two sides of a sheet have the same corners."""
     _, first = np.unique(np.sort(faces, axis=1), axis=0, return_index=True)
     return faces[np.sort(first)]
 
 
 LEAST_BALLS = 2.0
-"""Hollow that a hull may always fill, in volumes of the ball: what is less holds nothing."""
+"""Hollow volume that a hull may always fill, in ball volumes: less can hold nothing."""
 FILLED_SHARE = 0.05
-"""Share of its own volume that a hull may fill of the hollow: less is a rounded edge or a recess ..."""
+"""Hollow volume that a hull may fill, over its own volume: less is a rounded edge or a recess."""
 MOST_BALLS = 30.0
-"""... but never more than this many volumes of the ball: that much is a drawer in a large body."""
+"""Upper bound on that hollow volume, in ball volumes: more is, for example, a drawer in a large body."""
 ADDED_SHARE = 0.1
-"""Volume that joining two pieces may add, over the smaller one's: a mesh's own facets leave out as much of a curve."""
+"""Volume that joining two pieces may add, over the smaller one's volume: faceting a curve loses about as much."""
 DECAL_SHARE = 0.9
-"""Share of a sheet that lies on the link's solids from which it is a decal; what spans a gap is a wall or a pane."""
+"""Share of a sheet on the link's solids from which it counts as a decal; a sheet across a gap is a wall or pane."""
 
 
 @dataclass(frozen=True)
 class Sizes:
-    """Lengths at the authored scale, m: the ball that hollows are made for, and the thickness that sheets are given."""
+    """Lengths at the authored scale, m: radius of the ball that defines a hollow, and thickness given to sheets."""
 
     ball_radius: float
     thickness: float
@@ -92,9 +92,9 @@ class Sizes:
 
 @dataclass(frozen=True)
 class LinkPieces:
-    """A link's pieces, its hollow (None where no shell is large enough to have one), and what was done to it.
+    """A link's pieces, its hollow (None where no shell is large enough), and counts of shells cut and sheets handled.
 
-    ``filled_before`` is the volume of the hollow that the shells' hulls took up, ``allowed`` what they may, m³.
+    ``filled_before`` is the hollow volume filled by the shells' hulls, ``allowed`` the volume that they may fill, m³.
     """
 
     pieces: list[Piece]
@@ -107,20 +107,20 @@ class LinkPieces:
 
     @cached_property
     def filled(self) -> float:
-        """Volume of the hollow that the pieces take up, m³; what two of them share counts twice."""
+        """Hollow volume filled by the pieces, m³; where two pieces overlap it counts twice."""
         return 0.0 if self.hollow is None else sum(self.hollow.filled_m3(piece.points) for piece in self.pieces)
 
 
 Cutter = Callable[[Shell, Hollow, Sizes], list[Piece]]
-"""What makes convex pieces of a shell whose hull fills the hollow."""
+"""Decomposes a shell whose hull fills the hollow into convex pieces."""
 
 
 def link_pieces(
     shells: Sequence[Shell], others: Callable[[], Array], sizes: Sizes, most: int, cutter: Cutter
 ) -> LinkPieces:
-    """The pieces of one link's shells, at most ``most``; ``others`` answers (n, 3) points where other links can be.
+    """Convex pieces of one link's shells, at most ``most``; ``others`` returns (n, 3) points that other links reach.
 
-    Sheets beside solids are left out where they lie on these, and become thin walls where they do not.
+    Sheets that lie on the link's solids are left out; other sheets become thin walls.
     """
     solids, sheets = [s for s in shells if s.hull is not None], [s for s in shells if s.hull is None]
     walls = standing(sheets, solids, sizes) if solids else sheets
@@ -156,18 +156,18 @@ def link_pieces(
 
 
 def whole_of(shell: Shell, sizes: Sizes) -> Piece:
-    """The hull of a shell; a sheet as a thin wall."""
+    """Hull of a shell; a sheet becomes a thin wall."""
     points = shell.vertices[np.unique(shell.faces)] if shell.hull is None else shell.hull
     return piece_of(points, sizes.thickness)
 
 
 def must_be_cut(shell: Shell, whole: Piece, filled: float, hollow: Hollow, sizes: Sizes) -> bool:
-    """Whether a shell's hull fills (m³) more of the hollow than it may, or lies across an opening of it."""
+    """Whether a shell's hull fills more of the hollow (``filled``, m³) than allowed, or covers an opening of it."""
     if shell.exact:
         return False
     if filled > allowance(whole.volume, sizes):
         return True
-    # A frame, a bail or a ring is thinner than the hollow's cells: what it lies across counts as an area.
+    # A frame, a bail or a ring is thinner than the hollow's cells: the opening that it covers is measured as an area.
     area = float(np.linalg.norm(np.cross(*np.diff(whole.triangles, axis=1).swapaxes(0, 1)), axis=1).sum()) / 2.0
     thin = 2.0 * whole.volume < sizes.ball_radius * area
     return thin and hollow.opened_m2(whole.triangles) > LEAST_BALLS * np.pi * sizes.ball_radius**2
@@ -179,7 +179,7 @@ def by_faces(shell: Shell, hollow: Hollow, sizes: Sizes) -> list[Piece]:
 
 
 def by_coacd(shell: Shell, hollow: Hollow, sizes: Sizes) -> list[Piece]:
-    """A shell's pieces by CoACD or V-HACD, by its faces where they give none."""
+    """A shell's pieces by CoACD or V-HACD; by its faces where both fail."""
     used, faces = np.unique(shell.faces, return_inverse=True)
     found = decompose(shell.vertices[used], faces.reshape(-1, 3), DecomposeSettings())
     return by_faces(shell, hollow, sizes) if found is None else [piece_of(points, 0.0) for points in found]
@@ -193,20 +193,20 @@ def reduced(link: LinkPieces, sizes: Sizes, most: int) -> LinkPieces:
 
 
 def allowance(hull_volume: float, sizes: Sizes) -> float:
-    """Volume of the hollow (m³) that a hull may fill and still stand for its shell."""
+    """Hollow volume (m³) that a hull may fill and still be used for its shell."""
     share = min(FILLED_SHARE * hull_volume, MOST_BALLS * sizes.ball_volume)
     return max(LEAST_BALLS * sizes.ball_volume, share)
 
 
 def can_be_hollow(shell: Shell, sizes: Sizes) -> bool:
-    """Whether a shell that is not its own hull is as wide as the ball in two directions."""
+    """Whether a shell is not exactly convex and at least as wide as the ball in two directions."""
     return not shell.exact and bool(
         np.sort(np.ptp(shell.vertices[np.unique(shell.faces)], axis=0))[1] >= 2.0 * sizes.ball_radius
     )
 
 
 def standing(sheets: Sequence[Shell], solids: Sequence[Shell], sizes: Sizes) -> list[Shell]:
-    """The sheets that do not lie on the solids, nor within a cell of them, and are larger than the ball."""
+    """Sheets larger than the ball that do not lie on the solids or within one cell of them."""
     large = [sheet for sheet in sheets if can_be_hollow(sheet, sizes)]
     if not large:
         return []

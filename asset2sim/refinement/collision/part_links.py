@@ -1,4 +1,4 @@
-"""Part what overlaps in a state by collision shape: hulls cut until they are apart."""
+"""Separate links that overlap in a state by cutting their collision hulls."""
 
 from dataclasses import dataclass, replace
 
@@ -18,7 +18,7 @@ from schemas.vocabulary import CollisionMode
 
 @dataclass(frozen=True)
 class Attempt:
-    """A state with the collision shapes cut for it: Φ (m) in a fresh world before and after, and what was cut."""
+    """A state and the hulls cut for it, with Φ (m) in a fresh world before and after."""
 
     positions: Pose
     hulls: Hulls
@@ -28,12 +28,12 @@ class Attempt:
 
     @property
     def changed(self) -> bool:
-        """Whether the collision shapes are others than before."""
+        """Whether collision hulls were cut."""
         return bool(self.cut)
 
 
 def attempt(loop: Loop, folder: Folder, positions: Pose) -> Attempt:
-    """Cut what overlaps at these positions apart, if anything does; the folder is left with the shapes as they were."""
+    """Cut hulls that overlap at these positions apart; the folder keeps its shapes."""
     before = penetration(contacts_at(folder.urdf, positions, loop.settings.engine))
     whole = Attempt(positions, loop.hulls, before, before)
     authored_shapes = loop.settings.collision.mode is CollisionMode.KEEP
@@ -43,7 +43,7 @@ def attempt(loop: Loop, folder: Folder, positions: Pose) -> Attempt:
 
 
 def phi_with(loop: Loop, folder: Folder, hulls: Hulls, positions: Pose) -> float:
-    """Φ (m) with other collision shapes, the folder left as it was."""
+    """Φ (m) with other collision hulls; the folder is restored afterwards."""
     write_urdf(loop.extraction, loop.overlay, with_hulls(folder, hulls), loop.settings.physics)
     phi = penetration(contacts_at(folder.urdf, positions, loop.settings.engine))
     write_urdf(loop.extraction, loop.overlay, with_hulls(folder, loop.hulls), loop.settings.physics)
@@ -51,8 +51,7 @@ def phi_with(loop: Loop, folder: Folder, hulls: Hulls, positions: Pose) -> float
 
 
 def cut_apart(loop: Loop, folder: Folder, start: Attempt) -> Attempt:
-    """The attempt with its hulls cut until they part, as far as that is possible; ``start`` itself if Φ does
-    not fall."""
+    """The attempt with hulls cut apart as far as the bounds allow; ``start`` itself if Φ does not fall."""
     features, overlay = loop.extraction.features, loop.overlay
     tree = tree_of(written_joints(features, overlay), overlay.scale)
     poses = link_to_root(tree, features.root, start.positions)
@@ -65,6 +64,6 @@ def cut_apart(loop: Loop, folder: Folder, start: Attempt) -> Attempt:
 
 
 def written_joints(features: Features, overlay: PhysicsOverlay) -> list[JointFeatures]:
-    """The joints as they are written: those that validation locked are fixed."""
+    """Joints as in the written URDF: those locked by validation are fixed."""
     kept = {joint.name for joint in overlay.joints}
     return [joint if joint.name in kept or not joint.movable else locked(joint) for joint in features.joints]

@@ -32,7 +32,7 @@ FORMAT = "1"
 
 
 def content_key(extraction: Extraction, scale: float, settings: CollisionSettings) -> str:
-    """A hash of everything that decides the pieces: files, scale, settings and the hull library's version."""
+    """Hash of all inputs of the pieces: asset files, scale, settings and SciPy's version."""
     digest = hashlib.sha256()
     for part in (FORMAT, scipy.__version__, extraction.features.content_hash, repr(scale), settings.model_dump_json()):
         digest.update(part.encode() + b"\0")
@@ -40,7 +40,7 @@ def content_key(extraction: Extraction, scale: float, settings: CollisionSetting
 
 
 def read(path: Path) -> tuple[Hulls, tuple[Finding, ...]] | None:
-    """What was written there, or None where there is nothing sound."""
+    """Cached hulls and findings; None where the file is missing or damaged."""
     stored = read_clouds(path)
     if stored is None:
         return None
@@ -55,7 +55,7 @@ def read(path: Path) -> tuple[Hulls, tuple[Finding, ...]] | None:
 
 
 def write(path: Path, hulls: Hulls, findings: tuple[Finding, ...]) -> None:
-    """Keep the pieces; see ``write_clouds``."""
+    """Write hulls and findings to the cache; see ``write_clouds``."""
     said = {
         "links": [[link, len(pieces)] for link, pieces in hulls.items()],
         "findings": [finding.model_dump(mode="json") for finding in findings],
@@ -70,10 +70,10 @@ SHEET_SHARE = 0.004
 def collision_shapes(
     extraction: Extraction, scale: float, settings: CollisionSettings, cache: Path | None = None
 ) -> tuple[Hulls, tuple[Finding, ...]]:
-    """Each link's convex pieces, (k, 3) points in its frame at the final scale, and what was done to come by them.
+    """Convex pieces of each link, (k, 3) points in its frame at the final scale, and findings for what was changed.
 
-    ``keep`` answers no hulls: the authored collision geometry stays. The same content, scale and settings always give
-    the same pieces; ``cache`` is a folder, shared by many processes, that keeps them.
+    Mode ``keep`` returns no hulls: the authored collision geometry stays. The same content, scale and settings always
+    give the same pieces; ``cache`` is a folder that stores them, safe for concurrent processes.
     """
     if settings.mode is CollisionMode.KEEP:
         return {}, ()
@@ -89,7 +89,7 @@ def collision_shapes(
 
 
 def decomposed(extraction: Extraction, scale: float, settings: CollisionSettings) -> tuple[Hulls, tuple[Finding, ...]]:
-    """Each link's pieces within the budgets of link and asset, and a finding for each link that is not as authored."""
+    """Pieces of each link within the link's and the asset's budget, and findings for links changed by it."""
     extent = max(extraction.features.rest_size)
     sizes = Sizes(
         ball_radius=min(settings.hollow_share / 2.0 * extent, settings.hollow_m / 2.0 / scale),
@@ -137,7 +137,7 @@ def standing_near(link: str, occupied: Mapping[str, Array], poses: list[dict[str
 
 
 def cap(counts: list[int], most: int) -> int:
-    """The largest number of pieces that every link may have so that all have at most ``most``; at least one."""
+    """Largest limit per link for which the total number of pieces is at most ``most``; at least 1."""
     limit = max(counts, default=1)
     while limit > 1 and sum(min(count, limit) for count in counts) > most:
         limit -= 1
@@ -145,7 +145,7 @@ def cap(counts: list[int], most: int) -> int:
 
 
 def findings_of(link: str, item: LinkPieces, scale: float) -> list[Finding]:
-    """What was done to one link's collision shapes."""
+    """Findings for changes to one link's collision shapes."""
     litres = 1000.0 * scale**3
     notes: list[Finding] = []
     if item.decals:
@@ -183,11 +183,11 @@ def findings_of(link: str, item: LinkPieces, scale: float) -> list[Finding]:
 
 
 STILL_SHARE = 0.1
-"""Share of what the hulls filled that may stay filled before it is said to be a fallback."""
+"""Share of the hollow volume filled by hulls that may stay filled before it is reported as a fallback."""
 
 
 def sheet_findings(extraction: Extraction) -> tuple[Finding, ...]:
-    """What one hull a shell does with sheets: beside solids they do not collide, alone they are thickened."""
+    """Findings for sheets in mode ``repair``: beside solids they do not collide, alone they are thickened."""
     notes: list[Finding] = []
     for link, geometry in extraction.geometry.items():
         sheets = sum(1 for part in geometry.parts if part.sheet is not None)
@@ -200,7 +200,7 @@ def sheet_findings(extraction: Extraction) -> tuple[Finding, ...]:
 
 
 def dropped(link: str, count: int) -> Finding:
-    """Sheets that are for looks only."""
+    """Finding for sheets that stay visual only."""
     return _finding(
         "sheet_dropped", link, f"link '{link}': {count} flat meshes on its solids are looks and do not collide"
     )

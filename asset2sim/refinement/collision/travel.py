@@ -1,4 +1,4 @@
-"""Where links are while one joint moves through its range and the others stay."""
+"""Link poses while one joint moves through its range and the others stay."""
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
@@ -9,7 +9,7 @@ from asset2sim.physics.arrays import Array
 from asset2sim.physics.kinematics import TreeJoint, link_to_root, motion, subtree
 
 SAMPLES = 25
-"""Positions over a joint's range; overlaps that matter last longer than a twenty-fourth of it."""
+"""Positions sampled over a joint's range; overlaps that matter span more than 1/24 of it."""
 TURN = (-np.pi, np.pi)
 """The range of a hinge without limits, rad."""
 
@@ -19,7 +19,7 @@ Limits = Mapping[str, tuple[float, float]]
 
 @dataclass(frozen=True)
 class Stance:
-    """Joint positions that the others keep while one joint moves, with the (4, 4) link-to-root poses there."""
+    """Joint positions (rad or m) at which all joints but one stay, and the (4, 4) link-to-root poses there."""
 
     positions: Mapping[str, float]
     poses: Mapping[str, Array]
@@ -27,9 +27,9 @@ class Stance:
 
 @dataclass(frozen=True)
 class Travel:
-    """One joint moving through ``positions`` (p,): what its subtree's poses are multiplied by, (p, 4, 4) in the root's
-    frame, and the links that move. ``lever`` is the point and unit axis of a hinge in the root's frame, None if it
-    slides."""
+    """One joint moving through ``positions`` (p,), rad or m: ``moves`` are (p, 4, 4) transforms in the root's frame
+    that multiply the poses of ``links``. ``lever`` is a hinge's point and unit axis in the root's frame, None for a
+    slider."""
 
     joint: str
     stance: Stance
@@ -48,7 +48,7 @@ class Travel:
         return travel(tree, self.joint, self.stance, positions)
 
     def speed(self, link: str, points: Array) -> float:
-        """How far any of a moving link's (n, 3) points goes for a unit of the joint, m/rad or m/m."""
+        """Largest distance that a moving link's (n, 3) points travel per unit of joint motion, m/rad or m/m."""
         if self.lever is None:
             return 1.0
         pose, (center, axis) = self.stance.poses[link], self.lever
@@ -57,7 +57,7 @@ class Travel:
 
 
 def stance_at(tree: Sequence[TreeJoint], root: str, positions: Mapping[str, float]) -> Stance:
-    """The stance at these positions; joints not named are at zero."""
+    """Stance at these joint positions; joints not named are at zero."""
     full = {joint.name: float(positions.get(joint.name, 0.0)) for joint in tree}
     return Stance(full, link_to_root(tree, root, full))
 
@@ -69,7 +69,7 @@ def within(limits: Limits, joint: str, position: float) -> float:
 
 
 def range_of(joint: TreeJoint, limits: Limits) -> tuple[float, float] | None:
-    """The range that a joint is moved through; None where it has none."""
+    """Range through which a joint is moved, rad or m; None for an empty range, and without limits unless a hinge."""
     if joint.name in limits:
         lower, upper = limits[joint.name]
         return (lower, upper) if upper > lower else None
@@ -87,7 +87,7 @@ def travel(tree: Sequence[TreeJoint], name: str, stance: Stance, positions: Arra
 
 
 def samples(lower: float, upper: float, also: Iterable[float]) -> Array:
-    """The positions at which a range is looked at: evenly spread, and ``also`` where it is inside."""
+    """Sampled positions of a range: evenly spaced, and those of ``also`` that lie inside."""
     spread = np.linspace(lower, upper, SAMPLES)
     return np.unique(np.concatenate([spread, [value for value in also if lower <= value <= upper]]))
 

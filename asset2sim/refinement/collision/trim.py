@@ -1,8 +1,8 @@
-"""Clearing overlaps by collision shape: cutting the caps off hulls that reach into each other.
+"""Clear overlaps by cutting collision hulls where they reach into each other.
 
 A hull fills what its mesh leaves open, and parts that touch or share a hinge overlap as authored. Where that stops a
-joint, or no state near the requested one is free of it, hulls lose the caps that reach into each other, up to a share
-of their extent. Looks are not touched.
+joint, or no state near the requested one avoids it, the overlapping caps of both hulls are cut off, up to a share of
+their extent. Visual meshes are not changed.
 """
 
 from collections.abc import Iterator, Sequence
@@ -17,13 +17,13 @@ from asset2sim.physics.kinematics import apply
 from schemas.features import JointFeatures
 
 LARGEST_SHARE = 0.5
-"""Largest share of a hull's extent along the cut that it may lose in all: beyond it the shape would be another one."""
+"""Largest share of its extent along the cut that a hull may lose in total: more would be a different shape."""
 LARGEST_EXACT_SHARE = 0.1
-"""The same where the hull is the part's very shape: more would hide that two parts stand in each other."""
+"""The same where the hull equals the mesh: more would hide that the authored parts overlap."""
 ROUNDS = 12
 """Passes over all pairs: cutting one pair can only shrink hulls, so few are ever needed."""
 CLEARANCE_M = 2e-4
-"""Gap left between two hulls beyond what the engine's margins take, m: a door swings a little towards its neighbour."""
+"""Gap left between two hulls beyond the engine's margins, m: a door may swing slightly towards its neighbour."""
 
 Key = tuple[str, int]
 """One hull: its link, and its index among the link's hulls."""
@@ -31,8 +31,8 @@ Key = tuple[str, int]
 
 @dataclass(frozen=True)
 class Overlap:
-    """Two hulls that overlap where their links are at these (4, 4) poses: the unit (3,) normal from B to A in the frame
-    that the poses lead to, and the depth (m)."""
+    """Overlap of two hulls whose links are at these (4, 4) poses: unit (3,) normal from B to A in the frame of the
+    poses, and depth (m)."""
 
     a: Key
     b: Key
@@ -44,7 +44,7 @@ class Overlap:
 
 @dataclass(frozen=True)
 class Bound:
-    """The most that a hull may lose in all: a share of its extent along the cut, and a depth (m)."""
+    """Largest total loss of a hull: share of its extent along the cut, and depth (m)."""
 
     share: float = LARGEST_SHARE
     depth_m: float = float("inf")
@@ -52,8 +52,7 @@ class Bound:
 
 @dataclass(frozen=True)
 class Cut:
-    """What one link lost: the deepest cut (m) and the largest share of a hull's extent, and the link it was
-    cleared of."""
+    """Loss of one link to clear it of ``other``: depth of the deepest cut (m), and its share of the hull's extent."""
 
     link: str
     other: str
@@ -62,7 +61,7 @@ class Cut:
 
 
 def contact_pairs(joints: Sequence[JointFeatures], links: Sequence[str]) -> Iterator[tuple[str, str]]:
-    """The link pairs whose contacts engines see: all but a link and its parent."""
+    """Link pairs that engines let collide: all but a link and its parent."""
     parents = {joint.child: joint.parent for joint in joints}
     for index, first in enumerate(links):
         for second in links[index + 1 :]:
@@ -71,9 +70,9 @@ def contact_pairs(joints: Sequence[JointFeatures], links: Sequence[str]) -> Iter
 
 
 def trim(points: Array, normal: Array, offset: float) -> Array | None:
-    """The part of a hull with normal · x ≥ offset, as hull points; None if nothing with a volume is left.
+    """Hull points of the part with normal · x ≥ offset; None if no volume is left.
 
-    The clipped hull is spanned by the points kept and by where segments from kept to removed points cross the plane.
+    The clipped hull is spanned by the kept points and the crossings of kept-to-removed segments with the plane.
     """
     height = points @ normal - offset
     kept, removed = points[height >= 0.0], points[height < 0.0]
@@ -88,7 +87,7 @@ def trim(points: Array, normal: Array, offset: float) -> Array | None:
 
 
 class Trimmer:
-    """Hulls being cut, with what each has lost of its original extent; ``exact`` links' hulls are their very shapes."""
+    """Hulls being cut, with each one's loss of extent; hulls of ``exact`` links equal their meshes and lose less."""
 
     def __init__(self, hulls: Hulls, exact: frozenset[str] = frozenset()) -> None:
         self.exact = exact
@@ -97,13 +96,13 @@ class Trimmer:
         self.cuts: dict[tuple[str, str], Cut] = {}
 
     def hull(self, key: Key) -> Array:
-        """One hull's points as they are now, in its link's frame."""
+        """Current points of one hull, in its link's frame."""
         return self.hulls[key[0]][key[1]]
 
     def clear(self, overlap: Overlap, margin: float, part_a: float | None = None, bound: Bound | None = None) -> bool:
-        """Cut the hulls of an overlap so that they part by the engine's margins; False where that takes too much.
+        """Cut the hulls of an overlap until the engine's margins separate them; False where the bound is exceeded.
 
-        A gives the share ``part_a`` of the way, 0 to 1, and B the rest; by default each gives by its extent.
+        A takes the share ``part_a`` (0 to 1) of the cut and B the rest; by default in proportion to their extents.
         """
         bound = bound or Bound()
         first, second = apply(overlap.pose_a, self.hull(overlap.a)), apply(overlap.pose_b, self.hull(overlap.b))
@@ -132,9 +131,9 @@ class Trimmer:
     def _cut(
         self, key: Key, pose: Array, normal: Array, offset: float, bound: Bound
     ) -> tuple[Array, float, float] | None:
-        """One hull kept where normal · x ≥ offset (the pose's frame), with the depth (m) and share of its extent lost.
+        """The hull where normal · x ≥ offset (the pose's frame), with the depth (m) and share of its extent lost.
 
-        None where too little of the hull as it was would be left.
+        None where the bound is exceeded or no volume is left.
         """
         rotation, translation = pose[:3, :3], pose[:3, 3]
         local, local_offset = rotation.T @ normal, offset - float(translation @ normal)
@@ -160,5 +159,5 @@ class Trimmer:
         self.cuts = dict(state[1])
 
     def result(self) -> Hulls:
-        """The hulls as they are now."""
+        """Current hulls of all links."""
         return {link: tuple(pieces) for link, pieces in self.hulls.items()}

@@ -1,1 +1,1 @@
-"""The loop over dynamics: each failing test maps to the parameters that can mend it, and a simulator decides."""
+"""Refine the dynamics: each failing check maps to parameters that can mend it, and a simulator decides."""

@@ -1,4 +1,4 @@
-"""Mend what the tests find: change the parameters that a failing test maps to, and keep only what measures better."""
+"""Mend failing checks: change the parameters that a check maps to, and keep only what measures better."""
 
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
@@ -14,19 +14,18 @@ from schemas.settings import Settings
 from schemas.vocabulary import Engine, FailureMode
 
 MOVES = 1e-4
-"""Amplitude over the test, rad or m, from which a joint counts as moving untouched."""
+"""Amplitude during the rest check from which a joint counts as moving untouched, rad or m."""
 LEAST_GAIN = 0.05
-"""Share of its value by which a failing test must improve for a step that does not pass it to be kept."""
+"""Least improvement of a check that still fails for its step to be kept, as a share of its excess over the bound."""
 
 Reports = tuple[EngineReport, ...]
 Verify = Callable[[PhysicsOverlay, Sequence[Engine], FailureMode | None], Reports]
-"""Writes the overlay and judges the asset anew in these engines, by all tests or only by the one that shows a
-failure."""
+"""Writes the overlay and verifies the asset in these engines, with all checks or only the one for a failure mode."""
 
 
 @dataclass(frozen=True)
 class Mended:
-    """The overlay that measured best and its reports, with the steps taken and what they changed."""
+    """Overlay that measured best, its reports, the trace, and findings for what changed."""
 
     overlay: PhysicsOverlay
     reports: Reports
@@ -35,11 +34,11 @@ class Mended:
 
 
 def mend(features: Features, overlay: PhysicsOverlay, reports: Reports, settings: Settings, verify: Verify) -> Mended:
-    """Mend failing tests one after the other until none is left, nothing helps, or the rounds are over.
+    """Mend failing checks one after the other until none is left, no remedy helps, or the rounds are spent.
 
-    A step is kept only where the failing test improves and no passing one breaks, in any engine. The overlay that is
-    kept is the one that stays written. Where something fails that no parameter mends (a jam, penetration, a dead
-    engine), nothing is tried: other shapes are, by the caller.
+    A step is kept only where the failing check improves and no passing check fails, in any engine. The overlay kept is
+    the one left written. Where a failure has no remedy in the dynamics (a jam, penetration, a dead engine), nothing is
+    tried: the caller then tries other collision shapes.
     """
     trace: list[TraceStep] = []
     findings: list[Finding] = []
@@ -78,9 +77,9 @@ def mend(features: Features, overlay: PhysicsOverlay, reports: Reports, settings
 
 
 def looked_at(target: Failure, candidate: PhysicsOverlay, settings: Settings, verify: Verify) -> tuple[Reports, bool]:
-    """What the failing engine says of a candidate, and whether the failing test improves.
+    """The failing engine's report on a candidate, and whether the failing check improves.
 
-    The failing test first, alone: of what does not help it, nothing else is asked, here or in other engines.
+    The failing check runs first and alone; the others, here and in other engines, run only if it improves.
     """
     seen: Reports = ()
     for only in (target.mode, None) if settings.engine.interact else (None,):
@@ -91,14 +90,14 @@ def looked_at(target: Failure, candidate: PhysicsOverlay, settings: Settings, ve
 
 
 def all_failures(overlay: PhysicsOverlay, reports: Reports, settings: Settings) -> tuple[Failure, ...]:
-    """Every failing test in every engine."""
+    """Every failing check in every engine."""
     return tuple(failure for report in reports for failure in failures_of(report, overlay, settings.thresholds))
 
 
 def candidates(
     features: Features, overlay: PhysicsOverlay, reports: Reports, target: Failure, settings: Settings
 ) -> Iterator[tuple[Remedy, PhysicsOverlay]]:
-    """The overlays that may mend a failing test, the least intrusive first."""
+    """Overlays that may mend a failing check, least intrusive first."""
     case = Case(features, settings, joints_of(overlay, reports, target, settings))
     for remedy in remedies_for(target.mode, target.limit, settings):
         changed = remedy.change(case, overlay)
@@ -107,9 +106,9 @@ def candidates(
 
 
 def joints_of(overlay: PhysicsOverlay, reports: Reports, target: Failure, settings: Settings) -> tuple[str, ...]:
-    """The joints that a failing test is about: its own, one that slips after a reset, or those that move untouched.
+    """Joints that a failing check concerns: its own, those that slip after a reset, or those that move untouched.
 
-    None stands for all.
+    An empty tuple stands for all joints.
     """
     if any(joint.name == target.subject for joint in overlay.joints):
         return (target.subject,)
@@ -125,12 +124,12 @@ def joints_of(overlay: PhysicsOverlay, reports: Reports, target: Failure, settin
 
 
 def improves(target: Failure, now: Sequence[Failure]) -> bool:
-    """Whether the failing test passes now, or its value came closer to its bound."""
+    """Whether the failing check passes now, or its value is closer to its bound."""
     same = next((item for item in now if item.key == target.key), None)
     if any(item.mode in (FailureMode.ENGINE_CRASH, FailureMode.TIMEOUT) for item in now):
         return False
     if same is None:
-        # If another of the paper's tests fails in its place, that one is new, and ``breaks`` sees it.
+        # If another check at rest fails in its place, that failure is new, and ``breaks`` finds it.
         return True
     if target.value is None or same.value is None or target.limit is None:
         return False
@@ -138,7 +137,7 @@ def improves(target: Failure, now: Sequence[Failure]) -> bool:
 
 
 def breaks(before: Sequence[Failure], after: Sequence[Failure]) -> bool:
-    """Whether a test fails that passed before."""
+    """Whether a check fails that passed before."""
     known = {failure.key for failure in before}
     return any(failure.key not in known for failure in after)
 
@@ -158,7 +157,7 @@ def step(
     kept: bool,
     settings: Settings,
 ) -> TraceStep:
-    """The trace of one attempt. Φ is that before it: dynamics do not change it."""
+    """Trace step of one candidate. Φ is the value before: dynamics do not change it."""
     after = next((item.value for item in all_failures(candidate, found, settings) if item.key == target.key), None)
     measured = next((report.measurement for report in before if report.measurement is not None), None)
     phi = 0.0 if measured is None else measured.penetration_m

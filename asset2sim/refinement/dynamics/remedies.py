@@ -1,7 +1,7 @@
-"""What can mend a failing test: each remedy is a pure function from an overlay to another one, or to None.
+"""Remedies for failing checks: pure functions from an overlay to a changed one, or None where nothing changes.
 
-A remedy changes as little as may help and stays within the bounds of validation: damping within what the time
-step bears, inertia upwards only, friction never against a spring.
+A remedy changes little and stays within the bounds of validation: damping within the stability limit of the time
+step, inertia only upwards, no friction added to a joint with a spring.
 """
 
 from collections.abc import Callable, Sequence
@@ -14,30 +14,29 @@ from schemas.settings import Settings
 from schemas.vocabulary import FailureMode, Source
 
 ROLLING_M = 5e-4
-"""Lever of rolling resistance that keeps a rounded object from rocking for ever, m: half a millimetre, as of hard
-things on wood."""
+"""Rolling resistance that stops a rounded object from rocking for ever, m: as of a hard object on wood."""
 ROUGHEST = 1.0
-"""Contact friction that a remedy may reach: rubber on a table."""
+"""Largest contact friction that a remedy sets: rubber on a table."""
 FIRMER_HOLD = 2.0
-"""By how much the friction of a joint that slips grows each time."""
+"""Factor on the friction of a joint that slips, per step."""
 FREER = 0.3
-"""By how much the friction or damping of a joint that sticks shrinks each time."""
+"""Factor on the friction or damping of a joint that sticks, per step."""
 HEAVIER = 3.0
-"""By how much the inertia of the lightest links grows each time an object explodes."""
+"""Factor on the inertia of light links of an object that explodes, per step."""
 LIGHT_SHARE = 0.1
-"""Inertia over the heaviest link's below which a link counts as light."""
+"""Share of the heaviest link's inertia below which a link counts as light."""
 
 
 @dataclass(frozen=True)
 class Case:
-    """What a remedy looks at: the asset, the settings, and the joints that the failing test is about (none: all)."""
+    """Inputs of a remedy: the asset, the settings, and the joints that the failing check concerns (empty: all)."""
 
     features: Features
     settings: Settings
     joints: tuple[str, ...]
 
     def about(self, joint: JointPhysics) -> bool:
-        """Whether the failing test is about this joint."""
+        """Whether the failing check concerns this joint."""
         return not self.joints or joint.name in self.joints
 
 
@@ -46,7 +45,7 @@ Change = Callable[[Case, PhysicsOverlay], PhysicsOverlay | None]
 
 @dataclass(frozen=True)
 class Remedy:
-    """One way to change an overlay, and how it is called in the trace."""
+    """One way to change an overlay, and its name in the trace."""
 
     name: str
     change: Change
@@ -61,12 +60,12 @@ def with_joints(
 
 
 def least_inertia(joint: JointPhysics) -> float:
-    """The least inertia that a joint moves over its range, kg·m² or kg; at the initial position if no more is known."""
+    """Least effective inertia over a joint's range, kg·m² or kg; that at the initial position where it is unknown."""
     return joint.least_inertia or joint.effective_inertia
 
 
 def largest_damping(case: Case, joint: JointPhysics) -> float:
-    """The damping that the coarse time step bears, N·m·s/rad or N·s/m."""
+    """Largest damping that is stable at the coarse time step, N·m·s/rad or N·s/m."""
     physics = case.settings.physics
     return physics.max_damping_step * least_inertia(joint) / physics.coarse_timestep_s
 
@@ -82,7 +81,7 @@ def more_damping(case: Case, overlay: PhysicsOverlay) -> PhysicsOverlay | None:
 
 
 def less_damping(case: Case, overlay: PhysicsOverlay) -> PhysicsOverlay | None:
-    """Half the damping: an explicit damper that is too strong for what it moves adds energy."""
+    """Half the damping: an explicit damper too strong for the inertia that it moves adds energy."""
     return with_joints(
         case,
         overlay,
@@ -107,7 +106,7 @@ def softer_spring(case: Case, overlay: PhysicsOverlay) -> PhysicsOverlay | None:
 
 
 def stiffer_spring(case: Case, overlay: PhysicsOverlay) -> PhysicsOverlay | None:
-    """Twice the stiffness, within what the time step bears."""
+    """Twice the stiffness, within the stability limit of the time step."""
 
     def change(joint: JointPhysics) -> dict[str, object]:
         physics = case.settings.physics
@@ -121,7 +120,7 @@ def stiffer_spring(case: Case, overlay: PhysicsOverlay) -> PhysicsOverlay | None
 
 
 def more_friction(case: Case, overlay: PhysicsOverlay) -> PhysicsOverlay | None:
-    """More dry friction, at least a rolling part's at this weight; never where a spring must bring a part back."""
+    """More dry friction, at least the rolling resistance at this weight; none on joints with a spring."""
     search, weight = case.settings.search, overlay.mass_kg * GRAVITY_M_S2
     count = sum(case.about(joint) for joint in overlay.joints)
 
@@ -138,7 +137,7 @@ def more_friction(case: Case, overlay: PhysicsOverlay) -> PhysicsOverlay | None:
 
 
 def firmer(case: Case, overlay: PhysicsOverlay) -> PhysicsOverlay | None:
-    """More damping and more friction at once: what stops a part that will not come to rest."""
+    """More damping and more friction together, for a part that does not come to rest."""
     damped = more_damping(case, overlay)
     rubbed = more_friction(case, damped or overlay)
     return rubbed or damped
@@ -185,7 +184,7 @@ def freer(case: Case, overlay: PhysicsOverlay) -> PhysicsOverlay | None:
 
 
 def more_inertia(case: Case, overlay: PhysicsOverlay) -> PhysicsOverlay | None:
-    """More inertia for the links that are light beside the heaviest: solvers lose them between heavy neighbours."""
+    """More inertia for links that are light beside the heaviest: solvers are unstable between heavy neighbours."""
 
     def size(inertia: Sequence[float]) -> float:
         return float(inertia[0] + inertia[3] + inertia[5])
@@ -201,7 +200,7 @@ def more_inertia(case: Case, overlay: PhysicsOverlay) -> PhysicsOverlay | None:
 
 
 def closer_masses(case: Case, overlay: PhysicsOverlay) -> PhysicsOverlay | None:
-    """Heavier light links where the mass ratio is above what iterative solvers stand, their shape's inertia with it."""
+    """More mass and inertia for light links where the mass ratio exceeds a tenth of the solvers' limit."""
     heaviest = max(link.mass_kg for link in overlay.links)
     least = heaviest / (0.1 * case.settings.physics.max_mass_ratio)
     links = tuple(
@@ -221,7 +220,7 @@ def closer_masses(case: Case, overlay: PhysicsOverlay) -> PhysicsOverlay | None:
 
 
 def rougher_contact(case: Case, overlay: PhysicsOverlay) -> PhysicsOverlay | None:
-    """More friction of every contact, so that the object does not creep or slide."""
+    """More contact friction, so that the object does not creep or slide."""
     friction = min(1.5 * overlay.contact_friction, ROUGHEST)
     if friction <= overlay.contact_friction:
         return None
@@ -229,7 +228,7 @@ def rougher_contact(case: Case, overlay: PhysicsOverlay) -> PhysicsOverlay | Non
 
 
 def rolling_resistance(case: Case, overlay: PhysicsOverlay) -> PhysicsOverlay | None:
-    """Resistance to rolling, where there is none: on ideal points a rounded thing rocks without end."""
+    """Rolling resistance, where there is none: on point contacts a rounded object rocks for ever."""
     if overlay.rolling_friction_m > 0.0:
         return None
     return overlay.model_copy(update={"rolling_friction_m": ROLLING_M})
@@ -278,11 +277,11 @@ REMEDIES: dict[FailureMode, tuple[Remedy, ...]] = {
         Remedy("rougher contact", rougher_contact),
     ),
 }
-"""Failing test → what can mend it, the least intrusive first. Penetration and jams are mended by state and shape."""
+"""Failing check → remedies, least intrusive first. Penetration and jams are mended by state and collision shape."""
 
 
 def remedies_for(mode: FailureMode, limit: float | None, settings: Settings) -> tuple[Remedy, ...]:
-    """What can mend a failing test that met ``limit``: what will not come to rest needs the reverse of an explosion."""
+    """Remedies for a failing check with this ``limit``: an object that does not come to rest needs more damping."""
     if mode in (FailureMode.DROP, FailureMode.RESET) and limit == settings.thresholds.final_speed_m_s:
         return _STILL
     return REMEDIES.get(mode, ())

@@ -1,2 +1,1 @@
-"""Refine: the closed loop over joint positions (paper, "Refine the state"). Propose, evaluate Φ, accept only
-what falls."""
+"""Refine the state: propose joint positions, evaluate Φ, accept only what lowers it (paper, "Refine the state")."""

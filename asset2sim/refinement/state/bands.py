@@ -1,4 +1,4 @@
-"""How far each joint may go from its requested position: the search, a model, and before it counts as another state."""
+"""Bands of joint positions: for the search, for a model's step, and for what still counts as the requested state."""
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
@@ -11,13 +11,12 @@ from schemas.vocabulary import Source
 Pose = dict[str, float]
 """Joint → position, rad or m."""
 STATE_WEIGHT_M = 1e-3
-"""λ: what leaving the requested state by a joint's whole range costs, m of Φ (objective Φ(q) + λ‖q − q_requested‖²)."""
+"""λ, m: cost of moving a joint by its whole range from the requested state (objective Φ(q) + λ‖q − q_requested‖²)."""
 
 
 @dataclass(frozen=True)
 class Band:
-    """Where one joint may go: ``low`` to ``high`` around its requested position, rad or m; ``span`` is its
-    whole range."""
+    """Allowed positions of one joint, rad or m: ``low`` to ``high`` around ``requested``; ``span``: its whole range."""
 
     requested: float
     low: float
@@ -31,7 +30,7 @@ class Band:
 
 @dataclass
 class Evaluator:
-    """Counts and evaluates Φ(q) through one engine."""
+    """Evaluates Φ(q) in one engine and counts evaluations."""
 
     contacts: Callable[[Mapping[str, float]], list[ContactPoint]]
     budget: int
@@ -61,11 +60,11 @@ def objective(phi: float, positions: Mapping[str, float], bands: Mapping[str, Ba
 CLOSED_SHARE = 0.02
 """Share of its range from its closed end within which a joint counts as closed."""
 ROUNDING_SHARE = 1e-6
-"""Share of its range by which a joint at the edge of its band may be beyond it for want of digits."""
+"""Rounding allowance at the edge of a band, as a share of the joint's range."""
 
 
 def band_of(joint: JointPhysics, tolerance: float, closed_tolerance: float) -> Band:
-    """Where a joint may go without leaving its state: a share of its range to either side, within its limits."""
+    """Band that still counts as the requested state: a share of the range to either side, within the limits."""
     position = joint.initial_position
     if joint.lower is None or joint.upper is None:
         return Band(position, position - tolerance, position + tolerance, 1.0)
@@ -76,8 +75,7 @@ def band_of(joint: JointPhysics, tolerance: float, closed_tolerance: float) -> B
 
 
 def reach_of(joint: JointPhysics, settings: SearchSettings) -> Band:
-    """Where a model may put a joint: near its state where the user asked for one, anywhere in its limits where nobody
-    did."""
+    """Band in which a model may place a joint: near the requested state if there is one, else all of its limits."""
     near = band_of(joint, settings.state_tolerance, settings.state_tolerance)
     if joint.position_source is not Source.RULE or joint.lower is None or joint.upper is None:
         return near
@@ -85,14 +83,14 @@ def reach_of(joint: JointPhysics, settings: SearchSettings) -> Band:
 
 
 def reaches(overlay: PhysicsOverlay, settings: SearchSettings) -> dict[str, Band]:
-    """Joint name → where a model may put it."""
+    """Joint name → band in which a model may place it."""
     return {joint.name: reach_of(joint, settings) for joint in overlay.joints}
 
 
 def left_state(overlay: PhysicsOverlay, positions: Mapping[str, float], settings: SearchSettings) -> tuple[str, ...]:
-    """The joints that are not in the state any more that was asked of them, the furthest (share of its range) first.
+    """Joints that left their requested state, furthest first (as a share of the range).
 
-    Where a joint starts for which nobody asked a state is free.
+    Joints without a requested state do not count.
     """
     away: dict[str, float] = {}
     for joint in overlay.joints:
@@ -106,7 +104,7 @@ def left_state(overlay: PhysicsOverlay, positions: Mapping[str, float], settings
 
 
 def share_away(band: Band, position: float) -> float:
-    """How far a position is from the requested one, as a share of the joint's range."""
+    """Distance from the requested position, as a share of the joint's range."""
     return abs(position - band.requested) / band.span if band.span > 0.0 else 0.0
 
 

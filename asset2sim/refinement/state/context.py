@@ -1,4 +1,4 @@
-"""What every step of one asset's loop needs, and what the loop leaves behind."""
+"""Context and log of one asset's refinement loop."""
 
 from dataclasses import dataclass, field
 
@@ -12,7 +12,7 @@ from schemas.vocabulary import Source
 
 @dataclass
 class Log:
-    """What the loop leaves behind as it goes."""
+    """Trace steps and findings of the loop."""
 
     trace: list[TraceStep] = field(default_factory=list)
     findings: list[Finding] = field(default_factory=list)
@@ -24,7 +24,7 @@ class Log:
 
 @dataclass(frozen=True)
 class Loop:
-    """What every step of one asset's loop needs; ``overlay`` is the one that asks for the state."""
+    """Inputs shared by all steps of one asset's loop; ``overlay`` holds the requested state."""
 
     extraction: Extraction
     proposal: Overlay

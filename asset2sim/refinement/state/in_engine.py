@@ -1,4 +1,4 @@
-"""Refine one asset in PyBullet: the search over its state, then its collision shapes, and a model where both fail."""
+"""Refine one asset in PyBullet: search its joint state, then cut collision hulls; ask a model where both fail."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -26,8 +26,8 @@ from schemas.vocabulary import CollisionMode, Source
 
 @dataclass(frozen=True)
 class Refined:
-    """The overlay at the state that was found, the folder with the collision shapes it needs, and how they were
-    found."""
+    """Result of the search: overlay at the state found, folder with its collision hulls, trace, findings, model
+    calls."""
 
     overlay: PhysicsOverlay
     folder: Folder
@@ -46,10 +46,10 @@ def refine_in_engine(
     settings: Settings,
     questions: Questions,
 ) -> Refined:
-    """Lower Φ: first by state, near the requested one; then, where no state helps, by collision shape.
+    """Lower Φ: first by joint positions near the requested state; where that fails, by cutting collision hulls.
 
-    Joint dynamics are derived anew where the state moved. A model is asked where the links still overlap, and where
-    parting them took another state than the requested one (paper, "Refine the state").
+    Joint dynamics are derived again for joints that moved. A model is asked where links still overlap, and where
+    separating them needed another state than the requested one (paper, "Refine the state").
     """
     loop = Loop(extraction, proposal, overlay, source, hulls, settings, Log())
     reach = reaches(overlay, settings.search)
@@ -58,12 +58,12 @@ def refine_in_engine(
     tolerance = settings.search.closed_tolerance
     found = search_state(loop, folder, tolerance)
     best = attempt(loop, folder, found)
-    # Where shapes must be cut anyway, the requested state is not left for nothing.
+    # Where hulls must be cut anyway, keep the requested state if its Φ is as low.
     if best.changed and found != requested:
         kept = attempt(loop, folder, requested)
         best = kept if kept.phi <= max(best.phi, settings.search.target_phi_m) else best
     tried = [found, requested]
-    # A closed part is opened a little, and a model is asked, only where nothing gentler parts the links.
+    # Open a closed part slightly, and ask a model, only where smaller changes do not separate the links.
     for asked in (None, scene):
         if best.phi <= settings.thresholds.penetration_m:
             break
@@ -109,10 +109,10 @@ def settled(loop: Loop, folder: Folder, best: Attempt) -> Refined:
 
 
 def search_state(loop: Loop, folder: Folder, closed_tolerance: float, asked: Scene | None = None) -> Pose:
-    """The pose with the lowest Φ near the requested one; the requested one where a fresh world sees no fall of Φ.
+    """Pose near the requested one with the lowest Φ; the requested one where Φ in a fresh world is no lower.
 
-    A joint at its closed end may move by ``closed_tolerance`` of its range. A model is asked only if ``asked`` says
-    where.
+    A joint at its closed end may move by ``closed_tolerance`` of its range. A model is asked only if ``asked`` is
+    given.
     """
     overlay, settings = loop.overlay, loop.settings
     requested = overlay.initial_positions
@@ -134,14 +134,14 @@ def search_state(loop: Loop, folder: Folder, closed_tolerance: float, asked: Sce
         loop.log.step(step)
     if found == requested:
         return requested
-    # The search ran in one world whose contact cache remembers; the judge is a fresh one.
+    # The search ran in one world, whose contact cache changes Φ a little; a fresh world decides.
     before = penetration(contacts_at(folder.urdf, requested, settings.engine))
     after = penetration(contacts_at(folder.urdf, found, settings.engine))
     return found if after < before else requested
 
 
 def alternatives(overlay: PhysicsOverlay) -> Pose:
-    """The authored zero of every joint for which nobody asked a state and which starts elsewhere, within its limits."""
+    """Joint → 0.0 for joints without a requested state that start elsewhere, where the limits contain zero."""
     return {
         joint.name: 0.0
         for joint in overlay.joints
@@ -160,7 +160,7 @@ def at_positions(
     source: Source,
     settings: Settings,
 ) -> PhysicsOverlay:
-    """The overlay validated at the found positions: what a joint moves and must hold depends on where it is."""
+    """The overlay validated again at these positions: effective inertia and gravity load depend on them."""
     sliders = {joint.name for joint in overlay.joints if joint.type == "prismatic"}
     authored = {name: value / overlay.scale if name in sliders else value for name, value in found.items()}
     again, _ = validate(

@@ -1,4 +1,4 @@
-"""Where the search had to leave the requested state: a model looks, and what it proposes is kept if it is nearer."""
+"""Ask a model for a pose nearer to the requested state, where the search had to leave that state."""
 
 from asset2sim.assets.folder import Folder
 from asset2sim.engines.contacts import by_pair
@@ -12,8 +12,8 @@ from schemas.finding import TraceStep
 
 
 def brought_back(scene: Scene, loop: Loop, folder: Folder, best: Attempt, desired_phi_m: float) -> Attempt:
-    """The attempt, or one at a pose of the model's that is nearer to the requested state, with Φ as low as wanted or no
-    higher than it was. ``desired_phi_m`` is Φ (m) in the requested state."""
+    """The attempt, or one at a model's pose that is nearer to the requested state, where Φ is at most its target or no
+    higher than before. ``desired_phi_m`` is Φ (m) in the requested state."""
     search = loop.settings.search
     tried: list[Tried] = []
     for _ in range(search.max_model_calls):

@@ -49,7 +49,7 @@ def grid(best: Pose, focus: Sequence[str], bands: Mapping[str, Band]) -> Iterato
 
 
 MOST = 4
-"""Joints searched at once, at most: pairs further apart in the tree are separated by the joints nearest to them."""
+"""Most joints searched at once: the joints nearest to a pair of links are the ones that separate it."""
 
 
 def path_to_root(joints: Sequence[JointFeatures], link: str) -> list[str]:

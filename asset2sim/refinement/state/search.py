@@ -1,4 +1,4 @@
-"""The loop: group penetrations by link pair, choose focus joints, propose, accept only where Φ falls, keep the best."""
+"""State search: group penetrations by link pair, choose focus joints, propose poses, accept only where Φ falls."""
 
 import hashlib
 from collections.abc import Callable, Iterator, Mapping, Sequence
@@ -14,17 +14,17 @@ from schemas.measurement import ContactPair
 from schemas.settings import SearchSettings
 
 ROUNDS = 6
-"""Rounds of line searches: each takes the worst pair that is left, and real objects rarely have more than three."""
+"""Rounds of line searches, each on the worst pair left; real objects rarely have more than three pairs."""
 BISECTIONS = 6
-"""Halvings of the last step towards the requested position: 10 % of a range becomes 0.2 %."""
+"""Bisections of the way back to the requested position: 10 % of a range becomes 0.2 %."""
 Ask = Callable[[Pose, float, tuple[ContactPair, ...], tuple[str, ...], tuple[Tried, ...]], Pose | None]
-"""Asks a model for a pose: (best pose, Φ, colliding pairs, focus joints, what was refused from here) → proposed pose
-within its reach, or None if it has none."""
+"""Asks a model for a pose: (best pose, Φ, colliding pairs, focus joints, poses refused so far) → proposed pose within
+reach, or None."""
 
 
 @dataclass
 class Search:
-    """One search under way."""
+    """State of one search: best pose so far, its Φ (m), and the trace."""
 
     joints: Sequence[JointFeatures]
     bands: Mapping[str, Band]
@@ -37,15 +37,15 @@ class Search:
 
     @property
     def done(self) -> bool:
-        """Whether Φ is as low as wanted, or the budget is spent."""
+        """Whether Φ reached its target or the evaluation budget is spent."""
         return self.phi <= self.settings.target_phi_m or self.evaluator.spent
 
     def pairs(self) -> tuple[ContactPair, ...]:
-        """The colliding pairs of the best pose, worst first."""
+        """Colliding pairs at the best pose, worst first."""
         return by_pair(self.evaluator.points(self.best))
 
     def record(self, proposer: str, pose: Pose, phi: float, evaluations: int, accepted: bool, reason: str) -> None:
-        """Add a step to the trace, and take the pose where it was accepted."""
+        """Add a step to the trace; an accepted pose becomes the best one."""
         moved = {name: value for name, value in pose.items() if value != self.best[name]}
         self.trace.append(
             TraceStep(
@@ -63,7 +63,7 @@ class Search:
             self.best, self.phi = pose, phi
 
     def consider(self, proposer: str, poses: Iterator[Pose]) -> bool:
-        """Try poses in order: the first that is good enough, else the one with the best objective. True if accepted."""
+        """Try poses in order: accept the first that reaches the target, else the best objective. True if accepted."""
         before, chosen, chosen_phi = self.evaluator.evaluations, None, self.phi
         lowest = objective(self.phi, self.best, self.bands)
         for pose in poses:
@@ -95,11 +95,11 @@ def refine_state(
     acceptable_m: float,
     ask: Ask | None = None,
 ) -> tuple[Pose, float, tuple[TraceStep, ...]]:
-    """The pose with the lowest Φ seen within the bands, that Φ (m), and the trace.
+    """Pose with the lowest Φ found within the bands, its Φ (m), and the trace.
 
-    Closed form first (one joint at a time through its band), then seeded perturbations, then a grid. ``alternatives``
-    maps joints for which nobody asked a state to another position to start from. A model is asked only while Φ stays
-    above ``acceptable_m`` (m) after all of them, and its poses are taken by the same rule.
+    Line searches first (one joint at a time through its band), then seeded perturbations, then a grid. ``alternatives``
+    maps joints without a requested state to another start position. A model is asked only while Φ is still above
+    ``acceptable_m`` (m) after that, and its poses are accepted by the same rule.
     """
     start = penetration(evaluator.points(requested))
     seed = int.from_bytes(hashlib.sha256(asset_id.encode()).digest()[:4], "big")
@@ -113,7 +113,7 @@ def refine_state(
 
 
 def ask_model(search: Search, ask: Ask, acceptable_m: float) -> None:
-    """Take a model's poses while they lower Φ; one that is refused is told, with its Φ, in the next question."""
+    """Accept a model's poses while they lower Φ; the next question lists refused poses with their Φ."""
     tried: list[Tried] = []
     for _ in range(search.settings.max_model_calls):
         if search.done or search.phi <= acceptable_m:
@@ -131,7 +131,7 @@ def ask_model(search: Search, ask: Ask, acceptable_m: float) -> None:
 
 
 def search_focus(search: Search) -> None:
-    """Lower Φ pair by pair until it is low enough or nothing helps."""
+    """Lower Φ pair by pair until it reaches its target or no proposal lowers it."""
     for _ in range(ROUNDS):
         if search.done:
             break
@@ -153,7 +153,7 @@ def search_focus(search: Search) -> None:
 
 
 def start_elsewhere(search: Search, alternatives: Pose) -> None:
-    """Where links still overlap, start colliding joints that nobody asked for elsewhere, if that lowers Φ at once."""
+    """Try the alternative start positions of colliding joints, where that lowers Φ at once."""
     tried: set[str] = set()
     while not search.done:
         focus = focus_joints(search.joints, search.pairs(), list(search.bands))
@@ -166,7 +166,7 @@ def start_elsewhere(search: Search, alternatives: Pose) -> None:
 
 
 def bring_back(search: Search) -> None:
-    """Halve each moved joint's way back to the requested position for as long as Φ stays low enough."""
+    """Move each joint back towards its requested position by bisection while Φ stays within its target."""
     for name, band in search.bands.items():
         near, far = band.requested, search.best[name]
         if near == far or not band.low <= far <= band.high or search.evaluator.spent:

@@ -1,4 +1,4 @@
-"""One asset at a time in a process that can be killed: a crash, a hang or a hunger for memory costs one result."""
+"""Each asset runs in a process that can be killed: a crash, a hang or a lack of memory costs one result."""
 
 from asset2sim.runs.isolation.messages import Ending, Outcome
 from asset2sim.runs.isolation.stopping import accept_children, stop_children

@@ -1,4 +1,4 @@
-"""One asset, from reference to record, whatever happens to the process in which it is refined."""
+"""One attempt at an asset in a child process: a record, however that process ends."""
 
 import importlib
 from dataclasses import dataclass
@@ -20,7 +20,7 @@ class StoppedError(Asset2SimError):
 
 
 DEATHS = (Ending.DIED, Ending.TIMED_OUT, Ending.OUT_OF_MEMORY)
-"""Endings that may be the machine's fault or a neighbour's. An exception comes again: it is the asset's or ours."""
+"""Endings worth a second attempt: the machine or another process may have caused them. Exceptions would recur."""
 
 MODES = {Ending.TIMED_OUT: FailureMode.TIMEOUT, Ending.DISK_FULL: FailureMode.DISK_FULL}
 """Failure modes of endings; every other is a crash."""
@@ -40,7 +40,7 @@ def log_file(out: Path, asset_id: str) -> Path:
 
 
 def first_log_file(out: Path, asset_id: str) -> Path:
-    """Where those of a first attempt are kept that died, once there is a second."""
+    """Where the console lines of a first attempt that died are kept, once there is a second."""
     return out / LOG_FOLDER / f"{asset_id}.first.log"
 
 
@@ -58,8 +58,8 @@ def attempt_in_child(
     ``pipeline`` names a function as ``module:function``, which the child imports and calls as ``function(ref, out,
     settings, ask=ask)``; it returns the record. ``ask`` runs in this process. A child that crashes, hangs, outgrows
     its memory or raises leaves a failed record, which keeps the model calls it had made. Answers that the record calls
-    invalid are kept in ``logs``. Raises ``StoppedError`` where ``stop_children`` of its ``owner`` ended it,
-    which is ``str(out)`` unless it is named. A ``fresh`` child has refined nothing before.
+    invalid are kept in ``logs``. Raises ``StoppedError`` where ``stop_children(owner)`` ended it;
+    ``owner`` is ``str(out)`` by default. A ``fresh`` child has refined nothing before.
     """
     calls: list[ModelCall] = []
     heard: list[Heard] = []
@@ -90,9 +90,9 @@ def attempt_in_child(
 
 
 def death_of_engine(record: AssetRecord) -> str:
-    """How an engine died over the asset, in words, where that is why the asset failed; else empty.
+    """How an engine's process died, in words, if the asset failed because of it; else empty.
 
-    An engine has a process of its own within the asset's, which comes back and tells of it.
+    An engine has a process of its own below the asset's, which survives it and reports the death.
     """
     if record.failure_mode not in (FailureMode.ENGINE_CRASH, FailureMode.TIMEOUT):
         return ""
@@ -126,7 +126,7 @@ def failed_record(
     seconds: dict[str, float] | None = None,
     calls: tuple[ModelCall, ...] = (),
 ) -> AssetRecord:
-    """A record that holds nothing but why there is nothing in it, with one finding that says the same."""
+    """A failed record that holds only its failure mode and reason, with one finding that says the same."""
     message = f"asset {ref.asset_id}: {reason}"
     return AssetRecord(
         ref=ref,

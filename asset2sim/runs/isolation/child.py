@@ -1,4 +1,4 @@
-"""What runs in the child process: limits first, then one function after another, each with a last word at its end."""
+"""Main loop of a child process: set limits, then run one function after another and send back each result."""
 
 import contextlib
 import pickle
@@ -15,9 +15,9 @@ from asset2sim.runs.isolation.traces import Traces, is_as, traces
 from schemas.errors import Asset2SimError
 
 MOST_WORK = 50
-"""Pieces of work of one child: what leaks in ways that nobody looks at has an end, too."""
+"""Most pieces of work of one child, which bounds leaks that ``traces`` does not measure."""
 IDLE_LIMIT_S = 5.0
-"""Time after which a child that is given no more work ends, s: a run's end needs nobody then who ends its children."""
+"""Time without work after which a child ends, s, so that nothing has to end the children when a run ends."""
 
 
 class ServiceError(Asset2SimError):
@@ -25,8 +25,8 @@ class ServiceError(Asset2SimError):
 
 
 def child_main(pipe: Connection) -> None:
-    """Do the work that comes over the pipe, until some of it leaves traces, none comes for a while, it has been enough,
-    or the parent is gone."""
+    """Do the work that comes over the pipe, until some of it leaves traces, none comes for ``IDLE_LIMIT_S``,
+    ``MOST_WORK`` is reached, or the parent is gone."""
     limits.lead_own_group()
     limits.die_with_parent()
     limits.forbid_core_files()
@@ -44,7 +44,7 @@ def child_main(pipe: Connection) -> None:
 
 
 def _do(pipe: Connection, work: Work, before: Traces, may_do_more: bool) -> bool:
-    """Do one piece of work and say how it went; whether this process can be given more."""
+    """Do one piece of work and send its result. Returns whether this process may be given more."""
     limits.log_to(Path(work.log_path))
     limits.limit_memory(work.memory_limit_mb)
     pipe.send(Begun())

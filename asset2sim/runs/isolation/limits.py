@@ -1,4 +1,4 @@
-"""What a child process does to itself before it works: its own process group, its limits, its log, and no survivors."""
+"""Set-up of a child process: its own process group, limits, a log file, and death with its parent."""
 
 import contextlib
 import ctypes
@@ -49,7 +49,7 @@ def _kill_group_after(sentinel: int) -> None:
 
 
 def adopt_orphans() -> None:
-    """Have the processes that a child of this one leaves behind become its own, so that they are seen. Linux only."""
+    """Become the parent of descendants that lose theirs, so that they count as children. Linux only."""
     if sys.platform == "linux":
         ctypes.CDLL(None).prctl(PR_SET_CHILD_SUBREAPER, 1)
 
@@ -64,7 +64,7 @@ def memory() -> tuple[int, int] | None:
 
 
 def limit_memory(megabytes: int) -> None:
-    """Let this process add at most so much address space to what it has now; further allocations fail. Linux only.
+    """Let this process add at most ``megabytes`` of address space to what it has; more fails to allocate. Linux only.
 
     Address space, not resident memory, because Linux enforces no limit on the latter. The share that the engines' code
     takes is already there when the limit is set, hence the addition.
@@ -96,10 +96,10 @@ def log_to(path: Path) -> None:
 
 
 def close_log() -> None:
-    """Write out what is still to be written, and print nowhere from here on."""
+    """Flush standard output and error, and discard what is printed from here on."""
     _flush()
     _print_to(os.open(os.devnull, os.O_WRONLY))
-    _flush()  # of what a full disk did not take nothing is left for a later log
+    _flush()  # discard what a full disk did not take: a later log would get it
 
 
 def _flush() -> None:
@@ -111,7 +111,7 @@ def _flush() -> None:
 
 
 def _print_to(descriptor: int) -> None:
-    """Make standard output and error what this descriptor is, and close it."""
+    """Redirect standard output and error to this descriptor, and close it."""
     os.dup2(descriptor, 1)
     os.dup2(descriptor, 2)
     os.close(descriptor)

@@ -1,4 +1,4 @@
-"""What a child and its parent say to each other over the pipe.
+"""Messages between a child and its parent over the pipe.
 
 The parent sends ``Work``; the child says ``Begun``, any number of ``Call``s, each of which gets an ``Answer``, and then
 ``Returned`` or ``Raised``. It may be sent more work after the former.
@@ -10,7 +10,7 @@ from enum import StrEnum
 
 @dataclass(frozen=True)
 class Work:
-    """One function to call. ``pickled`` is ``(function, args)``; ``services`` names what the child may call here."""
+    """One function to call. ``pickled`` is ``(function, args)``; ``services`` names what it may call in the parent."""
 
     pickled: bytes
     services: tuple[str, ...]
@@ -20,7 +20,7 @@ class Work:
 
 @dataclass(frozen=True)
 class Begun:
-    """The child is there and has the work: what ends it from here on is the work's doing."""
+    """The child has received the work: if it ends from here on, the work is the cause."""
 
 
 @dataclass(frozen=True)
@@ -41,7 +41,7 @@ class Answer:
 
 @dataclass(frozen=True)
 class Returned:
-    """The function came back with this value; ``clean`` says whether the child may be given more work."""
+    """The function returned this value; ``clean`` says whether the child may be given more work."""
 
     value: object
     clean: bool = False
@@ -72,7 +72,7 @@ class Ending(StrEnum):
 
 @dataclass(frozen=True)
 class Outcome:
-    """What one child left behind.
+    """The outcome of one call in a child process.
 
     ``value`` is what the function returned where ``ending`` is RETURNED and None otherwise; ``reason`` is one line
     for a person; ``detail`` the traceback, if there is one. ``seconds`` is the wall time of the child, of which it

@@ -1,4 +1,4 @@
-"""The fork server from which children come: started once per process, without the caller's ``__main__``."""
+"""The fork server that starts the children: one per process, without the caller's ``__main__``."""
 
 import multiprocessing
 import os

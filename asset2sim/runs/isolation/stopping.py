@@ -19,7 +19,7 @@ def register(pid: int, owner: str) -> None:
 
 
 def forget(pid: int) -> None:
-    """The child is gone."""
+    """Remove a child that has ended."""
     with _lock:
         _running.pop(pid, None)
         _stopped.discard(pid)
@@ -47,7 +47,7 @@ def is_stopped(owner: str) -> bool:
 
 
 def was_stopped(pid: int) -> bool:
-    """Whether this child was killed because its owner was stopped, even if that is accepted again by now."""
+    """Whether this child was killed because its owner was stopped, even if the owner may have children again."""
     with _lock:
         return pid in _stopped
 

@@ -1,4 +1,4 @@
-"""Run a function in a killable child process, answer its questions meanwhile, and say how it ended."""
+"""Run a function in a killable child process, serve its calls meanwhile, and return how it ended."""
 
 import os
 import pickle
@@ -15,7 +15,7 @@ from asset2sim.runs.isolation.pool import Child, begin, give_back
 from asset2sim.runs.isolation.server import PROCESS_LOCK
 
 DUMP_WAIT_S = 0.1
-"""Time that a child gets to write down where it hangs before it is killed, s."""
+"""Time that a hanging child gets to write its traceback before it is killed, s."""
 REAP_WAIT_S = 5.0
 """Time in which a killed child must be gone, s: only a process stuck in the kernel takes longer."""
 
@@ -35,10 +35,9 @@ def run_isolated(
 
     ``function`` must be importable by name and its arguments and result picklable. Each service runs here, in the
     calling thread, when the child calls it by keyword; the time it takes is not the child's, so it does not count
-    towards ``time_limit_s``. The child does nothing else at the time; it may have worked before, unless it is to be
-    ``fresh``. What it prints goes to ``log_path``, which is removed if it stays empty.
-    ``owner`` is whom ``stop_children`` stops it for. Never raises for what the child does; raises ``UsageError``
-    where this process may not have children.
+    towards ``time_limit_s``. The child does nothing else at the time; it may be a reused one, unless ``fresh``.
+    What it prints goes to ``log_path``, which is removed if it stays empty. ``stop_children(owner)`` kills it.
+    Never raises for what the child does; raises ``UsageError`` where this process may not have children.
     """
     if stopping.is_stopped(owner):
         return Outcome(Ending.STOPPED, None, "stopped before it began", "", 0.0, 0.0)
@@ -104,7 +103,7 @@ def _supervise(
 def _serve(services: Mapping[str, Callable[..., object]], call: Call) -> Answer:
     try:
         return Answer(value=services[call.service](*call.args))
-    except Exception as error:  # whatever a service raises is the caller's to hear of, and the caller is the child
+    except Exception as error:  # whatever a service raises is reported to its caller, the child
         return Answer(error=f"{type(error).__name__}: {error}")
 
 

@@ -1,4 +1,4 @@
-"""What work leaves behind in the process that did it, by which it is told whether that may do more."""
+"""What work leaves behind in its process, which decides whether the process may be given more."""
 
 import os
 import threading
@@ -13,7 +13,7 @@ MOST_GROWTH_MB = 400.0
 
 @dataclass(frozen=True)
 class Traces:
-    """A process between two pieces of work. ``resident_mb``, ``open_files`` and ``threads`` are 0 where the system does
+    """State of a process. ``resident_mb``, ``open_files`` and ``threads`` are 0 where the system does
     not tell."""
 
     resident_mb: float
@@ -25,7 +25,7 @@ class Traces:
 
 
 def traces() -> Traces:
-    """This process as it is now."""
+    """The present state of this process."""
     present = memory()
     return Traces(
         0.0 if present is None else present[1] / MEGABYTE,
@@ -38,8 +38,8 @@ def traces() -> Traces:
 
 
 def is_as(before: Traces) -> bool:
-    """Whether this process is much as it was: no thread, process or open file more, in the same folder and environment,
-    and with little memory more."""
+    """Whether this process is as before: no more threads or open files, no children, the same folder and environment,
+    and at most ``MOST_GROWTH_MB`` more memory."""
     now = traces()
     return (
         now.resident_mb <= before.resident_mb + MOST_GROWTH_MB

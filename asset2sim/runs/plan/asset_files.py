@@ -13,7 +13,7 @@ from schemas.errors import AssetError
 
 @dataclass(frozen=True)
 class AssetFile:
-    """One file: its name within the asset, where it lies, and what changes whenever its content does."""
+    """One file: its name within the asset, its path, and the metadata that change with its content."""
 
     name: str
     path: str
@@ -26,7 +26,7 @@ class AssetFile:
 def asset_files(folder: Path) -> list[AssetFile]:
     """Every file in the asset's folder, by name, and those elsewhere that its URDF refers to; hidden ones are left out.
 
-    A reference to nothing is no file: whatever appears there later is. Empty where there is no such folder.
+    A reference to a missing file counts once the file exists. Empty where there is no such folder.
     """
     inner = sorted(_walk(str(folder), "", set()), key=lambda file: file.name)
     return inner + _outer(folder)
@@ -75,7 +75,7 @@ def _file(name: str, path: str) -> AssetFile | None:
         found = os.stat(path)
     except OSError:
         return None
-    # A pipe or a socket would be waited for.
+    # Reading a pipe or a socket would block.
     if not stat.S_ISREG(found.st_mode):
         return None
     return AssetFile(name, path, found.st_size, found.st_mtime_ns, found.st_ctime_ns, found.st_ino)

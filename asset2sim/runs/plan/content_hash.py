@@ -14,7 +14,7 @@ from schemas.settings import EngineSettings, Settings
 from schemas.vocabulary import Engine
 
 NOT_RUN = (
-    # Who asks, what spreads the work, and what tells of it.
+    # The command line, the spreading of work, and reports.
     "asset2sim/cli",
     "asset2sim/runs/spread/harvest.py",
     "asset2sim/runs/spread/cluster.py",
@@ -48,7 +48,7 @@ NOT_RUN = (
     "asset2sim/studies/readme/picture.py",
     "asset2sim/catalog/storage/tree.py",
     "asset2sim/ui.py",
-    # What compares, judges, times and plants.
+    # Studies: comparisons, the independent checker, timings, planted defects.
     "asset2sim/bench",
     "asset2sim/compare",
     "asset2sim/studies/rules.py",
@@ -59,10 +59,10 @@ NOT_RUN = (
     "schemas/tables_compare.py",
     "schemas/tables.py",
 )
-"""Sources that no asset's result depends on. What is not listed counts, whatever is added later: too much is refined
-again then, never too little."""
+"""Sources that no asset's result depends on. All others count, so a new source causes too much to be refined again,
+never too little."""
 ROWS = ("rows.py", "engine_rows.py", "alignment_rows.py")
-"""Of the catalog, only what makes an asset's rows counts."""
+"""The only catalog sources that count: those that make an asset's rows."""
 PACKAGES = ("coacd", "lxml", "numpy", "pillow", "pycollada", "python-fcl", "scipy", "trimesh", "usd-core")
 """Packages, beside the engines, whose version may change a number."""
 
@@ -88,7 +88,7 @@ def source_version() -> str:
 
 
 def package_versions(settings: EngineSettings) -> dict[str, str]:
-    """Package → version of what computes: PyBullet refines, and the engines that judge are those that are asked for."""
+    """Package → installed version: ``PACKAGES``, PyBullet, which refines, and the engines that verify."""
     engines = settings.verify if settings.verify is not None else installed()
     found = {}
     for name in (*PACKAGES, *sorted({Engine.PYBULLET.value, *(engine.value for engine in engines)})):
@@ -101,7 +101,7 @@ def package_versions(settings: EngineSettings) -> dict[str, str]:
 
 IRRELEVANT: Mapping[str, set[str] | bool] = {
     "run": True,
-    # The pictures that a model sees depend on their size; those beside the asset are looked for.
+    # Picture size counts, since a model sees them; whether they are written is read from the folder.
     "views": {"write"},
     "model": {
         "timeout_s",
@@ -114,7 +114,7 @@ IRRELEVANT: Mapping[str, set[str] | bool] = {
         "run_usd",
     },
 }
-"""Settings that steer how a run goes, not what comes of an asset. What they made fail is tried again in any case."""
+"""Settings that affect a run, not an asset's result. Assets that fail because of them are tried again anyway."""
 
 
 def shared_hash(settings: Settings, pipeline: str) -> str:

@@ -1,4 +1,4 @@
-"""What a run has to do: which assets changed, which an earlier run has, and which a killed one had finished."""
+"""The plan of a run: which assets have to be refined, which are unchanged, and which a killed run had finished."""
 
 import sqlite3
 from collections.abc import Callable, Container, Mapping, Sequence
@@ -19,8 +19,8 @@ from schemas.vocabulary import RETRIED_MODES, FailureMode, Redo, Status
 
 
 def contents_of(state: sqlite3.Connection, refs: Sequence[AssetRef]) -> dict[str, str]:
-    """Path of an asset → the hash of what it consists of: local files are read where they changed, and behind a URL it
-    comes from what the store says of them."""
+    """Asset path → hash of the asset's files: local files are read if they changed; behind a URL the hash is made from
+    the store's listing."""
     urls = [ref.path for ref in refs if is_url(location_of(ref.path))]
     found = contents_behind(state, urls) if urls else {}
     return found | {ref.path: content_of(state, Path(ref.path)) for ref in refs if ref.path not in found}
@@ -46,12 +46,12 @@ def make_plan(
     run_id: str,
     there: Container[str] | None = None,
 ) -> Plan:
-    """The plan of a run that holds ``lock_output(out)``; from here on it may write to the folders of what it has to do.
+    """Plan a run that holds ``lock_output(out)``; from here on it may write to the folders of ``todo``.
 
     An asset is unchanged if its row of this method and model has its content hash, its refined folder is that row's and
     there, and it did not fail in a way that ``settings.run.redo`` or ``RETRIED_MODES`` retries. A failed asset
-    needs no folder. ``there`` are the ids of those whose folder lies behind OUT's URL, with pictures if the settings
-    ask for them; None: they lie in ``out``.
+    needs no folder. ``there`` are the ids of assets whose folder lies behind OUT's URL, with pictures if the
+    settings ask for them; None: the folders lie in ``out``.
     """
     shared = shared_hash(settings, pipeline)
     lies = partial(_has_folder, out, settings) if there is None else there.__contains__
@@ -90,7 +90,7 @@ def make_plan(
 
 
 def settle(out: Path, records: Sequence[AssetRecord]) -> None:
-    """The catalog holds these records: remember whose folders lie there, and drop their files."""
+    """Note the refined folders of records that the catalog now holds, and delete the record files."""
     with open_state(out) as state:
         note_folders(state, {record.ref.asset_id: record.content_hash for record in records})
     for record in records:
@@ -98,7 +98,7 @@ def settle(out: Path, records: Sequence[AssetRecord]) -> None:
 
 
 def settle_left(out: Path, state: sqlite3.Connection) -> dict[str, KeptRecord]:
-    """Asset id → what a killed run left; what its run had published before it was killed is settled instead."""
+    """Asset id → record that a killed run left; those that it had published are noted and deleted instead."""
     runs = known_runs(out)
     left: dict[str, KeptRecord] = {}
     for kept in kept_records(out):
@@ -118,8 +118,8 @@ def wanted_again(status: Status, mode: FailureMode, redo: Redo) -> bool:
 
 
 def reusable(kept: KeptRecord, ref: AssetRef, content: str, settings: Settings, lies: Callable[[str], bool]) -> bool:
-    """Whether a killed run's record is what this run would make: of this content, with its folder there (``lies``), not
-    of a process that died and is to be tried once more, and made to the same end, or good enough for this one's."""
+    """Whether a killed run's record can be used: it has this content hash and a refined folder (``lies``), awaits no
+    second attempt, and was made under the same ``redo`` setting or is not to be redone under this one."""
     record = kept.record
     if kept.died and kept.attempt == 1:
         return False

@@ -1,6 +1,6 @@
-"""Records of finished assets, one file each, from the moment that they finish until the catalog holds them.
+"""Records of finished assets, one file each, kept until the catalog holds them.
 
-Whoever refines an asset writes its file, on whichever machine; the run reads it."""
+The worker that refines an asset writes its file, on any machine; the run reads it."""
 
 import contextlib
 import json
@@ -22,7 +22,7 @@ _sets: dict[type[BaseModel], set[str]] = {}
 
 
 def lean(value: object) -> None:
-    """Have all models of one type within ``value`` share the set of the fields that were given to them.
+    """Let models of one type within ``value`` whose sets of given fields are equal share one such set.
 
     Pydantic keeps such a set in every model: ten real records took 208 kB each in memory, and take 95 kB so. The
     models are frozen, so nobody changes the sets.
@@ -44,16 +44,16 @@ FOLDER = ".cache/records"
 VISIBLE_LIMIT_S = 10.0
 """Time in which a file that another machine wrote must be seen here, s: NFS looks again after 3 s and more."""
 VISIBLE_POLL_S = 0.1
-"""Time between two looks for it, s."""
+"""Time between two attempts to read it, s."""
 
 logger = logging.getLogger(__name__)
 
 
 class KeptRecord(Frozen):
-    """A finished asset's record, the run that finished it, and what that run was to refine again.
+    """A finished asset's record, the run that finished it, and that run's ``redo`` setting.
 
-    ``attempt`` is 2 where it was tried once more; ``died`` says how the asset's process died where it is still to be
-    tried once more.
+    ``attempt`` is 2 for a second attempt. ``died`` says how the attempt's process died; set on attempt 1, a second
+    attempt is due.
     """
 
     run_id: str
@@ -69,8 +69,7 @@ def record_file(out: Path, content_hash: str) -> Path:
 
 
 def write_record(out: Path, kept: KeptRecord) -> None:
-    """Write the record; whoever reads sees all of it or nothing. Raises OSError, and leaves nothing, where it cannot be
-    written."""
+    """Write the record's file atomically. Raises OSError, and leaves no file, where it cannot be written."""
     file = record_file(out, kept.record.content_hash)
     # Two workers may have the same asset where the scheduler took one for lost.
     part = file.with_suffix(f".{uuid.uuid4().hex[:8]}.part")
@@ -86,7 +85,7 @@ def write_record(out: Path, kept: KeptRecord) -> None:
 
 
 def keep_record(out: Path, kept: KeptRecord) -> None:
-    """Write the record as ``write_record`` does. On a full disk the run goes on, and loses it only if it is killed."""
+    """``write_record`` that warns instead of raising: without the file, a record is lost only if the run is killed."""
     try:
         write_record(out, kept)
     except OSError as error:
@@ -94,7 +93,7 @@ def keep_record(out: Path, kept: KeptRecord) -> None:
 
 
 def read_record(out: Path, content_hash: str) -> KeptRecord | None:
-    """The record that is kept of this content; None where there is none, or a damaged or another version's."""
+    """The kept record of this content hash; None where it is missing, damaged or of another version."""
     try:
         text = record_file(out, content_hash).read_text(encoding="utf-8", errors="surrogatepass")
         kept = KeptRecord.model_validate(json.loads(text))
@@ -131,13 +130,13 @@ def kept_records(out: Path) -> Iterator[KeptRecord]:
 
 
 def drop_record(out: Path, content_hash: str) -> None:
-    """The record is in the catalog, or of no use any more."""
+    """Delete a record's file, once the catalog holds it or it is of no use any more."""
     with contextlib.suppress(OSError):
         record_file(out, content_hash).unlink(missing_ok=True)
 
 
 def _look_again(folder: Path) -> None:
-    """Have a network file system ask its server what is in the folder: opening one does, looking for a file may not."""
+    """Make a network file system refresh a folder's listing: opening the folder does, looking for a file may not."""
     with contextlib.suppress(OSError):
         os.close(os.open(folder, os.O_RDONLY))
 
@@ -147,7 +146,7 @@ CALLS_FOLDER = ".cache/calls"
 
 
 def paid_calls(out: Path, content_hash: str) -> tuple[ModelCall, ...]:
-    """The calls, answers out of the cache apart, of an attempt that was lost before it came to a record."""
+    """Uncached model calls of an attempt that was lost before it had a record."""
     try:
         lines = _file(out, content_hash).read_text(encoding="utf-8").splitlines()
         return tuple(ModelCall.model_validate(json.loads(line)) for line in lines)
@@ -156,7 +155,7 @@ def paid_calls(out: Path, content_hash: str) -> tuple[ModelCall, ...]:
 
 
 def keeping_calls(out: Path, content_hash: str) -> Callable[[Iterable[ModelCall]], None]:
-    """A function that keeps calls as they are made; where the disk takes none, they are lost if their worker is."""
+    """A function that writes model calls to disk as they are made; on a full disk it writes none, and goes on."""
 
     def keep(calls: Iterable[ModelCall]) -> None:
         lines = "".join(f"{json.dumps(call.model_dump(mode='json'))}\n" for call in calls if not call.cached)
@@ -172,7 +171,7 @@ def keeping_calls(out: Path, content_hash: str) -> Callable[[Iterable[ModelCall]
 
 
 def drop_calls(out: Path, content_hash: str) -> None:
-    """A record holds them."""
+    """Delete the kept calls, once a record holds them."""
     with contextlib.suppress(OSError):
         _file(out, content_hash).unlink(missing_ok=True)
 

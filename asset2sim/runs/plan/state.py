@@ -1,5 +1,5 @@
-"""What an output folder remembers of its assets' files and folders: ``OUT/.cache/files.db``. Losing it costs time
-only."""
+"""Database of an output folder, ``OUT/.cache/files.db``: hashes of asset files and of refined folders. Losing it costs
+time only."""
 
 import hashlib
 import os
@@ -14,8 +14,8 @@ from asset2sim.runs.plan.asset_files import AssetFile, asset_files
 
 FILE = ".cache/files.db"
 SETTLED_NS = 2_000_000_000
-"""How long ago a file must have been written for its time to tell of a later write, ns: file systems count in steps of
-up to 2 s."""
+"""Age from which a file's modification time is sure to change with its content, ns: file systems count in steps of up
+to 2 s."""
 UNREADABLE = "unreadable"
 """The digest of a file that cannot be read."""
 HASHING_THREADS = 2
@@ -32,9 +32,9 @@ CREATE TABLE IF NOT EXISTS folders (asset_id TEXT PRIMARY KEY, content_hash TEXT
 
 @contextmanager
 def open_state(out: Path) -> Iterator[sqlite3.Connection]:
-    """The memory of OUT within the block, committed at its end; the caller holds ``lock_output(out)``.
+    """OUT's database within the block, committed at its end; the caller holds ``lock_output(out)``.
 
-    A damaged file is replaced, and where none can be written the block works with an empty one that nobody keeps.
+    A damaged file is replaced; where none can be written, the block gets an empty database in memory.
     """
     connection = _open(out / FILE)
     try:
@@ -45,7 +45,7 @@ def open_state(out: Path) -> Iterator[sqlite3.Connection]:
 
 
 def content_of(state: sqlite3.Connection, folder: Path) -> str:
-    """SHA-256 over names and contents of an asset's files; a file is read only if it is not what it was last time."""
+    """SHA-256 over names and contents of an asset's files; a file is read only if it changed since the last time."""
     files = asset_files(folder)
     known = _known(state, str(folder))
     digests = {file.name: known[file.name][1] for file in files if known.get(file.name, ("",))[0] == _seen(file)}
@@ -74,7 +74,7 @@ def note_folders(state: sqlite3.Connection, hashes: Mapping[str, str]) -> None:
 
 
 def forget_folders(state: sqlite3.Connection, asset_ids: Iterable[str]) -> None:
-    """Nobody knows any more what lies in the folders of these assets: they are about to be refined. Committed."""
+    """Forget which refinements lie in the folders of these assets, which are about to be refined. Commits."""
     state.executemany("DELETE FROM folders WHERE asset_id = ?", ((asset_id,) for asset_id in asset_ids))
     state.commit()
 

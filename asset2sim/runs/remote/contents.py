@@ -1,4 +1,4 @@
-"""What assets behind URLs consist of, as hashes, from listings alone: nothing is fetched but each URDF, once."""
+"""Content hashes of assets behind URLs, from listings alone: only each URDF is downloaded, once."""
 
 import hashlib
 import json
@@ -14,14 +14,14 @@ from asset2sim.catalog.storage.listing import Listing, covers, kept_listing, lis
 from asset2sim.catalog.storage.objects import Stored, StoreError, key_of, list_objects, object_info, read_objects
 
 LOOKS = (".mtl", ".bmp", ".gif", ".jpeg", ".jpg", ".png", ".tga", ".tif", ".tiff")
-"""Endings of what an OBJ's looks consist of: taken along from its own folder, which is where exporters put it."""
+"""File endings of an OBJ's materials and textures: taken from its own folder, where exporters put them."""
 
 Find = Callable[[str], Stored | None]
 List = Callable[[str], Mapping[str, Stored]]
 
 
 def visible(objects: Mapping[str, Stored]) -> dict[str, Stored]:
-    """The objects of an asset's folder that count: none whose name, or a folder of whose, is hidden."""
+    """The objects of an asset's folder, without those in which a part of the name starts with a dot."""
     return {name: stored for name, stored in objects.items() if not any(p.startswith(".") for p in name.split("/"))}
 
 
@@ -39,7 +39,7 @@ def urdf_among(names: Mapping[str, Stored]) -> str | None:
 def outer_objects(
     folder: str, inner: Mapping[str, Stored], urdf: str, references: list[str], find: Find, below: List
 ) -> dict[str, Stored]:
-    """URL → object of what the references mean outside the asset's folder, within its bucket.
+    """URL → object that a reference names outside the asset's folder, within its bucket.
 
     ``urdf`` is among the names in ``inner``; ``find`` looks an object up by its URL, ``below`` lists a folder's.
     """
@@ -85,7 +85,7 @@ CREATE TABLE IF NOT EXISTS urdfs (url TEXT PRIMARY KEY, version TEXT, outer_refe
 
 
 def contents_behind(state: sqlite3.Connection, folders: Sequence[str]) -> dict[str, str]:
-    """Folder's URL → SHA-256 over the names, sizes and versions of what its asset consists of.
+    """Folder's URL → SHA-256 over the names, sizes and versions of its asset's objects.
 
     ``state`` remembers what a URDF of one version refers to outside its folder, so each is read once. Raises StoreError
     where a store does not answer.
@@ -118,7 +118,7 @@ def _digest(objects: dict[str, Stored]) -> str:
 
 
 def _groups(folders: Sequence[str]) -> list[list[str]]:
-    """The URLs of each bucket."""
+    """The URLs, grouped by bucket."""
     groups: dict[str, list[str]] = defaultdict(list)
     for url in folders:
         groups["/".join(url.split("/")[:3])].append(url)
@@ -126,13 +126,13 @@ def _groups(folders: Sequence[str]) -> list[list[str]]:
 
 
 def _whole(urls: Sequence[str]) -> Listing | None:
-    """One listing with all of these; None where that might be of a whole bucket for the sake of a few folders."""
+    """One listing that covers all of these URLs; None where that would list a whole bucket for a few folders."""
     root = _root(urls)
     return listing_of(root) if "/" in key_of(root) else kept_listing(root)
 
 
 def _root(urls: Sequence[str]) -> str:
-    """The folder that holds all of these."""
+    """The deepest folder that all of these URLs share."""
     scheme, _, _ = urls[0].partition("://")
     return f"{scheme}://{posixpath.commonpath([url.partition('://')[2] for url in urls])}"
 

@@ -1,4 +1,4 @@
-"""What a worker does beside refining where data or output lie behind URLs: fetch the asset, send what came of it."""
+"""Transfers of a worker where data or output is behind a URL: download the asset, upload its result."""
 
 from collections.abc import Callable, Iterable
 from dataclasses import replace
@@ -31,14 +31,14 @@ from schemas.vocabulary import FailureMode, Method
 
 
 def local_place(url: str) -> Path:
-    """Where this machine keeps its copy of what lies at a URL: relative paths between objects stay what they are."""
+    """Path of the local copy of a URL; relative paths between objects stay the same."""
     return data_root() / scheme_of(url) / key_of(url)
 
 
 def fetch_asset(folder: str, method: Method) -> Path:
     """The local copy of an asset's folder, with the files elsewhere that its URDF refers to, as they are now.
 
-    Raises StoreError where an object cannot be read. A folder without objects is one that is not there.
+    Raises StoreError where an object cannot be read. For a URL without objects the folder does not exist.
     """
     inner = visible(list_objects(folder))
     bring({f"{folder}/{name}": stored for name, stored in inner.items()})
@@ -54,7 +54,7 @@ def fetch_asset(folder: str, method: Method) -> Path:
 
 
 def fetch_file(url: str) -> Path:
-    """The local copy of one object as it is now; where there is none, there is no file at that path."""
+    """Path of the up-to-date local copy of one object; without an object there is no file at that path."""
     stored = object_info(url)
     if stored is None:
         local_place(url).unlink(missing_ok=True)
@@ -74,7 +74,7 @@ def local_file(place: Path | str) -> Path:
 
 
 def bring(objects: dict[str, Stored]) -> None:
-    """Bring the objects, by URL, that this machine has no copy of."""
+    """Download those of these objects, by URL, of which there is no up-to-date local copy."""
     for scheme in {scheme_of(url) for url in objects}:
         root = data_root() / scheme
         named = {key_of(url): stored for url, stored in objects.items() if scheme_of(url) == scheme}
@@ -83,7 +83,7 @@ def bring(objects: dict[str, Stored]) -> None:
 
 
 def _bring_reference(folder: str) -> None:
-    """The nearest file with the experts' choices above the asset, within its bucket."""
+    """Download the nearest reference file (the experts' choices) above the asset, within its bucket."""
     for _ in range(LEVELS):
         folder = folder.rpartition("/")[0]
         if not key_of(folder) or fetch_file(f"{folder}/{REFERENCE}").is_file():
@@ -91,7 +91,7 @@ def _bring_reference(folder: str) -> None:
 
 
 def _remove_others(place: Path, names: Iterable[str]) -> None:
-    """Remove what the local copy of an asset's folder has beyond these names."""
+    """Remove files that are not among these names from the local copy of an asset's folder."""
     there = set(names)
     for path in sorted(place.rglob("*"), reverse=True) if place.is_dir() else ():
         if path.is_dir() and not path.is_symlink():
@@ -104,10 +104,10 @@ def _remove_others(place: Path, names: Iterable[str]) -> None:
 
 
 def with_files(ref: AssetRef, out: Path | str, settings: Settings, work: Callable[[AssetRef], Attempt]) -> Attempt:
-    """The attempt of ``work`` at an asset whose files are on this machine; its folder and logs are sent to OUT's URL.
+    """Run ``work`` on a local copy of an asset, and upload its folder and logs to OUT's URL.
 
-    What the asset's own objects lack is its failure (``unreadable_asset``); a store that does not answer is the day's
-    (``engine_crash``), so that the next run tries it again.
+    An object that is missing or refused fails the asset as ``unreadable_asset``; a store that does not answer fails it
+    as ``engine_crash``, so that the next run tries it again.
     """
     place = location_of(ref.path)
     if not is_url(place) and not is_url(out):
@@ -130,8 +130,8 @@ def with_files(ref: AssetRef, out: Path | str, settings: Settings, work: Callabl
 
 
 def send_asset(out: str, asset_id: str) -> None:
-    """Make an asset's folder and logs below OUT's URL what they are here, and remove the folder here: nobody reads it
-    any more, and a dataset's would fill the disk."""
+    """Upload an asset's folder and logs to OUT's URL, and remove the local folder: it is not read again, and those of a
+    whole dataset would fill the disk."""
     folder = working_folder(out)
     assets = folder / "assets" / asset_id
     if assets.is_dir():
@@ -143,7 +143,7 @@ def send_asset(out: str, asset_id: str) -> None:
 
 
 def in_urls(record: AssetRecord, ref: AssetRef, out: Path | str) -> AssetRecord:
-    """The record with the asset where its user has it, and no folder of this machine's copies in what it says."""
+    """The record with the user's URLs in place of local paths, in its asset reference, reason and findings."""
     places = {}
     if is_url(out):
         places[str(working_folder(out))] = out

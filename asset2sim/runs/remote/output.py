@@ -1,8 +1,8 @@
-"""An output behind a URL: the run works in a local folder, and what it makes is sent.
+"""An output behind a URL: the run works in a local folder and uploads its results.
 
-The store is the truth. A run begins by making its local folder what the store has, so it makes no difference whether
-the folder is there from yesterday, is another machine's, or was left by a killed run; a folder that is there only saves
-the journey. Stores switch one object at a time, not a folder, so the order is what protects readers:
+The store is authoritative. A run first makes its local folder equal to the store, so a folder that is out of date or
+that a killed run left does no harm; it only saves downloads. Stores replace one object at a time, not a folder, so the
+order of the uploads protects readers:
 
 1. during the run, each finished asset: its folder ``assets/<id>``, its logs, and then its record (``.cache/records``);
 2. ``history/month=…/<run>.parquet``, then every table but ``runs``, all at once;
@@ -10,7 +10,7 @@ the journey. Stores switch one object at a time, not a folder, so the order is w
 4. a month's merged history, and then the removal of what was merged into it;
 5. reports, ``.cache/files.db``, and the removal of the records that the tables now hold.
 
-Whoever reads the objects themselves between 2 and 3 (a second or so) may see an asset's new row beside another table's
+Between 2 and 3 (about a second), a reader of the objects themselves may see an asset's new row beside another table's
 old one, and rows whose run is not in ``runs`` yet; between 4's two halves, a month's rows twice. Our own commands wait
 for the end of it (``catalog.read_remote``). A run that is killed there leaves it so until the next run, which starts
 from the records and finishes.
@@ -50,15 +50,15 @@ RUNS = f"{CATALOG}/runs.parquet"
 HISTORY = "history/"
 REPORTS = "reports/"
 HELD = ".held"
-"""File in the local folder that says which lock in the store is, or was, its run's."""
+"""File in the local folder with the token of the lock that its last run took in the store."""
 SHARED = (TABLES, HISTORY, REPORTS, f"{RECORDS}/", STATE)
-"""What a run must know of earlier ones. Refined folders and logs are only sent; caches, budgets and MLflow's store stay
-on the machine."""
+"""State of earlier runs that a run downloads. Refined folders and logs are only uploaded; caches, budgets and MLflow's
+store stay on the machine."""
 
 
 @dataclass(frozen=True)
 class Output:
-    """An output that this process holds: ``place`` as the user named it, ``folder`` where the run works, and ``check``,
+    """An output locked by this process: ``place`` as the user named it, ``folder`` where the run works, and ``check``,
     which raises LostLockError where another run has taken the place over."""
 
     place: Path | str
@@ -73,7 +73,7 @@ class Output:
 
 @contextmanager
 def open_output(out: Path | str) -> Iterator[Output]:
-    """Hold OUT, and have its state in the local folder. Raises UsageError where another run holds it."""
+    """Lock OUT, and download its state to the local folder. Raises UsageError where another run holds it."""
     folder = working_folder(out)
     if not is_url(out):
         with lock_output(folder):
@@ -98,7 +98,7 @@ def _lock_folder(out: str, folder: Path) -> Iterator[None]:
 
 
 def check_store(out: str) -> None:
-    """Raise UsageError where a URL's store cannot be read: no such bucket, no access, nobody there."""
+    """Raise UsageError where a URL's store cannot be read: no such bucket, no access, no answer."""
     try:
         list_objects(f"{out}/{CATALOG}")
     except StoreError as error:
@@ -106,8 +106,8 @@ def check_store(out: str) -> None:
 
 
 def folders_there(output: Output, *, views: bool) -> frozenset[str] | None:
-    """The ids of the assets whose refined folder, with pictures if ``views``, lies in the store; None for a folder of
-    this machine, where whoever wants to know looks."""
+    """Ids of the assets whose refined folder, with pictures if ``views``, is in the store; None for a local output,
+    where the caller looks for the folders itself."""
     if output.url is None:
         return None
     names = (name.split("/") for name in list_objects(f"{output.url}/assets"))
@@ -115,14 +115,14 @@ def folders_there(output: Output, *, views: bool) -> frozenset[str] | None:
 
 
 def send_plan(output: Output, plan: Plan) -> None:
-    """What is about to be refined is nobody's any more: the next run must know it even if this one is killed."""
+    """Upload the state file without the folders about to be rewritten: if this run is killed, the next redoes them."""
     if output.url is not None and plan.todo:
         output.check()
         push(output.url, output.folder, [STATE])
 
 
 def send_tables(output: Output, now: datetime) -> None:
-    """Steps 2 to 4: the run's tables and history. Call it with the history not compacted yet."""
+    """Upload the run's tables and history (steps 2 to 4). Call it before the history is compacted."""
     url, folder = output.url, output.folder
     if url is None:
         return
@@ -138,7 +138,7 @@ def send_tables(output: Output, now: datetime) -> None:
 
 
 def send_rest(output: Output) -> None:
-    """Step 5."""
+    """Upload reports and state, and remove records that the tables hold (step 5)."""
     url, folder = output.url, output.folder
     if url is None:
         return
@@ -153,15 +153,15 @@ def _remove_gone(url: str, folder: Path, parts: list[str]) -> None:
 
 
 def send_record(out: Path | str, content_hash: str) -> None:
-    """Send a record that was written to the working folder: from here on the asset counts as finished."""
+    """Upload a record from the working folder: from here on the asset counts as finished."""
     if is_url(out):
         name = _record_name(content_hash)
         send_objects({f"{out}/{name}": working_folder(out) / name})
 
 
 def fetch_record(out: Path | str, content_hash: str, run_id: str, attempt: int) -> None:
-    """Have the record in the working folder that a worker, maybe on another machine, has sent in this run, at this
-    attempt or a later one; what is not there is not fetched."""
+    """Download the record that a worker uploaded in this run, at this attempt or a later one, to the working folder.
+    A record that is there already, or is not in the store, is not downloaded."""
     if not is_url(out):
         return
     folder, name = working_folder(out), _record_name(content_hash)

@@ -1,4 +1,4 @@
-"""The Dask cluster of a run: one inside this process by default, or one that is there already."""
+"""The Dask cluster of a run: inside this process by default, or an existing one."""
 
 import logging
 import tempfile
@@ -23,22 +23,21 @@ _CONFIG = {
     "distributed.scheduler.http.routes": [],
     "distributed.worker.http.routes": [],
 }
-"""Records are small and the memory is the children's, which have a limit of their own, so Dask need not watch it. Its
-loop shares the interpreter with LiteLLM's import, so a late tick is no news, and fewer ticks and no profile of threads
-that wait cost 1 % of a core instead of 3. It serves no pages.
+"""Dask does not watch memory: records are small, and the children, which use the memory, have a limit of their own.
+Ticks are rare and may be late, since LiteLLM's import holds the interpreter; that and no profiling bring Dask's idle
+cost from 3 % of a core to 1 %. No HTTP pages are served.
 """
 
 _TALKATIVE = ("distributed", "distributed.client")
-"""Dask's loggers: the second has a level of its own."""
+"""Dask's loggers to silence: the second has its own level."""
 
 LOOPBACK = "127.0.0.1:0"
-"""Dask listens for pages even where it has none: on any free port, for this machine alone."""
+"""Dashboard address, which Dask opens even without pages: any free port, on this machine only."""
 
 
 @contextmanager
 def open_client(run: RunSettings, out: Path | str, patience_s: float = 0.0) -> Iterator[Client]:
-    """A client of the cluster that ``run`` asks for, closed after the block; for one that is there already see
-    ``join_cluster``.
+    """A client of the cluster that ``run`` asks for, closed after the block; an existing one: see ``join_cluster``.
 
     The local cluster's workers are threads of this process: each waits for a child process, which holds the engines
     and is the only thing that may crash. Against worker processes that saves 1.3 s of start-up, 4 ms an asset, and
@@ -74,7 +73,7 @@ def concurrency(client: Client) -> int:
 
 @contextmanager
 def _quiet_dask() -> Iterator[None]:
-    """Dask tells of every connection that it opens, closes and loses, and complains of those that it closes itself."""
+    """Silence Dask within the block: it logs every connection, and warns about those that it closes itself."""
     before = {name: logging.getLogger(name).level for name in _TALKATIVE}
     for name in _TALKATIVE:
         logging.getLogger(name).setLevel(logging.CRITICAL)

@@ -1,4 +1,4 @@
-"""A Dask cluster that is there already: joining it, its workers looked at first, and coming back to it."""
+"""Joining an existing Dask cluster, whose workers are verified first, and rejoining it after a loss."""
 
 import contextlib
 import hashlib
@@ -21,28 +21,28 @@ from schemas.location import below, is_url
 CONNECT_LIMIT_S = 10.0
 """Time in which a scheduler must answer, s."""
 RETURN_LIMIT_S = 60.0
-"""Time in which a scheduler that went away must be back at its address, with a worker, s: a service manager restarts
-both within seconds, a machine that starts again takes longer than anybody should wait for it."""
+"""Time in which a lost scheduler must be back at its address, with a worker, s: a service manager restarts both within
+seconds; a machine that reboots takes longer than is worth waiting for."""
 RETURN_POLL_S = 1.0
-"""Time between two attempts to find it, s."""
+"""Time between two attempts to reach the scheduler, s."""
 SIGN = ".cache/sign"
-"""A file under the output folder by which workers show that it is theirs too."""
+"""File under the output folder by which workers prove that they see the same folder."""
 
 
 class StopChildren(WorkerPlugin):
-    """Has a worker's children killed when the worker ends, as it does when its scheduler goes: nobody waits for what
-    they do, and a later worker may work on the same assets. So are those that an earlier run has left there."""
+    """Dask plugin that kills a worker's children when the worker ends, as it does when its scheduler goes: a later
+    worker may refine the same assets. Children that an earlier run left there are killed as well."""
 
     def __init__(self, owner: str) -> None:
         self.owner = owner
         self.name = f"asset2sim-{hashlib.sha256(owner.encode(errors='surrogateescape')).hexdigest()[:16]}"
 
     def setup(self, worker: Worker) -> None:
-        """The worker is there, or the run has just begun."""
+        """Accept children of the owner: the worker started, or the run began."""
         accept_children(self.owner)
 
     def teardown(self, worker: Worker) -> None:
-        """The worker goes, or another run takes this plugin's place."""
+        """Kill the owner's children: the worker ends, or another run replaces this plugin."""
         stop_children(self.owner)
 
 
@@ -91,7 +91,7 @@ def _check_workers(client: Client, address: str, out: Path | str) -> None:
     sign, text = below(out, SIGN), uuid.uuid4().hex
     try:
         _write(sign, text)
-    except (OSError, StoreError):  # a disk that is full; who cannot write there for good has been refused already
+    except (OSError, StoreError):  # a full disk; a folder that is never writable has been refused before
         return
     try:
         question = refuse_other_store if is_url(sign) else refuse_other_folder

@@ -1,4 +1,4 @@
-"""What a run has brought in so far: records out of the output folder, and which assets are to be tried once more."""
+"""Records that a run has collected from the output folder so far, and the assets that await a second attempt."""
 
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import suppress
@@ -19,20 +19,20 @@ from schemas.vocabulary import FailureMode, Severity, Stage
 DIED_ONCE = "died_once"
 """Code of the finding on an asset whose first attempt died and whose second one did not."""
 NOT_TRIED_AGAIN = "not_tried_again"
-"""Code of the finding on an asset whose attempt died, and that was one too many to be tried once more."""
+"""Code of the finding on an asset whose attempt died and that the limit on second attempts left out."""
 
 
 def second_jobs(
     jobs: Mapping[str, Job], dead: Mapping[str, FirstAttempt], has_record: Callable[[str], bool], most: int
 ) -> Iterator[Job]:
-    """At most so many jobs for the dead: first those of which there is no record, then in the order of ``dead``."""
+    """At most ``most`` second attempts at ``dead`` assets: those without a record first, else in ``dead``'s order."""
     order = sorted(dead, key=has_record)
     for asset_id in order[:most]:
         yield Job(jobs[asset_id].ref, jobs[asset_id].content_hash, dead[asset_id])
 
 
 def with_first(record: AssetRecord, first: FirstAttempt | None, died: str) -> AssetRecord:
-    """The record of a second attempt with what the first one cost and how it died; ``died`` is how this one did."""
+    """The second attempt's record with the first one's calls and cause of death; ``died``: how the second died."""
     if first is None:
         return record
     asset_id, calls = record.ref.asset_id, (*first.calls, *record.calls)
@@ -56,7 +56,7 @@ def with_first(record: AssetRecord, first: FirstAttempt | None, died: str) -> As
 
 
 def not_tried_again(record: AssetRecord, first: FirstAttempt, most: int) -> AssetRecord:
-    """The record of an asset that died and is left at that."""
+    """The record of an asset that died and gets no second attempt, with a finding that says so."""
     finding = Finding(
         stage=Stage.REFINE,
         severity=Severity.INFO,
@@ -69,9 +69,9 @@ def not_tried_again(record: AssetRecord, first: FirstAttempt, most: int) -> Asse
 
 @dataclass
 class Harvest:
-    """``records`` maps asset ids to what came of them; ``dead`` holds how a first attempt died that is to be followed
-    by another, in the order in which that became known. An asset may be in both: its record is then the first's.
-    ``tried_again`` counts second attempts. ``out`` is the run's own folder, ``url`` what that mirrors, if anything."""
+    """Collected results. ``records``: asset id → record. ``dead``: asset id → a first attempt that died and awaits a
+    second, in the order in which that became known; an asset in both has the first attempt's record.
+    ``tried_again`` counts second attempts. ``out`` is the run's own folder, ``url`` what it mirrors, if anything."""
 
     out: Path
     run_id: str
@@ -88,12 +88,12 @@ class Harvest:
 
 
 def is_open(harvest: Harvest, job: Job) -> bool:
-    """Whether nothing is known of the job's asset yet."""
+    """Whether the job's asset has neither a record nor a dead first attempt."""
     return job.ref.asset_id not in harvest.records and job.ref.asset_id not in harvest.dead
 
 
 def take(harvest: Harvest, job: Job, end: Done | Lost) -> AssetRecord | None:
-    """Bring in how a job ended; the asset's record, if that was its last attempt."""
+    """Collect a finished job's result. Returns the asset's record if this was its last attempt, else None."""
     if isinstance(end, Lost):
         return _take_lost(harvest, job, end.reason)
     if end.record is not None:
@@ -106,7 +106,7 @@ def take(harvest: Harvest, job: Job, end: Done | Lost) -> AssetRecord | None:
 
 
 def pick_up(harvest: Harvest, job: Job) -> AssetRecord | None:
-    """Bring in what a job's worker has kept, if nobody told that it ended; the record, if that was the last attempt."""
+    """Collect the record of a job whose end was not reported. Returns it if it is the last attempt's, else None."""
     if job.ref.asset_id in harvest.records and job.ref.asset_id not in harvest.dead:
         return None
     _fetch(harvest, job)
@@ -117,7 +117,7 @@ def pick_up(harvest: Harvest, job: Job) -> AssetRecord | None:
 
 
 def give_up(harvest: Harvest, job: Job) -> AssetRecord:
-    """The record of a dead asset that is one too many to be tried once more."""
+    """The record of a dead asset that the limit on second attempts left out."""
     first = harvest.dead.pop(job.ref.asset_id)
     record = harvest.records.get(job.ref.asset_id) or _failed(harvest, job, first.died)
     kept = _keep(harvest, job, not_tried_again(record, first, harvest.tried_again), "")
@@ -126,7 +126,7 @@ def give_up(harvest: Harvest, job: Job) -> AssetRecord:
 
 
 def _fetch(harvest: Harvest, job: Job) -> None:
-    """Have the record here that a worker kept behind the output's URL; what cannot be fetched is as good as lost."""
+    """Download the record that a worker uploaded to the output's URL; a failed download counts as a lost record."""
     with suppress(StoreError):
         fetch_record(harvest.place, job.content_hash, harvest.run_id, job.attempt)
 

@@ -1,4 +1,4 @@
-"""How far a run is: a bar on a terminal, now and then a line elsewhere. Always on standard error."""
+"""Progress of a run on standard error: a bar on a terminal, elsewhere a line every ``LINE_EVERY_S``."""
 
 import sys
 import time

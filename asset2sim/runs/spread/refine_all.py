@@ -1,4 +1,4 @@
-"""All assets of a run, refined on a cluster: what finished, and why it stopped if it did."""
+"""Refine all assets of a run on a Dask cluster, which may be interrupted or lost."""
 
 import logging
 import threading
@@ -29,15 +29,15 @@ from schemas.errors import UsageError
 from schemas.settings import Settings
 
 QUIET_S = 1.0
-"""After an interruption, time in which workers whose children are killed have kept what they had, s."""
+"""After an interruption, time that workers get to write their records once their children are killed, s."""
 
 logger = logging.getLogger(__name__)
 
 
 @dataclass(frozen=True)
 class Refined:
-    """The records of the assets that finished, in the dataset's order; ``stopped`` says why that is not all of them,
-    and ``unchanged`` which there was no need to refine."""
+    """Records of the finished assets, in the dataset's order; ``stopped`` says why some are missing, ``unchanged``
+    which assets needed no refinement."""
 
     records: tuple[AssetRecord, ...]
     stopped: str | None
@@ -55,9 +55,9 @@ def refine_all(
 ) -> Refined:
     """Refine every asset into ``out`` (absolute), on the cluster of ``settings.run``.
 
-    ``url`` is where the workers put what they make, if not into ``out`` itself: the URL that it mirrors.
-    ``run_id`` names the run whose budget the model calls count towards; None is a run of its own. Records come through
-    ``out``, where they stay, named by ``hashes`` (asset id → content hash); without those none stays.
+    ``url`` is the URL that ``out`` mirrors, to which workers upload; None: they write into ``out`` itself.
+    ``run_id`` names the run whose budget the model calls count towards; None is a run of its own. Record files stay in
+    ``out``, named by ``hashes`` (asset id → content hash); without ``hashes`` they are removed at the end.
     Ctrl-C, SIGTERM and the loss of the cluster end it early, with no child process left and with the records so far.
     """
     if not refs:
@@ -80,7 +80,7 @@ def refine_all(
 
 
 def _refine(jobs: Mapping[str, Job], work: Work, harvest: Harvest, report: Report) -> str | None:
-    """All jobs, on a cluster that may go away and come back; why that stopped before the end, if it did."""
+    """Run all jobs on a cluster that may be lost and return. Returns why it stopped early, or None."""
     run, lost, patience_s = harvest.settings.run, None, 0.0
     while True:
         try:
@@ -99,12 +99,12 @@ def _refine(jobs: Mapping[str, Job], work: Work, harvest: Harvest, report: Repor
             _pick_up(jobs.values(), harvest, report)
             return lost
         except KeyboardInterrupt:
-            # Pressed between two clusters: there is nobody to stop.
+            # Ctrl-C between two clusters: no child is running.
             return INTERRUPTED
 
 
 def _refine_on(client: Client, jobs: Mapping[str, Job], work: Work, harvest: Harvest, report: Report) -> str | None:
-    """What is still open, and then the dead once more; ``INTERRUPTED`` if it was. Raises LostClusterError."""
+    """Run the open jobs, then second attempts. Returns ``INTERRUPTED`` or None. Raises LostClusterError."""
     in_flight: InFlight = {}
     try:
         _do(client, jobs, work, harvest, in_flight, report)
@@ -138,7 +138,7 @@ def _do(
 
 
 def _pick_up(jobs: Iterable[Job], harvest: Harvest, report: Report) -> None:
-    """Bring in what workers have kept of these while nobody could hear of it."""
+    """Collect the records of these jobs that workers have written but could not report."""
     for job in jobs:
         record = pick_up(harvest, job)
         if record is not None:
@@ -153,7 +153,7 @@ def _let_finish(in_flight: InFlight) -> None:
 
 
 def _stop(client: Client, out: Path | str, settings: Settings) -> None:
-    """Kill this run's children, here or on the workers of another's cluster, which must accept a later run's again."""
+    """Kill this run's children, here or on the workers of an existing cluster, which then accept children again."""
     if settings.run.scheduler is None:
         stop_children(str(out))
         return
@@ -173,8 +173,8 @@ def refine_planned(
     pipeline: str = PIPELINE,
     url: str | None = None,
 ) -> Refined:
-    """The records of what the plan has to do and of what a killed run had finished, in the order of ``refs``, and what
-    is unchanged; ``url`` as ``refine_all`` has it."""
+    """Refine the plan's ``todo``. Returns their records and those that a killed run left, in the order of ``refs``, and
+    the unchanged assets; for ``url`` see ``refine_all``."""
     refined = refine_all(plan.todo, out, settings, pipeline, run_id, plan.hashes, url)
     order = {ref.asset_id: number for number, ref in enumerate(refs)}
     records = sorted((*refined.records, *plan.finished), key=lambda record: order[record.ref.asset_id])

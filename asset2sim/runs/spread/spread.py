@@ -1,4 +1,4 @@
-"""Jobs to futures and back: a bounded number in flight, each told of as it ends."""
+"""Submit jobs as Dask futures, a bounded number in flight, and hand over each result as it comes."""
 
 import uuid
 from collections.abc import Callable, Iterable
@@ -15,7 +15,7 @@ IN_FLIGHT_PER_THREAD = 2
 """Futures per worker thread: one at work, and one waiting so that no worker waits for the client."""
 
 GONE = "scheduler-connection-lost"
-"""Dask's reason for a future that it cancels since its scheduler went away, even if that is back by now."""
+"""Dask's reason on futures that it cancels because the scheduler was lost, even if it is back by now."""
 
 Work = Callable[[Job], Done]
 InFlight = dict[Future[Done], Job]
@@ -23,7 +23,7 @@ InFlight = dict[Future[Done], Job]
 
 @dataclass(frozen=True)
 class Lost:
-    """A job that came back with nothing: its Dask worker was lost, for this reason."""
+    """A job without a result: its Dask worker was lost, for this ``reason``."""
 
     reason: str
 
@@ -40,10 +40,10 @@ def spread(
     in_flight: InFlight,
     take: Callable[[Job, Done | Lost], None],
 ) -> None:
-    """Have every job done, at most ``most`` of them submitted at a time, and call ``take`` with each as it ends.
+    """Run every job, at most ``most`` of them submitted at a time, and call ``take`` with each as it ends.
 
-    ``work`` answers for everything that can happen to an asset, so a future that fails has lost its worker.
-    ``in_flight`` holds what is submitted and not taken, also after an exception: it is the caller's to cancel.
+    ``work`` turns every failure of an asset into a result, so a future that fails has lost its worker.
+    ``in_flight`` holds the futures submitted and not taken, also after an exception: the caller cancels them.
     Raises ``UsageError`` as the work does and ``LostClusterError`` when the scheduler is gone.
     """
     waiting = iter(jobs)
@@ -59,7 +59,7 @@ def spread(
     for future in done:
         end = _collect(client, future)
         take(in_flight[future], end)
-        # Only what has been taken is taken out: an interruption may come in between.
+        # Removed only once taken: an interruption may come in between.
         del in_flight[future]
         submit(1)
 

@@ -1,4 +1,4 @@
-"""What a Dask worker does with one asset: a child process for the work, this process for the model calls."""
+"""One asset on a Dask worker: a child process does the work, this process makes the model calls."""
 
 import contextlib
 import logging
@@ -41,8 +41,8 @@ def attempt_asset(
     made: Callable[[Iterable[ModelCall]], None] = _forget,
     fresh: bool = False,
 ) -> Attempt:
-    """One attempt at one asset, in a child process, into OUT, a folder or a URL; the model calls are made here, and
-    ``made`` is told of them. A ``fresh`` child has refined nothing before."""
+    """Attempt one asset in a child process, into ``out``, a folder or a URL. Model calls are made in this process and
+    passed to ``made``. A ``fresh`` child has refined nothing before."""
     folder, owner = working_folder(out), str(out)
     stopped = partial(is_stopped, owner)
     books = open_books(folder, run_id or uuid.uuid4().hex, ref.asset_id, settings.model, stopped)
@@ -59,12 +59,12 @@ def attempt_asset(
 
 
 def ask_for_asset(request: ModelRequest, settings: Settings, books: Books) -> ModelAnswer:
-    """The answer to one of an asset's questions, asked as its method wants it asked."""
+    """The answer to one model request of an asset, asked with the settings of its purpose."""
     return ask(request, asked_with(settings, request.purpose), books)
 
 
 def asked_with(settings: Settings, purpose: str) -> ModelSettings:
-    """How a purpose is asked: repeats of one question, whose spread is what they are asked for, at a temperature."""
+    """Model settings of a purpose: IVW repeats one question to measure the spread, so it has a temperature."""
     if purpose == Method.IVW:
         return settings.model.model_copy(update={"temperature": settings.methods.ivw_temperature})
     return settings.model
@@ -76,7 +76,7 @@ logger = logging.getLogger(__name__)
 def refine_on_worker(
     job: Job, out: Path | str, settings: Settings, pipeline: str = PIPELINE, run_id: str | None = None
 ) -> Done:
-    """Refine one asset, whatever happens to it, and keep its record in ``out``, a folder or a URL; ``pipeline`` is a
+    """Refine one asset and keep its record, also of a failure, in ``out``, a folder or a URL; ``pipeline`` is a
     ``module:function`` name.
 
     ``run_id`` names the run whose budget the model calls count towards; None is a run of its own.
@@ -85,7 +85,7 @@ def refine_on_worker(
     folder = working_folder(out)
     before = read_record(folder, job.content_hash)
     if before is not None and (before.run_id, before.attempt) == (run_id, job.attempt):
-        # Dask asks once more for what a worker had done whose answer was lost with it.
+        # Dask submits a finished job again if its reply was lost with the worker.
         return Done(job.ref.asset_id, before.record.status, before.died)
     _keep_first_log(folder, job)
     lost = paid_calls(folder, job.content_hash)
@@ -106,7 +106,7 @@ def refine_on_worker(
 
 
 def _keep_first_log(out: Path, job: Job) -> None:
-    """The log of a first attempt out of the second one's way, and one of an earlier run away."""
+    """Rename the first attempt's log before a second one; before a first, delete what an earlier run left."""
     log, first = log_file(out, job.ref.asset_id), first_log_file(out, job.ref.asset_id)
     with contextlib.suppress(OSError):
         if job.first is None:

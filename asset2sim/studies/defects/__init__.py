@@ -1,1 +1,1 @@
-"""The bench of planted defects: clean objects, one known defect each, and what our tests catch and the loop mends."""
+"""The bench of planted defects: one known defect in a clean object, to be caught by checks and mended by the loop."""

@@ -56,7 +56,7 @@ def listed(words: Sequence[str]) -> str:
 
 
 def as_json(rows: Sequence[Row], unclean: Mapping[str, str]) -> str:
-    """Everything that the bench found."""
+    """The shares, rows and left-out objects as JSON."""
     every = list(rows)
     return json.dumps(
         {

@@ -48,7 +48,7 @@ def write(element: Element, key: str, values: float | Sequence[float] | Array) -
 
 
 def scaled(element: Element, key: str, factor: float) -> str:
-    """Multiply an attribute's numbers; what it said and what it says now."""
+    """Multiply an attribute's numbers; returns the old and the new text."""
     before = str(element.get(key))
     write(element, key, numbers(element, key) * factor)
     return f"{before} to {element.get(key)}"

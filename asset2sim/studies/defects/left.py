@@ -1,7 +1,7 @@
-"""What is left of a defect in what is written: each a pure look at two folders, the reason in words or an empty text.
+"""Whether a defect is left in a refined folder: each function returns the reason, or an empty text if it is gone. Pure.
 
-The judge is the written URDF with its meshes, not the overlay from which it was written; positions and effective
-inertias, which no URDF holds, are the record's.
+The written URDF and its meshes are inspected, not the overlay from which they were written; positions and effective
+inertias, which no URDF holds, are from the record.
 """
 
 from pathlib import Path
@@ -23,13 +23,13 @@ from schemas.overlay import JointPhysics
 from schemas.settings import PhysicsSettings
 
 MASS_FACTOR, INERTIA_FACTOR = 3.0, 5.0
-"""How far a mended mass or inertia may be from the clean one's: two priors for the same part differ by that."""
+"""Largest ratio of a mended mass or inertia to the clean one: two priors for the same part differ by that."""
 NEAR_SHARE = 0.2
-"""How far, as a share of the part's or the range's extent, a mended position may be from the clean one."""
+"""Largest distance of a mended position from the clean one, as a share of the part's or the range's extent."""
 FILLED_FACTOR = 2.0
 """Volume of the collision meshes over the clean ones' from which their inside still counts as filled."""
 OVERLAP_M = 2e-3
-"""Overlap of two links that is left to contact margins, m."""
+"""Overlap of two links that contact margins can cause, m."""
 LEAST_RATIO = 0.3
 """Least damping ratio of a spring that comes to rest soon."""
 STICKS_FACTOR = 20.0
@@ -65,7 +65,7 @@ def inertial_of(kept: Kept, at: Target) -> tuple[float, Array, Array]:
 
 
 def mass_left(clean: Kept, mended: Kept, at: Target) -> str:
-    """A mass that is not near the clean one's, or an inertia that is not the clean one's in that proportion."""
+    """Reason if the mass or the inertia is far from the clean one, or the inertia is not physical."""
     (good, _, tensor), (found, _, inertia) = inertial_of(clean, at), inertial_of(mended, at)
     if not 1.0 / MASS_FACTOR <= found / good <= MASS_FACTOR:
         return f"mass of '{at.link}' is {found:.3g} kg, {found / good:.3g} times the clean one"
@@ -79,7 +79,7 @@ def mass_left(clean: Kept, mended: Kept, at: Target) -> str:
 
 
 def centre_left(clean: Kept, mended: Kept, at: Target) -> str:
-    """A centre of mass that is away from the clean one's."""
+    """Reason if the centre of mass is away from the clean one, or the mass is wrong."""
     low, high = collision_box(clean, at.link)
     away = float(np.linalg.norm(inertial_of(mended, at)[1] - inertial_of(clean, at)[1]))
     if away > NEAR_SHARE * float(np.linalg.norm(high - low)):
@@ -88,7 +88,7 @@ def centre_left(clean: Kept, mended: Kept, at: Target) -> str:
 
 
 def damping_left(clean: Kept, mended: Kept, at: Target) -> str:
-    """Damping that is negative, or above what the coarse time step stands."""
+    """Reason if the damping is negative, or above the stability limit at the coarse time step."""
     settings, joint, found = PhysicsSettings(), joint_of(mended, at), terms_of(mended, at).damping
     share = found * settings.coarse_timestep_s / joint.effective_inertia
     if found < 0.0 or share > 1.01 * settings.max_damping_step:
@@ -97,7 +97,7 @@ def damping_left(clean: Kept, mended: Kept, at: Target) -> str:
 
 
 def spring_left(clean: Kept, mended: Kept, at: Target) -> str:
-    """A spring that the coarse time step does not stand, or that rings."""
+    """Reason if the spring is unstable at the coarse time step, or underdamped."""
     settings, joint, found = PhysicsSettings(), joint_of(mended, at), terms_of(mended, at)
     share = found.stiffness * settings.coarse_timestep_s**2 / joint.effective_inertia
     if found.stiffness < 0.0 or share > 1.01 * settings.max_stiffness_step:
@@ -110,7 +110,7 @@ def spring_left(clean: Kept, mended: Kept, at: Target) -> str:
 
 
 def friction_left(clean: Kept, mended: Kept, at: Target) -> str:
-    """Friction that is negative or far above the clean joint's, or a joint that an engine found stuck."""
+    """Reason if the friction is negative or far above the clean one, or the joint is stuck in an engine."""
     good, found = terms_of(clean, at).friction, terms_of(mended, at).friction
     if not 0.0 <= found <= STICKS_FACTOR * good:
         return f"friction of '{at.joint}' is {found:.3g}, the clean one {good:.3g}"
@@ -122,13 +122,13 @@ def friction_left(clean: Kept, mended: Kept, at: Target) -> str:
 
 
 def effort_left(clean: Kept, mended: Kept, at: Target) -> str:
-    """An effort limit that moves nothing."""
+    """Reason if the effort limit is zero or negative."""
     effort = float(part(named(robot_of(mended), "joint", at.joint), "limit").get("effort", "0"))
     return "" if effort > 0.0 else f"'{at.joint}' has an effort limit of {effort:g}"
 
 
 def axis_left(clean: Kept, mended: Kept, at: Target) -> str:
-    """An axis that is not of unit length, or a range of motion that is not the clean one's."""
+    """Reason if the axis is not of unit length, or does not point along the clean one."""
     good, found = (numbers(part(named(robot_of(kept), "joint", at.joint), "axis"), "xyz") for kept in (clean, mended))
     if abs(float(np.linalg.norm(found)) - 1.0) > 1e-3:
         return f"axis of '{at.joint}' has length {np.linalg.norm(found):.3g}"
@@ -138,7 +138,7 @@ def axis_left(clean: Kept, mended: Kept, at: Target) -> str:
 
 
 def limits_left(clean: Kept, mended: Kept, at: Target) -> str:
-    """Limits that are not in order, or not near the clean ones."""
+    """Reason if the limits are missing, not in order, or not near the clean ones."""
     (low, high), (lower, upper) = (limits_of(kept, at) for kept in (clean, mended))
     if lower is None or upper is None or low is None or high is None:
         return f"'{at.joint}' has no limits"
@@ -149,7 +149,7 @@ def limits_left(clean: Kept, mended: Kept, at: Target) -> str:
 
 
 def passage_left(clean: Kept, mended: Kept, at: Target) -> str:
-    """No limits, limits that leave out what the clean ones allow, or between which the part passes through another."""
+    """Reason if limits are missing, exclude part of the clean range, or let the part pass through another."""
     (low, high), (lower, upper) = (limits_of(kept, at) for kept in (clean, mended))
     if lower is None or upper is None or low is None or high is None:
         return f"'{at.joint}' has no limits"
@@ -162,7 +162,7 @@ def passage_left(clean: Kept, mended: Kept, at: Target) -> str:
 
 
 def start_left(clean: Kept, mended: Kept, at: Target) -> str:
-    """A start outside the limits."""
+    """Reason if the initial position is outside the limits."""
     (lower, upper), start = limits_of(mended, at), joint_of(mended, at).initial_position
     if lower is None or upper is None or not lower - 1e-6 <= start <= upper + 1e-6:
         return f"'{at.joint}' starts at {start:.3g}, outside {lower} to {upper}"
@@ -178,7 +178,7 @@ def limits_of(kept: Kept, at: Target) -> tuple[float | None, float | None]:
 
 
 def pivot_left(clean: Kept, mended: Kept, at: Target) -> str:
-    """A hinge that is away from where the clean one is."""
+    """Reason if the hinge is away from the clean one."""
     good, found = (numbers(part(named(robot_of(kept), "joint", at.joint), "origin"), "xyz") for kept in (clean, mended))
     low, high = collision_box(clean, at.link)
     away = float(np.linalg.norm(found - good))
@@ -188,7 +188,7 @@ def pivot_left(clean: Kept, mended: Kept, at: Target) -> str:
 
 
 def overlap_left(clean: Kept, mended: Kept, at: Target) -> str:
-    """Two links that overlap in the initial state, the target among them."""
+    """Reason if the target link overlaps another in the initial state."""
     for overlap in mended.record.overlaps:
         pair = overlap.pair
         if at.link in (pair.link_a, pair.link_b) and pair.depth_m > OVERLAP_M:
@@ -197,7 +197,7 @@ def overlap_left(clean: Kept, mended: Kept, at: Target) -> str:
 
 
 def shape_left(clean: Kept, mended: Kept, at: Target) -> str:
-    """Collision meshes that are not closed, outward and there, or whose box is not the clean one's."""
+    """Reason if collision meshes are unusable, or their box or volume is not that of the clean ones."""
     problem = meshes_left(mended, at.link)
     if problem:
         return problem
@@ -212,7 +212,7 @@ def shape_left(clean: Kept, mended: Kept, at: Target) -> str:
 
 
 def meshes_left(kept: Kept, link: str) -> str:
-    """A collision mesh of one link that an engine could not use."""
+    """Reason if a link's collision mesh is missing, not closed, not finite, or wound inwards."""
     files = collision_files(kept.folder, link)
     if not files:
         return f"'{link}' has no collision mesh"
@@ -226,7 +226,7 @@ def meshes_left(kept: Kept, link: str) -> str:
 
 
 def size_left(clean: Kept, mended: Kept, at: Target) -> str:
-    """A whole object that is not about as large as the clean one."""
+    """Reason if the whole object is not about as large as the clean one."""
     sizes = []
     for kept in (clean, mended):
         features, overlay = kept.record.features, kept.record.overlay
@@ -254,5 +254,5 @@ def hull_mesh(path: Path) -> trimesh.Trimesh:
 
 
 def never_mended(clean: Kept, mended: Kept, at: Target) -> str:
-    """For defects that nobody can mend without guessing: whatever is written is not the clean asset."""
+    """Reason for a defect that cannot be mended without guessing: it always counts as left."""
     return "what was written is a guess"

@@ -1,4 +1,4 @@
-"""What a planted defect is: where it is planted, what it changes, and when it counts as gone."""
+"""Data types of a planted defect: where it is planted, what it changes, and when it counts as mended."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -36,7 +36,7 @@ class Kept:
 Plant = Callable[[Path, Target], Planted]
 """Plants a defect in a copy of a clean asset's folder."""
 Left = Callable[[Kept, Kept, Target], str]
-"""What is left of a defect: from the clean asset, the refined planted one and the target, a reason or an empty text."""
+"""Why a defect is left, or an empty text: from the clean asset, the refined planted asset and the target."""
 
 
 @dataclass(frozen=True)

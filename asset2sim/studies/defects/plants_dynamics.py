@@ -9,15 +9,15 @@ from schemas.overlay import PhysicsOverlay
 from schemas.settings import PhysicsSettings
 
 TOO_FAST = 200.0
-"""Damping or stiffness over what the coarse time step bears."""
+"""Planted damping or stiffness over the stability limit at the coarse time step."""
 RINGING_HZ = 3.0
 """Frequency of the spring that is left without damping, Hz."""
 STUCK = 1e4
-"""Friction of a joint that nobody moves, N·m or N."""
+"""Friction of a joint that no effort can move, N·m or N."""
 
 
 def effective_inertia(folder: Path, joint: str) -> float:
-    """What the joint moves according to the overlay beside the URDF, kg·m² or kg."""
+    """Effective inertia of a joint from the overlay beside the URDF, kg·m² or kg."""
     overlay = PhysicsOverlay.model_validate_json((folder / "overlay.json").read_bytes())
     return next(item.effective_inertia for item in overlay.joints if item.name == joint)
 
@@ -33,13 +33,13 @@ def dynamics(folder: Path, at: Target, **terms: float) -> Planted:
 
 
 def damping_unstable(folder: Path, at: Target) -> Planted:
-    """Damping far beyond what an explicit step stands: a number for another object."""
+    """Damping far above the stability limit of an explicit step: a value for another object."""
     step = PhysicsSettings().coarse_timestep_s
     return dynamics(folder, at, damping=TOO_FAST * effective_inertia(folder, at.joint) / step)
 
 
 def damping_negative(folder: Path, at: Target) -> Planted:
-    """Damping that feeds the motion: a wrong sign."""
+    """Negative damping, which adds energy: a wrong sign."""
     return dynamics(folder, at, damping=-10.0 * effective_inertia(folder, at.joint))
 
 
@@ -56,7 +56,7 @@ def stiffness_unstable(folder: Path, at: Target) -> Planted:
 
 
 def friction_sticks(folder: Path, at: Target) -> Planted:
-    """Friction that nobody overcomes."""
+    """Friction that is too high to overcome."""
     return dynamics(folder, at, friction=STUCK)
 
 
@@ -66,7 +66,7 @@ def friction_negative(folder: Path, at: Target) -> Planted:
 
 
 def effort_zero(folder: Path, at: Target) -> Planted:
-    """An effort limit of zero, as exporters write that know none."""
+    """An effort limit of zero, as some exporters write for an unknown one."""
     with edited(folder) as robot:
         write(part(named(robot, "joint", at.joint), "limit"), "effort", 0.0)
     return Planted(f"'{at.joint}' has an effort limit of 0", joints=(at.joint,))

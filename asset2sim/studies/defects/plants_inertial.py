@@ -8,9 +8,9 @@ from asset2sim.studies.defects.document import edited, named, numbers, part, sca
 from asset2sim.studies.defects.planted import Plant, Planted, Target
 
 POINT_KG_M2 = 1e-12
-"""Moment of inertia of what its author took for a point, kg·m²."""
+"""Moment of inertia of a link that its author took for a point mass, kg·m²."""
 FAR_M = 3.0
-"""How far a centre of mass is put from its link, m."""
+"""Distance of the planted centre of mass from the clean one, m."""
 
 
 def mass_times(factor: float) -> Plant:

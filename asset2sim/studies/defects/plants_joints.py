@@ -56,7 +56,7 @@ def limits_missing(folder: Path, at: Target) -> Planted:
 
 
 def zero_outside_limits(folder: Path, at: Target) -> Planted:
-    """Limits that leave out zero, where every engine starts."""
+    """Limits that exclude zero, where every engine starts."""
     with edited(folder) as robot:
         limit = part(named(robot, "joint", at.joint), "limit")
         lower, upper = (float(str(limit.get(key))) for key in NO_LIMITS)

@@ -10,7 +10,7 @@ from asset2sim.studies.defects.planted import Planted, Target
 
 MILLIMETRES = 1000.0
 AWAY_M = 1.0
-"""How far collision meshes are put from what one sees, m."""
+"""Distance of planted collision meshes from the visual ones, m."""
 
 
 def flat_collision(folder: Path, at: Target) -> Planted:
@@ -33,7 +33,7 @@ def collision_in_millimetres(folder: Path, at: Target) -> Planted:
 
 
 def collision_elsewhere(folder: Path, at: Target) -> Planted:
-    """A link's collision meshes away from what one sees: they were exported in another frame."""
+    """A link's collision meshes away from the visual ones: they were exported in another frame."""
     for path in collision_files(folder, at.link):
         rewrite_obj(path, vertices=lambda points: points + np.array([AWAY_M, 0.0, 0.0]))
     return Planted(f"collision meshes of '{at.link}' lie {AWAY_M:g} m away", links=(at.link,))

@@ -1,4 +1,4 @@
-"""Running the bench: refine clean objects, plant each defect in a copy, judge the copy as it came, and refine it."""
+"""Runs the bench: refine clean objects, plant each defect in a copy, check the copy unrefined, and refine it."""
 
 import shutil
 from collections.abc import Callable, Iterable, Iterator, Sequence
@@ -25,9 +25,9 @@ SETTINGS = Settings(views=ViewSettings(write=False))
 
 @dataclass(frozen=True)
 class Clean:
-    """One clean object: as first refined, and what judging and refining it once more shows.
+    """One clean object: its refinement, and the signs from checking and refining the result again.
 
-    ``problem`` says why it is none: a planted defect could not be told from its own.
+    ``problem`` says why it is not clean: a planted defect could not be told from its own defects.
     """
 
     ref: AssetRef
@@ -43,12 +43,12 @@ def ask(request: ModelRequest) -> ModelAnswer:
 
 
 def refined(ref: AssetRef, out: Path, settings: Settings) -> AssetRecord:
-    """The record of one asset, refined or judged in a child process."""
+    """The record of one asset by the pipeline, run in a child process."""
     return attempt_in_child(PIPELINE, ref, out, settings, ask).record
 
 
 def samples(out: Path, wanted: Iterable[str]) -> list[AssetRef]:
-    """The sample objects of these ids, made under ``out``; nobody asks a state of them, so that they start closed."""
+    """The sample objects of these ids, written under ``out``; without prompts, so that they start closed."""
     for name, data in sample_files().items():
         path = out / "samples" / name
         path.parent.mkdir(parents=True, exist_ok=True)
@@ -58,12 +58,12 @@ def samples(out: Path, wanted: Iterable[str]) -> list[AssetRef]:
 
 
 def judged(ref: AssetRef, out: Path, settings: Settings) -> AssetRecord:
-    """The record of one asset judged as it is."""
+    """The record of one asset, checked without refinement."""
     return refined(ref, out, settings.model_copy(update={"method": Method.RAW}))
 
 
 def clean_object(ref: AssetRef, out: Path, settings: Settings) -> Clean:
-    """Refine a sample, and look at what comes out: judged as it is, and refined again."""
+    """Refine a sample, then check the result without refinement, and refine it again."""
     record = refined(ref, out / "clean", settings)
     kept = Kept(out / "clean" / "assets" / ref.asset_id, record)
     if record.status is not Status.OK:
@@ -110,7 +110,7 @@ def what_is_left(defect: Defect, clean: Clean, mended: Kept) -> str:
 def run(
     defects: Sequence[Defect], out: Path, settings: Settings, tell: Callable[[str], None]
 ) -> tuple[list[Row], dict[str, str]]:
-    """A row a defect, in their order, and the objects that are not clean with why; ``tell`` hears of progress."""
+    """A row a defect, in their order, and the unclean objects with the reason; ``tell`` gets lines of progress."""
     wanted = {defect.target.asset_id for defect in defects}
     with ThreadPoolExecutor(settings.run.workers) as pool:
         clean: dict[str, Clean] = {}
@@ -130,7 +130,7 @@ def run(
 
 
 def progress(rows: Iterator[Row], tell: Callable[[str], None]) -> Iterator[Row]:
-    """The rows, each told as it comes."""
+    """The rows, with a line of progress for each."""
     for row in rows:
         tell(f"{row.defect}: {'caught' if row.is_caught else 'NOT CAUGHT'}, {'mended' if row.is_mended else row.left}")
         yield row

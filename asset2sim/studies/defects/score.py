@@ -1,12 +1,12 @@
-"""What counts as caught and what as mended: pure functions of records.
+"""When a defect counts as caught and as mended: pure functions of records.
 
-A defect is caught where judging the planted asset as it came, or extracting and validating it, shows a failing test or
-a finding of at least a warning that the clean asset does not show, and that concerns what was planted: it names the
-link or joint, the joint that moves the link or the link that the joint moves; or it is about the object as a whole
-(it explodes, it does not load), of which the defect is the only change. What names another link or joint does not
-count.
+A defect is caught if checking the unrefined planted asset, or extracting and validating it, gives a sign (a failing
+check, or a finding of at least a warning) that the clean asset does not give and that concerns the planted link or
+joint: the sign names it, the joint that moves the link, or the link that the joint moves; or the sign is about the
+whole object (it explodes, it does not load), of which the defect is the only change. A sign that names another link or
+joint does not count.
 
-It is mended where refining the planted asset ends ``ok`` and nothing of the defect is left in what is written.
+It is mended if refining the planted asset ends ``ok`` and nothing of the defect is left in the written folder.
 """
 
 from collections.abc import Iterator
@@ -23,12 +23,12 @@ from schemas.vocabulary import Severity, Stage
 CAUGHT_SHARE, MENDED_SHARE = 0.9, 0.8
 """Shares of the defects that must be caught and mended."""
 LEAST_ROWS = 16
-"""Defects that must have been tried: shares of a handful say nothing."""
+"""Least defects to try: a share of fewer means little."""
 
 
 @dataclass(frozen=True)
 class Sign:
-    """One thing that a look at an asset showed: who saw it, what it is called, and of which link or joint."""
+    """A failing check or a finding: the engine or stage that reports it, its code, and its link or joint (or empty)."""
 
     by: str
     code: str
@@ -36,13 +36,12 @@ class Sign:
 
     @property
     def said(self) -> str:
-        """The sign in a few words."""
+        """Engine or stage, and code, as text."""
         return f"{self.by} {self.code}"
 
 
 def raw_signs(record: AssetRecord, limits: Thresholds) -> Iterator[Sign]:
-    """Everything that judging an asset as it came showed: failing tests by engine, overlaps of whatever links, then
-    findings."""
+    """Signs from checking an unrefined asset: failing checks by engine, overlaps of links, then findings."""
     for report in record.reports:
         if record.overlay is not None:
             for failure in failures_of(report, record.overlay, limits):
@@ -55,14 +54,14 @@ def raw_signs(record: AssetRecord, limits: Thresholds) -> Iterator[Sign]:
 
 
 def early_signs(record: AssetRecord) -> Iterator[Sign]:
-    """What extraction and validation of a refinement showed."""
+    """Signs from the extraction and validation of a refinement."""
     for finding in record.findings:
         if finding.stage in (Stage.EXTRACT, Stage.VALIDATE) and finding.severity is not Severity.INFO:
             yield sign_of(finding)
 
 
 def tells(finding: Finding, record: AssetRecord) -> bool:
-    """Whether a finding of a judgement says more than that a test fails, which the reports say already."""
+    """Whether a finding is at least a warning, and does not repeat a failing check of the reports."""
     repeated = finding.stage is Stage.MEASURE and finding.severity is Severity.ERROR and bool(record.reports)
     return finding.severity is not Severity.INFO and not repeated
 
@@ -73,12 +72,12 @@ def sign_of(finding: Finding) -> Sign:
 
 
 def subject_in(overlay: PhysicsOverlay, subject: str) -> str:
-    """The joint that a failing test is about, or nothing where it is about the whole object."""
+    """The joint that a failing check is about, or an empty text for the whole object."""
     return subject if any(joint.name == subject for joint in overlay.joints) else ""
 
 
 def caught_by(signs: set[Sign], clean: set[Sign], about: frozenset[str]) -> tuple[Sign, ...]:
-    """The signs that the clean asset does not show and that concern what was planted, those that name it first."""
+    """The signs of the planted defect that the clean asset does not give; those that name a link or joint first."""
     new = {sign for sign in signs - clean if not sign.subject or sign.subject in about}
     return tuple(sorted(new, key=lambda sign: (not sign.subject, sign.by, sign.code)))
 
@@ -95,7 +94,7 @@ def concerned(planted: Planted, clean: AssetRecord) -> frozenset[str]:
 
 
 def mended_by(record: AssetRecord, clean: AssetRecord, about: frozenset[str]) -> tuple[str, ...]:
-    """What the refinement of the planted asset did about it that the clean asset's did not: findings, kept steps."""
+    """Findings about the defect and accepted steps of its refinement that the clean asset's refinement has not."""
 
     def acts(of: AssetRecord) -> set[str]:
         named = {finding.code for finding in of.findings if (finding.link or finding.joint or "") in {*about, ""}}
@@ -106,7 +105,7 @@ def mended_by(record: AssetRecord, clean: AssetRecord, about: frozenset[str]) ->
 
 @dataclass(frozen=True)
 class Row:
-    """One planted defect and what became of it. ``left`` says why it does not count as mended."""
+    """Result of one planted defect. ``left`` says why it does not count as mended; empty if it does."""
 
     defect: str
     asset_id: str
@@ -118,12 +117,12 @@ class Row:
 
     @property
     def is_caught(self) -> bool:
-        """Whether anything showed it."""
+        """Whether any sign shows the defect."""
         return bool(self.caught)
 
     @property
     def is_mended(self) -> bool:
-        """Whether nothing is left of it."""
+        """Whether nothing is left of the defect."""
         return not self.left
 
 
@@ -133,7 +132,7 @@ def share(rows: list[Row], *, mended: bool) -> float:
 
 
 def passes(rows: list[Row]) -> bool:
-    """Whether enough was tried, caught and mended."""
+    """Whether enough defects were tried, caught and mended."""
     return (
         len(rows) >= LEAST_ROWS
         and share(rows, mended=False) >= CAUGHT_SHARE

@@ -1,4 +1,4 @@
-"""The comparison's charts: how assets ended under each method, and how each method stands a model that errs more."""
+"""The comparison's charts: outcomes of each method, and its success and scale error by the model's error level."""
 
 from collections.abc import Sequence
 from pathlib import Path
@@ -51,7 +51,7 @@ def new_figure(height_in: float) -> "Figure":
 
 
 def plain(axes: "Axes", grid: Literal["both", "x", "y"]) -> None:
-    """No frame, no ticks, and a light grid along one axis."""
+    """Remove the frame and ticks of the axes, and draw a light grid."""
     axes.spines[["top", "right", "left", "bottom"]].set_visible(False)
     axes.tick_params(length=0, labelsize=9, colors=INK)
     axes.grid(axis=grid, color=RULE, linewidth=0.8)
@@ -71,13 +71,13 @@ if TYPE_CHECKING:
 LEAST_LABELLED = 4.0
 """Share, %, from which a piece of a bar is wide enough to hold its own number."""
 LOGARITHMIC_FROM = 8.0
-"""Ratio of the largest to the smallest value from which an axis goes by factors."""
+"""Ratio of the largest to the smallest value from which an axis is logarithmic."""
 LABEL_GAP = 0.062
 """Least distance of two labels at the end of curves, as a share of the axis's height: a line of text."""
 
 
 def failure_chart(rows: Sequence[Row], path: Path, title: str) -> Path:
-    """Writes a PNG with a bar for each method of one model: what share passed, and how the rest ended."""
+    """Writes a PNG with a bar for each method of one model: shares of assets by outcome."""
     there = {row["method"] for row in rows}
     methods = [method for method in METHODS if method.value in there]
     figure = new_figure(1.45 + 0.40 * len(methods))
@@ -132,7 +132,7 @@ def growth_chart(rows: Sequence[Row], path: Path, title: str) -> Path:
     _curves(left, [row for row in rows if row["figure"] == "success"])
     left.set_ylim(0.0, 102.0)
     left.set_title("assets that pass every test, %", loc="left", fontsize=9.5, color=INK)
-    # What asks no model chooses no scale for what was asked: its error would only flatten the others.
+    # A method without a model chooses no scale for the prompt: its error would only flatten the other curves.
     asking = [row for row in rows if row["figure"] == "scale" and not _asks_none(row)]
     _curves(right, asking)
     _from_zero_or_logarithmic(right, [_float(row["value"]) for row in asking if row["value"] is not None])
@@ -174,7 +174,7 @@ def _curves(axes: "Axes", rows: Sequence[Row]) -> None:
 
 
 def _from_zero_or_logarithmic(axes: "Axes", values: Sequence[float]) -> None:
-    """From zero, or by factors where the largest value would flatten the others."""
+    """Start the axis at zero, or make it logarithmic where the largest value would flatten the others."""
     from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
 
     if not values or min(values) <= 0.0 or max(values) / min(values) < LOGARITHMIC_FROM:
@@ -188,7 +188,7 @@ def _from_zero_or_logarithmic(axes: "Axes", values: Sequence[float]) -> None:
 
 
 def _label_ends(axes: "Axes", rows: Sequence[Row]) -> None:
-    """The methods' names at the ends of their curves."""
+    """Write the methods' names at the ends of their curves."""
     ends: dict[Method, float] = {}
     for row in rows:
         if row["value"] is not None:
@@ -209,8 +209,8 @@ def _label_ends(axes: "Axes", rows: Sequence[Row]) -> None:
 
 
 def spread_labels(ends: dict[Method, float], gap: float) -> dict[Method, float]:
-    """Heights of labels, each as near its curve's end as its neighbours allow: at least ``gap`` apart, centred on the
-    ends of those that had to make room."""
+    """Heights of labels at least ``gap`` apart, each as near its curve's end as possible: labels that are too close
+    form a group, centred on the mean of their ends."""
     groups: list[tuple[list[Method], float]] = []
     for method, end in sorted(ends.items(), key=lambda item: item[1]):
         groups.append(([method], end))

@@ -1,4 +1,4 @@
-"""The figures of the tables: what each is called, how it is taken from the objects, and which way is better."""
+"""Definitions of the tables' figures: name, computation from the objects, and which direction is better."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -22,7 +22,7 @@ class Stated:
 NINE = "paper9"
 """The subset of Table 1's nine objects."""
 SKIPPED = ("Stapler", "Toilet")
-"""Categories that the paper's heading of penetration singles out."""
+"""Categories that one of the paper's penetration columns excludes."""
 
 TABLE_1: dict[Method, dict[str, Stated]] = {
     Method.REFERENCE: {
@@ -84,10 +84,10 @@ ZERO_MM = 1e-6
 
 @dataclass(frozen=True)
 class Figure:
-    """One figure. ``values`` gives (n,) numbers, one per row of the objects, NaN where it says nothing of a row.
+    """One figure. ``values`` gives (n,) numbers, one per row of the objects, NaN where it is undefined for a row.
 
-    ``given`` names methods for which it is given rather than found: the experts are not off themselves. ``ranked`` says
-    whether it is worth being first in.
+    ``given`` names methods for which it is zero by definition: the experts' deviation from themselves. ``ranked`` says
+    whether the tables mark the best method.
     """
 
     key: str
@@ -119,7 +119,7 @@ def _penetration_of_others(rows: pd.DataFrame) -> Array:
 
 
 def _alignment(rows: pd.DataFrame) -> Array:
-    """What never came to an overlay is aligned with nothing."""
+    """Prompt alignment, %; 0 for an object without an overlay."""
     return 100.0 * rows["alignment"].fillna(0.0).to_numpy(dtype=float)
 
 
@@ -139,7 +139,7 @@ SUCCESS: tuple[Figure, ...] = (
     Figure("success", "success %", "%", True, 1, _share("ok")),
     Figure("paper_success", "the paper's three tests %", "%", True, 1, _share("paper_tests_pass")),
 )
-"""Table 6: success by every test that was run, and by the paper's three alone."""
+"""Table 6: success by every check that was run, and by the paper's three alone."""
 
 COST: tuple[Figure, ...] = (
     Figure("calls", "calls", "1", False, 2, _column("calls"), ranked=False),
@@ -147,4 +147,4 @@ COST: tuple[Figure, ...] = (
     Figure("cost", "USD", "USD", False, 4, _column("cost_usd"), ranked=False),
     Figure("seconds", "seconds", "s", False, 1, _column("seconds"), ranked=False),
 )
-"""Table 7: what an asset costs."""
+"""Table 7: cost of an asset."""

@@ -14,7 +14,7 @@ from schemas.vocabulary import Method
 DASH = "–"
 MINUS = "−"
 LEAST_SURE = 5
-"""Objects from which a difference is marked as sure: of fewer, a bootstrap knows too little."""
+"""Least objects for marking a difference as significant: a bootstrap over fewer is unreliable."""
 NAMES: dict[Method, str] = {
     Method.REFERENCE: "human reference",
     Method.IVW: "VLM-IVW",
@@ -48,8 +48,8 @@ def figure_table(rows: Sequence[Row], figures: Sequence[Figure], model: str) -> 
 
 
 def difference_table(rows: Sequence[Row], figures: Sequence[Figure], model: str) -> list[str]:
-    """A row per other method: its figure less ours, with the interval; bold where that leaves zero out, over enough
-    objects."""
+    """A row per other method: its figure less ours, with the interval; bold where that excludes zero and there are at
+    least ``LEAST_SURE`` objects."""
     lines = _heading([figure.heading for figure in figures])
     for method in _methods(rows, model):
         if method is OURS:
@@ -67,7 +67,7 @@ def difference_table(rows: Sequence[Row], figures: Sequence[Figure], model: str)
 
 
 def failure_table(rows: Sequence[Row], success: Sequence[Row], model: str) -> list[str]:
-    """Table 6 of one model: how many assets passed, and the share in % that ended in each of the paper's ways."""
+    """Table 6 of one model: share of assets that passed, and the share with each of the paper's failure modes, %."""
     bad = [outcome for outcome in OUTCOMES if outcome != OK]
     lines = _heading([*(figure.heading for figure in SUCCESS), *(f"{outcome} %" for outcome in bad)])
     for method in _methods(success, model):
@@ -85,8 +85,8 @@ def cost_table(rows: Sequence[Row], model: str) -> list[str]:
 
 
 def agreement_lines(objects: pd.DataFrame) -> list[str]:
-    """How far the rubric and the judge are apart, over every method and model that was judged; nothing without a
-    judge."""
+    """Mean difference and correlations of the rubric's and the judge's scores over all methods and models; empty
+    without a judge."""
     found = agreement(array_of(objects["alignment"]), array_of(objects["judged"]))
     if found is None:
         return []
@@ -97,7 +97,7 @@ def agreement_lines(objects: pd.DataFrame) -> list[str]:
 
 
 def notes(model: str, subset: str | None, objects: int, engines: str) -> list[str]:
-    """What the tables of one model are of, and how they are read."""
+    """Caption of one model's tables: model, objects, engines, and how to read the numbers."""
     paper = "the paper's nine objects (its Table 1)" if subset == NINE else "the paper's large set (its Table 6)"
     return [
         f"Model: {described(model)}. {objects} objects, judged in {engines}. In brackets 95 % bootstrap intervals over "
@@ -106,7 +106,7 @@ def notes(model: str, subset: str | None, objects: int, engines: str) -> list[st
 
 
 def by_model(rows: Sequence[Row]) -> Mapping[str, list[Row]]:
-    """The models that were asked, each with its rows."""
+    """Model → its rows and those of methods without a model."""
     models = dict.fromkeys(str(row["model"]) for row in rows if row["model"] != NO_MODEL)
     return {model: [row for row in rows if _asked(row, model)] for model in models or (NO_MODEL,)}
 

@@ -1,4 +1,4 @@
-"""What the comparison knows of each object, method and model: one row each, read from the runs' catalogs."""
+"""One row for each object, method and model, read from the runs' catalogs."""
 
 from collections.abc import Sequence
 
@@ -11,7 +11,7 @@ from schemas.settings import Thresholds
 from schemas.vocabulary import PAPER_FAILURE_MODES, FailureMode
 
 JUDGING = "judge"
-"""Purpose of calls that are no part of a method."""
+"""Purpose of the vision judge's calls, which are not part of a method."""
 
 
 def read_objects(runs: Sequence[Run], limits: Thresholds) -> pd.DataFrame:
@@ -29,7 +29,7 @@ def _objects(run: Run, limits: Thresholds) -> pd.DataFrame:
     merged = merged.merge(_spent(calls), on="asset_id", how="left")
     drift = (_number(merged, "drift_m") <= limits.drift_m) & (_number(merged, "drift_rad") <= limits.drift_rad)
     phi = _number(merged, "penetration_mm")
-    # What exploded has no drift, and what was never measured passes nothing.
+    # An object that exploded has no drift; one that was never measured passes nothing.
     steady = merged["finite"].fillna(False).astype(bool) & (_number(merged, "oscillating_joints") == 0)
     stated = merged["reference_states_scale"].astype("boolean").fillna(False).astype(bool)
     slow = _number(merged, "peak_speed_m_s") <= limits.peak_speed_m_s
@@ -59,7 +59,7 @@ def _objects(run: Run, limits: Thresholds) -> pd.DataFrame:
 
 
 def _spent(calls: pd.DataFrame) -> pd.DataFrame:
-    """Calls, tokens and cost an asset, answers from the cache counted as the calls that they stand for."""
+    """Calls, tokens and cost of each asset; an answer from the cache counts as a call."""
     own = calls[calls["purpose"] != JUDGING]
     tokens = own["prompt_tokens"] + own["completion_tokens"]
     grouped = own.assign(tokens=tokens).groupby("asset_id")

@@ -1,4 +1,4 @@
-"""Which runs a comparison takes: methods × models, each into a folder of its own."""
+"""Runs of a comparison: methods × models, each with an output folder of its own."""
 
 import argparse
 import re
@@ -24,11 +24,11 @@ METHODS = (
     Method.NO_SEMANTICS,
     Method.RAW,
 )
-"""Every method, in the order of the tables: the paper's, and the asset as it came."""
+"""Every method, in the order of the tables: the paper's, and the raw asset."""
 WITHOUT_MODEL = (Method.REFERENCE, Method.RAW)
-"""Methods that ask no model: they are run once, whatever models there are."""
+"""Methods without model calls: each is run once, however many models are compared."""
 NO_MODEL = "none"
-"""What the tables call the model of those."""
+"""Model name of those methods in the tables."""
 
 
 @dataclass(frozen=True)
@@ -41,7 +41,7 @@ class Run:
 
     @property
     def label(self) -> str:
-        """The model, or that there is none."""
+        """The model's name in the tables; ``NO_MODEL`` for a method without model calls."""
         return NO_MODEL if self.method in WITHOUT_MODEL else self.model
 
     def settings(self, base: Settings) -> Settings:
@@ -67,7 +67,7 @@ def plan(out: Path, methods: Sequence[Method], models: Sequence[str]) -> tuple[R
 
 
 def slug(model: str) -> str:
-    """A model's name as a folder's."""
+    """Folder name for a model."""
     return re.sub(r"[^A-Za-z0-9.@=-]+", "_", model).strip("._") or "model"
 
 
@@ -97,7 +97,7 @@ class CompareRequest(Frozen):
 
     @property
     def engines(self) -> str:
-        """The engines in words."""
+        """Names of the engines to verify in, as text."""
         return ", ".join(self.settings.engine.verify or ("every engine installed",))
 
 

@@ -1,4 +1,4 @@
-"""Everything that a comparison leaves: Parquet tables, Markdown, charts, and the README's section."""
+"""Output of a comparison: Parquet tables, Markdown, charts, and the README's section."""
 
 import shutil
 from collections.abc import Sequence
@@ -36,7 +36,7 @@ PICTURES = "docs"
 
 @dataclass(frozen=True)
 class Compared:
-    """A comparison's rows. ``engines`` says in words where the objects were judged."""
+    """A comparison's rows. ``engines`` names the engines in which the objects were verified."""
 
     subset: str | None
     engines: str
@@ -121,7 +121,7 @@ def model_section(found: Compared, model: str, chart: str) -> list[str]:
 
 
 def growth_section(found: Compared, chart: str) -> list[str]:
-    """The curves of growing errors, where several levels were run."""
+    """Section with the chart by error level; empty unless several levels were run."""
     if not found.growth:
         return []
     return [
@@ -135,8 +135,8 @@ def growth_section(found: Compared, chart: str) -> list[str]:
 def readme_block(found: Compared, pictures: dict[str, str]) -> str:
     """The README's section: Table 1 without the differences, outcomes as a chart, cost, and the growth of errors.
 
-    ``pictures`` maps a model, or ``GROWTH_CHART``, to the path of its picture. Models whose level of error is not the
-    first one's are left to the growth chart.
+    ``pictures`` maps a model, or ``GROWTH_CHART``, to the path of its picture. Only the first model has tables; the
+    error levels of others are in the growth chart.
     """
     model = next(iter(by_model(found.stability)))
     lines = [
@@ -170,7 +170,7 @@ def write_readme(readme: Path, out: Path, found: Compared) -> None:
 
 
 def check_readme(readme: Path) -> None:
-    """Raises UsageError where a README has no place for the section."""
+    """Raise UsageError for a missing README, or one without the section's markers."""
     if not readme.is_file():
         raise UsageError(f"no README at {readme}")
     with_block(readme.read_text(encoding="utf-8"), "")

@@ -17,7 +17,7 @@ RESAMPLES = 4999
 SEED = 0
 """Seed of every bootstrap: the same values give the same interval."""
 LEAST_FOR_CORRELATION = 3
-"""Pairs from which a correlation says anything: two always lie on a line."""
+"""Least pairs for a correlation: two always lie on a line."""
 
 Statistic = Callable[..., Array]
 """A function of values along ``axis``, as scipy's bootstrap calls it."""
@@ -25,8 +25,8 @@ Statistic = Callable[..., Array]
 
 @dataclass(frozen=True)
 class Estimate:
-    """A figure over ``n`` objects with its confidence interval; all None where there is nothing to take it from, the
-    interval alone where one object is all there is."""
+    """A figure over ``n`` objects with its confidence interval; all None without objects, only the interval None for a
+    single object."""
 
     value: float | None
     low: float | None
@@ -66,7 +66,7 @@ def estimate(values: Array, statistic: Statistic = mean) -> Estimate:
 
 def paired_difference(theirs: Array, ours: Array, statistic: Statistic = mean) -> Estimate:
     """statistic(theirs) − statistic(ours) over the objects in which both (n,) have a value; pairs are resampled whole,
-    so that what makes an object hard for everybody falls out."""
+    so that an object's difficulty for all methods cancels."""
     both = np.isfinite(theirs) & np.isfinite(ours)
     if not both.any():
         return Estimate(None, None, None, 0)
@@ -98,7 +98,7 @@ def _interval(sample: tuple[Array, ...], statistic: Statistic, *, paired: bool) 
     if len(sample[0]) < 2:
         return None, None
     if all(np.ptp(values) == 0.0 for values in sample):
-        # Whatever is drawn, it is the same: the interval is a point.
+        # All resamples are equal: the interval is a point.
         point = float(statistic(*sample))
         return point, point
     with warnings.catch_warnings():

@@ -17,14 +17,14 @@ Row = dict[str, object]
 OURS = Method.ASSET2SIM
 OK = "ok"
 OUTCOMES = (OK, *dict.fromkeys(PAPER_FAILURE_MODES.values()))
-"""How an asset can end, by the paper's names."""
+"""Outcomes of an asset: ok, or one of the paper's failure modes."""
 SAME = 1e-9
 """Relative difference below which two figures are the same one."""
 NOTHING = Estimate(None, None, None, 0)
 
 
 def figure_rows(objects: pd.DataFrame, figures: Sequence[Figure], subset: str | None) -> list[Row]:
-    """A row for every figure of every method and model, with its distance from ours with the same model.
+    """A row for every figure of every method and model, with its difference to ours with the same model.
 
     A method that asks no model is compared with ours of the first model.
     """
@@ -89,8 +89,8 @@ def _difference(own: "pd.Series[float]", ours: "pd.Series[float]", figure: Figur
 
 
 def _is_first(row: Row, rows: Sequence[Row], figures: Sequence[Figure]) -> bool:
-    """Whether no method with the same model, or with none, has a better value; nobody is first without one, or in what
-    it costs."""
+    """Whether no method with the same model, or with none, has a better value; False without a value, and for figures
+    that are not ranked."""
     figure = next(item for item in figures if item.key == row["figure"])
     own = row["value"]
     if not isinstance(own, float) or not figure.ranked:

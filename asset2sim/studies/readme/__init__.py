@@ -1,1 +1,1 @@
-"""Questions that somebody has in the morning, an SQL file each, whose first line asks in words; see ``answers``."""
+"""Example questions to a catalog, an SQL file each, whose first line is the question in words; see ``answers``."""

@@ -1,4 +1,4 @@
-"""The README's before-and-after picture: objects as they came and as refined, both left alone in PyBullet for a while.
+"""The README's before-and-after picture: raw and refined objects after the rest check in PyBullet.
 
 ``python -m asset2sim.studies.readme.picture DATA OUT PICTURE ID [ID …]`` draws it from a dataset and its refinement.
 """
@@ -24,12 +24,12 @@ SIDE = 240
 """Edge of one picture, pixels."""
 CAPTION = 40
 PYBULLET_FRICTION = 0.5
-"""What PyBullet assumes where nobody says anything."""
+"""PyBullet's default friction coefficient."""
 MARGIN = 8
 
 
 def left_alone(urdf: Path, positions: Mapping[str, float], friction: float) -> dict[str, float]:
-    """Joint positions (rad, m) after PyBullet's settling and test; as they were where they stop being numbers."""
+    """Joint positions (rad, m) after the rest check in PyBullet; the given ones if any of them diverges."""
     settings = EngineSettings()
     seen = observe(Engine.PYBULLET, urdf, positions, friction, settings.drop_height_m, settings)
     after = dict(zip(seen.joints, (float(value) for value in seen.joint_positions[-1]), strict=True))
@@ -37,7 +37,7 @@ def left_alone(urdf: Path, positions: Mapping[str, float], friction: float) -> d
 
 
 def mass_in_engine(urdf: Path) -> float:
-    """What PyBullet says the object weighs, its inventions included, kg."""
+    """Mass of the object in PyBullet, its default for links without a mass included, kg."""
     with loaded(urdf, fixed_base=False, timestep_s=1.0 / 240.0) as item:
         links = range(-1, item.client.getNumJoints(item.body))
         return sum(float(item.client.getDynamicsInfo(item.body, link)[0]) for link in links)
@@ -65,7 +65,7 @@ def panel(urdf: Path, positions: Mapping[str, float], friction: float, words: st
 
 
 def column(ref: AssetRef, out: Path) -> tuple[Image.Image, Image.Image]:
-    """One object before (as it came, every joint at zero) and after (as refined, in its initial state)."""
+    """Pictures of one object before (raw, every joint at zero) and after (refined, in its initial state)."""
     folder = out / "assets" / ref.asset_id
     overlay = PhysicsOverlay.model_validate(json.loads((folder / "overlay.json").read_text(encoding="utf-8")))
     before = panel(find_urdf(Path(ref.path)), {}, PYBULLET_FRICTION, "as it came, left alone")
@@ -74,7 +74,7 @@ def column(ref: AssetRef, out: Path) -> tuple[Image.Image, Image.Image]:
 
 
 def before_after(data: Path, out: Path, asset_ids: tuple[str, ...]) -> Image.Image:
-    """The picture: a column per object, as it came above, refined below."""
+    """The picture: a column per object, raw above, refined below."""
     columns = [column(ref, out) for ref in load_dataset(data, None, asset_ids, None)]
     height = SIDE + CAPTION
     sheet = Image.new("RGB", (len(columns) * (SIDE + MARGIN) + MARGIN, 2 * height + MARGIN), (255, 255, 255))

@@ -1,4 +1,4 @@
-"""The questions and what a catalog answers, as Markdown."""
+"""The questions with a catalog's answers, as Markdown."""
 
 import sys
 from importlib import resources
@@ -16,7 +16,7 @@ FOLDER = "asset2sim/studies/readme"
 
 
 def question(name: str) -> tuple[str, str]:
-    """What is asked, in words, and the whole SQL."""
+    """The question in words, and its whole SQL file."""
     sql = resources.files("asset2sim.studies.readme").joinpath(f"{name}.sql").read_text(encoding="utf-8")
     return sql.splitlines()[0].removeprefix("-- "), sql
 

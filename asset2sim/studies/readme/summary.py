@@ -30,7 +30,7 @@ def summary_block(out: Path) -> str:
 def asset_line(row: "pd.Series[str]", engines: pd.DataFrame) -> str:
     """One asset as a row of the table; a dash where nothing was measured.
 
-    ``engines`` holds, by asset, in how many engines it passed (``sum``) of those that judged it (``count``).
+    ``engines`` holds, by asset, in how many engines it passed (``sum``) and was measured (``count``).
     """
     verdict = row["status"] if row["status"] == "ok" else row["failure_mode"]
     cells = [str(row["asset_id"]), str(row["category"]), str(verdict)]

@@ -1,4 +1,4 @@
-"""What a sample object is made of, before any file is written: parts in their closed pose, and their joints."""
+"""Data types of a sample object before files are written: parts in their closed pose, and their joints."""
 
 from collections.abc import Iterable
 from dataclasses import dataclass
@@ -35,7 +35,7 @@ class Piece:
 
 @dataclass(frozen=True)
 class Hinge:
-    """How a part moves on its ``parent`` (a part's key): a joint through ``point`` along ``axis``, in the closed pose.
+    """The joint of a part with its ``parent`` (a part's key): through ``point`` along ``axis``, in the closed pose.
 
     Positions are radians or object units from the closed pose. ``authored`` is the position in which the files show the
     part, and from which their limits count: real assets are often authored half open. ``kind`` is PartNet-Mobility's

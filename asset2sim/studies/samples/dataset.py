@@ -1,4 +1,4 @@
-"""The sample dataset as a whole: which assets, in which files, and how they get to disk."""
+"""The sample dataset: its assets, their files, and writing them to disk."""
 
 import csv
 import io
@@ -51,7 +51,7 @@ def sample_files() -> dict[str, bytes]:
 
 
 def write_samples(out: Path) -> list[str]:
-    """Write the dataset to ``out``, replacing what an earlier run left there, and answer its asset ids in order.
+    """Write the dataset to ``out``, replacing an earlier one, and return its asset ids in order.
 
     Everything is written beside ``out`` and moved there at the end, so that a failed run leaves the last good one.
     Raises UsageError where ``out`` holds anything but an earlier sample dataset.

@@ -1,4 +1,4 @@
-"""Deliberately bad assets, each a good one with one defect, and what must become of it.
+"""Deliberately bad assets, each a good one with one defect, and their expected outcomes.
 
 The defect is named by the asset's id and not by its prompt: a prompt is read as guidance, and the words
 "open mesh" would ask for something open.
@@ -25,9 +25,9 @@ GREEN = Paint((0.36, 0.5, 0.4))
 
 @dataclass(frozen=True)
 class Planted:
-    """A bad asset: its ``blueprint``, what is done to its ``files``, and the failure modes in which its row may end.
+    """A bad asset: its ``blueprint``, the failure modes with which it may end, and the change ``spoil`` to its files.
 
-    ``FailureMode.NONE`` among ``outcomes`` means that it may, or must if alone, end refined.
+    ``FailureMode.NONE`` among ``outcomes`` means that its refinement may succeed, or must if it is the only one.
     """
 
     blueprint: Blueprint
@@ -35,7 +35,7 @@ class Planted:
     spoil: Callable[[Files], Files] = dict
 
     def files(self) -> Files:
-        """The asset's files, spoilt."""
+        """The asset's files, with the defect."""
         return self.spoil(asset_files(self.blueprint))
 
 
@@ -127,7 +127,7 @@ def _box(asset_id: str, prompt: str) -> Blueprint:
 def _missing_screen() -> Blueprint:
     source = laptop()
     screen, base = source.parts
-    # One mesh is left to the screen, and that is the file that goes.
+    # The screen keeps one mesh, whose file is then removed.
     parts = (replace(screen, pieces=screen.pieces[:1]), base)
     prompt = "I want a laptop with its screen halfway open."
     return replace(source, asset_id="planted_missing_link", prompt=prompt, parts=parts, subset="planted")

@@ -1,4 +1,4 @@
-"""From the closed pose of a blueprint to the pose in which its files show it."""
+"""Moves a blueprint's parts from their closed pose to the authored pose, which the files have."""
 
 import math
 from dataclasses import dataclass, replace
@@ -27,7 +27,7 @@ def authored_parts(blueprint: Blueprint) -> tuple[Part, ...]:
 
 @dataclass(frozen=True)
 class Frames:
-    """Where the closed pose goes: ``before`` with the parent, ``after`` with the part itself, (4, 4) float each."""
+    """Transforms from the closed pose, (4, 4) float each: ``before`` of the parent, ``after`` of the part itself."""
 
     before: Transform
     after: Transform

@@ -128,7 +128,7 @@ def tube(path: Sequence[Point], normal: Point, radius: float, sides: int = 6) ->
 
 
 def textured(mesh: Mesh) -> Mesh:
-    """The same mesh with texture coordinates: each face sees the picture along its normal, over the mesh's box."""
+    """The same mesh with texture coordinates: a picture over the mesh's box, projected along each face's main axis."""
     low, high = mesh.vertices.min(axis=0), mesh.vertices.max(axis=0)
     unit = (mesh.vertices - low) / np.where(high > low, high - low, 1.0)
     uv = np.zeros((len(mesh.faces), 3, 2))

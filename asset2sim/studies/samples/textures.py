@@ -10,7 +10,7 @@ SIZE = 48
 
 
 def png(pixel: Callable[[int, int], int], palette: Palette) -> bytes:
-    """An indexed PNG of ``SIZE`` by ``SIZE``; ``pixel(x, y)`` answers an index into ``palette``.
+    """An indexed PNG of ``SIZE`` by ``SIZE``; ``pixel(x, y)`` returns an index into ``palette``.
 
     The rows are stored, not deflated: a compressor's output changes between builds of zlib.
     """

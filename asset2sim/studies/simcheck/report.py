@@ -1,4 +1,4 @@
-"""What an independent checker says of refined objects: its JSON reports read, counted and grouped by cause. Pure."""
+"""Reads an independent checker's JSON reports on refined objects, counts them and groups them by cause. Pure."""
 
 import json
 from collections.abc import Sequence
@@ -11,7 +11,7 @@ EXAMPLES = 5
 
 
 class Complaint(Frozen):
-    """One error or warning; ``engine`` is empty where the checker looked at files alone."""
+    """One error or warning of the checker; ``engine`` is empty for checks of files alone."""
 
     severity: Severity
     check: str
@@ -21,7 +21,7 @@ class Complaint(Frozen):
 
 
 class ObjectReport(Frozen):
-    """One object. ``problem`` says why there is no judgement, or only part of one; then it has not passed."""
+    """Result for one object. ``problem`` says why it was not checked, or not in full; it has then not passed."""
 
     asset_id: str
     seconds: NonNegative
@@ -30,12 +30,12 @@ class ObjectReport(Frozen):
 
     @property
     def without_error(self) -> bool:
-        """Whether it was judged in full and no error was found."""
+        """Whether it was checked in full and no error was found."""
         return not self.problem and all(item.severity is not Severity.ERROR for item in self.complaints)
 
     @property
     def without_warning(self) -> bool:
-        """Whether it was judged in full and neither error nor warning was found."""
+        """Whether it was checked in full and neither error nor warning was found."""
         return not self.problem and not self.complaints
 
 
@@ -49,11 +49,11 @@ class Cause(Frozen):
     findings: int
     examples: tuple[str, ...]
     message: str
-    """What it said of the first of them."""
+    """The first finding's message."""
 
 
 class Judgement(Frozen):
-    """The whole set."""
+    """Result for all objects."""
 
     objects: int
     without_error: int
@@ -64,12 +64,12 @@ class Judgement(Frozen):
 
     @property
     def passed(self) -> bool:
-        """Whether every object was judged in full, and none has an error."""
+        """Whether every object was checked in full, and none has an error."""
         return self.without_error == self.objects
 
 
 def read_report(asset_id: str, text: str, seconds: float) -> ObjectReport:
-    """The checker's JSON of one object. What it could not judge, an engine that it stopped included, is a problem."""
+    """The report from the checker's JSON of one object; ``problem`` if an engine's checks were not completed."""
     try:
         found = json.loads(text)
         report = found[0] if isinstance(found, list) else found
@@ -93,7 +93,7 @@ def read_report(asset_id: str, text: str, seconds: float) -> ObjectReport:
 
 
 def judge(reports: Sequence[ObjectReport]) -> Judgement:
-    """Count and group: errors before warnings, what troubles most objects first."""
+    """Counts, and findings grouped by cause: errors before warnings, causes with the most objects first."""
     groups: dict[tuple[Severity, str, str], list[tuple[str, Complaint]]] = {}
     for report in reports:
         for item in report.complaints:

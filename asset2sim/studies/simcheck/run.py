@@ -1,7 +1,7 @@
 """An independent checker over refined objects: ``python -m asset2sim.studies.simcheck.run OUT``.
 
 The checker is simcheck, an external package in an environment of its own (``make judge`` makes it): MuJoCo and
-PyBullet, the root free, a drop of 5 cm, joint sweeps, contacts at rest. Nothing of it is used but its report.
+PyBullet, a free base, a drop of 5 cm, joint sweeps, contacts at rest. Only its report is used.
 """
 
 import argparse
@@ -32,17 +32,17 @@ from schemas.errors import Asset2SimError, UnknownChoiceError, UsageError
 ENVIRONMENT = ".venv-judge"
 """The environment that ``make judge`` installs the checker into."""
 VARIABLE = "SIMCHECK"
-"""Names the checker's program where it is elsewhere."""
+"""Environment variable that names the checker's program, if it is elsewhere."""
 OPTIONS = ("--object", "--free-base", "--no-cache", "--no-config", "--quiet", "--fail-on", "never")
 TIME_LIMIT_S = 600.0
 """Wall time of one object, s: the checker stops an engine after 240 s, and has two."""
 REPORT = "judge.json"
 ENDED_MESSAGE_CHARS = 300
-"""How much of what the checker said last is kept where it gave no report."""
+"""Characters of the checker's last output that are kept if it wrote no report."""
 
 
 class Findings(BaseModel):
-    """What ``judge.json`` holds."""
+    """Contents of ``judge.json``."""
 
     judgement: Judgement
     objects: tuple[ObjectReport, ...]
@@ -88,7 +88,7 @@ def refined_objects(out: Path, ids: Sequence[str] = ()) -> dict[str, Path]:
 
 
 def latest_assets(out: Path) -> set[str]:
-    """The ids of the latest run's assets: one that failed before it was written counts. Empty without a catalog."""
+    """Asset ids of the latest run, also of assets that failed before they were written; empty without a catalog."""
     try:
         run = read_table(out, "runs").sort_values("started_at").iloc[-1]
         assets = read_table(out, "assets")
@@ -98,7 +98,7 @@ def latest_assets(out: Path) -> set[str]:
 
 
 def check_object(simcheck: Path, asset_id: str, urdf: Path, time_limit_s: float = TIME_LIMIT_S) -> ObjectReport:
-    """Run the checker on one object; whatever it does, a report."""
+    """Run the checker on one object; returns a report even if it crashes or times out."""
     if not urdf.is_file():
         return ObjectReport(asset_id=asset_id, seconds=0.0, problem="it was not refined: there is no URDF of it")
     start = perf_counter()
@@ -128,7 +128,7 @@ def check_object(simcheck: Path, asset_id: str, urdf: Path, time_limit_s: float 
 
 
 def stop(process: "subprocess.Popen[str]") -> None:
-    """Kill what is left of a process and of all that it started."""
+    """Kill a process and all the processes that it started."""
     with contextlib.suppress(ProcessLookupError):
         os.killpg(process.pid, signal.SIGKILL)
     process.wait()
@@ -137,7 +137,7 @@ def stop(process: "subprocess.Popen[str]") -> None:
 
 
 def show(judgement: Judgement, reports: Sequence[ObjectReport], console: Console) -> None:
-    """Print the shares, the causes left, and what did not finish."""
+    """Print the shares, the causes left, and the objects that were not checked in full."""
     console.print(f"objects            {judgement.objects}")
     console.print(f"without an error   {share(judgement.without_error, judgement.objects)}")
     console.print(f"without a warning  {share(judgement.without_warning, judgement.objects)}")
@@ -157,7 +157,7 @@ def show(judgement: Judgement, reports: Sequence[ObjectReport], console: Console
 
 
 def main(words: Sequence[str]) -> int:
-    """Judge and tell: 0 where no object has an error and all were judged, 1 else; 2 for a mistake of the user's."""
+    """Check the objects; exit code 0 if all were checked in full without an error, 1 if not, 2 for a usage error."""
     parser = argparse.ArgumentParser(
         prog="python -m asset2sim.studies.simcheck.run", description="simcheck over refined objects"
     )

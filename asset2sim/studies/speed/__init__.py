@@ -1,1 +1,1 @@
-"""``make bench``: how fast a night is, what orchestrating it costs, and where the time goes."""
+"""``make bench``: speed of a nightly run, its orchestration overhead, and the time of each stage."""

@@ -1,4 +1,4 @@
-"""From what was measured to the figures of the acceptance, each held against its target. Pure."""
+"""Figures of the acceptance, computed from the measured times and compared with their targets. Pure."""
 
 import statistics
 from collections.abc import Iterator, Mapping, Sequence
@@ -12,7 +12,7 @@ RATE = 60.0
 EFFICIENCY = 0.85
 """Rate with two workers over twice the rate with one, at least."""
 OVERHEAD = 0.10
-"""What orchestrating an asset may cost, as a share of refining it."""
+"""Largest orchestration time of an asset, as a share of the plain loop's time."""
 UNCHANGED_S = 5.0
 """Wall time of a night in which no asset of a dataset of 150 changed, after start-up, s."""
 SYNTHETIC_S = 60.0
@@ -22,7 +22,7 @@ FLAT_MB = 100.0
 QUERY_S = 0.2
 """Time of the breakdown over 1,000,000 rows of history, s."""
 CHECKER_SHARE = 1.0 / 3.0
-"""Refining and verifying over checking alone, at most."""
+"""Largest ratio of our time for refining and verifying to simcheck's time for checking alone."""
 NOT_MEASURED = "not measured"
 
 
@@ -43,12 +43,12 @@ def rate(times: FlowTimes, *, startup: bool = False) -> float:
 
 
 def efficiency(one: FlowTimes, two: FlowTimes) -> float:
-    """The rate of several workers over that of one and their number: 1 is linear."""
+    """Parallel efficiency: the speed-up of several workers over one, divided by their number; 1 is linear."""
     return rate(two) / (two.workers / one.workers * rate(one))
 
 
 def overhead(flow: FlowTimes, loop: LoopTimes) -> float:
-    """What a run costs over the plain loop's time for the same assets, as a share of the latter."""
+    """Extra time of a run over the plain loop for the same assets, as a share of the loop's time."""
     return (flow.flow_s - loop.loop_s) / loop.loop_s
 
 
@@ -106,8 +106,8 @@ def _overhead(one: FlowTimes | None, loop: LoopTimes | None) -> Iterator[Figure]
 
 
 def _around(one: FlowTimes | None, stages: Mapping[str, tuple[float, float]]) -> Iterator[Figure]:
-    """What is orchestration alone. The rest of the overhead is what assets lose in processes that have done less than
-    the loop's."""
+    """Orchestration time alone. The rest of the overhead is lost in child processes, which are less warmed up than the
+    loop's process."""
     within = sum(seconds for seconds, _ in stages.values())
     if one is not None and within > 0.0:
         said = f"{100.0 * (one.flow_s - within) / within:.1f} % ({one.flow_s:.1f} s over {within:.1f} s)"

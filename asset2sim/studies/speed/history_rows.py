@@ -1,4 +1,4 @@
-"""A year of nights as ``asset_history`` holds it: a file a night, and months that are over merged into one."""
+"""A synthetic year of nightly runs in ``asset_history``: a file a night, past months merged into one file each."""
 
 from collections.abc import Iterator
 from datetime import UTC, datetime, timedelta
@@ -22,16 +22,16 @@ ASSETS = 2740
 CATEGORIES = 46
 """Kinds of object, as in PartNet-Mobility."""
 FAILING = 0.04
-"""Share of the assets that fail night after night, each in a mode of its own ..."""
+"""Share of the assets that fail every night, each with a failure mode of its own."""
 FLAKY = 0.01
-"""... share that fails in any one night besides ..."""
+"""Share of the assets that fail in one night besides those."""
 CHANGED = 0.02
-"""... and share that a night refines anew; the others are unchanged."""
+"""Share of the assets that a night refines again; the others are unchanged."""
 SEED = 20250101
 
 
 def write_history(out: Path, record: AssetRecord, rows: int, assets: int = ASSETS) -> int:
-    """Write a catalog with ``record`` in it and a history of at least so many rows under ``out``; returns how many.
+    """Write a catalog with ``record`` and a history of at least ``rows`` rows under ``out``; returns their number.
 
     Each night is written as a run's file, and the months are merged as a run would. Raises what ``write_run`` does.
     """
@@ -66,7 +66,7 @@ def night_tables(nights: int, assets: int) -> Iterator[tuple[datetime, pa.Table]
 
 
 def _lasting_columns(assets: int, random: np.random.Generator) -> dict[str, list[object]]:
-    """What an asset keeps from night to night."""
+    """Columns whose values are the same every night."""
     return {
         "asset_id": [f"{100_000 + place}" for place in range(assets)],
         "method": ["asset2sim"] * assets,

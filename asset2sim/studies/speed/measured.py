@@ -1,4 +1,4 @@
-"""What the bench measures: plain numbers, which travel between its processes as JSON."""
+"""Records of what the bench measures, which its processes exchange as JSON."""
 
 import argparse
 from collections.abc import Callable, Sequence
@@ -32,8 +32,8 @@ class FlowTimes(Frozen):
 
 
 class LoopTimes(Frozen):
-    """The same assets one after the other in one process. ``died_at`` names the asset at which that process was lost,
-    and ``problem`` how; the times are then of no use."""
+    """Times of the same assets refined one after the other in one process. If that process died, ``died_at`` names the
+    asset, ``problem`` the cause, and the times are invalid."""
 
     assets: int
     ok: int
@@ -63,7 +63,7 @@ class CheckerTimes(Frozen):
 
 
 class Measured(Frozen):
-    """Everything that one bench measured; what it left out is None."""
+    """All results of one bench; None for a part that was not run."""
 
     machine: str
     one: FlowTimes | None = None
@@ -77,7 +77,7 @@ class Measured(Frozen):
     queries: tuple[QueryTimes, ...] = ()
     checked: CheckerTimes | None = None
     both: FlowTimes | None = None
-    """The objects that the checker judged, refined in the same two engines on one core."""
+    """The objects that simcheck checked, refined in the same two engines on one core."""
 
 
 def chosen(asset_ids: Sequence[str], count: int) -> tuple[str, ...]:
@@ -87,10 +87,9 @@ def chosen(asset_ids: Sequence[str], count: int) -> tuple[str, ...]:
 
 
 def time_checker(root: Path, out: Path, asset_ids: Sequence[str], tell: Callable[[str], None]) -> CheckerTimes:
-    """Check each refined object of OUT with its root free, in the checker's two engines; ``tell`` hears of each.
+    """Time simcheck on each refined object of OUT (free base, its two engines); ``tell`` gets a line for each object.
 
-    ``root`` is the checkout, beside whose environment the checker has one of its own. Where it is not installed the
-    answer says so.
+    ``root`` is the checkout, whose folder ``.venv-judge`` may hold simcheck. ``problem`` says if it is not installed.
     """
     try:
         simcheck = find_simcheck(root)
@@ -126,7 +125,7 @@ class BenchRequest(Frozen):
 
 
 def parse_request(words: Sequence[str]) -> BenchRequest:
-    """The request of a command line; leaves with 2 for one that cannot be read."""
+    """The request of a command line; exits with code 2 if it cannot be parsed."""
     default = BenchRequest(data=Path(), work=Path())
     parser = argparse.ArgumentParser(prog="python -m flows.bench", description="how fast a night is")
     add = parser.add_argument

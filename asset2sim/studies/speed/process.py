@@ -1,4 +1,4 @@
-"""The bench's programs: each measured part runs in a fresh process of its own and leaves its numbers as JSON."""
+"""Runs each measured part of the bench in a fresh process, which writes its numbers as JSON."""
 
 import contextlib
 import os
@@ -15,7 +15,7 @@ from schemas.base import Frozen
 from schemas.errors import Asset2SimError
 
 TOLD_CHARS = 400
-"""How much of what a program said last is told where it left no numbers."""
+"""Characters of a program's last output that the error quotes if it wrote no numbers."""
 
 Numbers = TypeVar("Numbers", bound=Frozen)
 
@@ -30,7 +30,7 @@ def measure(
     """Run ``python -m module RESULT STARTED *words`` and read its numbers from RESULT, ``place`` with ``.json``.
 
     STARTED is the monotonic clock before the process started, s; ``extra`` is added to its environment. What it prints
-    goes to ``place`` with ``.log``. Raises BenchError, with the last of that, where it left no numbers.
+    goes to ``place`` with ``.log``. Raises BenchError, with the end of that log, if it wrote no numbers.
     """
     result, log = place.with_suffix(".json"), place.with_suffix(".log")
     place.parent.mkdir(parents=True, exist_ok=True)
@@ -79,7 +79,7 @@ def cpu_s() -> float:
 
 @contextlib.contextmanager
 def one_core() -> Iterator[bool]:
-    """Keep this thread, and every process that it starts within the block, on one core; whether the system can."""
+    """Pin this thread, and the processes it starts in the block, to one core; yields whether the system supports it."""
     if not hasattr(os, "sched_setaffinity"):
         yield False
         return

@@ -14,11 +14,11 @@ from schemas.vocabulary import Grouping
 
 MODULE = "asset2sim.studies.speed.query_times"
 TIMES = 6
-"""Times that the query is asked: the first, and five for a median."""
+"""Runs of the query: the first, and five for a median."""
 
 
 def time_query(out: Path, grouping: Grouping, times: int = TIMES) -> QueryTimes:
-    """Ask for the failures of every run in the history of OUT, again and again."""
+    """Times of ``times`` runs of the query for failures over the whole history of OUT."""
     import duckdb
 
     assert duckdb.__version__
@@ -32,7 +32,7 @@ def time_query(out: Path, grouping: Grouping, times: int = TIMES) -> QueryTimes:
 
 
 def main(words: Sequence[str]) -> int:
-    """Ask and write the times."""
+    """Time the query and write the result."""
     times = time_query(Path(words[2]), Grouping(words[3]))
     Path(words[0]).write_text(times.model_dump_json(), encoding="utf-8")
     return 0

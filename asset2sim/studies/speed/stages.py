@@ -16,8 +16,8 @@ REFINE = "refine-assets"
 
 @dataclass(frozen=True)
 class Part:
-    """One line of the table: seconds in all, their share of the flow's, and the median of an asset where it is one
-    asset's. ``share`` is None outside the flow."""
+    """One line of the table: total seconds, their share of the flow's time (None outside the flow), and the median of
+    an asset (None for parts that are not of single assets)."""
 
     name: str
     seconds: float
@@ -26,7 +26,7 @@ class Part:
 
 
 def stage_seconds(out: Path) -> dict[str, tuple[float, float]]:
-    """Stage → (seconds over all assets of OUT's table, the median of those that got so far)."""
+    """Stage → (seconds over all assets of OUT's table, the median over the assets that reached it)."""
     assets = read_table(out, "assets")
     found = {}
     for stage in Stage:
@@ -39,7 +39,7 @@ def stage_seconds(out: Path) -> dict[str, tuple[float, float]]:
 def parts(times: FlowTimes, stages: Mapping[str, tuple[float, float]]) -> list[Part]:
     """The parts of a run with one worker: they add up to its wall time.
 
-    What Dask, processes and questions to the model take is what is left of the refining task beside the stages.
+    The time of Dask, processes and model calls is that of the refining task less that of the stages.
     """
     whole = times.flow_s
 

@@ -1,6 +1,6 @@
-"""A dataset of many entries that a night finds unchanged: small folders, and a catalog as real nights leave it.
+"""A synthetic dataset whose entries all count as unchanged: small folders, and a catalog as real runs write it.
 
-Each entry is one sample object again under an id of its own: some of its files, and the record of its real refinement.
+Each entry is a copy of one sample object under its own id: some of its files, and the record of its real refinement.
 """
 
 import os
@@ -26,7 +26,7 @@ from schemas.settings import Settings
 FILES = 8
 """Files of an entry: a real object has 70 on average, which cost 10,000 entries a bench minutes to make."""
 BATCH = 1000
-"""Entries that one run publishes: what its rows take as Python objects bounds the memory."""
+"""Entries that one run publishes; bounds the memory that their rows take as Python objects."""
 
 
 def make_unchanged(record: AssetRecord, folder: Path, count: int, settings: Settings) -> tuple[Path, Path]:
@@ -37,7 +37,7 @@ def make_unchanged(record: AssetRecord, folder: Path, count: int, settings: Sett
     """
     data, out = folder / "data", folder / "out"
     refs = make_entries(Path(record.ref.path), data, count)
-    # A file that was just written is read again in the next run: its clock may not have ticked since.
+    # The next run reads a file again if it was just written: a later change might not show in its time stamp.
     time.sleep(SETTLED_NS / 1e9 + 0.1)
     publish_entries(record, refs, data, out, settings)
     return data, out
@@ -64,7 +64,7 @@ def make_entries(source: Path, data: Path, count: int) -> list[AssetRef]:
 
 
 def link_or_copy(source: Path, target: Path) -> None:
-    """The same file once more."""
+    """Hard-link a file, or copy it where the disk does not allow links."""
     try:
         os.link(source, target)
     except OSError:
@@ -95,7 +95,7 @@ def publish_entries(record: AssetRecord, refs: Sequence[AssetRef], data: Path, o
 
 
 def renamed(record: AssetRecord, ref: AssetRef, content_hash: str) -> AssetRecord:
-    """The record as another asset's."""
+    """A copy of the record under another asset's reference and content hash."""
     changes: dict[str, object] = {"ref": ref, "content_hash": content_hash}
     if record.overlay is not None:
         changes["overlay"] = record.overlay.model_copy(update={"asset_id": ref.asset_id})

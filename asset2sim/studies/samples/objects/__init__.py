@@ -1,1 +1,1 @@
-"""The good sample objects, a few to a module, each a plain function that answers a blueprint."""
+"""The good sample objects, a few to a module, each a function that returns a blueprint."""

@@ -1,4 +1,4 @@
-"""Things with a plug or a battery: a microwave, a laptop and a keyboard."""
+"""Electric devices: a microwave, a laptop and a keyboard."""
 
 from asset2sim.studies.samples.blueprint import GAP, Blueprint, Paint, Part, hinge, pieces, slider, turntable
 from asset2sim.studies.samples.shapes import Mesh, block, disc, frustum, shell
