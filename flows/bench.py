@@ -10,7 +10,7 @@ import sys
 from collections.abc import Sequence
 from pathlib import Path
 
-from asset2sim.assets.meshes.shape_cache import PIECES, SHAPES
+from asset2sim.assets.meshes.shape_cache import PIECE_CACHE, SHAPE_CACHE
 from asset2sim.cli.console import output
 from asset2sim.cli.parser import parse, refine_request
 from asset2sim.models.gateway.environment import checkout_folder, quiet_environment
@@ -64,7 +64,7 @@ def fresh(request: BenchRequest, name: str) -> Path:
     """An output folder that holds only the warm caches of mesh shapes and convex pieces."""
     out = request.work / name
     shutil.rmtree(out, ignore_errors=True)
-    for cache in (SHAPES, PIECES):
+    for cache in (SHAPE_CACHE, PIECE_CACHE):
         warm = request.work / "warm" / cache
         if warm.is_dir():
             shutil.copytree(warm, out / cache)

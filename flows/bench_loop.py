@@ -14,7 +14,7 @@ from pathlib import Path
 from asset2sim.catalog.storage.cache import working_folder
 from asset2sim.cli.parser import parse, refine_request
 from asset2sim.cli.request import RefineRequest
-from asset2sim.models.gateway.session import open_books
+from asset2sim.models.gateway.session import open_gateway_session
 from asset2sim.runs.check_request import check_request
 from asset2sim.runs.isolation.server import ONE_THREAD
 from asset2sim.runs.spread.worker import ask_for_asset
@@ -51,7 +51,7 @@ def loop(request: RefineRequest, at: Path) -> LoopTimes:
     ok, started, before = 0, time.monotonic(), cpu_s()
     for ref in refs:
         at.write_text(ref.asset_id, encoding="utf-8")
-        books = open_books(out, RUN_ID, ref.asset_id, request.settings.model)
+        books = open_gateway_session(out, RUN_ID, ref.asset_id, request.settings.model)
         ask = partial(ask_for_asset, settings=request.settings, books=books)
         ok += refine_asset(ref, out, request.settings, ask).status is Status.OK
     seconds, used = time.monotonic() - started, cpu_s() - before

@@ -71,11 +71,11 @@ def _night_now(request: RefineRequest) -> int:
 
     found = find_serving(request.out)
     if found is not None:
-        from flows.serve_nightly import night_elsewhere
+        from flows.serve_nightly import run_deployed_night
         from flows.server.client import use_server
 
         with use_server(found.address):
-            code = night_elsewhere(request)
+            code = run_deployed_night(request)
         if code is None:
             raise UsageError(f"the nightly (process {found.process}) is just starting; try again in a few seconds")
         return code
@@ -86,13 +86,13 @@ def _night_now(request: RefineRequest) -> int:
 
         if find_catalog(working_folder(request.out)) is None:
             warm_up()
-        from flows.serve_nightly import night_elsewhere, night_here
+        from flows.serve_nightly import run_deployed_night, run_night_here
         from flows.server.client import use_server
 
         with use_server(address):
             # A server of the user's may know of a nightly that another machine serves.
-            code = night_elsewhere(request) if address is None else None
-            return night_here(request) if code is None else code
+            code = run_deployed_night(request) if address is None else None
+            return run_night_here(request) if code is None else code
 
 
 if __name__ == "__main__":

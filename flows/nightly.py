@@ -11,8 +11,8 @@ from prefect.client.schemas.objects import FlowRun, State
 from prefect.states import Cancelled, Completed, Failed
 
 from asset2sim.cli.night import complain, night_line, print_night
-from asset2sim.runs.alert import DONE, FAILED, MISTAKE, STOPPED, alert_error, code_of, exit_code
-from asset2sim.runs.interrupt import termination_deferred
+from asset2sim.runs.alert import DONE, FAILED, MISTAKE, STOPPED, alert_error, error_exit_code, exit_code
+from asset2sim.runs.interrupt import sigterm_deferred
 from asset2sim.runs.result import INTERRUPTED, RunResult
 from flows.refine_dataset import refine_dataset
 from flows.steps import alert, opaque
@@ -24,7 +24,7 @@ REFUSED = "Refused"
 """Name of the state of a night that could not start as asked."""
 
 
-def tell_of_crash(flow: Flow[..., Any], flow_run: FlowRun, state: State) -> None:
+def run_crash_hook(flow: Flow[..., Any], flow_run: FlowRun, state: State) -> None:
     """Run the hook for a night whose process ended without a result: killed, or out of memory."""
     settings = Settings.model_validate(flow_run.parameters.get("settings") or {})
     error = Asset2SimError(state.message or "the night's process ended without a word")
@@ -34,7 +34,7 @@ def tell_of_crash(flow: Flow[..., Any], flow_run: FlowRun, state: State) -> None
             complain(message)
 
 
-@flow(name="nightly", persist_result=False, on_crashed=[tell_of_crash])
+@flow(name="nightly", persist_result=False, on_crashed=[run_crash_hook])
 def nightly(
     data: Location,
     out: Location,
@@ -49,17 +49,17 @@ def nightly(
     It fails where the run does, and under ``strict`` where an asset does.
     """
     chosen = settings or Settings()
-    with termination_deferred():
+    with sigterm_deferred():
         try:
             result = refine_dataset(data, out, chosen, subset, asset_ids, limit)
         except (Exception, KeyboardInterrupt) as error:
-            return _came_to_nothing(out, chosen, error)
+            return _state_without_result(out, chosen, error)
         told = alert(opaque(result), strict)
         print_night(told)
         return state_of(told, strict)
 
 
-def _came_to_nothing(out: Location, settings: Settings, error: BaseException) -> State:
+def _state_without_result(out: Location, settings: Settings, error: BaseException) -> State:
     """Run the hook for a night without a result; raises the error again if it is a broken program's."""
     warning = alert_error(out, settings.run, error)
     if warning is not None:
@@ -70,7 +70,7 @@ def _came_to_nothing(out: Location, settings: Settings, error: BaseException) ->
     if not isinstance(error, Asset2SimError):
         raise error
     complain(str(error))
-    return Failed(name=REFUSED if code_of(error) == MISTAKE else "Failed", message=str(error))
+    return Failed(name=REFUSED if error_exit_code(error) == MISTAKE else "Failed", message=str(error))
 
 
 def state_of(result: RunResult, strict: bool) -> State:

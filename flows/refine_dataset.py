@@ -4,9 +4,9 @@ import sys
 
 from prefect import flow
 
-from asset2sim.catalog.run import begin_run, end_run, finish_run, start_run
+from asset2sim.catalog.run import finish_run, remove_run_marker, start_run, write_run_marker
 from asset2sim.catalog.storage.cache import working_folder
-from asset2sim.catalog.storage.disk import named_full_disk
+from asset2sim.catalog.storage.disk import raise_disk_full
 from asset2sim.catalog.write import check_catalog
 from asset2sim.runs.remote.output import open_output, send_rest
 from asset2sim.runs.result import RunResult
@@ -48,18 +48,18 @@ def refine_dataset(
     # Only a run over the whole dataset can tell which assets were removed from it.
     whole = subset is None and not asset_ids and limit is None
     present = frozenset(ref.asset_id for ref in refs) if whole else None
-    with named_full_disk(working_folder(place)), open_output(place) as output:
+    with raise_disk_full(working_folder(place)), open_output(place) as output:
         out = output.folder
         check_catalog(out)
         started = start_run(settings, str(data), subset)
-        died = begin_run(out, started)
+        died = write_run_marker(out, started)
         todo = plan(opaque(refs), opaque(references), output, settings, pipeline, started.run_id)
         refined = refine_assets(opaque(refs), opaque(todo), output, settings, started.run_id, pipeline)
         refined = align(opaque(refined), opaque(references))
         run = finish_run(started, "interrupted" if refined.stopped else "finished")
         previous = find_previous(out, run, opaque(present))
         publish(output, run, opaque(refined), opaque(present))
-        end_run(out)
+        remove_run_marker(out)
         told = report(out, run, opaque(refined), opaque(previous), len(refs), died)
         # After Ctrl-C the run ends without MLflow, which alone takes seconds.
         warning = None if refined.stopped else log_run(out, run, opaque(refined), opaque(told.changes))

@@ -27,16 +27,16 @@ from prefect.types.entrypoint import EntrypointType
 from asset2sim.cli.console import output
 from asset2sim.cli.night import complain, print_served
 from asset2sim.cli.request import RefineRequest
-from flows.nightly import code_of_state, nightly, tell_of_crash
+from flows.nightly import code_of_state, nightly, run_crash_hook
 from flows.server.client import use_server
 from flows.server.deployment import (
-    LOST,
+    CRASHED_NIGHT_MESSAGE,
     ONE_AT_A_TIME,
+    clear_stale_runs,
     find_deployment,
     never_began,
     next_run,
-    run_and_follow,
-    start_afresh,
+    run_and_wait,
 )
 from flows.server.serving import FLOW, STOP_LIMIT_S, deployment_name
 from schemas.errors import UsageError
@@ -99,8 +99,8 @@ def serve_nightly(request: RefineRequest, address: str | None = None) -> None:
         entrypoint_type=EntrypointType.MODULE_PATH,
     )
     deployment_id = UUID(str(added))
-    for lost in start_afresh(deployment_id):
-        tell_of_crash(nightly, lost, lost.state or Crashed(message=LOST))
+    for lost in clear_stale_runs(deployment_id):
+        run_crash_hook(nightly, lost, lost.state or Crashed(message=CRASHED_NIGHT_MESSAGE))
     data, out = str(request.data), str(request.out)
     ours = f"asset2sim nightly {shlex.quote(data)} --out {shlex.quote(out)} --now"
     prefects = f"{f'PREFECT_API_URL={address} ' if address else ''}prefect deployment run {FLOW}/{name}"
@@ -142,7 +142,7 @@ if __name__ == "__main__":
         serve_nightly(RefineRequest.model_validate_json(sys.argv[1]), server)
 
 
-def night_elsewhere(request: RefineRequest) -> int | None:
+def run_deployed_night(request: RefineRequest) -> int | None:
     """Run the deployment of the request's output folder once, and wait for it. Returns the exit code.
 
     None where the server knows no such deployment, or nobody serves it.
@@ -152,13 +152,13 @@ def night_elsewhere(request: RefineRequest) -> int | None:
     if found is None or found.status != "READY":
         return None
     output().print(f"{FLOW}/{name} runs now; Ctrl-C stops the waiting, not the night", markup=False, soft_wrap=True)
-    run = run_and_follow(UUID(str(found.id)), parameters(request))
+    run = run_and_wait(UUID(str(found.id)), parameters(request))
     if never_began(run):
         raise UsageError(f"another night of {FLOW}/{name} is at work; wait until it ends, this one was left out")
     return _told(run.state or Crashed(message="it has no state"))
 
 
-def night_here(request: RefineRequest) -> int:
+def run_night_here(request: RefineRequest) -> int:
     """Run the flow once in this process. Returns the exit code."""
     arguments = (request.data, request.out, request.settings, request.subset, request.asset_ids, request.limit)
     state: State = nightly(*arguments, strict=request.strict, return_state=True)

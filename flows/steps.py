@@ -27,7 +27,7 @@ from asset2sim.runs import alert as alerts
 from asset2sim.runs.check_request import check_request
 from asset2sim.runs.plan.plan import Plan, make_plan, settle
 from asset2sim.runs.remote.fetch_asset import local_file
-from asset2sim.runs.remote.output import Output, folders_there, send_plan, send_tables
+from asset2sim.runs.remote.output import Output, send_plan, send_tables, stored_asset_ids
 from asset2sim.runs.result import RunResult
 from asset2sim.runs.spread.refine_all import Refined, refine_planned
 from asset2sim.runs.spread.worker import PIPELINE
@@ -41,7 +41,7 @@ ARTIFACT = "report"
 
 
 @dataclass(frozen=True)
-class Reported:
+class WrittenReport:
     """What the run changed, the file with its report, and warnings where the report could not be written."""
 
     changes: Changes
@@ -57,7 +57,7 @@ def stopped_line(refined: Refined, chosen: int) -> str | None:
     return f"{refined.stopped}: {chosen - seen} of {chosen} assets were not seen to"
 
 
-def nights_left_out(since: datetime) -> str | None:
+def skipped_nights(since: datetime) -> str | None:
     """A sentence on the nights skipped after ``since`` because this run was at work; None where there were none."""
     try:
         deployment = flow_run.parent_deployment_id
@@ -79,14 +79,14 @@ def find_previous(out: Path, run: RunRow, present: Collection[str] | None = None
 @task(name="report", cache_policy=NO_CACHE, persist_result=False)
 def report(
     out: Path, run: RunRow, refined: Refined, previous: Previous, chosen: int, died: str | None = None
-) -> Reported:
+) -> WrittenReport:
     """Write the report and attach it to the flow run. A failure is a warning only: the tables hold the same data.
 
     ``chosen`` is the number of assets of the run; ``died`` says what happened to the run before it, if that did not
     end.
     """
     changes = find_changes(refined.records, previous)
-    told = [problem for problem in (died, nights_left_out(run.started_at)) if problem]
+    told = [problem for problem in (died, skipped_nights(run.started_at)) if problem]
     problems = [problem for problem in (stopped_line(refined, chosen), previous.problem, *told) if problem]
     text = report_markdown(run, refined.records, previous, changes, problems, refined.unchanged, str(out))
     warnings, path = told, None
@@ -98,7 +98,7 @@ def report(
         create_markdown_artifact(text, key=ARTIFACT, description=f"run {run.run_id}")
     except Exception as error:  # whatever a server can raise, and whatever way it goes away
         warnings.append(f"Prefect does not hold the report of run {run.run_id}: {str(error).splitlines()[0]}")
-    return Reported(changes, path, tuple(warnings))
+    return WrittenReport(changes, path, tuple(warnings))
 
 
 @task(name="alert", cache_policy=NO_CACHE, persist_result=False)
@@ -160,7 +160,7 @@ def plan(
     run_id: str,
 ) -> Plan:
     """The run's plan; see ``asset2sim.runs.plan.plan.make_plan``."""
-    there = folders_there(output, views=settings.views.write)
+    there = stored_asset_ids(output, views=settings.views.write)
     made = make_plan(refs, references, output.folder, settings, pipeline, run_id, there)
     send_plan(output, made)
     return made

@@ -90,10 +90,10 @@ class Release(Frozen):
     @property
     def left(self) -> float:
         """Distance left at the end over the whole distance; 0 between ``target`` and ``far``."""
-        return way_left(self.end, self.start, self.target, self.far)
+        return share_left(self.end, self.start, self.target, self.far)
 
 
-def way_left(position: float, start: float, target: float, far: float | None) -> float:
+def share_left(position: float, start: float, target: float, far: float | None) -> float:
     """Distance of a position from the interval ``target`` to ``far``, over the way from ``start`` to ``target``."""
     low, high = sorted((target, target if far is None else far))
     way = abs(target - start)

@@ -8,18 +8,18 @@ from pathlib import Path
 from asset2sim.assets.authored import authored_overlay
 from asset2sim.assets.extract import Extraction, extract
 from asset2sim.assets.folder import URDF_NAME, staged_folder
-from asset2sim.assets.meshes.shape_cache import PIECES, SHAPES
+from asset2sim.assets.meshes.shape_cache import PIECE_CACHE, SHAPE_CACHE
 from asset2sim.assets.views.canonical import labelled_views
 from asset2sim.baselines.as_proposed import as_proposed
 from asset2sim.baselines.ivw import ask_fused
 from asset2sim.baselines.no_semantics import without_semantics
 from asset2sim.baselines.reference import propose_reference
-from asset2sim.checks.alignment.vision_judge import with_judgement
+from asset2sim.checks.alignment.vision_judge import with_judge_score
 from asset2sim.checks.verdict import Verdict
 from asset2sim.models.ask_overlay import SynthesisError, Synthesized, ask_overlay, synthesize
 from asset2sim.models.prompts import DIRECT, overlay_request
-from asset2sim.refinement.judge import judge_as_written
-from asset2sim.refinement.refine import Job, shape_and_judge
+from asset2sim.refinement.judge import verify_as_written
+from asset2sim.refinement.refine import Job, refine_and_verify
 from asset2sim.validation import validate
 from asset2sim.validation.sanity import sensible
 from asset2sim.validation.validate import contact_friction
@@ -31,7 +31,7 @@ from schemas.overlay import Overlay
 from schemas.request import ModelAsk
 from schemas.settings import Settings
 from schemas.vocabulary import FailureMode, Method, Severity, Source, Stage, Status
-from tasks.extract import check_authored
+from tasks.extract import validate_authored
 from tasks.measure import judge_overlay
 from tasks.progress import Progress
 from tasks.publish import publish
@@ -58,8 +58,8 @@ def refine_with_rules(
         progress.overlay = overlay
         progress.findings.extend(findings)
     with staged_folder(out / "assets" / ref.asset_id) as path:
-        job = Job(extraction, proposal, overlay, source, path, out / PIECES, settings, ask, progress.timed)
-        shaped = shape_and_judge(job)
+        job = Job(extraction, proposal, overlay, source, path, out / PIECE_CACHE, settings, ask, progress.timed)
+        shaped = refine_and_verify(job)
         progress.refined(shaped)
         with progress.timed(Stage.PUBLISH):
             progress.overlay, told = publish(shaped.urdf, shaped.judged, settings)
@@ -93,7 +93,7 @@ def run_ours(work: Work) -> Verdict:
     return refine_with_rules(work.ref, work.mended, work.out, work.settings, work.ask, work.progress)
 
 
-def run_blind(work: Work) -> Verdict:
+def run_no_semantics(work: Work) -> Verdict:
     """Our pipeline with every semantic cue withheld from the model."""
     ask = without_semantics(work.ask, work.mended.features)
     return refine_with_rules(work.ref, work.mended, work.out, work.settings, ask, work.progress)
@@ -104,7 +104,7 @@ def run_raw(work: Work) -> Verdict:
     with work.progress.timed(Stage.MEASURE):
         overlay = authored_overlay(work.extraction, work.settings.physics)
         work.progress.overlay = overlay
-        judged = judge_as_written(work.extraction, work.extraction.urdf, overlay, work.settings)
+        judged = verify_as_written(work.extraction, work.extraction.urdf, overlay, work.settings)
         work.progress.judged(judged)
     return judged.verdict
 
@@ -118,7 +118,7 @@ def run_direct(work: Work) -> Verdict:
             DIRECT, found.features, work.ref.prompt, found.closed_size, found.link_centers, images
         )
         proposal = kept(work, ask_overlay(request, found.features, work.ask))
-    return judge_as_proposed(work, proposal, source_of(work.settings))
+    return publish_as_proposed(work, proposal, source_of(work.settings))
 
 
 def run_ivw(work: Work) -> Verdict:
@@ -127,7 +127,7 @@ def run_ivw(work: Work) -> Verdict:
         images = labelled_views(work.extraction, work.settings)
         fused = ask_fused(work.extraction, work.ref.prompt, work.ask, images, work.settings.methods)
         proposal = kept(work, fused)
-    return judge_as_proposed(work, proposal, source_of(work.settings))
+    return publish_as_proposed(work, proposal, source_of(work.settings))
 
 
 def run_reference(work: Work) -> Verdict:
@@ -135,7 +135,7 @@ def run_reference(work: Work) -> Verdict:
     with work.progress.timed(Stage.SYNTHESIZE):
         proposal, findings = propose_reference(work.ref, work.extraction.features)
         work.progress.findings.extend(findings)
-    return judge_as_proposed(work, proposal, Source.USER)
+    return publish_as_proposed(work, proposal, Source.USER)
 
 
 def run_agent_method(work: Work) -> Verdict:
@@ -145,7 +145,7 @@ def run_agent_method(work: Work) -> Verdict:
     with work.progress.timed(Stage.SYNTHESIZE):
         done = run_agent(work.ref, work.extraction, work.settings, work.ask)
         proposal = kept(work, (done.overlay, tuple(done.calls), tuple(done.findings)))
-    return judge_as_proposed(work, proposal, source_of(work.settings))
+    return publish_as_proposed(work, proposal, source_of(work.settings))
 
 
 def kept(work: Work, synthesized: Synthesized) -> Overlay:
@@ -156,7 +156,7 @@ def kept(work: Work, synthesized: Synthesized) -> Overlay:
     return proposal
 
 
-def judge_as_proposed(work: Work, proposal: Overlay, source: Source) -> Verdict:
+def publish_as_proposed(work: Work, proposal: Overlay, source: Source) -> Verdict:
     """Write an answer's numbers unchanged, verify them in every engine, and publish."""
     with work.progress.timed(Stage.VALIDATE):
         overlay = as_proposed(work.extraction, proposal, source, work.settings)
@@ -178,7 +178,7 @@ def source_of(settings: Settings) -> Source:
 
 RUNS: dict[Method, Callable[[Work], Verdict]] = {
     Method.ASSET2SIM: run_ours,
-    Method.NO_SEMANTICS: run_blind,
+    Method.NO_SEMANTICS: run_no_semantics,
     Method.DIRECT: run_direct,
     Method.IVW: run_ivw,
     Method.REFERENCE: run_reference,
@@ -210,15 +210,15 @@ def refine_asset(ref: AssetRef, out: Path, settings: Settings, ask: ModelAsk) ->
             )
         )
         verdict = Verdict(error.mode, str(error))
-    return with_judgement(record(ref, settings, progress, verdict), out, settings, ask)
+    return with_judge_score(record(ref, settings, progress, verdict), out, settings, ask)
 
 
 def run_stages(ref: AssetRef, out: Path, settings: Settings, ask: ModelAsk, progress: Progress) -> Verdict:
     """Extract the asset and run the settings' method; raises AssetError where the asset cannot go on."""
     with progress.timed(Stage.EXTRACT):
-        extraction = extract(ref, out / SHAPES)
+        extraction = extract(ref, out / SHAPE_CACHE)
         progress.findings.extend(extraction.findings)
-        mended, told = check_authored(extraction, settings.physics)
+        mended, told = validate_authored(extraction, settings.physics)
         progress.findings.extend(told)
     try:
         return run_method(Work(ref, extraction, mended, out, settings, ask, progress))

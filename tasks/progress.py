@@ -5,8 +5,8 @@ from contextlib import contextmanager
 from dataclasses import dataclass, field
 from time import perf_counter
 
-from asset2sim.refinement.judge import Judged
-from asset2sim.refinement.refine import Shaped
+from asset2sim.refinement.judge import Verified
+from asset2sim.refinement.refine import RefinedFolder
 from schemas.features import Features
 from schemas.finding import Finding, TraceStep
 from schemas.interaction import EngineReport, OverlapPair
@@ -29,7 +29,7 @@ class Progress:
     seconds: dict[str, float] = field(default_factory=dict)
     stage: Stage = Stage.EXTRACT
 
-    def refined(self, shaped: Shaped) -> None:
+    def refined(self, shaped: RefinedFolder) -> None:
         """Add the results of refinement and verification."""
         self.findings.extend(shaped.findings)
         self.trace.extend(shaped.refined.trace)
@@ -37,7 +37,7 @@ class Progress:
         self.findings.extend(shaped.refined.findings)
         self.judged(shaped.judged)
 
-    def judged(self, judged: Judged) -> None:
+    def judged(self, judged: Verified) -> None:
         """Add the results of verification."""
         self.overlay, self.reports, self.overlaps = judged.overlay, judged.reports, judged.overlaps
         self.trace.extend(judged.trace)

@@ -8,7 +8,7 @@ from asset2sim.assets.urdf.bake import bake_file, baked
 from asset2sim.assets.views import write_views
 from asset2sim.engines.contacts import penetration
 from asset2sim.engines.pybullet_object import contacts_at
-from asset2sim.refinement.judge import Judged
+from asset2sim.refinement.judge import Verified
 from schemas.finding import Finding
 from schemas.overlay import PhysicsOverlay
 from schemas.settings import Settings
@@ -18,7 +18,7 @@ SAME_PHI_M = 1e-4
 """Largest difference of Φ between a state and the baked URDF that counts as rounding, m."""
 
 
-def publish(urdf: Path, judged: Judged, settings: Settings) -> tuple[PhysicsOverlay, tuple[Finding, ...]]:
+def publish(urdf: Path, judged: Verified, settings: Settings) -> tuple[PhysicsOverlay, tuple[Finding, ...]]:
     """Write the overlay, measurements, exports and views; returns the overlay as written and findings.
 
     A baked state is measured again: the baked URDF's zero must be the state that was verified.

@@ -17,7 +17,7 @@ from schemas.settings import Settings, ViewSettings
 ROOT = Path(__file__).resolve().parents[1]
 RAW = ROOT / "data" / "raw"
 SHARED = ROOT.parent / "shared"
-UNSEEN = Settings(views=ViewSettings(write=False))
+NO_VIEWS = Settings(views=ViewSettings(write=False))
 """The settings of a run without pictures, which take longer than all the rest."""
 WALL = ((1, 2, 3), (1, 3, 4), (5, 7, 6), (5, 8, 7), (1, 5, 6), (1, 6, 2), (4, 3, 7), (4, 7, 8), (1, 4, 8), (1, 8, 5),
         (2, 6, 7), (2, 7, 3))  # fmt: skip

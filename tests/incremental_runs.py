@@ -19,7 +19,7 @@ from schemas.vocabulary import FailureMode, Redo
 from tests.factories import make_failure, make_record
 
 NAMES = ("a", "b", "c", "d")
-UNSEEN = Settings(views=ViewSettings(write=False))
+NO_VIEWS = Settings(views=ViewSettings(write=False))
 Make = Callable[[AssetRef], AssetRecord]
 
 
@@ -37,7 +37,7 @@ def manifest(folder: Path, prompts: dict[str, str]) -> None:
 
 
 def asking(redo: Redo) -> Settings:
-    return UNSEEN.model_copy(update={"run": RunSettings(redo=redo)})
+    return NO_VIEWS.model_copy(update={"run": RunSettings(redo=redo)})
 
 
 def good(ref: AssetRef) -> AssetRecord:
@@ -56,7 +56,7 @@ def refined(out: Path, ref: AssetRef, make: Make) -> AssetRecord:
     return record
 
 
-def run(data: Path, out: Path, settings: Settings = UNSEEN, make: Make = good, *, whole: bool = True,
+def run(data: Path, out: Path, settings: Settings = NO_VIEWS, make: Make = good, *, whole: bool = True,
         only: tuple[str, ...] = (), pipeline: str = "p") -> Plan:  # fmt: skip
     """Run as the flow does, with ``make`` in place of the workers. Returns the plan."""
     out.mkdir(parents=True, exist_ok=True)

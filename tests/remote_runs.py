@@ -12,7 +12,7 @@ from asset2sim.runs.dataset import load_dataset
 from asset2sim.runs.isolation.attempt import Attempt, failed_record
 from asset2sim.runs.plan.plan import Plan, make_plan, settle
 from asset2sim.runs.plan.records import read_record
-from asset2sim.runs.remote.output import folders_there, open_output, send_plan, send_rest, send_tables
+from asset2sim.runs.remote.output import open_output, send_plan, send_rest, send_tables, stored_asset_ids
 from asset2sim.runs.spread import worker
 from asset2sim.runs.spread.job import Job
 from asset2sim.runs.spread.refine_all import refine_planned
@@ -22,7 +22,7 @@ from schemas.errors import AssetError
 from schemas.location import is_url
 from schemas.settings import Settings
 from tests.factories import make_record
-from tests.incremental_runs import UNSEEN
+from tests.incremental_runs import NO_VIEWS
 
 PIPELINE = "tests.remote_runs:brief"
 
@@ -57,14 +57,14 @@ def brief(ref: AssetRef, out: Path, settings: Settings, ask: object) -> AssetRec
     return make_record(ref.asset_id, ref=ref)
 
 
-def night(data: Path | str, out: Path | str, settings: Settings = UNSEEN, *, dask: bool = False) -> Plan:
+def night(data: Path | str, out: Path | str, settings: Settings = NO_VIEWS, *, dask: bool = False) -> Plan:
     """Run as the flow does, without Prefect and MLflow; without ``dask`` one asset at a time. Returns the plan."""
     refs = load_dataset(data)
     with open_output(out) as output:
         folder = output.folder
         check_catalog(folder)
         run = start_run(settings, str(data))
-        there = folders_there(output, views=settings.views.write)
+        there = stored_asset_ids(output, views=settings.views.write)
         plan = make_plan(refs, {}, folder, settings, PIPELINE, run.run_id, there)
         send_plan(output, plan)
         if dask:

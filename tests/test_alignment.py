@@ -15,7 +15,7 @@ from asset2sim.checks.alignment.align import align, align_all, final_positions, 
 from asset2sim.checks.alignment.reference import Reference
 from asset2sim.checks.alignment.request import read_request
 from asset2sim.checks.alignment.rubric import Rubric
-from asset2sim.checks.alignment.vision_judge import judge, judge_request, with_judgement
+from asset2sim.checks.alignment.vision_judge import judge, judge_request, with_judge_score
 from schemas.alignment import Alignment, Score
 from schemas.asset import AssetRecord, AssetRef
 from schemas.features import Features
@@ -253,9 +253,9 @@ def test_a_judge_that_fails_leaves_a_warning_and_no_score(answers: Sequence[str 
 
 def test_the_pipeline_s_hook_keeps_score_and_calls_and_the_reference_comes_later(tmp_path: Path) -> None:
     record = asked("A box.")
-    assert with_judgement(record, tmp_path, Settings(), Scripted()) is record
+    assert with_judge_score(record, tmp_path, Settings(), Scripted()) is record
     judging = Settings(model=ModelSettings(judge_model="openai/judge"))
-    found = with_judgement(record, tmp_path, judging, Scripted(said(1, 0.5)))
+    found = with_judge_score(record, tmp_path, judging, Scripted(said(1, 0.5)))
     assert found.alignment is not None and found.alignment.judged is not None
     assert found.alignment.judged.value == pytest.approx(0.75)
     assert len(found.calls) == len(record.calls) + 1 and found.calls[-1].purpose == "judge"
@@ -266,7 +266,7 @@ def test_the_pipeline_s_hook_keeps_score_and_calls_and_the_reference_comes_later
 
 def test_a_failed_asset_is_not_judged(tmp_path: Path) -> None:
     failed = make_failure("1", FailureMode.MISSING_MESH)
-    assert with_judgement(failed, tmp_path, Settings(model=ModelSettings(judge_model="x/y")), Scripted()) is failed
+    assert with_judge_score(failed, tmp_path, Settings(model=ModelSettings(judge_model="x/y")), Scripted()) is failed
 
 
 # Rows and the line

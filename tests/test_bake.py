@@ -19,7 +19,7 @@ from asset2sim.validation import validate
 from schemas.errors import UsageError
 from schemas.overlay import Bake, JointProposal, Overlay, PhysicsOverlay
 from schemas.vocabulary import Source
-from tests.assets import UNSEEN, joint, link, near, read, robot, shape, written
+from tests.assets import NO_VIEWS, joint, link, near, read, robot, shape, written
 
 STATE = {"hinge": 0.7, "slide": -0.03, "wheel": 2.5, "follower": -0.4}
 CHAIN = robot(
@@ -175,8 +175,8 @@ PROPOSAL = Overlay(
 
 def refined(folder: Path) -> tuple[Path, PhysicsOverlay]:
     item = read(written(folder / "in", PRESS))
-    overlay, _ = validate(item, PROPOSAL, Source.MODEL, 0.5, UNSEEN.physics)
-    return write_folder(item, overlay, collision_hulls(item, 0.5), folder / "out", UNSEEN.physics).urdf, overlay
+    overlay, _ = validate(item, PROPOSAL, Source.MODEL, 0.5, NO_VIEWS.physics)
+    return write_folder(item, overlay, collision_hulls(item, 0.5), folder / "out", NO_VIEWS.physics).urdf, overlay
 
 
 def test_a_refined_file_and_its_overlay_are_baked_alike(tmp_path: Path) -> None:
@@ -199,9 +199,9 @@ def test_a_refined_file_and_its_overlay_are_baked_alike(tmp_path: Path) -> None:
 def test_a_baked_zero_overlaps_as_the_state_does(tmp_path: Path) -> None:
     urdf, overlay = refined(tmp_path)
     # The pin, 10 cm out, stands in the lid that is opened by 0.3 rad.
-    state = penetration(contacts_at(urdf, overlay.initial_positions, UNSEEN.engine))
+    state = penetration(contacts_at(urdf, overlay.initial_positions, NO_VIEWS.engine))
     target = urdf.parent / "baked.urdf"
     bake_file(urdf, overlay.initial_positions, target)
     assert state > 1e-3
-    assert near(penetration(contacts_at(target, {}, UNSEEN.engine)), state, 1e-5)
-    assert not near(penetration(contacts_at(urdf, {}, UNSEEN.engine)), state, 1e-3)
+    assert near(penetration(contacts_at(target, {}, NO_VIEWS.engine)), state, 1e-5)
+    assert not near(penetration(contacts_at(urdf, {}, NO_VIEWS.engine)), state, 1e-3)

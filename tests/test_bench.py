@@ -20,7 +20,7 @@ from asset2sim.studies.speed.figures import (
     efficiency,
     figure_table,
     figures,
-    growth_mb,
+    memory_growth_mb,
     missed,
     overhead,
     rate,
@@ -54,7 +54,7 @@ from tests.factories import make_record
 ROOT = Path(__file__).resolve().parents[1]
 RAW = ROOT / "data" / "raw"
 STAPLER = RAW / "Stapler" / "stapler_desk"
-UNSEEN = Settings(views=ViewSettings(write=False))
+NO_VIEWS = Settings(views=ViewSettings(write=False))
 
 
 def flow(assets: int = 150, flow_s: float = 100.0, workers: int = 1, **changes: object) -> FlowTimes:
@@ -85,7 +85,7 @@ def test_rate_efficiency_overhead_and_growth() -> None:
     assert efficiency(one, flow(75, 100.0, workers=2)) == pytest.approx(0.5)
     assert overhead(one, LoopTimes(assets=150, ok=150, loop_s=160.0)) == pytest.approx(0.25)
     few, many = flow(1000, peak_memory_mb=500.0), flow(10_000, peak_memory_mb=590.0)
-    assert list(growth_mb(few, many)) == pytest.approx([90.0, 10.0])
+    assert list(memory_growth_mb(few, many)) == pytest.approx([90.0, 10.0])
 
 
 def test_every_figure_is_held_against_its_target() -> None:
@@ -144,7 +144,7 @@ def test_a_re_run_that_refined_something_is_not_an_unchanged_one() -> None:
 
 def test_the_parts_of_a_run_add_up_to_it(tmp_path: Path) -> None:
     times = flow(2, 20.0)
-    write_run(tmp_path, start_run(UNSEEN, "data"), [make_record("a"), make_record("b")])
+    write_run(tmp_path, start_run(NO_VIEWS, "data"), [make_record("a"), make_record("b")])
     stages = stage_seconds(tmp_path)
     assert list(stages["extract"]) == pytest.approx([0.2, 0.1]) and "publish" not in stages
     lines = parts(times, stages)
@@ -174,13 +174,13 @@ def test_synthetic_entries_are_unchanged_until_one_changes(tmp_path: Path) -> No
     refs = make_entries(STAPLER, data, 30)
     assert [ref.asset_id for ref in refs] == [ref.asset_id for ref in load_dataset(data)] and len(refs) == 30
     assert len(list((data / "entry00003").iterdir())) == FILES
-    publish_entries(stapler(), refs, data, out, UNSEEN)
+    publish_entries(stapler(), refs, data, out, NO_VIEWS)
     assets = read_table(out, "assets")
     assert len(assets) == 30 and len(set(assets["content_hash"])) == 30
     assert set(read_table(out, "links")["asset_id"]) == {ref.asset_id for ref in refs}
 
     def todo() -> list[str]:
-        return [ref.asset_id for ref in make_plan(load_dataset(data), {}, out, UNSEEN, PIPELINE, "now").todo]
+        return [ref.asset_id for ref in make_plan(load_dataset(data), {}, out, NO_VIEWS, PIPELINE, "now").todo]
 
     assert todo() == []
     changed = data / "entry00007" / "mobility.urdf"

@@ -10,7 +10,7 @@ import pytest
 
 from asset2sim.runs.isolation import Ending, Outcome, child, run_isolated
 from asset2sim.runs.isolation.child import IDLE_LIMIT_S
-from asset2sim.runs.isolation.traces import MOST_GROWTH_MB
+from asset2sim.runs.isolation.traces import MAX_GROWTH_MB
 from tests import crashers
 from tests.processes import gone, wait_until
 
@@ -52,7 +52,7 @@ def test_a_child_is_given_more_work_unless_a_fresh_one_is_asked_for(work: Callab
         (crashers.leave_a_file_open, ()),
         (crashers.leave_the_folder, ()),
         (crashers.leave_a_variable, ()),
-        (crashers.leave_memory, (int(MOST_GROWTH_MB) + 50,)),
+        (crashers.leave_memory, (int(MAX_GROWTH_MB) + 50,)),
         (crashers.kill_fork_server, ()),
     ],
 )
@@ -87,7 +87,7 @@ def test_a_child_that_fails_gets_no_more_work(
 
 
 def test_the_memory_limit_is_that_of_each_piece_of_work(work: Callable[..., Outcome], pid: int) -> None:
-    kept = int(MOST_GROWTH_MB) - 150
+    kept = int(MAX_GROWTH_MB) - 150
     assert number(work(crashers.leave_memory, kept)) == pid
     # As much as the limit leaves, however much is there already.
     assert work(crashers.eat_memory, MEMORY_MB - 100).ending is Ending.RETURNED
@@ -115,7 +115,7 @@ def test_a_child_that_is_given_nothing_ends(pid: int) -> None:
 
 
 def test_a_child_has_an_end(work: Callable[..., Outcome], pid: int) -> None:
-    for _ in range(child.MOST_WORK - 1):
+    for _ in range(child.MAX_WORK_PER_CHILD - 1):
         assert number(work(crashers.own_pid)) == pid
     assert number(work(crashers.own_pid)) != pid
 

@@ -108,11 +108,11 @@ def test_others_keep_a_hollow_clear_that_no_ball_gets_to() -> None:
     tray = trimesh.creation.box(extents=(0.3, 0.2, 0.002))
     inside = np.array([(0.1, 0.05, 0.0), (-0.1, 0.0, 0.0)])
     assert depth(inside, pieces_of(slotted, alone)).min() > 0.0
-    kept = alone.kept_clear(samples(np.asarray(tray.triangles), 0.01))
+    kept = alone.with_reachable(samples(np.asarray(tray.triangles), 0.01))
     assert depth(inside, pieces_of(slotted, kept)).max() < 0.0
     # What stands in a closed solid stays there: nothing is cut for it.
     solid = hollow(boxes(((0.3, 0.2, 0.2), (0, 0, 0))))
-    assert solid.kept_clear(samples(np.asarray(tray.triangles), 0.01)) is solid
+    assert solid.with_reachable(samples(np.asarray(tray.triangles), 0.01)) is solid
 
 
 def test_the_same_mesh_gives_the_same_pieces() -> None:

@@ -11,8 +11,8 @@ from asset2sim.studies.defects import left
 from asset2sim.studies.defects.__main__ import as_json, text
 from asset2sim.studies.defects.defects import DEFECTS
 from asset2sim.studies.defects.document import edited, named, part
-from asset2sim.studies.defects.planted import Defect, Kept, Planted
-from asset2sim.studies.defects.run import Clean, clean_object, judged, samples, try_defect
+from asset2sim.studies.defects.planted import Defect, Planted, RefinedAsset
+from asset2sim.studies.defects.run import CleanObject, clean_object, judged, samples, try_defect
 from asset2sim.studies.defects.score import (
     Row,
     Sign,
@@ -40,15 +40,15 @@ BY_RECORD = {"link shifted into its neighbour", "link shifted into its parent", 
 
 
 @pytest.fixture(scope="module")
-def clean(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Kept]:
+def clean(tmp_path_factory: pytest.TempPathFactory) -> dict[str, RefinedAsset]:
     """Every object of the bench, refined once."""
     out = tmp_path_factory.mktemp("clean")
     wanted = {defect.target.asset_id for defect in DEFECTS}
     records = {ref.asset_id: refine_asset(ref, out, QUICK, prior) for ref in samples(out, wanted)}
-    return {name: Kept(out / "assets" / name, record) for name, record in records.items()}
+    return {name: RefinedAsset(out / "assets" / name, record) for name, record in records.items()}
 
 
-def planted_in(defect: Defect, clean: dict[str, Kept], folder: Path) -> tuple[Planted, Path]:
+def planted_in(defect: Defect, clean: dict[str, RefinedAsset], folder: Path) -> tuple[Planted, Path]:
     target = folder / defect.target.asset_id
     shutil.copytree(clean[defect.target.asset_id].folder, target)
     return defect.plant(target, defect.target), target
@@ -62,7 +62,7 @@ def test_there_are_enough_defects_and_no_two_are_alike() -> None:
 
 @pytest.mark.parametrize("defect", DEFECTS, ids=lambda defect: defect.name)
 def test_a_plant_changes_what_it_says_and_its_check_sees_it(
-    clean: dict[str, Kept], defect: Defect, tmp_path: Path
+    clean: dict[str, RefinedAsset], defect: Defect, tmp_path: Path
 ) -> None:
     kept = clean[defect.target.asset_id]
     before = fingerprint(kept.folder)
@@ -82,12 +82,12 @@ def test_a_plant_changes_what_it_says_and_its_check_sees_it(
     assert defect.left(kept, kept, defect.target) == ""
     if defect.name not in BY_RECORD:
         try:
-            assert defect.left(kept, Kept(folder, kept.record), defect.target)
+            assert defect.left(kept, RefinedAsset(folder, kept.record), defect.target)
         except KeyError:
             assert defect.name == "inertial missing"
 
 
-def test_overlaps_and_sizes_are_taken_from_the_record(clean: dict[str, Kept]) -> None:
+def test_overlaps_and_sizes_are_taken_from_the_record(clean: dict[str, RefinedAsset]) -> None:
     defect = next(defect for defect in DEFECTS if defect.name == "link shifted into its parent")
     kept = clean[defect.target.asset_id]
     pair = ContactPair(link_a="link_2", link_b=defect.target.link, depth_m=0.01, penetration_m=0.02, n_points=2)
@@ -103,7 +103,7 @@ def test_overlaps_and_sizes_are_taken_from_the_record(clean: dict[str, Kept]) ->
 
 
 @pytest.fixture(scope="module")
-def box(tmp_path_factory: pytest.TempPathFactory) -> tuple[Clean, Path]:
+def box(tmp_path_factory: pytest.TempPathFactory) -> tuple[CleanObject, Path]:
     """The wooden box as the bench prepares it."""
     out = tmp_path_factory.mktemp("bench")
     (ref,) = samples(out, ["box_wooden"])
@@ -111,7 +111,7 @@ def box(tmp_path_factory: pytest.TempPathFactory) -> tuple[Clean, Path]:
 
 
 @pytest.mark.parametrize("name", ["limits crossed", "collision mesh missing", "two links of one name"])
-def test_a_defect_from_plant_to_row(box: tuple[Clean, Path], name: str) -> None:
+def test_a_defect_from_plant_to_row(box: tuple[CleanObject, Path], name: str) -> None:
     found = next(defect for defect in DEFECTS if defect.name == name)
     clean, out = box
     assert clean.problem == "" and clean.again is not None
@@ -134,7 +134,7 @@ def test_what_is_not_clean_is_left_out(tmp_path: Path) -> None:
     assert "no direction" in found.problem and found.again is None
 
 
-def test_judging_as_it_is_writes_nothing(box: tuple[Clean, Path], tmp_path: Path) -> None:
+def test_judging_as_it_is_writes_nothing(box: tuple[CleanObject, Path], tmp_path: Path) -> None:
     clean, _ = box
     ref = clean.ref.model_copy(update={"path": str(clean.kept.folder)})
     assert judged(ref, tmp_path / "out", QUICK).status is Status.OK
@@ -152,7 +152,7 @@ def test_a_sign_of_another_link_or_of_the_clean_object_does_not_count() -> None:
     assert caught_by({OTHER}, set(), about) == ()
 
 
-def test_a_defect_is_about_its_link_its_joint_and_what_they_move(clean: dict[str, Kept]) -> None:
+def test_a_defect_is_about_its_link_its_joint_and_what_they_move(clean: dict[str, RefinedAsset]) -> None:
     record = clean["storage_sideboard"].record
     assert concerned(Planted("", links=("link_0",)), record) == {"link_0", "joint_0"}
     assert concerned(Planted("", joints=("joint_1",)), record) == {"link_1", "joint_1"}
@@ -163,7 +163,7 @@ def finding(severity: Severity, stage: Stage, code: str, link: str | None = None
     return Finding(stage=stage, severity=severity, code=code, message=code, link=link)
 
 
-def test_only_early_warnings_of_a_refinement_catch(clean: dict[str, Kept]) -> None:
+def test_only_early_warnings_of_a_refinement_catch(clean: dict[str, RefinedAsset]) -> None:
     findings = (
         finding(Severity.INFO, Stage.VALIDATE, "completed", "lid"),
         finding(Severity.WARNING, Stage.VALIDATE, "mass_zero", "lid"),

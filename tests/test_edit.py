@@ -10,7 +10,7 @@ import pytest
 import yourdfpy
 from lxml import etree
 
-from asset2sim.assets.folder import Folder, with_hulls, write_folder, write_urdf
+from asset2sim.assets.folder import Folder, replace_hulls, write_folder, write_urdf
 from asset2sim.assets.hulls import collision_hulls
 from asset2sim.assets.urdf.edit import word
 from asset2sim.assets.urdf.read import read_urdf
@@ -313,7 +313,7 @@ def test_kept_collision_geometry_is_as_authored_only_scaled(source: Path, tmp_pa
     overlay, _ = validate(item, PROPOSAL, Source.MODEL, 0.5, PHYSICS)
     hulls = collision_hulls(item, overlay.scale)
     folder = write_folder(item, overlay, hulls, tmp_path / "kept", PHYSICS, CollisionMode.KEEP)
-    assert not (folder.path / "collision").exists() and with_hulls(folder, hulls) == folder
+    assert not (folder.path / "collision").exists() and replace_hulls(folder, hulls) == folder
     door = next(item for item in read_urdf(folder.urdf).links if item.name == "door")
     (shell,) = door.collisions
     assert (folder.path / shell.geometry.mesh.filename).is_file()

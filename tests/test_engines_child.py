@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from asset2sim.checks.rest import measure
-from asset2sim.engines.child import Ended, in_child
+from asset2sim.engines.child import ChildOutcome, in_child
 from schemas.errors import AssetError
 from schemas.settings import EngineSettings
 from schemas.vocabulary import Engine, FailureMode
@@ -23,7 +23,7 @@ ENGINE = Engine.PYBULLET
 
 def test_a_result_comes_back_whatever_was_passed() -> None:
     factor = 3
-    assert in_child(ENGINE, lambda x: factor * x, 14, time_limit_s=10.0) == Ended(42)
+    assert in_child(ENGINE, lambda x: factor * x, 14, time_limit_s=10.0) == ChildOutcome(42)
 
 
 def test_a_large_result_comes_back_whole() -> None:
@@ -43,18 +43,18 @@ def test_a_segfault_is_a_problem_that_names_engine_and_signal() -> None:
         segfault()
 
     ended = in_child(Engine.MUJOCO, crash, time_limit_s=20.0)
-    assert ended == Ended(None, "mujoco crashed: its process was killed by SIGSEGV", died=True)
+    assert ended == ChildOutcome(None, "mujoco crashed: its process was killed by SIGSEGV", died=True)
 
 
 def test_a_child_that_leaves_without_a_word_is_a_problem() -> None:
     ended = in_child(ENGINE, vanish, time_limit_s=20.0)
-    assert ended == Ended(None, "pybullet ended its process with exit code 3 and without a result", died=True)
+    assert ended == ChildOutcome(None, "pybullet ended its process with exit code 3 and without a result", died=True)
 
 
 def test_a_hang_in_c_is_killed_in_time(capfd: pytest.CaptureFixture[str]) -> None:
     start = time.monotonic()
     ended = in_child(Engine.SAPIEN, hang_holding_the_interpreter, time_limit_s=0.3)
-    assert ended == Ended(None, "sapien was not done after 0.3 s, and was killed", timed_out=True, died=True)
+    assert ended == ChildOutcome(None, "sapien was not done after 0.3 s, and was killed", timed_out=True, died=True)
     assert time.monotonic() - start < 5.0
 
 

@@ -16,7 +16,7 @@ from schemas.overlay import PhysicsOverlay
 from schemas.settings import EngineSettings
 from schemas.vocabulary import Engine
 from tasks.pipeline import refine_asset
-from tests.assets import UNSEEN, prior, sample
+from tests.assets import NO_VIEWS, prior, sample
 from tests.builders import ORIGIN, UrdfJoint, UrdfLink, box, mesh, sphere
 from tests.exported import ARM_INERTIA, BASE, FRICTION, arm, refined
 
@@ -228,7 +228,7 @@ def test_the_mjcf_is_what_the_mujoco_engine_measures(tmp_path: Path) -> None:
 
 
 def test_a_refined_object_rests_as_it_does_in_the_engine_that_judged_it(tmp_path: Path) -> None:
-    settings = UNSEEN.model_copy(update={"engine": EngineSettings(verify=(Engine.PYBULLET,), interact=False)})
+    settings = NO_VIEWS.model_copy(update={"engine": EngineSettings(verify=(Engine.PYBULLET,), interact=False)})
     overlay = refine_asset(sample("storage_sideboard"), tmp_path, settings, prior).overlay
     assert overlay is not None
     folder = tmp_path / "assets" / "storage_sideboard"

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from asset2sim.assets.exports.usd import GEOMETRY_NAME, USD_NAME, export_usd, require_usd, x_to
+from asset2sim.assets.exports.usd import GEOMETRY_NAME, USD_NAME, export_usd, require_usd, rotation_from_x
 from schemas.errors import UsageError
 from tests.builders import ORIGIN, UrdfJoint, UrdfLink, box, mesh, sphere
 from tests.exported import ARM_INERTIA, BASE, FRICTION, arm, refined
@@ -231,7 +231,7 @@ def test_it_opens_from_its_folder_alone(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("axis", [(1, 0, 0), (-1, 0, 0), (0, 1, 0), (0, 0, -1), (0.6, -0.8, 0.0), (-0.8, 0.36, 0.48)])
 def test_x_is_turned_to_any_axis(axis: tuple[float, float, float]) -> None:
-    turn = x_to(np.array(axis, dtype=float))
+    turn = rotation_from_x(np.array(axis, dtype=float))
     assert turn[:, 0] == pytest.approx(np.array(axis, dtype=float))
     assert turn @ turn.T == pytest.approx(np.eye(3)) and np.linalg.det(turn) == pytest.approx(1.0)
 

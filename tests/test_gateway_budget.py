@@ -11,7 +11,7 @@ from asset2sim.models.gateway.ask import ask
 from asset2sim.models.gateway.budget import BudgetSpentError, budget_of, check, hold, settle, spent_so_far
 from asset2sim.models.gateway.choices import check_model
 from asset2sim.models.gateway.prices import EXPECTED_ANSWER_TOKENS, Amount, expected_amount
-from asset2sim.models.gateway.session import open_books
+from asset2sim.models.gateway.session import open_gateway_session
 from schemas.errors import UsageError
 from schemas.request import ModelAnswer, ModelRequest
 from schemas.settings import ModelSettings
@@ -42,8 +42,8 @@ def numbered(number: int) -> ModelRequest:
 def test_a_run_budget_in_calls_holds_for_all_assets_and_says_so(tmp_path: Path) -> None:
     with serve([Reply("{}")]) as server:
         wanted = settings(server.api_base, run_calls=3)
-        answers = [ask(REQUEST, wanted, open_books(tmp_path, "run", f"asset{i}", wanted)) for i in range(5)]
-        other_run = ask(REQUEST, wanted, open_books(tmp_path, "next run", "asset0", wanted))
+        answers = [ask(REQUEST, wanted, open_gateway_session(tmp_path, "run", f"asset{i}", wanted)) for i in range(5)]
+        other_run = ask(REQUEST, wanted, open_gateway_session(tmp_path, "next run", "asset0", wanted))
     assert [answer.budget_spent for answer in answers] == [False, False, False, True, True]
     assert other_run.content == "{}" and len(server.requests) == 4
     refused = answers[-1]
@@ -54,8 +54,10 @@ def test_a_run_budget_in_calls_holds_for_all_assets_and_says_so(tmp_path: Path) 
 def test_attempts_count(tmp_path: Path) -> None:
     with serve([Reply("down", status=500, headers={"Retry-After": "0"})]) as server:
         wanted = settings(server.api_base, asset_calls=2, max_attempts=4)
-        answer = ask(REQUEST, wanted, open_books(tmp_path, "run", "chair", wanted))
-        other = ask(REQUEST, wanted.model_copy(update={"max_attempts": 1}), open_books(tmp_path, "run", "box", wanted))
+        answer = ask(REQUEST, wanted, open_gateway_session(tmp_path, "run", "chair", wanted))
+        other = ask(
+            REQUEST, wanted.model_copy(update={"max_attempts": 1}), open_gateway_session(tmp_path, "run", "box", wanted)
+        )
     assert answer.budget_spent and len(answer.calls) == 2 and len(server.requests) == 3
     assert answer.error is not None and "the budget of asset chair of 2 model calls is spent: 2 made" in answer.error
     assert not other.budget_spent and other.error is not None and "500" in other.error
@@ -64,7 +66,7 @@ def test_attempts_count(tmp_path: Path) -> None:
 def test_a_budget_in_tokens_counts_what_the_provider_reports(tmp_path: Path) -> None:
     with serve([Reply("{}", prompt_tokens=3000, completion_tokens=1000)]) as server:
         wanted = settings(server.api_base, run_tokens=10_000)
-        books = open_books(tmp_path, "run", "a", wanted)
+        books = open_gateway_session(tmp_path, "run", "a", wanted)
         answers = [ask(REQUEST, wanted, books) for _ in range(4)]
     assert [answer.budget_spent for answer in answers] == [False, False, True, True]
     assert answers[-1].error is not None
@@ -77,21 +79,21 @@ def test_a_budget_in_tokens_counts_what_the_provider_reports(tmp_path: Path) -> 
 def test_no_money_means_no_call_to_a_model_that_costs_and_says_why(tmp_path: Path) -> None:
     with serve([Reply("{}")]) as server:
         wanted = settings(server.api_base, model=PRICED, run_usd=0.0)
-        answer = ask(REQUEST, wanted, open_books(tmp_path, "run", "a", wanted))
+        answer = ask(REQUEST, wanted, open_gateway_session(tmp_path, "run", "a", wanted))
         assert server.requests == [] and answer.calls == () and answer.budget_spent
         assert answer.error is not None
         for words in (PRICED, "the run's budget of 0 USD is spent: 0.0000 USD in 0 calls", "one more costs about 0.02"):
             assert words in answer.error
         free = settings(server.api_base, run_usd=0.0, asset_usd=0.0)
-        assert ask(REQUEST, free, open_books(tmp_path, "run", "a", free)).content == "{}"
+        assert ask(REQUEST, free, open_gateway_session(tmp_path, "run", "a", free)).content == "{}"
     prior = ModelSettings(run_usd=0.0)
-    assert not ask(REQUEST, prior, open_books(tmp_path, "run", "a", prior)).budget_spent
+    assert not ask(REQUEST, prior, open_gateway_session(tmp_path, "run", "a", prior)).budget_spent
 
 
 def test_what_a_call_costs_is_what_the_budget_loses(tmp_path: Path) -> None:
     with serve([Reply("{}", prompt_tokens=100_000, completion_tokens=10_000)]) as server:
         wanted = settings(server.api_base, model=PRICED, run_usd=0.71)
-        books = open_books(tmp_path, "run", "a", wanted)
+        books = open_gateway_session(tmp_path, "run", "a", wanted)
         answers = [ask(REQUEST, wanted, books) for _ in range(4)]
     assert [answer.budget_spent for answer in answers] == [False, False, True, True]
     assert spent_so_far(books.budget).usd == pytest.approx(2 * (0.25 + 0.1))
@@ -104,7 +106,7 @@ def test_a_price_that_nobody_knows_is_refused_before_anything_runs(tmp_path: Pat
     check_model(unknown.model_copy(update={"run_usd": None, "run_tokens": 1000}))
     check_model(settings("http://127.0.0.1:9/v1", run_usd=1.0))
     check_model(ModelSettings(run_usd=1.0))
-    answer = ask(REQUEST, unknown, open_books(tmp_path, "run", "a", unknown))
+    answer = ask(REQUEST, unknown, open_gateway_session(tmp_path, "run", "a", unknown))
     assert answer.budget_spent and answer.calls == () and answer.error is not None and "no price" in answer.error
 
 
@@ -114,7 +116,7 @@ def test_many_workers_do_not_overshoot(limit: dict[str, int], most: int, tmp_pat
         wanted = settings(server.api_base, max_completion_tokens=4000, **limit)
 
         def one(number: int) -> ModelAnswer:
-            return ask(numbered(number), wanted, open_books(tmp_path, "run", f"asset{number}", wanted))
+            return ask(numbered(number), wanted, open_gateway_session(tmp_path, "run", f"asset{number}", wanted))
 
         with ThreadPoolExecutor(8) as pool:
             answers = list(pool.map(one, range(24)))
@@ -180,7 +182,7 @@ def test_processes_share_a_ledger(tmp_path: Path) -> None:
 def test_a_timeout_may_have_been_billed_and_counts_as_expected(tmp_path: Path) -> None:
     with serve([Reply(hang=True)]) as server:
         wanted = settings(server.api_base, model=PRICED, timeout_s=0.3, max_attempts=1, run_usd=1.0)
-        books = open_books(tmp_path, "run", "a", wanted)
+        books = open_gateway_session(tmp_path, "run", "a", wanted)
         answer = ask(REQUEST, wanted, books)
     assert not answer.budget_spent and answer.calls[0].cost_usd == 0.0
     expected = expected_amount(REQUEST, wanted, False)
@@ -193,6 +195,6 @@ def test_files_that_cannot_be_used_are_an_answer_not_an_exception(tmp_path: Path
     (tmp_path / ".cache" / "ledger.sqlite").write_text("this is not a database, and was never one" * 50)
     with serve([Reply("{}")]) as server:
         wanted = settings(server.api_base, run_calls=1)
-        answer = ask(REQUEST, wanted, open_books(tmp_path, "run", "a", wanted))
+        answer = ask(REQUEST, wanted, open_gateway_session(tmp_path, "run", "a", wanted))
     assert server.requests == [] and not answer.budget_spent
     assert answer.error is not None and "files through which workers agree" in answer.error

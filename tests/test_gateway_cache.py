@@ -13,7 +13,7 @@ from asset2sim.models.gateway import answer_cache as cache
 from asset2sim.models.gateway.abilities import forget_refusals
 from asset2sim.models.gateway.ask import ask
 from asset2sim.models.gateway.budget import spent_so_far
-from asset2sim.models.gateway.session import Books, open_books
+from asset2sim.models.gateway.session import GatewaySession, open_gateway_session
 from schemas.request import LabelledImage, ModelAnswer, ModelRequest, Tool, ToolCall, Turn
 from schemas.settings import ModelSettings
 from tests.model_server import Reply, serve
@@ -33,8 +33,8 @@ def settings(api_base: str, **changes: object) -> ModelSettings:
     return ModelSettings.model_validate({"model": "openai/scripted", "api_base": api_base, "timeout_s": 5.0, **changes})
 
 
-def books(out: Path, wanted: ModelSettings, run_id: str = "run", asset_id: str = "a") -> Books:
-    return open_books(out, run_id, asset_id, wanted)
+def books(out: Path, wanted: ModelSettings, run_id: str = "run", asset_id: str = "a") -> GatewaySession:
+    return open_gateway_session(out, run_id, asset_id, wanted)
 
 
 def picture(side: int, shade: int = 40) -> bytes:

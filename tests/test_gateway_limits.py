@@ -11,8 +11,8 @@ from pathlib import Path
 import pytest
 
 from asset2sim.models.gateway.ask import ask
-from asset2sim.models.gateway.limits import hold_back, provider_name, slot, wait_for_turn
-from asset2sim.models.gateway.session import open_books
+from asset2sim.models.gateway.limits import postpone_next_request, provider_name, slot, wait_for_turn
+from asset2sim.models.gateway.session import open_gateway_session
 from asset2sim.models.gateway.transport import MAX_ANSWER_BYTES
 from schemas.request import ModelAnswer, ModelRequest
 from schemas.settings import ModelSettings
@@ -71,7 +71,7 @@ def test_requests_are_spread_over_the_minute_across_threads(tmp_path: Path) -> N
         wanted = settings(server.api_base, requests_per_minute=600.0)  # one every 0.1 s
 
         def one(number: int) -> ModelAnswer:
-            return ask(REQUEST, wanted, open_books(tmp_path, "run", f"asset{number}", wanted))
+            return ask(REQUEST, wanted, open_gateway_session(tmp_path, "run", f"asset{number}", wanted))
 
         with ThreadPoolExecutor(6) as pool:
             answers = list(pool.map(one, range(6)))
@@ -105,13 +105,13 @@ def test_one_workers_retry_after_holds_back_the_others(tmp_path: Path) -> None:
     limit = Reply("slow down", status=429, headers={"Retry-After": "0.6"})
     with serve([limit, Reply("{}")]) as server:
         wanted = settings(server.api_base)
-        books = open_books(tmp_path, "run", "a", wanted)
+        books = open_gateway_session(tmp_path, "run", "a", wanted)
         with ThreadPoolExecutor(1) as pool:
             first = pool.submit(ask, REQUEST, wanted, books)
             while len(server.requests) < 1 or not books.ledger.exists():
                 time.sleep(0.01)
             time.sleep(0.2)
-            second = ask(REQUEST, wanted, open_books(tmp_path, "run", "b", wanted))
+            second = ask(REQUEST, wanted, open_gateway_session(tmp_path, "run", "b", wanted))
             assert first.result().content == second.content == "{}"
     assert min(server.times[1:]) - server.times[0] > 0.55
 
@@ -120,7 +120,10 @@ def test_a_provider_is_asked_so_many_questions_at_once(tmp_path: Path) -> None:
     with serve([Reply("{}", delay_s=0.15)]) as server:
         wanted = settings(server.api_base, concurrent_requests=2)
         with ThreadPoolExecutor(6) as pool:
-            jobs = [pool.submit(ask, REQUEST, wanted, open_books(tmp_path, "run", str(i), wanted)) for i in range(6)]
+            jobs = [
+                pool.submit(ask, REQUEST, wanted, open_gateway_session(tmp_path, "run", str(i), wanted))
+                for i in range(6)
+            ]
             assert all(job.result().content == "{}" for job in jobs)
     assert server.at_once == 2
 
@@ -130,7 +133,7 @@ def test_each_server_has_its_own_places(tmp_path: Path) -> None:
     assert provider_name(first) != provider_name(second)
     with slot(tmp_path, provider_name(first), 1), slot(tmp_path, provider_name(second), 1):
         pass
-    hold_back(tmp_path / "ledger.sqlite", provider_name(first), 30.0)
+    postpone_next_request(tmp_path / "ledger.sqlite", provider_name(first), 30.0)
     start = time.monotonic()
     wait_for_turn(tmp_path / "ledger.sqlite", provider_name(second), None)
     assert time.monotonic() - start < 5.0
@@ -142,12 +145,12 @@ def test_a_stopped_run_waits_for_nothing(where: str, tmp_path: Path) -> None:
     reply = Reply("later", status=429, headers={"Retry-After": "30"}) if where == "retry" else Reply(hang=True)
     with serve([reply]) as server:
         wanted = settings(server.api_base, timeout_s=30.0, concurrent_requests=1)
-        books = open_books(tmp_path, "run", "a", wanted, stop.is_set)
+        books = open_gateway_session(tmp_path, "run", "a", wanted, stop.is_set)
         taken = slot(books.slots, provider_name(wanted), 1)
         if where == "place":
             taken.__enter__()
         if where == "turn":
-            hold_back(books.ledger, provider_name(wanted), 30.0)
+            postpone_next_request(books.ledger, provider_name(wanted), 30.0)
         with ThreadPoolExecutor(1) as pool:
             job = pool.submit(ask, REQUEST, wanted, books)
             time.sleep(0.4)
@@ -160,5 +163,7 @@ def test_a_stopped_run_waits_for_nothing(where: str, tmp_path: Path) -> None:
 
 def test_what_the_server_is_sent_stays_json(tmp_path: Path) -> None:
     with serve([Reply("a lone \ud800 surrogate")]) as server:
-        answer = ask(REQUEST, settings(server.api_base), open_books(tmp_path, "run", "a", settings(server.api_base)))
+        answer = ask(
+            REQUEST, settings(server.api_base), open_gateway_session(tmp_path, "run", "a", settings(server.api_base))
+        )
     assert answer.content == "a lone ? surrogate" and json.dumps(server.requests[0])

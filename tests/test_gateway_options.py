@@ -10,7 +10,7 @@ from asset2sim.models.purposes import named_models, settings_for
 from asset2sim.runs.dataset import load_dataset
 from asset2sim.runs.doctor import check_model_answers
 from asset2sim.runs.spread.refine_all import refine_all
-from asset2sim.runs.spread.worker import asked_with
+from asset2sim.runs.spread.worker import ask_settings
 from schemas.errors import UsageError
 from schemas.settings import EngineSettings, MethodSettings, ModelSettings, RunSettings, Settings
 from schemas.vocabulary import Engine, FailureMode, Method, Status
@@ -87,8 +87,8 @@ def test_the_doctor_checks_each_named_model(monkeypatch: pytest.MonkeyPatch) -> 
 
 def test_repeats_are_asked_at_a_temperature_and_nothing_else_is() -> None:
     settings = Settings(method=Method.IVW, methods=MethodSettings(ivw_temperature=0.4))
-    assert asked_with(settings, "ivw").temperature == 0.4
-    assert asked_with(settings, "judge").temperature == 0.0 == asked_with(Settings(), "synthesis").temperature
+    assert ask_settings(settings, "ivw").temperature == 0.4
+    assert ask_settings(settings, "judge").temperature == 0.0 == ask_settings(Settings(), "synthesis").temperature
 
 
 def test_a_spent_run_budget_ends_each_remaining_asset_with_its_reason(

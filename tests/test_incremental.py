@@ -19,8 +19,8 @@ from asset2sim.runs.plan import content_hash as code
 from asset2sim.runs.plan import records, state
 from asset2sim.runs.plan.asset_files import AssetFile, asset_files
 from asset2sim.runs.plan.content_hash import content_hash, counts, package_versions, shared_hash
-from asset2sim.runs.plan.plan import wanted_again
-from asset2sim.runs.plan.state import content_of, open_state
+from asset2sim.runs.plan.plan import must_redo
+from asset2sim.runs.plan.state import folder_files_hash, open_state
 from schemas.asset import AssetRef
 from schemas.settings import EngineSettings, ModelSettings, PhysicsSettings, RunSettings, Settings, ViewSettings
 from schemas.vocabulary import RETRIED_MODES, Engine, FailureMode, Method, Redo, Status
@@ -28,7 +28,7 @@ from tests.assets import RAW, ROOT, box_obj, link, mesh, robot, written
 from tests.factories import make_record
 from tests.incremental_runs import (
     NAMES,
-    UNSEEN,
+    NO_VIEWS,
     asking,
     dataset,
     done,
@@ -43,7 +43,7 @@ from tests.incremental_runs import (
 
 def content(folder: Path, out: Path) -> str:
     with open_state(out) as opened:
-        return content_of(opened, folder)
+        return folder_files_hash(opened, folder)
 
 
 def test_any_file_that_changes_comes_or_goes_is_another_content(tmp_path: Path) -> None:
@@ -124,7 +124,7 @@ def test_a_file_that_was_just_written_is_not_trusted_to_tell_of_the_next_write(t
 REF = AssetRef(asset_id="a", path="/data/a", prompt="a small box")
 
 
-def key(ref: AssetRef = REF, settings: Settings = UNSEEN, reference: Reference | None = None) -> str:
+def key(ref: AssetRef = REF, settings: Settings = NO_VIEWS, reference: Reference | None = None) -> str:
     return content_hash(ref, "files", shared_hash(settings, "p"), reference)
 
 
@@ -134,12 +134,12 @@ def test_the_hash_follows_request_settings_and_reference() -> None:
         key(REF.model_copy(update={"prompt": "another"})),
         key(REF.model_copy(update={"asset_id": "b"})),
         key(reference=Reference(0.5, "lid", 0.1)),
-        key(settings=UNSEEN.model_copy(update={"physics": PhysicsSettings(min_mass_kg=0.01)})),
-        key(settings=UNSEEN.model_copy(update={"method": Method.RAW})),
-        key(settings=UNSEEN.model_copy(update={"model": ModelSettings(model="prior/noisy")})),
-        key(settings=UNSEEN.model_copy(update={"engine": EngineSettings(verify=(Engine.PYBULLET,))})),
-        content_hash(REF, "other files", shared_hash(UNSEEN, "p"), None),
-        content_hash(REF, "files", shared_hash(UNSEEN, "another pipeline"), None),
+        key(settings=NO_VIEWS.model_copy(update={"physics": PhysicsSettings(min_mass_kg=0.01)})),
+        key(settings=NO_VIEWS.model_copy(update={"method": Method.RAW})),
+        key(settings=NO_VIEWS.model_copy(update={"model": ModelSettings(model="prior/noisy")})),
+        key(settings=NO_VIEWS.model_copy(update={"engine": EngineSettings(verify=(Engine.PYBULLET,))})),
+        content_hash(REF, "other files", shared_hash(NO_VIEWS, "p"), None),
+        content_hash(REF, "files", shared_hash(NO_VIEWS, "another pipeline"), None),
     ]
     assert len(set(changed)) == len(changed)
     assert key(REF.model_copy(update={"path": "/moved/a"})) == key()
@@ -148,11 +148,11 @@ def test_the_hash_follows_request_settings_and_reference() -> None:
         "views": ViewSettings(write=True),
         "model": ModelSettings(cache=False, run_usd=3.0, max_attempts=9),
     }
-    assert key(settings=UNSEEN.model_copy(update=how)) == key()
+    assert key(settings=NO_VIEWS.model_copy(update=how)) == key()
 
 
 def test_an_engine_that_is_not_asked_for_has_no_say(monkeypatch: pytest.MonkeyPatch) -> None:
-    one = UNSEEN.model_copy(update={"engine": EngineSettings(verify=(Engine.PYBULLET,))})
+    one = NO_VIEWS.model_copy(update={"engine": EngineSettings(verify=(Engine.PYBULLET,))})
     before = key(), key(settings=one)
     versions = dict.fromkeys((*code.PACKAGES, *Engine), "1.0")
     monkeypatch.setattr(metadata, "version", versions.__getitem__)
@@ -201,7 +201,7 @@ def test_whatever_the_pipeline_imports_counts() -> None:
         waiting |= imported(ROOT / source) - seen
     assert len(seen) > 150
     missed = {source for source in seen if not counts(source)}
-    assert not missed, "listed in NOT_RUN, and run"
+    assert not missed, "listed in IRRELEVANT_SOURCES, and run"
 
 
 # What is refined again
@@ -238,12 +238,12 @@ def test_a_failed_asset_is_tried_again_where_that_may_help_or_is_asked_for(tmp_p
     assert done(run(data, out, asking(Redo.FAILED))) == "abc"
     assert done(run(data, out, asking(Redo.FAILED))) == ""
     for mode in FailureMode:
-        assert wanted_again(Status.FAILED, mode, Redo.CHANGED) == (mode in RETRIED_MODES)
+        assert must_redo(Status.FAILED, mode, Redo.CHANGED) == (mode in RETRIED_MODES)
 
 
 def test_a_folder_that_another_method_wrote_is_no_refinement_of_this_one(tmp_path: Path) -> None:
     data, out = dataset(tmp_path / "data"), tmp_path / "out"
-    raw = UNSEEN.model_copy(update={"method": Method.RAW})
+    raw = NO_VIEWS.model_copy(update={"method": Method.RAW})
 
     def made_raw(ref: AssetRef) -> Any:
         return make_record(ref.asset_id, ref=ref, method=Method.RAW)

@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from asset2sim.checks.joint_groups import apart_groups, depth_groups, in_batches
+from asset2sim.checks.joint_groups import apart_groups, depth_groups, run_in_groups
 from asset2sim.checks.mechanism import mechanism, moved_inertia, poses_at, pull_on
 from asset2sim.physics.mass_matrix import joint_space
 from tests.builders import UrdfJoint, UrdfLink
@@ -59,7 +59,7 @@ def test_a_batch_that_does_badly_is_halved_until_the_culprit_is_alone(tmp_path: 
         sizes.append(len(names))
         return dict.fromkeys(names, "j5" not in names)
 
-    found = in_batches(item, item.start, run, bool)
+    found = run_in_groups(item, item.start, run, bool)
     assert [name for name, good in found.items() if not good] == ["j5"]
     assert sizes[0] == 16 and sizes[-1] == 1 and len(sizes) == 9
 

@@ -9,12 +9,12 @@ import pytest
 from asset2sim.checks.drop import drop
 from asset2sim.checks.hold import holds
 from asset2sim.checks.interaction_verdict import (
-    TestVerdict,
-    judge_drop,
-    judge_hold,
-    judge_nudge,
-    judge_release,
-    judge_reset,
+    CheckVerdict,
+    drop_verdict,
+    hold_verdict,
+    nudge_verdict,
+    release_verdict,
+    reset_verdict,
 )
 from asset2sim.checks.mechanism import span_of
 from asset2sim.checks.nudge import nudges
@@ -56,9 +56,9 @@ def free_of(item: Subject) -> dict[str, tuple[float, float]]:
     return {joint.name: span_of(joint) for joint in item.overlay.joints}
 
 
-def let_go(item: Subject, world: World) -> list[TestVerdict]:
+def let_go(item: Subject, world: World) -> list[CheckVerdict]:
     records = releases(world, item.item, free_of(item), SETTINGS, LIMITS)
-    return [judge_release(record, item.overlay.joints[0], world.engine, LIMITS) for record in records]
+    return [release_verdict(record, item.overlay.joints[0], world.engine, LIMITS) for record in records]
 
 
 @pytest.mark.parametrize("engine", ENGINES)
@@ -108,7 +108,7 @@ def test_an_open_flap_holds_by_its_friction_and_falls_without(tmp_path: Path, en
     for friction, passes in ((1.1, True), (0.3, False)):
         item = lid(tmp_path, friction=friction, start=0.2, hold=True)
         with opened(item, engine) as world:
-            verdict = judge_hold(
+            verdict = hold_verdict(
                 list(holds(world, item.item, SETTINGS, LIMITS)), item.overlay.joints[0], engine, LIMITS
             )
         assert verdict.passed is passes, verdict.reason
@@ -130,7 +130,7 @@ def test_a_damped_door_comes_to_rest_and_an_undamped_one_does_not(tmp_path: Path
         item = subject(tmp_path, [bare("base"), bare("door", moment=0.01)], [joint])
         with opened(item, engine) as world:
             (record,) = nudges(world, item.item, SETTINGS, LIMITS)
-        verdict = judge_nudge(record, item.overlay.joints[0], engine, LIMITS)
+        verdict = nudge_verdict(record, item.overlay.joints[0], engine, LIMITS)
         assert verdict.passed is passes, verdict.reason
     assert verdict.value == pytest.approx(1.0, abs=0.02)
 
@@ -141,7 +141,7 @@ def test_a_wheel_that_is_meant_to_coast_is_given_its_time(tmp_path: Path) -> Non
     with opened(item) as world:
         (record,) = nudges(world, item.item, SETTINGS, LIMITS)
     assert record.seconds > SETTINGS.nudge_s
-    assert judge_nudge(record, item.overlay.joints[0], "pybullet", LIMITS).passed
+    assert nudge_verdict(record, item.overlay.joints[0], "pybullet", LIMITS).passed
 
 
 def test_a_spring_that_the_step_cannot_bear_explodes_when_nudged(tmp_path: Path) -> None:
@@ -151,7 +151,7 @@ def test_a_spring_that_the_step_cannot_bear_explodes_when_nudged(tmp_path: Path)
     with opened(item) as world:
         records = {record.joint: record for record in nudges(world, item.item, SETTINGS, LIMITS)}
     verdicts = {
-        joint.name: judge_nudge(records[joint.name], joint, "pybullet", LIMITS) for joint in item.overlay.joints
+        joint.name: nudge_verdict(records[joint.name], joint, "pybullet", LIMITS) for joint in item.overlay.joints
     }
     assert not verdicts["press"].passed and "explodes" in verdicts["press"].reason
     assert verdicts["rest"].passed
@@ -162,7 +162,7 @@ def test_a_key_is_nudged_no_faster_than_its_travel_allows(tmp_path: Path) -> Non
     with opened(item) as world:
         (record,) = nudges(world, item.item, SETTINGS, LIMITS)
     assert record.speed == pytest.approx(0.003 / 0.25)
-    assert judge_nudge(record, item.overlay.joints[0], "pybullet", LIMITS).passed
+    assert nudge_verdict(record, item.overlay.joints[0], "pybullet", LIMITS).passed
 
 
 @pytest.mark.parametrize("engine", ENGINES)
@@ -172,16 +172,16 @@ def test_a_dropped_block_lands_at_the_speed_of_its_fall(tmp_path: Path, engine: 
     with opened(item, engine, plane=True, hz=hz) as world:
         record = drop(world, {}, SETTINGS)
     assert record.peak_speed_m_s == pytest.approx(np.sqrt(2 * 9.81 * 0.05), rel=0.2)
-    assert judge_drop(record, engine, LIMITS).passed and record.seconds < 1.5
+    assert drop_verdict(record, engine, LIMITS).passed and record.seconds < 1.5
 
 
 def test_a_drop_that_ends_in_the_plane_or_in_motion_fails(tmp_path: Path) -> None:
     item = subject(tmp_path, [solid("block", (0.2, 0.2, 0.1))], [])
     with opened(item, plane=True) as world:
         record = drop(world, {}, SETTINGS)
-    sunk = judge_drop(record.model_copy(update={"sink_m": 0.02}), "pybullet", LIMITS)
+    sunk = drop_verdict(record.model_copy(update={"sink_m": 0.02}), "pybullet", LIMITS)
     assert not sunk.passed and "20 mm deep" in sunk.reason
-    rolling = judge_drop(record.model_copy(update={"final_speed_m_s": 0.3}), "pybullet", LIMITS)
+    rolling = drop_verdict(record.model_copy(update={"final_speed_m_s": 0.3}), "pybullet", LIMITS)
     assert not rolling.passed and rolling.value == 0.3
 
 
@@ -192,7 +192,7 @@ def test_a_squat_box_stands_every_reset_and_a_top_heavy_pole_tips(tmp_path: Path
         with opened(item, engine, plane=True) as world:
             resting = rest(world, item.item, SETTINGS)
             records = [reset(world, item.item, *start, resting, SETTINGS, LIMITS) for start in starts(SETTINGS)[:3]]
-        verdicts = [judge_reset(record, i, Interaction(engine=engine), LIMITS) for i, record in enumerate(records)]
+        verdicts = [reset_verdict(record, i, Interaction(engine=engine), LIMITS) for i, record in enumerate(records)]
         assert all(verdict.passed is passes for verdict in verdicts), [verdict.reason for verdict in verdicts]
     assert verdicts[0].value is not None and verdicts[0].value > 1.0
     assert "from where it rests undisturbed" in verdicts[0].reason
@@ -204,7 +204,7 @@ def test_a_reset_sees_a_door_that_must_stay_and_does_not(tmp_path: Path) -> None
         with opened(item, plane=True) as world:
             resting = rest(world, item.item, SETTINGS)
             record = reset(world, item.item, *starts(SETTINGS)[0], resting, SETTINGS, LIMITS)
-        assert judge_reset(record, 0, Interaction(engine=Engine.PYBULLET), LIMITS).passed is passes, record
+        assert reset_verdict(record, 0, Interaction(engine=Engine.PYBULLET), LIMITS).passed is passes, record
 
 
 def test_starts_are_the_corners_and_the_same_every_time() -> None:

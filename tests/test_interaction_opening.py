@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from asset2sim.checks.interaction_verdict import judge_sweep
+from asset2sim.checks.interaction_verdict import sweep_verdict
 from asset2sim.checks.opening import VISIBLE_M, openings
 from schemas.interaction import Opening, Sweep
 from schemas.overlay import JointPhysics
@@ -90,7 +90,7 @@ def test_a_wedged_door_is_found_stuck_and_fails(tmp_path: Path) -> None:
     record = efforts(item, Engine.PYBULLET)["hinge"]
     assert record.stuck and record.opening is None and record.effort_limit == 2.0
     clear = Sweep(joint="hinge", lower=-0.5, upper=0.5, free_share=1.0)
-    verdict = judge_sweep(clear, joint_of(item), record, "pybullet", LIMITS)
+    verdict = sweep_verdict(clear, joint_of(item), record, "pybullet", LIMITS)
     assert verdict.test is FailureMode.JAM and not verdict.passed and "stuck" in verdict.reason
 
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from asset2sim.checks.interact import bench, interact
-from asset2sim.checks.interaction_verdict import judge_interaction
+from asset2sim.checks.interaction_verdict import interaction_verdicts
 from schemas.settings import EngineSettings
 from schemas.vocabulary import Engine, FailureMode
 from tests.builders import UrdfJoint
@@ -34,7 +34,7 @@ def cabinet(folder: Path, *, drawer_friction: float = 4.0) -> Subject:
 def test_an_object_that_behaves_passes_every_test(tmp_path: Path, engine: Engine) -> None:
     item = cabinet(tmp_path, drawer_friction=30.0)
     seen = interact(engine, item.urdf, item.overlay, SETTINGS, LIMITS, cause=hull_cause)
-    verdicts = judge_interaction(seen, item.overlay, LIMITS)
+    verdicts = interaction_verdicts(seen, item.overlay, LIMITS)
     assert [verdict.reason for verdict in verdicts if not verdict.passed] == []
     counts = {mode: sum(1 for verdict in verdicts if verdict.test is mode) for mode in FailureMode}
     assert counts[FailureMode.DROP] == 2 and counts[FailureMode.RESET] == 8
@@ -72,7 +72,7 @@ def test_one_test_alone_shows_what_it_shows_among_all(tmp_path: Path, mode: Fail
     kinds = {"drops", "resets", "sweeps", "holds", "openings", "nudges", "releases"}
     assert {kind for kind in kinds if getattr(alone, kind)} == records
     shown = [
-        {test.subject: test.passed for test in judge_interaction(seen, item.overlay, LIMITS) if test.test is mode}
+        {test.subject: test.passed for test in interaction_verdicts(seen, item.overlay, LIMITS) if test.test is mode}
         for seen in (whole, alone)
     ]
     assert shown[0] == shown[1] and shown[0]

@@ -4,7 +4,7 @@ from pathlib import Path
 
 import pytest
 
-from asset2sim.checks.interaction_verdict import judge_sweep
+from asset2sim.checks.interaction_verdict import sweep_verdict
 from asset2sim.checks.overlaps import overlap_pairs
 from asset2sim.checks.sweep import Cause, sweeps
 from schemas.interaction import Sweep
@@ -61,13 +61,13 @@ def test_a_free_drawer_and_one_that_a_hull_stops(tmp_path: Path, engine: Engine)
     item = cabinet(tmp_path)
     record = swept(item, engine, hull_cause)["slide"]
     assert record.free_share == 1.0 and record.obstacles == ()
-    assert judge_sweep(record, item.overlay.joints[0], None, engine, LIMITS).passed
+    assert sweep_verdict(record, item.overlay.joints[0], None, engine, LIMITS).passed
     item = cabinet(tmp_path, stop_at=0.2)
     record = swept(item, engine, hull_cause)["slide"]
     assert record.free_upper == pytest.approx(0.2, abs=0.006) and record.free_lower == 0.0
     (obstacle,) = record.obstacles
     assert {obstacle.link_a, obstacle.link_b} == {"drawer", "post"} and obstacle.depth_m > LIMITS.sweep_overlap_m
-    verdict = judge_sweep(record, item.overlay.joints[0], None, engine, LIMITS)
+    verdict = sweep_verdict(record, item.overlay.joints[0], None, engine, LIMITS)
     assert not verdict.passed and verdict.value == pytest.approx(0.5, abs=0.02)
     assert "'drawer'" in verdict.reason and "'post'" in verdict.reason and "hull" in verdict.reason
 
@@ -75,7 +75,7 @@ def test_a_free_drawer_and_one_that_a_hull_stops(tmp_path: Path, engine: Engine)
 def test_authored_geometry_in_the_way_is_told_and_does_not_fail(tmp_path: Path) -> None:
     item = cabinet(tmp_path, stop_at=0.2)
     record = swept(item, Engine.PYBULLET, authored_cause)["slide"]
-    verdict = judge_sweep(record, item.overlay.joints[0], None, "pybullet", LIMITS)
+    verdict = sweep_verdict(record, item.overlay.joints[0], None, "pybullet", LIMITS)
     assert verdict.passed and verdict.value == pytest.approx(0.5, abs=0.02)
     assert "authored geometry stops it" in verdict.reason and "'post'" in verdict.reason
 
@@ -101,7 +101,7 @@ def test_a_rack_behind_a_closed_door_is_not_jammed(tmp_path: Path, engine: Engin
     item = rack(tmp_path)
     record = swept(item, engine, hull_cause)["slide"]
     assert record.free_share == 1.0 and record.others == {"hinge": -2.0}
-    verdict = judge_sweep(record, item.overlay.joints[0], None, engine, LIMITS)
+    verdict = sweep_verdict(record, item.overlay.joints[0], None, engine, LIMITS)
     assert verdict.passed and "'hinge'" in verdict.reason
 
 
@@ -109,7 +109,7 @@ def test_a_rack_that_something_else_stops_too_is_jammed_there(tmp_path: Path) ->
     item = rack(tmp_path, both=True)
     record = swept(item, Engine.PYBULLET, hull_cause)["slide"]
     assert set(record.others) == {"hinge"} and record.free_upper == pytest.approx(0.2, abs=0.006)
-    assert not judge_sweep(record, item.overlay.joints[0], None, "pybullet", LIMITS).passed
+    assert not sweep_verdict(record, item.overlay.joints[0], None, "pybullet", LIMITS).passed
 
 
 def test_an_overlap_that_is_there_from_the_start_is_no_jam(tmp_path: Path) -> None:

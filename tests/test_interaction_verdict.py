@@ -4,7 +4,7 @@ import math
 
 import pytest
 
-from asset2sim.checks.interaction_verdict import TestVerdict, hull_loss, judge_interaction
+from asset2sim.checks.interaction_verdict import CheckVerdict, hull_loss, interaction_verdicts
 from schemas.interaction import Drop, Hold, Interaction, Nudge, Obstacle, Opening, Release, Reset, Sweep
 from schemas.overlay import PhysicsOverlay
 from schemas.settings import Thresholds
@@ -32,14 +32,14 @@ GOOD = Interaction(
 )  # fmt: skip
 
 
-def verdicts(**changes: object) -> dict[tuple[FailureMode, str], TestVerdict]:
-    found = judge_interaction(GOOD.model_copy(update=changes), OVERLAY, LIMITS)
+def verdicts(**changes: object) -> dict[tuple[FailureMode, str], CheckVerdict]:
+    found = interaction_verdicts(GOOD.model_copy(update=changes), OVERLAY, LIMITS)
     keyed = {(item.test, item.subject): item for item in found}
     assert len(keyed) == len(found), "a test and subject has one verdict"
     return keyed
 
 
-def failed(**changes: object) -> TestVerdict:
+def failed(**changes: object) -> CheckVerdict:
     (verdict,) = [item for item in verdicts(**changes).values() if not item.passed]
     assert "mujoco" in verdict.reason and verdict.value is not None and verdict.limit is not None
     return verdict

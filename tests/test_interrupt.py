@@ -5,7 +5,7 @@ import signal
 
 import pytest
 
-from asset2sim.runs.interrupt import terminated_as_interrupted, termination_deferred
+from asset2sim.runs.interrupt import sigterm_as_interrupt, sigterm_deferred
 
 
 def stop() -> None:
@@ -15,7 +15,7 @@ def stop() -> None:
 
 def test_the_first_is_ctrl_c_and_the_second_nothing() -> None:
     before = signal.getsignal(signal.SIGTERM)
-    with terminated_as_interrupted():
+    with sigterm_as_interrupt():
         with pytest.raises(KeyboardInterrupt):
             stop()
         stop()
@@ -24,13 +24,13 @@ def test_the_first_is_ctrl_c_and_the_second_nothing() -> None:
 
 def test_one_that_comes_before_the_work_stops_it_and_one_after_it_nothing() -> None:
     before = signal.getsignal(signal.SIGTERM)
-    with termination_deferred():
+    with sigterm_deferred():
         stop()
-        with pytest.raises(KeyboardInterrupt), terminated_as_interrupted():
+        with pytest.raises(KeyboardInterrupt), sigterm_as_interrupt():
             raise AssertionError("the work must not begin")
-        with terminated_as_interrupted():
+        with sigterm_as_interrupt():
             pass
         stop()
-    with terminated_as_interrupted():
+    with sigterm_as_interrupt():
         pass
     assert signal.getsignal(signal.SIGTERM) is before

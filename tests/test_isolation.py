@@ -12,7 +12,7 @@ from pathlib import Path
 import pytest
 
 from asset2sim.runs.isolation import Ending, Outcome, accept_children, run_isolated, stop_children
-from asset2sim.runs.isolation.attempt import StoppedError, attempt_in_child, failed_record, record_of_death
+from asset2sim.runs.isolation.attempt import StoppedError, attempt_in_child, failed_record, record_of_dead_child
 from schemas.asset import AssetRecord, AssetRef
 from schemas.request import ModelAnswer, ModelCall, ModelRequest
 from schemas.settings import RunSettings, Settings
@@ -99,7 +99,7 @@ def test_an_exception_comes_back_as_text_with_its_traceback(log: Path) -> None:
 def test_a_full_disk_is_an_ending_of_its_own_and_a_failed_record_that_says_so(log: Path, tmp_path: Path) -> None:
     outcome = isolated(log, crashers.meet_a_full_disk)
     assert outcome.ending is Ending.DISK_FULL and "No space left on device" in outcome.detail
-    record = record_of_death(REF, tmp_path, Settings(), outcome, (CALL,))
+    record = record_of_dead_child(REF, tmp_path, Settings(), outcome, (CALL,))
     assert record.failure_mode is FailureMode.DISK_FULL and record.calls == (CALL,)
     assert record.reason == "a disk is full: ValueError: cannot export the mesh"
 

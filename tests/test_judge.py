@@ -7,11 +7,11 @@ from pathlib import Path
 import pytest
 
 from asset2sim.studies.simcheck import run as program
-from asset2sim.studies.simcheck.report import Complaint, ObjectReport, judge, read_report, share
+from asset2sim.studies.simcheck.report import ObjectReport, SimcheckFinding, judge, read_report, share
 from schemas.errors import UnknownChoiceError, UsageError
 from schemas.settings import EngineSettings
 from schemas.vocabulary import Engine, Severity
-from tests.assets import ROOT, UNSEEN, prior, sample
+from tests.assets import NO_VIEWS, ROOT, prior, sample
 from tests.processes import wait_until
 
 
@@ -24,11 +24,11 @@ def report_text(*results: tuple[str, str, list[dict[str, object]]]) -> str:
     return json.dumps({"results": [{"id": i, "engine": engine, "findings": found} for i, engine, found in results]})
 
 
-def complaint(severity: Severity, check: str, engine: str = "") -> Complaint:
-    return Complaint(severity=severity, check=check, engine=engine, target="", message=f"{check} is wrong")
+def complaint(severity: Severity, check: str, engine: str = "") -> SimcheckFinding:
+    return SimcheckFinding(severity=severity, check=check, engine=engine, target="", message=f"{check} is wrong")
 
 
-def of(asset_id: str, *complaints: Complaint, problem: str = "") -> ObjectReport:
+def of(asset_id: str, *complaints: SimcheckFinding, problem: str = "") -> ObjectReport:
     return ObjectReport(asset_id=asset_id, seconds=2.0, complaints=complaints, problem=problem)
 
 
@@ -176,7 +176,7 @@ def test_simcheck_itself_finds_no_error_in_a_refined_sample(tmp_path: Path) -> N
         simcheck = program.find_simcheck(ROOT)
     except UsageError:
         pytest.skip("simcheck is not installed: make judge")
-    quick = UNSEEN.model_copy(update={"engine": EngineSettings(verify=(Engine.PYBULLET,), interact=False)})
+    quick = NO_VIEWS.model_copy(update={"engine": EngineSettings(verify=(Engine.PYBULLET,), interact=False)})
     refine_asset(sample("box_wooden"), tmp_path, quick, prior)
     report = program.check_object(simcheck, "box_wooden", tmp_path / "assets" / "box_wooden" / "mobility.urdf")
     assert report.problem == "" and report.without_error, report.complaints

@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 
 from asset2sim.assets.urdf.bake import unbake
-from asset2sim.checks.verdict import disagreements, failures_of, judge_reports
+from asset2sim.checks.verdict import disagreements, failures_of, overall_verdict
 from asset2sim.engines.registry import installed
 from asset2sim.refinement.judge import obstacles, report_findings
 from schemas.interaction import Obstacle, Sweep
@@ -24,7 +24,7 @@ from schemas.vocabulary import (
 )
 from tasks.pipeline import refine_asset
 from tasks.publish import bake
-from tests.assets import UNSEEN, fingerprint, near, prior, sample
+from tests.assets import NO_VIEWS, fingerprint, near, prior, sample
 from tests.factories import make_drop, make_measurement, make_motion, make_record, make_report
 
 LIMITS = Thresholds()
@@ -42,7 +42,7 @@ def test_an_engine_that_died_fails_with_what_became_of_it() -> None:
     assert (failure.mode, failure.reason) == (FailureMode.ENGINE_CRASH, dead.problem)
     late = dead.model_copy(update={"timed_out": True})
     assert failures_of(late, overlay(), LIMITS)[0].mode is FailureMode.TIMEOUT
-    verdict = judge_reports((make_report(Engine.PYBULLET), dead), overlay(), LIMITS)
+    verdict = overall_verdict((make_report(Engine.PYBULLET), dead), overlay(), LIMITS)
     assert verdict.mode is FailureMode.ENGINE_CRASH
 
 
@@ -53,7 +53,7 @@ def test_every_failing_test_is_told_and_the_first_is_the_verdict() -> None:
     reports = (make_report(Engine.PYBULLET), bad.model_copy(update={"interaction": fast}))
     told = [item for item in report_findings(reports, overlay(), Settings()) if item.severity is Severity.ERROR]
     assert [item.code for item in told] == ["drift", "drop"] and told[0].value == 0.5
-    assert judge_reports(reports, overlay(), LIMITS).reason == told[0].message
+    assert overall_verdict(reports, overlay(), LIMITS).reason == told[0].message
 
 
 def test_engines_that_disagree_are_told_with_all_numbers() -> None:
@@ -89,7 +89,7 @@ def test_what_stops_a_joint_is_told_once_with_the_deepest_overlap() -> None:
 
 def test_an_asset_as_it_came_is_judged_in_every_engine_and_nothing_is_written(tmp_path: Path) -> None:
     before = fingerprint(Path(sample("laptop_silver").path))
-    raw = UNSEEN.model_copy(update={"method": Method.RAW})
+    raw = NO_VIEWS.model_copy(update={"method": Method.RAW})
     record = refine_asset(sample("laptop_silver"), tmp_path, raw, prior)
     assert record.status is Status.FAILED and record.method is Method.RAW and record.calls == ()
     assert [report.engine for report in record.reports] == list(installed())
@@ -100,15 +100,15 @@ def test_an_asset_as_it_came_is_judged_in_every_engine_and_nothing_is_written(tm
 
 
 def test_interaction_can_be_left_out_and_engines_chosen(tmp_path: Path) -> None:
-    few = UNSEEN.model_copy(update={"engine": EngineSettings(verify=(Engine.PYBULLET,), interact=False)})
+    few = NO_VIEWS.model_copy(update={"engine": EngineSettings(verify=(Engine.PYBULLET,), interact=False)})
     record = refine_asset(sample("scissors_paper"), tmp_path, few, prior)
     (report,) = record.reports
     assert report.engine is Engine.PYBULLET and report.interaction is None and record.status is Status.OK
 
 
 def test_a_baked_state_is_the_urdf_s_zero_and_can_be_undone(tmp_path: Path) -> None:
-    kept = refine_asset(sample("laptop_silver"), tmp_path / "kept", UNSEEN, prior)
-    settings = UNSEEN.model_copy(update={"state": StateMode.BAKE, "exports": (Export.MJCF,)})
+    kept = refine_asset(sample("laptop_silver"), tmp_path / "kept", NO_VIEWS, prior)
+    settings = NO_VIEWS.model_copy(update={"state": StateMode.BAKE, "exports": (Export.MJCF,)})
     record = refine_asset(sample("laptop_silver"), tmp_path / "baked", settings, prior)
     assert kept.overlay is not None and record.overlay is not None and record.status is Status.OK
     assert not [finding for finding in record.findings if finding.code == "bake_differs"]
@@ -121,7 +121,7 @@ def test_a_baked_state_is_the_urdf_s_zero_and_can_be_undone(tmp_path: Path) -> N
 
 
 def test_baking_keeps_what_overlaps(tmp_path: Path) -> None:
-    refine_asset(sample("laptop_silver"), tmp_path, UNSEEN, prior)
+    refine_asset(sample("laptop_silver"), tmp_path, NO_VIEWS, prior)
     urdf = tmp_path / "assets" / "laptop_silver" / "mobility.urdf"
     found = PhysicsOverlay.model_validate_json((urdf.parent / "overlay.json").read_bytes())
     _, findings = bake(urdf, found, Settings())
@@ -130,9 +130,9 @@ def test_baking_keeps_what_overlaps(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("mode", list(CollisionMode))
 def test_every_collision_mode_refines(tmp_path: Path, mode: CollisionMode) -> None:
-    collision = UNSEEN.collision.model_copy(update={"mode": mode})
+    collision = NO_VIEWS.collision.model_copy(update={"mode": mode})
     record = refine_asset(
-        sample("storage_sideboard"), tmp_path, UNSEEN.model_copy(update={"collision": collision}), prior
+        sample("storage_sideboard"), tmp_path, NO_VIEWS.model_copy(update={"collision": collision}), prior
     )
     folder = tmp_path / "assets" / "storage_sideboard"
     assert (folder / "mobility.urdf").is_file() and record.reports

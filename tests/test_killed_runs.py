@@ -18,7 +18,7 @@ from schemas.vocabulary import FailureMode, Method, Redo, Severity
 from tests.factories import make_finding, make_measurement, make_record
 from tests.incremental_runs import (
     NAMES,
-    UNSEEN,
+    NO_VIEWS,
     Make,
     asking,
     dataset,
@@ -109,6 +109,6 @@ def test_what_a_killed_run_of_another_method_left_is_dropped_with_its_folder(tmp
     hashes = run(data, tmp_path / "elsewhere").hashes
     keep_record(out, KeptRecord(run_id="killed", redo=Redo.CHANGED, record=make_record("a", content_hash=hashes["a"])))
     (out / "assets" / "a").mkdir(parents=True)
-    raw = UNSEEN.model_copy(update={"method": Method.RAW})
+    raw = NO_VIEWS.model_copy(update={"method": Method.RAW})
     run(data, out, raw, lambda ref: make_record(ref.asset_id, ref=ref, method=Method.RAW))
     assert done(run(data, out)) == "abcd"

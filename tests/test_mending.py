@@ -11,14 +11,14 @@ from asset2sim.assets.hulls import link_hulls
 from asset2sim.assets.urdf.read import read_dynamics
 from asset2sim.checks.rest import measure
 from asset2sim.checks.verdict import failures_of, judge, judge_report, oscillating_joints
-from asset2sim.refinement.dynamics.mend import Mended, joints_of, mend
+from asset2sim.refinement.dynamics.mend import Mended, concerned_joints, mend
 from asset2sim.refinement.dynamics.remedies import (
     Case,
-    closer_masses,
     firmer,
     firmer_hold,
     less_damping,
     less_friction,
+    lower_mass_ratio,
     more_damping,
     more_inertia,
     rougher_contact,
@@ -31,7 +31,7 @@ from schemas.measurement import JointMotion, Measurement
 from schemas.overlay import LinkProposal, Overlay, PhysicsOverlay
 from schemas.settings import SearchSettings, Settings
 from schemas.vocabulary import Engine, FailureMode, Severity, Source, Stage
-from tests.assets import UNSEEN, joint, link, near, read, robot, shape, written
+from tests.assets import NO_VIEWS, joint, link, near, read, robot, shape, written
 from tests.factories import make_measurement, make_motion
 
 HEAVY = Overlay(scale=1.0, links=(LinkProposal(name="body", mass_kg=200.0), LinkProposal(name="gate", mass_kg=1.0)))
@@ -53,9 +53,9 @@ class Bench:
 
     def __init__(self, folder: Path) -> None:
         self.item: Extraction = read(written(folder / "in", GATE))
-        self.calm, _ = validate(self.item, HEAVY, Source.MODEL, 0.5, UNSEEN.physics)
+        self.calm, _ = validate(self.item, HEAVY, Source.MODEL, 0.5, NO_VIEWS.physics)
         hulls = {name: link_hulls(geometry, 1.0) for name, geometry in self.item.geometry.items()}
-        self.folder = write_folder(self.item, self.calm, hulls, folder / "out", UNSEEN.physics)
+        self.folder = write_folder(self.item, self.calm, hulls, folder / "out", NO_VIEWS.physics)
         self.measured: list[PhysicsOverlay] = []
 
     def verify(
@@ -63,10 +63,10 @@ class Bench:
     ) -> tuple[EngineReport, ...]:
         assert list(engines) == [Engine.PYBULLET]
         self.measured.append(overlay)
-        write_urdf(self.item, overlay, self.folder, UNSEEN.physics)
+        write_urdf(self.item, overlay, self.folder, NO_VIEWS.physics)
         friction = overlay.contact_friction
         positions = overlay.initial_positions
-        return (report(measure(Engine.PYBULLET, self.folder.urdf, positions, friction, UNSEEN.engine)),)
+        return (report(measure(Engine.PYBULLET, self.folder.urdf, positions, friction, NO_VIEWS.engine)),)
 
     def swinging(self) -> PhysicsOverlay:
         """A spring of 2 Hz with a fiftieth of critical damping and no friction, drawn 0.5 rad."""
@@ -88,28 +88,28 @@ def bench(tmp_path_factory: pytest.TempPathFactory) -> Bench:
 def mended(bench: Bench) -> tuple[EngineReport, Mended]:
     loose = bench.swinging()
     before = bench.verify(loose, [Engine.PYBULLET])
-    return before[0], mend(bench.item.features, loose, before, UNSEEN, bench.verify)
+    return before[0], mend(bench.item.features, loose, before, NO_VIEWS, bench.verify)
 
 
 def test_the_loose_gate_does_oscillate(mended: tuple[EngineReport, Mended]) -> None:
     before = mended[0].measurement
-    assert before is not None and oscillating_joints(before, frozenset(), UNSEEN.thresholds) == ("swing",)
-    assert judge(before, frozenset(), UNSEEN.thresholds).mode in (FailureMode.OSCILLATION, FailureMode.DRIFT)
+    assert before is not None and oscillating_joints(before, frozenset(), NO_VIEWS.thresholds) == ("swing",)
+    assert judge(before, frozenset(), NO_VIEWS.thresholds).mode in (FailureMode.OSCILLATION, FailureMode.DRIFT)
 
 
 def test_it_is_mended(bench: Bench, mended: tuple[EngineReport, Mended]) -> None:
     _, result = mended
-    assert judge_report(result.reports[0], result.overlay, UNSEEN.thresholds).passed
+    assert judge_report(result.reports[0], result.overlay, NO_VIEWS.thresholds).passed
     (loose,), (part,) = bench.swinging().joints, result.overlay.joints
     assert part.damping > loose.damping and part.damping_source is Source.SEARCH
     assert part.friction == 0.0, "friction would keep a spring from returning"
-    bound = UNSEEN.physics.max_damping_step * part.least_inertia / UNSEEN.physics.coarse_timestep_s
+    bound = NO_VIEWS.physics.max_damping_step * part.least_inertia / NO_VIEWS.physics.coarse_timestep_s
     assert part.damping <= bound * (1.0 + 1e-9)
 
 
 def test_its_steps_are_in_the_trace_and_its_changes_in_findings(mended: tuple[EngineReport, Mended]) -> None:
     _, result = mended
-    assert 1 <= len(result.trace) <= UNSEEN.search.mend_rounds
+    assert 1 <= len(result.trace) <= NO_VIEWS.search.mend_rounds
     assert {step.proposer for step in result.trace} == {"mend"} and result.trace[-1].accepted
     assert all(step.test is not None and step.test.startswith("pybullet ") for step in result.trace)
     assert result.findings and {item.code for item in result.findings} == {"mended"}
@@ -127,7 +127,7 @@ def test_what_was_accepted_is_what_is_written(bench: Bench, mended: tuple[Engine
 def test_a_calm_gate_is_left_alone(bench: Bench) -> None:
     before = bench.verify(bench.calm, [Engine.PYBULLET])
     measured = len(bench.measured)
-    result = mend(bench.item.features, bench.calm, before, UNSEEN, bench.verify)
+    result = mend(bench.item.features, bench.calm, before, NO_VIEWS, bench.verify)
     assert (result.overlay, result.reports) == (bench.calm, before)
     assert result.trace == () and result.findings == () and len(bench.measured) == measured
 
@@ -153,7 +153,7 @@ def seen_as(
         return tuple(report(then(tried.index(overlay), engine), engine) for engine in wanted)
 
     first = tuple(report(then(0, engine), engine) for engine in engines)
-    return mend(bench.item.features, bench.calm, first, UNSEEN, verify), asked
+    return mend(bench.item.features, bench.calm, first, NO_VIEWS, verify), asked
 
 
 def test_changes_that_measure_worse_are_taken_back(bench: Bench) -> None:
@@ -166,7 +166,7 @@ def test_changes_that_measure_worse_are_taken_back(bench: Bench) -> None:
 
 def test_a_step_that_helps_a_little_is_kept_and_the_next_goes_on_from_it(bench: Bench) -> None:
     result, asked = seen_as(bench, lambda n, _: swing(0.1 / (n + 1)))
-    assert all(step.accepted for step in result.trace) and len(result.trace) == UNSEEN.search.mend_rounds
+    assert all(step.accepted for step in result.trace) and len(result.trace) == NO_VIEWS.search.mend_rounds
     damping = [overlay.joints[0].damping for overlay, _, _ in asked]
     assert damping == sorted(damping)
     assert result.trace[0].value_before == 0.1 and result.trace[0].value_after == 0.05
@@ -197,7 +197,7 @@ def test_an_engine_that_dies_on_a_proposal_is_no_improvement(bench: Bench) -> No
         asked += 1
         return (report(None, problem="pybullet was killed by SIGSEGV"),)
 
-    result = mend(bench.item.features, bench.calm, (report(swing(0.01)),), UNSEEN, verify)
+    result = mend(bench.item.features, bench.calm, (report(swing(0.01)),), NO_VIEWS, verify)
     assert asked and result.overlay == bench.calm and not any(step.accepted for step in result.trace)
 
 
@@ -207,13 +207,13 @@ def test_what_no_parameter_can_mend_is_not_tried(bench: Bench) -> None:
 
 
 def test_no_rounds_no_change(bench: Bench) -> None:
-    settings = UNSEEN.model_copy(update={"search": SearchSettings(mend_rounds=0)})
+    settings = NO_VIEWS.model_copy(update={"search": SearchSettings(mend_rounds=0)})
     result = mend(bench.item.features, bench.calm, (report(swing(0.01)),), settings, bench.verify)
     assert result.overlay == bench.calm and not result.trace
 
 
 def case(bench: Bench) -> Case:
-    return Case(bench.item.features, UNSEEN, ("swing",))
+    return Case(bench.item.features, NO_VIEWS, ("swing",))
 
 
 def test_friction_grows_with_damping_where_there_is_no_spring(bench: Bench) -> None:
@@ -235,7 +235,7 @@ def test_a_spring_gets_no_friction_and_keeps_its_force_when_softened(bench: Benc
     force = [part.stiffness * (part.spring_reference - part.initial_position) for part in (was, now)]
     assert near(now.stiffness, was.stiffness / 2.0) and near(force[0], force[1])
     stiff = stiffer_spring(case(bench), loose)
-    bound = UNSEEN.physics.max_stiffness_step * was.least_inertia / UNSEEN.physics.coarse_timestep_s**2
+    bound = NO_VIEWS.physics.max_stiffness_step * was.least_inertia / NO_VIEWS.physics.coarse_timestep_s**2
     assert stiff is None or stiff.joints[0].stiffness <= bound * (1.0 + 1e-9)
 
 
@@ -250,7 +250,7 @@ def test_damping_stays_within_the_time_step(bench: Bench) -> None:
         pytest.fail("damping grows without bound")
     assert overlay is not None
     part = overlay.joints[0]
-    bound = UNSEEN.physics.max_damping_step * part.least_inertia / UNSEEN.physics.coarse_timestep_s
+    bound = NO_VIEWS.physics.max_damping_step * part.least_inertia / NO_VIEWS.physics.coarse_timestep_s
     assert near(part.damping, bound, 1e-3)
     halved = less_damping(case(bench), overlay)
     assert halved is not None and near(halved.joints[0].damping, part.damping / 2.0)
@@ -262,7 +262,7 @@ def test_light_links_gain_inertia_and_mass_only_where_they_are_light(bench: Benc
     was, now = ({item.name: item for item in overlay.links} for overlay in (bench.calm, heavier))
     assert now["body"] == was["body"] and near(now["gate"].inertia[0], 3.0 * was["gate"].inertia[0])
     assert now["gate"].mass_kg == was["gate"].mass_kg
-    closer = closer_masses(case(bench), bench.calm)
+    closer = lower_mass_ratio(case(bench), bench.calm)
     assert closer is not None and min(item.mass_kg for item in closer.links) >= 200.0 / 100.0 * (1.0 - 1e-9)
 
 
@@ -288,8 +288,8 @@ def test_what_slips_after_a_reset_is_what_is_mended(tmp_path: Path) -> None:
     seen = Interaction(engine=Engine.PYBULLET, drops=(), resets=(slipped,), support_m=0.1)
     told = report(None, interaction=seen)
     overlay = Bench(tmp_path).calm
-    (failure,) = failures_of(told, overlay, UNSEEN.thresholds)
+    (failure,) = failures_of(told, overlay, NO_VIEWS.thresholds)
     assert failure.mode is FailureMode.RESET and "joint 'swing', which must hold" in failure.reason
-    assert joints_of(overlay, (told,), failure, Settings()) == ("swing",)
+    assert concerned_joints(overlay, (told,), failure, Settings()) == ("swing",)
     still_moving = failure.__class__(failure.engine, failure.mode, failure.subject, "", 1.0, 0.05)
-    assert joints_of(overlay, (told,), still_moving, Settings()) == (), "a part that will not rest may be any"
+    assert concerned_joints(overlay, (told,), still_moving, Settings()) == (), "a part that will not rest may be any"

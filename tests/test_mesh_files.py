@@ -7,7 +7,7 @@ import pytest
 import trimesh
 
 from asset2sim.assets.meshes.load import load_mesh
-from asset2sim.assets.urdf.mesh_files import bring_meshes
+from asset2sim.assets.urdf.mesh_files import copy_meshes
 from tests.assets import box_obj, fingerprint, near
 
 LOW, HIGH = (0.0, 0.0, 0.0), (1.0, 2.0, 3.0)
@@ -26,7 +26,7 @@ def laid_out(folder: Path, files: Files) -> Path:
 def brought(references: dict[str, Path | None], source: Path, target: Path) -> tuple[dict[str, str], set[str]]:
     target.mkdir(parents=True)
     before = fingerprint(source)
-    places = bring_meshes(references, source, target)
+    places = copy_meshes(references, source, target)
     assert fingerprint(source) == before
     return places, set(fingerprint(target))
 

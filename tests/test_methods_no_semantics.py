@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from asset2sim.assets.extract import extract
-from asset2sim.baselines.no_semantics import disguise_of, disguised, restored, without_semantics
+from asset2sim.baselines.no_semantics import anonymized_request, name_aliases, restored, without_semantics
 from asset2sim.models.prompts import overlay_request, synthesis_request, with_validation_errors
 from schemas.features import Features
 from schemas.overlay import Overlay
@@ -50,7 +50,7 @@ def test_no_semantic_string_of_the_asset_is_in_the_request(asset_id: str) -> Non
     assert len(leaks(plain, words)) >= 4, "the test can fail"
     refused = with_validation_errors(plain, [f"links[0].name: unknown; links are: {', '.join(words)}"])
     for request in (plain, refused):
-        blind = disguised(request, disguise_of(features))
+        blind = anonymized_request(request, name_aliases(features))
         assert leaks(blind, words) == set()
         assert json.dumps(ref.prompt, ensure_ascii=False) in blind.text, "the user's words are not the asset's"
 
@@ -58,7 +58,7 @@ def test_no_semantic_string_of_the_asset_is_in_the_request(asset_id: str) -> Non
 def test_everything_else_of_the_request_stays() -> None:
     image = LabelledImage(label="front", png=b"png")
     plain = synthesis_request(make_features("7"), "a box", (1.0, 1.0, 1.0), {"door": (0.0, 1.0, 2.0)}, [image])
-    blind = disguised(plain, disguise_of(make_features("7")))
+    blind = anonymized_request(plain, name_aliases(make_features("7")))
     assert (blind.images, blind.system, blind.answer_schema) == (plain.images, plain.system, plain.answer_schema)
     before, after = (json.loads(re.findall(r"<structured_information>\n(.*)\n<", r.text)[0]) for r in (plain, blind))
     assert (after["purpose"], after["asset_id"], after["category"]) == ("synthesis", "", "")
@@ -103,19 +103,19 @@ def test_names_that_are_aliases_of_other_parts_are_told_apart() -> None:
             ),
         }
     )
-    disguise = disguise_of(features)
+    alias_map = name_aliases(features)
     for name, alias in (("base", "link_0"), ("link_0", "link_1"), ("link_2", "link_3")):
-        assert disguise.aliases[name] == alias
-        assert json.loads(restored(json.dumps({"name": alias, "of": [name]}), disguise))["name"] == name
+        assert alias_map.aliases[name] == alias
+        assert json.loads(restored(json.dumps({"name": alias, "of": [name]}), alias_map))["name"] == name
     sentence = with_validation_errors(ModelRequest(purpose="x", system="", text=""), ["base, link_0 and link_1"])
-    assert '"link_0, link_1 and link_2"' in disguised(sentence, disguise).text
+    assert '"link_0, link_1 and link_2"' in anonymized_request(sentence, alias_map).text
 
 
 def test_what_is_no_json_is_left_for_whoever_reads_it() -> None:
-    disguise = disguise_of(make_features("7"))
-    assert restored("I would rather not, link_0", disguise) == "I would rather not, link_0"
+    alias_map = name_aliases(make_features("7"))
+    assert restored("I would rather not, link_0", alias_map) == "I would rather not, link_0"
     deep = "[" * 5000 + "]" * 5000
-    assert restored(deep, disguise) == deep
+    assert restored(deep, alias_map) == deep
 
 
 def test_turns_of_a_conversation_are_disguised_too() -> None:
@@ -125,7 +125,7 @@ def test_turns_of_a_conversation_are_disguised_too() -> None:
         Turn(role="user", content="the Box still overlaps its door"),
     )
     request = ModelRequest(purpose="refinement", system="", text="", turns=turns)
-    first, second = disguised(request, disguise_of(features)).turns
+    first, second = anonymized_request(request, name_aliases(features)).turns
     assert json.loads(first.content) == {"joints": [{"name": "joint_1"}], "deltas": {"joint_1": 0.1}}
     assert second.content == "the part still overlaps its link_2"
 

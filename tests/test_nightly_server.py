@@ -26,7 +26,7 @@ from asset2sim.catalog.read import read_table
 from asset2sim.catalog.run import MARK
 from asset2sim.catalog.storage.lock import lock_output
 from asset2sim.cli.request import RefineRequest
-from flows.serve_nightly import night_elsewhere, night_here
+from flows.serve_nightly import run_deployed_night, run_night_here
 from flows.server.client import wait_for
 from flows.server.deployment import find_deployment
 from flows.server.serving import deployment_name
@@ -131,7 +131,7 @@ def test_nights_that_overlap_are_interrupted_and_killed(
         first = trigger(name)
         assert wait_until(lambda: nightly.kept() == 1, LIMIT_S), nightly.log
         with pytest.raises(UsageError, match="is at work; wait until it ends"):
-            night_elsewhere(RefineRequest(data=SAMPLES, out=nightly.out))
+            run_deployed_night(RefineRequest(data=SAMPLES, out=nightly.out))
         process.send_signal(signal.SIGTERM)
         assert process.wait(timeout=LIMIT_S) == 0
     assert wait_until(lambda: not alive(mark), 15.0), alive(mark)
@@ -175,11 +175,11 @@ def test_a_night_at_once_where_none_is_served_and_what_its_exit_code_says(
     )
     capsys.readouterr()
     with lock_output(nightly.out):
-        assert night_here(request) == 2
+        assert run_night_here(request) == 2
     assert capsys.readouterr().err.startswith(f"asset2sim: another run (process {os.getpid()}) is writing to")
     assert nightly.told[1].startswith("2:0::another run")
     (nightly.out / "catalog" / "assets.parquet").write_bytes(b"no table")
-    assert night_here(request) == 1
+    assert run_night_here(request) == 1
     (line,) = capsys.readouterr().err.splitlines()
     assert "assets.parquet cannot be read" in line and nightly.told[2].startswith("1:0::table 'assets'")
 

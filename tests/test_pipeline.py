@@ -15,14 +15,14 @@ from schemas.request import ModelAnswer
 from schemas.settings import Settings, ViewSettings
 from schemas.vocabulary import FailureMode, Severity, Source, Stage, Status
 from tasks.pipeline import refine_asset
-from tests.assets import RAW, UNSEEN, fingerprint, prior, sample, saying
+from tests.assets import NO_VIEWS, RAW, fingerprint, prior, sample, saying
 
 OUTCOMES = {bad.blueprint.asset_id: bad.outcomes for bad in planted()}
 # Its collision shapes are cut until nothing overlaps; what must become of it is for the search to settle.
 SEEN = Settings(views=ViewSettings(width=48, height=48))
 
 
-def refined(asset_id: str, out: Path, settings: Settings = UNSEEN) -> AssetRecord:
+def refined(asset_id: str, out: Path, settings: Settings = NO_VIEWS) -> AssetRecord:
     return refine_asset(sample(asset_id), out, settings, prior)
 
 
@@ -115,7 +115,7 @@ def copied(asset_id: str, folder: Path) -> AssetRef:
 @pytest.mark.parametrize("spoilt", ["not xml", "mesh gone", "model fails"])
 def test_a_good_folder_survives_a_failing_run(tmp_path: Path, spoilt: str) -> None:
     ref = copied("laptop_silver", tmp_path)
-    assert refine_asset(ref, tmp_path / "out", UNSEEN, prior).status is Status.OK
+    assert refine_asset(ref, tmp_path / "out", NO_VIEWS, prior).status is Status.OK
     before = fingerprint(tmp_path / "out")
     ask = prior
     if spoilt == "not xml":
@@ -124,7 +124,7 @@ def test_a_good_folder_survives_a_failing_run(tmp_path: Path, spoilt: str) -> No
         shutil.rmtree(Path(ref.path) / "textured_objs")
     else:
         ask = lambda request: ModelAnswer(content=None, calls=(), error="out of credit")  # noqa: E731
-    record = refine_asset(ref, tmp_path / "out", UNSEEN, ask)
+    record = refine_asset(ref, tmp_path / "out", NO_VIEWS, ask)
     modes = {
         "not xml": FailureMode.UNREADABLE_ASSET, "mesh gone": FailureMode.MISSING_MESH,
         "model fails": FailureMode.MODEL_ERROR,
@@ -134,7 +134,7 @@ def test_a_good_folder_survives_a_failing_run(tmp_path: Path, spoilt: str) -> No
 
 
 def test_a_models_answer_that_never_fits_is_no_estimate(tmp_path: Path) -> None:
-    record = refine_asset(sample("laptop_silver"), tmp_path, UNSEEN, saying({"scale": -1.0}))
+    record = refine_asset(sample("laptop_silver"), tmp_path, NO_VIEWS, saying({"scale": -1.0}))
     assert record.failure_mode is FailureMode.NO_VALID_ESTIMATE and "scale" in record.reason
     assert record.features is not None and record.overlay is None and not (tmp_path / "assets").exists()
 
@@ -145,7 +145,7 @@ def test_a_sloppy_models_answer_is_made_to_work(tmp_path: Path) -> None:
         "scale": 0.2, "joints": [{"name": "joint_0", "damping": 1e6, "friction": 0.0, "stiffness": 1e6}],
         "initial_joint_positions": {"joint_0": 40.0}, "asked": ["joint_0"],
     }  # fmt: skip
-    record = refine_asset(sample("box_wooden"), tmp_path, UNSEEN, saying(wild))
+    record = refine_asset(sample("box_wooden"), tmp_path, NO_VIEWS, saying(wild))
     assert record.status is Status.OK, record.reason
     assert record.overlay is not None and record.overlay.scale_source is Source.PRIOR
     assert {"damping_bounded", "stiffness_bounded"} <= {finding.code for finding in record.findings}

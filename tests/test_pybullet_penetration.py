@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from asset2sim.engines.contacts import penetration
-from asset2sim.engines.pybullet_object import contact_points, contacts_at, penetration_probe
+from asset2sim.engines.pybullet_object import contact_points, contacts_at, static_object
 from schemas.settings import EngineSettings
 from tests.builders import ORIGIN, UrdfJoint, UrdfLink, box, write_urdf
 
@@ -32,6 +32,6 @@ def test_phi_of_two_overlapping_boxes_is_their_depth_at_every_contact_point(tmp_
 
 
 def test_phi_follows_the_joint_and_is_zero_once_apart(tmp_path: Path) -> None:
-    with penetration_probe(siblings(tmp_path), SETTINGS) as item:
+    with static_object(siblings(tmp_path), SETTINGS) as item:
         phis = [penetration(contact_points(item, {"slide": q})) for q in (-0.01, 0.0, 0.005, 0.02)]
     assert phis[0] > phis[1] > phis[2] > 0.0 and phis[3] == 0.0

@@ -5,9 +5,9 @@ from pathlib import Path
 
 import pytest
 
-from asset2sim.models.refinement_prompt import Situation
+from asset2sim.models.refinement_prompt import StateProblem
 from asset2sim.refinement.ask_model import Questions, Scene, next_pose
-from asset2sim.refinement.state.bands import left_state, reaches
+from asset2sim.refinement.state.bands import joints_outside_state, reaches
 from schemas.overlay import PhysicsOverlay
 from schemas.request import ModelAnswer, ModelCall, ModelRequest
 from schemas.settings import ModelSettings, SearchSettings, Settings
@@ -130,7 +130,7 @@ def scene(script: Script, source: Source = Source.USER, model: ModelSettings = P
 
 def pose_after(step: dict[str, object], source: Source) -> dict[str, float] | None:
     content = json.dumps({"state_ok": False, "approved": False, **step})
-    return next_pose(scene(Script(said(content)), source), Situation("overlap", {"hinge": 0.5}, 0.1), ("hinge",))
+    return next_pose(scene(Script(said(content)), source), StateProblem("overlap", {"hinge": 0.5}, 0.1), ("hinge",))
 
 
 @pytest.mark.parametrize(
@@ -152,7 +152,9 @@ def test_an_approval_and_no_step_are_no_pose(step: dict[str, object]) -> None:
 def test_nothing_is_drawn_for_a_prior_and_what_cannot_be_drawn_is_asked_without() -> None:
     for model in (PRIOR, ModelSettings(model="openai/x"), ModelSettings(refinement_model="openai/x")):
         script = Script(said(STEP))
-        assert next_pose(scene(script, model=model), Situation("overlap", {"hinge": 0.5}, 0.1), ("hinge",)) is not None
+        assert (
+            next_pose(scene(script, model=model), StateProblem("overlap", {"hinge": 0.5}, 0.1), ("hinge",)) is not None
+        )
         assert script.asked[0].images == ()
 
 
@@ -162,4 +164,6 @@ def test_nothing_is_drawn_for_a_prior_and_what_cannot_be_drawn_is_asked_without(
 def test_a_state_is_left_where_a_joint_that_was_asked_for_is_beyond_its_tolerance(
     position: float, source: Source, left: tuple[str, ...]
 ) -> None:
-    assert left_state(scene(Script(said(STEP)), source).overlay, {"hinge": position}, SearchSettings()) == left
+    assert (
+        joints_outside_state(scene(Script(said(STEP)), source).overlay, {"hinge": position}, SearchSettings()) == left
+    )

@@ -8,7 +8,13 @@ from typing import Any
 import pytest
 
 from asset2sim.models.prompts import overlay_request, system_text, with_validation_errors
-from asset2sim.models.refinement_prompt import MAX_PAIRS, Situation, Tried, refinement_request, refinement_schema
+from asset2sim.models.refinement_prompt import (
+    MAX_PAIRS,
+    RefusedProposal,
+    StateProblem,
+    refinement_request,
+    refinement_schema,
+)
 from schemas.features import Features
 from schemas.measurement import ContactPair
 from schemas.overlay import PhysicsOverlay
@@ -43,7 +49,7 @@ def facts(request: ModelRequest) -> Mapping[str, Any]:
     return value
 
 
-def asked(situation: Situation, *focus: str, features: Features | None = None) -> ModelRequest:
+def asked(situation: StateProblem, *focus: str, features: Features | None = None) -> ModelRequest:
     reach = dict.fromkeys(focus, (0.0, 0.4))
     return refinement_request(features or make_features("7"), overlay("hinge", "slider"), situation, focus, reach)
 
@@ -51,7 +57,7 @@ def asked(situation: Situation, *focus: str, features: Features | None = None) -
 def test_it_states_focus_joints_and_worst_pairs_first() -> None:
     pairs = [pair("body", f"link_{index}", 0.001 * index) for index in range(MAX_PAIRS + 5)]
     image = LabelledImage(label="front", png=b"png")
-    situation = Situation("overlap", {"slider": 0.25, "hinge": 0.5}, 0.0123456, pairs)
+    situation = StateProblem("overlap", {"slider": 0.25, "hinge": 0.5}, 0.0123456, pairs)
     request = refinement_request(
         make_features("7"), overlay("hinge", "slider"), situation, ["slider"], {"slider": (0.0, 0.2)}, [image]
     )
@@ -69,12 +75,12 @@ def test_it_states_focus_joints_and_worst_pairs_first() -> None:
 
 
 def test_it_states_what_was_refused_and_where_joints_came_to_rest() -> None:
-    tried = Tried({"hinge": 0.3, "slider": 0.1}, 0.004, {"hinge": 0.01})
-    situation = Situation("fell", {"hinge": 0.1, "slider": 0.1}, 0.0, settled={"hinge": 0.0}, tried=(tried,))
+    tried = RefusedProposal({"hinge": 0.3, "slider": 0.1}, 0.004, {"hinge": 0.01})
+    situation = StateProblem("fell", {"hinge": 0.1, "slider": 0.1}, 0.0, settled={"hinge": 0.0}, tried=(tried,))
     told = facts(asked(situation, "hinge"))
     assert told["focus_joints"][0]["settled"] == 0.0 and told["problem"] == "fell"
     assert told["tried"] == [{"positions": {"hinge": 0.3}, "phi_m": 0.004, "settled": {"hinge": 0.01}}]
-    moved = facts(asked(Situation("moved", {"hinge": 0.1, "slider": 0.1}, 0.0, desired_phi_m=0.01), "hinge"))
+    moved = facts(asked(StateProblem("moved", {"hinge": 0.1, "slider": 0.1}, 0.0, desired_phi_m=0.01), "hinge"))
     assert moved["desired_phi_m"] == 0.01 and "settled" not in moved["focus_joints"][0]
 
 
@@ -82,9 +88,9 @@ def test_the_system_text_has_the_papers_steps_and_every_word_of_the_block() -> N
     system = system_text("refinement")
     for words in ("10 to 40 %", "5 to 25 %", "0.02", "0.01", "0.002", "state_ok", "approved", "deltas", "radians"):
         assert words in system, words
-    situation = Situation(
+    situation = StateProblem(
         "fell", {"hinge": 0.1, "slider": 0.1}, 0.0, settled={"hinge": 0.0}, desired_phi_m=0.1,
-        tried=(Tried({"hinge": 0.3}, 0.1),),
+        tried=(RefusedProposal({"hinge": 0.3}, 0.1),),
     )  # fmt: skip
     told = facts(asked(situation, "hinge"))
     for key in {*told, *told["focus_joints"][0]} - {"purpose", "asset_id", "category", "name", "type", "label"}:
@@ -154,7 +160,7 @@ def test_an_instruction_in_a_state_stays_data(place: str) -> None:
     else:
         pairs = [pair(EVIL, "b", 0.1)]
     positions = {focus: 0.1, "slider": 0.1}
-    situation = Situation("overlap", positions, 0.1, pairs, tried=(Tried(positions, 0.2),))
+    situation = StateProblem("overlap", positions, 0.1, pairs, tried=(RefusedProposal(positions, 0.2),))
     request = refinement_request(features, physics, situation, [focus], {focus: (0.0, 1.0)})
     only_data(request, ["structured_information"])
     assert facts(request)["focus_joints"][0]["name"] == focus

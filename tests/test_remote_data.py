@@ -12,15 +12,15 @@ from asset2sim.cli.request import RefineRequest
 from asset2sim.runs.check_request import check_request
 from asset2sim.runs.dataset import load_dataset
 from asset2sim.runs.isolation.attempt import Attempt
-from asset2sim.runs.plan.plan import contents_of
+from asset2sim.runs.plan.plan import asset_files_hashes
 from asset2sim.runs.plan.state import open_state
-from asset2sim.runs.remote.fetch_asset import fetch_asset, local_file, with_files
+from asset2sim.runs.remote.fetch_asset import fetch_asset, local_file, run_with_local_files
 from schemas.asset import AssetRef
 from schemas.errors import UsageError
 from schemas.location import absolute, below, is_url, is_within, local_folder, location_of
 from schemas.vocabulary import FailureMode, Method, Status
 from tests.factories import make_finding, make_record
-from tests.incremental_runs import UNSEEN, dataset
+from tests.incremental_runs import NO_VIEWS, dataset
 from tests.object_store import Store
 from tests.remote_runs import in_this_process, night
 
@@ -107,7 +107,7 @@ def test_what_is_no_dataset_is_a_mistake_in_one_line(store: Store, tmp_path: Pat
         (f"{store.url}/data/a/out", "overlap"),
     ):
         with pytest.raises(UsageError, match=told):
-            check_request(f"{store.url}/data", out, UNSEEN, None, (), None)
+            check_request(f"{store.url}/data", out, NO_VIEWS, None, (), None)
     assert not (tmp_path / "cache").exists(), "something was written before the request was found to be wrong"
 
 
@@ -121,7 +121,7 @@ def test_contents_are_hashed_from_listings_alone(store: Store, tmp_path: Path) -
     def hashes() -> dict[str, str]:
         listing._kept.clear()
         with open_state(tmp_path / "out") as state:
-            found = contents_of(state, refs)
+            found = asset_files_hashes(state, refs)
         by_id.update({ref.asset_id: found[ref.path] for ref in refs})
         return dict(by_id)
 
@@ -140,7 +140,7 @@ def test_contents_are_hashed_from_listings_alone(store: Store, tmp_path: Path) -
     # The hash is of what is there, not of where or of how it was looked at.
     listing._kept.clear()
     with open_state(tmp_path / "other") as state:
-        alone = contents_of(state, refs[:1])
+        alone = asset_files_hashes(state, refs[:1])
     assert alone == {refs[0].path: by_id["a"]}
 
 
@@ -169,14 +169,14 @@ def test_an_asset_is_fetched_as_far_as_it_changed(store: Store, tmp_path: Path) 
 
 def test_what_cannot_be_fetched_is_the_assets_failure(store: Store, monkeypatch: pytest.MonkeyPatch) -> None:
     ref = AssetRef(asset_id="a", path="s3://no-such-bucket/a")
-    attempt = with_files(ref, Path("out"), UNSEEN, lambda _: pytest.fail("it was refined"))
+    attempt = run_with_local_files(ref, Path("out"), NO_VIEWS, lambda _: pytest.fail("it was refined"))
     assert attempt.record.failure_mode is FailureMode.UNREADABLE_ASSET and attempt.record.status is Status.FAILED
     assert attempt.record.reason.startswith("s3://no-such-bucket/a: not there") and not attempt.died
     # A store that is away is the day's fault: the next run tries again.
     monkeypatch.setenv("AWS_ENDPOINT_URL", "http://127.0.0.1:1")
     monkeypatch.setenv("AWS_MAX_ATTEMPTS", "1")
     type(store.files).clear_instance_cache()
-    attempt = with_files(ref, Path("out"), UNSEEN, lambda _: pytest.fail("it was refined"))
+    attempt = run_with_local_files(ref, Path("out"), NO_VIEWS, lambda _: pytest.fail("it was refined"))
     assert attempt.record.failure_mode is FailureMode.ENGINE_CRASH
     type(store.files).clear_instance_cache()
 
@@ -190,7 +190,7 @@ def test_a_record_speaks_of_urls(store: Store, tmp_path: Path) -> None:
         finding = make_finding("warning", "x").model_copy(update={"message": f"{local.path}/mobility.urdf: odd"})  # type: ignore[arg-type]
         return Attempt(make_record("a", ref=local, reason=f"{local.path}: bad", findings=(finding,)))
 
-    record = with_files(ref, tmp_path / "out", UNSEEN, work).record
+    record = run_with_local_files(ref, tmp_path / "out", NO_VIEWS, work).record
     assert record.ref == ref and record.reason == f"{store.url}/set/a: bad"
     assert record.findings[0].message == f"{store.url}/set/a/mobility.urdf: odd"
 

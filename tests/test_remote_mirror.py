@@ -7,8 +7,8 @@ from pathlib import Path
 import pytest
 
 from asset2sim.catalog.storage import mirror
-from asset2sim.catalog.storage.mirror import FILE, MovingError, local_names, pull, push, send_folder
-from asset2sim.catalog.storage.objects import StoreError, list_objects, object_info, open_store, usage_error
+from asset2sim.catalog.storage.mirror import FILE, ObjectsChangedError, local_names, pull, push, send_folder
+from asset2sim.catalog.storage.objects import StoreError, list_objects, object_info, open_store, store_usage_error
 from schemas.errors import UsageError
 from tests.object_store import SECRET, Store
 
@@ -94,7 +94,7 @@ def test_a_pull_is_of_one_moment(store: Store, tmp_path: Path, monkeypatch: pyte
     assert [(folder / name).read_text() for name in names(folder)] == ["3", "3"]
     fill(store, tables__a="4")
     monkeypatch.setattr(mirror, "fetch", lambda *_: (fetch(*_), fill(store, tables__a=str(time.time_ns()))))
-    with pytest.raises(MovingError, match="being written to all the time"):
+    with pytest.raises(ObjectsChangedError, match="being written to all the time"):
         pull(url, folder, PARTS)
 
 
@@ -117,7 +117,7 @@ def test_a_store_that_fails_is_one_line_without_secrets(store: Store, monkeypatc
     type(store.files).clear_instance_cache()
     with pytest.raises(StoreError, match="Could not connect") as told:
         list_objects(f"{store.url}/x")
-    line = str(usage_error(told.value))
+    line = str(store_usage_error(told.value))
     assert "\n" not in line and SECRET not in line and "endpoint" in line
     for name in ("AWS_ACCESS_KEY_ID", "AWS_SECRET_ACCESS_KEY"):
         monkeypatch.delenv(name)

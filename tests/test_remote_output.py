@@ -28,7 +28,7 @@ from schemas.tables import TABLES
 from schemas.vocabulary import Redo
 from tests.dask_programs import process_cluster
 from tests.factories import make_record
-from tests.incremental_runs import NAMES, UNSEEN, dataset, done, manifest, runs, timeless
+from tests.incremental_runs import NAMES, NO_VIEWS, dataset, done, manifest, runs, timeless
 from tests.object_store import Store
 from tests.remote_runs import brief, in_this_process, night
 
@@ -193,7 +193,7 @@ HERE = 30
 def test_a_run_that_is_killed_anywhere_is_finished_by_another_machine(
     store: Store, data: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(read, "SENDING_S", 0.0)
+    monkeypatch.setattr(read, "UPLOAD_WAIT_S", 0.0)
     url = f"{store.url}/data"
     store.put(data, url)
     night(url, f"{store.url}/undisturbed")
@@ -237,7 +237,7 @@ def test_workers_on_another_machine_answer_through_the_store(store: Store, data:
     far = tmp_path / "far"
     # A worker that is a daemon may not start the process in which an asset runs.
     with process_cluster(daemon=False, ASSET2SIM_CACHE=str(far)) as cluster:
-        settings = UNSEEN.model_copy(update={"run": RunSettings(scheduler=cluster.scheduler_address)})
+        settings = NO_VIEWS.model_copy(update={"run": RunSettings(scheduler=cluster.scheduler_address)})
         assert done(night(url, out, settings, dask=True)) == "abcd"
     assert read_table(out, "assets")["status"].tolist() == ["ok"] * 4
     assert (far / "data").is_dir() and not (tmp_path / "cache" / "data").exists()

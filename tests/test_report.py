@@ -10,7 +10,7 @@ import pytest
 from asset2sim.catalog.changes import Previous, PreviousRun, change_figures, find_changes, read_previous
 from asset2sim.catalog.report import MAX_LISTED, escape, headline, report_markdown
 from asset2sim.catalog.report_file import report_path, write_report
-from asset2sim.catalog.run import MARK, RunRow, begin_run, end_run
+from asset2sim.catalog.run import MARK, RunRow, remove_run_marker, write_run_marker
 from asset2sim.catalog.write import write_run
 from schemas.asset import AssetRecord, Unchanged
 from schemas.settings import ModelSettings, Settings
@@ -202,10 +202,10 @@ def test_a_removed_asset_counts_nowhere_but_among_the_gone(tmp_path: Path) -> No
 
 
 def test_a_run_that_never_came_to_its_end_is_found_by_the_next_one(tmp_path: Path) -> None:
-    assert begin_run(tmp_path, make_run("dead")) is None
-    said = begin_run(tmp_path, make_run("next", 24))
+    assert write_run_marker(tmp_path, make_run("dead")) is None
+    said = write_run_marker(tmp_path, make_run("next", 24))
     assert said is not None and "(dead, from 2026-03-01 02:00 UTC) ended without a report" in said
-    end_run(tmp_path)
-    assert begin_run(tmp_path, make_run("good", 48)) is None
+    remove_run_marker(tmp_path)
+    assert write_run_marker(tmp_path, make_run("good", 48)) is None
     (tmp_path / MARK).write_text("{")
-    assert "the run before ended without a report" in str(begin_run(tmp_path, make_run("torn", 72)))
+    assert "the run before ended without a report" in str(write_run_marker(tmp_path, make_run("torn", 72)))

@@ -8,7 +8,7 @@ import pytest
 
 from asset2sim.engines.contacts import ContactPoint, penetration
 from asset2sim.engines.pybullet_object import contacts_at
-from asset2sim.models.refinement_prompt import Tried
+from asset2sim.models.refinement_prompt import RefusedProposal
 from asset2sim.refinement.state.bands import Band, Evaluator, band_of, objective
 from asset2sim.refinement.state.proposals import focus_joints
 from asset2sim.refinement.state.search import Ask, refine_state
@@ -19,18 +19,18 @@ from schemas.measurement import ContactPair
 from schemas.settings import SearchSettings
 from schemas.vocabulary import FailureMode, Source
 from tasks.pipeline import refine_asset
-from tests.assets import UNSEEN, near, prior, sample
+from tests.assets import NO_VIEWS, near, prior, sample
 from tests.factories import make_joint
 
 SEARCH = SearchSettings()
-ACCEPTABLE = UNSEEN.thresholds.penetration_m
+ACCEPTABLE = NO_VIEWS.thresholds.penetration_m
 Pose = dict[str, float]
 
 
 @pytest.fixture(scope="module")
 def flaps(tmp_path_factory: pytest.TempPathFactory) -> tuple[AssetRecord, Path]:
     out = tmp_path_factory.mktemp("flaps")
-    return refine_asset(sample("planted_crossed_flaps"), out, UNSEEN, prior), out
+    return refine_asset(sample("planted_crossed_flaps"), out, NO_VIEWS, prior), out
 
 
 def state_steps(record: AssetRecord) -> list[TraceStep]:
@@ -44,7 +44,7 @@ def test_crossing_flaps_are_parted(flaps: tuple[AssetRecord, Path]) -> None:
     first = record.trace[0]
     assert first.proposer == "request" and first.phi_before_m == first.phi_after_m > ACCEPTABLE, "they did cross"
     urdf = out / "assets" / "planted_crossed_flaps" / "mobility.urdf"
-    fresh = penetration(contacts_at(urdf, record.overlay.initial_positions, UNSEEN.engine))
+    fresh = penetration(contacts_at(urdf, record.overlay.initial_positions, NO_VIEWS.engine))
     assert near(fresh, record.measurement.penetration_m, 1e-9), "a world of its own sees the same"
     steps = state_steps(record)
     assert steps[-1].phi_after_m < first.phi_before_m
@@ -81,7 +81,7 @@ def test_closed_flaps_stay_closed(flaps: tuple[AssetRecord, Path]) -> None:
 
 
 def test_two_searches_are_the_same(flaps: tuple[AssetRecord, Path], tmp_path: Path) -> None:
-    again = refine_asset(sample("planted_crossed_flaps"), tmp_path, UNSEEN, prior)
+    again = refine_asset(sample("planted_crossed_flaps"), tmp_path, NO_VIEWS, prior)
     assert again.trace == flaps[0].trace and again.overlay == flaps[0].overlay
 
 
@@ -180,10 +180,14 @@ def test_a_joint_that_nobody_asked_for_may_start_at_its_authored_zero() -> None:
 
 
 def test_a_models_pose_that_gains_too_little_is_refused_and_told() -> None:
-    asked: list[tuple[tuple[ContactPair, ...], tuple[str, ...], tuple[Tried, ...]]] = []
+    asked: list[tuple[tuple[ContactPair, ...], tuple[str, ...], tuple[RefusedProposal, ...]]] = []
 
     def ask(
-        best: Pose, phi: float, pairs: tuple[ContactPair, ...], focus: tuple[str, ...], tried: tuple[Tried, ...]
+        best: Pose,
+        phi: float,
+        pairs: tuple[ContactPair, ...],
+        focus: tuple[str, ...],
+        tried: tuple[RefusedProposal, ...],
     ) -> Pose:
         assert best == {"a": 0.0, "b": 0.0} and phi == 0.5
         asked.append((pairs, focus, tried))

@@ -9,14 +9,22 @@ from asset2sim.runs.plan import records
 from asset2sim.runs.plan.records import (
     KeptRecord,
     await_record,
+    call_writer,
     keep_record,
-    keeping_calls,
     kept_records,
     paid_calls,
     read_record,
     record_file,
 )
-from asset2sim.runs.spread.harvest import Harvest, give_up, not_tried_again, pick_up, second_jobs, take, with_first
+from asset2sim.runs.spread.harvest import (
+    Harvest,
+    collect_unreported,
+    finish_without_retry,
+    not_tried_again,
+    second_attempt_jobs,
+    take,
+    with_first_attempt,
+)
 from asset2sim.runs.spread.job import Done, FirstAttempt, Job, job_of, last_seconds, longest_first
 from asset2sim.runs.spread.refine_all import refine_all
 from asset2sim.runs.spread.spread import Lost
@@ -25,7 +33,7 @@ from schemas.asset import AssetRef
 from schemas.settings import RunSettings, Settings
 from schemas.vocabulary import FailureMode, Method, Redo, Severity, Status
 from tests.factories import make_call, make_failure, make_record
-from tests.incremental_runs import NAMES, UNSEEN, dataset, done, run
+from tests.incremental_runs import NAMES, NO_VIEWS, dataset, done, run
 
 REF = AssetRef(asset_id="a", path="/nowhere/a")
 HASH = "0" * 64
@@ -44,26 +52,26 @@ def harvest(out: Path, **run_settings: object) -> Harvest:
 
 
 def test_a_second_attempt_keeps_what_the_first_one_cost_and_says_how_it_died() -> None:
-    record = with_first(make_record("a"), FIRST, "")
+    record = with_first_attempt(make_record("a"), FIRST, "")
     assert record.status is Status.OK and len(record.calls) == 1 + len(make_record("a").calls)
     assert record.calls[0] == FIRST.calls[0]
     said = record.findings[-1]
     assert (said.code, said.severity) == ("died_once", Severity.WARNING)
     assert "killed by SIGKILL (see logs/a.first.log)" in said.message
     failed = make_failure("a", FailureMode.TIMEOUT, "timeout")
-    twice = with_first(failed, FIRST, "not done after 300 s (see logs/a.log)")
+    twice = with_first_attempt(failed, FIRST, "not done after 300 s (see logs/a.log)")
     assert twice.failure_mode is FailureMode.TIMEOUT and twice.calls == FIRST.calls
     assert twice.reason.startswith("died twice: not done after 300 s (see logs/a.log); the first time: killed by")
     assert [finding.message for finding in twice.findings] == [f"asset a: {twice.reason}"]
-    assert with_first(failed, None, "") == failed
+    assert with_first_attempt(failed, None, "") == failed
 
 
 def test_those_without_a_record_go_first_and_no_more_than_so_many_are_tried() -> None:
     jobs = {name: Job(AssetRef(asset_id=name, path="/x"), name) for name in "abcd"}
     dead = {name: FirstAttempt(name) for name in "cba"}
-    chosen = list(second_jobs(jobs, dead, {"c", "b"}.__contains__, 2))
+    chosen = list(second_attempt_jobs(jobs, dead, {"c", "b"}.__contains__, 2))
     assert [(job.ref.asset_id, job.attempt) for job in chosen] == [("a", 2), ("c", 2)]
-    assert list(second_jobs(jobs, dead, {"c"}.__contains__, 0)) == []
+    assert list(second_attempt_jobs(jobs, dead, {"c"}.__contains__, 0)) == []
     (left,) = not_tried_again(make_failure("a", FailureMode.TIMEOUT), FIRST, 20).findings[1:]
     assert left.code == "not_tried_again" and "20 others" in left.message
 
@@ -87,10 +95,10 @@ def test_what_comes_in_is_read_from_the_output_folder(tmp_path: Path) -> None:
     assert take(dead, JOB, Done("a", Status.FAILED, died="crashed")) is None
     assert dead.dead == {"a": FirstAttempt("crashed", ())} and dead.records["a"].status is Status.FAILED
     second = Job(REF, HASH, dead.dead["a"])
-    assert pick_up(dead, second) is None
+    assert collect_unreported(dead, second) is None
     keep_record(tmp_path, kept(attempt=2))
-    assert pick_up(dead, second) == dead.records["a"] == kept().record and not dead.dead
-    assert pick_up(harvest(tmp_path), Job(REF, "1" * 64)) is None
+    assert collect_unreported(dead, second) == dead.records["a"] == kept().record and not dead.dead
+    assert collect_unreported(harvest(tmp_path), Job(REF, "1" * 64)) is None
 
 
 def test_a_record_that_could_not_be_written_travels_and_is_kept_where_there_is_room(tmp_path: Path) -> None:
@@ -121,7 +129,7 @@ def test_a_record_read_shares_what_every_record_has_and_a_copy_does_not(tmp_path
 
 
 def test_what_a_lost_worker_had_paid_for_is_in_the_record(tmp_path: Path) -> None:
-    keep = keeping_calls(tmp_path, HASH)
+    keep = call_writer(tmp_path, HASH)
     keep([make_call(), make_call(cached=True)])
     keep([make_call(attempt=2)])
     assert [call.attempt for call in paid_calls(tmp_path, HASH)] == [1, 2]
@@ -131,7 +139,7 @@ def test_what_a_lost_worker_had_paid_for_is_in_the_record(tmp_path: Path) -> Non
     keep([make_call(attempt=3)])
     got = harvest(tmp_path)
     take(got, JOB, Lost("gone"))
-    assert [call.attempt for call in give_up(got, JOB).calls] == [3] and paid_calls(tmp_path, HASH) == ()
+    assert [call.attempt for call in finish_without_retry(got, JOB).calls] == [3] and paid_calls(tmp_path, HASH) == ()
 
 
 def test_a_lost_worker_is_a_death_without_a_record_and_two_are_the_end(tmp_path: Path) -> None:
@@ -142,7 +150,7 @@ def test_a_lost_worker_is_a_death_without_a_record_and_two_are_the_end(tmp_path:
     assert "died twice: its Dask worker was lost: KilledWorker: again" in record.reason
     one_too_many = harvest(tmp_path / "other")
     take(one_too_many, JOB, Lost("gone"))
-    assert give_up(one_too_many, JOB).reason == "its Dask worker was lost: gone"
+    assert finish_without_retry(one_too_many, JOB).reason == "its Dask worker was lost: gone"
     assert not one_too_many.dead
 
 
@@ -158,12 +166,12 @@ def test_a_file_may_appear_a_moment_late_and_must_be_of_this_run_and_attempt(
 
     keep_record(tmp_path, kept(run_id="another"))
     assert await_record(tmp_path, HASH, "r", 1) is None
-    monkeypatch.setattr(records, "_look_again", appear)
+    monkeypatch.setattr(records, "_refresh_listing", appear)
     found = await_record(tmp_path, HASH, "r", 2)
     assert found is not None and found.attempt == 2 == len(looks)
     got = harvest(tmp_path)
     record_file(tmp_path, HASH).unlink()
-    monkeypatch.setattr(records, "_look_again", looks.append)
+    monkeypatch.setattr(records, "_refresh_listing", looks.append)
     assert take(got, JOB, Done("a", Status.OK)) is None
     assert "not to be seen" in got.dead["a"].died
 
@@ -182,7 +190,7 @@ def test_the_longest_of_last_time_go_first_and_the_unknown_before_them(tmp_path:
     data, out = dataset(tmp_path / "data"), tmp_path / "out"
     assert last_seconds(out, Method.ASSET2SIM) == {}
     times = dict(zip(NAMES, (1.0, 3.0, 2.0, 4.0), strict=True))
-    run(data, out, UNSEEN, lambda ref: make_record(ref.asset_id, ref=ref, seconds={"total": times[ref.asset_id]}))
+    run(data, out, NO_VIEWS, lambda ref: make_record(ref.asset_id, ref=ref, seconds={"total": times[ref.asset_id]}))
     seconds = last_seconds(out, Method.ASSET2SIM)
     assert seconds == times and last_seconds(out, Method.RAW) == {}
     refs = [AssetRef(asset_id=name, path="/x") for name in ("new", *NAMES, "newer")]

@@ -8,10 +8,10 @@ import pytest
 from asset2sim.assets.folder import Folder
 from asset2sim.refinement.ask_model import Questions, Scene
 from asset2sim.refinement.collision.part_links import Attempt
-from asset2sim.refinement.rest_state import fallen, measured_at, restate
+from asset2sim.refinement.rest_state import ask_lasting_state, fallen, measure_rest_from
 from asset2sim.refinement.state.bands import reaches
-from asset2sim.refinement.state.context import Log, Loop
-from asset2sim.refinement.state.nearer import brought_back
+from asset2sim.refinement.state.context import Log, RefinementContext
+from asset2sim.refinement.state.nearer import nearer_to_request
 from schemas.measurement import Measurement
 from schemas.overlay import PhysicsOverlay
 from schemas.request import ModelAnswer, ModelRequest
@@ -77,7 +77,7 @@ def urdf(tmp_path_factory: pytest.TempPathFactory) -> Path:
 @pytest.fixture(scope="module")
 def shut(urdf: Path) -> Measurement:
     """What becomes of the lid where it was asked to be."""
-    measured = measured_at(urdf, asking_for(ASKED), {"hinge": ASKED}, SETTINGS)
+    measured = measure_rest_from(urdf, asking_for(ASKED), {"hinge": ASKED}, SETTINGS)
     assert measured is not None
     return measured
 
@@ -114,7 +114,7 @@ def test_a_joint_with_next_to_no_range_has_not_fallen() -> None:
 def test_a_state_from_which_it_stays_is_found_by_the_simulator(urdf: Path, shut: Measurement) -> None:
     model = Deltas(0.02, 0.09)  # still short of upright; past it
     overlay = asking_for(ASKED)
-    found = restate(scene_of(urdf, overlay, model), overlay, shut, ("hinge",))
+    found = ask_lasting_state(scene_of(urdf, overlay, model), overlay, shut, ("hinge",))
     assert found.pose == pytest.approx({"hinge": ASKED + 0.09}) and ASKED + 0.09 > UPRIGHT
     assert [step.accepted for step in found.steps] == [False, True]
     assert found.steps[0].moved == {} and "'hinge' does not stay" in found.steps[0].reason
@@ -129,7 +129,7 @@ def test_a_proposal_beyond_the_state_is_cut_off_and_one_that_helps_nothing_is_re
 ) -> None:
     model = Deltas(-9.0, -0.1)
     overlay = asking_for(ASKED)
-    found = restate(scene_of(urdf, overlay, model), overlay, shut, ("hinge",))
+    found = ask_lasting_state(scene_of(urdf, overlay, model), overlay, shut, ("hinge",))
     assert found.pose is None and [step.accepted for step in found.steps] == [False, False]
     least = ASKED - SETTINGS.search.state_tolerance * STOP
     assert f'"tried":[{{"positions":{{"hinge":{least:.5g}' in model.asked[1].text
@@ -159,9 +159,9 @@ def test_a_state_that_was_left_is_brought_back_as_far_as_nothing_overlaps(tmp_pa
     model = Deltas(-0.1, -0.06)  # the first overlaps again, the second does not
     scene = scene_of(urdf, overlay, model, Settings(collision=CollisionSettings(mode=CollisionMode.KEEP)))
     extraction = read(folder)
-    loop = Loop(extraction, None, overlay, Source.USER, {}, scene.settings, Log())  # type: ignore[arg-type]
+    loop = RefinementContext(extraction, None, overlay, Source.USER, {}, scene.settings, Log())  # type: ignore[arg-type]
     best = Attempt({"hinge": 0.18}, {}, 0.0, 0.0)
-    back = brought_back(scene, loop, Folder(folder, {}, {}, CollisionMode.KEEP), best, 0.1)
+    back = nearer_to_request(scene, loop, Folder(folder, {}, {}, CollisionMode.KEEP), best, 0.1)
     assert near(back.positions["hinge"], 0.1) and back.phi == 0.0, "as near as its state's tolerance allows"
     steps = loop.log.trace
     assert [(step.proposer, step.accepted) for step in steps] == [("model", False), ("model", True)]

@@ -10,7 +10,7 @@ import trimesh
 from asset2sim.assets.extract import Extraction, extract
 from asset2sim.assets.meshes import triangles
 from asset2sim.assets.meshes.load import load_mesh
-from asset2sim.assets.meshes.shape_cache import KnownMesh, mesh_key, read_shapes, write_shapes
+from asset2sim.assets.meshes.shape_cache import CachedMesh, mesh_key, read_shapes, write_shapes
 from schemas.asset import AssetRef
 from schemas.errors import AssetError
 
@@ -100,7 +100,7 @@ def test_a_mesh_at_another_scale_is_another_mesh() -> None:
 def test_flat_and_empty_are_kept_too(tmp_path: Path, source: AssetRef) -> None:
     extract(source, tmp_path / "shapes")
     known = read_shapes(tmp_path / "shapes" / f"{BIN}.npz")
-    some: KnownMesh = next(iter(known.values()))
+    some: CachedMesh = next(iter(known.values()))
     write_shapes(tmp_path / "again.npz", {"one": some})
     (again,) = read_shapes(tmp_path / "again.npz").values()
     assert again.shape.solid.volume == some.shape.solid.volume and len(again.shape.pieces) == len(some.shape.pieces)

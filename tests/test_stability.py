@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from asset2sim.checks.interact import interact
-from asset2sim.checks.interaction_verdict import judge_reset
+from asset2sim.checks.interaction_verdict import reset_verdict
 from asset2sim.checks.reset import rise
 from schemas.interaction import Interaction, Reset
 from schemas.vocabulary import Engine, OverlapCause
@@ -52,11 +52,11 @@ def start(turned: float, final: float = 0.0) -> Reset:
 def test_what_the_start_can_topple_may_topple_and_no_more() -> None:
     narrow = Interaction(engine=Engine.PYBULLET, tip_rise_m=0.005, support_m=0.05)
     stable = narrow.model_copy(update={"tip_rise_m": 0.03})
-    toppled = judge_reset(start(1.57), 0, narrow, LIMITS)
+    toppled = reset_verdict(start(1.57), 0, narrow, LIMITS)
     assert toppled.passed and "a rise of 5 mm does" in toppled.reason and "21.5 mm" in toppled.reason
-    assert not judge_reset(start(1.57), 0, stable, LIMITS).passed
-    assert not judge_reset(start(1.57, final=0.3), 0, narrow, LIMITS).passed, "it must come to rest"
-    assert judge_reset(start(0.01), 0, stable, LIMITS).passed
+    assert not reset_verdict(start(1.57), 0, stable, LIMITS).passed
+    assert not reset_verdict(start(1.57, final=0.3), 0, narrow, LIMITS).passed, "it must come to rest"
+    assert reset_verdict(start(0.01), 0, stable, LIMITS).passed
 
 
 def test_a_pole_s_support_is_measured_in_the_engine(tmp_path: Path) -> None:

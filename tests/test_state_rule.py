@@ -9,7 +9,7 @@ import pytest
 from asset2sim.models.language.object_info import ObjectInfo
 from asset2sim.validation.asked_state import with_asked_state
 from asset2sim.validation.notes import Notes
-from asset2sim.validation.sanity import in_right_units
+from asset2sim.validation.sanity import convert_misread_units
 from schemas.features import Features
 from schemas.overlay import JointProposal, Overlay
 from schemas.settings import PhysicsSettings
@@ -135,7 +135,7 @@ def united(
     overlay = Overlay(
         scale=1.0, initial_joint_positions={"j": at}, joints=(JointProposal(name="j", spring_rest=at),), asked=("j",)
     )
-    found = in_right_units(features, overlay, notes)
+    found = convert_misread_units(features, overlay, notes)
     assert found.joints[0].spring_rest == found.initial_joint_positions["j"]
     return found.initial_joint_positions["j"], [finding.code for finding in notes.findings]
 

@@ -7,7 +7,7 @@ import pytest
 from asset2sim.validation.stated import stated_findings
 from schemas.settings import PhysicsSettings
 from schemas.vocabulary import Severity
-from tasks.extract import check_authored
+from tasks.extract import validate_authored
 from tests.assets import box_obj, joint, link, mesh, read, robot, shape, written
 
 BOX_INERTIA = (0.0017, 0.0017, 0.0017)
@@ -153,14 +153,14 @@ def furniture(folder: Path, axis: str, limit: str | None, kind: str = "revolute"
 @pytest.mark.parametrize(("axis", "code"), [("0 0 1", None), ("0 0 -1", "axis_inverted")])
 def test_a_door_that_goes_through_its_cabinet_is_turned_round(tmp_path: Path, axis: str, code: str | None) -> None:
     extraction = read(furniture(tmp_path, axis, "0 1.5"))
-    mended, found = check_authored(extraction, PhysicsSettings())
+    mended, found = validate_authored(extraction, PhysicsSettings())
     assert [item.code for item in found if item.severity is Severity.WARNING] == ([code] if code else [])
     assert mended.features.joint("hinge").axis == (0.0, 0.0, 1.0)
     assert extraction.features.joint("hinge").axis[2] == float(axis.split()[2]), "the extraction itself stays"
 
 
 def test_a_hinge_without_limits_gets_those_that_its_cabinet_leaves(tmp_path: Path) -> None:
-    mended, found = check_authored(read(furniture(tmp_path, "0 0 1", None)), PhysicsSettings())
+    mended, found = validate_authored(read(furniture(tmp_path, "0 0 1", None)), PhysicsSettings())
     hinge = mended.features.joint("hinge")
     assert {"limits_missing", "limits_found"} <= {item.code for item in found}
     assert hinge.type == "revolute" and hinge.lower is not None and hinge.upper is not None
@@ -176,6 +176,6 @@ def test_a_button_that_sinks_into_its_device_is_no_drawer(tmp_path: Path) -> Non
         "device.obj": box_obj((-0.2, -0.2, -0.1), (0.2, 0.2, 0.1)),
         "key.obj": box_obj((-0.01, -0.01, -0.01), (0.01, 0.01, 0.01)),
     }
-    mended, found = check_authored(read(written(tmp_path, text, files)), PhysicsSettings())
+    mended, found = validate_authored(read(written(tmp_path, text, files)), PhysicsSettings())
     assert mended.features.joint("press").axis == (0.0, 0.0, -1.0)
     assert not [item for item in found if item.severity is Severity.WARNING]

@@ -13,7 +13,7 @@ from asset2sim.engines.world import World
 from asset2sim.validation import validate
 from schemas.overlay import JointProposal, LinkProposal, Overlay, PhysicsOverlay
 from schemas.vocabulary import Engine, Source
-from tests.assets import UNSEEN, joint, link, read, robot, shape, written
+from tests.assets import NO_VIEWS, joint, link, read, robot, shape, written
 
 THING = robot(
     link("body", shape("1 1 1")),
@@ -43,9 +43,9 @@ WISHES = Overlay(
 def thing(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, PhysicsOverlay]:
     folder = tmp_path_factory.mktemp("thing")
     item = read(written(folder / "in", THING))
-    overlay, findings = validate(item, WISHES, Source.MODEL, 0.5, UNSEEN.physics)
+    overlay, findings = validate(item, WISHES, Source.MODEL, 0.5, NO_VIEWS.physics)
     assert not [finding for finding in findings if finding.code.endswith("_unmet")]
-    return write_folder(item, overlay, collision_hulls(item, 1.0), folder / "out", UNSEEN.physics).urdf, overlay
+    return write_folder(item, overlay, collision_hulls(item, 1.0), folder / "out", NO_VIEWS.physics).urdf, overlay
 
 
 RATES = [(engine, rate) for engine in Engine for rate in (240.0, 60.0)]
@@ -85,5 +85,5 @@ def test_a_wish_is_the_models_own_number_and_all_terms_are_bearable(thing: tuple
     _, overlay = thing
     for part in overlay.joints:
         assert part.damping_source is Source.MODEL
-        bound = UNSEEN.physics.max_damping_step * part.least_inertia / UNSEEN.physics.coarse_timestep_s
+        bound = NO_VIEWS.physics.max_damping_step * part.least_inertia / NO_VIEWS.physics.coarse_timestep_s
         assert part.damping <= bound * (1.0 + 1e-9)

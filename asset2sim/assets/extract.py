@@ -13,7 +13,7 @@ from asset2sim.assets.links import LinkGeometry, MeshReader, read_link
 from asset2sim.assets.meshes.shape_cache import read_shapes, write_shapes
 from asset2sim.assets.meshes.triangles import Triangles
 from asset2sim.assets.urdf.locate import find_urdf
-from asset2sim.assets.urdf.mesh_files import companions_of
+from asset2sim.assets.urdf.mesh_files import material_files
 from asset2sim.assets.urdf.read import read_urdf
 from asset2sim.assets.urdf.semantics import read_category, read_semantics
 from asset2sim.physics.arrays import Array, vector
@@ -99,7 +99,7 @@ def extract(ref: AssetRef, cache: Path | None = None) -> Extraction:
     closed = {joint.name: joint.closed for joint in joints if joint.closed is not None}
     closed_low, closed_high = bounds(points, link_to_root(tree, root, closed))
     files = [path for path in reader.files.values() if path is not None]
-    looks = [companion for file in files for companion in companions_of(file)]
+    looks = [companion for file in files for companion in material_files(file)]
     companions = [file for file in (folder / "semantics.txt", folder / "meta.json") if file.is_file()]
     features = Features(
         asset_id=ref.asset_id,

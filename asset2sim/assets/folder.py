@@ -9,8 +9,8 @@ from pathlib import Path
 
 from asset2sim.assets.extract import Extraction
 from asset2sim.assets.hulls import CollisionFiles, Hulls, write_hulls
-from asset2sim.assets.urdf.edit import refined_document
-from asset2sim.assets.urdf.mesh_files import bring_meshes
+from asset2sim.assets.urdf.edit import refined_urdf
+from asset2sim.assets.urdf.mesh_files import copy_meshes
 from schemas.overlay import PhysicsOverlay
 from schemas.settings import PhysicsSettings
 from schemas.vocabulary import CollisionMode
@@ -53,16 +53,16 @@ def write_folder(
     roles = ("visual", "collision") if mode is CollisionMode.KEEP else ("visual",)
     looks = {mesh.file for link in extraction.features.links for mesh in link.meshes if mesh.role in roles}
     wanted = {reference: file for reference, file in extraction.mesh_files.items() if reference in looks}
-    places = bring_meshes(wanted, extraction.urdf.parent, target)
+    places = copy_meshes(wanted, extraction.urdf.parent, target)
     for name in COMPANIONS:
         if (extraction.folder / name).is_file():
             shutil.copyfile(extraction.folder / name, target / name)
-    folder = with_hulls(Folder(target, places, {}, mode), hulls)
+    folder = replace_hulls(Folder(target, places, {}, mode), hulls)
     write_urdf(extraction, overlay, folder, settings)
     return folder
 
 
-def with_hulls(folder: Folder, hulls: Hulls) -> Folder:
+def replace_hulls(folder: Folder, hulls: Hulls) -> Folder:
     """Write other hulls; the folder with them, whose URDF must be written again. In mode ``keep`` nothing changes."""
     if folder.mode is CollisionMode.KEEP:
         return folder
@@ -71,7 +71,7 @@ def with_hulls(folder: Folder, hulls: Hulls) -> Folder:
 
 def write_urdf(extraction: Extraction, overlay: PhysicsOverlay, folder: Folder, settings: PhysicsSettings) -> None:
     """Write the folder's URDF."""
-    document = refined_document(
+    document = refined_urdf(
         extraction.urdf, extraction.features, overlay, folder.mesh_places, folder.collision, settings, folder.mode
     )
     folder.urdf.write_bytes(document)

@@ -10,10 +10,10 @@ import yourdfpy
 
 from asset2sim.assets.meshes.hull import hull_vertices, hull_volume
 from asset2sim.assets.meshes.load import primitive, scale_vector
-from asset2sim.assets.meshes.shape_cache import KnownMesh, mesh_key
+from asset2sim.assets.meshes.shape_cache import CachedMesh, mesh_key
 from asset2sim.assets.meshes.triangles import Triangles
 from asset2sim.assets.meshes.volume import Shape, combined, shape_of
-from asset2sim.assets.solids import Placed, unlike_looks, weighing
+from asset2sim.assets.solids import PlacedShape, collision_mismatch, shapes_with_mass
 from asset2sim.assets.urdf.locate import find_mesh
 from asset2sim.physics.arrays import Array, six, vector
 from schemas.errors import AssetError
@@ -44,23 +44,23 @@ class MeshReader:
     files: dict[str, Path | None] = field(default_factory=dict)
     shapes: dict[tuple[str, tuple[float, ...]], Shape | None] = field(default_factory=dict)
     holed: set[str] = field(default_factory=set)
-    known: Mapping[str, KnownMesh] = field(default_factory=dict)
+    known: Mapping[str, CachedMesh] = field(default_factory=dict)
     """Cached meshes of earlier extractions, by ``mesh_key``."""
-    met: dict[str, KnownMesh] = field(default_factory=dict)
+    met: dict[str, CachedMesh] = field(default_factory=dict)
     """Meshes of this extraction, by ``mesh_key``."""
 
     def note(self, severity: Severity, code: str, message: str, link: str | None = None) -> None:
         """Add a finding."""
         self.findings.append(Finding(stage=Stage.EXTRACT, severity=severity, code=code, message=message, link=link))
 
-    def read(self, path: Path, scale: Array) -> KnownMesh:
+    def read(self, path: Path, scale: Array) -> CachedMesh:
         """The mesh of a file at this (3,) scale, from ``known`` if it is there. ValueError as from ``load_mesh``."""
         key = mesh_key(self.triangles.key(path), scale)
         found = self.known.get(key) if key is not None else None
         if found is None:
             mesh = self.triangles.mesh(path, scale)
             closed = bool(mesh.is_watertight)
-            found = KnownMesh(
+            found = CachedMesh(
                 shape_of(mesh),
                 holed=not closed and hole_share(mesh) > HOLE_SHARE,
                 inside_out=closed and bool(mesh.volume < 0.0),
@@ -148,7 +148,7 @@ def read_link(link: yourdfpy.Link, label: str, kind: str, reader: MeshReader) ->
     AssetError (missing_mesh) where the link refers to geometry and none of it can be read.
     """
     meshes: list[MeshFeatures] = []
-    placed: dict[str, list[Placed]] = {"visual": [], "collision": []}
+    placed: dict[str, list[PlacedShape]] = {"visual": [], "collision": []}
     wanted = {"visual": 0, "collision": 0}
     for role, items in (("visual", link.visuals), ("collision", link.collisions)):
         for item in items:
@@ -158,7 +158,7 @@ def read_link(link: yourdfpy.Link, label: str, kind: str, reader: MeshReader) ->
                 continue
             meshes.append(mesh_features(file, role, shape))
             origin = np.eye(4) if item.origin is None else np.asarray(item.origin, dtype=float)
-            placed[role].append(Placed(shape, origin[:3, :3], origin[:3, 3], mesh_reference(item.geometry)))
+            placed[role].append(PlacedShape(shape, origin[:3, :3], origin[:3, 3], mesh_reference(item.geometry)))
     if any(wanted.values()) and not meshes:
         raise AssetError(
             FailureMode.MISSING_MESH,
@@ -168,7 +168,7 @@ def read_link(link: yourdfpy.Link, label: str, kind: str, reader: MeshReader) ->
             link=link.name,
         )
     lost = wanted["collision"] - len(placed["collision"])
-    doubt = unlike_looks(placed["collision"], placed["visual"], lost, reader.holed)
+    doubt = collision_mismatch(placed["collision"], placed["visual"], lost, reader.holed)
     if doubt is not None:
         reader.note(
             Severity.WARNING,
@@ -204,7 +204,7 @@ def read_link(link: yourdfpy.Link, label: str, kind: str, reader: MeshReader) ->
             inertial=inertial,
         )
         return empty, LinkGeometry(np.zeros((0, 3)), ())
-    solid = weighing(own)
+    solid = shapes_with_mass(own)
     body = combined([item.shape.solid.moved(item.rotation, item.translation) for item in solid])
     points = hull_vertices(np.vstack([item.points(item.shape.points) for item in own]))
     whole = hull_volume(points)
@@ -234,7 +234,7 @@ def mesh_reference(geometry: yourdfpy.Geometry) -> tuple[str, Array] | None:
     return None if geometry.mesh is None else (geometry.mesh.filename, scale_vector(geometry.mesh))
 
 
-def mesh_part(item: Placed, reference: str, scale: Array) -> MeshPart:
+def mesh_part(item: PlacedShape, reference: str, scale: Array) -> MeshPart:
     """One placed mesh with its pieces in the link's frame."""
     return MeshPart(
         reference,

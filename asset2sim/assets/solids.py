@@ -21,7 +21,7 @@ panels that enclose a room has five times their volume and more."""
 
 
 @dataclass(frozen=True)
-class Placed:
+class PlacedShape:
     """A shape in its link's frame: (3, 3) rotation and (3,) translation of its mesh.
 
     ``mesh`` is the reference and (3,) scale of a mesh file, None for a primitive.
@@ -38,7 +38,9 @@ class Placed:
         return moved
 
 
-def unlike_looks(collision: list[Placed], looks: list[Placed], lost: int, holed: Collection[str]) -> str | None:
+def collision_mismatch(
+    collision: list[PlacedShape], looks: list[PlacedShape], lost: int, holed: Collection[str]
+) -> str | None:
     """Why a link's collision meshes do not match its visuals, or None where they do.
 
     ``lost`` is how many of the collision references could not be read, ``holed`` names those with holes. Only separate
@@ -71,7 +73,7 @@ def unlike_looks(collision: list[Placed], looks: list[Placed], lost: int, holed:
     return None
 
 
-def weighing(items: list[Placed]) -> list[Placed]:
+def shapes_with_mass(items: list[PlacedShape]) -> list[PlacedShape]:
     """The shapes that have a mass: all solids, and the sheets that are panels.
 
     A sheet on a solid is a decal; one that reaches beyond the solids by ``PANEL_SHARE`` of its own size is a pane or a
@@ -92,13 +94,13 @@ def weighing(items: list[Placed]) -> list[Placed]:
     return kept
 
 
-def box(items: list[Placed]) -> tuple[Array, Array]:
+def box(items: list[PlacedShape]) -> tuple[Array, Array]:
     """The (3,) minimum and maximum of these shapes in the link's frame, m."""
     points = np.vstack([item.points(item.shape.points) for item in items])
     return points.min(axis=0), points.max(axis=0)
 
 
-def volume(items: list[Placed]) -> float:
+def volume(items: list[PlacedShape]) -> float:
     """The volume of these shapes' solids, m³: pieces overlap, so never more than their common hull."""
     whole = hull_volume(np.vstack([item.points(item.shape.points) for item in items]))
     return min(sum(item.shape.solid.volume for item in items if not item.shape.flat), whole)

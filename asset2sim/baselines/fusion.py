@@ -25,7 +25,7 @@ _Part = TypeVar("_Part", LinkProposal, JointProposal)
 
 
 @dataclass(frozen=True)
-class Given:
+class FusedNumber:
     """One parameter over all answers that state it: answer index → value (components), and → sigma or None."""
 
     values: Mapping[int, Numbers]
@@ -133,7 +133,7 @@ def fused_joint(
     return JointProposal.model_validate(fields)
 
 
-def numbers_of(answers: Sequence[Overlay]) -> dict[str, Given]:
+def numbers_of(answers: Sequence[Overlay]) -> dict[str, FusedNumber]:
     """Path (as in ``Overlay.sigmas``) → its value in every answer that states it."""
     values: dict[str, dict[int, Numbers]] = {}
     sigmas: dict[str, dict[int, float | None]] = {}
@@ -141,7 +141,7 @@ def numbers_of(answers: Sequence[Overlay]) -> dict[str, Given]:
         for path, value in stated_numbers(answer).items():
             values.setdefault(path, {})[index] = value
             sigmas.setdefault(path, {})[index] = answer.sigmas.get(path)
-    return {path: Given(values[path], sigmas[path]) for path in values}
+    return {path: FusedNumber(values[path], sigmas[path]) for path in values}
 
 
 def stated_numbers(answer: Overlay) -> dict[str, Numbers]:
@@ -161,7 +161,7 @@ def stated_numbers(answer: Overlay) -> dict[str, Numbers]:
     return found
 
 
-def vote_weights(given: Mapping[str, Given], answers: int) -> list[float]:
+def vote_weights(given: Mapping[str, FusedNumber], answers: int) -> list[float]:
     """(answers,) weight of each answer in votes, summing to 1: its mean weight over the numbers that it states.
 
     A weight counts relative to an equal share, so that a number stated by few answers does not favour them.

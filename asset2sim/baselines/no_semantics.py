@@ -29,7 +29,7 @@ _BLOCK = re.compile(r"<(\w+)>\n(.*?)\n</\1>", re.DOTALL)
 
 
 @dataclass(frozen=True)
-class Disguise:
+class NameAliases:
     """Name → alias (``aliases``, one to one), alias → name (``names``), and patterns for whole names, aliases, and
     words that are labels, categories and the like."""
 
@@ -42,18 +42,18 @@ class Disguise:
 
 def without_semantics(ask: ModelAsk, features: Features) -> ModelAsk:
     """An asker that sends requests without semantics and returns answers with the asset's own names."""
-    disguise = disguise_of(features)
+    alias_map = name_aliases(features)
 
     def asked(request: ModelRequest) -> ModelAnswer:
-        answer = ask(disguised(request, disguise))
+        answer = ask(anonymized_request(request, alias_map))
         if answer.content is None:
             return answer
-        return answer.model_copy(update={"content": restored(answer.content, disguise)})
+        return answer.model_copy(update={"content": restored(answer.content, alias_map)})
 
     return asked
 
 
-def disguise_of(features: Features) -> Disguise:
+def name_aliases(features: Features) -> NameAliases:
     """Aliases of an asset's links and joints, in its order; a name shared by a link and a joint has one alias."""
     aliases = {link.name: f"link_{index}" for index, link in enumerate(features.links)}
     for index, joint in enumerate(features.joints):
@@ -62,7 +62,7 @@ def disguise_of(features: Features) -> Disguise:
     for link in features.links:
         words |= {link.label, link.joint_kind, *link.materials, *(mesh.file for mesh in link.meshes)}
     names = {alias: name for name, alias in aliases.items()}
-    return Disguise(aliases, names, any_of(aliases), any_of(names), any_of(words, re.IGNORECASE))
+    return NameAliases(aliases, names, any_of(aliases), any_of(names), any_of(words, re.IGNORECASE))
 
 
 def any_of(words: Iterable[str], flags: int = 0) -> re.Pattern[str]:
@@ -71,74 +71,74 @@ def any_of(words: Iterable[str], flags: int = 0) -> re.Pattern[str]:
     return re.compile(rf"(?<!\w)(?:{'|'.join(map(re.escape, longest))})(?!\w)" if longest else r"(?!)", flags)
 
 
-def disguised(request: ModelRequest, disguise: Disguise) -> ModelRequest:
+def anonymized_request(request: ModelRequest, alias_map: NameAliases) -> ModelRequest:
     """The request without semantics: its text and, in a conversation, every turn."""
-    turns = tuple(turn_disguised(turn, disguise) for turn in request.turns)
-    return request.model_copy(update={"text": text_disguised(request.text, disguise), "turns": turns})
+    turns = tuple(anonymized_turn(turn, alias_map) for turn in request.turns)
+    return request.model_copy(update={"text": anonymized_text(request.text, alias_map), "turns": turns})
 
 
-def turn_disguised(turn: Turn, disguise: Disguise) -> Turn:
+def anonymized_turn(turn: Turn, alias_map: NameAliases) -> Turn:
     """One earlier message without semantics: blocks of data, a JSON answer, or a sentence."""
     content = turn.content
     if _BLOCK.search(content):
-        return turn.model_copy(update={"content": text_disguised(content, disguise)})
+        return turn.model_copy(update={"content": anonymized_text(content, alias_map)})
     try:
-        content = json.dumps(value_disguised(json.loads(content), disguise), ensure_ascii=False)
+        content = json.dumps(anonymized_value(json.loads(content), alias_map), ensure_ascii=False)
     except (ValueError, RecursionError):
-        content = sentence_disguised(content, disguise)
+        content = anonymized_sentence(content, alias_map)
     return turn.model_copy(update={"content": content})
 
 
-def text_disguised(text: str, disguise: Disguise) -> str:
+def anonymized_text(text: str, alias_map: NameAliases) -> str:
     """A prompt's text without semantics in its data blocks; the user's guidance is unchanged."""
 
     def block(match: re.Match[str]) -> str:
         tag, value = match.group(1), match.group(2)
-        return match.group(0) if tag == GUIDANCE else data_block(tag, value_disguised(json.loads(value), disguise))
+        return match.group(0) if tag == GUIDANCE else data_block(tag, anonymized_value(json.loads(value), alias_map))
 
     return _BLOCK.sub(block, text)
 
 
-def value_disguised(value: Any, disguise: Disguise, key: str = "") -> Any:
+def anonymized_value(value: Any, alias_map: NameAliases, key: str = "") -> Any:
     """JSON data without semantics. Keys get aliases where all keys of the object are names; other keys stay."""
     if key in WITHHELD:
         return [] if isinstance(value, list | tuple) else {} if isinstance(value, dict) else ""
     if isinstance(value, dict):
-        named = all(name in disguise.aliases for name in value)
+        named = all(name in alias_map.aliases for name in value)
         return {
-            disguise.aliases[name] if named else name: value_disguised(item, disguise, "" if named else name)
+            alias_map.aliases[name] if named else name: anonymized_value(item, alias_map, "" if named else name)
             for name, item in value.items()
         }
     if isinstance(value, list):
-        return [value_disguised(item, disguise, key) for item in value]
-    return sentence_disguised(value, disguise) if isinstance(value, str) and key not in PLAIN else value
+        return [anonymized_value(item, alias_map, key) for item in value]
+    return anonymized_sentence(value, alias_map) if isinstance(value, str) and key not in PLAIN else value
 
 
-def sentence_disguised(text: str, disguise: Disguise) -> str:
+def anonymized_sentence(text: str, alias_map: NameAliases) -> str:
     """A sentence with aliases in place of names and ``ANYTHING`` in place of labels."""
-    if text in disguise.aliases:
-        return disguise.aliases[text]
+    if text in alias_map.aliases:
+        return alias_map.aliases[text]
     # Names first, in one pass: an alias may be another part's name, and a label may be a part of a name.
-    pieces = disguise.any_name.split(text)
-    found = [disguise.aliases[match.group(0)] for match in disguise.any_name.finditer(text)]
-    plain = [disguise.any_word.sub(ANYTHING, piece) for piece in pieces]
+    pieces = alias_map.any_name.split(text)
+    found = [alias_map.aliases[match.group(0)] for match in alias_map.any_name.finditer(text)]
+    plain = [alias_map.any_word.sub(ANYTHING, piece) for piece in pieces]
     return "".join(part for pair in zip(plain, (*found, ""), strict=True) for part in pair)
 
 
-def restored(content: str, disguise: Disguise) -> str:
+def restored(content: str, alias_map: NameAliases) -> str:
     """An answer with the asset's own names; invalid JSON is returned unchanged, for the parser to refuse."""
     try:
-        return json.dumps(value_restored(parse_json(content), disguise), ensure_ascii=False)
+        return json.dumps(named_value(parse_json(content), alias_map), ensure_ascii=False)
     except (InvalidAnswerError, ValueError, RecursionError):
         return content
 
 
-def value_restored(value: Any, disguise: Disguise) -> Any:
+def named_value(value: Any, alias_map: NameAliases) -> Any:
     """JSON data with names in place of aliases, also in keys and within sentences."""
     if isinstance(value, dict):
-        return {value_restored(key, disguise): value_restored(item, disguise) for key, item in value.items()}
+        return {named_value(key, alias_map): named_value(item, alias_map) for key, item in value.items()}
     if isinstance(value, list):
-        return [value_restored(item, disguise) for item in value]
+        return [named_value(item, alias_map) for item in value]
     if isinstance(value, str):
-        return disguise.any_alias.sub(lambda match: disguise.names[match.group(0)], value)
+        return alias_map.any_alias.sub(lambda match: alias_map.names[match.group(0)], value)
     return value

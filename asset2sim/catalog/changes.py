@@ -50,7 +50,7 @@ class Previous:
 
 
 @dataclass(frozen=True)
-class Changed:
+class AssetChange:
     """An asset of this run and its failure mode before, ``was``: None for an asset that is new in the catalog."""
 
     record: AssetRecord
@@ -65,9 +65,9 @@ class Changes:
     comparable between runs that refined different shares of a dataset.
     """
 
-    new_failures: tuple[Changed, ...]
-    mended: tuple[Changed, ...]
-    still_failing: tuple[Changed, ...]
+    new_failures: tuple[AssetChange, ...]
+    mended: tuple[AssetChange, ...]
+    still_failing: tuple[AssetChange, ...]
     standing: Mapping[str, int]
     gone: tuple[str, ...] = ()
     """Assets that left the dataset, and so the catalog."""
@@ -85,7 +85,7 @@ class Changes:
 
 def find_changes(records: Sequence[AssetRecord], previous: Previous) -> Changes:
     """Compare a run's records with the catalog before it. A failed asset that was not there is a new failure."""
-    seen = [Changed(record, previous.modes.get(record.ref.asset_id)) for record in records]
+    seen = [AssetChange(record, previous.modes.get(record.ref.asset_id)) for record in records]
     failed = [item for item in seen if item.record.status is Status.FAILED]
     ended = dict(previous.modes) | {record.ref.asset_id: record.failure_mode.value for record in records}
     return Changes(
@@ -114,7 +114,7 @@ def change_figures(changes: Changes) -> dict[str, float]:
     return figures
 
 
-_ASKED = ["asset_id", "method", "model", "failure_mode"]
+_COLUMNS_READ = ["asset_id", "method", "model", "failure_mode"]
 
 
 def read_previous(out: Path, run: RunRow, present: Collection[str] | None = None) -> Previous:
@@ -129,11 +129,11 @@ def read_previous(out: Path, run: RunRow, present: Collection[str] | None = None
         return Previous()
     try:
         # Only a few columns of the widest table. The caller holds OUT's lock, so no other run can switch the tables.
-        assets = pq.read_table(folder / TABLES["assets"].file, columns=_ASKED).to_pandas()
+        assets = pq.read_table(folder / TABLES["assets"].file, columns=_COLUMNS_READ).to_pandas()
         runs = read_table(out, "runs")
     except (Asset2SimError, OSError, KeyError, pa.ArrowException) as error:
         return Previous(problem=f"what was there before cannot be read, so every failure counts as new: {error}")
-    assets, runs = (table[same_way(table, run)] for table in (assets, runs))
+    assets, runs = (table[same_method_and_model(table, run)] for table in (assets, runs))
     subset = runs["subset"].isna() if run.subset is None else runs["subset"] == run.subset
     runs = runs[(runs["dataset"] == run.dataset) & subset & (runs["run_id"] != run.run_id)]
     modes = dict(zip(assets["asset_id"].astype(str), assets["failure_mode"].astype(str), strict=True))
@@ -142,7 +142,7 @@ def read_previous(out: Path, run: RunRow, present: Collection[str] | None = None
     return Previous(modes, None if runs.empty else _run(runs.sort_values("started_at").iloc[-1]), gone)
 
 
-def same_way(table: pd.DataFrame, run: RunRow) -> "pd.Series[bool]":
+def same_method_and_model(table: pd.DataFrame, run: RunRow) -> "pd.Series[bool]":
     """Which rows are of the run's method and model."""
     settings = run.settings
     found: pd.Series[bool] = (table["method"] == settings.method.value) & (table["model"] == settings.model.model)

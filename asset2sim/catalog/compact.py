@@ -11,7 +11,7 @@ import pyarrow.parquet as pq
 
 from asset2sim.catalog.enforce import CatalogError, conform
 from asset2sim.catalog.history import FOLDER, write_synced
-from asset2sim.catalog.switch import take_place
+from asset2sim.catalog.switch import replace_folder
 from schemas.tables import HISTORY
 
 MAX_FILES = 64
@@ -57,5 +57,5 @@ def _merge(month: Path, files: list[Path]) -> None:
     staging.mkdir()
     write_synced(rows, staging / MERGED)
     os.rename(staging, ready)
-    take_place(ready, month, old)
+    replace_folder(ready, month, old)
     shutil.rmtree(old, ignore_errors=True)

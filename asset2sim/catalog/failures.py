@@ -115,8 +115,8 @@ def render_comparison(found: pd.DataFrame, earlier: str, later: str) -> Table:
     return table
 
 
-_NOW = "(SELECT assets.*, runs.started_at FROM assets JOIN runs USING (run_id))"
-_SINCE = "(SELECT * FROM asset_history WHERE started_at >= ?)"
+_LATEST_ROWS = "(SELECT assets.*, runs.started_at FROM assets JOIN runs USING (run_id))"
+_ROWS_SINCE = "(SELECT * FROM asset_history WHERE started_at >= ?)"
 
 
 def failures_by(out: Path | str, grouping: Grouping, since: datetime | None = None) -> pd.DataFrame:
@@ -129,7 +129,7 @@ def failures_by(out: Path | str, grouping: Grouping, since: datetime | None = No
     sql = resources.files("asset2sim.catalog").joinpath("failures_by.sql").read_text(encoding="utf-8")
     places = {
         "column": grouping.value,
-        "rows": _NOW if since is None else _SINCE,
+        "rows": _LATEST_ROWS if since is None else _ROWS_SINCE,
         # Failure modes are broken down by category, everything else by failure mode.
         "cause": "category" if modes else "failure_mode",
         "of": "(SELECT sum(times) FROM every)" if modes else "every.times",

@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING, Any
 from asset2sim.catalog.changes import Changes, change_figures
 from asset2sim.catalog.mlflow_store import open_mlflow
 from asset2sim.catalog.report_file import report_path
-from asset2sim.catalog.run import UNRECORDED, RunRow, without_credentials
-from asset2sim.catalog.run_figures import failure_counts, run_figures, whole_figures
+from asset2sim.catalog.run import UNRECORDED_SETTINGS, RunRow, without_credentials
+from asset2sim.catalog.run_figures import all_asset_figures, failure_counts, run_figures
 from asset2sim.catalog.switch import find_catalog
 from schemas.asset import AssetRecord, Unchanged
 from schemas.settings import Settings
@@ -108,7 +108,7 @@ def run_params(settings: Settings) -> dict[str, str]:
     """Every setting under its dotted name, as text that MLflow takes."""
     return {
         name: without_credentials(str(value))[:_MAX_PARAM]
-        for name, value in _flat(settings.model_dump(mode="json", exclude=UNRECORDED))
+        for name, value in _flat(settings.model_dump(mode="json", exclude=UNRECORDED_SETTINGS))
     }
 
 
@@ -135,7 +135,7 @@ def _log(
 
     started, finished = (int(1000 * time.timestamp()) for time in (run.started_at, run.finished_at))
     figures = (
-        run_figures(records, run.settings.thresholds) | whole_figures(records, unchanged) | change_figures(changes)
+        run_figures(records, run.settings.thresholds) | all_asset_figures(records, unchanged) | change_figures(changes)
     )
     figures["seconds"] = (finished - started) / 1000.0
     params = run_params(run.settings) | {"dataset": run.dataset[:_MAX_PARAM], "subset": run.subset or "all"}

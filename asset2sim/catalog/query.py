@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 
 from asset2sim.catalog.history import PATTERN, history_files
 from asset2sim.catalog.read_remote import local_tables
-from asset2sim.catalog.switch import find_catalog, no_catalog
+from asset2sim.catalog.switch import find_catalog, no_catalog_error
 from schemas.errors import UsageError
 from schemas.tables import HISTORY, PUBLISHED, TABLES
 
@@ -34,7 +34,7 @@ def connect(out: str | os.PathLike[str]) -> "duckdb.DuckDBPyConnection":
     place = local_tables(out)
     folder = find_catalog(place)
     if folder is None:
-        raise no_catalog(place)
+        raise no_catalog_error(place)
     connection = duckdb.connect(":memory:")
     make_views(connection, place, folder)
     return connection

@@ -17,7 +17,7 @@ from asset2sim.catalog.enforce import conform
 from asset2sim.catalog.history import history_files
 from asset2sim.catalog.query import make_views, query_error
 from asset2sim.catalog.read_remote import local_tables
-from asset2sim.catalog.switch import find_catalog, no_catalog
+from asset2sim.catalog.switch import find_catalog, no_catalog_error
 from schemas.errors import UnknownChoiceError, UsageError
 from schemas.table import ASSET_KEY
 from schemas.tables import HISTORY, PUBLISHED, TABLES
@@ -37,8 +37,8 @@ def read_table(out: str | os.PathLike[str], name: str) -> pd.DataFrame:
         raise UnknownChoiceError("table", name, PUBLISHED)
     out = local_tables(out)
     if name == HISTORY.name:
-        return _steadily(out, lambda _: _history_frame(out))
-    return _steadily(out, lambda folder: _frame(folder / TABLES[name].file))
+        return _read_consistent(out, lambda _: _history_frame(out))
+    return _read_consistent(out, lambda folder: _frame(folder / TABLES[name].file))
 
 
 def query(out: str | os.PathLike[str], sql: str, parameters: Sequence[object] = ()) -> pd.DataFrame:
@@ -50,7 +50,7 @@ def query(out: str | os.PathLike[str], sql: str, parameters: Sequence[object] = 
     import duckdb  # late: imported while Prefect's threads run, it warns about them at exit
 
     try:
-        return _steadily(out, lambda folder: _answer(out, folder, sql, parameters), (OSError, duckdb.Error))
+        return _read_consistent(out, lambda folder: _answer(out, folder, sql, parameters), (OSError, duckdb.Error))
     except duckdb.Error as error:
         raise query_error(error) from error
 
@@ -60,7 +60,7 @@ def read_asset(out: str | os.PathLike[str], asset_id: str) -> dict[str, pd.DataF
 
     Raises UnknownChoiceError, naming the closest ids, where the catalog has no such asset.
     """
-    return _steadily(local_tables(out), lambda folder: _asset_frames(folder, asset_id))
+    return _read_consistent(local_tables(out), lambda folder: _asset_frames(folder, asset_id))
 
 
 def _asset_frames(folder: Path, asset_id: str) -> dict[str, pd.DataFrame]:
@@ -100,12 +100,14 @@ def _answer(out: Path, folder: Path, sql: str, parameters: Sequence[object]) -> 
         return done.df()
 
 
-def _steadily(out: Path, read: Callable[[Path], Result], retried: tuple[type[Exception], ...] = (OSError,)) -> Result:
+def _read_consistent(
+    out: Path, read: Callable[[Path], Result], retried: tuple[type[Exception], ...] = (OSError,)
+) -> Result:
     """Result of ``read`` on one consistent set of tables; retried where another run switched them meanwhile."""
     for attempt in range(_ATTEMPTS):
         folder = find_catalog(out)
         if folder is None:
-            raise no_catalog(out)
+            raise no_catalog_error(out)
         before = _identity(out, folder)
         try:
             result = read(folder)

@@ -20,7 +20,7 @@ class Known:
     content_hash: str
 
 
-def known_assets(out: Path, method: str, model: str) -> dict[str, Known]:
+def recorded_assets(out: Path, method: str, model: str) -> dict[str, Known]:
     """Asset id → its row of this method and model; empty where OUT has no catalog. The caller holds OUT's lock."""
     path = _file(out, "assets")
     if path is None:
@@ -33,7 +33,7 @@ def known_assets(out: Path, method: str, model: str) -> dict[str, Known]:
     }
 
 
-def known_runs(out: Path) -> frozenset[str]:
+def recorded_run_ids(out: Path) -> frozenset[str]:
     """The ids of all runs in OUT's catalog."""
     path = _file(out, "runs")
     return frozenset(pq.read_table(path, columns=["run_id"])["run_id"].to_pylist()) if path is not None else frozenset()

@@ -11,18 +11,18 @@ import pyarrow.parquet as pq
 
 from asset2sim.catalog.compact import MERGED
 from asset2sim.catalog.history import history_files
-from asset2sim.catalog.read_columns import known_runs
+from asset2sim.catalog.read_columns import recorded_run_ids
 from asset2sim.catalog.storage.cache import reading_folder
 from asset2sim.catalog.storage.mirror import pull
-from asset2sim.catalog.storage.objects import StoreError, usage_error
-from asset2sim.catalog.switch import CATALOG, find_catalog, no_catalog
+from asset2sim.catalog.storage.objects import StoreError, store_usage_error
+from asset2sim.catalog.switch import CATALOG, find_catalog, no_catalog_error
 from schemas.location import is_url, location_of
 from schemas.tables import TABLES
 
 
-def mend_history(folder: Path) -> None:
+def repair_history(folder: Path) -> None:
     """Remove history files of runs that are not in ``runs``, and those that a merged file contains already."""
-    runs = known_runs(folder)
+    runs = recorded_run_ids(folder)
     files = history_files(folder)
     merged = {file.parent: _runs_of(file) for file in files if file.name == MERGED}
     for file in files:
@@ -30,10 +30,10 @@ def mend_history(folder: Path) -> None:
             file.unlink()
 
 
-def is_torn(folder: Path) -> bool:
+def has_unfinished_run(folder: Path) -> bool:
     """Whether ``assets`` has rows of a run that is not in ``runs``: its upload is under way, or was killed."""
     assets = folder / "catalog" / TABLES["assets"].file
-    return assets.is_file() and not _runs_of(assets) <= known_runs(folder)
+    return assets.is_file() and not _runs_of(assets) <= recorded_run_ids(folder)
 
 
 def _runs_of(file: Path) -> set[str]:
@@ -41,9 +41,9 @@ def _runs_of(file: Path) -> set[str]:
 
 
 PARTS = (f"{CATALOG}/", "history/")
-SENDING_S = 5.0
+UPLOAD_WAIT_S = 5.0
 """Longest wait for a run that is uploading its tables, s: they are a few MB."""
-ASK_EVERY_S = 0.5
+UPLOAD_POLL_S = 0.5
 """Time between two checks whether the upload is done, s."""
 
 logger = logging.getLogger(__name__)
@@ -65,19 +65,19 @@ def local_tables(out: str | os.PathLike[str]) -> Path:
         fcntl.flock(handle, fcntl.LOCK_EX)
         _bring(place, folder)
     except StoreError as error:
-        raise usage_error(error) from error
+        raise store_usage_error(error) from error
     finally:
         os.close(handle)
     if find_catalog(folder) is None:
-        raise no_catalog(place)
+        raise no_catalog_error(place)
     return folder
 
 
 def _bring(url: str, folder: Path) -> None:
-    until = time.monotonic() + SENDING_S
+    until = time.monotonic() + UPLOAD_WAIT_S
     while True:
         pull(url, folder, PARTS)
-        if not is_torn(folder):
+        if not has_unfinished_run(folder):
             break
         if time.monotonic() > until:
             logger.warning(
@@ -85,5 +85,5 @@ def _bring(url: str, folder: Path) -> None:
                 url,
             )
             break
-        time.sleep(ASK_EVERY_S)
-    mend_history(folder)
+        time.sleep(UPLOAD_POLL_S)
+    repair_history(folder)

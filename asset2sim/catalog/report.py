@@ -8,7 +8,7 @@ from collections import Counter
 from collections.abc import Callable, Sequence
 from datetime import UTC, datetime
 
-from asset2sim.catalog.changes import Changed, Changes, Previous, PreviousRun
+from asset2sim.catalog.changes import AssetChange, Changes, Previous, PreviousRun
 from asset2sim.catalog.report_next import next_steps
 from asset2sim.catalog.rows import queries, total_seconds
 from asset2sim.catalog.run import RunRow
@@ -142,7 +142,7 @@ def _counts(
 
 
 def _list(
-    title: str, items: Sequence[Changed], headings: Sequence[str], cells: Callable[[Changed], tuple[str, ...]]
+    title: str, items: Sequence[AssetChange], headings: Sequence[str], cells: Callable[[AssetChange], tuple[str, ...]]
 ) -> str:
     if not items:
         return ""
@@ -150,7 +150,7 @@ def _list(
     return f"## {title}: {len(items)}\n\n{_table(headings, [cells(item) for item in items[:MAX_LISTED]])}{more}"
 
 
-def _broken(item: Changed) -> tuple[str, ...]:
+def _broken(item: AssetChange) -> tuple[str, ...]:
     record = item.record
     reason = record.reason if len(record.reason) <= MAX_REASON else f"{record.reason[:MAX_REASON]}…"
     return (
@@ -162,7 +162,7 @@ def _broken(item: Changed) -> tuple[str, ...]:
     )
 
 
-def _mended(item: Changed) -> tuple[str, ...]:
+def _mended(item: AssetChange) -> tuple[str, ...]:
     return escape(item.record.ref.asset_id), escape(item.record.category), _was(item.was)
 
 

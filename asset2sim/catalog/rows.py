@@ -5,7 +5,7 @@ from collections import Counter
 from collections.abc import Sequence
 
 from asset2sim.catalog.rows_engines import alignment_rows, interaction_rows, measurement_rows, overlap_rows
-from asset2sim.catalog.run import UNRECORDED, RunRow, without_credentials
+from asset2sim.catalog.run import UNRECORDED_SETTINGS, RunRow, without_credentials
 from asset2sim.checks.verdict import oscillates, oscillating_joints
 from schemas.asset import AssetRecord, Unchanged
 from schemas.measurement import Measurement
@@ -52,7 +52,7 @@ def sliders(record: AssetRecord) -> frozenset[str]:
     return frozenset(joint.name for joint in joints if joint.type == "prismatic")
 
 
-def unsteady_joints(record: AssetRecord, limits: Thresholds) -> tuple[str, ...] | None:
+def oscillating_joint_names(record: AssetRecord, limits: Thresholds) -> tuple[str, ...] | None:
     """Names of the joints that oscillate; None where nothing was measured."""
     return oscillating_joints(record.measurement, sliders(record), limits) if record.measurement else None
 
@@ -71,7 +71,7 @@ def asset_row(run: RunRow, record: AssetRecord) -> Row:
         "reason": record.reason,
         **_shape_columns(record),
         **_measured_columns(record.measurement),
-        "oscillating_joints": _count(unsteady_joints(record, run.settings.thresholds)),
+        "oscillating_joints": _count(oscillating_joint_names(record, run.settings.thresholds)),
         "queries": len(paid),
         "cached_calls": len(record.calls) - len(paid),
         "prompt_tokens": sum(call.prompt_tokens for call in paid),
@@ -223,7 +223,7 @@ def run_row(run: RunRow, records: Sequence[AssetRecord], unchanged: Sequence[Unc
         "subset": run.subset,
         "method": run.settings.method.value,
         "model": run.settings.model.model,
-        "settings_json": without_credentials(run.settings.model_dump_json(exclude=UNRECORDED)),
+        "settings_json": without_credentials(run.settings.model_dump_json(exclude=UNRECORDED_SETTINGS)),
         "git_commit": run.git_commit,
         "git_dirty": run.git_dirty,
         "versions_json": json.dumps(run.versions, sort_keys=True),

@@ -1,6 +1,6 @@
 """Rows of each engine's measurements and interaction checks, and of overlapping links."""
 
-from asset2sim.checks.verdict import judge_report, judged_tests, oscillating_joints
+from asset2sim.checks.verdict import check_verdicts, judge_report, oscillating_joints
 from schemas.asset import AssetRecord
 from schemas.interaction import EngineReport
 from schemas.overlay import PhysicsOverlay
@@ -18,7 +18,7 @@ def _measured(key: Row, report: EngineReport, overlay: PhysicsOverlay, limits: T
     seen = report.measurement
     moved = seen if seen is not None and seen.finite else None
     sliders = frozenset(joint.name for joint in overlay.joints if joint.type == "prismatic")
-    verdict, tests = judge_report(report, overlay, limits), judged_tests(report, overlay, limits)
+    verdict, tests = judge_report(report, overlay, limits), check_verdicts(report, overlay, limits)
     return key | {
         "engine": report.engine.value,
         "engine_version": report.engine_version,
@@ -56,7 +56,7 @@ def interaction_rows(key: Row, record: AssetRecord, limits: Thresholds) -> list[
                 "limit": test.limit,
                 "reason": test.reason,
             }
-            for test in judged_tests(report, record.overlay, limits)
+            for test in check_verdicts(report, record.overlay, limits)
         ]
         rows += effort_rows(own, report, record.overlay)
     return rows

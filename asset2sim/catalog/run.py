@@ -36,7 +36,7 @@ RECORDED_PACKAGES = (
 )
 """Packages whose version can change a result or how it is kept."""
 
-UNRECORDED = {"run": {"hook"}}
+UNRECORDED_SETTINGS = {"run": {"hook"}}
 """Settings that no table and no log keeps: a hook may hold the secret address of a chat room."""
 
 _CREDENTIALS_IN_URL = re.compile(r"://[^/@\s\"]+@")
@@ -113,7 +113,7 @@ def _git(folder: Path, *arguments: str) -> str:
 MARK = Path(".cache") / "running.json"
 
 
-def begin_run(out: Path, run: RunRow) -> str | None:
+def write_run_marker(out: Path, run: RunRow) -> str | None:
     """Write the marker of ``run``; the caller holds OUT's lock. Returns a sentence on the run before, if that one did
     not finish."""
     path = out / MARK
@@ -123,7 +123,7 @@ def begin_run(out: Path, run: RunRow) -> str | None:
     return left
 
 
-def end_run(out: Path) -> None:
+def remove_run_marker(out: Path) -> None:
     """Remove the marker of a run that is published."""
     (out / MARK).unlink(missing_ok=True)
 

@@ -4,7 +4,7 @@ from collections import Counter
 from collections.abc import Callable, Sequence
 from statistics import fmean, median
 
-from asset2sim.catalog.rows import queries, total_seconds, unsteady_joints
+from asset2sim.catalog.rows import oscillating_joint_names, queries, total_seconds
 from schemas.asset import AssetRecord, Unchanged
 from schemas.measurement import Measurement
 from schemas.settings import Thresholds
@@ -32,7 +32,7 @@ def run_figures(records: Sequence[AssetRecord], limits: Thresholds) -> dict[str,
     return figures | _penetration(records) | _shares(records, limits) | _semantics(records) | _seconds(records)
 
 
-def whole_figures(records: Sequence[AssetRecord], unchanged: Sequence[Unchanged]) -> dict[str, float]:
+def all_asset_figures(records: Sequence[AssetRecord], unchanged: Sequence[Unchanged]) -> dict[str, float]:
     """Counts of all assets of a run, unchanged ones included, under the names of ``run_figures``: comparable between
     runs that refined different parts of one dataset."""
     every: list[AssetRecord | Unchanged] = [*records, *unchanged]
@@ -73,7 +73,7 @@ def _shares(records: Sequence[AssetRecord], limits: Thresholds) -> dict[str, flo
         "measured": len(measured),
         "penetration_pass_share": fmean(m.penetration_m <= limits.penetration_m for _, m in measured),
         "drift_pass_share": fmean(drift_passes(m, limits) for _, m in measured),
-        "oscillation_pass_share": fmean(m.finite and not unsteady_joints(r, limits) for r, m in measured),
+        "oscillation_pass_share": fmean(m.finite and not oscillating_joint_names(r, limits) for r, m in measured),
     }
 
 

@@ -35,7 +35,7 @@ def find_catalog(out: Path) -> Path | None:
     return None
 
 
-def no_catalog(out: Path | str) -> UsageError:
+def no_catalog_error(out: Path | str) -> UsageError:
     """UsageError for an OUT without a catalog."""
     return UsageError(f"no catalog in {out}: run 'asset2sim refine DATA --out {out}' first, or name another --out")
 
@@ -78,12 +78,12 @@ def _switch(out: Path) -> None:
     """Rename ``ready`` to ``catalog``, and the folder that was there to ``old``."""
     catalog, ready, old = out / CATALOG, out / READY, out / OLD
     if catalog.exists():
-        take_place(ready, catalog, old)
+        replace_folder(ready, catalog, old)
     else:
         os.rename(ready, catalog)
 
 
-def take_place(ready: Path, place: Path, old: Path) -> None:
+def replace_folder(ready: Path, place: Path, old: Path) -> None:
     """Rename the folder ``ready`` to ``place``, and the one there to ``old``; in one step where the system can."""
     if exchange(ready, place):
         os.rename(ready, old)

@@ -11,7 +11,7 @@ import pyarrow.parquet as pq
 from asset2sim.catalog.compact import compact_history, recover_months
 from asset2sim.catalog.enforce import CatalogError, check_key, conform, key_of, to_arrow
 from asset2sim.catalog.history import commit_history, history_rows, stage_history
-from asset2sim.catalog.read_columns import known_runs
+from asset2sim.catalog.read_columns import recorded_run_ids
 from asset2sim.catalog.rows import table_rows
 from asset2sim.catalog.run import RunRow
 from asset2sim.catalog.switch import find_catalog, recover, replace_catalog
@@ -44,18 +44,18 @@ def write_run(
     new = {name: to_arrow(TABLES[name], rows) for name, rows in table_rows(run, records, unchanged).items()}
     recover(out)
     recover_months(out)
-    commit_history(out, known_runs(out))
+    commit_history(out, recorded_run_ids(out))
     replaced = _replaced(out, run, new["assets"], present)
     with replace_catalog(out) as folder:
         for table in TABLES.values():
-            if _stays(out, table, new[table.name], replaced):
+            if _needs_no_rewrite(out, table, new[table.name], replaced):
                 merged = _columns(out, table, HISTORY.schema.names) if table.name == "assets" else None
             else:
                 merged = _merge(table, _existing(out, table), new[table.name], replaced)
                 pq.write_table(merged, folder / table.file, compression="zstd")
             if table.name == "assets" and merged is not None:
-                stage_history(out, run, history_rows(run, merged, _of_run(merged, run, new["assets"], unchanged)))
-    commit_history(out, known_runs(out))
+                stage_history(out, run, history_rows(run, merged, _is_of_run(merged, run, new["assets"], unchanged)))
+    commit_history(out, recorded_run_ids(out))
     if compact:
         compact_history(out, run.started_at)
 
@@ -121,7 +121,7 @@ def _replaced(out: Path, run: RunRow, assets: pa.Table, present: Collection[str]
     return pa.concat_arrays([new, key_of(old.filter(gone), ASSET_KEY).combine_chunks()])
 
 
-def _of_run(assets: pa.Table, run: RunRow, new: pa.Table, unchanged: Sequence[Unchanged]) -> pa.ChunkedArray:
+def _is_of_run(assets: pa.Table, run: RunRow, new: pa.Table, unchanged: Sequence[Unchanged]) -> pa.ChunkedArray:
     """(n,) bool: which rows of ``assets`` are of the run's assets."""
     settings = run.settings
     same = {"method": settings.method.value, "model": settings.model.model}
@@ -133,7 +133,7 @@ def _of_run(assets: pa.Table, run: RunRow, new: pa.Table, unchanged: Sequence[Un
 _KEYS = pa.schema([(name, pa.string()) for name in ASSET_KEY])
 
 
-def _stays(out: Path, table: Table, new: pa.Table, replaced: pa.Array) -> bool:
+def _needs_no_rewrite(out: Path, table: Table, new: pa.Table, replaced: pa.Array) -> bool:
     """Whether the table's file needs no rewrite: no row is added or removed, and it has today's schema."""
     path = _path(out, table)
     if new.num_rows or len(replaced) or path is None:

@@ -4,7 +4,7 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from asset2sim.checks.joint_groups import depth_groups, in_batches
+from asset2sim.checks.joint_groups import depth_groups, run_in_groups
 from asset2sim.checks.mechanism import Mechanism, poses_at, pull_on, span_of
 from asset2sim.checks.watch import capped, watch
 from asset2sim.engines.contacts import by_pair
@@ -49,7 +49,7 @@ def holds(world: World, item: Mechanism, settings: EngineSettings, limits: Thres
 
     groups = depth_groups(item, middles)
     if groups:
-        seen = in_batches(item, middles, run, good)
+        seen = run_in_groups(item, middles, run, good)
         found += [seen[name] for name in middles if name in seen]
     return tuple(found)
 

@@ -15,7 +15,7 @@ ROOM_SHARE = 0.02
 
 
 @dataclass(frozen=True)
-class TestVerdict:
+class CheckVerdict:
     """One check of one subject (a joint, a drop or a start) in one engine: ``value`` against ``limit``, and why."""
 
     __test__: ClassVar[bool] = False  # pytest would take the name for a test's
@@ -28,9 +28,9 @@ class TestVerdict:
     reason: str
 
 
-def judge_interaction(
+def interaction_verdicts(
     interaction: Interaction, overlay: PhysicsOverlay, thresholds: Thresholds
-) -> tuple[TestVerdict, ...]:
+) -> tuple[CheckVerdict, ...]:
     """One verdict per check and subject, in the order drop, nudge, jam, hold, release, reset.
 
     Opening efforts have no verdict of their own: a joint that its effort limit cannot move counts as jammed.
@@ -38,15 +38,17 @@ def judge_interaction(
     joints = {joint.name: joint for joint in overlay.joints}
     engine = interaction.engine.value
     openings = {item.joint: item for item in interaction.openings}
-    verdicts = [judge_drop(item, engine, thresholds) for item in interaction.drops]
-    verdicts += [judge_nudge(item, joints[item.joint], engine, thresholds) for item in interaction.nudges]
+    verdicts = [drop_verdict(item, engine, thresholds) for item in interaction.drops]
+    verdicts += [nudge_verdict(item, joints[item.joint], engine, thresholds) for item in interaction.nudges]
     verdicts += [
-        judge_sweep(item, joints[item.joint], openings.get(item.joint), engine, thresholds)
+        sweep_verdict(item, joints[item.joint], openings.get(item.joint), engine, thresholds)
         for item in interaction.sweeps
     ]
-    verdicts += [judge_hold(items, joints[items[0].joint], engine, thresholds) for items in by_joint(interaction.holds)]
-    verdicts += [judge_release(item, joints[item.joint], engine, thresholds) for item in interaction.releases]
-    verdicts += [judge_reset(item, index, interaction, thresholds) for index, item in enumerate(interaction.resets)]
+    verdicts += [
+        hold_verdict(items, joints[items[0].joint], engine, thresholds) for items in by_joint(interaction.holds)
+    ]
+    verdicts += [release_verdict(item, joints[item.joint], engine, thresholds) for item in interaction.releases]
+    verdicts += [reset_verdict(item, index, interaction, thresholds) for index, item in enumerate(interaction.resets)]
     return tuple(verdicts)
 
 
@@ -63,42 +65,42 @@ def unit_of(joint: JointPhysics) -> str:
     return "m" if joint.type == "prismatic" else "rad"
 
 
-def judge_drop(item: Drop, engine: str, limits: Thresholds) -> TestVerdict:
+def drop_verdict(item: Drop, engine: str, limits: Thresholds) -> CheckVerdict:
     """A dropped object must not explode, must come to rest and must not end in the plane."""
     subject = f"{1.0 / item.timestep_s:.0f} Hz"
     dropped = f"dropped from {100 * item.height_m:.3g} cm in {engine} at {subject}"
     peak = (item.peak_speed_m_s, limits.peak_speed_m_s)
     final = (item.final_speed_m_s, limits.final_speed_m_s)
     if not item.finite or peak[0] > peak[1]:
-        return TestVerdict(
+        return CheckVerdict(
             FailureMode.DROP, subject, False, *peak, f"{dropped} it explodes: a link reaches {peak[0]:.3g} m/s"
         )
     if final[0] > final[1]:
         reason = f"{dropped} a link still moves at {final[0]:.3g} m/s after {item.seconds:.3g} s"
-        return TestVerdict(FailureMode.DROP, subject, False, *final, reason)
+        return CheckVerdict(FailureMode.DROP, subject, False, *final, reason)
     if item.sink_m > limits.sink_m:
         reason = f"{dropped} it ends {1e3 * item.sink_m:.3g} mm deep in the plane"
-        return TestVerdict(FailureMode.DROP, subject, False, item.sink_m, limits.sink_m, reason)
+        return CheckVerdict(FailureMode.DROP, subject, False, item.sink_m, limits.sink_m, reason)
     reason = f"{dropped} it reaches {peak[0]:.3g} m/s and is at rest after {item.seconds:.3g} s"
-    return TestVerdict(FailureMode.DROP, subject, True, *peak, reason)
+    return CheckVerdict(FailureMode.DROP, subject, True, *peak, reason)
 
 
-def judge_nudge(item: Nudge, joint: JointPhysics, engine: str, limits: Thresholds) -> TestVerdict:
+def nudge_verdict(item: Nudge, joint: JointPhysics, engine: str, limits: Thresholds) -> CheckVerdict:
     """A nudged joint must lose its speed, and nothing that it moves may explode."""
     unit = unit_of(joint)
     nudged = f"joint '{item.joint}' nudged to {item.speed:.3g} {unit}/s in {engine}"
     if not item.finite or item.peak_speed_m_s > limits.peak_speed_m_s:
         reason = f"{nudged}: what it moves explodes, to {item.peak_speed_m_s:.3g} m/s"
-        return TestVerdict(FailureMode.NUDGE, item.joint, False, item.peak_speed_m_s, limits.peak_speed_m_s, reason)
+        return CheckVerdict(FailureMode.NUDGE, item.joint, False, item.peak_speed_m_s, limits.peak_speed_m_s, reason)
     share = item.final_speed / abs(item.speed) if item.speed else 0.0
     reason = f"{nudged} moves at {item.final_speed:.3g} {unit}/s after {item.seconds:.3g} s"
     passed = share <= limits.nudge_remaining
-    return TestVerdict(FailureMode.NUDGE, item.joint, passed, share, limits.nudge_remaining, reason)
+    return CheckVerdict(FailureMode.NUDGE, item.joint, passed, share, limits.nudge_remaining, reason)
 
 
-def judge_sweep(
+def sweep_verdict(
     item: Sweep, joint: JointPhysics, opening: Opening | None, engine: str, limits: Thresholds
-) -> TestVerdict:
+) -> CheckVerdict:
     """A joint must move freely over most of its range, save where authored geometry stops it, and not be stuck."""
     unit = unit_of(joint)
     lost = hull_loss(item)
@@ -113,13 +115,13 @@ def judge_sweep(
     swept = f"joint '{item.joint}' is free over {100 * item.free_share:.0f} % of its range in {engine}"
     swept += (f" with {others}" if others else "") + (f": {where}" if where else "")
     if 1.0 - lost < limit:
-        return TestVerdict(FailureMode.JAM, item.joint, False, 1.0 - lost, limit, swept + "; a hull is in its way")
+        return CheckVerdict(FailureMode.JAM, item.joint, False, 1.0 - lost, limit, swept + "; a hull is in its way")
     if opening is not None and not authored and stuck(item, joint, opening):
         reason = f"joint '{item.joint}' is stuck in {engine}: no effort up to its limit moves it where it has room"
-        return TestVerdict(FailureMode.JAM, item.joint, False, opening.effort_limit, opening.effort_limit, reason)
+        return CheckVerdict(FailureMode.JAM, item.joint, False, opening.effort_limit, opening.effort_limit, reason)
     if item.free_share < limit:
         swept += "; the authored geometry stops it"
-    return TestVerdict(FailureMode.JAM, item.joint, True, item.free_share, limit, swept)
+    return CheckVerdict(FailureMode.JAM, item.joint, True, item.free_share, limit, swept)
 
 
 def hull_loss(item: Sweep) -> float:
@@ -155,7 +157,7 @@ def stuck(item: Sweep, joint: JointPhysics, opening: Opening | None) -> bool:
     return (opening.opening is None and opens > least) or (opening.closing is None and closes > least)
 
 
-def judge_hold(items: list[Hold], joint: JointPhysics, engine: str, limits: Thresholds) -> TestVerdict:
+def hold_verdict(items: list[Hold], joint: JointPhysics, engine: str, limits: Thresholds) -> CheckVerdict:
     """A joint that must hold must stay where it is placed, at every position tried; the verdict is on the worst."""
     item = max(items, key=lambda hold: hold.moved)
     unit = unit_of(joint)
@@ -164,10 +166,10 @@ def judge_hold(items: list[Hold], joint: JointPhysics, engine: str, limits: Thre
         f"joint '{item.joint}' must stay at {item.position:.4g} {unit} and moves {item.moved:.3g} {unit} in "
         f"{item.seconds:.3g} s in {engine}"
     )
-    return TestVerdict(FailureMode.HOLD, item.joint, item.moved <= limit, item.moved, limit, reason)
+    return CheckVerdict(FailureMode.HOLD, item.joint, item.moved <= limit, item.moved, limit, reason)
 
 
-def judge_release(item: Release, joint: JointPhysics, engine: str, limits: Thresholds) -> TestVerdict:
+def release_verdict(item: Release, joint: JointPhysics, engine: str, limits: Thresholds) -> CheckVerdict:
     """A joint that is let go of must reach its rest, and stay there."""
     unit = unit_of(joint)
     left = item.left
@@ -177,7 +179,7 @@ def judge_release(item: Release, joint: JointPhysics, engine: str, limits: Thres
         f"joint '{item.joint}' let go of at {item.start:.4g} {unit} should be brought to {item.target:.4g} {unit} by "
         f"{item.by}: it {done} and ends at {item.end:.4g} {unit} in {engine}"
     )
-    return TestVerdict(FailureMode.RELEASE, item.joint, passed, left, limits.release_share, reason)
+    return CheckVerdict(FailureMode.RELEASE, item.joint, passed, left, limits.release_share, reason)
 
 
 def given_rise(item: Reset, support_m: float) -> float:
@@ -185,7 +187,7 @@ def given_rise(item: Reset, support_m: float) -> float:
     return max(0.0, item.offset_m[2]) + math.dist(item.tilt_rad, (0.0, 0.0, 0.0)) * support_m
 
 
-def judge_reset(item: Reset, index: int, interaction: Interaction, limits: Thresholds) -> TestVerdict:
+def reset_verdict(item: Reset, index: int, interaction: Interaction, limits: Thresholds) -> CheckVerdict:
     """A perturbed start must end at rest, upright, with the joints that must hold where they were.
 
     An object that stands so narrow that the start has the energy to topple it may topple, as the real one would: then
@@ -210,6 +212,6 @@ def judge_reset(item: Reset, index: int, interaction: Interaction, limits: Thres
         checks = (*checks[:2], (item.turned_rad, math.pi, f"{{:.3g}} rad: {why} {1e3 * given:.3g} mm"))
     for value, limit, text in checks:
         if value > limit or not item.finite:
-            return TestVerdict(FailureMode.RESET, subject, False, value, limit, f"{began}: {text.format(value)}")
+            return CheckVerdict(FailureMode.RESET, subject, False, value, limit, f"{began}: {text.format(value)}")
     value, limit, text = checks[2]
-    return TestVerdict(FailureMode.RESET, subject, True, value, limit, f"{began}: {text.format(value)}, at rest")
+    return CheckVerdict(FailureMode.RESET, subject, True, value, limit, f"{began}: {text.format(value)}, at rest")

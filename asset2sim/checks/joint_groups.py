@@ -90,7 +90,7 @@ def depth_groups(item: Mechanism, names: Iterable[str]) -> list[tuple[str, ...]]
     return [tuple(groups[depth]) for depth in sorted(groups)]
 
 
-def in_batches(
+def run_in_groups(
     item: Mechanism,
     names: Iterable[str],
     run: Callable[[Sequence[str]], dict[str, Record]],

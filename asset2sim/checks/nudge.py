@@ -4,7 +4,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from asset2sim.checks.joint_groups import in_batches
+from asset2sim.checks.joint_groups import run_in_groups
 from asset2sim.checks.mechanism import Mechanism, moved_inertia, poses_at, pull_on, span_of
 from asset2sim.checks.watch import capped, watch
 from asset2sim.engines.world import World
@@ -38,7 +38,7 @@ def nudges(world: World, item: Mechanism, settings: EngineSettings, limits: Thre
         slow = record.final_speed <= limits.nudge_remaining * abs(record.speed)
         return record.finite and slow and record.peak_speed_m_s <= limits.peak_speed_m_s
 
-    found = in_batches(item, known, run, good)
+    found = run_in_groups(item, known, run, good)
     return tuple(found[name] for name in known if name in found)
 
 

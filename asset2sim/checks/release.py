@@ -5,11 +5,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from asset2sim.checks.joint_groups import in_batches
+from asset2sim.checks.joint_groups import run_in_groups
 from asset2sim.checks.mechanism import Mechanism, Pull, poses_at, pull_on, span_of
 from asset2sim.checks.watch import capped, watch
 from asset2sim.engines.world import World
-from schemas.interaction import Release, way_left
+from schemas.interaction import Release, share_left
 from schemas.overlay import JointPhysics
 from schemas.settings import EngineSettings, Thresholds
 
@@ -59,7 +59,7 @@ def releases(
     def good(record: Release) -> bool:
         return record.left <= limits.release_share
 
-    found = in_batches(item, tasks, run, good)
+    found = run_in_groups(item, tasks, run, good)
     return tuple(found[name] for name in tasks)
 
 
@@ -96,14 +96,14 @@ def sprung(joint: JointPhysics, pull: Pull, low: float, high: float) -> Task:
     """The task of a joint with a spring: let go of half way from its rest to the end that is further from it."""
     way = np.linspace(low, high, SAMPLES)
     force = joint.stiffness * (joint.spring_reference - way) + pull.over(way)
-    rest = zero_of(way, force)
+    rest = equilibrium_of(way, force)
     start = rest + START_SHARE * ((low if rest - low > high - rest else high) - rest)
     # Friction stops it short of the balance, on the side that it comes from, or as far beyond if it comes fast.
     drag = np.sign(rest - start) * joint.friction
-    return Task(joint, SPRING, start, zero_of(way, force - drag), zero_of(way, force + drag))
+    return Task(joint, SPRING, start, equilibrium_of(way, force - drag), equilibrium_of(way, force + drag))
 
 
-def zero_of(way: np.ndarray, force: np.ndarray) -> float:
+def equilibrium_of(way: np.ndarray, force: np.ndarray) -> float:
     """Where a restoring force passes from positive to negative along ``way``, or the end to which it pushes."""
     crossing = np.flatnonzero((force[:-1] > 0.0) & (force[1:] <= 0.0))
     if len(crossing):
@@ -124,7 +124,7 @@ def released(
 
     def note(time: float) -> bool:
         now = world.positions()[indices]
-        left = [way_left(float(q), task.start, task.target, task.far) for q, task in zip(now, tasks, strict=True)]
+        left = [share_left(float(q), task.start, task.target, task.far) for q, task in zip(now, tasks, strict=True)]
         there = np.array(left) <= limits.release_share
         since[~there] = np.nan
         since[there & np.isnan(since)] = time

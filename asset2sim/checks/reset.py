@@ -24,7 +24,7 @@ TETRAHEDRON = ((1.0, 1.0, 1.0), (1.0, -1.0, -1.0), (-1.0, 1.0, -1.0), (-1.0, -1.
 CORNERS = tuple((sign * x, sign * y, sign * z) for x, y, z in TETRAHEDRON for sign in (1.0, -1.0))
 """Signs of a start's shift, each corner followed by its opposite; the tilt has those of the corner three places
 further, so that the two differ."""
-PLACES_ON = 3
+TILT_CORNER_SHIFT = 3
 
 UP = np.array([0.0, 0.0, 1.0])
 
@@ -36,7 +36,7 @@ def starts(settings: EngineSettings) -> list[tuple[Vector3, Vector3]]:
     for index in range(settings.resets):
         share = 0.5 ** (index // len(CORNERS))
         shift = np.array(CORNERS[index % len(CORNERS)]) * share * settings.reset_m
-        tilt = np.array(CORNERS[(index + PLACES_ON) % len(CORNERS)]) * share * settings.reset_rad
+        tilt = np.array(CORNERS[(index + TILT_CORNER_SHIFT) % len(CORNERS)]) * share * settings.reset_rad
         found.append((vector(shift), vector(tilt)))
     return found
 

@@ -39,7 +39,7 @@ class Stretch:
 
 
 @dataclass
-class Probe:
+class RangeSearch:
     """The state of one joint's search in one direction: where it is free for sure and where it first is not."""
 
     joint: JointPhysics
@@ -143,9 +143,9 @@ def stretches(
 
     Each goes from its initial position outwards, one sample at a time, and stops at the first overlap.
     """
-    found: dict[str, list[Probe]] = {joint.name: [] for joint in joints}
+    found: dict[str, list[RangeSearch]] = {joint.name: [] for joint in joints}
     for direction in (1.0, -1.0):
-        probes = [probe_of(joint, direction, settings.sweep_samples) for joint in joints]
+        probes = [range_search(joint, direction, settings.sweep_samples) for joint in joints]
         for probe in probes:
             found[probe.joint.name].append(probe)
         while live := [probe for probe in probes if probe.blocked is None and probe.next < len(probe.ways)]:
@@ -169,23 +169,23 @@ def stretches(
     }
 
 
-def probe_of(joint: JointPhysics, direction: float, samples: int) -> Probe:
+def range_search(joint: JointPhysics, direction: float, samples: int) -> RangeSearch:
     """The samples of one joint's range beyond its initial position in one direction, nearest first."""
     lower, upper = span_of(joint)
     if upper <= lower:
-        return Probe(joint, [], joint.initial_position)
+        return RangeSearch(joint, [], joint.initial_position)
     start = min(max(joint.initial_position, lower), upper)
     all_ways = np.linspace(lower, upper, samples)
     step = 1e-3 * (upper - lower)
     ways = sorted((float(way) for way in all_ways if (way - start) * direction > step), reverse=direction < 0.0)
-    return Probe(joint, ways, start)
+    return RangeSearch(joint, ways, start)
 
 
 def narrow(
     world: World,
     item: Mechanism,
     positions: Mapping[str, float],
-    probes: list[Probe],
+    probes: list[RangeSearch],
     allowed: Depths,
     limits: Thresholds,
 ) -> None:

@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from asset2sim.checks.interaction_verdict import TestVerdict, judge_interaction
+from asset2sim.checks.interaction_verdict import CheckVerdict, interaction_verdicts
 from schemas.finding import Finding
 from schemas.interaction import EngineReport
 from schemas.measurement import JointMotion, Measurement
@@ -78,9 +78,9 @@ def judge(measurement: Measurement, prismatic: frozenset[str], thresholds: Thres
 PASSED = Verdict(FailureMode.NONE, "interaction-ready")
 
 
-def judged_tests(report: EngineReport, overlay: PhysicsOverlay, limits: Thresholds) -> tuple[TestVerdict, ...]:
+def check_verdicts(report: EngineReport, overlay: PhysicsOverlay, limits: Thresholds) -> tuple[CheckVerdict, ...]:
     """The verdicts on the interaction checks of one engine."""
-    return () if report.interaction is None else judge_interaction(report.interaction, overlay, limits)
+    return () if report.interaction is None else interaction_verdicts(report.interaction, overlay, limits)
 
 
 @dataclass(frozen=True)
@@ -115,7 +115,7 @@ def failures_of(report: EngineReport, overlay: PhysicsOverlay, limits: Threshold
             failed.append(Failure(report.engine, verdict.mode, subject, verdict.reason, verdict.value, verdict.limit))
     failed += [
         Failure(report.engine, test.test, test.subject, test.reason, test.value, test.limit)
-        for test in judged_tests(report, overlay, limits)
+        for test in check_verdicts(report, overlay, limits)
         if not test.passed
     ]
     return tuple(failed)
@@ -128,7 +128,7 @@ def judge_report(report: EngineReport, overlay: PhysicsOverlay, limits: Threshol
     return PASSED
 
 
-def judge_reports(reports: Sequence[EngineReport], overlay: PhysicsOverlay, limits: Thresholds) -> Verdict:
+def overall_verdict(reports: Sequence[EngineReport], overlay: PhysicsOverlay, limits: Thresholds) -> Verdict:
     """The verdict over all engines: the first failure in the order of the reports, or passed."""
     verdicts = (judge_report(report, overlay, limits) for report in reports)
     return next((verdict for verdict in verdicts if not verdict.passed), PASSED)
@@ -159,14 +159,14 @@ def disagreements(reports: Sequence[EngineReport], overlay: PhysicsOverlay, limi
                 limit=limit,
             )
         )
-    return findings + _tests_disagree(reports, overlay, limits)
+    return findings + _checks_disagree(reports, overlay, limits)
 
 
-def _tests_disagree(reports: Sequence[EngineReport], overlay: PhysicsOverlay, limits: Thresholds) -> list[Finding]:
+def _checks_disagree(reports: Sequence[EngineReport], overlay: PhysicsOverlay, limits: Thresholds) -> list[Finding]:
     """A finding for every interaction check that passes in one engine and fails in another."""
-    by_test: dict[tuple[FailureMode, str], dict[str, TestVerdict]] = {}
+    by_test: dict[tuple[FailureMode, str], dict[str, CheckVerdict]] = {}
     for report in reports:
-        for test in judged_tests(report, overlay, limits):
+        for test in check_verdicts(report, overlay, limits):
             by_test.setdefault((test.test, test.subject), {})[report.engine.value] = test
     findings: list[Finding] = []
     for (mode, subject), seen in by_test.items():

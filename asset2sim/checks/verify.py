@@ -9,7 +9,7 @@ from asset2sim.assets.folder import Folder
 from asset2sim.checks.interact import interact
 from asset2sim.checks.rest import measure
 from asset2sim.checks.sweep import Cause
-from asset2sim.engines.child import Ended, in_child
+from asset2sim.engines.child import ChildOutcome, in_child
 from asset2sim.engines.registry import engine_version, installed, require
 from schemas.interaction import EngineReport, Interaction
 from schemas.measurement import Measurement
@@ -60,8 +60,8 @@ def verify_in(
         return interact(engine, urdf, overlay, own, settings.thresholds, cause=cause, only=only)
 
     # One process each: an engine that dies in an interaction check still leaves its measurement at rest.
-    measured: Ended[Measurement] = Ended(None)
-    touched: Ended[Interaction] = Ended(None)
+    measured: ChildOutcome[Measurement] = ChildOutcome(None)
+    touched: ChildOutcome[Interaction] = ChildOutcome(None)
     if only is None or only in AT_REST:
         measured = in_child(engine, rest, time_limit_s=own.time_limit_s)
     if own.interact and measured.problem is None and only not in AT_REST:
@@ -82,7 +82,7 @@ Known = dict[tuple[str, Engine, FailureMode | None], EngineReport]
 """Reports of one asset by digest of what was written, engine, and the failure that was checked (None: all)."""
 
 
-def verify_once(
+def verify_cached(
     known: Known,
     engines: Sequence[Engine],
     folder: Folder,

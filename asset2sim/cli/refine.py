@@ -8,7 +8,7 @@ from asset2sim.cli.request import RefineRequest
 from asset2sim.models.gateway.environment import quiet_environment
 from asset2sim.runs.alert import DONE, alert, alert_error, exit_code
 from asset2sim.runs.check_request import check_request
-from asset2sim.runs.interrupt import terminated_as_interrupted
+from asset2sim.runs.interrupt import sigterm_as_interrupt
 from asset2sim.runs.result import RunResult
 from schemas.errors import UsageError
 
@@ -31,7 +31,7 @@ def run_nightly(request: RefineRequest, serve: Callable[[RefineRequest], int]) -
     if request.now:
         return serve(request)
     # A service manager stops what it runs by SIGTERM: that is the usual end of a nightly, as Ctrl-C is.
-    with suppress(KeyboardInterrupt), terminated_as_interrupted():
+    with suppress(KeyboardInterrupt), sigterm_as_interrupt():
         serve(request)
     return DONE
 

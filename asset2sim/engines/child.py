@@ -30,7 +30,7 @@ T = TypeVar("T")
 
 
 @dataclass(frozen=True)
-class Ended(Generic[T]):
+class ChildOutcome(Generic[T]):
     """Outcome of a child: a value, or a ``problem``, one sentence that names the engine. ``died``: the engine crashed
     or hung, and so reported nothing itself."""
 
@@ -40,7 +40,7 @@ class Ended(Generic[T]):
     died: bool = False
 
 
-def in_child(engine: Engine, function: Callable[..., T], *args: object, time_limit_s: float) -> Ended[T]:
+def in_child(engine: Engine, function: Callable[..., T], *args: object, time_limit_s: float) -> ChildOutcome[T]:
     """Call ``function(*args)`` in a forked child, killed after ``time_limit_s`` of wall time; its result is pickled.
 
     Never raises for what the child does, and leaves nothing behind: the child stays in this process's group, ends with
@@ -61,14 +61,14 @@ def in_child(engine: Engine, function: Callable[..., T], *args: object, time_lim
         said = _read(reader, deadline)
         if said is None:
             _dump_traceback(pid)
-            return Ended(
+            return ChildOutcome(
                 None, f"{engine} was not done after {time_limit_s:g} s, and was killed", timed_out=True, died=True
             )
         # A child that has sent its result may still hang while it ends; it is killed below.
         if not said:
             _, status = os.waitpid(pid, 0)
-            return Ended(None, f"{engine} {_cause_of_death(status)}", died=True)
-        return _understood(engine, said)
+            return ChildOutcome(None, f"{engine} {_cause_of_death(status)}", died=True)
+        return _unpickled(engine, said)
     finally:
         os.close(reader)
         if status is None:
@@ -80,7 +80,7 @@ def _work(writer: int, parent: int, function: Callable[..., T], args: tuple[obje
     """The child: call the function, send the outcome, and end without running what the parent would at its exit."""
     code = 1
     try:
-        _die_with(parent)
+        _end_with_parent(parent)
         said = _attempt(function, args)
         with os.fdopen(writer, "wb") as stream:
             stream.write(said)
@@ -91,7 +91,7 @@ def _work(writer: int, parent: int, function: Callable[..., T], args: tuple[obje
         os._exit(code)
 
 
-def _die_with(parent: int) -> None:
+def _end_with_parent(parent: int) -> None:
     """Have the kernel kill this process when its parent goes. Linux only; elsewhere the process group does it."""
     if sys.platform == "linux":
         ctypes.CDLL(None).prctl(PR_SET_PDEATHSIG, signal.SIGKILL)
@@ -112,13 +112,13 @@ def _attempt(function: Callable[..., T], args: tuple[object, ...]) -> bytes:
         return pickle.dumps((None, f"failed: {type(error).__name__}: {error}"))
 
 
-def _understood(engine: Engine, said: bytes) -> Ended[T]:
+def _unpickled(engine: Engine, said: bytes) -> ChildOutcome[T]:
     """The outcome that the child sent; ``died`` where it is cut short."""
     try:
         value, problem = pickle.loads(said)
     except (pickle.UnpicklingError, EOFError, AttributeError, ValueError) as error:
-        return Ended(None, f"{engine} died while it answered ({error})", died=True)
-    return Ended(value, None if problem is None else f"{engine} {problem}")
+        return ChildOutcome(None, f"{engine} died while it answered ({error})", died=True)
+    return ChildOutcome(value, None if problem is None else f"{engine} {problem}")
 
 
 def _read(reader: int, deadline: float) -> bytes | None:

@@ -136,7 +136,7 @@ def contact_points(item: PyBulletObject, positions: Mapping[str, float]) -> list
 
 
 @contextmanager
-def penetration_probe(urdf: Path, settings: EngineSettings) -> Iterator[PyBulletObject]:
+def static_object(urdf: Path, settings: EngineSettings) -> Iterator[PyBulletObject]:
     """The object with its root held and no gravity, for ``contact_points`` at many joint positions."""
     with loaded(urdf, fixed_base=True, timestep_s=settings.timestep_s) as item:
         item.client.setGravity(0.0, 0.0, 0.0)
@@ -145,5 +145,5 @@ def penetration_probe(urdf: Path, settings: EngineSettings) -> Iterator[PyBullet
 
 def contacts_at(urdf: Path, positions: Mapping[str, float], settings: EngineSettings) -> list[ContactPoint]:
     """Contact points at one pose in a fresh world: contact caches make Φ depend slightly on earlier poses."""
-    with penetration_probe(urdf, settings) as item:
+    with static_object(urdf, settings) as item:
         return contact_points(item, positions)

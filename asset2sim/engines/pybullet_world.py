@@ -11,7 +11,7 @@ from scipy.spatial.transform import Rotation
 
 from asset2sim.engines.contacts import ContactPoint
 from asset2sim.engines.pybullet_object import MARGIN_M, PyBulletObject, loaded
-from asset2sim.engines.world import GRAVITY_M_S2, foreseen_m
+from asset2sim.engines.world import GRAVITY_M_S2, contact_distance_m
 from asset2sim.physics.arrays import Array
 from schemas.errors import AssetError
 from schemas.vocabulary import Engine, FailureMode
@@ -74,7 +74,7 @@ class PyBulletWorld:
                 self.item.body,
                 link,
                 lateralFriction=each,
-                contactProcessingThreshold=foreseen_m(self.timestep_s),
+                contactProcessingThreshold=contact_distance_m(self.timestep_s),
             )
 
     def place(

@@ -20,7 +20,7 @@ from asset2sim.assets.urdf.read import Dynamics, read_dynamics, read_urdf
 from asset2sim.engines import lowest
 from asset2sim.engines.console import captured_console
 from asset2sim.engines.sapien_joint import UNBOUNDED, Builder, damper_of, give_joint
-from asset2sim.engines.world import foreseen_m
+from asset2sim.engines.world import contact_distance_m
 from asset2sim.physics.arrays import Array
 from schemas.errors import AssetError
 from schemas.vocabulary import FailureMode
@@ -132,7 +132,7 @@ def ground(sapien: Any, physx: Any, material: Any, timestep_s: float) -> Any:
     entity, body = sapien.Entity(), physx.PhysxRigidStaticComponent()
     shape = physx.PhysxCollisionShapePlane(material)
     shape.local_pose = sapien.Pose(q=UPWARDS)
-    shape.contact_offset = foreseen_m(timestep_s)
+    shape.contact_offset = contact_distance_m(timestep_s)
     body.attach(shape)
     entity.add_component(body)
     return entity

@@ -85,11 +85,11 @@ class Opener(Protocol):
         """The loaded object, until the context ends."""
 
 
-FORESEEN_M_S = 1.2
+CONTACT_SPEED_M_S = 1.2
 """Speed, m/s, up to which contact is generated a step ahead: a fall of 5 cm ends at 1 m/s, and must not end inside. A
 larger one makes a step of an object of many parts several times slower, for neighbours that never touch."""
 
 
-def foreseen_m(timestep_s: float) -> float:
+def contact_distance_m(timestep_s: float) -> float:
     """Distance, m, from which contact with the plane is generated."""
-    return FORESEEN_M_S * timestep_s
+    return CONTACT_SPEED_M_S * timestep_s

@@ -58,7 +58,7 @@ def ask_overlay(first: ModelRequest, features: Features, ask: Callable[[ModelReq
     for asked in range(MAX_ASKS):
         answer = ask(request)
         if answer.content is None:
-            raise unanswered(answer, (*calls, *answer.calls))
+            raise no_answer_error(answer, (*calls, *answer.calls))
         if asked == 0:
             findings += images_not_sent(answer)
         try:
@@ -72,7 +72,7 @@ def ask_overlay(first: ModelRequest, features: Features, ask: Callable[[ModelReq
     raise SynthesisError(FailureMode.NO_VALID_ESTIMATE, "invalid_answer", message, calls)
 
 
-def unanswered(answer: ModelAnswer, calls: Sequence[ModelCall]) -> SynthesisError:
+def no_answer_error(answer: ModelAnswer, calls: Sequence[ModelCall]) -> SynthesisError:
     """The error for an answer without content: a spent budget is not the model's fault."""
     if answer.budget_spent:
         return SynthesisError(FailureMode.BUDGET, "budget_spent", answer.error or "the budget is spent", calls)

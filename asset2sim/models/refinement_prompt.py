@@ -20,7 +20,7 @@ or joints that must stay where they are put do not."""
 
 
 @dataclass(frozen=True)
-class Tried:
+class RefusedProposal:
     """A refused proposal: its joint positions (rad or m), the Φ measured there (m), and where the joints settled, if
     the problem is that they moved by themselves."""
 
@@ -30,7 +30,7 @@ class Tried:
 
 
 @dataclass(frozen=True)
-class Situation:
+class StateProblem:
     """A joint state to improve: joint name → position in rad, or m at the final scale, its Φ (m) and colliding pairs.
 
     ``settled`` maps joints to where they settled untouched, for the problem "fell". ``desired_phi_m`` is Φ in the
@@ -43,13 +43,13 @@ class Situation:
     pairs: Sequence[ContactPair] = ()
     settled: Mapping[str, float] = field(default_factory=dict)
     desired_phi_m: float | None = None
-    tried: Sequence[Tried] = ()
+    tried: Sequence[RefusedProposal] = ()
 
 
 def refinement_request(
     features: Features,
     overlay: PhysicsOverlay,
-    situation: Situation,
+    situation: StateProblem,
     focus: Sequence[str],
     reach: Mapping[str, tuple[float, float]],
     images: Sequence[LabelledImage] = (),
@@ -92,7 +92,7 @@ def refinement_schema() -> dict[str, object]:
 
 
 def _focus_joint(
-    joint: JointPhysics, authored: JointFeatures, situation: Situation, reach: tuple[float, float]
+    joint: JointPhysics, authored: JointFeatures, situation: StateProblem, reach: tuple[float, float]
 ) -> dict[str, object]:
     settled = {"settled": situation.settled[joint.name]} if joint.name in situation.settled else {}
     return {
@@ -112,7 +112,7 @@ def _focus_joint(
     }
 
 
-def _tried(item: Tried, focus: Sequence[str]) -> dict[str, object]:
+def _tried(item: RefusedProposal, focus: Sequence[str]) -> dict[str, object]:
     told: dict[str, object] = {
         "positions": {name: value for name, value in item.positions.items() if name in focus},
         "phi_m": item.phi_m,

@@ -9,7 +9,7 @@ bounded by them.
 import math
 
 from asset2sim.physics.paper_ranges import paper_terms
-from asset2sim.physics.terms import JointTerms, Moved, Term, Unmet
+from asset2sim.physics.terms import JointTerms, Moved, Term, UnmetWish
 from asset2sim.physics.timed import falling, gliding, relaxed, returning
 from asset2sim.physics.timing import RETURN_CRITICAL, Brake
 from schemas.overlay import JointProposal
@@ -20,8 +20,8 @@ WEAKEST_HZ = 0.01
 """Frequency below which a proposed spring is ignored, Hz: it would take half a minute to return its part."""
 RETURN_MARGIN = 1.1
 """Preload over gravity's pull of a part whose return is timed: with more, a light part returns at any stiffness."""
-Missed = tuple[Unmet, ...]
-STAYS = "it must stay where it is placed"
+UnmetWishes = tuple[UnmetWish, ...]
+HOLDS_REASON = "it must stay where it is placed"
 """Why a part that must hold neither falls shut nor springs back."""
 CLOSE_ENOUGH = 0.25
 """Share by which a time or distance may miss what was asked before that is reported."""
@@ -43,7 +43,7 @@ def joint_terms(
     damping = damper(proposal, moved, stiffness.value, source, authored_damping, settings)
     friction = dry_friction(proposal, moved, holds, stiffness.value, source, settings)
     margin, brake = settings.hold_margin, None
-    unmet: Missed = ()
+    unmet: UnmetWishes = ()
     # Damping that is stated outright counts before any wish.
     if stiffness.value > 0.0 and proposal.returns_s is not None and proposal.damping is None:
         margin = RETURN_MARGIN
@@ -67,41 +67,45 @@ def joint_terms(
 
 def timed_spring(
     proposal: JointProposal, moved: Moved, holds: bool, stiffness: Term, margin: float, settings: PhysicsSettings
-) -> tuple[Term, Brake | None, Missed]:
+) -> tuple[Term, Brake | None, UnmetWishes]:
     """Stiffness, damping and friction of a part that returns in ``returns_s``, and the wish where it cannot be met."""
     asked = proposal.returns_s or 0.0
     if holds:
-        return stiffness, None, (Unmet("returns_s", asked, None, STAYS),)
+        return stiffness, None, (UnmetWish("returns_s", asked, None, HOLDS_REASON),)
     found = returning(proposal, moved, stiffness.value, margin if moved.stopped else 1.0, settings)
     if found.stiffness != stiffness.value:
         stiffness = Term(found.stiffness, stiffness.source, stiffness.replaced)
     why = "its weight, its spring and the time step give that"
-    return stiffness, found.brake, unmet_by(found.brake, "returns_s", asked, why)
+    return stiffness, found.brake, unmet_wish(found.brake, "returns_s", asked, why)
 
 
-def timed(proposal: JointProposal, moved: Moved, holds: bool, settings: PhysicsSettings) -> tuple[Brake | None, Missed]:
+def timed(
+    proposal: JointProposal, moved: Moved, holds: bool, settings: PhysicsSettings
+) -> tuple[Brake | None, UnmetWishes]:
     """Damping and friction of a part without a spring, from ``closes_s`` or ``stops_within``, and unmet wishes.
 
     ``closes_s`` counts where gravity may shut the part, else ``stops_within``; None where neither applies.
     """
-    missed: Missed = ()
+    missed: UnmetWishes = ()
     if proposal.closes_s is not None:
         fall = None if holds else falling(proposal, moved, settings)
         if fall is not None:
             why = "its weight, and the damping that the time step bears, give that"
-            return fall, unmet_by(fall, "closes_s", proposal.closes_s, why)
-        missed = (Unmet("closes_s", proposal.closes_s, None, STAYS if holds else "gravity does not shut it"),)
+            return fall, unmet_wish(fall, "closes_s", proposal.closes_s, why)
+        missed = (
+            UnmetWish("closes_s", proposal.closes_s, None, HOLDS_REASON if holds else "gravity does not shut it"),
+        )
     if proposal.stops_within is not None:
         found = gliding(proposal, moved, holds, settings)
-        return found, missed + unmet_by(found, "stops_within", proposal.stops_within, "its friction gives that")
+        return found, missed + unmet_wish(found, "stops_within", proposal.stops_within, "its friction gives that")
     return None, missed
 
 
-def unmet_by(found: Brake, wish: str, asked: float, why: str) -> tuple[Unmet, ...]:
+def unmet_wish(found: Brake, wish: str, asked: float, why: str) -> tuple[UnmetWish, ...]:
     """The wish if the motion misses it by more than ``CLOSE_ENOUGH``; a shorter stop meets ``stops_within``."""
     long, short = found.achieved > (1.0 + CLOSE_ENOUGH) * asked, found.achieved < (1.0 - CLOSE_ENOUGH) * asked
     if long or (short and wish != "stops_within"):
-        return (Unmet(wish, asked, found.achieved if math.isfinite(found.achieved) else None, why),)
+        return (UnmetWish(wish, asked, found.achieved if math.isfinite(found.achieved) else None, why),)
     return ()
 
 

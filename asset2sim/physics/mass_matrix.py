@@ -62,7 +62,7 @@ class JointSpace:
     in ``names``' order.
 
     ``gravity`` is (n,): the generalised force of gravity along -z of the root frame on each joint, N·m or N.
-    ``pulls`` says for each joint how that force changes as the joint alone moves. ``heft`` is (n,): its
+    ``pulls`` says for each joint how that force changes as the joint alone moves. ``largest_gravity`` is (n,): its
     largest magnitude over all directions of gravity.
     """
 
@@ -70,7 +70,7 @@ class JointSpace:
     matrix: Array
     gravity: Array
     pulls: tuple[Pull, ...]
-    heft: Array
+    largest_gravity: Array
 
     @cached_property
     def mobility(self) -> Array:
@@ -132,7 +132,7 @@ def joint_space(
     matrix = rows.T @ rows + np.einsum("bik,bij,bjl->kl", angular, inertias, angular, optimize=True)
     gravity: Array = -GRAVITY_M_S2 * (mass[:, None] * linear[:, 2, 6:]).sum(axis=0)
 
-    heft: Array = GRAVITY_M_S2 * np.linalg.norm((mass[:, None, None] * linear[:, :, 6:]).sum(axis=0), axis=0)
+    largest_gravity: Array = GRAVITY_M_S2 * np.linalg.norm((mass[:, None, None] * linear[:, :, 6:]).sum(axis=0), axis=0)
 
     moments = carried @ (mass[:, None] * coms) - (carried @ mass)[:, None] * origins
     pulls = []
@@ -140,7 +140,7 @@ def joint_space(
         # About the axis, gravity's torque is a sinusoid of the angle; its slope is that of the lever turned by 90°.
         slope = 0.0 if slides[index] else float(-GRAVITY_M_S2 * turned_lever(axes[index], moments[index])[2])
         pulls.append(Pull(positions.get(joint.name, 0.0), float(gravity[index]), slope, bool(slides[index])))
-    return JointSpace(tuple(joint.name for joint in movable), matrix, gravity, tuple(pulls), heft)
+    return JointSpace(tuple(joint.name for joint in movable), matrix, gravity, tuple(pulls), largest_gravity)
 
 
 def moved_links(tree: Sequence[TreeJoint], movable: Sequence[TreeJoint]) -> list[set[str]]:

@@ -16,7 +16,7 @@ class Term:
 
 
 @dataclass(frozen=True)
-class Unmet:
+class UnmetWish:
     """A wish of the proposal (``closes_s``, ``stops_within``, ``returns_s``) that cannot be met: what was asked, what
     the joint does instead (None: nothing of the kind), and why."""
 
@@ -34,7 +34,7 @@ class JointTerms:
     friction: Term
     stiffness: Term
     spring_reference: float
-    unmet: tuple[Unmet, ...] = ()
+    unmet: tuple[UnmetWish, ...] = ()
 
 
 @dataclass(frozen=True)

@@ -7,11 +7,19 @@ import numpy as np
 
 from asset2sim.physics.arrays import Array
 from asset2sim.physics.terms import Moved
-from asset2sim.physics.timing import ARRIVED_SHARE, Brake, arrival_s, bracketed, braked, left_after, stopping
+from asset2sim.physics.timing import (
+    ARRIVED_SHARE,
+    Brake,
+    arrival_s,
+    brake_to_arrive,
+    distance_left,
+    solve_increasing,
+    stopping,
+)
 from schemas.overlay import JointProposal
 from schemas.settings import PhysicsSettings
 
-HALF = 0.5
+START_OPENING = 0.5
 """Share of the way from closed to open at which a lid is let go."""
 LEAST_WAY = 0.25
 """Share of that way over which gravity must pull a lid shut for it to count as one that gravity shuts."""
@@ -21,11 +29,11 @@ STUCK_MARGIN = 0.8
 """Most friction on a falling lid, as a share of gravity's least pull on the way: it must fall in every engine."""
 LONGEST_COAST_S = 10.0
 """Weakest damping that a wish may give, as a time constant, s: no damping at all never comes to rest."""
-SOFTEST = 10.0
+LARGEST_SOFTENING = 10.0
 """How many times softer than a critically damped one a timed spring may be, where gravity does part of its work."""
 SAMPLES = 65
 """Positions on the way at which gravity is evaluated."""
-SWUNG = 0.5
+UNLIMITED_START = 0.5
 """Where a joint without limits is let go, rad or m from its spring's rest."""
 
 
@@ -52,12 +60,12 @@ def falling(proposal: JointProposal, moved: Moved, settings: PhysicsSettings) ->
     friction = (least, STUCK_MARGIN * weakest) if proposal.friction is None else (proposal.friction,) * 2
     largest = largest_damping(moved, settings)
     damping = (min(moved.held / LONGEST_COAST_S, largest), largest)
-    return braked(proposal.closes_s, way, force, moved.held, damping, friction)
+    return brake_to_arrive(proposal.closes_s, way, force, moved.held, damping, friction)
 
 
 def shut_by_gravity(moved: Moved) -> float | None:
     """How far from closed, at most half open, gravity pulls the joint shut all the way (rad or m); None where not."""
-    half = HALF * abs(moved.open - moved.closed)
+    half = START_OPENING * abs(moved.open - moved.closed)
     if half <= 0.0:
         return None
     inward = math.copysign(1.0, moved.closed - moved.open)
@@ -99,7 +107,7 @@ def returning(
 
     Where the part returns too soon at any damping, because its weight helps, the spring is made softer.
     """
-    far = SWUNG if moved.upper is None or moved.lower is None else moved.upper - moved.rest
+    far = UNLIMITED_START if moved.upper is None or moved.lower is None else moved.upper - moved.rest
     if moved.lower is not None and moved.rest - moved.lower > far:
         far = moved.lower - moved.rest
     outward, way = math.copysign(1.0, far), abs(far)
@@ -112,17 +120,17 @@ def returning(
     largest = largest_damping(moved, settings)
     least = min(2.0 * settings.spring_damping_ratio * math.sqrt(stiffness * moved.inertia), largest)
     friction, seconds = proposal.friction or 0.0, proposal.returns_s or 0.0
-    found = braked(seconds, way, force, moved.held, (least, largest), (friction, friction))
+    found = brake_to_arrive(seconds, way, force, moved.held, (least, largest), (friction, friction))
     if found.damping < largest or found.achieved >= seconds or proposal.stiffness is not None:
         return Return(stiffness, found)
 
     def by_softness(softness: Array) -> Array:
         same = np.ones(len(softness))
-        return left_after(
+        return distance_left(
             seconds, way, lambda left: force(left, stiffness / softness), moved.held, largest * same, friction * same
         )[0]
 
-    softness, met = bracketed((1.0, SOFTEST), by_softness, ARRIVED_SHARE * way)
+    softness, met = solve_increasing((1.0, LARGEST_SOFTENING), by_softness, ARRIVED_SHARE * way)
     softer = stiffness / softness
     achieved = seconds
     if not met:

@@ -82,7 +82,7 @@ def stopping(
     return Brake(damping, wanted, glide(speed, inertia / damping, deceleration))
 
 
-def left_after(
+def distance_left(
     seconds: float, way: float, force: Force, inertia: float, damping: Array, friction: Array
 ) -> tuple[Array, Array]:
     """(n,) distance left after so many seconds from rest, and (n,) time of arrival (inf: not yet), for n trials.
@@ -115,14 +115,14 @@ def arrival_s(way: float, force: Force, inertia: float, damping: float, friction
     """Time until a part released at rest, ``way`` from its end, has a tenth of it left, s; inf where it gets stuck."""
     seconds = 0.25
     while seconds <= LONGEST_S:
-        _, arrived = left_after(seconds, way, force, inertia, np.array([damping]), np.array([friction]))
+        _, arrived = distance_left(seconds, way, force, inertia, np.array([damping]), np.array([friction]))
         if np.isfinite(arrived[0]):
             return float(arrived[0])
         seconds *= 2.0
     return math.inf
 
 
-def braked(
+def brake_to_arrive(
     seconds: float,
     way: float,
     force: Force,
@@ -137,22 +137,22 @@ def braked(
     goal = ARRIVED_SHARE * way
 
     def by_damping(trial: Array) -> Array:
-        return left_after(seconds, way, force, inertia, trial, np.full(len(trial), friction[0]))[0]
+        return distance_left(seconds, way, force, inertia, trial, np.full(len(trial), friction[0]))[0]
 
     def by_friction(trial: Array) -> Array:
-        return left_after(seconds, way, force, inertia, np.full(len(trial), damping[1]), trial)[0]
+        return distance_left(seconds, way, force, inertia, np.full(len(trial), damping[1]), trial)[0]
 
-    found, met = bracketed(damping, by_damping, goal)
+    found, met = solve_increasing(damping, by_damping, goal)
     if met:
         return Brake(found, friction[0], seconds)
     if found == damping[1] and friction[1] > friction[0]:
-        found, met = bracketed(friction, by_friction, goal)
+        found, met = solve_increasing(friction, by_friction, goal)
         achieved = seconds if met else arrival_s(way, force, inertia, damping[1], found)
         return Brake(damping[1], found, achieved)
     return Brake(found, friction[0], arrival_s(way, force, inertia, found, friction[0]))
 
 
-def bracketed(bounds: tuple[float, float], left: Callable[[Array], Array], goal: float) -> tuple[float, bool]:
+def solve_increasing(bounds: tuple[float, float], left: Callable[[Array], Array], goal: float) -> tuple[float, bool]:
     """The value between the bounds at which ``left``, which rises with it, is ``goal``, and whether there is one; else
     the bound that comes nearest."""
     low, high = bounds

@@ -9,7 +9,7 @@ from asset2sim.models.answers import InvalidFieldsError, RefinementAnswer, parse
 from asset2sim.models.ask_overlay import images_not_sent, marked_invalid
 from asset2sim.models.prompts import with_validation_errors
 from asset2sim.models.purposes import REFINEMENT_PURPOSE, model_for
-from asset2sim.models.refinement_prompt import Situation, Tried, refinement_request
+from asset2sim.models.refinement_prompt import RefusedProposal, StateProblem, refinement_request
 from asset2sim.refinement.state.bands import Band, Pose
 from asset2sim.refinement.state.search import Ask
 from schemas.errors import AssetError, InvalidAnswerError
@@ -110,14 +110,18 @@ def model_asker(scene: Scene) -> Ask:
     """Callback that asks the model for a step while links overlap."""
 
     def propose(
-        best: Pose, phi: float, pairs: tuple[ContactPair, ...], focus: tuple[str, ...], tried: tuple[Tried, ...]
+        best: Pose,
+        phi: float,
+        pairs: tuple[ContactPair, ...],
+        focus: tuple[str, ...],
+        tried: tuple[RefusedProposal, ...],
     ) -> Pose | None:
-        return next_pose(scene, Situation("overlap", best, phi, pairs, tried=tried), focus)
+        return next_pose(scene, StateProblem("overlap", best, phi, pairs, tried=tried), focus)
 
     return propose
 
 
-def next_pose(scene: Scene, situation: Situation, focus: tuple[str, ...], shown: Pose | None = None) -> Pose | None:
+def next_pose(scene: Scene, situation: StateProblem, focus: tuple[str, ...], shown: Pose | None = None) -> Pose | None:
     """Pose after the model's step, every joint within its reach; None where the model has no step or the call limit is
     reached. ``shown`` is the pose to render, by default the present one.
     """

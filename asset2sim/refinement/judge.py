@@ -11,8 +11,8 @@ from asset2sim.assets.extract import Extraction
 from asset2sim.assets.folder import Folder, write_urdf
 from asset2sim.checks.overlaps import overlap_pairs
 from asset2sim.checks.sweep import Cause
-from asset2sim.checks.verdict import Verdict, disagreements, failures_of, judge_reports
-from asset2sim.checks.verify import Known, engines_of, verify, verify_once
+from asset2sim.checks.verdict import Verdict, disagreements, failures_of, overall_verdict
+from asset2sim.checks.verify import Known, engines_of, verify, verify_cached
 from asset2sim.physics.kinematics import link_to_root, tree_of
 from asset2sim.refinement.collision.part_links import written_joints
 from asset2sim.refinement.dynamics.mend import mend
@@ -25,7 +25,7 @@ from schemas.vocabulary import Engine, FailureMode, OverlapCause, Severity, Stag
 
 
 @dataclass(frozen=True)
-class Judged:
+class Verified:
     """The overlay as it stays written, each engine's report on it, and the verdict over all of them."""
 
     overlay: PhysicsOverlay
@@ -36,14 +36,14 @@ class Judged:
     findings: tuple[Finding, ...]
 
 
-def judge_and_mend(
+def verify_and_mend(
     extraction: Extraction,
     overlay: PhysicsOverlay,
     folder: Folder,
     settings: Settings,
     known: Known,
     doubts: Sequence[FailureMode] = (),
-) -> Judged:
+) -> Verified:
     """Verify the written asset in every engine and mend its dynamics where a check fails; ``known`` holds past reports.
 
     ``doubts`` are failures that no change of dynamics mends and that other shapes showed: where one is seen here too,
@@ -56,30 +56,30 @@ def judge_and_mend(
         changed: PhysicsOverlay, wanted: Sequence[Engine], only: FailureMode | None = None
     ) -> tuple[EngineReport, ...]:
         write_urdf(extraction, changed, folder, settings.physics)
-        return verify_once(known, wanted, folder, changed, cause, settings, only)
+        return verify_cached(known, wanted, folder, changed, cause, settings, only)
 
     for doubt in doubts:
         reports = again(overlay, engines, doubt)
-        verdict = judge_reports(reports, overlay, settings.thresholds)
+        verdict = overall_verdict(reports, overlay, settings.thresholds)
         if verdict.mode is doubt:
-            return Judged(overlay, reports, (), verdict, (), ())
+            return Verified(overlay, reports, (), verdict, (), ())
     mended = mend(extraction.features, overlay, again(overlay, engines), settings, again)
     overlaps = overlap_pairs(folder.urdf, mended.overlay.initial_positions, cause)
-    verdict = judge_reports(mended.reports, mended.overlay, settings.thresholds)
+    verdict = overall_verdict(mended.reports, mended.overlay, settings.thresholds)
     findings = [*mended.findings, *report_findings(mended.reports, mended.overlay, settings)]
-    return Judged(mended.overlay, mended.reports, overlaps, verdict, mended.trace, tuple(findings))
+    return Verified(mended.overlay, mended.reports, overlaps, verdict, mended.trace, tuple(findings))
 
 
-def judge_as_written(extraction: Extraction, urdf: Path, overlay: PhysicsOverlay, settings: Settings) -> Judged:
+def verify_as_written(extraction: Extraction, urdf: Path, overlay: PhysicsOverlay, settings: Settings) -> Verified:
     """Verify a URDF as it is in every engine; nothing is mended."""
     cause = cause_for(extraction, overlay)
     reports = verify(engines_of(settings.engine), urdf, overlay, cause, settings)
-    verdict = judge_reports(reports, overlay, settings.thresholds)
+    verdict = overall_verdict(reports, overlay, settings.thresholds)
     try:
         overlaps = overlap_pairs(urdf, overlay.initial_positions, cause)
     except AssetError:  # PyBullet refuses the file, which its report says
         overlaps = ()
-    return Judged(overlay, reports, overlaps, verdict, (), tuple(report_findings(reports, overlay, settings)))
+    return Verified(overlay, reports, overlaps, verdict, (), tuple(report_findings(reports, overlay, settings)))
 
 
 def report_findings(reports: Sequence[EngineReport], overlay: PhysicsOverlay, settings: Settings) -> list[Finding]:

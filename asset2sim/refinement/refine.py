@@ -12,9 +12,9 @@ from asset2sim.refinement.ask_model import Questions, Scene
 from asset2sim.refinement.collision.shapes import collision_shapes
 from asset2sim.refinement.dynamics.mend import all_failures
 from asset2sim.refinement.dynamics.remedies import REMEDIES
-from asset2sim.refinement.judge import Judged, judge_and_mend
+from asset2sim.refinement.judge import Verified, verify_and_mend
 from asset2sim.refinement.notes import moves
-from asset2sim.refinement.rest_state import fallen, rest_of, restate
+from asset2sim.refinement.rest_state import ask_lasting_state, fallen, rest_measurement
 from asset2sim.refinement.state.bands import Pose, reaches
 from asset2sim.refinement.state.in_engine import Refined, at_positions, refine_in_engine
 from schemas.finding import Finding, TraceStep
@@ -51,19 +51,19 @@ class Job:
 
 
 @dataclass(frozen=True)
-class Shaped:
+class RefinedFolder:
     """URDF of the refined folder, with the results of refinement and verification."""
 
     urdf: Path
     refined: Refined
-    judged: Judged
+    judged: Verified
     findings: tuple[Finding, ...]
 
 
-def shape_and_judge(job: Job) -> Shaped:
+def refine_and_verify(job: Job) -> RefinedFolder:
     """Write, refine, verify and mend one asset; the result lists all model calls of all attempts."""
     questions = Questions(job.ask, job.settings.search.max_model_calls)
-    chosen, shaped = pieces_or_hulls(job, questions)
+    chosen, shaped = attempt_pieces_then_hulls(job, questions)
     shaped = lasting(chosen, shaped, questions)
     refined = replace(
         shaped.refined, calls=tuple(questions.calls), findings=(*shaped.refined.findings, *questions.findings)
@@ -71,19 +71,19 @@ def shape_and_judge(job: Job) -> Shaped:
     return replace(shaped, refined=refined)
 
 
-def pieces_or_hulls(job: Job, questions: Questions) -> tuple[Job, Shaped]:
+def attempt_pieces_then_hulls(job: Job, questions: Questions) -> tuple[Job, RefinedFolder]:
     """The attempt with convex pieces; that with plain hulls, and a finding, where hulls alone pass or have lower Φ.
 
     Pieces keep hollows open but can block parts that move between them; hulls fill hollows and block nothing. A model
     is asked only where neither passes without one.
     """
-    shaped, wanted = unasked(job)
+    shaped, wanted = attempt_without_model(job)
     cut = any(finding.code == DECOMPOSED for finding in shaped.findings)
     phi = largest_phi(shaped)
     if not cut or (shaped.judged.verdict.passed and phi <= GOOD_PHI_M):
         return job, attempt(job, questions) if wanted and questions.left > 0 else shaped
     plain = in_mode(job, CollisionMode.REPAIR)
-    hulls, _ = unasked(plain, unmendable(shaped, job.settings))
+    hulls, _ = attempt_without_model(plain, unmendable(shaped, job.settings))
     if hulls.judged.verdict.passed and not (shaped.judged.verdict.passed and phi <= largest_phi(hulls)):
         note = Finding(
             stage=Stage.MEASURE,
@@ -96,34 +96,34 @@ def pieces_or_hulls(job: Job, questions: Questions) -> tuple[Job, Shaped]:
     return job, attempt(job, questions)
 
 
-def unmendable(shaped: Shaped, settings: Settings) -> tuple[FailureMode, ...]:
+def unmendable(shaped: RefinedFolder, settings: Settings) -> tuple[FailureMode, ...]:
     """Failures that no change of dynamics can mend, such as a jam: other collision shapes must avoid them."""
     failed = all_failures(shaped.judged.overlay, shaped.judged.reports, settings)
     modes = dict.fromkeys(failure.mode for failure in failed if failure.mode not in REMEDIES)
     return tuple(mode for mode in modes if mode not in (FailureMode.ENGINE_CRASH, FailureMode.TIMEOUT))
 
 
-def unasked(job: Job, doubts: tuple[FailureMode, ...] = ()) -> tuple[Shaped, bool]:
+def attempt_without_model(job: Job, doubts: tuple[FailureMode, ...] = ()) -> tuple[RefinedFolder, bool]:
     """An attempt without model calls, and whether one was wanted; ``doubts`` are failures to look for first."""
     nobody = Questions(job.ask, 0)
     return attempt(job, nobody, doubts), nobody.wanted
 
 
-def lasting(job: Job, shaped: Shaped, questions: Questions) -> Shaped:
+def lasting(job: Job, shaped: RefinedFolder, questions: Questions) -> RefinedFolder:
     """The attempt, or, where joints do not hold their initial positions, one from a model's state that lasts, if its
     verdict is no worse."""
-    measured = rest_of(shaped.judged.reports)
+    measured = rest_measurement(shaped.judged.reports)
     names = fallen(job.overlay, measured, job.settings) if measured is not None else ()
     if measured is None or not names:
         return shaped
     with job.timed(Stage.REFINE):
         reach = reaches(job.overlay, job.settings.search)
         scene = Scene(job.extraction.features, job.overlay, job.settings, shaped.urdf, reach, questions)
-        found = restate(scene, shaped.judged.overlay, measured, names)
+        found = ask_lasting_state(scene, shaped.judged.overlay, measured, names)
     if found.pose is None:
         return with_steps(shaped, found.steps)
-    again = attempt(from_pose(job, found.pose), questions)
-    rest = rest_of(again.judged.reports)
+    again = attempt(job_at_pose(job, found.pose), questions)
+    rest = rest_measurement(again.judged.reports)
     lasts = rest is not None and not fallen(job.overlay, rest, job.settings)
     if lasts and again.judged.verdict.passed >= shaped.judged.verdict.passed:
         told = moves(
@@ -134,7 +134,7 @@ def lasting(job: Job, shaped: Shaped, questions: Questions) -> Shaped:
     return with_steps(before, tuple(refused(step) for step in found.steps))
 
 
-def from_pose(job: Job, pose: Pose) -> Job:
+def job_at_pose(job: Job, pose: Pose) -> Job:
     """The job with another requested state."""
     overlay = at_positions(
         job.extraction, job.proposal, job.overlay, pose, moved_by(job, pose), job.source, job.settings
@@ -148,7 +148,7 @@ def moved_by(job: Job, pose: Pose) -> Pose:
     return {name: value for name, value in pose.items() if value != requested[name]}
 
 
-def with_steps(shaped: Shaped, steps: tuple[TraceStep, ...]) -> Shaped:
+def with_steps(shaped: RefinedFolder, steps: tuple[TraceStep, ...]) -> RefinedFolder:
     """The result with these steps appended to the trace."""
     return replace(shaped, refined=replace(shaped.refined, trace=(*shaped.refined.trace, *steps)))
 
@@ -161,7 +161,7 @@ def refused(step: TraceStep) -> TraceStep:
     return step.model_copy(update={**taken_back, "reason": "judged in full, it is no better"})
 
 
-def largest_phi(shaped: Shaped) -> float:
+def largest_phi(shaped: RefinedFolder) -> float:
     """The largest Φ in any engine, m."""
     seen = (report.measurement for report in shaped.judged.reports)
     return max((found.penetration_m for found in seen if found is not None), default=0.0)
@@ -173,7 +173,7 @@ def in_mode(job: Job, mode: CollisionMode) -> Job:
     return replace(job, settings=job.settings.model_copy(update={"collision": collision}))
 
 
-def attempt(job: Job, questions: Questions, doubts: tuple[FailureMode, ...] = ()) -> Shaped:
+def attempt(job: Job, questions: Questions, doubts: tuple[FailureMode, ...] = ()) -> RefinedFolder:
     """One attempt: collision shapes, folder, state search, verification, mending."""
     with job.timed(Stage.APPLY):
         mode = job.settings.collision.mode
@@ -184,5 +184,5 @@ def attempt(job: Job, questions: Questions, doubts: tuple[FailureMode, ...] = ()
             job.extraction, job.proposal, job.overlay, job.source, hulls, folder, job.settings, questions
         )
     with job.timed(Stage.MEASURE):
-        judged = judge_and_mend(job.extraction, refined.overlay, refined.folder, job.settings, job.known, doubts)
-    return Shaped(refined.folder.urdf, refined, judged, told)
+        judged = verify_and_mend(job.extraction, refined.overlay, refined.folder, job.settings, job.known, doubts)
+    return RefinedFolder(refined.folder.urdf, refined, judged, told)

@@ -6,7 +6,7 @@ from pathlib import Path
 
 from asset2sim.checks.rest import measure
 from asset2sim.engines.child import in_child
-from asset2sim.models.refinement_prompt import Situation, Tried
+from asset2sim.models.refinement_prompt import RefusedProposal, StateProblem
 from asset2sim.refinement.ask_model import Scene, next_pose
 from asset2sim.refinement.state.bands import Pose
 from schemas.finding import TraceStep
@@ -21,7 +21,7 @@ ENGINE = Engine.PYBULLET
 
 
 @dataclass(frozen=True)
-class Restated:
+class LastingState:
     """Model's pose that comes to rest in the requested state, None if there is none, and the trace steps."""
 
     pose: Pose | None
@@ -49,12 +49,14 @@ def fallen(overlay: PhysicsOverlay, measured: Measurement, settings: Settings) -
     return tuple(names)
 
 
-def rest_of(reports: Sequence[EngineReport]) -> Measurement | None:
+def rest_measurement(reports: Sequence[EngineReport]) -> Measurement | None:
     """Measurement at rest in ``ENGINE``, None where it has none."""
     return next((report.measurement for report in reports if report.engine is ENGINE), None)
 
 
-def restate(scene: Scene, overlay: PhysicsOverlay, measured: Measurement, names: tuple[str, ...]) -> Restated:
+def ask_lasting_state(
+    scene: Scene, overlay: PhysicsOverlay, measured: Measurement, names: tuple[str, ...]
+) -> LastingState:
     """First pose proposed by the model from which every joint comes to rest in the requested state, with Φ at most its
     target or no higher than before.
 
@@ -65,9 +67,9 @@ def restate(scene: Scene, overlay: PhysicsOverlay, measured: Measurement, names:
     allowed = max(settings.search.target_phi_m, measured.penetration_m)
     shown = {**present, **resting(measured, present)}
     steps: list[TraceStep] = []
-    tried: list[Tried] = []
+    tried: list[RefusedProposal] = []
     for _ in range(settings.search.max_model_calls):
-        situation = Situation(
+        situation = StateProblem(
             "fell",
             present,
             measured.penetration_m,
@@ -78,7 +80,7 @@ def restate(scene: Scene, overlay: PhysicsOverlay, measured: Measurement, names:
         pose = next_pose(scene, situation, names, shown)
         if pose is None:
             break
-        found = measured_at(scene.urdf, overlay, pose, settings)
+        found = measure_rest_from(scene.urdf, overlay, pose, settings)
         if found is None:
             steps.append(step(measured, measured, present, pose, False, "the engine does not get through it"))
             break
@@ -91,9 +93,9 @@ def restate(scene: Scene, overlay: PhysicsOverlay, measured: Measurement, names:
             why = f"joint '{gone[0]}' does not stay in the requested state"
         steps.append(step(measured, found, present, pose, accepted, why))
         if accepted:
-            return Restated(pose, tuple(steps))
-        tried.append(Tried(pose, found.penetration_m, resting(found, names)))
-    return Restated(None, tuple(steps))
+            return LastingState(pose, tuple(steps))
+        tried.append(RefusedProposal(pose, found.penetration_m, resting(found, names)))
+    return LastingState(None, tuple(steps))
 
 
 def resting(measured: Measurement, names: Mapping[str, object] | Sequence[str]) -> Pose:
@@ -101,7 +103,7 @@ def resting(measured: Measurement, names: Mapping[str, object] | Sequence[str]) 
     return {motion.name: motion.final_position for motion in measured.joints if motion.name in names}
 
 
-def measured_at(urdf: Path, overlay: PhysicsOverlay, pose: Pose, settings: Settings) -> Measurement | None:
+def measure_rest_from(urdf: Path, overlay: PhysicsOverlay, pose: Pose, settings: Settings) -> Measurement | None:
     """Measurement at rest from another pose, in a child process; None where the engine crashes or times out."""
     own = settings.engine
 

@@ -34,11 +34,16 @@ def alert_error(out: Path | str, settings: RunSettings, error: BaseException) ->
     """Run the hook for a run that ended in an error; returns a warning where the hook failed."""
     if settings.hook is None:
         return None
-    values = {"outcome": "failed", "exit": code_of(error), "error": str(error) or type(error).__name__, "out": out}
+    values = {
+        "outcome": "failed",
+        "exit": error_exit_code(error),
+        "error": str(error) or type(error).__name__,
+        "out": out,
+    }
     return run_hook(settings.hook, _EMPTY | values, settings.hook_time_limit_s)
 
 
-def code_of(error: BaseException) -> int:
+def error_exit_code(error: BaseException) -> int:
     """Exit code for an error that ended a run before it had a result."""
     if isinstance(error, KeyboardInterrupt):
         return STOPPED

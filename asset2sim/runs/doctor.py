@@ -35,7 +35,7 @@ MIN_FREE_DISK_GB = 1.0
 """Room that a run needs, GB: 150 refined objects with their meshes and views take about a third of it."""
 
 
-class BrokenError(Asset2SimError):
+class DoctorError(Asset2SimError):
     """A check found something that does not work; the message says what to do."""
 
 
@@ -78,7 +78,7 @@ def examine(out: Path | str, model: ModelSettings) -> list[Check]:
 def check_python() -> str:
     """Python 3.11, for which the pinned versions were tested together."""
     if sys.version_info[:2] != (3, 11):
-        raise BrokenError(f"{platform.python_version()}; the project needs 3.11: make clean, then make install")
+        raise DoctorError(f"{platform.python_version()}; the project needs 3.11: make clean, then make install")
     return f"{platform.python_version()} at {sys.prefix}"
 
 
@@ -88,7 +88,7 @@ def check_packages() -> str:
     try:
         requirements = metadata.requires("asset2sim") or []
     except metadata.PackageNotFoundError as error:
-        raise BrokenError("asset2sim itself is not installed; run make install") from error
+        raise DoctorError("asset2sim itself is not installed; run make install") from error
     for requirement in requirements:
         name = requirement.split(";")[0].strip()
         for character in "<>=!~ [":
@@ -100,7 +100,7 @@ def check_packages() -> str:
         except metadata.PackageNotFoundError:
             missing.append(name)
     if missing:
-        raise BrokenError(f"missing: {', '.join(missing)}; run make install")
+        raise DoctorError(f"missing: {', '.join(missing)}; run make install")
     return ", ".join(f"{name} {version}" for name, version in versions().items() if name != "python")
 
 
@@ -108,7 +108,7 @@ def check_checkout() -> str:
     """The commit that runs are recorded with."""
     commit, changed = git_state(Path(__file__).resolve().parent)
     if commit is None:
-        raise BrokenError("no git commit found; runs are recorded without one")
+        raise DoctorError("no git commit found; runs are recorded without one")
     return commit[:12] + (" with uncommitted changes" if changed else "")
 
 
@@ -121,10 +121,10 @@ def check_writable(folder: Path) -> str:
         with tempfile.TemporaryFile(dir=above):
             pass
     except OSError as error:
-        raise BrokenError(f"{above}: {error.strerror}; choose another --out") from error
+        raise DoctorError(f"{above}: {error.strerror}; choose another --out") from error
     free = shutil.disk_usage(above).free / 1e9
     if free < MIN_FREE_DISK_GB:
-        raise BrokenError(f"{above}: {free:.1f} GB free; a run may need {MIN_FREE_DISK_GB:g}")
+        raise DoctorError(f"{above}: {free:.1f} GB free; a run may need {MIN_FREE_DISK_GB:g}")
     return f"{folder} ({free:.0f} GB free)"
 
 
@@ -137,9 +137,9 @@ def check_store(url: str) -> str:
         found = place.rpartition("/")[2] in list_objects(url)
         remove_objects([place])
     except StoreError as error:
-        raise BrokenError(str(error)) from error
+        raise DoctorError(str(error)) from error
     if not found:
-        raise BrokenError(f"{url}: what is written there does not show in its listing")
+        raise DoctorError(f"{url}: what is written there does not show in its listing")
     return f"{url}, with {check_writable(cache_root())}"
 
 
@@ -160,13 +160,13 @@ def check_ports() -> str:
         ):
             return f"127.0.0.1 (port {server.getsockname()[1]} tried)"
     except OSError as error:
-        raise BrokenError(f"cannot connect to a port of 127.0.0.1: {error}; Prefect's server needs one") from error
+        raise DoctorError(f"cannot connect to a port of 127.0.0.1: {error}; Prefect's server needs one") from error
 
 
 def check_engine(engine: Engine = Engine.PYBULLET) -> str:
     """A child process drops a ball in an engine, and the ball comes to rest on the plane."""
     if engine not in installed():
-        raise BrokenError(f"not installed; {HOW_TO_INSTALL} to judge in it too")
+        raise DoctorError(f"not installed; {HOW_TO_INSTALL} to judge in it too")
     with tempfile.TemporaryDirectory() as folder:
         outcome = run_isolated(
             drop_ball,
@@ -177,9 +177,9 @@ def check_engine(engine: Engine = Engine.PYBULLET) -> str:
             log_path=Path(folder) / "engine.log",
         )
     if outcome.ending is not Ending.RETURNED or not isinstance(outcome.value, float):
-        raise BrokenError(f"{outcome.reason}; run make clean, then make install")
+        raise DoctorError(f"{outcome.reason}; run make clean, then make install")
     if abs(outcome.value - BALL_RADIUS_M) > BALL_TOLERANCE_M:
-        raise BrokenError(f"a ball of {BALL_RADIUS_M} m came to rest at {outcome.value:.4f} m; the engine is not sane")
+        raise DoctorError(f"a ball of {BALL_RADIUS_M} m came to rest at {outcome.value:.4f} m; the engine is not sane")
     version = engine_version(engine)
     return f"{version}: a dropped ball rests at {1000 * outcome.value:.1f} mm, in {outcome.seconds:.2f} s"
 
@@ -204,14 +204,14 @@ def check_model_answers(settings: ModelSettings) -> str:
     try:
         check_model(settings)
     except UsageError as error:
-        raise BrokenError(str(error)) from error
+        raise DoctorError(str(error)) from error
     if not is_prior(settings.model):
         return "its provider is known and its key is set; no request was sent"
     from asset2sim.models.gateway.ask import ask
 
     answer = ask(ModelRequest(purpose="doctor", system="Answer in JSON.", text="A box."), settings)
     if answer.content is None:
-        raise BrokenError(answer.error or "no answer")
+        raise DoctorError(answer.error or "no answer")
     return f"answers in this process, {len(answer.content)} characters"
 
 
@@ -221,14 +221,14 @@ def check_dask() -> str:
 
     with open_client(RunSettings(workers=1), Path.cwd()) as client:
         if client.submit(abs, -1).result(timeout=30) != 1:
-            raise BrokenError("a cluster started and gave a wrong answer")
+            raise DoctorError("a cluster started and gave a wrong answer")
     return "a cluster starts and computes"
 
 
 def check_prefect() -> str:
     """Prefect is installed; returns which server a run would use."""
     if find_spec("prefect") is None:
-        raise BrokenError("not installed; run make install")
+        raise DoctorError("not installed; run make install")
     address = os.environ.get("PREFECT_API_URL")
     return f"server at {address}" if address else "a run starts a temporary server"
 
@@ -236,7 +236,7 @@ def check_prefect() -> str:
 def _attempt(name: str, check: Callable[[], str], needed: bool = True) -> Check:
     try:
         return Check(name, True, check(), needed)
-    except BrokenError as error:
+    except DoctorError as error:
         return Check(name, False, str(error), needed)
     except Exception as error:  # a check must report whatever is broken, and the next one must still run
         return Check(name, False, f"{type(error).__name__}: {error}", needed)

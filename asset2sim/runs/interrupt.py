@@ -11,7 +11,7 @@ _waiting = threading.Event()
 
 
 @contextmanager
-def terminated_as_interrupted() -> Iterator[None]:
+def sigterm_as_interrupt() -> Iterator[None]:
     """Treat the first SIGTERM within the block as Ctrl-C; Prefect would drop all results. Later ones are ignored, so
     that stopping the children and publishing can finish. Does nothing outside the main thread."""
     told = False
@@ -30,8 +30,8 @@ def terminated_as_interrupted() -> Iterator[None]:
 
 
 @contextmanager
-def termination_deferred() -> Iterator[None]:
-    """Defer a SIGTERM within the block to the next ``terminated_as_interrupted``; after the last one it is ignored,
+def sigterm_deferred() -> Iterator[None]:
+    """Defer a SIGTERM within the block to the next ``sigterm_as_interrupt``; after the last one it is ignored,
     since only publishing is left, which takes seconds. Does nothing outside the main thread."""
     _waiting.clear()
     try:

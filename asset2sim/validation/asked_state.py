@@ -28,7 +28,7 @@ WHOLE = "state: object "
 
 
 @dataclass(frozen=True)
-class Wanted:
+class RequestedState:
     """The state that the words ask of a joint: ``share`` from closed (0) to open (1), and the position, rad or m at the
     authored scale. ``by_name``: the words name the part, not only the whole object ("an open box")."""
 
@@ -51,12 +51,14 @@ def with_asked_state(
             continue
         if name not in positions:
             source = stray.pop(0) if stray else None
-            positions[name] = given_to(want, None if source is None else (joints[source], positions[source]), notes)
+            positions[name] = missing_position(
+                want, None if source is None else (joints[source], positions[source]), notes
+            )
             asked.append(name)
             if source is not None:
                 del positions[source]
                 asked.remove(source)
-        positions[name] = from_right_end(want, positions[name], notes)
+        positions[name] = mirrored_if_wrong_end(want, positions[name], notes)
     if positions == overlay.initial_joint_positions:
         return overlay
     return overlay.model_copy(update={"initial_joint_positions": positions, "asked": tuple(asked)})
@@ -64,7 +66,7 @@ def with_asked_state(
 
 def read_states(
     info: ObjectInfo, guidance: str, scale: float, settings: PhysicsSettings
-) -> tuple[frozenset[str], dict[str, Wanted]]:
+) -> tuple[frozenset[str], dict[str, RequestedState]]:
     """The joints that the words name, and the requested state of those where words and geometry are clear.
 
     None is clear where the words ask for a state of a part that the object seems not to have: they may then call a part
@@ -73,7 +75,7 @@ def read_states(
     size, _ = identify(info, guidance)
     asked = asked_states(info, parts_of(info, size.category), segments(guidance, size.category), scale)
     joints = {joint.name: joint for joint in info.joints}
-    wanted: dict[str, Wanted] = {}
+    wanted: dict[str, RequestedState] = {}
     if any("has no" in note for note in asked.notes):
         return frozenset(asked.positions), wanted
     for name, position in asked.positions.items():
@@ -84,11 +86,11 @@ def read_states(
         clear = (kind == "open" and sure) or (kind in ("up", "down") and upright)
         if clear and joint.range > 0.0 and joint.motion != "spin":
             whole = any(note.startswith(WHOLE) and note.endswith(f" {name}") for note in asked.notes)
-            wanted[name] = Wanted(joint, share_of(joint, position), position, not whole)
+            wanted[name] = RequestedState(joint, share_of(joint, position), position, not whole)
     return frozenset(asked.positions), wanted
 
 
-def given_to(want: Wanted, stray: tuple[JointInfo, float] | None, notes: Notes) -> float:
+def missing_position(want: RequestedState, stray: tuple[JointInfo, float] | None, notes: Notes) -> float:
     """Position of a joint that the words name but the proposal omits, or gives to another joint (``stray``)."""
     name = want.joint.name
     if stray is None:
@@ -115,7 +117,7 @@ def given_to(want: Wanted, stray: tuple[JointInfo, float] | None, notes: Notes) 
     return position
 
 
-def from_right_end(want: Wanted, at: float, notes: Notes) -> float:
+def mirrored_if_wrong_end(want: RequestedState, at: float, notes: Notes) -> float:
     """The position, mirrored in the range where it lies near the end opposite to what the words say."""
     share = share_of(want.joint, at)
     wrong = (want.share <= NEAR_END and 1.0 - NEAR_END <= share <= 1.0 + BEYOND) or (

@@ -70,7 +70,7 @@ def joint_physics(
         space.held_inertia(),
         dict(zip(space.names, space.pulls, strict=True)),
     )
-    heft = dict(zip(space.names, space.heft, strict=True))
+    largest_gravity = dict(zip(space.names, space.largest_gravity, strict=True))
     everywhere = [item.effective_inertia() for item in spaces]
     joints: list[JointPhysics] = []
     rests: dict[str, float] = {}
@@ -85,7 +85,7 @@ def joint_physics(
         holds = anywhere or (proposal.holds is None and start.requested and is_open(start))
         hold_load = pull.largest(span.lower, span.upper) if anywhere else abs(pull.force)
         # A door on upright hinges has no pull to hold against on level ground; it must not swing at the first bump.
-        hold_load = max(hold_load, settings.bump_share * heft[name])
+        hold_load = max(hold_load, settings.bump_share * largest_gravity[name])
         factor = scale if joint.prismatic else 1.0
         wanted = start.position if proposal.spring_rest is None else turned(span, proposal.spring_rest * factor)
         rests[name] = span.clamp(wanted)

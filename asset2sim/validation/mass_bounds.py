@@ -14,7 +14,7 @@ from schemas.settings import PhysicsSettings
 from schemas.vocabulary import Source
 
 
-def within_reach(
+def bound_inertia_by_extent(
     masses: Mapping[str, LinkMass], extraction: Extraction, scale: float, settings: PhysicsSettings, notes: Notes
 ) -> dict[str, LinkMass]:
     """The link masses, no inertia larger than that of the mass placed on the shape's outermost points.
@@ -29,7 +29,7 @@ def within_reach(
             continue
         item = masses[link.name]
         least = settings.min_half_extent_m if link.hull_volume_m3 == 0.0 else settings.least_reach_m
-        bounded = bounded_by(item.inertia, item.mass, points - item.com, least)
+        bounded = bounded_inertia(item.inertia, item.mass, points - item.com, least)
         if bounded is None:
             continue
         notes.info(
@@ -43,7 +43,7 @@ def within_reach(
     return result
 
 
-def bounded_by(inertia: Array, mass: float, points: Array, least: float) -> Array | None:
+def bounded_inertia(inertia: Array, mass: float, points: Array, least: float) -> Array | None:
     """The (3, 3) inertia, kg·m², with second moments of mass at most ``mass`` · reach²; None where they already are.
 
     ``points`` (n, 3) are relative to the centre of mass, m, and ``least`` is the smallest reach, m. The second moments

@@ -94,7 +94,7 @@ def link_mass(
             limit=densest,
         )
         mass, mass_source = densest, Source.RULE
-    least = bearable(settings.min_mass_kg, link, scale, settings)
+    least = least_mass(settings.min_mass_kg, link, scale, settings)
     if mass < least:
         notes.info(
             "mass_raised",
@@ -123,7 +123,7 @@ def link_mass(
     return result if proposal is None else believed(result, link, proposal, scale, source, settings, notes)
 
 
-def bearable(least: float, link: LinkFeatures, scale: float, settings: PhysicsSettings) -> float:
+def least_mass(least: float, link: LinkFeatures, scale: float, settings: PhysicsSettings) -> float:
     """Minimum mass of a link, kg: ``least``, or less where its volume would then be denser than any material."""
     volume = max(link.volume_m3, link.hull_volume_m3) * scale**3
     if volume <= 0.0:
@@ -182,7 +182,7 @@ def bound_ratio(
     wanted = max(heaviest / settings.max_mass_ratio, settings.min_mass_kg)
     bounded = {}
     for name, item in masses.items():
-        least = bearable(wanted, features.link(name), scale, settings)
+        least = least_mass(wanted, features.link(name), scale, settings)
         if item.mass < least:
             notes.info(
                 "mass_ratio",

@@ -18,7 +18,7 @@ from asset2sim.assets.joints import with_ends
 from asset2sim.physics.arrays import Array
 from asset2sim.physics.kinematics import TreeJoint, apply, link_to_root, motion, tree_of
 from asset2sim.validation.notes import Notes
-from asset2sim.validation.stated import read_raw
+from asset2sim.validation.stated import read_stated_joints
 from schemas.features import Features, JointFeatures
 from schemas.finding import Finding
 
@@ -39,7 +39,7 @@ TURN_SAMPLES = 72
 
 
 @dataclass(frozen=True)
-class Passage:
+class MovingPair:
     """One joint's ``moving`` link and the ``still`` link it may run into, with the (4, 4) transform to the parent.
 
     ``shift`` must not end an overlap for it to count, ``along`` is the moving link's extent along the axis; both m at
@@ -101,7 +101,7 @@ class Shapes:
         )
 
 
-def check_passages(extraction: Extraction) -> tuple[Extraction, tuple[Finding, ...]]:
+def find_blocked_joints(extraction: Extraction) -> tuple[Extraction, tuple[Finding, ...]]:
     """The extraction with inverted axes flipped and missing limits added where geometry is unambiguous, and findings.
 
     An axis is flipped where the link passes through its parent over most of its range, and hardly at all the other way.
@@ -109,10 +109,10 @@ def check_passages(extraction: Extraction) -> tuple[Extraction, tuple[Finding, .
     left alone: they show nothing.
     """
     notes, features = Notes(), extraction.features
-    shapes, tree, raw = Shapes(extraction), tree_of(features.joints), read_raw(extraction)
+    shapes, tree, raw = Shapes(extraction), tree_of(features.joints), read_stated_joints(extraction)
     changed: dict[str, JointFeatures] = {}
     for joint in features.movable_joints:
-        way = passage_of(joint.name, features, tree, shapes)
+        way = moving_pair(joint.name, features, tree, shapes)
         if way is None or not way.large or blocked(way, start_of(joint), shapes):
             continue
         if joint.lower is None or joint.upper is None:
@@ -120,7 +120,7 @@ def check_passages(extraction: Extraction) -> tuple[Extraction, tuple[Finding, .
                 found = found_limits(way, joint, shapes, notes)
                 changed |= {joint.name: found} if found is not None else {}
         else:
-            turned = turned_round(way, joint, shapes, notes)
+            turned = flipped_if_inverted(way, joint, shapes, notes)
             changed |= {joint.name: turned} if turned is not None else {}
     return (with_joints(extraction, changed) if changed else extraction), tuple(notes.findings)
 
@@ -133,7 +133,7 @@ def start_of(joint: JointFeatures) -> float:
     return min(max(0.0, low), high)
 
 
-def passage_of(name: str, features: Features, tree: Sequence[TreeJoint], shapes: Shapes) -> Passage | None:
+def moving_pair(name: str, features: Features, tree: Sequence[TreeJoint], shapes: Shapes) -> MovingPair | None:
     """The joint's child, and the parent or the nearest link with meshes fixed to it; None where either has no mesh."""
     joint = next(item for item in tree if item.name == name)
     before = {item.child: item for item in tree}
@@ -146,15 +146,15 @@ def passage_of(name: str, features: Features, tree: Sequence[TreeJoint], shapes:
     diagonal = float(np.linalg.norm(features.link(joint.child).box_size))
     large = diagonal >= LARGE_SHARE * float(np.linalg.norm(features.link(still).box_size))
     along = float(np.abs(joint.axis) @ np.asarray(features.link(joint.child).box_size))
-    return Passage(joint, joint.child, still, still_to_parent, DEEP_SHARE * diagonal, along, large)
+    return MovingPair(joint, joint.child, still, still_to_parent, DEEP_SHARE * diagonal, along, large)
 
 
-def touching(way: Passage, position: float, shapes: Shapes) -> bool:
+def touching(way: MovingPair, position: float, shapes: Shapes) -> bool:
     """Whether the moving link touches the still one at this position (rad or m)."""
     return blocked(replace(way, shift=0.0), position, shapes)
 
 
-def blocked(way: Passage, position: float, shapes: Shapes) -> bool:
+def blocked(way: MovingPair, position: float, shapes: Shapes) -> bool:
     """Whether the moving link overlaps the still one at this position (rad or m) and no small shift ends it."""
     to_parent = way.joint.child_to_parent @ motion(way.joint, position)
     to_still = np.linalg.inv(way.still_to_parent) @ to_parent
@@ -164,12 +164,12 @@ def blocked(way: Passage, position: float, shapes: Shapes) -> bool:
     return all(intersect(shapes.triangles, way.moving, way.still, to_still, shift) for shift in shifts)
 
 
-def blocked_share(way: Passage, lower: float, upper: float, shapes: Shapes) -> float:
+def blocked_share(way: MovingPair, lower: float, upper: float, shapes: Shapes) -> float:
     """Share of the positions between two limits (rad or m) at which the joint is blocked."""
     return float(np.mean([blocked(way, float(at), shapes) for at in np.linspace(lower, upper, SAMPLES)]))
 
 
-def turned_round(way: Passage, joint: JointFeatures, shapes: Shapes, notes: Notes) -> JointFeatures | None:
+def flipped_if_inverted(way: MovingPair, joint: JointFeatures, shapes: Shapes, notes: Notes) -> JointFeatures | None:
     """The joint with its axis flipped where geometry shows it inverted, else None; a finding where it is blocked."""
     low, high = sorted((joint.lower or 0.0, joint.upper or 0.0))
     if joint.prismatic and high - low < LEAST_TRAVEL * way.along:
@@ -199,7 +199,7 @@ def turned_round(way: Passage, joint: JointFeatures, shapes: Shapes, notes: Note
     return joint.model_copy(update=flip)
 
 
-def found_limits(way: Passage, joint: JointFeatures, shapes: Shapes, notes: Notes) -> JointFeatures | None:
+def found_limits(way: MovingPair, joint: JointFeatures, shapes: Shapes, notes: Notes) -> JointFeatures | None:
     """The joint with the limits between which its link is free; None where it turns all the way round."""
     step = 2.0 * math.pi / TURN_SAMPLES
     # A link that starts clear is stopped by the first touch, one that overlaps at its hinge by the first deep overlap.

@@ -22,7 +22,7 @@ FULL_TURN_DEG = 360.0
 MM_PER_M = 1000.0
 
 
-def in_right_units(features: Features, overlay: Overlay, notes: Notes) -> Overlay:
+def convert_misread_units(features: Features, overlay: Overlay, notes: Notes) -> Overlay:
     """The overlay with every start and spring rest converted that fits its joint's limits only as degrees or
     millimetres; a finding for each. A value within the limits as it stands is kept: its unit cannot be told."""
     joints = {joint.name: joint for joint in features.movable_joints}
@@ -80,7 +80,7 @@ def sensible(
     Without ``semantics`` only units are corrected: the object's category and part names are withheld then.
     """
     notes, words = Notes(), guidance or ""
-    overlay = in_right_units(extraction.features, overlay, notes)
+    overlay = convert_misread_units(extraction.features, overlay, notes)
     if semantics:
         info = object_of(extraction, guidance)
         overlay = with_sensible_size(info, words, overlay, notes)

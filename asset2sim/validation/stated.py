@@ -147,7 +147,7 @@ def inertia(link: LinkFeatures, stated: LinkInertial, settings: PhysicsSettings,
 
 
 @dataclass(frozen=True)
-class Raw:
+class StatedJoint:
     """A joint as its URDF states it, before extraction completes it; ``axis`` is the length of the axis vector."""
 
     type: str
@@ -159,7 +159,7 @@ class Raw:
 def joints(extraction: Extraction, settings: PhysicsSettings, notes: Notes) -> None:
     """Warn of implausible dynamics of movable joints, given the inertia that they move by the stated masses."""
     features = extraction.features
-    terms, raw = read_dynamics(extraction.urdf), read_raw(extraction)
+    terms, raw = read_dynamics(extraction.urdf), read_stated_joints(extraction)
     moves = stated_inertias(extraction, settings)
     weight = sum(link.inertial.mass_kg for link in features.links if link.inertial is not None) * GRAVITY_M_S2
     for joint in features.movable_joints:
@@ -181,7 +181,7 @@ def joints(extraction: Extraction, settings: PhysicsSettings, notes: Notes) -> N
             )
 
 
-def form(joint: JointFeatures, raw: Raw, notes: Notes) -> None:
+def form(joint: JointFeatures, raw: StatedJoint, notes: Notes) -> None:
     """Warn where a joint's axis has no unit length, limits are missing, or its effort or velocity limit is zero."""
     where = f"joint '{joint.name}'"
     if raw.axis is not None and abs(raw.axis - 1.0) > AXIS_SLACK:
@@ -262,16 +262,16 @@ def stated_inertias(extraction: Extraction, settings: PhysicsSettings) -> dict[s
         return {}
 
 
-def read_raw(extraction: Extraction) -> dict[str, Raw]:
+def read_stated_joints(extraction: Extraction) -> dict[str, StatedJoint]:
     """Joint → its type, axis length, effort and velocity limit as the URDF states them."""
-    found: dict[str, Raw] = {}
+    found: dict[str, StatedJoint] = {}
     for element in etree.parse(str(extraction.urdf)).getroot().findall("joint"):
         axis, limit = element.find("axis"), element.find("limit")
         length = None
         if axis is not None and axis.get("xyz"):
             length = float(np.linalg.norm([float(word) for word in str(axis.get("xyz")).split()]))
         given = {} if limit is None else limit.attrib
-        found[str(element.get("name"))] = Raw(
+        found[str(element.get("name"))] = StatedJoint(
             str(element.get("type")),
             length,
             float(given["effort"]) if "effort" in given else None,

@@ -9,7 +9,7 @@ from asset2sim.physics.kinematics import locked, tree_of
 from asset2sim.physics.mass_matrix import Body
 from asset2sim.validation.joints import joint_physics
 from asset2sim.validation.limits import Range, joint_range
-from asset2sim.validation.mass_bounds import with_armature, within_reach
+from asset2sim.validation.mass_bounds import bound_inertia_by_extent, with_armature
 from asset2sim.validation.masses import LinkMass, link_masses
 from asset2sim.validation.notes import Notes
 from asset2sim.validation.positions import initial_positions
@@ -34,7 +34,7 @@ def validate(
     links = {proposal.name: proposal for proposal in overlay.links}
     masses = link_masses(features, links, scale, source, settings, notes)
     masses = with_armature(masses, features, settings, notes)
-    masses = within_reach(masses, extraction, scale, settings, notes)
+    masses = bound_inertia_by_extent(masses, extraction, scale, settings, notes)
     ranges: dict[str, Range] = {}
     for joint in features.joints:
         span = joint_range(joint, scale, notes)

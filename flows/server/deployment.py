@@ -23,9 +23,9 @@ from prefect.states import Crashed, Scheduled
 
 from flows.server.serving import FLOW
 
-PLAN_LIMIT_S = 60.0
+SCHEDULE_LIMIT_S = 60.0
 """Time that the server gets to schedule the first run, s: its scheduler works every 5 s."""
-LOST = "the night's process and the one that served it are gone: killed, or the machine went down"
+CRASHED_NIGHT_MESSAGE = "the night's process and the one that served it are gone: killed, or the machine went down"
 """Message on a night that the server still shows as running when the serving starts again."""
 MAX_RUNS = 200
 """Most runs that one query to the server returns: its default limit."""
@@ -41,7 +41,7 @@ def client() -> SyncPrefectClient:
     return get_client(sync_client=True)
 
 
-def start_afresh(deployment_id: UUID) -> list[FlowRun]:
+def clear_stale_runs(deployment_id: UUID) -> list[FlowRun]:
     """Mark the deployment's running runs as crashed, free their slots, and delete scheduled runs whose time is past.
     Returns the crashed runs.
 
@@ -52,11 +52,11 @@ def start_afresh(deployment_id: UUID) -> list[FlowRun]:
     with client() as server:
         lost = _runs(server, deployment_id, (StateType.RUNNING, StateType.PENDING, StateType.CANCELLING))
         for run in lost:
-            server.set_flow_run_state(run.id, Crashed(message=LOST), force=True)
+            server.set_flow_run_state(run.id, Crashed(message=CRASHED_NIGHT_MESSAGE), force=True)
         found = server.read_deployment(deployment_id).global_concurrency_limit
         if found is not None and found.active_slots:
             server.update_global_concurrency_limit(found.name, GlobalConcurrencyLimitUpdate(active_slots=0))
-        for run in _planned(server, deployment_id, limit=MAX_RUNS):
+        for run in _scheduled_runs(server, deployment_id, limit=MAX_RUNS):
             if run.expected_start_time is not None and run.expected_start_time < datetime.now(UTC):
                 server.delete_flow_run(run.id)
         return [server.read_flow_run(run.id) for run in lost]
@@ -81,12 +81,12 @@ def never_began(run: FlowRun) -> bool:
     return run.state is not None and run.state.is_cancelled() and not run.run_count
 
 
-def next_run(deployment_id: UUID, limit_s: float = PLAN_LIMIT_S) -> datetime | None:
+def next_run(deployment_id: UUID, limit_s: float = SCHEDULE_LIMIT_S) -> datetime | None:
     """Time of the deployment's next scheduled run; None where the server schedules none within ``limit_s``."""
     end = time.monotonic() + limit_s
     with client() as server:
         while True:
-            planned = _planned(server, deployment_id, limit=1)
+            planned = _scheduled_runs(server, deployment_id, limit=1)
             if planned:
                 return planned[0].expected_start_time
             if time.monotonic() > end:
@@ -94,7 +94,7 @@ def next_run(deployment_id: UUID, limit_s: float = PLAN_LIMIT_S) -> datetime | N
             time.sleep(POLL_S)
 
 
-def _planned(server: SyncPrefectClient, deployment_id: UUID, limit: int) -> list[FlowRun]:
+def _scheduled_runs(server: SyncPrefectClient, deployment_id: UUID, limit: int) -> list[FlowRun]:
     """The deployment's runs that have not begun, the next one first."""
     return _runs(server, deployment_id, (StateType.SCHEDULED,), limit)
 
@@ -127,7 +127,7 @@ def find_deployment(name: str) -> DeploymentResponse | None:
             return None
 
 
-def run_and_follow(deployment_id: UUID, parameters: dict[str, object]) -> FlowRun:
+def run_and_wait(deployment_id: UUID, parameters: dict[str, object]) -> FlowRun:
     """Start a run of the deployment now, and wait for its end."""
     with client() as server:
         run = server.create_flow_run_from_deployment(deployment_id, parameters=parameters, state=Scheduled())

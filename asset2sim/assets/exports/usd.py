@@ -204,7 +204,7 @@ def write_joint(stage: "Usd.Stage", joint: Joint, names: "Names") -> "Usd.Prim":
     usd_joint = (kind if joint.moves else UsdPhysics.FixedJoint).Define(stage, path)
     usd_joint.CreateBody0Rel().SetTargets([names.links[joint.tree.parent]])
     usd_joint.CreateBody1Rel().SetTargets([names.links[joint.tree.child]])
-    turn = x_to(joint.tree.axis) if joint.moves else np.eye(3)
+    turn = rotation_from_x(joint.tree.axis) if joint.moves else np.eye(3)
     frame0 = joint.tree.child_to_parent.copy()
     frame0[:3, :3] = frame0[:3, :3] @ turn
     usd_joint.CreateLocalPos0Attr(Gf.Vec3f(*(float(v) for v in frame0[:3, 3])))
@@ -250,7 +250,7 @@ def give(prim: "Usd.Prim", name: str, value: float | bool) -> None:
     prim.CreateAttribute(name, kind, custom=False).Set(value)
 
 
-def x_to(axis: Array) -> Array:
+def rotation_from_x(axis: Array) -> Array:
     """A (3, 3) rotation that takes x to the unit (3,) ``axis``, by the shortest way."""
     x, y, z = (float(v) for v in axis)
     if x < -1.0 + 1e-12:

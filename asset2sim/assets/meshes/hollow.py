@@ -19,7 +19,7 @@ MOST_CELLS = 1_500_000
 """Most cells of one grid, which takes 0.1 s per million; beyond it cells are made larger."""
 CELLS_A_RADIUS = 2.0
 """Cells along the ball's radius: with fewer, a wall is as thick as what it encloses."""
-AROUND = ndimage.generate_binary_structure(3, 2)
+DILATION = ndimage.generate_binary_structure(3, 2)
 """Neighbours within 1.5 cells, by which the ball's centres are dilated: two cells' radius half covers those beyond."""
 OUTER_CELLS = 3
 """Cells around the shape beyond the ball's radius, so that the ball starts outside of it."""
@@ -52,7 +52,7 @@ class Hollow:
         with a narrow mouth may lie inside the hull, so for them its volume is examined too.
         """
         depth = self.at(samples(triangles, self.cell_m))
-        if self.pockets and depth <= LOOSE[-1] and self.filled_m3(points) > 0.0:
+        if self.pockets and depth <= LOOSE_DEPTHS[-1] and self.filled_m3(points) > 0.0:
             return OVER
         return depth
 
@@ -64,7 +64,7 @@ class Hollow:
     def filled_m3(self, piece: Array) -> float:
         """Volume of the hollow that the hull of (k, 3) points takes up, m³, its outermost cells left out."""
         low, high = self.cells(np.array([piece.min(axis=0), piece.max(axis=0)]))
-        block = self.depth[low[0] : high[0] + 1, low[1] : high[1] + 1, low[2] : high[2] + 1] > ALLOWED
+        block = self.depth[low[0] : high[0] + 1, low[1] : high[1] + 1, low[2] : high[2] + 1] > ALLOWED_DEPTH
         if not block.any():
             return 0.0
         # The hull is an interval of every column of cells: planes are met once a column, not once a cell.
@@ -93,9 +93,9 @@ class Hollow:
     def opened_m2(self, triangles: Array) -> float:
         """Area of a plate with these (k, 3, 3) faces that lies in the hollow, m²; its two sides count once."""
         index = np.unique(self.cells(samples(triangles, self.cell_m / 2.0)), axis=0)
-        return float((self.depth[index[:, 0], index[:, 1], index[:, 2]] > ALLOWED).sum()) * self.cell_m**2
+        return float((self.depth[index[:, 0], index[:, 1], index[:, 2]] > ALLOWED_DEPTH).sum()) * self.cell_m**2
 
-    def kept_clear(self, points: Array) -> "Hollow":
+    def with_reachable(self, points: Array) -> "Hollow":
         """The hollow with the cells of these (n, 3) points added, where they are reachable from outside.
 
         Points in the faces' own cells or in a closed solid add nothing: no cut of the shape would free them.
@@ -104,21 +104,21 @@ class Hollow:
         index = np.unique(self.cells(points[inner]), axis=0)
         place = (index[:, 0], index[:, 1], index[:, 2])
         gap = self.gap[place]
-        if not (gap > np.maximum(self.depth[place], ALLOWED)).any():
+        if not (gap > np.maximum(self.depth[place], ALLOWED_DEPTH)).any():
             return self
         depth = self.depth.copy()
-        depth[place] = np.maximum(depth[place], np.where(gap > ALLOWED, gap, np.float32(0.0)))
+        depth[place] = np.maximum(depth[place], np.where(gap > ALLOWED_DEPTH, gap, np.float32(0.0)))
         return Hollow(self.low, self.cell_m, depth, self.gap, True)
 
 
 LEVEL = 1e-9
 """Upright part of a plane's unit normal below which it bounds no column of cells from above or below."""
-ALLOWED = 1.5
+ALLOWED_DEPTH = 1.5
 """Depth in cells up to which a piece may fill the hollow: 1.9 % of an object of which the ball is 5 %, as CoACD's
 default concavity of 0.05 of half the extent."""
 
 
-LOOSE = (2.5, 4.0)
+LOOSE_DEPTHS = (2.5, 4.0)
 """Looser bounds of the depth, in cells, tried in this order where there would be too many pieces."""
 
 
@@ -142,11 +142,11 @@ def hollow_of(triangles: Array, radius: float) -> Hollow:
     empty[index[:, 0], index[:, 1], index[:, 2]] = False
     distance = ndimage.distance_transform_edt(empty).astype(np.float32)
     centres = _from_outside(distance >= reach)
-    swept = ndimage.binary_dilation(centres, AROUND) if reach > 1.5 else centres
+    swept = ndimage.binary_dilation(centres, DILATION) if reach > 1.5 else centres
     none = np.float32(0.0)
     depth = np.where(swept, distance, none)
     # The middle of a gap that is hardly wider than the ball must stay free under the loosest bound too.
-    middle = centres & (distance <= LOOSE[-1]) & (distance >= ndimage.maximum_filter(distance, 3))
+    middle = centres & (distance <= LOOSE_DEPTHS[-1]) & (distance >= ndimage.maximum_filter(distance, 3))
     depth[middle] = OVER
     return Hollow(grid.low, cell, depth, np.where(_from_outside(empty), distance, none))
 

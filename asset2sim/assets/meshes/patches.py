@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import ConvexHull, QhullError
 
-from asset2sim.assets.meshes.hollow import ALLOWED, LOOSE, Hollow
+from asset2sim.assets.meshes.hollow import ALLOWED_DEPTH, LOOSE_DEPTHS, Hollow
 from asset2sim.assets.meshes.hull import spread_directions
 from asset2sim.physics.arrays import Array
 
@@ -108,7 +108,7 @@ def grouped(vertices: Array, faces: NDArray[np.int64], hollow: Hollow, thickness
     def place(index: NDArray[np.int64]) -> None:
         nonlocal number
         piece = slim(vertices[np.unique(faces[index])], thickness)
-        if len(index) == 1 or hollow.deepest(piece.points, piece.triangles) <= ALLOWED:
+        if len(index) == 1 or hollow.deepest(piece.points, piece.triangles) <= ALLOWED_DEPTH:
             done.append(piece)
         else:
             number += 1
@@ -143,7 +143,7 @@ class _Rule:
         return self.limits[3] < NO_LIMIT
 
 
-_Offer = tuple[int, float, int, int, Piece]
+_JoinCandidate = tuple[int, float, int, int, Piece]
 """A join: its rank, the volume it adds, the two pieces' indices, and their common hull."""
 
 
@@ -167,12 +167,12 @@ def join(
     known = list(pieces)
     alive = list(range(len(known)))
     tried = {pair for index in alive for pair in _partners(known, index, alive, slack)}
-    waiting = _offers(known, sorted(tried), rule)
+    waiting = _join_candidates(known, sorted(tried), rule)
     while len(alive) > 1:
         if not waiting and len(alive) > most:  # none that touch are left
             far = {pair for index in alive for pair in _partners(known, index, alive, np.inf, tried)}
             tried |= far
-            waiting = _offers(known, sorted(far), rule)
+            waiting = _join_candidates(known, sorted(far), rule)
         if not waiting:
             break
         rank, _, a, b, both = heapq.heappop(waiting)
@@ -184,31 +184,31 @@ def join(
         known.append(both)
         near = _partners(known, alive[-1], alive, slack)
         tried.update(near)
-        for offer in _offers(known, near, rule):
+        for offer in _join_candidates(known, near, rule):
             heapq.heappush(waiting, offer)
     return [known[index] for index in alive]
 
 
-def _offers(known: Sequence[Piece], pairs: Sequence[tuple[int, int]], rule: _Rule) -> list[_Offer]:
+def _join_candidates(known: Sequence[Piece], pairs: Sequence[tuple[int, int]], rule: _Rule) -> list[_JoinCandidate]:
     """The joins of these pairs that a rule might make, as a heap."""
-    offers = [offer for pair in pairs if (offer := _offer(known, pair, rule)) is not None]
+    offers = [offer for pair in pairs if (offer := _join_candidate(known, pair, rule)) is not None]
     heapq.heapify(offers)
     return offers
 
 
-def _offer(known: Sequence[Piece], pair: tuple[int, int], rule: _Rule) -> _Offer | None:
+def _join_candidate(known: Sequence[Piece], pair: tuple[int, int], rule: _Rule) -> _JoinCandidate | None:
     """The join of two pieces, or None where no rule would ever make it.
 
     Rank 0 stays out of the hollow and adds little, 1 and 2 stand a little in it, 3 is all else.
     """
     a, b = known[pair[0]], known[pair[1]]
-    if not rule.any_join and rule.hollow is not None and rule.hollow.at(between(a, b)) > LOOSE[-1]:
+    if not rule.any_join and rule.hollow is not None and rule.hollow.at(between(a, b)) > LOOSE_DEPTHS[-1]:
         return None
     both = slim(np.vstack([a.points, b.points]), rule.thickness)
     added = both.volume - a.volume - b.volume
     depth = 0.0 if rule.hollow is None else rule.hollow.deepest(both.points, both.triangles)
     little = added <= rule.added_share * min(a.volume, b.volume)
-    rank = sum(depth > bound for bound in (ALLOWED, *LOOSE)) if little else 3
+    rank = sum(depth > bound for bound in (ALLOWED_DEPTH, *LOOSE_DEPTHS)) if little else 3
     return (rank, added, *pair, both) if rule.limits[rank] < NO_LIMIT else None
 
 

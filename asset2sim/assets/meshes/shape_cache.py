@@ -17,7 +17,7 @@ FORMAT = f"2 trimesh {trimesh.__version__} scipy {scipy.__version__}"
 
 
 @dataclass(frozen=True)
-class KnownMesh:
+class CachedMesh:
     """One mesh file at one scale: its shape, whether it has significant holes, and whether it is closed but inside
     out."""
 
@@ -31,13 +31,13 @@ def mesh_key(content: str | None, scale: Array) -> str | None:
     return None if content is None else f"{content} {scale.tolist()}"
 
 
-def read_shapes(path: Path) -> dict[str, KnownMesh]:
+def read_shapes(path: Path) -> dict[str, CachedMesh]:
     """The cached meshes by key; empty where the file is missing or damaged."""
     stored = read_clouds(path)
     if stored is None:
         return {}
     clouds, said = stored
-    known: dict[str, KnownMesh] = {}
+    known: dict[str, CachedMesh] = {}
     try:
         if said["format"] != FORMAT:
             return {}
@@ -49,13 +49,13 @@ def read_shapes(path: Path) -> dict[str, KnownMesh]:
     return known
 
 
-def write_shapes(path: Path, known: dict[str, KnownMesh]) -> None:
+def write_shapes(path: Path, known: dict[str, CachedMesh]) -> None:
     """Replace the cached meshes by these."""
     clouds = [cloud for mesh in known.values() for cloud in (mesh.shape.points, *mesh.shape.pieces)]
     write_clouds(path, clouds, {"format": FORMAT, "meshes": [[key, _said(mesh)] for key, mesh in known.items()]})
 
 
-def _said(mesh: KnownMesh) -> dict[str, object]:
+def _said(mesh: CachedMesh) -> dict[str, object]:
     shape = mesh.shape
     return {
         "pieces": len(shape.pieces),
@@ -72,7 +72,7 @@ def _said(mesh: KnownMesh) -> dict[str, object]:
     }
 
 
-def _mesh(clouds: list[Array], item: dict[str, object]) -> KnownMesh:
+def _mesh(clouds: list[Array], item: dict[str, object]) -> CachedMesh:
     points, *pieces = clouds
     shape = Shape(
         Solid(float(str(item["volume"])), np.array(item["center"]), np.array(item["inertia"])),
@@ -84,10 +84,10 @@ def _mesh(clouds: list[Array], item: dict[str, object]) -> KnownMesh:
         int(str(item["n_faces"])),
         bool(item["exact"]),
     )
-    return KnownMesh(shape, bool(item["holed"]), bool(item["inside_out"]))
+    return CachedMesh(shape, bool(item["holed"]), bool(item["inside_out"]))
 
 
-SHAPES = ".cache/shapes"
+SHAPE_CACHE = ".cache/shapes"
 """Shapes and triangles of meshes that were parsed before."""
-PIECES = ".cache/pieces"
+PIECE_CACHE = ".cache/pieces"
 """Convex pieces, shared by all assets and runs."""

@@ -24,7 +24,7 @@ RECORD_NAME = "bake.json"
 """The record beside a baked URDF; the comment at its top holds the same."""
 MARK = " asset2sim bake: "
 STATE_MARK = " asset2sim: "
-ROUNDED = 1e-7
+ROUNDING_TOLERANCE = 1e-7
 """Rounding error by which a position may lie outside the written limits, rad or m: it is set to the limit."""
 SHIFTED = (("limit", "lower"), ("limit", "upper"), ("dynamics", "spring_reference"), *POSITIONS)
 """Attributes that are positions of their joint."""
@@ -117,13 +117,13 @@ def baked(overlay: PhysicsOverlay) -> PhysicsOverlay:
 
 
 def within_limits(joint: Element, position: float) -> float:
-    """The position, set to a limit that it passes by no more than ``ROUNDED``."""
+    """The position, set to a limit that it passes by no more than ``ROUNDING_TOLERANCE``."""
     limit = joint.find("limit")
     if limit is None or joint.get("type") == "continuous":
         return position
     for key, outside in (("lower", 1.0), ("upper", -1.0)):
         text = limit.get(key)
-        if text is not None and 0.0 < outside * (float(text) - position) <= ROUNDED:
+        if text is not None and 0.0 < outside * (float(text) - position) <= ROUNDING_TOLERANCE:
             return float(text)
     return position
 

@@ -21,7 +21,7 @@ POSITIONS = (
 """Attributes beside the limits that are positions of their joint."""
 
 
-def refined_document(
+def refined_urdf(
     source: Path,
     features: Features,
     overlay: PhysicsOverlay,
@@ -44,7 +44,7 @@ def refined_document(
     keep = mode is CollisionMode.KEEP
     for link in robot.findall("link"):
         if link.find("collision") is None and not keep:
-            collide_primitives(link)
+            add_primitive_collisions(link)
         edit_geometry(link, overlay.scale, mesh_places, keep)
         if not keep:
             write_collision(link, collision_files.get(str(link.get("name")), ()))
@@ -92,7 +92,7 @@ def edit_geometry(link: Element, scale: float, mesh_places: Mapping[str, str], k
                 shape.set(key, words([float(word) * scale for word in str(shape.get(key)).split()]))
 
 
-def collide_primitives(link: Element) -> None:
+def add_primitive_collisions(link: Element) -> None:
     """Copy the primitives among a link's visuals as its collision shapes; its meshes get hulls."""
     for visual in link.findall("visual"):
         geometry = visual.find("geometry")

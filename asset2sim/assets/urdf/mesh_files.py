@@ -14,7 +14,7 @@ MATERIAL_LINE = re.compile(r"^\s*mtllib\s+(.+?)\s*$", re.MULTILINE)
 TEXTURE_LINE = re.compile(r"^\s*(?:map_\w+|bump|disp|decal|norm)\s+(.+?)\s*$", re.MULTILINE | re.IGNORECASE)
 
 
-def bring_meshes(references: Mapping[str, Path | None], source: Path, target: Path) -> dict[str, str]:
+def copy_meshes(references: Mapping[str, Path | None], source: Path, target: Path) -> dict[str, str]:
     """Copy the existing files into ``target``; reference → its new path relative to ``target``, forward slashes.
 
     Files under ``source`` keep their place; others go to ``outside/``, each to a folder of its own. COLLADA and glTF
@@ -26,7 +26,7 @@ def bring_meshes(references: Mapping[str, Path | None], source: Path, target: Pa
         if file is None:
             continue
         if file not in taken:
-            place = place_of(file, source, len(taken))
+            place = path_in_target(file, source, len(taken))
             if file.suffix.lower() in COPIED:
                 copy(file, target / place)
                 if file.suffix.lower() == ".obj":
@@ -38,7 +38,7 @@ def bring_meshes(references: Mapping[str, Path | None], source: Path, target: Pa
     return placed
 
 
-def place_of(file: Path, source: Path, number: int) -> str:
+def path_in_target(file: Path, source: Path, number: int) -> str:
     """A path inside the target for one file: where it lies under ``source``, else a numbered folder of its own.
 
     A folder of its own keeps apart files from elsewhere that are named alike, and their material libraries.
@@ -71,7 +71,7 @@ def copy_materials(obj: Path, folder: Path, target: Path) -> None:
                 copy(file.parent / name, texture_place)
 
 
-def companions_of(file: Path) -> list[Path]:
+def material_files(file: Path) -> list[Path]:
     """The material libraries and textures that an OBJ's looks depend on; none for other formats."""
     if file.suffix.lower() != ".obj":
         return []

@@ -14,7 +14,7 @@ FLAT = 1e-4
 """A surface is flat if it is no thicker than this share of the object's size."""
 
 
-def small_first(surfaces: Sequence[Surface]) -> list[tuple[Surface, float]]:
+def with_lifts(surfaces: Sequence[Surface]) -> list[tuple[Surface, float]]:
     """The surfaces from the smallest to the largest, each with the distance (m) that it is to be lifted along its
     normals.
 
@@ -93,7 +93,7 @@ def batches_of(surfaces: Sequence[Surface]) -> tuple[Batch, ...]:
     winding is given one. Of faces that lie exactly on each other with the same winding, that of the smallest surface
     is kept.
     """
-    layers = small_first(surfaces)
+    layers = with_lifts(surfaces)
     keep, alone = faces_to_draw([surface for surface, _ in layers])
     grouped: dict[Paint, list[Batch]] = {}
     start = 0

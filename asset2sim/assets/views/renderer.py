@@ -12,7 +12,7 @@ from PIL import Image
 
 from asset2sim.assets.views.camera import Camera, axes
 from asset2sim.assets.views.surface import Batch, unit
-from asset2sim.assets.views.textures import Skin, skins_of
+from asset2sim.assets.views.textures import DecodedTexture, decode_textures
 
 Pixels = NDArray[np.float32]
 Bodies = NDArray[np.int64]
@@ -37,7 +37,7 @@ class Frame:
 
 
 @dataclass(frozen=True, eq=False)
-class Glass:
+class TranslucentBody:
     """A translucent body: its opacity, 0 to 1, and PyBullet's number of the texture that varies it, or -1."""
 
     opacity: float
@@ -53,27 +53,27 @@ def render(batches: Sequence[Batch], cameras: Mapping[str, Camera], width: int, 
     visible = [batch for batch in batches if batch.paint.color[3] >= INVISIBLE]
     # An exporter that writes an opacity of zero everywhere did not mean an invisible object.
     drawn = visible or list(batches)
-    skins = skins_of(drawn)
+    skins = decode_textures(drawn)
     client = pybullet.connect(pybullet.DIRECT)
     try:
         with tempfile.TemporaryDirectory(prefix="asset2sim-views-") as name:
             folder = Path(name)
             numbers: dict[int, int] = {}
-            glass: dict[int, Glass] = {}
+            glass: dict[int, TranslucentBody] = {}
             for batch in drawn:
                 skin = None if batch.paint.texture is None else skins.get(batch.paint.texture)
                 body = add(batch, skin, client, folder, numbers)
                 opacity = batch.paint.color[3] if visible else 1.0
                 mask = None if skin is None or batch.uv is None else skin.opacity
                 if opacity < 1.0 or mask is not None:
-                    glass[body] = Glass(opacity, -1 if mask is None else load(mask, client, folder, numbers))
+                    glass[body] = TranslucentBody(opacity, -1 if mask is None else load(mask, client, folder, numbers))
             shots = {key: take(camera, client, width, height) for key, camera in cameras.items()}
-            return seen_through(shots, cameras, glass, client)
+            return blend_translucent(shots, cameras, glass, client)
     finally:
         pybullet.disconnect(client)
 
 
-def add(batch: Batch, skin: Skin | None, client: int, folder: Path, numbers: dict[int, int]) -> int:
+def add(batch: Batch, skin: DecodedTexture | None, client: int, folder: Path, numbers: dict[int, int]) -> int:
     """Add a batch to the scene; PyBullet's number of its body."""
     color = [*(SHEEN + (1.0 - SHEEN) * level for level in batch.paint.color[:3]), 1.0]
     options: dict[str, object] = {}
@@ -91,11 +91,11 @@ def add(batch: Batch, skin: Skin | None, client: int, folder: Path, numbers: dic
     )
     body = int(pybullet.createMultiBody(0, -1, shape, physicsClientId=client))
     if skin is not None and "uvs" in options:
-        dress(body, load(skin.color, client, folder, numbers), color, client)
+        set_texture(body, load(skin.color, client, folder, numbers), color, client)
     return body
 
 
-def dress(body: int, texture: int, color: Sequence[float], client: int) -> None:
+def set_texture(body: int, texture: int, color: Sequence[float], client: int) -> None:
     """Give a body a texture and a colour."""
     pybullet.changeVisualShape(body, -1, textureUniqueId=texture, rgbaColor=list(color), physicsClientId=client)
 
@@ -134,8 +134,11 @@ def take(camera: Camera, client: int, width: int, height: int, ambient: float = 
     return Frame(color, bodies >= 0), bodies
 
 
-def seen_through(
-    shots: Mapping[str, tuple[Frame, Bodies]], cameras: Mapping[str, Camera], glass: Mapping[int, Glass], client: int
+def blend_translucent(
+    shots: Mapping[str, tuple[Frame, Bodies]],
+    cameras: Mapping[str, Camera],
+    glass: Mapping[int, TranslucentBody],
+    client: int,
 ) -> dict[str, Frame]:
     """The frames with translucent bodies blended over what is behind them."""
     masked = [body for body, item in glass.items() if item.mask >= 0]
@@ -146,7 +149,7 @@ def seen_through(
             for body, item in glass.items():
                 shares[name][bodies == body] = item.opacity
     for body in masked:
-        dress(body, glass[body].mask, (1.0, 1.0, 1.0, 1.0), client)
+        set_texture(body, glass[body].mask, (1.0, 1.0, 1.0, 1.0), client)
     for name, share in shares.items():
         bodies = shots[name][1]
         seen = np.isin(bodies, masked)

@@ -15,28 +15,28 @@ OPAQUE = 250
 
 
 @dataclass(frozen=True, eq=False)
-class Skin:
+class DecodedTexture:
     """A texture's RGB picture, and its opacity as a grey RGB picture, or None where it is opaque throughout."""
 
     color: Image.Image
     opacity: Image.Image | None
 
 
-def skins_of(batches: Iterable[Batch]) -> dict[Texture, Skin]:
+def decode_textures(batches: Iterable[Batch]) -> dict[Texture, DecodedTexture]:
     """The textures of these batches that can be decoded; a broken one is left out, and its surface keeps its colour."""
-    skins: dict[Texture, Skin] = {}
+    skins: dict[Texture, DecodedTexture] = {}
     for batch in batches:
         texture = batch.paint.texture
         if texture is None or texture in skins or batch.uv is None:
             continue
         try:
-            skins[texture] = skin_of(texture.image)
+            skins[texture] = decode_texture(texture.image)
         except (OSError, ValueError, SyntaxError, Image.DecompressionBombError):  # what Pillow raises on a bad picture
             continue
     return skins
 
 
-def skin_of(image: Image.Image) -> Skin:
+def decode_texture(image: Image.Image) -> DecodedTexture:
     """Decode and shrink one picture."""
     image.draft("RGB", (TEXTURE_SIDE, TEXTURE_SIDE))  # lets a JPEG be decoded at a fraction of its size
     if image.mode in ("RGBA", "LA", "PA") or "transparency" in image.info:
@@ -44,8 +44,8 @@ def skin_of(image: Image.Image) -> Skin:
         whole.thumbnail((TEXTURE_SIDE, TEXTURE_SIDE), Image.Resampling.BOX)
         alpha = whole.getchannel("A")
         if int(np.asarray(alpha).min()) < OPAQUE:
-            return Skin(whole.convert("RGB"), Image.merge("RGB", (alpha, alpha, alpha)))
-        return Skin(whole.convert("RGB"), None)
+            return DecodedTexture(whole.convert("RGB"), Image.merge("RGB", (alpha, alpha, alpha)))
+        return DecodedTexture(whole.convert("RGB"), None)
     color = image.convert("RGB")
     color.thumbnail((TEXTURE_SIDE, TEXTURE_SIDE), Image.Resampling.BOX)
-    return Skin(color, None)
+    return DecodedTexture(color, None)

@@ -21,7 +21,7 @@ LEFT_OUT = refused("left out: this result is too far back; call the tool again w
 """Replacement for an old result."""
 
 
-def said_by_model(answer: ModelAnswer, most: int, known: Collection[str], step: int) -> Turn:
+def model_turn(answer: ModelAnswer, most: int, known: Collection[str], step: int) -> Turn:
     """The model's turn as sent back to the model, with at most ``most`` of its calls.
 
     Providers refuse the whole conversation unless every call has a unique identifier (``known`` holds earlier ones), a

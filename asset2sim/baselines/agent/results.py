@@ -75,7 +75,7 @@ def pair_rows(pairs: Sequence[ContactPair]) -> list[dict[str, object]]:
     ]
 
 
-def boxed(boxes: Mapping[str, tuple[Array, Array]], images: str) -> str:
+def boxes_text(boxes: Mapping[str, tuple[Array, Array]], images: str) -> str:
     """Result of ``render``: every link's box, m in the root link's frame; ``images`` says if pictures follow."""
     rows = [{"link": name, "low_m": low.tolist(), "high_m": high.tolist()} for name, (low, high) in boxes.items()]
     corners = [corner for box in boxes.values() for corner in box]

@@ -7,14 +7,14 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 from asset2sim.assets.extract import Extraction
-from asset2sim.baselines.agent.conversation import bounded, said_by_model
+from asset2sim.baselines.agent.conversation import bounded, model_turn
 from asset2sim.baselines.agent.draft import short
 from asset2sim.baselines.agent.results import cut
 from asset2sim.baselines.agent.specs import MAX_ANSWER_CALLS, MAX_CALLS, MAX_SAID_CHARS, MAX_SAME, TOOL_NAMES, TOOLS
 from asset2sim.baselines.agent.tools import Session, run_tool
 from asset2sim.baselines.agent.trial import ToolError, open_bench
 from asset2sim.models.answers import parse_overlay
-from asset2sim.models.ask_overlay import SynthesisError, images_not_sent, marked_invalid, unanswered
+from asset2sim.models.ask_overlay import SynthesisError, images_not_sent, marked_invalid, no_answer_error
 from asset2sim.models.prompts import overlay_request
 from schemas.asset import AssetRef
 from schemas.errors import InvalidAnswerError
@@ -48,7 +48,7 @@ class AgentResult:
 
 
 @dataclass
-class Talk:
+class Conversation:
     """State of a conversation: its turns, calls, findings, and the reason why it ended."""
 
     turns: list[Turn] = field(default_factory=list)
@@ -72,7 +72,7 @@ def run_agent(
     """
     prior = is_prior(settings.model.model)
     source = Source.PRIOR if prior else Source.MODEL
-    talk = Talk()
+    talk = Conversation()
     with tempfile.TemporaryDirectory(prefix="asset2sim-agent-") as name:
         bench = open_bench(extraction, settings, source, Path(name))
         session = Session(bench, blind="the prior looks at no pictures" if prior else None)
@@ -83,7 +83,7 @@ def run_agent(
     overlay = session.overlay
     if overlay is None:
         if talk.silent is not None:
-            raise unanswered(talk.silent, talk.calls)
+            raise no_answer_error(talk.silent, talk.calls)
         message = f"the agent set no scale in {talk.steps} answers: {talk.ended}"
         if session.refusals:
             message = f"{message}; the last refusal was {cut(session.refusals[-1], MAX_SAID_CHARS)}"
@@ -98,7 +98,7 @@ def opening(ref: AssetRef, extraction: Extraction) -> ModelRequest:
     return request.model_copy(update={"tools": TOOLS, "answer_schema": None})
 
 
-def take(answer: ModelAnswer, talk: Talk, session: Session, most_steps: int) -> None:
+def take(answer: ModelAnswer, talk: Conversation, session: Session, most_steps: int) -> None:
     """Process one answer: run its tool calls or parse it as an overlay, and set ``talk.ended`` where it is the last."""
     if answer.without_images is not None and session.blind is None:
         session.blind = answer.without_images
@@ -114,11 +114,11 @@ def take(answer: ModelAnswer, talk: Talk, session: Session, most_steps: int) -> 
         talk.ended = SPENT
 
 
-def take_calls(answer: ModelAnswer, talk: Talk, session: Session) -> bool:
+def take_calls(answer: ModelAnswer, talk: Conversation, session: Session) -> bool:
     """Run an answer's calls in order; True if any of them succeeded."""
     room = min(MAX_ANSWER_CALLS, MAX_CALLS - session.n_calls)
     known = {call.call_id for turn in talk.turns for call in turn.tool_calls}
-    turn = said_by_model(answer, room, known, talk.steps)
+    turn = model_turn(answer, room, known, talk.steps)
     talk.turns.append(turn)
     refusals, ran = len(session.refusals), 0
     for sent, call in zip(turn.tool_calls, answer.tool_calls, strict=False):
@@ -150,7 +150,7 @@ def take_calls(answer: ModelAnswer, talk: Talk, session: Session) -> bool:
     return len(session.refusals) - refusals < ran
 
 
-def take_text(answer: ModelAnswer, talk: Talk, session: Session) -> bool:
+def take_text(answer: ModelAnswer, talk: Conversation, session: Session) -> bool:
     """Process an answer without a tool call: an overlay ends the conversation, other text is refused once."""
     content = answer.content or ""
     try:
@@ -169,7 +169,7 @@ def take_text(answer: ModelAnswer, talk: Talk, session: Session) -> bool:
     return True
 
 
-def told(talk: Talk, session: Session) -> tuple[Finding, ...]:
+def told(talk: Conversation, session: Session) -> tuple[Finding, ...]:
     """Findings: number of answers and calls, why the conversation ended, and refused calls."""
     well = talk.ended in (FINISHED, IN_TEXT)
     findings = [

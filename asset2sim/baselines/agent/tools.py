@@ -8,7 +8,7 @@ from asset2sim.assets.views import VIEW_NAMES
 from asset2sim.baselines.agent.conversation import arguments_of
 from asset2sim.baselines.agent.draft import Draft, checked, merged, short
 from asset2sim.baselines.agent.reading import read_part
-from asset2sim.baselines.agent.results import boxed, cut, refused, simulated, text_of, touching
+from asset2sim.baselines.agent.results import boxes_text, cut, refused, simulated, text_of, touching
 from asset2sim.baselines.agent.specs import MAX_NOTE_CHARS, MAX_NOTES, READ_PARTS, TOOL_NAMES, argument_names
 from asset2sim.baselines.agent.trial import Bench, ToolError
 from schemas.errors import InvalidAnswerError, UnknownChoiceError
@@ -110,9 +110,9 @@ def _render(session: Session, arguments: Arguments) -> str:
     wanted = tuple(dict.fromkeys(_choice("view", view, VIEW_NAMES) for view in views))
     boxes = session.bench.boxes(session.present)
     if session.blind is not None:
-        return boxed(boxes, f"not sent: {session.blind}")
+        return boxes_text(boxes, f"not sent: {session.blind}")
     session.images = session.bench.pictures(session.present, wanted)
-    return boxed(boxes, "they follow, each after its label")
+    return boxes_text(boxes, "they follow, each after its label")
 
 
 def _finish(session: Session, arguments: Arguments) -> str:

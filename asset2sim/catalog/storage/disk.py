@@ -32,7 +32,7 @@ def is_disk_full(error: BaseException) -> bool:
 
 
 @contextmanager
-def named_full_disk(out: Path) -> Iterator[None]:
+def raise_disk_full(out: Path) -> Iterator[None]:
     """Raise DiskFullError, which names the disk and what to do, where the block fails because a disk is full."""
     try:
         yield

@@ -22,7 +22,7 @@ from asset2sim.catalog.storage.objects import (
     read_object,
     remove_objects,
     scheme_of,
-    usage_error,
+    store_usage_error,
     write_object,
 )
 from schemas.errors import Asset2SimError, UsageError
@@ -68,7 +68,7 @@ def lock_url(url: str, note: Path, renew_s: float = RENEW_S, stale_s: float = ST
         _acquire(url, place, mine, _noted(note), stale_s)
         note.write_text(mine.token, encoding="ascii")
     except StoreError as error:
-        raise usage_error(error) from error
+        raise store_usage_error(error) from error
     lost, ended = threading.Event(), threading.Event()
 
     def renew() -> None:

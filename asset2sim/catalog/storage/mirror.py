@@ -108,15 +108,15 @@ def _open(folder: Path) -> Iterator[sqlite3.Connection]:
         yield connection
 
 
-COMING = ".coming-"
+INCOMING_PREFIX = ".coming-"
 """Name prefix of the folder into which files are downloaded before they are moved to their places."""
-SEVERAL = 3
+LIST_FOLDER_FROM = 3
 """Number of objects in one folder from which listing the folder is faster than asking for each object."""
 ATTEMPTS = 20
 """Attempts to fetch a set of objects while another run writes to it."""
 
 
-class MovingError(StoreError):
+class ObjectsChangedError(StoreError):
     """The objects kept changing while they were being read."""
 
 
@@ -135,7 +135,7 @@ def pull(url: str, folder: Path, parts: Collection[str]) -> list[str]:
     """Make these parts of a local folder equal to those below the URL; returns the names that were downloaded.
 
     The copy is consistent: objects are listed again after each download, until nothing changed meanwhile. Local files
-    without an object are removed. Raises MovingError where the objects keep changing.
+    without an object are removed. Raises ObjectsChangedError where the objects keep changing.
     """
     travelled: list[str] = []
     there = look(url, parts)
@@ -152,7 +152,7 @@ def pull(url: str, folder: Path, parts: Collection[str]) -> list[str]:
         travelled += names
         there = look(url, parts)
     else:
-        raise MovingError(f"{url} is being written to all the time; try again later")
+        raise ObjectsChangedError(f"{url} is being written to all the time; try again later")
     _remove_others(folder, parts, there)
     return travelled
 
@@ -162,7 +162,7 @@ def fetch(url: str, folder: Path, objects: Mapping[str, Stored]) -> None:
     if not objects:
         return
     folder.mkdir(parents=True, exist_ok=True)
-    with tempfile.TemporaryDirectory(prefix=COMING, dir=folder) as coming:
+    with tempfile.TemporaryDirectory(prefix=INCOMING_PREFIX, dir=folder) as coming:
         arrivals = {name: Path(coming, str(number)) for number, name in enumerate(objects)}
         fetch_objects({f"{url}/{name}": path for name, path in arrivals.items()})
         for name, path in arrivals.items():
@@ -181,13 +181,13 @@ def push(url: str, folder: Path, names: Iterable[str]) -> list[str]:
 
 
 def _look_for(url: str, names: Iterable[str]) -> dict[str, Stored]:
-    """Name → object as it is in the store now: asked one by one, or by folder from ``SEVERAL`` objects on."""
+    """Name → object as it is in the store now: asked one by one, or by folder from ``LIST_FOLDER_FROM`` objects on."""
     groups: dict[str, list[str]] = defaultdict(list)
     for name in names:
         groups[name.rpartition("/")[0]].append(name)
     found: dict[str, Stored] = {}
     for folder, inside in groups.items():
-        there = look(url, inside if len(inside) < SEVERAL or not folder else [f"{folder}/"])
+        there = look(url, inside if len(inside) < LIST_FOLDER_FROM or not folder else [f"{folder}/"])
         found |= {name: there[name] for name in inside if name in there}
     return found
 

@@ -17,7 +17,7 @@ VERSION_KEYS = ("ETag", "etag", "md5Hash", "generation", "LastModified", "last_m
 """Fields of a listing that change whenever an object's content does, the most reliable first."""
 AT_ONCE = 16
 """Objects that are read at once: waiting takes longer than reading."""
-TOLD = 200
+MAX_ERROR_CHARS = 200
 """Characters of a store's own error text that a message quotes."""
 
 
@@ -84,7 +84,7 @@ def store_errors(url: str) -> Iterator[None]:
         raise StoreError(f"{url}: {_told(error)}", refused=refused) from error
 
 
-def usage_error(error: StoreError) -> UsageError:
+def store_usage_error(error: StoreError) -> UsageError:
     """UsageError for a store's error before a run, which is most likely the user's mistake."""
     return UsageError(
         f"{error}; check the address, the credentials in your environment or configuration files, and the endpoint"
@@ -207,4 +207,4 @@ def _common(urls: Mapping[str, Path] | list[str]) -> str:
 
 def _told(error: BaseException) -> str:
     lines = str(error).strip().splitlines() or [type(error).__name__]
-    return redact(lines[0])[:TOLD]
+    return redact(lines[0])[:MAX_ERROR_CHARS]

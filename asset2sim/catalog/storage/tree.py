@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from asset2sim.catalog.storage.listing import listing_of, objects_below
-from asset2sim.catalog.storage.objects import StoreError, object_info, read_object, usage_error
+from asset2sim.catalog.storage.objects import StoreError, object_info, read_object, store_usage_error
 from schemas.errors import UsageError
 from schemas.location import below
 
@@ -54,7 +54,7 @@ def remote_tree(url: str) -> Tree:
             what = "is an object; name the folder that holds it" if is_object else "holds nothing; is it the right one?"
             raise UsageError(f"no dataset at {url}: it {what}")
     except StoreError as error:
-        raise usage_error(error) from error
+        raise store_usage_error(error) from error
     files, folders = defaultdict(set), defaultdict(set)
     for name in found:
         *above, last = name.split("/")
@@ -66,7 +66,7 @@ def remote_tree(url: str) -> Tree:
         try:
             return read_object(f"{url}/{name}")
         except StoreError as error:
-            raise usage_error(error) from error
+            raise store_usage_error(error) from error
 
     return Tree(
         url,

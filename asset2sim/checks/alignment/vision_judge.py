@@ -76,7 +76,7 @@ def judge(
             calls += (*answer.calls[:-1], *refused)
             request = with_validation_errors(first, [said])
             continue
-        blind = () if answer.without_images is None else (_blind(answer.without_images),)
+        blind = () if answer.without_images is None else (_no_images_finding(answer.without_images),)
         return Judgement(score, calls + answer.calls, blind)
     return Judgement(None, calls, (_finding(f"the judge answered {MAX_ASKS} times and no answer fits: {said}"),))
 
@@ -150,7 +150,7 @@ def _finding(message: str) -> Finding:
     )
 
 
-def _blind(reason: str) -> Finding:
+def _no_images_finding(reason: str) -> Finding:
     return Finding(
         stage=Stage.PUBLISH,
         severity=Severity.WARNING,
@@ -159,7 +159,7 @@ def _blind(reason: str) -> Finding:
     )
 
 
-def with_judgement(
+def with_judge_score(
     record: AssetRecord, out: Path, settings: Settings, ask: Callable[[ModelRequest], ModelAnswer]
 ) -> AssetRecord:
     """The record with the score of ``settings.model.judge_model`` in its alignment, and the calls that it took.

@@ -18,16 +18,16 @@ _FORMAT_WORDS = (
     "json_tool_call", "structured output",
 )  # fmt: skip
 _IMAGE_WORDS = ("image", "vision", "multimodal", "multi-modal")
-_NEVER_WORDS = re.compile(r"support|vision|multi-?modal|text.only|must be text|not (?:allowed|enabled|available)")
+_GENERAL_REFUSAL = re.compile(r"support|vision|multi-?modal|text.only|must be text|not (?:allowed|enabled|available)")
 """Words of a refusal of images in general, not of one image that is too large or broken."""
 
 _LOWER = {"schema": "object", "object": "prompt"}
-_CLOSING = "claude"
+_CLOSED_SCHEMA_NAME = "claude"
 """Models whose schemas are sent with every object closed: a map with free keys would have to stay empty."""
 
 
 @dataclass(frozen=True)
-class Abilities:
+class ModelAbilities:
     """What a model supports, by LiteLLM's list. A model that is not listed is taken to accept images."""
 
     images: bool
@@ -37,7 +37,7 @@ class Abilities:
 
 
 @dataclass(frozen=True)
-class Extras:
+class AttemptOptions:
     """Images and answer format of one attempt; ``refusal`` says why no images are sent."""
 
     images: bool
@@ -45,16 +45,16 @@ class Extras:
     refusal: str | None = None
 
 
-_refused: dict[tuple[str, str | None], Extras] = {}
+_refused: dict[tuple[str, str | None], AttemptOptions] = {}
 _lock = threading.Lock()
 
 
 @functools.lru_cache(maxsize=64)
-def abilities(model: str) -> Abilities:
+def abilities(model: str) -> ModelAbilities:
     """What a model supports, looked up once in LiteLLM, which for some providers (Ollama) asks the model's server."""
     litellm = load_litellm()
     if is_prior(model):
-        return Abilities(images=False, answer_format="prompt", max_output_tokens=None)
+        return ModelAbilities(images=False, answer_format="prompt", max_output_tokens=None)
     try:
         info: dict[str, Any] | None = dict(litellm.get_model_info(model))
     except Exception:  # whatever a lookup of names or a server raises: nothing is known then
@@ -65,14 +65,14 @@ def abilities(model: str) -> Abilities:
         parameters = []
     limit = info.get("max_output_tokens") if info else None
     mode = "object" if "response_format" in parameters else "prompt"
-    return Abilities(
+    return ModelAbilities(
         images=bool(litellm.supports_vision(model)) if info else True,
         answer_format="schema" if mode == "object" and litellm.supports_response_schema(model) else mode,
         max_output_tokens=limit if isinstance(limit, int) else None,
     )
 
 
-def first_extras(request: ModelRequest, settings: ModelSettings) -> Extras:
+def first_attempt_options(request: ModelRequest, settings: ModelSettings) -> AttemptOptions:
     """Images and answer format of the first attempt: all that the model supports and its server has not refused.
 
     With tools no format is asked for: several providers refuse the two together, and an answer may be a tool call.
@@ -91,11 +91,11 @@ def first_extras(request: ModelRequest, settings: ModelSettings) -> Extras:
     if known is not None and _rank(known.answer_format) < _rank(level):
         level = known.answer_format
     images = able.images and has_images(request) and refusal is None
-    return Extras(images=images, answer_format=level, refusal=refusal if has_images(request) else None)
+    return AttemptOptions(images=images, answer_format=level, refusal=refusal if has_images(request) else None)
 
 
 def _can_hold_to(schema: dict[str, Any] | None, model: str) -> bool:
-    return schema is not None and not (_CLOSING in model.lower() and has_free_keys(schema))
+    return schema is not None and not (_CLOSED_SCHEMA_NAME in model.lower() and has_free_keys(schema))
 
 
 def has_free_keys(schema: object) -> bool:
@@ -105,7 +105,7 @@ def has_free_keys(schema: object) -> bool:
     return isinstance(schema, list) and any(map(has_free_keys, schema))
 
 
-def reduced(extras: Extras, error: BaseException, settings: ModelSettings) -> Extras | None:
+def reduced(extras: AttemptOptions, error: BaseException, settings: ModelSettings) -> AttemptOptions | None:
     """The extras without the images or the format that the error refuses by name; None for any other error."""
     if provider_errors.status_of(error) not in (400, 415, 422):
         return None
@@ -118,16 +118,18 @@ def reduced(extras: Extras, error: BaseException, settings: ModelSettings) -> Ex
     return None
 
 
-def remember_refusal(tried: Extras, worked: Extras, error: BaseException, settings: ModelSettings) -> None:
+def remember_refusal(
+    tried: AttemptOptions, worked: AttemptOptions, error: BaseException, settings: ModelSettings
+) -> None:
     """Record, for this process, the images or format that a server refused before it answered without them.
 
     A refusal of one picture, too large or broken, is not recorded.
     """
-    images_refused = tried.images and not worked.images and _NEVER_WORDS.search(str(error).lower()) is not None
+    images_refused = tried.images and not worked.images and _GENERAL_REFUSAL.search(str(error).lower()) is not None
     with _lock:
-        before = _refused.get(_server(settings), Extras(images=True, answer_format="schema"))
+        before = _refused.get(_server(settings), AttemptOptions(images=True, answer_format="schema"))
         level = worked.answer_format if worked.answer_format != tried.answer_format else before.answer_format
-        _refused[_server(settings)] = Extras(
+        _refused[_server(settings)] = AttemptOptions(
             images=before.images and not images_refused,
             answer_format=min(level, before.answer_format, key=_rank),
             refusal=worked.refusal if images_refused else before.refusal,

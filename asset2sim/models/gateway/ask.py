@@ -7,7 +7,13 @@ from dataclasses import dataclass
 from typing import Any
 
 from asset2sim.models.gateway import provider_errors
-from asset2sim.models.gateway.abilities import Extras, abilities, first_extras, reduced, remember_refusal
+from asset2sim.models.gateway.abilities import (
+    AttemptOptions,
+    abilities,
+    first_attempt_options,
+    reduced,
+    remember_refusal,
+)
 from asset2sim.models.gateway.answer_cache import StoredAnswer, answer_key, keep_answer, read_answer
 from asset2sim.models.gateway.attempt import attempt
 from asset2sim.models.gateway.budget import BudgetSpentError
@@ -16,15 +22,21 @@ from asset2sim.models.gateway.images import downscaled
 from asset2sim.models.gateway.limits import RunStoppedError, never
 from asset2sim.models.gateway.prices import Amount, cost_usd
 from asset2sim.models.gateway.secrets import redact, redact_answer
-from asset2sim.models.gateway.session import Books, admitted, asked_to_wait, open_books, pause
+from asset2sim.models.gateway.session import (
+    GatewaySession,
+    call_permit,
+    delay_provider_calls,
+    open_gateway_session,
+    pause,
+)
 from asset2sim.models.purposes import model_for, settings_for
 from schemas.request import ModelAnswer, ModelCall, ModelRequest, ToolCall
 from schemas.settings import ModelSettings
 
-__all__ = ["Books", "ask", "check_model", "open_books", "prompt_hash"]
+__all__ = ["GatewaySession", "ask", "check_model", "open_gateway_session", "prompt_hash"]
 
 
-def ask(request: ModelRequest, settings: ModelSettings, books: Books | None = None) -> ModelAnswer:
+def ask(request: ModelRequest, settings: ModelSettings, books: GatewaySession | None = None) -> ModelAnswer:
     """The answer of the model that the settings name for the request's purpose, with a ``ModelCall`` per attempt.
 
     An answer in the cache of ``books`` is returned at no cost. Otherwise the model is asked at most
@@ -40,7 +52,7 @@ def ask(request: ModelRequest, settings: ModelSettings, books: Books | None = No
         request = downscaled(request, settings.image_side_px)
     answers = None if books is None else books.answers
     if answers is None:
-        return _ask_patiently(request, settings, books)
+        return _ask_provider(request, settings, books)
     key = answer_key(request, settings, sees)
     stored = read_answer(answers, key)
     if stored is not None:
@@ -51,7 +63,7 @@ def ask(request: ModelRequest, settings: ModelSettings, books: Books | None = No
             tool_calls=stored.tool_calls,
             without_images=stored.without_images,
         )
-    answer = _ask_patiently(request, settings, books)
+    answer = _ask_provider(request, settings, books)
     if answer.content or answer.tool_calls:
         kept = StoredAnswer(
             model=settings.model,
@@ -71,7 +83,7 @@ def prompt_hash(request: ModelRequest) -> str:
     return hashlib.sha256(text.encode("utf-8", "replace")).hexdigest()[:16]
 
 
-def _ask_patiently(request: ModelRequest, settings: ModelSettings, books: Books | None) -> ModelAnswer:
+def _ask_provider(request: ModelRequest, settings: ModelSettings, books: GatewaySession | None) -> ModelAnswer:
     calls: list[ModelCall] = []
     spent = False
     try:
@@ -87,11 +99,11 @@ def _ask_patiently(request: ModelRequest, settings: ModelSettings, books: Books 
 
 
 def _with_retries(
-    request: ModelRequest, settings: ModelSettings, books: Books | None, calls: list[ModelCall]
+    request: ModelRequest, settings: ModelSettings, books: GatewaySession | None, calls: list[ModelCall]
 ) -> ModelAnswer:
     """The answer, or why there is none; every attempt is added to ``calls``, also where this raises."""
-    extras = first_extras(request, settings)
-    refusals: list[tuple[Extras, Extras, Exception]] = []
+    extras = first_attempt_options(request, settings)
+    refusals: list[tuple[AttemptOptions, AttemptOptions, Exception]] = []
     tries = 0
     while True:
         tried = _try_once(request, settings, books, extras)
@@ -121,8 +133,10 @@ class _Tried:
     error: Exception | None = None
 
 
-def _try_once(request: ModelRequest, settings: ModelSettings, books: Books | None, extras: Extras) -> _Tried:
-    with admitted(books, request, settings, extras.images) as ticket:
+def _try_once(
+    request: ModelRequest, settings: ModelSettings, books: GatewaySession | None, extras: AttemptOptions
+) -> _Tried:
+    with call_permit(books, request, settings, extras.images) as ticket:
         start = time.monotonic()
         try:
             response = attempt(request, settings, extras, never if books is None else books.stopped)
@@ -150,18 +164,18 @@ def _failure(error: Exception, settings: ModelSettings, calls: int, tries: int) 
     return None
 
 
-def _wait(error: Exception, settings: ModelSettings, books: Books | None, tries: int) -> None:
+def _wait(error: Exception, settings: ModelSettings, books: GatewaySession | None, tries: int) -> None:
     if books is not None and provider_errors.retry_after_s(error) is not None:
-        asked_to_wait(books, settings, provider_errors.retry_delay_s(error, tries))
+        delay_provider_calls(books, settings, provider_errors.retry_delay_s(error, tries))
     pause(books, provider_errors.retry_delay_s(error, tries))
 
 
 def _answer(
-    response: Any, request: ModelRequest, settings: ModelSettings, extras: Extras, calls: list[ModelCall]
+    response: Any, request: ModelRequest, settings: ModelSettings, extras: AttemptOptions, calls: list[ModelCall]
 ) -> ModelAnswer:
     content, tool_calls = _content(response), _tool_calls(response)
     if content is None and (not tool_calls or not request.tools):
-        error = _explain_silence(response, settings, tool_calls)
+        error = _no_content_error(response, settings, tool_calls)
         return ModelAnswer(content=None, calls=tuple(calls), error=error)
     return ModelAnswer(
         content=content,
@@ -199,7 +213,7 @@ def _sendable(text: str) -> str:
     return redact_answer(text).encode("utf-8", "replace").decode("utf-8")
 
 
-def _explain_silence(response: Any, settings: ModelSettings, tool_calls: tuple[ToolCall, ...]) -> str:
+def _no_content_error(response: Any, settings: ModelSettings, tool_calls: tuple[ToolCall, ...]) -> str:
     if tool_calls:
         names = ", ".join(call.name[:40] for call in tool_calls[:3])
         return f"model '{settings.model}': asked for tools that nobody offered ({names}); choose another model"

@@ -5,7 +5,7 @@ import threading
 import time
 from typing import Any
 
-from asset2sim.models.gateway.abilities import Extras, abilities
+from asset2sim.models.gateway.abilities import AttemptOptions, abilities
 from asset2sim.models.gateway.choices import runs_without_key, unset_variables
 from asset2sim.models.gateway.limits import RunStoppedError, Stopped
 from asset2sim.models.gateway.lite import load_litellm
@@ -23,14 +23,14 @@ LOOK_S = 0.2
 _NO_KEY = "no-key-needed"
 
 
-class OvertimeError(ModelError):
+class ModelTimeoutError(ModelError):
     """No complete answer within the time limit; ``status_code`` is that of LiteLLM's timeouts."""
 
     status_code = 408
 
 
-def attempt(request: ModelRequest, settings: ModelSettings, extras: Extras, stopped: Stopped) -> Any:
-    """LiteLLM's response; raises whatever LiteLLM raises, ``OvertimeError`` and ``RunStoppedError``.
+def attempt(request: ModelRequest, settings: ModelSettings, extras: AttemptOptions, stopped: Stopped) -> Any:
+    """LiteLLM's response; raises whatever LiteLLM raises, ``ModelTimeoutError`` and ``RunStoppedError``.
 
     HTTP clients restart their time limit with every byte received, so the call runs on a thread that is abandoned
     when its time is up. A model of this process is called directly.
@@ -56,13 +56,13 @@ def attempt(request: ModelRequest, settings: ModelSettings, extras: Extras, stop
         if stopped():
             raise RunStoppedError("the run was stopped")
         if time.monotonic() >= deadline:
-            raise OvertimeError(f"no complete answer after {settings.timeout_s:g} s")
+            raise ModelTimeoutError(f"no complete answer after {settings.timeout_s:g} s")
     if errors:
         raise errors[0]
     return results[0]
 
 
-def arguments(request: ModelRequest, settings: ModelSettings, extras: Extras) -> dict[str, Any]:
+def arguments(request: ModelRequest, settings: ModelSettings, extras: AttemptOptions) -> dict[str, Any]:
     """Keyword arguments of LiteLLM's ``completion``."""
     most = abilities(settings.model).max_output_tokens
     found: dict[str, Any] = {

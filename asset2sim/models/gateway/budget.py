@@ -66,12 +66,12 @@ def hold(budget: Budget, expected: Amount, most: Amount, lease_s: float) -> str 
         return ""
     now = time.time()
     with transaction(budget.file) as ledger:
-        _enter_abandoned(ledger, budget.run_id, now)
+        _charge_expired_reservations(ledger, budget.run_id, now)
         waits = False
         for limit in budget.limits:
             spent = _spent(ledger, budget.run_id, limit.scope)
             held, most_held = _held(ledger, budget.run_id, limit.scope)
-            _refuse_beyond(limit, spent, held.calls, expected)
+            _raise_if_over_limit(limit, spent, held.calls, expected)
             waits = waits or _exceeds(limit, spent, most_held, expected)
         if waits:
             return None
@@ -90,7 +90,7 @@ def check(budget: Budget, expected: Amount) -> None:
         with transaction(budget.file) as ledger:
             for limit in budget.limits:
                 held, _ = _held(ledger, budget.run_id, limit.scope)
-                _refuse_beyond(limit, _spent(ledger, budget.run_id, limit.scope), held.calls, expected)
+                _raise_if_over_limit(limit, _spent(ledger, budget.run_id, limit.scope), held.calls, expected)
 
 
 def settle(budget: Budget, ticket: str, actual: Amount) -> None:
@@ -108,7 +108,7 @@ def spent_so_far(budget: Budget, scope: str = RUN) -> Amount:
         return _spent(ledger, budget.run_id, scope)
 
 
-def _refuse_beyond(limit: Limit, spent: Amount, calls_held: int, expected: Amount) -> None:
+def _raise_if_over_limit(limit: Limit, spent: Amount, calls_held: int, expected: Amount) -> None:
     """Raise ``BudgetSpentError`` for a call beyond a limit; calls in flight count as calls, not with tokens or USD."""
     calls = spent.calls + calls_held
     if limit.calls is not None and calls + 1 > limit.calls:
@@ -160,7 +160,7 @@ def _enter(ledger: sqlite3.Connection, run_id: str, asset_id: str, actual: Amoun
         )
 
 
-def _enter_abandoned(ledger: sqlite3.Connection, run_id: str, now: float) -> None:
+def _charge_expired_reservations(ledger: sqlite3.Connection, run_id: str, now: float) -> None:
     gone = ledger.execute(
         "SELECT ticket, scope, tokens, usd FROM held WHERE run_id = ? AND until < ?", (run_id, now)
     ).fetchall()

@@ -74,7 +74,7 @@ def slot(folder: Path, provider: str, count: int, stopped: Stopped = never) -> I
 
 def wait_for_turn(file: Path, provider: str, per_minute: float | None, stopped: Stopped = never) -> None:
     """Wait until the provider may be asked: requests are spread evenly over the minute, first come first served,
-    and none is sent before the time that ``hold_back`` has set."""
+    and none is sent before the time that ``postpone_next_request`` has set."""
     now = time.time()
     with transaction(file) as ledger:
         row = ledger.execute("SELECT next_at FROM pace WHERE provider = ?", (provider,)).fetchone()
@@ -84,7 +84,7 @@ def wait_for_turn(file: Path, provider: str, per_minute: float | None, stopped: 
     sleep(turn - now, stopped)
 
 
-def hold_back(file: Path, provider: str, seconds: float) -> None:
+def postpone_next_request(file: Path, provider: str, seconds: float) -> None:
     """Delay all requests to a provider, which has asked one of the workers to wait."""
     with transaction(file) as ledger:
         ledger.execute(

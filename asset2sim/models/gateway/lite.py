@@ -33,9 +33,9 @@ def _bound_clients(litellm: ModuleType) -> None:
     import httpx
     from litellm.llms.custom_httpx.http_handler import get_ssl_configuration
 
-    from asset2sim.models.gateway.transport import MAX_CONNECTIONS, BoundedTransport, LastingClient
+    from asset2sim.models.gateway.transport import MAX_CONNECTIONS, BoundedTransport, UnclosableClient
 
     limits = httpx.Limits(max_connections=MAX_CONNECTIONS, max_keepalive_connections=MAX_CONNECTIONS)
-    transport = BoundedTransport(LastingClient(verify=get_ssl_configuration(), limits=limits))
+    transport = BoundedTransport(UnclosableClient(verify=get_ssl_configuration(), limits=limits))
     litellm.sync_transport = transport  # type: ignore[attr-defined]
-    litellm.client_session = LastingClient(transport=transport, follow_redirects=True)  # type: ignore[attr-defined]
+    litellm.client_session = UnclosableClient(transport=transport, follow_redirects=True)  # type: ignore[attr-defined]

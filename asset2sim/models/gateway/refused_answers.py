@@ -18,18 +18,18 @@ REFUSED = "invalid_answer"
 
 
 @dataclass(frozen=True)
-class Heard:
+class LoggedAnswer:
     """One request, without its images, and the model's answer."""
 
     request: ModelRequest
     answer: ModelAnswer
 
     @staticmethod
-    def of(request: ModelRequest, answer: ModelAnswer) -> "Heard":
+    def of(request: ModelRequest, answer: ModelAnswer) -> "LoggedAnswer":
         """The request and its answer, without what is not logged."""
         slim = request.model_copy(update={"images": (), "turns": (), "tools": (), "text": "", "answer_schema": None})
         content = None if answer.content is None else answer.content[: 2 * MAX_ANSWER_CHARACTERS]
-        return Heard(slim, answer.model_copy(update={"content": content}))
+        return LoggedAnswer(slim, answer.model_copy(update={"content": content}))
 
 
 def answers_file(out: Path, asset_id: str) -> Path:
@@ -37,7 +37,7 @@ def answers_file(out: Path, asset_id: str) -> Path:
     return out / LOG_FOLDER / f"{asset_id}.answers.txt"
 
 
-def keep_refused(out: Path, asset_id: str, heard: Sequence[Heard], calls: Sequence[ModelCall]) -> None:
+def write_refused_answers(out: Path, asset_id: str, heard: Sequence[LoggedAnswer], calls: Sequence[ModelCall]) -> None:
     """Write the answers that the asset's record marks as refused, in place of those of an earlier run.
 
     A record's call and its answer's call are equal in every field but the outcome, the latency included.

@@ -16,14 +16,14 @@ _SECRET_SHAPE = re.compile(
     r"|(?<=://)[^/\s@]+(?=@)"
 )
 _ESCAPED = re.compile(r"(?<!\\)((?:\\\\)*)(?:\\u00([0-9a-fA-F]{2})|\\(/))")
-BLOT = "***"
+REDACTED = "***"
 
 
 def redact(text: str) -> str:
     """The text without anything that looks like a key or stands in a secret's environment variable."""
     for value in _secrets():
-        text = text.replace(value, BLOT)
-    return _SECRET_SHAPE.sub(BLOT, text)
+        text = text.replace(value, REDACTED)
+    return _SECRET_SHAPE.sub(REDACTED, text)
 
 
 def redact_answer(text: str) -> str:
@@ -38,7 +38,7 @@ def redact_answer(text: str) -> str:
     if any(value in plain for value in secrets):
         text = plain
     for value in secrets:
-        text = text.replace(value, BLOT)
+        text = text.replace(value, REDACTED)
     return text
 
 

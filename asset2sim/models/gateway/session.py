@@ -8,7 +8,16 @@ from pathlib import Path
 from asset2sim.models.gateway import answer_cache as cache
 from asset2sim.models.gateway import ledger
 from asset2sim.models.gateway.budget import Budget, BudgetSpentError, budget_of, check, hold, settle
-from asset2sim.models.gateway.limits import SLOTS, Stopped, hold_back, never, provider_name, sleep, slot, wait_for_turn
+from asset2sim.models.gateway.limits import (
+    SLOTS,
+    Stopped,
+    never,
+    postpone_next_request,
+    provider_name,
+    sleep,
+    slot,
+    wait_for_turn,
+)
 from asset2sim.models.gateway.prices import Amount, expected_amount, largest_amount, price_of
 from schemas.model_names import is_prior
 from schemas.request import ModelRequest
@@ -16,12 +25,12 @@ from schemas.settings import ModelSettings
 
 LEASE_MARGIN_S = 30.0
 """Time beyond a request's limit after which its worker must have died, s."""
-SETTLE_POLL_S = 0.05
+RESERVATION_POLL_S = 0.05
 """Interval at which a call that waits for budget tries again, s."""
 
 
 @dataclass(frozen=True)
-class Books:
+class GatewaySession:
     """The answer cache (None: off), the budget, and the files that all workers share. Made once per asset, on the
     worker; ``stopped`` tells whether the run was stopped, which ends every wait."""
 
@@ -32,10 +41,12 @@ class Books:
     stopped: Stopped = never
 
 
-def open_books(out: Path, run_id: str, asset_id: str, settings: ModelSettings, stopped: Stopped = never) -> Books:
+def open_gateway_session(
+    out: Path, run_id: str, asset_id: str, settings: ModelSettings, stopped: Stopped = never
+) -> GatewaySession:
     """The shared state for one asset of a run that writes to ``out``; files are made when they are needed."""
     file = out / ledger.FILE
-    return Books(
+    return GatewaySession(
         answers=out / cache.FOLDER if settings.cache else None,
         budget=budget_of(file, run_id, asset_id, settings),
         ledger=file,
@@ -45,7 +56,7 @@ def open_books(out: Path, run_id: str, asset_id: str, settings: ModelSettings, s
 
 
 @dataclass
-class Ticket:
+class CallPermit:
     """Permission for one attempt: the amount expected, and the amount taken, which the caller sets."""
 
     expected: Amount = field(default_factory=lambda: Amount(calls=1))
@@ -53,16 +64,16 @@ class Ticket:
 
 
 @contextlib.contextmanager
-def admitted(
-    books: Books | None, request: ModelRequest, settings: ModelSettings, with_images: bool
-) -> Iterator[Ticket]:
+def call_permit(
+    books: GatewaySession | None, request: ModelRequest, settings: ModelSettings, with_images: bool
+) -> Iterator[CallPermit]:
     """Wait for permission to ask once: for budget, for the rate limit and for a free slot at the provider.
 
     Raises ``BudgetSpentError``, ``RunStoppedError``, and ``sqlite3.Error`` or ``OSError`` where the shared files cannot
     be used. Nothing is limited without books; a model in this process has no rate limit.
     """
     if books is None:
-        yield Ticket()
+        yield CallPermit()
         return
     with contextlib.ExitStack() as stack:
         ticket = _priced(books, request, settings, with_images)
@@ -78,27 +89,27 @@ def admitted(
             settle(books.budget, number, ticket.actual)
 
 
-def asked_to_wait(books: Books | None, settings: ModelSettings, seconds: float) -> None:
+def delay_provider_calls(books: GatewaySession | None, settings: ModelSettings, seconds: float) -> None:
     """Delay all workers' next request to the provider by this many seconds."""
     if books is not None:
-        hold_back(books.ledger, provider_name(settings), seconds)
+        postpone_next_request(books.ledger, provider_name(settings), seconds)
 
 
-def pause(books: Books | None, seconds: float) -> None:
+def pause(books: GatewaySession | None, seconds: float) -> None:
     """Sleep, unless the run is stopped meanwhile: then ``RunStoppedError``."""
     sleep(seconds, never if books is None else books.stopped)
 
 
-def _priced(books: Books, request: ModelRequest, settings: ModelSettings, with_images: bool) -> Ticket:
+def _priced(books: GatewaySession, request: ModelRequest, settings: ModelSettings, with_images: bool) -> CallPermit:
     limits = books.budget.limits
     if not limits:
-        return Ticket()
+        return CallPermit()
     if any(limit.usd is not None for limit in limits) and price_of(settings) is None:
         raise BudgetSpentError("a budget in USD cannot be kept for it: LiteLLM knows no price; give one in tokens")
-    return Ticket(expected=expected_amount(request, settings, with_images))
+    return CallPermit(expected=expected_amount(request, settings, with_images))
 
 
-def _held(books: Books, expected: Amount, most: Amount, timeout_s: float) -> str:
+def _held(books: GatewaySession, expected: Amount, most: Amount, timeout_s: float) -> str:
     while (number := hold(books.budget, expected, most, timeout_s + LEASE_MARGIN_S)) is None:
-        sleep(SETTLE_POLL_S, books.stopped)
+        sleep(RESERVATION_POLL_S, books.stopped)
     return number

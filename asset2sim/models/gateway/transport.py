@@ -63,7 +63,7 @@ def _pieces(response: httpx.Response, deadline: float | None) -> Iterator[bytes]
         yield piece
 
 
-class LastingClient(httpx.Client):
+class UnclosableClient(httpx.Client):
     """A client that all threads share until the process ends; closing it does nothing."""
 
     def close(self) -> None:

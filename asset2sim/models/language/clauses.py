@@ -33,7 +33,7 @@ class Mention:
         return bool(self.words)
 
 
-NOBODY = Mention((), ())
+NO_MENTION = Mention((), ())
 
 
 def split(segment: Segment) -> tuple[Segment, ...]:
@@ -67,7 +67,7 @@ def mention(info: ObjectInfo, parts: Sequence[Part], segment: Segment, last: Men
         return Mention((), (), False, tuple(ordinals))
     chosen_all: list[Part] = []
     for item in specific:
-        candidates = named(parts, item.value) or _nameless(info, parts, item.value)
+        candidates = named(parts, item.value) or _main_parts_if_unnamed(info, parts, item.value)
         if ordinals:
             picked = pick(info, candidates, ordinals, parts)
             picked = picked[:1] if item.kind == "part" and _single(picked) else picked
@@ -94,7 +94,7 @@ def _single(candidates: Sequence[Part]) -> bool:
     return all(part.name in _SINGLED for part in candidates)
 
 
-def _nameless(info: ObjectInfo, parts: Sequence[Part], word: str) -> tuple[Part, ...]:
+def _main_parts_if_unnamed(info: ObjectInfo, parts: Sequence[Part], word: str) -> tuple[Part, ...]:
     """The main parts for a word like "door" where the asset names none of its parts, else none."""
     if word in ("door", "lid", "cover", "drawer", "screen", "handle") and not any(part.name for part in parts):
         return whole(info, parts)

@@ -175,7 +175,7 @@ def _item(tokens: tuple[str, ...], index: int) -> Item | None:
     vocabulary = tables.words()
     for length in range(min(_longest_phrase(), len(tokens) - index), 0, -1):
         word = vocabulary.get(tokens[index : index + length])
-        if word is not None and not (word.kind in _STATE_KINDS and _unreal(tokens, index)):
+        if word is not None and not (word.kind in _STATE_KINDS and _is_hypothetical(tokens, index)):
             return Item(word.kind, word.value, index, index + length)
     if token == "close" and (index == 0 or not tokens[index - 1].isalpha()):
         return Item("closed", "", index, index + 1)
@@ -209,7 +209,7 @@ def _longest_phrase() -> int:
     return max(map(len, tables.words()))
 
 
-def _unreal(tokens: tuple[str, ...], index: int) -> bool:
+def _is_hypothetical(tokens: tuple[str, ...], index: int) -> bool:
     """Whether the words before speak of what the object can do ("can be opened") or of another time ("when closed")."""
     return tokens[max(index - 1, 0)] in _UNREAL or bool(_CONDITIONS & set(_clause_before(tokens, index)))
 

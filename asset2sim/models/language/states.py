@@ -4,7 +4,7 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 
-from asset2sim.models.language.clauses import NOBODY, Mention, mention, split, whole
+from asset2sim.models.language.clauses import NO_MENTION, Mention, mention, split, whole
 from asset2sim.models.language.lexicon import Item, Segment
 from asset2sim.models.language.object_info import ObjectInfo
 from asset2sim.models.language.parts import Part, outermost
@@ -67,11 +67,11 @@ def asked_states(info: ObjectInfo, parts: Sequence[Part], thoughts: Sequence[Seg
     states: dict[str, State] = {}
     notes: list[str] = []
     deferred: list[tuple[Mention, State]] = []
-    last = pending = NOBODY
+    last = pending = NO_MENTION
     sentence = -1
     for segment in (piece for thought in thoughts for piece in split(thought)):
         if segment.sentence != sentence:
-            sentence, pending = segment.sentence, NOBODY
+            sentence, pending = segment.sentence, NO_MENTION
         here = mention(info, parts, segment, last)
         state = state_of(segment, here.found or pending.found)
         if here.found or here.carried:
@@ -80,7 +80,7 @@ def asked_states(info: ObjectInfo, parts: Sequence[Part], thoughts: Sequence[Seg
             pending = _joined(pending, here) if here.found else pending
             continue
         subject = _joined(pending, here) if here.found or pending.found else Mention(whole(info, parts), ("object",))
-        pending = NOBODY
+        pending = NO_MENTION
         if here.others:
             deferred.append((here, state))
             continue

@@ -61,7 +61,7 @@ class Mechanism:
 
 
 @dataclass(frozen=True)
-class Wish:
+class MotionWord:
     """What a word about motion stands for: seconds to fall shut from half open, metres (slider) or radians (hinge)
     that it glides when let go, seconds in which a spring brings it back."""
 
@@ -158,9 +158,11 @@ def coast_times() -> dict[str, float]:
 
 
 @lru_cache
-def wishes() -> dict[str, Wish]:
+def wishes() -> dict[str, MotionWord]:
     """A word about motion → the time or distance that it stands for."""
-    return {row["word"]: Wish(*(float(row[key]) if row[key] else None for key in _WISHES)) for row in _rows("wishes")}
+    return {
+        row["word"]: MotionWord(*(float(row[key]) if row[key] else None for key in _WISHES)) for row in _rows("wishes")
+    }
 
 
 _WISHES = ("closes_s", "stops_m", "stops_rad", "returns_s")

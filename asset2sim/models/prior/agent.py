@@ -24,7 +24,7 @@ MEASURED = ("penetration_m", "drift_m", "drift_rad", "peak_speed_m_s")
 """Numbers of a simulation that have a limit each."""
 
 
-def badness(seen: Mapping[str, Any]) -> float:
+def failure_score(seen: Mapping[str, Any]) -> float:
     """How badly a simulation failed: 0 where it passed, else the sum of its numbers as shares of their limits, joints
     that oscillate counted one each; infinite where nothing is known."""
     if seen.get("passed") is True:
@@ -47,7 +47,7 @@ def trials_of(past: Sequence[Result]) -> list[tuple[float, Terms]]:
         if name == "set_parameters" and "error" not in result:
             terms = with_changes(terms, arguments)
         elif name == "simulate":
-            trials.append((badness(result), terms))
+            trials.append((failure_score(result), terms))
     return trials
 
 
@@ -63,7 +63,7 @@ def with_changes(terms: Terms, arguments: Arguments) -> Terms:
     return new
 
 
-def way_back(trials: Sequence[tuple[float, Terms]], info: ObjectInfo) -> dict[str, Any] | None:
+def changes_to_best(trials: Sequence[tuple[float, Terms]], info: ObjectInfo) -> dict[str, Any] | None:
     """Arguments of ``set_parameters`` that restore the best trial; None where that is the last one."""
     if not trials:
         return None
@@ -105,7 +105,7 @@ LEAST = {"slider": (0.5, 0.1), "hinge": (0.05, 0.005), "spin": (0.05, 0.005)}
 and N·m)."""
 STEP = 0.05
 """Share of its range by which a joint's start is moved where parts overlap: the paper's small step."""
-GRIPPY = "rubber"
+HIGH_FRICTION_MATERIAL = "rubber"
 """Contact material for an object that slides as a whole."""
 
 
@@ -122,7 +122,7 @@ def correction(seen: Mapping[str, Any], info: ObjectInfo, terms: Terms, rounds: 
         return None
     moving = [item for item in rows(seen, "moving_joints") if item.get("joint") in joints]
     if not moving:
-        return {"contact_material": GRIPPY} if rounds == 1 else None
+        return {"contact_material": HIGH_FRICTION_MATERIAL} if rounds == 1 else None
     return {"joints": [_stiffer(item, joints[item["joint"]], failed == "drift") for item in moving]}
 
 
@@ -158,7 +158,7 @@ FELT = ("coast_s", "spring_hz", "closes_s", "stops_within", "returns_s", "dampin
 """Fields from which our rules derive a joint's dynamics; the agent's tools do not accept them ..."""
 VOLUMETRIC = ("density_kg_m3", "hollow_factor")
 """... nor these, from which our rules derive a link's mass."""
-ASIDE = ("asked", "sigmas", "notes")
+FIELDS_ABOUT_NUMBERS = ("asked", "sigmas", "notes")
 """Fields of an overlay that explain its numbers; the agent's tools do not accept them either."""
 _PURPOSE = re.compile(r'"purpose"\s*:\s*"(agent|synthesis)"')
 
@@ -190,7 +190,7 @@ def next_turn(
         changes = correction(seen, info, trials[-1][1], rounds)
         if changes is not None:
             return None, [call(len(past), "set_parameters", json.dumps(changes)), call(len(past) + 1, "simulate", "{}")]
-    back = way_back(trials, info)
+    back = changes_to_best(trials, info)
     ending = [call(len(past) + 1, "finish", "{}")]
     return None, ending if back is None else [call(len(past), "set_parameters", json.dumps(back)), *ending]
 
@@ -203,7 +203,7 @@ def arguments_of(overlay: str) -> str:
         return overlay
     if not isinstance(data, dict):
         return overlay
-    wanted = {key: value for key, value in data.items() if key not in ASIDE}
+    wanted = {key: value for key, value in data.items() if key not in FIELDS_ABOUT_NUMBERS}
     for key in ("links", "joints"):
         if isinstance(wanted.get(key), list):
             wanted[key] = [_absolute(part) for part in wanted[key]]

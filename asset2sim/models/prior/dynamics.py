@@ -4,12 +4,12 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 from asset2sim.models.language import tables
-from asset2sim.models.language.clauses import NOBODY, mention
+from asset2sim.models.language.clauses import NO_MENTION, mention
 from asset2sim.models.language.lexicon import Item, Segment
 from asset2sim.models.language.object_info import ObjectInfo
 from asset2sim.models.language.parts import Part, main_parts
 from asset2sim.models.language.states import high_end
-from asset2sim.models.language.tables import Wish
+from asset2sim.models.language.tables import MotionWord
 from schemas.overlay import JointProposal, Level
 
 SPRING_HZ = {"hinge": 3.0, "slider": 6.0, "spin": 3.0}
@@ -28,13 +28,13 @@ MOTIONS: dict[str, Level] = {
     "soft close": "super high", "no slam": "super high", "slam": "super low", "glide": "low",
 }  # fmt: skip
 """Words about motion, and the level of damping that they stand for."""
-FALLS = ("soft close", "no slam", "slam")
+SELF_CLOSING_WORDS = ("soft close", "no slam", "slam")
 """Words that say how a part shuts by itself: it does not stay where it is placed, unless a state is asked for."""
 LEVELS: dict[str, Level] = {level: level for level in ("super low", "low", "medium", "high", "super high")}
 
 
 @dataclass(frozen=True)
-class Feel:
+class QualitativeDynamics:
     """Qualitative dynamics of one joint. ``level`` is the stated damping, None for the mechanism's; ``word`` is the
     level that a word about motion implies. Times and distances are as in the overlay, metres at the final scale."""
 
@@ -48,7 +48,7 @@ class Feel:
     returns_s: float | None = None
 
 
-def felt(feel: Feel, changes: Mapping[str, str], part: Part, asked_open: bool) -> Feel:
+def felt(feel: QualitativeDynamics, changes: Mapping[str, str], part: Part, asked_open: bool) -> QualitativeDynamics:
     """The dynamics after one segment's changes to the part, kind → level or number.
 
     ``asked_open`` is whether the guidance asks the part to stand open, which it could not if it fell shut.
@@ -65,11 +65,11 @@ def felt(feel: Feel, changes: Mapping[str, str], part: Part, asked_open: bool) -
             feel = replace(feel, spring_hz=None, returns_s=None)
         elif kind in ("stiff", "soft", "light"):
             feel = firmness(feel, kind == "stiff", part)
-        feel = wished(feel, kind, said, part, asked_open)
+        feel = with_motion_word(feel, kind, said, part, asked_open)
     return feel
 
 
-def damped(feel: Feel, kind: str, level: str) -> Feel:
+def damped(feel: QualitativeDynamics, kind: str, level: str) -> QualitativeDynamics:
     """The dynamics with another level of damping or friction; a stated level wins over words like "slowly"."""
     times = tables.coast_times()
     if kind in ("damping", "friction"):
@@ -79,7 +79,7 @@ def damped(feel: Feel, kind: str, level: str) -> Feel:
     return replace(slowed, holds=False) if kind in ("free", "no hold") else slowed
 
 
-def firmness(feel: Feel, stiff: bool, part: Part) -> Feel:
+def firmness(feel: QualitativeDynamics, stiff: bool, part: Part) -> QualitativeDynamics:
     """A stiff or soft spring; where there is none, more or less damping."""
     if feel.spring_hz is not None:
         usual = part.mechanism.spring_hz or SPRING_HZ[part.joint.motion]
@@ -88,14 +88,16 @@ def firmness(feel: Feel, stiff: bool, part: Part) -> Feel:
     return replace(feel, coast_s=tables.coast_times()[feel.level or word], word=word)
 
 
-def wished(feel: Feel, kind: str, said: str, part: Part, asked_open: bool) -> Feel:
+def with_motion_word(
+    feel: QualitativeDynamics, kind: str, said: str, part: Part, asked_open: bool
+) -> QualitativeDynamics:
     """The dynamics with the time or distance that a word stands for, or that the guidance states (``said``)."""
-    wish = tables.wishes().get("soft close" if kind == "no slam" else kind, NO_WISH)
-    if kind in ("closes", *FALLS) or wish.closes_s is not None:
+    wish = tables.wishes().get("soft close" if kind == "no slam" else kind, NO_MOTION_WORD)
+    if kind in ("closes", *SELF_CLOSING_WORDS) or wish.closes_s is not None:
         if not gravity_moves(part):
             return feel
         seconds = float(said) if kind == "closes" else wish.closes_s
-        falls = kind in ("closes", *FALLS) and not asked_open
+        falls = kind in ("closes", *SELF_CLOSING_WORDS) and not asked_open
         return replace(feel, closes_s=seconds, holds=feel.holds and not falls)
     if kind in ("stops", "turns"):
         fits = (kind == "stops") == (part.joint.motion == "slider")
@@ -110,7 +112,7 @@ def wished(feel: Feel, kind: str, said: str, part: Part, asked_open: bool) -> Fe
     return feel
 
 
-NO_WISH = Wish(None, None, None, None)
+NO_MOTION_WORD = MotionWord(None, None, None, None)
 
 
 def gravity_moves(part: Part) -> bool:
@@ -165,7 +167,8 @@ def propose_joints(
     and a spring that is asked for rests where the joint is asked to be.
     """
     feels = {
-        part.joint.name: Feel(part.mechanism.coast_s, part.mechanism.spring_hz, part.mechanism.holds) for part in parts
+        part.joint.name: QualitativeDynamics(part.mechanism.coast_s, part.mechanism.spring_hz, part.mechanism.holds)
+        for part in parts
     }
     notes: list[str] = []
     for part in parts:
@@ -174,7 +177,7 @@ def propose_joints(
             feels[name] = replace(feels[name], holds=True)
     for subject, segment in _clauses(info, parts, thoughts):
         changes = _changes(segment)
-        for part in _able(subject, changes):
+        for part in _affected_parts(subject, changes):
             position = positions.get(part.joint.name, part.joint.closed)
             asked_open = abs(position - part.joint.closed) > _OPEN * part.joint.range
             feels[part.joint.name] = felt(feels[part.joint.name], changes, part, asked_open)
@@ -190,10 +193,10 @@ def _clauses(
     info: ObjectInfo, parts: Sequence[Part], thoughts: Sequence[Segment]
 ) -> Iterator[tuple[tuple[Part, ...], Segment]]:
     """Segments about dynamics, each with the parts it names, else the next noun's, the last named or the main ones."""
-    last = NOBODY
+    last = NO_MENTION
     for before, segment, after in zip((None, *thoughts), thoughts, (*thoughts[1:], None), strict=False):
         if before is not None and before.sentence != segment.sentence:
-            last = NOBODY
+            last = NO_MENTION
         here = mention(info, parts, segment, last)
         last = here if here.found else last
         if not segment.of(*_KINDS):
@@ -213,7 +216,7 @@ def spring_rest(part: Part, positions: Mapping[str, float]) -> float:
     return positions.get(part.joint.name, part.joint.closed)
 
 
-def _proposal(part: Part, feel: Feel, positions: Mapping[str, float]) -> JointProposal:
+def _proposal(part: Part, feel: QualitativeDynamics, positions: Mapping[str, float]) -> JointProposal:
     sprung = feel.spring_hz is not None
     return JointProposal(
         name=part.joint.name,
@@ -228,7 +231,7 @@ def _proposal(part: Part, feel: Feel, positions: Mapping[str, float]) -> JointPr
     )
 
 
-def _able(subject: Sequence[Part], changes: Mapping[str, str]) -> tuple[Part, ...]:
+def _affected_parts(subject: Sequence[Part], changes: Mapping[str, str]) -> tuple[Part, ...]:
     """The parts that the changes apply to: a spring goes to parts that are pushed, not to those that only spin."""
     pushed = tuple(part for part in subject if part.joint.motion != "spin")
     return pushed if "spring" in changes and pushed else tuple(subject)

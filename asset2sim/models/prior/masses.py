@@ -23,7 +23,7 @@ HEAVY, LIGHT = 1.25, 0.75
 _TINY = ("button", "key")
 _PLASTICS = ("plastic", "polypropylene", "polyethylene", "pvc")
 _METALS = ("steel", "stainless steel", "aluminium", "brass", "iron")
-_MADE_SO = ("electronics", "glass", "rubber")
+_UNCHANGED_MATERIALS = ("electronics", "glass", "rubber")
 """Materials that a word about the whole object does not change: a steel watch keeps its glass."""
 
 
@@ -89,7 +89,7 @@ def _piece(link: LinkInfo, part: str, category: str, words: Mapping[str, str]) -
     row = tables.part_material(category, part)
     material, hollow = row.material, row.hollow
     wanted = words.get(part) or words.get("")
-    if wanted and (part in words or material not in _MADE_SO) and not _same_class(wanted, material):
+    if wanted and (part in words or material not in _UNCHANGED_MATERIALS) and not _same_class(wanted, material):
         table = tables.materials()
         hollow *= table[wanted].wall_factor / table[material].wall_factor
         material = wanted

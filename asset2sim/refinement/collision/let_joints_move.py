@@ -9,13 +9,13 @@ from asset2sim.refinement.collision.clear_ranges import Cleared, clear_ranges
 from asset2sim.refinement.collision.part_links import written_joints
 from asset2sim.refinement.collision.trim import contact_pairs
 from asset2sim.refinement.notes import note_cuts
-from asset2sim.refinement.state.context import Loop
+from asset2sim.refinement.state.context import RefinementContext
 from schemas.finding import Finding, TraceStep
 from schemas.overlay import PhysicsOverlay
 from schemas.vocabulary import OverlapCause, Severity, Source, Stage
 
 
-def let_joints_move(loop: Loop, overlay: PhysicsOverlay, hulls: Hulls) -> tuple[PhysicsOverlay, Hulls]:
+def let_joints_move(loop: RefinementContext, overlay: PhysicsOverlay, hulls: Hulls) -> tuple[PhysicsOverlay, Hulls]:
     """Overlay with narrowed limits, and hulls cut so that joints can move; each change is a finding."""
     features = loop.extraction.features
     joints = written_joints(features, overlay)

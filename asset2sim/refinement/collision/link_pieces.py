@@ -128,7 +128,7 @@ def link_pieces(
     worth = any(can_be_hollow(shell, sizes) for shell in used) or len(used) > most
     hollow = hollow_of(np.vstack([s.triangles for s in used]), sizes.ball_radius) if worth else None
     if hollow is not None:
-        hollow = hollow.kept_clear(others())
+        hollow = hollow.with_reachable(others())
     wholes = [whole_of(shell, sizes) for shell in used]
     fills = [
         0.0 if hollow is None or s.exact else hollow.filled_m3(w.points) for s, w in zip(used, wholes, strict=True)

@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass, replace
 
-from asset2sim.assets.folder import Folder, with_hulls, write_urdf
+from asset2sim.assets.folder import Folder, replace_hulls, write_urdf
 from asset2sim.assets.hulls import Hulls, exact_links
 from asset2sim.engines.contacts import penetration
 from asset2sim.engines.pybullet_object import contacts_at
@@ -10,7 +10,7 @@ from asset2sim.physics.kinematics import link_to_root, locked, tree_of
 from asset2sim.refinement.collision.hull_world import cleared
 from asset2sim.refinement.collision.trim import Cut, contact_pairs
 from asset2sim.refinement.state.bands import Pose
-from asset2sim.refinement.state.context import Loop
+from asset2sim.refinement.state.context import RefinementContext
 from schemas.features import Features, JointFeatures
 from schemas.overlay import PhysicsOverlay
 from schemas.vocabulary import CollisionMode
@@ -32,7 +32,7 @@ class Attempt:
         return bool(self.cut)
 
 
-def attempt(loop: Loop, folder: Folder, positions: Pose) -> Attempt:
+def attempt(loop: RefinementContext, folder: Folder, positions: Pose) -> Attempt:
     """Cut hulls that overlap at these positions apart; the folder keeps its shapes."""
     before = penetration(contacts_at(folder.urdf, positions, loop.settings.engine))
     whole = Attempt(positions, loop.hulls, before, before)
@@ -42,15 +42,15 @@ def attempt(loop: Loop, folder: Folder, positions: Pose) -> Attempt:
     return cut_apart(loop, folder, whole)
 
 
-def phi_with(loop: Loop, folder: Folder, hulls: Hulls, positions: Pose) -> float:
+def phi_with_hulls(loop: RefinementContext, folder: Folder, hulls: Hulls, positions: Pose) -> float:
     """Φ (m) with other collision hulls; the folder is restored afterwards."""
-    write_urdf(loop.extraction, loop.overlay, with_hulls(folder, hulls), loop.settings.physics)
+    write_urdf(loop.extraction, loop.overlay, replace_hulls(folder, hulls), loop.settings.physics)
     phi = penetration(contacts_at(folder.urdf, positions, loop.settings.engine))
-    write_urdf(loop.extraction, loop.overlay, with_hulls(folder, loop.hulls), loop.settings.physics)
+    write_urdf(loop.extraction, loop.overlay, replace_hulls(folder, loop.hulls), loop.settings.physics)
     return phi
 
 
-def cut_apart(loop: Loop, folder: Folder, start: Attempt) -> Attempt:
+def cut_apart(loop: RefinementContext, folder: Folder, start: Attempt) -> Attempt:
     """The attempt with hulls cut apart as far as the bounds allow; ``start`` itself if Φ does not fall."""
     features, overlay = loop.extraction.features, loop.overlay
     tree = tree_of(written_joints(features, overlay), overlay.scale)
@@ -59,7 +59,7 @@ def cut_apart(loop: Loop, folder: Folder, start: Attempt) -> Attempt:
     trimmed, cuts = cleared(start.hulls, poses, contact_pairs(features.joints, links), exact_links(loop.extraction))
     if not cuts:
         return start
-    after = phi_with(loop, folder, trimmed, start.positions)
+    after = phi_with_hulls(loop, folder, trimmed, start.positions)
     return replace(start, hulls=trimmed, phi=after, cut=cuts) if after < start.phi else start
 
 

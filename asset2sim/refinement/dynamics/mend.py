@@ -13,7 +13,7 @@ from schemas.overlay import PhysicsOverlay
 from schemas.settings import Settings
 from schemas.vocabulary import Engine, FailureMode
 
-MOVES = 1e-4
+MOVING_AMPLITUDE = 1e-4
 """Amplitude during the rest check from which a joint counts as moving untouched, rad or m."""
 LEAST_GAIN = 0.05
 """Least improvement of a check that still fails for its step to be kept, as a share of its excess over the bound."""
@@ -58,7 +58,7 @@ def mend(features: Features, overlay: PhysicsOverlay, reports: Reports, settings
             if budget <= 0:
                 break
             budget -= 1
-            seen, better = looked_at(target, candidate, settings, verify)
+            seen, better = verify_candidate(target, candidate, settings, verify)
             written, found = candidate, merged(reports, seen)
             if better and len(engines) > 1:
                 found = merged(found, verify(candidate, [e for e in engines if e is not target.engine], None))
@@ -76,7 +76,9 @@ def mend(features: Features, overlay: PhysicsOverlay, reports: Reports, settings
     return Mended(overlay, reports, tuple(trace), tuple(findings))
 
 
-def looked_at(target: Failure, candidate: PhysicsOverlay, settings: Settings, verify: Verify) -> tuple[Reports, bool]:
+def verify_candidate(
+    target: Failure, candidate: PhysicsOverlay, settings: Settings, verify: Verify
+) -> tuple[Reports, bool]:
     """The failing engine's report on a candidate, and whether the failing check improves.
 
     The failing check runs first and alone; the others, here and in other engines, run only if it improves.
@@ -98,14 +100,14 @@ def candidates(
     features: Features, overlay: PhysicsOverlay, reports: Reports, target: Failure, settings: Settings
 ) -> Iterator[tuple[Remedy, PhysicsOverlay]]:
     """Overlays that may mend a failing check, least intrusive first."""
-    case = Case(features, settings, joints_of(overlay, reports, target, settings))
+    case = Case(features, settings, concerned_joints(overlay, reports, target, settings))
     for remedy in remedies_for(target.mode, target.limit, settings):
         changed = remedy.change(case, overlay)
         if changed is not None:
             yield remedy, changed
 
 
-def joints_of(overlay: PhysicsOverlay, reports: Reports, target: Failure, settings: Settings) -> tuple[str, ...]:
+def concerned_joints(overlay: PhysicsOverlay, reports: Reports, target: Failure, settings: Settings) -> tuple[str, ...]:
     """Joints that a failing check concerns: its own, those that slip after a reset, or those that move untouched.
 
     An empty tuple stands for all joints.
@@ -120,7 +122,7 @@ def joints_of(overlay: PhysicsOverlay, reports: Reports, target: Failure, settin
             return tuple(sorted(slipped))
     if report.measurement is None:
         return ()
-    return tuple(motion.name for motion in report.measurement.joints if motion.amplitude > MOVES)
+    return tuple(motion.name for motion in report.measurement.joints if motion.amplitude > MOVING_AMPLITUDE)
 
 
 def improves(target: Failure, now: Sequence[Failure]) -> bool:

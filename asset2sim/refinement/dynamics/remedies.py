@@ -15,13 +15,13 @@ from schemas.vocabulary import FailureMode, Source
 
 ROLLING_M = 5e-4
 """Rolling resistance that stops a rounded object from rocking for ever, m: as of a hard object on wood."""
-ROUGHEST = 1.0
+MAX_CONTACT_FRICTION = 1.0
 """Largest contact friction that a remedy sets: rubber on a table."""
-FIRMER_HOLD = 2.0
+HOLD_FRICTION_FACTOR = 2.0
 """Factor on the friction of a joint that slips, per step."""
-FREER = 0.3
+LOOSENING_FACTOR = 0.3
 """Factor on the friction or damping of a joint that sticks, per step."""
-HEAVIER = 3.0
+LIGHT_INERTIA_FACTOR = 3.0
 """Factor on the inertia of light links of an object that explodes, per step."""
 LIGHT_SHARE = 0.1
 """Share of the heaviest link's inertia below which a link counts as light."""
@@ -150,7 +150,7 @@ def firmer_hold(case: Case, overlay: PhysicsOverlay) -> PhysicsOverlay | None:
         overlay,
         lambda joint: (
             {
-                "friction": max(FIRMER_HOLD * joint.friction, FIRMER_HOLD * abs(joint.gravity_load)),
+                "friction": max(HOLD_FRICTION_FACTOR * joint.friction, HOLD_FRICTION_FACTOR * abs(joint.gravity_load)),
                 "friction_source": Source.SEARCH,
             }
             if joint.stiffness == 0.0
@@ -165,20 +165,22 @@ def less_friction(case: Case, overlay: PhysicsOverlay) -> PhysicsOverlay | None:
         case,
         overlay,
         lambda joint: (
-            {"friction": FREER * joint.friction, "friction_source": Source.SEARCH}
+            {"friction": LOOSENING_FACTOR * joint.friction, "friction_source": Source.SEARCH}
             if joint.friction > 0.0 and not joint.holds
             else {}
         ),
     )
 
 
-def freer(case: Case, overlay: PhysicsOverlay) -> PhysicsOverlay | None:
+def much_less_damping(case: Case, overlay: PhysicsOverlay) -> PhysicsOverlay | None:
     """Less damping on a joint that moves too slowly."""
     return with_joints(
         case,
         overlay,
         lambda joint: (
-            {"damping": FREER * joint.damping, "damping_source": Source.SEARCH} if joint.damping > 0.0 else {}
+            {"damping": LOOSENING_FACTOR * joint.damping, "damping_source": Source.SEARCH}
+            if joint.damping > 0.0
+            else {}
         ),
     )
 
@@ -191,7 +193,9 @@ def more_inertia(case: Case, overlay: PhysicsOverlay) -> PhysicsOverlay | None:
 
     heaviest = max(size(link.inertia) for link in overlay.links)
     links = tuple(
-        link.model_copy(update={"inertia": tuple(HEAVIER * v for v in link.inertia), "inertia_source": Source.SEARCH})
+        link.model_copy(
+            update={"inertia": tuple(LIGHT_INERTIA_FACTOR * v for v in link.inertia), "inertia_source": Source.SEARCH}
+        )
         if size(link.inertia) < LIGHT_SHARE * heaviest
         else link
         for link in overlay.links
@@ -199,7 +203,7 @@ def more_inertia(case: Case, overlay: PhysicsOverlay) -> PhysicsOverlay | None:
     return None if links == overlay.links else overlay.model_copy(update={"links": links})
 
 
-def closer_masses(case: Case, overlay: PhysicsOverlay) -> PhysicsOverlay | None:
+def lower_mass_ratio(case: Case, overlay: PhysicsOverlay) -> PhysicsOverlay | None:
     """More mass and inertia for light links where the mass ratio exceeds a tenth of the solvers' limit."""
     heaviest = max(link.mass_kg for link in overlay.links)
     least = heaviest / (0.1 * case.settings.physics.max_mass_ratio)
@@ -221,7 +225,7 @@ def closer_masses(case: Case, overlay: PhysicsOverlay) -> PhysicsOverlay | None:
 
 def rougher_contact(case: Case, overlay: PhysicsOverlay) -> PhysicsOverlay | None:
     """More contact friction, so that the object does not creep or slide."""
-    friction = min(1.5 * overlay.contact_friction, ROUGHEST)
+    friction = min(1.5 * overlay.contact_friction, MAX_CONTACT_FRICTION)
     if friction <= overlay.contact_friction:
         return None
     return overlay.model_copy(update={"contact_friction": friction})
@@ -237,7 +241,7 @@ def rolling_resistance(case: Case, overlay: PhysicsOverlay) -> PhysicsOverlay | 
 _EXPLOSION = (
     Remedy("less damping", less_damping),
     Remedy("more inertia of light links", more_inertia),
-    Remedy("mass ratio lowered", closer_masses),
+    Remedy("mass ratio lowered", lower_mass_ratio),
     Remedy("softer spring", softer_spring),
 )
 
@@ -268,7 +272,7 @@ REMEDIES: dict[FailureMode, tuple[Remedy, ...]] = {
     FailureMode.HOLD: (Remedy("firmer hold", firmer_hold), Remedy("softer spring", softer_spring)),
     FailureMode.RELEASE: (
         Remedy("less friction", less_friction),
-        Remedy("less damping", freer),
+        Remedy("less damping", much_less_damping),
         Remedy("stiffer spring", stiffer_spring),
     ),
     FailureMode.RESET: (

@@ -74,7 +74,7 @@ def band_of(joint: JointPhysics, tolerance: float, closed_tolerance: float) -> B
     return Band(position, max(joint.lower, position - reach), min(joint.upper, position + reach), span)
 
 
-def reach_of(joint: JointPhysics, settings: SearchSettings) -> Band:
+def model_band(joint: JointPhysics, settings: SearchSettings) -> Band:
     """Band in which a model may place a joint: near the requested state if there is one, else all of its limits."""
     near = band_of(joint, settings.state_tolerance, settings.state_tolerance)
     if joint.position_source is not Source.RULE or joint.lower is None or joint.upper is None:
@@ -84,10 +84,12 @@ def reach_of(joint: JointPhysics, settings: SearchSettings) -> Band:
 
 def reaches(overlay: PhysicsOverlay, settings: SearchSettings) -> dict[str, Band]:
     """Joint name → band in which a model may place it."""
-    return {joint.name: reach_of(joint, settings) for joint in overlay.joints}
+    return {joint.name: model_band(joint, settings) for joint in overlay.joints}
 
 
-def left_state(overlay: PhysicsOverlay, positions: Mapping[str, float], settings: SearchSettings) -> tuple[str, ...]:
+def joints_outside_state(
+    overlay: PhysicsOverlay, positions: Mapping[str, float], settings: SearchSettings
+) -> tuple[str, ...]:
     """Joints that left their requested state, furthest first (as a share of the range).
 
     Joints without a requested state do not count.

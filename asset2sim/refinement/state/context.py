@@ -23,7 +23,7 @@ class Log:
 
 
 @dataclass(frozen=True)
-class Loop:
+class RefinementContext:
     """Inputs shared by all steps of one asset's loop; ``overlay`` holds the requested state."""
 
     extraction: Extraction

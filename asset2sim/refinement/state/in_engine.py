@@ -4,17 +4,17 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 from asset2sim.assets.extract import Extraction
-from asset2sim.assets.folder import Folder, with_hulls, write_urdf
+from asset2sim.assets.folder import Folder, replace_hulls, write_urdf
 from asset2sim.assets.hulls import Hulls
 from asset2sim.engines.contacts import penetration
-from asset2sim.engines.pybullet_object import contact_points, contacts_at, penetration_probe
+from asset2sim.engines.pybullet_object import contact_points, contacts_at, static_object
 from asset2sim.refinement.ask_model import Questions, Scene, model_asker
 from asset2sim.refinement.collision.let_joints_move import let_joints_move
 from asset2sim.refinement.collision.part_links import Attempt, attempt
 from asset2sim.refinement.notes import moves, note_shapes
 from asset2sim.refinement.state.bands import Evaluator, Pose, band_of, reaches
-from asset2sim.refinement.state.context import Log, Loop
-from asset2sim.refinement.state.nearer import brought_back
+from asset2sim.refinement.state.context import Log, RefinementContext
+from asset2sim.refinement.state.nearer import nearer_to_request
 from asset2sim.refinement.state.search import refine_state
 from asset2sim.validation import validate
 from schemas.finding import Finding, TraceStep
@@ -51,7 +51,7 @@ def refine_in_engine(
     Joint dynamics are derived again for joints that moved. A model is asked where links still overlap, and where
     separating them needed another state than the requested one (paper, "Refine the state").
     """
-    loop = Loop(extraction, proposal, overlay, source, hulls, settings, Log())
+    loop = RefinementContext(extraction, proposal, overlay, source, hulls, settings, Log())
     reach = reaches(overlay, settings.search)
     scene = Scene(extraction.features, overlay, settings, folder.urdf, reach, questions)
     requested = overlay.initial_positions
@@ -74,11 +74,11 @@ def refine_in_engine(
             best = again if again.phi < best.phi else best
     if best.positions != requested:
         wanted = penetration(contacts_at(folder.urdf, requested, settings.engine))
-        best = brought_back(scene, loop, folder, best, wanted)
+        best = nearer_to_request(scene, loop, folder, best, wanted)
     return settled(loop, folder, best)
 
 
-def settled(loop: Loop, folder: Folder, best: Attempt) -> Refined:
+def settled(loop: RefinementContext, folder: Folder, best: Attempt) -> Refined:
     """Write the folder at the best attempt, with a step and findings for what it changed."""
     log, requested, overlay = loop.log, loop.overlay.initial_positions, loop.overlay
     moved = {name: value for name, value in best.positions.items() if value != requested[name]}
@@ -103,12 +103,12 @@ def settled(loop: Loop, folder: Folder, best: Attempt) -> Refined:
         note_shapes(best, log)
     if loop.settings.collision.mode is not CollisionMode.KEEP:
         overlay, hulls = let_joints_move(loop, overlay, best.hulls)
-        folder = folder if hulls is loop.hulls else with_hulls(folder, hulls)
+        folder = folder if hulls is loop.hulls else replace_hulls(folder, hulls)
     write_urdf(loop.extraction, overlay, folder, loop.settings.physics)
     return Refined(overlay, folder, tuple(log.trace), tuple(log.findings))
 
 
-def search_state(loop: Loop, folder: Folder, closed_tolerance: float, asked: Scene | None = None) -> Pose:
+def search_state(loop: RefinementContext, folder: Folder, closed_tolerance: float, asked: Scene | None = None) -> Pose:
     """Pose near the requested one with the lowest Φ; the requested one where Φ in a fresh world is no lower.
 
     A joint at its closed end may move by ``closed_tolerance`` of its range. A model is asked only if ``asked`` is
@@ -117,7 +117,7 @@ def search_state(loop: Loop, folder: Folder, closed_tolerance: float, asked: Sce
     overlay, settings = loop.overlay, loop.settings
     requested = overlay.initial_positions
     bands = {joint.name: band_of(joint, settings.search.state_tolerance, closed_tolerance) for joint in overlay.joints}
-    with penetration_probe(folder.urdf, settings.engine) as item:
+    with static_object(folder.urdf, settings.engine) as item:
         evaluator = Evaluator(lambda pose: contact_points(item, pose), settings.search.max_evaluations)
         found, _, trace = refine_state(
             overlay.asset_id,

@@ -3,25 +3,29 @@
 from asset2sim.assets.folder import Folder
 from asset2sim.engines.contacts import by_pair
 from asset2sim.engines.pybullet_object import contacts_at
-from asset2sim.models.refinement_prompt import Situation, Tried
+from asset2sim.models.refinement_prompt import RefusedProposal, StateProblem
 from asset2sim.refinement.ask_model import Scene, next_pose
 from asset2sim.refinement.collision.part_links import Attempt, attempt
-from asset2sim.refinement.state.bands import distance, left_state
-from asset2sim.refinement.state.context import Loop
+from asset2sim.refinement.state.bands import distance, joints_outside_state
+from asset2sim.refinement.state.context import RefinementContext
 from schemas.finding import TraceStep
 
 
-def brought_back(scene: Scene, loop: Loop, folder: Folder, best: Attempt, desired_phi_m: float) -> Attempt:
+def nearer_to_request(
+    scene: Scene, loop: RefinementContext, folder: Folder, best: Attempt, desired_phi_m: float
+) -> Attempt:
     """The attempt, or one at a model's pose that is nearer to the requested state, where Φ is at most its target or no
     higher than before. ``desired_phi_m`` is Φ (m) in the requested state."""
     search = loop.settings.search
-    tried: list[Tried] = []
+    tried: list[RefusedProposal] = []
     for _ in range(search.max_model_calls):
-        focus = left_state(loop.overlay, best.positions, search)
+        focus = joints_outside_state(loop.overlay, best.positions, search)
         if not focus:
             break
         pairs = by_pair(contacts_at(folder.urdf, best.positions, loop.settings.engine))
-        situation = Situation("moved", best.positions, best.phi, pairs, desired_phi_m=desired_phi_m, tried=tuple(tried))
+        situation = StateProblem(
+            "moved", best.positions, best.phi, pairs, desired_phi_m=desired_phi_m, tried=tuple(tried)
+        )
         pose = next_pose(scene, situation, focus)
         if pose is None:
             break
@@ -49,5 +53,5 @@ def brought_back(scene: Scene, loop: Loop, folder: Folder, best: Attempt, desire
             best = again
             tried.clear()
         else:
-            tried.append(Tried(pose, again.phi))
+            tried.append(RefusedProposal(pose, again.phi))
     return best

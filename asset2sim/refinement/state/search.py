@@ -5,7 +5,7 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 
 from asset2sim.engines.contacts import by_pair, penetration
-from asset2sim.models.refinement_prompt import Tried
+from asset2sim.models.refinement_prompt import RefusedProposal
 from asset2sim.refinement.state.bands import Band, Evaluator, Pose, objective
 from asset2sim.refinement.state.proposals import along, around, focus_joints, grid
 from schemas.features import JointFeatures
@@ -17,7 +17,7 @@ ROUNDS = 6
 """Rounds of line searches, each on the worst pair left; real objects rarely have more than three pairs."""
 BISECTIONS = 6
 """Bisections of the way back to the requested position: 10 % of a range becomes 0.2 %."""
-Ask = Callable[[Pose, float, tuple[ContactPair, ...], tuple[str, ...], tuple[Tried, ...]], Pose | None]
+Ask = Callable[[Pose, float, tuple[ContactPair, ...], tuple[str, ...], tuple[RefusedProposal, ...]], Pose | None]
 """Asks a model for a pose: (best pose, Φ, colliding pairs, focus joints, poses refused so far) → proposed pose within
 reach, or None."""
 
@@ -106,7 +106,7 @@ def refine_state(
     search = Search(joints, bands, evaluator, settings, seed, dict(requested), start)
     search.record("request", search.best, start, 1, True, "the requested state")
     search_focus(search)
-    start_elsewhere(search, alternatives)
+    try_alternative_starts(search, alternatives)
     if ask is not None:
         ask_model(search, ask, acceptable_m)
     return search.best, search.phi, tuple(search.trace)
@@ -114,7 +114,7 @@ def refine_state(
 
 def ask_model(search: Search, ask: Ask, acceptable_m: float) -> None:
     """Accept a model's poses while they lower Φ; the next question lists refused poses with their Φ."""
-    tried: list[Tried] = []
+    tried: list[RefusedProposal] = []
     for _ in range(search.settings.max_model_calls):
         if search.done or search.phi <= acceptable_m:
             break
@@ -127,7 +127,7 @@ def ask_model(search: Search, ask: Ask, acceptable_m: float) -> None:
             tried.clear()
             search_focus(search)
         else:
-            tried.append(Tried(proposed, search.evaluator.phi(proposed)))
+            tried.append(RefusedProposal(proposed, search.evaluator.phi(proposed)))
 
 
 def search_focus(search: Search) -> None:
@@ -149,10 +149,10 @@ def search_focus(search: Search) -> None:
         if not search.consider("grid", grid(search.best, focus, search.bands)):
             break
     if search.phi <= search.settings.target_phi_m:
-        bring_back(search)
+        return_to_request(search)
 
 
-def start_elsewhere(search: Search, alternatives: Pose) -> None:
+def try_alternative_starts(search: Search, alternatives: Pose) -> None:
     """Try the alternative start positions of colliding joints, where that lowers Φ at once."""
     tried: set[str] = set()
     while not search.done:
@@ -165,7 +165,7 @@ def start_elsewhere(search: Search, alternatives: Pose) -> None:
             return
 
 
-def bring_back(search: Search) -> None:
+def return_to_request(search: Search) -> None:
     """Move each joint back towards its requested position by bisection while Φ stays within its target."""
     for name, band in search.bands.items():
         near, far = band.requested, search.best[name]

@@ -4,7 +4,7 @@ import importlib
 from dataclasses import dataclass
 from pathlib import Path
 
-from asset2sim.models.gateway.refused_answers import LOG_FOLDER, Heard, keep_refused
+from asset2sim.models.gateway.refused_answers import LOG_FOLDER, LoggedAnswer, write_refused_answers
 from asset2sim.runs.isolation.messages import Ending, Outcome
 from asset2sim.runs.isolation.supervise import run_isolated
 from schemas.asset import AssetRecord, AssetRef
@@ -19,7 +19,7 @@ class StoppedError(Asset2SimError):
     """The run was stopped while this asset was in work; it has no record."""
 
 
-DEATHS = (Ending.DIED, Ending.TIMED_OUT, Ending.OUT_OF_MEMORY)
+RETRIED_ENDINGS = (Ending.DIED, Ending.TIMED_OUT, Ending.OUT_OF_MEMORY)
 """Endings worth a second attempt: the machine or another process may have caused them. Exceptions would recur."""
 
 MODES = {Ending.TIMED_OUT: FailureMode.TIMEOUT, Ending.DISK_FULL: FailureMode.DISK_FULL}
@@ -62,12 +62,12 @@ def attempt_in_child(
     ``owner`` is ``str(out)`` by default. A ``fresh`` child has refined nothing before.
     """
     calls: list[ModelCall] = []
-    heard: list[Heard] = []
+    heard: list[LoggedAnswer] = []
 
     def ask_and_keep(request: ModelRequest) -> ModelAnswer:
         answer = ask(request)
         calls.extend(answer.calls)
-        heard.append(Heard.of(request, answer))
+        heard.append(LoggedAnswer.of(request, answer))
         return answer
 
     outcome = run_isolated(
@@ -83,10 +83,10 @@ def attempt_in_child(
     if outcome.ending is Ending.STOPPED:
         raise StoppedError(f"asset {ref.asset_id} was stopped with the run")
     if outcome.ending is Ending.RETURNED and isinstance(outcome.value, AssetRecord):
-        keep_refused(out, ref.asset_id, heard, outcome.value.calls)
+        write_refused_answers(out, ref.asset_id, heard, outcome.value.calls)
         return Attempt(outcome.value, death_of_engine(outcome.value))
-    record = record_of_death(ref, out, settings, outcome, tuple(calls))
-    return Attempt(record, record.reason if outcome.ending in DEATHS else "")
+    record = record_of_dead_child(ref, out, settings, outcome, tuple(calls))
+    return Attempt(record, record.reason if outcome.ending in RETRIED_ENDINGS else "")
 
 
 def death_of_engine(record: AssetRecord) -> str:
@@ -105,7 +105,7 @@ def call_by_name(name: str, *args: object, **services: object) -> object:
     return getattr(importlib.import_module(module), function)(*args, **services)
 
 
-def record_of_death(
+def record_of_dead_child(
     ref: AssetRef, out: Path, settings: Settings, outcome: Outcome, calls: tuple[ModelCall, ...]
 ) -> AssetRecord:
     """The failed record of an asset whose process did not come back with one."""

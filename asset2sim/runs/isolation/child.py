@@ -11,10 +11,10 @@ from pathlib import Path
 from asset2sim.catalog.storage.disk import is_disk_full
 from asset2sim.runs.isolation import limits
 from asset2sim.runs.isolation.messages import Answer, Begun, Call, Raised, Returned, Work
-from asset2sim.runs.isolation.traces import Traces, is_as, traces
+from asset2sim.runs.isolation.traces import ProcessState, is_unchanged_since, traces
 from schemas.errors import Asset2SimError
 
-MOST_WORK = 50
+MAX_WORK_PER_CHILD = 50
 """Most pieces of work of one child, which bounds leaks that ``traces`` does not measure."""
 IDLE_LIMIT_S = 5.0
 """Time without work after which a child ends, s, so that nothing has to end the children when a run ends."""
@@ -26,24 +26,24 @@ class ServiceError(Asset2SimError):
 
 def child_main(pipe: Connection) -> None:
     """Do the work that comes over the pipe, until some of it leaves traces, none comes for ``IDLE_LIMIT_S``,
-    ``MOST_WORK`` is reached, or the parent is gone."""
+    ``MAX_WORK_PER_CHILD`` is reached, or the parent is gone."""
     limits.lead_own_group()
     limits.die_with_parent()
     limits.forbid_core_files()
     limits.adopt_orphans()
     before = traces()
-    for number in range(1, MOST_WORK + 1):
+    for number in range(1, MAX_WORK_PER_CHILD + 1):
         if not pipe.poll(IDLE_LIMIT_S):
             return
         try:
             work = pipe.recv()
         except EOFError:
             return
-        if not _do(pipe, work, before, number < MOST_WORK):
+        if not _do(pipe, work, before, number < MAX_WORK_PER_CHILD):
             return
 
 
-def _do(pipe: Connection, work: Work, before: Traces, may_do_more: bool) -> bool:
+def _do(pipe: Connection, work: Work, before: ProcessState, may_do_more: bool) -> bool:
     """Do one piece of work and send its result. Returns whether this process may be given more."""
     limits.log_to(Path(work.log_path))
     limits.limit_memory(work.memory_limit_mb)
@@ -51,7 +51,7 @@ def _do(pipe: Connection, work: Work, before: Traces, may_do_more: bool) -> bool
     last_word = _attempt(pipe, work)
     limits.close_log()
     if isinstance(last_word, Returned):
-        last_word = replace(last_word, clean=may_do_more and is_as(before))
+        last_word = replace(last_word, clean=may_do_more and is_unchanged_since(before))
     try:
         pipe.send(last_word)
     except (pickle.PicklingError, AttributeError, TypeError, MemoryError) as error:

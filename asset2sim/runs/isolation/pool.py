@@ -50,7 +50,7 @@ def begin(work: Work, *, fresh: bool) -> Child:
     return child
 
 
-def give_back(child: Child) -> None:
+def return_to_pool(child: Child) -> None:
     """Return a child that left no traces to the pool; it ends after ``child.IDLE_LIMIT_S`` without work."""
     with _lock:
         _idle.append(child)

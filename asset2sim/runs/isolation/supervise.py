@@ -11,7 +11,7 @@ from pathlib import Path
 
 from asset2sim.runs.isolation import stopping
 from asset2sim.runs.isolation.messages import Answer, Begun, Call, Ending, Outcome, Raised, Returned, Work
-from asset2sim.runs.isolation.pool import Child, begin, give_back
+from asset2sim.runs.isolation.pool import Child, begin, return_to_pool
 from asset2sim.runs.isolation.server import PROCESS_LOCK
 
 DUMP_WAIT_S = 0.1
@@ -51,7 +51,7 @@ def run_isolated(
     finally:
         if outcome is not None and outcome.clean and not stopping.was_stopped(child.pid):
             stopping.forget(child.pid)
-            give_back(child)
+            return_to_pool(child)
         else:
             stopping.kill_group(child.pid)
             _exit_code(child.process)

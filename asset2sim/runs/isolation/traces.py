@@ -7,12 +7,12 @@ from pathlib import Path
 
 from asset2sim.runs.isolation.limits import MEGABYTE, memory
 
-MOST_GROWTH_MB = 400.0
+MAX_GROWTH_MB = 400.0
 """Resident memory that work may leave behind, MB."""
 
 
 @dataclass(frozen=True)
-class Traces:
+class ProcessState:
     """State of a process. ``resident_mb``, ``open_files`` and ``threads`` are 0 where the system does
     not tell."""
 
@@ -24,10 +24,10 @@ class Traces:
     environment: frozenset[tuple[str, str]]
 
 
-def traces() -> Traces:
+def traces() -> ProcessState:
     """The present state of this process."""
     present = memory()
-    return Traces(
+    return ProcessState(
         0.0 if present is None else present[1] / MEGABYTE,
         _entries(Path("/proc/self/fd")),
         max(threading.active_count(), _entries(Path("/proc/self/task"))),
@@ -37,12 +37,12 @@ def traces() -> Traces:
     )
 
 
-def is_as(before: Traces) -> bool:
+def is_unchanged_since(before: ProcessState) -> bool:
     """Whether this process is as before: no more threads or open files, no children, the same folder and environment,
-    and at most ``MOST_GROWTH_MB`` more memory."""
+    and at most ``MAX_GROWTH_MB`` more memory."""
     now = traces()
     return (
-        now.resident_mb <= before.resident_mb + MOST_GROWTH_MB
+        now.resident_mb <= before.resident_mb + MAX_GROWTH_MB
         and now.open_files <= before.open_files
         and now.threads <= before.threads
         and not now.has_children

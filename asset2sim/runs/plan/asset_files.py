@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from asset2sim.assets.urdf.locate import find_mesh, find_urdf, outer_references
-from asset2sim.assets.urdf.mesh_files import companions_of
+from asset2sim.assets.urdf.mesh_files import material_files
 from schemas.errors import AssetError
 
 
@@ -63,7 +63,7 @@ def _outer(folder: Path) -> list[AssetFile]:
         mesh = find_mesh(reference, urdf.parent)
         if mesh is None or mesh.resolve().is_relative_to(folder.resolve()):
             continue
-        for path in (mesh, *companions_of(mesh)):
+        for path in (mesh, *material_files(mesh)):
             name = f"{reference} {path.name}"
             if (file := _file(name, str(path))) is not None:
                 found[name] = file

@@ -13,7 +13,7 @@ from schemas.asset import AssetRef
 from schemas.settings import EngineSettings, Settings
 from schemas.vocabulary import Engine
 
-NOT_RUN = (
+IRRELEVANT_SOURCES = (
     # The command line, the spreading of work, and reports.
     "asset2sim/cli",
     "asset2sim/runs/spread/harvest.py",
@@ -71,7 +71,7 @@ def counts(source: str) -> bool:
     """Whether the source at this path, relative to the checkout, may change an asset's result or its rows."""
     if source.startswith("asset2sim/catalog/"):
         return source.rpartition("/")[2] in ROWS
-    return not any(source == place or source.startswith(f"{place}/") for place in NOT_RUN)
+    return not any(source == place or source.startswith(f"{place}/") for place in IRRELEVANT_SOURCES)
 
 
 @functools.cache
@@ -99,7 +99,7 @@ def package_versions(settings: EngineSettings) -> dict[str, str]:
     return found
 
 
-IRRELEVANT: Mapping[str, set[str] | bool] = {
+IRRELEVANT_SETTINGS: Mapping[str, set[str] | bool] = {
     "run": True,
     # Picture size counts, since a model sees them; whether they are written is read from the folder.
     "views": {"write"},
@@ -121,7 +121,7 @@ def shared_hash(settings: Settings, pipeline: str) -> str:
     """SHA-256 over what all assets of a run depend on: settings, sources, packages and the pipeline's name."""
     material = [
         pipeline,
-        settings.model_dump_json(exclude=IRRELEVANT),
+        settings.model_dump_json(exclude=IRRELEVANT_SETTINGS),
         source_version(),
         package_versions(settings.engine),
     ]

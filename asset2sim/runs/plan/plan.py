@@ -6,24 +6,24 @@ from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 
-from asset2sim.catalog.read_columns import known_assets, known_runs
+from asset2sim.catalog.read_columns import recorded_assets, recorded_run_ids
 from asset2sim.checks.alignment.reference import Reference
 from asset2sim.runs.plan.content_hash import content_hash, shared_hash
 from asset2sim.runs.plan.records import KeptRecord, drop_record, keep_record, kept_records
-from asset2sim.runs.plan.state import content_of, forget_folders, note_folders, open_state, refined_folders
-from asset2sim.runs.remote.contents import contents_behind
+from asset2sim.runs.plan.state import folder_files_hash, forget_folders, note_folders, open_state, refined_folders
+from asset2sim.runs.remote.contents import remote_content_hashes
 from schemas.asset import AssetRecord, AssetRef, Unchanged
 from schemas.location import is_url, location_of
 from schemas.settings import Settings
 from schemas.vocabulary import RETRIED_MODES, FailureMode, Redo, Status
 
 
-def contents_of(state: sqlite3.Connection, refs: Sequence[AssetRef]) -> dict[str, str]:
+def asset_files_hashes(state: sqlite3.Connection, refs: Sequence[AssetRef]) -> dict[str, str]:
     """Asset path → hash of the asset's files: local files are read if they changed; behind a URL the hash is made from
     the store's listing."""
     urls = [ref.path for ref in refs if is_url(location_of(ref.path))]
-    found = contents_behind(state, urls) if urls else {}
-    return found | {ref.path: content_of(state, Path(ref.path)) for ref in refs if ref.path not in found}
+    found = remote_content_hashes(state, urls) if urls else {}
+    return found | {ref.path: folder_files_hash(state, Path(ref.path)) for ref in refs if ref.path not in found}
 
 
 @dataclass(frozen=True)
@@ -56,25 +56,25 @@ def make_plan(
     shared = shared_hash(settings, pipeline)
     lies = partial(_has_folder, out, settings) if there is None else there.__contains__
     with open_state(out) as state:
-        contents = contents_of(state, refs)
+        contents = asset_files_hashes(state, refs)
         hashes = {
             ref.asset_id: content_hash(ref, contents[ref.path], shared, references.get(ref.asset_id)) for ref in refs
         }
         state.commit()
-        left = settle_left(out, state)
+        left = unpublished_records(out, state)
         folders = refined_folders(state)
-        rows = known_assets(out, settings.method.value, settings.model.model)
+        rows = recorded_assets(out, settings.method.value, settings.model.model)
         todo: list[AssetRef] = []
         finished: list[AssetRecord] = []
         unchanged: list[Unchanged] = []
         for ref in refs:
             content, row, kept = hashes[ref.asset_id], rows.get(ref.asset_id), left.get(ref.asset_id)
-            if kept is not None and reusable(kept, ref, content, settings, lies):
+            if kept is not None and is_reusable(kept, ref, content, settings, lies):
                 finished.append(kept.record.model_copy(update={"ref": ref}))
             elif (
                 row is not None
                 and row.content_hash == content
-                and not wanted_again(row.status, row.failure_mode, settings.run.redo)
+                and not must_redo(row.status, row.failure_mode, settings.run.redo)
                 and (row.status is Status.FAILED or (folders.get(ref.asset_id) == content and lies(ref.asset_id)))
             ):
                 unchanged.append(Unchanged(asset_id=ref.asset_id, status=row.status, failure_mode=row.failure_mode))
@@ -97,9 +97,9 @@ def settle(out: Path, records: Sequence[AssetRecord]) -> None:
         drop_record(out, record.content_hash)
 
 
-def settle_left(out: Path, state: sqlite3.Connection) -> dict[str, KeptRecord]:
+def unpublished_records(out: Path, state: sqlite3.Connection) -> dict[str, KeptRecord]:
     """Asset id → record that a killed run left; those that it had published are noted and deleted instead."""
-    runs = known_runs(out)
+    runs = recorded_run_ids(out)
     left: dict[str, KeptRecord] = {}
     for kept in kept_records(out):
         if kept.run_id in runs:
@@ -110,14 +110,14 @@ def settle_left(out: Path, state: sqlite3.Connection) -> dict[str, KeptRecord]:
     return left
 
 
-def wanted_again(status: Status, mode: FailureMode, redo: Redo) -> bool:
+def must_redo(status: Status, mode: FailureMode, redo: Redo) -> bool:
     """Whether an unchanged asset that ended like this is to be refined again."""
     if redo is Redo.ALL:
         return True
     return status is Status.FAILED and (redo is Redo.FAILED or mode in RETRIED_MODES)
 
 
-def reusable(kept: KeptRecord, ref: AssetRef, content: str, settings: Settings, lies: Callable[[str], bool]) -> bool:
+def is_reusable(kept: KeptRecord, ref: AssetRef, content: str, settings: Settings, lies: Callable[[str], bool]) -> bool:
     """Whether a killed run's record can be used: it has this content hash and a refined folder (``lies``), awaits no
     second attempt, and was made under the same ``redo`` setting or is not to be redone under this one."""
     record = kept.record
@@ -127,7 +127,7 @@ def reusable(kept: KeptRecord, ref: AssetRef, content: str, settings: Settings, 
         return False
     if kept.redo is settings.run.redo:
         return True
-    return not wanted_again(record.status, record.failure_mode, settings.run.redo)
+    return not must_redo(record.status, record.failure_mode, settings.run.redo)
 
 
 def _has_folder(out: Path, settings: Settings, asset_id: str) -> bool:

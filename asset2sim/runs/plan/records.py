@@ -114,7 +114,7 @@ def await_record(out: Path, content_hash: str, run_id: str, attempt: int) -> Kep
         if time.monotonic() > end:
             return None
         time.sleep(VISIBLE_POLL_S)
-        _look_again(out / FOLDER)
+        _refresh_listing(out / FOLDER)
 
 
 def kept_records(out: Path) -> Iterator[KeptRecord]:
@@ -135,7 +135,7 @@ def drop_record(out: Path, content_hash: str) -> None:
         record_file(out, content_hash).unlink(missing_ok=True)
 
 
-def _look_again(folder: Path) -> None:
+def _refresh_listing(folder: Path) -> None:
     """Make a network file system refresh a folder's listing: opening the folder does, looking for a file may not."""
     with contextlib.suppress(OSError):
         os.close(os.open(folder, os.O_RDONLY))
@@ -154,7 +154,7 @@ def paid_calls(out: Path, content_hash: str) -> tuple[ModelCall, ...]:
         return ()
 
 
-def keeping_calls(out: Path, content_hash: str) -> Callable[[Iterable[ModelCall]], None]:
+def call_writer(out: Path, content_hash: str) -> Callable[[Iterable[ModelCall]], None]:
     """A function that writes model calls to disk as they are made; on a full disk it writes none, and goes on."""
 
     def keep(calls: Iterable[ModelCall]) -> None:
@@ -170,7 +170,7 @@ def keeping_calls(out: Path, content_hash: str) -> Callable[[Iterable[ModelCall]
     return keep
 
 
-def drop_calls(out: Path, content_hash: str) -> None:
+def delete_paid_calls(out: Path, content_hash: str) -> None:
     """Delete the kept calls, once a record holds them."""
     with contextlib.suppress(OSError):
         _file(out, content_hash).unlink(missing_ok=True)

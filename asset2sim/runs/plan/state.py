@@ -44,7 +44,7 @@ def open_state(out: Path) -> Iterator[sqlite3.Connection]:
         connection.close()
 
 
-def content_of(state: sqlite3.Connection, folder: Path) -> str:
+def folder_files_hash(state: sqlite3.Connection, folder: Path) -> str:
     """SHA-256 over names and contents of an asset's files; a file is read only if it changed since the last time."""
     files = asset_files(folder)
     known = _known(state, str(folder))

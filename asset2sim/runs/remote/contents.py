@@ -10,7 +10,7 @@ from functools import partial
 from pathlib import PurePosixPath
 
 from asset2sim.assets.urdf.locate import PARENTS_SEARCHED, mesh_candidates, outer_references
-from asset2sim.catalog.storage.listing import Listing, covers, kept_listing, listing_of, look_below, objects_below
+from asset2sim.catalog.storage.listing import Listing, cached_listing, covers, fetch_listing, listing_of, objects_below
 from asset2sim.catalog.storage.objects import Stored, StoreError, key_of, list_objects, object_info, read_objects
 
 LOOKS = (".mtl", ".bmp", ".gif", ".jpeg", ".jpg", ".png", ".tga", ".tif", ".tiff")
@@ -25,7 +25,7 @@ def visible(objects: Mapping[str, Stored]) -> dict[str, Stored]:
     return {name: stored for name, stored in objects.items() if not any(p.startswith(".") for p in name.split("/"))}
 
 
-def urdf_among(names: Mapping[str, Stored]) -> str | None:
+def choose_urdf_name(names: Mapping[str, Stored]) -> str | None:
     """The URDF among an asset's objects, as ``find_urdf`` chooses; None where that would fail."""
     if "mobility.urdf" in names:
         return "mobility.urdf"
@@ -84,7 +84,7 @@ CREATE TABLE IF NOT EXISTS urdfs (url TEXT PRIMARY KEY, version TEXT, outer_refe
 """
 
 
-def contents_behind(state: sqlite3.Connection, folders: Sequence[str]) -> dict[str, str]:
+def remote_content_hashes(state: sqlite3.Connection, folders: Sequence[str]) -> dict[str, str]:
     """Folder's URL → SHA-256 over the names, sizes and versions of its asset's objects.
 
     ``state`` remembers what a URDF of one version refers to outside its folder, so each is read once. Raises StoreError
@@ -94,13 +94,13 @@ def contents_behind(state: sqlite3.Connection, folders: Sequence[str]) -> dict[s
     found: dict[str, str] = {}
     for group in _groups(folders):
         whole = _whole(group)
-        listings = {url: whole if whole is not None else look_below(url) for url in group}
+        listings = {url: whole if whole is not None else fetch_listing(url) for url in group}
         inner = {url: visible(objects_below(listings[url], url)) for url in group}
-        urdfs = {f"{url}/{name}": inner[url][name].version for url in group if (name := urdf_among(inner[url]))}
+        urdfs = {f"{url}/{name}": inner[url][name].version for url in group if (name := choose_urdf_name(inner[url]))}
         references = _references(state, urdfs)
         for url in group:
             objects = dict(inner[url])
-            name = urdf_among(inner[url])
+            name = choose_urdf_name(inner[url])
             outer = references.get(f"{url}/{name}", []) if name else []
             if name and outer:
                 objects |= outer_objects(
@@ -128,7 +128,7 @@ def _groups(folders: Sequence[str]) -> list[list[str]]:
 def _whole(urls: Sequence[str]) -> Listing | None:
     """One listing that covers all of these URLs; None where that would list a whole bucket for a few folders."""
     root = _root(urls)
-    return listing_of(root) if "/" in key_of(root) else kept_listing(root)
+    return listing_of(root) if "/" in key_of(root) else cached_listing(root)
 
 
 def _root(urls: Sequence[str]) -> str:

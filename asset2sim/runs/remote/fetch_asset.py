@@ -18,19 +18,19 @@ from asset2sim.catalog.storage.objects import (
     remove_objects,
     scheme_of,
     send_objects,
-    usage_error,
+    store_usage_error,
 )
 from asset2sim.checks.alignment.reference import FILE as REFERENCE
 from asset2sim.models.gateway.refused_answers import answers_file
 from asset2sim.runs.isolation.attempt import Attempt, failed_record, first_log_file, log_file
-from asset2sim.runs.remote.contents import outer_objects, urdf_among, visible
+from asset2sim.runs.remote.contents import choose_urdf_name, outer_objects, visible
 from schemas.asset import AssetRecord, AssetRef
 from schemas.location import is_url, location_of
 from schemas.settings import Settings
 from schemas.vocabulary import FailureMode, Method
 
 
-def local_place(url: str) -> Path:
+def local_copy_path(url: str) -> Path:
     """Path of the local copy of a URL; relative paths between objects stay the same."""
     return data_root() / scheme_of(url) / key_of(url)
 
@@ -42,9 +42,9 @@ def fetch_asset(folder: str, method: Method) -> Path:
     """
     inner = visible(list_objects(folder))
     bring({f"{folder}/{name}": stored for name, stored in inner.items()})
-    place = local_place(folder)
+    place = local_copy_path(folder)
     _remove_others(place, inner)
-    urdf = urdf_among(inner)
+    urdf = choose_urdf_name(inner)
     if urdf is not None:
         references = outer_references((place / urdf).read_text(encoding="utf-8", errors="replace"))
         bring(outer_objects(folder, inner, urdf, references, object_info, list_objects))
@@ -57,10 +57,10 @@ def fetch_file(url: str) -> Path:
     """Path of the up-to-date local copy of one object; without an object there is no file at that path."""
     stored = object_info(url)
     if stored is None:
-        local_place(url).unlink(missing_ok=True)
+        local_copy_path(url).unlink(missing_ok=True)
     else:
         bring({url: stored})
-    return local_place(url)
+    return local_copy_path(url)
 
 
 def local_file(place: Path | str) -> Path:
@@ -70,7 +70,7 @@ def local_file(place: Path | str) -> Path:
     try:
         return fetch_file(place)
     except StoreError as error:
-        raise usage_error(error) from error
+        raise store_usage_error(error) from error
 
 
 def bring(objects: dict[str, Stored]) -> None:
@@ -103,7 +103,9 @@ def _remove_others(place: Path, names: Iterable[str]) -> None:
         place.rmdir()
 
 
-def with_files(ref: AssetRef, out: Path | str, settings: Settings, work: Callable[[AssetRef], Attempt]) -> Attempt:
+def run_with_local_files(
+    ref: AssetRef, out: Path | str, settings: Settings, work: Callable[[AssetRef], Attempt]
+) -> Attempt:
     """Run ``work`` on a local copy of an asset, and upload its folder and logs to OUT's URL.
 
     An object that is missing or refused fails the asset as ``unreadable_asset``; a store that does not answer fails it
@@ -117,7 +119,7 @@ def with_files(ref: AssetRef, out: Path | str, settings: Settings, work: Callabl
     except StoreError as error:
         return Attempt(failed_record(ref, settings, _mode_of(error), str(error)))
     attempt = work(local)
-    record = in_urls(attempt.record, ref, out)
+    record = without_local_paths(attempt.record, ref, out)
     if is_url(out):
         try:
             send_asset(out, ref.asset_id)
@@ -142,7 +144,7 @@ def send_asset(out: str, asset_id: str) -> None:
     remove_objects([url for url, log in logs.items() if not log.is_file()])
 
 
-def in_urls(record: AssetRecord, ref: AssetRef, out: Path | str) -> AssetRecord:
+def without_local_paths(record: AssetRecord, ref: AssetRef, out: Path | str) -> AssetRecord:
     """The record with the user's URLs in place of local paths, in its asset reference, reason and findings."""
     places = {}
     if is_url(out):

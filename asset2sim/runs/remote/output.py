@@ -24,18 +24,18 @@ from datetime import datetime
 from pathlib import Path
 
 from asset2sim.catalog.compact import MERGED, compact_history
-from asset2sim.catalog.read_remote import mend_history
+from asset2sim.catalog.read_remote import repair_history
 from asset2sim.catalog.storage.cache import working_folder
 from asset2sim.catalog.storage.lock import lock_output
 from asset2sim.catalog.storage.lock_url import lock_url
-from asset2sim.catalog.storage.mirror import COMING, fetch, local_names, look, pull, push
+from asset2sim.catalog.storage.mirror import INCOMING_PREFIX, fetch, local_names, look, pull, push
 from asset2sim.catalog.storage.objects import (
     StoreError,
     list_objects,
     object_info,
     remove_objects,
     send_objects,
-    usage_error,
+    store_usage_error,
 )
 from asset2sim.catalog.switch import CATALOG, OLD, READY, STAGING
 from asset2sim.runs.plan.plan import Plan
@@ -49,7 +49,7 @@ TABLES = f"{CATALOG}/"
 RUNS = f"{CATALOG}/runs.parquet"
 HISTORY = "history/"
 REPORTS = "reports/"
-HELD = ".held"
+LOCK_TOKEN_FILE = ".held"
 """File in the local folder with the token of the lock that its last run took in the store."""
 SHARED = (TABLES, HISTORY, REPORTS, f"{RECORDS}/", STATE)
 """State of earlier runs that a run downloads. Refined folders and logs are only uploaded; caches, budgets and MLflow's
@@ -79,11 +79,11 @@ def open_output(out: Path | str) -> Iterator[Output]:
         with lock_output(folder):
             yield Output(out, folder)
         return
-    with _lock_folder(out, folder), lock_url(out, folder / HELD) as check:
-        for left in (STAGING, READY, OLD, *(path.name for path in folder.glob(f"{COMING}*"))):
+    with _lock_folder(out, folder), lock_url(out, folder / LOCK_TOKEN_FILE) as check:
+        for left in (STAGING, READY, OLD, *(path.name for path in folder.glob(f"{INCOMING_PREFIX}*"))):
             shutil.rmtree(folder / left, ignore_errors=True)
         pull(out, folder, SHARED)
-        mend_history(folder)
+        repair_history(folder)
         yield Output(out, folder, check)
 
 
@@ -102,10 +102,10 @@ def check_store(out: str) -> None:
     try:
         list_objects(f"{out}/{CATALOG}")
     except StoreError as error:
-        raise usage_error(error) from error
+        raise store_usage_error(error) from error
 
 
-def folders_there(output: Output, *, views: bool) -> frozenset[str] | None:
+def stored_asset_ids(output: Output, *, views: bool) -> frozenset[str] | None:
     """Ids of the assets whose refined folder, with pictures if ``views``, is in the store; None for a local output,
     where the caller looks for the folders itself."""
     if output.url is None:

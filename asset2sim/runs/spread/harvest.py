@@ -7,7 +7,14 @@ from pathlib import Path
 
 from asset2sim.catalog.storage.objects import StoreError
 from asset2sim.runs.isolation.attempt import failed_record
-from asset2sim.runs.plan.records import KeptRecord, await_record, drop_calls, keep_record, paid_calls, read_record
+from asset2sim.runs.plan.records import (
+    KeptRecord,
+    await_record,
+    delete_paid_calls,
+    keep_record,
+    paid_calls,
+    read_record,
+)
 from asset2sim.runs.remote.output import fetch_record
 from asset2sim.runs.spread.job import Done, FirstAttempt, Job
 from asset2sim.runs.spread.spread import Lost
@@ -22,7 +29,7 @@ NOT_TRIED_AGAIN = "not_tried_again"
 """Code of the finding on an asset whose attempt died and that the limit on second attempts left out."""
 
 
-def second_jobs(
+def second_attempt_jobs(
     jobs: Mapping[str, Job], dead: Mapping[str, FirstAttempt], has_record: Callable[[str], bool], most: int
 ) -> Iterator[Job]:
     """At most ``most`` second attempts at ``dead`` assets: those without a record first, else in ``dead``'s order."""
@@ -31,7 +38,7 @@ def second_jobs(
         yield Job(jobs[asset_id].ref, jobs[asset_id].content_hash, dead[asset_id])
 
 
-def with_first(record: AssetRecord, first: FirstAttempt | None, died: str) -> AssetRecord:
+def with_first_attempt(record: AssetRecord, first: FirstAttempt | None, died: str) -> AssetRecord:
     """The second attempt's record with the first one's calls and cause of death; ``died``: how the second died."""
     if first is None:
         return record
@@ -105,7 +112,7 @@ def take(harvest: Harvest, job: Job, end: Done | Lost) -> AssetRecord | None:
     return _take_kept(harvest, found)
 
 
-def pick_up(harvest: Harvest, job: Job) -> AssetRecord | None:
+def collect_unreported(harvest: Harvest, job: Job) -> AssetRecord | None:
     """Collect the record of a job whose end was not reported. Returns it if it is the last attempt's, else None."""
     if job.ref.asset_id in harvest.records and job.ref.asset_id not in harvest.dead:
         return None
@@ -116,7 +123,7 @@ def pick_up(harvest: Harvest, job: Job) -> AssetRecord | None:
     return _take_kept(harvest, kept)
 
 
-def give_up(harvest: Harvest, job: Job) -> AssetRecord:
+def finish_without_retry(harvest: Harvest, job: Job) -> AssetRecord:
     """The record of a dead asset that the limit on second attempts left out."""
     first = harvest.dead.pop(job.ref.asset_id)
     record = harvest.records.get(job.ref.asset_id) or _failed(harvest, job, first.died)
@@ -146,7 +153,7 @@ def _take_lost(harvest: Harvest, job: Job, reason: str) -> AssetRecord | None:
     if job.first is None:
         harvest.dead[job.ref.asset_id] = FirstAttempt(died)
         return None
-    record = with_first(_failed(harvest, job, died), job.first, died)
+    record = with_first_attempt(_failed(harvest, job, died), job.first, died)
     return _take_kept(harvest, _keep(harvest, job, record, died))
 
 
@@ -161,5 +168,5 @@ def _keep(harvest: Harvest, job: Job, record: AssetRecord, died: str) -> KeptRec
         run_id=harvest.run_id, redo=harvest.settings.run.redo, record=record, attempt=job.attempt, died=died
     )
     keep_record(harvest.out, kept)
-    drop_calls(harvest.out, job.content_hash)
+    delete_paid_calls(harvest.out, job.content_hash)
     return kept

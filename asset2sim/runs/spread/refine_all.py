@@ -11,7 +11,7 @@ from pathlib import Path
 from distributed import Client, wait
 
 from asset2sim.models.gateway.lite import load_litellm
-from asset2sim.runs.interrupt import terminated_as_interrupted
+from asset2sim.runs.interrupt import sigterm_as_interrupt
 from asset2sim.runs.isolation import accept_children, stop_children
 from asset2sim.runs.isolation.server import warm_up
 from asset2sim.runs.plan.plan import Plan
@@ -19,7 +19,14 @@ from asset2sim.runs.plan.records import drop_record
 from asset2sim.runs.result import INTERRUPTED
 from asset2sim.runs.spread.cluster import concurrency, open_client
 from asset2sim.runs.spread.existing_cluster import RETURN_LIMIT_S
-from asset2sim.runs.spread.harvest import Harvest, give_up, is_open, pick_up, second_jobs, take
+from asset2sim.runs.spread.harvest import (
+    Harvest,
+    collect_unreported,
+    finish_without_retry,
+    is_open,
+    second_attempt_jobs,
+    take,
+)
 from asset2sim.runs.spread.job import Done, Job, job_of, last_seconds, longest_first
 from asset2sim.runs.spread.progress import Report, progress
 from asset2sim.runs.spread.spread import IN_FLIGHT_PER_THREAD, InFlight, Lost, LostClusterError, Work, spread
@@ -28,7 +35,7 @@ from schemas.asset import AssetRecord, AssetRef, Unchanged
 from schemas.errors import UsageError
 from schemas.settings import Settings
 
-QUIET_S = 1.0
+FINISH_LIMIT_S = 1.0
 """After an interruption, time that workers get to write their records once their children are killed, s."""
 
 logger = logging.getLogger(__name__)
@@ -70,7 +77,7 @@ def refine_all(
     warm_up()
     if settings.run.scheduler is None:
         threading.Thread(target=load_litellm, daemon=True).start()
-    with terminated_as_interrupted(), progress(len(jobs)) as report:
+    with sigterm_as_interrupt(), progress(len(jobs)) as report:
         work = partial(refine_on_worker, out=harvest.place, settings=settings, pipeline=pipeline, run_id=run_id)
         stopped = _refine(jobs, work, harvest, report)
     if hashes is None:
@@ -87,7 +94,7 @@ def _refine(jobs: Mapping[str, Job], work: Work, harvest: Harvest, report: Repor
             with open_client(run, harvest.place, patience_s) as client:
                 if lost is not None:
                     logger.warning("the Dask scheduler at %s is back", run.scheduler)
-                    _pick_up(jobs.values(), harvest, report)
+                    _collect_unreported(jobs.values(), harvest, report)
                 return _refine_on(client, jobs, work, harvest, report)
         except LostClusterError as error:
             lost, patience_s = str(error), RETURN_LIMIT_S
@@ -96,7 +103,7 @@ def _refine(jobs: Mapping[str, Job], work: Work, harvest: Harvest, report: Repor
             # Nothing has begun where the first attempt to join fails.
             if lost is None:
                 raise
-            _pick_up(jobs.values(), harvest, report)
+            _collect_unreported(jobs.values(), harvest, report)
             return lost
         except KeyboardInterrupt:
             # Ctrl-C between two clusters: no child is running.
@@ -112,7 +119,7 @@ def _refine_on(client: Client, jobs: Mapping[str, Job], work: Work, harvest: Har
     except KeyboardInterrupt:
         _stop(client, harvest.place, harvest.settings)
         _let_finish(in_flight)
-        _pick_up(in_flight.values(), harvest, report)
+        _collect_unreported(in_flight.values(), harvest, report)
         return INTERRUPTED
     finally:
         if in_flight and client.status == "running":
@@ -130,24 +137,24 @@ def _do(
     still_open = (job for job in jobs.values() if is_open(harvest, job))
     spread(client, still_open, work, IN_FLIGHT_PER_THREAD * concurrency(client), in_flight, bring_in)
     most = harvest.settings.run.retries_alone - harvest.tried_again
-    for job in list(second_jobs(jobs, harvest.dead, harvest.records.__contains__, most)):
+    for job in list(second_attempt_jobs(jobs, harvest.dead, harvest.records.__contains__, most)):
         harvest.tried_again += 1
         spread(client, [job], work, 1, in_flight, bring_in)
     for asset_id in list(harvest.dead):
-        report(give_up(harvest, jobs[asset_id]))
+        report(finish_without_retry(harvest, jobs[asset_id]))
 
 
-def _pick_up(jobs: Iterable[Job], harvest: Harvest, report: Report) -> None:
+def _collect_unreported(jobs: Iterable[Job], harvest: Harvest, report: Report) -> None:
     """Collect the records of these jobs that workers have written but could not report."""
     for job in jobs:
-        record = pick_up(harvest, job)
+        record = collect_unreported(harvest, job)
         if record is not None:
             report(record)
 
 
 def _let_finish(in_flight: InFlight) -> None:
     try:
-        wait(list(in_flight), timeout=QUIET_S)
+        wait(list(in_flight), timeout=FINISH_LIMIT_S)
     except (OSError, TimeoutError):
         return
 

@@ -14,7 +14,7 @@ from schemas.errors import Asset2SimError, UsageError
 IN_FLIGHT_PER_THREAD = 2
 """Futures per worker thread: one at work, and one waiting so that no worker waits for the client."""
 
-GONE = "scheduler-connection-lost"
+SCHEDULER_LOST = "scheduler-connection-lost"
 """Dask's reason on futures that it cancels because the scheduler was lost, even if it is back by now."""
 
 Work = Callable[[Job], Done]
@@ -76,7 +76,7 @@ def _collect(client: Client, future: Future[Done]) -> Done | Lost:
     except UsageError:
         raise
     except Exception as error:  # whatever Dask says of a lost worker: KilledWorker, CancelledError, CommClosedError, …
-        if client.status != "running" or (isinstance(error, FutureCancelledError) and error.reason == GONE):
+        if client.status != "running" or (isinstance(error, FutureCancelledError) and error.reason == SCHEDULER_LOST):
             raise LostClusterError("the Dask scheduler went away; what had finished is kept") from error
         future.release()
         return Lost(f"{type(error).__name__}: {error}".splitlines()[0])

@@ -11,13 +11,20 @@ from pathlib import Path
 from asset2sim.catalog.storage.cache import working_folder
 from asset2sim.catalog.storage.objects import StoreError
 from asset2sim.models.gateway.ask import ask
-from asset2sim.models.gateway.session import Books, open_books
+from asset2sim.models.gateway.session import GatewaySession, open_gateway_session
 from asset2sim.runs.isolation.attempt import Attempt, attempt_in_child, first_log_file, log_file
 from asset2sim.runs.isolation.stopping import is_stopped
-from asset2sim.runs.plan.records import KeptRecord, drop_calls, keeping_calls, paid_calls, read_record, write_record
-from asset2sim.runs.remote.fetch_asset import with_files
+from asset2sim.runs.plan.records import (
+    KeptRecord,
+    call_writer,
+    delete_paid_calls,
+    paid_calls,
+    read_record,
+    write_record,
+)
+from asset2sim.runs.remote.fetch_asset import run_with_local_files
 from asset2sim.runs.remote.output import send_record
-from asset2sim.runs.spread.harvest import with_first
+from asset2sim.runs.spread.harvest import with_first_attempt
 from asset2sim.runs.spread.job import Done, Job
 from schemas.asset import AssetRef
 from schemas.request import ModelAnswer, ModelCall, ModelRequest
@@ -45,7 +52,7 @@ def attempt_asset(
     passed to ``made``. A ``fresh`` child has refined nothing before."""
     folder, owner = working_folder(out), str(out)
     stopped = partial(is_stopped, owner)
-    books = open_books(folder, run_id or uuid.uuid4().hex, ref.asset_id, settings.model, stopped)
+    books = open_gateway_session(folder, run_id or uuid.uuid4().hex, ref.asset_id, settings.model, stopped)
 
     def ask_and_tell(request: ModelRequest) -> ModelAnswer:
         answer = ask_for_asset(request, settings, books)
@@ -55,15 +62,15 @@ def attempt_asset(
     def attempt(local: AssetRef) -> Attempt:
         return attempt_in_child(pipeline, local, folder, settings, ask_and_tell, owner, fresh)
 
-    return with_files(ref, out, settings, attempt)
+    return run_with_local_files(ref, out, settings, attempt)
 
 
-def ask_for_asset(request: ModelRequest, settings: Settings, books: Books) -> ModelAnswer:
+def ask_for_asset(request: ModelRequest, settings: Settings, books: GatewaySession) -> ModelAnswer:
     """The answer to one model request of an asset, asked with the settings of its purpose."""
-    return ask(request, asked_with(settings, request.purpose), books)
+    return ask(request, ask_settings(settings, request.purpose), books)
 
 
-def asked_with(settings: Settings, purpose: str) -> ModelSettings:
+def ask_settings(settings: Settings, purpose: str) -> ModelSettings:
     """Model settings of a purpose: IVW repeats one question to measure the spread, so it has a temperature."""
     if purpose == Method.IVW:
         return settings.model.model_copy(update={"temperature": settings.methods.ivw_temperature})
@@ -89,16 +96,16 @@ def refine_on_worker(
         return Done(job.ref.asset_id, before.record.status, before.died)
     _keep_first_log(folder, job)
     lost = paid_calls(folder, job.content_hash)
-    keep = keeping_calls(folder, job.content_hash)
+    keep = call_writer(folder, job.content_hash)
     attempt = attempt_asset(job.ref, out, settings, pipeline, run_id, keep, fresh=job.first is not None)
-    record = with_first(attempt.record, job.first, attempt.died)
+    record = with_first_attempt(attempt.record, job.first, attempt.died)
     record = record.model_copy(update={"content_hash": job.content_hash, "calls": (*lost, *record.calls)})
     done = Done(job.ref.asset_id, record.status, attempt.died)
     kept = KeptRecord(run_id=run_id, redo=settings.run.redo, record=record, attempt=job.attempt, died=attempt.died)
     try:
         write_record(folder, kept)
         send_record(out, job.content_hash)
-        drop_calls(folder, job.content_hash)
+        delete_paid_calls(folder, job.content_hash)
     except (OSError, StoreError) as error:
         logger.warning("cannot keep what has finished in %s (%s)", out, error)
         return replace(done, record=record)

@@ -17,8 +17,8 @@ from asset2sim.assets.urdf.read import Dynamics, read_dynamics
 from asset2sim.physics.arrays import Array
 from asset2sim.physics.inertia import tensor_of
 from asset2sim.studies.defects.document import collision_files, named, numbers, part
-from asset2sim.studies.defects.planted import Kept, Target
-from asset2sim.validation.passage import check_passages
+from asset2sim.studies.defects.planted import RefinedAsset, Target
+from asset2sim.validation.passage import find_blocked_joints
 from schemas.overlay import JointPhysics
 from schemas.settings import PhysicsSettings
 
@@ -30,18 +30,18 @@ FILLED_FACTOR = 2.0
 """Volume of the collision meshes over the clean ones' from which their inside still counts as filled."""
 OVERLAP_M = 2e-3
 """Overlap of two links that contact margins can cause, m."""
-LEAST_RATIO = 0.3
+MIN_DAMPING_RATIO = 0.3
 """Least damping ratio of a spring that comes to rest soon."""
 STICKS_FACTOR = 20.0
 """Friction over the clean one's from which a joint still sticks."""
 
 
-def robot_of(kept: Kept) -> Element:
+def robot_of(kept: RefinedAsset) -> Element:
     """The root element of the written URDF."""
     return etree.parse(str(find_urdf(kept.folder))).getroot()
 
 
-def joint_of(kept: Kept, at: Target) -> JointPhysics:
+def joint_of(kept: RefinedAsset, at: Target) -> JointPhysics:
     """The target joint in the record; KeyError if it is not movable there."""
     overlay = kept.record.overlay
     for joint in () if overlay is None else overlay.joints:
@@ -50,12 +50,12 @@ def joint_of(kept: Kept, at: Target) -> JointPhysics:
     raise KeyError(f"joint '{at.joint}' is not movable")
 
 
-def terms_of(kept: Kept, at: Target) -> Dynamics:
+def terms_of(kept: RefinedAsset, at: Target) -> Dynamics:
     """The target joint's dynamics as written."""
     return read_dynamics(find_urdf(kept.folder))[at.joint]
 
 
-def inertial_of(kept: Kept, at: Target) -> tuple[float, Array, Array]:
+def inertial_of(kept: RefinedAsset, at: Target) -> tuple[float, Array, Array]:
     """The target link's mass (kg), (3,) centre and (3, 3) inertia as written."""
     inertial = part(named(robot_of(kept), "link", at.link), "inertial")
     inertia = part(inertial, "inertia")
@@ -64,7 +64,7 @@ def inertial_of(kept: Kept, at: Target) -> tuple[float, Array, Array]:
     return mass, numbers(part(inertial, "origin"), "xyz"), tensor_of((six[0], six[1], six[2], six[3], six[4], six[5]))
 
 
-def mass_left(clean: Kept, mended: Kept, at: Target) -> str:
+def mass_left(clean: RefinedAsset, mended: RefinedAsset, at: Target) -> str:
     """Reason if the mass or the inertia is far from the clean one, or the inertia is not physical."""
     (good, _, tensor), (found, _, inertia) = inertial_of(clean, at), inertial_of(mended, at)
     if not 1.0 / MASS_FACTOR <= found / good <= MASS_FACTOR:
@@ -78,7 +78,7 @@ def mass_left(clean: Kept, mended: Kept, at: Target) -> str:
     return ""
 
 
-def centre_left(clean: Kept, mended: Kept, at: Target) -> str:
+def centre_left(clean: RefinedAsset, mended: RefinedAsset, at: Target) -> str:
     """Reason if the centre of mass is away from the clean one, or the mass is wrong."""
     low, high = collision_box(clean, at.link)
     away = float(np.linalg.norm(inertial_of(mended, at)[1] - inertial_of(clean, at)[1]))
@@ -87,7 +87,7 @@ def centre_left(clean: Kept, mended: Kept, at: Target) -> str:
     return mass_left(clean, mended, at)
 
 
-def damping_left(clean: Kept, mended: Kept, at: Target) -> str:
+def damping_left(clean: RefinedAsset, mended: RefinedAsset, at: Target) -> str:
     """Reason if the damping is negative, or above the stability limit at the coarse time step."""
     settings, joint, found = PhysicsSettings(), joint_of(mended, at), terms_of(mended, at).damping
     share = found * settings.coarse_timestep_s / joint.effective_inertia
@@ -96,7 +96,7 @@ def damping_left(clean: Kept, mended: Kept, at: Target) -> str:
     return ""
 
 
-def spring_left(clean: Kept, mended: Kept, at: Target) -> str:
+def spring_left(clean: RefinedAsset, mended: RefinedAsset, at: Target) -> str:
     """Reason if the spring is unstable at the coarse time step, or underdamped."""
     settings, joint, found = PhysicsSettings(), joint_of(mended, at), terms_of(mended, at)
     share = found.stiffness * settings.coarse_timestep_s**2 / joint.effective_inertia
@@ -104,12 +104,12 @@ def spring_left(clean: Kept, mended: Kept, at: Target) -> str:
         return f"stiffness of '{at.joint}' is {found.stiffness:.3g}, {share:.3g} of what it moves per step"
     if found.stiffness > 0.0:
         ratio = found.damping / (2.0 * np.sqrt(found.stiffness * joint.effective_inertia))
-        if ratio < LEAST_RATIO:
+        if ratio < MIN_DAMPING_RATIO:
             return f"the spring of '{at.joint}' has a damping ratio of {ratio:.3g}"
     return damping_left(clean, mended, at)
 
 
-def friction_left(clean: Kept, mended: Kept, at: Target) -> str:
+def friction_left(clean: RefinedAsset, mended: RefinedAsset, at: Target) -> str:
     """Reason if the friction is negative or far above the clean one, or the joint is stuck in an engine."""
     good, found = terms_of(clean, at).friction, terms_of(mended, at).friction
     if not 0.0 <= found <= STICKS_FACTOR * good:
@@ -121,13 +121,13 @@ def friction_left(clean: Kept, mended: Kept, at: Target) -> str:
     return ""
 
 
-def effort_left(clean: Kept, mended: Kept, at: Target) -> str:
+def effort_left(clean: RefinedAsset, mended: RefinedAsset, at: Target) -> str:
     """Reason if the effort limit is zero or negative."""
     effort = float(part(named(robot_of(mended), "joint", at.joint), "limit").get("effort", "0"))
     return "" if effort > 0.0 else f"'{at.joint}' has an effort limit of {effort:g}"
 
 
-def axis_left(clean: Kept, mended: Kept, at: Target) -> str:
+def axis_left(clean: RefinedAsset, mended: RefinedAsset, at: Target) -> str:
     """Reason if the axis is not of unit length, or does not point along the clean one."""
     good, found = (numbers(part(named(robot_of(kept), "joint", at.joint), "axis"), "xyz") for kept in (clean, mended))
     if abs(float(np.linalg.norm(found)) - 1.0) > 1e-3:
@@ -137,7 +137,7 @@ def axis_left(clean: Kept, mended: Kept, at: Target) -> str:
     return ""
 
 
-def limits_left(clean: Kept, mended: Kept, at: Target) -> str:
+def limits_left(clean: RefinedAsset, mended: RefinedAsset, at: Target) -> str:
     """Reason if the limits are missing, not in order, or not near the clean ones."""
     (low, high), (lower, upper) = (limits_of(kept, at) for kept in (clean, mended))
     if lower is None or upper is None or low is None or high is None:
@@ -148,7 +148,7 @@ def limits_left(clean: Kept, mended: Kept, at: Target) -> str:
     return ""
 
 
-def passage_left(clean: Kept, mended: Kept, at: Target) -> str:
+def passage_left(clean: RefinedAsset, mended: RefinedAsset, at: Target) -> str:
     """Reason if limits are missing, exclude part of the clean range, or let the part pass through another."""
     (low, high), (lower, upper) = (limits_of(kept, at) for kept in (clean, mended))
     if lower is None or upper is None or low is None or high is None:
@@ -157,11 +157,11 @@ def passage_left(clean: Kept, mended: Kept, at: Target) -> str:
     if lower > low + slack or upper < high - slack:
         return f"'{at.joint}' goes from {lower:.3g} to {upper:.3g}, less than the clean one"
     ref = mended.record.ref.model_copy(update={"path": str(mended.folder)})
-    told = [finding.message for finding in check_passages(extract(ref))[1] if finding.joint == at.joint]
+    told = [finding.message for finding in find_blocked_joints(extract(ref))[1] if finding.joint == at.joint]
     return told[0] if told else ""
 
 
-def start_left(clean: Kept, mended: Kept, at: Target) -> str:
+def start_left(clean: RefinedAsset, mended: RefinedAsset, at: Target) -> str:
     """Reason if the initial position is outside the limits."""
     (lower, upper), start = limits_of(mended, at), joint_of(mended, at).initial_position
     if lower is None or upper is None or not lower - 1e-6 <= start <= upper + 1e-6:
@@ -169,7 +169,7 @@ def start_left(clean: Kept, mended: Kept, at: Target) -> str:
     return ""
 
 
-def limits_of(kept: Kept, at: Target) -> tuple[float | None, float | None]:
+def limits_of(kept: RefinedAsset, at: Target) -> tuple[float | None, float | None]:
     """The target joint's limits as written."""
     limit = named(robot_of(kept), "joint", at.joint).find("limit")
     if limit is None or limit.get("lower") is None:
@@ -177,7 +177,7 @@ def limits_of(kept: Kept, at: Target) -> tuple[float | None, float | None]:
     return float(str(limit.get("lower"))), float(str(limit.get("upper")))
 
 
-def pivot_left(clean: Kept, mended: Kept, at: Target) -> str:
+def pivot_left(clean: RefinedAsset, mended: RefinedAsset, at: Target) -> str:
     """Reason if the hinge is away from the clean one."""
     good, found = (numbers(part(named(robot_of(kept), "joint", at.joint), "origin"), "xyz") for kept in (clean, mended))
     low, high = collision_box(clean, at.link)
@@ -187,7 +187,7 @@ def pivot_left(clean: Kept, mended: Kept, at: Target) -> str:
     return ""
 
 
-def overlap_left(clean: Kept, mended: Kept, at: Target) -> str:
+def overlap_left(clean: RefinedAsset, mended: RefinedAsset, at: Target) -> str:
     """Reason if the target link overlaps another in the initial state."""
     for overlap in mended.record.overlaps:
         pair = overlap.pair
@@ -196,7 +196,7 @@ def overlap_left(clean: Kept, mended: Kept, at: Target) -> str:
     return ""
 
 
-def shape_left(clean: Kept, mended: Kept, at: Target) -> str:
+def shape_left(clean: RefinedAsset, mended: RefinedAsset, at: Target) -> str:
     """Reason if collision meshes are unusable, or their box or volume is not that of the clean ones."""
     problem = meshes_left(mended, at.link)
     if problem:
@@ -211,7 +211,7 @@ def shape_left(clean: Kept, mended: Kept, at: Target) -> str:
     return ""
 
 
-def meshes_left(kept: Kept, link: str) -> str:
+def meshes_left(kept: RefinedAsset, link: str) -> str:
     """Reason if a link's collision mesh is missing, not closed, not finite, or wound inwards."""
     files = collision_files(kept.folder, link)
     if not files:
@@ -225,7 +225,7 @@ def meshes_left(kept: Kept, link: str) -> str:
     return ""
 
 
-def size_left(clean: Kept, mended: Kept, at: Target) -> str:
+def size_left(clean: RefinedAsset, mended: RefinedAsset, at: Target) -> str:
     """Reason if the whole object is not about as large as the clean one."""
     sizes = []
     for kept in (clean, mended):
@@ -237,13 +237,13 @@ def size_left(clean: Kept, mended: Kept, at: Target) -> str:
     return "" if 0.5 <= ratio <= 2.0 else f"it is {ratio:.3g} times as large as the clean one"
 
 
-def collision_box(kept: Kept, link: str) -> tuple[Array, Array]:
+def collision_box(kept: RefinedAsset, link: str) -> tuple[Array, Array]:
     """The (3,) minimum and maximum of a link's collision meshes, m; as written, they lie in the link's frame."""
     points = np.vstack([hull_mesh(path).vertices for path in collision_files(kept.folder, link)])
     return points.min(axis=0), points.max(axis=0)
 
 
-def collision_volume(kept: Kept, link: str) -> float:
+def collision_volume(kept: RefinedAsset, link: str) -> float:
     """The summed volume of a link's collision meshes, m³."""
     return float(sum(abs(hull_mesh(path).volume) for path in collision_files(kept.folder, link)))
 
@@ -253,6 +253,6 @@ def hull_mesh(path: Path) -> trimesh.Trimesh:
     return trimesh.load_mesh(str(path), process=False)
 
 
-def never_mended(clean: Kept, mended: Kept, at: Target) -> str:
+def never_mended(clean: RefinedAsset, mended: RefinedAsset, at: Target) -> str:
     """Reason for a defect that cannot be mended without guessing: it always counts as left."""
     return "what was written is a guess"

@@ -26,7 +26,7 @@ class Planted:
 
 
 @dataclass(frozen=True)
-class Kept:
+class RefinedAsset:
     """A refined asset: its folder and its record."""
 
     folder: Path
@@ -35,7 +35,7 @@ class Kept:
 
 Plant = Callable[[Path, Target], Planted]
 """Plants a defect in a copy of a clean asset's folder."""
-Left = Callable[[Kept, Kept, Target], str]
+Left = Callable[[RefinedAsset, RefinedAsset, Target], str]
 """Why a defect is left, or an empty text: from the clean asset, the refined planted asset and the target."""
 
 

@@ -8,11 +8,11 @@ from asset2sim.studies.defects.planted import Planted, Target
 from schemas.overlay import PhysicsOverlay
 from schemas.settings import PhysicsSettings
 
-TOO_FAST = 200.0
+UNSTABLE_FACTOR = 200.0
 """Planted damping or stiffness over the stability limit at the coarse time step."""
 RINGING_HZ = 3.0
 """Frequency of the spring that is left without damping, Hz."""
-STUCK = 1e4
+STICKING_FRICTION = 1e4
 """Friction of a joint that no effort can move, N·m or N."""
 
 
@@ -35,7 +35,7 @@ def dynamics(folder: Path, at: Target, **terms: float) -> Planted:
 def damping_unstable(folder: Path, at: Target) -> Planted:
     """Damping far above the stability limit of an explicit step: a value for another object."""
     step = PhysicsSettings().coarse_timestep_s
-    return dynamics(folder, at, damping=TOO_FAST * effective_inertia(folder, at.joint) / step)
+    return dynamics(folder, at, damping=UNSTABLE_FACTOR * effective_inertia(folder, at.joint) / step)
 
 
 def damping_negative(folder: Path, at: Target) -> Planted:
@@ -52,12 +52,12 @@ def spring_undamped(folder: Path, at: Target) -> Planted:
 def stiffness_unstable(folder: Path, at: Target) -> Planted:
     """A spring that is too stiff for any usual time step."""
     step = PhysicsSettings().coarse_timestep_s
-    return dynamics(folder, at, spring_stiffness=TOO_FAST * effective_inertia(folder, at.joint) / step**2)
+    return dynamics(folder, at, spring_stiffness=UNSTABLE_FACTOR * effective_inertia(folder, at.joint) / step**2)
 
 
 def friction_sticks(folder: Path, at: Target) -> Planted:
     """Friction that is too high to overcome."""
-    return dynamics(folder, at, friction=STUCK)
+    return dynamics(folder, at, friction=STICKING_FRICTION)
 
 
 def friction_negative(folder: Path, at: Target) -> Planted:

@@ -10,7 +10,7 @@ from lxml.etree import _Element as Element
 from asset2sim.studies.defects.document import edited, named, numbers, part, write
 from asset2sim.studies.defects.planted import Plant, Planted, Target
 
-NO_LIMITS = ("lower", "upper")
+LIMIT_KEYS = ("lower", "upper")
 
 
 def axis_times(factor: float) -> Plant:
@@ -40,7 +40,7 @@ def limits_in_degrees(folder: Path, at: Target) -> Planted:
     """A hinge's limits in degrees."""
     with edited(folder) as robot:
         limit = part(named(robot, "joint", at.joint), "limit")
-        for key in NO_LIMITS:
+        for key in LIMIT_KEYS:
             write(limit, key, math.degrees(float(str(limit.get(key)))))
         said = f"{limit.get('lower')} to {limit.get('upper')}"
     return Planted(f"'{at.joint}' goes from {said} rad", joints=(at.joint,))
@@ -50,7 +50,7 @@ def limits_missing(folder: Path, at: Target) -> Planted:
     """A revolute joint without limits."""
     with edited(folder) as robot:
         limit = part(named(robot, "joint", at.joint), "limit")
-        for key in NO_LIMITS:
+        for key in LIMIT_KEYS:
             del limit.attrib[key]
     return Planted(f"'{at.joint}' states no limits", joints=(at.joint,))
 
@@ -59,7 +59,7 @@ def zero_outside_limits(folder: Path, at: Target) -> Planted:
     """Limits that exclude zero, where every engine starts."""
     with edited(folder) as robot:
         limit = part(named(robot, "joint", at.joint), "limit")
-        lower, upper = (float(str(limit.get(key))) for key in NO_LIMITS)
+        lower, upper = (float(str(limit.get(key))) for key in LIMIT_KEYS)
         write(limit, "lower", lower + 0.4 * (upper - lower) if lower <= 0.0 else 0.0)
         said = f"{limit.get('lower')} to {limit.get('upper')}"
     return Planted(f"'{at.joint}' goes from {said}, and zero is outside", joints=(at.joint,))

@@ -10,7 +10,7 @@ from time import perf_counter
 from asset2sim.models.prior.answer import answer
 from asset2sim.runs.dataset import load_dataset
 from asset2sim.runs.isolation.attempt import attempt_in_child
-from asset2sim.studies.defects.planted import Defect, Kept
+from asset2sim.studies.defects.planted import Defect, RefinedAsset
 from asset2sim.studies.defects.score import Row, Sign, caught_by, concerned, early_signs, mended_by, raw_signs
 from asset2sim.studies.samples.dataset import sample_files
 from schemas.asset import AssetRecord, AssetRef
@@ -24,14 +24,14 @@ SETTINGS = Settings(views=ViewSettings(write=False))
 
 
 @dataclass(frozen=True)
-class Clean:
+class CleanObject:
     """One clean object: its refinement, and the signs from checking and refining the result again.
 
     ``problem`` says why it is not clean: a planted defect could not be told from its own defects.
     """
 
     ref: AssetRef
-    kept: Kept
+    kept: RefinedAsset
     signs: frozenset[Sign]
     again: AssetRecord | None
     problem: str
@@ -62,24 +62,24 @@ def judged(ref: AssetRef, out: Path, settings: Settings) -> AssetRecord:
     return refined(ref, out, settings.model_copy(update={"method": Method.RAW}))
 
 
-def clean_object(ref: AssetRef, out: Path, settings: Settings) -> Clean:
+def clean_object(ref: AssetRef, out: Path, settings: Settings) -> CleanObject:
     """Refine a sample, then check the result without refinement, and refine it again."""
     record = refined(ref, out / "clean", settings)
-    kept = Kept(out / "clean" / "assets" / ref.asset_id, record)
+    kept = RefinedAsset(out / "clean" / "assets" / ref.asset_id, record)
     if record.status is not Status.OK:
-        return Clean(ref, kept, frozenset(), None, f"refined, it fails: {record.reason}")
+        return CleanObject(ref, kept, frozenset(), None, f"refined, it fails: {record.reason}")
     as_it_is = ref.model_copy(update={"path": str(kept.folder)})
     raw = judged(as_it_is, out / "clean_raw", settings)
     if raw.status is not Status.OK:
-        return Clean(ref, kept, frozenset(), None, f"judged as refined, it fails: {raw.reason}")
+        return CleanObject(ref, kept, frozenset(), None, f"judged as refined, it fails: {raw.reason}")
     again = refined(as_it_is, out / "clean_again", settings)
     if again.status is not Status.OK:
-        return Clean(ref, kept, frozenset(), None, f"refined twice, it fails: {again.reason}")
+        return CleanObject(ref, kept, frozenset(), None, f"refined twice, it fails: {again.reason}")
     signs = frozenset([*raw_signs(raw, settings.thresholds), *early_signs(again)])
-    return Clean(ref, kept, signs, again, "")
+    return CleanObject(ref, kept, signs, again, "")
 
 
-def try_defect(defect: Defect, clean: Clean, out: Path, settings: Settings) -> Row:
+def try_defect(defect: Defect, clean: CleanObject, out: Path, settings: Settings) -> Row:
     """Plant one defect in a copy of its clean object, and see whether it is caught and mended."""
     start = perf_counter()
     name = "".join(letter if letter.isalnum() else "_" for letter in defect.name)
@@ -92,12 +92,12 @@ def try_defect(defect: Defect, clean: Clean, out: Path, settings: Settings) -> R
     mended = refined(ref, out / "mended" / name, settings)
     signs = {*raw_signs(raw, settings.thresholds), *early_signs(mended)}
     caught = tuple(dict.fromkeys(sign.said for sign in caught_by(signs, set(clean.signs), about)))
-    left = what_is_left(defect, clean, Kept(out / "mended" / name / "assets" / ref.asset_id, mended))
+    left = why_not_mended(defect, clean, RefinedAsset(out / "mended" / name / "assets" / ref.asset_id, mended))
     by = mended_by(mended, clean.again or clean.kept.record, about) if not left else ()
     return Row(defect.name, ref.asset_id, planted.what, caught, by, left, perf_counter() - start)
 
 
-def what_is_left(defect: Defect, clean: Clean, mended: Kept) -> str:
+def why_not_mended(defect: Defect, clean: CleanObject, mended: RefinedAsset) -> str:
     """Why a defect does not count as mended, or an empty text."""
     if mended.record.status is not Status.OK:
         return f"{mended.record.failure_mode.value}: {mended.record.reason}"
@@ -113,7 +113,7 @@ def run(
     """A row a defect, in their order, and the unclean objects with the reason; ``tell`` gets lines of progress."""
     wanted = {defect.target.asset_id for defect in defects}
     with ThreadPoolExecutor(settings.run.workers) as pool:
-        clean: dict[str, Clean] = {}
+        clean: dict[str, CleanObject] = {}
         for item in pool.map(lambda ref: clean_object(ref, out, settings), samples(out, wanted)):
             clean[item.ref.asset_id] = item
             tell(f"{item.ref.asset_id}: {item.problem or 'clean'}")

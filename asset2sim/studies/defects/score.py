@@ -22,7 +22,7 @@ from schemas.vocabulary import Severity, Stage
 
 CAUGHT_SHARE, MENDED_SHARE = 0.9, 0.8
 """Shares of the defects that must be caught and mended."""
-LEAST_ROWS = 16
+MIN_DEFECTS_TRIED = 16
 """Least defects to try: a share of fewer means little."""
 
 
@@ -45,7 +45,7 @@ def raw_signs(record: AssetRecord, limits: Thresholds) -> Iterator[Sign]:
     for report in record.reports:
         if record.overlay is not None:
             for failure in failures_of(report, record.overlay, limits):
-                yield Sign(report.engine.value, failure.mode.value, subject_in(record.overlay, failure.subject))
+                yield Sign(report.engine.value, failure.mode.value, subject_joint(record.overlay, failure.subject))
     for overlap in record.overlaps:
         if overlap.pair.depth_m > limits.penetration_m:
             yield Sign("pybullet", "overlap", overlap.pair.link_a)
@@ -71,7 +71,7 @@ def sign_of(finding: Finding) -> Sign:
     return Sign(finding.stage.value, finding.code, finding.link or finding.joint or "")
 
 
-def subject_in(overlay: PhysicsOverlay, subject: str) -> str:
+def subject_joint(overlay: PhysicsOverlay, subject: str) -> str:
     """The joint that a failing check is about, or an empty text for the whole object."""
     return subject if any(joint.name == subject for joint in overlay.joints) else ""
 
@@ -134,7 +134,7 @@ def share(rows: list[Row], *, mended: bool) -> float:
 def passes(rows: list[Row]) -> bool:
     """Whether enough defects were tried, caught and mended."""
     return (
-        len(rows) >= LEAST_ROWS
+        len(rows) >= MIN_DEFECTS_TRIED
         and share(rows, mended=False) >= CAUGHT_SHARE
         and share(rows, mended=True) >= MENDED_SHARE
     )

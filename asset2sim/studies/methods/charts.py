@@ -68,9 +68,9 @@ def save(figure: "Figure", path: Path) -> Path:
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-LEAST_LABELLED = 4.0
+MIN_LABELLED_PERCENT = 4.0
 """Share, %, from which a piece of a bar is wide enough to hold its own number."""
-LOGARITHMIC_FROM = 8.0
+LOG_SCALE_RATIO = 8.0
 """Ratio of the largest to the smallest value from which an axis is logarithmic."""
 LABEL_GAP = 0.062
 """Least distance of two labels at the end of curves, as a share of the axis's height: a line of text."""
@@ -89,7 +89,7 @@ def failure_chart(rows: Sequence[Row], path: Path, title: str) -> Path:
             share = _share(rows, method, outcome)
             colour = OUTCOME_COLOURS[OUTCOMES.index(outcome)]
             axes.barh(place, share, left=left, height=0.66, color=colour, edgecolor="white", linewidth=0.8)
-            if share >= LEAST_LABELLED:
+            if share >= MIN_LABELLED_PERCENT:
                 dark = outcome == OK or colour == "#D55E00"
                 axes.text(
                     left + share / 2.0,
@@ -133,7 +133,7 @@ def growth_chart(rows: Sequence[Row], path: Path, title: str) -> Path:
     left.set_ylim(0.0, 102.0)
     left.set_title("assets that pass every test, %", loc="left", fontsize=9.5, color=INK)
     # A method without a model chooses no scale for the prompt: its error would only flatten the other curves.
-    asking = [row for row in rows if row["figure"] == "scale" and not _asks_none(row)]
+    asking = [row for row in rows if row["figure"] == "scale" and not _needs_no_model(row)]
     _curves(right, asking)
     _from_zero_or_logarithmic(right, [_float(row["value"]) for row in asking if row["value"] is not None])
     right.set_title("scale off the experts', %", loc="left", fontsize=9.5, color=INK)
@@ -160,11 +160,11 @@ def _curves(axes: "Axes", rows: Sequence[Row]) -> None:
             color=colour,
             linestyle=METHOD_DASHES[method],
             linewidth=2.6 if ours else 1.5,
-            marker="" if _asks_none(own[0]) else "o",
+            marker="" if _needs_no_model(own[0]) else "o",
             markersize=4.5 if ours else 3.0,
             zorder=4 if ours else 3,
         )
-        if all(row["low"] is not None for row in own) and not _asks_none(own[0]):
+        if all(row["low"] is not None for row in own) and not _needs_no_model(own[0]):
             low, high = [_float(row["low"]) for row in own], [_float(row["high"]) for row in own]
             axes.fill_between(x, low, high, color=colour, alpha=0.16 if ours else 0.09, linewidth=0)
     axes.set_xticks(range(len(levels)), [f"{level:g}" for level in levels])
@@ -177,7 +177,7 @@ def _from_zero_or_logarithmic(axes: "Axes", values: Sequence[float]) -> None:
     """Start the axis at zero, or make it logarithmic where the largest value would flatten the others."""
     from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
 
-    if not values or min(values) <= 0.0 or max(values) / min(values) < LOGARITHMIC_FROM:
+    if not values or min(values) <= 0.0 or max(values) / min(values) < LOG_SCALE_RATIO:
         axes.set_ylim(bottom=0.0)
         return
     axes.set_yscale("log")
@@ -229,7 +229,7 @@ def _top(group: tuple[list[Method], float], gap: float) -> float:
     return group[1] + gap * (len(group[0]) - 1) / 2.0
 
 
-def _asks_none(row: Row) -> bool:
+def _needs_no_model(row: Row) -> bool:
     return Method(str(row["method"])) in WITHOUT_MODEL
 
 

@@ -19,9 +19,9 @@ class Stated:
     spread: float | None = None
 
 
-NINE = "paper9"
+NINE_SUBSET = "paper9"
 """The subset of Table 1's nine objects."""
-SKIPPED = ("Stapler", "Toilet")
+EXCLUDED_CATEGORIES = ("Stapler", "Toilet")
 """Categories that one of the paper's penetration columns excludes."""
 
 TABLE_1: dict[Method, dict[str, Stated]] = {
@@ -74,7 +74,7 @@ TABLE_7: dict[Method, dict[str, Stated]] = {
 def stated(subset: str | None, method: Method, key: str) -> Stated | None:
     """The paper's figure for a method: of the nine objects where those were run, else of the large set; None if it
     states none."""
-    source = TABLE_1 if subset == NINE and key != "success" else TABLE_6
+    source = TABLE_1 if subset == NINE_SUBSET and key != "success" else TABLE_6
     return (source.get(method) or {}).get(key) or (TABLE_7.get(method) or {}).get(key)
 
 
@@ -115,7 +115,7 @@ def _penetration(rows: pd.DataFrame) -> Array:
 
 
 def _penetration_of_others(rows: pd.DataFrame) -> Array:
-    return np.where(rows["category"].isin(SKIPPED).to_numpy(), np.nan, _penetration(rows))
+    return np.where(rows["category"].isin(EXCLUDED_CATEGORIES).to_numpy(), np.nan, _penetration(rows))
 
 
 def _alignment(rows: pd.DataFrame) -> Array:

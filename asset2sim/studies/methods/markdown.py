@@ -4,7 +4,7 @@ from collections.abc import Mapping, Sequence
 
 import pandas as pd
 
-from asset2sim.studies.methods.figures import COST, NINE, STABILITY, SUCCESS, Figure
+from asset2sim.studies.methods.figures import COST, NINE_SUBSET, STABILITY, SUCCESS, Figure
 from asset2sim.studies.methods.plan import METHODS, NO_MODEL
 from asset2sim.studies.methods.statistics import agreement
 from asset2sim.studies.methods.tables import OK, OURS, OUTCOMES, Row, array_of
@@ -13,7 +13,7 @@ from schemas.vocabulary import Method
 
 DASH = "–"
 MINUS = "−"
-LEAST_SURE = 5
+MIN_SIGNIFICANT_OBJECTS = 5
 """Least objects for marking a difference as significant: a bootstrap over fewer is unreliable."""
 NAMES: dict[Method, str] = {
     Method.REFERENCE: "human reference",
@@ -49,7 +49,7 @@ def figure_table(rows: Sequence[Row], figures: Sequence[Figure], model: str) -> 
 
 def difference_table(rows: Sequence[Row], figures: Sequence[Figure], model: str) -> list[str]:
     """A row per other method: its figure less ours, with the interval; bold where that excludes zero and there are at
-    least ``LEAST_SURE`` objects."""
+    least ``MIN_SIGNIFICANT_OBJECTS`` objects."""
     lines = _heading([figure.heading for figure in figures])
     for method in _methods(rows, model):
         if method is OURS:
@@ -58,7 +58,7 @@ def difference_table(rows: Sequence[Row], figures: Sequence[Figure], model: str)
         for figure in figures:
             row = _find(rows, method, model, figure)
             value, low, high = (row.get(name) for name in ("difference", "difference_low", "difference_high"))
-            enough = isinstance(row.get("n_paired"), int) and int(str(row["n_paired"])) >= LEAST_SURE
+            enough = isinstance(row.get("n_paired"), int) and int(str(row["n_paired"])) >= MIN_SIGNIFICANT_OBJECTS
             sure = enough and isinstance(low, float) and isinstance(high, float) and (low > 0.0 or high < 0.0)
             shown = _signed(value, figure.digits)
             cells.append((f"**{shown}**" if sure else shown) + _interval(low, high, figure.digits))
@@ -98,7 +98,7 @@ def agreement_lines(objects: pd.DataFrame) -> list[str]:
 
 def notes(model: str, subset: str | None, objects: int, engines: str) -> list[str]:
     """Caption of one model's tables: model, objects, engines, and how to read the numbers."""
-    paper = "the paper's nine objects (its Table 1)" if subset == NINE else "the paper's large set (its Table 6)"
+    paper = "the paper's nine objects (its Table 1)" if subset == NINE_SUBSET else "the paper's large set (its Table 6)"
     return [
         f"Model: {described(model)}. {objects} objects, judged in {engines}. In brackets 95 % bootstrap intervals over "
         f"objects; small print is the paper's figure, over {paper}. Ours is bold where no method is better.",

@@ -35,7 +35,7 @@ PICTURES = "docs"
 
 
 @dataclass(frozen=True)
-class Compared:
+class Comparison:
     """A comparison's rows. ``engines`` names the engines in which the objects were verified."""
 
     subset: str | None
@@ -53,9 +53,9 @@ class Compared:
         return int(self.objects["asset_id"].nunique())
 
 
-def compare(objects: pd.DataFrame, subset: str | None, engines: str) -> Compared:
+def compare(objects: pd.DataFrame, subset: str | None, engines: str) -> Comparison:
     """Every table, from one row per object, method and model."""
-    return Compared(
+    return Comparison(
         subset=subset,
         engines=engines,
         objects=objects,
@@ -67,7 +67,7 @@ def compare(objects: pd.DataFrame, subset: str | None, engines: str) -> Compared
     )
 
 
-def write_comparison(out: Path, runs: Sequence[Run], found: Compared) -> Path:
+def write_comparison(out: Path, runs: Sequence[Run], found: Comparison) -> Path:
     """Write ``tables/*.parquet``, ``charts/*.png`` and ``compare.md`` into OUT; returns the last."""
     tables = out / "tables"
     tables.mkdir(parents=True, exist_ok=True)
@@ -85,7 +85,7 @@ def write_comparison(out: Path, runs: Sequence[Run], found: Compared) -> Path:
     return report
 
 
-def write_charts(folder: Path, found: Compared) -> dict[str, Path]:
+def write_charts(folder: Path, found: Comparison) -> dict[str, Path]:
     """A chart of outcomes for each model, by model, and one of error growth where several levels were run."""
     charts = {}
     for model, rows in by_model(found.failures).items():
@@ -96,7 +96,7 @@ def write_charts(folder: Path, found: Compared) -> dict[str, Path]:
     return charts
 
 
-def model_section(found: Compared, model: str, chart: str) -> list[str]:
+def model_section(found: Comparison, model: str, chart: str) -> list[str]:
     """One model's tables and chart."""
     return [
         f"## {described(model)}",
@@ -120,7 +120,7 @@ def model_section(found: Compared, model: str, chart: str) -> list[str]:
     ]
 
 
-def growth_section(found: Compared, chart: str) -> list[str]:
+def growth_section(found: Comparison, chart: str) -> list[str]:
     """Section with the chart by error level; empty unless several levels were run."""
     if not found.growth:
         return []
@@ -132,7 +132,7 @@ def growth_section(found: Compared, chart: str) -> list[str]:
     ]
 
 
-def readme_block(found: Compared, pictures: dict[str, str]) -> str:
+def readme_block(found: Comparison, pictures: dict[str, str]) -> str:
     """The README's section: Table 1 without the differences, outcomes as a chart, cost, and the growth of errors.
 
     ``pictures`` maps a model, or ``GROWTH_CHART``, to the path of its picture. Only the first model has tables; the
@@ -153,7 +153,7 @@ def readme_block(found: Compared, pictures: dict[str, str]) -> str:
     return "\n".join([*lines, *(["", *said] if (said := agreement_lines(found.objects)) else [])])
 
 
-def write_readme(readme: Path, out: Path, found: Compared) -> None:
+def write_readme(readme: Path, out: Path, found: Comparison) -> None:
     """Put the section between the README's markers, and its pictures into ``docs`` beside it."""
     model = next(iter(by_model(found.stability)))
     charts = {model: out / "charts" / f"failures_{slug(model)}.png"}
@@ -184,7 +184,7 @@ def with_block(text: str, block: str) -> str:
     return f"{before}{BEGIN}\n\n{block}\n\n{END}{rest.split(END, 1)[1]}"
 
 
-def _tables(found: Compared) -> list[tuple[Table, list[Row]]]:
+def _tables(found: Comparison) -> list[tuple[Table, list[Row]]]:
     objects: list[Row] = [
         {str(name): None if pd.isna(value) else value for name, value in row.items()}
         for row in found.objects.to_dict("records")

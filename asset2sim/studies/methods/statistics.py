@@ -16,7 +16,7 @@ RESAMPLES = 4999
 """Resamples of a bootstrap: the 2.5 % points are then steady to two hundredths of the interval's width."""
 SEED = 0
 """Seed of every bootstrap: the same values give the same interval."""
-LEAST_FOR_CORRELATION = 3
+MIN_CORRELATION_PAIRS = 3
 """Least pairs for a correlation: two always lie on a line."""
 
 Statistic = Callable[..., Array]
@@ -85,7 +85,7 @@ def agreement(first: Array, second: Array) -> Agreement | None:
     a, b = first[both], second[both]
     if not len(a):
         return None
-    enough = len(a) >= LEAST_FOR_CORRELATION and np.ptp(a) > 0.0 and np.ptp(b) > 0.0
+    enough = len(a) >= MIN_CORRELATION_PAIRS and np.ptp(a) > 0.0 and np.ptp(b) > 0.0
     return Agreement(
         n=len(a),
         mean_absolute_difference=float(np.mean(np.abs(a - b))),

@@ -18,7 +18,7 @@ OURS = Method.ASSET2SIM
 OK = "ok"
 OUTCOMES = (OK, *dict.fromkeys(PAPER_FAILURE_MODES.values()))
 """Outcomes of an asset: ok, or one of the paper's failure modes."""
-SAME = 1e-9
+RTOL = 1e-9
 """Relative difference below which two figures are the same one."""
 NOTHING = Estimate(None, None, None, 0)
 
@@ -29,11 +29,11 @@ def figure_rows(objects: pd.DataFrame, figures: Sequence[Figure], subset: str | 
     A method that asks no model is compared with ours of the first model.
     """
     rows: list[Row] = []
-    for method, model in pairs_of(objects):
+    for method, model in methods_and_models(objects):
         for figure in figures:
             own = values_of(objects, method, model, figure)
             found = estimate(array_of(own), figure.statistic) if method not in figure.given else NOTHING
-            ours = values_of(objects, OURS, _rival(objects, model), figure)
+            ours = values_of(objects, OURS, _compared_model(objects, model), figure)
             apart = NOTHING if method in (OURS, *figure.given) else _difference(own, ours, figure)
             said = stated(subset, method, figure.key)
             rows.append(
@@ -58,7 +58,7 @@ def figure_rows(objects: pd.DataFrame, figures: Sequence[Figure], subset: str | 
     return [row | {"first": _is_first(row, rows, figures)} for row in rows]
 
 
-def pairs_of(objects: pd.DataFrame) -> list[tuple[Method, str]]:
+def methods_and_models(objects: pd.DataFrame) -> list[tuple[Method, str]]:
     """Method and model of every run, in the objects' order."""
     return [(Method(m), str(model)) for m, model in objects[["method", "model"]].drop_duplicates().to_numpy()]
 
@@ -79,7 +79,7 @@ def array_of(values: "pd.Series[float]") -> Array:
     return np.asarray(values, dtype=np.float64)
 
 
-def _rival(objects: pd.DataFrame, model: str) -> str:
+def _compared_model(objects: pd.DataFrame, model: str) -> str:
     return model if model != NO_MODEL else next(iter(models_of(objects)), NO_MODEL)
 
 
@@ -98,13 +98,13 @@ def _is_first(row: Row, rows: Sequence[Row], figures: Sequence[Figure]) -> bool:
     models = {row["model"], NO_MODEL} if row["model"] != NO_MODEL else {str(other["model"]) for other in rows}
     sign = 1.0 if figure.higher_is_better else -1.0
     others = [other["value"] for other in rows if other["figure"] == figure.key and other["model"] in models]
-    return all(sign * (other - own) <= SAME * max(1.0, abs(own)) for other in others if isinstance(other, float))
+    return all(sign * (other - own) <= RTOL * max(1.0, abs(own)) for other in others if isinstance(other, float))
 
 
 def failure_rows(objects: pd.DataFrame) -> list[Row]:
     """A row for every outcome of every method and model, in the order of ``OUTCOMES``."""
     rows: list[Row] = []
-    for method, model in pairs_of(objects):
+    for method, model in methods_and_models(objects):
         own = objects[(objects["method"] == method.value) & (objects["model"] == model)]
         ended = np.where(own["ok"], OK, own["paper_failure_mode"].fillna(OK))
         for outcome in OUTCOMES:
@@ -136,10 +136,10 @@ def growth_rows(objects: pd.DataFrame) -> list[Row]:
         return []
     figures = [figure for figure in (*SUCCESS, *STABILITY) if figure.key in ("success", "scale")]
     rows: list[Row] = []
-    for method in dict.fromkeys(method for method, _ in pairs_of(objects)):
+    for method in dict.fromkeys(method for method, _ in methods_and_models(objects)):
         for level, models in sorted(levels.items()):
             # Draws of the same level count as more objects.
-            asked = [NO_MODEL] if (method, NO_MODEL) in pairs_of(objects) else models
+            asked = [NO_MODEL] if (method, NO_MODEL) in methods_and_models(objects) else models
             for figure in figures:
                 if method in figure.given:
                     continue

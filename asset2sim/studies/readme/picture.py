@@ -28,7 +28,7 @@ PYBULLET_FRICTION = 0.5
 MARGIN = 8
 
 
-def left_alone(urdf: Path, positions: Mapping[str, float], friction: float) -> dict[str, float]:
+def positions_after_rest(urdf: Path, positions: Mapping[str, float], friction: float) -> dict[str, float]:
     """Joint positions (rad, m) after the rest check in PyBullet; the given ones if any of them diverges."""
     settings = EngineSettings()
     seen = observe(Engine.PYBULLET, urdf, positions, friction, settings.drop_height_m, settings)
@@ -53,7 +53,7 @@ def longest_edge(urdf: Path, positions: Mapping[str, float]) -> float:
 
 def panel(urdf: Path, positions: Mapping[str, float], friction: float, words: str) -> Image.Image:
     """One object after being left alone, with its size, its mass in PyBullet and a few words below."""
-    after = left_alone(urdf, positions, friction)
+    after = positions_after_rest(urdf, positions, friction)
     picture = render_views(urdf, after, ViewSettings(width=SIDE, height=SIDE))["perspective"]
     image = Image.new("RGB", (SIDE, SIDE + CAPTION), (255, 255, 255))
     image.paste(picture, (0, 0))

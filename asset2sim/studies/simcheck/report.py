@@ -10,7 +10,7 @@ EXAMPLES = 5
 """Objects named with each cause."""
 
 
-class Complaint(Frozen):
+class SimcheckFinding(Frozen):
     """One error or warning of the checker; ``engine`` is empty for checks of files alone."""
 
     severity: Severity
@@ -25,7 +25,7 @@ class ObjectReport(Frozen):
 
     asset_id: str
     seconds: NonNegative
-    complaints: tuple[Complaint, ...] = ()
+    complaints: tuple[SimcheckFinding, ...] = ()
     problem: str = ""
 
     @property
@@ -75,7 +75,7 @@ def read_report(asset_id: str, text: str, seconds: float) -> ObjectReport:
         report = found[0] if isinstance(found, list) else found
         results = [(result, finding) for result in report["results"] for finding in result["findings"]]
         complaints = [
-            Complaint(
+            SimcheckFinding(
                 severity=Severity(finding["severity"]),
                 check=str(result["id"]),
                 engine=str(result.get("engine") or ""),
@@ -94,7 +94,7 @@ def read_report(asset_id: str, text: str, seconds: float) -> ObjectReport:
 
 def judge(reports: Sequence[ObjectReport]) -> Judgement:
     """Counts, and findings grouped by cause: errors before warnings, causes with the most objects first."""
-    groups: dict[tuple[Severity, str, str], list[tuple[str, Complaint]]] = {}
+    groups: dict[tuple[Severity, str, str], list[tuple[str, SimcheckFinding]]] = {}
     for report in reports:
         for item in report.complaints:
             groups.setdefault((item.severity, item.check, item.engine), []).append((report.asset_id, item))

@@ -37,7 +37,7 @@ OPTIONS = ("--object", "--free-base", "--no-cache", "--no-config", "--quiet", "-
 TIME_LIMIT_S = 600.0
 """Wall time of one object, s: the checker stops an engine after 240 s, and has two."""
 REPORT = "judge.json"
-ENDED_MESSAGE_CHARS = 300
+OUTPUT_TAIL_CHARS = 300
 """Characters of the checker's last output that are kept if it wrote no report."""
 
 
@@ -78,7 +78,7 @@ def refined_objects(out: Path, ids: Sequence[str] = ()) -> dict[str, Path]:
     """
     folders = out / "assets"
     names = {path.name for path in folders.iterdir() if path.is_dir()} if folders.is_dir() else set[str]()
-    names = {name for name in names if not name.startswith(".")} | latest_assets(out)
+    names = {name for name in names if not name.startswith(".")} | latest_asset_ids(out)
     if not names:
         raise UsageError(f"{folders}: no refined object; refine a dataset into {out} first")
     for name in ids:
@@ -87,7 +87,7 @@ def refined_objects(out: Path, ids: Sequence[str] = ()) -> dict[str, Path]:
     return {name: folders / name / URDF_NAME for name in sorted(ids or names)}
 
 
-def latest_assets(out: Path) -> set[str]:
+def latest_asset_ids(out: Path) -> set[str]:
     """Asset ids of the latest run, also of assets that failed before they were written; empty without a catalog."""
     try:
         run = read_table(out, "runs").sort_values("started_at").iloc[-1]
@@ -122,7 +122,7 @@ def check_object(simcheck: Path, asset_id: str, urdf: Path, time_limit_s: float 
             stop(process)
         seconds = perf_counter() - start
         if not report.is_file():
-            problem = f"simcheck ended with exit code {process.returncode}: {said.strip()[-ENDED_MESSAGE_CHARS:]}"
+            problem = f"simcheck ended with exit code {process.returncode}: {said.strip()[-OUTPUT_TAIL_CHARS:]}"
             return ObjectReport(asset_id=asset_id, seconds=seconds, problem=problem)
         return read_report(asset_id, report.read_text(encoding="utf-8"), seconds)
 

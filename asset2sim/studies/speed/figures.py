@@ -7,21 +7,21 @@ from dataclasses import dataclass
 from asset2sim.studies.speed.measured import CheckerTimes, FlowTimes, LoopTimes, Measured, QueryTimes
 from asset2sim.studies.speed.stages import Part, parts
 
-RATE = 60.0
+MIN_ASSETS_PER_MINUTE = 60.0
 """Assets a minute with two workers on two cores, at least."""
-EFFICIENCY = 0.85
+MIN_EFFICIENCY = 0.85
 """Rate with two workers over twice the rate with one, at least."""
-OVERHEAD = 0.10
+MAX_OVERHEAD_SHARE = 0.10
 """Largest orchestration time of an asset, as a share of the plain loop's time."""
-UNCHANGED_S = 5.0
+MAX_UNCHANGED_S = 5.0
 """Wall time of a night in which no asset of a dataset of 150 changed, after start-up, s."""
-SYNTHETIC_S = 60.0
+MAX_SYNTHETIC_S = 60.0
 """The same for 10,000 entries, s."""
-FLAT_MB = 100.0
+MAX_MEMORY_GROWTH_MB = 100.0
 """Growth of the driver's peak memory from few synthetic entries to many that still counts as flat, MB."""
-QUERY_S = 0.2
+MAX_QUERY_S = 0.2
 """Time of the breakdown over 1,000,000 rows of history, s."""
-CHECKER_SHARE = 1.0 / 3.0
+MAX_CHECKER_RATIO = 1.0 / 3.0
 """Largest ratio of our time for refining and verifying to simcheck's time for checking alone."""
 NOT_MEASURED = "not measured"
 
@@ -52,7 +52,7 @@ def overhead(flow: FlowTimes, loop: LoopTimes) -> float:
     return (flow.flow_s - loop.loop_s) / loop.loop_s
 
 
-def growth_mb(few: FlowTimes, many: FlowTimes) -> tuple[float, float]:
+def memory_growth_mb(few: FlowTimes, many: FlowTimes) -> tuple[float, float]:
     """(MB that the driver's peak memory grew, MB for each 1000 entries more)."""
     grown = many.peak_memory_mb - few.peak_memory_mb
     return grown, 1000.0 * grown / (many.assets - few.assets)
@@ -77,7 +77,7 @@ def missed(lines: list[Figure]) -> list[str]:
 
 
 def _rates(one: FlowTimes | None, two: FlowTimes | None) -> Iterator[Figure]:
-    for times, bound in ((one, None), (two, RATE)):
+    for times, bound in ((one, None), (two, MIN_ASSETS_PER_MINUTE)):
         if times is None:
             continue
         workers = f"{times.workers} worker{'s' if times.workers > 1 else ''}"
@@ -88,13 +88,13 @@ def _rates(one: FlowTimes | None, two: FlowTimes | None) -> Iterator[Figure]:
         yield Figure(f"the same with start-up, {workers}", "", said)
     if one is not None and two is not None:
         share = efficiency(one, two)
-        yield Figure("parallel efficiency", f"≥ {EFFICIENCY:g}", f"{share:.2f}", share >= EFFICIENCY)
+        yield Figure("parallel efficiency", f"≥ {MIN_EFFICIENCY:g}", f"{share:.2f}", share >= MIN_EFFICIENCY)
 
 
 def _overhead(one: FlowTimes | None, loop: LoopTimes | None) -> Iterator[Figure]:
     if one is None or loop is None:
         return
-    name, target = "orchestration overhead an asset, 1 worker over a plain loop", f"≤ {100.0 * OVERHEAD:g} %"
+    name, target = "orchestration overhead an asset, 1 worker over a plain loop", f"≤ {100.0 * MAX_OVERHEAD_SHARE:g} %"
     if loop.problem or loop.loop_s <= 0.0:
         where = f" at {loop.died_at}" if loop.died_at else ""
         yield Figure(name, target, f"{NOT_MEASURED}: the loop's process was lost{where}: {loop.problem}")
@@ -102,7 +102,7 @@ def _overhead(one: FlowTimes | None, loop: LoopTimes | None) -> Iterator[Figure]
     share = overhead(one, loop)
     each = 1000.0 * (one.flow_s - loop.loop_s) / one.assets
     said = f"{100.0 * share:.1f} % ({each:.0f} ms an asset; {one.flow_s:.1f} s over {loop.loop_s:.1f} s)"
-    yield Figure(name, target, said, share <= OVERHEAD)
+    yield Figure(name, target, said, share <= MAX_OVERHEAD_SHARE)
 
 
 def _around(one: FlowTimes | None, stages: Mapping[str, tuple[float, float]]) -> Iterator[Figure]:
@@ -116,21 +116,21 @@ def _around(one: FlowTimes | None, stages: Mapping[str, tuple[float, float]]) ->
 
 def _unchanged(again: FlowTimes | None) -> Iterator[Figure]:
     if again is not None:
-        yield _rerun(f"unchanged re-run of {again.assets}", again, UNCHANGED_S)
+        yield _rerun(f"unchanged re-run of {again.assets}", again, MAX_UNCHANGED_S)
 
 
 def _synthetic(runs: tuple[FlowTimes, ...]) -> Iterator[Figure]:
     if not runs:
         return
     few, many = runs[0], runs[-1]
-    yield _rerun(f"unchanged re-run of {many.assets:,} synthetic entries", many, SYNTHETIC_S)
+    yield _rerun(f"unchanged re-run of {many.assets:,} synthetic entries", many, MAX_SYNTHETIC_S)
     if many.assets > few.assets:
-        grown, each = growth_mb(few, many)
+        grown, each = memory_growth_mb(few, many)
         yield Figure(
             f"growth of the driver's peak memory from {few.assets:,} to {many.assets:,} entries",
-            f"≤ {FLAT_MB:g} MB",
+            f"≤ {MAX_MEMORY_GROWTH_MB:g} MB",
             f"{grown:.0f} MB ({few.peak_memory_mb:.0f} to {many.peak_memory_mb:.0f} MB; {each:.1f} MB per 1000)",
-            grown <= FLAT_MB,
+            grown <= MAX_MEMORY_GROWTH_MB,
         )
 
 
@@ -146,13 +146,13 @@ def _query(times: QueryTimes) -> Figure:
     median = statistics.median(times.seconds[1:] or times.seconds)
     name = f"breakdown by {times.what.replace('_', ' ')} over {times.rows:,} rows of history in {times.files} files"
     said = f"{median:.3f} s (median; the first {times.seconds[0]:.3f} s)"
-    return Figure(name, f"≤ {QUERY_S:g} s", said, median <= QUERY_S)
+    return Figure(name, f"≤ {MAX_QUERY_S:g} s", said, median <= MAX_QUERY_S)
 
 
 def _checker(both: FlowTimes | None, checked: CheckerTimes | None) -> Iterator[Figure]:
     if both is None or checked is None:
         return
-    name, target = "refining and verifying over simcheck's checking alone, one core", f"≤ {CHECKER_SHARE:.2f}"
+    name, target = "refining and verifying over simcheck's checking alone, one core", f"≤ {MAX_CHECKER_RATIO:.2f}"
     if checked.problem or not checked.seconds:
         yield Figure(name, target, f"{NOT_MEASURED}: {checked.problem or 'no object was checked'}")
         return
@@ -160,7 +160,7 @@ def _checker(both: FlowTimes | None, checked: CheckerTimes | None) -> Iterator[F
     said = f"{ours / theirs:.2f} ({ours:.1f} s an object over {theirs:.1f} s, {len(checked.seconds)} objects)"
     if checked.unfinished:
         said += f"; simcheck did not finish {', '.join(checked.unfinished)}"
-    yield Figure(name, target, said, ours / theirs <= CHECKER_SHARE)
+    yield Figure(name, target, said, ours / theirs <= MAX_CHECKER_RATIO)
 
 
 NOTHING = "–"

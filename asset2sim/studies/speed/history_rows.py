@@ -21,9 +21,9 @@ ASSETS = 2740
 """Assets of a night: 365 nights of them are a little more than 1,000,000 rows."""
 CATEGORIES = 46
 """Kinds of object, as in PartNet-Mobility."""
-FAILING = 0.04
+PERSISTENT_FAILURE_SHARE = 0.04
 """Share of the assets that fail every night, each with a failure mode of its own."""
-FLAKY = 0.01
+FLAKY_FAILURE_SHARE = 0.01
 """Share of the assets that fail in one night besides those."""
 CHANGED = 0.02
 """Share of the assets that a night refines again; the others are unchanged."""
@@ -55,11 +55,11 @@ def night_tables(nights: int, assets: int) -> Iterator[tuple[datetime, pa.Table]
     """The rows of each night, with its start; the same whenever it is called."""
     random = np.random.default_rng(SEED)
     modes = [mode for mode in FailureMode if mode is not FailureMode.NONE]
-    lasting = np.where(random.random(assets) < FAILING, random.integers(len(modes), size=assets), -1)
+    lasting = np.where(random.random(assets) < PERSISTENT_FAILURE_SHARE, random.integers(len(modes), size=assets), -1)
     same = _lasting_columns(assets, random)
     for number in range(nights):
         start = FIRST_NIGHT + timedelta(days=number)
-        flaky = random.random(assets) < FLAKY
+        flaky = random.random(assets) < FLAKY_FAILURE_SHARE
         struck = np.where(flaky, random.integers(len(modes), size=assets), lasting)
         fresh = flaky | (random.random(assets) < CHANGED)
         yield start, _night(start, [None if place < 0 else modes[place] for place in struck], fresh, same, random)

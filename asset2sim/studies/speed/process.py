@@ -14,7 +14,7 @@ from asset2sim.runs.isolation.limits import MEGABYTE
 from schemas.base import Frozen
 from schemas.errors import Asset2SimError
 
-TOLD_CHARS = 400
+LOG_TAIL_CHARS = 400
 """Characters of a program's last output that the error quotes if it wrote no numbers."""
 
 Numbers = TypeVar("Numbers", bound=Frozen)
@@ -47,14 +47,14 @@ def measure(
                 process.terminate()
                 process.wait()
     if not result.is_file():
-        raise BenchError(f"{module} ended with exit code {code} and without numbers: {last_words(log)} (see {log})")
+        raise BenchError(f"{module} ended with exit code {code} and without numbers: {log_tail(log)} (see {log})")
     return kind.model_validate_json(result.read_text(encoding="utf-8"))
 
 
-def last_words(log: Path) -> str:
+def log_tail(log: Path) -> str:
     """The end of what a program printed."""
     said = log.read_text(encoding="utf-8", errors="replace").strip()
-    return said[-TOLD_CHARS:] if said else "it said nothing"
+    return said[-LOG_TAIL_CHARS:] if said else "it said nothing"
 
 
 def peak_memory_mb() -> float:
