@@ -82,10 +82,10 @@ ui: $(INSTALLED) ## Prefect's and MLflow's pages, until interrupted
 	@$(BIN)/python -m flows.command ui --out "$(OUT)"
 
 samples: $(INSTALLED) ## make data/raw anew, byte for byte
-	@$(BIN)/python -m asset2sim.studies.samples
+	@$(BIN)/python -m asset2sim.studies.samples.sample_dataset
 
 judge: $(INSTALLED) .venv-judge/.installed ## an independent checker, simcheck, over OUT
-	@$(BIN)/python -m asset2sim.studies.simcheck.run "$(OUT)" $(if $(JOBS),--jobs "$(JOBS)")
+	@$(BIN)/python -m asset2sim.studies.simcheck.checker "$(OUT)" $(if $(JOBS),--jobs "$(JOBS)")
 
 .venv-judge/.installed:
 	@echo "installing simcheck into .venv-judge ..."
@@ -112,10 +112,10 @@ bench: $(INSTALLED) ## how fast a night is, and where its time goes; DATA (../sh
 		"$(if $(WORK),$(WORK),$(OUT)/bench)" $(if $(LIMIT),--limit "$(LIMIT)") $(if $(STRICT),--strict) $(ARGS)
 
 questions: $(INSTALLED) ## write five questions and OUT's answers into the README
-	@$(BIN)/python -m asset2sim.studies.readme.questions "$(OUT)" README.md
+	@$(BIN)/python -m asset2sim.studies.readme.blocks "$(OUT)" README.md
 
 summary: $(INSTALLED) ## write the table of OUT's latest run into the README
-	@$(BIN)/python -m asset2sim.studies.readme.summary "$(OUT)" README.md
+	@$(BIN)/python -m asset2sim.studies.readme.blocks "$(OUT)" README.md
 
 picture: $(INSTALLED) ## draw the README's before-and-after picture from data/raw and data/refined
 	@$(BIN)/python -m asset2sim.studies.readme.picture data/raw data/refined docs/before_after.png \

@@ -7,9 +7,9 @@ from asset2sim.cli.console import output
 from asset2sim.models.gateway.environment import quiet_environment
 from asset2sim.runs.check_request import check_request
 from asset2sim.runs.isolation.server import warm_up
-from asset2sim.studies.methods.objects import read_objects
-from asset2sim.studies.methods.plan import CompareRequest, parse_request, plan
-from asset2sim.studies.methods.report import check_readme, compare, write_comparison, write_readme
+from asset2sim.studies.methods.object_rows import read_objects
+from asset2sim.studies.methods.method_runs import CompareRequest, parse_request, plan
+from asset2sim.studies.methods.comparison import check_readme, compare, write_comparison, write_readme
 from flows.server.server import temporary_server
 from schemas.errors import Asset2SimError, UsageError
 

@@ -8,8 +8,8 @@ from asset2sim.cli.parser import usable_cores
 from asset2sim.cli.request import RefineRequest
 from asset2sim.models.gateway.environment import quiet_environment
 from asset2sim.runs.check_request import check_request
-from asset2sim.studies.rules import main as print_table
-from asset2sim.studies.rules import settings_of
+from asset2sim.studies.methods.rules import main as print_table
+from asset2sim.studies.methods.rules import settings_of
 from flows.command import refine
 from schemas.settings import RunSettings, Settings, ViewSettings
 

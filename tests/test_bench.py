@@ -15,7 +15,7 @@ from asset2sim.runs.dataset import load_dataset
 from asset2sim.runs.plan.plan import make_plan
 from asset2sim.runs.spread.worker import PIPELINE
 from asset2sim.studies.speed import figures as judged
-from asset2sim.studies.speed.figures import (
+from asset2sim.studies.speed.bench_figures import (
     bench_markdown,
     efficiency,
     figure_table,
@@ -38,9 +38,9 @@ from asset2sim.studies.speed.measured import (
     time_checker,
 )
 from asset2sim.studies.speed.process import BenchError, measure, one_core, peak_memory_mb
-from asset2sim.studies.speed.query_times import MODULE as QUERY
-from asset2sim.studies.speed.query_times import time_query
-from asset2sim.studies.speed.stages import parts, stage_seconds
+from asset2sim.studies.speed.history_rows import MODULE as QUERY
+from asset2sim.studies.speed.history_rows import time_query
+from asset2sim.studies.speed.bench_figures import parts, stage_seconds
 from asset2sim.studies.speed.synthetic import FILES, make_entries, publish_entries
 from flows.bench import command, fresh, main
 from flows.bench_loop import run_loop

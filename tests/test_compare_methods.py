@@ -8,8 +8,8 @@ from pathlib import Path
 import pyarrow.parquet as pq
 import pytest
 
-from asset2sim.studies.methods.plan import METHODS, level_of, noisy_models, parse_request, plan, slug
-from asset2sim.studies.methods.report import BEGIN, END
+from asset2sim.studies.methods.method_runs import METHODS, level_of, noisy_models, parse_request, plan, slug
+from asset2sim.studies.methods.comparison import BEGIN, END
 from flows.compare_methods import main
 from schemas.errors import UsageError
 from schemas.settings import Settings

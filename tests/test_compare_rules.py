@@ -4,7 +4,7 @@ from typing import Any
 import pandas as pd
 import pytest
 
-from asset2sim.studies.rules import (
+from asset2sim.studies.methods.rules import (
     BEGIN,
     END,
     OURS,

@@ -13,12 +13,12 @@ from PIL import Image
 from asset2sim.catalog.run import start_run
 from asset2sim.catalog.write import write_run
 from asset2sim.studies.methods.charts import growth_chart, spread_labels
-from asset2sim.studies.methods.figures import COST, STABILITY, SUCCESS, TABLE_1, stated
+from asset2sim.studies.methods.figure_specs import COST, STABILITY, SUCCESS, TABLE_1, stated
 from asset2sim.studies.methods.markdown import agreement_lines, failure_table, figure_table, stability_lines
-from asset2sim.studies.methods.objects import read_objects
-from asset2sim.studies.methods.plan import METHODS, NO_MODEL, Run
-from asset2sim.studies.methods.report import BEGIN, END, compare, with_block, write_comparison, write_readme
-from asset2sim.studies.methods.tables import OUTCOMES, Row, failure_rows, figure_rows, growth_rows
+from asset2sim.studies.methods.object_rows import read_objects
+from asset2sim.studies.methods.method_runs import METHODS, NO_MODEL, Run
+from asset2sim.studies.methods.comparison import BEGIN, END, compare, with_block, write_comparison, write_readme
+from asset2sim.studies.methods.comparison_rows import OUTCOMES, Row, failure_rows, figure_rows, growth_rows
 from schemas.asset import AssetRecord, AssetRef
 from schemas.errors import UsageError
 from schemas.settings import ModelSettings, Settings, Thresholds

@@ -10,10 +10,10 @@ import pytest
 from asset2sim.studies.defects import left
 from asset2sim.studies.defects.__main__ import as_json, text
 from asset2sim.studies.defects.defects import DEFECTS
-from asset2sim.studies.defects.document import edited, named, part
-from asset2sim.studies.defects.planted import Defect, Planted, RefinedAsset
-from asset2sim.studies.defects.run import CleanObject, clean_object, judged, samples, try_defect
-from asset2sim.studies.defects.score import (
+from asset2sim.studies.defects.planting import edited, named, part
+from asset2sim.studies.defects.planting import Defect, Planted, RefinedAsset
+from asset2sim.studies.defects.try_defects import CleanObject, clean_object, judged, samples, try_defect
+from asset2sim.studies.defects.defect_results import (
     Row,
     Sign,
     caught_by,

@@ -6,8 +6,8 @@ from pathlib import Path
 
 import pytest
 
-from asset2sim.studies.simcheck import run as program
-from asset2sim.studies.simcheck.report import ObjectReport, SimcheckFinding, judge, read_report, share
+from asset2sim.studies.simcheck import checker as program
+from asset2sim.studies.simcheck.findings import ObjectReport, SimcheckFinding, judge, read_report, share
 from schemas.errors import UnknownChoiceError, UsageError
 from schemas.settings import EngineSettings
 from schemas.vocabulary import Engine, Severity

@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from asset2sim.assets.views import VIEW_NAMES
-from asset2sim.studies.samples import planted
+from asset2sim.studies.samples.bad_assets import bad_assets
 from schemas.asset import AssetRecord, AssetRef
 from schemas.interaction import EngineReport
 from schemas.overlay import PhysicsOverlay
@@ -17,7 +17,7 @@ from schemas.vocabulary import FailureMode, Severity, Source, Stage, Status
 from tasks.pipeline import refine_asset
 from tests.assets import NO_VIEWS, RAW, fingerprint, prior, sample, saying
 
-OUTCOMES = {bad.blueprint.asset_id: bad.outcomes for bad in planted()}
+OUTCOMES = {bad.blueprint.asset_id: bad.outcomes for bad in bad_assets()}
 # Its collision shapes are cut until nothing overlaps; what must become of it is for the search to settle.
 SEEN = Settings(views=ViewSettings(width=48, height=48))
 

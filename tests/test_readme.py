@@ -4,8 +4,8 @@ import csv
 import re
 from pathlib import Path
 
-from asset2sim.studies.readme.summary import BEGIN, END, with_summary
-from asset2sim.studies.samples import planted
+from asset2sim.studies.readme.blocks import BEGIN, END, with_summary
+from asset2sim.studies.samples.bad_assets import bad_assets
 from flows.serve_nightly import nightly_schedule
 
 ROOT = Path(__file__).resolve().parents[1]
@@ -27,7 +27,7 @@ def test_the_summary_table_is_of_the_sample_dataset_as_it_is() -> None:
 
 def test_the_verdicts_in_the_table_are_those_that_the_planted_defects_must_have() -> None:
     verdicts = table()
-    for item in planted():
+    for item in bad_assets():
         allowed = {"ok" if outcome == "none" else str(outcome) for outcome in item.outcomes}
         assert verdicts.pop(item.blueprint.asset_id) in allowed
     assert set(verdicts.values()) == {"ok"}

@@ -7,7 +7,7 @@ import pytest
 
 from asset2sim.catalog.read import query
 from asset2sim.catalog.write import write_run
-from asset2sim.studies.readme.questions import BEGIN, END, FOLDER, NAMES, answers_block, markdown_table, question
+from asset2sim.studies.readme.blocks import BEGIN, END, FOLDER, NAMES, answers_block, markdown_table, question
 from schemas.vocabulary import FailureMode
 from tests.factories import make_failure, make_record
 from tests.test_history import night

@@ -18,9 +18,10 @@ import pytest
 import trimesh
 from PIL import Image
 
-from asset2sim.studies.samples import blueprints, planted, sample_files, write_samples
+from asset2sim.studies.samples.bad_assets import bad_assets
 from asset2sim.studies.samples.blueprint import Blueprint
 from asset2sim.studies.samples.layout import number_text
+from asset2sim.studies.samples.sample_dataset import blueprints, sample_files, write_samples
 from schemas.errors import UsageError
 from schemas.vocabulary import FailureMode
 
@@ -95,14 +96,14 @@ def test_generator_writes_what_is_checked_in(tmp_path: Path) -> None:
     written = write_samples(tmp_path / "raw")
     assert written == [row["asset_id"] for row in manifest()]
     fresh, kept = tree(tmp_path / "raw"), tree(RAW)
-    assert sorted(fresh) == sorted(kept), "run `python -m asset2sim.studies.samples`"
+    assert sorted(fresh) == sorted(kept), "run `python -m asset2sim.studies.samples.sample_dataset`"
     assert [name for name in kept if fresh[name] != kept[name]] == []
 
 
 def test_bytes_do_not_depend_on_the_environment(tmp_path: Path) -> None:
     path = os.pathsep.join(filter(None, [str(ROOT), os.environ.get("PYTHONPATH")]))
     env = {**os.environ, "PYTHONPATH": path, "PYTHONHASHSEED": "7", "LC_ALL": "C", "TZ": "Asia/Kolkata"}
-    command = [sys.executable, "-m", "asset2sim.studies.samples", str(tmp_path / "out")]
+    command = [sys.executable, "-m", "asset2sim.studies.samples.sample_dataset", str(tmp_path / "out")]
     done = subprocess.run(command, env=env, cwd=tmp_path, capture_output=True, text=True, check=True)
     assert "assets written" in done.stdout
     assert tree(tmp_path / "out") == tree(RAW)
@@ -250,7 +251,7 @@ def test_number_text(value: float, text: str) -> None:
 
 
 def test_planted_outcomes_name_every_planted_asset() -> None:
-    expected = {bad.blueprint.asset_id: bad.outcomes for bad in planted()}
+    expected = {bad.blueprint.asset_id: bad.outcomes for bad in bad_assets()}
     assert set(expected) == {row["asset_id"] for row in manifest() if row["subset"] == "planted"}
     assert expected["planted_not_xml"] == (FailureMode.UNREADABLE_ASSET,)
     assert expected["planted_missing_link"] == (FailureMode.MISSING_MESH,)

@@ -5,7 +5,7 @@ from asset2sim.studies.defects import plants_dynamics as dynamics
 from asset2sim.studies.defects import plants_inertial as inertial
 from asset2sim.studies.defects import plants_joints as joints
 from asset2sim.studies.defects import plants_shapes as shapes
-from asset2sim.studies.defects.planted import Defect, Target
+from asset2sim.studies.defects.planting import Defect, Target
 
 LID = Target("box_wooden", "link_0", "joint_0")
 SCREEN = Target("laptop_silver", "link_0", "joint_0")

@@ -3,8 +3,8 @@
 import math
 from pathlib import Path
 
-from asset2sim.studies.defects.document import edited, named, part, write
-from asset2sim.studies.defects.planted import Planted, Target
+from asset2sim.studies.defects.planting import edited, named, part, write
+from asset2sim.studies.defects.planting import Planted, Target
 from schemas.overlay import PhysicsOverlay
 from schemas.settings import PhysicsSettings
 

@@ -4,8 +4,8 @@ from pathlib import Path
 
 import numpy as np
 
-from asset2sim.studies.defects.document import edited, named, numbers, part, scaled, write
-from asset2sim.studies.defects.planted import Plant, Planted, Target
+from asset2sim.studies.defects.planting import edited, named, numbers, part, scaled, write
+from asset2sim.studies.defects.planting import Plant, Planted, Target
 
 POINT_KG_M2 = 1e-12
 """Moment of inertia of a link that its author took for a point mass, kg·m²."""

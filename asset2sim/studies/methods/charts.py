@@ -5,8 +5,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Literal
 
 from asset2sim.studies.methods.markdown import NAMES
-from asset2sim.studies.methods.plan import METHODS, WITHOUT_MODEL
-from asset2sim.studies.methods.tables import OK, OURS, OUTCOMES, Row
+from asset2sim.studies.methods.method_runs import METHODS, WITHOUT_MODEL
+from asset2sim.studies.methods.comparison_rows import OK, OURS, OUTCOMES, Row
 from schemas.vocabulary import Method
 
 if TYPE_CHECKING:

@@ -4,10 +4,10 @@ from collections.abc import Mapping, Sequence
 
 import pandas as pd
 
-from asset2sim.studies.methods.figures import COST, NINE_SUBSET, STABILITY, SUCCESS, Figure
-from asset2sim.studies.methods.plan import METHODS, NO_MODEL
+from asset2sim.studies.methods.figure_specs import COST, NINE_SUBSET, STABILITY, SUCCESS, Figure
+from asset2sim.studies.methods.method_runs import METHODS, NO_MODEL
 from asset2sim.studies.methods.statistics import agreement
-from asset2sim.studies.methods.tables import OK, OURS, OUTCOMES, Row, array_of
+from asset2sim.studies.methods.comparison_rows import OK, OURS, OUTCOMES, Row, array_of
 from schemas.model_names import described
 from schemas.vocabulary import Method
 

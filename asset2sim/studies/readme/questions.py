@@ -8,7 +8,7 @@ import pandas as pd
 
 from asset2sim.catalog.read import query
 from asset2sim.catalog.text import NOTHING
-from asset2sim.studies.readme.summary import with_block
+from asset2sim.studies.readme.blocks import with_block
 
 NAMES = ("modes", "changes", "calls", "slowest", "weak")
 """The questions, in the order in which they are asked."""

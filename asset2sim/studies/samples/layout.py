@@ -6,10 +6,9 @@ import xml.etree.ElementTree as ET
 
 import numpy as np
 
-from asset2sim.studies.samples.blueprint import Blueprint, Hinge, Paint, Part
+from asset2sim.studies.samples.blueprint import TEXTURES, Blueprint, Finish, JointSpec, Link
 from asset2sim.studies.samples.pose import DIGITS, authored_parts
 from asset2sim.studies.samples.shapes import Mesh, Point
-from asset2sim.studies.samples.textures import TEXTURES
 
 UPRIGHT_RPY = "1.570796326794897 0 -1.570796326794897"
 """The real data's fixed joint: turns the y-up body upright, its front towards -x."""
@@ -47,7 +46,7 @@ def number_text(value: float) -> str:
     return "0" if text == "-0" else text
 
 
-def _textures(parts: tuple[Part, ...]) -> list[str]:
+def _textures(parts: tuple[Link, ...]) -> list[str]:
     return sorted({piece.paint.texture for part in parts for piece in part.pieces if piece.paint.texture})
 
 
@@ -70,7 +69,7 @@ def _obj(mesh: Mesh, stem: str, name: str) -> bytes:
     return ("\n".join(lines) + "\n").encode()
 
 
-def _mtl(paint: Paint, textures: dict[str, str]) -> bytes:
+def _mtl(paint: Finish, textures: dict[str, str]) -> bytes:
     # A texture multiplies Kd, so textured parts are white, as in the real data.
     rgb = (1.0, 1.0, 1.0) if paint.texture else paint.rgb
     lines = ["newmtl material_0", "illum 2", f"d {number_text(paint.alpha)}", "Ns 30", f"Kd {_triple(rgb)}"]
@@ -80,7 +79,7 @@ def _mtl(paint: Paint, textures: dict[str, str]) -> bytes:
     return ("\n".join(lines) + "\n").encode()
 
 
-def _urdf(blueprint: Blueprint, parts: tuple[Part, ...], meshes: list[list[str]]) -> bytes:
+def _urdf(blueprint: Blueprint, parts: tuple[Link, ...], meshes: list[list[str]]) -> bytes:
     robot = ET.Element("robot", name=f"sample_{blueprint.asset_id}")
     ET.SubElement(robot, "link", name="base")
     index = {part.key: i for i, part in enumerate(parts)}
@@ -99,7 +98,7 @@ def _urdf(blueprint: Blueprint, parts: tuple[Part, ...], meshes: list[list[str]]
     return ("<?xml version='1.0' encoding='utf-8'?>\n" + ET.tostring(robot, encoding="unicode") + "\n").encode()
 
 
-def _joint(robot: ET.Element, i: int, joint: Hinge | None, parts: tuple[Part, ...], index: dict[str, int]) -> None:
+def _joint(robot: ET.Element, i: int, joint: JointSpec | None, parts: tuple[Link, ...], index: dict[str, int]) -> None:
     element = ET.SubElement(robot, "joint", name=f"joint_{i}", type=joint.type if joint else "fixed")
     if joint is None:
         ET.SubElement(element, "origin", rpy=UPRIGHT_RPY, xyz="0 0 0")
@@ -118,12 +117,12 @@ def _minus(a: Point, b: Point) -> Point:
     return (a[0] - b[0], a[1] - b[1], a[2] - b[2])
 
 
-def _bounding_box(parts: tuple[Part, ...]) -> bytes:
+def _bounding_box(parts: tuple[Link, ...]) -> bytes:
     vertices = np.vstack([piece.mesh.vertices for part in parts for piece in part.pieces])
     return _json({"min": vertices.min(axis=0).tolist(), "max": vertices.max(axis=0).tolist()})
 
 
-def _annotation(parts: tuple[Part, ...]) -> bytes:
+def _annotation(parts: tuple[Link, ...]) -> bytes:
     # The annotators' tree: hinge limits in degrees, ids the links' numbers, parts numbered after them.
     index = {part.key: i for i, part in enumerate(parts)}
     rows: list[dict[str, object]] = []

@@ -4,16 +4,15 @@ import math
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
-from asset2sim.studies.samples.blueprint import Blueprint, Hinge, Part
+from asset2sim.physics.arrays import Array
+from asset2sim.studies.samples.blueprint import Blueprint, JointSpec, Link
 from asset2sim.studies.samples.shapes import Mesh, Point
 
-Transform = NDArray[np.float64]
 DIGITS = 6
 
 
-def authored_parts(blueprint: Blueprint) -> tuple[Part, ...]:
+def authored_parts(blueprint: Blueprint) -> tuple[Link, ...]:
     """The parts as authored: moved to their joints' ``authored`` positions, limits counted from there.
 
     The whole is centred on the origin, as the real data is.
@@ -29,18 +28,18 @@ def authored_parts(blueprint: Blueprint) -> tuple[Part, ...]:
 class Frames:
     """Transforms from the closed pose, (4, 4) float each: ``before`` of the parent, ``after`` of the part itself."""
 
-    before: Transform
-    after: Transform
+    before: Array
+    after: Array
 
 
-def _frames(part: Part, by_key: dict[str, Part]) -> Frames:
+def _frames(part: Link, by_key: dict[str, Link]) -> Frames:
     if part.joint is None:
         return Frames(np.eye(4), np.eye(4))
     parent = _frames(by_key[part.joint.parent], by_key).after
     return Frames(parent, parent @ _motion(part.joint))
 
 
-def _motion(joint: Hinge) -> Transform:
+def _motion(joint: JointSpec) -> Array:
     # Rodrigues about the joint's axis, which the blueprints give with unit length.
     motion = np.eye(4)
     axis = np.array(joint.axis)
@@ -55,7 +54,7 @@ def _motion(joint: Hinge) -> Transform:
     return motion
 
 
-def _moved(part: Part, by_key: dict[str, Part]) -> Part:
+def _moved(part: Link, by_key: dict[str, Link]) -> Link:
     frames = _frames(part, by_key)
     pieces = tuple(replace(piece, mesh=_transformed(piece.mesh, frames.after)) for piece in part.pieces)
     joint = part.joint
@@ -67,7 +66,7 @@ def _moved(part: Part, by_key: dict[str, Part]) -> Part:
     return replace(part, pieces=pieces, joint=joint)
 
 
-def _shifted(part: Part, shift: NDArray[np.float64]) -> Part:
+def _shifted(part: Link, shift: Array) -> Link:
     pieces = []
     for piece in part.pieces:
         # Rounded here, so that boxes and files agree on the last digit.
@@ -79,10 +78,10 @@ def _shifted(part: Part, shift: NDArray[np.float64]) -> Part:
     return replace(part, pieces=tuple(pieces), joint=joint)
 
 
-def _transformed(mesh: Mesh, motion: Transform) -> Mesh:
+def _transformed(mesh: Mesh, motion: Array) -> Mesh:
     return replace(mesh, vertices=mesh.vertices @ motion[:3, :3].T + motion[:3, 3])
 
 
-def _point(values: NDArray[np.float64]) -> Point:
+def _point(values: Array) -> Point:
     x, y, z = (round(float(value), DIGITS) + 0.0 for value in values)
     return (x, y, z)

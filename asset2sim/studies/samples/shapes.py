@@ -9,11 +9,11 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
+
+from asset2sim.physics.arrays import Array, Faces
 
 Point = tuple[float, float, float]
 Pair = tuple[float, float]
-Array = NDArray[np.float64]
 
 SIDES = ("bottom", "top", "left", "right", "back", "front")
 
@@ -23,7 +23,7 @@ class Mesh:
     """A triangle mesh: ``vertices`` (n, 3) float, object units; ``faces`` (m, 3) int; ``uv`` (m, 3, 2) float."""
 
     vertices: Array
-    faces: NDArray[np.int64]
+    faces: Faces
     uv: Array | None = None
 
 

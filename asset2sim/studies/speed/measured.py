@@ -6,7 +6,7 @@ from pathlib import Path
 
 from pydantic import Field
 
-from asset2sim.studies.simcheck.run import check_object, find_simcheck, refined_objects
+from asset2sim.studies.simcheck.checker import check_object, find_simcheck, refined_objects
 from schemas.base import Frozen, NonNegative
 from schemas.errors import UsageError
 

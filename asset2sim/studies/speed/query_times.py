@@ -12,7 +12,7 @@ from asset2sim.studies.speed.history_rows import FIRST_NIGHT
 from asset2sim.studies.speed.measured import QueryTimes
 from schemas.vocabulary import Grouping
 
-MODULE = "asset2sim.studies.speed.query_times"
+MODULE = "asset2sim.studies.speed.history_rows"
 TIMES = 6
 """Runs of the query: the first, and five for a median."""
 

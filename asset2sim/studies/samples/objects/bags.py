@@ -2,13 +2,13 @@
 
 import math
 
-from asset2sim.studies.samples.blueprint import GAP, Blueprint, Paint, Part, hinge, pieces
+from asset2sim.studies.samples.blueprint import GAP, Blueprint, Finish, Link, hinge, pieces
 from asset2sim.studies.samples.shapes import Mesh, Point, block, loft, shell, tube
 
-LEATHER = Paint((0.55, 0.2, 0.16))
-BLACK = Paint((0.1, 0.1, 0.11))
-STEEL = Paint((0.74, 0.75, 0.77))
-CANVAS = Paint((0.3, 0.36, 0.48), texture="canvas")
+LEATHER = Finish((0.55, 0.2, 0.16))
+BLACK = Finish((0.1, 0.1, 0.11))
+STEEL = Finish((0.74, 0.75, 0.77))
+CANVAS = Finish((0.3, 0.36, 0.48), texture="canvas")
 
 
 def handbag() -> Blueprint:
@@ -39,7 +39,7 @@ def handbag() -> Blueprint:
     grip = pieces("handle", LEATHER, tube(_arch(0.25, pivot, 0.34), (0.0, 0.0, 1.0), 0.024))
     joint = hinge("body", pivot, (-1.0, 0.0, 0.0), math.pi / 2, lower=-math.pi / 2)
     prompt = "I want a small handbag with the handle moving freely, resting sideways."
-    parts = (Part("handle", "rotation_handle", grip, joint), Part("body", "suitcase_body", body))
+    parts = (Link("handle", "rotation_handle", grip, joint), Link("body", "suitcase_body", body))
     return Blueprint("suitcase_handbag", "Suitcase", prompt, parts)
 
 
@@ -59,9 +59,9 @@ def business_suitcase() -> Blueprint:
     path += [(-x, y, z) for x, y, z in reversed(path)]
     grip = pieces("handle", BLACK, tube(path, (0.0, 1.0, 0.0), 0.024))
     parts = (
-        Part("handle", "rotation_handle", grip, hinge("body", pivot, (-1.0, 0.0, 0.0), 1.2, lower=-0.3)),
-        Part("lid", "lid", lid, hinge("body", (0.0, 0.22 + GAP / 2, -0.53), (-1.0, 0.0, 0.0), 2.0, authored=0.9)),
-        Part("body", "suitcase_body", body),
+        Link("handle", "rotation_handle", grip, hinge("body", pivot, (-1.0, 0.0, 0.0), 1.2, lower=-0.3)),
+        Link("lid", "lid", lid, hinge("body", (0.0, 0.22 + GAP / 2, -0.53), (-1.0, 0.0, 0.0), 2.0, authored=0.9)),
+        Link("body", "suitcase_body", body),
     )
     prompt = "I want a small business suitcase with its lid slightly open and a low damping hinge."
     return Blueprint("suitcase_business", "Suitcase", prompt, parts)

@@ -2,16 +2,16 @@
 
 import math
 
-from asset2sim.studies.samples.blueprint import GAP, Blueprint, Paint, Part, Piece, hinge, pieces
+from asset2sim.studies.samples.blueprint import GAP, Blueprint, Finish, Link, NamedMesh, hinge, pieces
 from asset2sim.studies.samples.shapes import Mesh, block, disc, loft, ring, shell
 
-WOOD = Paint((0.68, 0.48, 0.28), texture="wood")
-DARK_WOOD = Paint((0.36, 0.2, 0.1))
-FELT = Paint((0.5, 0.1, 0.14))
-BRASS = Paint((0.8, 0.66, 0.3))
+WOOD = Finish((0.68, 0.48, 0.28), texture="wood")
+DARK_WOOD = Finish((0.36, 0.2, 0.1))
+FELT = Finish((0.5, 0.1, 0.14))
+BRASS = Finish((0.8, 0.66, 0.3))
 
 
-def box_body() -> Part:
+def box_body() -> Link:
     """The open wooden box of ``wooden_box``: five panels, and the knuckles of its hinge."""
     knuckles = [disc("x", (x, 0.79, -0.55), 0.024, 0.16, 12) for x in (-0.58, 0.42)]
     straps = [block((x, 0.6, -0.53), (x + 0.16, 0.74, -0.5)) for x in (-0.58, 0.42)]
@@ -21,10 +21,12 @@ def box_body() -> Part:
         *pieces("hinge", BRASS, [*knuckles, *straps]),
         *pieces("foot", DARK_WOOD, feet),
     )
-    return Part("body", "box_body", parts)
+    return Link("body", "box_body", parts)
 
 
-def box_lid(extra: tuple[Piece, ...] = (), *, lower: float = 0.0, upper: float = 2.1, authored: float = 0.0) -> Part:
+def box_lid(
+    extra: tuple[NamedMesh, ...] = (), *, lower: float = 0.0, upper: float = 2.1, authored: float = 0.0
+) -> Link:
     """The flat lid of ``wooden_box``, with ``extra`` pieces on it."""
     bottom = 0.75 + GAP
     parts = (
@@ -32,7 +34,7 @@ def box_lid(extra: tuple[Piece, ...] = (), *, lower: float = 0.0, upper: float =
         *pieces("latch", BRASS, block((-0.09, 0.6, 0.53), (0.09, bottom + 0.05, 0.56))),
     )
     joint = hinge("body", (0.0, 0.79, -0.55), (-1.0, 0.0, 0.0), upper, lower=lower, authored=authored)
-    return Part("lid", "rotation_lid", parts + extra, joint)
+    return Link("lid", "rotation_lid", parts + extra, joint)
 
 
 def wooden_box() -> Blueprint:
@@ -59,7 +61,7 @@ def treasure_chest() -> Blueprint:
     joint = hinge("body", (0.0, rim - GAP / 2, -depth - 0.04), (-1.0, 0.0, 0.0), 1.9)
     prompt = "A very small treasure chest for jewellery, its lid halfway open and staying where it is placed."
     return Blueprint(
-        "box_chest", "Box", prompt, (Part("lid", "rotation_lid", lid, joint), Part("body", "box_body", body))
+        "box_chest", "Box", prompt, (Link("lid", "rotation_lid", lid, joint), Link("body", "box_body", body))
     )
 
 

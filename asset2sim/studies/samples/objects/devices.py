@@ -1,18 +1,18 @@
 """Electric devices: a microwave, a laptop and a keyboard."""
 
-from asset2sim.studies.samples.blueprint import GAP, Blueprint, Paint, Part, hinge, pieces, slider, turntable
+from asset2sim.studies.samples.blueprint import GAP, Blueprint, Finish, Link, hinge, pieces, slider, turntable
 from asset2sim.studies.samples.shapes import Mesh, block, disc, frustum, shell
 
-WHITE = Paint((0.88, 0.88, 0.86))
-GREY = Paint((0.45, 0.46, 0.48))
-SILVER = Paint((0.72, 0.73, 0.75))
-BLACK = Paint((0.1, 0.1, 0.11))
-GLASS = Paint((0.2, 0.25, 0.28), alpha=0.5)
-PLATE = Paint((0.75, 0.85, 0.88), alpha=0.8)
-SCREEN = Paint((0.12, 0.24, 0.5))
-GREEN = Paint((0.2, 0.85, 0.4))
-KEY = Paint((0.93, 0.92, 0.88))
-ACCENT = Paint((0.55, 0.62, 0.72))
+WHITE = Finish((0.88, 0.88, 0.86))
+GREY = Finish((0.45, 0.46, 0.48))
+SILVER = Finish((0.72, 0.73, 0.75))
+BLACK = Finish((0.1, 0.1, 0.11))
+GLASS = Finish((0.2, 0.25, 0.28), alpha=0.5)
+PLATE = Finish((0.75, 0.85, 0.88), alpha=0.8)
+SCREEN = Finish((0.12, 0.24, 0.5))
+GREEN = Finish((0.2, 0.85, 0.4))
+KEY = Finish((0.93, 0.92, 0.88))
+ACCENT = Finish((0.55, 0.62, 0.72))
 
 
 def microwave() -> Blueprint:
@@ -40,10 +40,10 @@ def microwave() -> Blueprint:
         *pieces("hub", GREY, disc("y", (-0.165, 0.09 + GAP, -0.02), 0.07, 0.028, 12)),
     )
     parts = (
-        Part("door", "door", door, hinge("body", (-0.785, 0.0, 0.505), (0.0, -1.0, 0.0), 1.57)),
-        Part("knob", "knob", knob, turntable("body", (0.605, 0.34, 0.45), (0.0, 0.0, 1.0))),
-        Part("tray", "rotation_tray", tray, turntable("body", (-0.165, 0.1, -0.02), (0.0, 1.0, 0.0))),
-        Part("body", "microwave_body", body, kind="heavy"),
+        Link("door", "door", door, hinge("body", (-0.785, 0.0, 0.505), (0.0, -1.0, 0.0), 1.57)),
+        Link("knob", "knob", knob, turntable("body", (0.605, 0.34, 0.45), (0.0, 0.0, 1.0))),
+        Link("tray", "rotation_tray", tray, turntable("body", (-0.165, 0.1, -0.02), (0.0, 1.0, 0.0))),
+        Link("body", "microwave_body", body, kind="heavy"),
     )
     prompt = "I want a microwave with its door halfway open. Low damping for hinge-like behaviour."
     return Blueprint("microwave_kitchen", "Microwave", prompt, parts)
@@ -70,7 +70,7 @@ def laptop() -> Blueprint:
         *pieces("display", SCREEN, block((-0.6, low + 0.006, -0.39), (0.6, low + 0.014, 0.4))),
     )
     joint = hinge("base", (0.0, 0.1, -0.5), (-1.0, 0.0, 0.0), 2.3, authored=1.7)
-    parts = (Part("screen", "screen", screen, joint), Part("base", "laptop_base", base))
+    parts = (Link("screen", "screen", screen, joint), Link("base", "laptop_base", base))
     return Blueprint(
         "laptop_silver", "Laptop", "I want a slightly open laptop. Low damping for smooth operation.", parts
     )
@@ -80,7 +80,7 @@ def keyboard() -> Blueprint:
     """A small keyboard of 20 keys, each on a slider of its own that goes down by 0.03."""
     rows = ([1.0] * 6, [1.5, 1.0, 1.0, 1.0, 1.5], [1.0, 1.0, 1.0, 1.0, 1.0, 1.0], [1.5, 3.0, 1.5])
     left, pitch, front = -0.78, 0.26, -0.32
-    keys: list[Part] = []
+    keys: list[Link] = []
     for row, widths in enumerate(rows):
         x, z = left, front + 0.16 * row
         for width in widths:
@@ -88,13 +88,13 @@ def keyboard() -> Blueprint:
             high = (x + width * pitch - GAP / 2, 0.2, z + 0.16 - GAP / 2)
             paint = KEY if width == 1.0 else ACCENT
             cap = pieces("key", paint, frustum(low, high, 0.02))
-            keys.append(Part(f"key_{len(keys)}", "key", cap, slider("base", (0.0, -1.0, 0.0), 0.03)))
+            keys.append(Link(f"key_{len(keys)}", "key", cap, slider("base", (0.0, -1.0, 0.0), 0.03)))
             x += width * pitch
     rim_x, rim_z = 0.78 + GAP, 0.32 + GAP
     sides = [block((x, 0.06, -rim_z), (x + 0.05, 0.15, rim_z)) for x in (-rim_x - 0.05, rim_x)]
     ends: list[Mesh] = [block((-rim_x - 0.05, 0.06, z), (rim_x + 0.05, 0.15, z + 0.05)) for z in (-rim_z - 0.05, rim_z)]
     plate = block((-rim_x - 0.05, 0.0, -rim_z - 0.05), (rim_x + 0.05, 0.06, rim_z + 0.05))
-    base = Part("base", "keyboard_base", (*pieces("frame", GREY, plate), *pieces("rim", GREY, [*sides, *ends])))
+    base = Link("base", "keyboard_base", (*pieces("frame", GREY, plate), *pieces("rim", GREY, [*sides, *ends])))
     prompt = "A standard keyboard with light, spring-like keys."
     return Blueprint("keyboard_compact", "Keyboard", prompt, (*keys, base))
 

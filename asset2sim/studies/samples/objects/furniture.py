@@ -1,17 +1,17 @@
 """Furniture: a desk cabinet with two drawers, a sideboard with a door and a drawer, and a folding chair."""
 
-from asset2sim.studies.samples.blueprint import GAP, Blueprint, Paint, Part, Piece, hinge, pieces, slider
+from asset2sim.studies.samples.blueprint import GAP, Blueprint, Finish, Link, NamedMesh, hinge, pieces, slider
 from asset2sim.studies.samples.shapes import Mesh, block, shell, tube
 
-WOOD = Paint((0.68, 0.48, 0.28), texture="wood")
-BIRCH = Paint((0.82, 0.7, 0.52))
-WHITE = Paint((0.9, 0.9, 0.88))
-STEEL = Paint((0.7, 0.71, 0.73))
-GREY = Paint((0.32, 0.34, 0.38))
-BLUE = Paint((0.16, 0.3, 0.52))
+WOOD = Finish((0.68, 0.48, 0.28), texture="wood")
+BIRCH = Finish((0.82, 0.7, 0.52))
+WHITE = Finish((0.9, 0.9, 0.88))
+STEEL = Finish((0.7, 0.71, 0.73))
+GREY = Finish((0.32, 0.34, 0.38))
+BLUE = Finish((0.16, 0.3, 0.52))
 
 
-def drawer(x: float, y0: float, y1: float, back: float, front: float, paint: Paint) -> tuple[Piece, ...]:
+def drawer(x: float, y0: float, y1: float, back: float, front: float, paint: Finish) -> tuple[NamedMesh, ...]:
     """A drawer, open on top, ``GAP`` narrower than its bay on every side, behind a wider front with a handle.
 
     ``x`` is half the bay's inner width, ``y0`` and ``y1`` its floor and ceiling, ``front`` the carcass's edge.
@@ -39,9 +39,9 @@ def desk_cabinet() -> Blueprint:
         *pieces("plinth", GREY, block((-0.42, 0.0, -0.46), (0.42, 0.05, 0.38))),
     )
     parts = (
-        Part("upper", "drawer", drawer(0.4, 0.65, 1.15, -0.45, 0.42, WOOD), slider("body", (0.0, 0.0, 1.0), 0.7)),
-        Part("lower", "drawer", drawer(0.4, 0.1, 0.6, -0.45, 0.42, WOOD), slider("body", (0.0, 0.0, 1.0), 0.7)),
-        Part("body", "furniture_body", body, kind="heavy"),
+        Link("upper", "drawer", drawer(0.4, 0.65, 1.15, -0.45, 0.42, WOOD), slider("body", (0.0, 0.0, 1.0), 0.7)),
+        Link("lower", "drawer", drawer(0.4, 0.1, 0.6, -0.45, 0.42, WOOD), slider("body", (0.0, 0.0, 1.0), 0.7)),
+        Link("body", "furniture_body", body, kind="heavy"),
     )
     prompt = "A two-drawer cabinet, first drawer closed and the second slightly open, low friction slides."
     return Blueprint("table_two_drawers", "Table", prompt, parts)
@@ -63,9 +63,9 @@ def sideboard() -> Blueprint:
     )
     swing = hinge("body", (-0.53, 0.0, face + 0.03), (0.0, -1.0, 0.0), 1.57)
     parts = (
-        Part("door", "rotation_door", door, swing),
-        Part("drawer", "drawer", drawer(0.5, 0.2, 0.5, -0.35, 0.36, BLUE), slider("body", (0.0, 0.0, 1.0), 0.6)),
-        Part("body", "furniture_body", body, kind="heavy"),
+        Link("door", "rotation_door", door, swing),
+        Link("drawer", "drawer", drawer(0.5, 0.2, 0.5, -0.35, 0.36, BLUE), slider("body", (0.0, 0.0, 1.0), 0.6)),
+        Link("body", "furniture_body", body, kind="heavy"),
     )
     prompt = "A small sideboard with its door fully open and the drawer closed, medium friction."
     return Blueprint("storage_sideboard", "StorageFurniture", prompt, parts)
@@ -90,7 +90,7 @@ def folding_chair() -> Blueprint:
     )
     joint = hinge("body", (0.0, 0.59, 0.09), (-1.0, 0.0, 0.0), 1.1)
     prompt = "I want a very small folding chair for a baby, easy to fold, with its seat unfolded in normal position."
-    parts = (Part("seat", "seat", seat, joint), Part("body", "leg", body))
+    parts = (Link("seat", "seat", seat, joint), Link("body", "leg", body))
     return Blueprint("chair_folding", "FoldingChair", prompt, parts)
 
 

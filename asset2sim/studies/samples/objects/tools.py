@@ -1,11 +1,11 @@
 """Scissors and a stapler."""
 
-from asset2sim.studies.samples.blueprint import Blueprint, Paint, Part, Piece, hinge, pieces
+from asset2sim.studies.samples.blueprint import Blueprint, Finish, Link, NamedMesh, hinge, pieces
 from asset2sim.studies.samples.shapes import Mesh, block, disc, loft, ring
 
-RED = Paint((0.72, 0.1, 0.12))
-STEEL = Paint((0.72, 0.73, 0.75))
-BLACK = Paint((0.12, 0.12, 0.13))
+RED = Finish((0.72, 0.1, 0.12))
+STEEL = Finish((0.72, 0.73, 0.75))
+BLACK = Finish((0.12, 0.12, 0.13))
 PIN = (0.0, 0.255, -0.75)
 
 
@@ -34,16 +34,16 @@ def stapler() -> Blueprint:
         *pieces("tongue", STEEL, block((-0.05, 0.15, -0.8), (0.05, 0.28, -0.44))),
     )
     parts = (
-        Part("body", "stapler_body", magazine, hinge("lid", PIN, (1.0, 0.0, 0.0), 2.6, authored=0.06)),
-        Part("lid", "lid", lid, hinge("base", PIN, (-1.0, 0.0, 0.0), 1.9, authored=0.16)),
-        Part("base", "stapler_base", base),
+        Link("body", "stapler_body", magazine, hinge("lid", PIN, (1.0, 0.0, 0.0), 2.6, authored=0.06)),
+        Link("lid", "lid", lid, hinge("base", PIN, (-1.0, 0.0, 0.0), 1.9, authored=0.16)),
+        Link("base", "stapler_base", base),
     )
     prompt = "I want a slightly open stapler, with spring behaviour in its joint for pressing."
     return Blueprint("stapler_desk", "Stapler", prompt, parts)
 
 
-BLADE_STEEL = Paint((0.75, 0.76, 0.78))
-GRIP = Paint((0.9, 0.42, 0.08))
+BLADE_STEEL = Finish((0.75, 0.76, 0.78))
+GRIP = Finish((0.9, 0.42, 0.08))
 THICK = 0.03
 BLADE = [(-1.0, 0.02), (-0.25, -0.04), (0.1, -0.05), (0.1, 0.06), (-0.25, 0.09)]
 SHANK = [(0.1, -0.05), (0.42, -0.17), (0.42, -0.08), (0.1, 0.06)]
@@ -54,12 +54,12 @@ def scissors() -> Blueprint:
     upper = _leg(0.056, 1.0)
     rivet = pieces("rivet", BLADE_STEEL, disc("y", (0.0, 0.056 + THICK, 0.0), 0.04, 0.015, 12))
     joint = hinge("fixed", (0.0, 0.0, 0.0), (0.0, 1.0, 0.0), 0.9, authored=0.6)
-    parts = (Part("moving", "leg", upper + rivet, joint), Part("fixed", "leg", _leg(0.0, -1.0)))
+    parts = (Link("moving", "leg", upper + rivet, joint), Link("fixed", "leg", _leg(0.0, -1.0)))
     prompt = "A wide open pair of scissors, low damping for an easy opening and closing motion."
     return Blueprint("scissors_paper", "Scissors", prompt, parts)
 
 
-def _leg(low: float, sign: float) -> tuple[Piece, ...]:
+def _leg(low: float, sign: float) -> tuple[NamedMesh, ...]:
     def plate(outline: list[tuple[float, float]]) -> Mesh:
         flat = [(x, sign * z) for x, z in outline]
         return loft([(x, low, z) for x, z in flat], [(x, low + THICK, z) for x, z in flat])

@@ -2,16 +2,16 @@
 
 import math
 
-from asset2sim.studies.samples.blueprint import GAP, Blueprint, Paint, Part, hinge, pieces
+from asset2sim.studies.samples.blueprint import GAP, Blueprint, Finish, Link, hinge, pieces
 from asset2sim.studies.samples.shapes import block, disc, loft, ring, shell, tube
 
-STEEL = Paint((0.68, 0.7, 0.72))
-BLACK = Paint((0.12, 0.12, 0.13))
-YELLOW = Paint((0.92, 0.74, 0.14))
-WOODEN = Paint((0.6, 0.42, 0.24))
-PORCELAIN = Paint((0.94, 0.94, 0.92))
-CREAM = Paint((0.86, 0.84, 0.76))
-CHROME = Paint((0.78, 0.8, 0.82))
+STEEL = Finish((0.68, 0.7, 0.72))
+BLACK = Finish((0.12, 0.12, 0.13))
+YELLOW = Finish((0.92, 0.74, 0.14))
+WOODEN = Finish((0.6, 0.42, 0.24))
+PORCELAIN = Finish((0.94, 0.94, 0.92))
+CREAM = Finish((0.86, 0.84, 0.76))
+CHROME = Finish((0.78, 0.8, 0.82))
 
 
 def trash_can() -> Blueprint:
@@ -33,9 +33,9 @@ def trash_can() -> Blueprint:
         *pieces("arm", BLACK, block((-0.05, 0.05, 0.45), (0.05, 0.08, 0.52))),
     )
     parts = (
-        Part("pad", "foot_pad", pad, hinge("body", (0.0, 0.065, 0.48), (1.0, 0.0, 0.0), 0.2)),
-        Part("lid", "lid", lid, hinge("body", (0.0, 1.1 + GAP / 2, -0.57), (-1.0, 0.0, 0.0), 1.4)),
-        Part("body", "trashcan_body", body),
+        Link("pad", "foot_pad", pad, hinge("body", (0.0, 0.065, 0.48), (1.0, 0.0, 0.0), 0.2)),
+        Link("lid", "lid", lid, hinge("body", (0.0, 1.1 + GAP / 2, -0.57), (-1.0, 0.0, 0.0), 1.4)),
+        Link("body", "trashcan_body", body),
     )
     prompt = (
         "A very small personal trash can with its lid slightly open. The hinge has low damping and holds its position."
@@ -59,7 +59,7 @@ def bucket() -> Blueprint:
     )
     joint = hinge("body", (0.0, 0.96, 0.0), (-1.0, 0.0, 0.0), 1.57, lower=-1.57)
     prompt = "A small bucket with its handle upright, super low friction so that it swings freely."
-    parts = (Part("handle", "handle", handle, joint), Part("body", "bucket_body", body))
+    parts = (Link("handle", "handle", handle, joint), Link("body", "bucket_body", body))
     return Blueprint("bucket_yellow", "Bucket", prompt, parts)
 
 
@@ -88,10 +88,10 @@ def toilet() -> Blueprint:
     )
     lever = pieces("lever", CHROME, block((-0.51, 1.05, -0.78), (-0.46 - GAP, 1.09, -0.56)))
     parts = (
-        Part("lever", "lever", lever, hinge("body", (-0.49, 1.07, -0.75), (1.0, 0.0, 0.0), 0.52)),
-        Part("lid", "lid", lid, hinge("body", pin, (-1.0, 0.0, 0.0), 1.6)),
-        Part("seat", "seat", seat, hinge("body", pin, (-1.0, 0.0, 0.0), 1.55)),
-        Part("body", "toilet_body", body, kind="static"),
+        Link("lever", "lever", lever, hinge("body", (-0.49, 1.07, -0.75), (1.0, 0.0, 0.0), 0.52)),
+        Link("lid", "lid", lid, hinge("body", pin, (-1.0, 0.0, 0.0), 1.6)),
+        Link("seat", "seat", seat, hinge("body", pin, (-1.0, 0.0, 0.0), 1.55)),
+        Link("body", "toilet_body", body, kind="static"),
     )
     prompt = "I want a very small toilet for a baby, with its lid fully open and the seat down."
     return Blueprint("toilet_white", "Toilet", prompt, parts)

@@ -6,7 +6,7 @@ import numpy as np
 import pandas as pd
 
 from asset2sim.catalog.read import latest_rows
-from asset2sim.studies.methods.plan import Run
+from asset2sim.studies.methods.method_runs import Run
 from schemas.settings import Thresholds
 from schemas.vocabulary import PAPER_FAILURE_MODES, FailureMode
 

@@ -1,4 +1,4 @@
-"""An independent checker over refined objects: ``python -m asset2sim.studies.simcheck.run OUT``.
+"""An independent checker over refined objects: ``python -m asset2sim.studies.simcheck.checker OUT``.
 
 The checker is simcheck, an external package in an environment of its own (``make judge`` makes it): MuJoCo and
 PyBullet, a free base, a drop of 5 cm, joint sweeps, contacts at rest. Only its report is used.
@@ -26,7 +26,7 @@ from rich.table import Table
 from asset2sim.assets.folder import URDF_NAME
 from asset2sim.catalog.read import read_table
 from asset2sim.cli.console import output
-from asset2sim.studies.simcheck.report import Judgement, ObjectReport, judge, read_report, share
+from asset2sim.studies.simcheck.findings import Judgement, ObjectReport, judge, read_report, share
 from schemas.errors import Asset2SimError, UnknownChoiceError, UsageError
 
 ENVIRONMENT = ".venv-judge"
@@ -159,7 +159,7 @@ def show(judgement: Judgement, reports: Sequence[ObjectReport], console: Console
 def main(words: Sequence[str]) -> int:
     """Check the objects; exit code 0 if all were checked in full without an error, 1 if not, 2 for a usage error."""
     parser = argparse.ArgumentParser(
-        prog="python -m asset2sim.studies.simcheck.run", description="simcheck over refined objects"
+        prog="python -m asset2sim.studies.simcheck.checker", description="simcheck over refined objects"
     )
     parser.add_argument("out", type=Path, help="the folder that a run wrote, with assets/")
     parser.add_argument("--jobs", type=int, default=2, help="objects at once (2)")

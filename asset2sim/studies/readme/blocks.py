@@ -1,4 +1,4 @@
-"""The README's summary table from a run's catalog: ``python -m asset2sim.studies.readme.summary OUT README``."""
+"""The README's summary table from a run's catalog: ``python -m asset2sim.studies.readme.blocks OUT README``."""
 
 import math
 import sys

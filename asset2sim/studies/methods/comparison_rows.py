@@ -8,8 +8,8 @@ import numpy as np
 import pandas as pd
 
 from asset2sim.physics.arrays import Array
-from asset2sim.studies.methods.figures import STABILITY, SUCCESS, Figure, stated
-from asset2sim.studies.methods.plan import NO_MODEL, level_of
+from asset2sim.studies.methods.figure_specs import STABILITY, SUCCESS, Figure, stated
+from asset2sim.studies.methods.method_runs import NO_MODEL, level_of
 from asset2sim.studies.methods.statistics import Estimate, estimate, paired_difference
 from schemas.vocabulary import PAPER_FAILURE_MODES, Method
 

@@ -1,6 +1,6 @@
 """The README's table "raw, paper's rules, ours": the same objects raw, by the paper's rules, and by ours.
 
-``python -m asset2sim.studies.rules [--readme README.md] NAME=OUT ...`` reads the latest run of each OUT's catalog;
+``python -m asset2sim.studies.methods.rules [--readme README.md] NAME=OUT ...`` reads the latest run of each OUT's catalog;
 ``settings_of`` says how each is run.
 """
 
@@ -164,7 +164,7 @@ def with_rules(text: str, lines: Sequence[str]) -> str:
 
 def main(words: Sequence[str]) -> int:
     """Write the table into the README, or print it."""
-    parser = argparse.ArgumentParser(prog="python -m asset2sim.studies.rules")
+    parser = argparse.ArgumentParser(prog="python -m asset2sim.studies.methods.rules")
     parser.add_argument("runs", nargs="+", metavar="NAME=OUT", help="the rules' name and the folder that a run wrote")
     parser.add_argument("--readme", type=Path, help="write the table between this file's markers")
     chosen = parser.parse_args(words)

@@ -9,7 +9,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from asset2sim.studies.samples.blueprint import GAP, Blueprint, Paint, Part, Piece, hinge, pieces, slider
+from asset2sim.studies.samples.blueprint import GAP, Blueprint, Finish, Link, NamedMesh, hinge, pieces, slider
 from asset2sim.studies.samples.layout import asset_files
 from asset2sim.studies.samples.objects.boxes import BRASS, box_body, box_lid
 from asset2sim.studies.samples.objects.devices import laptop
@@ -18,13 +18,13 @@ from asset2sim.studies.samples.shapes import Mesh, block, shell
 from schemas.vocabulary import FailureMode
 
 Files = dict[str, bytes]
-CARD = Paint((0.72, 0.56, 0.38))
-PICTURE = Paint((0.3, 0.36, 0.48), texture="canvas")
-GREEN = Paint((0.36, 0.5, 0.4))
+CARD = Finish((0.72, 0.56, 0.38))
+PICTURE = Finish((0.3, 0.36, 0.48), texture="canvas")
+GREEN = Finish((0.36, 0.5, 0.4))
 
 
 @dataclass(frozen=True)
-class Planted:
+class BadAsset:
     """A bad asset: its ``blueprint``, the failure modes with which it may end, and the change ``spoil`` to its files.
 
     ``FailureMode.NONE`` among ``outcomes`` means that its refinement may succeed, or must if it is the only one.
@@ -39,18 +39,18 @@ class Planted:
         return self.spoil(asset_files(self.blueprint))
 
 
-def planted() -> tuple[Planted, ...]:
+def bad_assets() -> tuple[BadAsset, ...]:
     """Every planted asset, in the manifest's order."""
     good, mode = FailureMode.NONE, FailureMode
     return (
-        Planted(open_mesh(), (good,)),
-        Planted(flat_decal(), (good,)),
-        Planted(_box("planted_missing_mesh", "A small box with its lid halfway open."), (good,), _without_latch),
-        Planted(_missing_screen(), (mode.MISSING_MESH,), _without_screen),
-        Planted(crossed_flaps(), (good,)),
-        Planted(blocked_drawer(), (mode.PENETRATION,)),
-        Planted(inverted_limits(), (good, mode.INVALID_JOINT_CONFIGURATION)),
-        Planted(_box("planted_not_xml", "A box with its lid closed."), (mode.UNREADABLE_ASSET,), _not_xml),
+        BadAsset(open_mesh(), (good,)),
+        BadAsset(flat_decal(), (good,)),
+        BadAsset(_box("planted_missing_mesh", "A small box with its lid halfway open."), (good,), _without_latch),
+        BadAsset(_missing_screen(), (mode.MISSING_MESH,), _without_screen),
+        BadAsset(crossed_flaps(), (good,)),
+        BadAsset(blocked_drawer(), (mode.PENETRATION,)),
+        BadAsset(inverted_limits(), (good, mode.INVALID_JOINT_CONFIGURATION)),
+        BadAsset(_box("planted_not_xml", "A box with its lid closed."), (mode.UNREADABLE_ASSET,), _not_xml),
     )
 
 
@@ -69,7 +69,7 @@ def flat_decal() -> Blueprint:
     corners = np.array([(-0.4, top, -0.25), (0.4, top, -0.25), (0.4, top, 0.25), (-0.4, top, 0.25)])
     uv = np.array([[(0, 1), (1, 0), (1, 1)], [(0, 1), (0, 0), (1, 0)]], dtype=float)
     quad = Mesh(corners, np.array([(0, 2, 1), (0, 3, 2)]), uv)
-    parts = (box_lid((Piece("decal", quad, PICTURE),)), box_body())
+    parts = (box_lid((NamedMesh("decal", quad, PICTURE),)), box_body())
     return Blueprint("planted_flat_decal", "Box", "A gift box with its lid a little open.", parts, "planted")
 
 
@@ -90,10 +90,10 @@ def crossed_flaps() -> Blueprint:
         near, far = sorted((sign * 0.7, sign * -0.12))
         panel = pieces("flap", CARD, block((near, low, -0.45), (far, low + 0.03, 0.45)))
         joint = hinge("body", (sign * 0.73, low, 0.0), (0.0, 0.0, -sign), 2.4)
-        flaps.append(Part(key, "rotation_lid", panel, joint))
+        flaps.append(Link(key, "rotation_lid", panel, joint))
     tape = pieces("tape", GREEN, block((-0.08, 0.1, 0.45), (0.08, 0.45, 0.452)))
     carton = pieces("frame", CARD, shell((-0.7, 0.0, -0.45), (0.7, 0.6, 0.45), 0.03, without="top"))
-    parts = (*flaps, Part("body", "box_body", carton + tape))
+    parts = (*flaps, Link("body", "box_body", carton + tape))
     return Blueprint("planted_crossed_flaps", "Box", "A small shipping box with both lids closed.", parts, "planted")
 
 
@@ -112,9 +112,9 @@ def blocked_drawer() -> Blueprint:
     )
     swing = hinge("body", (-0.43, 0.0, face + 0.03), (0.0, -1.0, 0.0), 1.9)
     parts = (
-        Part("drawer", "drawer", tub, slider("body", (0.0, 0.0, 1.0), 0.7)),
-        Part("door", "rotation_door", door, swing),
-        Part("body", "furniture_body", body, kind="heavy"),
+        Link("drawer", "drawer", tub, slider("body", (0.0, 0.0, 1.0), 0.7)),
+        Link("door", "rotation_door", door, swing),
+        Link("body", "furniture_body", body, kind="heavy"),
     )
     prompt = "A small cabinet with its door closed and the drawer behind it halfway open."
     return Blueprint("planted_blocked_drawer", "StorageFurniture", prompt, parts, "planted")

@@ -1,16 +1,21 @@
-"""The sample dataset: its assets, their files, and writing them to disk."""
+"""The sample dataset: its assets, their files, and writing them to disk, to data/raw unless told otherwise:
+``python -m asset2sim.studies.samples.sample_dataset [OUT]``.
+"""
 
+import argparse
 import csv
 import io
 import shutil
+import sys
 import tempfile
 from collections.abc import Callable
 from pathlib import Path
 
+from asset2sim.runs.dataset import COLUMNS, MANIFEST
+from asset2sim.studies.samples.bad_assets import bad_assets
 from asset2sim.studies.samples.blueprint import Blueprint
 from asset2sim.studies.samples.layout import asset_files
 from asset2sim.studies.samples.objects import bags, boxes, devices, furniture, tools, vessels
-from asset2sim.studies.samples.planted import planted
 from schemas.errors import UsageError
 
 SAMPLES: tuple[Callable[[], Blueprint], ...] = (
@@ -32,22 +37,21 @@ SAMPLES: tuple[Callable[[], Blueprint], ...] = (
 )
 """The good objects, in the manifest's order."""
 
-COLUMNS = ("asset_id", "category", "path", "subset", "prompt")
 SUBSETS = frozenset({"sample", "planted"})
 
 
 def blueprints() -> tuple[Blueprint, ...]:
     """Every asset's blueprint, the good ones first."""
-    return tuple(make() for make in SAMPLES) + tuple(bad.blueprint for bad in planted())
+    return tuple(make() for make in SAMPLES) + tuple(bad.blueprint for bad in bad_assets())
 
 
 def sample_files() -> dict[str, bytes]:
     """The whole dataset: a path relative to its root, with forward slashes → the file's bytes."""
     good = [make() for make in SAMPLES]
     made = [(blueprint, asset_files(blueprint)) for blueprint in good]
-    made += [(bad.blueprint, bad.files()) for bad in planted()]
+    made += [(bad.blueprint, bad.files()) for bad in bad_assets()]
     files = {f"{_folder(blueprint)}/{name}": data for blueprint, contents in made for name, data in contents.items()}
-    return {"manifest.csv": _manifest([blueprint for blueprint, _ in made]), **files}
+    return {MANIFEST: _manifest([blueprint for blueprint, _ in made]), **files}
 
 
 def write_samples(out: Path) -> list[str]:
@@ -96,7 +100,7 @@ def _check_replaceable(target: Path) -> None:
     # The folder is replaced as a whole: never do that to one that is not ours.
     if not target.exists() or (target.is_dir() and not any(target.iterdir())):
         return
-    manifest = target / "manifest.csv"
+    manifest = target / MANIFEST
     if target.is_dir() and manifest.is_file():
         with manifest.open(newline="", encoding="utf-8", errors="replace") as file:
             found = {row.get("subset") for row in csv.DictReader(file)}
@@ -105,3 +109,23 @@ def _check_replaceable(target: Path) -> None:
     raise UsageError(
         f"{target} is not an earlier sample dataset; name an empty or a new folder to write the samples to"
     )
+
+
+def main() -> int:
+    """Write the samples; exit code 2 where the folder named holds something else."""
+    parser = argparse.ArgumentParser(
+        prog="python -m asset2sim.studies.samples.sample_dataset", description="Write the sample dataset."
+    )
+    parser.add_argument("out", nargs="?", type=Path, default=Path("data/raw"), help="folder to write, default data/raw")
+    out: Path = parser.parse_args().out
+    try:
+        written = write_samples(out)
+    except UsageError as error:
+        sys.stderr.write(f"{error}\n")
+        return 2
+    sys.stdout.write(f"{len(written)} assets written to {out}\n")
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -13,7 +13,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 
 from asset2sim.checks.verdict import failures_of
-from asset2sim.studies.defects.planted import Planted
+from asset2sim.studies.defects.planting import Planted
 from schemas.asset import AssetRecord
 from schemas.finding import Finding
 from schemas.overlay import PhysicsOverlay

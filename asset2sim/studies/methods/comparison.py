@@ -10,7 +10,7 @@ import pyarrow.parquet as pq
 
 from asset2sim.catalog.enforce import to_arrow
 from asset2sim.studies.methods.charts import failure_chart, growth_chart
-from asset2sim.studies.methods.figures import COST, STABILITY, SUCCESS
+from asset2sim.studies.methods.figure_specs import COST, STABILITY, SUCCESS
 from asset2sim.studies.methods.markdown import (
     agreement_lines,
     by_model,
@@ -20,8 +20,8 @@ from asset2sim.studies.methods.markdown import (
     notes,
     stability_lines,
 )
-from asset2sim.studies.methods.plan import Run, slug
-from asset2sim.studies.methods.tables import Row, failure_rows, figure_rows, growth_rows
+from asset2sim.studies.methods.method_runs import Run, slug
+from asset2sim.studies.methods.comparison_rows import Row, failure_rows, figure_rows, growth_rows
 from schemas import tables_compare as schema
 from schemas.errors import UsageError
 from schemas.model_names import NOISY, described
