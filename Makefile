@@ -112,10 +112,10 @@ bench: $(INSTALLED) ## how fast a night is, and where its time goes; DATA (../sh
 		"$(if $(WORK),$(WORK),$(OUT)/bench)" $(if $(LIMIT),--limit "$(LIMIT)") $(if $(STRICT),--strict) $(ARGS)
 
 questions: $(INSTALLED) ## write five questions and OUT's answers into the README
-	@$(BIN)/python -m asset2sim.studies.readme.blocks "$(OUT)" README.md
+	@$(BIN)/python -m asset2sim.studies.readme.blocks questions "$(OUT)" README.md
 
 summary: $(INSTALLED) ## write the table of OUT's latest run into the README
-	@$(BIN)/python -m asset2sim.studies.readme.blocks "$(OUT)" README.md
+	@$(BIN)/python -m asset2sim.studies.readme.blocks summary "$(OUT)" README.md
 
 picture: $(INSTALLED) ## draw the README's before-and-after picture from data/raw and data/refined
 	@$(BIN)/python -m asset2sim.studies.readme.picture data/raw data/refined docs/before_after.png \

@@ -16,7 +16,8 @@ from asset2sim.cli.parser import parse, refine_request
 from asset2sim.models.gateway.environment import checkout_folder, quiet_environment
 from asset2sim.runs.dataset import load_dataset
 from asset2sim.runs.spread.refine_all import refine_all
-from asset2sim.studies.speed.bench_figures import bench_markdown, figures, missed
+from asset2sim.studies.speed.bench_figures import bench_markdown, figures, missed, stage_seconds
+from asset2sim.studies.speed.history_rows import MODULE as QUERY
 from asset2sim.studies.speed.history_rows import write_history
 from asset2sim.studies.speed.measured import (
     BenchRequest,
@@ -28,8 +29,6 @@ from asset2sim.studies.speed.measured import (
     time_checker,
 )
 from asset2sim.studies.speed.process import machine, measure, one_core
-from asset2sim.studies.speed.history_rows import MODULE as QUERY
-from asset2sim.studies.speed.bench_figures import stage_seconds
 from asset2sim.studies.speed.synthetic import make_unchanged
 from flows.bench_loop import run_loop
 from flows.bench_run import MODULE as RUN

@@ -5,15 +5,14 @@ from collections.abc import Sequence
 
 from asset2sim.cli.console import output
 from asset2sim.models.gateway.environment import quiet_environment
+from asset2sim.runs.alert import DONE, STOPPED, run_program
 from asset2sim.runs.check_request import check_request
 from asset2sim.runs.isolation.server import warm_up
+from asset2sim.studies.methods.comparison import BLOCK, compare, write_comparison, write_readme
+from asset2sim.studies.methods.method_runs import CompareRequest, parse_request, planned_runs
 from asset2sim.studies.methods.object_rows import read_objects
-from asset2sim.studies.methods.method_runs import CompareRequest, parse_request, plan
-from asset2sim.studies.methods.comparison import check_readme, compare, write_comparison, write_readme
+from asset2sim.studies.readme.blocks import check_readme
 from flows.server.server import temporary_server
-from schemas.errors import Asset2SimError, UsageError
-
-DONE, FAILED, MISTAKE, STOPPED = 0, 1, 2, 130
 
 
 def compare_methods(request: CompareRequest) -> int:
@@ -21,10 +20,10 @@ def compare_methods(request: CompareRequest) -> int:
 
     Raises UsageError for what cannot be done as asked, before anything is refined.
     """
-    runs = plan(request.out, request.methods, request.models)
+    runs = planned_runs(request.out, request.methods, request.models)
     base, console = request.settings, output()
     if request.readme is not None:
-        check_readme(request.readme)
+        check_readme(request.readme, BLOCK)
     for run in runs:
         check_request(request.data, run.folder, run.settings(base), request.subset, request.asset_ids, request.limit)
     with temporary_server() as address:
@@ -52,14 +51,7 @@ def compare_methods(request: CompareRequest) -> int:
 def main(words: Sequence[str]) -> int:
     """Run one command line and return its exit code."""
     quiet_environment()
-    try:
-        return compare_methods(parse_request(words))
-    except Asset2SimError as error:
-        sys.stderr.write(f"compare_methods: {error}\n")
-        return MISTAKE if isinstance(error, UsageError) else FAILED
-    except KeyboardInterrupt:
-        sys.stderr.write("compare_methods: interrupted\n")
-        return STOPPED
+    return run_program("compare_methods", lambda: compare_methods(parse_request(words)))
 
 
 if __name__ == "__main__":

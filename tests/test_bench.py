@@ -23,9 +23,12 @@ from asset2sim.studies.speed.bench_figures import (
     memory_growth_mb,
     missed,
     overhead,
+    parts,
     rate,
+    stage_seconds,
 )
-from asset2sim.studies.speed.history_rows import FIRST_NIGHT, night_tables, write_history
+from asset2sim.studies.speed.history_rows import FIRST_NIGHT, night_tables, time_query, write_history
+from asset2sim.studies.speed.history_rows import MODULE as QUERY
 from asset2sim.studies.speed.measured import (
     PARTS,
     CheckerTimes,
@@ -38,9 +41,6 @@ from asset2sim.studies.speed.measured import (
     time_checker,
 )
 from asset2sim.studies.speed.process import BenchError, measure, one_core, peak_memory_mb
-from asset2sim.studies.speed.history_rows import MODULE as QUERY
-from asset2sim.studies.speed.history_rows import time_query
-from asset2sim.studies.speed.bench_figures import parts, stage_seconds
 from asset2sim.studies.speed.synthetic import FILES, make_entries, publish_entries
 from flows.bench import command, fresh, main
 from flows.bench_loop import run_loop

@@ -8,8 +8,8 @@ from pathlib import Path
 import pyarrow.parquet as pq
 import pytest
 
-from asset2sim.studies.methods.method_runs import METHODS, level_of, noisy_models, parse_request, plan, slug
-from asset2sim.studies.methods.comparison import BEGIN, END
+from asset2sim.studies.methods.method_runs import METHODS, level_of, noisy_models, parse_request, planned_runs, slug
+from asset2sim.studies.readme.blocks import markers
 from flows.compare_methods import main
 from schemas.errors import UsageError
 from schemas.settings import Settings
@@ -21,7 +21,7 @@ LIMIT_S = 300
 
 
 def test_every_method_is_run_with_every_model_and_what_asks_none_once() -> None:
-    runs = plan(Path("out"), (Method.RAW, Method.DIRECT), ("prior/noisy", "openai/gpt:4o"))
+    runs = planned_runs(Path("out"), (Method.RAW, Method.DIRECT), ("prior/noisy", "openai/gpt:4o"))
     assert [(run.method.value, run.label, run.folder.as_posix()) for run in runs] == [
         ("raw", "none", "out/raw/none"),
         ("direct", "prior/noisy", "out/direct/prior_noisy"),
@@ -35,9 +35,9 @@ def test_every_method_is_run_with_every_model_and_what_asks_none_once() -> None:
 def test_models_that_would_share_a_folder_are_refused() -> None:
     assert slug("a/b") == slug("a:b")
     with pytest.raises(UsageError, match="two models share the folder"):
-        plan(Path("out"), (Method.DIRECT,), ("a/b", "a:b"))
+        planned_runs(Path("out"), (Method.DIRECT,), ("a/b", "a:b"))
     with pytest.raises(UsageError, match="at least one"):
-        plan(Path("out"), (), ("a/b",))
+        planned_runs(Path("out"), (), ("a/b",))
 
 
 def test_levels_are_models_and_the_default_level_is_the_default_model() -> None:
@@ -79,7 +79,7 @@ def test_mistakes_are_one_line_before_anything_runs(
 @pytest.mark.skipif(not (SAMPLES / "manifest.csv").exists(), reason="the sample dataset is not here")
 def test_two_objects_by_two_methods(tmp_path: Path) -> None:
     readme = tmp_path / "README.md"
-    readme.write_text(f"{BEGIN}\n{END}\n", encoding="utf-8")
+    readme.write_text("\n".join(markers("compare")), encoding="utf-8")
     out = tmp_path / "my out"
     command = [
         sys.executable,

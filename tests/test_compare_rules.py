@@ -4,20 +4,10 @@ from typing import Any
 import pandas as pd
 import pytest
 
-from asset2sim.studies.methods.rules import (
-    BEGIN,
-    END,
-    OURS,
-    PAPER,
-    RAW,
-    Outcome,
-    main,
-    outcomes,
-    settings_of,
-    share,
-    table_lines,
-    with_rules,
-)
+from asset2sim.catalog.text import percent
+from asset2sim.studies.methods.rules import OURS, PAPER, RAW, engine_results, rules_table, settings_of
+from asset2sim.studies.readme.blocks import markers, with_block
+from flows.compare_rules import main
 from schemas.errors import UsageError
 from schemas.settings import Settings, Thresholds
 from schemas.vocabulary import CollisionMode, DynamicsRule, Method
@@ -35,31 +25,29 @@ def verdict_of(asset_id: str, test: str, passed: bool | None, engine: str = "pyb
     return {"asset_id": asset_id, "engine": engine, "test": test, "passed": passed}
 
 
-def of(
-    assets: list[str], rows: list[dict[str, object]], tests: list[dict[str, object]] | None = None
-) -> tuple[Outcome, ...]:
+def of(assets: list[str], rows: list[dict[str, object]], tests: list[dict[str, object]] | None = None) -> pd.DataFrame:
     columns = ["asset_id", "engine", "test", "passed"]
     frame = pd.DataFrame(tests or [], columns=columns)
-    return outcomes(pd.DataFrame({"asset_id": assets}), pd.DataFrame(rows), frame, Thresholds())
+    return engine_results(pd.DataFrame({"asset_id": assets}), pd.DataFrame(rows), frame, Thresholds())
 
 
-def row_of(lines: list[str], engine: str, rules: str) -> dict[str, str]:
+def row_of(table: str, engine: str, rules: str) -> dict[str, str]:
     """One row of the table by its headings."""
-    split = [[cell.strip() for cell in line.strip("|").split("|")] for line in lines]
+    split = [[cell.strip() for cell in line.strip("|").split("|")] for line in table.splitlines()]
     return next(dict(zip(split[0], cells, strict=True)) for cells in split[2:] if cells[:2] == [engine, rules])
 
 
 def test_what_an_engine_refuses_or_nobody_measured_passes_nothing() -> None:
     found = of(["1", "2", "3"], [measured("1"), measured("2", penetration_mm=None, drift_m=None, passed=False)])
-    assert [outcome.loaded for outcome in found] == [True, False, False]
-    row = row_of(table_lines({RAW: found}), "pybullet", RAW)
+    assert list(found["loaded"]) == [True, False, False]
+    row = row_of(rules_table({RAW: found}), "pybullet", RAW)
     assert (row["objects"], row["loads"], row["drift"], row["oscillation"]) == ("3", "33.3 %", "33.3 %", "33.3 %")
     assert row["every test"] == "33.3 %" and row["Φ mm"] == "0" and row["drop"] == "–"
 
 
 def test_penetration_is_the_mean_over_those_not_zero() -> None:
     found = of(["1", "2", "3"], [measured("1", penetration_mm=2.0), measured("2", penetration_mm=1.0), measured("3")])
-    assert row_of(table_lines({RAW: found}), "pybullet", RAW)["Φ mm"] == "1.5"
+    assert row_of(rules_table({RAW: found}), "pybullet", RAW)["Φ mm"] == "1.5"
 
 
 @pytest.mark.parametrize(
@@ -71,7 +59,7 @@ def test_penetration_is_the_mean_over_those_not_zero() -> None:
     ],
 )  # fmt: skip
 def test_each_figure_fails_by_its_own_bound(changes: dict[str, Any], heading: str) -> None:
-    row = row_of(table_lines({OURS: of(["1"], [measured("1", **changes)])}), "pybullet", OURS)
+    row = row_of(rules_table({OURS: of(["1"], [measured("1", **changes)])}), "pybullet", OURS)
     assert {key for key in ("drift", "oscillation", "every test") if row[key] == "0 %"} == {heading}
 
 
@@ -81,27 +69,27 @@ def test_a_test_passes_where_all_its_subjects_do_or_none_applies() -> None:
         verdict_of("1", "opening", None),
         verdict_of("2", "drop", True),
     ]  # fmt: skip
-    row = row_of(table_lines({OURS: of(["1", "2"], [measured("1"), measured("2")], tests)}), "pybullet", OURS)
+    row = row_of(rules_table({OURS: of(["1", "2"], [measured("1"), measured("2")], tests)}), "pybullet", OURS)
     assert (row["drop"], row["sweep"], row["hold"]) == ("50.0 %", "100 %", "100 %")
 
 
 def test_an_object_whose_interaction_was_not_run_does_not_pass_where_others_were() -> None:
     tests = [verdict_of("1", "drop", True)]
-    row = row_of(table_lines({OURS: of(["1", "2"], [measured("1"), measured("2")], tests)}), "pybullet", OURS)
+    row = row_of(rules_table({OURS: of(["1", "2"], [measured("1"), measured("2")], tests)}), "pybullet", OURS)
     assert (row["drop"], row["nudge"]) == ("50.0 %", "50.0 %")
 
 
 def test_engines_and_rules_keep_their_order() -> None:
     both = [measured("1", "mujoco"), measured("1", "pybullet")]
-    lines = table_lines({RAW: of(["1"], both[:1]), OURS: of(["1"], both)})
-    assert [line.split("|")[1:3] for line in lines[2:]] == [
+    table = rules_table({RAW: of(["1"], both[:1]), OURS: of(["1"], both)})
+    assert [line.split("|")[1:3] for line in table.splitlines()[2:]] == [
         [" pybullet ", " ours "], [" mujoco ", " raw "], [" mujoco ", " ours "]
     ]  # fmt: skip
 
 
 def test_shares_are_whole_only_where_they_are() -> None:
-    assert [share([True] * 3), share([False]), share([True] * 2999 + [False]), share([True] + [False] * 2999)] == [
-        "100 %", "0 %", "99.9 %", "0.1 %"
+    assert [percent(3, 3), percent(0, 1), percent(2999, 3000), percent(1, 3000), percent(0, 0)] == [
+        "100 %", "0 %", "99.9 %", "0.1 %", "0 %"
     ]  # fmt: skip
 
 
@@ -115,12 +103,15 @@ def test_the_three_ways_differ_in_what_they_say() -> None:
 
 
 def test_the_table_goes_between_the_markers() -> None:
-    text = f"before\n{BEGIN}\nold\n{END}\nafter\n"
-    assert with_rules(text, ["| a |"]) == f"before\n{BEGIN}\n\n| a |\n\n{END}\nafter\n"
+    begin, end = markers("rules")
+    text = f"before\n{begin}\nold\n{end}\nafter\n"
+    assert with_block(text, "rules", "| a |") == f"before\n{begin}\n\n| a |\n\n{end}\nafter\n"
     with pytest.raises(UsageError, match="lacks the lines"):
-        with_rules("nothing", [])
+        with_block("nothing", "rules", "")
 
 
 def test_mistakes_end_with_two(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    assert main(["raw"]) == 2 and "NAME=OUT" in capsys.readouterr().err
-    assert main([f"raw={tmp_path}"]) == 2
+    assert main(["raw"]) == 2 and "DATA OUT [README]" in capsys.readouterr().err
+    assert main([str(tmp_path), str(tmp_path / "out"), str(tmp_path / "README.md")]) == 2
+    assert "no README at" in capsys.readouterr().err
+    assert main([str(tmp_path), str(tmp_path / "out")]) == 2 and not (tmp_path / "out").exists()

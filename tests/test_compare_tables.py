@@ -13,12 +13,13 @@ from PIL import Image
 from asset2sim.catalog.run import start_run
 from asset2sim.catalog.write import write_run
 from asset2sim.studies.methods.charts import growth_chart, spread_labels
-from asset2sim.studies.methods.figure_specs import COST, STABILITY, SUCCESS, TABLE_1, stated
-from asset2sim.studies.methods.markdown import agreement_lines, failure_table, figure_table, stability_lines
-from asset2sim.studies.methods.object_rows import read_objects
-from asset2sim.studies.methods.method_runs import METHODS, NO_MODEL, Run
-from asset2sim.studies.methods.comparison import BEGIN, END, compare, with_block, write_comparison, write_readme
+from asset2sim.studies.methods.comparison import compare, write_comparison, write_readme
 from asset2sim.studies.methods.comparison_rows import OUTCOMES, Row, failure_rows, figure_rows, growth_rows
+from asset2sim.studies.methods.figure_specs import COST, STABILITY, SUCCESS, TABLE_1, stated
+from asset2sim.studies.methods.markdown import agreement_sentence, failure_table, figure_table, stability_tables
+from asset2sim.studies.methods.method_runs import METHODS, NO_MODEL, Run
+from asset2sim.studies.methods.object_rows import read_objects
+from asset2sim.studies.readme.blocks import markers
 from schemas.asset import AssetRecord, AssetRef
 from schemas.errors import UsageError
 from schemas.settings import ModelSettings, Settings, Thresholds
@@ -123,7 +124,7 @@ def test_the_paper_s_figures_are_of_the_set_that_was_run() -> None:
 
 
 def test_cells_hold_value_interval_and_the_paper_s_figure_and_ours_is_bold_where_first() -> None:
-    lines = figure_table(figure_rows(OBJECTS, STABILITY, "paper9"), STABILITY, MODEL)
+    lines = figure_table(figure_rows(OBJECTS, STABILITY, "paper9"), STABILITY, MODEL).splitlines()
     assert [line.split("|")[1].strip() for line in lines[2:]] == ["direct VLM", "**ours**", "as it came"]
     ours = [cell.strip() for cell in lines[3].split("|")]
     assert ours[2].startswith("**0.17**<br><sub>[0.00, 0.50]</sub>")
@@ -132,26 +133,25 @@ def test_cells_hold_value_interval_and_the_paper_s_figure_and_ours_is_bold_where
 
 
 def test_differences_that_leave_zero_out_are_bold_and_signed() -> None:
-    text = "\n".join(stability_lines(figure_rows(OBJECTS, STABILITY, None), MODEL))
+    text = stability_tables(figure_rows(OBJECTS, STABILITY, None), MODEL)
     assert "| +3.00<br><sub>[2.00, 4.00]</sub>" in text and "| −33.3<br>" in text, "two objects make nobody sure"
     more = [one(method, f"more{n}", penetration_mm=deep) for n in range(3)
             for method, deep in ((Method.DIRECT, 3.0), (Method.ASSET2SIM, 0.0))]  # fmt: skip
     rows = figure_rows(pd.concat([OBJECTS, pd.DataFrame(more)]), STABILITY, None)
-    assert "**+3.00**<br>" in "\n".join(stability_lines(rows, MODEL))
+    assert "**+3.00**<br>" in stability_tables(rows, MODEL)
 
 
 def test_the_table_of_outcomes_has_a_column_for_each_way_to_fail() -> None:
-    lines = failure_table(failure_rows(OBJECTS), figure_rows(OBJECTS, SUCCESS, None), MODEL)
+    lines = failure_table(failure_rows(OBJECTS), figure_rows(OBJECTS, SUCCESS, None), MODEL).splitlines()
     row = dict(zip(*([cell.strip() for cell in line.split("|")] for line in (lines[0], lines[2])), strict=True))
     assert row["success %"].startswith("33.3") and row["invalid penetration state %"] == "33.3"
     assert row["segmentation problem %"] == "0"
 
 
 def test_agreement_is_told_where_there_was_a_judge() -> None:
-    assert agreement_lines(OBJECTS) == []
+    assert agreement_sentence(OBJECTS) == ""
     judged = OBJECTS.assign(judged=[0.5, 0.9, 0.1, 1.0, 1.0, 0.8, np.nan])
-    (line,) = agreement_lines(judged)
-    assert line.startswith("Rubric and judge differ by 0.06 on average over 5 assets (Pearson ")
+    assert agreement_sentence(judged).startswith("Rubric and judge differ by 0.06 on average over 5 assets (Pearson ")
 
 
 # Growth
@@ -236,7 +236,7 @@ def test_a_comparison_leaves_tables_charts_a_report_and_the_readme_s_section(tmp
         assert table.num_rows and all(field.metadata[b"description"] for field in table.schema)
     assert report.count("simulation of a fallible model") >= 4 and "`raw/none`" in report
     readme = tmp_path / "README.md"
-    readme.write_text(f"before\n{BEGIN}\nstale\n{END}\nafter\n", encoding="utf-8")
+    readme.write_text("\nstale\n".join(markers("compare")).join(["before\n", "\nafter\n"]), encoding="utf-8")
     write_readme(readme, tmp_path, comparison)
     text = readme.read_text(encoding="utf-8")
     assert text.startswith("before\n") and text.endswith("after\n") and "stale" not in text
@@ -245,11 +245,6 @@ def test_a_comparison_leaves_tables_charts_a_report_and_the_readme_s_section(tmp
         picture = tmp_path / "docs" / f"compare_{name}.png"
         assert f"(docs/compare_{name}.png)" in text and picture.stat().st_size < 300_000
         assert Image.open(picture).size[0] == 1600
-
-
-def test_a_readme_without_a_place_is_the_user_s_mistake() -> None:
-    with pytest.raises(UsageError, match="lacks the lines"):
-        with_block("nothing", "")
 
 
 def test_a_scale_error_that_dwarfs_the_others_is_drawn_by_factors(tmp_path: Path) -> None:

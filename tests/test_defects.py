@@ -9,10 +9,6 @@ import pytest
 
 from asset2sim.studies.defects import left
 from asset2sim.studies.defects.__main__ import as_json, text
-from asset2sim.studies.defects.defects import DEFECTS
-from asset2sim.studies.defects.planting import edited, named, part
-from asset2sim.studies.defects.planting import Defect, Planted, RefinedAsset
-from asset2sim.studies.defects.try_defects import CleanObject, clean_object, judged, samples, try_defect
 from asset2sim.studies.defects.defect_results import (
     Row,
     Sign,
@@ -24,6 +20,9 @@ from asset2sim.studies.defects.defect_results import (
     raw_signs,
     share,
 )
+from asset2sim.studies.defects.defects import DEFECTS
+from asset2sim.studies.defects.planting import Defect, Planted, RefinedAsset, edited, named, part
+from asset2sim.studies.defects.try_defects import CleanObject, clean_object, judged, samples, try_defect
 from schemas.asset import AssetRecord
 from schemas.finding import Finding
 from schemas.interaction import OverlapPair

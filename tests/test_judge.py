@@ -6,12 +6,16 @@ from pathlib import Path
 
 import pytest
 
+from asset2sim.catalog.run import start_run
+from asset2sim.catalog.write import write_run
 from asset2sim.studies.simcheck import checker as program
-from asset2sim.studies.simcheck.findings import ObjectReport, SimcheckFinding, judge, read_report, share
+from asset2sim.studies.simcheck.findings import ObjectReport, SimcheckFinding, read_report, summarize
+from schemas.asset import Unchanged
 from schemas.errors import UnknownChoiceError, UsageError
 from schemas.settings import EngineSettings
-from schemas.vocabulary import Engine, Severity
+from schemas.vocabulary import Engine, FailureMode, Severity
 from tests.assets import NO_VIEWS, ROOT, prior, sample
+from tests.factories import make_failure, make_record
 from tests.processes import wait_until
 
 
@@ -74,7 +78,7 @@ def test_objects_are_counted_once_and_causes_grouped_worst_first() -> None:
         of("4", complaint(warning, "sweep", "pybullet")),
         of("5", problem="it did not finish within 600 s"),
     ]
-    found = judge(reports)
+    found = summarize(reports)
     assert (found.objects, found.without_error, found.without_warning) == (5, 3, 1)
     assert found.unfinished == ("5",) and not found.passed and found.seconds == 10.0
     assert [(c.severity, c.check, c.engine, c.objects, c.findings, c.examples) for c in found.causes] == [
@@ -85,14 +89,8 @@ def test_objects_are_counted_once_and_causes_grouped_worst_first() -> None:
 
 
 def test_warnings_alone_pass_and_nothing_at_all_passes_too() -> None:
-    assert judge([of("1"), of("2", complaint(Severity.WARNING, "sweep"))]).passed
-    assert not judge([of("1"), of("2", problem="?")]).passed
-
-
-def test_a_share_is_never_rounded_up_to_all() -> None:
-    assert share(136, 150) == "136 of 150 (90.7 %)"
-    assert share(9999, 10000) == "9999 of 10000 (99.9 %)"
-    assert share(150, 150) == "150 of 150 (100.0 %)"
+    assert summarize([of("1"), of("2", complaint(Severity.WARNING, "sweep"))]).passed
+    assert not summarize([of("1"), of("2", problem="?")]).passed
 
 
 def written(out: Path, *names: str) -> Path:
@@ -119,6 +117,14 @@ def test_ids_choose_and_unknown_ones_are_refused(tmp_path: Path) -> None:
         program.refined_objects(out, ["9"])
     with pytest.raises(UsageError, match="no refined object"):
         program.refined_objects(tmp_path / "empty")
+
+
+def test_an_unchanged_asset_that_failed_without_a_folder_counts(tmp_path: Path) -> None:
+    failed = make_failure("failed", FailureMode.UNREADABLE_ASSET)
+    unchanged = Unchanged(asset_id="failed", status=failed.status, failure_mode=failed.failure_mode)
+    write_run(tmp_path, start_run(NO_VIEWS, "data"), [failed, make_record("kept")])
+    write_run(tmp_path, start_run(NO_VIEWS, "data"), [make_record("kept")], [unchanged])
+    assert list(program.refined_objects(tmp_path)) == ["failed", "kept"]
 
 
 @pytest.mark.skipif(os.name == "nt", reason="the stub is a shell script")

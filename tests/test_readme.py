@@ -4,12 +4,13 @@ import csv
 import re
 from pathlib import Path
 
-from asset2sim.studies.readme.blocks import BEGIN, END, with_summary
+from asset2sim.studies.readme.blocks import markers, with_block
 from asset2sim.studies.samples.bad_assets import bad_assets
 from flows.serve_nightly import nightly_schedule
 
 ROOT = Path(__file__).resolve().parents[1]
 README = (ROOT / "README.md").read_text(encoding="utf-8")
+BEGIN, END = markers("summary")
 
 
 def table() -> dict[str, str]:
@@ -54,7 +55,7 @@ def test_the_pictures_that_the_readme_shows_are_there_and_small() -> None:
         assert 0 < (ROOT / picture).stat().st_size < 1_000_000
 
 
-def test_a_summary_replaces_the_old_one_and_nothing_else() -> None:
+def test_a_block_replaces_the_old_one_and_nothing_else() -> None:
     text = f"before\n{BEGIN}\nold\n{END}\nafter\n"
-    assert with_summary(text, "new") == f"before\n{BEGIN}\n\nnew\n\n{END}\nafter\n"
-    assert with_summary(with_summary(text, "new"), "new") == with_summary(text, "new")
+    assert with_block(text, "summary", "new") == f"before\n{BEGIN}\n\nnew\n\n{END}\nafter\n"
+    assert with_block(with_block(text, "summary", "new"), "summary", "new") == with_block(text, "summary", "new")

@@ -7,7 +7,7 @@ import pytest
 
 from asset2sim.catalog.read import query
 from asset2sim.catalog.write import write_run
-from asset2sim.studies.readme.blocks import BEGIN, END, FOLDER, NAMES, answers_block, markdown_table, question
+from asset2sim.studies.readme.blocks import FOLDER, QUESTIONS, frame_table, markers, question, questions_block
 from schemas.vocabulary import FailureMode
 from tests.factories import make_failure, make_record
 from tests.test_history import night
@@ -30,8 +30,8 @@ def answer(out: Path, name: str) -> list[tuple[object, ...]]:
 
 
 def test_every_file_is_a_question_and_runs(out: Path) -> None:
-    assert {path.stem for path in (ROOT / FOLDER).glob("*.sql")} == set(NAMES)
-    for name in NAMES:
+    assert {path.stem for path in (ROOT / FOLDER).glob("*.sql")} == set(QUESTIONS)
+    for name in QUESTIONS:
         assert question(name)[0].endswith("?")
         assert answer(out, name), name
 
@@ -46,14 +46,15 @@ def test_the_answers_are_right(out: Path) -> None:
 
 
 def test_the_readme_asks_them_all_and_names_files_that_exist(out: Path) -> None:
-    block = (ROOT / "README.md").read_text(encoding="utf-8").split(BEGIN, 1)[1].split(END, 1)[0]
-    columns = answers_block(out)
-    for name in NAMES:
-        heading, _, _ = markdown_table(query(out, question(name)[1])).partition("\n")
+    begin, end = markers("questions")
+    block = (ROOT / "README.md").read_text(encoding="utf-8").split(begin, 1)[1].split(end, 1)[0]
+    columns = questions_block(out)
+    for name in QUESTIONS:
+        heading, _, _ = frame_table(query(out, question(name)[1])).partition("\n")
         assert question(name)[0] in block and heading in block and heading in columns, "stale: run make questions"
         assert f"({FOLDER}/{name}.sql)" in block
 
 
 def test_a_cell_is_never_more_than_text() -> None:
     frame = pd.DataFrame({"a": ["x|y", None], "n": [1.5, None]})
-    assert markdown_table(frame).splitlines() == ["| a | n |", "| --- | ---: |", "| x\\|y | 1.5 |", "| – | – |"]
+    assert frame_table(frame).splitlines() == ["| a | n |", "| --- | ---: |", "| x\\|y | 1.5 |", "| – | – |"]

@@ -37,3 +37,10 @@ def markdown_table(headings: Sequence[str], rows: Iterable[Sequence[str]], right
     rule = ["---:" if index in right else "---" for index in range(len(headings))]
     cells = [[_BAR.sub(r"\\|", " ".join(cell.split())) for cell in row] for row in rows]
     return "\n".join(f"| {' | '.join(line)} |" for line in (headings, rule, *cells))
+
+
+def percent(count: int, total: int) -> str:
+    """A share, as "98.7 %"; "100 %" only where it is all of them, "0 %" only where it is none."""
+    if count in (0, total):
+        return "100 %" if count else "0 %"
+    return f"{min(99.9, max(0.1, 100.0 * count / total)):.1f} %"

@@ -1,12 +1,14 @@
 """Running the user's hook after a run: the values that it gets, and the run's exit code."""
 
+import sys
+from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 
 from asset2sim.runs.hook import run_hook
 from asset2sim.runs.result import INTERRUPTED, RunResult
 from schemas.asset import AssetRecord, Unchanged
-from schemas.errors import UsageError
+from schemas.errors import Asset2SimError, UsageError
 from schemas.settings import RunSettings
 from schemas.vocabulary import Status
 
@@ -48,6 +50,16 @@ def error_exit_code(error: BaseException) -> int:
     if isinstance(error, KeyboardInterrupt):
         return STOPPED
     return MISTAKE if isinstance(error, UsageError) else FAILED
+
+
+def run_program(name: str, run: Callable[[], int]) -> int:
+    """Exit code of ``run``; a user's mistake, a failure that we know and Ctrl-C are one line on standard error."""
+    try:
+        return run()
+    except (Asset2SimError, KeyboardInterrupt) as error:
+        said = "interrupted" if isinstance(error, KeyboardInterrupt) else str(error)
+        sys.stderr.write(f"{name}: {said}\n")
+        return error_exit_code(error)
 
 
 def hook_values(result: RunResult, strict: bool) -> dict[str, object]:

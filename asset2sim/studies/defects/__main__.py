@@ -11,9 +11,9 @@ from collections.abc import Mapping, Sequence
 from dataclasses import asdict
 from pathlib import Path
 
+from asset2sim.studies.defects.defect_results import CAUGHT_SHARE, MENDED_SHARE, Row, passes, share
 from asset2sim.studies.defects.defects import DEFECTS
 from asset2sim.studies.defects.try_defects import SETTINGS, run
-from asset2sim.studies.defects.defect_results import CAUGHT_SHARE, MENDED_SHARE, Row, passes, share
 
 SHOWN = 2
 """Signs named in one cell; the rest are counted."""

@@ -16,8 +16,7 @@ from asset2sim.assets.urdf.locate import find_urdf
 from asset2sim.assets.urdf.read import Dynamics, read_dynamics
 from asset2sim.physics.arrays import Array
 from asset2sim.physics.inertia import tensor_of
-from asset2sim.studies.defects.planting import collision_files, named, numbers, part
-from asset2sim.studies.defects.planting import RefinedAsset, Target
+from asset2sim.studies.defects.planting import RefinedAsset, Target, collision_files, named, numbers, part
 from asset2sim.validation.passage import find_blocked_joints
 from schemas.overlay import JointPhysics
 from schemas.settings import PhysicsSettings

@@ -3,8 +3,7 @@
 import math
 from pathlib import Path
 
-from asset2sim.studies.defects.planting import edited, named, part, write
-from asset2sim.studies.defects.planting import Planted, Target
+from asset2sim.studies.defects.planting import Planted, Target, edited, named, part, write
 from schemas.overlay import PhysicsOverlay
 from schemas.settings import PhysicsSettings
 

@@ -4,8 +4,7 @@ from pathlib import Path
 
 import numpy as np
 
-from asset2sim.studies.defects.planting import edited, named, numbers, part, scaled, write
-from asset2sim.studies.defects.planting import Plant, Planted, Target
+from asset2sim.studies.defects.planting import Plant, Planted, Target, edited, named, numbers, part, scaled, write
 
 POINT_KG_M2 = 1e-12
 """Moment of inertia of a link that its author took for a point mass, kg·m²."""

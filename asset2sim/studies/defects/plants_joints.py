@@ -7,8 +7,7 @@ from pathlib import Path
 import numpy as np
 from lxml.etree import _Element as Element
 
-from asset2sim.studies.defects.planting import edited, named, numbers, part, write
-from asset2sim.studies.defects.planting import Plant, Planted, Target
+from asset2sim.studies.defects.planting import Plant, Planted, Target, edited, named, numbers, part, write
 
 LIMIT_KEYS = ("lower", "upper")
 

@@ -5,8 +5,17 @@ from pathlib import Path
 import numpy as np
 
 from asset2sim.assets.hulls import obj_text
-from asset2sim.studies.defects.planting import collision_files, edited, named, numbers, read_obj, rewrite_obj, write
-from asset2sim.studies.defects.planting import Planted, Target
+from asset2sim.studies.defects.planting import (
+    Planted,
+    Target,
+    collision_files,
+    edited,
+    named,
+    numbers,
+    read_obj,
+    rewrite_obj,
+    write,
+)
 
 MILLIMETRES = 1000.0
 AWAY_M = 1.0

@@ -10,8 +10,8 @@ from time import perf_counter
 from asset2sim.models.prior.answer import answer
 from asset2sim.runs.dataset import load_dataset
 from asset2sim.runs.isolation.attempt import attempt_in_child
-from asset2sim.studies.defects.planting import Defect, RefinedAsset
 from asset2sim.studies.defects.defect_results import Row, Sign, caught_by, concerned, early_signs, mended_by, raw_signs
+from asset2sim.studies.defects.planting import Defect, RefinedAsset
 from asset2sim.studies.samples.sample_dataset import sample_files
 from schemas.asset import AssetRecord, AssetRef
 from schemas.request import ModelAnswer, ModelRequest

@@ -4,14 +4,15 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Literal
 
+from asset2sim.studies.methods.comparison_rows import OK, OURS, OUTCOMES, Row
 from asset2sim.studies.methods.markdown import NAMES
 from asset2sim.studies.methods.method_runs import METHODS, WITHOUT_MODEL
-from asset2sim.studies.methods.comparison_rows import OK, OURS, OUTCOMES, Row
 from schemas.vocabulary import Method
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
+    from matplotlib.patches import Patch
 
 METHOD_COLOURS: dict[Method, str] = {
     Method.ASSET2SIM: "#0072B2",
@@ -64,9 +65,6 @@ def save(figure: "Figure", path: Path) -> Path:
     figure.savefig(path)
     return path
 
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
 
 MIN_LABELLED_PERCENT = 4.0
 """Share, %, from which a piece of a bar is wide enough to hold its own number."""
@@ -243,7 +241,7 @@ def _float(value: object) -> float:
     return float(value)
 
 
-def _patch(colour: str, label: str) -> "object":
+def _patch(colour: str, label: str) -> "Patch":
     from matplotlib.patches import Patch
 
     return Patch(facecolor=colour, label=label)

@@ -10,25 +10,24 @@ import pyarrow.parquet as pq
 
 from asset2sim.catalog.enforce import to_arrow
 from asset2sim.studies.methods.charts import failure_chart, growth_chart
+from asset2sim.studies.methods.comparison_rows import Row, failure_rows, figure_rows, growth_rows
 from asset2sim.studies.methods.figure_specs import COST, STABILITY, SUCCESS
 from asset2sim.studies.methods.markdown import (
-    agreement_lines,
+    agreement_sentence,
     by_model,
-    cost_table,
     failure_table,
     figure_table,
     notes,
-    stability_lines,
+    stability_tables,
 )
 from asset2sim.studies.methods.method_runs import Run, slug
-from asset2sim.studies.methods.comparison_rows import Row, failure_rows, figure_rows, growth_rows
+from asset2sim.studies.readme.blocks import write_block
 from schemas import tables_compare as schema
-from schemas.errors import UsageError
 from schemas.model_names import NOISY, described
 from schemas.table import Table
 
-BEGIN = "<!-- compare: begin (make compare) -->"
-END = "<!-- compare: end -->"
+BLOCK = "compare"
+"""Name of the README's block."""
 GROWTH_CHART = "growth.png"
 PICTURES = "docs"
 """Folder beside the README that its pictures are copied to."""
@@ -78,7 +77,8 @@ def write_comparison(out: Path, runs: Sequence[Run], found: Comparison) -> Path:
     for model in by_model(found.stability):
         text += model_section(found, model, f"charts/{charts[model].name}")
     text += growth_section(found, f"charts/{GROWTH_CHART}")
-    text += [*(f"{line}\n" for line in agreement_lines(found.objects)), "Runs:", ""]
+    agreed = agreement_sentence(found.objects)
+    text += [*([f"{agreed}\n"] if agreed else []), "Runs:", ""]
     text += [f"- {run.method.value}, {described(run.label)}: `{run.folder.relative_to(out)}`" for run in runs]
     report = out / "compare.md"
     report.write_text("\n".join(text) + "\n", encoding="utf-8")
@@ -101,27 +101,27 @@ def model_section(found: Comparison, model: str, chart: str) -> list[str]:
     return [
         f"## {described(model)}",
         "",
-        *notes(model, found.subset, found.count, found.engines),
+        notes(model, found.subset, found.count, found.engines),
         "",
         "### Stability and semantics",
         "",
-        *stability_lines(found.stability, model),
+        stability_tables(found.stability, model),
         "",
         "### How assets ended",
         "",
-        *failure_table(found.failures, found.success, model),
+        failure_table(found.failures, found.success, model),
         "",
         f"![Outcomes of each method with {described(model)}]({chart})",
         "",
         "### Cost of an asset",
         "",
-        *cost_table(found.cost, model),
+        figure_table(found.cost, COST, model),
         "",
     ]
 
 
 def growth_section(found: Comparison, chart: str) -> list[str]:
-    """Section with the chart by error level; empty unless several levels were run."""
+    """The section with the chart by error level; empty unless several levels were run."""
     if not found.growth:
         return []
     return [
@@ -140,17 +140,18 @@ def readme_block(found: Comparison, pictures: dict[str, str]) -> str:
     """
     model = next(iter(by_model(found.stability)))
     lines = [
-        *notes(model, found.subset, found.count, found.engines),
+        notes(model, found.subset, found.count, found.engines),
         "",
-        *figure_table(found.stability, STABILITY, model),
+        figure_table(found.stability, STABILITY, model),
         "",
         f"![Outcomes of each method with {described(model)}]({pictures[model]})",
         "",
-        *cost_table(found.cost, model),
+        figure_table(found.cost, COST, model),
     ]
     if GROWTH_CHART in pictures:
         lines += ["", f"![Success and scale error as {described(NOISY)} errs more]({pictures[GROWTH_CHART]})"]
-    return "\n".join([*lines, *(["", *said] if (said := agreement_lines(found.objects)) else [])])
+    agreed = agreement_sentence(found.objects)
+    return "\n".join([*lines, *(["", agreed] if agreed else [])])
 
 
 def write_readme(readme: Path, out: Path, found: Comparison) -> None:
@@ -159,29 +160,12 @@ def write_readme(readme: Path, out: Path, found: Comparison) -> None:
     charts = {model: out / "charts" / f"failures_{slug(model)}.png"}
     if found.growth:
         charts[GROWTH_CHART] = out / "charts" / GROWTH_CHART
-    text = readme.read_text(encoding="utf-8")
     names = {model: "compare_failures.png", GROWTH_CHART: "compare_growth.png"}
     pictures = {key: f"{PICTURES}/{names[key]}" for key in charts}
-    text = with_block(text, readme_block(found, pictures))
     (readme.parent / PICTURES).mkdir(exist_ok=True)
     for key, chart in charts.items():
         shutil.copyfile(chart, readme.parent / pictures[key])
-    readme.write_text(text, encoding="utf-8")
-
-
-def check_readme(readme: Path) -> None:
-    """Raise UsageError for a missing README, or one without the section's markers."""
-    if not readme.is_file():
-        raise UsageError(f"no README at {readme}")
-    with_block(readme.read_text(encoding="utf-8"), "")
-
-
-def with_block(text: str, block: str) -> str:
-    """The README's text with the block between its markers. Raises UsageError where they are not there."""
-    if BEGIN not in text or END not in text:
-        raise UsageError(f"the README lacks the lines '{BEGIN}' and '{END}'; put them where the section belongs")
-    before, rest = text.split(BEGIN, 1)
-    return f"{before}{BEGIN}\n\n{block}\n\n{END}{rest.split(END, 1)[1]}"
+    write_block(readme, BLOCK, readme_block(found, pictures))
 
 
 def _tables(found: Comparison) -> list[tuple[Table, list[Row]]]:

@@ -8,7 +8,7 @@ import numpy as np
 import pandas as pd
 
 from asset2sim.physics.arrays import Array
-from asset2sim.studies.methods.figure_specs import STABILITY, SUCCESS, Figure, stated
+from asset2sim.studies.methods.figure_specs import STABILITY, SUCCESS, FigureSpec, stated
 from asset2sim.studies.methods.method_runs import NO_MODEL, level_of
 from asset2sim.studies.methods.statistics import Estimate, estimate, paired_difference
 from schemas.vocabulary import PAPER_FAILURE_MODES, Method
@@ -20,10 +20,10 @@ OUTCOMES = (OK, *dict.fromkeys(PAPER_FAILURE_MODES.values()))
 """Outcomes of an asset: ok, or one of the paper's failure modes."""
 RTOL = 1e-9
 """Relative difference below which two figures are the same one."""
-NOTHING = Estimate(None, None, None, 0)
+NO_ESTIMATE = Estimate(None, None, None, 0)
 
 
-def figure_rows(objects: pd.DataFrame, figures: Sequence[Figure], subset: str | None) -> list[Row]:
+def figure_rows(objects: pd.DataFrame, figures: Sequence[FigureSpec], subset: str | None) -> list[Row]:
     """A row for every figure of every method and model, with its difference to ours with the same model.
 
     A method that asks no model is compared with ours of the first model.
@@ -32,9 +32,9 @@ def figure_rows(objects: pd.DataFrame, figures: Sequence[Figure], subset: str | 
     for method, model in methods_and_models(objects):
         for figure in figures:
             own = values_of(objects, method, model, figure)
-            found = estimate(array_of(own), figure.statistic) if method not in figure.given else NOTHING
+            found = estimate(array_of(own), figure.statistic) if method not in figure.given else NO_ESTIMATE
             ours = values_of(objects, OURS, _compared_model(objects, model), figure)
-            apart = NOTHING if method in (OURS, *figure.given) else _difference(own, ours, figure)
+            apart = NO_ESTIMATE if method in (OURS, *figure.given) else _difference(own, ours, figure)
             said = stated(subset, method, figure.key)
             rows.append(
                 {
@@ -68,7 +68,7 @@ def models_of(objects: pd.DataFrame) -> list[str]:
     return [str(model) for model in objects["model"].unique() if model != NO_MODEL]
 
 
-def values_of(objects: pd.DataFrame, method: Method, model: str, figure: Figure) -> "pd.Series[float]":
+def values_of(objects: pd.DataFrame, method: Method, model: str, figure: FigureSpec) -> "pd.Series[float]":
     """A figure's values by asset."""
     rows = objects[(objects["method"] == method.value) & (objects["model"] == model)]
     return pd.Series(figure.values(rows), index=rows["asset_id"].to_numpy(), dtype="float64")
@@ -83,12 +83,12 @@ def _compared_model(objects: pd.DataFrame, model: str) -> str:
     return model if model != NO_MODEL else next(iter(models_of(objects)), NO_MODEL)
 
 
-def _difference(own: "pd.Series[float]", ours: "pd.Series[float]", figure: Figure) -> Estimate:
+def _difference(own: "pd.Series[float]", ours: "pd.Series[float]", figure: FigureSpec) -> Estimate:
     both = own.index.intersection(ours.index)
     return paired_difference(array_of(own.loc[both]), array_of(ours.loc[both]), figure.statistic)
 
 
-def _is_first(row: Row, rows: Sequence[Row], figures: Sequence[Figure]) -> bool:
+def _is_first(row: Row, rows: Sequence[Row], figures: Sequence[FigureSpec]) -> bool:
     """Whether no method with the same model, or with none, has a better value; False without a value, and for figures
     that are not ranked."""
     figure = next(item for item in figures if item.key == row["figure"])

@@ -83,7 +83,7 @@ ZERO_MM = 1e-6
 
 
 @dataclass(frozen=True)
-class Figure:
+class FigureSpec:
     """One figure. ``values`` gives (n,) numbers, one per row of the objects, NaN where it is undefined for a row.
 
     ``given`` names methods for which it is zero by definition: the experts' deviation from themselves. ``ranked`` says
@@ -123,28 +123,28 @@ def _alignment(rows: pd.DataFrame) -> Array:
     return 100.0 * rows["alignment"].fillna(0.0).to_numpy(dtype=float)
 
 
-STABILITY: tuple[Figure, ...] = (
-    Figure("penetration", "Φ mm", "mm", False, 2, _penetration),
-    Figure("penetration_nonzero", "Φ mm, not zero", "mm", False, 2, _penetration, mean_not_zero),
-    Figure("penetration_others", "Φ mm, no stapler or toilet", "mm", False, 2, _penetration_of_others),
-    Figure("drift", "drift passes %", "%", True, 1, _share("drift_passes")),
-    Figure("oscillation", "oscillation passes %", "%", True, 1, _share("oscillation_passes")),
-    Figure("scale", "scale off %", "%", False, 1, _column("scale_deviation", 100.0), given=(Method.REFERENCE,)),
-    Figure("joint", "joint off rad", "rad", False, 2, _column("joint_deviation_rad"), given=(Method.REFERENCE,)),
-    Figure("alignment", "alignment %", "%", True, 1, _alignment),
+STABILITY: tuple[FigureSpec, ...] = (
+    FigureSpec("penetration", "Φ mm", "mm", False, 2, _penetration),
+    FigureSpec("penetration_nonzero", "Φ mm, not zero", "mm", False, 2, _penetration, mean_not_zero),
+    FigureSpec("penetration_others", "Φ mm, no stapler or toilet", "mm", False, 2, _penetration_of_others),
+    FigureSpec("drift", "drift passes %", "%", True, 1, _share("drift_passes")),
+    FigureSpec("oscillation", "oscillation passes %", "%", True, 1, _share("oscillation_passes")),
+    FigureSpec("scale", "scale off %", "%", False, 1, _column("scale_deviation", 100.0), given=(Method.REFERENCE,)),
+    FigureSpec("joint", "joint off rad", "rad", False, 2, _column("joint_deviation_rad"), given=(Method.REFERENCE,)),
+    FigureSpec("alignment", "alignment %", "%", True, 1, _alignment),
 )
 """Table 1: stability and semantics."""
 
-SUCCESS: tuple[Figure, ...] = (
-    Figure("success", "success %", "%", True, 1, _share("ok")),
-    Figure("paper_success", "the paper's three tests %", "%", True, 1, _share("paper_tests_pass")),
+SUCCESS: tuple[FigureSpec, ...] = (
+    FigureSpec("success", "success %", "%", True, 1, _share("ok")),
+    FigureSpec("paper_success", "the paper's three tests %", "%", True, 1, _share("paper_tests_pass")),
 )
 """Table 6: success by every check that was run, and by the paper's three alone."""
 
-COST: tuple[Figure, ...] = (
-    Figure("calls", "calls", "1", False, 2, _column("calls"), ranked=False),
-    Figure("tokens", "tokens", "1", False, 0, _column("tokens"), ranked=False),
-    Figure("cost", "USD", "USD", False, 4, _column("cost_usd"), ranked=False),
-    Figure("seconds", "seconds", "s", False, 1, _column("seconds"), ranked=False),
+COST: tuple[FigureSpec, ...] = (
+    FigureSpec("calls", "calls", "1", False, 2, _column("calls"), ranked=False),
+    FigureSpec("tokens", "tokens", "1", False, 0, _column("tokens"), ranked=False),
+    FigureSpec("cost", "USD", "USD", False, 4, _column("cost_usd"), ranked=False),
+    FigureSpec("seconds", "seconds", "s", False, 1, _column("seconds"), ranked=False),
 )
 """Table 7: cost of an asset."""

@@ -4,14 +4,14 @@ from collections.abc import Mapping, Sequence
 
 import pandas as pd
 
-from asset2sim.studies.methods.figure_specs import COST, NINE_SUBSET, STABILITY, SUCCESS, Figure
+from asset2sim.catalog.text import NOTHING, markdown_table
+from asset2sim.studies.methods.comparison_rows import OK, OURS, OUTCOMES, Row, array_of
+from asset2sim.studies.methods.figure_specs import NINE_SUBSET, STABILITY, SUCCESS, FigureSpec
 from asset2sim.studies.methods.method_runs import METHODS, NO_MODEL
 from asset2sim.studies.methods.statistics import agreement
-from asset2sim.studies.methods.comparison_rows import OK, OURS, OUTCOMES, Row, array_of
 from schemas.model_names import described
 from schemas.vocabulary import Method
 
-DASH = "–"
 MINUS = "−"
 MIN_SIGNIFICANT_OBJECTS = 5
 """Least objects for marking a difference as significant: a bootstrap over fewer is unreliable."""
@@ -27,82 +27,63 @@ NAMES: dict[Method, str] = {
 """What the tables and charts call each method."""
 
 
-def stability_lines(rows: Sequence[Row], model: str) -> list[str]:
+def stability_tables(rows: Sequence[Row], model: str) -> str:
     """Table 1 of one model, the paper's figures beside ours, and the paired differences to ours."""
-    return [
-        *figure_table(rows, STABILITY, model),
-        "",
-        "Paired differences to ours, over the same objects (95 %):",
-        "",
-        *difference_table(rows, STABILITY, model),
-    ]
+    title = "Paired differences to ours, over the same objects (95 %):"
+    return f"{figure_table(rows, STABILITY, model)}\n\n{title}\n\n{difference_table(rows, STABILITY, model)}"
 
 
-def figure_table(rows: Sequence[Row], figures: Sequence[Figure], model: str) -> list[str]:
+def figure_table(rows: Sequence[Row], figures: Sequence[FigureSpec], model: str) -> str:
     """A row per method: value, 95 % interval, and the paper's figure in small; ours in bold where it is first."""
-    lines = _heading([figure.heading for figure in figures])
-    for method in _methods(rows, model):
-        cells = [_cell(_find(rows, method, model, figure), figure, method) for figure in figures]
-        lines.append(_line([f"**{NAMES[method]}**" if method is OURS else NAMES[method], *cells]))
-    return lines
+    lines = [
+        [_name(method), *(_cell(_find(rows, method, model, figure), figure, method) for figure in figures)]
+        for method in _methods(rows, model)
+    ]
+    return _table([figure.heading for figure in figures], lines)
 
 
-def difference_table(rows: Sequence[Row], figures: Sequence[Figure], model: str) -> list[str]:
+def difference_table(rows: Sequence[Row], figures: Sequence[FigureSpec], model: str) -> str:
     """A row per other method: its figure less ours, with the interval; bold where that excludes zero and there are at
     least ``MIN_SIGNIFICANT_OBJECTS`` objects."""
-    lines = _heading([figure.heading for figure in figures])
-    for method in _methods(rows, model):
-        if method is OURS:
-            continue
-        cells = []
-        for figure in figures:
-            row = _find(rows, method, model, figure)
-            value, low, high = (row.get(name) for name in ("difference", "difference_low", "difference_high"))
-            enough = isinstance(row.get("n_paired"), int) and int(str(row["n_paired"])) >= MIN_SIGNIFICANT_OBJECTS
-            sure = enough and isinstance(low, float) and isinstance(high, float) and (low > 0.0 or high < 0.0)
-            shown = _signed(value, figure.digits)
-            cells.append((f"**{shown}**" if sure else shown) + _interval(low, high, figure.digits))
-        lines.append(_line([NAMES[method], *cells]))
-    return lines
+    lines = [
+        [NAMES[method], *(_difference(_find(rows, method, model, figure), figure.digits) for figure in figures)]
+        for method in _methods(rows, model)
+        if method is not OURS
+    ]
+    return _table([figure.heading for figure in figures], lines)
 
 
-def failure_table(rows: Sequence[Row], success: Sequence[Row], model: str) -> list[str]:
+def failure_table(rows: Sequence[Row], success: Sequence[Row], model: str) -> str:
     """Table 6 of one model: share of assets that passed, and the share with each of the paper's failure modes, %."""
     bad = [outcome for outcome in OUTCOMES if outcome != OK]
-    lines = _heading([*(figure.heading for figure in SUCCESS), *(f"{outcome} %" for outcome in bad)])
+    lines = []
     for method in _methods(success, model):
         cells = [_cell(_find(success, method, model, figure), figure, method) for figure in SUCCESS]
         own = {row["outcome"]: row for row in rows if row["method"] == method.value and _asked(row, model)}
-        shares = [_number(own[outcome]["share_percent"], 1) if outcome in own else DASH for outcome in bad]
-        name = f"**{NAMES[method]}**" if method is OURS else NAMES[method]
-        lines.append(_line([name, *cells, *(share if share != "0.0" else "0" for share in shares)]))
-    return lines
+        shares = [_number(own[outcome]["share_percent"], 1) if outcome in own else NOTHING for outcome in bad]
+        lines.append([_name(method), *cells, *(share if share != "0.0" else "0" for share in shares)])
+    return _table([*(figure.heading for figure in SUCCESS), *(f"{outcome} %" for outcome in bad)], lines)
 
 
-def cost_table(rows: Sequence[Row], model: str) -> list[str]:
-    """Table 7 of one model: what an asset costs on average."""
-    return figure_table(rows, COST, model)
-
-
-def agreement_lines(objects: pd.DataFrame) -> list[str]:
+def agreement_sentence(objects: pd.DataFrame) -> str:
     """Mean difference and correlations of the rubric's and the judge's scores over all methods and models; empty
     without a judge."""
     found = agreement(array_of(objects["alignment"]), array_of(objects["judged"]))
     if found is None:
-        return []
+        return ""
     text = f"Rubric and judge differ by {found.mean_absolute_difference:.2f} on average over {found.n} assets"
     if found.pearson is not None and found.kendall is not None:
         text += f" (Pearson {found.pearson:.2f}, Kendall's τ {found.kendall:.2f})"
-    return [f"{text}."]
+    return f"{text}."
 
 
-def notes(model: str, subset: str | None, objects: int, engines: str) -> list[str]:
+def notes(model: str, subset: str | None, objects: int, engines: str) -> str:
     """Caption of one model's tables: model, objects, engines, and how to read the numbers."""
     paper = "the paper's nine objects (its Table 1)" if subset == NINE_SUBSET else "the paper's large set (its Table 6)"
-    return [
-        f"Model: {described(model)}. {objects} objects, judged in {engines}. In brackets 95 % bootstrap intervals over "
-        f"objects; small print is the paper's figure, over {paper}. Ours is bold where no method is better.",
-    ]
+    return (
+        f"Model: {described(model)}. {objects} objects, verified in {engines}. In brackets 95 % bootstrap intervals "
+        f"over objects; small print is the paper's figure, over {paper}. Ours is bold where no method is better."
+    )
 
 
 def by_model(rows: Sequence[Row]) -> Mapping[str, list[Row]]:
@@ -120,21 +101,29 @@ def _methods(rows: Sequence[Row], model: str) -> list[Method]:
     return [method for method in METHODS if method.value in there]
 
 
-def _find(rows: Sequence[Row], method: Method, model: str, figure: Figure) -> Row:
+def _find(rows: Sequence[Row], method: Method, model: str, figure: FigureSpec) -> Row:
     for row in rows:
         if row["method"] == method.value and row["figure"] == figure.key and _asked(row, model):
             return row
     return {}
 
 
-def _cell(row: Row, figure: Figure, method: Method) -> str:
+def _cell(row: Row, figure: FigureSpec, method: Method) -> str:
     value = _number(row.get("value"), figure.digits)
     shown = f"**{value}**" if method is OURS and row.get("first") else value
-    cell = shown + (_interval(row.get("low"), row.get("high"), figure.digits) if value != DASH else "")
+    cell = shown + (_interval(row.get("low"), row.get("high"), figure.digits) if value != NOTHING else "")
     if row.get("paper") is None:
         return cell
     spread = f" ± {_plain(row['paper_spread'])}" if row.get("paper_spread") is not None else ""
     return f"{cell}<br><sub>paper {_plain(row['paper'])}{spread}</sub>"
+
+
+def _difference(row: Row, digits: int) -> str:
+    value, low, high = (row.get(name) for name in ("difference", "difference_low", "difference_high"))
+    enough = isinstance(row.get("n_paired"), int) and int(str(row["n_paired"])) >= MIN_SIGNIFICANT_OBJECTS
+    sure = enough and isinstance(low, float) and isinstance(high, float) and (low > 0.0 or high < 0.0)
+    shown = _signed(value, digits)
+    return (f"**{shown}**" if sure else shown) + _interval(low, high, digits)
 
 
 def _interval(low: object, high: object, digits: int) -> str:
@@ -146,7 +135,7 @@ def _interval(low: object, high: object, digits: int) -> str:
 def _number(value: object, digits: int) -> str:
     """A number with fixed decimals, so that a column can be compared; an exponent where it would be too wide."""
     if not isinstance(value, int | float):
-        return DASH
+        return NOTHING
     if value != 0.0 and abs(value) >= 1e6:
         return f"{value:.1e}"
     rounded = round(float(value), digits)
@@ -162,9 +151,9 @@ def _plain(value: object) -> str:
     return f"{value:g}"
 
 
-def _heading(columns: Sequence[str]) -> list[str]:
-    return [_line(["method", *columns]), "|" + "---|" + "---:|" * len(columns)]
+def _name(method: Method) -> str:
+    return f"**{NAMES[method]}**" if method is OURS else NAMES[method]
 
 
-def _line(cells: Sequence[str]) -> str:
-    return "| " + " | ".join(cells) + " |"
+def _table(headings: Sequence[str], lines: Sequence[Sequence[str]]) -> str:
+    return markdown_table(["method", *headings], lines, right=range(1, len(headings) + 1))

@@ -50,7 +50,7 @@ class Run:
         return base.model_copy(update={"method": self.method, "model": model})
 
 
-def plan(out: Path, methods: Sequence[Method], models: Sequence[str]) -> tuple[Run, ...]:
+def planned_runs(out: Path, methods: Sequence[Method], models: Sequence[str]) -> tuple[Run, ...]:
     """A run for each method and model; one for a method that asks none. Raises UsageError for no method or model."""
     if not methods or not models:
         raise UsageError("name at least one method and one model")

@@ -6,12 +6,10 @@ import numpy as np
 import pandas as pd
 
 from asset2sim.catalog.read import latest_rows
+from asset2sim.models.purposes import JUDGE_PURPOSE
 from asset2sim.studies.methods.method_runs import Run
 from schemas.settings import Thresholds
 from schemas.vocabulary import PAPER_FAILURE_MODES, FailureMode
-
-JUDGING = "judge"
-"""Purpose of the vision judge's calls, which are not part of a method."""
 
 
 def read_objects(runs: Sequence[Run], limits: Thresholds) -> pd.DataFrame:
@@ -27,11 +25,9 @@ def _objects(run: Run, limits: Thresholds) -> pd.DataFrame:
     columns = ["asset_id", "alignment", "judged", "scale_deviation", "reference_states_scale", "joint_deviation_rad"]
     merged = assets.merge(aligned[columns], on="asset_id", how="left")
     merged = merged.merge(_spent(calls), on="asset_id", how="left")
-    drift = (_number(merged, "drift_m") <= limits.drift_m) & (_number(merged, "drift_rad") <= limits.drift_rad)
+    drift, steady = drift_passes(merged, limits), oscillation_passes(merged)
     phi = _number(merged, "penetration_mm")
-    # An object that exploded has no drift; one that was never measured passes nothing.
-    steady = merged["finite"].fillna(False).astype(bool) & (_number(merged, "oscillating_joints") == 0)
-    stated = merged["reference_states_scale"].astype("boolean").fillna(False).astype(bool)
+    stated = true_of(merged["reference_states_scale"])
     slow = _number(merged, "peak_speed_m_s") <= limits.peak_speed_m_s
     return pd.DataFrame(
         {
@@ -58,9 +54,24 @@ def _objects(run: Run, limits: Thresholds) -> pd.DataFrame:
     )
 
 
+def true_of(flags: "pd.Series[bool]") -> "pd.Series[bool]":
+    """The flags, with null as False."""
+    return flags.astype("boolean").fillna(False).astype(bool)
+
+
+def drift_passes(rows: pd.DataFrame, limits: Thresholds) -> "pd.Series[bool]":
+    """Whether each row's drift is within the limits; False for null: not measured, or not finite."""
+    return (_number(rows, "drift_m") <= limits.drift_m) & (_number(rows, "drift_rad") <= limits.drift_rad)
+
+
+def oscillation_passes(rows: pd.DataFrame) -> "pd.Series[bool]":
+    """Whether no joint of each row oscillated; False where it was not measured, or exploded."""
+    return true_of(rows["finite"]) & (_number(rows, "oscillating_joints") == 0)
+
+
 def _spent(calls: pd.DataFrame) -> pd.DataFrame:
-    """Calls, tokens and cost of each asset; an answer from the cache counts as a call."""
-    own = calls[calls["purpose"] != JUDGING]
+    """Calls, tokens and cost of each asset without the vision judge's; an answer from the cache counts as a call."""
+    own = calls[calls["purpose"] != JUDGE_PURPOSE]
     tokens = own["prompt_tokens"] + own["completion_tokens"]
     grouped = own.assign(tokens=tokens).groupby("asset_id")
     spent = grouped.agg(calls=("call_index", "size"), tokens=("tokens", "sum"), spent_usd=("cost_usd", "sum"))

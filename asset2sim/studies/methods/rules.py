@@ -1,53 +1,28 @@
-"""The README's table "raw, paper's rules, ours": the same objects raw, by the paper's rules, and by ours.
+"""The README's table "raw, paper's rules, ours": the same objects raw, by the paper's rules, and by ours. Pure."""
 
-``python -m asset2sim.studies.methods.rules [--readme README.md] NAME=OUT ...`` reads the latest run of each OUT's catalog;
-``settings_of`` says how each is run.
-"""
-
-import argparse
-import sys
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
-from pathlib import Path
+from collections.abc import Mapping
 
 import pandas as pd
-from rich.console import Console
 
-from asset2sim.catalog.read import latest_rows
-from schemas.errors import UsageError
+from asset2sim.catalog.text import NOTHING, markdown_table, percent
+from asset2sim.studies.methods.figure_specs import ZERO_MM
+from asset2sim.studies.methods.object_rows import drift_passes, oscillation_passes, true_of
 from schemas.settings import Settings, Thresholds
 from schemas.vocabulary import CollisionMode, DynamicsRule, Engine, FailureMode, Method
 
-BEGIN = "<!-- rules: begin (make rules) -->"
-END = "<!-- rules: end -->"
+BLOCK = "rules"
+"""Name of the README's block."""
 RAW, PAPER, OURS = "raw", "paper's rules", "ours"
-TESTS: dict[FailureMode, str] = {
-    FailureMode.DROP: "drop",
-    FailureMode.NUDGE: "nudge",
-    FailureMode.JAM: "sweep",
-    FailureMode.HOLD: "hold",
-    FailureMode.RELEASE: "release",
-    FailureMode.RESET: "reset",
+CHECKS: dict[str, str] = {
+    FailureMode.DROP.value: "drop",
+    FailureMode.NUDGE.value: "nudge",
+    FailureMode.JAM.value: "sweep",
+    FailureMode.HOLD.value: "hold",
+    FailureMode.RELEASE.value: "release",
+    FailureMode.RESET.value: "reset",
 }
-"""Interaction check → its column heading, in the table's order."""
-ZERO_MM = 1e-6
-"""Penetration up to which Φ counts as zero, mm: rounding in an engine that counts in single precision."""
-NOTHING = "–"
-
-
-@dataclass(frozen=True)
-class Outcome:
-    """One object in one engine. ``tests`` maps each interaction check that applied to it to whether it passed; None
-    if none were run. ``loaded`` is False if the engine refused the object, or the run failed before loading it."""
-
-    asset_id: str
-    engine: str
-    loaded: bool
-    penetration_mm: float | None = None
-    still: bool = False
-    steady: bool = False
-    passed: bool = False
-    tests: Mapping[str, bool] | None = field(default=None)
+"""Interaction check, by its failure mode → its column heading, in the table's order."""
+KEY = ["asset_id", "engine"]
 
 
 def settings_of(ours: Settings) -> dict[str, Settings]:
@@ -66,126 +41,61 @@ def settings_of(ours: Settings) -> dict[str, Settings]:
     return {RAW: ours.model_copy(update={"method": Method.RAW}), PAPER: paper, OURS: ours}
 
 
-def read_outcomes(out: Path, limits: Thresholds) -> tuple[Outcome, ...]:
-    """The outcomes of an OUT's latest run. Raises UsageError where it has no catalog, or no run."""
-    assets, measured, tested = latest_rows(out, "assets", "measurements", "interactions")
-    return outcomes(assets, measured, tested, limits)
+def engine_results(
+    assets: pd.DataFrame, measured: pd.DataFrame, interactions: pd.DataFrame, limits: Thresholds
+) -> pd.DataFrame:
+    """A row for every asset in every engine that any of them was measured in, from one run's tables.
 
-
-def outcomes(
-    assets: pd.DataFrame, measured: pd.DataFrame, tested: pd.DataFrame, limits: Thresholds
-) -> tuple[Outcome, ...]:
-    """One outcome for every asset in every engine that any of them was measured in, from one run's tables."""
+    ``loaded`` is False if the engine refused the object, or the run failed before loading it: it then passes nothing.
+    ``checked`` says whether interaction checks were run; a column for each says whether it passed, or did not apply.
+    """
     engines = [engine.value for engine in Engine if engine.value in set(measured["engine"])]
-    by_key = {(row["asset_id"], row["engine"]): row for _, row in measured.iterrows()}
-    judged = tested[tested["test"].isin([test.value for test in TESTS]) & tested["passed"].notna()]
-    passes: dict[tuple[object, object], dict[str, bool]] = {}
-    for _, row in judged.iterrows():
-        verdicts = passes.setdefault((row["asset_id"], row["engine"]), {})
-        verdicts[str(row["test"])] = verdicts.get(str(row["test"]), True) and bool(row["passed"])
-    found = []
-    for asset in assets["asset_id"]:
-        for engine in engines:
-            own = by_key.get((asset, engine))
-            found.append(Outcome(str(asset), engine, False) if own is None else _outcome(own, passes, limits))
-    return tuple(found)
+    every = pd.MultiIndex.from_product([assets["asset_id"], engines], names=KEY)
+    rows = measured.set_index(KEY).reindex(every)
+    loaded = rows["penetration_mm"].notna()
+    applied = interactions[interactions["test"].isin(list(CHECKS)) & interactions["passed"].notna()]
+    passes = applied.astype({"passed": bool}).groupby([*KEY, "test"])["passed"].all().unstack("test")
+    # Null: it did not apply.
+    passes = passes.reindex(index=every, columns=list(CHECKS))
+    checked = loaded & passes.notna().any(axis=1)
+    results = {
+        "loaded": loaded,
+        "penetration_mm": rows["penetration_mm"].astype("float64"),
+        "still": loaded & drift_passes(rows, limits),
+        "steady": loaded & oscillation_passes(rows),
+        "passed": loaded & true_of(rows["passed"]),
+        "checked": checked,
+        **{name: checked & passes[name].ne(False) for name in CHECKS},
+    }
+    return pd.DataFrame(results).reset_index()
 
 
-def _outcome(
-    row: "pd.Series[str]", passes: Mapping[tuple[object, object], Mapping[str, bool]], limits: Thresholds
-) -> Outcome:
-    if pd.isna(row["penetration_mm"]):
-        return Outcome(str(row["asset_id"]), str(row["engine"]), False)
-    bounds = (("drift_m", limits.drift_m), ("drift_rad", limits.drift_rad))
-    # A drift that was not finite is null.
-    still = all(not pd.isna(row[name]) and float(row[name]) <= bound for name, bound in bounds)
-    return Outcome(
-        asset_id=str(row["asset_id"]),
-        engine=str(row["engine"]),
-        loaded=True,
-        penetration_mm=float(row["penetration_mm"]),
-        still=still,
-        steady=bool(row["finite"]) and int(row["oscillating_joints"]) == 0,
-        passed=bool(row["passed"]),
-        tests=passes.get((row["asset_id"], row["engine"])),
-    )
-
-
-def table_lines(rules: Mapping[str, Sequence[Outcome]]) -> list[str]:
+def rules_table(rules: Mapping[str, pd.DataFrame]) -> str:
     """The Markdown table: a row for each engine and rule. Shares are of all objects: what does not load passes nothing.
 
     A check that does not apply to an object (a hold where no joint must hold) counts as passed; penetration is the mean
     over the loaded objects whose Φ is not zero.
     """
-    headings = ["engine", "rules", "objects", "loads", "Φ mm", "drift", "oscillation", *TESTS.values(), "every test"]
-    lines = ["| " + " | ".join(headings) + " |", "|" + "---|" * len(headings)]
-    engines = [engine.value for engine in Engine if any(o.engine == engine for own in rules.values() for o in own)]
-    for engine in engines:
-        for name, every in rules.items():
-            own = [outcome for outcome in every if outcome.engine == engine]
-            if own:
-                lines.append("| " + " | ".join([engine, name, *cells(own)]) + " |")
-    return lines
-
-
-def cells(own: Sequence[Outcome]) -> list[str]:
-    """One row's figures, of the same engine and rules."""
-    deep = [o.penetration_mm for o in own if o.penetration_mm is not None and o.penetration_mm > ZERO_MM]
-    tested = any(o.tests is not None for o in own)
-    row = [
-        str(len(own)),
-        share([o.loaded for o in own]),
-        f"{sum(deep) / len(deep):.3g}" if deep else ("0" if any(o.loaded for o in own) else NOTHING),
-        share([o.still for o in own]),
-        share([o.steady for o in own]),
+    headings = ["engine", "rules", "objects", "loads", "Φ mm", "drift", "oscillation", *CHECKS.values(), "every test"]
+    found = [
+        (engine.value, name, own[own["engine"] == engine.value]) for engine in Engine for name, own in rules.items()
     ]
-    for test in TESTS:
-        passed = [o.tests is not None and o.tests.get(test.value, True) for o in own]
-        row.append(share(passed) if tested else NOTHING)
-    return [*row, share([o.passed for o in own])]
+    return markdown_table(headings, [[engine, name, *cells(own)] for engine, name, own in found if len(own)])
 
 
-def share(passed: Sequence[bool]) -> str:
-    """How many in a hundred passed, as "98.7 %"; 100 % and 0 % only where all did, or none."""
-    count, total = sum(passed), len(passed)
-    if count in (0, total):
-        return "100 %" if count else "0 %"
-    return f"{min(99.9, max(0.1, 100.0 * count / total)):.1f} %"
+def cells(own: pd.DataFrame) -> list[str]:
+    """One row's figures, of the same engine and rules."""
+    deep = own.loc[own["penetration_mm"] > ZERO_MM, "penetration_mm"]
 
+    def share(column: str) -> str:
+        return percent(int(own[column].sum()), len(own))
 
-def with_rules(text: str, lines: Sequence[str]) -> str:
-    """The README's text with the table between its markers. Raises UsageError where they are not there."""
-    if BEGIN not in text or END not in text:
-        raise UsageError(f"the README lacks the lines '{BEGIN}' and '{END}'; put them where the table belongs")
-    before, rest = text.split(BEGIN, 1)
-    block = "\n".join(lines)
-    return f"{before}{BEGIN}\n\n{block}\n\n{END}{rest.split(END, 1)[1]}"
-
-
-def main(words: Sequence[str]) -> int:
-    """Write the table into the README, or print it."""
-    parser = argparse.ArgumentParser(prog="python -m asset2sim.studies.methods.rules")
-    parser.add_argument("runs", nargs="+", metavar="NAME=OUT", help="the rules' name and the folder that a run wrote")
-    parser.add_argument("--readme", type=Path, help="write the table between this file's markers")
-    chosen = parser.parse_args(words)
-    try:
-        rules = {}
-        for word in chosen.runs:
-            name, separator, out = word.partition("=")
-            if not separator or not out:
-                raise UsageError(f"'{word}' is not NAME=OUT")
-            rules[name] = read_outcomes(Path(out), Thresholds())
-        lines = table_lines(rules)
-        if chosen.readme is None:
-            Console(width=10_000, soft_wrap=True).print("\n".join(lines), markup=False, highlight=False)
-        else:
-            text = chosen.readme.read_text(encoding="utf-8")
-            chosen.readme.write_text(with_rules(text, lines), encoding="utf-8")
-    except UsageError as error:
-        Console(stderr=True).print(f"error: {error}", markup=False, highlight=False)
-        return 2
-    return 0
-
-
-if __name__ == "__main__":
-    sys.exit(main(sys.argv[1:]))
+    return [
+        str(len(own)),
+        share("loaded"),
+        f"{deep.mean():.3g}" if len(deep) else ("0" if own["loaded"].any() else NOTHING),
+        share("still"),
+        share("steady"),
+        *(share(name) if own["checked"].any() else NOTHING for name in CHECKS),
+        share("passed"),
+    ]

@@ -1,1 +1,1 @@
-"""Example questions to a catalog, an SQL file each, whose first line is the question in words; see ``answers``."""
+"""Parts of the README made from a catalog: tables, example questions (an SQL file each) and a picture."""

@@ -1,69 +1,118 @@
-"""The README's summary table from a run's catalog: ``python -m asset2sim.studies.readme.blocks OUT README``."""
+"""The README's generated blocks, each between two markers that name it: ``make summary``, ``make questions``, and those
+of ``asset2sim.studies.methods``.
 
-import math
+``python -m asset2sim.studies.readme.blocks summary|questions OUT README`` writes one from OUT's catalog.
+"""
+
 import sys
+from importlib import resources
 from pathlib import Path
 
 import pandas as pd
 
-from asset2sim.catalog.read import latest_rows
+from asset2sim.catalog.read import latest_rows, query
+from asset2sim.catalog.text import NOTHING, markdown_table
 from schemas.errors import UsageError
 
-BEGIN = "<!-- summary: begin (make summary) -->"
-END = "<!-- summary: end -->"
+QUESTIONS = ("modes", "changes", "calls", "slowest", "weak")
+"""Example questions to a catalog, in their order: an SQL file each, whose first line is the question in words."""
+FOLDER = "asset2sim/studies/readme"
 
 
-def summary_block(out: Path) -> str:
-    """The Markdown between the markers: the latest run's assets, and a line of totals."""
-    rows, measured = latest_rows(out, "assets", "measurements")
-    engines = measured.groupby("asset_id")["passed"].agg(["sum", "count"])
-    lines = [
-        "| asset | category | verdict | scale | mass kg | Φ mm | drift mm | drift rad | engines | calls | s |",
-        "|---|---|---|---|---|---|---|---|---|---|---|",
-    ]
-    lines += [asset_line(row, engines) for _, row in rows.iterrows()]
-    good = int((rows["status"] == "ok").sum())
-    total = f"{good} of {len(rows)} ok; the others are planted defects, each with its cause in `findings`."
-    return "\n".join(["`make flow`, the sample dataset:", "", *lines, "", total])
+def markers(name: str) -> tuple[str, str]:
+    """The lines before and after a block, which ``make`` of the same name writes."""
+    return f"<!-- {name}: begin (make {name}) -->", f"<!-- {name}: end -->"
 
 
-def asset_line(row: "pd.Series[str]", engines: pd.DataFrame) -> str:
-    """One asset as a row of the table; a dash where nothing was measured.
-
-    ``engines`` holds, by asset, in how many engines it passed (``sum``) and was measured (``count``).
-    """
-    verdict = row["status"] if row["status"] == "ok" else row["failure_mode"]
-    cells = [str(row["asset_id"]), str(row["category"]), str(verdict)]
-    cells += [number(row["scale"], ".3f"), number(row["mass_kg"], ".2f"), number(row["penetration_mm"], ".2f")]
-    cells += [number(row["drift_m"], ".3f", 1e3), number(row["drift_rad"], ".4f")]
-    judged = row["asset_id"] in engines.index
-    cells.append("{sum} of {count}".format(**engines.loc[row["asset_id"]]) if judged else "–")
-    cells.append(number(row["queries"], ".0f"))
-    cells += [number(row["seconds_total"], ".1f")]
-    return "| " + " | ".join(cells) + " |"
-
-
-def number(value: object, form: str, factor: float = 1.0) -> str:
-    """A number in a format, or a dash for none."""
-    parsed = float(str(value)) if str(value) not in ("None", "<NA>") else math.nan
-    return "–" if math.isnan(parsed) else format(parsed * factor, form)
-
-
-def with_summary(text: str, block: str) -> str:
-    """The README's text with the block between its markers. Raises UsageError where they are not there."""
-    return with_block(text, block, BEGIN, END)
-
-
-def with_block(text: str, block: str, begin: str, end: str) -> str:
-    """A text with the block between two markers. Raises UsageError where they are not there."""
+def with_block(text: str, name: str, block: str) -> str:
+    """A README's text with the block between its markers. Raises UsageError where they are not there."""
+    begin, end = markers(name)
     if begin not in text or end not in text:
         raise UsageError(f"the README lacks the lines '{begin}' and '{end}'; put them where the block belongs")
     before, rest = text.split(begin, 1)
     return f"{before}{begin}\n\n{block}\n\n{end}{rest.split(end, 1)[1]}"
 
 
+def check_readme(readme: Path, name: str) -> None:
+    """Raise UsageError for a missing README, or one without the block's markers."""
+    if not readme.is_file():
+        raise UsageError(f"no README at {readme}")
+    with_block(readme.read_text(encoding="utf-8"), name, "")
+
+
+def write_block(readme: Path, name: str, block: str) -> None:
+    """Put the block between its markers in the file. Raises UsageError where they are not there."""
+    readme.write_text(with_block(readme.read_text(encoding="utf-8"), name, block), encoding="utf-8")
+
+
+def summary_block(out: Path) -> str:
+    """The latest run's assets as a table, and a line of totals."""
+    rows, measured = latest_rows(out, "assets", "measurements")
+    engines = measured.groupby("asset_id")["passed"].agg(["sum", "count"])
+    headings = (
+        "asset", "category", "verdict", "scale", "mass kg", "Φ mm", "drift mm", "drift rad", "engines", "calls", "s"
+    )  # fmt: skip
+    table = markdown_table(headings, [asset_cells(row, engines) for _, row in rows.iterrows()])
+    good = int((rows["status"] == "ok").sum())
+    total = f"{good} of {len(rows)} ok; the others are planted defects, each with its cause in `findings`."
+    return f"`make flow`, the sample dataset:\n\n{table}\n\n{total}"
+
+
+def asset_cells(row: "pd.Series[str]", engines: pd.DataFrame) -> list[str]:
+    """One asset as a row of the table; a dash where nothing was measured.
+
+    ``engines`` holds, by asset, in how many engines it passed (``sum``) and was measured (``count``).
+    """
+
+    def cell(name: str, form: str, factor: float = 1.0) -> str:
+        return NOTHING if pd.isna(row[name]) else format(factor * float(row[name]), form)
+
+    measured = row["asset_id"] in engines.index
+    return [
+        str(row["asset_id"]),
+        str(row["category"]),
+        str(row["status"] if row["status"] == "ok" else row["failure_mode"]),
+        cell("scale", ".3f"),
+        cell("mass_kg", ".2f"),
+        cell("penetration_mm", ".2f"),
+        cell("drift_m", ".3f", 1e3),
+        cell("drift_rad", ".4f"),
+        "{sum} of {count}".format(**engines.loc[row["asset_id"]]) if measured else NOTHING,
+        cell("queries", ".0f"),
+        cell("seconds_total", ".1f"),
+    ]
+
+
+def question(name: str) -> tuple[str, str]:
+    """The question in words, and its whole SQL file."""
+    sql = resources.files("asset2sim.studies.readme").joinpath(f"{name}.sql").read_text(encoding="utf-8")
+    return sql.splitlines()[0].removeprefix("-- "), sql
+
+
+def questions_block(out: Path) -> str:
+    """Every question with the answer of OUT's catalog. Raises UsageError where OUT has none."""
+    parts = []
+    for name in QUESTIONS:
+        words, sql = question(name)
+        parts.append(f"{words} ([`{name}.sql`]({FOLDER}/{name}.sql))\n\n{frame_table(query(out, sql))}")
+    return "\n\n".join(parts)
+
+
+def frame_table(frame: pd.DataFrame) -> str:
+    """A frame as a Markdown table, numbers to the right; a dash stands for null."""
+    right = [place for place, name in enumerate(frame.columns) if pd.api.types.is_numeric_dtype(frame[name])]
+    rows = [[_cell(value) for value in row] for row in frame.itertuples(index=False, name=None)]
+    return markdown_table([str(name) for name in frame.columns], rows, right)
+
+
+def _cell(value: object) -> str:
+    if value is None or value is pd.NA or value != value:
+        return NOTHING
+    return f"{value:g}" if isinstance(value, float) else str(value)
+
+
+BLOCKS = {"summary": summary_block, "questions": questions_block}
+
 if __name__ == "__main__":
-    target = Path(sys.argv[2])
-    target.write_text(
-        with_summary(target.read_text(encoding="utf-8"), summary_block(Path(sys.argv[1]))), encoding="utf-8"
-    )
+    block_name, refined, target = sys.argv[1:]
+    write_block(Path(target), block_name, BLOCKS[block_name](Path(refined)))

@@ -24,10 +24,12 @@ from rich.progress import Progress
 from rich.table import Table
 
 from asset2sim.assets.folder import URDF_NAME
-from asset2sim.catalog.read import read_table
+from asset2sim.catalog.read import latest_rows
+from asset2sim.catalog.switch import find_catalog
+from asset2sim.catalog.text import percent
 from asset2sim.cli.console import output
-from asset2sim.studies.simcheck.findings import Judgement, ObjectReport, judge, read_report, share
-from schemas.errors import Asset2SimError, UnknownChoiceError, UsageError
+from asset2sim.studies.simcheck.findings import ObjectReport, SimcheckSummary, read_report, summarize
+from schemas.errors import UnknownChoiceError, UsageError
 
 ENVIRONMENT = ".venv-judge"
 """The environment that ``make judge`` installs the checker into."""
@@ -44,7 +46,7 @@ OUTPUT_TAIL_CHARS = 300
 class Findings(BaseModel):
     """Contents of ``judge.json``."""
 
-    judgement: Judgement
+    judgement: SimcheckSummary
     objects: tuple[ObjectReport, ...]
 
 
@@ -88,13 +90,12 @@ def refined_objects(out: Path, ids: Sequence[str] = ()) -> dict[str, Path]:
 
 
 def latest_asset_ids(out: Path) -> set[str]:
-    """Asset ids of the latest run, also of assets that failed before they were written; empty without a catalog."""
-    try:
-        run = read_table(out, "runs").sort_values("started_at").iloc[-1]
-        assets = read_table(out, "assets")
-    except (Asset2SimError, OSError, IndexError, KeyError):
+    """Asset ids of the latest run, also of those that failed before they were written, in it or, unchanged since, in an
+    earlier run; empty without a catalog."""
+    if find_catalog(out) is None:
         return set()
-    return {str(name) for name in assets[assets["run_id"] == run["run_id"]]["asset_id"]}
+    (assets,) = latest_rows(out, "assets")
+    return {str(name) for name in assets["asset_id"]}
 
 
 def check_object(simcheck: Path, asset_id: str, urdf: Path, time_limit_s: float = TIME_LIMIT_S) -> ObjectReport:
@@ -136,16 +137,17 @@ def stop(process: "subprocess.Popen[str]") -> None:
         process.stdout.close()
 
 
-def show(judgement: Judgement, reports: Sequence[ObjectReport], console: Console) -> None:
+def show(summary: SimcheckSummary, reports: Sequence[ObjectReport], console: Console) -> None:
     """Print the shares, the causes left, and the objects that were not checked in full."""
-    console.print(f"objects            {judgement.objects}")
-    console.print(f"without an error   {share(judgement.without_error, judgement.objects)}")
-    console.print(f"without a warning  {share(judgement.without_warning, judgement.objects)}")
-    if judgement.causes:
+    total = summary.objects
+    console.print(f"objects            {total}")
+    for words, count in (("an error  ", summary.without_error), ("a warning ", summary.without_warning)):
+        console.print(f"without {words} {count} of {total} ({percent(count, total)})")
+    if summary.causes:
         table = Table(
             "", "check", "engine", "objects", "findings", "for example", "and said there", title="causes left"
         )
-        for cause in judgement.causes:
+        for cause in summary.causes:
             table.add_row(
                 cause.severity, cause.check, cause.engine or "files", str(cause.objects), str(cause.findings),
                 escape(", ".join(cause.examples)), escape(cause.message),
@@ -153,7 +155,7 @@ def show(judgement: Judgement, reports: Sequence[ObjectReport], console: Console
         console.print(table)
     for report in reports:
         if report.problem:
-            console.print(f"[red]not judged in full[/red] {escape(report.asset_id)}: {escape(report.problem)}")
+            console.print(f"[red]not checked in full[/red] {escape(report.asset_id)}: {escape(report.problem)}")
 
 
 def main(words: Sequence[str]) -> int:
@@ -182,12 +184,12 @@ def main(words: Sequence[str]) -> int:
             return report
 
         reports = tuple(pool.map(one, objects.items()))
-    judgement = judge(reports)
-    found = Findings(judgement=judgement, objects=reports)
+    summary = summarize(reports)
+    found = Findings(judgement=summary, objects=reports)
     (chosen.out / REPORT).write_text(found.model_dump_json(indent=2), encoding="utf-8")
-    show(judgement, reports, console)
+    show(summary, reports, console)
     console.print(f"all findings: {escape(str(chosen.out / REPORT))}")
-    return 0 if judgement.passed else 1
+    return 0 if summary.passed else 1
 
 
 if __name__ == "__main__":

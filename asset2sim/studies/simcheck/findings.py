@@ -52,7 +52,7 @@ class Cause(Frozen):
     """The first finding's message."""
 
 
-class Judgement(Frozen):
+class SimcheckSummary(Frozen):
     """Result for all objects."""
 
     objects: int
@@ -92,7 +92,7 @@ def read_report(asset_id: str, text: str, seconds: float) -> ObjectReport:
     return ObjectReport(asset_id=asset_id, seconds=seconds, complaints=tuple(complaints), problem=cut[0] if cut else "")
 
 
-def judge(reports: Sequence[ObjectReport]) -> Judgement:
+def summarize(reports: Sequence[ObjectReport]) -> SimcheckSummary:
     """Counts, and findings grouped by cause: errors before warnings, causes with the most objects first."""
     groups: dict[tuple[Severity, str, str], list[tuple[str, SimcheckFinding]]] = {}
     for report in reports:
@@ -111,7 +111,7 @@ def judge(reports: Sequence[ObjectReport]) -> Judgement:
         for (severity, check, engine), found in groups.items()
     ]
     causes.sort(key=lambda cause: (cause.severity is not Severity.ERROR, -cause.objects, cause.check, cause.engine))
-    return Judgement(
+    return SimcheckSummary(
         objects=len(reports),
         without_error=sum(report.without_error for report in reports),
         without_warning=sum(report.without_warning for report in reports),
@@ -119,10 +119,3 @@ def judge(reports: Sequence[ObjectReport]) -> Judgement:
         causes=tuple(causes),
         seconds=sum(report.seconds for report in reports),
     )
-
-
-def share(count: int, total: int) -> str:
-    """A count with its share, as "136 of 150 (90.7 %)", never rounded up to all of them."""
-    percent = 100.0 * count / total if total else 0.0
-    text = f"{percent:.1f}"
-    return f"{count} of {total} ({'99.9' if count < total and text == '100.0' else text} %)"

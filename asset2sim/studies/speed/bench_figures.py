@@ -4,8 +4,8 @@ import statistics
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
-from asset2sim.studies.speed.measured import CheckerTimes, FlowTimes, LoopTimes, Measured, QueryTimes
 from asset2sim.studies.speed.bench_figures import Part, parts
+from asset2sim.studies.speed.measured import CheckerTimes, FlowTimes, LoopTimes, Measured, QueryTimes
 
 MIN_ASSETS_PER_MINUTE = 60.0
 """Assets a minute with two workers on two cores, at least."""
