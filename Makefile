@@ -104,7 +104,7 @@ compare: $(INSTALLED) ## methods and models on the same objects: the paper's tab
 		$(if $(NO_INTERACTION),--no-interaction) $(if $(WORKERS),--workers "$(WORKERS)") $(if $(README),--readme "$(README)")
 
 bench-defects: $(INSTALLED) ## plant known defects in clean objects: what share is caught, and what is mended
-	@$(BIN)/python -m asset2sim.studies.defects "$(OUT)"
+	@$(BIN)/python -m flows.bench_defects "$(OUT)"
 
 bench: $(INSTALLED) ## how fast a night is, and where its time goes; DATA (../shared/partnet_mobility), WORK, LIMIT
 	@$(MAKE) --no-print-directory .venv-judge/.installed || echo "simcheck cannot be installed; its line will say so" >&2

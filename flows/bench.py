@@ -14,6 +14,7 @@ from asset2sim.assets.meshes.shape_cache import PIECE_CACHE, SHAPE_CACHE
 from asset2sim.cli.console import output
 from asset2sim.cli.parser import parse, refine_request
 from asset2sim.models.gateway.environment import checkout_folder, quiet_environment
+from asset2sim.runs.alert import DONE, FAILED, run_program
 from asset2sim.runs.dataset import load_dataset
 from asset2sim.runs.spread.refine_all import refine_all
 from asset2sim.studies.speed.bench_figures import bench_markdown, figures, missed, stage_seconds
@@ -24,19 +25,16 @@ from asset2sim.studies.speed.measured import (
     FlowTimes,
     Measured,
     QueryTimes,
-    chosen,
     parse_request,
-    time_checker,
 )
-from asset2sim.studies.speed.process import machine, measure, one_core
+from asset2sim.studies.speed.process import evenly_spaced, machine, measure, one_core, time_checker
 from asset2sim.studies.speed.synthetic import make_unchanged
+from flows import PIPELINE
 from flows.bench_loop import run_loop
 from flows.bench_run import MODULE as RUN
 from schemas.asset import AssetRecord
-from schemas.errors import Asset2SimError, UsageError
 from schemas.vocabulary import Engine, Grouping
 
-DONE, FAILED, MISTAKE, STOPPED = 0, 1, 2, 130
 ENGINES = {"one": (Engine.PYBULLET,), "both": (Engine.PYBULLET, Engine.MUJOCO)}
 SAMPLE = "stapler_desk"
 """The sample object whose record and files the synthetic entries have."""
@@ -78,14 +76,14 @@ def flow(request: BenchRequest, name: str, words: Sequence[str]) -> FlowTimes:
     return times
 
 
-def warm_up(request: BenchRequest) -> None:
+def fill_caches(request: BenchRequest) -> None:
     """Fill the caches of meshes; where an earlier bench did, with the same code and settings, nothing is refined."""
     flow(request, "warm", command(request, request.data, request.work / "warm", 2))
 
 
 def rates(request: BenchRequest, found: Measured) -> Measured:
     """Measure one worker, the plain loop over the same assets, and two workers."""
-    warm_up(request)
+    fill_caches(request)
     outs = {name: fresh(request, name) for name in ("one", "loop", "two")}
     one = flow(request, "one", command(request, request.data, outs["one"], 1))
     loop = run_loop(command(request, request.data, outs["loop"], 1), request.work / "numbers" / "loop")
@@ -111,7 +109,7 @@ def synthetic(request: BenchRequest, found: Measured) -> Measured:
         shutil.rmtree(folder, ignore_errors=True)
         tell(f"making {count:,} synthetic entries")
         words = command(request, folder / "data", folder / "out", 2)
-        data, out = make_unchanged(record, folder, count, refine_request(parse(words)).settings)
+        data, out = make_unchanged(record, folder, count, refine_request(parse(words)).settings, PIPELINE)
         runs.append(flow(request, f"synthetic-{count}", command(request, data, out, 2)))
     return found.model_copy(update={"synthetic": tuple(runs)})
 
@@ -122,7 +120,7 @@ def sample_record(request: BenchRequest) -> AssetRecord:
     out = fresh(request, "sample").resolve()
     words = command(request, raw, out, 1, ids=[SAMPLE])
     refs = load_dataset(raw, None, (SAMPLE,), None)
-    return refine_all(refs, out, refine_request(parse(words)).settings).records[0]
+    return refine_all(refs, out, refine_request(parse(words)).settings, PIPELINE).records[0]
 
 
 def history(request: BenchRequest, found: Measured) -> Measured:
@@ -140,9 +138,9 @@ def history(request: BenchRequest, found: Measured) -> Measured:
 def checker(request: BenchRequest, found: Measured) -> Measured:
     """Measure our refinement, verified in two engines, and the independent checker on its output, on one core."""
     if "rates" not in request.parts:
-        warm_up(request)
+        fill_caches(request)
     refs = load_dataset(request.data, None, (), request.limit)
-    ids = chosen([ref.asset_id for ref in refs], request.objects)
+    ids = evenly_spaced([ref.asset_id for ref in refs], request.objects)
     out = fresh(request, "both")
     with one_core():
         both = flow(request, "both", command(request, request.data, out, 1, "both", ids))
@@ -171,23 +169,20 @@ def write(request: BenchRequest, found: Measured) -> str:
     return text
 
 
-def main(words: Sequence[str]) -> int:
-    """Run one command line and return its exit code; a missed target is a failure only under ``--strict``."""
-    quiet_environment()
-    try:
-        request = parse_request(words)
-        found = bench(request)
-    except Asset2SimError as error:
-        sys.stderr.write(f"bench: {error}\n")
-        return MISTAKE if isinstance(error, UsageError) else FAILED
-    except KeyboardInterrupt:
-        sys.stderr.write("bench: interrupted\n")
-        return STOPPED
+def run_bench(request: BenchRequest) -> int:
+    """Measure, write and print. Returns the exit code; a missed target is a failure only under ``--strict``."""
+    found = bench(request)
     output().print(write(request, found), markup=False, highlight=False, soft_wrap=True)
     left = missed(figures(found))
     if left:
         tell(f"not met: {'; '.join(left)}")
     return FAILED if left and request.strict else DONE
+
+
+def main(words: Sequence[str]) -> int:
+    """Run one command line and return its exit code."""
+    quiet_environment()
+    return run_program("bench", lambda: run_bench(parse_request(words)))
 
 
 if __name__ == "__main__":

@@ -36,7 +36,6 @@ def timed_refine(request: RefineRequest, result: Path, started: float) -> RunRes
         workers=request.settings.run.workers,
         assets=len(done.records) + len(done.unchanged),
         ok=sum(record.status is Status.OK for record in done.records),
-        failed=sum(record.status is Status.FAILED for record in done.records),
         unchanged=len(done.unchanged),
         startup_s=called - started,
         flow_s=ended - called,

@@ -27,8 +27,10 @@ def compare_rules(data: Path, out: Path, readme: Path | None) -> int:
         check_request(data, folder, settings, None, (), None)
     for folder, settings in ways.values():
         refine(RefineRequest(data=data, out=folder, settings=settings))
-    tables = ("assets", "measurements", "interactions")
-    rules = {name: engine_results(*latest_rows(folder, *tables), base.thresholds) for name, (folder, _) in ways.items()}
+    rules = {}
+    for name, (folder, _) in ways.items():
+        assets, measured, interactions = latest_rows(folder, "assets", "measurements", "interactions")
+        rules[name] = engine_results(assets, measured, interactions, base.thresholds)
     if readme is None:
         sys.stdout.write(f"{rules_table(rules)}\n")
     else:

@@ -75,14 +75,8 @@ def _state_without_result(out: Location, settings: Settings, error: BaseExceptio
 
 def state_of(result: RunResult, strict: bool) -> State:
     """The Prefect state of a finished night."""
-    message = night_line(result)
-    match exit_code(result, strict):
-        case 0:
-            return Completed(message=message)
-        case 130:
-            return Cancelled(message=message)
-        case _:
-            return Failed(message=message)
+    make = {DONE: Completed, STOPPED: Cancelled}.get(exit_code(result, strict), Failed)
+    return make(message=night_line(result))
 
 
 def code_of_state(state: State) -> int:

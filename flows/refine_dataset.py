@@ -1,7 +1,5 @@
 """Refine a dataset: discover, refine, publish, log, report."""
 
-import sys
-
 from prefect import flow
 
 from asset2sim.catalog.run import finish_run, remove_run_marker, start_run, write_run_marker
@@ -10,7 +8,7 @@ from asset2sim.catalog.storage.disk import raise_disk_full
 from asset2sim.catalog.write import check_catalog
 from asset2sim.runs.remote.output import open_output, send_rest
 from asset2sim.runs.result import RunResult
-from asset2sim.runs.spread.worker import PIPELINE
+from flows import PIPELINE
 from flows.steps import (
     align,
     discover,
@@ -68,9 +66,3 @@ def refine_dataset(
     return RunResult(
         out, run, refined.records, refined.stopped, warnings, refined.unchanged, told.path, told.changes, place
     )
-
-
-if __name__ == "__main__":
-    from flows.command import main
-
-    sys.exit(main(["refine", *sys.argv[1:]]))

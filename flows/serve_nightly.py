@@ -42,6 +42,8 @@ from flows.server.serving import FLOW, STOP_LIMIT_S, deployment_name
 from schemas.errors import UsageError
 from schemas.location import absolute
 
+CATALOG_FILE = Path(__file__).resolve().parents[1] / "catalog.yaml"
+
 
 def nightly_schedule(path: Path) -> tuple[str, str]:
     """(cron line of five fields, name of its time zone) from ``metadata: nightly:`` of a catalog file.
@@ -54,12 +56,12 @@ def nightly_schedule(path: Path) -> tuple[str, str]:
         raise UsageError(f"cannot read {path}: {error.strerror}") from error
     except yaml.YAMLError as error:
         raise UsageError(f"{path} is not YAML: {str(error).splitlines()[0]}") from error
-    nightly = content
+    found = content
     for name in ("metadata", "nightly"):
-        nightly = nightly.get(name) if isinstance(nightly, dict) else None
-    if not isinstance(nightly, dict) or "cron" not in nightly:
+        found = found.get(name) if isinstance(found, dict) else None
+    if not isinstance(found, dict) or "cron" not in found:
         raise UsageError(f'{path} has no schedule; add metadata: nightly: cron: "0 2 * * *"')
-    cron, zone = str(nightly["cron"]), str(nightly.get("timezone", "UTC"))
+    cron, zone = str(found["cron"]), str(found.get("timezone", "UTC"))
     if len(cron.split()) != 5:
         raise UsageError(f"{path}: cron '{cron}' needs five fields: minute, hour, day, month, weekday")
     try:
@@ -67,9 +69,6 @@ def nightly_schedule(path: Path) -> tuple[str, str]:
     except (ZoneInfoNotFoundError, ValueError) as error:
         raise UsageError(f"{path}: unknown timezone '{zone}'; use a name such as UTC or Europe/Berlin") from error
     return cron, zone
-
-
-CATALOG_FILE = Path(__file__).resolve().parents[1] / "catalog.yaml"
 
 
 def parameters(request: RefineRequest) -> dict[str, object]:
@@ -135,13 +134,6 @@ def end_with_parent() -> None:
     threading.Thread(target=watch, daemon=True).start()
 
 
-if __name__ == "__main__":
-    end_with_parent()
-    server = sys.argv[2] if len(sys.argv) > 2 else None
-    with use_server(server):
-        serve_nightly(RefineRequest.model_validate_json(sys.argv[1]), server)
-
-
 def run_deployed_night(request: RefineRequest) -> int | None:
     """Run the deployment of the request's output folder once, and wait for it. Returns the exit code.
 
@@ -155,7 +147,13 @@ def run_deployed_night(request: RefineRequest) -> int | None:
     run = run_and_wait(UUID(str(found.id)), parameters(request))
     if never_began(run):
         raise UsageError(f"another night of {FLOW}/{name} is at work; wait until it ends, this one was left out")
-    return _told(run.state or Crashed(message="it has no state"))
+    state = run.state or Crashed(message="it has no state")
+    code = code_of_state(state)
+    if code:
+        complain(f"the night ended {state.name}: {state.message or 'without a word'}")
+    else:
+        output().print(state.message or "", markup=False, soft_wrap=True)
+    return code
 
 
 def run_night_here(request: RefineRequest) -> int:
@@ -165,10 +163,8 @@ def run_night_here(request: RefineRequest) -> int:
     return code_of_state(state)
 
 
-def _told(state: State) -> int:
-    code = code_of_state(state)
-    if code:
-        complain(f"the night ended {state.name}: {state.message or 'without a word'}")
-    else:
-        output().print(state.message or "", markup=False, soft_wrap=True)
-    return code
+if __name__ == "__main__":
+    end_with_parent()
+    server = sys.argv[2] if len(sys.argv) > 2 else None
+    with use_server(server):
+        serve_nightly(RefineRequest.model_validate_json(sys.argv[1]), server)

@@ -1,24 +1,18 @@
-"""The run's report: a file under OUT, and Prefect's page of the run."""
+"""The steps of a run as Prefect tasks: each calls one function of ``asset2sim``, whose docstring says more."""
 
 import threading
 from collections.abc import Collection
-from dataclasses import dataclass, replace
-from datetime import datetime
+from dataclasses import replace
 from pathlib import Path
 from typing import TypeVar, cast
-from uuid import UUID
 
 from prefect import task
-from prefect.artifacts import create_markdown_artifact
 from prefect.cache_policies import NO_CACHE
-from prefect.runtime import flow_run
 from prefect.utilities.annotations import quote
 
 from asset2sim.catalog import mlflow_log
-from asset2sim.catalog.changes import Changes, Previous, find_changes, read_previous
+from asset2sim.catalog.changes import Changes, Previous, read_previous
 from asset2sim.catalog.mlflow_store import prepare_mlflow
-from asset2sim.catalog.report import report_markdown
-from asset2sim.catalog.report_file import write_report
 from asset2sim.catalog.run import RunRow
 from asset2sim.catalog.write import write_run
 from asset2sim.checks.alignment.align import align_all
@@ -30,44 +24,21 @@ from asset2sim.runs.remote.fetch_asset import local_file
 from asset2sim.runs.remote.output import Output, send_plan, send_tables, stored_asset_ids
 from asset2sim.runs.result import RunResult
 from asset2sim.runs.spread.refine_all import Refined, refine_planned
-from asset2sim.runs.spread.worker import PIPELINE
-from flows.server.deployment import left_out
+from flows.run_report import WrittenReport, publish_report
 from schemas.asset import AssetRef
 from schemas.location import Location, below
 from schemas.settings import Settings
 
-ARTIFACT = "report"
-"""Key of the artifact: Prefect keeps the versions of one key together, a night each."""
+T = TypeVar("T")
 
 
-@dataclass(frozen=True)
-class WrittenReport:
-    """What the run changed, the file with its report, and warnings where the report could not be written."""
+def opaque(value: T) -> T:
+    """Mark a task's argument as opaque; the task receives the value itself.
 
-    changes: Changes
-    path: Path | None
-    warnings: tuple[str, ...]
-
-
-def stopped_line(refined: Refined, chosen: int) -> str | None:
-    """Why the run stopped, where it did, and how far it came."""
-    if refined.stopped is None:
-        return None
-    seen = len(refined.records) + len(refined.unchanged)
-    return f"{refined.stopped}: {chosen - seen} of {chosen} assets were not seen to"
-
-
-def skipped_nights(since: datetime) -> str | None:
-    """A sentence on the nights skipped after ``since`` because this run was at work; None where there were none."""
-    try:
-        deployment = flow_run.parent_deployment_id
-        missed = left_out(UUID(str(deployment)), since) if deployment else 0
-    except Exception as error:  # whatever a server can raise
-        return f"Prefect does not say whether a night was left out: {str(error).splitlines()[0]}"
-    if not missed:
-        return None
-    were = "1 night was" if missed == 1 else f"{missed} nights were"
-    return f"{were} left out, since this run was at work when the time came"
+    Prefect walks through every argument, twice, in search of results of other tasks: 50 ms a record (measured), which
+    a dataset's records would cost at each of a run's tasks.
+    """
+    return cast(T, quote(value))
 
 
 @task(name="find-previous", cache_policy=NO_CACHE, persist_result=False)
@@ -80,25 +51,8 @@ def find_previous(out: Path, run: RunRow, present: Collection[str] | None = None
 def report(
     out: Path, run: RunRow, refined: Refined, previous: Previous, chosen: int, died: str | None = None
 ) -> WrittenReport:
-    """Write the report and attach it to the flow run. A failure is a warning only: the tables hold the same data.
-
-    ``chosen`` is the number of assets of the run; ``died`` says what happened to the run before it, if that did not
-    end.
-    """
-    changes = find_changes(refined.records, previous)
-    told = [problem for problem in (died, skipped_nights(run.started_at)) if problem]
-    problems = [problem for problem in (stopped_line(refined, chosen), previous.problem, *told) if problem]
-    text = report_markdown(run, refined.records, previous, changes, problems, refined.unchanged, str(out))
-    warnings, path = told, None
-    try:
-        path = write_report(out, run, text)
-    except (OSError, UnicodeError) as error:
-        warnings.append(f"the report of run {run.run_id} is not in {out}: {error}")
-    try:
-        create_markdown_artifact(text, key=ARTIFACT, description=f"run {run.run_id}")
-    except Exception as error:  # whatever a server can raise, and whatever way it goes away
-        warnings.append(f"Prefect does not hold the report of run {run.run_id}: {str(error).splitlines()[0]}")
-    return WrittenReport(changes, path, tuple(warnings))
+    """The run's report, written and attached to the flow run; see ``flows.run_report.publish_report``."""
+    return publish_report(out, run, refined, previous, chosen, died)
 
 
 @task(name="alert", cache_policy=NO_CACHE, persist_result=False)
@@ -115,7 +69,7 @@ def find_references(data: Location) -> dict[str, Reference]:
 
 @task(name="align", cache_policy=NO_CACHE, persist_result=False)
 def align(refined: Refined, references: dict[str, Reference]) -> Refined:
-    """The records with their alignment; see ``asset2sim.checks.alignment.align.align``."""
+    """The records with their alignment; see ``asset2sim.checks.alignment.align.align_all``."""
     return replace(refined, records=align_all(refined.records, references))
 
 
@@ -136,18 +90,6 @@ def discover(
 def log_run(out: Path, run: RunRow, refined: Refined, changes: Changes) -> str | None:
     """Log settings, figures and failures; returns a warning where MLflow could not take them."""
     return mlflow_log.log_run(out, run, refined.records, changes, refined.unchanged)
-
-
-T = TypeVar("T")
-
-
-def opaque(value: T) -> T:
-    """Mark a task's argument as opaque; the task receives the value itself.
-
-    Prefect walks through every argument, twice, in search of results of other tasks: 50 ms a record (measured), which
-    a dataset's records would cost at each of a run's tasks.
-    """
-    return cast(T, quote(value))
 
 
 @task(name="plan", cache_policy=NO_CACHE, persist_result=False)
@@ -178,7 +120,7 @@ def publish(output: Output, run: RunRow, refined: Refined, present: Collection[s
 
 @task(name="refine-assets", cache_policy=NO_CACHE, persist_result=False)
 def refine_assets(
-    refs: list[AssetRef], plan: Plan, output: Output, settings: Settings, run_id: str, pipeline: str = PIPELINE
+    refs: list[AssetRef], plan: Plan, output: Output, settings: Settings, run_id: str, pipeline: str
 ) -> Refined:
     """A record per asset that the plan has to do; see ``asset2sim.runs.spread.refine_all.refine_planned``."""
     if plan.todo:

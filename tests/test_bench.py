@@ -13,9 +13,8 @@ from asset2sim.catalog.run import start_run
 from asset2sim.catalog.write import write_run
 from asset2sim.runs.dataset import load_dataset
 from asset2sim.runs.plan.plan import make_plan
-from asset2sim.runs.spread.worker import PIPELINE
-from asset2sim.studies.speed import figures as judged
 from asset2sim.studies.speed.bench_figures import (
+    FigureLine,
     bench_markdown,
     efficiency,
     figure_table,
@@ -23,9 +22,9 @@ from asset2sim.studies.speed.bench_figures import (
     memory_growth_mb,
     missed,
     overhead,
-    parts,
     rate,
     stage_seconds,
+    time_shares,
 )
 from asset2sim.studies.speed.history_rows import FIRST_NIGHT, night_tables, time_query, write_history
 from asset2sim.studies.speed.history_rows import MODULE as QUERY
@@ -36,12 +35,11 @@ from asset2sim.studies.speed.measured import (
     LoopTimes,
     Measured,
     QueryTimes,
-    chosen,
     parse_request,
-    time_checker,
 )
-from asset2sim.studies.speed.process import BenchError, measure, one_core, peak_memory_mb
+from asset2sim.studies.speed.process import BenchError, evenly_spaced, measure, one_core, peak_memory_mb, time_checker
 from asset2sim.studies.speed.synthetic import FILES, make_entries, publish_entries
+from flows import PIPELINE
 from flows.bench import command, fresh, main
 from flows.bench_loop import run_loop
 from flows.bench_run import MODULE as RUN
@@ -60,7 +58,7 @@ NO_VIEWS = Settings(views=ViewSettings(write=False))
 def flow(assets: int = 150, flow_s: float = 100.0, workers: int = 1, **changes: object) -> FlowTimes:
     """A run's numbers."""
     fields: dict[str, object] = {
-        "workers": workers, "assets": assets, "ok": assets, "failed": 0, "unchanged": 0, "startup_s": 10.0,
+        "workers": workers, "assets": assets, "ok": assets, "unchanged": 0, "startup_s": 10.0,
         "flow_s": flow_s, "peak_memory_mb": 500.0, "cpu_s": 12.0,
         "tasks_s": {"plan": 1.0, "refine-assets": flow_s - 10.0, "publish": 2.0},
     }  # fmt: skip
@@ -147,7 +145,7 @@ def test_the_parts_of_a_run_add_up_to_it(tmp_path: Path) -> None:
     write_run(tmp_path, start_run(NO_VIEWS, "data"), [make_record("a"), make_record("b")])
     stages = stage_seconds(tmp_path)
     assert list(stages["extract"]) == pytest.approx([0.2, 0.1]) and "publish" not in stages
-    lines = parts(times, stages)
+    lines = time_shares(times, stages)
     inside = [line for line in lines if line.share is not None]
     assert sum(line.seconds for line in inside) == pytest.approx(20.0)
     assert sum(line.share or 0.0 for line in inside) == pytest.approx(1.0)
@@ -157,7 +155,7 @@ def test_the_parts_of_a_run_add_up_to_it(tmp_path: Path) -> None:
 
 
 def test_the_table_holds_what_would_break_it() -> None:
-    text = figure_table([judged.Figure("a|b", "", "two\nlines", False)])
+    text = figure_table([FigureLine("a|b", "", "two\nlines", False)])
     assert text.splitlines()[2] == "| a\\|b | – | two lines | **no** |"
     assert all(line.count("|") - line.count("\\|") == 5 for line in text.splitlines())
 
@@ -166,7 +164,7 @@ def test_the_table_holds_what_would_break_it() -> None:
     ("total", "count", "places"), [(150, 20, range(0, 140, 7)), (3, 20, range(3)), (40, 2, (0, 20))]
 )
 def test_the_checker_s_objects_are_evenly_spaced(total: int, count: int, places: Sequence[int]) -> None:
-    assert chosen([f"{number}" for number in range(total)], count) == tuple(f"{place}" for place in places)
+    assert evenly_spaced([f"{number}" for number in range(total)], count) == tuple(f"{place}" for place in places)
 
 
 def test_synthetic_entries_are_unchanged_until_one_changes(tmp_path: Path) -> None:
@@ -174,7 +172,7 @@ def test_synthetic_entries_are_unchanged_until_one_changes(tmp_path: Path) -> No
     refs = make_entries(STAPLER, data, 30)
     assert [ref.asset_id for ref in refs] == [ref.asset_id for ref in load_dataset(data)] and len(refs) == 30
     assert len(list((data / "entry00003").iterdir())) == FILES
-    publish_entries(stapler(), refs, data, out, NO_VIEWS)
+    publish_entries(stapler(), refs, data, out, NO_VIEWS, PIPELINE)
     assets = read_table(out, "assets")
     assert len(assets) == 30 and len(set(assets["content_hash"])) == 30
     assert set(read_table(out, "links")["asset_id"]) == {ref.asset_id for ref in refs}
@@ -218,9 +216,8 @@ def test_a_program_leaves_its_numbers_or_says_why_it_has_none(tmp_path: Path) ->
 
 def test_the_plain_loop_refines_and_its_loss_is_told(tmp_path: Path) -> None:
     times = run_loop(refine(tmp_path / "out", "stapler_desk"), tmp_path / "loop")
-    assert (times.assets, times.ok, times.problem) == (1, 1, "") and 0.0 < times.cpu_s < 60.0
+    assert (times.assets, times.ok, times.problem) == (1, 1, "") and times.loop_s > 0.0
     assert (tmp_path / "out" / "assets" / "stapler_desk" / "mobility.urdf").is_file()
-    assert 50.0 < times.peak_memory_mb < 4000.0
     lost = run_loop(refine(tmp_path / "out", "nobody"), tmp_path / "loop")
     assert lost.assets == 0 and lost.died_at is None and "trashcan_pedal" in lost.problem
 

@@ -8,21 +8,30 @@ from pathlib import Path
 import pytest
 
 from asset2sim.studies.defects import left
-from asset2sim.studies.defects.__main__ import as_json, text
 from asset2sim.studies.defects.defect_results import (
-    Row,
-    Sign,
+    DefectResult,
+    Symptom,
     caught_by,
     concerned,
-    early_signs,
+    early_symptoms,
     mended_by,
     passes,
-    raw_signs,
+    raw_symptoms,
+    results_json,
+    results_text,
     share,
 )
 from asset2sim.studies.defects.defects import DEFECTS
-from asset2sim.studies.defects.planting import Defect, Planted, RefinedAsset, edited, named, part
-from asset2sim.studies.defects.try_defects import CleanObject, clean_object, judged, samples, try_defect
+from asset2sim.studies.defects.planting import Defect, PlantedChange, RefinedAsset, Target, edited, named, part
+from asset2sim.studies.defects.try_defects import (
+    CleanObject,
+    DefectBench,
+    clean_object,
+    samples,
+    try_defect,
+    why_not_mended,
+)
+from flows import PIPELINE
 from schemas.asset import AssetRecord
 from schemas.finding import Finding
 from schemas.interaction import OverlapPair
@@ -47,7 +56,7 @@ def clean(tmp_path_factory: pytest.TempPathFactory) -> dict[str, RefinedAsset]:
     return {name: RefinedAsset(out / "assets" / name, record) for name, record in records.items()}
 
 
-def planted_in(defect: Defect, clean: dict[str, RefinedAsset], folder: Path) -> tuple[Planted, Path]:
+def planted_in(defect: Defect, clean: dict[str, RefinedAsset], folder: Path) -> tuple[PlantedChange, Path]:
     target = folder / defect.target.asset_id
     shutil.copytree(clean[defect.target.asset_id].folder, target)
     return defect.plant(target, defect.target), target
@@ -97,25 +106,26 @@ def test_overlaps_and_sizes_are_taken_from_the_record(clean: dict[str, RefinedAs
     huge = kept.record.overlay.model_copy(update={"scale": 1000.0 * kept.record.overlay.scale})
     spoilt = replace(kept, record=kept.record.model_copy(update={"overlay": huge}))
     assert "1e+03" in left.size_left(kept, spoilt, defect.target)
-    signs = set(raw_signs(kept.record.model_copy(update={"overlaps": (overlap,)}), Thresholds()))
-    assert Sign("pybullet", "overlap", "link_2") in signs
+    signs = set(raw_symptoms(kept.record.model_copy(update={"overlaps": (overlap,)}), Thresholds()))
+    assert Symptom("pybullet", "overlap", "link_2") in signs
 
 
 @pytest.fixture(scope="module")
-def box(tmp_path_factory: pytest.TempPathFactory) -> tuple[CleanObject, Path]:
+def box(tmp_path_factory: pytest.TempPathFactory) -> tuple[CleanObject, DefectBench]:
     """The wooden box as the bench prepares it."""
     out = tmp_path_factory.mktemp("bench")
     (ref,) = samples(out, ["box_wooden"])
-    return clean_object(ref, out, QUICK), out
+    bench = DefectBench(out, QUICK, PIPELINE)
+    return clean_object(ref, bench), bench
 
 
 @pytest.mark.parametrize("name", ["limits crossed", "collision mesh missing", "two links of one name"])
-def test_a_defect_from_plant_to_row(box: tuple[CleanObject, Path], name: str) -> None:
+def test_a_defect_from_plant_to_row(box: tuple[CleanObject, DefectBench], name: str) -> None:
     found = next(defect for defect in DEFECTS if defect.name == name)
-    clean, out = box
+    clean, bench = box
     assert clean.problem == "" and clean.again is not None
     target = replace(found.target, asset_id="box_wooden", link="link_0", joint="joint_0")
-    row = try_defect(replace(found, target=target), clean, out, QUICK)
+    row = try_defect(replace(found, target=target), clean, bench)
     assert row.is_caught and row.seconds > 0.0
     codes = {"limits crossed": "limits_inverted", "collision mesh missing": "missing_mesh"}
     if name in codes:
@@ -129,19 +139,27 @@ def test_what_is_not_clean_is_left_out(tmp_path: Path) -> None:
     (ref,) = samples(tmp_path, ["box_wooden"])
     with edited(Path(ref.path)) as robot:
         part(named(robot, "joint", "joint_0"), "axis").set("xyz", "0 0 0")
-    found = clean_object(ref, tmp_path, QUICK)
+    found = clean_object(ref, DefectBench(tmp_path, QUICK, PIPELINE))
     assert "no direction" in found.problem and found.again is None
 
 
-def test_judging_as_it_is_writes_nothing(box: tuple[CleanObject, Path], tmp_path: Path) -> None:
+def test_what_cannot_be_read_is_a_reason_and_no_end(box: tuple[CleanObject, DefectBench]) -> None:
+    def unreadable(kept: RefinedAsset, mended: RefinedAsset, at: Target) -> str:
+        raise ValueError("could not convert string to float: 'None'")
+
+    clean, _ = box
+    assert "'None'" in why_not_mended(replace(DEFECTS[0], left=unreadable), clean, clean.kept)
+
+
+def test_checking_as_it_is_writes_nothing(box: tuple[CleanObject, DefectBench], tmp_path: Path) -> None:
     clean, _ = box
     ref = clean.ref.model_copy(update={"path": str(clean.kept.folder)})
-    assert judged(ref, tmp_path / "out", QUICK).status is Status.OK
+    assert DefectBench(tmp_path, QUICK, PIPELINE).check_unrefined(ref, "out").status is Status.OK
     assert not (tmp_path / "out" / "assets").exists()
 
 
-A, B = Sign("mujoco", "drop", ""), Sign("validate", "mass_zero", "lid")
-OTHER = Sign("validate", "mass_zero", "body")
+A, B = Symptom("mujoco", "drop", ""), Symptom("validate", "mass_zero", "lid")
+OTHER = Symptom("validate", "mass_zero", "body")
 
 
 def test_a_sign_of_another_link_or_of_the_clean_object_does_not_count() -> None:
@@ -153,9 +171,9 @@ def test_a_sign_of_another_link_or_of_the_clean_object_does_not_count() -> None:
 
 def test_a_defect_is_about_its_link_its_joint_and_what_they_move(clean: dict[str, RefinedAsset]) -> None:
     record = clean["storage_sideboard"].record
-    assert concerned(Planted("", links=("link_0",)), record) == {"link_0", "joint_0"}
-    assert concerned(Planted("", joints=("joint_1",)), record) == {"link_1", "joint_1"}
-    assert concerned(Planted(""), record) == frozenset()
+    assert concerned(PlantedChange("", links=("link_0",)), record) == {"link_0", "joint_0"}
+    assert concerned(PlantedChange("", joints=("joint_1",)), record) == {"link_1", "joint_1"}
+    assert concerned(PlantedChange(""), record) == frozenset()
 
 
 def finding(severity: Severity, stage: Stage, code: str, link: str | None = None) -> Finding:
@@ -170,12 +188,12 @@ def test_only_early_warnings_of_a_refinement_catch(clean: dict[str, RefinedAsset
         finding(Severity.WARNING, Stage.REFINE, "state_moved"),
     )
     record: AssetRecord = clean["box_wooden"].record.model_copy(update={"findings": findings})
-    assert set(early_signs(record)) == {B, Sign("extract", "no_limits", "")}
+    assert set(early_symptoms(record)) == {B, Symptom("extract", "no_limits", "")}
     assert mended_by(record, clean["box_wooden"].record, frozenset({"lid"}))[0] == "completed"
 
 
 def test_shares_and_the_verdict() -> None:
-    good = Row("d", "o", "w", ("x y",), ("z",), "", 1.0)
+    good = DefectResult("d", "o", "w", ("x y",), ("z",), "", 1.0)
     missed, refused = replace(good, caught=()), replace(good, mended=(), left="a guess")
     assert share([good, missed, refused, refused], mended=False) == 0.75
     assert share([good, missed, refused, refused], mended=True) == 0.5
@@ -186,11 +204,11 @@ def test_shares_and_the_verdict() -> None:
 
 def test_the_table_says_what_was_caught_and_what_was_not() -> None:
     rows = [
-        Row("mass", "box", "w", ("a b", "c d", "e f"), ("g",), "", 1.0),
-        Row("axis", "box", "w", (), (), "a guess", 2.0),
+        DefectResult("mass", "box", "w", ("a b", "c d", "e f"), ("g",), "", 1.0),
+        DefectResult("axis", "box", "w", (), (), "a guess", 2.0),
     ]
-    lines = text(rows, {"bucket": "it fails"}).splitlines()
+    lines = results_text(rows, {"bucket": "it fails"}).splitlines()
     assert "a b, c d + 1" in lines[2] and lines[2].endswith("1.0")
     assert "NOT CAUGHT" in lines[3] and "not: a guess" in lines[3]
     assert "caught 1 of 2 (50%" in lines[5] and "mended 1 of 2" in lines[6] and "bucket" in lines[7]
-    assert '"caught_share": 0.5' in as_json(rows, {})
+    assert '"caught_share": 0.5' in results_json(rows, {})

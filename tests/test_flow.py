@@ -120,7 +120,18 @@ def test_three_samples_and_a_missing_one_end_to_end(tmp_path: Path, environment:
     lost = "lost,Box,Box/lost,sample,A box."
     (data / "manifest.csv").write_text("\n".join([rows[0], *chosen, lost]) + "\n", encoding="utf-8")
     out = tmp_path / "my out"
-    command = [sys.executable, "-m", "flows.refine_dataset", str(data), "--out", str(out), "--workers", "2", "--strict"]
+    command = [
+        sys.executable,
+        "-m",
+        "flows.command",
+        "refine",
+        str(data),
+        "--out",
+        str(out),
+        "--workers",
+        "2",
+        "--strict",
+    ]
     done = subprocess.run(command, cwd=ROOT, env=environment, text=True, capture_output=True, timeout=LIMIT_S)
     assert done.returncode == 1, done.stderr
     ids = [row.split(",")[0] for row in chosen]

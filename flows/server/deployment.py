@@ -62,7 +62,7 @@ def clear_stale_runs(deployment_id: UUID) -> list[FlowRun]:
         return [server.read_flow_run(run.id) for run in lost]
 
 
-def left_out(deployment_id: UUID, since: datetime) -> int:
+def count_skipped_runs(deployment_id: UUID, since: datetime) -> int:
     """Number of the deployment's runs due after ``since`` that were cancelled because another one was at work."""
     with client() as server:
         found = server.read_flow_runs(
@@ -81,9 +81,9 @@ def never_began(run: FlowRun) -> bool:
     return run.state is not None and run.state.is_cancelled() and not run.run_count
 
 
-def next_run(deployment_id: UUID, limit_s: float = SCHEDULE_LIMIT_S) -> datetime | None:
-    """Time of the deployment's next scheduled run; None where the server schedules none within ``limit_s``."""
-    end = time.monotonic() + limit_s
+def next_run(deployment_id: UUID) -> datetime | None:
+    """Time of the deployment's next scheduled run; None where the server schedules none within ``SCHEDULE_LIMIT_S``."""
+    end = time.monotonic() + SCHEDULE_LIMIT_S
     with client() as server:
         while True:
             planned = _scheduled_runs(server, deployment_id, limit=1)

@@ -1,5 +1,6 @@
-"""A temporary Prefect server for the time of a run. Imports nothing of Prefect, so that the server loads while
-Prefect does.
+"""Prefect's settings where the user has made none, and a temporary Prefect server for the time of a run.
+
+Imports nothing of Prefect, which reads its settings when it is imported, and loads while the server does.
 
 Prefect would start one itself, but in the terminal's process group, where Ctrl-C ends it under the run that needs it:
 the run then waits minutes for it. This one has a session of its own, and ends when the run does, however that ends.
@@ -13,13 +14,28 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
+from asset2sim.models.gateway.environment import checkout_folder, quiet_environment
 from flows.server.serving import prefect_home
 
-STOP_LIMIT_S = 2.0
+SERVER_STOP_LIMIT_S = 2.0
 """Time that the server gets to end by itself, s: all is in its database by then, and ending takes it 3 to 20."""
 LOG = "api_server.log"
 
-DEFAULTS = {"PREFECT_API_BLOCKS_REGISTER_ON_START": "false"}
+STATE_FOLDER = ".prefect"
+
+# Every exception of a flow reaches its caller, who reports it; Prefect would print a traceback of its own besides.
+PREFECT_DEFAULTS = {"PREFECT_LOGGING_LEVEL": "CRITICAL"}
+SERVER_DEFAULTS = {"PREFECT_API_BLOCKS_REGISTER_ON_START": "false"}
+
+
+def prepare_environment() -> None:
+    """Set what is not set yet: a quiet Prefect that stays off the network and keeps its state in the checkout."""
+    quiet_environment()
+    for name, value in PREFECT_DEFAULTS.items():
+        os.environ.setdefault(name, value)
+    checkout = checkout_folder()
+    if checkout is not None and os.access(checkout, os.W_OK):
+        os.environ.setdefault("PREFECT_HOME", str(checkout / STATE_FOLDER))
 
 
 @contextmanager
@@ -51,7 +67,7 @@ def _start(listener: socket.socket, log: int, services: str) -> subprocess.Popen
         stderr=log,
         pass_fds=[listener.fileno()],
         start_new_session=True,
-        env={**DEFAULTS, **os.environ},
+        env={**SERVER_DEFAULTS, **os.environ},
     )
 
 
@@ -59,7 +75,7 @@ def _stop(server: subprocess.Popen[bytes]) -> None:
     if server.stdin is not None:
         server.stdin.close()
     try:
-        server.wait(timeout=STOP_LIMIT_S)
+        server.wait(timeout=SERVER_STOP_LIMIT_S)
     except subprocess.TimeoutExpired:
         server.kill()
         server.wait()

@@ -1,19 +1,19 @@
 """When a defect counts as caught and as mended: pure functions of records.
 
-A defect is caught if checking the unrefined planted asset, or extracting and validating it, gives a sign (a failing
+A defect is caught if checking the unrefined planted asset, or extracting and validating it, gives a symptom (a failing
 check, or a finding of at least a warning) that the clean asset does not give and that concerns the planted link or
-joint: the sign names it, the joint that moves the link, or the link that the joint moves; or the sign is about the
-whole object (it explodes, it does not load), of which the defect is the only change. A sign that names another link or
-joint does not count.
+joint. Such a symptom names it, the joint that moves the link, or the link that the joint moves; or it is about the
+whole object (it explodes, it does not load), of which the defect is the only change.
 
 It is mended if refining the planted asset ends ``ok`` and nothing of the defect is left in the written folder.
 """
 
-from collections.abc import Iterator
-from dataclasses import dataclass
+import json
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import asdict, dataclass
 
 from asset2sim.checks.verdict import failures_of
-from asset2sim.studies.defects.planting import Planted
+from asset2sim.studies.defects.planting import PlantedChange
 from schemas.asset import AssetRecord
 from schemas.finding import Finding
 from schemas.overlay import PhysicsOverlay
@@ -24,10 +24,14 @@ CAUGHT_SHARE, MENDED_SHARE = 0.9, 0.8
 """Shares of the defects that must be caught and mended."""
 MIN_DEFECTS_TRIED = 16
 """Least defects to try: a share of fewer means little."""
+SHOWN = 2
+"""Symptoms named in one cell; the rest are counted."""
+WIDEST = 60
+"""Widest cell of the last columns, characters."""
 
 
 @dataclass(frozen=True)
-class Sign:
+class Symptom:
     """A failing check or a finding: the engine or stage that reports it, its code, and its link or joint (or empty)."""
 
     by: str
@@ -40,24 +44,24 @@ class Sign:
         return f"{self.by} {self.code}"
 
 
-def raw_signs(record: AssetRecord, limits: Thresholds) -> Iterator[Sign]:
+def raw_symptoms(record: AssetRecord, limits: Thresholds) -> Iterator[Symptom]:
     """Signs from checking an unrefined asset: failing checks by engine, overlaps of links, then findings."""
     for report in record.reports:
         if record.overlay is not None:
             for failure in failures_of(report, record.overlay, limits):
-                yield Sign(report.engine.value, failure.mode.value, subject_joint(record.overlay, failure.subject))
+                yield Symptom(report.engine.value, failure.mode.value, subject_joint(record.overlay, failure.subject))
     for overlap in record.overlaps:
         if overlap.pair.depth_m > limits.penetration_m:
-            yield Sign("pybullet", "overlap", overlap.pair.link_a)
-            yield Sign("pybullet", "overlap", overlap.pair.link_b)
-    yield from (sign_of(finding) for finding in record.findings if tells(finding, record))
+            yield Symptom("pybullet", "overlap", overlap.pair.link_a)
+            yield Symptom("pybullet", "overlap", overlap.pair.link_b)
+    yield from (symptom_of(finding) for finding in record.findings if tells(finding, record))
 
 
-def early_signs(record: AssetRecord) -> Iterator[Sign]:
+def early_symptoms(record: AssetRecord) -> Iterator[Symptom]:
     """Signs from the extraction and validation of a refinement."""
     for finding in record.findings:
         if finding.stage in (Stage.EXTRACT, Stage.VALIDATE) and finding.severity is not Severity.INFO:
-            yield sign_of(finding)
+            yield symptom_of(finding)
 
 
 def tells(finding: Finding, record: AssetRecord) -> bool:
@@ -66,9 +70,9 @@ def tells(finding: Finding, record: AssetRecord) -> bool:
     return finding.severity is not Severity.INFO and not repeated
 
 
-def sign_of(finding: Finding) -> Sign:
-    """A finding as a sign."""
-    return Sign(finding.stage.value, finding.code, finding.link or finding.joint or "")
+def symptom_of(finding: Finding) -> Symptom:
+    """A finding as a symptom."""
+    return Symptom(finding.stage.value, finding.code, finding.link or finding.joint or "")
 
 
 def subject_joint(overlay: PhysicsOverlay, subject: str) -> str:
@@ -76,13 +80,13 @@ def subject_joint(overlay: PhysicsOverlay, subject: str) -> str:
     return subject if any(joint.name == subject for joint in overlay.joints) else ""
 
 
-def caught_by(signs: set[Sign], clean: set[Sign], about: frozenset[str]) -> tuple[Sign, ...]:
-    """The signs of the planted defect that the clean asset does not give; those that name a link or joint first."""
-    new = {sign for sign in signs - clean if not sign.subject or sign.subject in about}
-    return tuple(sorted(new, key=lambda sign: (not sign.subject, sign.by, sign.code)))
+def caught_by(symptoms: set[Symptom], clean: set[Symptom], about: frozenset[str]) -> tuple[Symptom, ...]:
+    """The symptoms of the planted defect that the clean asset does not give; those that name a link or joint first."""
+    new = {symptom for symptom in symptoms - clean if not symptom.subject or symptom.subject in about}
+    return tuple(sorted(new, key=lambda symptom: (not symptom.subject, symptom.by, symptom.code)))
 
 
-def concerned(planted: Planted, clean: AssetRecord) -> frozenset[str]:
+def concerned(planted: PlantedChange, clean: AssetRecord) -> frozenset[str]:
     """The links and joints that a defect is about: those planted, and what moves or is moved by them."""
     about = {*planted.links, *planted.joints}
     for joint in () if clean.features is None else clean.features.joints:
@@ -104,7 +108,7 @@ def mended_by(record: AssetRecord, clean: AssetRecord, about: frozenset[str]) ->
 
 
 @dataclass(frozen=True)
-class Row:
+class DefectResult:
     """Result of one planted defect. ``left`` says why it does not count as mended; empty if it does."""
 
     defect: str
@@ -117,7 +121,7 @@ class Row:
 
     @property
     def is_caught(self) -> bool:
-        """Whether any sign shows the defect."""
+        """Whether any symptom shows the defect."""
         return bool(self.caught)
 
     @property
@@ -126,15 +130,59 @@ class Row:
         return not self.left
 
 
-def share(rows: list[Row], *, mended: bool) -> float:
+def share(rows: Sequence[DefectResult], *, mended: bool) -> float:
     """The share of the rows that are mended, or caught; 0 without rows."""
     return sum(row.is_mended if mended else row.is_caught for row in rows) / max(len(rows), 1)
 
 
-def passes(rows: list[Row]) -> bool:
+def passes(rows: Sequence[DefectResult]) -> bool:
     """Whether enough defects were tried, caught and mended."""
     return (
         len(rows) >= MIN_DEFECTS_TRIED
         and share(rows, mended=False) >= CAUGHT_SHARE
         and share(rows, mended=True) >= MENDED_SHARE
+    )
+
+
+def results_text(rows: Sequence[DefectResult], unclean: Mapping[str, str]) -> str:
+    """The table, the totals with their shares, and the objects that were left out."""
+    cells = [("defect", "object", "caught by", "mended by", "s")]
+    cells += [
+        (
+            row.defect,
+            row.asset_id,
+            _listed(row.caught) or "NOT CAUGHT",
+            _listed(row.mended) if row.is_mended else f"not: {row.left}"[:WIDEST],
+            f"{row.seconds:.1f}",
+        )
+        for row in rows
+    ]
+    widths = [max(len(line[column]) for line in cells) for column in range(len(cells[0]))]
+    lines = ["  ".join(word.ljust(width) for word, width in zip(line, widths, strict=True)).rstrip() for line in cells]
+    lines.insert(1, "  ".join("-" * width for width in widths))
+    lines.append("")
+    for word, mended, wanted in (("caught", False, CAUGHT_SHARE), ("mended", True, MENDED_SHARE)):
+        count = sum(row.is_mended if mended else row.is_caught for row in rows)
+        lines.append(f"{word} {count} of {len(rows)} ({share(rows, mended=mended):.0%}, at least {wanted:.0%} wanted)")
+    lines += [f"left out: {name}, which is not clean: {why}" for name, why in unclean.items()]
+    return "\n".join(lines)
+
+
+def _listed(words: Sequence[str]) -> str:
+    """The first few words, and how many more there are."""
+    more = f" + {len(words) - SHOWN}" if len(words) > SHOWN else ""
+    return ", ".join(words[:SHOWN]) + more
+
+
+def results_json(rows: Sequence[DefectResult], unclean: Mapping[str, str]) -> str:
+    """The shares, rows and left-out objects as JSON."""
+    return json.dumps(
+        {
+            "caught_share": share(rows, mended=False),
+            "mended_share": share(rows, mended=True),
+            "rows": [asdict(row) for row in rows],
+            "left_out": dict(unclean),
+        },
+        indent=1,
+        ensure_ascii=False,
     )

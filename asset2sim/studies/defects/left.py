@@ -218,7 +218,7 @@ def meshes_left(kept: RefinedAsset, link: str) -> str:
     for path in files:
         if not path.is_file():
             return f"{path.name} is not there"
-        mesh = trimesh.load_mesh(str(path), process=False)
+        mesh = collision_mesh(path)
         if not np.isfinite(mesh.vertices).all() or not mesh.is_watertight or mesh.volume <= 0.0:
             return f"{path.name} is not a closed mesh of finite vertices, wound outwards"
     return ""
@@ -238,16 +238,16 @@ def size_left(clean: RefinedAsset, mended: RefinedAsset, at: Target) -> str:
 
 def collision_box(kept: RefinedAsset, link: str) -> tuple[Array, Array]:
     """The (3,) minimum and maximum of a link's collision meshes, m; as written, they lie in the link's frame."""
-    points = np.vstack([hull_mesh(path).vertices for path in collision_files(kept.folder, link)])
+    points = np.vstack([collision_mesh(path).vertices for path in collision_files(kept.folder, link)])
     return points.min(axis=0), points.max(axis=0)
 
 
 def collision_volume(kept: RefinedAsset, link: str) -> float:
     """The summed volume of a link's collision meshes, m³."""
-    return float(sum(abs(hull_mesh(path).volume) for path in collision_files(kept.folder, link)))
+    return float(sum(abs(collision_mesh(path).volume) for path in collision_files(kept.folder, link)))
 
 
-def hull_mesh(path: Path) -> trimesh.Trimesh:
+def collision_mesh(path: Path) -> trimesh.Trimesh:
     """One collision mesh as written."""
     return trimesh.load_mesh(str(path), process=False)
 

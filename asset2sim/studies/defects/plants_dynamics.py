@@ -3,12 +3,12 @@
 import math
 from pathlib import Path
 
-from asset2sim.studies.defects.planting import Planted, Target, edited, named, part, write
+from asset2sim.studies.defects.planting import PlantedChange, Target, edited, named, part, write
 from schemas.overlay import PhysicsOverlay
 from schemas.settings import PhysicsSettings
 
 UNSTABLE_FACTOR = 200.0
-"""Planted damping or stiffness over the stability limit at the coarse time step."""
+"""PlantedChange damping or stiffness over the stability limit at the coarse time step."""
 RINGING_HZ = 3.0
 """Frequency of the spring that is left without damping, Hz."""
 STICKING_FRICTION = 1e4
@@ -21,51 +21,51 @@ def effective_inertia(folder: Path, joint: str) -> float:
     return next(item.effective_inertia for item in overlay.joints if item.name == joint)
 
 
-def dynamics(folder: Path, at: Target, **terms: float) -> Planted:
+def dynamics(folder: Path, at: Target, **terms: float) -> PlantedChange:
     """Write terms of a joint's dynamics."""
     with edited(folder) as robot:
         element = part(named(robot, "joint", at.joint), "dynamics")
         for key, value in terms.items():
             write(element, key, value)
     said = ", ".join(f"{key} {value:.3g}" for key, value in terms.items())
-    return Planted(f"'{at.joint}' has {said}", joints=(at.joint,))
+    return PlantedChange(f"'{at.joint}' has {said}", joints=(at.joint,))
 
 
-def damping_unstable(folder: Path, at: Target) -> Planted:
+def damping_unstable(folder: Path, at: Target) -> PlantedChange:
     """Damping far above the stability limit of an explicit step: a value for another object."""
     step = PhysicsSettings().coarse_timestep_s
     return dynamics(folder, at, damping=UNSTABLE_FACTOR * effective_inertia(folder, at.joint) / step)
 
 
-def damping_negative(folder: Path, at: Target) -> Planted:
-    """Negative damping, which adds energy: a wrong sign."""
+def damping_negative(folder: Path, at: Target) -> PlantedChange:
+    """Negative damping, which adds energy: a wrong symptom."""
     return dynamics(folder, at, damping=-10.0 * effective_inertia(folder, at.joint))
 
 
-def spring_undamped(folder: Path, at: Target) -> Planted:
+def spring_undamped(folder: Path, at: Target) -> PlantedChange:
     """A spring without damping or friction."""
     stiffness = (2.0 * math.pi * RINGING_HZ) ** 2 * effective_inertia(folder, at.joint)
     return dynamics(folder, at, spring_stiffness=stiffness, damping=0.0, friction=0.0)
 
 
-def stiffness_unstable(folder: Path, at: Target) -> Planted:
+def stiffness_unstable(folder: Path, at: Target) -> PlantedChange:
     """A spring that is too stiff for any usual time step."""
     step = PhysicsSettings().coarse_timestep_s
     return dynamics(folder, at, spring_stiffness=UNSTABLE_FACTOR * effective_inertia(folder, at.joint) / step**2)
 
 
-def friction_sticks(folder: Path, at: Target) -> Planted:
+def friction_sticks(folder: Path, at: Target) -> PlantedChange:
     """Friction that is too high to overcome."""
     return dynamics(folder, at, friction=STICKING_FRICTION)
 
 
-def friction_negative(folder: Path, at: Target) -> Planted:
-    """Friction with a wrong sign."""
+def friction_negative(folder: Path, at: Target) -> PlantedChange:
+    """Friction with a wrong symptom."""
     return dynamics(folder, at, friction=-effective_inertia(folder, at.joint))
 
 
-def effort_zero(folder: Path, at: Target) -> Planted:
+def effort_zero(folder: Path, at: Target) -> PlantedChange:
     """An effort limit of zero, as some exporters write for an unknown one."""
     with edited(folder) as robot:
         write(part(named(robot, "joint", at.joint), "limit"), "effort", 0.0)
-    return Planted(f"'{at.joint}' has an effort limit of 0", joints=(at.joint,))
+    return PlantedChange(f"'{at.joint}' has an effort limit of 0", joints=(at.joint,))

@@ -4,7 +4,7 @@ from pathlib import Path
 
 import numpy as np
 
-from asset2sim.studies.defects.planting import Plant, Planted, Target, edited, named, numbers, part, scaled, write
+from asset2sim.studies.defects.planting import Plant, PlantedChange, Target, edited, named, numbers, part, scaled, write
 
 POINT_KG_M2 = 1e-12
 """Moment of inertia of a link that its author took for a point mass, kg·m²."""
@@ -15,35 +15,35 @@ FAR_M = 3.0
 def mass_times(factor: float) -> Plant:
     """A link's mass times ``factor``, its inertia left: a unit or a decimal point is wrong."""
 
-    def plant(folder: Path, at: Target) -> Planted:
+    def plant(folder: Path, at: Target) -> PlantedChange:
         with edited(folder) as robot:
             change = scaled(part(named(robot, "link", at.link), "inertial/mass"), "value", factor)
-        return Planted(f"mass of '{at.link}' from {change} kg", links=(at.link,))
+        return PlantedChange(f"mass of '{at.link}' from {change} kg", links=(at.link,))
 
     return plant
 
 
-def mass_not_a_number(folder: Path, at: Target) -> Planted:
+def mass_not_a_number(folder: Path, at: Target) -> PlantedChange:
     """A link's mass is NaN: an exporter divided by a volume of zero."""
     with edited(folder) as robot:
         part(named(robot, "link", at.link), "inertial/mass").set("value", "nan")
-    return Planted(f"mass of '{at.link}' is nan", links=(at.link,))
+    return PlantedChange(f"mass of '{at.link}' is nan", links=(at.link,))
 
 
-def inertial_missing(folder: Path, at: Target) -> Planted:
+def inertial_missing(folder: Path, at: Target) -> PlantedChange:
     """One link without an inertial among others that have one."""
     with edited(folder) as robot:
         link = named(robot, "link", at.link)
         link.remove(part(link, "inertial"))
-    return Planted(f"'{at.link}' has no inertial", links=(at.link,))
+    return PlantedChange(f"'{at.link}' has no inertial", links=(at.link,))
 
 
-def inertia_of_a_point(folder: Path, at: Target) -> Planted:
+def inertia_of_a_point(folder: Path, at: Target) -> PlantedChange:
     """A link with a mass and hardly any inertia."""
     return moments(folder, at, (POINT_KG_M2,) * 3)
 
 
-def inertia_impossible(folder: Path, at: Target) -> Planted:
+def inertia_impossible(folder: Path, at: Target) -> PlantedChange:
     """A link with one moment above the sum of the others."""
     with edited(folder) as robot:
         inertia = part(named(robot, "link", at.link), "inertial/inertia")
@@ -51,14 +51,14 @@ def inertia_impossible(folder: Path, at: Target) -> Planted:
     return moments(folder, at, (0.1 * size, 0.1 * size, 0.8 * size))
 
 
-def inertia_negative(folder: Path, at: Target) -> Planted:
+def inertia_negative(folder: Path, at: Target) -> PlantedChange:
     """A link with a negative moment: a mesh with its faces inside out was integrated."""
     with edited(folder) as robot:
         change = scaled(part(named(robot, "link", at.link), "inertial/inertia"), "ixx", -1.0)
-    return Planted(f"ixx of '{at.link}' from {change} kg·m²", links=(at.link,))
+    return PlantedChange(f"ixx of '{at.link}' from {change} kg·m²", links=(at.link,))
 
 
-def moments(folder: Path, at: Target, values: tuple[float, float, float]) -> Planted:
+def moments(folder: Path, at: Target, values: tuple[float, float, float]) -> PlantedChange:
     """Write a diagonal inertia."""
     with edited(folder) as robot:
         inertia = part(named(robot, "link", at.link), "inertial/inertia")
@@ -66,7 +66,7 @@ def moments(folder: Path, at: Target, values: tuple[float, float, float]) -> Pla
             write(inertia, key, 0.0)
         for key, value in zip(("ixx", "iyy", "izz"), values, strict=True):
             write(inertia, key, value)
-    return Planted(
+    return PlantedChange(
         f"moments of '{at.link}' set to {', '.join(f'{value:.3g}' for value in values)} kg·m²", links=(at.link,)
     )
 
@@ -74,19 +74,19 @@ def moments(folder: Path, at: Target, values: tuple[float, float, float]) -> Pla
 def inertia_times(factor: float) -> Plant:
     """A link's whole inertia times ``factor``: it is stated in other units."""
 
-    def plant(folder: Path, at: Target) -> Planted:
+    def plant(folder: Path, at: Target) -> PlantedChange:
         with edited(folder) as robot:
             inertia = part(named(robot, "link", at.link), "inertial/inertia")
             for key in ("ixx", "ixy", "ixz", "iyy", "iyz", "izz"):
                 scaled(inertia, key, factor)
-        return Planted(f"inertia of '{at.link}' times {factor:g}", links=(at.link,))
+        return PlantedChange(f"inertia of '{at.link}' times {factor:g}", links=(at.link,))
 
     return plant
 
 
-def centre_outside(folder: Path, at: Target) -> Planted:
+def centre_outside(folder: Path, at: Target) -> PlantedChange:
     """A link's centre of mass far from the link: it is stated in another frame."""
     with edited(folder) as robot:
         origin = part(named(robot, "link", at.link), "inertial/origin")
         write(origin, "xyz", numbers(origin, "xyz") + np.array([0.0, 0.0, FAR_M]))
-    return Planted(f"centre of mass of '{at.link}' moved {FAR_M:g} m away", links=(at.link,))
+    return PlantedChange(f"centre of mass of '{at.link}' moved {FAR_M:g} m away", links=(at.link,))

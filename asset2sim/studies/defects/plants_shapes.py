@@ -6,7 +6,7 @@ import numpy as np
 
 from asset2sim.assets.hulls import obj_text
 from asset2sim.studies.defects.planting import (
-    Planted,
+    PlantedChange,
     Target,
     collision_files,
     edited,
@@ -22,7 +22,7 @@ AWAY_M = 1.0
 """Distance of planted collision meshes from the visual ones, m."""
 
 
-def flat_collision(folder: Path, at: Target) -> Planted:
+def flat_collision(folder: Path, at: Target) -> PlantedChange:
     """A link's largest collision mesh pressed to a plane."""
 
     def pressed(points: np.ndarray) -> np.ndarray:
@@ -31,52 +31,52 @@ def flat_collision(folder: Path, at: Target) -> Planted:
 
     path = largest(folder, at.link)
     rewrite_obj(path, vertices=pressed)
-    return Planted(f"{path.name} of '{at.link}' is flat", links=(at.link,))
+    return PlantedChange(f"{path.name} of '{at.link}' is flat", links=(at.link,))
 
 
-def collision_in_millimetres(folder: Path, at: Target) -> Planted:
+def collision_in_millimetres(folder: Path, at: Target) -> PlantedChange:
     """A link's collision meshes in millimetres."""
     for path in collision_files(folder, at.link):
         rewrite_obj(path, vertices=lambda points: points * MILLIMETRES)
-    return Planted(f"collision meshes of '{at.link}' are in millimetres", links=(at.link,))
+    return PlantedChange(f"collision meshes of '{at.link}' are in millimetres", links=(at.link,))
 
 
-def collision_elsewhere(folder: Path, at: Target) -> Planted:
+def collision_elsewhere(folder: Path, at: Target) -> PlantedChange:
     """A link's collision meshes away from the visual ones: they were exported in another frame."""
     for path in collision_files(folder, at.link):
         rewrite_obj(path, vertices=lambda points: points + np.array([AWAY_M, 0.0, 0.0]))
-    return Planted(f"collision meshes of '{at.link}' lie {AWAY_M:g} m away", links=(at.link,))
+    return PlantedChange(f"collision meshes of '{at.link}' lie {AWAY_M:g} m away", links=(at.link,))
 
 
-def collision_missing(folder: Path, at: Target) -> Planted:
+def collision_missing(folder: Path, at: Target) -> PlantedChange:
     """A collision mesh whose file is not there."""
     path = largest(folder, at.link)
     path.unlink()
-    return Planted(f"{path.name} of '{at.link}' is not there", links=(at.link,))
+    return PlantedChange(f"{path.name} of '{at.link}' is not there", links=(at.link,))
 
 
-def collision_not_a_number(folder: Path, at: Target) -> Planted:
+def collision_not_a_number(folder: Path, at: Target) -> PlantedChange:
     """A collision mesh with vertices that are NaN."""
     path = largest(folder, at.link)
     rewrite_obj(path, vertices=lambda points: np.where(np.arange(len(points))[:, None] == 0, np.nan, points))
-    return Planted(f"{path.name} of '{at.link}' has a vertex that is nan", links=(at.link,))
+    return PlantedChange(f"{path.name} of '{at.link}' has a vertex that is nan", links=(at.link,))
 
 
-def collision_inside_out(folder: Path, at: Target) -> Planted:
+def collision_inside_out(folder: Path, at: Target) -> PlantedChange:
     """A link's collision meshes with their faces turned inwards."""
     for path in collision_files(folder, at.link):
         rewrite_obj(path, faces=lambda triangles: triangles[:, ::-1])
-    return Planted(f"collision meshes of '{at.link}' are inside out", links=(at.link,))
+    return PlantedChange(f"collision meshes of '{at.link}' are inside out", links=(at.link,))
 
 
-def collision_with_holes(folder: Path, at: Target) -> Planted:
+def collision_with_holes(folder: Path, at: Target) -> PlantedChange:
     """A collision mesh without the faces around one of its corners."""
     path = largest(folder, at.link)
     rewrite_obj(path, faces=lambda triangles: triangles[~(triangles == 1).any(axis=1)])
-    return Planted(f"{path.name} of '{at.link}' has holes", links=(at.link,))
+    return PlantedChange(f"{path.name} of '{at.link}' has holes", links=(at.link,))
 
 
-def inside_filled(folder: Path, at: Target) -> Planted:
+def inside_filled(folder: Path, at: Target) -> PlantedChange:
     """One hull over all of a link's collision meshes: what it encloses is solid."""
     paths = collision_files(folder, at.link)
     text = obj_text(np.vstack([read_obj(path)[0] for path in paths]))
@@ -87,10 +87,10 @@ def inside_filled(folder: Path, at: Target) -> Planted:
         link = named(robot, "link", at.link)
         for extra in link.findall("collision")[1:]:
             link.remove(extra)
-    return Planted(f"one hull stands for {len(paths)} collision meshes of '{at.link}'", links=(at.link,))
+    return PlantedChange(f"one hull stands for {len(paths)} collision meshes of '{at.link}'", links=(at.link,))
 
 
-def all_in_millimetres(folder: Path, at: Target) -> Planted:
+def all_in_millimetres(folder: Path, at: Target) -> PlantedChange:
     """Every length of the URDF in millimetres; masses and inertias as they were."""
     with edited(folder) as robot:
         for origin in robot.iter("origin"):
@@ -104,7 +104,7 @@ def all_in_millimetres(folder: Path, at: Target) -> Planted:
             if joint.get("type") == "prismatic" and limit is not None:
                 for key in ("lower", "upper"):
                     write(limit, key, numbers(limit, key) * MILLIMETRES)
-    return Planted("every length is in millimetres")
+    return PlantedChange("every length is in millimetres")
 
 
 def largest(folder: Path, link: str) -> Path:

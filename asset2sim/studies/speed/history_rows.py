@@ -1,6 +1,12 @@
-"""A synthetic year of nightly runs in ``asset_history``: a file a night, past months merged into one file each."""
+"""A synthetic year of nightly runs in ``asset_history``: a file a night, past months merged into one file each.
 
-from collections.abc import Iterator
+``python -m asset2sim.studies.speed.history_rows RESULT STARTED OUT GROUPING`` times the breakdown of its failures.
+"""
+
+import importlib
+import sys
+import time
+from collections.abc import Iterator, Sequence
 from datetime import UTC, datetime, timedelta
 from pathlib import Path
 
@@ -8,14 +14,20 @@ import numpy as np
 import pyarrow as pa
 
 from asset2sim.catalog.compact import compact_history
-from asset2sim.catalog.history import FOLDER, write_synced
+from asset2sim.catalog.failures import failures_by
+from asset2sim.catalog.history import FOLDER, history_files, write_synced
+from asset2sim.catalog.read import query
 from asset2sim.catalog.run import RunRow
 from asset2sim.catalog.write import write_run
+from asset2sim.studies.speed.measured import QueryTimes
 from schemas.asset import AssetRecord
 from schemas.table import TIME
 from schemas.tables import COST_COLUMNS, HISTORY
-from schemas.vocabulary import PAPER_FAILURE_MODES, FailureMode
+from schemas.vocabulary import PAPER_FAILURE_MODES, FailureMode, Grouping
 
+MODULE = "asset2sim.studies.speed.history_rows"
+TIMES = 6
+"""Runs of the query: the first, and five for a median."""
 FIRST_NIGHT = datetime(2025, 1, 1, 2, tzinfo=UTC)
 ASSETS = 2740
 """Assets of a night: 365 nights of them are a little more than 1,000,000 rows."""
@@ -25,7 +37,7 @@ PERSISTENT_FAILURE_SHARE = 0.04
 """Share of the assets that fail every night, each with a failure mode of its own."""
 FLAKY_FAILURE_SHARE = 0.01
 """Share of the assets that fail in one night besides those."""
-CHANGED = 0.02
+CHANGED_SHARE = 0.02
 """Share of the assets that a night refines again; the others are unchanged."""
 SEED = 20250101
 
@@ -61,7 +73,7 @@ def night_tables(nights: int, assets: int) -> Iterator[tuple[datetime, pa.Table]
         start = FIRST_NIGHT + timedelta(days=number)
         flaky = random.random(assets) < FLAKY_FAILURE_SHARE
         struck = np.where(flaky, random.integers(len(modes), size=assets), lasting)
-        fresh = flaky | (random.random(assets) < CHANGED)
+        fresh = flaky | (random.random(assets) < CHANGED_SHARE)
         yield start, _night(start, [None if place < 0 else modes[place] for place in struck], fresh, same, random)
 
 
@@ -106,3 +118,26 @@ def _night(
             numbers = random.random(count)
             columns.append(pa.array(numbers * fresh if field.name in COST_COLUMNS else numbers, type=field.type))
     return pa.Table.from_arrays(columns, schema=HISTORY.schema)
+
+
+def time_query(out: Path, grouping: Grouping, times: int = TIMES) -> QueryTimes:
+    """Times of ``times`` runs of the query for failures over the whole history of OUT."""
+    importlib.import_module("duckdb")
+    seconds = []
+    for _ in range(times):
+        started = time.perf_counter()
+        failures_by(out, grouping, FIRST_NIGHT)
+        seconds.append(time.perf_counter() - started)
+    rows = int(query(out, "SELECT count(*) AS rows FROM asset_history")["rows"].iloc[0])
+    return QueryTimes(rows=rows, files=len(history_files(out)), seconds=tuple(seconds), what=grouping.value)
+
+
+def main(words: Sequence[str]) -> int:
+    """Time the query and write the result."""
+    times = time_query(Path(words[2]), Grouping(words[3]))
+    Path(words[0]).write_text(times.model_dump_json(), encoding="utf-8")
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main(sys.argv[1:]))

@@ -1,14 +1,12 @@
-"""Records of what the bench measures, which its processes exchange as JSON."""
+"""What the bench is asked to measure, and the records that its processes exchange as JSON."""
 
 import argparse
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from pathlib import Path
 
 from pydantic import Field
 
-from asset2sim.studies.simcheck.checker import check_object, find_simcheck, refined_objects
 from schemas.base import Frozen, NonNegative
-from schemas.errors import UsageError
 
 
 class FlowTimes(Frozen):
@@ -22,7 +20,6 @@ class FlowTimes(Frozen):
     workers: int
     assets: int
     ok: int
-    failed: int
     unchanged: int
     startup_s: NonNegative
     flow_s: NonNegative
@@ -38,8 +35,6 @@ class LoopTimes(Frozen):
     assets: int
     ok: int
     loop_s: NonNegative
-    peak_memory_mb: NonNegative = 0.0
-    cpu_s: NonNegative = 0.0
     died_at: str | None = None
     problem: str = ""
 
@@ -78,32 +73,6 @@ class Measured(Frozen):
     checked: CheckerTimes | None = None
     both: FlowTimes | None = None
     """The objects that simcheck checked, refined in the same two engines on one core."""
-
-
-def chosen(asset_ids: Sequence[str], count: int) -> tuple[str, ...]:
-    """``count`` of a dataset's assets, evenly spaced in its order: of 150, every 7th makes 20."""
-    step = max(1, len(asset_ids) // max(1, count))
-    return tuple(asset_ids[::step][:count])
-
-
-def time_checker(root: Path, out: Path, asset_ids: Sequence[str], tell: Callable[[str], None]) -> CheckerTimes:
-    """Time simcheck on each refined object of OUT (free base, its two engines); ``tell`` gets a line for each object.
-
-    ``root`` is the checkout, whose folder ``.venv-judge`` may hold simcheck. ``problem`` says if it is not installed.
-    """
-    try:
-        simcheck = find_simcheck(root)
-        objects = refined_objects(out, asset_ids)
-    except UsageError as error:
-        return CheckerTimes(problem=str(error))
-    seconds, unfinished = {}, []
-    for asset_id, urdf in objects.items():
-        report = check_object(simcheck, asset_id, urdf)
-        seconds[asset_id] = report.seconds
-        if report.problem:
-            unfinished.append(asset_id)
-        tell(f"simcheck {asset_id}: {report.seconds:.1f} s {report.problem}")
-    return CheckerTimes(seconds=seconds, unfinished=tuple(unfinished))
 
 
 PARTS = ("rates", "unchanged", "synthetic", "history", "checker")

@@ -1,4 +1,4 @@
-"""Runs each measured part of the bench in a fresh process, which writes its numbers as JSON."""
+"""Runs each measured part of the bench in a fresh process, which writes its numbers as JSON, and times simcheck."""
 
 import contextlib
 import os
@@ -6,13 +6,15 @@ import resource
 import subprocess
 import sys
 import time
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import TypeVar
 
 from asset2sim.runs.isolation.limits import MEGABYTE
+from asset2sim.studies.simcheck.checker import check_object, find_simcheck, refined_objects
+from asset2sim.studies.speed.measured import CheckerTimes
 from schemas.base import Frozen
-from schemas.errors import Asset2SimError
+from schemas.errors import Asset2SimError, UsageError
 
 LOG_TAIL_CHARS = 400
 """Characters of a program's last output that the error quotes if it wrote no numbers."""
@@ -103,3 +105,29 @@ def machine() -> str:
 
 def _lines(path: Path) -> list[str]:
     return path.read_text(encoding="utf-8", errors="replace").splitlines() if path.is_file() else []
+
+
+def evenly_spaced(asset_ids: Sequence[str], count: int) -> tuple[str, ...]:
+    """``count`` of a dataset's assets, evenly spaced in its order: of 150, every 7th makes 20."""
+    step = max(1, len(asset_ids) // max(1, count))
+    return tuple(asset_ids[::step][:count])
+
+
+def time_checker(root: Path, out: Path, asset_ids: Sequence[str], tell: Callable[[str], None]) -> CheckerTimes:
+    """Time simcheck on each refined object of OUT (free base, its two engines); ``tell`` gets a line for each object.
+
+    ``root`` is the checkout, whose folder ``.venv-judge`` may hold simcheck. ``problem`` says if it is not installed.
+    """
+    try:
+        simcheck = find_simcheck(root)
+        objects = refined_objects(out, asset_ids)
+    except UsageError as error:
+        return CheckerTimes(problem=str(error))
+    seconds, unfinished = {}, []
+    for asset_id, urdf in objects.items():
+        report = check_object(simcheck, asset_id, urdf)
+        seconds[asset_id] = report.seconds
+        if report.problem:
+            unfinished.append(asset_id)
+        tell(f"simcheck {asset_id}: {report.seconds:.1f} s {report.problem}")
+    return CheckerTimes(seconds=seconds, unfinished=tuple(unfinished))
