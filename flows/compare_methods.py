@@ -22,10 +22,11 @@ def compare_methods(request: CompareRequest) -> int:
     """
     runs = planned_runs(request.out, request.methods, request.models)
     base, console = request.settings, output()
+    chosen = (request.subset, request.asset_ids, request.limit)
     if request.readme is not None:
         check_readme(request.readme, BLOCK)
     for run in runs:
-        check_request(request.data, run.folder, run.settings(base), request.subset, request.asset_ids, request.limit)
+        check_request(request.data, run.folder, run.settings(base), *chosen)
     with temporary_server() as address:
         warm_up()
         from flows.refine_dataset import refine_dataset
@@ -34,9 +35,7 @@ def compare_methods(request: CompareRequest) -> int:
         with use_server(address):
             for number, run in enumerate(runs, start=1):
                 console.print(f"{number} of {len(runs)}: {run.method.value}, {run.label}", markup=False)
-                result = refine_dataset(
-                    request.data, run.folder, run.settings(base), request.subset, request.asset_ids, request.limit
-                )
+                result = refine_dataset(request.data, run.folder, run.settings(base), *chosen)
                 if result.stopped is not None:
                     sys.stderr.write(f"{result.stopped}; run it again to compare\n")
                     return STOPPED

@@ -1,17 +1,17 @@
-"""The steps of a run as Prefect tasks: each calls one function of ``asset2sim``, whose docstring says more."""
+"""The steps of a run as Prefect tasks: each only calls what ``asset2sim`` does for it."""
 
 import threading
-from collections.abc import Collection
+from collections.abc import Callable, Collection
 from dataclasses import replace
 from pathlib import Path
-from typing import TypeVar, cast
+from typing import ParamSpec, TypeVar, cast
 
-from prefect import task
+from prefect import Task, task
 from prefect.cache_policies import NO_CACHE
 from prefect.utilities.annotations import quote
 
 from asset2sim.catalog import mlflow_log
-from asset2sim.catalog.changes import Changes, Previous, read_previous
+from asset2sim.catalog.changes import Changes, read_previous
 from asset2sim.catalog.mlflow_store import prepare_mlflow
 from asset2sim.catalog.run import RunRow
 from asset2sim.catalog.write import write_run
@@ -22,14 +22,14 @@ from asset2sim.runs.check_request import check_request
 from asset2sim.runs.plan.plan import Plan, make_plan, settle
 from asset2sim.runs.remote.fetch_asset import local_file
 from asset2sim.runs.remote.output import Output, send_plan, send_tables, stored_asset_ids
-from asset2sim.runs.result import RunResult
 from asset2sim.runs.spread.refine_all import Refined, refine_planned
-from flows.run_report import WrittenReport, publish_report
+from flows.run_report import publish_report
 from schemas.asset import AssetRef
 from schemas.location import Location, below
 from schemas.settings import Settings
 
 T = TypeVar("T")
+Arguments = ParamSpec("Arguments")
 
 
 def opaque(value: T) -> T:
@@ -41,58 +41,24 @@ def opaque(value: T) -> T:
     return cast(T, quote(value))
 
 
-@task(name="find-previous", cache_policy=NO_CACHE, persist_result=False)
-def find_previous(out: Path, run: RunRow, present: Collection[str] | None = None) -> Previous:
-    """What the catalog holds before the run is published; see ``asset2sim.catalog.changes.read_previous``."""
-    return read_previous(out, run, present)
+def step(name: str) -> Callable[[Callable[Arguments, T]], Task[Arguments, T]]:
+    """Decorator that makes a function a task, whose results Prefect neither caches nor keeps."""
+    return task(name=name, cache_policy=NO_CACHE, persist_result=False)
 
 
-@task(name="report", cache_policy=NO_CACHE, persist_result=False)
-def report(
-    out: Path, run: RunRow, refined: Refined, previous: Previous, chosen: int, died: str | None = None
-) -> WrittenReport:
-    """The run's report, written and attached to the flow run; see ``flows.run_report.publish_report``."""
-    return publish_report(out, run, refined, previous, chosen, died)
+discover = step("discover")(check_request)
+find_previous = step("find-previous")(read_previous)
+report = step("report")(publish_report)
+alert = step("alert")(alerts.alert)
 
 
-@task(name="alert", cache_policy=NO_CACHE, persist_result=False)
-def alert(result: RunResult, strict: bool) -> RunResult:
-    """Run the hook; see ``asset2sim.runs.alert.alert``."""
-    return alerts.alert(result, strict)
-
-
-@task(name="find-references", cache_policy=NO_CACHE, persist_result=False)
+@step("find-references")
 def find_references(data: Location) -> dict[str, Reference]:
     """The experts' choices, as far as the dataset has any."""
     return read_references(local_file(below(data, FILE)))
 
 
-@task(name="align", cache_policy=NO_CACHE, persist_result=False)
-def align(refined: Refined, references: dict[str, Reference]) -> Refined:
-    """The records with their alignment; see ``asset2sim.checks.alignment.align.align_all``."""
-    return replace(refined, records=align_all(refined.records, references))
-
-
-@task(name="discover", cache_policy=NO_CACHE, persist_result=False)
-def discover(
-    data: Location,
-    out: Location,
-    settings: Settings,
-    subset: str | None,
-    asset_ids: tuple[str, ...],
-    limit: int | None,
-) -> list[AssetRef]:
-    """The assets to refine; see ``asset2sim.runs.check_request.check_request``."""
-    return check_request(data, out, settings, subset, asset_ids, limit)
-
-
-@task(name="log-run", cache_policy=NO_CACHE, persist_result=False)
-def log_run(out: Path, run: RunRow, refined: Refined, changes: Changes) -> str | None:
-    """Log settings, figures and failures; returns a warning where MLflow could not take them."""
-    return mlflow_log.log_run(out, run, refined.records, changes, refined.unchanged)
-
-
-@task(name="plan", cache_policy=NO_CACHE, persist_result=False)
+@step("plan")
 def plan(
     refs: list[AssetRef],
     references: dict[str, Reference],
@@ -101,16 +67,33 @@ def plan(
     pipeline: str,
     run_id: str,
 ) -> Plan:
-    """The run's plan; see ``asset2sim.runs.plan.plan.make_plan``."""
+    """The assets that the run must do, sent to the workers where the output is a URL."""
     there = stored_asset_ids(output, views=settings.views.write)
     made = make_plan(refs, references, output.folder, settings, pipeline, run_id, there)
     send_plan(output, made)
     return made
 
 
-@task(name="publish", cache_policy=NO_CACHE, persist_result=False)
-def publish(output: Output, run: RunRow, refined: Refined, present: Collection[str] | None = None) -> None:
-    """Write the run's rows to the Parquet tables; see ``asset2sim.catalog.write.write_run``."""
+@step("refine-assets")
+def refine_assets(
+    refs: list[AssetRef], plan: Plan, output: Output, settings: Settings, run_id: str, pipeline: str
+) -> Refined:
+    """A record per asset that the plan has to do."""
+    if plan.todo:
+        # MLflow, which the run's last step needs, loads beside the work.
+        threading.Thread(target=prepare_mlflow, args=(output.folder,), daemon=True).start()
+    return refine_planned(refs, plan, output.folder, settings, run_id, pipeline, output.url)
+
+
+@step("align")
+def align(refined: Refined, references: dict[str, Reference]) -> Refined:
+    """The records with their alignment."""
+    return replace(refined, records=align_all(refined.records, references))
+
+
+@step("publish")
+def publish(output: Output, run: RunRow, refined: Refined, present: Collection[str] | None) -> None:
+    """Write the run's rows to the Parquet tables; ``present`` are all assets of the dataset, where that is known."""
     folder = output.folder
     # Behind a URL, history is compacted after the upload: a store cannot switch a month's files at once.
     write_run(folder, run, refined.records, refined.unchanged, present, compact=output.url is None)
@@ -118,12 +101,7 @@ def publish(output: Output, run: RunRow, refined: Refined, present: Collection[s
     settle(folder, refined.records)
 
 
-@task(name="refine-assets", cache_policy=NO_CACHE, persist_result=False)
-def refine_assets(
-    refs: list[AssetRef], plan: Plan, output: Output, settings: Settings, run_id: str, pipeline: str
-) -> Refined:
-    """A record per asset that the plan has to do; see ``asset2sim.runs.spread.refine_all.refine_planned``."""
-    if plan.todo:
-        # MLflow, which the run's last step needs, loads beside the work.
-        threading.Thread(target=prepare_mlflow, args=(output.folder,), daemon=True).start()
-    return refine_planned(refs, plan, output.folder, settings, run_id, pipeline, output.url)
+@step("log-run")
+def log_run(out: Path, run: RunRow, refined: Refined, changes: Changes) -> str | None:
+    """Log settings, figures and failures; returns a warning where MLflow could not take them."""
+    return mlflow_log.log_run(out, run, refined.records, changes, refined.unchanged)

@@ -16,7 +16,7 @@ from asset2sim.studies.methods.charts import growth_chart, spread_labels
 from asset2sim.studies.methods.comparison import compare, write_comparison, write_readme
 from asset2sim.studies.methods.comparison_rows import OUTCOMES, Row, failure_rows, figure_rows, growth_rows
 from asset2sim.studies.methods.figure_specs import COST, STABILITY, SUCCESS, TABLE_1, stated
-from asset2sim.studies.methods.markdown import agreement_sentence, failure_table, figure_table, stability_tables
+from asset2sim.studies.methods.markdown import agreement_sentences, failure_table, figure_table, stability_tables
 from asset2sim.studies.methods.method_runs import METHODS, NO_MODEL, Run
 from asset2sim.studies.methods.object_rows import read_objects
 from asset2sim.studies.readme.blocks import markers
@@ -149,9 +149,10 @@ def test_the_table_of_outcomes_has_a_column_for_each_way_to_fail() -> None:
 
 
 def test_agreement_is_told_where_there_was_a_judge() -> None:
-    assert agreement_sentence(OBJECTS) == ""
+    assert agreement_sentences(OBJECTS) == []
     judged = OBJECTS.assign(judged=[0.5, 0.9, 0.1, 1.0, 1.0, 0.8, np.nan])
-    assert agreement_sentence(judged).startswith("Rubric and judge differ by 0.06 on average over 5 assets (Pearson ")
+    (sentence,) = agreement_sentences(judged)
+    assert sentence.startswith("Rubric and judge differ by 0.06 on average over 5 assets (Pearson ")
 
 
 # Growth

@@ -13,7 +13,7 @@ from asset2sim.studies.methods.charts import failure_chart, growth_chart
 from asset2sim.studies.methods.comparison_rows import Row, failure_rows, figure_rows, growth_rows
 from asset2sim.studies.methods.figure_specs import COST, STABILITY, SUCCESS
 from asset2sim.studies.methods.markdown import (
-    agreement_sentence,
+    agreement_sentences,
     by_model,
     failure_table,
     figure_table,
@@ -73,15 +73,18 @@ def write_comparison(out: Path, runs: Sequence[Run], found: Comparison) -> Path:
     for table, rows in _tables(found):
         pq.write_table(to_arrow(table, rows), tables / table.file, compression="zstd")
     charts = write_charts(out / "charts", found)
-    text = ["# Methods compared", ""]
+    parts = ["# Methods compared"]
     for model in by_model(found.stability):
-        text += model_section(found, model, f"charts/{charts[model].name}")
-    text += growth_section(found, f"charts/{GROWTH_CHART}")
-    agreed = agreement_sentence(found.objects)
-    text += [*([f"{agreed}\n"] if agreed else []), "Runs:", ""]
-    text += [f"- {run.method.value}, {described(run.label)}: `{run.folder.relative_to(out)}`" for run in runs]
+        parts += model_section(found, model, f"charts/{charts[model].name}")
+    if found.growth:
+        parts += [
+            f"## As the model errs more ({described(NOISY)})",
+            f"![Success and scale error by error level](charts/{GROWTH_CHART})",
+        ]
+    listed = [f"- {run.method.value}, {described(run.label)}: `{run.folder.relative_to(out)}`" for run in runs]
+    parts += [*agreement_sentences(found.objects), "Runs:", "\n".join(listed)]
     report = out / "compare.md"
-    report.write_text("\n".join(text) + "\n", encoding="utf-8")
+    report.write_text("\n\n".join(parts) + "\n", encoding="utf-8")
     return report
 
 
@@ -97,38 +100,17 @@ def write_charts(folder: Path, found: Comparison) -> dict[str, Path]:
 
 
 def model_section(found: Comparison, model: str, chart: str) -> list[str]:
-    """One model's tables and chart."""
+    """One model's tables and chart, by paragraph."""
     return [
         f"## {described(model)}",
-        "",
         notes(model, found.subset, found.count, found.engines),
-        "",
         "### Stability and semantics",
-        "",
         stability_tables(found.stability, model),
-        "",
         "### How assets ended",
-        "",
         failure_table(found.failures, found.success, model),
-        "",
         f"![Outcomes of each method with {described(model)}]({chart})",
-        "",
         "### Cost of an asset",
-        "",
         figure_table(found.cost, COST, model),
-        "",
-    ]
-
-
-def growth_section(found: Comparison, chart: str) -> list[str]:
-    """The section with the chart by error level; empty unless several levels were run."""
-    if not found.growth:
-        return []
-    return [
-        f"## As the model errs more ({described(NOISY)})",
-        "",
-        f"![Success and scale error by error level]({chart})",
-        "",
     ]
 
 
@@ -139,19 +121,15 @@ def readme_block(found: Comparison, pictures: dict[str, str]) -> str:
     error levels of others are in the growth chart.
     """
     model = next(iter(by_model(found.stability)))
-    lines = [
+    parts = [
         notes(model, found.subset, found.count, found.engines),
-        "",
         figure_table(found.stability, STABILITY, model),
-        "",
         f"![Outcomes of each method with {described(model)}]({pictures[model]})",
-        "",
         figure_table(found.cost, COST, model),
     ]
     if GROWTH_CHART in pictures:
-        lines += ["", f"![Success and scale error as {described(NOISY)} errs more]({pictures[GROWTH_CHART]})"]
-    agreed = agreement_sentence(found.objects)
-    return "\n".join([*lines, *(["", agreed] if agreed else [])])
+        parts.append(f"![Success and scale error as {described(NOISY)} errs more]({pictures[GROWTH_CHART]})")
+    return "\n\n".join([*parts, *agreement_sentences(found.objects)])
 
 
 def write_readme(readme: Path, out: Path, found: Comparison) -> None:

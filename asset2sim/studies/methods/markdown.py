@@ -65,16 +65,16 @@ def failure_table(rows: Sequence[Row], success: Sequence[Row], model: str) -> st
     return _table([*(figure.heading for figure in SUCCESS), *(f"{outcome} %" for outcome in bad)], lines)
 
 
-def agreement_sentence(objects: pd.DataFrame) -> str:
+def agreement_sentences(objects: pd.DataFrame) -> list[str]:
     """Mean difference and correlations of the rubric's and the judge's scores over all methods and models; empty
     without a judge."""
     found = agreement(array_of(objects["alignment"]), array_of(objects["judged"]))
     if found is None:
-        return ""
+        return []
     text = f"Rubric and judge differ by {found.mean_absolute_difference:.2f} on average over {found.n} assets"
     if found.pearson is not None and found.kendall is not None:
         text += f" (Pearson {found.pearson:.2f}, Kendall's τ {found.kendall:.2f})"
-    return f"{text}."
+    return [f"{text}."]
 
 
 def notes(model: str, subset: str | None, objects: int, engines: str) -> str:

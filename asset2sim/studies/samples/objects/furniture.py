@@ -79,11 +79,7 @@ def folding_chair() -> Blueprint:
     for x in (-0.36, 0.36):
         bars += tube([(x, 0.0, -0.42), (x, 0.7, 0.2)], (1.0, 0.0, 0.0), 0.028, 8)
     cross = [block((-0.42, 0.1, 0.35), (0.42, 0.14, 0.39)), block((-0.36, 0.1, -0.35), (0.36, 0.14, -0.31))]
-    body = (
-        *pieces("leg", GREY, bars),
-        *pieces("bar", GREY, cross),
-        *pieces("back", BLUE, _slats()),
-    )
+    body = (*pieces("leg", GREY, bars), *pieces("bar", GREY, cross), *pieces("back", BLUE, _slats()))
     seat = (
         *pieces("seat", BLUE, block((-0.3, 0.575, -0.33), (0.3, 0.605, 0.37))),
         *pieces("seat_rail", GREY, [block((x, 0.545, -0.3), (x + 0.03, 0.575, 0.34)) for x in (-0.3, 0.27)]),

@@ -53,10 +53,7 @@ def bucket() -> Blueprint:
     )
     turns = [math.pi * (1.0 - i / 12) for i in range(13)]
     bow = tube([(0.555 * math.cos(t), 0.96 + 0.6 * math.sin(t), 0.0) for t in turns], (0.0, 0.0, 1.0), 0.02)
-    handle = (
-        *pieces("handle", STEEL, bow),
-        *pieces("grip", WOODEN, disc("x", (-0.12, 1.56, 0.0), 0.035, 0.24, 12)),
-    )
+    handle = (*pieces("handle", STEEL, bow), *pieces("grip", WOODEN, disc("x", (-0.12, 1.56, 0.0), 0.035, 0.24, 12)))
     joint = hinge("body", (0.0, 0.96, 0.0), (-1.0, 0.0, 0.0), 1.57, lower=-1.57)
     prompt = "A small bucket with its handle upright, super low friction so that it swings freely."
     parts = (Link("handle", "handle", handle, joint), Link("body", "bucket_body", body))
