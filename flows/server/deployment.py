@@ -56,7 +56,7 @@ def clear_stale_runs(deployment_id: UUID) -> list[FlowRun]:
         found = server.read_deployment(deployment_id).global_concurrency_limit
         if found is not None and found.active_slots:
             server.update_global_concurrency_limit(found.name, GlobalConcurrencyLimitUpdate(active_slots=0))
-        for run in _scheduled_runs(server, deployment_id, limit=MAX_RUNS):
+        for run in _runs(server, deployment_id, (StateType.SCHEDULED,)):
             if run.expected_start_time is not None and run.expected_start_time < datetime.now(UTC):
                 server.delete_flow_run(run.id)
         return [server.read_flow_run(run.id) for run in lost]
@@ -65,14 +65,7 @@ def clear_stale_runs(deployment_id: UUID) -> list[FlowRun]:
 def count_skipped_runs(deployment_id: UUID, since: datetime) -> int:
     """Number of the deployment's runs due after ``since`` that were cancelled because another one was at work."""
     with client() as server:
-        found = server.read_flow_runs(
-            deployment_filter=_of(deployment_id),
-            flow_run_filter=FlowRunFilter(
-                state=_state(StateType.CANCELLED), expected_start_time=FlowRunFilterExpectedStartTime(after_=since)
-            ),
-            sort=FlowRunSort.EXPECTED_START_TIME_ASC,
-            limit=MAX_RUNS,
-        )
+        found = _runs(server, deployment_id, (StateType.CANCELLED,), since=since)
     return sum(never_began(run) for run in found)
 
 
@@ -86,7 +79,7 @@ def next_run(deployment_id: UUID) -> datetime | None:
     end = time.monotonic() + SCHEDULE_LIMIT_S
     with client() as server:
         while True:
-            planned = _scheduled_runs(server, deployment_id, limit=1)
+            planned = _runs(server, deployment_id, (StateType.SCHEDULED,), limit=1)
             if planned:
                 return planned[0].expected_start_time
             if time.monotonic() > end:
@@ -94,28 +87,22 @@ def next_run(deployment_id: UUID) -> datetime | None:
             time.sleep(POLL_S)
 
 
-def _scheduled_runs(server: SyncPrefectClient, deployment_id: UUID, limit: int) -> list[FlowRun]:
-    """The deployment's runs that have not begun, the next one first."""
-    return _runs(server, deployment_id, (StateType.SCHEDULED,), limit)
-
-
 def _runs(
-    server: SyncPrefectClient, deployment_id: UUID, states: Sequence[StateType], limit: int = MAX_RUNS
+    server: SyncPrefectClient,
+    deployment_id: UUID,
+    states: Sequence[StateType],
+    limit: int = MAX_RUNS,
+    since: datetime | None = None,
 ) -> list[FlowRun]:
+    """The deployment's runs in these states, due after ``since`` where that is given, in the order of their times."""
+    due = FlowRunFilterExpectedStartTime(after_=since) if since else None
+    state = FlowRunFilterState(type=FlowRunFilterStateType(any_=list(states)))
     return server.read_flow_runs(
-        deployment_filter=_of(deployment_id),
-        flow_run_filter=FlowRunFilter(state=_state(*states)),
+        deployment_filter=DeploymentFilter(id=DeploymentFilterId(any_=[deployment_id])),
+        flow_run_filter=FlowRunFilter(state=state, expected_start_time=due),
         sort=FlowRunSort.EXPECTED_START_TIME_ASC,
         limit=limit,
     )
-
-
-def _of(deployment_id: UUID) -> DeploymentFilter:
-    return DeploymentFilter(id=DeploymentFilterId(any_=[deployment_id]))
-
-
-def _state(*states: StateType) -> FlowRunFilterState:
-    return FlowRunFilterState(type=FlowRunFilterStateType(any_=list(states)))
 
 
 def find_deployment(name: str) -> DeploymentResponse | None:

@@ -79,9 +79,8 @@ def mass_left(clean: RefinedAsset, mended: RefinedAsset, at: Target) -> str:
 
 def centre_left(clean: RefinedAsset, mended: RefinedAsset, at: Target) -> str:
     """Reason if the centre of mass is away from the clean one, or the mass is wrong."""
-    low, high = collision_box(clean, at.link)
     away = float(np.linalg.norm(inertial_of(mended, at)[1] - inertial_of(clean, at)[1]))
-    if away > NEAR_SHARE * float(np.linalg.norm(high - low)):
+    if away > near_m(clean, at):
         return f"centre of mass of '{at.link}' is {away:.3g} m from the clean one"
     return mass_left(clean, mended, at)
 
@@ -179,9 +178,8 @@ def limits_of(kept: RefinedAsset, at: Target) -> tuple[float | None, float | Non
 def pivot_left(clean: RefinedAsset, mended: RefinedAsset, at: Target) -> str:
     """Reason if the hinge is away from the clean one."""
     good, found = (numbers(part(named(robot_of(kept), "joint", at.joint), "origin"), "xyz") for kept in (clean, mended))
-    low, high = collision_box(clean, at.link)
     away = float(np.linalg.norm(found - good))
-    if away > NEAR_SHARE * float(np.linalg.norm(high - low)):
+    if away > near_m(clean, at):
         return f"hinge '{at.joint}' is {away:.3g} m from the clean one"
     return ""
 
@@ -201,8 +199,7 @@ def shape_left(clean: RefinedAsset, mended: RefinedAsset, at: Target) -> str:
     if problem:
         return problem
     good, found = collision_box(clean, at.link), collision_box(mended, at.link)
-    slack = NEAR_SHARE * float(np.linalg.norm(good[1] - good[0]))
-    if max(float(np.abs(a - b).max()) for a, b in zip(good, found, strict=True)) > slack:
+    if max(float(np.abs(a - b).max()) for a, b in zip(good, found, strict=True)) > near_m(clean, at):
         return f"collision shapes of '{at.link}' are not where the clean ones are"
     ratio = collision_volume(mended, at.link) / collision_volume(clean, at.link)
     if not 1.0 / FILLED_FACTOR <= ratio <= FILLED_FACTOR:
@@ -234,6 +231,12 @@ def size_left(clean: RefinedAsset, mended: RefinedAsset, at: Target) -> str:
         sizes.append(max(features.rest_size) * overlay.scale)
     ratio = sizes[1] / sizes[0]
     return "" if 0.5 <= ratio <= 2.0 else f"it is {ratio:.3g} times as large as the clean one"
+
+
+def near_m(clean: RefinedAsset, at: Target) -> float:
+    """Largest distance from its clean position at which something of the target link counts as near it, m."""
+    low, high = collision_box(clean, at.link)
+    return NEAR_SHARE * float(np.linalg.norm(high - low))
 
 
 def collision_box(kept: RefinedAsset, link: str) -> tuple[Array, Array]:

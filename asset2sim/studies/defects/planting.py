@@ -65,6 +65,13 @@ def edited(folder: Path) -> Iterator[Element]:
     tree.write(str(path), xml_declaration=True, encoding="utf-8")
 
 
+@contextmanager
+def edited_part(folder: Path, tag: str, name: str, path: str) -> Iterator[Element]:
+    """The element at a path below the link or joint of that name, in the folder's URDF; written back at the end."""
+    with edited(folder) as robot:
+        yield part(named(robot, tag, name), path)
+
+
 def named(robot: Element, tag: str, name: str) -> Element:
     """The link or joint of that name; KeyError if there is none."""
     for element in robot.findall(tag):

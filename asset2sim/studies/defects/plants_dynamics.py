@@ -3,7 +3,7 @@
 import math
 from pathlib import Path
 
-from asset2sim.studies.defects.planting import PlantedChange, Target, edited, named, part, write
+from asset2sim.studies.defects.planting import PlantedChange, Target, edited_part, write
 from schemas.overlay import PhysicsOverlay
 from schemas.settings import PhysicsSettings
 
@@ -23,8 +23,7 @@ def effective_inertia(folder: Path, joint: str) -> float:
 
 def dynamics(folder: Path, at: Target, **terms: float) -> PlantedChange:
     """Write terms of a joint's dynamics."""
-    with edited(folder) as robot:
-        element = part(named(robot, "joint", at.joint), "dynamics")
+    with edited_part(folder, "joint", at.joint, "dynamics") as element:
         for key, value in terms.items():
             write(element, key, value)
     said = ", ".join(f"{key} {value:.3g}" for key, value in terms.items())
@@ -66,6 +65,6 @@ def friction_negative(folder: Path, at: Target) -> PlantedChange:
 
 def effort_zero(folder: Path, at: Target) -> PlantedChange:
     """An effort limit of zero, as some exporters write for an unknown one."""
-    with edited(folder) as robot:
-        write(part(named(robot, "joint", at.joint), "limit"), "effort", 0.0)
+    with edited_part(folder, "joint", at.joint, "limit") as limit:
+        write(limit, "effort", 0.0)
     return PlantedChange(f"'{at.joint}' has an effort limit of 0", joints=(at.joint,))

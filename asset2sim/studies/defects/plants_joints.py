@@ -7,7 +7,17 @@ from pathlib import Path
 import numpy as np
 from lxml.etree import _Element as Element
 
-from asset2sim.studies.defects.planting import Plant, PlantedChange, Target, edited, named, numbers, part, write
+from asset2sim.studies.defects.planting import (
+    Plant,
+    PlantedChange,
+    Target,
+    edited,
+    edited_part,
+    named,
+    numbers,
+    part,
+    write,
+)
 
 LIMIT_KEYS = ("lower", "upper")
 
@@ -16,8 +26,7 @@ def axis_times(factor: float) -> Plant:
     """A joint's axis times ``factor``: -1 turns it round, 0 leaves no direction, 3 is not of unit length."""
 
     def plant(folder: Path, at: Target) -> PlantedChange:
-        with edited(folder) as robot:
-            axis = part(named(robot, "joint", at.joint), "axis")
+        with edited_part(folder, "joint", at.joint, "axis") as axis:
             write(axis, "xyz", numbers(axis, "xyz") * factor)
             said = axis.get("xyz")
         return PlantedChange(f"axis of '{at.joint}' is {said}", joints=(at.joint,))
@@ -27,8 +36,7 @@ def axis_times(factor: float) -> Plant:
 
 def limits_crossed(folder: Path, at: Target) -> PlantedChange:
     """The lower limit above the upper one."""
-    with edited(folder) as robot:
-        limit = part(named(robot, "joint", at.joint), "limit")
+    with edited_part(folder, "joint", at.joint, "limit") as limit:
         lower, upper = str(limit.get("lower")), str(limit.get("upper"))
         limit.set("lower", upper)
         limit.set("upper", lower)
@@ -37,8 +45,7 @@ def limits_crossed(folder: Path, at: Target) -> PlantedChange:
 
 def limits_in_degrees(folder: Path, at: Target) -> PlantedChange:
     """A hinge's limits in degrees."""
-    with edited(folder) as robot:
-        limit = part(named(robot, "joint", at.joint), "limit")
+    with edited_part(folder, "joint", at.joint, "limit") as limit:
         for key in LIMIT_KEYS:
             write(limit, key, math.degrees(float(str(limit.get(key)))))
         said = f"{limit.get('lower')} to {limit.get('upper')}"
@@ -47,8 +54,7 @@ def limits_in_degrees(folder: Path, at: Target) -> PlantedChange:
 
 def limits_missing(folder: Path, at: Target) -> PlantedChange:
     """A revolute joint without limits."""
-    with edited(folder) as robot:
-        limit = part(named(robot, "joint", at.joint), "limit")
+    with edited_part(folder, "joint", at.joint, "limit") as limit:
         for key in LIMIT_KEYS:
             del limit.attrib[key]
     return PlantedChange(f"'{at.joint}' states no limits", joints=(at.joint,))
@@ -56,8 +62,7 @@ def limits_missing(folder: Path, at: Target) -> PlantedChange:
 
 def zero_outside_limits(folder: Path, at: Target) -> PlantedChange:
     """Limits that exclude zero, where every engine starts."""
-    with edited(folder) as robot:
-        limit = part(named(robot, "joint", at.joint), "limit")
+    with edited_part(folder, "joint", at.joint, "limit") as limit:
         lower, upper = (float(str(limit.get(key))) for key in LIMIT_KEYS)
         write(limit, "lower", lower + 0.4 * (upper - lower) if lower <= 0.0 else 0.0)
         said = f"{limit.get('lower')} to {limit.get('upper')}"
@@ -68,8 +73,7 @@ def shifted_by(x: float, y: float, z: float) -> Plant:
     """A link moved by (x, y, z) metres in its parent's frame, into something else."""
 
     def plant(folder: Path, at: Target) -> PlantedChange:
-        with edited(folder) as robot:
-            origin = part(named(robot, "joint", at.joint), "origin")
+        with edited_part(folder, "joint", at.joint, "origin") as origin:
             write(origin, "xyz", numbers(origin, "xyz") + np.array([x, y, z]))
         return PlantedChange(f"'{at.link}' shifted by ({x:g}, {y:g}, {z:g}) m", links=(at.link,), joints=(at.joint,))
 

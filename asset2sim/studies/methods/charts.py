@@ -4,6 +4,8 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Literal
 
+import numpy as np
+
 from asset2sim.studies.methods.comparison_rows import OK, OURS, OUTCOMES, Row
 from asset2sim.studies.methods.markdown import NAMES
 from asset2sim.studies.methods.method_runs import METHODS, WITHOUT_MODEL
@@ -12,7 +14,6 @@ from schemas.vocabulary import Method
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
-    from matplotlib.patches import Patch
 
 METHOD_COLOURS: dict[Method, str] = {
     Method.ASSET2SIM: "#0072B2",
@@ -81,24 +82,17 @@ def failure_chart(rows: Sequence[Row], path: Path, title: str) -> Path:
     figure = new_figure(1.45 + 0.40 * len(methods))
     axes = figure.add_subplot()
     used = [outcome for outcome in OUTCOMES if any(_share(rows, method, outcome) > 0.0 for method in methods)]
-    for place, method in enumerate(methods):
-        left = 0.0
-        for outcome in used:
-            share = _share(rows, method, outcome)
-            colour = OUTCOME_COLOURS[OUTCOMES.index(outcome)]
-            axes.barh(place, share, left=left, height=0.66, color=colour, edgecolor="white", linewidth=0.8)
-            if share >= MIN_LABELLED_PERCENT:
-                dark = outcome == OK or colour == "#D55E00"
-                axes.text(
-                    left + share / 2.0,
-                    place,
-                    f"{share:.0f}" if share >= 10.0 or share == round(share) else f"{share:.1f}",
-                    ha="center",
-                    va="center",
-                    fontsize=9,
-                    color="white" if dark else INK,
-                )
-            left += share
+    lefts = np.zeros(len(methods))
+    for outcome in used:
+        shares = np.array([_share(rows, method, outcome) for method in methods])
+        colour = OUTCOME_COLOURS[OUTCOMES.index(outcome)]
+        bars = axes.barh(
+            range(len(methods)), shares, left=lefts, height=0.66, color=colour, edgecolor="white", linewidth=0.8,
+            label=outcome,
+        )  # fmt: skip
+        ink = "white" if outcome == OK or colour == "#D55E00" else INK
+        axes.bar_label(bars, [_bar_label(share) for share in shares], label_type="center", fontsize=9, color=ink)
+        lefts = lefts + shares
     axes.set_yticks(range(len(methods)), [NAMES[method] for method in methods])
     for label, method in zip(axes.get_yticklabels(), methods, strict=True):
         label.set_fontweight("bold" if method is OURS else "normal")
@@ -107,18 +101,9 @@ def failure_chart(rows: Sequence[Row], path: Path, title: str) -> Path:
     plain(axes, "x")
     axes.tick_params(axis="x", colors=GREY)
     axes.set_xlabel("share of assets, %", color=GREY, fontsize=9)
-    handles = [_patch(OUTCOME_COLOURS[OUTCOMES.index(outcome)], outcome) for outcome in used]
     figure.suptitle(title, x=0.01, ha="left", fontsize=11, fontweight="bold", color=INK)
-    figure.legend(
-        handles=handles,
-        loc="outside lower left",
-        ncols=3,
-        frameon=False,
-        fontsize=9,
-        handlelength=1.0,
-        handleheight=1.0,
-        columnspacing=1.6,
-    )
+    box = {"handlelength": 1.0, "handleheight": 1.0, "columnspacing": 1.6}
+    figure.legend(loc="outside lower left", ncols=3, frameon=False, fontsize=9, **box)
     return save(figure, path)
 
 
@@ -241,7 +226,7 @@ def _float(value: object) -> float:
     return float(value)
 
 
-def _patch(colour: str, label: str) -> "Patch":
-    from matplotlib.patches import Patch
-
-    return Patch(facecolor=colour, label=label)
+def _bar_label(share: float) -> str:
+    if share < MIN_LABELLED_PERCENT:
+        return ""
+    return f"{share:.0f}" if share >= 10.0 or share == round(share) else f"{share:.1f}"

@@ -3,6 +3,7 @@
 import json
 from collections import Counter
 from collections.abc import Sequence
+from dataclasses import asdict
 
 import numpy as np
 import pandas as pd
@@ -42,10 +43,7 @@ def figure_rows(objects: pd.DataFrame, figures: Sequence[FigureSpec], subset: st
                     "model": model,
                     "figure": figure.key,
                     "unit": figure.unit,
-                    "value": found.value,
-                    "low": found.low,
-                    "high": found.high,
-                    "n": found.n,
+                    **asdict(found),
                     "difference": apart.value,
                     "difference_low": apart.low,
                     "difference_high": apart.high,
@@ -145,10 +143,6 @@ def growth_rows(objects: pd.DataFrame) -> list[Row]:
                     continue
                 draws = [array_of(values_of(objects, method, model, figure)) for model in asked]
                 found = estimate(np.concatenate(draws), figure.statistic)
-                rows.append(
-                    {
-                        "method": method.value, "level": level, "figure": figure.key, "unit": figure.unit,
-                        "value": found.value, "low": found.low, "high": found.high, "n": found.n,
-                    }
-                )  # fmt: skip
+                row = {"method": method.value, "level": level, "figure": figure.key, "unit": figure.unit}
+                rows.append({**row, **asdict(found)})
     return rows
