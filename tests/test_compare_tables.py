@@ -130,6 +130,8 @@ def test_cells_hold_value_interval_and_the_paper_s_figure_and_ours_is_bold_where
     assert ours[2].startswith("**0.17**<br><sub>[0.00, 0.50]</sub>")
     assert ours[3] == "**0.50**<br><sub>[0.00, 0.50]</sub><br><sub>paper 12.83 ± 18.14</sub>"
     assert len({line.count("|") for line in lines}) == 1
+    many = OBJECTS.assign(tokens=2593)
+    assert "| 2\u202f593<br>" in figure_table(figure_rows(many, COST, None), COST, MODEL), "no line break in a number"
 
 
 def test_differences_that_leave_zero_out_are_bold_and_signed() -> None:

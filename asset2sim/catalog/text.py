@@ -8,6 +8,7 @@ NOTHING = "–"
 """Placeholder for a missing value."""
 
 _BAR = re.compile(r"(?<!\\)\|")
+_BLANK = re.compile(r"[ \t\r\n]+")
 
 
 def number(value: object, unit: str = "", digits: int = 3) -> str:
@@ -35,7 +36,7 @@ def markdown_table(headings: Sequence[str], rows: Iterable[Sequence[str]], right
     A cell becomes one line, and each ``|`` in it that has no backslash yet gets one.
     """
     rule = ["---:" if index in right else "---" for index in range(len(headings))]
-    cells = [[_BAR.sub(r"\\|", " ".join(cell.split())) for cell in row] for row in rows]
+    cells = [[_BAR.sub(r"\\|", _BLANK.sub(" ", cell).strip()) for cell in row] for row in rows]
     return "\n".join(f"| {' | '.join(line)} |" for line in (headings, rule, *cells))
 
 
