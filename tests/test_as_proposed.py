@@ -11,11 +11,14 @@ from asset2sim.assets.extract import Extraction
 from asset2sim.assets.urdf.read import read_dynamics
 from asset2sim.baselines.as_proposed import as_proposed
 from asset2sim.physics.inertia import box_inertia
+from schemas.asset import AssetRef
 from schemas.overlay import JointPhysics, LinkPhysics, Overlay, PhysicsOverlay
 from schemas.settings import Settings
 from schemas.vocabulary import FailureMode, Method, Source
-from tasks.measure import judge_overlay
-from tests.assets import box_obj, cabinet, joint, link, mesh, near, read, robot, shape, written
+from tasks.apply import apply_overlay
+from tasks.job import AssetJob
+from tasks.measure import Measured, measure_written
+from tests.assets import box_obj, cabinet, joint, link, mesh, near, prior, read, robot, shape, written
 from tests.methods_runs import settings_of
 
 S = 0.3
@@ -29,6 +32,12 @@ def cupboard(tmp_path_factory: pytest.TempPathFactory) -> Extraction:
 
 def proposed(extraction: Extraction, source: Source = Source.MODEL, **fields: object) -> PhysicsOverlay:
     return as_proposed(extraction, Overlay.model_validate({"scale": S} | fields), source, PLAIN)
+
+
+def measured_as_proposed(extraction: Extraction, overlay: PhysicsOverlay, out: Path) -> Measured:
+    job = AssetJob(AssetRef(asset_id="thing", path=str(extraction.folder)), out, settings_of(Method.DIRECT), prior)
+    applied = apply_overlay(job, extraction, None, overlay, out, rules=False)
+    return measure_written(job, extraction, applied.urdf, overlay, None)
 
 
 def link_of(overlay: PhysicsOverlay, name: str) -> LinkPhysics:
@@ -142,8 +151,8 @@ def test_the_folder_states_the_numbers_and_keeps_collision_geometry(tmp_path: Pa
         joints=[{"name": "hinge", "damping": 0.15, "friction": 0.02, "stiffness": 0.0}],
     )
     out = tmp_path / "out"
-    judged = judge_overlay(extraction, overlay, out, settings_of(Method.DIRECT))
-    assert judged.overlay == overlay and judged.verdict.mode is FailureMode.NONE
+    judged = measured_as_proposed(extraction, overlay, out)
+    assert judged.verdict.mode is FailureMode.NONE
     document = etree.parse(str(out / "mobility.urdf")).getroot()
     assert [mass.get("value") for mass in document.iter("mass")] == ["3", "0.25"]
     assert [item.get("scale") for item in document.iter("mesh")] == ["0.3 0.3 0.3"] * 2
@@ -154,7 +163,7 @@ def test_the_folder_states_the_numbers_and_keeps_collision_geometry(tmp_path: Pa
 def test_an_inertia_that_no_body_has_is_written_and_judged(cupboard: Extraction, tmp_path: Path) -> None:
     links = [{"name": "lid", "mass_kg": 1.0, "inertia": (1.0, 0.0, 0.0, -5.0, 0.0, 1.0)}]
     overlay = proposed(cupboard, links=links)
-    judged = judge_overlay(cupboard, overlay, tmp_path / "out", settings_of(Method.DIRECT))
+    judged = measured_as_proposed(cupboard, overlay, tmp_path / "out")
     written_inertia = etree.parse(str(tmp_path / "out" / "mobility.urdf")).find("link[@name='lid']/inertial/inertia")
     assert written_inertia is not None and written_inertia.get("iyy") == "-5"
     assert judged.reports[0].engine == "pybullet"

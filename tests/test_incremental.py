@@ -166,9 +166,7 @@ def test_an_engine_that_is_not_asked_for_has_no_say(monkeypatch: pytest.MonkeyPa
 
 def test_sources_count_unless_they_are_listed() -> None:
     assert (
-        counts("asset2sim/refinement/state/context.py")
-        and counts("asset2sim/brand_new.py")
-        and counts("schemas/overlay.py")
+        counts("asset2sim/refinement/context.py") and counts("asset2sim/brand_new.py") and counts("schemas/overlay.py")
     )
     assert counts("asset2sim/catalog/rows.py")
     assert not counts("asset2sim/catalog/show.py") and not counts("asset2sim/cli/main.py")

@@ -5,9 +5,9 @@ from pathlib import Path
 import pytest
 
 from asset2sim.assets.urdf.bake import unbake
+from asset2sim.checks.findings import obstacles, report_findings
 from asset2sim.checks.verdict import disagreements, failures_of, overall_verdict
 from asset2sim.engines.registry import installed
-from asset2sim.refinement.judge import obstacles, report_findings
 from schemas.interaction import Obstacle, Sweep
 from schemas.overlay import PhysicsOverlay
 from schemas.settings import EngineSettings, Settings, Thresholds

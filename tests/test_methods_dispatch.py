@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 
 from schemas.vocabulary import FailureMode, Method
-from tasks.pipeline import RUNS
+from tasks.pipeline import METHODS
 from tests.assets import prior, sample
 from tests.methods_runs import run, settings_of
 
@@ -16,7 +16,7 @@ CALLS = {
 
 
 def test_no_method_is_forgotten() -> None:
-    assert set(RUNS) == set(Method) == {*CALLS, Method.AGENT}
+    assert set(METHODS) == set(Method) == {*CALLS, Method.AGENT}
 
 
 @pytest.mark.parametrize("method", list(Method))

@@ -7,11 +7,10 @@ import pytest
 
 from asset2sim.assets.folder import Folder
 from asset2sim.refinement.ask_model import Questions, Scene
-from asset2sim.refinement.collision.part_links import Attempt
-from asset2sim.refinement.rest_state import ask_lasting_state, fallen, measure_rest_from
-from asset2sim.refinement.state.bands import reaches
-from asset2sim.refinement.state.context import Log, RefinementContext
-from asset2sim.refinement.state.nearer import nearer_to_request
+from asset2sim.refinement.ask_state import ask_lasting_state, joints_not_holding, measure_rest_from, nearer_to_request
+from asset2sim.refinement.bands import reaches
+from asset2sim.refinement.collision.part_links import CutAttempt
+from asset2sim.refinement.context import Log, RefinementContext
 from schemas.measurement import Measurement
 from schemas.overlay import PhysicsOverlay
 from schemas.request import ModelAnswer, ModelRequest
@@ -84,7 +83,7 @@ def shut(urdf: Path) -> Measurement:
 
 def test_a_lid_that_falls_is_seen(shut: Measurement) -> None:
     assert abs(shut.joints[0].final_position) < 0.05, "it does fall shut"
-    assert fallen(asking_for(ASKED), shut, SETTINGS) == ("hinge",)
+    assert joints_not_holding(asking_for(ASKED), shut, SETTINGS) == ("hinge",)
 
 
 @pytest.mark.parametrize(
@@ -100,15 +99,15 @@ def test_a_lid_that_falls_is_seen(shut: Measurement) -> None:
 def test_what_may_swing_and_what_nobody_asked_for_and_what_stayed_have_not_fallen(
     shut: Measurement, changes: dict[str, object]
 ) -> None:
-    assert fallen(asking_for(ASKED, **changes), shut, SETTINGS) == ()
+    assert joints_not_holding(asking_for(ASKED, **changes), shut, SETTINGS) == ()
 
 
 def test_a_joint_with_next_to_no_range_has_not_fallen() -> None:
     tiny = asking_for(0.0, upper=0.01)
     measured = make_measurement(joints=(make_measurement().joints[0].model_copy(update={"final_position": 0.01}),))
-    assert fallen(tiny, measured, SETTINGS) == ()
+    assert joints_not_holding(tiny, measured, SETTINGS) == ()
     strict = Settings(thresholds=Thresholds(hold_rad=1e-3))
-    assert fallen(tiny, measured, strict) == ("hinge",)
+    assert joints_not_holding(tiny, measured, strict) == ("hinge",)
 
 
 def test_a_state_from_which_it_stays_is_found_by_the_simulator(urdf: Path, shut: Measurement) -> None:
@@ -160,7 +159,7 @@ def test_a_state_that_was_left_is_brought_back_as_far_as_nothing_overlaps(tmp_pa
     scene = scene_of(urdf, overlay, model, Settings(collision=CollisionSettings(mode=CollisionMode.KEEP)))
     extraction = read(folder)
     loop = RefinementContext(extraction, None, overlay, Source.USER, {}, scene.settings, Log())  # type: ignore[arg-type]
-    best = Attempt({"hinge": 0.18}, {}, 0.0, 0.0)
+    best = CutAttempt({"hinge": 0.18}, {}, 0.0, 0.0)
     back = nearer_to_request(scene, loop, Folder(folder, {}, {}, CollisionMode.KEEP), best, 0.1)
     assert near(back.positions["hinge"], 0.1) and back.phi == 0.0, "as near as its state's tolerance allows"
     steps = loop.log.trace

@@ -8,7 +8,8 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from asset2sim.physics.arrays import Array, vector
-from schemas.features import JointFeatures
+from schemas.features import Features, JointFeatures
+from schemas.overlay import PhysicsOverlay
 
 
 @dataclass(frozen=True)
@@ -107,3 +108,9 @@ def apply(matrix: Array, points: Array) -> Array:
     """(n, 3) points moved by a (4, 4) transform."""
     moved: Array = points @ matrix[:3, :3].T + matrix[:3, 3]
     return moved
+
+
+def written_joints(features: Features, overlay: PhysicsOverlay) -> list[JointFeatures]:
+    """Joints as in the written URDF: those locked by validation are fixed."""
+    kept = {joint.name for joint in overlay.joints}
+    return [joint if joint.name in kept or not joint.movable else locked(joint) for joint in features.joints]

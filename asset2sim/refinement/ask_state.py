@@ -1,14 +1,19 @@
-"""Ask a model for another state where joints that must hold their position do not."""
+"""Ask a model for another state: nearer to the requested one, or one from which joints that must hold do hold."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
+from asset2sim.assets.folder import Folder
 from asset2sim.checks.rest import measure
 from asset2sim.engines.child import in_child
+from asset2sim.engines.contacts import by_pair
+from asset2sim.engines.pybullet_object import contacts_at
 from asset2sim.models.refinement_prompt import RefusedProposal, StateProblem
 from asset2sim.refinement.ask_model import Scene, next_pose
-from asset2sim.refinement.state.bands import Pose
+from asset2sim.refinement.bands import Pose, distance, joints_outside_state
+from asset2sim.refinement.collision.part_links import CutAttempt, cut_attempt
+from asset2sim.refinement.context import RefinementContext
 from schemas.finding import TraceStep
 from schemas.interaction import EngineReport
 from schemas.measurement import Measurement
@@ -28,7 +33,7 @@ class LastingState:
     steps: tuple[TraceStep, ...]
 
 
-def fallen(overlay: PhysicsOverlay, measured: Measurement, settings: Settings) -> tuple[str, ...]:
+def joints_not_holding(overlay: PhysicsOverlay, measured: Measurement, settings: Settings) -> tuple[str, ...]:
     """Joints that must hold a requested position and came to rest further from it than both the state's tolerance and
     the bound of the hold check.
 
@@ -84,7 +89,7 @@ def ask_lasting_state(
         if found is None:
             steps.append(step(measured, measured, present, pose, False, "the engine does not get through it"))
             break
-        gone = fallen(scene.overlay, found, settings)
+        gone = joints_not_holding(scene.overlay, found, settings)
         accepted = not gone and found.penetration_m <= allowed
         why = (
             "it comes to rest in the requested state" if accepted else f"Φ would be {1e3 * found.penetration_m:.3g} mm"
@@ -125,3 +130,49 @@ def step(before: Measurement, after: Measurement, present: Pose, pose: Pose, acc
         evaluations=1,
         reason=reason,
     )
+
+
+def nearer_to_request(
+    scene: Scene, loop: RefinementContext, folder: Folder, best: CutAttempt, desired_phi_m: float
+) -> CutAttempt:
+    """The attempt, or one at a model's pose that is nearer to the requested state, where Φ is at most its target or no
+    higher than before. ``desired_phi_m`` is Φ (m) in the requested state."""
+    search = loop.settings.search
+    tried: list[RefusedProposal] = []
+    for _ in range(search.max_model_calls):
+        focus = joints_outside_state(loop.overlay, best.positions, search)
+        if not focus:
+            break
+        pairs = by_pair(contacts_at(folder.urdf, best.positions, loop.settings.engine))
+        situation = StateProblem(
+            "moved", best.positions, best.phi, pairs, desired_phi_m=desired_phi_m, tried=tuple(tried)
+        )
+        pose = next_pose(scene, situation, focus)
+        if pose is None:
+            break
+        again = cut_attempt(loop, folder, pose)
+        before, after = distance(best.positions, scene.reach), distance(pose, scene.reach)
+        nearer = after < (1.0 - search.least_gain) * before
+        accepted = nearer and again.phi <= max(search.target_phi_m, best.phi)
+        loop.log.step(
+            TraceStep(
+                step=0,
+                proposer="model",
+                phi_before_m=best.phi,
+                phi_after_m=again.phi if accepted else best.phi,
+                moved={name: pose[name] for name in pose if pose[name] != best.positions[name]} if accepted else {},
+                accepted=accepted,
+                evaluations=1,
+                reason="nearer to the requested state"
+                if accepted
+                else f"Φ would be {1e3 * again.phi:.3g} mm"
+                if nearer
+                else "no nearer to the requested state",
+            )
+        )
+        if accepted:
+            best = again
+            tried.clear()
+        else:
+            tried.append(RefusedProposal(pose, again.phi))
+    return best

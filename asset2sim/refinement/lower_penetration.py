@@ -3,64 +3,50 @@
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-from asset2sim.assets.extract import Extraction
 from asset2sim.assets.folder import Folder, replace_hulls, write_urdf
-from asset2sim.assets.hulls import Hulls
 from asset2sim.engines.contacts import penetration
 from asset2sim.engines.pybullet_object import contact_points, contacts_at, static_object
 from asset2sim.refinement.ask_model import Questions, Scene, model_asker
+from asset2sim.refinement.ask_state import nearer_to_request
+from asset2sim.refinement.bands import Evaluator, Pose, band_of, reaches
 from asset2sim.refinement.collision.let_joints_move import let_joints_move
-from asset2sim.refinement.collision.part_links import Attempt, attempt
-from asset2sim.refinement.notes import moves, note_shapes
-from asset2sim.refinement.state.bands import Evaluator, Pose, band_of, reaches
-from asset2sim.refinement.state.context import Log, RefinementContext
-from asset2sim.refinement.state.nearer import nearer_to_request
+from asset2sim.refinement.collision.part_links import CutAttempt, cut_attempt
+from asset2sim.refinement.context import RefinementContext
+from asset2sim.refinement.notes import move_findings, note_shapes
 from asset2sim.refinement.state.search import refine_state
 from asset2sim.validation import validate
 from schemas.finding import Finding, TraceStep
-from schemas.overlay import Overlay, PhysicsOverlay
-from schemas.request import ModelCall
-from schemas.settings import Settings
+from schemas.overlay import PhysicsOverlay
 from schemas.vocabulary import CollisionMode, Source
 
 
 @dataclass(frozen=True)
-class Refined:
-    """Result of the search: overlay at the state found, folder with its collision hulls, trace, findings, model
-    calls."""
+class RefinedState:
+    """Overlay at the state found, the folder with the collision hulls it needs, trace and findings."""
 
     overlay: PhysicsOverlay
     folder: Folder
     trace: tuple[TraceStep, ...]
     findings: tuple[Finding, ...]
-    calls: tuple[ModelCall, ...] = ()
 
 
-def refine_in_engine(
-    extraction: Extraction,
-    proposal: Overlay,
-    overlay: PhysicsOverlay,
-    source: Source,
-    hulls: Hulls,
-    folder: Folder,
-    settings: Settings,
-    questions: Questions,
-) -> Refined:
+def lower_penetration(loop: RefinementContext, folder: Folder, questions: Questions) -> RefinedState:
     """Lower Φ: first by joint positions near the requested state; where that fails, by cutting collision hulls.
 
     Joint dynamics are derived again for joints that moved. A model is asked where links still overlap, and where
     separating them needed another state than the requested one (paper, "Refine the state").
     """
-    loop = RefinementContext(extraction, proposal, overlay, source, hulls, settings, Log())
-    reach = reaches(overlay, settings.search)
-    scene = Scene(extraction.features, overlay, settings, folder.urdf, reach, questions)
+    overlay, settings = loop.overlay, loop.settings
+    scene = Scene(
+        loop.extraction.features, overlay, settings, folder.urdf, reaches(overlay, settings.search), questions
+    )
     requested = overlay.initial_positions
     tolerance = settings.search.closed_tolerance
     found = search_state(loop, folder, tolerance)
-    best = attempt(loop, folder, found)
+    best = cut_attempt(loop, folder, found)
     # Where hulls must be cut anyway, keep the requested state if its Φ is as low.
     if best.changed and found != requested:
-        kept = attempt(loop, folder, requested)
+        kept = cut_attempt(loop, folder, requested)
         best = kept if kept.phi <= max(best.phi, settings.search.target_phi_m) else best
     tried = [found, requested]
     # Open a closed part slightly, and ask a model, only where smaller changes do not separate the links.
@@ -70,23 +56,21 @@ def refine_in_engine(
         wider = search_state(loop, folder, settings.search.state_tolerance, asked)
         if wider not in tried:
             tried.append(wider)
-            again = attempt(loop, folder, wider)
+            again = cut_attempt(loop, folder, wider)
             best = again if again.phi < best.phi else best
     if best.positions != requested:
         wanted = penetration(contacts_at(folder.urdf, requested, settings.engine))
         best = nearer_to_request(scene, loop, folder, best, wanted)
-    return settled(loop, folder, best)
+    return write_best(loop, folder, best)
 
 
-def settled(loop: RefinementContext, folder: Folder, best: Attempt) -> Refined:
+def write_best(loop: RefinementContext, folder: Folder, best: CutAttempt) -> RefinedState:
     """Write the folder at the best attempt, with a step and findings for what it changed."""
     log, requested, overlay = loop.log, loop.overlay.initial_positions, loop.overlay
     moved = {name: value for name, value in best.positions.items() if value != requested[name]}
     if moved:
-        overlay = at_positions(
-            loop.extraction, loop.proposal, overlay, best.positions, moved, loop.source, loop.settings
-        )
-        log.findings.extend(moves(requested, moved, "they overlap less"))
+        overlay = at_positions(loop, best.positions, moved)
+        log.findings.extend(move_findings(requested, moved, "they overlap less"))
     if best.changed:
         log.step(
             TraceStep(
@@ -105,7 +89,7 @@ def settled(loop: RefinementContext, folder: Folder, best: Attempt) -> Refined:
         overlay, hulls = let_joints_move(loop, overlay, best.hulls)
         folder = folder if hulls is loop.hulls else replace_hulls(folder, hulls)
     write_urdf(loop.extraction, overlay, folder, loop.settings.physics)
-    return Refined(overlay, folder, tuple(log.trace), tuple(log.findings))
+    return RefinedState(overlay, folder, tuple(log.trace), tuple(log.findings))
 
 
 def search_state(loop: RefinementContext, folder: Folder, closed_tolerance: float, asked: Scene | None = None) -> Pose:
@@ -151,24 +135,17 @@ def alternatives(overlay: PhysicsOverlay) -> Pose:
     }
 
 
-def at_positions(
-    extraction: Extraction,
-    proposal: Overlay,
-    overlay: PhysicsOverlay,
-    found: Pose,
-    moved: Mapping[str, float],
-    source: Source,
-    settings: Settings,
-) -> PhysicsOverlay:
+def at_positions(loop: RefinementContext, found: Pose, moved: Mapping[str, float]) -> PhysicsOverlay:
     """The overlay validated again at these positions: effective inertia and gravity load depend on them."""
+    overlay = loop.overlay
     sliders = {joint.name for joint in overlay.joints if joint.type == "prismatic"}
     authored = {name: value / overlay.scale if name in sliders else value for name, value in found.items()}
     again, _ = validate(
-        extraction,
-        proposal.model_copy(update={"initial_joint_positions": authored}),
-        source,
+        loop.extraction,
+        loop.proposal.model_copy(update={"initial_joint_positions": authored}),
+        loop.source,
         overlay.contact_friction,
-        settings.physics,
+        loop.settings.physics,
     )
     sources = {joint.name: joint.position_source for joint in overlay.joints}
     joints = tuple(
