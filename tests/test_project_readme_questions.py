@@ -10,7 +10,7 @@ from asset2sim.catalog.write import write_run
 from asset2sim.studies.readme.questions import BEGIN, END, FOLDER, NAMES, answers_block, markdown_table, question
 from schemas.vocabulary import FailureMode
 from tests.factories import make_failure, make_record
-from tests.test_history import night
+from tests.test_catalog_history import night
 
 ROOT = Path(__file__).resolve().parents[1]
 

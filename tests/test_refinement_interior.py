@@ -17,7 +17,7 @@ from schemas.settings import CollisionSettings, PhysicsSettings
 from schemas.vocabulary import Source
 from tests.assets import SHARED, read
 from tests.interior import cavity, interiors
-from tests.test_collision_shapes import case
+from tests.test_refinement_shapes import case
 
 PHYSICS = PhysicsSettings()
 NOTHING = np.zeros((0, 3, 3))

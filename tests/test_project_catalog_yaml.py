@@ -11,7 +11,7 @@ from asset2sim.catalog.write import write_run
 from schemas.tables import PUBLISHED
 from schemas.vocabulary import FailureMode
 from tests.factories import make_failure, make_record
-from tests.test_history import night
+from tests.test_catalog_history import night
 
 intake = pytest.importorskip("intake", reason="intake is not installed: it comes with the extra dev")
 FILE = Path(__file__).resolve().parents[1] / "catalog.yaml"

@@ -261,12 +261,12 @@ def quick_settings() -> Settings:
 
 
 def test_an_assets_record_comes_back_whole(tmp_path: Path) -> None:
-    record = attempt_in_child("tests.test_isolation:fine", REF, tmp_path, Settings(), answer).record
+    record = attempt_in_child(f"{__name__}:fine", REF, tmp_path, Settings(), answer).record
     assert (record.status, record.ref, record.calls) == (Status.OK, REF, (CALL,))
 
 
 def test_a_crash_is_a_failed_record_that_keeps_its_model_calls(tmp_path: Path) -> None:
-    record = attempt_in_child("tests.test_isolation:ask_and_crash", REF, tmp_path, Settings(), answer).record
+    record = attempt_in_child(f"{__name__}:ask_and_crash", REF, tmp_path, Settings(), answer).record
     assert (record.status, record.failure_mode) == (Status.FAILED, FailureMode.ENGINE_CRASH)
     assert record.calls == (CALL,)
     assert "SIGSEGV" in record.reason
@@ -275,7 +275,7 @@ def test_a_crash_is_a_failed_record_that_keeps_its_model_calls(tmp_path: Path) -
 
 
 def test_a_hang_is_a_failed_record(tmp_path: Path) -> None:
-    record = attempt_in_child("tests.test_isolation:hang", REF, tmp_path, quick_settings(), answer).record
+    record = attempt_in_child(f"{__name__}:hang", REF, tmp_path, quick_settings(), answer).record
     assert record.failure_mode is FailureMode.TIMEOUT
     assert "1 s" in record.reason
 
@@ -284,13 +284,13 @@ def test_only_a_process_that_died_says_so(tmp_path: Path) -> None:
     def died(pipeline: str) -> str:
         return attempt_in_child(pipeline, REF, tmp_path, quick_settings(), answer).died
 
-    assert "SIGSEGV" in died("tests.test_isolation:ask_and_crash") and "1 s" in died("tests.test_isolation:hang")
-    assert died("tests.test_isolation:fine") == died("tests.test_isolation:forget_the_record") == ""
+    assert "SIGSEGV" in died(f"{__name__}:ask_and_crash") and "1 s" in died(f"{__name__}:hang")
+    assert died(f"{__name__}:fine") == died(f"{__name__}:forget_the_record") == ""
     assert died("tests.no_such_module:refine") == ""
 
 
 def test_a_pipeline_without_an_answer_is_a_failed_record(tmp_path: Path) -> None:
-    record = attempt_in_child("tests.test_isolation:forget_the_record", REF, tmp_path, Settings(), answer).record
+    record = attempt_in_child(f"{__name__}:forget_the_record", REF, tmp_path, Settings(), answer).record
     assert record.failure_mode is FailureMode.ENGINE_CRASH
     assert "NoneType" in record.reason
 
@@ -298,4 +298,4 @@ def test_a_pipeline_without_an_answer_is_a_failed_record(tmp_path: Path) -> None
 def test_a_stopped_asset_has_no_record(tmp_path: Path) -> None:
     stop_children(str(tmp_path))
     with pytest.raises(StoppedError):
-        attempt_in_child("tests.test_isolation:fine", REF, tmp_path, Settings(), answer)
+        attempt_in_child(f"{__name__}:fine", REF, tmp_path, Settings(), answer)

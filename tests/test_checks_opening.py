@@ -12,7 +12,7 @@ from schemas.overlay import JointPhysics
 from schemas.vocabulary import Engine, FailureMode
 from tests.builders import UrdfJoint
 from tests.interaction_objects import ENGINES, LIMITS, SETTINGS, Subject, bare, opened, solid, subject
-from tests.test_interaction_motion import lid
+from tests.test_checks_motion import lid
 
 G = 9.81
 WITHIN = 0.03

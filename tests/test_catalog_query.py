@@ -11,7 +11,7 @@ from schemas.errors import UsageError
 from schemas.tables import PUBLISHED
 from schemas.vocabulary import FailureMode
 from tests.factories import make_failure, make_record
-from tests.test_history import night
+from tests.test_catalog_history import night
 
 
 @pytest.fixture(scope="module")
