@@ -2,6 +2,7 @@
 
 import csv
 import re
+import tomllib
 from pathlib import Path
 
 from asset2sim.studies.readme.summary import BEGIN, END, with_summary
@@ -58,3 +59,22 @@ def test_a_summary_replaces_the_old_one_and_nothing_else() -> None:
     text = f"before\n{BEGIN}\nold\n{END}\nafter\n"
     assert with_summary(text, "new") == f"before\n{BEGIN}\n\nnew\n\n{END}\nafter\n"
     assert with_summary(with_summary(text, "new"), "new") == with_summary(text, "new")
+
+
+def test_the_way_of_one_asset_is_that_of_the_pipeline() -> None:
+    rows = re.findall(r"^\| (\w+) \| .* \| `(tasks/\w+\.py)` \| (.*) \|$", README, flags=re.MULTILINE)
+    pipeline = (ROOT / "tasks/pipeline.py").read_text(encoding="utf-8")
+    assert [name for name, _, _ in rows] == [name.lower() for name in re.findall(r"run\(\s*Stage\.(\w+)", pipeline)]
+    assert [module for _, module, _ in rows] == [f"tasks/{name}.py" for name, _, _ in rows]
+    places = [module for _, module, _ in rows] + [place for *_, does in rows for place in re.findall(r"`([^`]+)`", does)]
+    assert [place for place in places if not (ROOT / place).exists()] == []
+
+
+def test_contributing_names_every_room_and_no_other() -> None:
+    text = (ROOT / "CONTRIBUTING.md").read_text(encoding="utf-8")
+    named = set(re.findall(r"^\| `([a-z0-9_/]+)/` \|", text, flags=re.MULTILINE))
+    inside = {f"asset2sim/{path.name}" for path in (ROOT / "asset2sim").iterdir() if (path / "__init__.py").is_file()}
+    assert named == {"schemas", "tasks", "flows"} | inside
+    contracts = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["tool"]["importlinter"]["contracts"]
+    (rooms,) = (item["layers"] for item in contracts if item.get("containers") == ["asset2sim"])
+    assert {f"asset2sim/{room}" for layer in rooms for room in layer.split(" | ")} == inside
