@@ -64,9 +64,11 @@ def test_a_summary_replaces_the_old_one_and_nothing_else() -> None:
 def test_the_way_of_one_asset_is_that_of_the_pipeline() -> None:
     rows = re.findall(r"^\| (\w+) \| .* \| `(tasks/\w+\.py)` \| (.*) \|$", README, flags=re.MULTILINE)
     pipeline = (ROOT / "tasks/pipeline.py").read_text(encoding="utf-8")
-    assert [name for name, _, _ in rows] == [name.lower() for name in re.findall(r"run\(\s*Stage\.(\w+)", pipeline)]
+    order = [name.lower() for name in re.findall(r"run\(\s*Stage\.(\w+)", pipeline)]
+    assert [name for name, _, _ in rows] == order
     assert [module for _, module, _ in rows] == [f"tasks/{name}.py" for name, _, _ in rows]
-    places = [module for _, module, _ in rows] + [place for *_, does in rows for place in re.findall(r"`([^`]+)`", does)]
+    modules = [module for _, module, _ in rows]
+    places = modules + [place for *_, does in rows for place in re.findall(r"`([^`]+)`", does)]
     assert [place for place in places if not (ROOT / place).exists()] == []
 
 
@@ -75,6 +77,7 @@ def test_contributing_names_every_room_and_no_other() -> None:
     named = set(re.findall(r"^\| `([a-z0-9_/]+)/` \|", text, flags=re.MULTILINE))
     inside = {f"asset2sim/{path.name}" for path in (ROOT / "asset2sim").iterdir() if (path / "__init__.py").is_file()}
     assert named == {"schemas", "tasks", "flows"} | inside
-    contracts = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["tool"]["importlinter"]["contracts"]
+    project = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))
+    contracts = project["tool"]["importlinter"]["contracts"]
     (rooms,) = (item["layers"] for item in contracts if item.get("containers") == ["asset2sim"])
     assert {f"asset2sim/{room}" for layer in rooms for room in layer.split(" | ")} == inside
