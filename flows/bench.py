@@ -11,10 +11,10 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from asset2sim.assets.meshes.shape_cache import PIECE_CACHE, SHAPE_CACHE
-from asset2sim.cli.console import output
-from asset2sim.cli.parser import parse, refine_request
+from asset2sim.catalog.text import output
 from asset2sim.models.gateway.environment import checkout_folder, quiet_environment
 from asset2sim.runs.dataset import load_dataset
+from asset2sim.runs.request import parse_request as parse_refine
 from asset2sim.runs.spread.refine_all import refine_all
 from asset2sim.studies.speed.figures import bench_markdown, figures, missed
 from asset2sim.studies.speed.history_rows import write_history
@@ -57,7 +57,7 @@ def command(
     words += ["--engines", ",".join(engine.value for engine in ENGINES[engines])]
     words += ["--assets", ",".join(ids)] if ids else []
     words += ["--limit", str(request.limit)] if request.limit is not None and data == request.data else []
-    return [*words, *([] if request.interact else ["--no-interaction"])]
+    return [*words, *([] if request.interaction else ["--no-interaction"])]
 
 
 def fresh(request: BenchRequest, name: str) -> Path:
@@ -112,7 +112,7 @@ def synthetic(request: BenchRequest, found: Measured) -> Measured:
         shutil.rmtree(folder, ignore_errors=True)
         tell(f"making {count:,} synthetic entries")
         words = command(request, folder / "data", folder / "out", 2)
-        data, out = make_unchanged(record, folder, count, refine_request(parse(words)).settings)
+        data, out = make_unchanged(record, folder, count, parse_refine(words).settings)
         runs.append(flow(request, f"synthetic-{count}", command(request, data, out, 2)))
     return found.model_copy(update={"synthetic": tuple(runs)})
 
@@ -123,7 +123,7 @@ def sample_record(request: BenchRequest) -> AssetRecord:
     out = fresh(request, "sample").resolve()
     words = command(request, raw, out, 1, ids=[SAMPLE])
     refs = load_dataset(raw, None, (SAMPLE,), None)
-    return refine_all(refs, out, refine_request(parse(words)).settings).records[0]
+    return refine_all(refs, out, parse_refine(words).settings).records[0]
 
 
 def history(request: BenchRequest, found: Measured) -> Measured:

@@ -12,11 +12,10 @@ from functools import partial
 from pathlib import Path
 
 from asset2sim.catalog.storage.cache import working_folder
-from asset2sim.cli.parser import parse, refine_request
-from asset2sim.cli.request import RefineRequest
 from asset2sim.models.gateway.session import open_gateway_session
 from asset2sim.runs.check_request import check_request
 from asset2sim.runs.isolation.server import ONE_THREAD
+from asset2sim.runs.request import RefineRequest, parse_request
 from asset2sim.runs.spread.worker import ask_for_asset
 from asset2sim.studies.speed.measured import LoopTimes
 from asset2sim.studies.speed.process import BenchError, cpu_s, measure, peak_memory_mb
@@ -61,7 +60,7 @@ def loop(request: RefineRequest, at: Path) -> LoopTimes:
 def main(words: Sequence[str]) -> int:
     """Run the loop and write its numbers."""
     result = Path(words[0])
-    times = loop(refine_request(parse(words[2:])), _at(result))
+    times = loop(parse_request(words[2:]), _at(result))
     result.write_text(times.model_dump_json(), encoding="utf-8")
     return 0
 

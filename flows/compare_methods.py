@@ -3,7 +3,7 @@
 import sys
 from collections.abc import Sequence
 
-from asset2sim.cli.console import output
+from asset2sim.catalog.text import output
 from asset2sim.models.gateway.environment import quiet_environment
 from asset2sim.runs.check_request import check_request
 from asset2sim.runs.isolation.server import warm_up

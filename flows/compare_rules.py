@@ -4,10 +4,9 @@ import sys
 from collections.abc import Sequence
 from pathlib import Path
 
-from asset2sim.cli.parser import usable_cores
-from asset2sim.cli.request import RefineRequest
 from asset2sim.models.gateway.environment import quiet_environment
 from asset2sim.runs.check_request import check_request
+from asset2sim.runs.request import RefineRequest, usable_cores
 from asset2sim.studies.rules import main as print_table
 from asset2sim.studies.rules import settings_of
 from flows.command import refine

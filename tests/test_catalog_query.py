@@ -6,7 +6,7 @@ import pytest
 
 from asset2sim.catalog.query import connect
 from asset2sim.catalog.write import write_run
-from asset2sim.cli.main import run_command
+from flows.command import run_command
 from schemas.errors import UsageError
 from schemas.tables import PUBLISHED
 from schemas.vocabulary import FailureMode

@@ -8,10 +8,10 @@ import pytest
 
 from asset2sim.catalog.run import finish_run, start_run
 from asset2sim.catalog.write import write_run
-from asset2sim.cli.main import run_command
-from asset2sim.cli.request import RefineRequest
 from asset2sim.runs.alert import exit_code
+from asset2sim.runs.request import RefineRequest
 from asset2sim.runs.result import INTERRUPTED, RunResult
+from flows.command import run_command
 from schemas.errors import Asset2SimError
 from schemas.settings import Settings
 from schemas.vocabulary import FailureMode
@@ -51,7 +51,7 @@ def published(out: Path, request: RefineRequest) -> RunResult:
     ("arguments", "message"),
     [
         ([], "COMMAND"),
-        (["refin"], "choose from refine, failures, query, show, ui, doctor, nightly"),
+        (["refin"], "choose from refine, failures, query, show, ui, doctor, nightly, settings"),
         (["refine"], "required: DATA, --out"),
         (["refine", "{data}"], "required: --out"),
         (["refine", "{data}", "--out", "{out}", "--subset", "three"], "unknown subset 'three'; choose from: one, two"),
@@ -189,7 +189,7 @@ def test_help_lists_the_commands_and_imports_nothing_heavy() -> None:
     done = subprocess.run([sys.executable, "-c", script], cwd=ROOT, capture_output=True, text=True, timeout=60)
     assert done.returncode == 0
     assert done.stdout.splitlines()[-1] == "[]"
-    for command in ("refine", "failures", "query", "show", "doctor", "nightly", "ui"):
+    for command in ("refine", "failures", "query", "show", "doctor", "nightly", "settings", "ui"):
         assert command in done.stdout
 
 

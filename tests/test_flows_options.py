@@ -5,10 +5,11 @@ from pathlib import Path
 
 import pytest
 
-from asset2sim.cli.parser import model_settings, parse, refine_request
 from asset2sim.models.purposes import named_models, settings_for
 from asset2sim.runs.dataset import load_dataset
 from asset2sim.runs.doctor import check_model_answers
+from asset2sim.runs.options import parse
+from asset2sim.runs.request import parse_request, settings_for_run, stated_settings
 from asset2sim.runs.spread.refine_all import refine_all
 from asset2sim.runs.spread.worker import ask_settings
 from schemas.errors import UsageError
@@ -31,26 +32,26 @@ OPTIONS = {
 
 def test_the_options_become_settings() -> None:
     words = [word for option in OPTIONS.values() for word in option]
-    request = refine_request(parse(["refine", "data", "--out", "out", *words, "--no-answer-cache"]))
+    request = parse_request(["refine", "data", "--out", "out", *words, "--no-answer-cache"])
     assert request.settings.model == ModelSettings(
         refinement_model="openai/two", judge_model="openai/three", run_usd=1.5, run_calls=0, run_tokens=90_000,
         asset_usd=0.0, asset_calls=4, requests_per_minute=30.0, cache=False,
     )  # fmt: skip
-    plain = refine_request(parse(["refine", "data", "--out", "out"]))
+    plain = parse_request(["refine", "data", "--out", "out"])
     assert plain.settings.model == ModelSettings()
 
 
 @pytest.mark.parametrize("method", list(Method))
 def test_every_method_can_be_chosen(method: Method) -> None:
-    assert refine_request(parse(["nightly", "data", "--out", "out", "--method", method])).settings.method is method
+    assert parse_request(["nightly", "data", "--out", "out", "--method", method]).settings.method is method
 
 
 @pytest.mark.parametrize(
     ("option", "value", "words"),
     [
-        ("--budget-usd", "-1", "'-1' is not an amount"),
-        ("--budget-usd", "nan", "not an amount"),
-        ("--asset-budget-usd", "much", "not an amount"),
+        ("--budget-usd", "-1", "'-1' is not a number from 0 on"),
+        ("--budget-usd", "nan", "not a number from 0 on"),
+        ("--asset-budget-usd", "much", "not a number from 0 on"),
         ("--budget-calls", "1.5", "whole number from 0 on"),
         ("--budget-tokens", "-3", "whole number from 0 on"),
         ("--rpm", "0", "'0' is not a number above 0"),
@@ -78,7 +79,9 @@ def test_make_has_a_variable_for_each(target: str) -> None:
 def test_the_doctor_checks_each_named_model(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.delenv("ANTHROPIC_API_KEY", raising=False)
     monkeypatch.delenv("ANTHROPIC_AUTH_TOKEN", raising=False)
-    found = model_settings(parse(["doctor", "--judge-model", "anthropic/claude-sonnet-4-5"]))
+    found = settings_for_run(
+        None, stated_settings(parse(["doctor", "--judge-model", "anthropic/claude-sonnet-4-5"]))
+    ).model
     assert named_models(found) == ("prior/household", "anthropic/claude-sonnet-4-5")
     assert "answers in this process" in check_model_answers(settings_for(found, "prior/household"))
     with pytest.raises(Exception, match="ANTHROPIC_API_KEY"):

@@ -7,8 +7,8 @@ from pathlib import Path
 
 import pytest
 
-from asset2sim.programs import ProgramError, run_together
-from asset2sim.ui import addresses, commands
+from flows.programs import ProgramError, run_together
+from flows.show import addresses, commands
 
 SLEEPER = "import subprocess, sys, pathlib\nchild = subprocess.Popen(['sleep', '600'])\n"
 

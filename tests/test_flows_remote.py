@@ -21,9 +21,9 @@ LIMIT_S = 300
 
 SCRIPT = """
 import json, os, sys
-from asset2sim.cli.parser import parse, refine_request
-from asset2sim.cli.refine import check
-from asset2sim.cli.summary import print_summary
+from asset2sim.runs.request import parse_request
+from flows.command import check
+from flows.show import print_summary
 from asset2sim.isolation.server import warm_up
 from tasks.prefect_server import temporary_server
 import flows
@@ -39,7 +39,7 @@ if __name__ == "__main__":
         with use_server(address):
             for data, out, cache in json.loads(sys.argv[1]):
                 os.environ["ASSET2SIM_CACHE"] = cache
-                request = refine_request(parse(["refine", data, "--out", out, *options]))
+                request = parse_request(["refine", data, "--out", out, *options])
                 check(request)
                 result = refine_dataset(request.data, request.out, request.settings)
                 print_summary(result)

@@ -1,6 +1,7 @@
 """Nightlies on a Prefect server of the user's own, with nights that are interrupted, killed and that overlap, and the
 deployment of ``prefect.yaml`` to a work pool: everything real, on one server for all of them."""
 
+import json
 import os
 import signal
 import socket
@@ -25,7 +26,7 @@ from prefect.states import Scheduled
 from asset2sim.catalog.read import read_table
 from asset2sim.catalog.run import MARK
 from asset2sim.catalog.storage.lock import lock_output
-from asset2sim.cli.request import RefineRequest
+from asset2sim.runs.request import RefineRequest
 from flows.serve_nightly import run_deployed_night, run_night_here
 from flows.server.client import wait_for
 from flows.server.deployment import find_deployment
@@ -123,7 +124,9 @@ def outcomes(nightly: Nightly) -> list[str]:
 def test_nights_that_overlap_are_interrupted_and_killed(
     environment: dict[str, str], fallible: Model, tmp_path: Path
 ) -> None:
-    nightly = make_nightly(tmp_path, environment, *TWO, *fallible.options)
+    file = tmp_path / "settings.yaml"
+    file.write_text("model: {timeout_s: 100}", encoding="utf-8")
+    nightly = make_nightly(tmp_path, environment, *TWO, *fallible.options, "--settings", str(file))
     name, mark = deployment_name(nightly.out), environment["ASSET2SIM_TEST_MARK"]
     fallible.silent.set()
     with served(nightly) as process:
@@ -150,12 +153,17 @@ def test_nights_that_overlap_are_interrupted_and_killed(
         assert wait_until(lambda: len(nightly.told) == 2, LIMIT_S), nightly.log
         assert nightly.told[1].startswith("1:0::") and "SIGKILL" in nightly.told[1]
         fallible.silent.clear()
+        file.write_text("model: {timeout_s: 101}", encoding="utf-8")
         third = trigger(name)
         assert ended(third) == "Completed", nightly.log
         os.killpg(process.pid, signal.SIGINT)  # as a terminal does: to the whole group
         assert process.wait(timeout=LIMIT_S) == 0
     assert wait_until(lambda: not alive(mark), 15.0), alive(mark)
     assert outcomes(nightly) == ["interrupted 1 of 1", "finished 2 of 2"]
+    settings = read_table(nightly.out, "runs").sort_values("started_at")["settings_json"].map(json.loads)
+    assert [found["model"]["timeout_s"] for found in settings] == [100.0, 101.0], (
+        "as the file was when each night began"
+    )
     assert "ended without a report: it broke down, was killed" in report.read_text(encoding="utf-8").split("---\n")[0]
     assert "ended without a report" in nightly.told[2] and "Traceback" not in nightly.log
 

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from asset2sim.cli.night import moment
+from flows.night_text import moment
 from flows.server.serving import Serving, deployment_name, find_serving, serving
 from schemas.errors import UsageError
 from tests.nightlies import SAMPLES, make_nightly, served

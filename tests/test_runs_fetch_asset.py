@@ -8,13 +8,13 @@ import pytest
 from asset2sim.catalog.read import read_table
 from asset2sim.catalog.storage import listing
 from asset2sim.catalog.storage.cache import data_root
-from asset2sim.cli.request import RefineRequest
 from asset2sim.runs.check_request import check_request
 from asset2sim.runs.dataset import load_dataset
 from asset2sim.runs.isolation.attempt import Attempt
 from asset2sim.runs.plan.plan import asset_files_hashes
 from asset2sim.runs.plan.state import open_state
 from asset2sim.runs.remote.fetch_asset import fetch_asset, local_file, run_with_local_files
+from asset2sim.runs.request import RefineRequest
 from schemas.asset import AssetRef
 from schemas.errors import UsageError
 from schemas.location import absolute, below, is_url, is_within, local_folder, location_of

@@ -169,7 +169,7 @@ def test_sources_count_unless_they_are_listed() -> None:
         counts("asset2sim/refinement/context.py") and counts("asset2sim/brand_new.py") and counts("schemas/overlay.py")
     )
     assert counts("asset2sim/catalog/rows.py")
-    assert not counts("asset2sim/catalog/show.py") and not counts("asset2sim/cli/main.py")
+    assert not counts("asset2sim/catalog/show.py") and not counts("asset2sim/runs/options.py")
 
 
 def imported(path: Path) -> set[str]:
@@ -285,7 +285,7 @@ from pathlib import Path
 from flows.command import main
 from tasks.prefect_settings import prepare_environment
 import flows.command
-from asset2sim.cli.parser import parse, refine_request
+from asset2sim.runs.request import parse_request
 from asset2sim.isolation.server import warm_up
 from tasks.prefect_server import temporary_server
 
@@ -296,7 +296,7 @@ options = ["--out", str(out), "--engines", "pybullet", "--no-interaction", "--no
 
 
 def step(refine, *more):
-    result = refine(refine_request(parse(["refine", str(data), *options, *more])))
+    result = refine(parse_request(["refine", str(data), *options, *more]))
     print(json.dumps([[r.ref.asset_id for r in result.records], [u.asset_id for u in result.unchanged]]), flush=True)
 
 

@@ -15,12 +15,12 @@ from asset2sim.catalog.read import query, read_table
 from asset2sim.catalog.storage import listing
 from asset2sim.catalog.storage.cache import working_folder
 from asset2sim.catalog.storage.lock_url import LostLockError
-from asset2sim.cli.request import RefineRequest
 from asset2sim.runs.isolation.attempt import Attempt
 from asset2sim.runs.plan.records import FOLDER as RECORDS
 from asset2sim.runs.plan.records import KeptRecord, keep_record, record_file
 from asset2sim.runs.remote import output
 from asset2sim.runs.remote.output import fetch_record
+from asset2sim.runs.request import RefineRequest
 from asset2sim.runs.spread import worker
 from schemas.errors import UsageError
 from schemas.settings import RunSettings, Settings
@@ -80,7 +80,7 @@ def test_the_tables_are_those_of_a_folder(
 def test_the_commands_that_read_take_a_url(
     store: Store, data: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    from asset2sim.cli.main import run_command
+    from flows.command import run_command
 
     out = f"{store.url}/out"
 

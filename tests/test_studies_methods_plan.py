@@ -62,7 +62,7 @@ def test_the_command_line_says_what_to_run(tmp_path: Path) -> None:
     ("words", "message"),
     [
         (["--levels", "0,high"], "give numbers from 0 to"), (["--levels", "-1"], "give numbers from 0 to"),
-        (["--methods", "magic"], "'magic' is not one of"),
+        (["--methods", "magic"], "invalid choice: 'magic' (choose from asset2sim, direct"),
         (["--limit", "0"], "not a whole number"), (["--readme", "no/README.md"], "no README at"),
         (["--models", "prior/noisy@eleven"], "prior/noisy@eleven"), (["--subset", "none"], "unknown subset"),
     ],

@@ -1,9 +1,19 @@
-"""Formatting numbers for people."""
+"""What commands print: the console that they write to, and numbers as people read them."""
 
 import math
 
+from rich.console import Console
+
 NOTHING = "–"
 """Placeholder for a missing value."""
+WIDE = 120
+"""Columns where there is no terminal to ask: the tables must not be folded in a log."""
+
+
+def output() -> Console:
+    """Standard output: as wide as the terminal, or ``WIDE`` columns in a file or a pipe."""
+    console = Console(highlight=False)
+    return console if console.is_terminal else Console(highlight=False, width=WIDE)
 
 
 def number(value: object, unit: str = "", digits: int = 3) -> str:

@@ -4,16 +4,19 @@
 ``settings_of`` says how each is run.
 """
 
-import argparse
 import sys
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 
 import pandas as pd
+from pydantic import Field
+from pydantic_settings import CliPositionalArg
 from rich.console import Console
 
 from asset2sim.catalog.read import latest_rows
+from asset2sim.runs.command_line import Options, parse
+from asset2sim.runs.options import FILE, Listed
 from schemas.errors import UsageError
 from schemas.settings import Settings, Thresholds
 from schemas.vocabulary import CollisionMode, DynamicsRule, Engine, FailureMode, Method
@@ -162,13 +165,19 @@ def with_rules(text: str, lines: Sequence[str]) -> str:
     return f"{before}{BEGIN}\n\n{block}\n\n{END}{rest.split(END, 1)[1]}"
 
 
+class RulesOptions(Options):
+    """Compare runs by different rules in one table."""
+
+    runs: CliPositionalArg[Listed[tuple[str, ...]]] = Field(
+        description="NAME=OUT: the rules' name and the folder that a run wrote"
+    )
+    readme: FILE | None = Field(None, description="write the table between this file's markers")
+
+
 def main(words: Sequence[str]) -> int:
     """Write the table into the README, or print it."""
-    parser = argparse.ArgumentParser(prog="python -m asset2sim.studies.rules")
-    parser.add_argument("runs", nargs="+", metavar="NAME=OUT", help="the rules' name and the folder that a run wrote")
-    parser.add_argument("--readme", type=Path, help="write the table between this file's markers")
-    chosen = parser.parse_args(words)
     try:
+        chosen = parse(RulesOptions, words, "python -m asset2sim.studies.rules")
         rules = {}
         for word in chosen.runs:
             name, separator, out = word.partition("=")
@@ -182,7 +191,7 @@ def main(words: Sequence[str]) -> int:
             text = chosen.readme.read_text(encoding="utf-8")
             chosen.readme.write_text(with_rules(text, lines), encoding="utf-8")
     except UsageError as error:
-        Console(stderr=True).print(f"error: {error}", markup=False, highlight=False)
+        Console(stderr=True).print(f"error: {error}", markup=False, highlight=False, soft_wrap=True)
         return 2
     return 0
 

@@ -15,7 +15,11 @@ from schemas.vocabulary import Engine
 
 IRRELEVANT_SOURCES = (
     # The command line, the spreading of work, and reports.
-    "asset2sim/cli",
+    "asset2sim/runs/command_line.py",
+    "asset2sim/runs/mistakes.py",
+    "asset2sim/runs/options.py",
+    "asset2sim/runs/request.py",
+    "asset2sim/runs/settings_file.py",
     "asset2sim/runs/spread/harvest.py",
     "asset2sim/runs/spread/cluster.py",
     "asset2sim/runs/spread/job.py",
@@ -42,12 +46,10 @@ IRRELEVANT_SOURCES = (
     "asset2sim/runs/check_request.py",
     "asset2sim/runs/dataset.py",
     "asset2sim/runs/doctor.py",
-    "asset2sim/programs.py",
     "asset2sim/studies/readme/summary.py",
     "asset2sim/runs/result.py",
     "asset2sim/studies/readme/picture.py",
     "asset2sim/catalog/storage/tree.py",
-    "asset2sim/ui.py",
     # Studies: comparisons, the independent checker, timings, planted defects.
     "asset2sim/bench",
     "asset2sim/compare",

@@ -1,21 +1,26 @@
 """``python -m asset2sim.studies.samples [OUT]``: write the sample dataset, to data/raw unless told otherwise."""
 
-import argparse
 import sys
 from pathlib import Path
 
+from pydantic import Field
+from pydantic_settings import CliPositionalArg
+
+from asset2sim.runs.command_line import Options, parse
 from asset2sim.studies.samples import write_samples
 from schemas.errors import UsageError
 
 
+class SamplesOptions(Options):
+    """Write the sample dataset."""
+
+    out: CliPositionalArg[Path] = Field(Path("data/raw"), description="folder to write")
+
+
 def main() -> int:
     """Write the samples; exit code 2 where the folder named holds something else."""
-    parser = argparse.ArgumentParser(
-        prog="python -m asset2sim.studies.samples", description="Write the sample dataset."
-    )
-    parser.add_argument("out", nargs="?", type=Path, default=Path("data/raw"), help="folder to write, default data/raw")
-    out: Path = parser.parse_args().out
     try:
+        out = parse(SamplesOptions, sys.argv[1:], "python -m asset2sim.studies.samples").out
         written = write_samples(out)
     except UsageError as error:
         sys.stderr.write(f"{error}\n")

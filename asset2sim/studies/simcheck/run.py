@@ -4,7 +4,6 @@ The checker is simcheck, an external package in an environment of its own (``mak
 PyBullet, a free base, a drop of 5 cm, joint sweeps, contacts at rest. Only its report is used.
 """
 
-import argparse
 import contextlib
 import os
 import shutil
@@ -17,7 +16,8 @@ from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from time import perf_counter
 
-from pydantic import BaseModel
+from pydantic import BaseModel, Field
+from pydantic_settings import CliPositionalArg, CliVariadicArg
 from rich.console import Console
 from rich.markup import escape
 from rich.progress import Progress
@@ -25,7 +25,9 @@ from rich.table import Table
 
 from asset2sim.assets.folder import URDF_NAME
 from asset2sim.catalog.read import read_table
-from asset2sim.cli.console import output
+from asset2sim.catalog.text import output
+from asset2sim.runs.command_line import Options, parse
+from asset2sim.runs.options import IDS, MIN_ASSETS_PER_MINUTE, Listed, N
 from asset2sim.studies.simcheck.report import Judgement, ObjectReport, judge, read_report, share
 from schemas.errors import Asset2SimError, UnknownChoiceError, UsageError
 
@@ -39,6 +41,15 @@ TIME_LIMIT_S = 600.0
 REPORT = "judge.json"
 OUTPUT_TAIL_CHARS = 300
 """Characters of the checker's last output that are kept if it wrote no report."""
+
+
+class JudgeOptions(Options):
+    """Run simcheck over refined objects."""
+
+    out: CliPositionalArg[Path] = Field(description="the folder that a run wrote, with assets/")
+    jobs: N = Field(2, description="objects at once")
+    ids: CliVariadicArg[Listed[IDS]] = Field((), description="only these objects")
+    limit: MIN_ASSETS_PER_MINUTE = Field(TIME_LIMIT_S, description="seconds an object may take")
 
 
 class Findings(BaseModel):
@@ -158,22 +169,15 @@ def show(judgement: Judgement, reports: Sequence[ObjectReport], console: Console
 
 def main(words: Sequence[str]) -> int:
     """Check the objects; exit code 0 if all were checked in full without an error, 1 if not, 2 for a usage error."""
-    parser = argparse.ArgumentParser(
-        prog="python -m asset2sim.studies.simcheck.run", description="simcheck over refined objects"
-    )
-    parser.add_argument("out", type=Path, help="the folder that a run wrote, with assets/")
-    parser.add_argument("--jobs", type=int, default=2, help="objects at once (2)")
-    parser.add_argument("--ids", nargs="+", default=[], metavar="ID", help="only these objects")
-    parser.add_argument("--limit", type=float, default=TIME_LIMIT_S, help="seconds an object may take (600)")
-    chosen = parser.parse_args(words)
     console, errors = output(), Console(stderr=True)
     try:
+        chosen = parse(JudgeOptions, words, "python -m asset2sim.studies.simcheck.run")
         simcheck = find_simcheck(Path.cwd())
         objects = refined_objects(chosen.out, chosen.ids)
     except UsageError as error:
-        errors.print(f"error: {error}", markup=False)
+        errors.print(f"error: {error}", markup=False, soft_wrap=True)
         return 2
-    with Progress(console=errors, transient=True) as progress, ThreadPoolExecutor(max(1, chosen.jobs)) as pool:
+    with Progress(console=errors, transient=True) as progress, ThreadPoolExecutor(chosen.jobs) as pool:
         task = progress.add_task("simcheck", total=len(objects))
 
         def one(item: tuple[str, Path]) -> ObjectReport:

@@ -1,19 +1,29 @@
-"""What a night says on the terminal or in the log of whoever serves it."""
+"""The lines that a nightly prints on the terminal or into its log."""
 
 import sys
 from datetime import UTC, datetime
+from pathlib import Path
 
 from asset2sim.catalog.report import headline
-from asset2sim.cli.console import output
+from asset2sim.catalog.text import output
 from asset2sim.runs.result import RunResult
 
 
 def print_served(
-    data: str, out: str, cron: str, timezone: str, following: datetime | None, commands: list[str]
+    data: str,
+    out: str,
+    cron: str,
+    timezone: str,
+    settings: Path | None,
+    following: datetime | None,
+    commands: list[str],
 ) -> None:
-    """What is served and when, and how to have a night at once."""
+    """Print what is served and when, and how to have a night at once."""
     console = output()
-    lines = [f"nightly: {data} into {out}, on '{cron}' ({timezone})", f"next run: {moment(following)}"]
+    lines = [f"nightly: {data} into {out}, on '{cron}' ({timezone})"]
+    if settings is not None:
+        lines.append(f"settings: {settings}, read when a night begins")
+    lines.append(f"next run: {moment(following)}")
     for line in [*lines, "a night at once, from another terminal:", *(f"  {command}" for command in commands)]:
         console.print(line, markup=False, soft_wrap=True)
     sys.stdout.flush()
@@ -40,7 +50,7 @@ def night_line(result: RunResult) -> str:
 
 
 def print_night(result: RunResult) -> None:
-    """A night that came to a result, and its warnings."""
+    """Print a night that came to a result, and its warnings."""
     sys.stdout.write(f"run {result.run.run_id}: {night_line(result)}\n")
     sys.stdout.flush()
     for warning in result.warnings:
@@ -48,7 +58,7 @@ def print_night(result: RunResult) -> None:
 
 
 def complain(message: str) -> None:
-    """One line on standard error."""
+    """Print one line on standard error."""
     sys.stdout.flush()
     sys.stderr.write(f"asset2sim: {' '.join(message.split())}\n")
     sys.stderr.flush()
