@@ -12,13 +12,14 @@ from time import time
 
 import pytest
 
-from asset2sim.models.gateway.abilities import forget_refusals
-from asset2sim.models.gateway.ask import ask, check_model, prompt_hash
-from asset2sim.models.gateway.provider_errors import BACKOFF_LONGEST_S, redact, retry_delay_s
+from asset2sim.models.gateway.ask import ask, prompt_hash
+from asset2sim.models.gateway.choices import check_model
+from asset2sim.models.gateway.provider_errors import BACKOFF_LONGEST_S, retry_delay_s
+from asset2sim.models.gateway.secrets import redact
 from schemas.errors import UnknownChoiceError, UsageError
 from schemas.request import LabelledImage, ModelRequest
 from schemas.settings import ModelSettings
-from tests.model_server import Reply, serve
+from tests.model_server import Reply, forget_refusals, serve
 
 REQUEST = ModelRequest(purpose="synthesis", system="Answer in JSON.", text="What is it?")
 PNG = base64.b64decode(

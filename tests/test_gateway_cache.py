@@ -10,13 +10,11 @@ import pytest
 from PIL import Image
 
 from asset2sim.models.gateway import answer_cache as cache
-from asset2sim.models.gateway.abilities import forget_refusals
 from asset2sim.models.gateway.ask import ask
-from asset2sim.models.gateway.budget import spent_so_far
 from asset2sim.models.gateway.session import GatewaySession, open_gateway_session
 from schemas.request import LabelledImage, ModelAnswer, ModelRequest, Tool, ToolCall, Turn
 from schemas.settings import ModelSettings
-from tests.model_server import Reply, serve
+from tests.model_server import Reply, forget_refusals, serve, spent_so_far
 
 REQUEST = ModelRequest(purpose="synthesis", system="Answer in JSON.", text="What is it?")
 TOOL = Tool(name="render", description="Draws it.", parameters={"type": "object", "properties": {}})

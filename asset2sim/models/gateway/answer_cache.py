@@ -89,7 +89,7 @@ def read_answer(folder: Path, key: str) -> StoredAnswer | None:
     return stored if stored.content or stored.tool_calls else None
 
 
-def keep_answer(folder: Path, key: str, answer: StoredAnswer) -> None:
+def store_answer(folder: Path, key: str, answer: StoredAnswer) -> None:
     """Store an answer atomically: a concurrent reader sees the whole file or none. Disk errors are ignored."""
     with contextlib.suppress(OSError):
         folder.mkdir(parents=True, exist_ok=True)
