@@ -6,7 +6,8 @@ from dataclasses import dataclass
 
 from asset2sim.models.language import tables
 from asset2sim.models.language.lexicon import Segment, longest_spans, segments
-from asset2sim.models.language.object_info import ObjectInfo, object_info
+from asset2sim.models.language.object_facts import object_info
+from asset2sim.models.language.object_info import ObjectInfo
 from asset2sim.models.language.parts import Part, parts_of
 from asset2sim.models.language.sizing import dimension, identify
 from asset2sim.models.language.states import State, asked_states

@@ -85,7 +85,7 @@ def reserve(budget: Budget, expected: Amount, most: Amount, lease_s: float) -> s
 
 
 def check_budget(budget: Budget, expected: Amount) -> None:
-    """Raise ``BudgetSpentError`` as ``reserve`` does, and reserve nothing: called before the wait for the rate limit."""
+    """Raise ``BudgetSpentError`` as ``reserve`` does, and reserve nothing: for before the wait for the rate limit."""
     if budget.limits:
         with transaction(budget.file) as ledger:
             for limit in budget.limits:

@@ -1,5 +1,6 @@
 """The phrases of the guidance and their meanings, in segments of one statement each."""
 
+import math
 import re
 from dataclasses import dataclass
 
@@ -25,8 +26,8 @@ _SPLITTERS = frozenset(
     )
 )
 _UNITS = {
-    "degree": ("angle", 0.017453292519943295), "degrees": ("angle", 0.017453292519943295),
-    "deg": ("angle", 0.017453292519943295), "°": ("angle", 0.017453292519943295),
+    "degree": ("angle", math.radians(1.0)), "degrees": ("angle", math.radians(1.0)),
+    "deg": ("angle", math.radians(1.0)), "°": ("angle", math.radians(1.0)),
     "rad": ("angle", 1.0), "radian": ("angle", 1.0), "radians": ("angle", 1.0),
     "%": ("share", 0.01), "percent": ("share", 0.01),
     "m": ("length", 1.0), "metre": ("length", 1.0), "metres": ("length", 1.0),

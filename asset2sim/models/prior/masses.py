@@ -22,7 +22,6 @@ HEAVY, LIGHT = 1.25, 0.75
 """What "heavy" and "lightweight" do to a mass."""
 _TINY = ("button", "key")
 _PLASTICS = ("plastic", "polypropylene", "polyethylene", "pvc")
-_METALS = ("steel", "stainless steel", "aluminium", "brass", "iron")
 _UNCHANGED_MATERIALS = ("electronics", "glass", "rubber")
 """Materials that a word about the whole object does not change: a steel watch keeps its glass."""
 
@@ -36,7 +35,7 @@ class _Piece:
     fixed: bool = False
 
     def mass(self, scale: float) -> float:
-        return volume(self.link) * scale**3 * tables.materials()[self.material].density_kg_m3 * self.hollow
+        return material_volume(self.link) * scale**3 * tables.materials()[self.material].density_kg_m3 * self.hollow
 
 
 def propose_links(
@@ -80,7 +79,7 @@ def propose_links(
     )
 
 
-def volume(link: LinkInfo) -> float:
+def material_volume(link: LinkInfo) -> float:
     """The volume that a density multiplies, m³ at the authored scale: as stated, or a sheet's where there is none."""
     return link.volume_m3 or link.hull_volume_m3 or link.area_m2 * SHEET_M
 
@@ -158,7 +157,7 @@ def _mass_range(size: Size, pieces: Sequence[_Piece], guidance: str, final_m: fl
         return mass, mass, "the guidance"
     ratio = (final_m / size.typical_m) ** SIZE_EXPONENT if final_m > 0.0 else 1.0
     usual = tables.part_material(size.category, "").material
-    body = max(pieces, key=lambda piece: volume(piece.link), default=None)
+    body = max(pieces, key=lambda piece: material_volume(piece.link), default=None)
     if body is not None and body.part == "" and body.material != usual:
         table = tables.materials()
         ratio *= table[body.material].density_kg_m3 * table[body.material].wall_factor
