@@ -123,7 +123,7 @@ def test_the_priors_masses_are_those_of_its_other_answer() -> None:
     felt = Overlay.model_validate_json(prior(request).content or "")
     finals = final(*told(), with_sigmas=False)
     assert finals.scale == felt.scale and finals.initial_joint_positions == felt.initial_joint_positions
-    for link, same in zip(felt.links, final.links, strict=True):
+    for link, same in zip(felt.links, finals.links, strict=True):
         wanted = 1e-3 * (link.density_kg_m3 or 0.0) * (link.hollow_factor or 0.0) * felt.scale**3
         assert near(same.mass_kg, wanted, 1e-3) and same.material == link.material
 
