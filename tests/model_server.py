@@ -11,8 +11,8 @@ from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 from typing import Any, Literal
 
 from asset2sim.models.gateway import abilities, budget
-from asset2sim.models.gateway.limits import transaction
 from asset2sim.models.gateway.prices import Amount
+from asset2sim.models.gateway.rate_limits import transaction
 
 
 @dataclass(frozen=True)

@@ -11,7 +11,7 @@ from pathlib import Path
 import pytest
 
 from asset2sim.models.gateway.ask import ask
-from asset2sim.models.gateway.limits import postpone_next_request, provider_name, slot, wait_for_turn
+from asset2sim.models.gateway.rate_limits import postpone_next_request, provider_name, slot, wait_for_turn
 from asset2sim.models.gateway.session import open_gateway_session
 from asset2sim.models.gateway.transport import MAX_ANSWER_BYTES
 from schemas.request import ModelAnswer, ModelRequest

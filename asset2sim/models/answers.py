@@ -161,11 +161,7 @@ RULE_FIELDS = (
 )  # fmt: skip
 """Fields from which our rules derive numbers; methods that use a model's numbers unchanged do not ask for them."""
 
-WITHOUT: dict[str, tuple[str, ...]] = {
-    "synthesis": ("sigmas",),
-    "direct": ("sigmas", *RULE_FIELDS),
-    "ivw": RULE_FIELDS,
-}
+WITHOUT: dict[str, tuple[str, ...]] = {"synthesis": ("sigmas",), "direct": ("sigmas", *RULE_FIELDS), "ivw": RULE_FIELDS}
 """Purpose → fields of an overlay that its prompt does not ask for."""
 
 

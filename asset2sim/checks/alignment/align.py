@@ -4,13 +4,11 @@ import math
 from collections.abc import Mapping, Sequence
 
 from asset2sim.checks.alignment.reference import Reference
-from asset2sim.checks.alignment.request import read_request
-from asset2sim.checks.alignment.score import Rubric, score_scale, score_state
+from asset2sim.checks.alignment.rubric import score_scale, score_state
+from asset2sim.checks.alignment.user_request import read_request
 from schemas.alignment import Alignment
 from schemas.asset import AssetRecord
 from schemas.overlay import JointPhysics, PhysicsOverlay
-
-RUBRIC = Rubric()
 
 
 def initial_positions(record: AssetRecord) -> dict[str, float]:
@@ -80,8 +78,8 @@ def align(record: AssetRecord, reference: Reference | None) -> Alignment | None:
     request = read_request(features, record.ref.prompt or "", overlay.scale)
     positions = initial_positions(record) if request.free else final_positions(record)
     return Alignment(
-        scale=score_scale(overlay.scale, features.rest_size, request.size, reference, RUBRIC),
-        state=score_state(positions, overlay.scale, features, request, RUBRIC),
+        scale=score_scale(overlay.scale, features.rest_size, request.size, reference),
+        state=score_state(positions, overlay.scale, features, request),
         judged=record.alignment.judged if record.alignment is not None else None,
         **(_deviations(record, reference) if reference is not None else {}),
     )

@@ -20,7 +20,7 @@ from schemas.settings import ModelSettings
 FOLDER = ".cache/answers"
 """Under the output folder: shared by all assets, workers and runs."""
 VERSION = 1
-"""Part of every key: raise it when requests or cache files change in form."""
+"""MovablePart of every key: raise it when requests or cache files change in form."""
 MAX_FILE_BYTES = 16_000_000
 """Larger files are not read: this program writes none."""
 

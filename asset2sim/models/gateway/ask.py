@@ -15,11 +15,11 @@ from asset2sim.models.gateway.abilities import (
     without_refused,
 )
 from asset2sim.models.gateway.answer_cache import StoredAnswer, answer_key, read_answer, store_answer
-from asset2sim.models.gateway.attempt import attempt
 from asset2sim.models.gateway.budget import BudgetSpentError
 from asset2sim.models.gateway.images import downscaled
-from asset2sim.models.gateway.limits import RunStoppedError, never_stopped
+from asset2sim.models.gateway.litellm_call import attempt
 from asset2sim.models.gateway.prices import Amount, cost_usd
+from asset2sim.models.gateway.rate_limits import RunStoppedError, never_stopped
 from asset2sim.models.gateway.secrets import listed, missing_variables, redact, redact_answer
 from asset2sim.models.gateway.session import GatewaySession, call_permit, delay_provider_calls, pause
 from schemas.model_names import model_for, settings_for
@@ -49,10 +49,7 @@ def ask(request: ModelRequest, settings: ModelSettings, session: GatewaySession 
     if stored is not None:
         call = _call(request, settings, time.monotonic() - start, "cached")
         return ModelAnswer(
-            content=stored.content,
-            calls=(call,),
-            tool_calls=stored.tool_calls,
-            without_images=stored.without_images,
+            content=stored.content, calls=(call,), tool_calls=stored.tool_calls, without_images=stored.without_images
         )
     answer = _ask_provider(request, settings, session)
     if answer.content or answer.tool_calls:

@@ -6,8 +6,8 @@ import uuid
 from dataclasses import dataclass
 from pathlib import Path
 
-from asset2sim.models.gateway.limits import transaction
 from asset2sim.models.gateway.prices import Amount
+from asset2sim.models.gateway.rate_limits import transaction
 from schemas.errors import ModelError
 from schemas.settings import ModelSettings
 

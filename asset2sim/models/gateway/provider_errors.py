@@ -31,7 +31,7 @@ def status_of(error: BaseException) -> int | None:
 
 def is_worth_retrying(error: BaseException) -> bool:
     """True for rate limits, timeouts, server faults and lost connections; False where asking again cannot help."""
-    if "insufficient_quota" in str(error) or unreadable(error) is not None:
+    if "insufficient_quota" in str(error) or unreadable_answer(error) is not None:
         return False
     status = status_of(error)
     return status is not None and (status in (408, 429) or status >= 500)
@@ -39,10 +39,10 @@ def is_worth_retrying(error: BaseException) -> bool:
 
 def may_be_billed(error: BaseException) -> bool:
     """Whether the provider may have answered and billed the tokens although no answer was received."""
-    return status_of(error) == 408 or unreadable(error) is not None
+    return status_of(error) == 408 or unreadable_answer(error) is not None
 
 
-def unreadable(error: BaseException) -> UnreadableAnswerError | None:
+def unreadable_answer(error: BaseException) -> UnreadableAnswerError | None:
     """The ``UnreadableAnswerError`` among an exception's causes; None without one."""
     return next((item for item in _chain(error) if isinstance(item, UnreadableAnswerError)), None)
 
@@ -93,7 +93,7 @@ def _header(error: BaseException, name: str) -> str | None:
 def describe(error: BaseException, settings: ModelSettings, attempts: int) -> str:
     """One line: the model, what went wrong, and what to do about it."""
     tries = f" ({attempts} attempts)" if attempts > 1 else ""
-    refused = unreadable(error)
+    refused = unreadable_answer(error)
     if refused is not None:
         return f"model '{settings.model}': {refused}{tries}"
     return f"model '{settings.model}': {_cause_and_remedy(error, settings)}{tries}; provider said: {cause(error)}"

@@ -7,7 +7,8 @@ from pathlib import Path
 
 from asset2sim.models.gateway import answer_cache
 from asset2sim.models.gateway.budget import Budget, BudgetSpentError, budget_of, check_budget, record_spent, reserve
-from asset2sim.models.gateway.limits import (
+from asset2sim.models.gateway.prices import Amount, expected_amount, largest_amount, price_of
+from asset2sim.models.gateway.rate_limits import (
     LEDGER,
     SLOTS,
     Stopped,
@@ -18,7 +19,6 @@ from asset2sim.models.gateway.limits import (
     slot,
     wait_for_turn,
 )
-from asset2sim.models.gateway.prices import Amount, expected_amount, largest_amount, price_of
 from schemas.model_names import is_prior
 from schemas.request import ModelRequest
 from schemas.settings import ModelSettings

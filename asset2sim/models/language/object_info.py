@@ -108,13 +108,16 @@ class ObjectInfo:
         size = _vector(data.get("size_m"))
         closed = _vector(data.get("size_closed_m"))
         return cls(
-            asset_id=text(data.get("asset_id")),
-            category=text(data.get("category")),
+            asset_id=text_or_empty(data.get("asset_id")),
+            category=text_or_empty(data.get("category")),
             size_m=size,
             size_closed_m=closed if max(closed) > 0.0 else size,
             links=unique(_link(item) for item in dicts(data.get("links"))),
             joints=unique(_joint(item) for item in dicts(data.get("joints")) if _movable(item)),
-            edges=tuple((text(item.get("parent")), text(item.get("child"))) for item in dicts(data.get("joints"))),
+            edges=tuple(
+                (text_or_empty(item.get("parent")), text_or_empty(item.get("child")))
+                for item in dicts(data.get("joints"))
+            ),
         )
 
     @cached_property
@@ -154,13 +157,13 @@ def decoded(text: str) -> Json:
 
 
 def _movable(item: Mapping[str, Json]) -> bool:
-    return text(item.get("type")) in ("revolute", "prismatic", "continuous")
+    return text_or_empty(item.get("type")) in ("revolute", "prismatic", "continuous")
 
 
 def _link(item: Mapping[str, Json]) -> LinkInfo:
     return LinkInfo(
-        name=text(item.get("name")),
-        label=text(item.get("label")),
+        name=text_or_empty(item.get("name")),
+        label=text_or_empty(item.get("label")),
         box_m=_vector(item.get("box_m")),
         center_m=_vector(item.get("center_m"), signed=True),
         volume_m3=max(number(item.get("volume_m3"), 0.0), 0.0),
@@ -175,10 +178,10 @@ def _joint(item: Mapping[str, Json]) -> JointInfo:
         lower = upper = None
     closed = number(item.get("closed"), lower if lower is not None else 0.0)
     return JointInfo(
-        name=text(item.get("name")),
-        type=text(item.get("type")),
-        parent=text(item.get("parent")),
-        child=text(item.get("child")),
+        name=text_or_empty(item.get("name")),
+        type=text_or_empty(item.get("type")),
+        parent=text_or_empty(item.get("parent")),
+        child=text_or_empty(item.get("child")),
         axis=_vector(item.get("axis"), signed=True),
         lower=lower,
         upper=upper,
@@ -198,7 +201,7 @@ def dicts(value: Json) -> list[dict[str, Any]]:
     return [item for item in value if isinstance(item, dict)] if isinstance(value, list) else []
 
 
-def text(value: Json) -> str:
+def text_or_empty(value: Json) -> str:
     """The value if it is text, else ""."""
     return value if isinstance(value, str) else ""
 

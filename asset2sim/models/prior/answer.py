@@ -7,8 +7,8 @@ from asset2sim.models.language.object_info import ObjectInfo, read_prompt
 from asset2sim.models.language.parts import parts_of
 from asset2sim.models.language.sizing import identify, propose_scale
 from asset2sim.models.language.states import asked_states
-from asset2sim.models.prior.dynamics import propose_joints
-from asset2sim.models.prior.masses import propose_links
+from asset2sim.models.prior.joint_proposals import propose_joints
+from asset2sim.models.prior.link_proposals import propose_links
 from asset2sim.models.prior.refinement import read_refinement, refinement_step
 from schemas.overlay import Overlay
 
@@ -36,12 +36,12 @@ def answer(text: str) -> str:
 def prior_overlay(info: ObjectInfo, guidance: str) -> Overlay:
     """An overlay for any object and any guidance, from the tables; deterministic."""
     size, category_note = identify(info, guidance)
-    thoughts = segments(guidance, size.category)
+    statements = segments(guidance, size.category)
     parts = parts_of(info, size.category)
-    scale = propose_scale(info, size, guidance, thoughts)
-    states = asked_states(info, parts, thoughts, scale.value)
-    links, mass_notes = propose_links(info, size, parts, thoughts, guidance, scale.value, scale.final_m)
-    joints, feel_notes = propose_joints(info, parts, thoughts, states.positions)
+    scale = propose_scale(info, size, guidance, statements)
+    states = asked_states(info, parts, statements, scale.value)
+    links, mass_notes = propose_links(info, size, parts, statements, guidance, scale.value, scale.final_m)
+    joints, feel_notes = propose_joints(info, parts, statements, states.positions)
     return Overlay(
         scale=scale.value,
         contact_material=size.contact,

@@ -6,7 +6,7 @@ From the same tables as its other answers, with the paper's absolute ranges in p
 import numpy as np
 
 from asset2sim.models.language.object_info import LinkInfo, ObjectInfo
-from asset2sim.models.prior.masses import TINY_KG, material_volume
+from asset2sim.models.prior.link_proposals import TINY_KG, material_volume
 from asset2sim.physics.arrays import six
 from asset2sim.physics.inertia import box_inertia
 from asset2sim.physics.paper_ranges import paper_terms
@@ -54,9 +54,9 @@ def final_link(link: LinkInfo, felt: LinkProposal | None, scale: float) -> LinkP
     mass = BARE_KG
     if felt is not None and felt.density_kg_m3 is not None:
         mass = material_volume(link) * felt.density_kg_m3 * scale**3 * (felt.hollow_factor or 1.0)
-    mass = rounded(mass) or BARE_KG
+    mass = four_digits(mass) or BARE_KG
     edges = np.maximum(scale * np.asarray(link.box_m), LEAST_EDGE_M)
-    inertia = np.diag([rounded(moment) for moment in np.diag(box_inertia(mass, edges))])
+    inertia = np.diag([four_digits(moment) for moment in np.diag(box_inertia(mass, edges))])
     return LinkProposal(
         name=link.name, material=None if felt is None else felt.material, mass_kg=mass, inertia=six(inertia)
     )
@@ -69,9 +69,9 @@ def final_joint(info: ObjectInfo, felt: JointProposal, overlay: Overlay) -> Join
     terms = paper_terms(felt, prismatic=prismatic, holds=holds, rest=felt.spring_rest or 0.0, source=Source.PRIOR)
     return JointProposal(
         name=felt.name,
-        damping=rounded(terms.damping.value),
-        friction=rounded(terms.friction.value),
-        stiffness=rounded(terms.stiffness.value),
+        damping=four_digits(terms.damping.value),
+        friction=four_digits(terms.friction.value),
+        stiffness=four_digits(terms.stiffness.value),
         spring_rest=felt.spring_rest if terms.stiffness.value > 0.0 else None,
         holds=felt.holds,
     )
@@ -91,9 +91,9 @@ def sigmas_of(info: ObjectInfo, proposal: Overlay) -> dict[str, float]:
             found[f"joints.{joint.name}.spring_rest"] = STATE_SIGMA * ranges[joint.name]
     for name in proposal.initial_joint_positions:
         found[f"initial_joint_positions.{name}"] = STATE_SIGMA * ranges[name]
-    return {path: rounded(sigma) for path, sigma in found.items() if sigma > 0.0}
+    return {path: four_digits(sigma) for path, sigma in found.items() if sigma > 0.0}
 
 
-def rounded(value: float) -> float:
+def four_digits(value: float) -> float:
     """The number rounded to ``DIGITS``."""
     return float(f"{value:.{DIGITS}g}")

@@ -5,7 +5,7 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 from asset2sim.models.language.object_info import JointInfo
-from asset2sim.models.prior.masses import MIN_HOLLOW
+from asset2sim.models.prior.link_proposals import MIN_HOLLOW
 from asset2sim.models.prior.noise_level import Draws, NoiseLevel
 
 SCALES = (1e-4, 1e4)

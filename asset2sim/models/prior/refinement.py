@@ -4,7 +4,7 @@ import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-from asset2sim.models.language.object_info import dicts, number, number_or_none, text, unique
+from asset2sim.models.language.object_info import dicts, number, number_or_none, text_or_empty, unique
 
 APPROVE_M = 0.002
 """Φ at which the paper approves a state, m."""
@@ -49,7 +49,7 @@ def read_refinement(data: Mapping[str, object]) -> RefinementInfo:
         lower, upper = number(item.get("lower"), -math.pi), number(item.get("upper"), math.pi)
         joints.append(
             FocusJoint(
-                name=text(item.get("name")),
+                name=text_or_empty(item.get("name")),
                 position=position,
                 desired=number(item.get("desired"), position),
                 lower=min(lower, upper),
@@ -57,7 +57,7 @@ def read_refinement(data: Mapping[str, object]) -> RefinementInfo:
                 closed=number(item.get("closed"), lower),
                 open=number(item.get("open"), upper),
                 settled=number_or_none(item.get("settled")),
-                tried=tuple(number(places.get(text(item.get("name"))), position) for places in tried),
+                tried=tuple(number(places.get(text_or_empty(item.get("name"))), position) for places in tried),
             )
         )
     return RefinementInfo(number(data.get("phi_m"), 0.0), unique(joints))
