@@ -40,6 +40,17 @@ def settings(api_base: str, **changes: object) -> ModelSettings:
     return ModelSettings.model_validate(fields)
 
 
+def test_a_worker_waits_as_long_as_it_tells_the_others_to(monkeypatch: pytest.MonkeyPatch) -> None:
+    told: list[float] = []
+    monkeypatch.setattr(
+        "asset2sim.models.gateway.ask.delay_provider_calls", lambda _, __, seconds: told.append(seconds)
+    )
+    monkeypatch.setattr("asset2sim.models.gateway.ask.pause", lambda _, seconds: told.append(seconds))
+    with serve([Reply("slow down", status=429, headers={"Retry-After": "1"}), Reply("{}")]) as server:
+        assert ask(REQUEST, settings(server.api_base)).content == "{}"
+    assert len(told) == 2 and told[0] == told[1] >= 1.0
+
+
 def test_an_answer_comes_back_with_one_counted_call_and_without_a_key() -> None:
     with serve([Reply('{"scale": 1}')]) as server:
         answer = ask(REQUEST, settings(server.api_base))

@@ -1,4 +1,4 @@
-"""Scores of an asset's scale and joint state, each one half of the alignment, and every threshold of the RUBRIC."""
+"""Scores of an asset's scale and joint state, each one half of the alignment, and every threshold of the rubric."""
 
 import math
 from collections.abc import Mapping

@@ -1,4 +1,7 @@
-"""The size and the joint states that the guidance asks for, read from guidance and features, not from any answer."""
+"""The size and the joint states that the guidance asks for, read from guidance and features, not from any answer.
+
+Words of size and stated lengths are read by rules of its own, not by those of the offline prior, which it scores.
+"""
 
 import re
 from collections.abc import Sequence

@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 from asset2sim.models.gateway import provider_errors
-from asset2sim.models.gateway.images import has_images
+from asset2sim.models.gateway.chat_messages import has_images
 from asset2sim.models.gateway.lite import load_litellm
 from schemas.model_names import is_prior
 from schemas.request import ModelRequest

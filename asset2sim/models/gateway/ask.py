@@ -16,7 +16,7 @@ from asset2sim.models.gateway.abilities import (
 )
 from asset2sim.models.gateway.answer_cache import StoredAnswer, answer_key, read_answer, store_answer
 from asset2sim.models.gateway.budget import BudgetSpentError
-from asset2sim.models.gateway.images import downscaled
+from asset2sim.models.gateway.chat_messages import downscaled
 from asset2sim.models.gateway.litellm_call import attempt
 from asset2sim.models.gateway.prices import Amount, cost_usd
 from asset2sim.models.gateway.rate_limits import RunStoppedError, never_stopped
