@@ -48,5 +48,14 @@ class ModelError(Asset2SimError):
     """A model call failed for good: the provider refused, could not be reached, or answered nothing."""
 
 
+class UnreadableAnswerError(ModelError):
+    """A provider's response is too long, or compressed, and is not read; the message says what to do about it."""
+
+
 class InvalidAnswerError(ModelError):
     """The model answered, and the answer does not fit the schema."""
+
+
+def shortened(text: str, length: int) -> str:
+    """The text, cut to ``length`` characters for a message."""
+    return text if len(text) <= length else text[:length] + "…"

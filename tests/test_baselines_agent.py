@@ -12,7 +12,8 @@ from asset2sim.baselines.agent import AgentResult, run_agent
 from asset2sim.baselines.agent.conversation import bounded
 from asset2sim.baselines.agent.specs import MAX_ANSWER_CALLS, MAX_SAME, MAX_TALK_CHARS
 from asset2sim.models.ask_overlay import SynthesisError
-from asset2sim.models.gateway.ask import ask, open_gateway_session
+from asset2sim.models.gateway.ask import ask
+from asset2sim.models.gateway.session import open_gateway_session
 from asset2sim.models.prior.agent import next_turn
 from schemas.asset import AssetRef
 from schemas.request import LabelledImage, ModelAnswer, ToolCall, Turn
@@ -250,7 +251,7 @@ def test_the_same_conversation_again_costs_no_call(asset: Extraction, tmp_path: 
                 ref,
                 asset,
                 settings,
-                functools.partial(ask, settings=model, books=open_gateway_session(tmp_path, name, "a", model)),
+                functools.partial(ask, settings=model, session=open_gateway_session(tmp_path, name, "a", model)),
             )
             for name in ("first", "second")
         ]

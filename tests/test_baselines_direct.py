@@ -7,7 +7,8 @@ import pytest
 
 from asset2sim.assets.views import VIEW_NAMES
 from asset2sim.models.language.object_info import ObjectInfo, read_prompt
-from asset2sim.models.prior.direct import BARE_KG, propose
+from asset2sim.models.prior.answer import prior_overlay
+from asset2sim.models.prior.direct import BARE_KG, final_overlay
 from asset2sim.models.prompts import overlay_request
 from asset2sim.physics.paper_ranges import HINGE
 from schemas.overlay import Overlay, PhysicsOverlay
@@ -24,6 +25,10 @@ def told(asset_id: str = "7", guidance: str = "a small steel box") -> tuple[Obje
     request = overlay_request("direct", make_features(asset_id), guidance, (1.0, 1.0, 1.0), {})
     information, words = read_prompt(request.text)
     return ObjectInfo.from_json(information), words
+
+
+def final(info: ObjectInfo, guidance: str, with_sigmas: bool) -> Overlay:
+    return final_overlay(info, prior_overlay(info, guidance), with_sigmas)
 
 
 def test_one_call_and_its_numbers_are_what_is_written(tmp_path: Path) -> None:
@@ -104,7 +109,7 @@ def test_images_that_were_not_sent_are_told(tmp_path: Path) -> None:
 
 def test_the_prior_gives_final_numbers_for_everything() -> None:
     info, words = told()
-    proposal = propose(info, words, with_sigmas=False)
+    proposal = final(info, words, with_sigmas=False)
     assert {link.name for link in proposal.links} == {link.name for link in info.links}
     assert all(link.mass_kg and link.inertia and link.density_kg_m3 is None for link in proposal.links)
     hinge = next(joint for joint in proposal.joints if joint.name == "hinge")
@@ -116,15 +121,15 @@ def test_the_prior_gives_final_numbers_for_everything() -> None:
 def test_the_priors_masses_are_those_of_its_other_answer() -> None:
     request = overlay_request("synthesis", make_features("7"), "a small steel box", (1.0, 1.0, 1.0), {})
     felt = Overlay.model_validate_json(prior(request).content or "")
-    final = propose(*told(), with_sigmas=False)
-    assert final.scale == felt.scale and final.initial_joint_positions == felt.initial_joint_positions
-    for link, same in zip(felt.links, final.links, strict=True):
+    finals = final(*told(), with_sigmas=False)
+    assert finals.scale == felt.scale and finals.initial_joint_positions == felt.initial_joint_positions
+    for link, same in zip(felt.links, finals.links, strict=True):
         wanted = 1e-3 * (link.density_kg_m3 or 0.0) * (link.hollow_factor or 0.0) * felt.scale**3
         assert near(same.mass_kg, wanted, 1e-3) and same.material == link.material
 
 
 def test_the_priors_sigmas_are_positive_and_of_numbers_that_it_states() -> None:
-    proposal = propose(*told(guidance="a small box, hinge half open"), with_sigmas=True)
+    proposal = final(*told(guidance="a small box, hinge half open"), with_sigmas=True)
     stated = {f"links.{link.name}.{field}" for link in proposal.links for field in ("mass_kg", "inertia")}
     stated |= {f"joints.{joint.name}.{field}" for joint in proposal.joints for field in ("damping", "friction")}
     stated |= {f"initial_joint_positions.{name}" for name in proposal.initial_joint_positions}
@@ -133,7 +138,7 @@ def test_the_priors_sigmas_are_positive_and_of_numbers_that_it_states() -> None:
 
 
 def test_the_prior_bears_an_object_of_which_nothing_is_known() -> None:
-    assert propose(ObjectInfo.from_json({}), "", with_sigmas=True).scale > 0.0
+    assert final(ObjectInfo.from_json({}), "", with_sigmas=True).scale > 0.0
     bare = ObjectInfo.from_json({"links": [{"name": "base"}]})
-    (link,) = propose(bare, "", with_sigmas=True).links
+    (link,) = final(bare, "", with_sigmas=True).links
     assert link.mass_kg == BARE_KG and min(link.inertia or (0.0,)) >= 0.0 and (link.inertia or (0.0,))[0] > 0.0

@@ -13,8 +13,8 @@ from asset2sim.catalog.rows_engines import alignment_rows
 from asset2sim.catalog.summary import alignment_line
 from asset2sim.checks.alignment.align import align, align_all, final_positions, initial_positions
 from asset2sim.checks.alignment.reference import Reference
-from asset2sim.checks.alignment.request import read_request
 from asset2sim.checks.alignment.rubric import Rubric
+from asset2sim.checks.alignment.user_request import read_request
 from asset2sim.checks.alignment.vision_judge import judge, judge_request, with_judge_score
 from schemas.alignment import Alignment, Score
 from schemas.asset import AssetRecord, AssetRef

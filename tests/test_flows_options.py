@@ -5,7 +5,6 @@ from pathlib import Path
 
 import pytest
 
-from asset2sim.models.purposes import named_models, settings_for
 from asset2sim.runs.dataset import load_dataset
 from asset2sim.runs.doctor import check_model_answers
 from asset2sim.runs.options import parse
@@ -13,6 +12,7 @@ from asset2sim.runs.request import parse_request, settings_for_run, stated_setti
 from asset2sim.runs.spread.refine_all import refine_all
 from asset2sim.runs.spread.worker import ask_settings
 from schemas.errors import UsageError
+from schemas.model_names import named_models, settings_for
 from schemas.settings import EngineSettings, MethodSettings, ModelSettings, RunSettings, Settings
 from schemas.vocabulary import Engine, FailureMode, Method, Status
 from tests.model_server import Reply, serve

@@ -13,11 +13,10 @@ from asset2sim.models.answers import (
     MAX_VIOLATIONS,
     InvalidFieldsError,
     RefinementAnswer,
-    parse_json,
     parse_overlay,
     parse_refinement,
 )
-from asset2sim.models.lenient_json import MAX_CHARACTERS
+from asset2sim.models.lenient_json import MAX_CHARACTERS, parse_json
 from schemas.errors import InvalidAnswerError
 from tests.factories import make_features
 

@@ -7,12 +7,11 @@ from typing import Any
 import pytest
 from PIL import Image
 
-from asset2sim.models.gateway.abilities import forget_refusals
 from asset2sim.models.gateway.ask import ask
-from asset2sim.models.purposes import model_for, named_models, settings_for
+from schemas.model_names import model_for, named_models, settings_for
 from schemas.request import LabelledImage, ModelRequest, Tool, ToolCall, Turn
 from schemas.settings import ModelSettings
-from tests.model_server import ModelServer, Reply, serve
+from tests.model_server import ModelServer, Reply, forget_refusals, serve
 
 SCHEMA: dict[str, Any] = {
     "type": "object",

@@ -10,13 +10,13 @@ import pytest
 from PIL import Image
 
 from asset2sim.models.gateway import answer_cache as cache
-from asset2sim.models.gateway.abilities import forget_refusals
 from asset2sim.models.gateway.ask import ask
-from asset2sim.models.gateway.budget import spent_so_far
 from asset2sim.models.gateway.session import GatewaySession, open_gateway_session
+from asset2sim.models.prompts import overlay_request
 from schemas.request import LabelledImage, ModelAnswer, ModelRequest, Tool, ToolCall, Turn
 from schemas.settings import ModelSettings
-from tests.model_server import Reply, serve
+from tests.factories import make_features
+from tests.model_server import Reply, forget_refusals, serve, spent_so_far
 
 REQUEST = ModelRequest(purpose="synthesis", system="Answer in JSON.", text="What is it?")
 TOOL = Tool(name="render", description="Draws it.", parameters={"type": "object", "properties": {}})
@@ -185,6 +185,34 @@ def test_an_offline_prior_is_asked_once_until_its_tables_change(
     assert [outcome(), outcome()] == ["ok", "cached"]
     monkeypatch.setattr(cache, "tables_digest", lambda: "other tables")
     assert [outcome(), outcome()] == ["ok", "cached"]
+
+
+STORED = (
+    '{"model":"openai/gpt-4o","purpose":"synthesis","prompt_hash":"0123456789abcdef","content":"{\\"scale\\": 1}",'
+    '"tool_calls":[{"call_id":"call_0","name":"render","arguments":"{}"}],"without_images":null}'
+)
+"""A file of the answer cache as it was before the rooms of ``models``."""
+
+
+def test_answers_that_an_earlier_version_stored_are_found(tmp_path: Path) -> None:
+    served = ModelSettings(model="openai/gpt-4o", api_base="http://user:pw@127.0.0.1:8000/v1")
+    call = ToolCall(call_id="1", name="render", arguments="{}")
+    turns = (Turn(role="assistant", tool_calls=(call,)), Turn(role="tool", content="done", call_id="1"))
+    shown = (LabelledImage(label="front", png=b"no picture"),)
+    full = REQUEST.model_copy(
+        update={"images": shown, "answer_schema": {"type": "object"}, "tools": (TOOL,), "sample": 3, "turns": turns}
+    )
+    told = overlay_request("synthesis", make_features("7"), "a small steel box", (1.0, 1.0, 1.0), {})
+    assert [cache.answer_key(request, served, True) for request in (REQUEST, full, told)] == [
+        "979e20603bbc0ee6cf6cb9b305c493974407f4883ab3bf326a1206b6157ad39c",
+        "6a11ff2bb69478e179775cb924fb070166643a960fad129a3034c479b669d7ad",
+        "40a896f8d777cf7a5180bf17503af8d44386388227ac8654742565fce9d68168",
+    ]
+    folder = tmp_path / cache.FOLDER
+    folder.mkdir(parents=True)
+    (folder / f"{cache.answer_key(REQUEST, served, True)}.json").write_text(STORED)
+    answer = ask(REQUEST, served, books(tmp_path, served))
+    assert answer.content == '{"scale": 1}' and [call.outcome for call in answer.calls] == ["cached"]
 
 
 def test_many_writers_of_one_answer_leave_one_whole_file(tmp_path: Path) -> None:

@@ -12,13 +12,14 @@ from time import time
 
 import pytest
 
-from asset2sim.models.gateway.abilities import forget_refusals
-from asset2sim.models.gateway.ask import ask, check_model, prompt_hash
-from asset2sim.models.gateway.provider_errors import BACKOFF_LONGEST_S, redact, retry_delay_s
+from asset2sim.models.gateway.ask import ask, prompt_hash
+from asset2sim.models.gateway.choices import check_model
+from asset2sim.models.gateway.provider_errors import BACKOFF_LONGEST_S, retry_delay_s
+from asset2sim.models.gateway.secrets import redact
 from schemas.errors import UnknownChoiceError, UsageError
 from schemas.request import LabelledImage, ModelRequest
 from schemas.settings import ModelSettings
-from tests.model_server import Reply, serve
+from tests.model_server import Reply, forget_refusals, serve
 
 REQUEST = ModelRequest(purpose="synthesis", system="Answer in JSON.", text="What is it?")
 PNG = base64.b64decode(
@@ -37,6 +38,17 @@ def no_keys(monkeypatch: pytest.MonkeyPatch) -> None:
 def settings(api_base: str, **changes: object) -> ModelSettings:
     fields = {"model": "openai/scripted", "api_base": api_base, "timeout_s": 5.0, **changes}
     return ModelSettings.model_validate(fields)
+
+
+def test_a_worker_waits_as_long_as_it_tells_the_others_to(monkeypatch: pytest.MonkeyPatch) -> None:
+    told: list[float] = []
+    monkeypatch.setattr(
+        "asset2sim.models.gateway.ask.delay_provider_calls", lambda _, __, seconds: told.append(seconds)
+    )
+    monkeypatch.setattr("asset2sim.models.gateway.ask.pause", lambda _, seconds: told.append(seconds))
+    with serve([Reply("slow down", status=429, headers={"Retry-After": "1"}), Reply("{}")]) as server:
+        assert ask(REQUEST, settings(server.api_base)).content == "{}"
+    assert len(told) == 2 and told[0] == told[1] >= 1.0
 
 
 def test_an_answer_comes_back_with_one_counted_call_and_without_a_key() -> None:

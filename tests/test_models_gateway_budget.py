@@ -8,14 +8,14 @@ from pathlib import Path
 import pytest
 
 from asset2sim.models.gateway.ask import ask
-from asset2sim.models.gateway.budget import BudgetSpentError, budget_of, check, hold, settle, spent_so_far
+from asset2sim.models.gateway.budget import BudgetSpentError, budget_of, check_budget, record_spent, reserve
 from asset2sim.models.gateway.choices import check_model
 from asset2sim.models.gateway.prices import EXPECTED_ANSWER_TOKENS, Amount, expected_amount
 from asset2sim.models.gateway.session import open_gateway_session
 from schemas.errors import UsageError
 from schemas.request import ModelAnswer, ModelRequest
 from schemas.settings import ModelSettings
-from tests.model_server import Reply, serve
+from tests.model_server import Reply, serve, spent_so_far
 
 REQUEST = ModelRequest(purpose="synthesis", system="Answer in JSON.", text="What is it?")
 PRICED = "openai/gpt-4o"
@@ -66,14 +66,14 @@ def test_attempts_count(tmp_path: Path) -> None:
 def test_a_budget_in_tokens_counts_what_the_provider_reports(tmp_path: Path) -> None:
     with serve([Reply("{}", prompt_tokens=3000, completion_tokens=1000)]) as server:
         wanted = settings(server.api_base, run_tokens=10_000)
-        books = open_gateway_session(tmp_path, "run", "a", wanted)
-        answers = [ask(REQUEST, wanted, books) for _ in range(4)]
+        session = open_gateway_session(tmp_path, "run", "a", wanted)
+        answers = [ask(REQUEST, wanted, session) for _ in range(4)]
     assert [answer.budget_spent for answer in answers] == [False, False, True, True]
     assert answers[-1].error is not None
     assert "the run's budget of 10000 tokens is spent: 8000 used in 2 calls, and one more takes about" in (
         answers[-1].error
     )
-    assert spent_so_far(books.budget) == Amount(2, 8000, 0.0) == spent_so_far(books.budget, "a")
+    assert spent_so_far(session.budget) == Amount(2, 8000, 0.0) == spent_so_far(session.budget, "a")
 
 
 def test_no_money_means_no_call_to_a_model_that_costs_and_says_why(tmp_path: Path) -> None:
@@ -93,10 +93,10 @@ def test_no_money_means_no_call_to_a_model_that_costs_and_says_why(tmp_path: Pat
 def test_what_a_call_costs_is_what_the_budget_loses(tmp_path: Path) -> None:
     with serve([Reply("{}", prompt_tokens=100_000, completion_tokens=10_000)]) as server:
         wanted = settings(server.api_base, model=PRICED, run_usd=0.71)
-        books = open_gateway_session(tmp_path, "run", "a", wanted)
-        answers = [ask(REQUEST, wanted, books) for _ in range(4)]
+        session = open_gateway_session(tmp_path, "run", "a", wanted)
+        answers = [ask(REQUEST, wanted, session) for _ in range(4)]
     assert [answer.budget_spent for answer in answers] == [False, False, True, True]
-    assert spent_so_far(books.budget).usd == pytest.approx(2 * (0.25 + 0.1))
+    assert spent_so_far(session.budget).usd == pytest.approx(2 * (0.25 + 0.1))
 
 
 def test_a_price_that_nobody_knows_is_refused_before_anything_runs(tmp_path: Path) -> None:
@@ -127,32 +127,32 @@ def test_many_workers_do_not_overshoot(limit: dict[str, int], most: int, tmp_pat
 
 def test_a_call_in_flight_is_waited_for_not_counted_against_the_next(tmp_path: Path) -> None:
     budget = budget_of(tmp_path / "ledger.sqlite", "run", "a", ModelSettings(run_tokens=10_000))
-    ticket = hold(budget, Amount(1, 3000), Amount(1, 9000), 60.0)
+    ticket = reserve(budget, Amount(1, 3000), Amount(1, 9000), 60.0)
     assert ticket is not None
-    assert hold(budget, Amount(1, 3000), Amount(1, 9000), 60.0) is None  # the first may yet use 9,000
-    check(budget, Amount(1, 3000))  # and yet the budget is not spent
-    settle(budget, ticket, Amount(1, 500))
-    second = hold(budget, Amount(1, 3000), Amount(1, 9000), 60.0)
+    assert reserve(budget, Amount(1, 3000), Amount(1, 9000), 60.0) is None  # the first may yet use 9,000
+    check_budget(budget, Amount(1, 3000))  # and yet the budget is not spent
+    record_spent(budget, ticket, Amount(1, 500))
+    second = reserve(budget, Amount(1, 3000), Amount(1, 9000), 60.0)
     assert second is not None
-    settle(budget, second, Amount(1, 8000))
+    record_spent(budget, second, Amount(1, 8000))
     with pytest.raises(BudgetSpentError, match="8500 used in 2 calls"):
-        hold(budget, Amount(1, 3000), Amount(1, 9000), 60.0)
+        reserve(budget, Amount(1, 3000), Amount(1, 9000), 60.0)
 
 
 def test_what_a_dead_worker_held_counts_as_spent(tmp_path: Path) -> None:
     budget = budget_of(tmp_path / "ledger.sqlite", "run", "a", ModelSettings(run_tokens=10_000))
-    assert hold(budget, Amount(1, 3000), Amount(1, 9000), 0.05) is not None
+    assert reserve(budget, Amount(1, 3000), Amount(1, 9000), 0.05) is not None
     time.sleep(0.1)
-    assert hold(budget, Amount(1, 3000), Amount(1, 9000), 60.0) is not None
+    assert reserve(budget, Amount(1, 3000), Amount(1, 9000), 60.0) is not None
     assert spent_so_far(budget) == Amount(1, 3000, 0.0)
 
 
 def test_a_ticket_is_settled_once(tmp_path: Path) -> None:
     budget = budget_of(tmp_path / "ledger.sqlite", "run", "a", ModelSettings(run_calls=5))
-    ticket = hold(budget, Amount(1), Amount(1), 60.0)
+    ticket = reserve(budget, Amount(1), Amount(1), 60.0)
     assert ticket is not None
-    settle(budget, ticket, Amount(1, 10))
-    settle(budget, ticket, Amount(1, 10))
+    record_spent(budget, ticket, Amount(1, 10))
+    record_spent(budget, ticket, Amount(1, 10))
     assert spent_so_far(budget) == Amount(1, 10, 0.0)
 
 
@@ -160,11 +160,11 @@ def _spend(file: Path, count: int) -> None:
     budget = budget_of(file, "run", "a", ModelSettings(run_calls=40))
     for _ in range(count):
         try:
-            ticket = hold(budget, Amount(1), Amount(1), 60.0)
+            ticket = reserve(budget, Amount(1), Amount(1), 60.0)
         except BudgetSpentError:
             return
         assert ticket is not None
-        settle(budget, ticket, Amount(1, 5, 0.25))
+        record_spent(budget, ticket, Amount(1, 5, 0.25))
 
 
 def test_processes_share_a_ledger(tmp_path: Path) -> None:
@@ -182,11 +182,11 @@ def test_processes_share_a_ledger(tmp_path: Path) -> None:
 def test_a_timeout_may_have_been_billed_and_counts_as_expected(tmp_path: Path) -> None:
     with serve([Reply(hang=True)]) as server:
         wanted = settings(server.api_base, model=PRICED, timeout_s=0.3, max_attempts=1, run_usd=1.0)
-        books = open_gateway_session(tmp_path, "run", "a", wanted)
-        answer = ask(REQUEST, wanted, books)
+        session = open_gateway_session(tmp_path, "run", "a", wanted)
+        answer = ask(REQUEST, wanted, session)
     assert not answer.budget_spent and answer.calls[0].cost_usd == 0.0
     expected = expected_amount(REQUEST, wanted, False)
-    assert spent_so_far(books.budget) == expected
+    assert spent_so_far(session.budget) == expected
     assert expected.tokens == EXPECTED_ANSWER_TOKENS + (15 + 11) // 3 and 0.02 < expected.usd < 0.021
 
 

@@ -11,7 +11,7 @@ from pathlib import Path
 import pytest
 
 from asset2sim.models.gateway.ask import ask
-from asset2sim.models.gateway.limits import postpone_next_request, provider_name, slot, wait_for_turn
+from asset2sim.models.gateway.rate_limits import postpone_next_request, provider_name, slot, wait_for_turn
 from asset2sim.models.gateway.session import open_gateway_session
 from asset2sim.models.gateway.transport import MAX_ANSWER_BYTES
 from schemas.request import ModelAnswer, ModelRequest
@@ -105,10 +105,10 @@ def test_one_workers_retry_after_holds_back_the_others(tmp_path: Path) -> None:
     limit = Reply("slow down", status=429, headers={"Retry-After": "0.6"})
     with serve([limit, Reply("{}")]) as server:
         wanted = settings(server.api_base)
-        books = open_gateway_session(tmp_path, "run", "a", wanted)
+        session = open_gateway_session(tmp_path, "run", "a", wanted)
         with ThreadPoolExecutor(1) as pool:
-            first = pool.submit(ask, REQUEST, wanted, books)
-            while len(server.requests) < 1 or not books.ledger.exists():
+            first = pool.submit(ask, REQUEST, wanted, session)
+            while len(server.requests) < 1 or not session.ledger.exists():
                 time.sleep(0.01)
             time.sleep(0.2)
             second = ask(REQUEST, wanted, open_gateway_session(tmp_path, "run", "b", wanted))
@@ -145,14 +145,14 @@ def test_a_stopped_run_waits_for_nothing(where: str, tmp_path: Path) -> None:
     reply = Reply("later", status=429, headers={"Retry-After": "30"}) if where == "retry" else Reply(hang=True)
     with serve([reply]) as server:
         wanted = settings(server.api_base, timeout_s=30.0, concurrent_requests=1)
-        books = open_gateway_session(tmp_path, "run", "a", wanted, stop.is_set)
-        taken = slot(books.slots, provider_name(wanted), 1)
+        session = open_gateway_session(tmp_path, "run", "a", wanted, stop.is_set)
+        taken = slot(session.slots, provider_name(wanted), 1)
         if where == "place":
             taken.__enter__()
         if where == "turn":
-            postpone_next_request(books.ledger, provider_name(wanted), 30.0)
+            postpone_next_request(session.ledger, provider_name(wanted), 30.0)
         with ThreadPoolExecutor(1) as pool:
-            job = pool.submit(ask, REQUEST, wanted, books)
+            job = pool.submit(ask, REQUEST, wanted, session)
             time.sleep(0.4)
             stop.set()
             answer = job.result(timeout=5.0)

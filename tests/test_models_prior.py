@@ -95,7 +95,7 @@ def test_sizes_are_consistent(size: tables.Size) -> None:
 
 
 def test_every_row_states_its_source() -> None:
-    folder = Path(tables.__file__).parent / "tables"
+    folder = Path(tables.__file__).parent / "csv_tables"
     for path in sorted(folder.glob("*.csv")):
         for row in csv.DictReader(path.open(encoding="utf-8")):
             assert None not in row, f"{path.name}: a cell too many in {row}"

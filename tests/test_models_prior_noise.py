@@ -7,11 +7,11 @@ from typing import Any
 
 import pytest
 
-from asset2sim.models.answers import parse_json
 from asset2sim.models.gateway.lite import load_litellm
 from asset2sim.models.language.object_info import ObjectInfo, read_prompt
+from asset2sim.models.lenient_json import parse_json
 from asset2sim.models.prior.answer import answer
-from asset2sim.models.prior.noise import MALFORMED, malformed, noisy, overlay
+from asset2sim.models.prior.noise import MALFORMED, malformed, noisy, noisy_overlay
 from asset2sim.models.prior.noise_level import Draws, Noise, NoiseLevel, draws_for, noise_of
 from asset2sim.models.prior.noise_state import with_wrong_part
 from asset2sim.models.prior.provider import next_answer
@@ -61,7 +61,7 @@ def wrong(index: int, sizes: NoiseLevel, sample: int = 0) -> dict[str, Any]:
     text = text_of(index)
     information, guidance = read_prompt(text)
     draws = draws_for(information, guidance, text, sample, 0)
-    return overlay(clean(index), ObjectInfo.from_json(information), draws, sizes)
+    return noisy_overlay(clean(index), ObjectInfo.from_json(information), draws, sizes)
 
 
 def test_the_same_question_is_answered_the_same() -> None:
@@ -157,7 +157,7 @@ def test_a_wrong_part_moves_the_state_to_another_joint() -> None:
     text = text_of(1, "A box with a slightly open lid.")
     information, guidance = read_prompt(text)
     draws = draws_for(information, guidance, text, 0, 0)
-    now = overlay(json.loads(answer(text)), ObjectInfo.from_json(information), draws, only(p_wrong_part=1.0))
+    now = noisy_overlay(json.loads(answer(text)), ObjectInfo.from_json(information), draws, only(p_wrong_part=1.0))
     assert list(now["initial_joint_positions"]) == ["drawer"] == now["asked"]
     assert 0.0 < now["initial_joint_positions"]["drawer"] < 0.11
 
@@ -211,7 +211,7 @@ def test_stated_sigmas_are_those_of_the_errors() -> None:
     info, ratios = ObjectInfo.from_json(information), []
     for sample in range(300):
         draws = draws_for(information, guidance, "", sample, 0)
-        now = overlay(given, info, draws, only(**{name: getattr(SIZES, name) for name in SPREADS}))
+        now = noisy_overlay(given, info, draws, only(**{name: getattr(SIZES, name) for name in SPREADS}))
         ratios.append(now["sigmas"]["scale"] / (SIZES.scale_log * now["scale"]))
         assert now["sigmas"].keys() == {
             "scale",

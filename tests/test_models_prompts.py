@@ -6,6 +6,8 @@ import re
 import pytest
 
 from asset2sim.models.answers import WITHOUT, overlay_schema
+from asset2sim.models.language.object_facts import object_info, told_object
+from asset2sim.models.language.object_info import ObjectInfo, read_prompt
 from asset2sim.models.prompts import data_block, overlay_request, synthesis_request, system_text, with_validation_errors
 from schemas.overlay import JointProposal, LinkProposal, Overlay
 from schemas.request import LabelledImage, ModelRequest
@@ -107,3 +109,12 @@ def test_validation_errors_are_a_further_block() -> None:
     request = with_validation_errors(synthesis(), ["links[0].mass_kg: <negative>"])
     assert block(request, "validation_errors") == ["links[0].mass_kg: <negative>"]
     assert request.text.startswith(synthesis().text) and "<negative>" not in request.text
+
+
+def test_the_checks_are_told_what_the_prompt_says() -> None:
+    features, size, centers = make_features("7"), (1.0, 2.0 / 3.0, 1.0), {"body": (0.1, 0.2, 1.0 / 3.0)}
+    text = overlay_request("synthesis", features, "a box", size, centers).text
+    assert ObjectInfo.from_json(read_prompt(text)[0]) == told_object(features, size, centers)
+    exact = object_info(features)
+    assert [joint.name for joint in exact.joints] == [joint.name for joint in features.movable_joints]
+    assert exact.size_m == features.rest_size and exact.link_by_name["body"].box_m == features.link("body").box_size

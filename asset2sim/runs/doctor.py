@@ -20,11 +20,10 @@ from asset2sim.catalog.storage.objects import StoreError, list_objects, remove_o
 from asset2sim.engines.registry import HOW_TO_INSTALL, engine_version, installed, open_world
 from asset2sim.models.gateway.choices import check_model
 from asset2sim.models.gateway.environment import quiet_environment
-from asset2sim.models.purposes import named_models, settings_for
 from asset2sim.runs.isolation import Ending, run_isolated
 from schemas.errors import Asset2SimError, UsageError
 from schemas.location import is_url
-from schemas.model_names import described, is_prior
+from schemas.model_names import described, is_prior, named_models, settings_for
 from schemas.request import ModelRequest
 from schemas.settings import ModelSettings, RunSettings
 from schemas.vocabulary import Engine

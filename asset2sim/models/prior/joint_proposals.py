@@ -7,7 +7,7 @@ from asset2sim.models.language import tables
 from asset2sim.models.language.clauses import NO_MENTION, mention
 from asset2sim.models.language.lexicon import Item, Segment
 from asset2sim.models.language.object_info import ObjectInfo
-from asset2sim.models.language.parts import Part, main_parts
+from asset2sim.models.language.parts import MovablePart, main_parts
 from asset2sim.models.language.states import high_end
 from asset2sim.models.language.tables import MotionWord
 from schemas.overlay import JointProposal, Level
@@ -48,14 +48,16 @@ class QualitativeDynamics:
     returns_s: float | None = None
 
 
-def felt(feel: QualitativeDynamics, changes: Mapping[str, str], part: Part, asked_open: bool) -> QualitativeDynamics:
+def with_segment_changes(
+    feel: QualitativeDynamics, changes: Mapping[str, str], part: MovablePart, asked_open: bool
+) -> QualitativeDynamics:
     """The dynamics after one segment's changes to the part, kind → level or number.
 
     ``asked_open`` is whether the guidance asks the part to stand open, which it could not if it fell shut.
     """
     for kind, said in changes.items():
         if kind in MOTIONS or kind == "friction":
-            feel = damped(feel, kind, said)
+            feel = with_damping(feel, kind, said)
         elif kind == "hold":
             coast = feel.coast_s if feel.level else min(feel.coast_s, HOLD_COAST_S)
             feel = replace(feel, coast_s=coast, holds=True, spring_hz=None, closes_s=None, returns_s=None)
@@ -69,7 +71,7 @@ def felt(feel: QualitativeDynamics, changes: Mapping[str, str], part: Part, aske
     return feel
 
 
-def damped(feel: QualitativeDynamics, kind: str, level: str) -> QualitativeDynamics:
+def with_damping(feel: QualitativeDynamics, kind: str, level: str) -> QualitativeDynamics:
     """The dynamics with another level of damping or friction; a stated level wins over words like "slowly"."""
     times = tables.coast_times()
     if kind in ("damping", "friction"):
@@ -79,7 +81,7 @@ def damped(feel: QualitativeDynamics, kind: str, level: str) -> QualitativeDynam
     return replace(slowed, holds=False) if kind in ("free", "no hold") else slowed
 
 
-def firmness(feel: QualitativeDynamics, stiff: bool, part: Part) -> QualitativeDynamics:
+def firmness(feel: QualitativeDynamics, stiff: bool, part: MovablePart) -> QualitativeDynamics:
     """A stiff or soft spring; where there is none, more or less damping."""
     if feel.spring_hz is not None:
         usual = part.mechanism.spring_hz or SPRING_HZ[part.joint.motion]
@@ -89,7 +91,7 @@ def firmness(feel: QualitativeDynamics, stiff: bool, part: Part) -> QualitativeD
 
 
 def with_motion_word(
-    feel: QualitativeDynamics, kind: str, said: str, part: Part, asked_open: bool
+    feel: QualitativeDynamics, kind: str, said: str, part: MovablePart, asked_open: bool
 ) -> QualitativeDynamics:
     """The dynamics with the time or distance that a word stands for, or that the guidance states (``said``)."""
     wish = tables.wishes().get("soft close" if kind == "no slam" else kind, NO_MOTION_WORD)
@@ -115,7 +117,7 @@ def with_motion_word(
 NO_MOTION_WORD = MotionWord(None, None, None, None)
 
 
-def gravity_moves(part: Part) -> bool:
+def gravity_moves(part: MovablePart) -> bool:
     """Whether gravity can move a part: a hinge that is not upright, a slider that is not level."""
     height = abs(part.joint.axis[2])
     return height > LEVEL if part.joint.motion == "slider" else height < UPRIGHT
@@ -156,10 +158,7 @@ _RETURNING = ("returning", "spring", "snap", "slow return")
 
 
 def propose_joints(
-    info: ObjectInfo,
-    parts: Sequence[Part],
-    thoughts: Sequence[Segment],
-    positions: Mapping[str, float],
+    info: ObjectInfo, parts: Sequence[MovablePart], statements: Sequence[Segment], positions: Mapping[str, float]
 ) -> tuple[tuple[JointProposal, ...], tuple[str, ...]]:
     """A proposal per movable joint, and notes on what the guidance changed.
 
@@ -175,26 +174,23 @@ def propose_joints(
         name = part.joint.name
         if name in positions and part.mechanism.spring_hz is None and part.mechanism.role in ("main", "cap"):
             feels[name] = replace(feels[name], holds=True)
-    for subject, segment in _clauses(info, parts, thoughts):
+    for subject, segment in _clauses(info, parts, statements):
         changes = _changes(segment)
         for part in _affected_parts(subject, changes):
             position = positions.get(part.joint.name, part.joint.closed)
             asked_open = abs(position - part.joint.closed) > _OPEN * part.joint.range
-            feels[part.joint.name] = felt(feels[part.joint.name], changes, part, asked_open)
+            feels[part.joint.name] = with_segment_changes(feels[part.joint.name], changes, part, asked_open)
         if subject and changes:
             notes.append(f"feel: {_said(changes)} → {_listed(subject)}")
-    return (
-        tuple(_proposal(part, feels[part.joint.name], positions) for part in parts),
-        tuple(notes),
-    )
+    return (tuple(_proposal(part, feels[part.joint.name], positions) for part in parts), tuple(notes))
 
 
 def _clauses(
-    info: ObjectInfo, parts: Sequence[Part], thoughts: Sequence[Segment]
-) -> Iterator[tuple[tuple[Part, ...], Segment]]:
+    info: ObjectInfo, parts: Sequence[MovablePart], statements: Sequence[Segment]
+) -> Iterator[tuple[tuple[MovablePart, ...], Segment]]:
     """Segments about dynamics, each with the parts it names, else the next noun's, the last named or the main ones."""
     last = NO_MENTION
-    for before, segment, after in zip((None, *thoughts), thoughts, (*thoughts[1:], None), strict=False):
+    for before, segment, after in zip((None, *statements), statements, (*statements[1:], None), strict=False):
         if before is not None and before.sentence != segment.sentence:
             last = NO_MENTION
         here = mention(info, parts, segment, last)
@@ -207,7 +203,7 @@ def _clauses(
             yield here.parts if here.found else last.parts or main_parts(parts), segment
 
 
-def spring_rest(part: Part, positions: Mapping[str, float]) -> float:
+def spring_rest(part: MovablePart, positions: Mapping[str, float]) -> float:
     """Where the part's spring returns it to: rad, or m at the authored scale."""
     if part.mechanism.spring_rest == "up":
         return high_end(part)
@@ -216,7 +212,7 @@ def spring_rest(part: Part, positions: Mapping[str, float]) -> float:
     return positions.get(part.joint.name, part.joint.closed)
 
 
-def _proposal(part: Part, feel: QualitativeDynamics, positions: Mapping[str, float]) -> JointProposal:
+def _proposal(part: MovablePart, feel: QualitativeDynamics, positions: Mapping[str, float]) -> JointProposal:
     sprung = feel.spring_hz is not None
     return JointProposal(
         name=part.joint.name,
@@ -231,7 +227,7 @@ def _proposal(part: Part, feel: QualitativeDynamics, positions: Mapping[str, flo
     )
 
 
-def _affected_parts(subject: Sequence[Part], changes: Mapping[str, str]) -> tuple[Part, ...]:
+def _affected_parts(subject: Sequence[MovablePart], changes: Mapping[str, str]) -> tuple[MovablePart, ...]:
     """The parts that the changes apply to: a spring goes to parts that are pushed, not to those that only spin."""
     pushed = tuple(part for part in subject if part.joint.motion != "spin")
     return pushed if "spring" in changes and pushed else tuple(subject)
@@ -241,7 +237,7 @@ def _said(changes: Mapping[str, str]) -> str:
     return ", ".join(f"{level} {kind}".strip() for kind, level in changes.items())
 
 
-def _listed(subject: Sequence[Part]) -> str:
+def _listed(subject: Sequence[MovablePart]) -> str:
     names = [part.joint.name for part in subject]
     return ", ".join(names) if len(names) <= 4 else f"{names[0]} to {names[-1]} ({len(names)} joints)"
 

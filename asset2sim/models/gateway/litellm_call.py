@@ -5,11 +5,11 @@ import threading
 import time
 from typing import Any
 
-from asset2sim.models.gateway.abilities import AttemptOptions, abilities
-from asset2sim.models.gateway.choices import runs_without_key, unset_variables
-from asset2sim.models.gateway.limits import RunStoppedError, Stopped
+from asset2sim.models.gateway.abilities import AttemptOptions, model_abilities
+from asset2sim.models.gateway.chat_messages import answer_format, chat_messages, tool_parameters
 from asset2sim.models.gateway.lite import load_litellm
-from asset2sim.models.gateway.messages import answer_format, chat_messages, tool_parameters
+from asset2sim.models.gateway.rate_limits import STOP_POLL_S, RunStoppedError, Stopped
+from asset2sim.models.gateway.secrets import runs_without_key, unset_variables
 from schemas.errors import ModelError
 from schemas.model_names import is_prior
 from schemas.request import ModelRequest
@@ -17,8 +17,6 @@ from schemas.settings import ModelSettings
 
 GRACE_S = 0.5
 """Time beyond the limit in which the HTTP client may end by itself, s; then its thread is abandoned."""
-LOOK_S = 0.2
-"""Longest wait for an answer without looking whether the run was stopped, s."""
 
 _NO_KEY = "no-key-needed"
 
@@ -29,13 +27,13 @@ class ModelTimeoutError(ModelError):
     status_code = 408
 
 
-def attempt(request: ModelRequest, settings: ModelSettings, extras: AttemptOptions, stopped: Stopped) -> Any:
+def attempt(request: ModelRequest, settings: ModelSettings, options: AttemptOptions, stopped: Stopped) -> Any:
     """LiteLLM's response; raises whatever LiteLLM raises, ``ModelTimeoutError`` and ``RunStoppedError``.
 
     HTTP clients restart their time limit with every byte received, so the call runs on a thread that is abandoned
     when its time is up. A model of this process is called directly.
     """
-    call = functools.partial(load_litellm().completion, **arguments(request, settings, extras))
+    call = functools.partial(load_litellm().completion, **arguments(request, settings, options))
     if is_prior(settings.model):
         return call()
     results: list[Any] = []
@@ -52,7 +50,7 @@ def attempt(request: ModelRequest, settings: ModelSettings, extras: AttemptOptio
 
     threading.Thread(target=work, name="model-call", daemon=True).start()
     deadline = time.monotonic() + settings.timeout_s + GRACE_S
-    while not done.wait(max(min(LOOK_S, deadline - time.monotonic()), 0.0)):
+    while not done.wait(max(min(STOP_POLL_S, deadline - time.monotonic()), 0.0)):
         if stopped():
             raise RunStoppedError("the run was stopped")
         if time.monotonic() >= deadline:
@@ -62,12 +60,12 @@ def attempt(request: ModelRequest, settings: ModelSettings, extras: AttemptOptio
     return results[0]
 
 
-def arguments(request: ModelRequest, settings: ModelSettings, extras: AttemptOptions) -> dict[str, Any]:
+def arguments(request: ModelRequest, settings: ModelSettings, options: AttemptOptions) -> dict[str, Any]:
     """Keyword arguments of LiteLLM's ``completion``."""
-    most = abilities(settings.model).max_output_tokens
+    most = model_abilities(settings.model).max_output_tokens
     found: dict[str, Any] = {
         "model": settings.model,
-        "messages": chat_messages(request, extras.images),
+        "messages": chat_messages(request, options.images),
         "temperature": settings.temperature,
         "max_completion_tokens": min(settings.max_completion_tokens, most or settings.max_completion_tokens),
         "timeout": settings.timeout_s,
@@ -80,7 +78,7 @@ def arguments(request: ModelRequest, settings: ModelSettings, extras: AttemptOpt
     if request.tools:
         found["tools"] = tool_parameters(request.tools)
         found["_skip_mcp_handler"] = True  # or LiteLLM imports a package that it does not depend on
-    wanted = answer_format(request.answer_schema, request.purpose, extras.answer_format)
+    wanted = answer_format(request.answer_schema, request.purpose, options.answer_format)
     if wanted is not None:
         found["response_format"] = wanted
     if settings.api_base is not None:

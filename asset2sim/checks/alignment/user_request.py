@@ -1,4 +1,7 @@
-"""The size and the joint states that the guidance asks for, read from guidance and features, not from any answer."""
+"""The size and the joint states that the guidance asks for, read from guidance and features, not from any answer.
+
+Words of size and stated lengths are read by rules of its own, not by those of the offline prior, which it scores.
+"""
 
 import re
 from collections.abc import Sequence
@@ -6,8 +9,9 @@ from dataclasses import dataclass
 
 from asset2sim.models.language import tables
 from asset2sim.models.language.lexicon import Segment, longest_spans, segments
-from asset2sim.models.language.object_info import ObjectInfo, object_info
-from asset2sim.models.language.parts import Part, parts_of
+from asset2sim.models.language.object_facts import object_info
+from asset2sim.models.language.object_info import ObjectInfo
+from asset2sim.models.language.parts import MovablePart, parts_of
 from asset2sim.models.language.sizing import dimension, identify
 from asset2sim.models.language.states import State, asked_states
 from asset2sim.models.language.tables import Size
@@ -77,9 +81,9 @@ def read_request(features: Features, guidance: str, scale: float) -> Request:
     """What the guidance asks of this object; ``scale`` is the final one, by which metres become authored ones."""
     info = object_info(features)
     size, _ = identify(info, guidance)
-    thoughts = segments(guidance, size.category)
+    statements = segments(guidance, size.category)
     parts = parts_of(info, size.category)
-    asked = asked_states(info, parts, thoughts, scale)
+    asked = asked_states(info, parts, statements, scale)
     by_joint = {part.joint.name: part for part in parts}
     states = tuple(
         AskedState(name, _called(by_joint[name]), asked.states[name], position, _usual_range(by_joint[name]))
@@ -87,30 +91,30 @@ def read_request(features: Features, guidance: str, scale: float) -> Request:
     )
     lacking = tuple(note for note in asked.notes if "has no" in note)
     return Request(
-        size=_size(info, size, guidance, thoughts),
+        size=_size(info, size, guidance, statements),
         states=states,
         lacking=lacking,
         opening=tuple(part.joint.name for part in parts if part.mechanism.role in OPENING),
-        free=any(thought.of("free") for thought in thoughts),
+        free=any(statement.of("free") for statement in statements),
     )
 
 
-def _called(part: Part) -> str:
+def _called(part: MovablePart) -> str:
     return part.name or "part"
 
 
-def _usual_range(part: Part) -> float:
+def _usual_range(part: MovablePart) -> float:
     """The range in which a part is used, rad or m at the authored scale: nobody opens a lid by 270°."""
     joint = part.joint
     return joint.range if joint.motion == "slider" else min(joint.range, part.mechanism.usual_rad)
 
 
-def _size(info: ObjectInfo, size: Size, guidance: str, thoughts: Sequence[Segment]) -> AskedSize:
-    word, factor = _word(thoughts)
+def _size(info: ObjectInfo, size: Size, guidance: str, statements: Sequence[Segment]) -> AskedSize:
+    word, factor = _word(statements)
     real = bool(REAL.search(guidance.lower())) or (bool(word) and factor >= 1.0)
     return AskedSize(
         category=size.category,
-        scale=_stated(info.size_closed_m, guidance, thoughts),
+        scale=_stated(info.size_closed_m, guidance, statements),
         word=word,
         factor=factor,
         household=(size.min_m * factor, size.max_m * factor),
@@ -119,11 +123,11 @@ def _size(info: ObjectInfo, size: Size, guidance: str, thoughts: Sequence[Segmen
     )
 
 
-def _word(thoughts: Sequence[Segment]) -> tuple[str, float]:
+def _word(statements: Sequence[Segment]) -> tuple[str, float]:
     """The word of size that is furthest from the usual, of those about the object; ("", 1) without any."""
     names = {phrase: " ".join(phrase) for phrase in tables.size_words()}
     found: list[str] = []
-    for segment in thoughts:
+    for segment in statements:
         kinds = {item.kind for item in segment.items}
         if kinds & (ABOUT_MOTION if segment.start == 0 else ABOUT_MOTION | ABOUT_PARTS):
             continue
@@ -136,14 +140,14 @@ def _word(thoughts: Sequence[Segment]) -> tuple[str, float]:
     return word, factors[word]
 
 
-def _stated(size_m: Vector3, guidance: str, thoughts: Sequence[Segment]) -> float | None:
+def _stated(size_m: Vector3, guidance: str, statements: Sequence[Segment]) -> float | None:
     """The scale that the user states, or that a stated length of the object gives."""
     stated = SCALE.search(guidance.lower())
     if stated and float(stated.group(1)) > 0.0:
         return float(stated.group(1))
     x, y, z = size_m
     edges = {"z": z, "side": max(x, y), "depth": min(x, y)}
-    for segment in thoughts:
+    for segment in statements:
         if {item.kind for item in segment.items} & ABOUT_PARTS:
             continue
         for length in segment.of("length"):
