@@ -14,20 +14,19 @@ from pydantic import AwareDatetime, Field
 
 from schemas.base import Frozen
 from schemas.settings import Settings
+from schemas.vocabulary import DECIDING_PACKAGES, Engine
 
 Outcome = Literal["finished", "interrupted"]
 
 RECORDED_PACKAGES = (
     "asset2sim",
-    "numpy",
-    "scipy",
-    "trimesh",
+    *DECIDING_PACKAGES,
+    *(engine.value for engine in Engine),
     "yourdfpy",
-    "pybullet",
     "pydantic",
     "litellm",
     "prefect",
-    "prefect-dask",
+    "dask",
     "distributed",
     "pyarrow",
     "duckdb",

@@ -1,9 +1,13 @@
-"""Formatting numbers for people."""
+"""Numbers and tables for people, in Markdown and on the terminal."""
 
 import math
+import re
+from collections.abc import Collection, Iterable, Sequence
 
 NOTHING = "–"
 """Placeholder for a missing value."""
+
+_BAR = re.compile(r"(?<!\\)\|")
 
 
 def number(value: object, unit: str = "", digits: int = 3) -> str:
@@ -23,3 +27,13 @@ def number(value: object, unit: str = "", digits: int = 3) -> str:
 def vector(values: tuple[object, ...], digits: int = 3) -> str:
     """Numbers in brackets."""
     return "(" + ", ".join(number(value, digits=digits) for value in values) + ")"
+
+
+def markdown_table(headings: Sequence[str], rows: Iterable[Sequence[str]], right: Collection[int] = ()) -> str:
+    """Markdown table; ``right`` holds the indices of right-aligned columns.
+
+    A cell becomes one line, and each ``|`` in it that has no backslash yet gets one.
+    """
+    rule = ["---:" if index in right else "---" for index in range(len(headings))]
+    cells = [[_BAR.sub(r"\\|", " ".join(cell.split())) for cell in row] for row in rows]
+    return "\n".join(f"| {' | '.join(line)} |" for line in (headings, rule, *cells))
