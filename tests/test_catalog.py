@@ -96,7 +96,7 @@ def test_oscillation_is_judged_by_the_joint_s_type() -> None:
         make_motion("slider", amplitude=0.02, sign_changes=5),
     )
     record = make_record(measurement=make_measurement(joints=motions))
-    assert {row["joint"]: row["oscillates"] for row in joint_rows("r", record, limits)} == {
+    assert {row["joint"]: row["oscillates"] for row in joint_rows({}, record, limits)} == {
         "hinge": False,
         "slider": True,
     }
@@ -109,7 +109,7 @@ def test_every_table_takes_the_rows_that_are_made_for_it() -> None:
     for name, rows in table_rows(make_run("r"), records).items():
         built = to_arrow(TABLES[name], rows)
         assert built.schema.equals(TABLES[name].schema, check_metadata=True)
-    assert trace_rows("r", records[0])[0]["phi_before_mm"] == pytest.approx(4.0)
+    assert trace_rows({}, records[0])[0]["phi_before_mm"] == pytest.approx(4.0)
 
 
 def test_every_column_is_described_and_keys_are_required() -> None:

@@ -4,6 +4,11 @@ import math
 import re
 from collections.abc import Collection, Iterable, Sequence
 
+from rich import box
+from rich.markup import escape
+from rich.table import Table
+from rich.text import Text
+
 NOTHING = "–"
 """Placeholder for a missing value."""
 
@@ -24,9 +29,9 @@ def number(value: object, unit: str = "", digits: int = 3) -> str:
     return f"{shown} {unit}" if unit else shown
 
 
-def vector(values: tuple[object, ...], digits: int = 3) -> str:
+def numbers(values: Iterable[object]) -> str:
     """Numbers in brackets."""
-    return "(" + ", ".join(number(value, digits=digits) for value in values) + ")"
+    return f"({', '.join(map(number, values))})"
 
 
 def markdown_table(headings: Sequence[str], rows: Iterable[Sequence[str]], right: Collection[int] = ()) -> str:
@@ -37,3 +42,22 @@ def markdown_table(headings: Sequence[str], rows: Iterable[Sequence[str]], right
     rule = ["---:" if index in right else "---" for index in range(len(headings))]
     cells = [[_BAR.sub(r"\\|", " ".join(cell.split())) for cell in row] for row in rows]
     return "\n".join(f"| {' | '.join(line)} |" for line in (headings, rule, *cells))
+
+
+def titled_table(title: str) -> Table:
+    """An empty table for the terminal, with a bold title on the left."""
+    return Table(box=box.SIMPLE_HEAD, title=title, title_justify="left", title_style="bold")
+
+
+def number_table(title: str, headings: Iterable[str], rows: Iterable[Iterable[object]], left: int) -> Table:
+    """Table for the terminal whose first ``left`` columns are text and whose others are numbers.
+
+    Cells of rich's ``Text`` keep their style; all others are shown literally.
+    """
+    table = titled_table(f"\n{title}")
+    table.padding = (0, 1, 0, 0)
+    for index, heading in enumerate(headings):
+        table.add_column(heading, justify="left" if index < left else "right", overflow="fold")
+    for row in rows:
+        table.add_row(*(cell if isinstance(cell, Text) else escape(str(cell)) for cell in row))
+    return table
