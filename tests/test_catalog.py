@@ -22,7 +22,8 @@ from asset2sim.catalog.read import query, read_table
 from asset2sim.catalog.rows import asset_row, joint_rows, table_rows, trace_rows
 from asset2sim.catalog.run import RunRow, finish_run, start_run, without_credentials
 from asset2sim.catalog.storage.lock import lock_output
-from asset2sim.catalog.write import check_catalog, write_run
+from asset2sim.catalog.stored_tables import check_catalog
+from asset2sim.catalog.write import write_run
 from flows.serve_nightly import nightly_schedule
 from schemas.errors import UnknownChoiceError, UsageError
 from schemas.settings import ModelSettings, Settings, Thresholds

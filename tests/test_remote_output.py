@@ -14,7 +14,7 @@ from asset2sim.catalog.query import connect
 from asset2sim.catalog.read import query, read_table
 from asset2sim.catalog.storage import listing
 from asset2sim.catalog.storage.cache import working_folder
-from asset2sim.catalog.storage.lock_url import LostLockError
+from asset2sim.catalog.storage.lock import LostLockError
 from asset2sim.cli.request import RefineRequest
 from asset2sim.runs.isolation.attempt import Attempt
 from asset2sim.runs.plan.records import FOLDER as RECORDS
@@ -146,7 +146,7 @@ def test_a_second_run_is_refused(store: Store, data: Path, tmp_path: Path, monke
 
 
 def test_nothing_is_sent_once_another_run_took_over(store: Store, data: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    from asset2sim.catalog.storage import lock_url as lock
+    from asset2sim.catalog.storage import lock
 
     out = f"{store.url}/out"
     monkeypatch.setattr(output, "lock_url", partial(lock.lock_url, renew_s=0.02))

@@ -10,7 +10,7 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 
 from asset2sim.catalog.enforce import CatalogError, conform
-from asset2sim.catalog.history import FOLDER, write_synced
+from asset2sim.catalog.history import HISTORY_FOLDER, write_synced
 from asset2sim.catalog.switch import replace_folder
 from schemas.tables import HISTORY
 
@@ -28,7 +28,7 @@ def compact_history(out: Path, now: datetime) -> None:
     A month that cannot be merged stays as it is.
     """
     recover_months(out)
-    for month in sorted((out / FOLDER).glob("month=*")):
+    for month in sorted((out / HISTORY_FOLDER).glob("month=*")):
         files = sorted(month.glob("*.parquet"))
         closed = month.name < f"month={now:%Y-%m}"
         if len(files) > (1 if closed else MAX_FILES):
@@ -40,7 +40,7 @@ def compact_history(out: Path, now: datetime) -> None:
 
 def recover_months(out: Path) -> None:
     """Clean up after a killed compaction: put a complete merged month in its place, and remove the rest."""
-    for folder in sorted((out / FOLDER).glob(".month=*")):
+    for folder in sorted((out / HISTORY_FOLDER).glob(".month=*")):
         month = folder.with_name(folder.name.removesuffix(_READY).removesuffix(_OLD)[1:])
         if not month.exists() and folder.name.endswith((_READY, _OLD)):
             os.rename(folder, month)
@@ -56,6 +56,4 @@ def _merge(month: Path, files: list[Path]) -> None:
     ready, old = (month.with_name(f".{month.name}{ending}") for ending in (_READY, _OLD))
     staging.mkdir()
     write_synced(rows, staging / MERGED)
-    os.rename(staging, ready)
-    replace_folder(ready, month, old)
-    shutil.rmtree(old, ignore_errors=True)
+    replace_folder(staging, ready, month, old)

@@ -4,9 +4,7 @@ A file is written under a hidden name before the catalog changes and gets its ow
 or in neither, whenever it is killed.
 """
 
-import os
 import re
-from collections.abc import Collection
 from pathlib import Path
 
 import pyarrow as pa
@@ -15,11 +13,13 @@ import pyarrow.parquet as pq
 
 from asset2sim.catalog.enforce import check_key
 from asset2sim.catalog.run import RunRow
+from asset2sim.catalog.stored_tables import recorded_run_ids
+from asset2sim.catalog.switch import replace_file, sync
 from schemas.table import ASSET_KEY, TIME
 from schemas.tables import COST_COLUMNS, HISTORY
 
-FOLDER = "history"
-PATTERN = f"{FOLDER}/month=*/*.parquet"
+HISTORY_FOLDER = "history"
+PATTERN = f"{HISTORY_FOLDER}/month=*/*.parquet"
 """The files, relative to OUT; unfinished ones are hidden and have another suffix."""
 _PART = re.compile(r"^\.(?P<run_id>.+)\.parquet\.part$")
 
@@ -51,24 +51,25 @@ def history_rows(run: RunRow, assets: pa.Table, chosen: pa.ChunkedArray) -> pa.T
 
 def stage_history(out: Path, run: RunRow, rows: pa.Table) -> None:
     """Write a run's file under its hidden name."""
-    folder = out / FOLDER / f"month={run.started_at:%Y-%m}"
+    folder = out / HISTORY_FOLDER / f"month={run.started_at:%Y-%m}"
     folder.mkdir(parents=True, exist_ok=True)
-    path = folder / f".{run.run_id}.parquet.part"
-    write_synced(rows, path)
+    sync(folder.parent)
+    write_synced(rows, folder / f".{run.run_id}.parquet.part")
 
 
-def commit_history(out: Path, runs: Collection[str]) -> None:
-    """Rename the staged files of these runs to their final names; remove the others, of runs not in the catalog."""
-    for part in sorted((out / FOLDER).glob("month=*/.*.parquet.part")):
+def commit_history(out: Path) -> None:
+    """Rename the staged files of the catalog's runs to their final names; remove those of other runs."""
+    runs = recorded_run_ids(out)
+    for part in sorted((out / HISTORY_FOLDER).glob("month=*/.*.parquet.part")):
         match = _PART.match(part.name)
         if match is not None and match["run_id"] in runs:
-            os.replace(part, part.with_name(f"{match['run_id']}.parquet"))
+            replace_file(part, part.with_name(f"{match['run_id']}.parquet"))
         else:
             part.unlink()
 
 
 def write_synced(rows: pa.Table, path: Path) -> None:
-    """Write a Parquet file, and sync it so that it survives a power loss."""
+    """Write a Parquet file, and sync it and its folder so that it survives a power loss."""
     pq.write_table(rows, path, compression="zstd")
-    with path.open("rb") as file:
-        os.fsync(file.fileno())
+    sync(path)
+    sync(path.parent)

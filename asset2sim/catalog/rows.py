@@ -5,7 +5,6 @@ from collections import Counter
 from collections.abc import Iterable, Sequence
 
 from asset2sim.catalog.rows_engines import (
-    Row,
     alignment_rows,
     interaction_rows,
     measurement_rows,
@@ -18,6 +17,7 @@ from asset2sim.checks.verdict import oscillates
 from schemas.asset import AssetRecord, Unchanged
 from schemas.measurement import Measurement
 from schemas.settings import Thresholds
+from schemas.table import Row
 from schemas.tables import TABLES
 from schemas.vocabulary import PAPER_FAILURE_MODES, Severity, Stage, Status
 

@@ -5,9 +5,7 @@ from schemas.asset import AssetRecord
 from schemas.interaction import EngineReport
 from schemas.measurement import Measurement
 from schemas.settings import Thresholds
-
-Row = dict[str, object]
-"""Column → value. A number that was never measured is None, never 0."""
+from schemas.table import Row
 
 
 def prismatic_joints(record: AssetRecord) -> frozenset[str]:
@@ -32,8 +30,10 @@ def motion_columns(measured: Measurement | None, prismatic: frozenset[str], limi
 
 def measurement_rows(key: Row, record: AssetRecord, limits: Thresholds) -> list[Row]:
     """Rows of ``measurements``; ``key`` holds the columns that every row of the asset begins with."""
+    if record.overlay is None:
+        return []
     rows = []
-    for report in record.reports if record.overlay is not None else ():
+    for report in record.reports:
         verdict = judge_report(report, record.overlay, limits)
         checks = check_verdicts(report, record.overlay, limits)
         row = key | {

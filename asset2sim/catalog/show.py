@@ -17,6 +17,9 @@ from schemas.model_names import described
 from schemas.settings import Thresholds
 from schemas.vocabulary import Stage
 
+_FINDING_HEADINGS = ("severity", "stage", "code", "where", "message")
+_STEP_HEADINGS = ("step", "proposer", "Φ before mm", "Φ after mm", "kept", "evaluations", "moved")
+_CALL_HEADINGS = ("purpose", "model", "outcome", "attempt", "tokens in", "out", "USD", "s")
 _SEVERITY_STYLES = {"error": "bold red", "warning": "yellow", "info": "dim"}
 
 
@@ -78,14 +81,11 @@ def _rest(asset: FrameRow, own: Mapping[str, Sequence[FrameRow]]) -> list[Render
     """Findings, trace, calls and times."""
     parts: list[RenderableType] = []
     if own["findings"]:
-        headings = ("severity", "stage", "code", "where", "message")
-        parts.append(number_table("Findings", headings, map(_finding, own["findings"]), left=5))
+        parts.append(number_table("Findings", _FINDING_HEADINGS, map(_finding, own["findings"]), left=5))
     if own["trace"]:
-        headings = ("step", "proposer", "Φ before mm", "Φ after mm", "kept", "evaluations", "moved")
-        parts.append(number_table("Refinement", headings, map(_step, own["trace"]), left=2))
+        parts.append(number_table("Refinement", _STEP_HEADINGS, map(_step, own["trace"]), left=2))
     if own["model_calls"]:
-        headings = ("purpose", "model", "outcome", "attempt", "tokens in", "out", "USD", "s")
-        parts.append(number_table("Model calls", headings, map(_call, own["model_calls"]), left=3))
+        parts.append(number_table("Model calls", _CALL_HEADINGS, map(_call, own["model_calls"]), left=3))
     stages = [(stage.value, asset[f"seconds_{stage.value}"]) for stage in Stage]
     times = " · ".join(f"{name} {seconds:.2f}" for name, seconds in stages if seconds is not None)
     parts.append(Text(f"\nseconds    {times or NOTHING} · in all {asset['seconds_total']:.2f}"))

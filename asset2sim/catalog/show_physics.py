@@ -104,8 +104,8 @@ def engine_tables(own: Mapping[str, Sequence[FrameRow]]) -> list[RenderableType]
     if efforts:
         parts.append(_efforts(efforts))
     if overlaps := own.get("link_overlaps"):
-        headings = ("link", "link", "cause", "seen", "deepest mm")
-        parts.append(number_table("Links that overlap in the initial state", headings, map(_overlap, overlaps), left=4))
+        title, columns = "Links that overlap in the initial state", ("link", "link", "cause", "seen", "deepest mm")
+        parts.append(number_table(title, columns, map(_overlap, overlaps), left=4))
     return parts
 
 

@@ -102,7 +102,7 @@ def list_objects(url: str) -> dict[str, Stored]:
     objects = {}
     for path, info in found.items():
         name = path.removeprefix(f"{key}/")
-        if name != path and is_safe(name) and info.get("type") == "file":
+        if name != path and _is_safe(name) and info.get("type") == "file":
             objects[name] = stored(info)
     return dict(sorted(objects.items()))
 
@@ -195,7 +195,7 @@ def remove_objects(urls: list[str]) -> None:
             remove_objects([url])
 
 
-def is_safe(name: str) -> bool:
+def _is_safe(name: str) -> bool:
     """Whether a relative name stays below the folder that it is written to."""
     return all(part not in ("", ".", "..") and "\\" not in part and "\0" not in part for part in name.split("/"))
 

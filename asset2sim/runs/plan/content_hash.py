@@ -32,7 +32,7 @@ IRRELEVANT_SOURCES = (
     "asset2sim/incremental",
     "asset2sim/runs/remote/contents.py",
     "asset2sim/catalog/storage/listing.py",
-    "asset2sim/catalog/storage/lock_url.py",
+    "asset2sim/catalog/storage/lock.py",
     "asset2sim/catalog/read_remote.py",
     "asset2sim/runs/remote/output.py",
     "asset2sim/catalog/read_remote.py",
