@@ -8,7 +8,7 @@ from typing import NoReturn
 
 import pytest
 
-from asset2sim.catalog import compact
+from asset2sim.catalog import history
 from asset2sim.catalog import read_remote as read
 from asset2sim.catalog.query import connect
 from asset2sim.catalog.read import query, read_table
@@ -164,7 +164,7 @@ def test_nothing_is_sent_once_another_run_took_over(store: Store, data: Path, mo
 
 def test_runs_is_the_last_table_that_is_sent(store: Store, data: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     out = f"{store.url}/out"
-    monkeypatch.setattr(compact, "MAX_FILES", 2)
+    monkeypatch.setattr(history, "MAX_FILES", 2)
     for _ in range(2):
         night(data, out)
     store.requests.clear()

@@ -16,6 +16,15 @@ from schemas.errors import UnknownChoiceError, UsageError
 from schemas.model_names import described
 from schemas.vocabulary import Grouping
 
+LATEST, PREVIOUS = "latest", "previous"
+"""Names of the last run, and of the one before it over the same dataset with the same method and model."""
+CHANGES = ("broke", "fails otherwise", "mended", "came", "went")
+"""Kinds of change of an asset between two runs, the most important first."""
+_STYLES = {"broke": "bold red", "fails otherwise": "red", "mended": "green"}
+_SAME = ("dataset", "method", "model")
+_LATEST_ROWS = "(SELECT assets.*, runs.started_at FROM assets JOIN runs USING (run_id))"
+_ROWS_SINCE = "(SELECT * FROM asset_history WHERE started_at >= ?)"
+
 
 def failure_breakdown(out: Path | str) -> pd.DataFrame:
     """A row per method, model and failure mode, ``none`` first; columns as ``failures.sql`` names them.
@@ -62,14 +71,6 @@ def _examples(row: Mapping[Hashable, Any]) -> str:
     return ", ".join(names) + (", …" if row["assets"] > len(names) else "")
 
 
-LATEST, PREVIOUS = "latest", "previous"
-"""Names of the last run, and of the one before it over the same dataset with the same method and model."""
-CHANGES = ("broke", "fails otherwise", "mended", "came", "went")
-"""Kinds of change of an asset between two runs, the most important first."""
-_STYLES = {"broke": "bold red", "fails otherwise": "red", "mended": "green"}
-_SAME = ("dataset", "method", "model")
-
-
 def compare_runs(out: Path | str, earlier: str, later: str) -> pd.DataFrame:
     """A row per asset whose result in ``later`` differs from that in ``earlier``.
 
@@ -113,10 +114,6 @@ def render_comparison(found: pd.DataFrame, earlier: str, later: str) -> Table:
             names = (Text(str(row["asset_id"])), Text(str(row["category"])))
             table.add_row(change, *names, before, after, Text(_text(row["reason"])))
     return table
-
-
-_LATEST_ROWS = "(SELECT assets.*, runs.started_at FROM assets JOIN runs USING (run_id))"
-_ROWS_SINCE = "(SELECT * FROM asset_history WHERE started_at >= ?)"
 
 
 def failures_by(out: Path | str, grouping: Grouping, since: datetime | None = None) -> pd.DataFrame:

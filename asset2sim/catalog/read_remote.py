@@ -8,8 +8,7 @@ from pathlib import Path
 import pyarrow.compute as pc
 import pyarrow.parquet as pq
 
-from asset2sim.catalog.compact import MERGED
-from asset2sim.catalog.history import HISTORY_FOLDER, history_files
+from asset2sim.catalog.history import HISTORY_FOLDER, MERGED, history_files
 from asset2sim.catalog.storage.cache import reading_folder
 from asset2sim.catalog.storage.lock import lock_output
 from asset2sim.catalog.storage.mirror import pull

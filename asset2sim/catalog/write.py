@@ -7,9 +7,8 @@ import pyarrow as pa
 import pyarrow.compute as pc
 import pyarrow.parquet as pq
 
-from asset2sim.catalog.compact import compact_history, recover_months
 from asset2sim.catalog.enforce import check_key, row_keys, to_arrow
-from asset2sim.catalog.history import commit_history, history_rows, stage_history
+from asset2sim.catalog.history import commit_history, compact_history, history_rows, recover_months, stage_history
 from asset2sim.catalog.rows import table_rows
 from asset2sim.catalog.run import RunRow
 from asset2sim.catalog.stored_tables import stored_columns, stored_table, table_path

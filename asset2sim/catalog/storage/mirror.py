@@ -17,14 +17,20 @@ from asset2sim.catalog.storage.objects import (
     list_objects,
     object_info,
     remove_objects,
+    send_objects,
 )
-from asset2sim.catalog.storage.objects import send_objects as send_to
 
 FILE = ".mirror.db"
 WAIT_S = 60.0
 """Time that one process waits for another's entry, s: each takes milliseconds."""
 AT_ONCE = 500
 """Names in one query: old versions of SQLite take 999."""
+INCOMING_PREFIX = ".coming-"
+"""Name prefix of the folder into which files are downloaded before they are moved to their places."""
+LIST_FOLDER_FROM = 3
+"""Number of objects in one folder from which listing the folder is faster than asking for each object."""
+ATTEMPTS = 20
+"""Attempts to fetch a set of objects while another run writes to it."""
 
 _TABLE = """
 CREATE TABLE IF NOT EXISTS copies (name TEXT PRIMARY KEY, version TEXT, size INTEGER, mtime_ns INTEGER) WITHOUT ROWID
@@ -108,14 +114,6 @@ def _open(folder: Path) -> Iterator[sqlite3.Connection]:
         yield connection
 
 
-INCOMING_PREFIX = ".coming-"
-"""Name prefix of the folder into which files are downloaded before they are moved to their places."""
-LIST_FOLDER_FROM = 3
-"""Number of objects in one folder from which listing the folder is faster than asking for each object."""
-ATTEMPTS = 20
-"""Attempts to fetch a set of objects while another run writes to it."""
-
-
 class ObjectsChangedError(StoreError):
     """The objects kept changing while they were being read."""
 
@@ -172,7 +170,7 @@ def fetch(url: str, folder: Path, objects: Mapping[str, Stored]) -> None:
 def push(url: str, folder: Path, names: Iterable[str]) -> None:
     """Upload those of these local files that changed since they last equalled their objects."""
     going = touched(folder, names)
-    send_to({f"{url}/{name}": folder / name for name in going})
+    send_objects({f"{url}/{name}": folder / name for name in going})
     note(folder, _look_for(url, going))
 
 
@@ -191,7 +189,7 @@ def _look_for(url: str, names: Iterable[str]) -> dict[str, Stored]:
 def send_folder(url: str, folder: Path) -> None:
     """Make the objects below a URL equal to a local folder: upload every file, then remove objects without a file."""
     files = {path.relative_to(folder).as_posix(): path for path in sorted(folder.rglob("*")) if path.is_file()}
-    send_to({f"{url}/{name}": path for name, path in files.items()})
+    send_objects({f"{url}/{name}": path for name, path in files.items()})
     remove_objects([f"{url}/{name}" for name in list_objects(url) if name not in files])
 
 

@@ -23,8 +23,7 @@ from dataclasses import dataclass
 from datetime import datetime
 from pathlib import Path
 
-from asset2sim.catalog.compact import MERGED, compact_history
-from asset2sim.catalog.history import HISTORY_FOLDER
+from asset2sim.catalog.history import HISTORY_FOLDER, MERGED, compact_history
 from asset2sim.catalog.read_remote import repair_history
 from asset2sim.catalog.report_file import REPORTS_FOLDER
 from asset2sim.catalog.storage.cache import working_folder

@@ -7,8 +7,7 @@ from pathlib import Path
 import numpy as np
 import pyarrow as pa
 
-from asset2sim.catalog.compact import compact_history
-from asset2sim.catalog.history import HISTORY_FOLDER, write_synced
+from asset2sim.catalog.history import HISTORY_FOLDER, compact_history, write_synced
 from asset2sim.catalog.run import RunRow
 from asset2sim.catalog.write import write_run
 from schemas.asset import AssetRecord
