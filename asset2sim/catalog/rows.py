@@ -101,28 +101,16 @@ def link_rows(key: Row, record: AssetRecord) -> list[Row]:
     rows = []
     for link in record.overlay.links:
         seen = features.get(link.name)
-        row = key | {
-            "link": link.name,
-            "label": link.label,
+        row = key | {"link": link.name} | link.model_dump(exclude={"name", "com", "inertia"})
+        row |= {
             "joint_kind": seen.joint_kind if seen else None,
-            "material": link.material,
-            "density_kg_m3": link.density_kg_m3,
-            "hollow_factor": link.hollow_factor,
-            "volume_m3": link.volume_m3,
-            "volume_source": link.volume_source.value,
-            "mass_kg": link.mass_kg,
-            "mass_source": link.mass_source.value,
-            "com_source": link.com_source.value,
-            "inertia_source": link.inertia_source.value,
             "n_meshes": len(seen.meshes) if seen else None,
             "n_watertight": sum(mesh.watertight for mesh in seen.meshes) if seen else None,
             "n_faces": sum(mesh.n_faces for mesh in seen.meshes) if seen else None,
         }
         row |= {f"com_{axis}_m": value for axis, value in zip("xyz", link.com, strict=True)}
-        row |= {
-            f"i{axes}_kg_m2": value
-            for axes, value in zip(("xx", "xy", "xz", "yy", "yz", "zz"), link.inertia, strict=True)
-        }
+        axes = ("xx", "xy", "xz", "yy", "yz", "zz")
+        row |= {f"i{pair}_kg_m2": value for pair, value in zip(axes, link.inertia, strict=True)}
         rows.append(row)
     return rows
 
@@ -137,31 +125,12 @@ def joint_rows(key: Row, record: AssetRecord, limits: Thresholds) -> list[Row]:
     rows = []
     for joint in record.overlay.joints:
         seen, motion = features.get(joint.name), motions.get(joint.name)
-        row = key | {
-            "joint": joint.name,
-            "type": joint.type,
+        row = key | {"joint": joint.name} | joint.model_dump(exclude={"name", "least_inertia"})
+        row |= {
             "position_unit": "m" if joint.type == "prismatic" else "rad",
-            "label": joint.label,
             "parent": seen.parent if seen else None,
             "child": seen.child if seen else None,
-            "damping": joint.damping,
-            "damping_source": joint.damping_source.value,
-            "friction": joint.friction,
-            "friction_source": joint.friction_source.value,
-            "stiffness": joint.stiffness,
-            "stiffness_source": joint.stiffness_source.value,
-            "spring_reference": joint.spring_reference,
-            "lower": joint.lower,
-            "upper": joint.upper,
-            "limits_source": joint.limits_source.value,
-            "closed": joint.closed,
-            "open": joint.open,
             "openness_confidence": seen.openness_confidence if seen else None,
-            "initial_position": joint.initial_position,
-            "position_source": joint.position_source.value,
-            "effective_inertia": joint.effective_inertia,
-            "gravity_load": joint.gravity_load,
-            "holds": joint.holds,
             "amplitude": motion.amplitude if motion else None,
             "sign_changes": motion.sign_changes if motion else None,
             "final_position": motion.final_position if motion else None,
@@ -184,20 +153,13 @@ def trace_rows(key: Row, record: AssetRecord) -> list[Row]:
     """Rows of ``trace``."""
     return [
         key
+        | step.model_dump(exclude={"phi_before_m", "phi_after_m", "moved"})
         | {
             "step_index": index,
-            "step": step.step,
-            "proposer": step.proposer,
             "phi_before_mm": 1000.0 * step.phi_before_m,
             "phi_after_mm": 1000.0 * step.phi_after_m,
             "moved_joints": list(step.moved),
             "moved_positions": list(step.moved.values()),
-            "accepted": step.accepted,
-            "evaluations": step.evaluations,
-            "reason": step.reason,
-            "test": step.test,
-            "value_before": step.value_before,
-            "value_after": step.value_after,
         }
         for index, step in enumerate(record.trace)
     ]
@@ -205,10 +167,7 @@ def trace_rows(key: Row, record: AssetRecord) -> list[Row]:
 
 def finding_rows(key: Row, record: AssetRecord) -> list[Row]:
     """Rows of ``findings``."""
-    return [
-        key | {"finding_index": index} | finding.model_dump(mode="python")
-        for index, finding in enumerate(record.findings)
-    ]
+    return [key | {"finding_index": index} | finding.model_dump() for index, finding in enumerate(record.findings)]
 
 
 def run_row(run: RunRow, records: Sequence[AssetRecord], unchanged: Sequence[Unchanged] = ()) -> Row:

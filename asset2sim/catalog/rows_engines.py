@@ -1,5 +1,7 @@
 """Rows of what was measured: per engine, per interaction check, per pair of overlapping links, and of alignment."""
 
+from dataclasses import asdict
+
 from asset2sim.checks.verdict import check_verdicts, judge_report, oscillating_joints
 from schemas.asset import AssetRecord
 from schemas.interaction import EngineReport
@@ -58,18 +60,7 @@ def interaction_rows(key: Row, record: AssetRecord, limits: Thresholds) -> list[
     rows: list[Row] = []
     for report in record.reports:
         own = key | {"engine": report.engine.value}
-        rows += [
-            own
-            | {
-                "test": check.test.value,
-                "subject": check.subject,
-                "passed": check.passed,
-                "value": check.value,
-                "limit": check.limit,
-                "reason": check.reason,
-            }
-            for check in check_verdicts(report, record.overlay, limits)
-        ]
+        rows += [own | asdict(check) for check in check_verdicts(report, record.overlay, limits)]
         rows += _effort_rows(own, report, prismatic_joints(record))
     return rows
 
