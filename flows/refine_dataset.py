@@ -7,7 +7,7 @@ from prefect import flow
 from asset2sim.catalog.run import finish_run, remove_run_marker, start_run, write_run_marker
 from asset2sim.catalog.storage.cache import working_folder
 from asset2sim.catalog.storage.disk import raise_disk_full
-from asset2sim.catalog.write import check_catalog
+from asset2sim.catalog.stored_tables import check_catalog
 from asset2sim.runs.remote.output import open_output, send_rest
 from asset2sim.runs.result import RunResult
 from asset2sim.runs.spread.worker import PIPELINE

@@ -7,7 +7,8 @@ import pytest
 
 from asset2sim.assets.urdf.locate import find_mesh, find_urdf, outer_references
 from asset2sim.catalog.run import finish_run, start_run
-from asset2sim.catalog.write import check_catalog, write_run
+from asset2sim.catalog.stored_tables import check_catalog
+from asset2sim.catalog.write import write_run
 from asset2sim.runs.dataset import load_dataset
 from asset2sim.runs.isolation.attempt import Attempt, failed_record
 from asset2sim.runs.plan.plan import Plan, make_plan, settle

@@ -10,10 +10,9 @@ import pandas as pd
 import pyarrow.parquet as pq
 import pytest
 
-from asset2sim.catalog import compact, switch
-from asset2sim.catalog.compact import compact_history
+from asset2sim.catalog import history, switch
 from asset2sim.catalog.failures import compare_runs, failures_by, find_run
-from asset2sim.catalog.history import history_files
+from asset2sim.catalog.history import compact_history, history_files
 from asset2sim.catalog.read import latest_rows, query, read_table
 from asset2sim.catalog.run import RunRow
 from asset2sim.catalog.write import write_run
@@ -101,7 +100,7 @@ def test_a_closed_month_becomes_one_file_and_loses_nothing(tmp_path: Path) -> No
 
 
 def test_a_busy_month_is_merged_too(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(compact, "MAX_FILES", 3)
+    monkeypatch.setattr(history, "MAX_FILES", 3)
     for day in range(1, 7):
         write_run(tmp_path, night(day), ended(a=OK))
     assert len(history_files(tmp_path)) == 3 and len(kept(tmp_path, "run_id")) == 6
@@ -129,7 +128,7 @@ def test_a_killed_compaction_loses_and_doubles_nothing(
         out = tmp_path / str(line)
         shutil.copytree(template, out)
         work = partial(compact_history, out, datetime(2026, 12, 1, tzinfo=UTC))
-        killed = killed_at(line, (compact.__file__, switch.__file__), work)
+        killed = killed_at(line, (history.__file__, switch.__file__), work)
         if swaps:
             assert kept(out, "run_id", "asset_id") == expected
         write_run(out, night(1, 12), ended(a=OK))

@@ -10,7 +10,7 @@ from PIL import Image
 
 from asset2sim.catalog import mlflow_log
 from asset2sim.catalog.changes import Previous, find_changes
-from asset2sim.catalog.mlflow_log import EXPERIMENT, failure_chart, log_run, run_params
+from asset2sim.catalog.mlflow_log import EXPERIMENT, draw_failures, log_run, run_params
 from asset2sim.catalog.mlflow_store import PART, prepare_mlflow
 from asset2sim.catalog.report_file import write_report
 from asset2sim.catalog.run import start_run
@@ -142,7 +142,7 @@ def test_params_are_flat_bounded_and_hold_no_password() -> None:
 
 
 def test_the_chart_is_a_picture(tmp_path: Path, records: list[AssetRecord]) -> None:
-    with Image.open(failure_chart(records, tmp_path / "new" / "chart.png")) as picture:
+    draw_failures(records, tmp_path / "chart.png", "How the assets ended")
+    with Image.open(tmp_path / "chart.png") as picture:
         assert picture.format == "PNG" and min(picture.size) > 400
         assert len(picture.convert("RGB").getcolors(1 << 24) or []) > 10
-    assert failure_chart([], tmp_path / "empty.png").is_file()

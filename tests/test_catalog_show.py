@@ -8,8 +8,8 @@ from rich.console import Console, RenderableType
 
 from asset2sim.catalog.run import start_run
 from asset2sim.catalog.show import describe_asset
-from asset2sim.catalog.summary import HEADINGS, summary_markdown, summary_table, totals_line
-from asset2sim.catalog.text import number
+from asset2sim.catalog.summary import summary_table, totals_line
+from asset2sim.catalog.text import NOTHING, markdown_table, number
 from asset2sim.catalog.write import write_run
 from schemas.errors import UnknownChoiceError
 from schemas.settings import Settings, Thresholds
@@ -79,22 +79,24 @@ def test_an_unknown_id_names_the_closest(tmp_path: Path) -> None:
 def test_the_summary_keeps_every_number_at_every_width(width: int) -> None:
     records = [make_record(f"{100000 + i}", category="StorageFurniture") for i in range(147)]
     records[0] = make_failure("100000", FailureMode.INVALID_JOINT_CONFIGURATION)
-    lines = text_of(summary_table(records), width).splitlines()
+    lines = text_of(summary_table(records, Thresholds()), width).splitlines()
     assert "…" not in "\n".join(lines) and max(map(len, lines)) <= width
     shown = [line for line in lines if line.startswith("100")]
     assert len(shown) == 147 and shown[-1].startswith("100000") and "invalid_joint_configuration" in shown[-1]
     assert shown[0].split()[-8:] == ["0.250", "3", "0.500", "0.100", "0.0010", "2/2", "1", "2.1"]
 
 
-def test_markdown_and_totals() -> None:
+def test_totals() -> None:
     wild = make_measurement(penetration_m=0.0, joints=(make_motion("hinge", 0.5, 9),))
-    records = [*make_run_records(3, [FailureMode.TIMEOUT]), make_record("wild", category="a|b", measurement=wild)]
-    lines = summary_markdown(records).splitlines()
-    assert len(lines) == 2 + 5 + 2 and lines[1].count("---") == len(HEADINGS) and "a\\|b" in lines[6]
-    totals = totals_line(records)
-    assert lines[-1] == totals
+    records = [*make_run_records(3, [FailureMode.TIMEOUT]), make_record("wild", measurement=wild)]
+    totals = totals_line(records, Thresholds())
     assert "4 of 5 ok (80.0 %)" in totals and "mean over 3 not zero 0.500 mm" in totals and "oscillation 3/4" in totals
-    assert totals_line([]) == "no assets"
+    assert totals_line([], Thresholds()) == "no assets"
+
+
+def test_a_markdown_table_escapes_what_would_split_a_cell() -> None:
+    table = markdown_table(("a", "n"), [("x|y", "1"), (r"x\|y", "two\nlines"), ("", NOTHING)], right=(1,))
+    assert table.splitlines() == ["| a | n |", "| --- | ---: |", r"| x\|y | 1 |", r"| x\|y | two lines |", "|  | – |"]
 
 
 @pytest.mark.parametrize(

@@ -1,5 +1,6 @@
 """The catalog: rows, schema on write, merge by key, one switch for all tables, reading."""
 
+import io
 import os
 import shutil
 import signal
@@ -14,20 +15,27 @@ import pytest
 import yaml
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
+from rich.console import Console
 
 from asset2sim.catalog import switch
 from asset2sim.catalog import write as store
+from asset2sim.catalog.changes import find_changes, read_previous
 from asset2sim.catalog.enforce import CatalogError, to_arrow
-from asset2sim.catalog.read import query, read_table
+from asset2sim.catalog.failures import compare_runs, failure_breakdown, failures_by
+from asset2sim.catalog.read import latest_rows, query, read_table
+from asset2sim.catalog.report import report_markdown
 from asset2sim.catalog.rows import asset_row, joint_rows, table_rows, trace_rows
 from asset2sim.catalog.run import RunRow, finish_run, start_run, without_credentials
+from asset2sim.catalog.show import describe_asset
 from asset2sim.catalog.storage.lock import lock_output
-from asset2sim.catalog.write import check_catalog, write_run
+from asset2sim.catalog.stored_tables import check_catalog
+from asset2sim.catalog.write import write_run
 from flows.serve_nightly import nightly_schedule
 from schemas.errors import UnknownChoiceError, UsageError
 from schemas.settings import ModelSettings, Settings, Thresholds
+from schemas.table import Table
 from schemas.tables import HISTORY, PUBLISHED, TABLES
-from schemas.vocabulary import FailureMode
+from schemas.vocabulary import FailureMode, Grouping
 from tests.factories import make_failure, make_measurement, make_motion, make_record, make_run_records
 from tests.killing import killed_at
 
@@ -96,7 +104,7 @@ def test_oscillation_is_judged_by_the_joint_s_type() -> None:
         make_motion("slider", amplitude=0.02, sign_changes=5),
     )
     record = make_record(measurement=make_measurement(joints=motions))
-    assert {row["joint"]: row["oscillates"] for row in joint_rows("r", record, limits)} == {
+    assert {row["joint"]: row["oscillates"] for row in joint_rows({}, record, limits)} == {
         "hinge": False,
         "slider": True,
     }
@@ -109,7 +117,7 @@ def test_every_table_takes_the_rows_that_are_made_for_it() -> None:
     for name, rows in table_rows(make_run("r"), records).items():
         built = to_arrow(TABLES[name], rows)
         assert built.schema.equals(TABLES[name].schema, check_metadata=True)
-    assert trace_rows("r", records[0])[0]["phi_before_mm"] == pytest.approx(4.0)
+    assert trace_rows({}, records[0])[0]["phi_before_mm"] == pytest.approx(4.0)
 
 
 def test_every_column_is_described_and_keys_are_required() -> None:
@@ -329,6 +337,55 @@ def test_tables_open_with_pandas_alone(tmp_path: Path) -> None:
     assert len(pd.read_parquet(tmp_path / "catalog" / "links.parquet")) == 12
     described = pq.read_schema(tmp_path / "catalog" / "links.parquet").field("mass_kg").metadata
     assert described[b"unit"] == b"kg"
+
+
+KNOWN = {"method": "asset2sim", "model": "prior/household", "dataset": "data/raw", "position_unit": "rad"}
+KINDS = {pa.string(): "text", pa.float64(): 0.5, pa.int64(): 1, pa.bool_(): True}
+
+
+def filled(table: Table, row: dict[str, object]) -> dict[str, object]:
+    """A row of a table from its schema alone: these values, one of the column's type, or null where that may be."""
+    values = {field.name: None if field.nullable else KINDS.get(field.type, []) for field in table.schema}
+    return {name: row.get(name, KNOWN.get(name, value)) for name, value in values.items()}
+
+
+def test_tables_on_disk_are_read_by_every_command_and_taken_up_by_the_next_run(tmp_path: Path) -> None:
+    ended = [("r1", 1, "a", "ok", "none"), ("r1", 1, "b", "ok", "none"),
+             ("r2", 2, "a", "failed", "jam"), ("r2", 2, "b", "ok", "none")]  # fmt: skip
+    rows = [
+        {"run_id": run_id, "started_at": datetime(2026, 1, day, tzinfo=UTC), "asset_id": asset, "status": status,
+         "failure_mode": mode, "finished_at": datetime(2026, 1, day, 1, tzinfo=UTC), "unchanged": 0}
+        for run_id, day, asset, status, mode in ended
+    ]  # fmt: skip
+    latest = {"runs": rows[1:3]}
+    (tmp_path / "catalog").mkdir()
+    for table in TABLES.values():
+        some = [filled(table, row) for row in latest.get(table.name, rows[2:])]
+        pq.write_table(pa.Table.from_pylist(some, schema=table.schema), tmp_path / "catalog" / table.file)
+    for run_id in ("r1", "r2"):
+        some = [filled(HISTORY, row | {"unchanged": False}) for row in rows if row["run_id"] == run_id]
+        file = tmp_path / "history" / "month=2026-01" / f"{run_id}.parquet"
+        file.parent.mkdir(parents=True, exist_ok=True)
+        pq.write_table(pa.Table.from_pylist(some, schema=HISTORY.schema), file)
+
+    check_catalog(tmp_path)
+    assert {name: len(read_table(tmp_path, name)) for name in PUBLISHED} == dict.fromkeys(TABLES, 2) | {HISTORY.name: 4}
+    assert failure_breakdown(tmp_path)[["failure_mode", "assets"]].values.tolist() == [["none", 1], ["jam", 1]]
+    assert failures_by(tmp_path, Grouping.CATEGORY)["failures"].tolist() == [1]
+    assert compare_runs(tmp_path, "previous", "latest")[["change", "asset_id"]].values.tolist() == [["broke", "a"]]
+    console = Console(width=200, file=io.StringIO(), record=True)
+    console.print(describe_asset(tmp_path, "a"))
+    assert "failed: jam" in console.export_text()
+    assert [len(table) for table in latest_rows(tmp_path, "assets", "links")] == [2, 2]
+    run = make_run("r3")
+    before = read_previous(tmp_path, run)
+    assert before.modes == {"a": "jam", "b": "none"} and before.run is not None and before.run.run_id == "r2"
+    report = report_markdown(run, [make_record("a")], before, find_changes([make_record("a")], before))
+    assert "Mended: 1" in report
+    write_run(tmp_path, run, [make_record("a")])
+    assert len(read_table(tmp_path, HISTORY.name)) == 5
+    assert {row["asset_id"]: row["run_id"] for row in read_table(tmp_path, "assets").to_dict("records")} == {
+        "a": "r3", "b": "r2"}  # fmt: skip
 
 
 def test_a_user_s_mistakes_are_one_line(tmp_path: Path) -> None:

@@ -10,6 +10,9 @@ import pytest
 from packaging.requirements import Requirement
 from packaging.utils import canonicalize_name
 
+from asset2sim.catalog.run import RECORDED_PACKAGES
+from schemas.vocabulary import DECIDING_PACKAGES, Engine
+
 ROOT = Path(__file__).resolve().parents[1]
 PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))
 
@@ -27,6 +30,14 @@ def test_every_dependency_is_pinned_within_its_range() -> None:
     for text in (*project["dependencies"], *project["optional-dependencies"]["dev"]):
         requirement = Requirement(text)
         assert requirement.specifier.contains(versions[canonicalize_name(requirement.name)]), text
+
+
+def test_every_package_whose_version_a_run_records_is_declared() -> None:
+    project = PROJECT["project"]
+    texts = [text for extra in project["optional-dependencies"].values() for text in extra]
+    declared = {canonicalize_name(Requirement(text).name) for text in (*project["dependencies"], *texts)}
+    assert set(RECORDED_PACKAGES) - declared == {"asset2sim"}
+    assert {*DECIDING_PACKAGES, *Engine} <= set(RECORDED_PACKAGES)
 
 
 def test_what_is_pinned_holds_no_addresses() -> None:

@@ -23,7 +23,7 @@ from asset2sim.runs.plan.plan import must_redo
 from asset2sim.runs.plan.state import folder_files_hash, open_state
 from schemas.asset import AssetRef
 from schemas.settings import EngineSettings, ModelSettings, PhysicsSettings, RunSettings, Settings, ViewSettings
-from schemas.vocabulary import RETRIED_MODES, Engine, FailureMode, Method, Redo, Status
+from schemas.vocabulary import DECIDING_PACKAGES, RETRIED_MODES, Engine, FailureMode, Method, Redo, Status
 from tests.assets import RAW, ROOT, box_obj, link, mesh, robot, written
 from tests.factories import make_record
 from tests.incremental_runs import (
@@ -154,14 +154,14 @@ def test_the_hash_follows_request_settings_and_reference() -> None:
 def test_an_engine_that_is_not_asked_for_has_no_say(monkeypatch: pytest.MonkeyPatch) -> None:
     one = NO_VIEWS.model_copy(update={"engine": EngineSettings(verify=(Engine.PYBULLET,))})
     before = key(), key(settings=one)
-    versions = dict.fromkeys((*code.PACKAGES, *Engine), "1.0")
+    versions = dict.fromkeys((*DECIDING_PACKAGES, *Engine), "1.0")
     monkeypatch.setattr(metadata, "version", versions.__getitem__)
     monkeypatch.setattr(code, "installed", lambda: tuple(Engine))
     stated = key(), key(settings=one)
     assert stated[0] != before[0] and stated[1] != before[1]
     versions["mujoco"] = "1.1"
     assert key() != stated[0] and key(settings=one) == stated[1]
-    assert set(package_versions(one.engine)) == {*code.PACKAGES, "pybullet"}
+    assert set(package_versions(one.engine)) == {*DECIDING_PACKAGES, "pybullet"}
 
 
 def test_sources_count_unless_they_are_listed() -> None:

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from asset2sim.catalog import compact, history, switch
+from asset2sim.catalog import history, switch
 from asset2sim.catalog import write as store
 from asset2sim.catalog.read import read_table
 from asset2sim.runs.plan import plan, records, state
@@ -44,7 +44,7 @@ def test_a_record_is_kept_to_the_last_bit(tmp_path: Path) -> None:
 
 
 MODES = failing({"b": FailureMode.TIMEOUT})
-WATCHED = {module.__file__ for module in (plan, records, state, store, switch, history, compact)}
+WATCHED = {module.__file__ for module in (plan, records, state, store, switch, history)}
 
 
 def dying(after: int) -> Make:

@@ -8,13 +8,13 @@ from typing import NoReturn
 
 import pytest
 
-from asset2sim.catalog import compact
+from asset2sim.catalog import history
 from asset2sim.catalog import read_remote as read
 from asset2sim.catalog.query import connect
 from asset2sim.catalog.read import query, read_table
 from asset2sim.catalog.storage import listing
 from asset2sim.catalog.storage.cache import working_folder
-from asset2sim.catalog.storage.lock_url import LostLockError
+from asset2sim.catalog.storage.lock import LostLockError
 from asset2sim.runs.isolation.attempt import Attempt
 from asset2sim.runs.plan.records import FOLDER as RECORDS
 from asset2sim.runs.plan.records import KeptRecord, keep_record, record_file
@@ -146,7 +146,7 @@ def test_a_second_run_is_refused(store: Store, data: Path, tmp_path: Path, monke
 
 
 def test_nothing_is_sent_once_another_run_took_over(store: Store, data: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    from asset2sim.catalog.storage import lock_url as lock
+    from asset2sim.catalog.storage import lock
 
     out = f"{store.url}/out"
     monkeypatch.setattr(output, "lock_url", partial(lock.lock_url, renew_s=0.02))
@@ -164,7 +164,7 @@ def test_nothing_is_sent_once_another_run_took_over(store: Store, data: Path, mo
 
 def test_runs_is_the_last_table_that_is_sent(store: Store, data: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     out = f"{store.url}/out"
-    monkeypatch.setattr(compact, "MAX_FILES", 2)
+    monkeypatch.setattr(history, "MAX_FILES", 2)
     for _ in range(2):
         night(data, out)
     store.requests.clear()

@@ -55,7 +55,7 @@ def examine(out: Path | str, model: ModelSettings) -> list[Check]:
         _attempt("python", check_python),
         _attempt("packages", check_packages),
         _attempt("checkout", check_checkout, needed=False),
-        _attempt("output folder", lambda: check_store(out) if is_url(out) else check_writable(out)),
+        _attempt("output folder", lambda: check_store_writable(out) if is_url(out) else check_writable(out)),
         _attempt("temporary folder", lambda: check_writable(Path(tempfile.gettempdir()))),
         _attempt("cores and memory", check_machine),
         _attempt("local ports", check_ports),
@@ -127,7 +127,7 @@ def check_writable(folder: Path) -> str:
     return f"{folder} ({free:.0f} GB free)"
 
 
-def check_store(url: str) -> str:
+def check_store_writable(url: str) -> str:
     """Objects below a URL can be written, listed and removed, and this machine has room for copies of them."""
     place = f"{url}/.doctor-{uuid.uuid4().hex}"
     try:

@@ -11,7 +11,7 @@ from asset2sim.checks.alignment.reference import Reference
 from asset2sim.engines.registry import installed
 from schemas.asset import AssetRef
 from schemas.settings import EngineSettings, Settings
-from schemas.vocabulary import Engine
+from schemas.vocabulary import DECIDING_PACKAGES, Engine
 
 IRRELEVANT_SOURCES = (
     # The command line, the spreading of work, and reports.
@@ -36,7 +36,7 @@ IRRELEVANT_SOURCES = (
     "asset2sim/incremental",
     "asset2sim/runs/remote/contents.py",
     "asset2sim/catalog/storage/listing.py",
-    "asset2sim/catalog/storage/lock_url.py",
+    "asset2sim/catalog/storage/lock.py",
     "asset2sim/catalog/read_remote.py",
     "asset2sim/runs/remote/output.py",
     "asset2sim/catalog/read_remote.py",
@@ -65,8 +65,6 @@ IRRELEVANT_SOURCES = (
 never too little."""
 ROWS = ("rows.py", "engine_rows.py", "alignment_rows.py")
 """The only catalog sources that count: those that make an asset's rows."""
-PACKAGES = ("coacd", "lxml", "numpy", "pillow", "pycollada", "python-fcl", "scipy", "trimesh", "usd-core")
-"""Packages, beside the engines, whose version may change a number."""
 
 
 def counts(source: str) -> bool:
@@ -90,10 +88,10 @@ def source_version() -> str:
 
 
 def package_versions(settings: EngineSettings) -> dict[str, str]:
-    """Package → installed version: ``PACKAGES``, PyBullet, which refines, and the engines that verify."""
+    """Package → installed version: ``DECIDING_PACKAGES``, PyBullet, which refines, and the engines that verify."""
     engines = settings.verify if settings.verify is not None else installed()
     found = {}
-    for name in (*PACKAGES, *sorted({Engine.PYBULLET.value, *(engine.value for engine in engines)})):
+    for name in (*DECIDING_PACKAGES, *sorted({Engine.PYBULLET.value, *(engine.value for engine in engines)})):
         try:
             found[name] = metadata.version(name)
         except metadata.PackageNotFoundError:

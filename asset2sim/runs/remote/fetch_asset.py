@@ -1,6 +1,6 @@
 """Transfers of a worker where data or output is behind a URL: download the asset, upload its result."""
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 
@@ -8,7 +8,7 @@ from asset2sim.assets.urdf.locate import outer_references
 from asset2sim.baselines.reference import LEVELS
 from asset2sim.catalog.storage.cache import data_root, working_folder
 from asset2sim.catalog.storage.disk import is_disk_full
-from asset2sim.catalog.storage.mirror import changed, fetch, remove_tree, send_folder
+from asset2sim.catalog.storage.mirror import changed, fetch, remove_others, remove_tree, send_folder
 from asset2sim.catalog.storage.objects import (
     Stored,
     StoreError,
@@ -43,7 +43,7 @@ def fetch_asset(folder: str, method: Method) -> Path:
     inner = visible(list_objects(folder))
     bring({f"{folder}/{name}": stored for name, stored in inner.items()})
     place = local_copy_path(folder)
-    _remove_others(place, inner)
+    remove_others(place, ["./"], inner)
     urdf = choose_urdf_name(inner)
     if urdf is not None:
         references = outer_references((place / urdf).read_text(encoding="utf-8", errors="replace"))
@@ -88,19 +88,6 @@ def _bring_reference(folder: str) -> None:
         folder = folder.rpartition("/")[0]
         if not key_of(folder) or fetch_file(f"{folder}/{REFERENCE}").is_file():
             return
-
-
-def _remove_others(place: Path, names: Iterable[str]) -> None:
-    """Remove files that are not among these names from the local copy of an asset's folder."""
-    there = set(names)
-    for path in sorted(place.rglob("*"), reverse=True) if place.is_dir() else ():
-        if path.is_dir() and not path.is_symlink():
-            if not any(path.iterdir()):
-                path.rmdir()
-        elif path.relative_to(place).as_posix() not in there:
-            path.unlink(missing_ok=True)
-    if place.is_dir() and not there:
-        place.rmdir()
 
 
 def run_with_local_files(
