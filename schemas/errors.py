@@ -1,5 +1,7 @@
 """Errors. A bad asset is data: ``AssetError`` becomes a row. A user's mistake is a ``UsageError``: one line, exit 2."""
 
+import errno
+import sqlite3
 from collections.abc import Iterable
 
 from schemas.vocabulary import FailureMode
@@ -50,3 +52,21 @@ class ModelError(Asset2SimError):
 
 class InvalidAnswerError(ModelError):
     """The model answered, and the answer does not fit the schema."""
+
+
+FULL = (errno.ENOSPC, errno.EDQUOT)
+"""Error numbers of a full disk and of an exhausted quota."""
+
+
+def is_disk_full(error: BaseException) -> bool:
+    """Whether an error, or one in its chain of causes, is due to a full disk."""
+    seen: set[int] = set()
+    step: BaseException | None = error
+    while step is not None and id(step) not in seen:
+        if isinstance(step, OSError) and step.errno in FULL:
+            return True
+        if isinstance(step, sqlite3.Error) and getattr(step, "sqlite_errorcode", None) == sqlite3.SQLITE_FULL:
+            return True
+        seen.add(id(step))
+        step = step.__cause__ or step.__context__
+    return False

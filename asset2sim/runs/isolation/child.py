@@ -8,11 +8,10 @@ from dataclasses import replace
 from multiprocessing.connection import Connection
 from pathlib import Path
 
-from asset2sim.catalog.storage.disk import is_disk_full
 from asset2sim.runs.isolation import limits
 from asset2sim.runs.isolation.messages import Answer, Begun, Call, Raised, Returned, Work
 from asset2sim.runs.isolation.traces import ProcessState, is_unchanged_since, traces
-from schemas.errors import Asset2SimError
+from schemas.errors import Asset2SimError, is_disk_full
 
 MAX_WORK_PER_CHILD = 50
 """Most pieces of work of one child, which bounds leaks that ``traces`` does not measure."""

@@ -7,7 +7,6 @@ from pathlib import Path
 from asset2sim.assets.urdf.locate import outer_references
 from asset2sim.baselines.reference import LEVELS
 from asset2sim.catalog.storage.cache import data_root, working_folder
-from asset2sim.catalog.storage.disk import is_disk_full
 from asset2sim.catalog.storage.mirror import changed, fetch, remove_tree, send_folder
 from asset2sim.catalog.storage.objects import (
     Stored,
@@ -25,6 +24,7 @@ from asset2sim.models.gateway.refused_answers import answers_file
 from asset2sim.runs.isolation.attempt import Attempt, failed_record, first_log_file, log_file
 from asset2sim.runs.remote.contents import choose_urdf_name, outer_objects, visible
 from schemas.asset import AssetRecord, AssetRef
+from schemas.errors import is_disk_full
 from schemas.location import is_url, location_of
 from schemas.settings import Settings
 from schemas.vocabulary import FailureMode, Method
