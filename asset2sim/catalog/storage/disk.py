@@ -7,6 +7,7 @@ from pathlib import Path
 
 from schemas.errors import Asset2SimError, is_disk_full
 
+
 class DiskFullError(Asset2SimError):
     """The output folder's disk is full; the message names it."""
 

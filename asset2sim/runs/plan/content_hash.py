@@ -30,7 +30,7 @@ IRRELEVANT_SOURCES = (
     "asset2sim/runs/spread/refine_all.py",
     "asset2sim/runs/spread/spread.py",
     "asset2sim/incremental",
-    "asset2sim/runs/remote/contents.py",
+    "asset2sim/runs/plan/url_files.py",
     "asset2sim/catalog/storage/listing.py",
     "asset2sim/catalog/storage/lock_url.py",
     "asset2sim/catalog/read_remote.py",

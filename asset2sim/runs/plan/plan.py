@@ -11,7 +11,7 @@ from asset2sim.checks.alignment.reference import Reference
 from asset2sim.runs.plan.content_hash import content_hash, shared_hash
 from asset2sim.runs.plan.records import KeptRecord, drop_record, keep_record, kept_records
 from asset2sim.runs.plan.state import folder_files_hash, forget_folders, note_folders, open_state, refined_folders
-from asset2sim.runs.remote.contents import remote_content_hashes
+from asset2sim.runs.plan.url_files import remote_content_hashes
 from schemas.asset import AssetRecord, AssetRef, Unchanged
 from schemas.location import is_url, location_of
 from schemas.settings import Settings

@@ -22,7 +22,7 @@ from asset2sim.catalog.storage.objects import (
 from asset2sim.checks.alignment.reference import FILE as REFERENCE
 from asset2sim.models.gateway.refused_answers import answers_file
 from asset2sim.runs.isolation.attempt import Attempt, failed_record, first_log_file, log_file
-from asset2sim.runs.remote.contents import choose_urdf_name, outer_objects, visible
+from asset2sim.runs.plan.url_files import choose_urdf_name, outer_objects, visible
 from schemas.asset import AssetRecord, AssetRef
 from schemas.errors import is_disk_full
 from schemas.location import is_url, location_of
