@@ -31,6 +31,7 @@ from asset2sim.studies.speed.process import machine, measure, one_core
 from asset2sim.studies.speed.query_times import MODULE as QUERY
 from asset2sim.studies.speed.stages import stage_seconds
 from asset2sim.studies.speed.synthetic import make_unchanged
+from flows import PIPELINE
 from flows.bench_loop import run_loop
 from flows.bench_run import MODULE as RUN
 from schemas.asset import AssetRecord
@@ -112,7 +113,7 @@ def synthetic(request: BenchRequest, found: Measured) -> Measured:
         shutil.rmtree(folder, ignore_errors=True)
         tell(f"making {count:,} synthetic entries")
         words = command(request, folder / "data", folder / "out", 2)
-        data, out = make_unchanged(record, folder, count, refine_request(parse(words)).settings)
+        data, out = make_unchanged(record, folder, count, refine_request(parse(words)).settings, PIPELINE)
         runs.append(flow(request, f"synthetic-{count}", command(request, data, out, 2)))
     return found.model_copy(update={"synthetic": tuple(runs)})
 
@@ -123,7 +124,7 @@ def sample_record(request: BenchRequest) -> AssetRecord:
     out = fresh(request, "sample").resolve()
     words = command(request, raw, out, 1, ids=[SAMPLE])
     refs = load_dataset(raw, None, (SAMPLE,), None)
-    return refine_all(refs, out, refine_request(parse(words)).settings).records[0]
+    return refine_all(refs, out, refine_request(parse(words)).settings, PIPELINE).records[0]
 
 
 def history(request: BenchRequest, found: Measured) -> Measured:

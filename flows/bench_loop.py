@@ -16,7 +16,7 @@ from asset2sim.cli.parser import parse, refine_request
 from asset2sim.cli.request import RefineRequest
 from asset2sim.models.gateway.session import open_gateway_session
 from asset2sim.runs.check_request import check_request
-from asset2sim.runs.isolation.server import ONE_THREAD
+from asset2sim.runs.isolation.children import ONE_THREAD
 from asset2sim.runs.spread.worker import ask_for_asset
 from asset2sim.studies.speed.measured import LoopTimes
 from asset2sim.studies.speed.process import BenchError, cpu_s, measure, peak_memory_mb

@@ -8,6 +8,7 @@ from contextlib import contextmanager
 from asset2sim.cli.main import run_command
 from asset2sim.cli.request import RefineRequest
 from asset2sim.runs.result import RunResult
+from flows import PIPELINE
 from schemas.errors import UsageError
 
 
@@ -29,7 +30,7 @@ def ready(request: RefineRequest) -> Iterator[Callable[[RefineRequest], RunResul
     from asset2sim.catalog.storage.cache import working_folder
     from asset2sim.catalog.switch import find_catalog
     from asset2sim.models.gateway.lite import load_litellm
-    from asset2sim.runs.isolation.server import warm_up
+    from asset2sim.runs.isolation.children import warm_up
     from flows.server.server import temporary_server
 
     first = find_catalog(working_folder(request.out)) is None
@@ -37,7 +38,7 @@ def ready(request: RefineRequest) -> Iterator[Callable[[RefineRequest], RunResul
         # The server takes seconds to load: load beside it what the run will need. Where a run has been before there may
         # be little to refine, or nothing: then the engines and LiteLLM would be loaded in vain.
         if first:
-            warm_up()
+            warm_up(PIPELINE)
             threading.Thread(target=load_litellm, daemon=True).start()
         from flows.refine_dataset import refine_dataset
         from flows.server.client import use_server
@@ -82,10 +83,10 @@ def _night_now(request: RefineRequest) -> int:
     with temporary_server() as address:
         from asset2sim.catalog.storage.cache import working_folder
         from asset2sim.catalog.switch import find_catalog
-        from asset2sim.runs.isolation.server import warm_up
+        from asset2sim.runs.isolation.children import warm_up
 
         if find_catalog(working_folder(request.out)) is None:
-            warm_up()
+            warm_up(PIPELINE)
         from flows.serve_nightly import run_deployed_night, run_night_here
         from flows.server.client import use_server
 

@@ -6,10 +6,11 @@ from collections.abc import Sequence
 from asset2sim.cli.console import output
 from asset2sim.models.gateway.environment import quiet_environment
 from asset2sim.runs.check_request import check_request
-from asset2sim.runs.isolation.server import warm_up
+from asset2sim.runs.isolation.children import warm_up
 from asset2sim.studies.methods.objects import read_objects
 from asset2sim.studies.methods.plan import CompareRequest, parse_request, plan
 from asset2sim.studies.methods.report import check_readme, compare, write_comparison, write_readme
+from flows import PIPELINE
 from flows.server.server import temporary_server
 from schemas.errors import Asset2SimError, UsageError
 
@@ -28,7 +29,7 @@ def compare_methods(request: CompareRequest) -> int:
     for run in runs:
         check_request(request.data, run.folder, run.settings(base), request.subset, request.asset_ids, request.limit)
     with temporary_server() as address:
-        warm_up()
+        warm_up(PIPELINE)
         from flows.refine_dataset import refine_dataset
         from flows.server.client import use_server
 

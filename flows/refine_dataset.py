@@ -10,7 +10,7 @@ from asset2sim.catalog.storage.disk import raise_disk_full
 from asset2sim.catalog.write import check_catalog
 from asset2sim.runs.remote.output import open_output, send_rest
 from asset2sim.runs.result import RunResult
-from asset2sim.runs.spread.worker import PIPELINE
+from flows import PIPELINE
 from flows.steps import (
     align,
     discover,

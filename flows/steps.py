@@ -29,8 +29,7 @@ from asset2sim.runs.plan.plan import Plan, make_plan, settle
 from asset2sim.runs.remote.fetch_asset import local_file
 from asset2sim.runs.remote.output import Output, send_plan, send_tables, stored_asset_ids
 from asset2sim.runs.result import RunResult
-from asset2sim.runs.spread.refine_all import Refined, refine_planned
-from asset2sim.runs.spread.worker import PIPELINE
+from asset2sim.runs.spread.refine_all import RunRecords, refine_planned
 from flows.server.deployment import left_out
 from schemas.asset import AssetRef
 from schemas.location import Location, below
@@ -49,7 +48,7 @@ class WrittenReport:
     warnings: tuple[str, ...]
 
 
-def stopped_line(refined: Refined, chosen: int) -> str | None:
+def stopped_line(refined: RunRecords, chosen: int) -> str | None:
     """Why the run stopped, where it did, and how far it came."""
     if refined.stopped is None:
         return None
@@ -78,7 +77,7 @@ def find_previous(out: Path, run: RunRow, present: Collection[str] | None = None
 
 @task(name="report", cache_policy=NO_CACHE, persist_result=False)
 def report(
-    out: Path, run: RunRow, refined: Refined, previous: Previous, chosen: int, died: str | None = None
+    out: Path, run: RunRow, refined: RunRecords, previous: Previous, chosen: int, died: str | None = None
 ) -> WrittenReport:
     """Write the report and attach it to the flow run. A failure is a warning only: the tables hold the same data.
 
@@ -114,7 +113,7 @@ def find_references(data: Location) -> dict[str, Reference]:
 
 
 @task(name="align", cache_policy=NO_CACHE, persist_result=False)
-def align(refined: Refined, references: dict[str, Reference]) -> Refined:
+def align(refined: RunRecords, references: dict[str, Reference]) -> RunRecords:
     """The records with their alignment; see ``asset2sim.checks.alignment.align.align``."""
     return replace(refined, records=align_all(refined.records, references))
 
@@ -133,7 +132,7 @@ def discover(
 
 
 @task(name="log-run", cache_policy=NO_CACHE, persist_result=False)
-def log_run(out: Path, run: RunRow, refined: Refined, changes: Changes) -> str | None:
+def log_run(out: Path, run: RunRow, refined: RunRecords, changes: Changes) -> str | None:
     """Log settings, figures and failures; returns a warning where MLflow could not take them."""
     return mlflow_log.log_run(out, run, refined.records, changes, refined.unchanged)
 
@@ -167,7 +166,7 @@ def plan(
 
 
 @task(name="publish", cache_policy=NO_CACHE, persist_result=False)
-def publish(output: Output, run: RunRow, refined: Refined, present: Collection[str] | None = None) -> None:
+def publish(output: Output, run: RunRow, refined: RunRecords, present: Collection[str] | None = None) -> None:
     """Write the run's rows to the Parquet tables; see ``asset2sim.catalog.write.write_run``."""
     folder = output.folder
     # Behind a URL, history is compacted after the upload: a store cannot switch a month's files at once.
@@ -178,8 +177,8 @@ def publish(output: Output, run: RunRow, refined: Refined, present: Collection[s
 
 @task(name="refine-assets", cache_policy=NO_CACHE, persist_result=False)
 def refine_assets(
-    refs: list[AssetRef], plan: Plan, output: Output, settings: Settings, run_id: str, pipeline: str = PIPELINE
-) -> Refined:
+    refs: list[AssetRef], plan: Plan, output: Output, settings: Settings, run_id: str, pipeline: str
+) -> RunRecords:
     """A record per asset that the plan has to do; see ``asset2sim.runs.spread.refine_all.refine_planned``."""
     if plan.todo:
         # MLflow, which the run's last step needs, loads beside the work.

@@ -285,11 +285,10 @@ SCRIPT = """
 import json, shutil, sys
 from pathlib import Path
 from flows.command import main
-from tasks.prefect_settings import prepare_environment
-import flows.command
+from flows import PIPELINE
 from asset2sim.cli.parser import parse, refine_request
-from asset2sim.isolation.server import warm_up
-from tasks.prefect_server import temporary_server
+from asset2sim.runs.isolation.children import warm_up
+from flows.server.server import temporary_server
 
 data, out = Path(sys.argv[1]), Path(sys.argv[2])
 manifest = data / "manifest.csv"
@@ -304,9 +303,9 @@ def step(refine, *more):
 
 if __name__ == "__main__":
     with temporary_server() as address:
-        warm_up()
+        warm_up(PIPELINE)
         from flows.refine_dataset import refine_dataset
-        from tasks.prefect_client import use_server
+        from flows.server.client import use_server
 
         with use_server(address):
             def refine(request):

@@ -16,7 +16,7 @@ from asset2sim.catalog.storage import listing
 from asset2sim.catalog.storage.cache import working_folder
 from asset2sim.catalog.storage.lock_url import LostLockError
 from asset2sim.cli.request import RefineRequest
-from asset2sim.runs.isolation.attempt import Attempt
+from asset2sim.runs.isolation.asset_attempt import AssetAttempt
 from asset2sim.runs.plan.records import FOLDER as RECORDS
 from asset2sim.runs.plan.records import KeptRecord, keep_record, record_file
 from asset2sim.runs.remote import output
@@ -151,10 +151,10 @@ def test_nothing_is_sent_once_another_run_took_over(store: Store, data: Path, mo
     out = f"{store.url}/out"
     monkeypatch.setattr(output, "lock_url", partial(lock.lock_url, renew_s=0.02))
 
-    def overtaken(*arguments: object, **options: object) -> Attempt:
+    def overtaken(*arguments: object, **options: object) -> AssetAttempt:
         store.files.pipe_file(f"{out}/.lock", b'{"token": "t", "process": 1, "host": "far", "time": 9e12}')
         time.sleep(0.3)
-        return Attempt(brief(*arguments[1:5]))  # type: ignore[arg-type]
+        return AssetAttempt(brief(*arguments[1:5]))  # type: ignore[arg-type]
 
     monkeypatch.setattr(worker, "attempt_in_child", overtaken)
     with pytest.raises(LostLockError, match=r"took .* over"):
