@@ -193,3 +193,7 @@ class Export(StrEnum):
 
     MJCF = "mjcf"
     USD = "usd"
+
+
+DECIDING_PACKAGES = ("coacd", "lxml", "numpy", "pillow", "pycollada", "python-fcl", "scipy", "trimesh", "usd-core")
+"""Packages, beside the engines (``Engine``), whose version may change a number in an asset's result."""

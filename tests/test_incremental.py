@@ -1,12 +1,14 @@
 """Incremental runs: what changes an asset, and what is refined again."""
 
 import ast
+import functools
 import json
 import os
 import shutil
 import subprocess
 import sys
 import time
+from collections.abc import Callable
 from importlib import metadata
 from pathlib import Path
 from typing import Any
@@ -18,12 +20,12 @@ from asset2sim.checks.alignment.reference import Reference
 from asset2sim.runs.plan import content_hash as code
 from asset2sim.runs.plan import records, state
 from asset2sim.runs.plan.asset_files import AssetFile, asset_files
-from asset2sim.runs.plan.content_hash import content_hash, counts, package_versions, shared_hash
+from asset2sim.runs.plan.content_hash import content_hash, counted_files, package_versions, shared_hash
 from asset2sim.runs.plan.plan import must_redo
 from asset2sim.runs.plan.state import folder_files_hash, open_state
 from schemas.asset import AssetRef
 from schemas.settings import EngineSettings, ModelSettings, PhysicsSettings, RunSettings, Settings, ViewSettings
-from schemas.vocabulary import RETRIED_MODES, Engine, FailureMode, Method, Redo, Status
+from schemas.vocabulary import DECIDING_PACKAGES, RETRIED_MODES, Engine, FailureMode, Method, Redo, Status
 from tests.assets import RAW, ROOT, box_obj, link, mesh, robot, written
 from tests.factories import make_record
 from tests.incremental_runs import (
@@ -154,24 +156,67 @@ def test_the_hash_follows_request_settings_and_reference() -> None:
 def test_an_engine_that_is_not_asked_for_has_no_say(monkeypatch: pytest.MonkeyPatch) -> None:
     one = NO_VIEWS.model_copy(update={"engine": EngineSettings(verify=(Engine.PYBULLET,))})
     before = key(), key(settings=one)
-    versions = dict.fromkeys((*code.PACKAGES, *Engine), "1.0")
+    versions = dict.fromkeys((*DECIDING_PACKAGES, *Engine), "1.0")
     monkeypatch.setattr(metadata, "version", versions.__getitem__)
     monkeypatch.setattr(code, "installed", lambda: tuple(Engine))
     stated = key(), key(settings=one)
     assert stated[0] != before[0] and stated[1] != before[1]
     versions["mujoco"] = "1.1"
     assert key() != stated[0] and key(settings=one) == stated[1]
-    assert set(package_versions(one.engine)) == {*code.PACKAGES, "pybullet"}
+    assert set(package_versions(one.engine)) == {*DECIDING_PACKAGES, "pybullet"}
 
 
-def test_sources_count_unless_they_are_listed() -> None:
-    assert (
-        counts("asset2sim/refinement/state/context.py")
-        and counts("asset2sim/brand_new.py")
-        and counts("schemas/overlay.py")
-    )
-    assert counts("asset2sim/catalog/rows.py")
-    assert not counts("asset2sim/catalog/show.py") and not counts("asset2sim/cli/main.py")
+def copied(root: Path) -> Path:
+    """A copy of everything that content hashes depend on."""
+    for name in counted_files(ROOT):
+        (root / name).parent.mkdir(parents=True, exist_ok=True)
+        shutil.copy(ROOT / name, root / name)
+    return root
+
+
+def version_after(root: Path, name: str, edit: Callable[[str], str]) -> str:
+    """The version of the sources while one file is edited."""
+    text = (root / name).read_text(encoding="utf-8")
+    (root / name).write_text(edit(text), encoding="utf-8")
+    try:
+        return code.source_version.__wrapped__(root)
+    finally:
+        (root / name).write_text(text, encoding="utf-8")
+
+
+def test_the_rooms_that_count_are_there_and_an_edit_of_code_or_data_in_each_is_another_version(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    for name in (*code.ROOMS, *code.IRRELEVANT_SOURCES):
+        assert (ROOT / name).exists(), name
+    root, cached = copied(tmp_path), functools.cache(code.bare_code)
+    monkeypatch.setattr(code, "bare_code", cached)
+    same = code.source_version.__wrapped__(root)
+    files = counted_files(root)
+    assert files == counted_files(ROOT) and same == code.source_version()
+    remark = "# a remark\n", '\n\n\ndef _more() -> None:\n    """Do nothing."""\n'
+    edited = set()
+    for room in code.ROOMS:
+        name = next(file for file in files if file.startswith(room) and file.endswith(".py"))
+        assert version_after(root, name, lambda text: f"{remark[0]}{text}") == same, name
+        edited.add(version_after(root, name, lambda text: f"{text}{remark[1]}"))
+    data = [name for name in files if not name.endswith(".py")]
+    assert {Path(name).suffix for name in data} == {".csv", ".md"} and len(data) > 15
+    edited |= {version_after(root, name, lambda text: f"{text}\n") for name in data}
+    assert len(edited) == len(code.ROOMS) + len(data) and same not in edited
+    assert not {"asset2sim/catalog/show.py", "asset2sim/runs/hook.py", "flows/command.py"} & set(files)
+    for name in files:
+        if name.startswith("asset2sim/baselines"):
+            (root / name).unlink()
+    with pytest.raises(FileNotFoundError, match="baselines"):
+        counted_files(root)
+
+
+def test_prose_is_no_code() -> None:
+    bare = code.bare_code(b'"""Text."""\nLIMIT = 3\n"""Why 3."""\n\ndef f(a):\n    "Say."\n    return [a, "word"]\n')
+    assert bare == code.bare_code(b'LIMIT = 3  # three\ndef f(a):\n    """Other."""\n    return [a,\n "word"]\n')
+    for other in (b'LIMIT = 4\ndef f(a):\n return [a, "word"]', b'LIMIT = 3\ndef f(a):\n return [a, "Word"]'):
+        assert bare != code.bare_code(other)
 
 
 def imported(path: Path) -> set[str]:
@@ -191,7 +236,9 @@ def test_whatever_the_pipeline_imports_counts() -> None:
     waiting = {
         "tasks/pipeline.py",
         "asset2sim/checks/alignment/align.py",
-        "asset2sim/runs/spread/worker.py",
+        "asset2sim/catalog/rows.py",
+        "asset2sim/runs/isolation/child.py",
+        "asset2sim/runs/isolation/asset_attempt.py",
         *(f"asset2sim/engines/{engine.value}_world.py" for engine in Engine),
     }
     seen: set[str] = set()
@@ -200,8 +247,8 @@ def test_whatever_the_pipeline_imports_counts() -> None:
         seen.add(source)
         waiting |= imported(ROOT / source) - seen
     assert len(seen) > 150
-    missed = {source for source in seen if not counts(source)}
-    assert not missed, "listed in IRRELEVANT_SOURCES, and run"
+    # A run's row, and not an asset's.
+    assert seen - set(counted_files(ROOT)) <= {"asset2sim/catalog/run.py"}, "run, and not in ROOMS"
 
 
 # What is refined again
