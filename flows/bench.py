@@ -35,10 +35,9 @@ from flows import PIPELINE
 from flows.bench_loop import run_loop
 from flows.bench_run import MODULE as RUN
 from schemas.asset import AssetRecord
-from schemas.errors import Asset2SimError, UsageError
+from schemas.errors import DONE, FAILED, exit_code_of
 from schemas.vocabulary import Engine, Grouping
 
-DONE, FAILED, MISTAKE, STOPPED = 0, 1, 2, 130
 ENGINES = {"one": (Engine.PYBULLET,), "both": (Engine.PYBULLET, Engine.MUJOCO)}
 SAMPLE = "stapler_desk"
 """The sample object whose record and files the synthetic entries have."""
@@ -176,15 +175,12 @@ def write(request: BenchRequest, found: Measured) -> str:
 def main(words: Sequence[str]) -> int:
     """Run one command line and return its exit code; a missed target is a failure only under ``--strict``."""
     quiet_environment()
-    try:
-        request = parse_request(words)
-        found = bench(request)
-    except Asset2SimError as error:
-        sys.stderr.write(f"bench: {error}\n")
-        return MISTAKE if isinstance(error, UsageError) else FAILED
-    except KeyboardInterrupt:
-        sys.stderr.write("bench: interrupted\n")
-        return STOPPED
+    return exit_code_of("bench", lambda: bench_and_print(parse_request(words)))
+
+
+def bench_and_print(request: BenchRequest) -> int:
+    """Measure, print the tables, and name the targets that were missed. Returns the exit code."""
+    found = bench(request)
     output().print(write(request, found), markup=False, highlight=False, soft_wrap=True)
     left = missed(figures(found))
     if left:

@@ -12,9 +12,7 @@ from asset2sim.studies.methods.plan import CompareRequest, parse_request, plan
 from asset2sim.studies.methods.report import check_readme, compare, write_comparison, write_readme
 from flows import PIPELINE
 from flows.server.server import temporary_server
-from schemas.errors import Asset2SimError, UsageError
-
-DONE, FAILED, MISTAKE, STOPPED = 0, 1, 2, 130
+from schemas.errors import DONE, STOPPED, exit_code_of
 
 
 def compare_methods(request: CompareRequest) -> int:
@@ -53,14 +51,7 @@ def compare_methods(request: CompareRequest) -> int:
 def main(words: Sequence[str]) -> int:
     """Run one command line and return its exit code."""
     quiet_environment()
-    try:
-        return compare_methods(parse_request(words))
-    except Asset2SimError as error:
-        sys.stderr.write(f"compare_methods: {error}\n")
-        return MISTAKE if isinstance(error, UsageError) else FAILED
-    except KeyboardInterrupt:
-        sys.stderr.write("compare_methods: interrupted\n")
-        return STOPPED
+    return exit_code_of("compare_methods", lambda: compare_methods(parse_request(words)))
 
 
 if __name__ == "__main__":

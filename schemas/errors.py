@@ -2,9 +2,13 @@
 
 import errno
 import sqlite3
-from collections.abc import Iterable
+import sys
+from collections.abc import Callable, Iterable
 
 from schemas.vocabulary import FailureMode
+
+DONE, FAILED, MISTAKE, STOPPED = 0, 1, 2, 130
+"""Exit codes: done, the run failed, the user's mistake, interrupted."""
 
 
 class Asset2SimError(Exception):
@@ -70,3 +74,20 @@ def is_disk_full(error: BaseException) -> bool:
         seen.add(id(step))
         step = step.__cause__ or step.__context__
     return False
+
+
+def error_exit_code(error: BaseException) -> int:
+    """Exit code for an error that ended a program."""
+    if isinstance(error, KeyboardInterrupt):
+        return STOPPED
+    return MISTAKE if isinstance(error, UsageError) else FAILED
+
+
+def exit_code_of(program: str, run: Callable[[], int]) -> int:
+    """The exit code that ``run`` returns, or that of our error or Ctrl-C, which is one line on standard error."""
+    try:
+        return run()
+    except (Asset2SimError, KeyboardInterrupt) as error:
+        sys.stdout.flush()
+        sys.stderr.write(f"{program}: {str(error) or 'interrupted'}\n")
+        return error_exit_code(error)

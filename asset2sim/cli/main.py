@@ -1,14 +1,11 @@
 """From a command line to an exit code: 0 done, 1 the run failed, 2 the user's mistake, 130 interrupted."""
 
-import sys
 from collections.abc import Callable, Sequence
 
 from asset2sim.cli.parser import parse, refine_request
 from asset2sim.cli.request import RefineRequest
 from asset2sim.runs.result import RunResult
-from schemas.errors import Asset2SimError, UsageError
-
-DONE, FAILED, MISTAKE, INTERRUPTED = 0, 1, 2, 130
+from schemas.errors import DONE, FAILED, exit_code_of
 
 RunRefine = Callable[[RefineRequest], RunResult]
 ServeNightly = Callable[[RefineRequest], int]
@@ -20,14 +17,7 @@ def run_command(arguments: Sequence[str], *, refine: RunRefine, nightly: ServeNi
     What a person did wrong, and what went wrong in a way that we know, is one line on standard error. A broken program
     is an exception, with its traceback.
     """
-    try:
-        return _dispatch(arguments, refine, nightly)
-    except UsageError as error:
-        return _complain(str(error), MISTAKE)
-    except Asset2SimError as error:
-        return _complain(str(error), FAILED)
-    except KeyboardInterrupt:
-        return _complain("interrupted", INTERRUPTED)
+    return exit_code_of("asset2sim", lambda: _dispatch(arguments, refine, nightly))
 
 
 def _dispatch(arguments: Sequence[str], refine: RunRefine, nightly: ServeNightly) -> int:
@@ -63,9 +53,3 @@ def _dispatch(arguments: Sequence[str], refine: RunRefine, nightly: ServeNightly
 
             return DONE if print_doctor(options.out, model_settings(options)) else FAILED
     return DONE
-
-
-def _complain(message: str, code: int) -> int:
-    sys.stdout.flush()
-    sys.stderr.write(f"asset2sim: {message}\n")
-    return code

@@ -6,11 +6,11 @@ from contextlib import suppress
 
 from asset2sim.cli.request import RefineRequest
 from asset2sim.models.gateway.environment import quiet_environment
-from asset2sim.runs.alert import DONE, alert, alert_error, exit_code
+from asset2sim.runs.alert import alert, alert_error, exit_code
 from asset2sim.runs.check_request import check_request
 from asset2sim.runs.interrupt import sigterm_as_interrupt
 from asset2sim.runs.result import RunResult
-from schemas.errors import UsageError
+from schemas.errors import DONE, UsageError
 
 
 def run_refine(request: RefineRequest, refine: Callable[[RefineRequest], RunResult]) -> int:

@@ -12,7 +12,7 @@ from asset2sim.runs.dataset import load_dataset
 from asset2sim.runs.remote.output import check_store
 from schemas.asset import AssetRef
 from schemas.errors import UsageError
-from schemas.location import absolute, below, is_url, is_within, location_of
+from schemas.location import absolute, below, is_url, is_within, location_of, nearest_existing
 from schemas.settings import Settings
 
 CONNECT_LIMIT_S = 5.0
@@ -75,8 +75,6 @@ def check_output(out: Path | str, data: Path | str, refs: Sequence[AssetRef]) ->
         return
     if out.exists() and not out.is_dir():
         raise UsageError(f"--out {out} is a file; name a folder")
-    above = out
-    while not above.exists():
-        above = above.parent
+    above = nearest_existing(out)
     if not os.access(above, os.W_OK | os.X_OK):
         raise UsageError(f"--out {out}: {above} is not writable; choose another folder")

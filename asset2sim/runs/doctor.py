@@ -23,7 +23,7 @@ from asset2sim.models.gateway.environment import quiet_environment
 from asset2sim.models.purposes import named_models, settings_for
 from asset2sim.runs.isolation import Ending, run_isolated
 from schemas.errors import Asset2SimError, UsageError
-from schemas.location import is_url
+from schemas.location import is_url, nearest_existing
 from schemas.model_names import described, is_prior
 from schemas.request import ModelRequest
 from schemas.settings import ModelSettings, RunSettings
@@ -114,9 +114,7 @@ def check_checkout() -> str:
 
 def check_writable(folder: Path) -> str:
     """The folder, or the one in which it would be made, takes files and has room."""
-    above = folder.absolute()
-    while not above.exists():
-        above = above.parent
+    above = nearest_existing(folder)
     try:
         with tempfile.TemporaryFile(dir=above):
             pass
