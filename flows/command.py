@@ -47,7 +47,7 @@ def ready(request: RefineRequest) -> Iterator[Callable[[RefineRequest], RunResul
             threading.Thread(target=load_mlflow, daemon=True).start()
         with use_server(address):
             yield lambda asked: refine_dataset(
-                asked.data, asked.out, asked.settings, asked.subset, asked.asset_ids, asked.limit
+                asked.data, asked.out, asked.settings, asked.subset, asked.asset_ids, asked.limit, found=asked.found
             )
 
 

@@ -5,7 +5,8 @@ from collections.abc import Sequence
 
 from asset2sim.cli.console import output
 from asset2sim.models.gateway.environment import quiet_environment
-from asset2sim.runs.check_request import check_request
+from asset2sim.runs.check_request import FoundAssets, check_run
+from asset2sim.runs.dataset import load_dataset
 from asset2sim.runs.isolation.children import warm_up
 from asset2sim.studies.methods.objects import read_objects
 from asset2sim.studies.methods.plan import CompareRequest, parse_request, plan
@@ -24,8 +25,10 @@ def compare_methods(request: CompareRequest) -> int:
     base, console = request.settings, output()
     if request.readme is not None:
         check_readme(request.readme)
+    chosen = (request.subset, request.asset_ids, request.limit)
+    found = FoundAssets(load_dataset(request.data, *chosen))
     for run in runs:
-        check_request(request.data, run.folder, run.settings(base), request.subset, request.asset_ids, request.limit)
+        check_run(found, request.data, run.folder, run.settings(base))
     with temporary_server() as address:
         warm_up(PIPELINE)
         from flows.refine_dataset import refine_dataset
@@ -34,16 +37,14 @@ def compare_methods(request: CompareRequest) -> int:
         with use_server(address):
             for number, run in enumerate(runs, start=1):
                 console.print(f"{number} of {len(runs)}: {run.method.value}, {run.label}", markup=False)
-                result = refine_dataset(
-                    request.data, run.folder, run.settings(base), request.subset, request.asset_ids, request.limit
-                )
+                result = refine_dataset(request.data, run.folder, run.settings(base), *chosen, found=found)
                 if result.stopped is not None:
                     sys.stderr.write(f"{result.stopped}; run it again to compare\n")
                     return STOPPED
-    found = compare(read_objects(runs, base.thresholds), request.subset, request.engines)
-    report = write_comparison(request.out, runs, found)
+    compared = compare(read_objects(runs, base.thresholds), request.subset, request.engines)
+    report = write_comparison(request.out, runs, compared)
     if request.readme is not None:
-        write_readme(request.readme, request.out, found)
+        write_readme(request.readme, request.out, compared)
     console.print(f"tables and charts: {report}", markup=False)
     return DONE
 

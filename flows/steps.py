@@ -24,7 +24,7 @@ from asset2sim.catalog.write import write_run
 from asset2sim.checks.alignment.align import align_all
 from asset2sim.checks.alignment.reference import FILE, Reference, read_references
 from asset2sim.runs import alert as alerts
-from asset2sim.runs.check_request import check_request
+from asset2sim.runs.check_request import FoundAssets, check_request
 from asset2sim.runs.plan.plan import Plan, make_plan, settle
 from asset2sim.runs.remote.fetch_asset import local_file
 from asset2sim.runs.remote.output import Output, send_plan, send_tables, stored_asset_ids
@@ -126,9 +126,10 @@ def discover(
     subset: str | None,
     asset_ids: tuple[str, ...],
     limit: int | None,
+    found: FoundAssets | None,
 ) -> list[AssetRef]:
-    """The assets to refine; see ``asset2sim.runs.check_request.check_request``."""
-    return check_request(data, out, settings, subset, asset_ids, limit)
+    """The assets to refine: those found by the caller's check, else see ``asset2sim.runs.check_request``."""
+    return (found or check_request(data, out, settings, subset, asset_ids, limit)).refs
 
 
 @task(name="log-run", cache_policy=NO_CACHE, persist_result=False)

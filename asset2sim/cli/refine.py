@@ -15,7 +15,7 @@ from schemas.errors import DONE, UsageError
 
 def run_refine(request: RefineRequest, refine: Callable[[RefineRequest], RunResult]) -> int:
     """Run the flow on a request, tell the hook, and print the summary. Returns the exit code."""
-    check(request)
+    request = check(request)
     quiet_environment()
     result = alert(_refined(request, refine), request.strict)
     from asset2sim.cli.summary import print_summary
@@ -36,9 +36,11 @@ def run_nightly(request: RefineRequest, serve: Callable[[RefineRequest], int]) -
     return DONE
 
 
-def check(request: RefineRequest) -> None:
-    """Raise ``UsageError`` for a request that cannot be met, before anything is imported or written for it."""
-    check_request(request.data, request.out, request.settings, request.subset, request.asset_ids, request.limit)
+def check(request: RefineRequest) -> RefineRequest:
+    """The request with the assets that it asks for. Raises ``UsageError`` for one that cannot be met, before anything
+    is imported or written for it."""
+    found = check_request(request.data, request.out, request.settings, request.subset, request.asset_ids, request.limit)
+    return request.model_copy(update={"found": found})
 
 
 def _refined(request: RefineRequest, refine: Callable[[RefineRequest], RunResult]) -> RunResult:

@@ -19,6 +19,19 @@ CONNECT_LIMIT_S = 5.0
 """Time in which a scheduler must accept a connection, s."""
 
 
+class FoundAssets:
+    """The assets of a checked request, so that its run does not list the dataset again.
+
+    Neither a dataclass nor a pydantic model: as an argument of a flow, Prefect would walk through every reference and
+    store it.
+    """
+
+    __slots__ = ("refs",)
+
+    def __init__(self, refs: Sequence[AssetRef]) -> None:
+        self.refs = list(refs)
+
+
 def check_request(
     data: Path | str,
     out: Path | str,
@@ -26,9 +39,15 @@ def check_request(
     subset: str | None,
     asset_ids: Sequence[str],
     limit: int | None,
-) -> list[AssetRef]:
+) -> FoundAssets:
     """The assets to refine, as ``load_dataset`` has them. Raises ``UsageError`` for what cannot be done as asked."""
-    refs = load_dataset(data, subset, asset_ids, limit)
+    found = FoundAssets(load_dataset(data, subset, asset_ids, limit))
+    check_run(found, data, out, settings)
+    return found
+
+
+def check_run(found: FoundAssets, data: Path | str, out: Path | str, settings: Settings) -> None:
+    """Raise ``UsageError`` where these assets cannot be refined into ``out`` with these settings."""
     check_model(settings.model)
     for engine in settings.engine.verify or ():
         require(engine)
@@ -38,10 +57,9 @@ def check_request(
         require_exports(settings.exports)
     if settings.run.scheduler is not None:
         check_scheduler(settings.run.scheduler)
-    check_output(absolute(out), absolute(data), refs)
+    check_output(absolute(out), absolute(data), found.refs)
     if is_url(out):
         check_store(out)
-    return refs
 
 
 def check_scheduler(address: str) -> None:
