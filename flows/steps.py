@@ -25,7 +25,7 @@ from asset2sim.checks.alignment.align import align_all
 from asset2sim.checks.alignment.reference import FILE, Reference, read_references
 from asset2sim.runs import alert as alerts
 from asset2sim.runs.check_request import FoundAssets, check_request
-from asset2sim.runs.plan.plan import Plan, make_plan, settle
+from asset2sim.runs.plan.plan import Plan, make_plan, mark_published
 from asset2sim.runs.remote.fetch_asset import local_file
 from asset2sim.runs.remote.output import Output, send_plan, send_tables, stored_asset_ids
 from asset2sim.runs.result import RunResult
@@ -173,7 +173,7 @@ def publish(output: Output, run: RunRow, refined: RunRecords, present: Collectio
     # Behind a URL, history is compacted after the upload: a store cannot switch a month's files at once.
     write_run(folder, run, refined.records, refined.unchanged, present, compact=output.url is None)
     send_tables(output, run.started_at)
-    settle(folder, refined.records)
+    mark_published(folder, refined.records)
 
 
 @task(name="refine-assets", cache_policy=NO_CACHE, persist_result=False)

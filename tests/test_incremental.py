@@ -394,4 +394,4 @@ def test_a_flow_refines_what_changed(tmp_path: Path) -> None:
     }
     assert runs(out)["unchanged"].tolist() == [0, 3, 1, 1]
     assert read_table(out, "asset_history").groupby("started_at").size().tolist() == [3, 3, 2, 2]
-    assert not list((out / records.FOLDER).iterdir())
+    assert not list((out / records.RECORDS_FOLDER).iterdir())

@@ -17,8 +17,7 @@ from asset2sim.catalog.storage.cache import working_folder
 from asset2sim.catalog.storage.lock_url import LostLockError
 from asset2sim.cli.request import RefineRequest
 from asset2sim.runs.isolation.asset_attempt import AssetAttempt
-from asset2sim.runs.plan.records import FOLDER as RECORDS
-from asset2sim.runs.plan.records import KeptRecord, keep_record, record_file
+from asset2sim.runs.plan.records import RECORDS_FOLDER, KeptRecord, keep_record, record_file
 from asset2sim.runs.remote import output
 from asset2sim.runs.remote.output import fetch_record
 from asset2sim.runs.spread import worker
@@ -227,7 +226,7 @@ def test_a_run_that_is_killed_anywhere_is_finished_by_another_machine(
         past = read_table(out, "asset_history").groupby("run_id")["asset_id"].agg(list).to_dict()
         assert past == {run_id: list(NAMES) for run_id in read_table(out, "runs")["run_id"]}
         assert len(past) == before + 1
-        assert not [name for name in store.keys(out) if name.startswith((RECORDS, ".lock"))]
+        assert not [name for name in store.keys(out) if name.startswith((RECORDS_FOLDER, ".lock"))]
     assert taken_up == [1, 4, 4, 0, 0], "in the second asset, history, tables, after `runs`, at the very end"
 
 
@@ -248,10 +247,10 @@ def test_a_record_that_is_here_is_not_fetched(store: Store, data: Path) -> None:
     out = f"{store.url}/out"
     plan = night(data, out)
     content = plan.hashes["a"]
-    store.files.pipe_file(f"{out}/{RECORDS}/{content}.json", b"{}")
+    store.files.pipe_file(f"{out}/{RECORDS_FOLDER}/{content}.json", b"{}")
     kept = KeptRecord(run_id="r", redo=Redo.CHANGED, record=make_record("a", content_hash=content))
     folder = working_folder(out)
     keep_record(folder, kept)
     assert store.asked("GET", lambda: fetch_record(out, content, "r", 1)) == []
-    assert store.asked("GET", lambda: fetch_record(out, content, "r", 2)) == [f"out/{RECORDS}/{content}.json"]
+    assert store.asked("GET", lambda: fetch_record(out, content, "r", 2)) == [f"out/{RECORDS_FOLDER}/{content}.json"]
     assert record_file(folder, content).read_bytes() == b"{}", "the second attempt's, from another machine"

@@ -82,7 +82,7 @@ def test_a_run_tries_no_more_of_the_dead_than_it_may(tmp_path: Path) -> None:
     assert sorted(record.reason.startswith("died twice") for record in found.records) == [False, True, True]
     codes = [[finding.code for finding in record.findings] for record in found.records]
     assert sorted(codes, key=len) == [["engine_crash"], ["engine_crash"], ["engine_crash", "not_tried_again"]]
-    assert not list((tmp_path / records.FOLDER).iterdir())
+    assert not list((tmp_path / records.RECORDS_FOLDER).iterdir())
 
 
 def test_what_comes_in_is_read_from_the_output_folder(tmp_path: Path) -> None:

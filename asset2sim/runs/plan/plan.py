@@ -89,7 +89,7 @@ def make_plan(
     return Plan(tuple(todo), tuple(finished), tuple(unchanged), hashes)
 
 
-def settle(out: Path, records: Sequence[AssetRecord]) -> None:
+def mark_published(out: Path, records: Sequence[AssetRecord]) -> None:
     """Note the refined folders of records that the catalog now holds, and delete the record files."""
     with open_state(out) as state:
         note_folders(state, {record.ref.asset_id: record.content_hash for record in records})
