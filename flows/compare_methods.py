@@ -5,7 +5,7 @@ from collections.abc import Sequence
 
 from asset2sim.cli.console import output
 from asset2sim.models.gateway.environment import quiet_environment
-from asset2sim.runs.check_request import FoundAssets, check_run
+from asset2sim.runs.check_request import check_run
 from asset2sim.runs.dataset import load_dataset
 from asset2sim.runs.isolation.children import warm_up
 from asset2sim.studies.methods.objects import read_objects
@@ -13,6 +13,7 @@ from asset2sim.studies.methods.plan import CompareRequest, parse_request, plan
 from asset2sim.studies.methods.report import check_readme, compare, write_comparison, write_readme
 from flows import PIPELINE
 from flows.server.server import temporary_server
+from schemas.asset import FoundAssets
 from schemas.errors import DONE, STOPPED, exit_code_of
 
 

@@ -8,7 +8,6 @@ from asset2sim.catalog.run import finish_run, remove_run_marker, start_run, writ
 from asset2sim.catalog.storage.cache import working_folder
 from asset2sim.catalog.storage.disk import raise_disk_full
 from asset2sim.catalog.write import check_catalog
-from asset2sim.runs.check_request import FoundAssets
 from asset2sim.runs.remote.output import open_output, send_rest
 from asset2sim.runs.result import RunResult
 from flows import PIPELINE
@@ -24,6 +23,7 @@ from flows.steps import (
     refine_assets,
     report,
 )
+from schemas.asset import FoundAssets
 from schemas.location import Location, absolute
 from schemas.settings import Settings
 

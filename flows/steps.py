@@ -24,14 +24,14 @@ from asset2sim.catalog.write import write_run
 from asset2sim.checks.alignment.align import align_all
 from asset2sim.checks.alignment.reference import FILE, Reference, read_references
 from asset2sim.runs import alert as alerts
-from asset2sim.runs.check_request import FoundAssets, check_request
+from asset2sim.runs.check_request import check_request
 from asset2sim.runs.plan.plan import Plan, make_plan, mark_published
 from asset2sim.runs.remote.fetch_asset import local_file
 from asset2sim.runs.remote.output import Output, send_plan, send_tables, stored_asset_ids
 from asset2sim.runs.result import RunResult
 from asset2sim.runs.spread.refine_all import RunRecords, refine_planned
 from flows.server.deployment import left_out
-from schemas.asset import AssetRef
+from schemas.asset import AssetRef, FoundAssets
 from schemas.location import Location, below
 from schemas.settings import Settings
 

@@ -2,7 +2,7 @@
 
 from pydantic import Field, InstanceOf
 
-from asset2sim.runs.check_request import FoundAssets
+from schemas.asset import FoundAssets
 from schemas.base import Frozen
 from schemas.location import Location
 from schemas.settings import Settings

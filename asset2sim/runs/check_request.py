@@ -10,26 +10,13 @@ from asset2sim.engines.registry import require
 from asset2sim.models.gateway.choices import check_model
 from asset2sim.runs.dataset import load_dataset
 from asset2sim.runs.remote.output import check_store
-from schemas.asset import AssetRef
+from schemas.asset import AssetRef, FoundAssets
 from schemas.errors import UsageError
 from schemas.location import absolute, below, is_url, is_within, location_of, nearest_existing
 from schemas.settings import Settings
 
 CONNECT_LIMIT_S = 5.0
 """Time in which a scheduler must accept a connection, s."""
-
-
-class FoundAssets:
-    """The assets of a checked request, so that its run does not list the dataset again.
-
-    Neither a dataclass nor a pydantic model: as an argument of a flow, Prefect would walk through every reference and
-    store it.
-    """
-
-    __slots__ = ("refs",)
-
-    def __init__(self, refs: Sequence[AssetRef]) -> None:
-        self.refs = list(refs)
 
 
 def check_request(
