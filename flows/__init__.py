@@ -6,3 +6,6 @@ Importing this package makes Prefect's settings, which Prefect reads once, when 
 from flows.server.settings import prepare_environment
 
 prepare_environment()
+
+PIPELINE = "tasks.pipeline:refine_asset"
+"""The pipeline by name, so that neither a flow nor a worker imports the engines: only the children do."""

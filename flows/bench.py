@@ -31,13 +31,13 @@ from asset2sim.studies.speed.process import machine, measure, one_core
 from asset2sim.studies.speed.query_times import MODULE as QUERY
 from asset2sim.studies.speed.stages import stage_seconds
 from asset2sim.studies.speed.synthetic import make_unchanged
+from flows import PIPELINE
 from flows.bench_loop import run_loop
 from flows.bench_run import MODULE as RUN
 from schemas.asset import AssetRecord
-from schemas.errors import Asset2SimError, UsageError
+from schemas.errors import DONE, FAILED, exit_code_of
 from schemas.vocabulary import Engine, Grouping
 
-DONE, FAILED, MISTAKE, STOPPED = 0, 1, 2, 130
 ENGINES = {"one": (Engine.PYBULLET,), "both": (Engine.PYBULLET, Engine.MUJOCO)}
 SAMPLE = "stapler_desk"
 """The sample object whose record and files the synthetic entries have."""
@@ -112,7 +112,7 @@ def synthetic(request: BenchRequest, found: Measured) -> Measured:
         shutil.rmtree(folder, ignore_errors=True)
         tell(f"making {count:,} synthetic entries")
         words = command(request, folder / "data", folder / "out", 2)
-        data, out = make_unchanged(record, folder, count, parse_refine(words).settings)
+        data, out = make_unchanged(record, folder, count, parse_refine(words).settings, PIPELINE)
         runs.append(flow(request, f"synthetic-{count}", command(request, data, out, 2)))
     return found.model_copy(update={"synthetic": tuple(runs)})
 
@@ -123,7 +123,7 @@ def sample_record(request: BenchRequest) -> AssetRecord:
     out = fresh(request, "sample").resolve()
     words = command(request, raw, out, 1, ids=[SAMPLE])
     refs = load_dataset(raw, None, (SAMPLE,), None)
-    return refine_all(refs, out, parse_refine(words).settings).records[0]
+    return refine_all(refs, out, parse_refine(words).settings, PIPELINE).records[0]
 
 
 def history(request: BenchRequest, found: Measured) -> Measured:
@@ -175,15 +175,12 @@ def write(request: BenchRequest, found: Measured) -> str:
 def main(words: Sequence[str]) -> int:
     """Run one command line and return its exit code; a missed target is a failure only under ``--strict``."""
     quiet_environment()
-    try:
-        request = parse_request(words)
-        found = bench(request)
-    except Asset2SimError as error:
-        sys.stderr.write(f"bench: {error}\n")
-        return MISTAKE if isinstance(error, UsageError) else FAILED
-    except KeyboardInterrupt:
-        sys.stderr.write("bench: interrupted\n")
-        return STOPPED
+    return exit_code_of("bench", lambda: bench_and_print(parse_request(words)))
+
+
+def bench_and_print(request: BenchRequest) -> int:
+    """Measure, print the tables, and name the targets that were missed. Returns the exit code."""
+    found = bench(request)
     output().print(write(request, found), markup=False, highlight=False, soft_wrap=True)
     left = missed(figures(found))
     if left:

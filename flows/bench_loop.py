@@ -14,7 +14,7 @@ from pathlib import Path
 from asset2sim.catalog.storage.cache import working_folder
 from asset2sim.models.gateway.session import open_gateway_session
 from asset2sim.runs.check_request import check_request
-from asset2sim.runs.isolation.server import ONE_THREAD
+from asset2sim.runs.isolation.children import ONE_THREAD
 from asset2sim.runs.request import RefineRequest, parse_request
 from asset2sim.runs.spread.worker import ask_for_asset
 from asset2sim.studies.speed.measured import LoopTimes
@@ -40,7 +40,7 @@ def run_loop(words: Sequence[str], place: Path) -> LoopTimes:
 def loop(request: RefineRequest, at: Path) -> LoopTimes:
     """Refine every asset of a request in this process; the file ``at`` names the current one."""
     out = working_folder(request.out).resolve()
-    refs = check_request(request.data, out, request.settings, request.subset, request.asset_ids, request.limit)
+    found = check_request(request.data, out, request.settings, request.subset, request.asset_ids, request.limit)
     from asset2sim.models.gateway.lite import load_litellm
     from asset2sim.runs.isolation import preload
     from tasks.pipeline import refine_asset
@@ -48,13 +48,13 @@ def loop(request: RefineRequest, at: Path) -> LoopTimes:
     assert preload.MODULES
     load_litellm()
     ok, started, before = 0, time.monotonic(), cpu_s()
-    for ref in refs:
+    for ref in found.refs:
         at.write_text(ref.asset_id, encoding="utf-8")
         books = open_gateway_session(out, RUN_ID, ref.asset_id, request.settings.model)
         ask = partial(ask_for_asset, settings=request.settings, books=books)
         ok += refine_asset(ref, out, request.settings, ask).status is Status.OK
     seconds, used = time.monotonic() - started, cpu_s() - before
-    return LoopTimes(assets=len(refs), ok=ok, loop_s=seconds, peak_memory_mb=peak_memory_mb(), cpu_s=used)
+    return LoopTimes(assets=len(found.refs), ok=ok, loop_s=seconds, peak_memory_mb=peak_memory_mb(), cpu_s=used)
 
 
 def main(words: Sequence[str]) -> int:

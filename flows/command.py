@@ -13,12 +13,11 @@ from asset2sim.runs import options as asked
 from asset2sim.runs.command_line import Options
 from asset2sim.runs.options import parse
 from asset2sim.runs.request import RefineRequest, refine_request, settings_for_run, stated_settings
-from schemas.errors import Asset2SimError, UsageError
+from flows import PIPELINE
+from schemas.errors import DONE, FAILED, UsageError, exit_code_of
 
 if TYPE_CHECKING:
     from asset2sim.runs.result import RunResult
-
-DONE, FAILED, MISTAKE, INTERRUPTED = 0, 1, 2, 130
 
 Refine = Callable[[RefineRequest], "RunResult"]
 Nightly = Callable[[RefineRequest], int]
@@ -35,14 +34,7 @@ def run_command(arguments: Sequence[str], *, refine: Refine, nightly: Nightly) -
     What a person did wrong, and what went wrong in a way that we know, is one line on standard error. A broken program
     is an exception, with its traceback.
     """
-    try:
-        return _dispatch(parse(arguments), refine, nightly)
-    except UsageError as error:
-        return _complain(str(error), MISTAKE)
-    except Asset2SimError as error:
-        return _complain(str(error), FAILED)
-    except KeyboardInterrupt:
-        return _complain("interrupted", INTERRUPTED)
+    return exit_code_of("asset2sim", lambda: _dispatch(parse(arguments), refine, nightly))
 
 
 def _dispatch(options: Options, refine: Refine, nightly: Nightly) -> int:
@@ -73,26 +65,22 @@ def _dispatch(options: Options, refine: Refine, nightly: Nightly) -> int:
     return DONE
 
 
-def _complain(message: str, code: int) -> int:
-    sys.stdout.flush()
-    sys.stderr.write(f"asset2sim: {message}\n")
-    return code
-
-
-def check(request: RefineRequest) -> None:
-    """Raise UsageError for a request that cannot be met, before anything is imported or written for it."""
+def check(request: RefineRequest) -> RefineRequest:
+    """The request with the assets that it asks for. Raises UsageError for one that cannot be met, before anything is
+    imported or written for it."""
     from asset2sim.models.gateway.environment import quiet_environment
     from asset2sim.runs.check_request import check_request
 
-    check_request(request.data, request.out, request.settings, request.subset, request.asset_ids, request.limit)
+    found = check_request(request.data, request.out, request.settings, request.subset, request.asset_ids, request.limit)
     quiet_environment()
+    return request.model_copy(update={"found": found})
 
 
 def _run_refine(request: RefineRequest, refine: Refine) -> int:
     """Run the flow on a request, tell the hook, and print the summary. Returns the exit code."""
     from asset2sim.runs.alert import alert, exit_code
 
-    check(request)
+    request = check(request)
     result = alert(_refined(request, refine), request.strict)
     from flows.show import print_summary
 
@@ -111,7 +99,7 @@ def _refined(request: RefineRequest, refine: Refine) -> "RunResult":
 
         warning = alert_error(request.out, request.settings.run, error)
         if warning is not None:
-            _complain(warning, FAILED)
+            sys.stderr.write(f"asset2sim: {warning}\n")
         raise
 
 
@@ -119,7 +107,7 @@ def _run_nightly(request: RefineRequest, nightly: Nightly) -> int:
     """Serve the flow on its schedule until interrupted, or with ``now`` run it at once. Returns the exit code."""
     from asset2sim.runs.interrupt import sigterm_as_interrupt
 
-    check(request)
+    request = check(request)
     if request.now:
         return nightly(request)
     # A service manager stops what it runs by SIGTERM: that is the usual end of a nightly, as Ctrl-C is.
@@ -141,7 +129,7 @@ def ready(request: RefineRequest) -> Iterator[Refine]:
     from asset2sim.catalog.storage.cache import working_folder
     from asset2sim.catalog.switch import find_catalog
     from asset2sim.models.gateway.lite import load_litellm
-    from asset2sim.runs.isolation.server import warm_up
+    from asset2sim.runs.isolation.children import warm_up
     from flows.server.server import temporary_server
 
     first = find_catalog(working_folder(request.out)) is None
@@ -149,7 +137,7 @@ def ready(request: RefineRequest) -> Iterator[Refine]:
         # The server takes seconds to load: load beside it what the run will need. Where a run has been before there may
         # be little to refine, or nothing: then the engines and LiteLLM would be loaded in vain.
         if first:
-            warm_up()
+            warm_up(PIPELINE)
             threading.Thread(target=load_litellm, daemon=True).start()
         from flows.refine_dataset import refine_dataset
         from flows.server.client import use_server
@@ -158,7 +146,7 @@ def ready(request: RefineRequest) -> Iterator[Refine]:
             threading.Thread(target=load_mlflow, daemon=True).start()
         with use_server(address):
             yield lambda asked: refine_dataset(
-                asked.data, asked.out, asked.settings, asked.subset, asked.asset_ids, asked.limit
+                asked.data, asked.out, asked.settings, asked.subset, asked.asset_ids, asked.limit, found=asked.found
             )
 
 
@@ -194,10 +182,10 @@ def _night_now(request: RefineRequest) -> int:
     with temporary_server() as address:
         from asset2sim.catalog.storage.cache import working_folder
         from asset2sim.catalog.switch import find_catalog
-        from asset2sim.runs.isolation.server import warm_up
+        from asset2sim.runs.isolation.children import warm_up
 
         if find_catalog(working_folder(request.out)) is None:
-            warm_up()
+            warm_up(PIPELINE)
         from flows.serve_nightly import run_deployed_night, run_night_here
         from flows.server.client import use_server
 

@@ -21,8 +21,8 @@ def main(words: Sequence[str]) -> int:
     folders = {}
     for name, settings in settings_of(base).items():
         folder = out / name.split("'")[0]
-        check_request(data, folder, settings, None, (), None)
-        refine(RefineRequest(data=data, out=folder, settings=settings))
+        found = check_request(data, folder, settings, None, (), None)
+        refine(RefineRequest(data=data, out=folder, settings=settings, found=found))
         folders[name] = folder
     named = [f"{name}={folder}" for name, folder in folders.items()]
     return print_table([*(["--readme", words[2]] if len(words) > 2 else []), *named])

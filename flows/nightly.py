@@ -12,14 +12,14 @@ from prefect import Flow, flow
 from prefect.client.schemas.objects import FlowRun, State
 from prefect.states import Cancelled, Completed, Failed
 
-from asset2sim.runs.alert import DONE, FAILED, MISTAKE, STOPPED, alert_error, error_exit_code, exit_code
+from asset2sim.runs.alert import alert_error, exit_code
 from asset2sim.runs.interrupt import sigterm_deferred
 from asset2sim.runs.request import settings_for_run
 from asset2sim.runs.result import INTERRUPTED, RunResult
 from flows.night_text import complain, night_line, print_night
 from flows.refine_dataset import refine_dataset
 from flows.steps import alert, opaque
-from schemas.errors import Asset2SimError, UsageError
+from schemas.errors import DONE, FAILED, MISTAKE, STOPPED, Asset2SimError, UsageError, error_exit_code
 from schemas.location import Location, location_of
 from schemas.settings import Settings
 
@@ -91,13 +91,8 @@ def _state_without_result(out: Location, settings: Settings, error: BaseExceptio
 def state_of(result: RunResult, strict: bool) -> State:
     """The Prefect state of a finished night."""
     message = night_line(result)
-    match exit_code(result, strict):
-        case 0:
-            return Completed(message=message)
-        case 130:
-            return Cancelled(message=message)
-        case _:
-            return Failed(message=message)
+    states = {DONE: Completed, STOPPED: Cancelled, FAILED: Failed}
+    return states[exit_code(result, strict)](message=message)
 
 
 def code_of_state(state: State) -> int:

@@ -25,14 +25,13 @@ from asset2sim.checks.alignment.align import align_all
 from asset2sim.checks.alignment.reference import FILE, Reference, read_references
 from asset2sim.runs import alert as alerts
 from asset2sim.runs.check_request import check_request
-from asset2sim.runs.plan.plan import Plan, make_plan, settle
+from asset2sim.runs.plan.plan import Plan, make_plan, mark_published
 from asset2sim.runs.remote.fetch_asset import local_file
 from asset2sim.runs.remote.output import Output, send_plan, send_tables, stored_asset_ids
 from asset2sim.runs.result import RunResult
-from asset2sim.runs.spread.refine_all import Refined, refine_planned
-from asset2sim.runs.spread.worker import PIPELINE
+from asset2sim.runs.spread.refine_all import RunRecords, refine_planned
 from flows.server.deployment import left_out
-from schemas.asset import AssetRef
+from schemas.asset import AssetRef, FoundAssets
 from schemas.location import Location, below
 from schemas.settings import Settings
 
@@ -49,7 +48,7 @@ class WrittenReport:
     warnings: tuple[str, ...]
 
 
-def stopped_line(refined: Refined, chosen: int) -> str | None:
+def stopped_line(refined: RunRecords, chosen: int) -> str | None:
     """Why the run stopped, where it did, and how far it came."""
     if refined.stopped is None:
         return None
@@ -78,7 +77,7 @@ def find_previous(out: Path, run: RunRow, present: Collection[str] | None = None
 
 @task(name="report", cache_policy=NO_CACHE, persist_result=False)
 def report(
-    out: Path, run: RunRow, refined: Refined, previous: Previous, chosen: int, died: str | None = None
+    out: Path, run: RunRow, refined: RunRecords, previous: Previous, chosen: int, died: str | None = None
 ) -> WrittenReport:
     """Write the report and attach it to the flow run. A failure is a warning only: the tables hold the same data.
 
@@ -114,7 +113,7 @@ def find_references(data: Location) -> dict[str, Reference]:
 
 
 @task(name="align", cache_policy=NO_CACHE, persist_result=False)
-def align(refined: Refined, references: dict[str, Reference]) -> Refined:
+def align(refined: RunRecords, references: dict[str, Reference]) -> RunRecords:
     """The records with their alignment; see ``asset2sim.checks.alignment.align.align``."""
     return replace(refined, records=align_all(refined.records, references))
 
@@ -127,13 +126,14 @@ def discover(
     subset: str | None,
     asset_ids: tuple[str, ...],
     limit: int | None,
+    found: FoundAssets | None,
 ) -> list[AssetRef]:
-    """The assets to refine; see ``asset2sim.runs.check_request.check_request``."""
-    return check_request(data, out, settings, subset, asset_ids, limit)
+    """The assets to refine: those found by the caller's check, else see ``asset2sim.runs.check_request``."""
+    return (found or check_request(data, out, settings, subset, asset_ids, limit)).refs
 
 
 @task(name="log-run", cache_policy=NO_CACHE, persist_result=False)
-def log_run(out: Path, run: RunRow, refined: Refined, changes: Changes) -> str | None:
+def log_run(out: Path, run: RunRow, refined: RunRecords, changes: Changes) -> str | None:
     """Log settings, figures and failures; returns a warning where MLflow could not take them."""
     return mlflow_log.log_run(out, run, refined.records, changes, refined.unchanged)
 
@@ -167,19 +167,19 @@ def plan(
 
 
 @task(name="publish", cache_policy=NO_CACHE, persist_result=False)
-def publish(output: Output, run: RunRow, refined: Refined, present: Collection[str] | None = None) -> None:
+def publish(output: Output, run: RunRow, refined: RunRecords, present: Collection[str] | None = None) -> None:
     """Write the run's rows to the Parquet tables; see ``asset2sim.catalog.write.write_run``."""
     folder = output.folder
     # Behind a URL, history is compacted after the upload: a store cannot switch a month's files at once.
     write_run(folder, run, refined.records, refined.unchanged, present, compact=output.url is None)
     send_tables(output, run.started_at)
-    settle(folder, refined.records)
+    mark_published(folder, refined.records)
 
 
 @task(name="refine-assets", cache_policy=NO_CACHE, persist_result=False)
 def refine_assets(
-    refs: list[AssetRef], plan: Plan, output: Output, settings: Settings, run_id: str, pipeline: str = PIPELINE
-) -> Refined:
+    refs: list[AssetRef], plan: Plan, output: Output, settings: Settings, run_id: str, pipeline: str
+) -> RunRecords:
     """A record per asset that the plan has to do; see ``asset2sim.runs.spread.refine_all.refine_planned``."""
     if plan.todo:
         # MLflow, which the run's last step needs, loads beside the work.

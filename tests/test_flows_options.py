@@ -11,6 +11,7 @@ from asset2sim.runs.options import parse
 from asset2sim.runs.request import parse_request, settings_for_run, stated_settings
 from asset2sim.runs.spread.refine_all import refine_all
 from asset2sim.runs.spread.worker import ask_settings
+from flows import PIPELINE
 from schemas.errors import UsageError
 from schemas.model_names import named_models, settings_for
 from schemas.settings import EngineSettings, MethodSettings, ModelSettings, RunSettings, Settings
@@ -105,8 +106,8 @@ def test_a_spent_run_budget_ends_each_remaining_asset_with_its_reason(
             engine=EngineSettings(verify=(Engine.PYBULLET,), interact=False),
             run=RunSettings(workers=1),
         )
-        records = refine_all(refs, tmp_path, settings, run_id="one").records
-        again = refine_all(refs[:1], tmp_path, settings, run_id="one").records
+        records = refine_all(refs, tmp_path, settings, PIPELINE, run_id="one").records
+        again = refine_all(refs[:1], tmp_path, settings, PIPELINE, run_id="one").records
     assert len(server.requests) == 3
     assert all(record.status is Status.FAILED for record in (*records, *again))
     modes = [record.failure_mode for record in records]

@@ -24,17 +24,17 @@ import json, os, sys
 from asset2sim.runs.request import parse_request
 from flows.command import check
 from flows.show import print_summary
-from asset2sim.isolation.server import warm_up
-from tasks.prefect_server import temporary_server
+from asset2sim.runs.isolation.children import warm_up
+from flows.server.server import temporary_server
 import flows
 
 options = ["--engines", "pybullet", "--no-interaction", "--no-views", "--workers", "2"]
 
 if __name__ == "__main__":
     with temporary_server() as address:
-        warm_up()
+        warm_up(flows.PIPELINE)
         from flows.refine_dataset import refine_dataset
-        from tasks.prefect_client import use_server
+        from flows.server.client import use_server
 
         with use_server(address):
             for data, out, cache in json.loads(sys.argv[1]):

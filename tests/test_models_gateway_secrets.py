@@ -15,6 +15,7 @@ from asset2sim.models.gateway.secrets import redact_answer
 from asset2sim.models.prior.answer import answer
 from asset2sim.runs.dataset import load_dataset
 from asset2sim.runs.spread.refine_all import refine_all
+from flows import PIPELINE
 from schemas.asset import AssetRef
 from schemas.settings import EngineSettings, ModelSettings, RunSettings, Settings
 from schemas.vocabulary import Engine, Status
@@ -81,7 +82,7 @@ def test_a_planted_key_reaches_no_file_and_a_second_run_asks_nothing(
         assert first.returncode == 0, first.stderr
         of_first = len(server.requests)
         monkeypatch.setenv("OPENAI_API_KEY", KEY)
-        (again,) = refine_all([sample()], out, settings(server.api_base)).records
+        (again,) = refine_all([sample()], out, settings(server.api_base), PIPELINE).records
     assert set(server.authorizations) == {f"Bearer {KEY}"} and of_first == len(server.requests) >= 3
     assert again.status is Status.OK and len(again.calls) == of_first - 1
     assert {(call.cached, call.cost_usd, call.prompt_tokens) for call in again.calls} == {(True, 0.0, 0)}

@@ -1,11 +1,20 @@
 """Datasets as users keep them: manifests with and without faults, bare folders, one asset."""
 
+import inspect
+from contextlib import nullcontext
 from pathlib import Path
 
 import pytest
 
+from asset2sim.catalog.storage.tree import Tree, local_tree
+from asset2sim.runs import dataset
 from asset2sim.runs.dataset import check_asset_id, load_dataset
-from schemas.errors import UnknownChoiceError, UsageError
+from asset2sim.runs.plan.plan import asset_files_hashes
+from asset2sim.runs.plan.state import open_state
+from flows import command
+from flows.refine_dataset import refine_dataset
+from flows.steps import discover
+from schemas.errors import MISTAKE, UnknownChoiceError, UsageError
 
 SHARED = Path(__file__).resolve().parents[2] / "shared"
 
@@ -153,3 +162,30 @@ def test_the_real_manifest_and_the_same_folders_without_it() -> None:
     assert all(Path(ref.path).is_dir() for ref in refs)
     boxes = load_dataset(SHARED / "partnet_mobility" / "Box")
     assert {ref.asset_id for ref in boxes} == {ref.asset_id for ref in refs if ref.category == "Box"}
+
+
+def test_a_run_lists_its_dataset_once(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """From the command line to the plan; the flow's own steps before and after need a server."""
+    listed: list[Path] = []
+
+    def counted(root: Path) -> Tree:
+        listed.append(root)
+        return local_tree(root)
+
+    def flow(*arguments: object, **options: object) -> None:
+        asked = inspect.signature(refine_dataset.fn).bind(*arguments, **options)
+        asked.apply_defaults()
+        refs = discover.fn(*(asked.arguments[name] for name in inspect.signature(discover.fn).parameters))
+        with open_state(tmp_path / "out") as state:
+            assert len(asset_files_hashes(state, refs)) == 2
+        raise UsageError("planned")
+
+    data = write_urdf(tmp_path / "data" / "a").parent
+    write_urdf(data / "b")
+    monkeypatch.setattr(dataset, "local_tree", counted)
+    monkeypatch.setattr("flows.refine_dataset.refine_dataset", flow)
+    monkeypatch.setattr("flows.server.server.temporary_server", nullcontext)
+    monkeypatch.setattr("asset2sim.runs.isolation.children.warm_up", lambda pipeline: None)
+    monkeypatch.setattr("asset2sim.models.gateway.lite.load_litellm", lambda: None)
+    assert command.main(["refine", str(data), "--out", str(tmp_path / "out")]) == MISTAKE
+    assert listed == [data.resolve()]

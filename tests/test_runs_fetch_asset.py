@@ -10,7 +10,7 @@ from asset2sim.catalog.storage import listing
 from asset2sim.catalog.storage.cache import data_root
 from asset2sim.runs.check_request import check_request
 from asset2sim.runs.dataset import load_dataset
-from asset2sim.runs.isolation.attempt import Attempt
+from asset2sim.runs.isolation.asset_attempt import AssetAttempt
 from asset2sim.runs.plan.plan import asset_files_hashes
 from asset2sim.runs.plan.state import open_state
 from asset2sim.runs.remote.fetch_asset import fetch_asset, local_file, run_with_local_files
@@ -185,10 +185,10 @@ def test_a_record_speaks_of_urls(store: Store, tmp_path: Path) -> None:
     store.put(dataset(tmp_path / "data"), f"{store.url}/set")
     ref = load_dataset(f"{store.url}/set")[0]
 
-    def work(local: AssetRef) -> Attempt:
+    def work(local: AssetRef) -> AssetAttempt:
         assert (Path(local.path) / "mobility.urdf").is_file()
         finding = make_finding("warning", "x").model_copy(update={"message": f"{local.path}/mobility.urdf: odd"})  # type: ignore[arg-type]
-        return Attempt(make_record("a", ref=local, reason=f"{local.path}: bad", findings=(finding,)))
+        return AssetAttempt(make_record("a", ref=local, reason=f"{local.path}: bad", findings=(finding,)))
 
     record = run_with_local_files(ref, tmp_path / "out", NO_VIEWS, work).record
     assert record.ref == ref and record.reason == f"{store.url}/set/a: bad"

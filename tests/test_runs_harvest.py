@@ -5,6 +5,7 @@ from pathlib import Path
 
 import pytest
 
+from asset2sim.runs.isolation.asset_attempt import FirstAttempt, with_first_attempt, without_retry
 from asset2sim.runs.plan import records
 from asset2sim.runs.plan.records import (
     KeptRecord,
@@ -20,14 +21,12 @@ from asset2sim.runs.spread.harvest import (
     Harvest,
     collect_unreported,
     finish_without_retry,
-    not_tried_again,
     second_attempt_jobs,
     take,
-    with_first_attempt,
 )
-from asset2sim.runs.spread.job import Done, FirstAttempt, Job, job_of, last_seconds, longest_first
+from asset2sim.runs.spread.job import Job, JobResult, job_of, last_seconds, longest_first
 from asset2sim.runs.spread.refine_all import refine_all
-from asset2sim.runs.spread.spread import Lost
+from asset2sim.runs.spread.spread import LostJob
 from asset2sim.runs.spread.worker import refine_on_worker
 from schemas.asset import AssetRef
 from schemas.settings import RunSettings, Settings
@@ -72,7 +71,7 @@ def test_those_without_a_record_go_first_and_no_more_than_so_many_are_tried() ->
     chosen = list(second_attempt_jobs(jobs, dead, {"c", "b"}.__contains__, 2))
     assert [(job.ref.asset_id, job.attempt) for job in chosen] == [("a", 2), ("c", 2)]
     assert list(second_attempt_jobs(jobs, dead, {"c"}.__contains__, 0)) == []
-    (left,) = not_tried_again(make_failure("a", FailureMode.TIMEOUT), FIRST, 20).findings[1:]
+    (left,) = without_retry(make_failure("a", FailureMode.TIMEOUT), FIRST, 20).findings[1:]
     assert left.code == "not_tried_again" and "20 others" in left.message
 
 
@@ -83,16 +82,16 @@ def test_a_run_tries_no_more_of_the_dead_than_it_may(tmp_path: Path) -> None:
     assert sorted(record.reason.startswith("died twice") for record in found.records) == [False, True, True]
     codes = [[finding.code for finding in record.findings] for record in found.records]
     assert sorted(codes, key=len) == [["engine_crash"], ["engine_crash"], ["engine_crash", "not_tried_again"]]
-    assert not list((tmp_path / records.FOLDER).iterdir())
+    assert not list((tmp_path / records.RECORDS_FOLDER).iterdir())
 
 
 def test_what_comes_in_is_read_from_the_output_folder(tmp_path: Path) -> None:
     got = harvest(tmp_path)
     keep_record(tmp_path, kept())
-    assert take(got, JOB, Done("a", Status.OK)) == got.records["a"] == kept().record
+    assert take(got, JOB, JobResult("a", Status.OK)) == got.records["a"] == kept().record
     dead = harvest(tmp_path)
     keep_record(tmp_path, kept(died="crashed"))
-    assert take(dead, JOB, Done("a", Status.FAILED, died="crashed")) is None
+    assert take(dead, JOB, JobResult("a", Status.FAILED, died="crashed")) is None
     assert dead.dead == {"a": FirstAttempt("crashed", ())} and dead.records["a"].status is Status.FAILED
     second = Job(REF, HASH, dead.dead["a"])
     assert collect_unreported(dead, second) is None
@@ -103,17 +102,17 @@ def test_what_comes_in_is_read_from_the_output_folder(tmp_path: Path) -> None:
 
 def test_a_record_that_could_not_be_written_travels_and_is_kept_where_there_is_room(tmp_path: Path) -> None:
     got = harvest(tmp_path)
-    assert take(got, JOB, Done("a", Status.OK, record=kept().record)) == kept().record
+    assert take(got, JOB, JobResult("a", Status.OK, record=kept().record)) == kept().record
     assert [item.record for item in kept_records(tmp_path)] == [kept().record]
 
 
 def test_what_is_done_is_not_done_again_where_only_the_answer_was_lost(tmp_path: Path) -> None:
     work = partial(refine_on_worker, out=tmp_path, settings=Settings(), pipeline="tests.crashers:no_pipeline")
     keep_record(tmp_path, kept(reason="kept"))
-    assert work(JOB, run_id="r") == Done("a", Status.OK) == work(JOB, run_id="r")
+    assert work(JOB, run_id="r") == JobResult("a", Status.OK) == work(JOB, run_id="r")
     (same,) = kept_records(tmp_path)
     assert same.record.reason == "kept"
-    assert work(Job(REF, HASH, FIRST), run_id="r") == Done("a", Status.OK)
+    assert work(Job(REF, HASH, FIRST), run_id="r") == JobResult("a", Status.OK)
     (second,) = kept_records(tmp_path)
     assert second.attempt == 2 and second.record.calls == FIRST.calls
 
@@ -138,18 +137,18 @@ def test_what_a_lost_worker_had_paid_for_is_in_the_record(tmp_path: Path) -> Non
     assert [call.attempt for call in found.record.calls] == [1, 2] and paid_calls(tmp_path, HASH) == ()
     keep([make_call(attempt=3)])
     got = harvest(tmp_path)
-    take(got, JOB, Lost("gone"))
+    take(got, JOB, LostJob("gone"))
     assert [call.attempt for call in finish_without_retry(got, JOB).calls] == [3] and paid_calls(tmp_path, HASH) == ()
 
 
 def test_a_lost_worker_is_a_death_without_a_record_and_two_are_the_end(tmp_path: Path) -> None:
     got = harvest(tmp_path)
-    assert take(got, JOB, Lost("KilledWorker: gone")) is None and not got.records
-    record = take(got, Job(REF, HASH, got.dead["a"]), Lost("KilledWorker: again"))
+    assert take(got, JOB, LostJob("KilledWorker: gone")) is None and not got.records
+    record = take(got, Job(REF, HASH, got.dead["a"]), LostJob("KilledWorker: again"))
     assert record is not None and record.failure_mode is FailureMode.ENGINE_CRASH and record.content_hash == HASH
     assert "died twice: its Dask worker was lost: KilledWorker: again" in record.reason
     one_too_many = harvest(tmp_path / "other")
-    take(one_too_many, JOB, Lost("gone"))
+    take(one_too_many, JOB, LostJob("gone"))
     assert finish_without_retry(one_too_many, JOB).reason == "its Dask worker was lost: gone"
     assert not one_too_many.dead
 
@@ -172,7 +171,7 @@ def test_a_file_may_appear_a_moment_late_and_must_be_of_this_run_and_attempt(
     got = harvest(tmp_path)
     record_file(tmp_path, HASH).unlink()
     monkeypatch.setattr(records, "_refresh_listing", looks.append)
-    assert take(got, JOB, Done("a", Status.OK)) is None
+    assert take(got, JOB, JobResult("a", Status.OK)) is None
     assert "not to be seen" in got.dead["a"].died
 
 

@@ -6,6 +6,7 @@ import shlex
 import subprocess
 import sys
 import time
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -14,12 +15,20 @@ from asset2sim.catalog.changes import Previous, find_changes
 from asset2sim.catalog.mlflow_log import run_params
 from asset2sim.catalog.rows import run_row
 from asset2sim.catalog.run import finish_run, start_run
-from asset2sim.runs.alert import alert, alert_error, exit_code, hook_values
-from asset2sim.runs.hook import MAX_VALUE, hook_environment, run_hook
+from asset2sim.runs.alert import (
+    MAX_VALUE,
+    alert,
+    alert_error,
+    exit_code,
+    hook_environment,
+    hook_values,
+    run_hook,
+)
 from asset2sim.runs.result import INTERRUPTED, RunResult
+from schemas.asset import Unchanged
 from schemas.errors import Asset2SimError, UsageError
 from schemas.settings import RunSettings, Settings
-from schemas.vocabulary import FailureMode
+from schemas.vocabulary import FailureMode, Status
 from tests.factories import make_failure, make_record
 
 ROOT = Path(__file__).resolve().parents[1]
@@ -52,6 +61,14 @@ def test_the_hook_is_told_everything_by_its_environment(tmp_path: Path, monkeypa
     }  # fmt: skip
     assert {name: found[f"ASSET2SIM_{name}"] for name in expected} == expected
     assert found["PATH"] == os.environ["PATH"]
+
+
+def test_the_hook_counts_unchanged_failures_as_the_exit_code_does(tmp_path: Path) -> None:
+    left = [Unchanged(asset_id=name, status=Status.FAILED, failure_mode=FailureMode.DRIFT) for name in "abc"]
+    still = Unchanged(asset_id="d", status=Status.OK, failure_mode=FailureMode.NONE)
+    result = replace(result_of(tmp_path, None), records=(), unchanged=(*left, still))
+    values = hook_values(result, strict=True)
+    assert [values[name] for name in ("assets", "unchanged", "ok", "failed", "exit")] == [4, 4, 1, 3, 1]
 
 
 def test_nothing_of_a_run_becomes_part_of_the_command(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -22,6 +22,7 @@ from asset2sim.catalog.run import finish_run, start_run
 from asset2sim.catalog.write import write_run
 from asset2sim.models.prior.answer import answer
 from asset2sim.runs.spread.worker import attempt_asset
+from flows import PIPELINE
 from schemas.asset import AssetRecord, AssetRef
 from schemas.settings import CollisionSettings, EngineSettings, ModelSettings, SearchSettings, Settings, ViewSettings
 from schemas.vocabulary import CollisionMode, Engine, FailureMode, Status
@@ -203,16 +204,19 @@ def run(tmp_path_factory: pytest.TempPathFactory) -> Run:
             views=ViewSettings(width=48, height=48, write=False),
         )
 
+        def refined(ref: AssetRef, chosen: Settings) -> AssetRecord:
+            return attempt_asset(ref, out, chosen, PIPELINE, ref.asset_id, lambda calls: None, fresh=False).record
+
         def refine(name: str) -> AssetRecord:
             if not CASES[name].stuck:
-                return attempt_asset(sample(SAMPLE).model_copy(update={"asset_id": name}), out, settings).record
+                return refined(sample(SAMPLE).model_copy(update={"asset_id": name}), settings)
             kept = settings.model_copy(
                 update={
                     "collision": CollisionSettings(mode=CollisionMode.KEEP),
                     "search": SearchSettings(mend_rounds=0),
                 }
             )
-            return attempt_asset(AssetRef(asset_id=name, path=str(stuck_folder), category="Box"), out, kept).record
+            return refined(AssetRef(asset_id=name, path=str(stuck_folder), category="Box"), kept)
 
         refine("competent")  # LiteLLM and the engines take seconds to load, once; a slow machine may have to ask again
         asked_first = len(server.of("competent"))

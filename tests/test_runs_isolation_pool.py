@@ -10,7 +10,7 @@ import pytest
 
 from asset2sim.runs.isolation import Ending, Outcome, child, run_isolated
 from asset2sim.runs.isolation.child import IDLE_LIMIT_S
-from asset2sim.runs.isolation.traces import MAX_GROWTH_MB
+from asset2sim.runs.isolation.process_state import MAX_GROWTH_MB
 from tests import crashers
 from tests.processes import gone, wait_until
 

@@ -1,12 +1,14 @@
 """Incremental runs: what changes an asset, and what is refined again."""
 
 import ast
+import functools
 import json
 import os
 import shutil
 import subprocess
 import sys
 import time
+from collections.abc import Callable
 from importlib import metadata
 from pathlib import Path
 from typing import Any
@@ -18,7 +20,7 @@ from asset2sim.checks.alignment.reference import Reference
 from asset2sim.runs.plan import content_hash as code
 from asset2sim.runs.plan import records, state
 from asset2sim.runs.plan.asset_files import AssetFile, asset_files
-from asset2sim.runs.plan.content_hash import content_hash, counts, package_versions, shared_hash
+from asset2sim.runs.plan.content_hash import content_hash, counted_files, package_versions, shared_hash
 from asset2sim.runs.plan.plan import must_redo
 from asset2sim.runs.plan.state import folder_files_hash, open_state
 from schemas.asset import AssetRef
@@ -164,12 +166,57 @@ def test_an_engine_that_is_not_asked_for_has_no_say(monkeypatch: pytest.MonkeyPa
     assert set(package_versions(one.engine)) == {*DECIDING_PACKAGES, "pybullet"}
 
 
-def test_sources_count_unless_they_are_listed() -> None:
-    assert (
-        counts("asset2sim/refinement/context.py") and counts("asset2sim/brand_new.py") and counts("schemas/overlay.py")
-    )
-    assert counts("asset2sim/catalog/rows.py")
-    assert not counts("asset2sim/catalog/show.py") and not counts("asset2sim/runs/options.py")
+def copied(root: Path) -> Path:
+    """A copy of everything that content hashes depend on."""
+    for name in counted_files(ROOT):
+        (root / name).parent.mkdir(parents=True, exist_ok=True)
+        shutil.copy(ROOT / name, root / name)
+    return root
+
+
+def version_after(root: Path, name: str, edit: Callable[[str], str]) -> str:
+    """The version of the sources while one file is edited."""
+    text = (root / name).read_text(encoding="utf-8")
+    (root / name).write_text(edit(text), encoding="utf-8")
+    try:
+        return code.source_version.__wrapped__(root)
+    finally:
+        (root / name).write_text(text, encoding="utf-8")
+
+
+def test_the_rooms_that_count_are_there_and_an_edit_of_code_or_data_in_each_is_another_version(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    for name in (*code.ROOMS, *code.IRRELEVANT_SOURCES):
+        assert (ROOT / name).exists(), name
+    root, cached = copied(tmp_path), functools.cache(code.bare_code)
+    monkeypatch.setattr(code, "bare_code", cached)
+    same = code.source_version.__wrapped__(root)
+    files = counted_files(root)
+    assert files == counted_files(ROOT) and same == code.source_version()
+    remark = "# a remark\n", '\n\n\ndef _more() -> None:\n    """Do nothing."""\n'
+    edited = set()
+    for room in code.ROOMS:
+        name = next(file for file in files if file.startswith(room) and file.endswith(".py"))
+        assert version_after(root, name, lambda text: f"{remark[0]}{text}") == same, name
+        edited.add(version_after(root, name, lambda text: f"{text}{remark[1]}"))
+    data = [name for name in files if not name.endswith(".py")]
+    assert {Path(name).suffix for name in data} == {".csv", ".md"} and len(data) > 15
+    edited |= {version_after(root, name, lambda text: f"{text}\n") for name in data}
+    assert len(edited) == len(code.ROOMS) + len(data) and same not in edited
+    assert not {"asset2sim/catalog/show.py", "asset2sim/runs/hook.py", "flows/command.py"} & set(files)
+    for name in files:
+        if name.startswith("asset2sim/baselines"):
+            (root / name).unlink()
+    with pytest.raises(FileNotFoundError, match="baselines"):
+        counted_files(root)
+
+
+def test_prose_is_no_code() -> None:
+    bare = code.bare_code(b'"""Text."""\nLIMIT = 3\n"""Why 3."""\n\ndef f(a):\n    "Say."\n    return [a, "word"]\n')
+    assert bare == code.bare_code(b'LIMIT = 3  # three\ndef f(a):\n    """Other."""\n    return [a,\n "word"]\n')
+    for other in (b'LIMIT = 4\ndef f(a):\n return [a, "word"]', b'LIMIT = 3\ndef f(a):\n return [a, "Word"]'):
+        assert bare != code.bare_code(other)
 
 
 def imported(path: Path) -> set[str]:
@@ -189,7 +236,9 @@ def test_whatever_the_pipeline_imports_counts() -> None:
     waiting = {
         "tasks/pipeline.py",
         "asset2sim/checks/alignment/align.py",
-        "asset2sim/runs/spread/worker.py",
+        "asset2sim/catalog/rows.py",
+        "asset2sim/runs/isolation/child.py",
+        "asset2sim/runs/isolation/asset_attempt.py",
         *(f"asset2sim/engines/{engine.value}_world.py" for engine in Engine),
     }
     seen: set[str] = set()
@@ -198,8 +247,8 @@ def test_whatever_the_pipeline_imports_counts() -> None:
         seen.add(source)
         waiting |= imported(ROOT / source) - seen
     assert len(seen) > 150
-    missed = {source for source in seen if not counts(source)}
-    assert not missed, "listed in IRRELEVANT_SOURCES, and run"
+    # A run's row, and not an asset's.
+    assert seen - set(counted_files(ROOT)) <= {"asset2sim/catalog/run.py"}, "run, and not in ROOMS"
 
 
 # What is refined again
@@ -283,11 +332,10 @@ SCRIPT = """
 import json, shutil, sys
 from pathlib import Path
 from flows.command import main
-from tasks.prefect_settings import prepare_environment
-import flows.command
+from flows import PIPELINE
 from asset2sim.runs.request import parse_request
-from asset2sim.isolation.server import warm_up
-from tasks.prefect_server import temporary_server
+from asset2sim.runs.isolation.children import warm_up
+from flows.server.server import temporary_server
 
 data, out = Path(sys.argv[1]), Path(sys.argv[2])
 manifest = data / "manifest.csv"
@@ -302,9 +350,9 @@ def step(refine, *more):
 
 if __name__ == "__main__":
     with temporary_server() as address:
-        warm_up()
+        warm_up(PIPELINE)
         from flows.refine_dataset import refine_dataset
-        from tasks.prefect_client import use_server
+        from flows.server.client import use_server
 
         with use_server(address):
             def refine(request):
@@ -346,4 +394,4 @@ def test_a_flow_refines_what_changed(tmp_path: Path) -> None:
     }
     assert runs(out)["unchanged"].tolist() == [0, 3, 1, 1]
     assert read_table(out, "asset_history").groupby("started_at").size().tolist() == [3, 3, 2, 2]
-    assert not list((out / records.FOLDER).iterdir())
+    assert not list((out / records.RECORDS_FOLDER).iterdir())

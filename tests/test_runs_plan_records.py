@@ -39,8 +39,8 @@ def test_a_record_is_kept_to_the_last_bit(tmp_path: Path) -> None:
     (found,) = kept_records(tmp_path)
     assert found == kept
     record_file(tmp_path, "0" * 64).write_text('{"half": ')
-    (tmp_path / records.FOLDER / "left.part").write_text("")
-    assert list(kept_records(tmp_path)) == [] and not list((tmp_path / records.FOLDER).iterdir())
+    (tmp_path / records.RECORDS_FOLDER / "left.part").write_text("")
+    assert list(kept_records(tmp_path)) == [] and not list((tmp_path / records.RECORDS_FOLDER).iterdir())
 
 
 MODES = failing({"b": FailureMode.TIMEOUT})
@@ -86,7 +86,7 @@ def test_a_run_that_is_killed_anywhere_and_started_again_finishes_the_rest(tmp_p
         assert timeless(out) == expected, f"killed before line {line} or after {after} assets"
         past = read_table(out, "asset_history").groupby("run_id")["asset_id"].agg(list).to_dict()
         assert past == {run_id: list(NAMES) for run_id in read_table(out, "runs")["run_id"]}
-        assert not list((out / records.FOLDER).iterdir())
+        assert not list((out / records.RECORDS_FOLDER).iterdir())
         assert not list((out / "history").glob("**/.*"))
         if not killed:
             break

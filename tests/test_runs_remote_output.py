@@ -15,9 +15,8 @@ from asset2sim.catalog.read import query, read_table
 from asset2sim.catalog.storage import listing
 from asset2sim.catalog.storage.cache import working_folder
 from asset2sim.catalog.storage.lock import LostLockError
-from asset2sim.runs.isolation.attempt import Attempt
-from asset2sim.runs.plan.records import FOLDER as RECORDS
-from asset2sim.runs.plan.records import KeptRecord, keep_record, record_file
+from asset2sim.runs.isolation.asset_attempt import AssetAttempt
+from asset2sim.runs.plan.records import RECORDS_FOLDER, KeptRecord, keep_record, record_file
 from asset2sim.runs.remote import output
 from asset2sim.runs.remote.output import fetch_record
 from asset2sim.runs.request import RefineRequest
@@ -151,10 +150,10 @@ def test_nothing_is_sent_once_another_run_took_over(store: Store, data: Path, mo
     out = f"{store.url}/out"
     monkeypatch.setattr(output, "lock_url", partial(lock.lock_url, renew_s=0.02))
 
-    def overtaken(*arguments: object, **options: object) -> Attempt:
+    def overtaken(*arguments: object, **options: object) -> AssetAttempt:
         store.files.pipe_file(f"{out}/.lock", b'{"token": "t", "process": 1, "host": "far", "time": 9e12}')
         time.sleep(0.3)
-        return Attempt(brief(*arguments[1:5]))  # type: ignore[arg-type]
+        return AssetAttempt(brief(*arguments[1:5]))  # type: ignore[arg-type]
 
     monkeypatch.setattr(worker, "attempt_in_child", overtaken)
     with pytest.raises(LostLockError, match=r"took .* over"):
@@ -227,7 +226,7 @@ def test_a_run_that_is_killed_anywhere_is_finished_by_another_machine(
         past = read_table(out, "asset_history").groupby("run_id")["asset_id"].agg(list).to_dict()
         assert past == {run_id: list(NAMES) for run_id in read_table(out, "runs")["run_id"]}
         assert len(past) == before + 1
-        assert not [name for name in store.keys(out) if name.startswith((RECORDS, ".lock"))]
+        assert not [name for name in store.keys(out) if name.startswith((RECORDS_FOLDER, ".lock"))]
     assert taken_up == [1, 4, 4, 0, 0], "in the second asset, history, tables, after `runs`, at the very end"
 
 
@@ -248,10 +247,10 @@ def test_a_record_that_is_here_is_not_fetched(store: Store, data: Path) -> None:
     out = f"{store.url}/out"
     plan = night(data, out)
     content = plan.hashes["a"]
-    store.files.pipe_file(f"{out}/{RECORDS}/{content}.json", b"{}")
+    store.files.pipe_file(f"{out}/{RECORDS_FOLDER}/{content}.json", b"{}")
     kept = KeptRecord(run_id="r", redo=Redo.CHANGED, record=make_record("a", content_hash=content))
     folder = working_folder(out)
     keep_record(folder, kept)
     assert store.asked("GET", lambda: fetch_record(out, content, "r", 1)) == []
-    assert store.asked("GET", lambda: fetch_record(out, content, "r", 2)) == [f"out/{RECORDS}/{content}.json"]
+    assert store.asked("GET", lambda: fetch_record(out, content, "r", 2)) == [f"out/{RECORDS_FOLDER}/{content}.json"]
     assert record_file(folder, content).read_bytes() == b"{}", "the second attempt's, from another machine"

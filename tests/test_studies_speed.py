@@ -13,7 +13,6 @@ from asset2sim.catalog.run import start_run
 from asset2sim.catalog.write import write_run
 from asset2sim.runs.dataset import load_dataset
 from asset2sim.runs.plan.plan import make_plan
-from asset2sim.runs.spread.worker import PIPELINE
 from asset2sim.studies.speed import figures as judged
 from asset2sim.studies.speed.figures import (
     bench_markdown,
@@ -42,6 +41,7 @@ from asset2sim.studies.speed.query_times import MODULE as QUERY
 from asset2sim.studies.speed.query_times import time_query
 from asset2sim.studies.speed.stages import parts, stage_seconds
 from asset2sim.studies.speed.synthetic import FILES, make_entries, publish_entries
+from flows import PIPELINE
 from flows.bench import command, fresh, main
 from flows.bench_loop import run_loop
 from flows.bench_run import MODULE as RUN
@@ -174,7 +174,7 @@ def test_synthetic_entries_are_unchanged_until_one_changes(tmp_path: Path) -> No
     refs = make_entries(STAPLER, data, 30)
     assert [ref.asset_id for ref in refs] == [ref.asset_id for ref in load_dataset(data)] and len(refs) == 30
     assert len(list((data / "entry00003").iterdir())) == FILES
-    publish_entries(stapler(), refs, data, out, NO_VIEWS)
+    publish_entries(stapler(), refs, data, out, NO_VIEWS, PIPELINE)
     assets = read_table(out, "assets")
     assert len(assets) == 30 and len(set(assets["content_hash"])) == 30
     assert set(read_table(out, "links")["asset_id"]) == {ref.asset_id for ref in refs}

@@ -22,7 +22,7 @@ from asset2sim.models.gateway.choices import check_model
 from asset2sim.models.gateway.environment import quiet_environment
 from asset2sim.runs.isolation import Ending, run_isolated
 from schemas.errors import Asset2SimError, UsageError
-from schemas.location import is_url
+from schemas.location import is_url, nearest_existing
 from schemas.model_names import described, is_prior, named_models, settings_for
 from schemas.request import ModelRequest
 from schemas.settings import ModelSettings, RunSettings
@@ -113,9 +113,7 @@ def check_checkout() -> str:
 
 def check_writable(folder: Path) -> str:
     """The folder, or the one in which it would be made, takes files and has room."""
-    above = folder.absolute()
-    while not above.exists():
-        above = above.parent
+    above = nearest_existing(folder)
     try:
         with tempfile.TemporaryFile(dir=above):
             pass

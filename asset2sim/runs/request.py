@@ -5,10 +5,11 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from pydantic import Field
+from pydantic import Field, InstanceOf
 
 from asset2sim.runs.command_line import Options
 from asset2sim.runs.options import NightlyOptions, RefineOptions, parse
+from schemas.asset import FoundAssets
 from schemas.base import Frozen
 from schemas.errors import UsageError
 from schemas.location import Location
@@ -60,6 +61,7 @@ class RefineRequest(Frozen):
     stated: dict[str, Any] = Field(default_factory=dict)
     strict: bool = False
     now: bool = False
+    found: InstanceOf[FoundAssets] | None = Field(default=None, exclude=True)
 
 
 def parse_request(words: Sequence[str]) -> RefineRequest:

@@ -10,9 +10,8 @@ from multiprocessing.context import ForkServerProcess
 from pathlib import Path
 
 from asset2sim.runs.isolation import stopping
-from asset2sim.runs.isolation.messages import Answer, Begun, Call, Ending, Outcome, Raised, Returned, Work
-from asset2sim.runs.isolation.pool import Child, begin, return_to_pool
-from asset2sim.runs.isolation.server import PROCESS_LOCK
+from asset2sim.runs.isolation.children import PROCESS_LOCK, Child, return_to_pool, start_work
+from asset2sim.runs.isolation.pipe_messages import Answer, Begun, Call, ChildWork, Ending, Outcome, Raised, Returned
 
 DUMP_WAIT_S = 0.1
 """Time that a hanging child gets to write its traceback before it is killed, s."""
@@ -40,9 +39,9 @@ def run_isolated(
     Never raises for what the child does; raises ``UsageError`` where this process may not have children.
     """
     if stopping.is_stopped(owner):
-        return Outcome(Ending.STOPPED, None, "stopped before it began", "", 0.0, 0.0)
-    work = Work(pickle.dumps((function, args)), tuple(services), memory_limit_mb, str(log_path))
-    child = begin(work, fresh=fresh)
+        return Outcome(Ending.STOPPED, None, "stopped before it began", 0.0)
+    work = ChildWork(pickle.dumps((function, args)), tuple(services), memory_limit_mb, str(log_path))
+    child = start_work(work, fresh=fresh)
     stopping.register(child.pid, owner)
     outcome: Outcome | None = None
     try:
@@ -70,8 +69,8 @@ def _supervise(
     started = time.monotonic()
     served = 0.0
 
-    def outcome(ending: Ending, reason: str, value: object = None, detail: str = "", clean: bool = False) -> Outcome:
-        return Outcome(ending, value, reason, detail, time.monotonic() - started, served, clean)
+    def outcome(ending: Ending, reason: str, value: object = None, clean: bool = False) -> Outcome:
+        return Outcome(ending, value, reason, time.monotonic() - started, clean)
 
     while True:
         left = started + time_limit_s + served - time.monotonic()
@@ -95,8 +94,7 @@ def _supervise(
         if isinstance(message, Returned):
             return outcome(Ending.RETURNED, "", value=message.value, clean=message.clean)
         if isinstance(message, Raised):
-            ending, reason = _cause_of_raise(message, memory_limit_mb)
-            return outcome(ending, reason, detail=message.traceback)
+            return outcome(*_cause_of_raise(message, memory_limit_mb))
         return outcome(Ending.DIED, f"the child process said {type(message).__name__}, which means nothing here")
 
 

@@ -39,8 +39,7 @@ from asset2sim.catalog.storage.objects import (
 )
 from asset2sim.catalog.switch import CATALOG, OLD, READY, STAGING
 from asset2sim.runs.plan.plan import Plan
-from asset2sim.runs.plan.records import FOLDER as RECORDS
-from asset2sim.runs.plan.records import read_record
+from asset2sim.runs.plan.records import RECORDS_FOLDER, read_record
 from asset2sim.runs.plan.state import FILE as STATE
 from schemas.location import is_url
 from schemas.tables import TABLES as CATALOG_TABLES
@@ -51,7 +50,7 @@ HISTORY = f"{HISTORY_FOLDER}/"
 REPORTS = f"{REPORTS_FOLDER}/"
 LOCK_TOKEN_FILE = ".held"
 """File in the local folder with the token of the lock that its last run took in the store."""
-SHARED = (TABLES, HISTORY, REPORTS, f"{RECORDS}/", STATE)
+SHARED = (TABLES, HISTORY, REPORTS, f"{RECORDS_FOLDER}/", STATE)
 """State of earlier runs that a run downloads. Refined folders and logs are only uploaded; caches, budgets and MLflow's
 store stay on the machine."""
 
@@ -134,7 +133,7 @@ def send_rest(output: Output) -> None:
         return
     output.check()
     push(url, folder, local_names(folder, [REPORTS, STATE]))
-    _remove_gone(url, folder, [f"{RECORDS}/"])
+    _remove_gone(url, folder, [f"{RECORDS_FOLDER}/"])
 
 
 def _remove_gone(url: str, folder: Path, parts: list[str]) -> None:
@@ -164,4 +163,4 @@ def fetch_record(out: Path | str, content_hash: str, run_id: str, attempt: int) 
 
 
 def _record_name(content_hash: str) -> str:
-    return f"{RECORDS}/{content_hash}.json"
+    return f"{RECORDS_FOLDER}/{content_hash}.json"

@@ -9,7 +9,7 @@ from time import perf_counter
 
 from asset2sim.models.prior.answer import answer
 from asset2sim.runs.dataset import load_dataset
-from asset2sim.runs.isolation.attempt import attempt_in_child
+from asset2sim.runs.isolation.asset_attempt import attempt_in_child
 from asset2sim.studies.defects.planted import Defect, RefinedAsset
 from asset2sim.studies.defects.score import Row, Sign, caught_by, concerned, early_signs, mended_by, raw_signs
 from asset2sim.studies.samples.dataset import sample_files

@@ -10,7 +10,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import TypeVar
 
-from asset2sim.runs.isolation.limits import MEGABYTE
+from asset2sim.runs.isolation.child_setup import MEGABYTE
 from schemas.base import Frozen
 from schemas.errors import Asset2SimError
 

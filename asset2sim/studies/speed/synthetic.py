@@ -16,9 +16,8 @@ from asset2sim.catalog.run import finish_run, start_run
 from asset2sim.catalog.storage.lock import lock_output
 from asset2sim.catalog.write import write_run
 from asset2sim.runs.dataset import COLUMNS, MANIFEST, load_dataset
-from asset2sim.runs.plan.plan import make_plan, settle
+from asset2sim.runs.plan.plan import make_plan, mark_published
 from asset2sim.runs.plan.state import SETTLED_NS
-from asset2sim.runs.spread.worker import PIPELINE
 from asset2sim.studies.speed.process import BenchError
 from schemas.asset import AssetRecord, AssetRef
 from schemas.settings import Settings
@@ -29,7 +28,9 @@ BATCH = 1000
 """Entries that one run publishes; bounds the memory that their rows take as Python objects."""
 
 
-def make_unchanged(record: AssetRecord, folder: Path, count: int, settings: Settings) -> tuple[Path, Path]:
+def make_unchanged(
+    record: AssetRecord, folder: Path, count: int, settings: Settings, pipeline: str
+) -> tuple[Path, Path]:
     """Make a dataset of ``count`` entries and the output of the runs that refined them; (data, out) in ``folder``.
 
     ``record`` is the real record of the object whose files are taken. Raises BenchError where a run with these
@@ -39,7 +40,7 @@ def make_unchanged(record: AssetRecord, folder: Path, count: int, settings: Sett
     refs = make_entries(Path(record.ref.path), data, count)
     # The next run reads a file again if it was just written: a later change might not show in its time stamp.
     time.sleep(SETTLED_NS / 1e9 + 0.1)
-    publish_entries(record, refs, data, out, settings)
+    publish_entries(record, refs, data, out, settings, pipeline)
     return data, out
 
 
@@ -71,23 +72,25 @@ def link_or_copy(source: Path, target: Path) -> None:
         shutil.copyfile(source, target)
 
 
-def publish_entries(record: AssetRecord, refs: Sequence[AssetRef], data: Path, out: Path, settings: Settings) -> None:
+def publish_entries(
+    record: AssetRecord, refs: Sequence[AssetRef], data: Path, out: Path, settings: Settings, pipeline: str
+) -> None:
     """Write every entry's record into the catalog, as the runs that refined them would have."""
     out.mkdir(parents=True)
     dataset = str(data.resolve())
     with lock_output(out):
         started = start_run(settings, dataset)
-        hashes = make_plan(refs, {}, out, settings, PIPELINE, started.run_id).hashes
+        hashes = make_plan(refs, {}, out, settings, pipeline, started.run_id).hashes
         for first in range(0, len(refs), BATCH):
             batch = [renamed(record, ref, hashes[ref.asset_id]) for ref in refs[first : first + BATCH]]
             for item in batch:
                 (out / "assets" / item.ref.asset_id).mkdir(parents=True)
             run = finish_run(start_run(settings, dataset))
             write_run(out, run, batch)
-            settle(out, batch)
+            mark_published(out, batch)
         # MLflow makes its database in a first run, which takes it seconds.
         warning = log_run(out, run, batch[:1], find_changes(batch[:1], Previous()))
-        left = make_plan(refs, {}, out, settings, PIPELINE, "check").todo
+        left = make_plan(refs, {}, out, settings, pipeline, "check").todo
     if warning is not None:
         raise BenchError(warning)
     if left:

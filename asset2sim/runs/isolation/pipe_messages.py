@@ -1,7 +1,7 @@
 """Messages between a child and its parent over the pipe.
 
-The parent sends ``Work``; the child says ``Begun``, any number of ``Call``s, each of which gets an ``Answer``, and then
-``Returned`` or ``Raised``. It may be sent more work after the former.
+The parent sends ``ChildWork``; the child says ``Begun``, any number of ``Call``s, each of which gets an ``Answer``, and
+then ``Returned`` or ``Raised``. It may be sent more work after the former.
 """
 
 from dataclasses import dataclass
@@ -9,7 +9,7 @@ from enum import StrEnum
 
 
 @dataclass(frozen=True)
-class Work:
+class ChildWork:
     """One function to call. ``pickled`` is ``(function, args)``; ``services`` names what it may call in the parent."""
 
     pickled: bytes
@@ -49,11 +49,10 @@ class Returned:
 
 @dataclass(frozen=True)
 class Raised:
-    """The function raised. Only text travels: an exception need not survive pickling."""
+    """The function raised. Only text travels: an exception need not survive pickling; its traceback is in the log."""
 
     type_name: str
     message: str
-    traceback: str
     out_of_memory: bool
     disk_full: bool = False
 
@@ -75,14 +74,11 @@ class Outcome:
     """The outcome of one call in a child process.
 
     ``value`` is what the function returned where ``ending`` is RETURNED and None otherwise; ``reason`` is one line
-    for a person; ``detail`` the traceback, if there is one. ``seconds`` is the wall time of the child, of which it
-    spent ``service_seconds`` waiting for services of its parent. ``clean`` says whether it may be given more work.
+    for a person. ``seconds`` is the wall time of the child. ``clean`` says whether it may be given more work.
     """
 
     ending: Ending
     value: object
     reason: str
-    detail: str
     seconds: float
-    service_seconds: float
     clean: bool = False

@@ -5,7 +5,7 @@ import threading
 from dataclasses import dataclass
 from pathlib import Path
 
-from asset2sim.runs.isolation.limits import MEGABYTE, memory
+from asset2sim.runs.isolation.child_setup import MEGABYTE, memory
 
 MAX_GROWTH_MB = 400.0
 """Resident memory that work may leave behind, MB."""
@@ -24,7 +24,7 @@ class ProcessState:
     environment: frozenset[tuple[str, str]]
 
 
-def traces() -> ProcessState:
+def process_state() -> ProcessState:
     """The present state of this process."""
     present = memory()
     return ProcessState(
@@ -40,7 +40,7 @@ def traces() -> ProcessState:
 def is_unchanged_since(before: ProcessState) -> bool:
     """Whether this process is as before: no more threads or open files, no children, the same folder and environment,
     and at most ``MAX_GROWTH_MB`` more memory."""
-    now = traces()
+    now = process_state()
     return (
         now.resident_mb <= before.resident_mb + MAX_GROWTH_MB
         and now.open_files <= before.open_files

@@ -1,11 +1,12 @@
-"""One attempt at an asset in a child process: a record, however that process ends."""
+"""One attempt at an asset in a child process, and a second one after a death: a record, however the process ends."""
 
 import importlib
 from dataclasses import dataclass
 from pathlib import Path
 
 from asset2sim.models.gateway.refused_answers import LOG_FOLDER, LoggedAnswer, write_refused_answers
-from asset2sim.runs.isolation.messages import Ending, Outcome
+from asset2sim.runs.isolation.children import preload
+from asset2sim.runs.isolation.pipe_messages import Ending, Outcome
 from asset2sim.runs.isolation.supervise import run_isolated
 from schemas.asset import AssetRecord, AssetRef
 from schemas.errors import Asset2SimError
@@ -13,6 +14,11 @@ from schemas.finding import Finding
 from schemas.request import ModelAnswer, ModelAsk, ModelCall, ModelRequest
 from schemas.settings import Settings
 from schemas.vocabulary import FailureMode, Severity, Stage, Status
+
+DIED_ONCE = "died_once"
+"""Code of the finding on an asset whose first attempt died and whose second one did not."""
+NOT_TRIED_AGAIN = "not_tried_again"
+"""Code of the finding on an asset whose attempt died and that the limit on second attempts left out."""
 
 
 class StoppedError(Asset2SimError):
@@ -27,11 +33,19 @@ MODES = {Ending.TIMED_OUT: FailureMode.TIMEOUT, Ending.DISK_FULL: FailureMode.DI
 
 
 @dataclass(frozen=True)
-class Attempt:
+class AssetAttempt:
     """One attempt at an asset: its record, and how its process died, empty where it did not."""
 
     record: AssetRecord
     died: str = ""
+
+
+@dataclass(frozen=True)
+class FirstAttempt:
+    """How an asset's first attempt died, in words, and the model calls that it had made until then."""
+
+    died: str
+    calls: tuple[ModelCall, ...] = ()
 
 
 def log_file(out: Path, asset_id: str) -> Path:
@@ -52,7 +66,7 @@ def attempt_in_child(
     ask: ModelAsk,
     owner: str | None = None,
     fresh: bool = False,
-) -> Attempt:
+) -> AssetAttempt:
     """Refine one asset in a child process under the limits of ``settings.run``; always answers with a record.
 
     ``pipeline`` names a function as ``module:function``, which the child imports and calls as ``function(ref, out,
@@ -70,6 +84,7 @@ def attempt_in_child(
         heard.append(LoggedAnswer.of(request, answer))
         return answer
 
+    preload(pipeline)
     outcome = run_isolated(
         call_by_name,
         (pipeline, ref, out, settings),
@@ -84,9 +99,9 @@ def attempt_in_child(
         raise StoppedError(f"asset {ref.asset_id} was stopped with the run")
     if outcome.ending is Ending.RETURNED and isinstance(outcome.value, AssetRecord):
         write_refused_answers(out, ref.asset_id, heard, outcome.value.calls)
-        return Attempt(outcome.value, death_of_engine(outcome.value))
+        return AssetAttempt(outcome.value, death_of_engine(outcome.value))
     record = record_of_dead_child(ref, out, settings, outcome, tuple(calls))
-    return Attempt(record, record.reason if outcome.ending in RETRIED_ENDINGS else "")
+    return AssetAttempt(record, record.reason if outcome.ending in RETRIED_ENDINGS else "")
 
 
 def death_of_engine(record: AssetRecord) -> str:
@@ -140,3 +155,39 @@ def failed_record(
         calls=calls,
         seconds=seconds or {},
     )
+
+
+def with_first_attempt(record: AssetRecord, first: FirstAttempt | None, died: str) -> AssetRecord:
+    """The second attempt's record with the first one's calls and cause of death; ``died``: how the second died."""
+    if first is None:
+        return record
+    asset_id, calls = record.ref.asset_id, (*first.calls, *record.calls)
+    # The log has been moved out of the second attempt's way.
+    before = first.died.replace(log_file(Path(), asset_id).name, first_log_file(Path(), asset_id).name)
+    if not died:
+        finding = Finding(
+            stage=Stage.REFINE,
+            severity=Severity.WARNING,
+            code=DIED_ONCE,
+            message=f"asset {asset_id}: its first attempt died ({before}); this is the second, alone",
+        )
+        return record.model_copy(update={"calls": calls, "findings": (*record.findings, finding)})
+    reason = f"died twice: {died}; the first time: {before}"
+    message = f"asset {asset_id}: {reason}"
+    findings = tuple(
+        finding.model_copy(update={"message": message}) if finding.code == record.failure_mode else finding
+        for finding in record.findings
+    )
+    return record.model_copy(update={"calls": calls, "reason": reason, "findings": findings})
+
+
+def without_retry(record: AssetRecord, first: FirstAttempt, most: int) -> AssetRecord:
+    """The record of an asset that died and gets no second attempt, with a finding that says so."""
+    finding = Finding(
+        stage=Stage.REFINE,
+        severity=Severity.INFO,
+        code=NOT_TRIED_AGAIN,
+        message=f"asset {record.ref.asset_id} was not tried again: {most} others of this run were, one after the "
+        "other; the next run tries it",
+    )
+    return record.model_copy(update={"calls": record.calls or first.calls, "findings": (*record.findings, finding)})

@@ -16,8 +16,8 @@ from asset2sim.catalog.storage.objects import Stored, StoreError, key_of, list_o
 LOOKS = (".mtl", ".bmp", ".gif", ".jpeg", ".jpg", ".png", ".tga", ".tif", ".tiff")
 """File endings of an OBJ's materials and textures: taken from its own folder, where exporters put them."""
 
-Find = Callable[[str], Stored | None]
-List = Callable[[str], Mapping[str, Stored]]
+FindObject = Callable[[str], Stored | None]
+ListFolder = Callable[[str], Mapping[str, Stored]]
 
 
 def visible(objects: Mapping[str, Stored]) -> dict[str, Stored]:
@@ -37,7 +37,7 @@ def choose_urdf_name(names: Mapping[str, Stored]) -> str | None:
 
 
 def outer_objects(
-    folder: str, inner: Mapping[str, Stored], urdf: str, references: list[str], find: Find, below: List
+    folder: str, inner: Mapping[str, Stored], urdf: str, references: list[str], find: FindObject, below: ListFolder
 ) -> dict[str, Stored]:
     """URL → object that a reference names outside the asset's folder, within its bucket.
 
@@ -65,7 +65,7 @@ def outer_objects(
     return found
 
 
-def _looks(mesh: str, below: List) -> dict[str, Stored]:
+def _looks(mesh: str, below: ListFolder) -> dict[str, Stored]:
     if not mesh.lower().endswith(".obj"):
         return {}
     folder = mesh.rpartition("/")[0]
