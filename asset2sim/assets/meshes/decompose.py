@@ -152,7 +152,7 @@ def _attempt(method: str, vertices: Array, faces: Faces, settings: DecomposeSett
         seconds = max(1, round(settings.cpu_limit_s))
         command = [sys.executable, "-m", "asset2sim.assets.meshes.decompose_worker", method, folder, str(seconds)]
         child = subprocess.Popen(
-            [*command, settings.model_dump_json()],
+            [*command, settings.model_dump_json(), str(os.getpid())],
             stdin=subprocess.DEVNULL,
             stdout=subprocess.DEVNULL,
             stderr=subprocess.DEVNULL,
