@@ -31,7 +31,7 @@ def publish(urdf: Path, judged: Verified, settings: Settings) -> tuple[PhysicsOv
     # Without the wall time: the same input gives the same bytes.
     reports = [report.model_dump(mode="json", exclude={"seconds"}) for report in judged.reports]
     (folder / "measurement.json").write_text(json.dumps(reports, indent=1), encoding="utf-8")
-    write_exports(folder, overlay, settings.exports)
+    write_exports(folder, overlay, settings.exports, settings.engine.timestep_s)
     if settings.views.write:
         write_views(urdf, overlay.initial_positions, folder / "views", settings.views)
     return overlay, findings
