@@ -15,7 +15,7 @@ from asset2sim.checks.nudge import nudges
 from asset2sim.checks.opening import openings
 from asset2sim.checks.release import releases
 from asset2sim.checks.reset import Resting, reset, rest, starts, tipping
-from asset2sim.checks.sweep import Cause, sweeps
+from asset2sim.checks.sweep import CauseOf, sweeps
 from asset2sim.engines.registry import open_world
 from asset2sim.engines.world import World
 from schemas.interaction import Drop, Interaction, Reset
@@ -29,7 +29,7 @@ and a step on a keyboard of 115 takes 30 ms."""
 
 
 @dataclass
-class Bench:
+class SharedWorld:
     """One world that several checks share, loaded afresh once a check has left numbers in it that are not finite."""
 
     engine: Engine
@@ -68,10 +68,12 @@ class Bench:
 
 
 @contextmanager
-def bench(engine: Engine, urdf: Path, overlay: PhysicsOverlay, *, plane: bool, timestep_s: float) -> Iterator[Bench]:
+def shared_world(
+    engine: Engine, urdf: Path, overlay: PhysicsOverlay, *, plane: bool, timestep_s: float
+) -> Iterator[SharedWorld]:
     """A shared world that is closed at the end of the block."""
     with ExitStack() as stack:
-        yield Bench(engine, urdf, overlay.contact_friction, plane, timestep_s, stack)
+        yield SharedWorld(engine, urdf, overlay.contact_friction, plane, timestep_s, stack)
 
 
 def interact(
@@ -81,7 +83,7 @@ def interact(
     settings: EngineSettings,
     limits: Thresholds,
     *,
-    cause: Cause,
+    cause: CauseOf,
     only: FailureMode | None = None,
 ) -> Interaction:
     """Run every interaction check on a written asset in its initial state, or ``only`` one and those that it needs.
@@ -96,7 +98,7 @@ def interact(
     if only in (FailureMode.DROP, FailureMode.RESET):
         return seen
     found: dict[str, object] = {}
-    with bench(engine, urdf, overlay, plane=False, timestep_s=settings.timestep_s) as held:
+    with shared_world(engine, urdf, overlay, plane=False, timestep_s=settings.timestep_s) as held:
         if wanted(only, FailureMode.JAM, FailureMode.RELEASE):
             found["sweeps"], stretches = sweeps(held.ready(), item, settings, limits, cause)
         if wanted(only, FailureMode.HOLD):
@@ -122,7 +124,7 @@ def on_a_plane(
     item: Mechanism,
     settings: EngineSettings,
     limits: Thresholds,
-    only: FailureMode | None = None,
+    only: FailureMode | None,
 ) -> Interaction:
     """The checks with a free root: the drop at both steps, and the perturbed starts; or ``only`` one of them."""
     drops: list[Drop] = []
@@ -132,7 +134,7 @@ def on_a_plane(
         resetting = settings.resets and timestep == settings.timestep_s and wanted(only, FailureMode.RESET)
         if not resetting and not wanted(only, FailureMode.DROP):
             continue
-        with bench(engine, urdf, overlay, plane=True, timestep_s=timestep) as free:
+        with shared_world(engine, urdf, overlay, plane=True, timestep_s=timestep) as free:
             if wanted(only, FailureMode.DROP):
                 drops.append(drop(free.ready(), item.start, settings))
             if resetting:
@@ -143,7 +145,7 @@ def on_a_plane(
 
 
 def perturbed(
-    free: Bench, item: Mechanism, resting: Resting, settings: EngineSettings, limits: Thresholds
+    free: SharedWorld, item: Mechanism, resting: Resting, settings: EngineSettings, limits: Thresholds
 ) -> tuple[Reset, ...]:
     """The perturbed starts, compared with how the object rests when it is set down undisturbed."""
     resets: list[Reset] = []

@@ -8,7 +8,7 @@ from time import perf_counter
 from asset2sim.assets.folder import Folder
 from asset2sim.checks.interact import interact
 from asset2sim.checks.rest import measure
-from asset2sim.checks.sweep import Cause
+from asset2sim.checks.sweep import CauseOf
 from asset2sim.engines.child import ChildOutcome, in_child
 from asset2sim.engines.registry import engine_version, installed, require
 from schemas.interaction import EngineReport, Interaction
@@ -32,7 +32,7 @@ def verify(
     engines: Sequence[Engine],
     urdf: Path,
     overlay: PhysicsOverlay,
-    cause: Cause,
+    cause: CauseOf,
     settings: Settings,
 ) -> tuple[EngineReport, ...]:
     """A report from each engine on the URDF in the overlay's initial state; an engine that dies costs only its report.
@@ -46,7 +46,7 @@ def verify_in(
     engine: Engine,
     urdf: Path,
     overlay: PhysicsOverlay,
-    cause: Cause,
+    cause: CauseOf,
     settings: Settings,
     only: FailureMode | None = None,
 ) -> EngineReport:
@@ -87,7 +87,7 @@ def verify_cached(
     engines: Sequence[Engine],
     folder: Folder,
     overlay: PhysicsOverlay,
-    cause: Cause,
+    cause: CauseOf,
     settings: Settings,
     only: FailureMode | None = None,
 ) -> tuple[EngineReport, ...]:

@@ -10,7 +10,7 @@ import math
 
 from asset2sim.physics.paper_ranges import paper_terms
 from asset2sim.physics.terms import JointTerms, Moved, Term, UnmetWish
-from asset2sim.physics.timed import falling, gliding, relaxed, returning
+from asset2sim.physics.timed import falling, gliding, largest_damping, relaxed, returning
 from asset2sim.physics.timing import RETURN_CRITICAL, Brake
 from schemas.overlay import JointProposal
 from schemas.settings import PhysicsSettings
@@ -140,7 +140,7 @@ def damper(
     settings: PhysicsSettings,
 ) -> Term:
     """Damping c = I / τ, at least what keeps a spring from ringing, at most ``max_damping_step`` I / Δt."""
-    largest = settings.max_damping_step * moved.least / settings.coarse_timestep_s
+    largest = largest_damping(moved, settings)
     if proposal.damping is not None:
         wanted, where = proposal.damping, source
     elif proposal.coast_s is not None:

@@ -10,7 +10,7 @@ from asset2sim.assets.authored_overlap import AuthoredShapes, overlap_cause
 from asset2sim.assets.extract import Extraction
 from asset2sim.assets.folder import Folder, write_urdf
 from asset2sim.checks.overlaps import overlap_pairs
-from asset2sim.checks.sweep import Cause
+from asset2sim.checks.sweep import CauseOf
 from asset2sim.checks.verdict import Verdict, disagreements, failures_of, overall_verdict
 from asset2sim.checks.verify import Known, engines_of, verify, verify_cached
 from asset2sim.physics.kinematics import link_to_root, tree_of
@@ -64,7 +64,7 @@ def verify_and_mend(
         if verdict.mode is doubt:
             return Verified(overlay, reports, (), verdict, (), ())
     mended = mend(extraction.features, overlay, again(overlay, engines), settings, again)
-    overlaps = overlap_pairs(folder.urdf, mended.overlay.initial_positions, cause)
+    overlaps = overlap_pairs(folder.urdf, mended.overlay.initial_positions, cause, settings.engine)
     verdict = overall_verdict(mended.reports, mended.overlay, settings.thresholds)
     findings = [*mended.findings, *report_findings(mended.reports, mended.overlay, settings)]
     return Verified(mended.overlay, mended.reports, overlaps, verdict, mended.trace, tuple(findings))
@@ -76,7 +76,7 @@ def verify_as_written(extraction: Extraction, urdf: Path, overlay: PhysicsOverla
     reports = verify(engines_of(settings.engine), urdf, overlay, cause, settings)
     verdict = overall_verdict(reports, overlay, settings.thresholds)
     try:
-        overlaps = overlap_pairs(urdf, overlay.initial_positions, cause)
+        overlaps = overlap_pairs(urdf, overlay.initial_positions, cause, settings.engine)
     except AssetError:  # PyBullet refuses the file, which its report says
         overlaps = ()
     return Verified(overlay, reports, overlaps, verdict, (), tuple(report_findings(reports, overlay, settings)))
@@ -140,12 +140,12 @@ def obstacles(reports: Sequence[EngineReport], settings: Settings) -> list[Findi
     return findings
 
 
-def cause_for(extraction: Extraction, overlay: PhysicsOverlay) -> Cause:
+def cause_for(extraction: Extraction, overlay: PhysicsOverlay) -> CauseOf:
     """Function that tells whether two links' authored meshes overlap at given joint positions, or only their hulls."""
     features, shapes = extraction.features, AuthoredShapes(extraction, overlay.scale)
     tree = tree_of(written_joints(features, overlay), overlay.scale)
 
-    def cause(a: str, b: str, positions: Mapping[str, float], depth_m: float) -> OverlapCause:
+    def cause(a: str, b: str, positions: Mapping[str, float]) -> OverlapCause:
         poses = link_to_root(tree, features.root, positions)
         return overlap_cause(shapes, a, b, np.linalg.inv(poses[b]) @ poses[a])
 
