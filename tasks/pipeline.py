@@ -20,9 +20,8 @@ from asset2sim.models.ask_overlay import SynthesisError, Synthesized, ask_overla
 from asset2sim.models.prompts import DIRECT, overlay_request
 from asset2sim.refinement.judge import verify_as_written
 from asset2sim.refinement.refine import Job, refine_and_verify
-from asset2sim.validation import validate
 from asset2sim.validation.sanity import sensible
-from asset2sim.validation.validate import contact_friction
+from asset2sim.validation.validate import contact_friction, validate
 from schemas.asset import AssetRecord, AssetRef
 from schemas.errors import AssetError
 from schemas.finding import Finding
@@ -42,9 +41,9 @@ def refine_with_rules(
 ) -> Verdict:
     """Synthesize, validate, apply, refine, measure and publish one asset; raises AssetError where it cannot go on."""
     with progress.timed(Stage.SYNTHESIZE):
-        images = tuple(labelled_views(extraction, settings).values())
+        images, features = tuple(labelled_views(extraction, settings).values()), extraction.features
         proposal, calls, findings = synthesize(
-            extraction.features, ref.prompt, extraction.closed_size, extraction.link_centers, ask, images
+            features, ref.prompt, features.closed_size, features.link_centers, ask, images
         )
         progress.calls.extend(calls)
         progress.findings.extend(findings)
@@ -115,7 +114,7 @@ def run_direct(work: Work) -> Verdict:
         images = tuple(labelled_views(work.extraction, work.settings).values())
         found = work.extraction
         request = overlay_request(
-            DIRECT, found.features, work.ref.prompt, found.closed_size, found.link_centers, images
+            DIRECT, found.features, work.ref.prompt, found.features.closed_size, found.features.link_centers, images
         )
         proposal = kept(work, ask_overlay(request, found.features, work.ask))
     return publish_as_proposed(work, proposal, source_of(work.settings))

@@ -63,7 +63,7 @@ def middle_positions(item: Mechanism, holding: Sequence[JointPhysics]) -> dict[s
             continue
         lower, upper = span_of(joint)
         middle = (lower + upper) / 2.0
-        pull = float(pull_on(item, joint.name, item.start, poses).over(np.array([middle]))[0])
+        pull = float(pull_on(item, joint.name, item.start, poses).at(middle))
         if joint.friction > SURE * abs(pull):
             middles[joint.name] = middle
     return middles

@@ -6,9 +6,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from asset2sim.checks.joint_groups import run_in_groups
-from asset2sim.checks.mechanism import Mechanism, Pull, poses_at, pull_on, span_of
+from asset2sim.checks.mechanism import Mechanism, poses_at, pull_on, span_of
 from asset2sim.checks.watch import capped, watch
 from asset2sim.engines.world import World
+from asset2sim.physics.mass_matrix import Pull
 from schemas.interaction import Release, share_left
 from schemas.overlay import JointPhysics
 from schemas.settings import EngineSettings, Thresholds
@@ -87,7 +88,7 @@ def fallen(joint: JointPhysics, pull: Pull, low: float, high: float) -> Expected
     middle = low + START_SHARE * (high - low)
     for end in (low, high):
         way = np.linspace(middle, end, SAMPLES)
-        if np.all(np.sign(end - middle) * pull.over(way) > SURE * joint.friction + 1e-12):
+        if np.all(np.sign(end - middle) * pull.at(way) > SURE * joint.friction + 1e-12):
             return ExpectedRelease(joint, GRAVITY, middle, end, end)
     return None
 
@@ -95,7 +96,7 @@ def fallen(joint: JointPhysics, pull: Pull, low: float, high: float) -> Expected
 def sprung(joint: JointPhysics, pull: Pull, low: float, high: float) -> ExpectedRelease:
     """The task of a joint with a spring: let go of half way from its rest to the end that is further from it."""
     way = np.linspace(low, high, SAMPLES)
-    force = joint.stiffness * (joint.spring_reference - way) + pull.over(way)
+    force = joint.stiffness * (joint.spring_reference - way) + pull.at(way)
     rest = equilibrium_of(way, force)
     start = rest + START_SHARE * ((low if rest - low > high - rest else high) - rest)
     # Friction stops it short of the balance, on the side that it comes from, or as far beyond if it comes fast.

@@ -90,5 +90,6 @@ def sensible(
 
 def object_of(extraction: Extraction, guidance: str | None) -> ObjectInfo:
     """The object's description in the model's prompt, parsed as the offline prior does."""
-    request = synthesis_request(extraction.features, guidance, extraction.closed_size, extraction.link_centers)
+    features = extraction.features
+    request = synthesis_request(features, guidance, features.closed_size, features.link_centers)
     return ObjectInfo.from_json(read_prompt(request.text)[0])

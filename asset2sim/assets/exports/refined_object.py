@@ -12,9 +12,9 @@ from scipy.spatial.transform import Rotation
 from asset2sim.assets.folder import URDF_NAME
 from asset2sim.assets.meshes.load import load_mesh, primitive, scale_vector
 from asset2sim.assets.urdf.locate import find_mesh
-from asset2sim.assets.urdf.read import Dynamics, read_dynamics, read_urdf
+from asset2sim.assets.urdf.read import Dynamics, read_dynamics, read_urdf, root_of, tree_joint
 from asset2sim.physics.arrays import Array
-from asset2sim.physics.kinematics import TreeJoint, apply, link_to_root
+from asset2sim.physics.kinematics import TreeJoint, apply, link_to_root, parents_first
 from schemas.errors import AssetError
 from schemas.overlay import PhysicsOverlay
 from schemas.vocabulary import FailureMode
@@ -105,22 +105,15 @@ def read_object(folder: Path, overlay: PhysicsOverlay) -> ExportObject:
     """
     robot = read_urdf(folder / URDF_NAME)
     dynamics = read_dynamics(folder / URDF_NAME)
-    children = {joint.child for joint in robot.joints}
-    root = next(str(link.name) for link in robot.links if link.name not in children)
-    waiting = [_joint(joint, dynamics, overlay.initial_positions) for joint in robot.joints]
-    known, ordered = {root}, list[Joint]()
-    while waiting:
-        ready = [joint for joint in waiting if joint.tree.parent in known]
-        ordered.extend(ready)
-        known.update(joint.tree.child for joint in ready)
-        waiting = [joint for joint in waiting if joint.tree.child not in known]
+    stated = {joint.name: joint for joint in robot.joints}
+    tree = parents_first([tree_joint(joint) for joint in robot.joints])
     return ExportObject(
         name=str(robot.name or overlay.asset_id),
         folder=folder,
         robot=robot,
-        root=root,
+        root=root_of(robot),
         bodies={str(link.name): _body(link, folder) for link in robot.links},
-        joints=tuple(ordered),
+        joints=tuple(_joint(joint, stated[joint.name], dynamics, overlay.initial_positions) for joint in tree),
         contact_friction=overlay.contact_friction,
     )
 
@@ -145,10 +138,9 @@ def height_to_stand(item: ExportObject, positions: Mapping[str, float]) -> float
     return -min(lowest, default=0.0)
 
 
-def _joint(joint: yourdfpy.Joint, dynamics: Mapping[str, Dynamics], initial: Mapping[str, float]) -> Joint:
-    axis = np.array([1.0, 0.0, 0.0]) if joint.axis is None else np.asarray(joint.axis, dtype=float)
-    origin = np.eye(4) if joint.origin is None else np.asarray(joint.origin, dtype=float)
-    tree = TreeJoint(joint.name, joint.type, joint.parent, joint.child, origin, axis / np.linalg.norm(axis))
+def _joint(
+    tree: TreeJoint, joint: yourdfpy.Joint, dynamics: Mapping[str, Dynamics], initial: Mapping[str, float]
+) -> Joint:
     bounded = joint.limit is not None and joint.type in ("revolute", "prismatic")
     lower, upper = (joint.limit.lower, joint.limit.upper) if bounded else (None, None)
     return Joint(

@@ -16,7 +16,7 @@ from asset2sim.refinement.state.bands import Evaluator, Pose, band_of, reaches
 from asset2sim.refinement.state.context import Log, RefinementContext
 from asset2sim.refinement.state.nearer import nearer_to_request
 from asset2sim.refinement.state.search import refine_state
-from asset2sim.validation import validate
+from asset2sim.validation.validate import validate
 from schemas.finding import Finding, TraceStep
 from schemas.overlay import Overlay, PhysicsOverlay
 from schemas.request import ModelCall
