@@ -6,7 +6,7 @@ from pathlib import Path
 
 import yourdfpy
 
-from asset2sim.assets.meshes.openness import Ends, joint_ends
+from asset2sim.assets.meshes.openness import JointEnds, joint_ends
 from asset2sim.assets.urdf.read import tree_joint
 from asset2sim.physics.arrays import Array, vector
 from asset2sim.physics.kinematics import TreeJoint, rpy_of
@@ -83,7 +83,7 @@ def with_ends(
     elif joint.movable and joint.lower is not None and joint.upper is not None:
         # Validation repairs inverted limits; here they only bound the search.
         low, high = sorted((joint.lower, joint.upper))
-        ends: Ends = joint_ends(tree, root, points, node, low, high, diagonal)
+        ends: JointEnds = joint_ends(tree, root, points, node, low, high, diagonal)
         changes |= {"closed": ends.closed, "open": ends.open, "openness_confidence": ends.confidence}
     return joint.model_copy(update=changes)
 

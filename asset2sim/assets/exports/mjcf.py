@@ -17,13 +17,13 @@ from lxml.etree import _Element as Element
 from asset2sim.assets.exports.looks import looks_of
 from asset2sim.assets.exports.mjcf_looks import write_looks
 from asset2sim.assets.exports.refined_object import (
-    Body,
+    ExportBody,
+    ExportJoint,
     ExportObject,
-    Joint,
-    Shape,
+    ExportShape,
     height_to_stand,
-    quaternion,
     read_object,
+    wxyz_of,
 )
 from asset2sim.assets.mujoco_options import (
     CONTACT_SOLIMP,
@@ -144,7 +144,7 @@ def collision_assets(item: ExportObject, assets: Element) -> dict[tuple[str, tup
     return names
 
 
-def mesh_key(shape: Shape) -> tuple[str, tuple[float, ...]]:
+def mesh_key(shape: ExportShape) -> tuple[str, tuple[float, ...]]:
     """Key of a mesh asset: its file and scale."""
     return shape.file, tuple(float(v) for v in (np.ones(3) if shape.scale is None else shape.scale))
 
@@ -172,14 +172,14 @@ def write_body(
         write_body(child, item, joint.tree.child, looks, names)
 
 
-def write_inertial(element: Element, body: Body) -> None:
+def write_inertial(element: Element, body: ExportBody) -> None:
     """Mass, centre of mass and the whole tensor about it, in the link's axes."""
     m = body.inertia
     full = (m[0, 0], m[1, 1], m[2, 2], m[0, 1], m[0, 2], m[1, 2])
     etree.SubElement(element, "inertial", pos=numbers(body.com), mass=number(body.mass_kg), fullinertia=numbers(full))
 
 
-def write_shape(element: Element, shape: Shape, names: dict[tuple[str, tuple[float, ...]], str]) -> None:
+def write_shape(element: Element, shape: ExportShape, names: dict[tuple[str, tuple[float, ...]], str]) -> None:
     """One collision geom. MuJoCo's sizes are half edges, and radius and half length."""
     attributes = {"class": "collision", "type": shape.kind, **placed(shape.to_link)}
     if shape.kind == "mesh":
@@ -193,7 +193,7 @@ def write_shape(element: Element, shape: Shape, names: dict[tuple[str, tuple[flo
     etree.SubElement(element, "geom", attributes)
 
 
-def write_joint(element: Element, joint: Joint) -> None:
+def write_joint(element: Element, joint: ExportJoint) -> None:
     """A hinge or slide with its limits, damping, dry friction and spring."""
     terms = joint.dynamics
     attributes = {
@@ -250,7 +250,7 @@ def placed(pose: Array) -> dict[str, str]:
     if not np.allclose(pose[:3, 3], 0.0, atol=1e-12):
         attributes["pos"] = numbers(pose[:3, 3])
     if not np.allclose(pose[:3, :3], np.eye(3), atol=1e-12):
-        attributes["quat"] = numbers(quaternion(pose[:3, :3]))
+        attributes["quat"] = numbers(wxyz_of(pose[:3, :3]))
     return attributes
 
 

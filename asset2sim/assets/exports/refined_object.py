@@ -19,11 +19,11 @@ from schemas.errors import AssetError
 from schemas.overlay import PhysicsOverlay
 from schemas.vocabulary import FailureMode
 
-STILL = Dynamics(0.0, 0.0, 0.0, 0.0)
+NO_DYNAMICS = Dynamics(0.0, 0.0, 0.0, 0.0)
 
 
 @dataclass(frozen=True, eq=False)
-class Shape:
+class ExportShape:
     """One collision shape: a mesh file (``file``, relative to the folder, forward slashes, and its (3,) ``scale``), or
     a primitive: ``kind`` and its ``size`` in m (box: three edges; sphere: radius; cylinder along z: radius, length).
 
@@ -39,18 +39,18 @@ class Shape:
 
 
 @dataclass(frozen=True, eq=False)
-class Body:
+class ExportBody:
     """One link: mass in kg, centre of mass (3,) and (3, 3) inertia about it in the link's axes, and shapes."""
 
     name: str
     mass_kg: float
     com: Array
     inertia: Array
-    shapes: tuple[Shape, ...]
+    shapes: tuple[ExportShape, ...]
 
 
 @dataclass(frozen=True, eq=False)
-class Joint:
+class ExportJoint:
     """One joint, with its place in the tree, its limits and terms; ``lower`` and ``upper`` are None where it has none.
 
     Effort in N·m or N; ``initial`` in rad or m, 0 for fixed joints.
@@ -87,8 +87,8 @@ class ExportObject:
     folder: Path
     robot: yourdfpy.Robot
     root: str
-    bodies: dict[str, Body]
-    joints: tuple[Joint, ...]
+    bodies: dict[str, ExportBody]
+    joints: tuple[ExportJoint, ...]
     contact_friction: float
 
     @property
@@ -140,20 +140,20 @@ def height_to_stand(item: ExportObject, positions: Mapping[str, float]) -> float
 
 def _joint(
     tree: TreeJoint, joint: yourdfpy.Joint, dynamics: Mapping[str, Dynamics], initial: Mapping[str, float]
-) -> Joint:
+) -> ExportJoint:
     bounded = joint.limit is not None and joint.type in ("revolute", "prismatic")
     lower, upper = (joint.limit.lower, joint.limit.upper) if bounded else (None, None)
-    return Joint(
+    return ExportJoint(
         tree=tree,
         lower=None if lower is None else float(lower),
         upper=None if upper is None else float(upper),
         effort=None if joint.limit is None or joint.limit.effort is None else float(joint.limit.effort),
-        dynamics=dynamics.get(joint.name, STILL),
+        dynamics=dynamics.get(joint.name, NO_DYNAMICS),
         initial=float(initial.get(joint.name, 0.0)) if joint.type != "fixed" else 0.0,
     )
 
 
-def _body(link: yourdfpy.Link, folder: Path) -> Body:
+def _body(link: yourdfpy.Link, folder: Path) -> ExportBody:
     inertial = link.inertial
     if inertial is None or not inertial.mass or inertial.inertia is None:
         raise AssetError(
@@ -168,10 +168,10 @@ def _body(link: yourdfpy.Link, folder: Path) -> Body:
     tensor = (tensor + tensor.T) / 2.0
     shapes = tuple(_shape(item, str(link.name), folder) for item in link.collisions)
     turned = pose[:3, :3] @ tensor @ pose[:3, :3].T if not np.allclose(pose[:3, :3], np.eye(3), atol=1e-12) else tensor
-    return Body(str(link.name), float(inertial.mass), pose[:3, 3].copy(), turned, shapes)
+    return ExportBody(str(link.name), float(inertial.mass), pose[:3, 3].copy(), turned, shapes)
 
 
-def _shape(collision: yourdfpy.Collision, link: str, folder: Path) -> Shape:
+def _shape(collision: yourdfpy.Collision, link: str, folder: Path) -> ExportShape:
     to_link = np.eye(4) if collision.origin is None else np.asarray(collision.origin, dtype=float)
     geometry = collision.geometry
     if geometry.mesh is None:
@@ -184,7 +184,7 @@ def _shape(collision: yourdfpy.Collision, link: str, folder: Path) -> Shape:
                 link=link,
             )
         kind, size = _primitive(geometry)
-        return Shape(kind, to_link, apply(to_link, np.asarray(mesh.vertices, dtype=float)), size=size)
+        return ExportShape(kind, to_link, apply(to_link, np.asarray(mesh.vertices, dtype=float)), size=size)
     path = find_mesh(geometry.mesh.filename, folder)
     if path is None:
         raise AssetError(
@@ -195,7 +195,7 @@ def _shape(collision: yourdfpy.Collision, link: str, folder: Path) -> Shape:
         )
     scale = scale_vector(geometry.mesh)
     points = apply(to_link, np.asarray(load_mesh(path).vertices, dtype=float) * scale)
-    return Shape("mesh", to_link, points, path.resolve().relative_to(folder.resolve()).as_posix(), scale)
+    return ExportShape("mesh", to_link, points, path.resolve().relative_to(folder.resolve()).as_posix(), scale)
 
 
 def _primitive(geometry: yourdfpy.Geometry) -> tuple[str, tuple[float, ...]]:
@@ -206,7 +206,7 @@ def _primitive(geometry: yourdfpy.Geometry) -> tuple[str, tuple[float, ...]]:
     return "sphere", (float(geometry.sphere.radius),)
 
 
-def quaternion(rotation: Array) -> tuple[float, float, float, float]:
+def wxyz_of(rotation: Array) -> tuple[float, float, float, float]:
     """The unit quaternion (w, x, y, z), w not negative, of a (3, 3) rotation."""
     x, y, z, w = (float(v) for v in Rotation.from_matrix(rotation).as_quat())
     sign = math.copysign(1.0, w)
