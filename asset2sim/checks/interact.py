@@ -1,14 +1,13 @@
 """All interaction checks of one asset in one engine: an object is loaded once on a plane, once held, once at the coarse
 step."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 
-from asset2sim.checks.drop import drop
 from asset2sim.checks.hold import holds
 from asset2sim.checks.mechanism import Mechanism, mechanism
 from asset2sim.checks.nudge import nudges
@@ -16,6 +15,7 @@ from asset2sim.checks.opening import openings
 from asset2sim.checks.release import releases
 from asset2sim.checks.reset import Resting, reset, rest, starts, tipping
 from asset2sim.checks.sweep import CauseOf, sweeps
+from asset2sim.checks.watch import capped, watch
 from asset2sim.engines.registry import open_world
 from asset2sim.engines.world import World
 from schemas.interaction import Drop, Interaction, Reset
@@ -142,6 +142,21 @@ def on_a_plane(
                 rise, support = tipping(urdf, item, resting.up, resting.joints)
                 resets = perturbed(free, item, resting, settings, limits)
     return Interaction(engine=engine, drops=tuple(drops), resets=resets, tip_rise_m=rise, support_m=support)
+
+
+def drop(world: World, positions: Mapping[str, float], settings: EngineSettings) -> Drop:
+    """Drop the object from ``fall_height_m`` and watch it until it is still, at most ``fall_s``; free root, a plane."""
+    world.place(positions, height_m=settings.fall_height_m)
+    seen = watch(world, settings.fall_s, settings)
+    return Drop(
+        timestep_s=world.timestep_s,
+        height_m=settings.fall_height_m,
+        seconds=seen.seconds,
+        peak_speed_m_s=seen.peak,
+        final_speed_m_s=seen.final,
+        sink_m=max(0.0, -capped(world.lowest_m())) if seen.finite else 0.0,
+        finite=seen.finite,
+    )
 
 
 def perturbed(
