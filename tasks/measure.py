@@ -35,7 +35,7 @@ def measure_written(
     if reports is None:
         reports = verify(engines_of(job.settings.engine), urdf, overlay, cause, job.settings)
     try:
-        overlaps = overlap_pairs(urdf, overlay.initial_positions, cause)
+        overlaps = overlap_pairs(urdf, overlay.initial_positions, cause, job.settings.engine)
     except AssetError:  # PyBullet refuses the file, which its report says
         overlaps = ()
     return Measured(

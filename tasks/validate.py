@@ -5,8 +5,7 @@ from dataclasses import dataclass
 from asset2sim.assets.authored import authored_overlay
 from asset2sim.assets.extract import Extraction
 from asset2sim.baselines.as_proposed import as_proposed
-from asset2sim.validation import validate
-from asset2sim.validation.validate import contact_friction
+from asset2sim.validation.validate import contact_friction, validate
 from schemas.overlay import Overlay, PhysicsOverlay
 from tasks.job import AssetJob
 from tasks.progress import StageResult

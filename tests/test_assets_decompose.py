@@ -9,7 +9,6 @@ import pytest
 import trimesh
 from scipy.spatial import ConvexHull
 
-from asset2sim.assets.meshes import decompose as module
 from asset2sim.assets.meshes.decompose import DecomposeSettings, decompose
 from asset2sim.assets.meshes.decompose_pieces import clip, merge
 from asset2sim.assets.meshes.decompose_surface import surface_of
@@ -59,10 +58,8 @@ def check_within_hull(mesh: trimesh.Trimesh, pieces: tuple[Array, ...], most: in
     assert sum(ConvexHull(piece).volume for piece in pieces) <= 1.02 * hull.volume
 
 
-def run(
-    mesh: trimesh.Trimesh, settings: DecomposeSettings = SETTINGS, cache: Path | None = None
-) -> tuple[Array, ...] | None:
-    return decompose(np.asarray(mesh.vertices), np.asarray(mesh.faces), settings, cache)
+def run(mesh: trimesh.Trimesh, settings: DecomposeSettings = SETTINGS) -> tuple[Array, ...] | None:
+    return decompose(np.asarray(mesh.vertices), np.asarray(mesh.faces), settings)
 
 
 @pytest.mark.parametrize("drawn", [channel, lambda: double_sided(channel())], ids=["closed", "double-sided"])
@@ -119,7 +116,7 @@ def test_a_convex_mesh_is_one_piece_and_a_flat_one_none() -> None:
     assert ConvexHull(pieces[0]).volume == pytest.approx(0.006)
     started = time.monotonic()
     assert run(trimesh.creation.box(extents=(0.3, 0.2, 1e-5))) is None
-    assert decompose(np.eye(3), np.array([[0, 1, 2]]), SETTINGS, None) is None
+    assert decompose(np.eye(3), np.array([[0, 1, 2]]), SETTINGS) is None
     assert time.monotonic() - started < 1.0
 
 
@@ -131,39 +128,14 @@ def test_the_same_mesh_gives_the_same_pieces() -> None:
         assert all(np.array_equal(a, b) for a, b in zip(first, second, strict=True))
 
 
-def test_the_cache_answers_without_a_process_and_knows_its_input(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    mesh = channel()
-    first = run(mesh, cache=tmp_path / "cache")
-    assert first is not None and len(list((tmp_path / "cache").iterdir())) == 1
-    monkeypatch.setattr(module, "_attempt", lambda *args: pytest.fail("the cache should have answered"))
-    second = run(mesh, cache=tmp_path / "cache")
-    assert second is not None and all(np.array_equal(a, b) for a, b in zip(first, second, strict=True))
-    keys = {
-        module.content_key(np.asarray(mesh.vertices) * scale, np.asarray(mesh.faces), settings)
-        for scale, settings in ((1.0, SETTINGS), (2.0, SETTINGS), (1.0, DecomposeSettings(threshold=0.1)))
-    }
-    assert len(keys) == 3
-
-
-def test_a_damaged_cache_file_is_made_again(tmp_path: Path) -> None:
-    run(channel(), cache=tmp_path)
-    (file,) = tmp_path.iterdir()
-    file.write_bytes(file.read_bytes()[:50])
-    assert run(channel(), cache=tmp_path) is not None
-    assert module._read(file) is not None
-
-
-def test_the_time_limit_holds_and_leaves_no_process(tmp_path: Path) -> None:
+def test_the_time_limit_holds_and_leaves_no_process() -> None:
     ball = trimesh.creation.icosphere(subdivisions=3)
     rough = trimesh.Trimesh(ball.vertices * (1 + 0.4 * np.sin(9 * ball.vertices[:, :1])), ball.faces)
     started = time.monotonic()
-    assert run(rough, DecomposeSettings(cpu_limit_s=1.0, wall_limit_s=0.3), tmp_path) is None
+    assert run(rough, DecomposeSettings(cpu_limit_s=1.0, wall_limit_s=0.3)) is None
     assert time.monotonic() - started < 3.0
     listed = subprocess.run(["ps", "-eo", "args"], capture_output=True, text=True, check=True).stdout
     assert not [line for line in listed.splitlines() if "decompose_worker" in line and '"wall_limit_s":0.3' in line]
-    assert list(tmp_path.iterdir()) == []  # a time-out is not an answer
 
 
 def test_clipping_cuts_off_what_sticks_out() -> None:

@@ -14,7 +14,7 @@ from asset2sim.assets.folder import Folder, replace_hulls, write_folder, write_u
 from asset2sim.assets.hulls import collision_hulls
 from asset2sim.assets.urdf.edit import word
 from asset2sim.assets.urdf.read import read_urdf
-from asset2sim.validation import validate
+from asset2sim.validation.validate import validate
 from schemas.overlay import JointProposal, LinkProposal, Overlay, PhysicsOverlay
 from schemas.settings import PhysicsSettings
 from schemas.vocabulary import CollisionMode, Source

@@ -56,8 +56,8 @@ def test_rest_and_closed_boxes(tmp_path: Path) -> None:
     assert near(item.features.rest_box_min, (-0.5, -0.5, -0.5)) and near(item.features.rest_box_max, (0.5, 0.5, 1.0))
     hinge = item.features.joint("hinge")
     assert hinge.closed == hinge.upper and hinge.open == 0.0
-    assert near(item.closed_size, (1.0, 1.0, 1.15))
-    assert near(item.link_centers["lid"], (0.0, 0.0, 0.8))
+    assert near(item.features.closed_size, (1.0, 1.0, 1.15))
+    assert near(item.features.link_centers["lid"], (0.0, 0.0, 0.8))
 
 
 def test_primitives_have_their_own_volumes(tmp_path: Path) -> None:

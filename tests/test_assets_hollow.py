@@ -6,7 +6,7 @@ import trimesh
 from scipy.spatial import ConvexHull
 
 from asset2sim.assets.meshes.hollow import Hollow, hollow_of, samples
-from asset2sim.assets.meshes.patches import MOST_CORNERS, MOST_GROUPS, Piece, cut, grouped, join, piece_of
+from asset2sim.assets.meshes.patches import MOST_CORNERS, MOST_GROUPS, PatchPiece, cut, grouped, join, piece_of
 from asset2sim.physics.arrays import Array
 
 RADIUS, THICKNESS = 0.02, 0.002
@@ -43,11 +43,11 @@ def hollow(mesh: trimesh.Trimesh) -> Hollow:
     return hollow_of(np.asarray(mesh.triangles), RADIUS)
 
 
-def pieces_of(mesh: trimesh.Trimesh, within: Hollow | None = None) -> list[Piece]:
+def pieces_of(mesh: trimesh.Trimesh, within: Hollow | None = None) -> list[PatchPiece]:
     return cut(np.asarray(mesh.vertices), np.asarray(mesh.faces), within or hollow(mesh), THICKNESS)
 
 
-def depth(points: Array, pieces: list[Piece]) -> Array:
+def depth(points: Array, pieces: list[PatchPiece]) -> Array:
     """How far each (n, 3) point lies within the piece that holds it deepest, m; negative outside all."""
     planes = [ConvexHull(piece.points).equations for piece in pieces]
     deepest: Array = np.max([-(points @ p[:, :3].T + p[:, 3]).max(axis=1) for p in planes], axis=0)

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from asset2sim.assets.exports.mjcf import HOME, IMPEDANCE, MJCF_NAME, SCENE_NAME, export_mjcf
+from asset2sim.assets.exports.mjcf import HOME, MJCF_NAME, SCENE_NAME, export_mjcf
 from asset2sim.engines.contacts import penetration
 from asset2sim.engines.registry import open_world
 from schemas.errors import AssetError
@@ -23,11 +23,12 @@ from tests.exported import ARM_INERTIA, BASE, FRICTION, arm, refined
 mujoco = pytest.importorskip("mujoco", reason="MuJoCo is not installed")
 
 STEP_S = 1e-3
+CHECK_STEP_S = EngineSettings().timestep_s
 
 
 def held(folder: Path, overlay: PhysicsOverlay) -> tuple[Any, Any]:
     """The exported object with its root held, as a user would: the free joint removed."""
-    spec = mujoco.MjSpec.from_file(str(export_mjcf(folder, overlay)))
+    spec = mujoco.MjSpec.from_file(str(export_mjcf(folder, overlay, CHECK_STEP_S)))
     spec.delete(spec.joint("root"))
     for key in spec.keys:
         spec.delete(key)
@@ -102,7 +103,9 @@ def test_masses_and_tensors_are_those_of_the_urdf_to_the_last_digit(tmp_path: Pa
     tensor = (0.0123456789012, 1.1e-3, -2.2e-3, 0.0223456789012, 3.3e-4, 0.0253456789012)
     part = UrdfLink("part", mass=1.23456789012, com=(0.1, -0.2, 0.3), inertia=tensor, shapes=((sphere(0.05), ORIGIN),))
     joint = UrdfJoint("j", "revolute", "base", "part", xyz=(0.5, 0, 0))
-    model = mujoco.MjModel.from_xml_path(str(export_mjcf(tmp_path, refined(tmp_path, [BASE, part], [joint]))))
+    model = mujoco.MjModel.from_xml_path(
+        str(export_mjcf(tmp_path, refined(tmp_path, [BASE, part], [joint]), CHECK_STEP_S))
+    )
     index = model.body("part").id
     assert model.body_mass[index] == 1.23456789012
     assert model.body_ipos[index].tolist() == [0.1, -0.2, 0.3]
@@ -118,7 +121,7 @@ def test_the_keyframe_is_the_initial_state_with_its_lowest_point_on_the_ground(t
     pole = UrdfLink("pole", mass=0.5, shapes=((box(0.02, 0.02, 0.5), (0.0, 0.0, 0.25)),))
     joint = UrdfJoint("j", "revolute", "base", "pole", axis=(0, 1, 0), xyz=(0.3, 0, 0), friction=5.0)
     overlay = refined(tmp_path, [BASE, pole], [joint], {"j": 2.5})
-    export_mjcf(tmp_path, overlay)
+    export_mjcf(tmp_path, overlay, CHECK_STEP_S)
     model, data = home(tmp_path / SCENE_NAME)
     assert data.qpos[7] == 2.5
     reach = 0.5 * math.cos(math.pi - 2.5) + 0.01 * math.sin(math.pi - 2.5)
@@ -132,7 +135,7 @@ def test_it_rests_on_the_floor_of_its_scene(tmp_path: Path) -> None:
     lid = UrdfLink("lid", mass=0.2, shapes=((box(0.2, 0.2, 0.01), (0.1, 0.0, 0.005)),))
     joint = UrdfJoint("j", "revolute", "base", "lid", axis=(0, -1, 0), xyz=(-0.1, 0, 0.06), lower=0.0, upper=1.5,
                       damping=0.01, friction=0.3)  # fmt: skip
-    export_mjcf(tmp_path, refined(tmp_path, [BASE, lid], [joint], {"j": 0.7}))
+    export_mjcf(tmp_path, refined(tmp_path, [BASE, lid], [joint], {"j": 0.7}), CHECK_STEP_S)
     model, data = home(tmp_path / SCENE_NAME)
     start = data.qpos.copy()
     run(model, data, 2.0)
@@ -143,7 +146,7 @@ def test_it_rests_on_the_floor_of_its_scene(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize(("share", "slides"), [(0.9, False), (1.1, True)])
 def test_the_objects_own_friction_counts_on_any_floor(tmp_path: Path, share: float, slides: bool) -> None:
-    export_mjcf(tmp_path, refined(tmp_path, [BASE], []))
+    export_mjcf(tmp_path, refined(tmp_path, [BASE], []), CHECK_STEP_S)
     model, data = home(tmp_path / SCENE_NAME)
     assert model.geom("floor").friction[0] == 1.0
     angle = math.atan(share * FRICTION)
@@ -164,7 +167,7 @@ def test_it_compiles_and_runs_from_its_folder_alone(tmp_path: Path) -> None:
     urdf = folder / "mobility.urdf"
     flat = '<visual name="same"><geometry><mesh filename="flat.obj" scale="0.1 0.1 0.1"/></geometry></visual>'
     urdf.write_text(urdf.read_text().replace("</link>", flat + flat + "</link>"))
-    export_mjcf(folder, overlay)
+    export_mjcf(folder, overlay, CHECK_STEP_S)
     shutil.move(folder, tmp_path / "elsewhere with a space")
     program = (
         f"import mujoco; m = mujoco.MjModel.from_xml_path('{SCENE_NAME}'); d = mujoco.MjData(m); "
@@ -193,7 +196,7 @@ def test_a_continuous_joint_has_no_limits_and_a_locked_one_no_range(tmp_path: Pa
         UrdfJoint("held", "revolute", "base", "stuck", lower=0.5, upper=0.5),
     ]
     overlay = refined(tmp_path, [BASE, wheel, stuck], joints, {"held": 0.5})
-    model = mujoco.MjModel.from_xml_path(str(export_mjcf(tmp_path, overlay)))
+    model = mujoco.MjModel.from_xml_path(str(export_mjcf(tmp_path, overlay, CHECK_STEP_S)))
     assert not model.joint("turn").limited[0]
     assert model.joint("held").limited[0]
     assert float(np.ptp(model.joint("held").range)) == pytest.approx(0.0, abs=1e-5)
@@ -204,7 +207,7 @@ def test_a_link_without_an_inertial_is_refused(tmp_path: Path) -> None:
     urdf = tmp_path / "mobility.urdf"
     urdf.write_text('<robot name="object"><link name="base"/></robot>')
     with pytest.raises(AssetError, match="link 'base' has no mass"):
-        export_mjcf(tmp_path, overlay)
+        export_mjcf(tmp_path, overlay, CHECK_STEP_S)
 
 
 def test_the_mjcf_is_what_the_mujoco_engine_measures(tmp_path: Path) -> None:
@@ -213,17 +216,28 @@ def test_the_mjcf_is_what_the_mujoco_engine_measures(tmp_path: Path) -> None:
     joint = UrdfJoint("j", "revolute", "base", "lid", axis=(0, -1, 0), xyz=(-0.1, 0, 0.06), lower=-0.1, upper=1.5,
                       damping=0.013, friction=0.3, stiffness=0.7, reference=0.2)  # fmt: skip
     overlay = refined(tmp_path, [BASE, lid], [joint], {"j": 0.7})
-    ours = mujoco.MjModel.from_xml_path(str(export_mjcf(tmp_path, overlay)))
-    measured = spec_module.object_spec(tmp_path / "mobility.urdf", free=True, contact_friction=FRICTION).compile()
+    ours = mujoco.MjModel.from_xml_path(str(export_mjcf(tmp_path, overlay, 1.0 / 180.0)))
+    spec = spec_module.object_spec(tmp_path / "mobility.urdf", free=True, contact_friction=FRICTION)
+    spec_module.give_options(spec, 1.0 / 180.0, 9.81)
+    measured = spec.compile()
     for field in ("body_mass", "body_ipos", "dof_damping", "dof_frictionloss", "jnt_stiffness", "jnt_range", "jnt_axis",
-                  "jnt_limited", "jnt_pos", "dof_armature", "qpos_spring", "geom_size", "geom_pos"):  # fmt: skip
+                  "jnt_limited", "jnt_pos", "dof_armature", "qpos_spring", "geom_size", "geom_pos", "geom_friction",
+                  "geom_solref", "geom_solimp", "geom_margin", "geom_gap", "geom_condim", "jnt_margin"):  # fmt: skip
         mine, theirs = getattr(ours, field), getattr(measured, field)
         if field == "qpos_spring":
             mine, theirs = mine[7:], theirs[7:]
         assert mine == pytest.approx(theirs, abs=1e-9), field
     assert np.sort(ours.body_inertia) == pytest.approx(np.sort(measured.body_inertia), rel=1e-9)
-    assert ours.geom_friction[:, 0] == pytest.approx(measured.geom_friction[:, 0])
-    assert ours.dof_solimp[6, :2].tolist() == [IMPEDANCE, IMPEDANCE] == measured.dof_solimp[6, :2].tolist()
+    for field in ("dof_solref", "dof_solimp"):  # those of the root's free joint have no effect
+        assert (getattr(ours, field)[6:] == getattr(measured, field)[6:]).all(), field
+    for field in ("jnt_solref", "jnt_solimp"):
+        assert (getattr(ours, field)[1:] == getattr(measured, field)[1:]).all(), field
+    for field in ("timestep", "gravity", "integrator", "solver", "cone", "impratio", "iterations", "tolerance",
+                  "ls_iterations", "ls_tolerance", "noslip_iterations", "o_margin", "density", "wind"):  # fmt: skip
+        assert np.all(getattr(ours.opt, field) == getattr(measured.opt, field)), field
+    assert ours.geom_solref[0].tolist() == [3.0 / 180.0, 1.0]
+    # In the checks a state that is no longer a number must show.
+    assert measured.opt.disableflags ^ ours.opt.disableflags == int(mujoco.mjtDisableBit.mjDSBL_AUTORESET)
     assert MJCF_NAME == "mobility.xml"
 
 
@@ -232,9 +246,9 @@ def test_a_refined_object_rests_as_it_does_in_the_engine_that_judged_it(tmp_path
     overlay = refine_asset(sample("storage_sideboard"), tmp_path, settings, prior).overlay
     assert overlay is not None
     folder = tmp_path / "assets" / "storage_sideboard"
-    export_mjcf(folder, overlay)
+    export_mjcf(folder, overlay, CHECK_STEP_S)
     model, data = home(folder / SCENE_NAME)
-    model.opt.timestep = settings.engine.timestep_s
+    assert model.opt.timestep == settings.engine.timestep_s
     assert model.body_mass.sum() == pytest.approx(overlay.mass_kg, rel=1e-6)
     mujoco.mj_forward(model, data)
     floor = model.geom("floor").id

@@ -6,7 +6,7 @@ from collections.abc import Mapping
 import numpy as np
 import pytest
 
-from asset2sim.assets.meshes.openness import Ends, joint_ends, profile
+from asset2sim.assets.meshes.openness import JointEnds, joint_ends, profile
 from asset2sim.physics.arrays import Array
 from asset2sim.physics.kinematics import TreeJoint
 from schemas.base import Vector3
@@ -16,7 +16,7 @@ BODY = corners((-0.25, -0.25, 0.0), (0.25, 0.25, 0.5))
 """A cupboard of half a metre, its front at y = -0.25, its origin in the middle of its floor."""
 
 
-def ends(joint: TreeJoint, part: Array, lower: float, upper: float, body: Array = BODY) -> Ends:
+def ends(joint: TreeJoint, part: Array, lower: float, upper: float, body: Array = BODY) -> JointEnds:
     points: Mapping[str, Array] = {"body": body, "part": part}
     whole = np.vstack(list(points.values()))
     return joint_ends([joint], "body", points, joint, lower, upper, float(np.linalg.norm(np.ptp(whole, axis=0))))
@@ -87,7 +87,7 @@ def test_of_a_button_geometry_says_nothing_and_the_end_nearest_zero_is_taken(
 ) -> None:
     button = corners((-0.01, -0.01, 0.0), (0.01, 0.01, 0.01))
     found = ends(facing("prismatic", (0, 0, 1), 1.0, (0, 0, 0.1)), button, lower, upper)
-    assert found == Ends(nearest, other, 0.0)
+    assert found == JointEnds(nearest, other, 0.0)
 
 
 def test_a_drawer_that_passes_through_is_closed_in_the_middle() -> None:
@@ -107,10 +107,10 @@ def test_a_drawer_that_passes_further_one_way_opens_that_way() -> None:
 
 def test_without_a_range_or_a_size_nothing_is_claimed() -> None:
     joint, part = facing("prismatic", (0, 1, 0), 1.0, (0, 0, 0)), corners((0.0, 0, 0), (1, 1, 1))
-    assert ends(joint, part, 0.2, 0.2) == Ends(0.2, 0.2, 0.0)
-    assert joint_ends([joint], "body", {"body": BODY, "part": part}, joint, 0.0, 0.5, 0.0) == Ends(0.0, 0.5, 0.0)
+    assert ends(joint, part, 0.2, 0.2) == JointEnds(0.2, 0.2, 0.0)
+    assert joint_ends([joint], "body", {"body": BODY, "part": part}, joint, 0.0, 0.5, 0.0) == JointEnds(0.0, 0.5, 0.0)
     nothing = np.zeros((0, 3))
-    assert joint_ends([joint], "body", {"body": nothing, "part": nothing}, joint, -0.5, 0.1, 1.0) == Ends(
+    assert joint_ends([joint], "body", {"body": nothing, "part": nothing}, joint, -0.5, 0.1, 1.0) == JointEnds(
         0.1, -0.5, 0.0
     )
 

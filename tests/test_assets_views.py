@@ -1,6 +1,5 @@
 """The five canonical views, on small assets made for the purpose and on real ones where they are at hand."""
 
-import io
 from collections import Counter
 from pathlib import Path
 
@@ -9,7 +8,7 @@ import pytest
 import trimesh
 from PIL import Image
 
-from asset2sim.assets.views import VIEW_NAMES, contact_sheet, png_bytes, render_views, write_views
+from asset2sim.assets.views import VIEW_NAMES, render_views, write_views
 from asset2sim.assets.views.batch import MAX_FACES, MAX_VERTICES, batches_of
 from asset2sim.assets.views.load import load_surfaces
 from asset2sim.assets.views.surface import Paint, Surface
@@ -352,18 +351,6 @@ def test_written_files_are_whole_and_alone(tmp_path: Path) -> None:
         with Image.open(path) as image:
             assert image.size == (64, 64)
             assert np.array_equal(np.asarray(image), np.asarray(again[path.stem]))
-
-
-def test_contact_sheet_holds_every_picture_under_its_label() -> None:
-    images = {"one": Image.new("RGB", (40, 30), (250, 0, 0)), "two": Image.new("RGB", (40, 30), (0, 0, 250))}
-    sheet = contact_sheet(images)
-    assert sheet.width > 80 and sheet.height > 30
-    colors = {tuple(color) for color in np.asarray(sheet).reshape(-1, 3).tolist()}
-    assert {(250, 0, 0), (0, 0, 250)} <= colors
-    with Image.open(io.BytesIO(png_bytes(sheet))) as image:
-        assert image.size == sheet.size
-    with pytest.raises(ValueError, match="at least one"):
-        contact_sheet({})
 
 
 def shared_urdf(name: str) -> Path:

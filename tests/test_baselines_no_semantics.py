@@ -46,7 +46,7 @@ def test_no_semantic_string_of_the_asset_is_in_the_request(asset_id: str) -> Non
     ref = sample(asset_id)
     extraction = extract(ref)
     features, words = extraction.features, semantic_strings(extraction.features)
-    plain = synthesis_request(features, ref.prompt, extraction.closed_size, extraction.link_centers)
+    plain = synthesis_request(features, ref.prompt, extraction.features.closed_size, extraction.features.link_centers)
     assert len(leaks(plain, words)) >= 4, "the test can fail"
     refused = with_validation_errors(plain, [f"links[0].name: unknown; links are: {', '.join(words)}"])
     for request in (plain, refused):

@@ -5,7 +5,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from asset2sim.checks.interact import bench, interact
+from asset2sim.checks.interact import interact, shared_world
 from asset2sim.checks.interaction_verdict import interaction_verdicts
 from schemas.settings import EngineSettings
 from schemas.vocabulary import Engine, FailureMode
@@ -87,7 +87,7 @@ def test_no_resets_can_be_asked_for(tmp_path: Path) -> None:
 
 def test_a_spoilt_world_is_loaded_afresh(tmp_path: Path) -> None:
     item = cabinet(tmp_path)
-    with bench(Engine.PYBULLET, item.urdf, item.overlay, plane=False, timestep_s=1 / 240) as held:
+    with shared_world(Engine.PYBULLET, item.urdf, item.overlay, plane=False, timestep_s=1 / 240) as held:
         world = held.ready()
         assert held.sound() is world
         world.place({"slide": float("nan")})

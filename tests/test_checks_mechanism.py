@@ -35,7 +35,7 @@ def test_pull_and_inertia_are_those_of_the_mass_matrix(tmp_path: Path) -> None:
         for position in (-1.0, 0.0, 0.8):
             space = joint_space(item.tree, item.root, item.bodies, item.start | {name: position})
             index = space.names.index(name)
-            assert pull.over(np.array([position]))[0] == pytest.approx(space.gravity[index], abs=1e-9)
+            assert pull.at(np.array([position]))[0] == pytest.approx(space.gravity[index], abs=1e-9)
         space = joint_space(item.tree, item.root, item.bodies, item.start)
         index = 6 + space.names.index(name)
         assert moved_inertia(item, name, poses) == pytest.approx(space.matrix[index, index], rel=1e-9)
@@ -83,7 +83,7 @@ def test_a_door_sweeps_the_circle_that_it_goes_through(tmp_path: Path) -> None:
 
 
 def test_the_mechanism_reads_mesh_boxes_and_turned_inertials(tmp_path: Path) -> None:
-    (tmp_path / "m.obj").write_text("v 0 0 0\nv 1 0 0\nv 0 2 0\nv 0 0 3\nf 1 2 3\n", encoding="ascii")
+    (tmp_path / "m.obj").write_text("v 0 0 0\nv 1 0 0\nv 0 2 0\nv 0 0 3\nf 1 2 3\nf 1 2 4\n", encoding="ascii")
     urdf = tmp_path / "object.urdf"
     urdf.write_text(
         '<robot name="o"><link name="a"><inertial><origin xyz="1 0 0" rpy="0 0 1.5707963267948966"/><mass value="2"/>'

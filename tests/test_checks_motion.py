@@ -6,8 +6,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from asset2sim.checks.drop import drop
 from asset2sim.checks.hold import holds
+from asset2sim.checks.interact import drop
 from asset2sim.checks.interaction_verdict import (
     CheckVerdict,
     drop_verdict,

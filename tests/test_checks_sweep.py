@@ -6,7 +6,7 @@ import pytest
 
 from asset2sim.checks.interaction_verdict import sweep_verdict
 from asset2sim.checks.overlaps import overlap_pairs
-from asset2sim.checks.sweep import Cause, sweeps
+from asset2sim.checks.sweep import CauseOf, sweeps
 from schemas.interaction import Sweep
 from schemas.vocabulary import Engine, OverlapCause
 from tests.builders import UrdfJoint
@@ -50,7 +50,7 @@ def rack(folder: Path, *, both: bool = False) -> Subject:
     return subject(folder, links, joints)
 
 
-def swept(item: Subject, engine: Engine, cause: Cause) -> dict[str, Sweep]:
+def swept(item: Subject, engine: Engine, cause: CauseOf) -> dict[str, Sweep]:
     with opened(item, engine) as world:
         records, _ = sweeps(world, item.item, SETTINGS, LIMITS, cause)
     return {record.joint: record for record in records}
@@ -83,7 +83,7 @@ def test_authored_geometry_in_the_way_is_told_and_does_not_fail(tmp_path: Path) 
 def test_the_cause_is_asked_for_where_it_jams(tmp_path: Path) -> None:
     asked: list[tuple[str, str, float]] = []
 
-    def cause(a: str, b: str, positions: object, depth: float) -> OverlapCause:
+    def cause(a: str, b: str, positions: object) -> OverlapCause:
         assert isinstance(positions, dict)
         asked.append((a, b, positions["slide"]))
         return OverlapCause.HULL
@@ -139,7 +139,7 @@ def test_all_pairs_hold_parent_and_child_but_not_what_is_welded(tmp_path: Path) 
         UrdfJoint("turn", "continuous", "lid", "knob", xyz=(0.0, 0.0, 0.5)),
     ]
     item = subject(tmp_path, links, joints)
-    found = overlap_pairs(item.urdf, {}, authored_cause)
+    found = overlap_pairs(item.urdf, {}, authored_cause, SETTINGS)
     names = {(pair.pair.link_a, pair.pair.link_b): pair for pair in found}
     assert names["base", "lid"].related and names["base", "lid"].pair.depth_m == pytest.approx(0.01, abs=2e-3)
     assert not names["lid", "plate"].related and names["lid", "plate"].cause is OverlapCause.AUTHORED

@@ -10,7 +10,7 @@ from asset2sim.assets.folder import write_folder
 from asset2sim.assets.hulls import collision_hulls
 from asset2sim.engines.registry import open_world
 from asset2sim.engines.world import World
-from asset2sim.validation import validate
+from asset2sim.validation.validate import validate
 from schemas.overlay import JointProposal, LinkProposal, Overlay, PhysicsOverlay
 from schemas.vocabulary import Engine, Source
 from tests.assets import NO_VIEWS, joint, link, read, robot, shape, written

@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 
 from asset2sim.physics.dynamics import joint_terms
 from asset2sim.physics.mass_matrix import Pull
-from asset2sim.physics.terms import JointTerms, Moved, Term
+from asset2sim.physics.terms import JointLoad, JointTerms, Term
 from asset2sim.physics.timing import glide
 from schemas.overlay import JointProposal
 from schemas.settings import PhysicsSettings
@@ -38,7 +38,7 @@ def terms(
 ) -> JointTerms:
     """The terms of a hinge of 0.1 kg·m² unless said otherwise, whose load is gravity's at position zero; ``stated``
     holds the proposal's fields."""
-    moved = Moved(
+    moved = JointLoad(
         prismatic=prismatic, inertia=inertia, least=least or inertia, held=held or inertia,
         pull=Pull(rest, load, slope, prismatic), lower=lower, upper=upper, closed=closed,
         open=1.0 if upper is None else upper, rest=rest, hold_load=hold_load,

@@ -9,7 +9,7 @@ from asset2sim.assets.hulls import collision_hulls
 from asset2sim.assets.urdf.read import read_dynamics
 from asset2sim.physics.paper_ranges import paper_terms
 from asset2sim.physics.terms import Term
-from asset2sim.validation import validate
+from asset2sim.validation.validate import validate
 from schemas.overlay import JointProposal, Overlay
 from schemas.settings import PhysicsSettings
 from schemas.vocabulary import DynamicsRule, Source

@@ -11,7 +11,7 @@ from asset2sim.assets.folder import write_folder
 from asset2sim.assets.hulls import Hulls, collision_hulls
 from asset2sim.physics.arrays import Array
 from asset2sim.refinement.collision.shapes import collision_shapes
-from asset2sim.validation import validate
+from asset2sim.validation.validate import validate
 from schemas.overlay import Overlay
 from schemas.settings import CollisionSettings, PhysicsSettings
 from schemas.vocabulary import Source

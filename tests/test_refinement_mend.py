@@ -25,7 +25,7 @@ from asset2sim.refinement.dynamics.remedies import (
     softer_spring,
     stiffer_spring,
 )
-from asset2sim.validation import validate
+from asset2sim.validation.validate import validate
 from schemas.interaction import EngineReport, Interaction, Reset
 from schemas.measurement import JointMotion, Measurement
 from schemas.overlay import LinkProposal, Overlay, PhysicsOverlay

@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 
 from asset2sim.assets.extract import Extraction
 from asset2sim.physics.inertia import tensor_of
-from asset2sim.validation import validate
+from asset2sim.validation.validate import validate
 from schemas.finding import Finding
 from schemas.overlay import JointPhysics, JointProposal, LinkProposal, Overlay, PhysicsOverlay
 from schemas.settings import PhysicsSettings

@@ -12,7 +12,7 @@ from asset2sim.assets.extract import Extraction
 from asset2sim.assets.folder import Folder
 from asset2sim.checks.interact import interact
 from asset2sim.checks.rest import measure
-from asset2sim.checks.sweep import Cause
+from asset2sim.checks.sweep import CauseOf
 from asset2sim.engines.child import ChildOutcome, in_child
 from asset2sim.engines.registry import engine_version, installed, require
 from asset2sim.physics.kinematics import link_to_root, tree_of, written_joints
@@ -37,7 +37,7 @@ def verify(
     engines: Sequence[Engine],
     urdf: Path,
     overlay: PhysicsOverlay,
-    cause: Cause,
+    cause: CauseOf,
     settings: Settings,
 ) -> tuple[EngineReport, ...]:
     """A report from each engine on the URDF in the overlay's initial state; an engine that dies costs only its report.
@@ -51,7 +51,7 @@ def verify_in(
     engine: Engine,
     urdf: Path,
     overlay: PhysicsOverlay,
-    cause: Cause,
+    cause: CauseOf,
     settings: Settings,
     only: FailureMode | None = None,
 ) -> EngineReport:
@@ -92,7 +92,7 @@ def verify_cached(
     engines: Sequence[Engine],
     folder: Folder,
     overlay: PhysicsOverlay,
-    cause: Cause,
+    cause: CauseOf,
     settings: Settings,
     only: FailureMode | None = None,
 ) -> tuple[EngineReport, ...]:
@@ -123,12 +123,12 @@ def digest(folder: Folder, overlay: PhysicsOverlay) -> str:
     return whole.hexdigest()
 
 
-def cause_for(extraction: Extraction, overlay: PhysicsOverlay) -> Cause:
+def cause_for(extraction: Extraction, overlay: PhysicsOverlay) -> CauseOf:
     """Function that tells whether two links' authored meshes overlap at given joint positions, or only their hulls."""
     features, shapes = extraction.features, AuthoredShapes(extraction, overlay.scale)
     tree = tree_of(written_joints(features, overlay), overlay.scale)
 
-    def cause(a: str, b: str, positions: Mapping[str, float], depth_m: float) -> OverlapCause:
+    def cause(a: str, b: str, positions: Mapping[str, float]) -> OverlapCause:
         poses = link_to_root(tree, features.root, positions)
         return overlap_cause(shapes, a, b, np.linalg.inv(poses[b]) @ poses[a])
 

@@ -45,17 +45,24 @@ def rpy_of(rotation: Array) -> Array:
 
 def tree_of(joints: Sequence[JointFeatures], scale: float = 1.0) -> tuple[TreeJoint, ...]:
     """The joints as a tree in topological order (parents first), with every length multiplied by ``scale``."""
-    remaining = [
-        TreeJoint(
-            joint.name,
-            joint.type,
-            joint.parent,
-            joint.child,
-            transform([scale * v for v in joint.origin_xyz], joint.origin_rpy),
-            np.asarray(joint.axis, dtype=float),
-        )
-        for joint in joints
-    ]
+    return parents_first(
+        [
+            TreeJoint(
+                joint.name,
+                joint.type,
+                joint.parent,
+                joint.child,
+                transform([scale * v for v in joint.origin_xyz], joint.origin_rpy),
+                np.asarray(joint.axis, dtype=float),
+            )
+            for joint in joints
+        ]
+    )
+
+
+def parents_first(joints: Sequence[TreeJoint]) -> tuple[TreeJoint, ...]:
+    """The joints in topological order; ValueError where they do not form a tree."""
+    remaining = list(joints)
     children = {joint.child for joint in remaining}
     known = {joint.parent for joint in remaining if joint.parent not in children}
     ordered: list[TreeJoint] = []

@@ -5,6 +5,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from asset2sim.assets.folder import Folder
+from asset2sim.checks.interaction_verdict import hold_bound
 from asset2sim.checks.rest import measure
 from asset2sim.engines.child import in_child
 from asset2sim.engines.contacts import by_pair
@@ -48,7 +49,7 @@ def joints_not_holding(overlay: PhysicsOverlay, measured: Measurement, settings:
         if joint.lower is None or joint.upper is None:
             continue
         away = abs(rest[joint.name] - joint.initial_position)
-        seen = limits.hold_m if joint.type == "prismatic" else limits.hold_rad
+        seen = hold_bound(joint, limits)
         if away > max(seen, settings.search.state_tolerance * (joint.upper - joint.lower)):
             names.append(joint.name)
     return tuple(names)

@@ -14,7 +14,7 @@ from asset2sim.refinement.collision.part_links import CutAttempt, cut_attempt
 from asset2sim.refinement.context import RefinementContext
 from asset2sim.refinement.notes import move_findings, note_shapes
 from asset2sim.refinement.state.search import refine_state
-from asset2sim.validation import validate
+from asset2sim.validation.validate import validate
 from schemas.finding import Finding, TraceStep
 from schemas.overlay import PhysicsOverlay
 from schemas.vocabulary import CollisionMode, Source

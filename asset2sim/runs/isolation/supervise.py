@@ -1,6 +1,5 @@
 """Run a function in a killable child process, serve its calls meanwhile, and return how it ended."""
 
-import os
 import pickle
 import signal
 import time
@@ -9,12 +8,11 @@ from multiprocessing import connection
 from multiprocessing.context import ForkServerProcess
 from pathlib import Path
 
+from asset2sim.assets.child_process import dump_traceback
 from asset2sim.runs.isolation import stopping
 from asset2sim.runs.isolation.children import PROCESS_LOCK, Child, return_to_pool, start_work
 from asset2sim.runs.isolation.pipe_messages import Answer, Begun, Call, ChildWork, Ending, Outcome, Raised, Returned
 
-DUMP_WAIT_S = 0.1
-"""Time that a hanging child gets to write its traceback before it is killed, s."""
 REAP_WAIT_S = 5.0
 """Time in which a killed child must be gone, s: only a process stuck in the kernel takes longer."""
 
@@ -75,7 +73,7 @@ def _supervise(
     while True:
         left = started + time_limit_s + served - time.monotonic()
         if left <= 0 or not connection.wait([child.pipe], timeout=left):
-            _dump_traceback(child.pid)
+            dump_traceback(child.pid)
             return outcome(Ending.TIMED_OUT, f"not done after {time_limit_s:g} s, and killed")
         try:
             message = child.pipe.recv()
@@ -103,14 +101,6 @@ def _serve(services: Mapping[str, Callable[..., object]], call: Call) -> Answer:
         return Answer(value=services[call.service](*call.args))
     except Exception as error:  # whatever a service raises is reported to its caller, the child
         return Answer(error=f"{type(error).__name__}: {error}")
-
-
-def _dump_traceback(pid: int) -> None:
-    try:
-        os.kill(pid, signal.SIGUSR1)
-    except ProcessLookupError:
-        return
-    time.sleep(DUMP_WAIT_S)
 
 
 def _exit_code(process: ForkServerProcess) -> int | None:
