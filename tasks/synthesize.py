@@ -28,8 +28,6 @@ def by_rules(job: AssetJob, extraction: Extraction) -> Synthesized:
     proposal, calls, findings = synthesize(
         extraction.features,
         job.ref.prompt,
-        extraction.features.closed_size,
-        extraction.features.link_centers,
         job.ask,
         images,
     )
@@ -45,8 +43,6 @@ def direct(job: AssetJob, extraction: Extraction) -> Synthesized:
         DIRECT,
         extraction.features,
         job.ref.prompt,
-        extraction.features.closed_size,
-        extraction.features.link_centers,
         images,
     )
     proposal, calls, findings = ask_overlay(request, extraction.features, job.ask)

@@ -22,7 +22,7 @@ DIRECT = settings_of(Method.DIRECT)
 
 
 def told(asset_id: str = "7", guidance: str = "a small steel box") -> tuple[ObjectInfo, str]:
-    request = overlay_request("direct", make_features(asset_id), guidance, (1.0, 1.0, 1.0), {})
+    request = overlay_request("direct", make_features(asset_id), guidance)
     information, words = read_prompt(request.text)
     return ObjectInfo.from_json(information), words
 
@@ -119,7 +119,7 @@ def test_the_prior_gives_final_numbers_for_everything() -> None:
 
 
 def test_the_priors_masses_are_those_of_its_other_answer() -> None:
-    request = overlay_request("synthesis", make_features("7"), "a small steel box", (1.0, 1.0, 1.0), {})
+    request = overlay_request("synthesis", make_features("7"), "a small steel box")
     felt = Overlay.model_validate_json(prior(request).content or "")
     finals = final(*told(), with_sigmas=False)
     assert finals.scale == felt.scale and finals.initial_joint_positions == felt.initial_joint_positions

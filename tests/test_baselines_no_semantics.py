@@ -46,7 +46,7 @@ def test_no_semantic_string_of_the_asset_is_in_the_request(asset_id: str) -> Non
     ref = sample(asset_id)
     extraction = extract(ref)
     features, words = extraction.features, semantic_strings(extraction.features)
-    plain = synthesis_request(features, ref.prompt, extraction.features.closed_size, extraction.features.link_centers)
+    plain = synthesis_request(features, ref.prompt)
     assert len(leaks(plain, words)) >= 4, "the test can fail"
     refused = with_validation_errors(plain, [f"links[0].name: unknown; links are: {', '.join(words)}"])
     for request in (plain, refused):
@@ -57,7 +57,9 @@ def test_no_semantic_string_of_the_asset_is_in_the_request(asset_id: str) -> Non
 
 def test_everything_else_of_the_request_stays() -> None:
     image = LabelledImage(label="front", png=b"png")
-    plain = synthesis_request(make_features("7"), "a box", (1.0, 1.0, 1.0), {"door": (0.0, 1.0, 2.0)}, [image])
+    plain = synthesis_request(
+        make_features("7").model_copy(update={"link_centers": {"door": (0.0, 1.0, 2.0)}}), "a box", [image]
+    )
     blind = anonymized_request(plain, name_aliases(make_features("7")))
     assert (blind.images, blind.system, blind.answer_schema) == (plain.images, plain.system, plain.answer_schema)
     before, after = (json.loads(re.findall(r"<structured_information>\n(.*)\n<", r.text)[0]) for r in (plain, blind))
@@ -83,7 +85,7 @@ def test_an_answer_comes_back_in_the_assets_own_names() -> None:
         "sigmas": {"links.link_2.mass_kg": 0.1}, "notes": ["link_2 on joint_1 (link_20 is none)"],
     }  # fmt: skip
     asked = without_semantics(saying(answer), features)
-    got = asked(overlay_request("synthesis", features, "", (1.0, 1.0, 1.0), {}))
+    got = asked(overlay_request("synthesis", features, ""))
     overlay = Overlay.model_validate_json(got.content or "")
     assert (overlay.links[0].name, overlay.joints[0].name) == ("door", "slider")
     assert overlay.initial_joint_positions == {"hinge": 0.5} and overlay.asked == ("hinge", "slider.damping")

@@ -28,7 +28,7 @@ def no_key(monkeypatch: pytest.MonkeyPatch) -> None:
 def run(server: ModelServer) -> tuple[Overlay, tuple[ModelCall, ...], tuple[Finding, ...]]:
     settings = ModelSettings(model="openai/scripted", api_base=server.api_base, timeout_s=5.0, max_attempts=2)
     asker = functools.partial(ask, settings=settings)
-    return synthesize(make_features("7"), "a small box", (1.0, 1.0, 1.0), {}, asker)
+    return synthesize(make_features("7"), "a small box", asker)
 
 
 def test_a_good_answer_takes_one_call_and_no_finding() -> None:
@@ -76,9 +76,7 @@ def test_two_bad_answers_end_it_with_both_calls_kept() -> None:
 
 def test_the_prior_answers_the_prompt_at_once() -> None:
     asker = functools.partial(ask, settings=ModelSettings())
-    overlay, calls, findings = synthesize(
-        make_features("7"), "a small box, hinge half open", (1.0, 1.0, 1.0), {}, asker
-    )
+    overlay, calls, findings = synthesize(make_features("7"), "a small box, hinge half open", asker)
     assert overlay.scale > 0.0 and findings == ()
     (call,) = calls
     assert (call.model, call.outcome, call.cost_usd) == ("prior/household", "ok", 0.0)

@@ -202,7 +202,7 @@ def test_answers_that_an_earlier_version_stored_are_found(tmp_path: Path) -> Non
     full = REQUEST.model_copy(
         update={"images": shown, "answer_schema": {"type": "object"}, "tools": (TOOL,), "sample": 3, "turns": turns}
     )
-    told = overlay_request("synthesis", make_features("7"), "a small steel box", (1.0, 1.0, 1.0), {})
+    told = overlay_request("synthesis", make_features("7"), "a small steel box")
     assert [cache.answer_key(request, served, True) for request in (REQUEST, full, told)] == [
         "979e20603bbc0ee6cf6cb9b305c493974407f4883ab3bf326a1206b6157ad39c",
         "6a11ff2bb69478e179775cb924fb070166643a960fad129a3034c479b669d7ad",

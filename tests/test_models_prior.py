@@ -357,7 +357,7 @@ def test_paper9_scales_are_near_the_experts() -> None:
             category=row["category"],
         )
         found = extract(ref).features
-        request = synthesis_request(found, row["prompt"], found.closed_size, found.link_centers)
+        request = synthesis_request(found, row["prompt"])
         overlay = Overlay.model_validate_json(answer(request.text))
         assert overlay.initial_joint_positions, row["prompt"]
         errors[row["asset_id"]] = abs(overlay.scale / reference[row["asset_id"]] - 1.0)

@@ -135,9 +135,9 @@ def test_an_instruction_in_a_name_a_label_or_the_guidance_stays_data(place: str,
         features = features.model_copy(update={place: EVIL})
     elif place != "guidance":
         features = renamed(features, place, EVIL)
-    request = overlay_request(purpose, features, EVIL if place == "guidance" else "closed", (1.0, 1.0, 1.0), {})
+    request = overlay_request(purpose, features, EVIL if place == "guidance" else "closed")
     only_data(request, ["structured_information", "user_guidance"])
-    plain = overlay_request(purpose, make_features("7"), "closed", (1.0, 1.0, 1.0), {})
+    plain = overlay_request(purpose, make_features("7"), "closed")
     assert request.system == plain.system and request.answer_schema == plain.answer_schema
     assert (request.tools, request.turns, request.images) == ((), (), ())
     again = with_validation_errors(request, [f"links[0].name: unknown link '{EVIL}'"])

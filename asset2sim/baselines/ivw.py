@@ -77,7 +77,7 @@ def requests(
     sample, features = 0, extraction.features
     for view in VIEW_NAMES:
         shown = (images[view],) if view in images else ()
-        request = overlay_request(IVW, features, guidance, features.closed_size, features.link_centers, shown, view)
+        request = overlay_request(IVW, features, guidance, shown, view)
         for _ in range(queries):
             sample += 1
             yield request.model_copy(update={"sample": sample})

@@ -1,12 +1,11 @@
 """Questions to a model that are repeated where the answer is invalid; the overlay of an object by such a question."""
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Generic, TypeVar
 
 from asset2sim.models.answers import InvalidFieldsError, parse_overlay
 from asset2sim.models.prompts import synthesis_request, with_validation_errors
-from schemas.base import Vector3
 from schemas.errors import AssetError, InvalidAnswerError
 from schemas.features import Features
 from schemas.finding import Finding
@@ -49,16 +48,14 @@ class SynthesisError(AssetError):
 def synthesize(
     features: Features,
     guidance: str | None,
-    closed_size: Vector3,
-    link_centers: Mapping[str, Vector3],
     ask: ModelAsk,
     images: Sequence[LabelledImage] = (),
 ) -> Synthesized:
     """A model's overlay for one object, with every call made for it and a finding where it was asked twice.
 
-    Sizes and centres are as ``synthesis_request`` takes them. Raises ``SynthesisError`` as ``ask_overlay`` does.
+    Raises ``SynthesisError`` as ``ask_overlay`` does.
     """
-    return ask_overlay(synthesis_request(features, guidance, closed_size, link_centers, images), features, ask)
+    return ask_overlay(synthesis_request(features, guidance, images), features, ask)
 
 
 def ask_overlay(first: ModelRequest, features: Features, ask: ModelAsk) -> Synthesized:

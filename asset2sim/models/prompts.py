@@ -2,12 +2,11 @@
 
 import functools
 import json
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Sequence
 from pathlib import Path
 
 from asset2sim.models.answers import overlay_schema
 from asset2sim.models.language.object_facts import object_facts, rounded
-from schemas.base import Vector3
 from schemas.features import Features
 from schemas.request import LabelledImage, ModelRequest
 
@@ -21,31 +20,26 @@ _ESCAPES = str.maketrans({"<": "\\u003c", ">": "\\u003e", "&": "\\u0026"})
 def synthesis_request(
     features: Features,
     guidance: str | None,
-    closed_size: Vector3,
-    link_centers: Mapping[str, Vector3],
     images: Sequence[LabelledImage] = (),
 ) -> ModelRequest:
     """The request for an overlay by our method; see ``overlay_request``."""
-    return overlay_request(SYNTHESIS, features, guidance, closed_size, link_centers, images)
+    return overlay_request(SYNTHESIS, features, guidance, images)
 
 
 def overlay_request(
     purpose: str,
     features: Features,
     guidance: str | None,
-    closed_size: Vector3,
-    link_centers: Mapping[str, Vector3],
     images: Sequence[LabelledImage] = (),
     view: str | None = None,
 ) -> ModelRequest:
     """The request for an overlay; ``purpose`` names the prompt, which says which terms are wanted.
 
-    ``closed_size`` and ``link_centers`` are as ``object_facts`` takes them.
     ``view`` names the one view that the question is about, where it is about one.
     """
     information = {
         "purpose": purpose,
-        **object_facts(features, closed_size, link_centers),
+        **object_facts(features),
         **({} if view is None else {"view": view}),
     }
     text = f"{data_block('structured_information', information)}\n\n{data_block('user_guidance', guidance or '')}"

@@ -81,7 +81,7 @@ def sensible(
     notes, words = Notes(), guidance or ""
     overlay = convert_misread_units(extraction.features, overlay, notes)
     if semantics:
-        info = told_object(extraction.features, extraction.features.closed_size, extraction.features.link_centers)
+        info = told_object(extraction.features)
         overlay = with_sensible_size(info, words, overlay, notes)
         overlay = with_asked_state(info, words, overlay, settings, notes)
     return overlay, tuple(notes.findings)

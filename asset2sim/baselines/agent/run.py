@@ -95,7 +95,7 @@ def run_agent(
 def opening(ref: AssetRef, extraction: Extraction) -> ModelRequest:
     """First request: the same facts as for every method, and the tools; pictures only come from ``render``."""
     features = extraction.features
-    request = overlay_request(AGENT, features, ref.prompt, features.closed_size, features.link_centers)
+    request = overlay_request(AGENT, features, ref.prompt)
     return request.model_copy(update={"tools": TOOLS, "answer_schema": None})
 
 
