@@ -2,7 +2,6 @@
 
 DATA ?= data/raw
 OUT ?= data/refined
-MODEL ?= prior/household
 # A shell command, taken as it stands: neither make nor the recipe's shell looks into it.
 override HOOK := $(value HOOK)
 export HOOK
@@ -11,8 +10,9 @@ VENV := .venv
 BIN := $(VENV)/bin
 INSTALLED := $(VENV)/.installed
 
+FROM_FILE = $(if $(SETTINGS),--settings "$(SETTINGS)")
 # What follows an option is quoted: folders may have spaces in their names.
-OPTIONS = --out "$(OUT)" --model "$(MODEL)" \
+OPTIONS = --out "$(OUT)" $(if $(MODEL),--model "$(MODEL)") \
 	$(if $(API_BASE),--api-base "$(API_BASE)") $(if $(SUBSET),--subset "$(SUBSET)") $(if $(ASSETS),--assets "$(ASSETS)") \
 	$(if $(LIMIT),--limit "$(LIMIT)") $(if $(METHOD),--method "$(METHOD)") $(if $(WORKERS),--workers "$(WORKERS)") \
 	$(if $(SCHEDULER),--scheduler "$(SCHEDULER)") $(if $(NO_VIEWS),--no-views) $(if $(STRICT),--strict) \
@@ -23,11 +23,11 @@ OPTIONS = --out "$(OUT)" --model "$(MODEL)" \
 	$(if $(BUDGET_TOKENS),--budget-tokens "$(BUDGET_TOKENS)") $(if $(ASSET_BUDGET_USD),--asset-budget-usd "$(ASSET_BUDGET_USD)") \
 	$(if $(ASSET_BUDGET_CALLS),--asset-budget-calls "$(ASSET_BUDGET_CALLS)") $(if $(RPM),--rpm "$(RPM)") \
 	$(if $(NO_ANSWER_CACHE),--no-answer-cache) $(if $(FORCE),--force) $(if $(RETRY_FAILED),--retry-failed) \
-	$(if $(HOOK),--hook "$$HOOK")
+	$(if $(HOOK),--hook "$$HOOK") $(FROM_FILE)
 
 .DEFAULT_GOAL := help
 .DELETE_ON_ERROR:
-.PHONY: help install flow test lint typecheck failures doctor nightly ui judge rules compare bench-defects samples questions summary picture clean bench
+.PHONY: help install flow test lint typecheck failures settings doctor nightly ui judge rules compare bench-defects samples questions summary picture clean bench
 
 help: ## list the targets
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / { printf "  %-14s %s\n", $$1, $$2 }' Makefile
@@ -35,7 +35,7 @@ help: ## list the targets
 	@echo "  variables of flow and nightly: DATA OUT MODEL API_BASE SUBSET ASSETS LIMIT METHOD WORKERS SCHEDULER NO_VIEWS=1 STRICT=1"
 	@echo "                                 ENGINES COLLISION DYNAMICS STATE EXPORT REFINEMENT_MODEL JUDGE_MODEL RPM"
 	@echo "                                 BUDGET_USD BUDGET_CALLS BUDGET_TOKENS ASSET_BUDGET_USD ASSET_BUDGET_CALLS NO_ANSWER_CACHE=1"
-	@echo "                                 FORCE=1 RETRY_FAILED=1 HOOK"
+	@echo "                                 FORCE=1 RETRY_FAILED=1 HOOK SETTINGS=settings.yaml"
 	@echo "  of compare, beside those: METHODS MODELS LEVELS JUDGE_MODEL NO_INTERACTION=1 README"
 	@echo "  for example: make flow DATA=../shared/partnet_mobility SUBSET=paper9 OUT=/tmp/paper9 WORKERS=2"
 
@@ -71,9 +71,13 @@ typecheck: $(INSTALLED) ## mypy, strict
 failures: $(INSTALLED) ## the failure modes in OUT
 	@$(BIN)/python -m flows.command failures --out "$(OUT)"
 
+settings: $(INSTALLED) ## every setting with its unit and its reason, as a file for SETTINGS=
+	@$(BIN)/python -m flows.command settings $(FROM_FILE)
+
 doctor: $(INSTALLED) ## what works on this machine
-	@$(BIN)/python -m flows.command doctor --out "$(OUT)" --model "$(MODEL)" $(if $(API_BASE),--api-base "$(API_BASE)") \
-		$(if $(REFINEMENT_MODEL),--refinement-model "$(REFINEMENT_MODEL)") $(if $(JUDGE_MODEL),--judge-model "$(JUDGE_MODEL)")
+	@$(BIN)/python -m flows.command doctor --out "$(OUT)" $(if $(MODEL),--model "$(MODEL)") $(if $(API_BASE),--api-base "$(API_BASE)") \
+		$(if $(REFINEMENT_MODEL),--refinement-model "$(REFINEMENT_MODEL)") $(if $(JUDGE_MODEL),--judge-model "$(JUDGE_MODEL)") \
+		$(FROM_FILE)
 
 nightly: $(INSTALLED) ## refine DATA into OUT on the schedule of catalog.yaml, until interrupted; NOW=1: once, at once
 	@$(BIN)/python -m flows.command nightly "$(DATA)" $(OPTIONS) $(if $(NOW),--now)
@@ -101,7 +105,8 @@ compare: $(INSTALLED) ## methods and models on the same objects: the paper's tab
 		$(if $(ASSETS),--assets "$(ASSETS)") $(if $(LIMIT),--limit "$(LIMIT)") $(if $(METHODS),--methods "$(METHODS)") \
 		$(if $(MODELS),--models "$(MODELS)") $(if $(LEVELS),--levels "$(LEVELS)") $(if $(ENGINES),--engines "$(ENGINES)") \
 		$(if $(API_BASE),--api-base "$(API_BASE)") $(if $(JUDGE_MODEL),--judge-model "$(JUDGE_MODEL)") \
-		$(if $(NO_INTERACTION),--no-interaction) $(if $(WORKERS),--workers "$(WORKERS)") $(if $(README),--readme "$(README)")
+		$(if $(NO_INTERACTION),--no-interaction) $(if $(WORKERS),--workers "$(WORKERS)") $(if $(README),--readme "$(README)") \
+		$(FROM_FILE)
 
 bench-defects: $(INSTALLED) ## plant known defects in clean objects: what share is caught, and what is mended
 	@$(BIN)/python -m flows.bench_defects "$(OUT)"

@@ -11,11 +11,10 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from asset2sim.assets.meshes.shape_cache import PIECE_CACHE, SHAPE_CACHE
-from asset2sim.cli.console import output
-from asset2sim.cli.parser import parse, refine_request
+from asset2sim.catalog.text import output
 from asset2sim.models.gateway.environment import checkout_folder, quiet_environment
-from asset2sim.runs.alert import DONE, FAILED, run_program
 from asset2sim.runs.dataset import load_dataset
+from asset2sim.runs.request import parse_request as parse_refine
 from asset2sim.runs.spread.refine_all import refine_all
 from asset2sim.studies.speed.bench_figures import bench_markdown, figures, missed, stage_seconds
 from asset2sim.studies.speed.history_rows import MODULE as QUERY
@@ -33,6 +32,7 @@ from flows import PIPELINE
 from flows.bench_loop import run_loop
 from flows.bench_run import MODULE as RUN
 from schemas.asset import AssetRecord
+from schemas.errors import DONE, FAILED, exit_code_of
 from schemas.vocabulary import Engine, Grouping
 
 ENGINES = {"one": (Engine.PYBULLET,), "both": (Engine.PYBULLET, Engine.MUJOCO)}
@@ -54,7 +54,7 @@ def command(
     words += ["--engines", ",".join(engine.value for engine in ENGINES[engines])]
     words += ["--assets", ",".join(ids)] if ids else []
     words += ["--limit", str(request.limit)] if request.limit is not None and data == request.data else []
-    return [*words, *([] if request.interact else ["--no-interaction"])]
+    return [*words, *([] if request.interaction else ["--no-interaction"])]
 
 
 def fresh(request: BenchRequest, name: str) -> Path:
@@ -109,7 +109,7 @@ def synthetic(request: BenchRequest, found: Measured) -> Measured:
         shutil.rmtree(folder, ignore_errors=True)
         tell(f"making {count:,} synthetic entries")
         words = command(request, folder / "data", folder / "out", 2)
-        data, out = make_unchanged(record, folder, count, refine_request(parse(words)).settings, PIPELINE)
+        data, out = make_unchanged(record, folder, count, parse_refine(words).settings, PIPELINE)
         runs.append(flow(request, f"synthetic-{count}", command(request, data, out, 2)))
     return found.model_copy(update={"synthetic": tuple(runs)})
 
@@ -120,7 +120,7 @@ def sample_record(request: BenchRequest) -> AssetRecord:
     out = fresh(request, "sample").resolve()
     words = command(request, raw, out, 1, ids=[SAMPLE])
     refs = load_dataset(raw, None, (SAMPLE,), None)
-    return refine_all(refs, out, refine_request(parse(words)).settings, PIPELINE).records[0]
+    return refine_all(refs, out, parse_refine(words).settings, PIPELINE).records[0]
 
 
 def history(request: BenchRequest, found: Measured) -> Measured:
@@ -169,8 +169,9 @@ def write(request: BenchRequest, found: Measured) -> str:
     return text
 
 
-def run_bench(request: BenchRequest) -> int:
-    """Measure, write and print. Returns the exit code; a missed target is a failure only under ``--strict``."""
+def bench_and_print(request: BenchRequest) -> int:
+    """Measure, print the tables, and name the targets that were missed. Returns the exit code; a missed target is a
+    failure only under ``--strict``."""
     found = bench(request)
     output().print(write(request, found), markup=False, highlight=False, soft_wrap=True)
     left = missed(figures(found))
@@ -182,7 +183,7 @@ def run_bench(request: BenchRequest) -> int:
 def main(words: Sequence[str]) -> int:
     """Run one command line and return its exit code."""
     quiet_environment()
-    return run_program("bench", lambda: run_bench(parse_request(words)))
+    return exit_code_of("bench", lambda: bench_and_print(parse_request(words)))
 
 
 if __name__ == "__main__":

@@ -9,13 +9,18 @@ import sys
 from collections.abc import Sequence
 from pathlib import Path
 
-from asset2sim.runs.alert import DONE, FAILED, run_program
+from pydantic import Field
+from pydantic_settings import CliPositionalArg
+
+from asset2sim.runs.command_line import Options, parse
+from asset2sim.runs.options import Listed
 from asset2sim.studies.defects.defect_results import passes, results_json, results_text
 from asset2sim.studies.defects.defects import DEFECTS
 from asset2sim.studies.defects.try_defects import SETTINGS, DefectBench, try_defects
 from flows import PIPELINE
-from schemas.errors import UnknownChoiceError, UsageError
+from schemas.errors import DONE, FAILED, UnknownChoiceError, exit_code_of
 
+PROGRAM = "python -m flows.bench_defects"
 FOLDER = "defects"
 """Under the output folder: what the bench makes."""
 
@@ -25,14 +30,20 @@ def tell(line: str) -> None:
     sys.stderr.write(f"{line}\n")
 
 
-def bench_defects(words: Sequence[str]) -> int:
+class DefectOptions(Options):
+    """Plant known defects in clean objects: what share is caught, and what is mended."""
+
+    out: CliPositionalArg[Path] = Field(description=f"everything is made anew under OUT/{FOLDER}")
+    words: CliPositionalArg[Listed[tuple[str, ...]]] = Field((), description="only defects whose name has such a word")
+
+
+def bench_defects(options: DefectOptions) -> int:
     """Run the bench and print its table. Returns the exit code."""
-    if not words or words[0].startswith("-"):
-        raise UsageError("usage: python -m flows.bench_defects OUT [WORD ...]")
-    chosen = [defect for defect in DEFECTS if not words[1:] or any(word in defect.name for word in words[1:])]
+    words = options.words
+    chosen = [defect for defect in DEFECTS if not words or any(word in defect.name for word in words)]
     if not chosen:
-        raise UnknownChoiceError("defect", " ".join(words[1:]), [defect.name for defect in DEFECTS])
-    out = Path(words[0]) / FOLDER
+        raise UnknownChoiceError("defect", " ".join(words), [defect.name for defect in DEFECTS])
+    out = options.out / FOLDER
     shutil.rmtree(out, ignore_errors=True)
     bench = DefectBench(out, SETTINGS, PIPELINE)
     rows, unclean = try_defects(chosen, bench, tell)
@@ -41,5 +52,10 @@ def bench_defects(words: Sequence[str]) -> int:
     return DONE if passes(rows) else FAILED
 
 
+def main(words: Sequence[str]) -> int:
+    """Run one command line and return its exit code."""
+    return exit_code_of("bench_defects", lambda: bench_defects(parse(DefectOptions, words, PROGRAM)))
+
+
 if __name__ == "__main__":
-    sys.exit(run_program("bench_defects", lambda: bench_defects(sys.argv[1:])))
+    sys.exit(main(sys.argv[1:]))

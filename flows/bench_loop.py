@@ -12,11 +12,10 @@ from functools import partial
 from pathlib import Path
 
 from asset2sim.catalog.storage.cache import working_folder
-from asset2sim.cli.parser import parse, refine_request
-from asset2sim.cli.request import RefineRequest
 from asset2sim.models.gateway.session import open_gateway_session
 from asset2sim.runs.check_request import check_request
-from asset2sim.runs.isolation.server import ONE_THREAD
+from asset2sim.runs.isolation.children import ONE_THREAD
+from asset2sim.runs.request import RefineRequest, parse_request
 from asset2sim.runs.spread.worker import ask_for_asset
 from asset2sim.studies.speed.measured import LoopTimes
 from asset2sim.studies.speed.process import BenchError, measure
@@ -41,25 +40,25 @@ def run_loop(words: Sequence[str], place: Path) -> LoopTimes:
 def loop(request: RefineRequest, at: Path) -> LoopTimes:
     """Refine every asset of a request in this process; the file ``at`` names the current one."""
     out = working_folder(request.out).resolve()
-    refs = check_request(request.data, out, request.settings, request.subset, request.asset_ids, request.limit)
+    found = check_request(request.data, out, request.settings, request.subset, request.asset_ids, request.limit)
     import asset2sim.runs.isolation.preload  # noqa: F401
     from asset2sim.models.gateway.lite import load_litellm
     from tasks.pipeline import refine_asset
 
     load_litellm()
     ok, started = 0, time.monotonic()
-    for ref in refs:
+    for ref in found.refs:
         at.write_text(ref.asset_id, encoding="utf-8")
         books = open_gateway_session(out, RUN_ID, ref.asset_id, request.settings.model)
         ask = partial(ask_for_asset, settings=request.settings, books=books)
         ok += refine_asset(ref, out, request.settings, ask).status is Status.OK
-    return LoopTimes(assets=len(refs), ok=ok, loop_s=time.monotonic() - started)
+    return LoopTimes(assets=len(found.refs), ok=ok, loop_s=time.monotonic() - started)
 
 
 def main(words: Sequence[str]) -> int:
     """Run the loop and write its numbers."""
     result = Path(words[0])
-    times = loop(refine_request(parse(words[2:])), _at(result))
+    times = loop(parse_request(words[2:]), _at(result))
     result.write_text(times.model_dump_json(), encoding="utf-8")
     return 0
 

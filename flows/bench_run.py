@@ -6,12 +6,11 @@ from collections.abc import Sequence
 from functools import partial
 from pathlib import Path
 
-from asset2sim.cli.main import run_command
-from asset2sim.cli.request import RefineRequest
+from asset2sim.runs.request import RefineRequest
 from asset2sim.runs.result import RunResult
 from asset2sim.studies.speed.measured import FlowTimes
 from asset2sim.studies.speed.process import cpu_s, peak_memory_mb
-from flows.command import ready
+from flows.command import ready, run_command
 from schemas.errors import UsageError
 from schemas.vocabulary import Status
 

@@ -1,35 +1,135 @@
-"""The command ``asset2sim``: hands the flows to the command line, and imports them only when one is asked for."""
+"""The command ``asset2sim``: one command line to an exit code, 0 done, 1 failed, 2 the user's mistake, 130 interrupted.
+
+What a command needs is imported when it runs: Prefect, Dask and the engines take seconds.
+"""
 
 import sys
 import threading
 from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
+from typing import TYPE_CHECKING
 
-from asset2sim.cli.main import run_command
-from asset2sim.cli.request import RefineRequest
-from asset2sim.runs.result import RunResult
-from schemas.errors import UsageError
+from asset2sim.runs import options as asked
+from asset2sim.runs.command_line import Options
+from asset2sim.runs.options import parse
+from asset2sim.runs.request import RefineRequest, refine_request, settings_for_run, stated_settings
+from flows import PIPELINE
+from schemas.errors import DONE, FAILED, UsageError, exit_code_of
+
+if TYPE_CHECKING:
+    from asset2sim.runs.result import RunResult
+
+Refine = Callable[[RefineRequest], "RunResult"]
+Nightly = Callable[[RefineRequest], int]
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run one command line and return its exit code."""
-    return run_command(sys.argv[1:] if arguments is None else arguments, refine=refine, nightly=_nightly)
+    return run_command(sys.argv[1:] if arguments is None else arguments, refine=refine, nightly=serve)
 
 
-def refine(request: RefineRequest) -> RunResult:
+def run_command(arguments: Sequence[str], *, refine: Refine, nightly: Nightly) -> int:
+    """Run one command line; ``refine`` and ``nightly`` start the flows. Returns the exit code.
+
+    What a person did wrong, and what went wrong in a way that we know, is one line on standard error. A broken program
+    is an exception, with its traceback.
+    """
+    return exit_code_of("asset2sim", lambda: _dispatch(parse(arguments), refine, nightly))
+
+
+def _dispatch(options: Options, refine: Refine, nightly: Nightly) -> int:
+    match options:
+        case asked.NightlyOptions():
+            return _run_nightly(refine_request(options), nightly)
+        case asked.RefineOptions():
+            return _run_refine(refine_request(options), refine)
+        case asked.SettingsOptions():
+            from asset2sim.runs.settings_file import settings_text
+
+            sys.stdout.write(settings_text(settings_for_run(options.settings, {}), options.format))
+            return DONE
+    from flows import show
+
+    match options:
+        case asked.FailuresOptions():
+            show.print_failures(options.out, options.by, options.since, options.compare)
+        case asked.QueryOptions():
+            show.print_query(options.out, options.sql, csv=options.csv)
+        case asked.ShowOptions():
+            show.print_asset(options.out, options.asset_id)
+        case asked.PagesOptions():
+            show.print_and_serve_pages(options.out)
+        case asked.DoctorOptions():
+            model = settings_for_run(options.settings, stated_settings(options)).model
+            return DONE if show.print_doctor(options.out, model) else FAILED
+    return DONE
+
+
+def check(request: RefineRequest) -> RefineRequest:
+    """The request with the assets that it asks for. Raises UsageError for one that cannot be met, before anything is
+    imported or written for it."""
+    from asset2sim.models.gateway.environment import quiet_environment
+    from asset2sim.runs.check_request import check_request
+
+    found = check_request(request.data, request.out, request.settings, request.subset, request.asset_ids, request.limit)
+    quiet_environment()
+    return request.model_copy(update={"found": found})
+
+
+def _run_refine(request: RefineRequest, refine: Refine) -> int:
+    """Run the flow on a request, tell the hook, and print the summary. Returns the exit code."""
+    from asset2sim.runs.alert import alert, exit_code
+
+    request = check(request)
+    result = alert(_refined(request, refine), request.strict)
+    from flows.show import print_summary
+
+    print_summary(result)
+    return exit_code(result, request.strict)
+
+
+def _refined(request: RefineRequest, refine: Refine) -> "RunResult":
+    """The flow's result. The hook hears of a run that broke down; of a mistake, its user hears here and now."""
+    try:
+        return refine(request)
+    except UsageError:
+        raise
+    except Exception as error:
+        from asset2sim.runs.alert import alert_error
+
+        warning = alert_error(request.out, request.settings.run, error)
+        if warning is not None:
+            sys.stderr.write(f"asset2sim: {warning}\n")
+        raise
+
+
+def _run_nightly(request: RefineRequest, nightly: Nightly) -> int:
+    """Serve the flow on its schedule until interrupted, or with ``now`` run it at once. Returns the exit code."""
+    from asset2sim.runs.interrupt import sigterm_as_interrupt
+
+    request = check(request)
+    if request.now:
+        return nightly(request)
+    # A service manager stops what it runs by SIGTERM: that is the usual end of a nightly, as Ctrl-C is.
+    with suppress(KeyboardInterrupt), sigterm_as_interrupt():
+        nightly(request)
+    return DONE
+
+
+def refine(request: RefineRequest) -> "RunResult":
     """Run the flow on a request, with a Prefect server of its own where none is set."""
     with ready(request) as flow:
         return flow(request)
 
 
 @contextmanager
-def ready(request: RefineRequest) -> Iterator[Callable[[RefineRequest], RunResult]]:
+def ready(request: RefineRequest) -> Iterator[Refine]:
     """The flow, to be called within the block, with a server and the libraries that the run will need loading."""
     from asset2sim.catalog.mlflow_store import load_mlflow
     from asset2sim.catalog.storage.cache import working_folder
     from asset2sim.catalog.switch import find_catalog
     from asset2sim.models.gateway.lite import load_litellm
-    from asset2sim.runs.isolation.server import warm_up
+    from asset2sim.runs.isolation.children import warm_up
     from flows.server.server import temporary_server
 
     first = find_catalog(working_folder(request.out)) is None
@@ -37,7 +137,7 @@ def ready(request: RefineRequest) -> Iterator[Callable[[RefineRequest], RunResul
         # The server takes seconds to load: load beside it what the run will need. Where a run has been before there may
         # be little to refine, or nothing: then the engines and LiteLLM would be loaded in vain.
         if first:
-            warm_up()
+            warm_up(PIPELINE)
             threading.Thread(target=load_litellm, daemon=True).start()
         from flows.refine_dataset import refine_dataset
         from flows.server.client import use_server
@@ -46,13 +146,13 @@ def ready(request: RefineRequest) -> Iterator[Callable[[RefineRequest], RunResul
             threading.Thread(target=load_mlflow, daemon=True).start()
         with use_server(address):
             yield lambda asked: refine_dataset(
-                asked.data, asked.out, asked.settings, asked.subset, asked.asset_ids, asked.limit
+                asked.data, asked.out, asked.settings, asked.subset, asked.asset_ids, asked.limit, found=asked.found
             )
 
 
-def _nightly(request: RefineRequest) -> int:
+def serve(request: RefineRequest) -> int:
     """Serve the nightly until interrupted, or have one night at once. Returns the exit code."""
-    from asset2sim.programs import run_together
+    from flows.programs import run_together
     from flows.server.server import temporary_server
     from flows.server.serving import STOP_LIMIT_S, serving
 
@@ -62,7 +162,7 @@ def _nightly(request: RefineRequest) -> int:
         server = [address] if address else []
         program = [sys.executable, "-m", "flows.serve_nightly", request.model_dump_json(), *server]
         run_together({"nightly": program}, STOP_LIMIT_S)
-    return 0
+    return DONE
 
 
 def _night_now(request: RefineRequest) -> int:
@@ -82,10 +182,10 @@ def _night_now(request: RefineRequest) -> int:
     with temporary_server() as address:
         from asset2sim.catalog.storage.cache import working_folder
         from asset2sim.catalog.switch import find_catalog
-        from asset2sim.runs.isolation.server import warm_up
+        from asset2sim.runs.isolation.children import warm_up
 
         if find_catalog(working_folder(request.out)) is None:
-            warm_up()
+            warm_up(PIPELINE)
         from flows.serve_nightly import run_deployed_night, run_night_here
         from flows.server.client import use_server
 

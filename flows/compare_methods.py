@@ -3,16 +3,19 @@
 import sys
 from collections.abc import Sequence
 
-from asset2sim.cli.console import output
+from asset2sim.catalog.text import output
 from asset2sim.models.gateway.environment import quiet_environment
-from asset2sim.runs.alert import DONE, STOPPED, run_program
-from asset2sim.runs.check_request import check_request
-from asset2sim.runs.isolation.server import warm_up
+from asset2sim.runs.check_request import check_run
+from asset2sim.runs.dataset import load_dataset
+from asset2sim.runs.isolation.children import warm_up
 from asset2sim.studies.methods.comparison import BLOCK, compare, write_comparison, write_readme
 from asset2sim.studies.methods.method_runs import CompareRequest, parse_request, planned_runs
 from asset2sim.studies.methods.object_rows import read_objects
 from asset2sim.studies.readme.blocks import check_readme
+from flows import PIPELINE
 from flows.server.server import temporary_server
+from schemas.asset import FoundAssets
+from schemas.errors import DONE, STOPPED, exit_code_of
 
 
 def compare_methods(request: CompareRequest) -> int:
@@ -25,24 +28,25 @@ def compare_methods(request: CompareRequest) -> int:
     chosen = (request.subset, request.asset_ids, request.limit)
     if request.readme is not None:
         check_readme(request.readme, BLOCK)
+    found = FoundAssets(load_dataset(request.data, *chosen))
     for run in runs:
-        check_request(request.data, run.folder, run.settings(base), *chosen)
+        check_run(found, request.data, run.folder, run.settings(base))
     with temporary_server() as address:
-        warm_up()
+        warm_up(PIPELINE)
         from flows.refine_dataset import refine_dataset
         from flows.server.client import use_server
 
         with use_server(address):
             for number, run in enumerate(runs, start=1):
                 console.print(f"{number} of {len(runs)}: {run.method.value}, {run.label}", markup=False)
-                result = refine_dataset(request.data, run.folder, run.settings(base), *chosen)
+                result = refine_dataset(request.data, run.folder, run.settings(base), *chosen, found=found)
                 if result.stopped is not None:
                     sys.stderr.write(f"{result.stopped}; run it again to compare\n")
                     return STOPPED
-    found = compare(read_objects(runs, base.thresholds), request.subset, request.engines)
-    report = write_comparison(request.out, runs, found)
+    compared = compare(read_objects(runs, base.thresholds), request.subset, request.engines)
+    report = write_comparison(request.out, runs, compared)
     if request.readme is not None:
-        write_readme(request.readme, request.out, found)
+        write_readme(request.readme, request.out, compared)
     console.print(f"tables and charts: {report}", markup=False)
     return DONE
 
@@ -50,7 +54,7 @@ def compare_methods(request: CompareRequest) -> int:
 def main(words: Sequence[str]) -> int:
     """Run one command line and return its exit code."""
     quiet_environment()
-    return run_program("compare_methods", lambda: compare_methods(parse_request(words)))
+    return exit_code_of("compare_methods", lambda: compare_methods(parse_request(words)))
 
 
 if __name__ == "__main__":

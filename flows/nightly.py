@@ -4,19 +4,22 @@
 deploys it to a work pool.
 """
 
+from contextlib import suppress
+from pathlib import Path
 from typing import Any
 
 from prefect import Flow, flow
 from prefect.client.schemas.objects import FlowRun, State
 from prefect.states import Cancelled, Completed, Failed
 
-from asset2sim.cli.night import complain, night_line, print_night
-from asset2sim.runs.alert import DONE, FAILED, MISTAKE, STOPPED, alert_error, error_exit_code, exit_code
+from asset2sim.runs.alert import alert_error, exit_code
 from asset2sim.runs.interrupt import sigterm_deferred
+from asset2sim.runs.request import settings_for_run
 from asset2sim.runs.result import INTERRUPTED, RunResult
+from flows.night_text import complain, night_line, print_night
 from flows.refine_dataset import refine_dataset
 from flows.steps import alert, opaque
-from schemas.errors import Asset2SimError
+from schemas.errors import DONE, FAILED, MISTAKE, STOPPED, Asset2SimError, UsageError, error_exit_code
 from schemas.location import Location, location_of
 from schemas.settings import Settings
 
@@ -27,6 +30,8 @@ REFUSED = "Refused"
 def run_crash_hook(flow: Flow[..., Any], flow_run: FlowRun, state: State) -> None:
     """Run the hook for a night whose process ended without a result: killed, or out of memory."""
     settings = Settings.model_validate(flow_run.parameters.get("settings") or {})
+    with suppress(UsageError):
+        settings = tonight(settings, flow_run.parameters.get("settings_file"))
     error = Asset2SimError(state.message or "the night's process ended without a word")
     warning = alert_error(location_of(flow_run.parameters["out"]), settings.run, error)
     for message in (str(error), warning):
@@ -43,20 +48,30 @@ def nightly(
     asset_ids: tuple[str, ...] = (),
     limit: int | None = None,
     strict: bool = False,
+    settings_file: Path | None = None,
 ) -> State:
     """Refine ``data`` into ``out`` as ``refine_dataset`` does. The state's message is the night in one line.
 
-    It fails where the run does, and under ``strict`` where an asset does.
+    ``settings_file`` is read now, and what ``settings`` states goes before it. The night fails where the run does, and
+    under ``strict`` where an asset does.
     """
     chosen = settings or Settings()
     with sigterm_deferred():
         try:
+            chosen = tonight(chosen, settings_file)
             result = refine_dataset(data, out, chosen, subset, asset_ids, limit)
         except (Exception, KeyboardInterrupt) as error:
             return _state_without_result(out, chosen, error)
         told = alert(opaque(result), strict)
         print_night(told)
         return state_of(told, strict)
+
+
+def tonight(settings: Settings, file: Path | str | None) -> Settings:
+    """The settings of a night: as stated, else as the file has them now. Raises UsageError for a broken file."""
+    if file is None:
+        return settings
+    return settings_for_run(Path(file), settings.model_dump(exclude_unset=True))
 
 
 def _state_without_result(out: Location, settings: Settings, error: BaseException) -> State:
@@ -75,8 +90,8 @@ def _state_without_result(out: Location, settings: Settings, error: BaseExceptio
 
 def state_of(result: RunResult, strict: bool) -> State:
     """The Prefect state of a finished night."""
-    make = {DONE: Completed, STOPPED: Cancelled}.get(exit_code(result, strict), Failed)
-    return make(message=night_line(result))
+    states = {DONE: Completed, STOPPED: Cancelled, FAILED: Failed}
+    return states[exit_code(result, strict)](message=night_line(result))
 
 
 def code_of_state(state: State) -> int:

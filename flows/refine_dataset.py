@@ -5,7 +5,7 @@ from prefect import flow
 from asset2sim.catalog.run import finish_run, remove_run_marker, start_run, write_run_marker
 from asset2sim.catalog.storage.cache import working_folder
 from asset2sim.catalog.storage.disk import raise_disk_full
-from asset2sim.catalog.write import check_catalog
+from asset2sim.catalog.stored_tables import check_catalog
 from asset2sim.runs.remote.output import open_output, send_rest
 from asset2sim.runs.result import RunResult
 from flows import PIPELINE
@@ -21,6 +21,7 @@ from flows.steps import (
     refine_assets,
     report,
 )
+from schemas.asset import FoundAssets
 from schemas.location import Location, absolute
 from schemas.settings import Settings
 
@@ -34,14 +35,16 @@ def refine_dataset(
     asset_ids: tuple[str, ...] = (),
     limit: int | None = None,
     pipeline: str = PIPELINE,
+    found: FoundAssets | None = None,
 ) -> RunResult:
     """Refine the chosen assets of ``data`` that changed into ``out``, folders or URLs, and publish the results; see
     ``RunResult``.
 
-    An asset that fails is a row. Raises ``UsageError`` for a request that cannot be met, before anything is written.
+    ``found`` are the assets, where the caller has checked the request. An asset that fails is a row. Raises
+    ``UsageError`` for a request that cannot be met, before anything is written.
     """
     data, place, settings = absolute(data), absolute(out), settings or Settings()
-    refs = discover(data, place, settings, subset, asset_ids, limit)
+    refs = discover(data, place, settings, subset, asset_ids, limit, found)
     references = find_references(data)
     # Only a run over the whole dataset can tell which assets were removed from it.
     whole = subset is None and not asset_ids and limit is None

@@ -12,7 +12,7 @@ from asset2sim.catalog.changes import Changes, Previous, find_changes
 from asset2sim.catalog.report import report_markdown
 from asset2sim.catalog.report_file import write_report
 from asset2sim.catalog.run import RunRow
-from asset2sim.runs.spread.refine_all import Refined
+from asset2sim.runs.spread.refine_all import RunRecords
 from flows.server.deployment import count_skipped_runs
 
 ARTIFACT = "report"
@@ -29,7 +29,7 @@ class WrittenReport:
 
 
 def publish_report(
-    out: Path, run: RunRow, refined: Refined, previous: Previous, chosen: int, died: str | None
+    out: Path, run: RunRow, refined: RunRecords, previous: Previous, chosen: int, died: str | None
 ) -> WrittenReport:
     """Write the report and attach it to the flow run. A failure is a warning only: the tables hold the same data.
 
@@ -52,7 +52,7 @@ def publish_report(
     return WrittenReport(changes, path, tuple(warnings))
 
 
-def stopped_line(refined: Refined, chosen: int) -> str | None:
+def stopped_line(refined: RunRecords, chosen: int) -> str | None:
     """Why the run stopped, where it did, and how far it came."""
     if refined.stopped is None:
         return None

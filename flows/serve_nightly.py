@@ -24,9 +24,9 @@ from prefect.schedules import Cron
 from prefect.states import Crashed
 from prefect.types.entrypoint import EntrypointType
 
-from asset2sim.cli.console import output
-from asset2sim.cli.night import complain, print_served
-from asset2sim.cli.request import RefineRequest
+from asset2sim.catalog.text import output
+from asset2sim.runs.request import RefineRequest
+from flows.night_text import complain, print_served
 from flows.nightly import code_of_state, nightly, run_crash_hook
 from flows.server.client import use_server
 from flows.server.deployment import (
@@ -72,11 +72,16 @@ def nightly_schedule(path: Path) -> tuple[str, str]:
 
 
 def parameters(request: RefineRequest) -> dict[str, object]:
-    """The flow's parameters, as Prefect keeps them: JSON, with absolute paths."""
+    """The flow's parameters, as Prefect keeps them: JSON, and paths that mean the same from everywhere.
+
+    With a settings file they hold what the options state: each night reads the file as it is then.
+    """
+    told = request.model_dump(mode="json")
     return {
         "data": str(absolute(request.data)),
         "out": str(absolute(request.out)),
-        "settings": request.settings.model_dump(mode="json"),
+        "settings": told["settings" if request.settings_file is None else "stated"],
+        "settings_file": told["settings_file"],
         "subset": request.subset,
         "asset_ids": list(request.asset_ids),
         "limit": request.limit,
@@ -103,7 +108,7 @@ def serve_nightly(request: RefineRequest, address: str | None = None) -> None:
     data, out = str(request.data), str(request.out)
     ours = f"asset2sim nightly {shlex.quote(data)} --out {shlex.quote(out)} --now"
     prefects = f"{f'PREFECT_API_URL={address} ' if address else ''}prefect deployment run {FLOW}/{name}"
-    print_served(data, out, cron, timezone, next_run(deployment_id), [ours, prefects])
+    print_served(data, out, cron, timezone, request.settings_file, next_run(deployment_id), [ours, prefects])
     with suppress(KeyboardInterrupt, TerminationSignal, asyncio.CancelledError):
         asyncio.run(_serve_until_stopped(runner))
 

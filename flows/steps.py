@@ -19,12 +19,12 @@ from asset2sim.checks.alignment.align import align_all
 from asset2sim.checks.alignment.reference import FILE, Reference, read_references
 from asset2sim.runs import alert as alerts
 from asset2sim.runs.check_request import check_request
-from asset2sim.runs.plan.plan import Plan, make_plan, settle
+from asset2sim.runs.plan.plan import Plan, make_plan, mark_published
 from asset2sim.runs.remote.fetch_asset import local_file
 from asset2sim.runs.remote.output import Output, send_plan, send_tables, stored_asset_ids
-from asset2sim.runs.spread.refine_all import Refined, refine_planned
+from asset2sim.runs.spread.refine_all import RunRecords, refine_planned
 from flows.run_report import publish_report
-from schemas.asset import AssetRef
+from schemas.asset import AssetRef, FoundAssets
 from schemas.location import Location, below
 from schemas.settings import Settings
 
@@ -46,10 +46,23 @@ def step(name: str) -> Callable[[Callable[Arguments, T]], Task[Arguments, T]]:
     return task(name=name, cache_policy=NO_CACHE, persist_result=False)
 
 
-discover = step("discover")(check_request)
 find_previous = step("find-previous")(read_previous)
 report = step("report")(publish_report)
 alert = step("alert")(alerts.alert)
+
+
+@step("discover")
+def discover(
+    data: Location,
+    out: Location,
+    settings: Settings,
+    subset: str | None,
+    asset_ids: tuple[str, ...],
+    limit: int | None,
+    found: FoundAssets | None,
+) -> list[AssetRef]:
+    """The assets to refine: those found by the caller's check, else by a check here."""
+    return (found or check_request(data, out, settings, subset, asset_ids, limit)).refs
 
 
 @step("find-references")
@@ -77,7 +90,7 @@ def plan(
 @step("refine-assets")
 def refine_assets(
     refs: list[AssetRef], plan: Plan, output: Output, settings: Settings, run_id: str, pipeline: str
-) -> Refined:
+) -> RunRecords:
     """A record per asset that the plan has to do."""
     if plan.todo:
         # MLflow, which the run's last step needs, loads beside the work.
@@ -86,22 +99,22 @@ def refine_assets(
 
 
 @step("align")
-def align(refined: Refined, references: dict[str, Reference]) -> Refined:
+def align(refined: RunRecords, references: dict[str, Reference]) -> RunRecords:
     """The records with their alignment."""
     return replace(refined, records=align_all(refined.records, references))
 
 
 @step("publish")
-def publish(output: Output, run: RunRow, refined: Refined, present: Collection[str] | None) -> None:
+def publish(output: Output, run: RunRow, refined: RunRecords, present: Collection[str] | None) -> None:
     """Write the run's rows to the Parquet tables; ``present`` are all assets of the dataset, where that is known."""
     folder = output.folder
     # Behind a URL, history is compacted after the upload: a store cannot switch a month's files at once.
     write_run(folder, run, refined.records, refined.unchanged, present, compact=output.url is None)
     send_tables(output, run.started_at)
-    settle(folder, refined.records)
+    mark_published(folder, refined.records)
 
 
 @step("log-run")
-def log_run(out: Path, run: RunRow, refined: Refined, changes: Changes) -> str | None:
+def log_run(out: Path, run: RunRow, refined: RunRecords, changes: Changes) -> str | None:
     """Log settings, figures and failures; returns a warning where MLflow could not take them."""
     return mlflow_log.log_run(out, run, refined.records, changes, refined.unchanged)

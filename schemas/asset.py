@@ -1,5 +1,7 @@
 """One asset to refine, and its result record, as sent between the flow and the workers."""
 
+from collections.abc import Sequence
+
 from pydantic import Field
 
 from schemas.alignment import Alignment
@@ -29,6 +31,19 @@ class AssetRef(Frozen):
     category: str | None = None
     subset: str | None = None
     prompt: str | None = None
+
+
+class FoundAssets:
+    """The assets of a checked request, so that its run does not list the dataset again.
+
+    Neither a dataclass nor a pydantic model: as an argument of a flow, Prefect would walk through every reference and
+    store it.
+    """
+
+    __slots__ = ("refs",)
+
+    def __init__(self, refs: Sequence[AssetRef]) -> None:
+        self.refs = list(refs)
 
 
 class AssetRecord(Frozen):

@@ -1,8 +1,14 @@
 """Errors. A bad asset is data: ``AssetError`` becomes a row. A user's mistake is a ``UsageError``: one line, exit 2."""
 
-from collections.abc import Iterable
+import errno
+import sqlite3
+import sys
+from collections.abc import Callable, Iterable
 
 from schemas.vocabulary import FailureMode
+
+DONE, FAILED, MISTAKE, STOPPED = 0, 1, 2, 130
+"""Exit codes: done, the run failed, the user's mistake, interrupted."""
 
 
 class Asset2SimError(Exception):
@@ -48,5 +54,49 @@ class ModelError(Asset2SimError):
     """A model call failed for good: the provider refused, could not be reached, or answered nothing."""
 
 
+class UnreadableAnswerError(ModelError):
+    """A provider's response is too long, or compressed, and is not read; the message says what to do about it."""
+
+
 class InvalidAnswerError(ModelError):
     """The model answered, and the answer does not fit the schema."""
+
+
+def shortened(text: str, length: int) -> str:
+    """The text, cut to ``length`` characters for a message."""
+    return text if len(text) <= length else text[:length] + "…"
+
+
+FULL = (errno.ENOSPC, errno.EDQUOT)
+"""Error numbers of a full disk and of an exhausted quota."""
+
+
+def is_disk_full(error: BaseException) -> bool:
+    """Whether an error, or one in its chain of causes, is due to a full disk."""
+    seen: set[int] = set()
+    step: BaseException | None = error
+    while step is not None and id(step) not in seen:
+        if isinstance(step, OSError) and step.errno in FULL:
+            return True
+        if isinstance(step, sqlite3.Error) and getattr(step, "sqlite_errorcode", None) == sqlite3.SQLITE_FULL:
+            return True
+        seen.add(id(step))
+        step = step.__cause__ or step.__context__
+    return False
+
+
+def error_exit_code(error: BaseException) -> int:
+    """Exit code for an error that ended a program."""
+    if isinstance(error, KeyboardInterrupt):
+        return STOPPED
+    return MISTAKE if isinstance(error, UsageError) else FAILED
+
+
+def exit_code_of(program: str, run: Callable[[], int]) -> int:
+    """The exit code that ``run`` returns, or that of our error or Ctrl-C, which is one line on standard error."""
+    try:
+        return run()
+    except (Asset2SimError, KeyboardInterrupt) as error:
+        sys.stdout.flush()
+        sys.stderr.write(f"{program}: {str(error) or 'interrupted'}\n")
+        return error_exit_code(error)

@@ -98,6 +98,8 @@ class Features(Frozen):
     """All extracted features of one asset (I = {M, G, S, A}; the views V are rendered on demand).
 
     ``rest_box_min`` and ``rest_box_max`` bound the object at its rest pose in the root link's frame, m.
+    ``closed_size`` is the edges of its box with every joint closed, m; ``link_centers`` maps each link with geometry to
+    the centre of its box at rest in the root link's frame, m. All at the authored scale.
     """
 
     asset_id: str
@@ -108,6 +110,8 @@ class Features(Frozen):
     joints: tuple[JointFeatures, ...]
     rest_box_min: Vector3
     rest_box_max: Vector3
+    closed_size: Vector3
+    link_centers: dict[str, Vector3]
     content_hash: str
 
     @property

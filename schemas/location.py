@@ -71,6 +71,12 @@ def absolute(location: Path | str) -> Path | str:
     return location if is_url(location) else Path(location).resolve()
 
 
+def nearest_existing(path: Path) -> Path:
+    """The path as absolute, or the nearest folder above it that exists."""
+    path = path.absolute()
+    return next(place for place in (path, *path.parents) if place.exists())
+
+
 def below(location: Path | str, *parts: str) -> Path | str:
     """The location of ``parts`` under a location."""
     return "/".join((location, *parts)) if is_url(location) else Path(location, *parts)

@@ -282,7 +282,7 @@ class RunSettings(Frozen):
     """Most assets of a run that are tried once more, one after the other, after their process died: hundreds that hang
     for five minutes each would take the night. The next run tries the others."""
     hook: str | None = None
-    """A shell command to run after the run, with the run's figures in its environment; see ``asset2sim.runs.hook``."""
+    """A shell command to run after the run, with the run's figures in its environment; see ``asset2sim.runs.alert``."""
     hook_time_limit_s: Positive = 60.0
     """Wall time of the hook, s: enough for a slow mail server, and a run is not held up by one that never answers."""
     redo: Redo = Redo.CHANGED

@@ -8,6 +8,9 @@ import pyarrow as pa
 Column = tuple[str, pa.DataType, str, str]
 """Name, type, unit, description. A name that ends in ``!`` may not be null."""
 
+Row = dict[str, object]
+"""Column → value; a number that was never measured is None, never 0."""
+
 TEXT = pa.string()
 REAL = pa.float64()
 COUNT = pa.int64()

@@ -1,20 +1,46 @@
-"""Write a baseline's overlay unchanged, and verify it in every engine."""
+"""Measure: record numbers in every engine; the verdict is a pure function of them (paper, "Evaluation")."""
 
+from dataclasses import dataclass
 from pathlib import Path
 
 from asset2sim.assets.extract import Extraction
-from asset2sim.assets.folder import write_folder
-from asset2sim.refinement.judge import Verified, verify_as_written
+from asset2sim.checks.findings import report_findings
+from asset2sim.checks.overlaps import overlap_pairs
+from asset2sim.checks.verdict import Verdict, overall_verdict
+from asset2sim.checks.verify import cause_for, engines_of, verify
+from schemas.errors import AssetError
+from schemas.interaction import EngineReport
 from schemas.overlay import PhysicsOverlay
-from schemas.settings import Settings
-from schemas.vocabulary import CollisionMode
+from tasks.job import AssetJob
+from tasks.progress import StageResult
 
 
-def judge_overlay(extraction: Extraction, overlay: PhysicsOverlay, path: Path, settings: Settings) -> Verified:
-    """Reports and verdict of the overlay written into ``path`` with the authored collision geometry.
+@dataclass(frozen=True, kw_only=True)
+class Measured(StageResult):
+    """The verdict on an asset as it is written."""
 
-    No mending, no state search. References to missing meshes are still dropped, since no engine loads a file with one.
-    The folder's URDF is ``path / URDF_NAME``. Raises AssetError where the file cannot be written.
-    """
-    folder = write_folder(extraction, overlay, {}, path, settings.physics, CollisionMode.KEEP)
-    return verify_as_written(extraction, folder.urdf, overlay, settings)
+    reports: tuple[EngineReport, ...]
+    verdict: Verdict
+
+
+def measure_written(
+    job: AssetJob,
+    extraction: Extraction,
+    urdf: Path,
+    overlay: PhysicsOverlay,
+    reports: tuple[EngineReport, ...] | None,
+) -> Measured:
+    """Reports, overlaps and verdict of a URDF; ``reports`` are refinement's own on exactly this URDF, if it ran."""
+    cause = cause_for(extraction, overlay)
+    if reports is None:
+        reports = verify(engines_of(job.settings.engine), urdf, overlay, cause, job.settings)
+    try:
+        overlaps = overlap_pairs(urdf, overlay.initial_positions, cause, job.settings.engine)
+    except AssetError:  # PyBullet refuses the file, which its report says
+        overlaps = ()
+    return Measured(
+        reports=reports,
+        overlaps=overlaps,
+        verdict=overall_verdict(reports, overlay, job.settings.thresholds),
+        findings=tuple(report_findings(reports, overlay, job.settings)),
+    )

@@ -1,23 +1,46 @@
-"""Results of one asset so far, collected while its stages run."""
+"""Run the stages of one asset: their wall time, and what each leaves behind for the asset's record."""
 
-from collections.abc import Iterator
-from contextlib import contextmanager
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from time import perf_counter
+from typing import ParamSpec, TypeVar
 
-from asset2sim.refinement.judge import Verified
-from asset2sim.refinement.refine import RefinedFolder
+from asset2sim.checks.verdict import Verdict
+from asset2sim.models.ask_overlay import SynthesisError
+from schemas.asset import AssetRecord, AssetRef
+from schemas.errors import AssetError
 from schemas.features import Features
 from schemas.finding import Finding, TraceStep
 from schemas.interaction import EngineReport, OverlapPair
 from schemas.overlay import PhysicsOverlay
 from schemas.request import ModelCall
-from schemas.vocabulary import Stage
+from schemas.settings import Settings
+from schemas.vocabulary import FailureMode, Severity, Stage, Status
+
+
+@dataclass(frozen=True, kw_only=True)
+class StageResult:
+    """What every stage may leave behind; what a stage makes is in the fields that its own result adds.
+
+    A field that is None says nothing: what an earlier stage said of it stands.
+    """
+
+    findings: tuple[Finding, ...] = ()
+    calls: tuple[ModelCall, ...] = ()
+    trace: tuple[TraceStep, ...] = ()
+    features: Features | None = None
+    overlay: PhysicsOverlay | None = None
+    reports: tuple[EngineReport, ...] | None = None
+    overlaps: tuple[OverlapPair, ...] | None = None
+
+
+Given = ParamSpec("Given")
+Result = TypeVar("Result", bound=StageResult)
 
 
 @dataclass
 class Progress:
-    """Results of one asset so far; they reach the record even if a later stage fails."""
+    """What one asset's stages have left behind so far: if a later one fails, this still reaches the record."""
 
     features: Features | None = None
     overlay: PhysicsOverlay | None = None
@@ -29,25 +52,56 @@ class Progress:
     seconds: dict[str, float] = field(default_factory=dict)
     stage: Stage = Stage.EXTRACT
 
-    def refined(self, shaped: RefinedFolder) -> None:
-        """Add the results of refinement and verification."""
-        self.findings.extend(shaped.findings)
-        self.trace.extend(shaped.refined.trace)
-        self.calls.extend(shaped.refined.calls)
-        self.findings.extend(shaped.refined.findings)
-        self.judged(shaped.judged)
-
-    def judged(self, judged: Verified) -> None:
-        """Add the results of verification."""
-        self.overlay, self.reports, self.overlaps = judged.overlay, judged.reports, judged.overlaps
-        self.trace.extend(judged.trace)
-        self.findings.extend(judged.findings)
-
-    @contextmanager
-    def timed(self, stage: Stage) -> Iterator[None]:
-        """Set the current stage and add its wall time, s."""
+    def run(
+        self, stage: Stage, function: Callable[Given, Result], *args: Given.args, **options: Given.kwargs
+    ) -> Result:
+        """The stage's result, which is collected, as is its wall time; raises what the stage raises."""
         self.stage, start = stage, perf_counter()
         try:
-            yield
+            result = function(*args, **options)
         finally:
             self.seconds[stage] = self.seconds.get(stage, 0.0) + perf_counter() - start
+        self.findings.extend(result.findings)
+        self.calls.extend(result.calls)
+        self.trace.extend(result.trace)
+        for name in ("features", "overlay", "reports", "overlaps"):
+            if getattr(result, name) is not None:
+                setattr(self, name, getattr(result, name))
+        return result
+
+    def failed(self, error: AssetError) -> Verdict:
+        """The verdict where a stage raised; the error is kept as a finding of that stage."""
+        if isinstance(error, SynthesisError):
+            self.calls.extend(error.calls)
+        self.findings.append(
+            Finding(
+                stage=self.stage,
+                severity=Severity.ERROR,
+                code=error.code,
+                message=str(error),
+                link=error.link,
+                joint=error.joint,
+            )
+        )
+        return Verdict(error.mode, str(error))
+
+    def record(self, ref: AssetRef, settings: Settings, verdict: Verdict) -> AssetRecord:
+        """Record of the asset, without its content hash, which the run's plan adds."""
+        return AssetRecord(
+            ref=ref,
+            category=(self.features.category if self.features is not None else ref.category) or "",
+            method=settings.method,
+            model=settings.model.model,
+            status=Status.OK if verdict.mode is FailureMode.NONE else Status.FAILED,
+            failure_mode=verdict.mode,
+            reason=verdict.reason,
+            features=self.features,
+            overlay=self.overlay,
+            measurement=next((r.measurement for r in self.reports if r.measurement is not None), None),
+            reports=self.reports,
+            overlaps=self.overlaps,
+            calls=tuple(self.calls),
+            trace=tuple(step.model_copy(update={"step": index}) for index, step in enumerate(self.trace)),
+            findings=tuple(self.findings),
+            seconds=dict(self.seconds),
+        )

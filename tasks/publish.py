@@ -1,40 +1,54 @@
 """Publish: write the files beside a refined URDF, and bake the state into it if requested."""
 
 import json
+from collections.abc import Sequence
+from dataclasses import dataclass
 from pathlib import Path
 
 from asset2sim.assets.exports import write_exports
+from asset2sim.assets.folder import URDF_NAME
 from asset2sim.assets.urdf.bake import bake_file, baked
 from asset2sim.assets.views import write_views
 from asset2sim.engines.contacts import penetration
 from asset2sim.engines.pybullet_object import contacts_at
-from asset2sim.refinement.judge import Verified
 from schemas.finding import Finding
+from schemas.interaction import EngineReport
 from schemas.overlay import PhysicsOverlay
 from schemas.settings import Settings
 from schemas.vocabulary import Severity, Stage, StateMode
+from tasks.job import AssetJob
+from tasks.progress import StageResult
 
 SAME_PHI_M = 1e-4
 """Largest difference of Φ between a state and the baked URDF that counts as rounding, m."""
 
 
-def publish(urdf: Path, judged: Verified, settings: Settings) -> tuple[PhysicsOverlay, tuple[Finding, ...]]:
-    """Write the overlay, measurements, exports and views; returns the overlay as written and findings.
+@dataclass(frozen=True, kw_only=True)
+class Published(StageResult):
+    """The overlay as it lies beside the URDF; None where nothing was written."""
+
+
+def publish_folder(
+    job: AssetJob, folder: Path | None, overlay: PhysicsOverlay, reports: Sequence[EngineReport]
+) -> Published:
+    """Write the overlay, the measurements, exports and views into the asset's folder, if there is one.
 
     A baked state is measured again: the baked URDF's zero must be the state that was verified.
     """
-    folder, overlay = urdf.parent, judged.overlay
+    if folder is None:
+        return Published()
+    settings, urdf = job.settings, folder / URDF_NAME
     findings: tuple[Finding, ...] = ()
     if settings.state is StateMode.BAKE:
         overlay, findings = bake(urdf, overlay, settings)
     (folder / "overlay.json").write_text(overlay.model_dump_json(indent=2), encoding="utf-8")
     # Without the wall time: the same input gives the same bytes.
-    reports = [report.model_dump(mode="json", exclude={"seconds"}) for report in judged.reports]
-    (folder / "measurement.json").write_text(json.dumps(reports, indent=1), encoding="utf-8")
-    write_exports(folder, overlay, settings.exports)
+    written = [report.model_dump(mode="json", exclude={"seconds"}) for report in reports]
+    (folder / "measurement.json").write_text(json.dumps(written, indent=1), encoding="utf-8")
+    write_exports(folder, overlay, settings.exports, settings.engine.timestep_s)
     if settings.views.write:
         write_views(urdf, overlay.initial_positions, folder / "views", settings.views)
-    return overlay, findings
+    return Published(overlay=overlay, findings=findings)
 
 
 def bake(urdf: Path, overlay: PhysicsOverlay, settings: Settings) -> tuple[PhysicsOverlay, tuple[Finding, ...]]:

@@ -7,11 +7,13 @@ from typing import Any
 import pytest
 
 from asset2sim.models.gateway.environment import quiet_environment
+from asset2sim.runs.isolation.children import preload
 from tests.object_store import store, store_server
 
 __all__ = ["store", "store_server"]
 
 quiet_environment()
+preload("tasks.pipeline:refine_asset")
 
 _attempts: list[str] = []
 

@@ -8,8 +8,9 @@ import numpy as np
 import pytest
 
 from asset2sim.engines.registry import installed, open_world
-from asset2sim.engines.world import GRAVITY_M_S2, World
+from asset2sim.engines.world import World
 from asset2sim.physics.arrays import Array
+from asset2sim.physics.mass_matrix import GRAVITY_M_S2
 from schemas.vocabulary import Engine
 
 STEP = 1.0 / 240.0

@@ -102,7 +102,9 @@ def make_features(asset_id: str) -> Features:
         asset_id=asset_id, category="Box", urdf_file="mobility.urdf", root="base",
         links=tuple(_link_features(name) for name in ("base", "body", "door", "drawer")),
         joints=tuple(_joint_features(*joint) for joint in joints),
-        rest_box_min=(-0.5, -0.5, -0.5), rest_box_max=(0.5, 0.5, 0.5), content_hash="features",
+        rest_box_min=(-0.5, -0.5, -0.5), rest_box_max=(0.5, 0.5, 0.5),
+        closed_size=(1.0, 1.0, 1.0),
+        link_centers={}, content_hash="features",
     )  # fmt: skip
 
 

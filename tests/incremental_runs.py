@@ -10,7 +10,7 @@ from asset2sim.catalog.read import read_table
 from asset2sim.catalog.run import finish_run, start_run
 from asset2sim.catalog.write import write_run
 from asset2sim.runs.dataset import load_dataset
-from asset2sim.runs.plan.plan import Plan, make_plan, settle
+from asset2sim.runs.plan.plan import Plan, make_plan, mark_published
 from asset2sim.runs.plan.records import KeptRecord, keep_record
 from schemas.asset import AssetRecord, AssetRef
 from schemas.settings import RunSettings, Settings, ViewSettings
@@ -70,7 +70,7 @@ def run(data: Path, out: Path, settings: Settings = NO_VIEWS, make: Make = good,
         records.append(record)
     present = {ref.asset_id for ref in refs} if whole and not only else None
     write_run(out, finish_run(started), records, plan.unchanged, present)
-    settle(out, records)
+    mark_published(out, records)
     return plan
 
 

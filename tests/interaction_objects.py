@@ -91,11 +91,11 @@ def opened(
         yield world
 
 
-def hull_cause(a: str, b: str, positions: Mapping[str, float], depth: float) -> OverlapCause:
+def hull_cause(a: str, b: str, positions: Mapping[str, float]) -> OverlapCause:
     """Every overlap is a hull's."""
     return OverlapCause.HULL
 
 
-def authored_cause(a: str, b: str, positions: Mapping[str, float], depth: float) -> OverlapCause:
+def authored_cause(a: str, b: str, positions: Mapping[str, float]) -> OverlapCause:
     """Every overlap is authored."""
     return OverlapCause.AUTHORED

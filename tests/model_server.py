@@ -10,6 +10,10 @@ from dataclasses import dataclass, field
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 from typing import Any, Literal
 
+from asset2sim.models.gateway import abilities, budget
+from asset2sim.models.gateway.prices import Amount
+from asset2sim.models.gateway.rate_limits import transaction
+
 
 @dataclass(frozen=True)
 class Reply:
@@ -157,3 +161,14 @@ def _success(reply: Reply, model: str) -> dict[str, Any]:
 
 def _failure(reply: Reply) -> dict[str, Any]:
     return {"error": {"message": reply.content, "type": "scripted", "code": None}}
+
+
+def forget_refusals() -> None:
+    """Forget what servers refused, as a new process does."""
+    abilities._refused.clear()
+
+
+def spent_so_far(spender: budget.Budget, scope: str = budget.RUN_SCOPE) -> Amount:
+    """The amount recorded for a scope of the run, without calls in flight."""
+    with transaction(spender.file) as ledger:
+        return budget._spent(ledger, spender.run_id, scope)

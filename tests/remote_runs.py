@@ -7,10 +7,11 @@ import pytest
 
 from asset2sim.assets.urdf.locate import find_mesh, find_urdf, outer_references
 from asset2sim.catalog.run import finish_run, start_run
-from asset2sim.catalog.write import check_catalog, write_run
+from asset2sim.catalog.stored_tables import check_catalog
+from asset2sim.catalog.write import write_run
 from asset2sim.runs.dataset import load_dataset
-from asset2sim.runs.isolation.attempt import Attempt, failed_record
-from asset2sim.runs.plan.plan import Plan, make_plan, settle
+from asset2sim.runs.isolation.asset_attempt import AssetAttempt, failed_record
+from asset2sim.runs.plan.plan import Plan, make_plan, mark_published
 from asset2sim.runs.plan.records import read_record
 from asset2sim.runs.remote.output import open_output, send_plan, send_rest, send_tables, stored_asset_ids
 from asset2sim.runs.spread import worker
@@ -32,8 +33,8 @@ def in_this_process(monkeypatch: pytest.MonkeyPatch) -> None:
 
     def attempt(
         pipeline: str, ref: AssetRef, out: Path, settings: Settings, ask: object, owner: str, fresh: bool
-    ) -> Attempt:
-        return Attempt(brief(ref, out, settings, ask))
+    ) -> AssetAttempt:
+        return AssetAttempt(brief(ref, out, settings, ask))
 
     monkeypatch.setattr(worker, "attempt_in_child", attempt)
 
@@ -81,6 +82,6 @@ def night(data: Path | str, out: Path | str, settings: Settings = NO_VIEWS, *, d
             folder, finish_run(run), records, plan.unchanged, {ref.asset_id for ref in refs}, compact=not is_url(out)
         )
         send_tables(output, run.started_at)
-        settle(folder, records)
+        mark_published(folder, records)
         send_rest(output)
     return plan

@@ -12,10 +12,9 @@ from asset2sim.assets.joints import limits_in_radians, read_joint, with_ends
 from asset2sim.assets.links import LinkGeometry, MeshReader, read_link
 from asset2sim.assets.meshes.shape_cache import read_shapes, write_shapes
 from asset2sim.assets.meshes.triangles import Triangles
-from asset2sim.assets.urdf.locate import find_urdf
+from asset2sim.assets.urdf.locate import find_urdf, read_category, read_semantics
 from asset2sim.assets.urdf.mesh_files import material_files
-from asset2sim.assets.urdf.read import read_urdf
-from asset2sim.assets.urdf.semantics import read_category, read_semantics
+from asset2sim.assets.urdf.read import read_urdf, root_of
 from asset2sim.physics.arrays import Array, vector
 from asset2sim.physics.kinematics import apply, link_to_root, tree_of
 from schemas.asset import AssetRef
@@ -42,8 +41,7 @@ class Extraction:
     """Features, with data that later stages need and no table holds.
 
     ``geometry`` maps link → its hull points and convex pieces, ``mesh_files`` mesh reference → file, or None if
-    missing. ``closed_size`` is the object's box with every joint closed, ``link_centers`` the boxes' centres
-    at rest in the root frame; both m at the authored scale.
+    missing.
     """
 
     folder: Path
@@ -52,8 +50,6 @@ class Extraction:
     findings: tuple[Finding, ...]
     geometry: dict[str, LinkGeometry]
     mesh_files: dict[str, Path | None]
-    closed_size: Vector3
-    link_centers: dict[str, Vector3]
     hierarchies: dict[str, Any] = field(default_factory=dict, repr=False, compare=False)
     """Link → its triangle hierarchy for ``collision.cause``, filled on demand; None for a link without triangles."""
     triangles: Triangles = field(default_factory=Triangles, repr=False, compare=False)
@@ -91,7 +87,7 @@ def extract(ref: AssetRef, cache: Path | None = None) -> Extraction:
     joints = [joint for joint, _ in stated]
     reader.findings.extend(finding for _, finding in stated if finding is not None)
     tree = tree_of(joints)
-    root = ({link.name for link in robot.links} - {joint.child for joint in joints}).pop()
+    root = root_of(robot)
     rest = link_to_root(tree, root, {})
     low, high = bounds(points, rest)
     diagonal = float(np.linalg.norm(high - low))
@@ -110,24 +106,16 @@ def extract(ref: AssetRef, cache: Path | None = None) -> Extraction:
         joints=tuple(joints),
         rest_box_min=vector(low),
         rest_box_max=vector(high),
+        closed_size=vector(closed_high - closed_low),
+        link_centers={name: box_center(rest[name], cloud) for name, cloud in points.items() if len(cloud)},
         content_hash=hash_files([urdf, *files, *looks, *companions]),
     )
-    centers = {
-        name: vector(apply(rest[name], (cloud.min(axis=0, keepdims=True) + cloud.max(axis=0, keepdims=True)) / 2)[0])
-        for name, cloud in points.items()
-        if len(cloud)
-    }
-    return Extraction(
-        folder,
-        urdf,
-        features,
-        tuple(reader.findings),
-        geometry,
-        reader.files,
-        vector(closed_high - closed_low),
-        centers,
-        triangles=triangles,
-    )
+    return Extraction(folder, urdf, features, tuple(reader.findings), geometry, reader.files, triangles=triangles)
+
+
+def box_center(pose: Array, points: Array) -> Vector3:
+    """The centre of the box of a link's (n, 3) points in its own frame, moved by the link's (4, 4) pose, m."""
+    return vector(apply(pose, (points.min(axis=0, keepdims=True) + points.max(axis=0, keepdims=True)) / 2)[0])
 
 
 def bounds(points: dict[str, Array], poses: dict[str, Array]) -> tuple[Array, Array]:

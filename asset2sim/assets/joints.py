@@ -4,10 +4,10 @@ import math
 from collections.abc import Sequence
 from pathlib import Path
 
-import numpy as np
 import yourdfpy
 
-from asset2sim.assets.meshes.openness import Ends, joint_ends
+from asset2sim.assets.meshes.openness import JointEnds, joint_ends
+from asset2sim.assets.urdf.read import tree_joint
 from asset2sim.physics.arrays import Array, vector
 from asset2sim.physics.kinematics import TreeJoint, rpy_of
 from schemas.errors import AssetError
@@ -18,9 +18,8 @@ from schemas.vocabulary import FailureMode, Severity, Stage
 
 def read_joint(joint: yourdfpy.Joint, urdf: Path) -> JointFeatures:
     """One joint as authored, ends not yet known. Raises AssetError where a limited joint states no usable limits."""
-    origin = np.eye(4) if joint.origin is None else np.asarray(joint.origin, dtype=float)
-    axis = np.array([1.0, 0.0, 0.0]) if joint.axis is None else np.asarray(joint.axis, dtype=float)
-    axis = axis / max(float(np.linalg.norm(axis)), 1e-12)
+    placed = tree_joint(joint)
+    origin, axis = placed.child_to_parent, placed.axis
     limit, dynamics = joint.limit, joint.dynamics
     lower = None if limit is None else limit.lower
     upper = None if limit is None else limit.upper
@@ -84,7 +83,7 @@ def with_ends(
     elif joint.movable and joint.lower is not None and joint.upper is not None:
         # Validation repairs inverted limits; here they only bound the search.
         low, high = sorted((joint.lower, joint.upper))
-        ends: Ends = joint_ends(tree, root, points, node, low, high, diagonal)
+        ends: JointEnds = joint_ends(tree, root, points, node, low, high, diagonal)
         changes |= {"closed": ends.closed, "open": ends.open, "openness_confidence": ends.confidence}
     return joint.model_copy(update=changes)
 

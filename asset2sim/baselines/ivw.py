@@ -74,12 +74,10 @@ def requests(
     extraction: Extraction, guidance: str | None, images: Mapping[str, LabelledImage], queries: int
 ) -> Iterator[ModelRequest]:
     """Every question in turn, view by view; ``sample`` numbers them all from 1."""
-    sample = 0
+    sample, features = 0, extraction.features
     for view in VIEW_NAMES:
         shown = (images[view],) if view in images else ()
-        request = overlay_request(
-            IVW, extraction.features, guidance, extraction.closed_size, extraction.link_centers, shown, view
-        )
+        request = overlay_request(IVW, features, guidance, shown, view)
         for _ in range(queries):
             sample += 1
             yield request.model_copy(update={"sample": sample})

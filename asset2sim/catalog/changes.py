@@ -9,14 +9,13 @@ from typing import Any
 
 import pandas as pd
 import pyarrow as pa
-import pyarrow.parquet as pq
 
 from asset2sim.catalog.read import read_table
 from asset2sim.catalog.run import RunRow
+from asset2sim.catalog.stored_tables import recorded_assets
 from asset2sim.catalog.switch import find_catalog
 from schemas.asset import AssetRecord
 from schemas.errors import Asset2SimError
-from schemas.tables import TABLES
 from schemas.vocabulary import FailureMode, Status
 
 
@@ -114,9 +113,6 @@ def change_figures(changes: Changes) -> dict[str, float]:
     return figures
 
 
-_COLUMNS_READ = ["asset_id", "method", "model", "failure_mode"]
-
-
 def read_previous(out: Path, run: RunRow, present: Collection[str] | None = None) -> Previous:
     """How each asset of the run's method and model ended before it, and the last run over the same dataset and subset.
 
@@ -124,29 +120,21 @@ def read_previous(out: Path, run: RunRow, present: Collection[str] | None = None
     written. Empty where OUT has no catalog yet; where the catalog cannot be read, ``problem`` says why, and the run
     goes on without it.
     """
-    folder = find_catalog(out)
-    if folder is None:
+    if find_catalog(out) is None:
         return Previous()
+    method, model = run.settings.method.value, run.settings.model.model
     try:
-        # Only a few columns of the widest table. The caller holds OUT's lock, so no other run can switch the tables.
-        assets = pq.read_table(folder / TABLES["assets"].file, columns=_COLUMNS_READ).to_pandas()
+        before = recorded_assets(out, method, model)
         runs = read_table(out, "runs")
-    except (Asset2SimError, OSError, KeyError, pa.ArrowException) as error:
+    except (Asset2SimError, OSError, KeyError, ValueError, pa.ArrowException) as error:
         return Previous(problem=f"what was there before cannot be read, so every failure counts as new: {error}")
-    assets, runs = (table[same_method_and_model(table, run)] for table in (assets, runs))
     subset = runs["subset"].isna() if run.subset is None else runs["subset"] == run.subset
-    runs = runs[(runs["dataset"] == run.dataset) & subset & (runs["run_id"] != run.run_id)]
-    modes = dict(zip(assets["asset_id"].astype(str), assets["failure_mode"].astype(str), strict=True))
+    like = (runs["method"] == method) & (runs["model"] == model) & (runs["dataset"] == run.dataset) & subset
+    runs = runs[like & (runs["run_id"] != run.run_id)]
+    modes = {name: row.failure_mode.value for name, row in before.items()}
     gone = () if present is None else tuple(sorted(name for name in modes if name not in present))
     modes = {name: mode for name, mode in modes.items() if present is None or name in present}
     return Previous(modes, None if runs.empty else _run(runs.sort_values("started_at").iloc[-1]), gone)
-
-
-def same_method_and_model(table: pd.DataFrame, run: RunRow) -> "pd.Series[bool]":
-    """Which rows are of the run's method and model."""
-    settings = run.settings
-    found: pd.Series[bool] = (table["method"] == settings.method.value) & (table["model"] == settings.model.model)
-    return found
 
 
 def _run(row: "pd.Series[Any]") -> PreviousRun:

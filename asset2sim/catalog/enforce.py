@@ -1,14 +1,12 @@
 """Rows to Arrow under a table's schema: a wrong, missing or unknown column is an error that names table and column."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 
 import pyarrow as pa
 import pyarrow.compute as pc
 
 from schemas.errors import Asset2SimError
-from schemas.table import Table
-
-Row = Mapping[str, object]
+from schemas.table import Row, Table
 
 
 class CatalogError(Asset2SimError):
@@ -62,7 +60,7 @@ def conform(table: Table, found: pa.Table, where: str) -> pa.Table:
     return pa.Table.from_arrays(columns, schema=table.schema)
 
 
-def key_of(rows: pa.Table, key: Sequence[str]) -> pa.ChunkedArray:
+def row_keys(rows: pa.Table, key: Sequence[str]) -> pa.ChunkedArray:
     """(n,) string: the key columns of each row as one value that no two different keys share."""
     # Lengths in front keep ("a", "bc") and ("ab", "c") apart, whatever the names hold.
     parts: list[pa.ChunkedArray] = []
@@ -74,7 +72,7 @@ def key_of(rows: pa.Table, key: Sequence[str]) -> pa.ChunkedArray:
 
 def check_key(table: Table, rows: pa.Table) -> None:
     """Raises CatalogError, naming the first one, where two rows share a key."""
-    keys = key_of(rows, table.key)
+    keys = row_keys(rows, table.key)
     counts = pc.value_counts(keys)
     repeated = counts.filter(pc.greater(counts.field("counts"), 1))
     if len(repeated):

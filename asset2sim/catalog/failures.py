@@ -1,19 +1,29 @@
 """The failure-mode breakdown, from one documented query on the Parquet files (``failures.sql``)."""
 
+from collections.abc import Hashable, Mapping
 from datetime import datetime
-from importlib import resources
 from pathlib import Path
+from typing import Any
 
 import pandas as pd
-from rich import box
 from rich.table import Table
 from rich.text import Text
 
+from asset2sim.catalog.query import packaged_sql
 from asset2sim.catalog.read import query, read_table
-from asset2sim.catalog.text import NOTHING
+from asset2sim.catalog.text import NOTHING, titled_table
 from schemas.errors import UnknownChoiceError, UsageError
 from schemas.model_names import described
 from schemas.vocabulary import Grouping
+
+LATEST, PREVIOUS = "latest", "previous"
+"""Names of the last run, and of the one before it over the same dataset with the same method and model."""
+CHANGES = ("broke", "fails otherwise", "mended", "came", "went")
+"""Kinds of change of an asset between two runs, the most important first."""
+_STYLES = {"broke": "bold red", "fails otherwise": "red", "mended": "green"}
+_SAME = ("dataset", "method", "model")
+_LATEST_ROWS = "(SELECT assets.*, runs.started_at FROM assets JOIN runs USING (run_id))"
+_ROWS_SINCE = "(SELECT * FROM asset_history WHERE started_at >= ?)"
 
 
 def failure_breakdown(out: Path | str) -> pd.DataFrame:
@@ -21,8 +31,7 @@ def failure_breakdown(out: Path | str) -> pd.DataFrame:
 
     Raises UsageError where OUT has no catalog.
     """
-    sql = resources.files("asset2sim.catalog").joinpath("failures.sql").read_text(encoding="utf-8")
-    return query(out, sql)
+    return query(out, packaged_sql("failures"))
 
 
 def render_failures(breakdown: pd.DataFrame) -> Table:
@@ -30,7 +39,7 @@ def render_failures(breakdown: pd.DataFrame) -> Table:
     pairs = sorted(set(zip(breakdown["method"], breakdown["model"], strict=True)))
     several = len(pairs) > 1
     title = f"Failure modes: {pairs[0][0]}, {described(pairs[0][1])}" if len(pairs) == 1 else "Failure modes"
-    table = Table(box=box.SIMPLE_HEAD, title=title, title_justify="left", title_style="bold")
+    table = titled_table(title)
     for name in ("method", "model") if several else ():
         table.add_column(name)
     table.add_column("failure mode", no_wrap=True)
@@ -41,30 +50,25 @@ def render_failures(breakdown: pd.DataFrame) -> Table:
     table.add_column("for example")
     for row in breakdown.to_dict("records"):
         passed = row["failure_mode"] == "none"
-        examples = [str(asset) for asset in row["example_asset_ids"]]
-        more = ", …" if row["assets"] > len(examples) else ""
         cells: list[str | Text] = [
             Text("none (ok)" if passed else str(row["failure_mode"]), style="green" if passed else "red"),
             _text(row["paper_failure_mode"]),
             str(row["assets"]),
             f"{row['share_percent']:.1f}",
             _text(row["causes"]),
-            ", ".join(examples) + more,
+            _examples(row),
         ]
         table.add_row(*((str(row["method"]), described(str(row["model"]))) if several else ()), *cells)
     return table
 
 
 def _text(value: object) -> str:
-    return value if isinstance(value, str) else "–"
+    return value if isinstance(value, str) else NOTHING
 
 
-LATEST, PREVIOUS = "latest", "previous"
-"""Names of the last run, and of the one before it over the same dataset with the same method and model."""
-CHANGES = ("broke", "fails otherwise", "mended", "came", "went")
-"""Kinds of change of an asset between two runs, the most important first."""
-_STYLES = {"broke": "bold red", "fails otherwise": "red", "mended": "green"}
-_SAME = ("dataset", "method", "model")
+def _examples(row: Mapping[Hashable, Any]) -> str:
+    names = [str(asset) for asset in row["example_asset_ids"]]
+    return ", ".join(names) + (", …" if row["assets"] > len(names) else "")
 
 
 def compare_runs(out: Path | str, earlier: str, later: str) -> pd.DataFrame:
@@ -73,8 +77,7 @@ def compare_runs(out: Path | str, earlier: str, later: str) -> pd.DataFrame:
     Columns are as ``compare_runs.sql`` names them. A run is named by its id, the beginning of its id, ``latest`` or
     ``previous``. Raises UsageError for an unknown or ambiguous name.
     """
-    sql = resources.files("asset2sim.catalog").joinpath("compare_runs.sql").read_text(encoding="utf-8")
-    return query(out, sql, (find_run(out, earlier), find_run(out, later)))
+    return query(out, packaged_sql("compare_runs"), (find_run(out, earlier), find_run(out, later)))
 
 
 def find_run(out: Path | str, name: str) -> str:
@@ -101,22 +104,16 @@ def render_comparison(found: pd.DataFrame, earlier: str, later: str) -> Table:
     """Table for the terminal, broken assets first. Of assets in only one run, it names only those that failed."""
     counts = found["change"].value_counts()
     told = ", ".join(f"{counts[change]} {change}" for change in CHANGES if change in counts) or "nothing changed"
-    table = Table(
-        box=box.SIMPLE_HEAD, title=f"From {earlier} to {later}: {told}", title_justify="left", title_style="bold"
-    )
+    table = titled_table(f"From {earlier} to {later}: {told}")
     for name in ("change", "asset", "category", "before", "after", "reason"):
         table.add_column(name, overflow="fold")
     for row in found.to_dict("records"):
-        before, after = (NOTHING if pd.isna(row[name]) else str(row[name]) for name in ("before", "after"))
+        before, after = _text(row["before"]), _text(row["after"])
         if row["change"] not in ("came", "went") or {before, after} - {"none", NOTHING}:
             change = Text(str(row["change"]), style=_STYLES.get(str(row["change"]), ""))
-            reason = Text(NOTHING if pd.isna(row["reason"]) else str(row["reason"]))
-            table.add_row(change, Text(str(row["asset_id"])), Text(str(row["category"])), before, after, reason)
+            names = (Text(str(row["asset_id"])), Text(str(row["category"])))
+            table.add_row(change, *names, before, after, Text(_text(row["reason"])))
     return table
-
-
-_LATEST_ROWS = "(SELECT assets.*, runs.started_at FROM assets JOIN runs USING (run_id))"
-_ROWS_SINCE = "(SELECT * FROM asset_history WHERE started_at >= ?)"
 
 
 def failures_by(out: Path | str, grouping: Grouping, since: datetime | None = None) -> pd.DataFrame:
@@ -126,7 +123,7 @@ def failures_by(out: Path | str, grouping: Grouping, since: datetime | None = No
     asset that failed in three nights is one asset and three failures. Raises UsageError where OUT has no catalog.
     """
     modes = grouping is Grouping.FAILURE_MODE
-    sql = resources.files("asset2sim.catalog").joinpath("failures_by.sql").read_text(encoding="utf-8")
+    sql = packaged_sql("failures_by")
     places = {
         "column": grouping.value,
         "rows": _LATEST_ROWS if since is None else _ROWS_SINCE,
@@ -145,7 +142,7 @@ def render_failures_by(found: pd.DataFrame, grouping: Grouping, since: datetime 
         "of the latest refinements" if since is None else f"of all runs since {since:%Y-%m-%d %H:%M} {since.tzname()}"
     )
     title = f"Failures by {grouping.value.replace('_', ' ')}, {when}"
-    table = Table(box=box.SIMPLE_HEAD, title=title, title_justify="left", title_style="bold")
+    table = titled_table(title)
     table.add_column(grouping.value.replace("_", " "), overflow="fold")
     for name in ("assets", "failures", "share %"):
         table.add_column(name, justify="right", no_wrap=True)
@@ -154,16 +151,15 @@ def render_failures_by(found: pd.DataFrame, grouping: Grouping, since: datetime 
         table.add_column(name, no_wrap=True)
     table.add_column("for example")
     for row in found.to_dict("records"):
-        examples = [str(asset) for asset in row["example_asset_ids"]]
         table.add_row(
-            NOTHING if pd.isna(row[grouping.value]) else str(row[grouping.value]),
+            _text(row[grouping.value]),
             str(row["assets"]),
             str(row["failures"]),
             f"{row['share_percent']:.1f}",
             str(row["causes"]),
             f"{row['first_at']:%Y-%m-%d}",
             f"{row['last_at']:%Y-%m-%d}",
-            ", ".join(examples) + (", …" if row["assets"] > len(examples) else ""),
+            _examples(row),
         )
     if found.empty:
         table.caption = "no failures"

@@ -7,6 +7,7 @@ tables.sql("SELECT failure_mode, count(*) FROM assets GROUP BY ALL").df()
 
 import os
 import re
+from importlib import resources
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -55,6 +56,11 @@ def make_views(connection: "duckdb.DuckDBPyConnection", out: Path, folder: Path)
         connection.execute(f"CREATE VIEW {HISTORY.name} AS SELECT * FROM {files}")
     else:
         connection.register(HISTORY.name, HISTORY.schema.empty_table())
+
+
+def packaged_sql(name: str) -> str:
+    """The text of ``<name>.sql`` beside this module."""
+    return resources.files("asset2sim.catalog").joinpath(f"{name}.sql").read_text(encoding="utf-8")
 
 
 def query_error(error: "duckdb.Error") -> UsageError:

@@ -1,6 +1,5 @@
 """Reading the tables behind a URL: local copies, brought up to date each time."""
 
-import fcntl
 import logging
 import os
 import time
@@ -9,38 +8,17 @@ from pathlib import Path
 import pyarrow.compute as pc
 import pyarrow.parquet as pq
 
-from asset2sim.catalog.compact import MERGED
-from asset2sim.catalog.history import history_files
-from asset2sim.catalog.read_columns import recorded_run_ids
+from asset2sim.catalog.history import HISTORY_FOLDER, MERGED, history_files
 from asset2sim.catalog.storage.cache import reading_folder
+from asset2sim.catalog.storage.lock import lock_output
 from asset2sim.catalog.storage.mirror import pull
 from asset2sim.catalog.storage.objects import StoreError, store_usage_error
+from asset2sim.catalog.stored_tables import recorded_run_ids
 from asset2sim.catalog.switch import CATALOG, find_catalog, no_catalog_error
 from schemas.location import is_url, location_of
 from schemas.tables import TABLES
 
-
-def repair_history(folder: Path) -> None:
-    """Remove history files of runs that are not in ``runs``, and those that a merged file contains already."""
-    runs = recorded_run_ids(folder)
-    files = history_files(folder)
-    merged = {file.parent: _runs_of(file) for file in files if file.name == MERGED}
-    for file in files:
-        if file.name != MERGED and (file.stem not in runs or file.stem in merged.get(file.parent, ())):
-            file.unlink()
-
-
-def has_unfinished_run(folder: Path) -> bool:
-    """Whether ``assets`` has rows of a run that is not in ``runs``: its upload is under way, or was killed."""
-    assets = folder / "catalog" / TABLES["assets"].file
-    return assets.is_file() and not _runs_of(assets) <= recorded_run_ids(folder)
-
-
-def _runs_of(file: Path) -> set[str]:
-    return set(pc.unique(pq.read_table(file, columns=["run_id"], partitioning=None)["run_id"]).to_pylist())
-
-
-PARTS = (f"{CATALOG}/", "history/")
+PARTS = (f"{CATALOG}/", f"{HISTORY_FOLDER}/")
 UPLOAD_WAIT_S = 5.0
 """Longest wait for a run that is uploading its tables, s: they are a few MB."""
 UPLOAD_POLL_S = 0.5
@@ -58,16 +36,12 @@ def local_tables(out: str | os.PathLike[str]) -> Path:
     if not is_url(place):
         return place
     folder = reading_folder(place)
-    folder.mkdir(parents=True, exist_ok=True)
-    handle = os.open(folder / ".lock", os.O_RDWR | os.O_CREAT | os.O_CLOEXEC, 0o644)
-    try:
-        # Other processes on this machine may be updating the same copies.
-        fcntl.flock(handle, fcntl.LOCK_EX)
-        _bring(place, folder)
-    except StoreError as error:
-        raise store_usage_error(error) from error
-    finally:
-        os.close(handle)
+    # Other processes on this machine may be updating the same copies.
+    with lock_output(folder, wait=True):
+        try:
+            _bring(place, folder)
+        except StoreError as error:
+            raise store_usage_error(error) from error
     if find_catalog(folder) is None:
         raise no_catalog_error(place)
     return folder
@@ -87,3 +61,23 @@ def _bring(url: str, folder: Path) -> None:
             break
         time.sleep(UPLOAD_POLL_S)
     repair_history(folder)
+
+
+def repair_history(folder: Path) -> None:
+    """Remove history files of runs that are not in ``runs``, and those that a merged file contains already."""
+    runs = recorded_run_ids(folder)
+    files = history_files(folder)
+    merged = {file.parent: _runs_of(file) for file in files if file.name == MERGED}
+    for file in files:
+        if file.name != MERGED and (file.stem not in runs or file.stem in merged.get(file.parent, ())):
+            file.unlink()
+
+
+def has_unfinished_run(folder: Path) -> bool:
+    """Whether ``assets`` has rows of a run that is not in ``runs``: its upload is under way, or was killed."""
+    assets = folder / CATALOG / TABLES["assets"].file
+    return assets.is_file() and not _runs_of(assets) <= recorded_run_ids(folder)
+
+
+def _runs_of(file: Path) -> set[str]:
+    return set(pc.unique(pq.read_table(file, columns=["run_id"], partitioning=None)["run_id"]).to_pylist())

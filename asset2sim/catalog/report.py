@@ -4,18 +4,18 @@ Its length is bounded: every list names its first few and counts the rest, so th
 """
 
 import re
+import shlex
 from collections import Counter
 from collections.abc import Callable, Sequence
 from datetime import UTC, datetime
 
 from asset2sim.catalog.changes import AssetChange, Changes, Previous, PreviousRun
-from asset2sim.catalog.report_next import next_steps
-from asset2sim.catalog.rows import queries, total_seconds
+from asset2sim.catalog.rows import queries, run_cost, total_seconds
 from asset2sim.catalog.run import RunRow
-from asset2sim.catalog.text import NOTHING, number
+from asset2sim.catalog.text import NOTHING, markdown_table, number
 from schemas.asset import AssetRecord, Unchanged
 from schemas.model_names import described
-from schemas.vocabulary import FailureMode, Severity, Stage, Status
+from schemas.vocabulary import RETRIED_MODES, FailureMode, Severity, Stage, Status
 
 MAX_LISTED = 50
 """Assets that one list names; the tables hold all."""
@@ -53,7 +53,7 @@ def report_markdown(
         _list("Failing as before", changes.still_failing, ("asset", "category", "failure mode", "was", "why"), _broken),
         _slowest(records),
         _standing(len(records) + len(unchanged), changes),
-        _next(next_steps(run, records, changes, unchanged, out)),
+        _next(run, records, changes, unchanged, out),
     ]
     return "\n\n".join(part for part in parts if part) + "\n"
 
@@ -101,44 +101,40 @@ def _counts(
     unchanged: Sequence[Unchanged],
 ) -> str:
     every: list[AssetRecord | Unchanged] = [*records, *unchanged]
-    ok = _passing(every)
-    paid = [call for record in records for call in record.calls if not call.cached]
+    ok, cost = _passing(every), run_cost(records)
     cached = sum(call.cached for record in records for call in record.calls)
-    tokens = sum(call.prompt_tokens + call.completion_tokens for call in paid)
-    seconds = (run.finished_at - run.started_at).total_seconds()
-    rows: list[tuple[str, str, str]] = [
-        ("assets", f"{len(every)}", f"{before.assets}" if before else NOTHING),
-        ("ok", _share(ok, len(every)), _share(before.ok, before.assets) if before else NOTHING),
-        (
-            "failed",
-            _share(len(every) - ok, len(every)),
-            _share(before.assets - before.ok, before.assets) if before else NOTHING,
-        ),
-        ("refined in this run", f"{len(records)}", f"{before.refined}" if before else NOTHING),
-        ("gone from the dataset", f"{len(changes.gone)}", NOTHING),
-        ("new failures", f"{len(changes.new_failures)}", NOTHING),
-        ("mended", f"{len(changes.mended)}", NOTHING),
-        ("model calls", f"{len(paid)}, and {cached} from the cache", f"{before.queries}" if before else NOTHING),
-        (
-            "calls an asset refined",
-            _ratio(len(paid), len(records)),
-            _ratio(before.queries, before.refined) if before else NOTHING,
-        ),
-        ("tokens", f"{tokens}", f"{before.tokens}" if before else NOTHING),
-        (
-            "cost, USD",
-            f"{sum(call.cost_usd for call in paid):.2f}",
-            f"{before.cost_usd:.2f}" if before else NOTHING,
-        ),
-        ("time, s", f"{seconds:.0f}", f"{before.seconds:.0f}" if before else NOTHING),
-        (
-            "work on assets, s",
-            f"{sum(total_seconds(record) for record in records):.0f}",
-            f"{before.asset_seconds:.0f}" if before else NOTHING,
-        ),
-    ]
+    now = {
+        "assets": f"{len(every)}",
+        "ok": _share(ok, len(every)),
+        "failed": _share(len(every) - ok, len(every)),
+        "refined in this run": f"{len(records)}",
+        "gone from the dataset": f"{len(changes.gone)}",
+        "new failures": f"{len(changes.new_failures)}",
+        "mended": f"{len(changes.mended)}",
+        "model calls": f"{cost['queries']}, and {cached} from the cache",
+        "calls an asset refined": _ratio(cost["queries"], len(records)),
+        "tokens": f"{cost['prompt_tokens'] + cost['completion_tokens']}",
+        "cost, USD": f"{cost['cost_usd']:.2f}",
+        "time, s": f"{(run.finished_at - run.started_at).total_seconds():.0f}",
+        "work on assets, s": f"{sum(total_seconds(record) for record in records):.0f}",
+    }
+    then = {}
+    if before is not None:
+        then = {
+            "assets": f"{before.assets}",
+            "ok": _share(before.ok, before.assets),
+            "failed": _share(before.assets - before.ok, before.assets),
+            "refined in this run": f"{before.refined}",
+            "model calls": f"{before.queries}",
+            "calls an asset refined": _ratio(before.queries, before.refined),
+            "tokens": f"{before.tokens}",
+            "cost, USD": f"{before.cost_usd:.2f}",
+            "time, s": f"{before.seconds:.0f}",
+            "work on assets, s": f"{before.asset_seconds:.0f}",
+        }
     last = f"run before, {_moment(before.started_at)}" if before else "run before"
-    return _table(("", "this run", last), rows, right=(1, 2))
+    rows = [(name, figure, then.get(name, NOTHING)) for name, figure in now.items()]
+    return markdown_table(("", "this run", last), rows, right=(1, 2))
 
 
 def _list(
@@ -147,7 +143,7 @@ def _list(
     if not items:
         return ""
     more = f"\n\n… and {len(items) - MAX_LISTED} more." if len(items) > MAX_LISTED else ""
-    return f"## {title}: {len(items)}\n\n{_table(headings, [cells(item) for item in items[:MAX_LISTED]])}{more}"
+    return f"## {title}: {len(items)}\n\n{markdown_table(headings, [cells(item) for item in items[:MAX_LISTED]])}{more}"
 
 
 def _broken(item: AssetChange) -> tuple[str, ...]:
@@ -192,7 +188,7 @@ def _modes(records: Sequence[AssetRecord], unchanged: Sequence[Unchanged]) -> st
             )
         )
     headings = ("failure mode", "assets", "share", "unchanged", "causes", "for example")
-    return f"## Failure modes\n\n{_table(headings, rows, right=(1, 2, 3))}"
+    return f"## Failure modes\n\n{markdown_table(headings, rows, right=(1, 2, 3))}"
 
 
 def _errors(record: AssetRecord) -> set[str]:
@@ -213,7 +209,7 @@ def _slowest(records: Sequence[AssetRecord]) -> str:
         )
         for record in timed
     ]
-    table = _table(("asset", "category", "s", "most of it in", "calls"), rows, right=(2, 4))
+    table = markdown_table(("asset", "category", "s", "most of it in", "calls"), rows, right=(2, 4))
     return f"## Slowest assets\n\n{table}"
 
 
@@ -236,8 +232,35 @@ def _standing(seen: int, changes: Changes) -> str:
     )
 
 
-def _next(steps: Sequence[str]) -> str:
+def _next(
+    run: RunRow, records: Sequence[AssetRecord], changes: Changes, unchanged: Sequence[Unchanged], out: str
+) -> str:
+    """What to do next, the most urgent first; empty where nothing failed and nothing is left to do."""
+    place = shlex.quote(out)
+    steps = []
+    if run.outcome == "interrupted":
+        steps.append("The run was stopped before its end; the next one goes on from there.")
+    if changes.new_failures:
+        steps.append(
+            f"What is known of a failure: `asset2sim show ASSET --out {place}`; what broke since the last run: "
+            f"`asset2sim failures --compare previous latest --out {place}`."
+        )
+    every: list[AssetRecord | Unchanged] = [*records, *unchanged]
+    failed = [item for item in every if item.status is Status.FAILED]
+    passing = sum(item.failure_mode in RETRIED_MODES for item in failed)
+    if passing:
+        modes = ", ".join(f"`{mode.value}`" for mode in RETRIED_MODES)
+        steps.append(f"{_assets(passing)} what may pass ({modes}): the next run tries again by itself.")
+    if len(failed) > passing:
+        steps.append(
+            f"{_assets(len(failed) - passing)} what is in the dataset: change files or prompt, and the next run "
+            "takes it up by itself; until then it is left alone (`--retry-failed` asks again all the same)."
+        )
     return "\n".join(["## What to do next", "", *(f"- {step}" for step in steps)]) if steps else ""
+
+
+def _assets(count: int) -> str:
+    return "1 asset fails by" if count == 1 else f"{count} assets fail by"
 
 
 def _mode(name: str) -> str:
@@ -254,7 +277,7 @@ def _share(count: int, total: int) -> str:
     return f"{count} ({100.0 * count / total:.1f} %)" if total else f"{count}"
 
 
-def _ratio(count: int, total: int) -> str:
+def _ratio(count: float, total: int) -> str:
     return number(count / total, digits=3) if total else NOTHING
 
 
@@ -267,9 +290,3 @@ def _length(run: RunRow) -> str:
     if minutes >= 60:
         return f"{minutes // 60} h {minutes % 60:02d} min"
     return f"{minutes} min" if minutes else f"{seconds} s"
-
-
-def _table(headings: Sequence[str], rows: Sequence[Sequence[str]], right: Sequence[int] = ()) -> str:
-    rule = ["---:" if index in right else "---" for index in range(len(headings))]
-    lines = [headings, rule, *rows]
-    return "\n".join(f"| {' | '.join(line)} |" for line in lines)

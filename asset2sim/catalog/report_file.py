@@ -1,25 +1,19 @@
 """The reports as files: ``OUT/reports/<date>.md``, one a day, with the day's last run on top."""
 
-import os
 import re
-from datetime import date
 from pathlib import Path
 
 from asset2sim.catalog.run import RunRow
+from asset2sim.catalog.switch import replace_file
 
-REPORTS = "reports"
+REPORTS_FOLDER = "reports"
 
 _MARK = re.compile(r"^<!-- run (\S+) -->\n", re.MULTILINE)
 
 
 def report_path(out: Path, run: RunRow) -> Path:
     """Report file of the day on which the run started, in this machine's time zone."""
-    return out / REPORTS / f"{run_day(run).isoformat()}.md"
-
-
-def run_day(run: RunRow) -> date:
-    """The day on which the run started, in this machine's time zone."""
-    return run.started_at.astimezone().date()
+    return out / REPORTS_FOLDER / f"{run.started_at.astimezone():%Y-%m-%d}.md"
 
 
 def write_report(out: Path, run: RunRow, text: str) -> Path:
@@ -35,7 +29,7 @@ def write_report(out: Path, run: RunRow, text: str) -> Path:
     whole = "\n---\n\n".join(f"<!-- run {run_id} -->\n{part.rstrip()}\n" for run_id, part in parts)
     staged = path.with_name(f".{path.name}.{run.run_id}")
     staged.write_text(whole, encoding="utf-8")
-    os.replace(staged, path)
+    replace_file(staged, path)
     return path
 
 

@@ -2,36 +2,55 @@
 
 import json
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 
-from asset2sim.catalog.rows_engines import alignment_rows, interaction_rows, measurement_rows, overlap_rows
+from asset2sim.catalog.rows_engines import (
+    alignment_rows,
+    interaction_rows,
+    measurement_rows,
+    motion_columns,
+    overlap_rows,
+    prismatic_joints,
+)
 from asset2sim.catalog.run import UNRECORDED_SETTINGS, RunRow, without_credentials
-from asset2sim.checks.verdict import oscillates, oscillating_joints
+from asset2sim.checks.verdict import oscillates
 from schemas.asset import AssetRecord, Unchanged
 from schemas.measurement import Measurement
 from schemas.settings import Thresholds
+from schemas.table import Row
+from schemas.tables import TABLES
 from schemas.vocabulary import PAPER_FAILURE_MODES, Severity, Stage, Status
-
-Row = dict[str, object]
 
 
 def table_rows(
     run: RunRow, records: Sequence[AssetRecord], unchanged: Sequence[Unchanged] = ()
 ) -> dict[str, list[Row]]:
     """Table name → rows, for every table in ``schemas.tables.TABLES``."""
+    rows: dict[str, list[Row]] = {name: [] for name in TABLES}
     limits = run.settings.thresholds
+    for record in records:
+        key = asset_key(run, record)
+        rows["assets"].append(asset_row(run, record))
+        rows["links"] += link_rows(key, record)
+        rows["joints"] += joint_rows(key, record, limits)
+        rows["model_calls"] += call_rows(key, record)
+        rows["trace"] += trace_rows(key, record)
+        rows["findings"] += finding_rows(key, record)
+        rows["measurements"] += measurement_rows(key, record, limits)
+        rows["interactions"] += interaction_rows(key, record, limits)
+        rows["link_overlaps"] += overlap_rows(key, record)
+        rows["alignment"] += alignment_rows(key, record)
+    return rows | {"runs": [run_row(run, records, unchanged)]}
+
+
+def run_cost(records: Iterable[AssetRecord]) -> dict[str, float]:
+    """Model calls that were not answered from the cache, their tokens and their cost, by column."""
+    paid = [call for record in records for call in record.calls if not call.cached]
     return {
-        "assets": [asset_row(run, record) for record in records],
-        "links": [row for record in records for row in link_rows(run.run_id, record)],
-        "joints": [row for record in records for row in joint_rows(run.run_id, record, limits)],
-        "model_calls": [row for record in records for row in call_rows(run.run_id, record)],
-        "trace": [row for record in records for row in trace_rows(run.run_id, record)],
-        "findings": [row for record in records for row in finding_rows(run.run_id, record)],
-        "measurements": [row for record in records for row in measurement_rows(_key(run, record), record, limits)],
-        "interactions": [row for record in records for row in interaction_rows(_key(run, record), record, limits)],
-        "link_overlaps": [row for record in records for row in overlap_rows(_key(run, record), record)],
-        "alignment": [row for record in records for row in alignment_rows(_key(run, record), record)],
-        "runs": [run_row(run, records, unchanged)],
+        "queries": len(paid),
+        "prompt_tokens": sum(call.prompt_tokens for call in paid),
+        "completion_tokens": sum(call.completion_tokens for call in paid),
+        "cost_usd": float(sum(call.cost_usd for call in paid)),
     }
 
 
@@ -46,22 +65,10 @@ def total_seconds(record: AssetRecord) -> float:
     return record.seconds.get("total", stages)
 
 
-def sliders(record: AssetRecord) -> frozenset[str]:
-    """Names of the prismatic joints; empty for a record with neither overlay nor features."""
-    joints = record.overlay.joints if record.overlay else record.features.joints if record.features else ()
-    return frozenset(joint.name for joint in joints if joint.type == "prismatic")
-
-
-def oscillating_joint_names(record: AssetRecord, limits: Thresholds) -> tuple[str, ...] | None:
-    """Names of the joints that oscillate; None where nothing was measured."""
-    return oscillating_joints(record.measurement, sliders(record), limits) if record.measurement else None
-
-
 def asset_row(run: RunRow, record: AssetRecord) -> Row:
     """The row of ``assets``."""
-    paid = [call for call in record.calls if not call.cached]
     severities = Counter(finding.severity for finding in record.findings)
-    return _asset_key(run.run_id, record) | {
+    return asset_key(run, record) | {
         "category": record.category,
         "subset": record.ref.subset,
         "prompt": record.ref.prompt,
@@ -71,12 +78,9 @@ def asset_row(run: RunRow, record: AssetRecord) -> Row:
         "reason": record.reason,
         **_shape_columns(record),
         **_measured_columns(record.measurement),
-        "oscillating_joints": _count(oscillating_joint_names(record, run.settings.thresholds)),
-        "queries": len(paid),
-        "cached_calls": len(record.calls) - len(paid),
-        "prompt_tokens": sum(call.prompt_tokens for call in paid),
-        "completion_tokens": sum(call.completion_tokens for call in paid),
-        "cost_usd": float(sum(call.cost_usd for call in paid)),
+        **motion_columns(record.measurement, prismatic_joints(record), run.settings.thresholds),
+        **run_cost([record]),
+        "cached_calls": sum(call.cached for call in record.calls),
         "refine_steps": len(record.trace),
         "refine_accepted": sum(step.accepted for step in record.trace),
         "phi_evaluations": sum(step.evaluations for step in record.trace),
@@ -89,7 +93,7 @@ def asset_row(run: RunRow, record: AssetRecord) -> Row:
     }
 
 
-def link_rows(run_id: str, record: AssetRecord) -> list[Row]:
+def link_rows(key: Row, record: AssetRecord) -> list[Row]:
     """Rows of ``links``: none where the asset never got an overlay."""
     if record.overlay is None:
         return []
@@ -97,33 +101,21 @@ def link_rows(run_id: str, record: AssetRecord) -> list[Row]:
     rows = []
     for link in record.overlay.links:
         seen = features.get(link.name)
-        row = _asset_key(run_id, record) | {
-            "link": link.name,
-            "label": link.label,
+        row = key | {"link": link.name} | link.model_dump(exclude={"name", "com", "inertia"})
+        row |= {
             "joint_kind": seen.joint_kind if seen else None,
-            "material": link.material,
-            "density_kg_m3": link.density_kg_m3,
-            "hollow_factor": link.hollow_factor,
-            "volume_m3": link.volume_m3,
-            "volume_source": link.volume_source.value,
-            "mass_kg": link.mass_kg,
-            "mass_source": link.mass_source.value,
-            "com_source": link.com_source.value,
-            "inertia_source": link.inertia_source.value,
             "n_meshes": len(seen.meshes) if seen else None,
             "n_watertight": sum(mesh.watertight for mesh in seen.meshes) if seen else None,
             "n_faces": sum(mesh.n_faces for mesh in seen.meshes) if seen else None,
         }
         row |= {f"com_{axis}_m": value for axis, value in zip("xyz", link.com, strict=True)}
-        row |= {
-            f"i{axes}_kg_m2": value
-            for axes, value in zip(("xx", "xy", "xz", "yy", "yz", "zz"), link.inertia, strict=True)
-        }
+        axes = ("xx", "xy", "xz", "yy", "yz", "zz")
+        row |= {f"i{pair}_kg_m2": value for pair, value in zip(axes, link.inertia, strict=True)}
         rows.append(row)
     return rows
 
 
-def joint_rows(run_id: str, record: AssetRecord, limits: Thresholds) -> list[Row]:
+def joint_rows(key: Row, record: AssetRecord, limits: Thresholds) -> list[Row]:
     """Rows of ``joints``: the movable ones, with what each did when measured; none without an overlay."""
     if record.overlay is None:
         return []
@@ -133,31 +125,12 @@ def joint_rows(run_id: str, record: AssetRecord, limits: Thresholds) -> list[Row
     rows = []
     for joint in record.overlay.joints:
         seen, motion = features.get(joint.name), motions.get(joint.name)
-        row = _asset_key(run_id, record) | {
-            "joint": joint.name,
-            "type": joint.type,
+        row = key | {"joint": joint.name} | joint.model_dump(exclude={"name", "least_inertia"})
+        row |= {
             "position_unit": "m" if joint.type == "prismatic" else "rad",
-            "label": joint.label,
             "parent": seen.parent if seen else None,
             "child": seen.child if seen else None,
-            "damping": joint.damping,
-            "damping_source": joint.damping_source.value,
-            "friction": joint.friction,
-            "friction_source": joint.friction_source.value,
-            "stiffness": joint.stiffness,
-            "stiffness_source": joint.stiffness_source.value,
-            "spring_reference": joint.spring_reference,
-            "lower": joint.lower,
-            "upper": joint.upper,
-            "limits_source": joint.limits_source.value,
-            "closed": joint.closed,
-            "open": joint.open,
             "openness_confidence": seen.openness_confidence if seen else None,
-            "initial_position": joint.initial_position,
-            "position_source": joint.position_source.value,
-            "effective_inertia": joint.effective_inertia,
-            "gravity_load": joint.gravity_load,
-            "holds": joint.holds,
             "amplitude": motion.amplitude if motion else None,
             "sign_changes": motion.sign_changes if motion else None,
             "final_position": motion.final_position if motion else None,
@@ -168,50 +141,37 @@ def joint_rows(run_id: str, record: AssetRecord, limits: Thresholds) -> list[Row
     return rows
 
 
-def call_rows(run_id: str, record: AssetRecord) -> list[Row]:
+def call_rows(key: Row, record: AssetRecord) -> list[Row]:
     """Rows of ``model_calls``."""
     return [
-        _asset_key(run_id, record)
-        | {"call_index": index, "call_model": call.model}
-        | call.model_dump(exclude={"model"})
+        key | {"call_index": index, "call_model": call.model} | call.model_dump(exclude={"model"})
         for index, call in enumerate(record.calls)
     ]
 
 
-def trace_rows(run_id: str, record: AssetRecord) -> list[Row]:
+def trace_rows(key: Row, record: AssetRecord) -> list[Row]:
     """Rows of ``trace``."""
     return [
-        _asset_key(run_id, record)
+        key
+        | step.model_dump(exclude={"phi_before_m", "phi_after_m", "moved"})
         | {
             "step_index": index,
-            "step": step.step,
-            "proposer": step.proposer,
             "phi_before_mm": 1000.0 * step.phi_before_m,
             "phi_after_mm": 1000.0 * step.phi_after_m,
             "moved_joints": list(step.moved),
             "moved_positions": list(step.moved.values()),
-            "accepted": step.accepted,
-            "evaluations": step.evaluations,
-            "reason": step.reason,
-            "test": step.test,
-            "value_before": step.value_before,
-            "value_after": step.value_after,
         }
         for index, step in enumerate(record.trace)
     ]
 
 
-def finding_rows(run_id: str, record: AssetRecord) -> list[Row]:
+def finding_rows(key: Row, record: AssetRecord) -> list[Row]:
     """Rows of ``findings``."""
-    return [
-        _asset_key(run_id, record) | {"finding_index": index} | finding.model_dump(mode="python")
-        for index, finding in enumerate(record.findings)
-    ]
+    return [key | {"finding_index": index} | finding.model_dump() for index, finding in enumerate(record.findings)]
 
 
 def run_row(run: RunRow, records: Sequence[AssetRecord], unchanged: Sequence[Unchanged] = ()) -> Row:
     """The row of ``runs``: results count all of the run's assets, costs only those that it refined."""
-    paid = [call for record in records for call in record.calls if not call.cached]
     every: list[AssetRecord | Unchanged] = [*records, *unchanged]
     ok = sum(item.status is Status.OK for item in every)
     return {
@@ -232,22 +192,16 @@ def run_row(run: RunRow, records: Sequence[AssetRecord], unchanged: Sequence[Unc
         "failed": len(every) - ok,
         "unchanged": len(unchanged),
         "failure_modes_json": json.dumps(Counter(item.failure_mode.value for item in every), sort_keys=True),
-        "queries": len(paid),
-        "prompt_tokens": sum(call.prompt_tokens for call in paid),
-        "completion_tokens": sum(call.completion_tokens for call in paid),
-        "cost_usd": float(sum(call.cost_usd for call in paid)),
+        **run_cost(records),
         "seconds": (run.finished_at - run.started_at).total_seconds(),
         "asset_seconds": float(sum(total_seconds(record) for record in records)),
     }
 
 
-def _key(run: RunRow, record: AssetRecord) -> Row:
-    return _asset_key(run.run_id, record)
-
-
-def _asset_key(run_id: str, record: AssetRecord) -> Row:
+def asset_key(run: RunRow, record: AssetRecord) -> Row:
+    """The columns that every row of an asset begins with."""
     return {
-        "run_id": run_id,
+        "run_id": run.run_id,
         "asset_id": record.ref.asset_id,
         "method": record.method.value,
         "model": record.model,
@@ -272,19 +226,12 @@ def _shape_columns(record: AssetRecord) -> Row:
 
 
 def _measured_columns(measured: Measurement | None) -> Row:
-    """Columns of the measurement. Drift and speed are null where the simulation became non-finite."""
-    moved = measured if measured is not None and measured.finite else None
+    """What only ``assets`` holds of the measurement."""
     return {
-        "penetration_mm": 1000.0 * measured.penetration_m if measured else None,
         "deepest_contact_mm": 1000.0 * max((p.depth_m for p in measured.pairs), default=0.0) if measured else None,
         "penetrating_pairs": len(measured.pairs) if measured else None,
-        "drift_m": moved.drift_m if moved else None,
-        "drift_rad": moved.drift_rad if moved else None,
-        "peak_speed_m_s": moved.peak_speed_m_s if moved else None,
-        "finite": measured.finite if measured else None,
         "engine": measured.engine if measured else None,
         "engine_version": measured.engine_version if measured else None,
-        "timestep_s": measured.timestep_s if measured else None,
         "settle_s": measured.settle_s if measured else None,
         "test_s": measured.test_s if measured else None,
     }

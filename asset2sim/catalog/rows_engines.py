@@ -1,42 +1,56 @@
-"""Rows of each engine's measurements and interaction checks, and of overlapping links."""
+"""Rows of what was measured: per engine, per interaction check, per pair of overlapping links, and of alignment."""
+
+from dataclasses import asdict
 
 from asset2sim.checks.verdict import check_verdicts, judge_report, oscillating_joints
 from schemas.asset import AssetRecord
 from schemas.interaction import EngineReport
-from schemas.overlay import PhysicsOverlay
+from schemas.measurement import Measurement
 from schemas.settings import Thresholds
+from schemas.table import Row
 
-Row = dict[str, object]
+
+def prismatic_joints(record: AssetRecord) -> frozenset[str]:
+    """Names of the prismatic joints; empty for a record with neither overlay nor features."""
+    joints = record.overlay.joints if record.overlay else record.features.joints if record.features else ()
+    return frozenset(joint.name for joint in joints if joint.type == "prismatic")
+
+
+def motion_columns(measured: Measurement | None, prismatic: frozenset[str], limits: Thresholds) -> Row:
+    """Columns of the measurement in one engine. Drift and speed are null where the simulation became non-finite."""
+    moved = measured if measured is not None and measured.finite else None
+    return {
+        "penetration_mm": 1000.0 * measured.penetration_m if measured else None,
+        "drift_m": moved.drift_m if moved else None,
+        "drift_rad": moved.drift_rad if moved else None,
+        "peak_speed_m_s": moved.peak_speed_m_s if moved else None,
+        "oscillating_joints": len(oscillating_joints(measured, prismatic, limits)) if measured else None,
+        "finite": measured.finite if measured else None,
+        "timestep_s": measured.timestep_s if measured else None,
+    }
 
 
 def measurement_rows(key: Row, record: AssetRecord, limits: Thresholds) -> list[Row]:
     """Rows of ``measurements``; ``key`` holds the columns that every row of the asset begins with."""
-    return [] if record.overlay is None else [_measured(key, r, record.overlay, limits) for r in record.reports]
-
-
-def _measured(key: Row, report: EngineReport, overlay: PhysicsOverlay, limits: Thresholds) -> Row:
-    seen = report.measurement
-    moved = seen if seen is not None and seen.finite else None
-    sliders = frozenset(joint.name for joint in overlay.joints if joint.type == "prismatic")
-    verdict, tests = judge_report(report, overlay, limits), check_verdicts(report, overlay, limits)
-    return key | {
-        "engine": report.engine.value,
-        "engine_version": report.engine_version,
-        "passed": verdict.passed,
-        "failure_mode": verdict.mode.value,
-        "reason": verdict.reason,
-        "penetration_mm": 1000.0 * seen.penetration_m if seen else None,
-        "drift_m": moved.drift_m if moved else None,
-        "drift_rad": moved.drift_rad if moved else None,
-        "peak_speed_m_s": moved.peak_speed_m_s if moved else None,
-        "oscillating_joints": len(oscillating_joints(seen, sliders, limits)) if seen else None,
-        "finite": seen.finite if seen else None,
-        "timestep_s": seen.timestep_s if seen else None,
-        "tests": len(tests),
-        "tests_failed": sum(not test.passed for test in tests),
-        "problem": report.problem,
-        "seconds": report.seconds,
-    }
+    if record.overlay is None:
+        return []
+    rows = []
+    for report in record.reports:
+        verdict = judge_report(report, record.overlay, limits)
+        checks = check_verdicts(report, record.overlay, limits)
+        row = key | {
+            "engine": report.engine.value,
+            "engine_version": report.engine_version,
+            "passed": verdict.passed,
+            "failure_mode": verdict.mode.value,
+            "reason": verdict.reason,
+            "tests": len(checks),
+            "tests_failed": sum(not check.passed for check in checks),
+            "problem": report.problem,
+            "seconds": report.seconds,
+        }
+        rows.append(row | motion_columns(report.measurement, prismatic_joints(record), limits))
+    return rows
 
 
 def interaction_rows(key: Row, record: AssetRecord, limits: Thresholds) -> list[Row]:
@@ -46,46 +60,34 @@ def interaction_rows(key: Row, record: AssetRecord, limits: Thresholds) -> list[
     rows: list[Row] = []
     for report in record.reports:
         own = key | {"engine": report.engine.value}
-        rows += [
-            own
-            | {
-                "test": test.test.value,
-                "subject": test.subject,
-                "passed": test.passed,
-                "value": test.value,
-                "limit": test.limit,
-                "reason": test.reason,
-            }
-            for test in check_verdicts(report, record.overlay, limits)
-        ]
-        rows += effort_rows(own, report, record.overlay)
+        rows += [own | asdict(check) for check in check_verdicts(report, record.overlay, limits)]
+        rows += _effort_rows(own, report, prismatic_joints(record))
     return rows
 
 
-def effort_rows(key: Row, report: EngineReport, overlay: PhysicsOverlay) -> list[Row]:
+def _effort_rows(key: Row, report: EngineReport, prismatic: frozenset[str]) -> list[Row]:
     """The least effort that moves each joint, towards open and towards closed."""
-    sliders = {joint.name for joint in overlay.joints if joint.type == "prismatic"}
     rows: list[Row] = []
     for item in report.interaction.openings if report.interaction is not None else ():
-        unit = "N" if item.joint in sliders else "N·m"
-        for test, effort in (("opening", item.opening), ("closing", item.closing)):
+        unit = "N" if item.joint in prismatic else "N·m"
+        for way, effort in (("opening", item.opening), ("closing", item.closing)):
             said = "is at that end, or does not move" if effort is None else f"takes {effort:.3g} {unit}"
             rows.append(
                 key
                 | {
-                    "test": test,
+                    "test": way,
                     "subject": item.joint,
                     "passed": None,
                     "value": effort,
                     "limit": None,
-                    "reason": f"{test} joint '{item.joint}' {said}",
+                    "reason": f"{way} joint '{item.joint}' {said}",
                 }
             )
     return rows
 
 
 def overlap_rows(key: Row, record: AssetRecord) -> list[Row]:
-    """Rows of ``overlaps``."""
+    """Rows of ``link_overlaps``."""
     return [
         key
         | {
@@ -101,7 +103,7 @@ def overlap_rows(key: Row, record: AssetRecord) -> list[Row]:
 
 
 def alignment_rows(key: Row, record: AssetRecord) -> list[Row]:
-    """One row of ``alignment``, none for a record without it; ``key`` holds the columns that every row starts with."""
+    """One row of ``alignment``, none for a record without it."""
     found = record.alignment
     if found is None:
         return []

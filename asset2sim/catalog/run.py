@@ -38,6 +38,9 @@ RECORDED_PACKAGES = (
 UNRECORDED_SETTINGS = {"run": {"hook"}}
 """Settings that no table and no log keeps: a hook may hold the secret address of a chat room."""
 
+MARK = Path(".cache") / "running.json"
+"""Marker of a run that has not finished, relative to OUT."""
+
 _CREDENTIALS_IN_URL = re.compile(r"://[^/@\s\"]+@")
 
 
@@ -107,9 +110,6 @@ def without_credentials(text: str) -> str:
 def _git(folder: Path, *arguments: str) -> str:
     command = ["git", "-C", str(folder), *arguments]
     return subprocess.run(command, capture_output=True, text=True, check=True, timeout=10).stdout
-
-
-MARK = Path(".cache") / "running.json"
 
 
 def write_run_marker(out: Path, run: RunRow) -> str | None:

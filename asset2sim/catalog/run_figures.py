@@ -4,7 +4,9 @@ from collections import Counter
 from collections.abc import Callable, Sequence
 from statistics import fmean, median
 
-from asset2sim.catalog.rows import oscillating_joint_names, queries, total_seconds
+from asset2sim.catalog.rows import run_cost, total_seconds
+from asset2sim.catalog.rows_engines import prismatic_joints
+from asset2sim.checks.verdict import oscillating_joints
 from schemas.asset import AssetRecord, Unchanged
 from schemas.measurement import Measurement
 from schemas.settings import Thresholds
@@ -14,19 +16,10 @@ from schemas.vocabulary import FailureMode, Stage, Status
 def run_figures(records: Sequence[AssetRecord], limits: Thresholds) -> dict[str, float]:
     """Name → figure, if it has a value. Shares (0 to 1) are of measured assets, ``success_rate`` of all."""
     ok = sum(record.status is Status.OK for record in records)
-    paid = [call for record in records for call in record.calls if not call.cached]
-    figures: dict[str, float] = {
-        "assets": len(records),
-        "ok": ok,
-        "failed": len(records) - ok,
-        "queries": len(paid),
-        "prompt_tokens": sum(call.prompt_tokens for call in paid),
-        "completion_tokens": sum(call.completion_tokens for call in paid),
-        "cost_usd": sum(call.cost_usd for call in paid),
-    }
+    figures = {"assets": len(records), "ok": ok, "failed": len(records) - ok, **run_cost(records)}
     if records:
         figures["success_rate"] = ok / len(records)
-        figures["queries_per_asset"] = fmean(queries(record) for record in records)
+        figures["queries_per_asset"] = figures["queries"] / len(records)
         figures["tokens_per_asset"] = (figures["prompt_tokens"] + figures["completion_tokens"]) / len(records)
     figures |= {f"failures_{mode.value}": count for mode, count in failure_counts(records).items()}
     return figures | _penetration(records) | _shares(records, limits) | _semantics(records) | _seconds(records)
@@ -73,7 +66,9 @@ def _shares(records: Sequence[AssetRecord], limits: Thresholds) -> dict[str, flo
         "measured": len(measured),
         "penetration_pass_share": fmean(m.penetration_m <= limits.penetration_m for _, m in measured),
         "drift_pass_share": fmean(drift_passes(m, limits) for _, m in measured),
-        "oscillation_pass_share": fmean(m.finite and not oscillating_joint_names(r, limits) for r, m in measured),
+        "oscillation_pass_share": fmean(
+            m.finite and not oscillating_joints(m, prismatic_joints(r), limits) for r, m in measured
+        ),
     }
 
 

@@ -1,7 +1,7 @@
-"""The summary of a run: one line per asset and a line of totals, for the terminal and as Markdown."""
+"""The summary of a run for the terminal: one line per asset and a line of totals."""
 
-import math
 from collections.abc import Sequence
+from statistics import fmean
 
 from rich import box
 from rich.table import Table
@@ -16,25 +16,10 @@ from schemas.asset import AssetRecord
 from schemas.settings import Thresholds
 from schemas.vocabulary import Status
 
-HEADINGS = (
-    "asset",
-    "category",
-    "verdict",
-    "failure mode",
-    "scale",
-    "mass kg",
-    "Φ mm",
-    "drift mm",
-    "drift rad",
-    "sims",
-    "calls",
-    "s",
-)
-
-_LIMITS = Thresholds()
+_HEADINGS = ("scale", "mass\nkg", "Φ\nmm", "drift\nmm", "drift\nrad", "sims", "calls", "s")
 
 
-def summary_table(records: Sequence[AssetRecord], limits: Thresholds = _LIMITS) -> Table:
+def summary_table(records: Sequence[AssetRecord], limits: Thresholds) -> Table:
     """Table for terminals of at least 100 columns; failed assets come last, nearest to the prompt.
 
     The verdict column holds the failure mode of an asset that failed; the caption holds the totals.
@@ -52,26 +37,16 @@ def summary_table(records: Sequence[AssetRecord], limits: Thresholds = _LIMITS) 
     table.add_column("asset", overflow="fold", min_width=min(8, max((len(r.ref.asset_id) for r in records), default=0)))
     table.add_column("category", overflow="fold", min_width=8)
     table.add_column("verdict", no_wrap=True)
-    for heading in HEADINGS[4:]:
-        table.add_column(heading.replace(" ", "\n"), justify="right", no_wrap=True)
+    for heading in _HEADINGS:
+        table.add_column(heading, justify="right", no_wrap=True)
     for record in sorted(records, key=lambda record: record.status is not Status.OK):
-        asset, category, verdict, mode, *numbers = _cells(record, limits)
         passed = record.status is Status.OK
-        table.add_row(
-            asset, category, Text(verdict if passed else mode, style="green" if passed else "bold red"), *numbers
-        )
+        verdict = Text(record.status if passed else record.failure_mode, style="green" if passed else "bold red")
+        table.add_row(record.ref.asset_id, record.category, verdict, *_numbers(record, limits))
     return table
 
 
-def summary_markdown(records: Sequence[AssetRecord], limits: Thresholds = _LIMITS) -> str:
-    """The summary in Markdown, in the records' order, with verdict and failure mode in two columns and totals below."""
-    lines = ["| " + " | ".join(HEADINGS) + " |", "|" + "|".join(["---"] * 4 + ["---:"] * (len(HEADINGS) - 4)) + "|"]
-    for record in records:
-        lines.append("| " + " | ".join(cell.replace("|", "\\|") for cell in _cells(record, limits)) + " |")
-    return "\n".join([*lines, "", totals_line(records, limits), ""])
-
-
-def totals_line(records: Sequence[AssetRecord], limits: Thresholds = _LIMITS) -> str:
+def totals_line(records: Sequence[AssetRecord], limits: Thresholds) -> str:
     """Totals of a run in one line."""
     if not records:
         return "no assets"
@@ -92,16 +67,11 @@ def totals_line(records: Sequence[AssetRecord], limits: Thresholds = _LIMITS) ->
     return " · ".join([*parts, f"{sum(total_seconds(record) for record in records):.0f} s of work"])
 
 
-def _cells(record: AssetRecord, limits: Thresholds) -> list[str]:
-    """(12,) cells in the order of ``HEADINGS``."""
+def _numbers(record: AssetRecord, limits: Thresholds) -> list[str]:
+    """(8,) cells in the order of ``_HEADINGS``."""
     overlay, measured = record.overlay, record.measurement
     moved = measured if measured and measured.finite else None
-    passed = record.status is Status.OK
     return [
-        record.ref.asset_id,
-        record.category,
-        record.status.value,
-        NOTHING if passed else record.failure_mode.value,
         number(overlay.scale if overlay else None),
         number(overlay.mass_kg if overlay else None),
         _fixed(1000.0 * measured.penetration_m if measured else None, 3),
@@ -132,10 +102,10 @@ def alignment_line(found: Sequence[Alignment]) -> str:
     """Prompt alignment, and mean deviations from the expert reference where there is one; "" without assets."""
     if not found:
         return ""
-    line = f"prompt alignment {100.0 * mean([item.value for item in found]):.1f} % over {len(found)} assets"
+    line = f"prompt alignment {100.0 * fmean([item.value for item in found]):.1f} % over {len(found)} assets"
     judged = [item.judged.value for item in found if item.judged is not None]
     if judged:
-        line += f", by the judge {100.0 * mean(judged):.1f} % over {len(judged)}"
+        line += f", by the judge {100.0 * fmean(judged):.1f} % over {len(judged)}"
     every = [(item.scale_deviation, item.reference_states_scale) for item in found]
     scales = [(value, stated) for value, stated in every if value is not None]
     if not scales:
@@ -143,9 +113,9 @@ def alignment_line(found: Sequence[Alignment]) -> str:
     stated = [value for value, is_stated in scales if is_stated]
     line += "; off the expert reference: "
     if stated:
-        line += f"scale {100.0 * mean(stated):.1f} % over {len(stated)}"
+        line += f"scale {100.0 * fmean(stated):.1f} % over {len(stated)}"
     if len(stated) < len(scales):
-        everyone = 100.0 * mean([value for value, _ in scales])
+        everyone = 100.0 * fmean([value for value, _ in scales])
         line += (
             f"{' (' if stated else 'scale '}{everyone:.1f} % over {len(scales)}, those whose reference states no scale "
             f"included{')' if stated else ''}"
@@ -157,10 +127,5 @@ def alignment_line(found: Sequence[Alignment]) -> str:
             if item.joint_deviation is not None and item.joint_is_slider is slider
         ]
         if off:
-            line += f"{', ' if slider else '; first joint position '}{mean(off):.3g} {what.format(len(off))}"
+            line += f"{', ' if slider else '; first joint position '}{fmean(off):.3g} {what.format(len(off))}"
     return line
-
-
-def mean(values: Sequence[float]) -> float:
-    """The mean; NaN without values."""
-    return math.fsum(values) / len(values) if values else math.nan

@@ -45,7 +45,7 @@ def recover(out: Path) -> None:
     found = find_catalog(out)
     if found is not None and found.name != CATALOG:
         os.rename(found, out / CATALOG)
-        _sync_folder(out)
+        sync(out)
     for name in (STAGING, READY, OLD):
         if (out / name).is_dir():
             shutil.rmtree(out / name)
@@ -63,33 +63,29 @@ def replace_catalog(out: Path) -> Iterator[Path]:
         yield staging
         _carry_over(out / CATALOG, staging)
         for path in [*sorted(staging.rglob("*")), staging]:
-            _sync(path)
+            sync(path)
     except BaseException:
         shutil.rmtree(staging, ignore_errors=True)
         raise
-    os.rename(staging, out / READY)
-    _sync_folder(out)
-    _switch(out)
-    _sync_folder(out)
-    shutil.rmtree(out / OLD, ignore_errors=True)
+    replace_folder(staging, out / READY, out / CATALOG, out / OLD)
 
 
-def _switch(out: Path) -> None:
-    """Rename ``ready`` to ``catalog``, and the folder that was there to ``old``."""
-    catalog, ready, old = out / CATALOG, out / READY, out / OLD
-    if catalog.exists():
-        replace_folder(ready, catalog, old)
-    else:
-        os.rename(ready, catalog)
+def replace_folder(staging: Path, ready: Path, place: Path, old: Path) -> None:
+    """Rename the complete folder ``staging`` to ``ready`` and then to ``place``; remove the one there as ``old``.
 
-
-def replace_folder(ready: Path, place: Path, old: Path) -> None:
-    """Rename the folder ``ready`` to ``place``, and the one there to ``old``; in one step where the system can."""
-    if exchange(ready, place):
+    The last step is a single one where the system can exchange two names.
+    """
+    os.rename(staging, ready)
+    sync(place.parent)
+    if not place.exists():
+        os.rename(ready, place)
+    elif exchange(ready, place):
         os.rename(ready, old)
     else:
         os.rename(place, old)
         os.rename(ready, place)
+    sync(place.parent)
+    shutil.rmtree(old, ignore_errors=True)
 
 
 def exchange(first: Path, second: Path) -> bool:
@@ -120,19 +116,19 @@ def _carry_over(source: Path, staging: Path) -> None:
             shutil.copy2(entry, target, follow_symlinks=False)
 
 
-def _sync(path: Path) -> None:
+def sync(path: Path) -> None:
+    """Bring a file's content, or the names in a folder, to the disk, so that they survive a power loss."""
     if path.is_symlink():
         return
-    if path.is_dir():
-        _sync_folder(path)
-        return
-    with path.open("rb") as file:
-        os.fsync(file.fileno())
-
-
-def _sync_folder(folder: Path) -> None:
-    handle = os.open(folder, os.O_RDONLY)
+    handle = os.open(path, os.O_RDONLY)
     try:
         os.fsync(handle)
     finally:
         os.close(handle)
+
+
+def replace_file(staged: Path, place: Path) -> None:
+    """Rename a file that is written to its place; a power loss leaves the old file or the whole new one."""
+    sync(staged)
+    os.replace(staged, place)
+    sync(place.parent)

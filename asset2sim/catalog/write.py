@@ -1,26 +1,23 @@
 """Writing a run into the catalog: merge by key, enforce the schema, switch all tables at once, and keep the history."""
 
-from collections.abc import Collection, Iterator, Sequence
-from contextlib import contextmanager
+from collections.abc import Collection, Sequence
 from pathlib import Path
 
 import pyarrow as pa
 import pyarrow.compute as pc
 import pyarrow.parquet as pq
 
-from asset2sim.catalog.compact import compact_history, recover_months
-from asset2sim.catalog.enforce import CatalogError, check_key, conform, key_of, to_arrow
-from asset2sim.catalog.history import commit_history, history_rows, stage_history
-from asset2sim.catalog.read_columns import recorded_run_ids
+from asset2sim.catalog.enforce import check_key, row_keys, to_arrow
+from asset2sim.catalog.history import commit_history, compact_history, history_rows, recover_months, stage_history
 from asset2sim.catalog.rows import table_rows
 from asset2sim.catalog.run import RunRow
-from asset2sim.catalog.switch import find_catalog, recover, replace_catalog
+from asset2sim.catalog.stored_tables import stored_columns, stored_table, table_path
+from asset2sim.catalog.switch import recover, replace_catalog
 from schemas.asset import AssetRecord, Unchanged
 from schemas.table import ASSET_KEY, Table
 from schemas.tables import HISTORY, TABLES
 
-ROWS_AT_ONCE = 1_000
-"""Rows that are checked at once: some 500 kB of the widest table."""
+_KEYS = pa.schema([(name, pa.string()) for name in ASSET_KEY])
 
 
 def write_run(
@@ -44,81 +41,32 @@ def write_run(
     new = {name: to_arrow(TABLES[name], rows) for name, rows in table_rows(run, records, unchanged).items()}
     recover(out)
     recover_months(out)
-    commit_history(out, recorded_run_ids(out))
+    commit_history(out)
     replaced = _replaced(out, run, new["assets"], present)
     with replace_catalog(out) as folder:
         for table in TABLES.values():
             if _needs_no_rewrite(out, table, new[table.name], replaced):
-                merged = _columns(out, table, HISTORY.schema.names) if table.name == "assets" else None
+                merged = stored_columns(out, table, HISTORY.schema.names) if table.name == "assets" else None
             else:
-                merged = _merge(table, _existing(out, table), new[table.name], replaced)
+                merged = _merge(table, stored_table(out, table), new[table.name], replaced)
                 pq.write_table(merged, folder / table.file, compression="zstd")
             if table.name == "assets" and merged is not None:
                 stage_history(out, run, history_rows(run, merged, _is_of_run(merged, run, new["assets"], unchanged)))
-    commit_history(out, recorded_run_ids(out))
+    commit_history(out)
     if compact:
         compact_history(out, run.started_at)
 
 
-def check_catalog(out: Path) -> None:
-    """Raises CatalogError where OUT holds tables that a run could not add to; call it before a long run starts."""
-    for table in TABLES.values():
-        path = _path(out, table)
-        if path is not None:
-            with _reading(table, path), pq.ParquetFile(path) as file:
-                conform(table, file.schema_arrow.empty_table(), str(path))
-                # In batches: a large table read at once would set a run's peak memory.
-                for batch in file.iter_batches(ROWS_AT_ONCE, use_threads=False):
-                    conform(table, pa.Table.from_batches([batch]), str(path))
-
-
-def _path(out: Path, table: Table) -> Path | None:
-    """The table's file in OUT, if there is one."""
-    folder = find_catalog(out)
-    path = folder / table.file if folder else None
-    return path if path is not None and path.is_file() else None
-
-
-@contextmanager
-def _reading(table: Table, path: Path) -> Iterator[None]:
-    try:
-        yield
-    except (pa.ArrowException, OSError) as error:
-        raise CatalogError(
-            f"table '{table.name}': {path} cannot be read ({error}); restore it or move it away"
-        ) from error
-
-
-def _existing(out: Path, table: Table) -> pa.Table:
-    """The table as it is in OUT, in today's schema; empty where there is none."""
-    path = _path(out, table)
-    if path is None:
-        return table.schema.empty_table()
-    with _reading(table, path):
-        found = pq.read_table(path)
-    return conform(table, found, str(path))
-
-
-def _columns(out: Path, table: Table, names: Sequence[str]) -> pa.Table:
-    """The table in OUT, with only those of the columns ``names`` that it has: a fraction of the widest table."""
-    path = _path(out, table)
-    wanted = [name for name in table.schema.names if name in names]
-    if path is None:
-        return table.schema.empty_table().select(wanted)
-    with _reading(table, path):
-        return pq.read_table(path, columns=wanted)
-
-
 def _replaced(out: Path, run: RunRow, assets: pa.Table, present: Collection[str] | None) -> pa.Array:
     """(n,) string: keys of the assets whose old rows are removed: the run has new ones, or they left the dataset."""
-    new = key_of(assets, ASSET_KEY).combine_chunks()
+    new = row_keys(assets, ASSET_KEY).combine_chunks()
     if present is None:
         return new
-    old, runs = _columns(out, TABLES["assets"], (*ASSET_KEY, "run_id")), _existing(out, TABLES["runs"])
+    old, runs = stored_columns(out, TABLES["assets"], (*ASSET_KEY, "run_id")), stored_table(out, TABLES["runs"])
     own = runs.filter(pc.equal(runs["dataset"], run.dataset))["run_id"].combine_chunks()
     known = pa.array(sorted(present), type=pa.string())
     gone = pc.and_(pc.is_in(old["run_id"], value_set=own), pc.invert(pc.is_in(old["asset_id"], value_set=known)))
-    return pa.concat_arrays([new, key_of(old.filter(gone), ASSET_KEY).combine_chunks()])
+    return pa.concat_arrays([new, row_keys(old.filter(gone), ASSET_KEY).combine_chunks()])
 
 
 def _is_of_run(assets: pa.Table, run: RunRow, new: pa.Table, unchanged: Sequence[Unchanged]) -> pa.ChunkedArray:
@@ -126,16 +74,13 @@ def _is_of_run(assets: pa.Table, run: RunRow, new: pa.Table, unchanged: Sequence
     settings = run.settings
     same = {"method": settings.method.value, "model": settings.model.model}
     left = pa.Table.from_pylist([{"asset_id": item.asset_id} | same for item in unchanged] or [], schema=_KEYS)
-    own = pa.concat_arrays([key_of(table, ASSET_KEY).combine_chunks() for table in (new, left)])
-    return pc.is_in(key_of(assets, ASSET_KEY), value_set=own)
-
-
-_KEYS = pa.schema([(name, pa.string()) for name in ASSET_KEY])
+    own = pa.concat_arrays([row_keys(table, ASSET_KEY).combine_chunks() for table in (new, left)])
+    return pc.is_in(row_keys(assets, ASSET_KEY), value_set=own)
 
 
 def _needs_no_rewrite(out: Path, table: Table, new: pa.Table, replaced: pa.Array) -> bool:
     """Whether the table's file needs no rewrite: no row is added or removed, and it has today's schema."""
-    path = _path(out, table)
+    path = table_path(out, table)
     if new.num_rows or len(replaced) or path is None:
         return False
     return bool(pq.read_schema(path).equals(table.schema, check_metadata=True))
@@ -144,9 +89,9 @@ def _needs_no_rewrite(out: Path, table: Table, new: pa.Table, replaced: pa.Array
 def _merge(table: Table, old: pa.Table, new: pa.Table, replaced: pa.Array) -> pa.Table:
     """Old rows whose asset (or run) is not replaced, and the new rows, sorted by key."""
     if table.per_asset:
-        gone = pc.is_in(key_of(old, ASSET_KEY), value_set=replaced)
+        gone = pc.is_in(row_keys(old, ASSET_KEY), value_set=replaced)
     else:
-        gone = pc.is_in(key_of(old, table.key), value_set=key_of(new, table.key).combine_chunks())
+        gone = pc.is_in(row_keys(old, table.key), value_set=row_keys(new, table.key).combine_chunks())
     merged = pa.concat_tables([old.filter(pc.invert(gone)), new])
     check_key(table, merged)
     return merged.sort_by([(name, "ascending") for name in table.key]).combine_chunks()

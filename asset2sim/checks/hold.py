@@ -4,6 +4,7 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
+from asset2sim.checks.interaction_verdict import hold_bound
 from asset2sim.checks.joint_groups import depth_groups, run_in_groups
 from asset2sim.checks.mechanism import Mechanism, poses_at, pull_on, span_of
 from asset2sim.checks.watch import capped, watch
@@ -62,7 +63,7 @@ def middle_positions(item: Mechanism, holding: Sequence[JointPhysics]) -> dict[s
             continue
         lower, upper = span_of(joint)
         middle = (lower + upper) / 2.0
-        pull = float(pull_on(item, joint.name, item.start, poses).over(np.array([middle]))[0])
+        pull = float(pull_on(item, joint.name, item.start, poses).at(middle))
         if joint.friction > SURE * abs(pull):
             middles[joint.name] = middle
     return middles
@@ -74,11 +75,6 @@ def unobstructed(world: World, item: Mechanism, names: Sequence[str]) -> list[st
         link for pair in by_pair(world.contacts()) if pair.depth_m > TOUCHING_M for link in (pair.link_a, pair.link_b)
     }
     return [name for name in names if not touched & item.moved[name]]
-
-
-def hold_bound(joint: JointPhysics, limits: Thresholds) -> float:
-    """How far the joint may go, rad or m."""
-    return limits.hold_m if joint.type == "prismatic" else limits.hold_rad
 
 
 def held(

@@ -1,21 +1,21 @@
 """All interaction checks of one asset in one engine: an object is loaded once on a plane, once held, once at the coarse
 step."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 
-from asset2sim.checks.drop import drop
 from asset2sim.checks.hold import holds
 from asset2sim.checks.mechanism import Mechanism, mechanism
 from asset2sim.checks.nudge import nudges
 from asset2sim.checks.opening import openings
 from asset2sim.checks.release import releases
 from asset2sim.checks.reset import Resting, reset, rest, starts, tipping
-from asset2sim.checks.sweep import Cause, sweeps
+from asset2sim.checks.sweep import CauseOf, sweeps
+from asset2sim.checks.watch import capped, watch
 from asset2sim.engines.registry import open_world
 from asset2sim.engines.world import World
 from schemas.interaction import Drop, Interaction, Reset
@@ -29,7 +29,7 @@ and a step on a keyboard of 115 takes 30 ms."""
 
 
 @dataclass
-class Bench:
+class SharedWorld:
     """One world that several checks share, loaded afresh once a check has left numbers in it that are not finite."""
 
     engine: Engine
@@ -68,10 +68,12 @@ class Bench:
 
 
 @contextmanager
-def bench(engine: Engine, urdf: Path, overlay: PhysicsOverlay, *, plane: bool, timestep_s: float) -> Iterator[Bench]:
+def shared_world(
+    engine: Engine, urdf: Path, overlay: PhysicsOverlay, *, plane: bool, timestep_s: float
+) -> Iterator[SharedWorld]:
     """A shared world that is closed at the end of the block."""
     with ExitStack() as stack:
-        yield Bench(engine, urdf, overlay.contact_friction, plane, timestep_s, stack)
+        yield SharedWorld(engine, urdf, overlay.contact_friction, plane, timestep_s, stack)
 
 
 def interact(
@@ -81,7 +83,7 @@ def interact(
     settings: EngineSettings,
     limits: Thresholds,
     *,
-    cause: Cause,
+    cause: CauseOf,
     only: FailureMode | None = None,
 ) -> Interaction:
     """Run every interaction check on a written asset in its initial state, or ``only`` one and those that it needs.
@@ -96,7 +98,7 @@ def interact(
     if only in (FailureMode.DROP, FailureMode.RESET):
         return seen
     found: dict[str, object] = {}
-    with bench(engine, urdf, overlay, plane=False, timestep_s=settings.timestep_s) as held:
+    with shared_world(engine, urdf, overlay, plane=False, timestep_s=settings.timestep_s) as held:
         if wanted(only, FailureMode.JAM, FailureMode.RELEASE):
             found["sweeps"], stretches = sweeps(held.ready(), item, settings, limits, cause)
         if wanted(only, FailureMode.HOLD):
@@ -122,7 +124,7 @@ def on_a_plane(
     item: Mechanism,
     settings: EngineSettings,
     limits: Thresholds,
-    only: FailureMode | None = None,
+    only: FailureMode | None,
 ) -> Interaction:
     """The checks with a free root: the drop at both steps, and the perturbed starts; or ``only`` one of them."""
     drops: list[Drop] = []
@@ -132,7 +134,7 @@ def on_a_plane(
         resetting = settings.resets and timestep == settings.timestep_s and wanted(only, FailureMode.RESET)
         if not resetting and not wanted(only, FailureMode.DROP):
             continue
-        with bench(engine, urdf, overlay, plane=True, timestep_s=timestep) as free:
+        with shared_world(engine, urdf, overlay, plane=True, timestep_s=timestep) as free:
             if wanted(only, FailureMode.DROP):
                 drops.append(drop(free.ready(), item.start, settings))
             if resetting:
@@ -142,8 +144,23 @@ def on_a_plane(
     return Interaction(engine=engine, drops=tuple(drops), resets=resets, tip_rise_m=rise, support_m=support)
 
 
+def drop(world: World, positions: Mapping[str, float], settings: EngineSettings) -> Drop:
+    """Drop the object from ``fall_height_m`` and watch it until it is still, at most ``fall_s``; free root, a plane."""
+    world.place(positions, height_m=settings.fall_height_m)
+    seen = watch(world, settings.fall_s, settings)
+    return Drop(
+        timestep_s=world.timestep_s,
+        height_m=settings.fall_height_m,
+        seconds=seen.seconds,
+        peak_speed_m_s=seen.peak,
+        final_speed_m_s=seen.final,
+        sink_m=max(0.0, -capped(world.lowest_m())) if seen.finite else 0.0,
+        finite=seen.finite,
+    )
+
+
 def perturbed(
-    free: Bench, item: Mechanism, resting: Resting, settings: EngineSettings, limits: Thresholds
+    free: SharedWorld, item: Mechanism, resting: Resting, settings: EngineSettings, limits: Thresholds
 ) -> tuple[Reset, ...]:
     """The perturbed starts, compared with how the object rests when it is set down undisturbed."""
     resets: list[Reset] = []

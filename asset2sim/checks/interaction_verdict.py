@@ -3,7 +3,6 @@
 import math
 from collections.abc import Iterable
 from dataclasses import dataclass
-from typing import ClassVar
 
 from schemas.interaction import Drop, Hold, Interaction, Nudge, Opening, Release, Reset, Sweep
 from schemas.overlay import JointPhysics, PhysicsOverlay
@@ -17,8 +16,6 @@ ROOM_SHARE = 0.02
 @dataclass(frozen=True)
 class CheckVerdict:
     """One check of one subject (a joint, a drop or a start) in one engine: ``value`` against ``limit``, and why."""
-
-    __test__: ClassVar[bool] = False  # pytest would take the name for a test's
 
     test: FailureMode
     subject: str
@@ -63,6 +60,11 @@ def by_joint(holds: Iterable[Hold]) -> list[list[Hold]]:
 def unit_of(joint: JointPhysics) -> str:
     """The unit of the joint's positions."""
     return "m" if joint.type == "prismatic" else "rad"
+
+
+def hold_bound(joint: JointPhysics, limits: Thresholds) -> float:
+    """How far a joint that must hold may move, rad or m."""
+    return limits.hold_m if joint.type == "prismatic" else limits.hold_rad
 
 
 def drop_verdict(item: Drop, engine: str, limits: Thresholds) -> CheckVerdict:
@@ -161,7 +163,7 @@ def hold_verdict(items: list[Hold], joint: JointPhysics, engine: str, limits: Th
     """A joint that must hold must stay where it is placed, at every position tried; the verdict is on the worst."""
     item = max(items, key=lambda hold: hold.moved)
     unit = unit_of(joint)
-    limit = limits.hold_m if joint.type == "prismatic" else limits.hold_rad
+    limit = hold_bound(joint, limits)
     reason = (
         f"joint '{item.joint}' must stay at {item.position:.4g} {unit} and moves {item.moved:.3g} {unit} in "
         f"{item.seconds:.3g} s in {engine}"

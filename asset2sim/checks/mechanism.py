@@ -6,13 +6,14 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-import trimesh
 from lxml import etree
 
+from asset2sim.assets.meshes.load import mesh_points
+from asset2sim.assets.urdf.read import element_joint, element_pose, numbers
 from asset2sim.physics.arrays import Array
 from asset2sim.physics.inertia import tensor_of
-from asset2sim.physics.kinematics import TreeJoint, link_to_root, subtree, transform
-from asset2sim.physics.mass_matrix import GRAVITY_M_S2, Body
+from asset2sim.physics.kinematics import TreeJoint, link_to_root, subtree
+from asset2sim.physics.mass_matrix import GRAVITY_M_S2, Body, Pull
 from schemas.overlay import JointPhysics, PhysicsOverlay
 
 
@@ -39,27 +40,10 @@ class Mechanism:
         return {joint.name: joint.initial_position for joint in self.joints}
 
 
-@dataclass(frozen=True)
-class Pull:
-    """Gravity's generalised force on one joint, the others held: ``constant + cosine cos θ + sine sin θ``, N·m or N,
-    with θ the angle beyond ``at``; a slider has the constant alone."""
-
-    at: float
-    constant: float
-    cosine: float
-    sine: float
-
-    def over(self, positions: Array) -> Array:
-        """(n,) pulls at (n,) positions of the joint."""
-        angle = np.asarray(positions, dtype=float) - self.at
-        pulls: Array = self.constant + self.cosine * np.cos(angle) + self.sine * np.sin(angle)
-        return pulls
-
-
 def mechanism(urdf: Path, overlay: PhysicsOverlay) -> Mechanism:
     """Read a URDF that this project has written: one tree, every link with an inertial."""
     root_element = etree.parse(str(urdf)).getroot()
-    tree = ordered([tree_joint(element) for element in root_element.findall("joint")])
+    tree = ordered([element_joint(element) for element in root_element.findall("joint")])
     children = {joint.child for joint in tree}
     links = {str(element.get("name")): element for element in root_element.findall("link")}
     root = next(name for name in links if name not in children)
@@ -102,37 +86,12 @@ def ordered(joints: list[TreeJoint]) -> tuple[TreeJoint, ...]:
     return tuple(found)
 
 
-def numbers(element: "etree._Element | None", key: str, default: str) -> list[float]:
-    """The numbers of one attribute, or of the default where element or attribute is absent."""
-    return [float(word) for word in str(default if element is None else element.get(key, default)).split()]
-
-
-def origin_of(element: "etree._Element") -> Array:
-    """(4, 4) transform of the element's origin."""
-    origin = element.find("origin")
-    return transform(numbers(origin, "xyz", "0 0 0"), numbers(origin, "rpy", "0 0 0"))
-
-
-def tree_joint(element: "etree._Element") -> TreeJoint:
-    """The ``TreeJoint`` of one ``<joint>`` element."""
-    axis = np.array(numbers(element.find("axis"), "xyz", "1 0 0"))
-    parent, child = element.find("parent"), element.find("child")
-    return TreeJoint(
-        str(element.get("name")),
-        str(element.get("type")),
-        str("" if parent is None else parent.get("link")),
-        str("" if child is None else child.get("link")),
-        origin_of(element),
-        axis / max(float(np.linalg.norm(axis)), 1e-12),
-    )
-
-
 def body_of(element: "etree._Element") -> Body:
     """The inertial of one ``<link>``; a link without one weighs nothing."""
     inertial = element.find("inertial")
     if inertial is None:
         return Body(0.0, np.zeros(3), np.zeros((3, 3)))
-    frame, moments = origin_of(inertial), inertial.find("inertia")
+    frame, moments = element_pose(inertial), inertial.find("inertia")
     ixx, ixy, ixz, iyy, iyz, izz = (numbers(moments, key, "0")[0] for key in ("ixx", "ixy", "ixz", "iyy", "iyz", "izz"))
     tensor = frame[:3, :3] @ tensor_of((ixx, ixy, ixz, iyy, iyz, izz)) @ frame[:3, :3].T
     return Body(numbers(inertial.find("mass"), "value", "0")[0], frame[:3, 3], tensor)
@@ -145,7 +104,7 @@ def link_corners(element: "etree._Element", folder: Path) -> Array | None:
         extent = shape_box(collision.find("geometry"), folder)
         if extent is None:
             continue
-        frame = origin_of(collision)
+        frame = element_pose(collision)
         points = corners(*extent) @ frame[:3, :3].T + frame[:3, 3]
         low, high = np.minimum(low, points.min(axis=0)), np.maximum(high, points.max(axis=0))
     return corners(low, high) if np.all(low <= high) else None
@@ -157,11 +116,11 @@ def collision_points(element: "etree._Element", folder: Path) -> Array:
     for collision in element.findall("collision"):
         mesh = collision.find("geometry/mesh")
         if mesh is not None:
-            points = mesh_points(folder / str(mesh.get("filename"))) * np.array(numbers(mesh, "scale", "1 1 1"))
+            points = points_of(folder / str(mesh.get("filename"))) * np.array(numbers(mesh, "scale", "1 1 1"))
         else:
             extent = shape_box(collision.find("geometry"), folder)
             points = np.zeros((0, 3)) if extent is None else corners(*extent)
-        frame = origin_of(collision)
+        frame = element_pose(collision)
         clouds.append(points @ frame[:3, :3].T + frame[:3, 3])
     return np.vstack(clouds)
 
@@ -184,7 +143,7 @@ def shape_box(geometry: "etree._Element | None", folder: Path) -> tuple[Array, A
         radius, length = numbers(shape, "radius", "0")[0], numbers(shape, "length", "0")[0]
         half = np.array([radius, radius, length / 2.0 + (radius if shape.tag == "capsule" else 0.0)])
     else:
-        points = mesh_points(folder / str(shape.get("filename")))
+        points = points_of(folder / str(shape.get("filename")))
         if not len(points):
             return None
         scale = np.array(numbers(shape, "scale", "1 1 1"))
@@ -193,16 +152,12 @@ def shape_box(geometry: "etree._Element | None", folder: Path) -> tuple[Array, A
     return -half, half
 
 
-def mesh_points(file: Path) -> Array:
-    """(n, 3) vertices of a mesh file, none where it is not there. An OBJ is read directly: objects have hundreds."""
-    if not file.is_file():
+def points_of(file: Path) -> Array:
+    """(n, 3) vertices of a mesh file; none where it is missing or holds no triangle."""
+    try:
+        return mesh_points(file) if file.is_file() else np.zeros((0, 3))
+    except ValueError:
         return np.zeros((0, 3))
-    if file.suffix.lower() == ".obj":
-        lines = file.read_text(encoding="utf-8", errors="replace").splitlines()
-        words = [line.split()[1:4] for line in lines if line.startswith("v ")]
-        return np.array(words, dtype=float).reshape(-1, 3)
-    loaded: Array = np.asarray(trimesh.load_mesh(str(file)).vertices, dtype=float).reshape(-1, 3)
-    return loaded
 
 
 def pull_on(item: Mechanism, joint: str, positions: Mapping[str, float], poses: Mapping[str, Array]) -> Pull:
@@ -221,10 +176,10 @@ def pull_on(item: Mechanism, joint: str, positions: Mapping[str, float], poses: 
         moment += body.mass * (pose[:3, :3] @ body.com + pose[:3, 3])
     at = positions.get(joint, 0.0)
     if hinge.type == "prismatic" or mass <= 0.0:
-        return Pull(at, -mass * GRAVITY_M_S2 * float(axis[2]), 0.0, 0.0)
+        return Pull(at, -mass * GRAVITY_M_S2 * float(axis[2]), prismatic=True)
     across = np.cross(axis, moment / mass - frame[:3, 3])
     weight = mass * GRAVITY_M_S2
-    return Pull(at, 0.0, -weight * float(across[2]), -weight * float(np.cross(axis, across)[2]))
+    return Pull(at, -weight * float(across[2]), -weight * float(np.cross(axis, across)[2]))
 
 
 def moved_inertia(item: Mechanism, joint: str, poses: Mapping[str, Array]) -> float:

@@ -2,8 +2,6 @@
 
 from collections.abc import Sequence
 
-import numpy as np
-
 from asset2sim.checks.joint_groups import run_in_groups
 from asset2sim.checks.mechanism import Mechanism, moved_inertia, poses_at, pull_on, span_of
 from asset2sim.checks.watch import capped, watch
@@ -28,7 +26,7 @@ def nudges(world: World, item: Mechanism, settings: EngineSettings, limits: Thre
     poses = poses_at(item, item.start)
     given: dict[str, float] = {}
     for joint in item.joints:
-        pull = float(pull_on(item, joint.name, item.start, poses).over(np.array([joint.initial_position]))[0])
+        pull = float(pull_on(item, joint.name, item.start, poses).at(joint.initial_position))
         given[joint.name] = patience(joint, moved_inertia(item, joint.name, poses), pull, settings)
 
     def run(names: Sequence[str]) -> dict[str, Nudge]:

@@ -54,7 +54,7 @@ def openings(world: World, item: Mechanism, settings: EngineSettings) -> tuple[O
         for direction in (1.0, -1.0):
             pushes = []
             for joint in joints:
-                pull = float(pull_on(item, joint.name, item.start, poses).over(np.array([joint.initial_position]))[0])
+                pull = float(pull_on(item, joint.name, item.start, poses).at(joint.initial_position))
                 push = push_of(joint, direction, pull, moved_inertia(item, joint.name, poses), item)
                 if push is not None:
                     pushes.append(push)

@@ -6,9 +6,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from asset2sim.checks.joint_groups import run_in_groups
-from asset2sim.checks.mechanism import Mechanism, Pull, poses_at, pull_on, span_of
+from asset2sim.checks.mechanism import Mechanism, poses_at, pull_on, span_of
 from asset2sim.checks.watch import capped, watch
 from asset2sim.engines.world import World
+from asset2sim.physics.mass_matrix import Pull
 from schemas.interaction import Release, share_left
 from schemas.overlay import JointPhysics
 from schemas.settings import EngineSettings, Thresholds
@@ -28,7 +29,7 @@ Stretches = Mapping[str, tuple[float, float]]
 
 
 @dataclass(frozen=True)
-class Task:
+class ExpectedRelease:
     """One joint to release at ``start``; it should end between ``target`` and ``far`` (rad or m), brought there by
     ``by``."""
 
@@ -47,7 +48,7 @@ def releases(
     Joints move within the stretch in which the sweep found them ``free``: an obstacle is the sweep's to report.
     """
     poses = poses_at(item, item.start)
-    tasks: dict[str, Task] = {}
+    tasks: dict[str, ExpectedRelease] = {}
     for joint in item.joints:
         task = expected(joint, pull_on(item, joint.name, item.start, poses), free.get(joint.name, span_of(joint)))
         if task is not None:
@@ -63,7 +64,7 @@ def releases(
     return tuple(found[name] for name in tasks)
 
 
-def expected(joint: JointPhysics, pull: Pull, free: tuple[float, float]) -> Task | None:
+def expected(joint: JointPhysics, pull: Pull, free: tuple[float, float]) -> ExpectedRelease | None:
     """Where a joint is released and where it should come to rest; None where nothing brings it back.
 
     A joint with a spring rests where k (q_ref − q) and gravity's pull balance, short of it by friction, or at the end
@@ -73,7 +74,7 @@ def expected(joint: JointPhysics, pull: Pull, free: tuple[float, float]) -> Task
     low, high = free
     if high <= low:
         return None
-    task: Task | None = None
+    task: ExpectedRelease | None = None
     if joint.stiffness > 0.0:
         task = sprung(joint, pull, low, high)
     elif not joint.holds and joint.lower is not None and joint.upper is not None:
@@ -82,25 +83,25 @@ def expected(joint: JointPhysics, pull: Pull, free: tuple[float, float]) -> Task
     return task if task is not None and abs(task.start - task.target) > LEAST_WAY_SHARE * (upper - lower) else None
 
 
-def fallen(joint: JointPhysics, pull: Pull, low: float, high: float) -> Task | None:
+def fallen(joint: JointPhysics, pull: Pull, low: float, high: float) -> ExpectedRelease | None:
     """The task of a joint that gravity closes or opens: pulled harder than friction over half of its free stretch."""
     middle = low + START_SHARE * (high - low)
     for end in (low, high):
         way = np.linspace(middle, end, SAMPLES)
-        if np.all(np.sign(end - middle) * pull.over(way) > SURE * joint.friction + 1e-12):
-            return Task(joint, GRAVITY, middle, end, end)
+        if np.all(np.sign(end - middle) * pull.at(way) > SURE * joint.friction + 1e-12):
+            return ExpectedRelease(joint, GRAVITY, middle, end, end)
     return None
 
 
-def sprung(joint: JointPhysics, pull: Pull, low: float, high: float) -> Task:
+def sprung(joint: JointPhysics, pull: Pull, low: float, high: float) -> ExpectedRelease:
     """The task of a joint with a spring: let go of half way from its rest to the end that is further from it."""
     way = np.linspace(low, high, SAMPLES)
-    force = joint.stiffness * (joint.spring_reference - way) + pull.over(way)
+    force = joint.stiffness * (joint.spring_reference - way) + pull.at(way)
     rest = equilibrium_of(way, force)
     start = rest + START_SHARE * ((low if rest - low > high - rest else high) - rest)
     # Friction stops it short of the balance, on the side that it comes from, or as far beyond if it comes fast.
     drag = np.sign(rest - start) * joint.friction
-    return Task(joint, SPRING, start, equilibrium_of(way, force - drag), equilibrium_of(way, force + drag))
+    return ExpectedRelease(joint, SPRING, start, equilibrium_of(way, force - drag), equilibrium_of(way, force + drag))
 
 
 def equilibrium_of(way: np.ndarray, force: np.ndarray) -> float:
@@ -114,7 +115,7 @@ def equilibrium_of(way: np.ndarray, force: np.ndarray) -> float:
 
 
 def released(
-    world: World, item: Mechanism, tasks: Sequence[Task], settings: EngineSettings, limits: Thresholds
+    world: World, item: Mechanism, tasks: Sequence[ExpectedRelease], settings: EngineSettings, limits: Thresholds
 ) -> dict[str, Release]:
     """Joint → its record, of independent joints let go of together; ends early once nothing moves any more."""
     world.place(item.start | {task.joint.name: task.start for task in tasks})

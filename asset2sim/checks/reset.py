@@ -10,7 +10,7 @@ from lxml import etree
 from scipy.spatial import ConvexHull, QhullError
 from scipy.spatial.transform import Rotation
 
-from asset2sim.checks.hold import hold_bound
+from asset2sim.checks.interaction_verdict import hold_bound
 from asset2sim.checks.mechanism import Mechanism, collision_points, poses_at, span_of
 from asset2sim.checks.watch import capped, watch
 from asset2sim.engines.world import World

@@ -14,8 +14,8 @@ from schemas.overlay import JointPhysics
 from schemas.settings import EngineSettings, Thresholds
 from schemas.vocabulary import OverlapCause
 
-Cause = Callable[[str, str, Mapping[str, float], float], OverlapCause]
-"""Function that tells why two links overlap at these joint positions, by this depth, m."""
+CauseOf = Callable[[str, str, Mapping[str, float]], OverlapCause]
+"""Function that tells why two links overlap at these joint positions."""
 
 BISECTIONS = 4
 """Halvings of the step that ends in an overlap: the end of the free stretch is known to 0.3 % of the range."""
@@ -50,7 +50,7 @@ class RangeSearch:
 
 
 def sweeps(
-    world: World, item: Mechanism, settings: EngineSettings, limits: Thresholds, cause: Cause
+    world: World, item: Mechanism, settings: EngineSettings, limits: Thresholds, cause: CauseOf
 ) -> tuple[tuple[Sweep, ...], dict[str, tuple[float, float]]]:
     """The record of every joint, and joint → its free stretch with the others at their initial positions.
 
@@ -85,19 +85,19 @@ def authored_beyond(
     stretch: Stretch,
     obstacle: Obstacle,
     others: Mapping[str, float],
-    cause: Cause,
+    cause: CauseOf,
 ) -> Obstacle | None:
     """The obstacle at the position further on where its links' authored meshes meet; None where they never do."""
     lower, upper = span_of(joint)
     end = upper if obstacle.position >= stretch.high else lower
     for position in np.linspace(obstacle.position, end, BEYOND + 1)[1:].tolist():
         at = item.start | dict(others) | {joint.name: position}
-        if cause(obstacle.link_a, obstacle.link_b, at, obstacle.depth_m) is OverlapCause.AUTHORED:
+        if cause(obstacle.link_a, obstacle.link_b, at) is OverlapCause.AUTHORED:
             return obstacle.model_copy(update={"position": position, "cause": OverlapCause.AUTHORED})
     return None
 
 
-def record(item: Mechanism, joint: JointPhysics, stretch: Stretch, others: dict[str, float], cause: Cause) -> Sweep:
+def record(item: Mechanism, joint: JointPhysics, stretch: Stretch, others: dict[str, float], cause: CauseOf) -> Sweep:
     """The record of one joint, with the cause of each overlap that ends its free stretch."""
     lower, upper = span_of(joint)
     obstacles = [
@@ -106,7 +106,7 @@ def record(item: Mechanism, joint: JointPhysics, stretch: Stretch, others: dict[
             link_a=a,
             link_b=b,
             depth_m=depth,
-            cause=cause(a, b, item.start | others | {joint.name: position}, depth),
+            cause=cause(a, b, item.start | others | {joint.name: position}),
         )
         for position, overlaps in stretch.ends
         for (a, b), depth in sorted(overlaps.items())

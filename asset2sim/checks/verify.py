@@ -1,21 +1,26 @@
 """Verify one written asset: the paper's checks and interaction, every engine in a killable process of its own."""
 
 import hashlib
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from time import perf_counter
 
+import numpy as np
+
+from asset2sim.assets.authored_overlap import AuthoredShapes, overlap_cause
+from asset2sim.assets.extract import Extraction
 from asset2sim.assets.folder import Folder
 from asset2sim.checks.interact import interact
 from asset2sim.checks.rest import measure
-from asset2sim.checks.sweep import Cause
+from asset2sim.checks.sweep import CauseOf
 from asset2sim.engines.child import ChildOutcome, in_child
 from asset2sim.engines.registry import engine_version, installed, require
+from asset2sim.physics.kinematics import link_to_root, tree_of, written_joints
 from schemas.interaction import EngineReport, Interaction
 from schemas.measurement import Measurement
 from schemas.overlay import PhysicsOverlay
 from schemas.settings import EngineSettings, Settings
-from schemas.vocabulary import Engine, FailureMode
+from schemas.vocabulary import Engine, FailureMode, OverlapCause
 
 AT_REST = (FailureMode.PENETRATION, FailureMode.DRIFT, FailureMode.OSCILLATION)
 """Failures that the paper's checks show, in which nothing is done to the object."""
@@ -32,7 +37,7 @@ def verify(
     engines: Sequence[Engine],
     urdf: Path,
     overlay: PhysicsOverlay,
-    cause: Cause,
+    cause: CauseOf,
     settings: Settings,
 ) -> tuple[EngineReport, ...]:
     """A report from each engine on the URDF in the overlay's initial state; an engine that dies costs only its report.
@@ -46,7 +51,7 @@ def verify_in(
     engine: Engine,
     urdf: Path,
     overlay: PhysicsOverlay,
-    cause: Cause,
+    cause: CauseOf,
     settings: Settings,
     only: FailureMode | None = None,
 ) -> EngineReport:
@@ -87,7 +92,7 @@ def verify_cached(
     engines: Sequence[Engine],
     folder: Folder,
     overlay: PhysicsOverlay,
-    cause: Cause,
+    cause: CauseOf,
     settings: Settings,
     only: FailureMode | None = None,
 ) -> tuple[EngineReport, ...]:
@@ -116,3 +121,15 @@ def digest(folder: Folder, overlay: PhysicsOverlay) -> str:
         for file in files:
             whole.update(hashlib.sha256((folder.path / file).read_bytes()).digest())
     return whole.hexdigest()
+
+
+def cause_for(extraction: Extraction, overlay: PhysicsOverlay) -> CauseOf:
+    """Function that tells whether two links' authored meshes overlap at given joint positions, or only their hulls."""
+    features, shapes = extraction.features, AuthoredShapes(extraction, overlay.scale)
+    tree = tree_of(written_joints(features, overlay), overlay.scale)
+
+    def cause(a: str, b: str, positions: Mapping[str, float]) -> OverlapCause:
+        poses = link_to_root(tree, features.root, positions)
+        return overlap_cause(shapes, a, b, np.linalg.inv(poses[b]) @ poses[a])
+
+    return cause

@@ -4,28 +4,25 @@ The process of an asset is itself a child that can be killed, has one thread and
 plain fork is safe, costs a few milliseconds, and takes any function and arguments as they are.
 """
 
-import ctypes
 import os
 import pickle
 import select
 import signal
 import sys
+import tempfile
 import time
 import traceback
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
 from typing import Generic, NoReturn, TypeVar
 
+from asset2sim.assets.child_process import dump_traceback, end_with_parent
 from schemas.errors import Asset2SimError
 from schemas.vocabulary import Engine
 
 CHUNK = 1 << 20
 """Bytes that are read from the child at once."""
-DUMP_WAIT_S = 0.1
-"""Time for a hung child to write its traceback before it is killed, s."""
-PR_SET_PDEATHSIG = 1
-"""Linux: the signal that a process is sent when its parent ends."""
-
 T = TypeVar("T")
 
 
@@ -60,7 +57,7 @@ def in_child(engine: Engine, function: Callable[..., T], *args: object, time_lim
     try:
         said = _read(reader, deadline)
         if said is None:
-            _dump_traceback(pid)
+            dump_traceback(pid)
             return ChildOutcome(
                 None, f"{engine} was not done after {time_limit_s:g} s, and was killed", timed_out=True, died=True
             )
@@ -80,7 +77,7 @@ def _work(writer: int, parent: int, function: Callable[..., T], args: tuple[obje
     """The child: call the function, send the outcome, and end without running what the parent would at its exit."""
     code = 1
     try:
-        _end_with_parent(parent)
+        end_with_parent(parent)
         said = _attempt(function, args)
         with os.fdopen(writer, "wb") as stream:
             stream.write(said)
@@ -89,14 +86,6 @@ def _work(writer: int, parent: int, function: Callable[..., T], args: tuple[obje
         code = 0
     finally:
         os._exit(code)
-
-
-def _end_with_parent(parent: int) -> None:
-    """Have the kernel kill this process when its parent goes. Linux only; elsewhere the process group does it."""
-    if sys.platform == "linux":
-        ctypes.CDLL(None).prctl(PR_SET_PDEATHSIG, signal.SIGKILL)
-        if os.getppid() != parent:
-            os._exit(1)
 
 
 def _attempt(function: Callable[..., T], args: tuple[object, ...]) -> bytes:
@@ -134,14 +123,29 @@ def _read(reader: int, deadline: float) -> bytes | None:
         chunks.append(chunk)
 
 
-def _dump_traceback(pid: int) -> None:
-    """Have the child dump its traceback, if this process has set that up."""
-    os.kill(pid, signal.SIGUSR1)
-    time.sleep(DUMP_WAIT_S)
-
-
 def _cause_of_death(status: int) -> str:
     code = os.waitstatus_to_exitcode(status)
     if code >= 0:
         return f"ended its process with exit code {code} and without a result"
     return f"crashed: its process was killed by {signal.Signals(-code).name}"
+
+
+@contextmanager
+def captured_console() -> Iterator[list[str]]:
+    """Collect the lines that this process writes to file descriptors 1 and 2 while the block runs."""
+    lines: list[str] = []
+    sys.stdout.flush()
+    sys.stderr.flush()
+    with tempfile.TemporaryFile() as sink:
+        saved = [(fd, os.dup(fd)) for fd in (1, 2)]
+        for fd, _ in saved:
+            os.dup2(sink.fileno(), fd)
+        try:
+            yield lines
+        finally:
+            for fd, copy in saved:
+                os.dup2(copy, fd)
+                os.close(copy)
+            sink.seek(0)
+            text = sink.read().decode("utf-8", errors="replace")
+            lines.extend(line.strip() for line in text.splitlines() if line.strip())

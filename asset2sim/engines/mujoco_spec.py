@@ -7,6 +7,18 @@ from pathlib import Path
 import mujoco
 from lxml import etree
 
+from asset2sim.assets.mujoco_options import (
+    CONTACT_SOLIMP,
+    FRICTION_RATIO,
+    FRICTION_SOLIMP,
+    LIMIT_SOLIMP,
+    LOCKED_RANGE,
+    ROLLING_M,
+    SOLVER_ITERATIONS,
+    SOLVER_TOLERANCE,
+    TORSION_M,
+    solref,
+)
 from asset2sim.assets.urdf.locate import find_mesh
 from asset2sim.assets.urdf.read import Dynamics, read_dynamics
 from schemas.errors import AssetError
@@ -61,38 +73,11 @@ def collected_warnings() -> Iterator[list[str]]:
         mujoco.set_mju_user_warning(before)
 
 
-MESH_FORMATS = (".obj", ".stl", ".msh")
-"""Mesh formats that MuJoCo reads; a visual of another format is left out."""
-IMPEDANCE = 0.9999
-"""Impedance d of MuJoCo's constraints, springs and dampers that yield to the share 1 - d of the load; 0.9999 is the
-stiffest that it allows. At its usual 0.9 to 0.95 a lid that dry friction holds creeps by 0.01 rad/s."""
-CONTACT_IMPEDANCE = 0.99
-"""The same for contacts and limits. At MuJoCo's own 0.95 light objects sink in by a millimetre and rock on it."""
-SOFT_WIDTH_M = 1e-3
-"""Depth, m, over which a contact reaches its full impedance; MuJoCo's own."""
-REFERENCE_STEPS = 3.0
-"""Time constant of constraints in time steps: 12.5 ms at 240 Hz, where MuJoCo's own is 20 ms. At 2, the shortest that
-it allows, objects that stand on three points chatter and wander by millimetres; longer, and what falls sinks in."""
-FRICTION_RATIO = 100.0
-"""How much stiffer friction is than contact (impratio): at 1 a block creeps down a slope by 2 mm/s."""
-TORSION_M = 5e-3
-
-ROLLING_M = 1e-4
-"""MuJoCo's own coefficients of spinning and rolling friction, m; contacts of dimension 3 use neither."""
-SOLVER_ITERATIONS = 100
-
-SOLVER_TOLERANCE = 1e-10
-"""Where Newton's method stops; at MuJoCo's 1e-8 light parts on heavy ones keep a residual motion."""
-LOCKED_RANGE = 1e-6
-"""Range, rad or m, of a joint whose lower and upper limit are the same: MuJoCo would read them as no limit."""
-
-
 def object_spec(
     urdf: Path,
     *,
     free: bool,
     contact_friction: float,
-    visuals: bool = False,
 ) -> mujoco.MjSpec:
     """The uncompiled MuJoCo specification of a URDF, with the joint dynamics that MuJoCo's URDF reader drops.
 
@@ -100,10 +85,10 @@ def object_spec(
     damping, frictionloss, stiffness and springref as the URDF states them; every geom the sliding coefficient
     ``contact_friction`` (MuJoCo takes the larger of two). ``free`` puts a free joint on the root, which is held
     otherwise; links next to each other in the tree do not collide either way. Mesh bytes are in ``assets`` under their
-    paths relative to the URDF's folder. Visuals are in group 1 and collide with nothing; without ``visuals`` there are
-    none. Raises AssetError (engine_crash) where MuJoCo cannot read it.
+    paths relative to the URDF's folder. Visuals are left out. Raises AssetError (engine_crash) where MuJoCo cannot read
+    it.
     """
-    root = prepared(urdf, visuals)
+    root = prepared(urdf)
     try:
         with collected_warnings():
             spec = mujoco.MjSpec.from_string(etree.tostring(root).decode(), assets=mesh_bytes(root, urdf.parent))
@@ -117,12 +102,6 @@ def object_spec(
     lock_joints(spec, root)
     for geom in spec.geoms:
         geom.friction = [contact_friction, TORSION_M, ROLLING_M]
-    # A visual needs no volume; a collision mesh without one is refused, as it is when a user loads the URDF.
-    shown = {geom.meshname for geom in spec.geoms if geom.contype == 0 and geom.conaffinity == 0}
-    solid = {geom.meshname for geom in spec.geoms if geom.contype != 0 or geom.conaffinity != 0}
-    for mesh in spec.meshes:
-        if mesh.name in shown - solid:
-            mesh.inertia = mujoco.mjtMeshInertia.mjMESH_INERTIA_SHELL
     if free:
         spec.worldbody.first_body().add_freejoint(name="root")
     else:
@@ -130,7 +109,7 @@ def object_spec(
     return spec
 
 
-def prepared(urdf: Path, visuals: bool) -> "etree._Element":
+def prepared(urdf: Path) -> "etree._Element":
     """The URDF's tree with MuJoCo's compiler set as ``object_spec`` wants, meshes by plain paths, visuals left out."""
     try:
         root = etree.parse(str(urdf)).getroot()
@@ -138,12 +117,8 @@ def prepared(urdf: Path, visuals: bool) -> "etree._Element":
         raise refused(urdf, error) from error
     for link in root.findall("link"):
         for visual in link.findall("visual"):
-            mesh = visual.find("geometry/mesh")
-            readable = mesh is None or Path(str(mesh.get("filename"))).suffix.lower() in MESH_FORMATS
-            if not (visuals and readable):
-                link.remove(visual)
-            # MuJoCo wants names of visuals to be unique, datasets repeat them, and nothing refers to them.
-            visual.attrib.pop("name", "")
+            link.remove(visual)
+        # MuJoCo wants names of shapes to be unique, datasets repeat them, and nothing refers to them.
         for collision in link.findall("collision"):
             collision.attrib.pop("name", "")
     for existing in root.findall("mujoco"):
@@ -187,8 +162,8 @@ def give_dynamics(spec: mujoco.MjSpec, terms: dict[str, Dynamics]) -> None:
         joint.frictionloss = term.friction
         joint.stiffness = [term.stiffness, 0.0, 0.0]
         joint.springref = term.spring_reference
-        joint.solimp_friction = [IMPEDANCE, IMPEDANCE, 1.0, 0.5, 2.0]
-        joint.solimp_limit = [CONTACT_IMPEDANCE, CONTACT_IMPEDANCE, 1.0, 0.5, 2.0]
+        joint.solimp_friction = FRICTION_SOLIMP
+        joint.solimp_limit = LIMIT_SOLIMP
 
 
 def lock_joints(spec: mujoco.MjSpec, root: "etree._Element") -> None:
@@ -223,13 +198,11 @@ def give_options(spec: mujoco.MjSpec, timestep_s: float, gravity_m_s2: float) ->
     option.iterations = SOLVER_ITERATIONS
     option.tolerance = SOLVER_TOLERANCE
     option.disableflags |= int(mujoco.mjtDisableBit.mjDSBL_AUTORESET)
-    reference = [REFERENCE_STEPS * timestep_s, 1.0]
     for joint in spec.joints:
-        joint.solref_friction = reference
-        joint.solref_limit = reference
+        joint.solref_friction = joint.solref_limit = solref(timestep_s)
     for geom in spec.geoms:
-        geom.solref = reference
-        geom.solimp = [CONTACT_IMPEDANCE - 0.04, CONTACT_IMPEDANCE, SOFT_WIDTH_M, 0.5, 2.0]
+        geom.solref = solref(timestep_s)
+        geom.solimp = CONTACT_SOLIMP
 
 
 def refused(urdf: Path, error: Exception) -> AssetError:

@@ -11,10 +11,10 @@ from scipy.spatial.transform import Rotation
 from asset2sim.engines import lowest
 from asset2sim.engines.contacts import ContactPoint
 from asset2sim.engines.mujoco_spec import collected_warnings, give_options, object_spec, refused
-from asset2sim.engines.world import GRAVITY_M_S2
+from asset2sim.engines.world import nothing_collides
 from asset2sim.physics.arrays import Array
-from schemas.errors import AssetError
-from schemas.vocabulary import Engine, FailureMode
+from asset2sim.physics.mass_matrix import GRAVITY_M_S2
+from schemas.vocabulary import Engine
 
 GROUND = "ground"
 GROUND_GRID_M = 1.0
@@ -86,7 +86,7 @@ class MuJoCoWorld:
         self.data.qpos[:7] = (*shift_m, 0.0, w, x, y, z)
         height = self.lowest_m()
         if not np.isfinite(height):
-            raise AssetError(FailureMode.ENGINE_CRASH, "nothing_collides", "no link has a collision shape; add one")
+            raise nothing_collides()
         self.data.qpos[2] = height_m - height
 
     def step(self, count: int = 1) -> None:

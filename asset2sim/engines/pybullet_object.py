@@ -16,10 +16,10 @@ import pybullet
 from pybullet_utils.bullet_client import BulletClient
 
 from asset2sim.assets.urdf.read import Dynamics, read_dynamics
-from asset2sim.engines.console import captured_console
+from asset2sim.engines.child import captured_console
 from asset2sim.engines.contacts import ContactPoint
-from asset2sim.engines.world import GRAVITY_M_S2
 from asset2sim.physics.arrays import Array
+from asset2sim.physics.mass_matrix import GRAVITY_M_S2
 from schemas.errors import AssetError
 from schemas.settings import EngineSettings
 from schemas.vocabulary import FailureMode
@@ -60,6 +60,15 @@ class PyBulletObject:
         """(n,) joint velocities in ``joint_index``' order, rad/s or m/s."""
         return self._joint_states(1)
 
+    def contacts(self) -> list[ContactPoint]:
+        """The object's contact points with itself as it is, under the filter that it was loaded with."""
+        self.client.performCollisionDetection()
+        names = self.link_names
+        return [
+            ContactPoint(names[point[3]], names[point[4]], float(point[8]))
+            for point in self.client.getContactPoints(self.body, self.body)
+        ]
+
     def _joint_states(self, column: int) -> Array:
         # Asked for no joints, PyBullet answers None.
         states = self._ask() if self.joint_index else []
@@ -73,7 +82,7 @@ class PyBulletObject:
 
 @contextmanager
 def loaded(
-    urdf: Path, *, fixed_base: bool, timestep_s: float, gravity_m_s2: float = GRAVITY_M_S2
+    urdf: Path, *, fixed_base: bool, timestep_s: float, gravity_m_s2: float = GRAVITY_M_S2, flags: int = FLAGS
 ) -> Iterator[PyBulletObject]:
     """Load a URDF into a client of its own, gravity along -z, joint dynamics applied. The client ends with the block.
 
@@ -89,7 +98,7 @@ def loaded(
         )
         with captured_console() as console:
             try:
-                body = client.loadURDF(str(urdf), useFixedBase=fixed_base, flags=FLAGS)
+                body = client.loadURDF(str(urdf), useFixedBase=fixed_base, flags=flags)
             except pybullet.error:
                 body = -1
         if body < 0:
@@ -125,21 +134,15 @@ def prepared(
 
 
 def contact_points(item: PyBulletObject, positions: Mapping[str, float]) -> list[ContactPoint]:
-    """The object's contact points with itself at these joint positions, under PyBullet's default filter."""
+    """The object's contact points with itself at these joint positions."""
     item.place(positions)
-    item.client.performCollisionDetection()
-    names = item.link_names
-    return [
-        ContactPoint(names[point[3]], names[point[4]], float(point[8]))
-        for point in item.client.getContactPoints(item.body, item.body)
-    ]
+    return item.contacts()
 
 
 @contextmanager
 def static_object(urdf: Path, settings: EngineSettings) -> Iterator[PyBulletObject]:
     """The object with its root held and no gravity, for ``contact_points`` at many joint positions."""
-    with loaded(urdf, fixed_base=True, timestep_s=settings.timestep_s) as item:
-        item.client.setGravity(0.0, 0.0, 0.0)
+    with loaded(urdf, fixed_base=True, timestep_s=settings.timestep_s, gravity_m_s2=0.0) as item:
         yield item
 
 

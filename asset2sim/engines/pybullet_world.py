@@ -11,10 +11,10 @@ from scipy.spatial.transform import Rotation
 
 from asset2sim.engines.contacts import ContactPoint
 from asset2sim.engines.pybullet_object import MARGIN_M, PyBulletObject, loaded
-from asset2sim.engines.world import GRAVITY_M_S2, contact_distance_m
+from asset2sim.engines.world import contact_distance_m, nothing_collides
 from asset2sim.physics.arrays import Array
-from schemas.errors import AssetError
-from schemas.vocabulary import Engine, FailureMode
+from asset2sim.physics.mass_matrix import GRAVITY_M_S2
+from schemas.vocabulary import Engine
 
 FAR_ABOVE_M = 20.0
 """A height, m, at which no part of a household object reaches the plane."""
@@ -158,14 +158,9 @@ class PyBulletWorld:
             for point in self.item.client.getClosestPoints(self.plane, self.item.body, 2.0 * FAR_ABOVE_M)
         ]
         if not gaps:
-            raise AssetError(FailureMode.ENGINE_CRASH, "nothing_collides", "no link has a collision shape; add one")
+            raise nothing_collides()
         return min(gaps)
 
     def contacts(self) -> list[ContactPoint]:
         """See ``World``: no contacts of a link with its parent."""
-        self.item.client.performCollisionDetection()
-        names = self.item.link_names
-        return [
-            ContactPoint(names[point[3]], names[point[4]], float(point[8]))
-            for point in self.item.client.getContactPoints(self.item.body, self.item.body)
-        ]
+        return self.item.contacts()

@@ -7,7 +7,8 @@ from importlib.util import find_spec
 from pathlib import Path
 from typing import cast
 
-from asset2sim.engines.world import GRAVITY_M_S2, Opener, World
+from asset2sim.engines.world import Opener, World
+from asset2sim.physics.mass_matrix import GRAVITY_M_S2
 from schemas.errors import UsageError
 from schemas.vocabulary import Engine
 

@@ -10,10 +10,10 @@ from scipy.spatial.transform import Rotation
 
 from asset2sim.engines.contacts import ContactPoint
 from asset2sim.engines.sapien_object import SapienObject, loaded
-from asset2sim.engines.world import GRAVITY_M_S2
+from asset2sim.engines.world import nothing_collides
 from asset2sim.physics.arrays import Array
-from schemas.errors import AssetError
-from schemas.vocabulary import Engine, FailureMode
+from asset2sim.physics.mass_matrix import GRAVITY_M_S2
+from schemas.vocabulary import Engine
 
 LOOK_S = 1e-7
 """Time step of a contact query, s: PhysX finds contacts only while stepping, at the poses before the step."""
@@ -79,7 +79,7 @@ class SapienWorld:
             return
         height = self.lowest_m()
         if not np.isfinite(height):
-            raise AssetError(FailureMode.ENGINE_CRASH, "nothing_collides", "no link has a collision shape; add one")
+            raise nothing_collides()
         self.stand((shift_m[0], shift_m[1], height_m - height), (w, x, y, z))
 
     def stand(self, position: tuple[float, float, float], orientation: tuple[float, float, float, float]) -> None:

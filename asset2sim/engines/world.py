@@ -7,9 +7,13 @@ from typing import Protocol
 
 from asset2sim.engines.contacts import ContactPoint
 from asset2sim.physics.arrays import Array
-from schemas.vocabulary import Engine
+from asset2sim.physics.mass_matrix import GRAVITY_M_S2
+from schemas.errors import AssetError
+from schemas.vocabulary import Engine, FailureMode
 
-GRAVITY_M_S2 = 9.81
+CONTACT_SPEED_M_S = 1.2
+"""Speed, m/s, up to which contact is generated a step ahead: a fall of 5 cm ends at 1 m/s, and must not end inside. A
+larger one makes a step of an object of many parts several times slower, for neighbours that never touch."""
 
 
 class World(Protocol):
@@ -85,9 +89,9 @@ class Opener(Protocol):
         """The loaded object, until the context ends."""
 
 
-CONTACT_SPEED_M_S = 1.2
-"""Speed, m/s, up to which contact is generated a step ahead: a fall of 5 cm ends at 1 m/s, and must not end inside. A
-larger one makes a step of an object of many parts several times slower, for neighbours that never touch."""
+def nothing_collides() -> AssetError:
+    """AssetError (engine_crash) for an object that cannot stand on a plane."""
+    return AssetError(FailureMode.ENGINE_CRASH, "nothing_collides", "no link has a collision shape; add one")
 
 
 def contact_distance_m(timestep_s: float) -> float:

@@ -10,11 +10,9 @@ from pydantic import Field, ValidationError
 
 from asset2sim.models.lenient_json import parse_json
 from schemas.base import Finite, Frozen
-from schemas.errors import InvalidAnswerError
+from schemas.errors import InvalidAnswerError, shortened
 from schemas.features import Features
 from schemas.overlay import JointProposal, LinkProposal, Overlay
-
-__all__ = ["InvalidFieldsError", "RefinementAnswer", "parse_json", "parse_overlay", "parse_refinement"]
 
 _PARTS: dict[str, type[Frozen]] = {"links": LinkProposal, "joints": JointProposal}
 
@@ -55,7 +53,7 @@ def parse_overlay(text: str, features: Features) -> Overlay:
     Raises ``InvalidAnswerError`` with every violation, its path and the valid choices. Whether the numbers are sensible
     is checked by validation.
     """
-    overlay = _fit(Overlay, parse_json(text))
+    overlay = strict_fit(Overlay, parse_json(text))
     links = [link.name for link in features.links]
     joints = [joint.name for joint in features.joints]
     movable = [joint.name for joint in features.movable_joints]
@@ -65,7 +63,7 @@ def parse_overlay(text: str, features: Features) -> Overlay:
         *_name_violations("joints", [joint.name for joint in overlay.joints], "joint", joints),
         *_key_violations("initial_joint_positions", positions, "movable joint", movable),
         *(
-            f"asked[{index}]: '{_short(name)}' is neither 'scale' nor a joint; joints are: {_listed(joints)}"
+            f"asked[{index}]: '{_quoted(name)}' is neither 'scale' nor a joint; joints are: {_listed(joints)}"
             for index, name in enumerate(overlay.asked)
             if name != "scale" and name not in joints and not name.startswith(tuple(f"{joint}." for joint in joints))
         ),
@@ -77,14 +75,15 @@ def parse_overlay(text: str, features: Features) -> Overlay:
 
 def parse_refinement(text: str, focus: Sequence[str]) -> RefinementAnswer:
     """The refinement step in a model's answer; deltas only for the focus joints. Raises ``InvalidAnswerError``."""
-    answer = _fit(RefinementAnswer, parse_json(text))
+    answer = strict_fit(RefinementAnswer, parse_json(text))
     violations = _key_violations("deltas", answer.deltas, "focus joint", focus)
     if violations:
         raise InvalidFieldsError(violations)
     return answer
 
 
-def _fit(model: type[_Model], value: object) -> _Model:
+def strict_fit(model: type[_Model], value: object) -> _Model:
+    """The model of a JSON value, without conversion of types; raises ``InvalidFieldsError``."""
     if not isinstance(value, dict):
         raise InvalidFieldsError([f"the answer is a JSON {_json_type(value)}; an object is wanted"])
     try:
@@ -108,7 +107,7 @@ def _violation(
         return f"{path}: no such field; fields are: {_listed(sorted(owner.model_fields))}"
     if kind == "missing":
         return f"{path}: this field is required"
-    return f"{path or 'the answer'}: {message}, not {_short(json.dumps(value, default=str))}"
+    return f"{path or 'the answer'}: {message}, not {_quoted(json.dumps(value, default=str))}"
 
 
 def _path(loc: Iterable[int | str]) -> list[str]:
@@ -117,18 +116,18 @@ def _path(loc: Iterable[int | str]) -> list[str]:
         if isinstance(item, int) and parts:
             parts[-1] += f"[{item}]"
         else:
-            parts.append(_short(str(item)))
+            parts.append(_quoted(str(item)))
     return parts
 
 
 def _name_violations(path: str, names: Sequence[str], kind: str, known: Sequence[str]) -> list[str]:
     unknown = [
-        f"{path}[{index}].name: unknown {kind} '{_short(name)}'; {kind}s are: {_listed(known)}"
+        f"{path}[{index}].name: unknown {kind} '{_quoted(name)}'; {kind}s are: {_listed(known)}"
         for index, name in enumerate(names)
         if name not in known
     ]
     twice = [
-        f"{path}: {kind} '{_short(name)}' is given {count} times; once is wanted"
+        f"{path}: {kind} '{_quoted(name)}' is given {count} times; once is wanted"
         for name, count in Counter(names).items()
         if count > 1
     ]
@@ -137,7 +136,7 @@ def _name_violations(path: str, names: Sequence[str], kind: str, known: Sequence
 
 def _key_violations(path: str, names: Iterable[str], kind: str, known: Sequence[str]) -> list[str]:
     return [
-        f"{path}.{_short(name)}: '{_short(name)}' is not a {kind}; {kind}s are: {_listed(known)}"
+        f"{path}.{_quoted(name)}: '{_quoted(name)}' is not a {kind}; {kind}s are: {_listed(known)}"
         for name in names
         if name not in known
     ]
@@ -153,20 +152,16 @@ def _json_type(value: object) -> str:
     return names.get(type(value), "number")
 
 
-def _short(text: str, length: int = 60) -> str:
-    return text if len(text) <= length else text[:length] + "…"
+def _quoted(text: str) -> str:
+    return shortened(text, 60)
 
 
-FELT = (
+RULE_FIELDS = (
     "coast_s", "spring_hz", "closes_s", "stops_within", "returns_s", "damping_level", "density_kg_m3", "hollow_factor",
 )  # fmt: skip
 """Fields from which our rules derive numbers; methods that use a model's numbers unchanged do not ask for them."""
 
-WITHOUT: dict[str, tuple[str, ...]] = {
-    "synthesis": ("sigmas",),
-    "direct": ("sigmas", *FELT),
-    "ivw": FELT,
-}
+WITHOUT: dict[str, tuple[str, ...]] = {"synthesis": ("sigmas",), "direct": ("sigmas", *RULE_FIELDS), "ivw": RULE_FIELDS}
 """Purpose → fields of an overlay that its prompt does not ask for."""
 
 

@@ -1,22 +1,37 @@
-"""The request for an overlay of an object, repeated once where the answer is invalid."""
+"""Questions to a model that are repeated where the answer is invalid; the overlay of an object by such a question."""
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Generic, TypeVar
 
 from asset2sim.models.answers import InvalidFieldsError, parse_overlay
 from asset2sim.models.prompts import synthesis_request, with_validation_errors
-from schemas.base import Vector3
 from schemas.errors import AssetError, InvalidAnswerError
 from schemas.features import Features
 from schemas.finding import Finding
 from schemas.overlay import Overlay
-from schemas.request import LabelledImage, ModelAnswer, ModelCall, ModelRequest
+from schemas.request import LabelledImage, ModelAnswer, ModelAsk, ModelCall, ModelRequest
 from schemas.vocabulary import FailureMode, Severity, Stage
 
 MAX_ASKS = 2
-"""Questions per overlay: the second states what was wrong with the first answer, and a third rarely helps."""
+"""Times that a question is asked: the second states what was wrong with the first answer, and a third rarely helps."""
 
 Synthesized = tuple[Overlay, tuple[ModelCall, ...], tuple[Finding, ...]]
 """An overlay, every model call made for it, and the findings."""
+
+
+Value = TypeVar("Value")
+
+
+@dataclass(frozen=True)
+class Replies(Generic[Value]):
+    """What came of one question: the value of the answer that fits (None without one), every answer, every model call
+    with those of refused answers marked, and why answers were refused."""
+
+    value: Value | None
+    answers: tuple[ModelAnswer, ...]
+    calls: tuple[ModelCall, ...]
+    refused: tuple[InvalidAnswerError, ...]
 
 
 class SynthesisError(AssetError):
@@ -33,43 +48,55 @@ class SynthesisError(AssetError):
 def synthesize(
     features: Features,
     guidance: str | None,
-    closed_size: Vector3,
-    link_centers: Mapping[str, Vector3],
-    ask: Callable[[ModelRequest], ModelAnswer],
+    ask: ModelAsk,
     images: Sequence[LabelledImage] = (),
 ) -> Synthesized:
     """A model's overlay for one object, with every call made for it and a finding where it was asked twice.
 
-    Sizes and centres are as ``synthesis_request`` takes them. Raises ``SynthesisError`` as ``ask_overlay`` does.
+    Raises ``SynthesisError`` as ``ask_overlay`` does.
     """
-    return ask_overlay(synthesis_request(features, guidance, closed_size, link_centers, images), features, ask)
+    return ask_overlay(synthesis_request(features, guidance, images), features, ask)
 
 
-def ask_overlay(first: ModelRequest, features: Features, ask: Callable[[ModelRequest], ModelAnswer]) -> Synthesized:
+def ask_overlay(first: ModelRequest, features: Features, ask: ModelAsk) -> Synthesized:
     """A model's overlay for a request, which is repeated once where the answer is invalid.
 
     Raises ``SynthesisError``: ``budget`` where a budget is spent, ``model_error`` where the provider fails,
     ``no_valid_estimate`` where the second answer does not fit either.
     """
-    request = first
-    calls: tuple[ModelCall, ...] = ()
-    findings: tuple[Finding, ...] = ()
-    refused: InvalidAnswerError | None = None
-    for asked in range(MAX_ASKS):
+    said = ask_until_valid(first, ask, lambda text: parse_overlay(text, features))
+    if said.answers[-1].content is None:
+        raise no_answer_error(said.answers[-1], said.calls)
+    if said.value is None:
+        message = f"the model answered {MAX_ASKS} times and no answer fits: {said.refused[-1]}"
+        raise SynthesisError(FailureMode.NO_VALID_ESTIMATE, "invalid_answer", message, said.calls)
+    return said.value, said.calls, (*images_not_sent(said.answers[0]), *map(_refusal, said.refused))
+
+
+def ask_until_valid(
+    first: ModelRequest, ask: ModelAsk, parse: Callable[[str], Value], most: int = MAX_ASKS
+) -> Replies[Value]:
+    """The first answer that ``parse`` accepts, of at most ``most``; each repeated question states what was wrong.
+
+    Asking ends with an answer without content: a provider that failed, or a budget that is spent. ``parse`` raises
+    ``InvalidAnswerError`` for an answer that does not fit.
+    """
+    request, answers, calls, refused = first, list[ModelAnswer](), list[ModelCall](), list[InvalidAnswerError]()
+    value = None
+    while value is None and len(answers) < most:
         answer = ask(request)
-        if answer.content is None:
-            raise no_answer_error(answer, (*calls, *answer.calls))
-        if asked == 0:
-            findings += images_not_sent(answer)
+        answers.append(answer)
         try:
-            return parse_overlay(answer.content, features), calls + answer.calls, findings
+            value = None if answer.content is None else parse(answer.content)
+            calls.extend(answer.calls)
         except InvalidAnswerError as error:
-            refused = error
-        calls += marked_invalid(answer.calls)
-        findings += (_refusal(refused),)
-        request = with_validation_errors(first, _violations(refused))
-    message = f"the model answered {MAX_ASKS} times and no answer fits: {refused}"
-    raise SynthesisError(FailureMode.NO_VALID_ESTIMATE, "invalid_answer", message, calls)
+            refused.append(error)
+            calls.extend(marked_invalid(answer.calls))
+            violations = error.violations if isinstance(error, InvalidFieldsError) else (str(error),)
+            request = with_validation_errors(first, violations)
+        if answer.content is None:
+            break
+    return Replies(value, tuple(answers), tuple(calls), tuple(refused))
 
 
 def no_answer_error(answer: ModelAnswer, calls: Sequence[ModelCall]) -> SynthesisError:
@@ -96,10 +123,6 @@ def images_not_sent(answer: ModelAnswer) -> tuple[Finding, ...]:
 def marked_invalid(calls: tuple[ModelCall, ...]) -> tuple[ModelCall, ...]:
     """The calls of one answer, the last of them marked as ``invalid_answer``."""
     return (*calls[:-1], *(call.model_copy(update={"outcome": "invalid_answer"}) for call in calls[-1:]))
-
-
-def _violations(error: InvalidAnswerError) -> tuple[str, ...]:
-    return error.violations if isinstance(error, InvalidFieldsError) else (str(error),)
 
 
 def _refusal(error: InvalidAnswerError) -> Finding:

@@ -10,7 +10,7 @@ import math
 import re
 from collections.abc import Iterable, Iterator
 
-from schemas.errors import InvalidAnswerError
+from schemas.errors import InvalidAnswerError, shortened
 
 MAX_CHARACTERS = 1_000_000
 """Longest answer that is parsed: far beyond what the largest object needs."""
@@ -142,6 +142,5 @@ def _refuse_non_finite(value: object) -> None:
             raise InvalidAnswerError(f"{_shorten(path) or 'the answer'}: {item} is not a finite number")
 
 
-def _shorten(text: str, length: int = 120) -> str:
-    text = " ".join(text.split())
-    return text if len(text) <= length else text[:length] + "…"
+def _shorten(text: str) -> str:
+    return shortened(" ".join(text.split()), 120)

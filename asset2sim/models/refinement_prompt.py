@@ -5,9 +5,10 @@ from dataclasses import dataclass, field
 from typing import Literal
 
 from asset2sim.models.answers import RefinementAnswer, trimmed
-from asset2sim.models.prompts import REFINEMENT, data_block, system_text
+from asset2sim.models.prompts import data_block, system_text
 from schemas.features import Features, JointFeatures
 from schemas.measurement import ContactPair
+from schemas.model_names import REFINEMENT_PURPOSE
 from schemas.overlay import JointPhysics, PhysicsOverlay
 from schemas.request import LabelledImage, ModelRequest
 
@@ -61,7 +62,7 @@ def refinement_request(
     joints = {joint.name: joint for joint in overlay.joints}
     worst = sorted(situation.pairs, key=lambda pair: -pair.penetration_m)[:MAX_PAIRS]
     information: dict[str, object] = {
-        "purpose": REFINEMENT,
+        "purpose": REFINEMENT_PURPOSE,
         "asset_id": features.asset_id,
         "category": features.category,
         "problem": situation.problem,
@@ -76,8 +77,8 @@ def refinement_request(
     if situation.tried:
         information["tried"] = [_tried(item, focus) for item in situation.tried]
     return ModelRequest(
-        purpose=REFINEMENT,
-        system=system_text(REFINEMENT),
+        purpose=REFINEMENT_PURPOSE,
+        system=system_text(REFINEMENT_PURPOSE),
         text=data_block("structured_information", information),
         images=tuple(images),
         answer_schema=refinement_schema(),

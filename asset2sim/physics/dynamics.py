@@ -9,8 +9,8 @@ bounded by them.
 import math
 
 from asset2sim.physics.paper_ranges import paper_terms
-from asset2sim.physics.terms import JointTerms, Moved, Term, UnmetWish
-from asset2sim.physics.timed import falling, gliding, relaxed, returning
+from asset2sim.physics.terms import JointLoad, JointTerms, Term, UnmetWish
+from asset2sim.physics.timed import closing_brake, gliding_brake, largest_damping, relaxed_position, timed_return
 from asset2sim.physics.timing import RETURN_CRITICAL, Brake
 from schemas.overlay import JointProposal
 from schemas.settings import PhysicsSettings
@@ -29,7 +29,7 @@ CLOSE_ENOUGH = 0.25
 
 def joint_terms(
     proposal: JointProposal,
-    moved: Moved,
+    moved: JointLoad,
     *,
     holds: bool,
     source: Source,
@@ -49,7 +49,7 @@ def joint_terms(
         margin = RETURN_MARGIN
         stiffness, brake, unmet = timed_spring(proposal, moved, holds, stiffness, margin, settings)
     elif stiffness.value == 0.0 and proposal.damping is None:
-        brake, unmet = timed(proposal, moved, holds, settings)
+        brake, unmet = timed_brake(proposal, moved, holds, settings)
     if brake is not None:
         where = Source.RULE if unmet else source
         damping = Term(brake.damping, where)
@@ -61,26 +61,26 @@ def joint_terms(
     if stiffness.value > 0.0:
         # Real springs are preloaded against their stop: without it a key sags by g / ω² under its own weight. Where
         # nothing stops the part, the spring carries just its weight at rest.
-        reference = float(relaxed(moved, stiffness.value, margin if moved.stopped else 1.0))
+        reference = float(relaxed_position(moved, stiffness.value, margin if moved.stopped else 1.0))
     return JointTerms(damping, friction, stiffness, reference, unmet)
 
 
 def timed_spring(
-    proposal: JointProposal, moved: Moved, holds: bool, stiffness: Term, margin: float, settings: PhysicsSettings
+    proposal: JointProposal, moved: JointLoad, holds: bool, stiffness: Term, margin: float, settings: PhysicsSettings
 ) -> tuple[Term, Brake | None, UnmetWishes]:
     """Stiffness, damping and friction of a part that returns in ``returns_s``, and the wish where it cannot be met."""
     asked = proposal.returns_s or 0.0
     if holds:
         return stiffness, None, (UnmetWish("returns_s", asked, None, HOLDS_REASON),)
-    found = returning(proposal, moved, stiffness.value, margin if moved.stopped else 1.0, settings)
+    found = timed_return(proposal, moved, stiffness.value, margin if moved.stopped else 1.0, settings)
     if found.stiffness != stiffness.value:
         stiffness = Term(found.stiffness, stiffness.source, stiffness.replaced)
     why = "its weight, its spring and the time step give that"
     return stiffness, found.brake, unmet_wish(found.brake, "returns_s", asked, why)
 
 
-def timed(
-    proposal: JointProposal, moved: Moved, holds: bool, settings: PhysicsSettings
+def timed_brake(
+    proposal: JointProposal, moved: JointLoad, holds: bool, settings: PhysicsSettings
 ) -> tuple[Brake | None, UnmetWishes]:
     """Damping and friction of a part without a spring, from ``closes_s`` or ``stops_within``, and unmet wishes.
 
@@ -88,7 +88,7 @@ def timed(
     """
     missed: UnmetWishes = ()
     if proposal.closes_s is not None:
-        fall = None if holds else falling(proposal, moved, settings)
+        fall = None if holds else closing_brake(proposal, moved, settings)
         if fall is not None:
             why = "its weight, and the damping that the time step bears, give that"
             return fall, unmet_wish(fall, "closes_s", proposal.closes_s, why)
@@ -96,7 +96,7 @@ def timed(
             UnmetWish("closes_s", proposal.closes_s, None, HOLDS_REASON if holds else "gravity does not shut it"),
         )
     if proposal.stops_within is not None:
-        found = gliding(proposal, moved, holds, settings)
+        found = gliding_brake(proposal, moved, holds, settings)
         return found, missed + unmet_wish(found, "stops_within", proposal.stops_within, "its friction gives that")
     return None, missed
 
@@ -109,7 +109,7 @@ def unmet_wish(found: Brake, wish: str, asked: float, why: str) -> tuple[UnmetWi
     return ()
 
 
-def spring(proposal: JointProposal, moved: Moved, source: Source, settings: PhysicsSettings) -> Term:
+def spring(proposal: JointProposal, moved: JointLoad, source: Source, settings: PhysicsSettings) -> Term:
     """Stiffness k = (2π f)² I, at most ``max_stiffness_step`` I / Δt²; 0 for a passive joint.
 
     A time to return gives that of a critically damped spring, ω = 3.89 / t.
@@ -133,14 +133,14 @@ def spring(proposal: JointProposal, moved: Moved, source: Source, settings: Phys
 
 def damper(
     proposal: JointProposal,
-    moved: Moved,
+    moved: JointLoad,
     stiffness: float,
     source: Source,
     authored: float | None,
     settings: PhysicsSettings,
 ) -> Term:
     """Damping c = I / τ, at least what keeps a spring from ringing, at most ``max_damping_step`` I / Δt."""
-    largest = settings.max_damping_step * moved.least / settings.coarse_timestep_s
+    largest = largest_damping(moved, settings)
     if proposal.damping is not None:
         wanted, where = proposal.damping, source
     elif proposal.coast_s is not None:
@@ -155,7 +155,7 @@ def damper(
 
 
 def dry_friction(
-    proposal: JointProposal, moved: Moved, holds: bool, stiffness: float, source: Source, settings: PhysicsSettings
+    proposal: JointProposal, moved: JointLoad, holds: bool, stiffness: float, source: Source, settings: PhysicsSettings
 ) -> Term:
     """Coulomb friction: as proposed, or what stops a slow motion; for a joint that holds, more than gravity's pull."""
     if proposal.friction is not None:

@@ -9,7 +9,7 @@ from schemas.base import Inertia6
 
 
 @dataclass(frozen=True)
-class Mended:
+class PhysicalTensor:
     """A physical tensor, (3, 3) kg·m², and the changes that made it so (empty if none)."""
 
     tensor: Array
@@ -29,7 +29,7 @@ def tensor_of(six: Inertia6) -> Array:
     return np.array([[ixx, ixy, ixz], [ixy, iyy, iyz], [ixz, iyz, izz]])
 
 
-def make_physical(tensor: Array, smallest: float) -> Mended:
+def make_physical(tensor: Array, smallest: float) -> PhysicalTensor:
     """The nearest tensor that a rigid body could have (paper, "Synthesize").
 
     Off-diagonals that break a Cauchy-Schwarz bound |I_ij| ≤ √(I_ii I_jj) are dropped; principal moments are raised to
@@ -51,5 +51,5 @@ def make_physical(tensor: Array, smallest: float) -> Mended:
         moments[:2] += short / 2.0
         changes.append("smaller principal moments raised to meet the triangle inequality")
     if not changes:
-        return Mended(mended, ())
-    return Mended(axes @ np.diag(moments) @ axes.T, tuple(changes))
+        return PhysicalTensor(mended, ())
+    return PhysicalTensor(axes @ np.diag(moments) @ axes.T, tuple(changes))

@@ -8,7 +8,8 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from asset2sim.physics.arrays import Array, vector
-from schemas.features import JointFeatures
+from schemas.features import Features, JointFeatures
+from schemas.overlay import PhysicsOverlay
 
 
 @dataclass(frozen=True)
@@ -44,17 +45,24 @@ def rpy_of(rotation: Array) -> Array:
 
 def tree_of(joints: Sequence[JointFeatures], scale: float = 1.0) -> tuple[TreeJoint, ...]:
     """The joints as a tree in topological order (parents first), with every length multiplied by ``scale``."""
-    remaining = [
-        TreeJoint(
-            joint.name,
-            joint.type,
-            joint.parent,
-            joint.child,
-            transform([scale * v for v in joint.origin_xyz], joint.origin_rpy),
-            np.asarray(joint.axis, dtype=float),
-        )
-        for joint in joints
-    ]
+    return parents_first(
+        [
+            TreeJoint(
+                joint.name,
+                joint.type,
+                joint.parent,
+                joint.child,
+                transform([scale * v for v in joint.origin_xyz], joint.origin_rpy),
+                np.asarray(joint.axis, dtype=float),
+            )
+            for joint in joints
+        ]
+    )
+
+
+def parents_first(joints: Sequence[TreeJoint]) -> tuple[TreeJoint, ...]:
+    """The joints in topological order; ValueError where they do not form a tree."""
+    remaining = list(joints)
     children = {joint.child for joint in remaining}
     known = {joint.parent for joint in remaining if joint.parent not in children}
     ordered: list[TreeJoint] = []
@@ -107,3 +115,9 @@ def apply(matrix: Array, points: Array) -> Array:
     """(n, 3) points moved by a (4, 4) transform."""
     moved: Array = points @ matrix[:3, :3].T + matrix[:3, 3]
     return moved
+
+
+def written_joints(features: Features, overlay: PhysicsOverlay) -> list[JointFeatures]:
+    """Joints as in the written URDF: those locked by validation are fixed."""
+    kept = {joint.name for joint in overlay.joints}
+    return [joint if joint.name in kept or not joint.movable else locked(joint) for joint in features.joints]

@@ -10,6 +10,9 @@ import numpy as np
 from asset2sim.physics.arrays import Array
 from asset2sim.physics.kinematics import TreeJoint, link_to_root, subtree
 
+GRAVITY_M_S2 = 9.81
+"""Along -z of the root frame, and of every engine's world."""
+
 
 @dataclass(frozen=True)
 class Pull:
@@ -42,9 +45,6 @@ class Pull:
         if math.floor((upper - crest) / math.pi) >= math.ceil((lower - crest) / math.pi):
             return amplitude
         return float(np.abs(self.at(np.array([lower, upper]))).max())
-
-
-GRAVITY_M_S2 = 9.81
 
 
 @dataclass(frozen=True)

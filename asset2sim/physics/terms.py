@@ -38,7 +38,7 @@ class JointTerms:
 
 
 @dataclass(frozen=True)
-class Moved:
+class JointLoad:
     """Inertia and gravity load of one joint, and its limits (rad or m; None where it has none).
 
     ``inertia`` (kg·m² or kg) is the effective one, the base free, at the initial pose; ``least`` the smallest over its

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from asset2sim.physics.arrays import Array
-from asset2sim.physics.terms import Moved
+from asset2sim.physics.terms import JointLoad
 from asset2sim.physics.timing import (
     ARRIVED_SHARE,
     Brake,
@@ -37,12 +37,12 @@ UNLIMITED_START = 0.5
 """Where a joint without limits is let go, rad or m from its spring's rest."""
 
 
-def largest_damping(moved: Moved, settings: PhysicsSettings) -> float:
+def largest_damping(moved: JointLoad, settings: PhysicsSettings) -> float:
     """The damping that an explicit step bears, N·m·s/rad or N·s/m."""
     return settings.max_damping_step * moved.least / settings.coarse_timestep_s
 
 
-def falling(proposal: JointProposal, moved: Moved, settings: PhysicsSettings) -> Brake | None:
+def closing_brake(proposal: JointProposal, moved: JointLoad, settings: PhysicsSettings) -> Brake | None:
     """Damping, and friction where that is not enough, with which gravity shuts the joint from half open (or from as far
     as it does at all) in ``closes_s``. None where gravity does not shut it."""
     way = shut_by_gravity(moved)
@@ -63,7 +63,7 @@ def falling(proposal: JointProposal, moved: Moved, settings: PhysicsSettings) ->
     return brake_to_arrive(proposal.closes_s, way, force, moved.held, damping, friction)
 
 
-def shut_by_gravity(moved: Moved) -> float | None:
+def shut_by_gravity(moved: JointLoad) -> float | None:
     """How far from closed, at most half open, gravity pulls the joint shut all the way (rad or m); None where not."""
     half = START_OPENING * abs(moved.open - moved.closed)
     if half <= 0.0:
@@ -76,7 +76,7 @@ def shut_by_gravity(moved: Moved) -> float | None:
     return reach if falls[0] and reach >= LEAST_WAY * half else None
 
 
-def gliding(proposal: JointProposal, moved: Moved, holds: bool, settings: PhysicsSettings) -> Brake:
+def gliding_brake(proposal: JointProposal, moved: JointLoad, holds: bool, settings: PhysicsSettings) -> Brake:
     """Damping and friction that stop the joint from a hand's usual speed within ``stops_within``, on the level."""
     speed = settings.usual_speed_m_s if moved.prismatic else settings.usual_speed_rad_s
     least = settings.hold_margin * moved.hold_load if holds else 0.0
@@ -93,14 +93,14 @@ class Return:
     brake: Brake
 
 
-def relaxed(moved: Moved, stiffness: Array | float, margin: float) -> Array:
+def relaxed_position(moved: JointLoad, stiffness: Array | float, margin: float) -> Array:
     """Relaxed position (rad or m) of springs of this stiffness that carry ``margin`` times gravity's pull at rest."""
     reference: Array = moved.rest - margin * moved.rest_load / np.asarray(stiffness)
     return reference
 
 
-def returning(
-    proposal: JointProposal, moved: Moved, stiffness: float, margin: float, settings: PhysicsSettings
+def timed_return(
+    proposal: JointProposal, moved: JointLoad, stiffness: float, margin: float, settings: PhysicsSettings
 ) -> Return:
     """Damping with which the spring brings the joint back from its far end in ``returns_s``, its preload and gravity
     counted; never less than what keeps it from ringing.
@@ -114,7 +114,9 @@ def returning(
 
     def force(left: Array, spring: Array | float = stiffness) -> Array:
         position = moved.rest + outward * left
-        back: Array = -outward * (spring * (relaxed(moved, spring, margin) - position) + moved.pull.at(position))
+        back: Array = -outward * (
+            spring * (relaxed_position(moved, spring, margin) - position) + moved.pull.at(position)
+        )
         return back
 
     largest = largest_damping(moved, settings)

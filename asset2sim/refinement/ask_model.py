@@ -8,15 +8,14 @@ from asset2sim.assets.views import png_bytes, render_views
 from asset2sim.models.answers import InvalidFieldsError, RefinementAnswer, parse_refinement
 from asset2sim.models.ask_overlay import images_not_sent, marked_invalid
 from asset2sim.models.prompts import with_validation_errors
-from asset2sim.models.purposes import REFINEMENT_PURPOSE, model_for
 from asset2sim.models.refinement_prompt import RefusedProposal, StateProblem, refinement_request
-from asset2sim.refinement.state.bands import Band, Pose
+from asset2sim.refinement.bands import Band, Pose
 from asset2sim.refinement.state.search import Ask
 from schemas.errors import AssetError, InvalidAnswerError
 from schemas.features import Features
 from schemas.finding import Finding
 from schemas.measurement import ContactPair
-from schemas.model_names import is_prior
+from schemas.model_names import REFINEMENT_PURPOSE, is_prior, model_for
 from schemas.overlay import PhysicsOverlay
 from schemas.request import LabelledImage, ModelAnswer, ModelAsk, ModelCall, ModelRequest
 from schemas.settings import Settings

@@ -2,16 +2,16 @@
 
 from collections.abc import Iterator, Mapping, Sequence
 
-from asset2sim.refinement.collision.part_links import Attempt
+from asset2sim.refinement.bands import Pose
+from asset2sim.refinement.collision.part_links import CutAttempt
 from asset2sim.refinement.collision.trim import Cut
-from asset2sim.refinement.state.bands import Pose
-from asset2sim.refinement.state.context import Log
+from asset2sim.refinement.context import Log
 from schemas.finding import Finding
 from schemas.overlay import JointPhysics, LinkPhysics, PhysicsOverlay
 from schemas.vocabulary import Severity, Stage
 
 
-def moves(requested: Pose, moved: Mapping[str, float], why: str) -> list[Finding]:
+def move_findings(requested: Pose, moved: Mapping[str, float], why: str) -> list[Finding]:
     """A finding for every joint whose initial position differs from the requested one."""
     return [
         Finding(
@@ -27,7 +27,7 @@ def moves(requested: Pose, moved: Mapping[str, float], why: str) -> list[Finding
     ]
 
 
-def note_shapes(best: Attempt, log: Log) -> None:
+def note_shapes(best: CutAttempt, log: Log) -> None:
     """A finding for every link cut to clear a state, with the links it overlapped."""
     note_cuts(best.cut, "where it overlaps", "in every state near the requested one", log)
 

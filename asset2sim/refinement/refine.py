@@ -1,25 +1,27 @@
-"""Refine and verify one asset: convex pieces where they pass the checks, else plain hulls."""
+"""Refine one asset (paper, "Refine"): lower Φ, verify, mend; convex pieces where they pass the checks, else hulls."""
 
-from collections.abc import Callable
-from contextlib import AbstractContextManager
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 from asset2sim.assets.extract import Extraction
-from asset2sim.assets.folder import write_folder
+from asset2sim.assets.folder import Folder, write_folder
+from asset2sim.assets.hulls import Hulls
+from asset2sim.checks.verdict import Verdict
 from asset2sim.checks.verify import Known
 from asset2sim.refinement.ask_model import Questions, Scene
+from asset2sim.refinement.ask_state import ask_lasting_state, joints_not_holding, rest_measurement
+from asset2sim.refinement.bands import reaches
 from asset2sim.refinement.collision.shapes import collision_shapes
-from asset2sim.refinement.dynamics.mend import all_failures
+from asset2sim.refinement.context import Log, RefinementContext
+from asset2sim.refinement.dynamics.mend import Mended, all_failures
 from asset2sim.refinement.dynamics.remedies import REMEDIES
-from asset2sim.refinement.judge import Verified, verify_and_mend
-from asset2sim.refinement.notes import moves
-from asset2sim.refinement.rest_state import ask_lasting_state, fallen, rest_measurement
-from asset2sim.refinement.state.bands import Pose, reaches
-from asset2sim.refinement.state.in_engine import Refined, at_positions, refine_in_engine
+from asset2sim.refinement.lower_penetration import RefinedState, at_positions, lower_penetration
+from asset2sim.refinement.notes import move_findings
+from asset2sim.refinement.verify_and_mend import verify_and_mend
 from schemas.finding import Finding, TraceStep
+from schemas.interaction import EngineReport
 from schemas.overlay import Overlay, PhysicsOverlay
-from schemas.request import ModelAsk
+from schemas.request import ModelAsk, ModelCall
 from schemas.settings import Settings
 from schemas.vocabulary import CollisionMode, FailureMode, Severity, Source, Stage
 
@@ -29,13 +31,10 @@ DECOMPOSED = "collision_decomposed"
 GOOD_PHI_M = 5e-4
 """Φ above which plain hulls are tried, m: our goal for the paper's nine objects."""
 
-Timed = Callable[[Stage], AbstractContextManager[None]]
-"""Context manager that adds its wall time to a stage."""
-
 
 @dataclass(frozen=True)
-class Job:
-    """Inputs to refine and verify one asset: ``path`` is the folder to write, ``cache`` the folder of convex pieces."""
+class RefinementJob:
+    """Inputs to refine one asset: ``path`` is the folder to write, ``cache`` the folder of convex pieces."""
 
     extraction: Extraction
     proposal: Overlay
@@ -44,113 +43,128 @@ class Job:
     path: Path
     cache: Path
     settings: Settings
-    ask: ModelAsk
-    timed: Timed
     known: Known = field(default_factory=dict)
     """Engine reports on the asset so far, for all shapes and states tried."""
 
 
 @dataclass(frozen=True)
-class RefinedFolder:
-    """URDF of the refined folder, with the results of refinement and verification."""
+class ShapedFolder:
+    """The folder as written with the overlay, its collision hulls, and a finding for each change of their shape."""
 
-    urdf: Path
-    refined: Refined
-    judged: Verified
+    folder: Folder
+    hulls: Hulls
     findings: tuple[Finding, ...]
 
 
-def refine_and_verify(job: Job) -> RefinedFolder:
-    """Write, refine, verify and mend one asset; the result lists all model calls of all attempts."""
-    questions = Questions(job.ask, job.settings.search.max_model_calls)
-    chosen, shaped = attempt_pieces_then_hulls(job, questions)
-    shaped = lasting(chosen, shaped, questions)
-    refined = replace(
-        shaped.refined, calls=tuple(questions.calls), findings=(*shaped.refined.findings, *questions.findings)
+@dataclass(frozen=True)
+class Attempt:
+    """One attempt at an asset: shapes, state and dynamics, with their findings in ``notes``, and the verdict."""
+
+    notes: tuple[Finding, ...]
+    state: RefinedState
+    mended: Mended
+    verdict: Verdict
+
+
+@dataclass(frozen=True)
+class Refined:
+    """The overlay that stays written in the folder, each engine's report on it, and how refinement got there."""
+
+    overlay: PhysicsOverlay
+    folder: Folder
+    reports: tuple[EngineReport, ...]
+    trace: tuple[TraceStep, ...]
+    calls: tuple[ModelCall, ...]
+    findings: tuple[Finding, ...]
+
+
+def shape_folder(job: RefinementJob) -> ShapedFolder:
+    """Write the folder with the overlay and collision shapes of the settings' mode."""
+    mode = job.settings.collision.mode
+    hulls, told = collision_shapes(job.extraction, job.overlay.scale, job.settings.collision, job.cache)
+    folder = write_folder(job.extraction, job.overlay, hulls, job.path, job.settings.physics, mode)
+    return ShapedFolder(folder, hulls, told)
+
+
+def refine(job: RefinementJob, shaped: ShapedFolder, ask: ModelAsk) -> Refined:
+    """Refine an asset written by ``shape_folder``; the result lists all model calls of all attempts."""
+    questions = Questions(ask, job.settings.search.max_model_calls)
+    chosen, best = attempt_pieces_then_hulls(job, shaped, questions)
+    best = with_lasting_state(chosen, best, questions)
+    return Refined(
+        best.mended.overlay,
+        best.state.folder,
+        best.mended.reports,
+        (*best.state.trace, *best.mended.trace),
+        tuple(questions.calls),
+        (*best.notes, *best.state.findings, *questions.findings, *best.mended.findings),
     )
-    return replace(shaped, refined=refined)
 
 
-def attempt_pieces_then_hulls(job: Job, questions: Questions) -> tuple[Job, RefinedFolder]:
+def attempt_pieces_then_hulls(
+    job: RefinementJob, shaped: ShapedFolder, questions: Questions
+) -> tuple[RefinementJob, Attempt]:
     """The attempt with convex pieces; that with plain hulls, and a finding, where hulls alone pass or have lower Φ.
 
     Pieces keep hollows open but can block parts that move between them; hulls fill hollows and block nothing. A model
-    is asked only where neither passes without one.
+    is asked only where neither passes without one; without pieces there is no choice, and the first attempt may ask.
     """
-    shaped, wanted = attempt_without_model(job)
-    cut = any(finding.code == DECOMPOSED for finding in shaped.findings)
-    phi = largest_phi(shaped)
-    if not cut or (shaped.judged.verdict.passed and phi <= GOOD_PHI_M):
-        return job, attempt(job, questions) if wanted and questions.left > 0 else shaped
+    if all(finding.code != DECOMPOSED for finding in shaped.findings):
+        return job, attempt(job, shaped, questions)
+    pieces, open_question = attempt_without_model(job, shaped, questions.ask)
+    phi = largest_phi(pieces)
+    if pieces.verdict.passed and phi <= GOOD_PHI_M:
+        return job, attempt_again(job, questions) if open_question and questions.left > 0 else pieces
     plain = in_mode(job, CollisionMode.REPAIR)
-    hulls, _ = attempt_without_model(plain, unmendable(shaped, job.settings))
-    if hulls.judged.verdict.passed and not (shaped.judged.verdict.passed and phi <= largest_phi(hulls)):
+    hulls, _ = attempt_without_model(plain, shape_folder(plain), questions.ask, unmendable(pieces, job.settings))
+    if hulls.verdict.passed and not (pieces.verdict.passed and phi <= largest_phi(hulls)):
         note = Finding(
             stage=Stage.MEASURE,
             severity=Severity.WARNING,
             code="collision_fallback",
             message="collision shapes are plain hulls, which fill hollows: with convex pieces "
-            + (f"Φ is {1e3 * phi:.3g} mm" if shaped.judged.verdict.passed else shaped.judged.verdict.reason),
+            + (f"Φ is {1e3 * phi:.3g} mm" if pieces.verdict.passed else pieces.verdict.reason),
         )
-        return plain, replace(hulls, findings=(*hulls.findings, note))
-    return job, attempt(job, questions)
+        return plain, replace(hulls, notes=(*hulls.notes, note))
+    return job, attempt_again(job, questions)
 
 
-def unmendable(shaped: RefinedFolder, settings: Settings) -> tuple[FailureMode, ...]:
+def unmendable(tried: Attempt, settings: Settings) -> tuple[FailureMode, ...]:
     """Failures that no change of dynamics can mend, such as a jam: other collision shapes must avoid them."""
-    failed = all_failures(shaped.judged.overlay, shaped.judged.reports, settings)
+    failed = all_failures(tried.mended.overlay, tried.mended.reports, settings)
     modes = dict.fromkeys(failure.mode for failure in failed if failure.mode not in REMEDIES)
     return tuple(mode for mode in modes if mode not in (FailureMode.ENGINE_CRASH, FailureMode.TIMEOUT))
 
 
-def attempt_without_model(job: Job, doubts: tuple[FailureMode, ...] = ()) -> tuple[RefinedFolder, bool]:
-    """An attempt without model calls, and whether one was wanted; ``doubts`` are failures to look for first."""
-    nobody = Questions(job.ask, 0)
-    return attempt(job, nobody, doubts), nobody.wanted
-
-
-def lasting(job: Job, shaped: RefinedFolder, questions: Questions) -> RefinedFolder:
+def with_lasting_state(job: RefinementJob, tried: Attempt, questions: Questions) -> Attempt:
     """The attempt, or, where joints do not hold their initial positions, one from a model's state that lasts, if its
     verdict is no worse."""
-    measured = rest_measurement(shaped.judged.reports)
-    names = fallen(job.overlay, measured, job.settings) if measured is not None else ()
+    measured = rest_measurement(tried.mended.reports)
+    names = joints_not_holding(job.overlay, measured, job.settings) if measured is not None else ()
     if measured is None or not names:
-        return shaped
-    with job.timed(Stage.REFINE):
-        reach = reaches(job.overlay, job.settings.search)
-        scene = Scene(job.extraction.features, job.overlay, job.settings, shaped.urdf, reach, questions)
-        found = ask_lasting_state(scene, shaped.judged.overlay, measured, names)
+        return tried
+    urdf, reach = tried.state.folder.urdf, reaches(job.overlay, job.settings.search)
+    scene = Scene(job.extraction.features, job.overlay, job.settings, urdf, reach, questions)
+    found = ask_lasting_state(scene, tried.mended.overlay, measured, names)
     if found.pose is None:
-        return with_steps(shaped, found.steps)
-    again = attempt(job_at_pose(job, found.pose), questions)
-    rest = rest_measurement(again.judged.reports)
-    lasts = rest is not None and not fallen(job.overlay, rest, job.settings)
-    if lasts and again.judged.verdict.passed >= shaped.judged.verdict.passed:
-        told = moves(
-            job.overlay.initial_positions, moved_by(job, found.pose), "from there it stays as it was asked for"
-        )
-        return with_steps(replace(again, findings=(*shaped.findings, *told)), found.steps)
-    before = replace(attempt(job, questions), findings=shaped.findings)
+        return with_steps(tried, found.steps)
+    requested = job.overlay.initial_positions
+    moved = {name: value for name, value in found.pose.items() if value != requested[name]}
+    overlay = at_positions(context_of(job, {}), found.pose, moved)
+    again = attempt_again(replace(job, overlay=overlay), questions)
+    rest = rest_measurement(again.mended.reports)
+    lasts = rest is not None and not joints_not_holding(job.overlay, rest, job.settings)
+    if lasts and again.verdict.passed >= tried.verdict.passed:
+        told = move_findings(requested, moved, "from there it stays as it was asked for")
+        return with_steps(replace(again, notes=(*tried.notes, *told)), found.steps)
+    # The folder must be as it was; what engines said of it is known.
+    before = replace(attempt_again(job, questions), notes=tried.notes)
     return with_steps(before, tuple(refused(step) for step in found.steps))
 
 
-def job_at_pose(job: Job, pose: Pose) -> Job:
-    """The job with another requested state."""
-    overlay = at_positions(
-        job.extraction, job.proposal, job.overlay, pose, moved_by(job, pose), job.source, job.settings
-    )
-    return replace(job, overlay=overlay)
-
-
-def moved_by(job: Job, pose: Pose) -> Pose:
-    """Joints of a pose that differ from the requested state → position."""
-    requested = job.overlay.initial_positions
-    return {name: value for name, value in pose.items() if value != requested[name]}
-
-
-def with_steps(shaped: RefinedFolder, steps: tuple[TraceStep, ...]) -> RefinedFolder:
-    """The result with these steps appended to the trace."""
-    return replace(shaped, refined=replace(shaped.refined, trace=(*shaped.refined.trace, *steps)))
+def with_steps(tried: Attempt, steps: tuple[TraceStep, ...]) -> Attempt:
+    """The attempt with these steps after those of its state."""
+    return replace(tried, state=replace(tried.state, trace=(*tried.state.trace, *steps)))
 
 
 def refused(step: TraceStep) -> TraceStep:
@@ -161,28 +175,40 @@ def refused(step: TraceStep) -> TraceStep:
     return step.model_copy(update={**taken_back, "reason": "judged in full, it is no better"})
 
 
-def largest_phi(shaped: RefinedFolder) -> float:
+def largest_phi(tried: Attempt) -> float:
     """The largest Φ in any engine, m."""
-    seen = (report.measurement for report in shaped.judged.reports)
+    seen = (report.measurement for report in tried.mended.reports)
     return max((found.penetration_m for found in seen if found is not None), default=0.0)
 
 
-def in_mode(job: Job, mode: CollisionMode) -> Job:
+def in_mode(job: RefinementJob, mode: CollisionMode) -> RefinementJob:
     """The job with another collision mode."""
     collision = job.settings.collision.model_copy(update={"mode": mode})
     return replace(job, settings=job.settings.model_copy(update={"collision": collision}))
 
 
-def attempt(job: Job, questions: Questions, doubts: tuple[FailureMode, ...] = ()) -> RefinedFolder:
-    """One attempt: collision shapes, folder, state search, verification, mending."""
-    with job.timed(Stage.APPLY):
-        mode = job.settings.collision.mode
-        hulls, told = collision_shapes(job.extraction, job.overlay.scale, job.settings.collision, job.cache)
-        folder = write_folder(job.extraction, job.overlay, hulls, job.path, job.settings.physics, mode)
-    with job.timed(Stage.REFINE):
-        refined = refine_in_engine(
-            job.extraction, job.proposal, job.overlay, job.source, hulls, folder, job.settings, questions
-        )
-    with job.timed(Stage.MEASURE):
-        judged = verify_and_mend(job.extraction, refined.overlay, refined.folder, job.settings, job.known, doubts)
-    return RefinedFolder(refined.folder.urdf, refined, judged, told)
+def context_of(job: RefinementJob, hulls: Hulls) -> RefinementContext:
+    """What the steps of one attempt share, with an empty log."""
+    return RefinementContext(job.extraction, job.proposal, job.overlay, job.source, hulls, job.settings, Log())
+
+
+def attempt_without_model(
+    job: RefinementJob, shaped: ShapedFolder, ask: ModelAsk, doubts: tuple[FailureMode, ...] = ()
+) -> tuple[Attempt, bool]:
+    """An attempt without model calls, and whether there was a question; ``doubts`` are failures to look for first."""
+    nobody = Questions(ask, 0)
+    return attempt(job, shaped, nobody, doubts), nobody.wanted
+
+
+def attempt_again(job: RefinementJob, questions: Questions) -> Attempt:
+    """An attempt from the start: the folder is written anew."""
+    return attempt(job, shape_folder(job), questions)
+
+
+def attempt(
+    job: RefinementJob, shaped: ShapedFolder, questions: Questions, doubts: tuple[FailureMode, ...] = ()
+) -> Attempt:
+    """One attempt on a written folder: state and hulls, then verification and mending."""
+    state = lower_penetration(context_of(job, shaped.hulls), shaped.folder, questions)
+    mended, verdict = verify_and_mend(job.extraction, state.overlay, state.folder, job.settings, job.known, doubts)
+    return Attempt(shaped.findings, state, mended, verdict)

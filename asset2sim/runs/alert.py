@@ -1,18 +1,30 @@
-"""Running the user's hook after a run: the values that it gets, and the run's exit code."""
+"""The hook, a user's shell command that gets a run's result in environment variables, and the run's exit code.
 
-import sys
-from collections.abc import Callable
+Nothing of a run is put into the command's text, so that no asset's name or message can inject shell code.
+"""
+
+import os
+import re
+import signal
+import subprocess
+from collections.abc import Mapping
+from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path
 
-from asset2sim.runs.hook import run_hook
 from asset2sim.runs.result import INTERRUPTED, RunResult
 from schemas.asset import AssetRecord, Unchanged
-from schemas.errors import Asset2SimError, UsageError
+from schemas.errors import DONE, FAILED, STOPPED, error_exit_code
 from schemas.settings import RunSettings
 from schemas.vocabulary import Status
 
-DONE, FAILED, MISTAKE, STOPPED = 0, 1, 2, 130
+PREFIX = "ASSET2SIM_"
+MAX_VALUE = 4096
+"""Characters of one variable: far below what any system takes, and enough for a path or a message."""
+_IMPOSSIBLE = re.compile("[\0\ud800-\udc7f\udd00-\udfff]")
+"""Characters that an environment cannot hold; it can hold undecodable bytes of a file name (U+DC80 to U+DCFF)."""
+REAP_LIMIT_S = 5.0
+"""Longest wait for a killed hook to exit, s."""
 
 
 def exit_code(result: RunResult, strict: bool) -> int:
@@ -45,26 +57,13 @@ def alert_error(out: Path | str, settings: RunSettings, error: BaseException) ->
     return run_hook(settings.hook, _EMPTY | values, settings.hook_time_limit_s)
 
 
-def error_exit_code(error: BaseException) -> int:
-    """Exit code for an error that ended a run before it had a result."""
-    if isinstance(error, KeyboardInterrupt):
-        return STOPPED
-    return MISTAKE if isinstance(error, UsageError) else FAILED
-
-
-def run_program(name: str, run: Callable[[], int]) -> int:
-    """Exit code of ``run``; a user's mistake, a failure that we know and Ctrl-C are one line on standard error."""
-    try:
-        return run()
-    except (Asset2SimError, KeyboardInterrupt) as error:
-        said = "interrupted" if isinstance(error, KeyboardInterrupt) else str(error)
-        sys.stderr.write(f"{name}: {said}\n")
-        return error_exit_code(error)
-
-
 def hook_values(result: RunResult, strict: bool) -> dict[str, object]:
-    """Values for the hook, by lower-case name; the same names for every run, empty where there is no value."""
-    ok = sum(record.status is Status.OK for record in result.records)
+    """Values for the hook, by lower-case name; the same names for every run, empty where there is no value.
+
+    ``assets``, ``ok`` and ``failed`` count unchanged assets too, as the report, MLflow and the exit code do.
+    """
+    every: list[AssetRecord | Unchanged] = [*result.records, *result.unchanged]
+    ok = sum(item.status is Status.OK for item in every)
     paid = [call for record in result.records for call in record.calls if not call.cached]
     changes = result.changes
     values: dict[str, object] = {
@@ -74,10 +73,10 @@ def hook_values(result: RunResult, strict: bool) -> dict[str, object]:
         "out": result.shown(),
         "run_id": result.run.run_id,
         "report": result.shown_report,
-        "assets": len(result.records),
+        "assets": len(every),
         "unchanged": len(result.unchanged),
         "ok": ok,
-        "failed": len(result.records) - ok,
+        "failed": len(every) - ok,
         "new_failures": len(changes.new_failures) if changes else 0,
         "mended": len(changes.mended) if changes else 0,
         "queries": len(paid),
@@ -86,6 +85,51 @@ def hook_values(result: RunResult, strict: bool) -> dict[str, object]:
         "warnings": " · ".join(result.warnings),
     }
     return _EMPTY | values
+
+
+def run_hook(command: str, values: Mapping[str, object], limit_s: float) -> str | None:
+    """Run ``command`` in a shell for at most ``limit_s`` s, with each value as ``ASSET2SIM_<NAME>`` in its environment.
+
+    Returns None, or a one-line warning where it failed; its standard error is passed on, not kept. A hook that takes
+    too long, or whose run is interrupted meanwhile, is killed with every process that it started.
+    """
+    try:
+        process = subprocess.Popen(
+            ["/bin/sh", "-c", command],
+            env={**os.environ, **hook_environment(values)},
+            stdin=subprocess.DEVNULL,
+            start_new_session=True,
+        )
+    except (OSError, ValueError) as error:
+        return f"the hook did not start: {error}"
+    try:
+        code = process.wait(timeout=limit_s)
+    except subprocess.TimeoutExpired:
+        _kill(process)
+        return f"the hook was killed after {limit_s:g} s; see run.hook_time_limit_s"
+    except BaseException:
+        _kill(process)
+        raise
+    if code < 0:
+        return f"the hook was killed by {signal.Signals(-code).name}"
+    return f"the hook ended with exit code {code}" if code else None
+
+
+def hook_environment(values: Mapping[str, object]) -> dict[str, str]:
+    """Name → value as an environment takes it: prefixed and in capitals, without zero bytes, of bounded length."""
+    return {f"{PREFIX}{name.upper()}": _text(value) for name, value in values.items()}
+
+
+def _text(value: object) -> str:
+    shown = "" if value is None else str(value)
+    return _IMPOSSIBLE.sub("", shown)[:MAX_VALUE]
+
+
+def _kill(process: subprocess.Popen[bytes]) -> None:
+    with suppress(ProcessLookupError):
+        os.killpg(process.pid, signal.SIGKILL)
+    with suppress(subprocess.TimeoutExpired):
+        process.wait(timeout=REAP_LIMIT_S)
 
 
 _EMPTY: dict[str, object] = {

@@ -10,9 +10,9 @@ from asset2sim.engines.registry import require
 from asset2sim.models.gateway.choices import check_model
 from asset2sim.runs.dataset import load_dataset
 from asset2sim.runs.remote.output import check_store
-from schemas.asset import AssetRef
+from schemas.asset import AssetRef, FoundAssets
 from schemas.errors import UsageError
-from schemas.location import absolute, below, is_url, is_within, location_of
+from schemas.location import absolute, below, is_url, is_within, location_of, nearest_existing
 from schemas.settings import Settings
 
 CONNECT_LIMIT_S = 5.0
@@ -26,9 +26,15 @@ def check_request(
     subset: str | None,
     asset_ids: Sequence[str],
     limit: int | None,
-) -> list[AssetRef]:
+) -> FoundAssets:
     """The assets to refine, as ``load_dataset`` has them. Raises ``UsageError`` for what cannot be done as asked."""
-    refs = load_dataset(data, subset, asset_ids, limit)
+    found = FoundAssets(load_dataset(data, subset, asset_ids, limit))
+    check_run(found, data, out, settings)
+    return found
+
+
+def check_run(found: FoundAssets, data: Path | str, out: Path | str, settings: Settings) -> None:
+    """Raise ``UsageError`` where these assets cannot be refined into ``out`` with these settings."""
     check_model(settings.model)
     for engine in settings.engine.verify or ():
         require(engine)
@@ -38,10 +44,9 @@ def check_request(
         require_exports(settings.exports)
     if settings.run.scheduler is not None:
         check_scheduler(settings.run.scheduler)
-    check_output(absolute(out), absolute(data), refs)
+    check_output(absolute(out), absolute(data), found.refs)
     if is_url(out):
         check_store(out)
-    return refs
 
 
 def check_scheduler(address: str) -> None:
@@ -75,8 +80,6 @@ def check_output(out: Path | str, data: Path | str, refs: Sequence[AssetRef]) ->
         return
     if out.exists() and not out.is_dir():
         raise UsageError(f"--out {out} is a file; name a folder")
-    above = out
-    while not above.exists():
-        above = above.parent
+    above = nearest_existing(out)
     if not os.access(above, os.W_OK | os.X_OK):
         raise UsageError(f"--out {out}: {above} is not writable; choose another folder")

@@ -10,7 +10,7 @@ from pathlib import Path
 from asset2sim.catalog.storage.tree import Tree, local_tree, remote_tree
 from schemas.asset import AssetRef
 from schemas.errors import UnknownChoiceError, UsageError
-from schemas.location import is_url
+from schemas.location import is_url, nearest_existing
 
 MANIFEST = "manifest.csv"
 REQUIRED_COLUMNS = ("asset_id", "path")
@@ -176,8 +176,6 @@ def _listed(names: Iterable[str]) -> str:
 
 def _neighbours(data: Path) -> str:
     """Text that lists the folders beside a missing one."""
-    parent = data.absolute().parent
-    while not parent.is_dir():
-        parent = parent.parent
+    parent = nearest_existing(data.parent)
     found = local_tree(parent).folders("")[:20]
     return f"{parent} has the folders {_listed(found)}"

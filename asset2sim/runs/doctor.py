@@ -20,11 +20,10 @@ from asset2sim.catalog.storage.objects import StoreError, list_objects, remove_o
 from asset2sim.engines.registry import HOW_TO_INSTALL, engine_version, installed, open_world
 from asset2sim.models.gateway.choices import check_model
 from asset2sim.models.gateway.environment import quiet_environment
-from asset2sim.models.purposes import named_models, settings_for
 from asset2sim.runs.isolation import Ending, run_isolated
 from schemas.errors import Asset2SimError, UsageError
-from schemas.location import is_url
-from schemas.model_names import described, is_prior
+from schemas.location import is_url, nearest_existing
+from schemas.model_names import described, is_prior, named_models, settings_for
 from schemas.request import ModelRequest
 from schemas.settings import ModelSettings, RunSettings
 from schemas.vocabulary import Engine
@@ -56,7 +55,7 @@ def examine(out: Path | str, model: ModelSettings) -> list[Check]:
         _attempt("python", check_python),
         _attempt("packages", check_packages),
         _attempt("checkout", check_checkout, needed=False),
-        _attempt("output folder", lambda: check_store(out) if is_url(out) else check_writable(out)),
+        _attempt("output folder", lambda: check_store_writable(out) if is_url(out) else check_writable(out)),
         _attempt("temporary folder", lambda: check_writable(Path(tempfile.gettempdir()))),
         _attempt("cores and memory", check_machine),
         _attempt("local ports", check_ports),
@@ -114,9 +113,7 @@ def check_checkout() -> str:
 
 def check_writable(folder: Path) -> str:
     """The folder, or the one in which it would be made, takes files and has room."""
-    above = folder.absolute()
-    while not above.exists():
-        above = above.parent
+    above = nearest_existing(folder)
     try:
         with tempfile.TemporaryFile(dir=above):
             pass
@@ -128,7 +125,7 @@ def check_writable(folder: Path) -> str:
     return f"{folder} ({free:.0f} GB free)"
 
 
-def check_store(url: str) -> str:
+def check_store_writable(url: str) -> str:
     """Objects below a URL can be written, listed and removed, and this machine has room for copies of them."""
     place = f"{url}/.doctor-{uuid.uuid4().hex}"
     try:

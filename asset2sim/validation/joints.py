@@ -7,7 +7,7 @@ from itertools import product
 from asset2sim.physics.dynamics import joint_terms
 from asset2sim.physics.kinematics import TreeJoint
 from asset2sim.physics.mass_matrix import Body, JointSpace, joint_space
-from asset2sim.physics.terms import JointTerms, Moved, Term
+from asset2sim.physics.terms import JointLoad, JointTerms, Term
 from asset2sim.validation.limits import Range
 from asset2sim.validation.notes import Notes
 from asset2sim.validation.positions import Start, turned
@@ -89,7 +89,7 @@ def joint_physics(
         factor = scale if joint.prismatic else 1.0
         wanted = start.position if proposal.spring_rest is None else turned(span, proposal.spring_rest * factor)
         rests[name] = span.clamp(wanted)
-        moved = Moved(
+        moved = JointLoad(
             prismatic=joint.prismatic,
             inertia=inertias[name],
             least=min(found[name] for found in everywhere),
@@ -146,7 +146,7 @@ def is_open(start: Start) -> bool:
     return abs(start.position - start.range.closed) > HELD_STATE * start.range.span
 
 
-def report(name: str, moved: Moved, terms: JointTerms, holds: bool, notes: Notes) -> None:
+def report(name: str, moved: JointLoad, terms: JointTerms, holds: bool, notes: Notes) -> None:
     """Add a finding for every term that a bound changed and for every wish that is not met."""
     units = ("N·s/m", "N", "N/m") if moved.prismatic else ("N·m·s/rad", "N·m", "N·m/rad")
     bears = f"what its {moved.least:.3g} {'kg' if moved.prismatic else 'kg·m²'} bear at the time step"

@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from asset2sim.physics.arrays import Array
-from asset2sim.physics.inertia import Mended, make_physical, tensor_of
+from asset2sim.physics.inertia import PhysicalTensor, make_physical, tensor_of
 from asset2sim.physics.kinematics import transform
 from asset2sim.validation.notes import Notes
 from schemas.features import Features, LinkFeatures
@@ -267,7 +267,7 @@ def share_mass(
 def finished(item: LinkMass, settings: PhysicsSettings, notes: Notes) -> LinkMass:
     """The link with a physically possible inertia, at least that of a cube of half edge ``min_half_extent_m``."""
     smallest = max(settings.min_inertia_kg_m2, item.mass * settings.min_half_extent_m**2 * 2.0 / 3.0)
-    mended: Mended = make_physical(item.inertia, smallest)
+    mended: PhysicalTensor = make_physical(item.inertia, smallest)
     for change in mended.changes:
         notes.info("inertia_mended", f"link '{item.name}': {change}", link=item.name)
     return replace(item, inertia=mended.tensor)

@@ -15,6 +15,7 @@ import numpy as np
 from asset2sim.assets.authored_overlap import DIRECTIONS, AuthoredShapes, intersect
 from asset2sim.assets.extract import Extraction
 from asset2sim.assets.joints import with_ends
+from asset2sim.assets.meshes.hull import boxes_meet
 from asset2sim.physics.arrays import Array
 from asset2sim.physics.kinematics import TreeJoint, apply, link_to_root, motion, tree_of
 from asset2sim.validation.notes import Notes
@@ -89,16 +90,8 @@ class Shapes:
 
     def may_meet(self, a: str, b: str, a_to_b: Array, shifts: Array) -> bool:
         """Whether for each of the (k, 3) shifts of A some piece of it could meet one of B: their boxes overlap."""
-        (low_a, high_a), (low_b, high_b) = self.boxes(a, a_to_b), self.boxes(b, np.eye(4))
-        return all(
-            bool(
-                np.any(
-                    np.all(low_a[:, None] + shift <= high_b[None], axis=2)
-                    & np.all(high_a[:, None] + shift >= low_b[None], axis=2)
-                )
-            )
-            for shift in shifts
-        )
+        (low, high), still = self.boxes(a, a_to_b), self.boxes(b, np.eye(4))
+        return all(bool(boxes_meet((low + shift, high + shift), still).any()) for shift in shifts)
 
 
 def find_blocked_joints(extraction: Extraction) -> tuple[Extraction, tuple[Finding, ...]]:

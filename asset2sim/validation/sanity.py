@@ -3,8 +3,7 @@
 import math
 
 from asset2sim.assets.extract import Extraction
-from asset2sim.models.language.object_info import ObjectInfo, read_prompt
-from asset2sim.models.prompts import synthesis_request
+from asset2sim.models.language.object_facts import told_object
 from asset2sim.validation.asked_state import with_asked_state
 from asset2sim.validation.notes import Notes
 from asset2sim.validation.size import with_sensible_size
@@ -82,13 +81,7 @@ def sensible(
     notes, words = Notes(), guidance or ""
     overlay = convert_misread_units(extraction.features, overlay, notes)
     if semantics:
-        info = object_of(extraction, guidance)
+        info = told_object(extraction.features)
         overlay = with_sensible_size(info, words, overlay, notes)
         overlay = with_asked_state(info, words, overlay, settings, notes)
     return overlay, tuple(notes.findings)
-
-
-def object_of(extraction: Extraction, guidance: str | None) -> ObjectInfo:
-    """The object's description in the model's prompt, parsed as the offline prior does."""
-    request = synthesis_request(extraction.features, guidance, extraction.closed_size, extraction.link_centers)
-    return ObjectInfo.from_json(read_prompt(request.text)[0])

@@ -65,21 +65,21 @@ def with_sensible_size(info: ObjectInfo, guidance: str, overlay: Overlay, notes:
     return overlay.model_copy(update={"scale": scale})
 
 
-def size_bounds(info: ObjectInfo, size: Size, guidance: str, thoughts: Sequence[Segment]) -> Bounds:
+def size_bounds(info: ObjectInfo, size: Size, guidance: str, statements: Sequence[Segment]) -> Bounds:
     """The sizes that the words and the table of household sizes allow.
 
     In this order: a size or scale that the user states in numbers; the category's range times the factor of the user's
     word of size, which for words like "small" also includes what a hand handles on a table; the range itself.
     """
     authored = dimension(info, size)
-    stated = stated_scale(info, guidance, thoughts)
+    stated = stated_scale(info, guidance, statements)
     if stated is not None:
         exact = stated[0] * authored
         return Bounds(exact * (1.0 - STATED_SHARE), exact * (1.0 + STATED_SHARE), "the user's number", exact)
     kind = "any household object" if size.category == "*" else f"a household {size.category}"
     if asks_real_size(guidance):
         return Bounds(size.min_m / REAL_SLACK, size.max_m * REAL_SLACK, f"the real size of {kind}")
-    word, factor = size_word(guidance, thoughts)
+    word, factor = size_word(guidance, statements)
     # An object that is a little off the asked size is taken to be in real metres: that is no mistake either.
     low = min(size.min_m, (1.0 - KEEP_WITHIN) * size.typical_m) * factor
     high = max(size.max_m, (1.0 + KEEP_WITHIN) * size.typical_m) * factor

@@ -17,11 +17,13 @@ def require_exports(exports: Sequence[Export]) -> None:
         require_usd()
 
 
-def write_exports(folder: Path, overlay: PhysicsOverlay, exports: Sequence[Export]) -> dict[Export, Path]:
-    """Write these formats into a refined folder; format → its file.
+def write_exports(folder: Path, overlay: PhysicsOverlay, exports: Sequence[Export], timestep_s: float) -> None:
+    """Write these formats into a refined folder, with the checks' time step.
 
     The folder's URDF must be the one that the overlay describes. Raises UsageError as ``require_exports`` does, and
     AssetError where the folder's URDF or meshes cannot be read.
     """
-    writers = {Export.MJCF: export_mjcf, Export.USD: export_usd}
-    return {export: writers[export](folder, overlay) for export in dict.fromkeys(exports)}
+    if Export.MJCF in exports:
+        export_mjcf(folder, overlay, timestep_s)
+    if Export.USD in exports:
+        export_usd(folder, overlay)

@@ -17,15 +17,28 @@ from lxml.etree import _Element as Element
 from asset2sim.assets.exports.looks import looks_of
 from asset2sim.assets.exports.mjcf_looks import write_looks
 from asset2sim.assets.exports.refined_object import (
-    Body,
+    ExportBody,
+    ExportJoint,
     ExportObject,
-    Joint,
-    Shape,
+    ExportShape,
     height_to_stand,
-    quaternion,
     read_object,
+    wxyz_of,
+)
+from asset2sim.assets.mujoco_options import (
+    CONTACT_SOLIMP,
+    FRICTION_RATIO,
+    FRICTION_SOLIMP,
+    LIMIT_SOLIMP,
+    LOCKED_RANGE,
+    ROLLING_M,
+    SOLVER_ITERATIONS,
+    SOLVER_TOLERANCE,
+    TORSION_M,
+    solref,
 )
 from asset2sim.physics.arrays import Array
+from asset2sim.physics.mass_matrix import GRAVITY_M_S2
 from schemas.overlay import PhysicsOverlay
 
 MJCF_NAME = "mobility.xml"
@@ -34,33 +47,16 @@ HOME = "home"
 """The keyframe of the initial state."""
 VISUAL_GROUP, COLLISION_GROUP = "2", "3"
 """Geom groups: MuJoCo's viewer shows groups 0 to 2 and hides 3 to 5, so that one sees looks and not hulls."""
-TORSIONAL_M, ROLLING_M = 0.005, 0.0001
-"""MuJoCo's own default coefficients of torsional and rolling friction, m, which have to be named beside the sliding
-one."""
 
 
-IMPEDANCE = 0.9999
-"""MuJoCo's constraints give way to the share 1 - d of what they bear; 0.9999 is the hardest that it takes. At its usual
-0.9 a lid that dry friction holds at half its threshold sinks at 0.1 rad/s (measured), at 0.9999 a thousandth of it."""
-CONTACT_IMPEDANCE = 0.99
-"""The same for contacts and joint limits: 0.1 mm of sinking; harder ones make light parts chatter."""
-SOFT_WIDTH = 1e-3
-"""Depth, m or rad, over which a constraint reaches its impedance; MuJoCo's own."""
-REFERENCE_S = 0.004
-"""Time constant of constraints, s: two of MuJoCo's usual steps; at coarser ones it takes two of those by itself."""
-FRICTION_RATIO = 100.0
-"""How much harder contact friction is than contact (impratio): at 1 a block creeps down a slope by 2 mm/s."""
-LOCKED_RANGE = 1e-6
-"""Range, rad or m, of a joint whose limits leave none: MuJoCo takes equal limits for no limits."""
-
-
-def export_mjcf(folder: Path, overlay: PhysicsOverlay) -> Path:
+def export_mjcf(folder: Path, overlay: PhysicsOverlay, timestep_s: float) -> Path:
     """Write ``mobility.xml``, ``scene.xml`` and the meshes of its looks into a refined folder; the former's path.
 
-    Everything is in SI units and radians. Raises what ``read_object`` raises.
+    Everything is in SI units and radians. Options and constraints are those of the checks' own MuJoCo world at
+    ``timestep_s``, except that a state which is no longer a number is reset. Raises what ``read_object`` raises.
     """
     item = read_object(folder, overlay)
-    document = mjcf_of(item)
+    document = mjcf_of(item, timestep_s)
     etree.indent(document, space="  ")
     path = folder / MJCF_NAME
     path.write_bytes(etree.tostring(document, encoding="utf-8", pretty_print=True))
@@ -68,14 +64,25 @@ def export_mjcf(folder: Path, overlay: PhysicsOverlay) -> Path:
     return path
 
 
-def mjcf_of(item: ExportObject) -> Element:
+def mjcf_of(item: ExportObject, timestep_s: float) -> Element:
     """The object's MJCF; the meshes and textures of its looks are written into its folder on the way."""
     root = etree.Element("mujoco", model=item.name)
     # Paths are relative to the file; mass and inertia come from the inertials alone, never from shapes.
     etree.SubElement(root, "compiler", angle="radian", autolimits="true", inertiafromgeom="false", fusestatic="false")
     # Damping is integrated implicitly: stable at the coarse steps of robot learning.
-    etree.SubElement(root, "option", integrator="implicitfast", cone="elliptic", impratio=number(FRICTION_RATIO))
-    write_defaults(root, item.contact_friction)
+    etree.SubElement(
+        root,
+        "option",
+        timestep=number(timestep_s),
+        gravity=numbers((0.0, 0.0, -GRAVITY_M_S2)),
+        integrator="implicitfast",
+        solver="Newton",
+        cone="elliptic",
+        impratio=number(FRICTION_RATIO),
+        iterations=str(SOLVER_ITERATIONS),
+        tolerance=number(SOLVER_TOLERANCE),
+    )
+    write_defaults(root, item.contact_friction, timestep_s)
     assets = etree.SubElement(root, "asset")
     geoms = write_looks(looks_of(item), item.folder, assets)
     names = collision_assets(item, assets)
@@ -94,23 +101,23 @@ def mjcf_of(item: ExportObject) -> Element:
     return root
 
 
-def write_defaults(root: Element, contact_friction: float) -> None:
+def write_defaults(root: Element, contact_friction: float, timestep_s: float) -> None:
     """Write the defaults of joints, and the default classes of visual and collision geoms."""
     defaults = etree.SubElement(root, "default")
-    reference = numbers((REFERENCE_S, 1.0))
+    reference = numbers(solref(timestep_s))
     etree.SubElement(
         defaults,
         "joint",
         solreffriction=reference,
-        solimpfriction=numbers((IMPEDANCE, IMPEDANCE, 1.0, 0.5, 2.0)),
+        solimpfriction=numbers(FRICTION_SOLIMP),
         solreflimit=reference,
-        solimplimit=numbers((CONTACT_IMPEDANCE, CONTACT_IMPEDANCE, 1.0, 0.5, 2.0)),
+        solimplimit=numbers(LIMIT_SOLIMP),
     )
     visual = etree.SubElement(defaults, "default", {"class": "visual"})
     etree.SubElement(visual, "geom", group=VISUAL_GROUP, contype="0", conaffinity="0", mass="0")
     collision = etree.SubElement(defaults, "default", {"class": "collision"})
     # MuJoCo takes the larger coefficient of a contact; a higher priority lets the object's own decide on any floor.
-    friction = numbers((contact_friction, TORSIONAL_M, ROLLING_M))
+    friction = numbers((contact_friction, TORSION_M, ROLLING_M))
     etree.SubElement(
         collision,
         "geom",
@@ -118,7 +125,7 @@ def write_defaults(root: Element, contact_friction: float) -> None:
         friction=friction,
         priority="1",
         solref=reference,
-        solimp=numbers((CONTACT_IMPEDANCE - 0.04, CONTACT_IMPEDANCE, SOFT_WIDTH, 0.5, 2.0)),
+        solimp=numbers(CONTACT_SOLIMP),
         mass="0",
     )
 
@@ -137,7 +144,7 @@ def collision_assets(item: ExportObject, assets: Element) -> dict[tuple[str, tup
     return names
 
 
-def mesh_key(shape: Shape) -> tuple[str, tuple[float, ...]]:
+def mesh_key(shape: ExportShape) -> tuple[str, tuple[float, ...]]:
     """Key of a mesh asset: its file and scale."""
     return shape.file, tuple(float(v) for v in (np.ones(3) if shape.scale is None else shape.scale))
 
@@ -165,14 +172,14 @@ def write_body(
         write_body(child, item, joint.tree.child, looks, names)
 
 
-def write_inertial(element: Element, body: Body) -> None:
+def write_inertial(element: Element, body: ExportBody) -> None:
     """Mass, centre of mass and the whole tensor about it, in the link's axes."""
     m = body.inertia
     full = (m[0, 0], m[1, 1], m[2, 2], m[0, 1], m[0, 2], m[1, 2])
     etree.SubElement(element, "inertial", pos=numbers(body.com), mass=number(body.mass_kg), fullinertia=numbers(full))
 
 
-def write_shape(element: Element, shape: Shape, names: dict[tuple[str, tuple[float, ...]], str]) -> None:
+def write_shape(element: Element, shape: ExportShape, names: dict[tuple[str, tuple[float, ...]], str]) -> None:
     """One collision geom. MuJoCo's sizes are half edges, and radius and half length."""
     attributes = {"class": "collision", "type": shape.kind, **placed(shape.to_link)}
     if shape.kind == "mesh":
@@ -186,7 +193,7 @@ def write_shape(element: Element, shape: Shape, names: dict[tuple[str, tuple[flo
     etree.SubElement(element, "geom", attributes)
 
 
-def write_joint(element: Element, joint: Joint) -> None:
+def write_joint(element: Element, joint: ExportJoint) -> None:
     """A hinge or slide with its limits, damping, dry friction and spring."""
     terms = joint.dynamics
     attributes = {
@@ -243,7 +250,7 @@ def placed(pose: Array) -> dict[str, str]:
     if not np.allclose(pose[:3, 3], 0.0, atol=1e-12):
         attributes["pos"] = numbers(pose[:3, 3])
     if not np.allclose(pose[:3, :3], np.eye(3), atol=1e-12):
-        attributes["quat"] = numbers(quaternion(pose[:3, :3]))
+        attributes["quat"] = numbers(wxyz_of(pose[:3, :3]))
     return attributes
 
 

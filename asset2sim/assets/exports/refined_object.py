@@ -12,18 +12,18 @@ from scipy.spatial.transform import Rotation
 from asset2sim.assets.folder import URDF_NAME
 from asset2sim.assets.meshes.load import load_mesh, primitive, scale_vector
 from asset2sim.assets.urdf.locate import find_mesh
-from asset2sim.assets.urdf.read import Dynamics, read_dynamics, read_urdf
+from asset2sim.assets.urdf.read import Dynamics, read_dynamics, read_urdf, root_of, tree_joint
 from asset2sim.physics.arrays import Array
-from asset2sim.physics.kinematics import TreeJoint, apply, link_to_root
+from asset2sim.physics.kinematics import TreeJoint, apply, link_to_root, parents_first
 from schemas.errors import AssetError
 from schemas.overlay import PhysicsOverlay
 from schemas.vocabulary import FailureMode
 
-STILL = Dynamics(0.0, 0.0, 0.0, 0.0)
+NO_DYNAMICS = Dynamics(0.0, 0.0, 0.0, 0.0)
 
 
 @dataclass(frozen=True, eq=False)
-class Shape:
+class ExportShape:
     """One collision shape: a mesh file (``file``, relative to the folder, forward slashes, and its (3,) ``scale``), or
     a primitive: ``kind`` and its ``size`` in m (box: three edges; sphere: radius; cylinder along z: radius, length).
 
@@ -39,18 +39,18 @@ class Shape:
 
 
 @dataclass(frozen=True, eq=False)
-class Body:
+class ExportBody:
     """One link: mass in kg, centre of mass (3,) and (3, 3) inertia about it in the link's axes, and shapes."""
 
     name: str
     mass_kg: float
     com: Array
     inertia: Array
-    shapes: tuple[Shape, ...]
+    shapes: tuple[ExportShape, ...]
 
 
 @dataclass(frozen=True, eq=False)
-class Joint:
+class ExportJoint:
     """One joint, with its place in the tree, its limits and terms; ``lower`` and ``upper`` are None where it has none.
 
     Effort in N·m or N; ``initial`` in rad or m, 0 for fixed joints.
@@ -87,8 +87,8 @@ class ExportObject:
     folder: Path
     robot: yourdfpy.Robot
     root: str
-    bodies: dict[str, Body]
-    joints: tuple[Joint, ...]
+    bodies: dict[str, ExportBody]
+    joints: tuple[ExportJoint, ...]
     contact_friction: float
 
     @property
@@ -105,22 +105,15 @@ def read_object(folder: Path, overlay: PhysicsOverlay) -> ExportObject:
     """
     robot = read_urdf(folder / URDF_NAME)
     dynamics = read_dynamics(folder / URDF_NAME)
-    children = {joint.child for joint in robot.joints}
-    root = next(str(link.name) for link in robot.links if link.name not in children)
-    waiting = [_joint(joint, dynamics, overlay.initial_positions) for joint in robot.joints]
-    known, ordered = {root}, list[Joint]()
-    while waiting:
-        ready = [joint for joint in waiting if joint.tree.parent in known]
-        ordered.extend(ready)
-        known.update(joint.tree.child for joint in ready)
-        waiting = [joint for joint in waiting if joint.tree.child not in known]
+    stated = {joint.name: joint for joint in robot.joints}
+    tree = parents_first([tree_joint(joint) for joint in robot.joints])
     return ExportObject(
         name=str(robot.name or overlay.asset_id),
         folder=folder,
         robot=robot,
-        root=root,
+        root=root_of(robot),
         bodies={str(link.name): _body(link, folder) for link in robot.links},
-        joints=tuple(ordered),
+        joints=tuple(_joint(joint, stated[joint.name], dynamics, overlay.initial_positions) for joint in tree),
         contact_friction=overlay.contact_friction,
     )
 
@@ -145,23 +138,22 @@ def height_to_stand(item: ExportObject, positions: Mapping[str, float]) -> float
     return -min(lowest, default=0.0)
 
 
-def _joint(joint: yourdfpy.Joint, dynamics: Mapping[str, Dynamics], initial: Mapping[str, float]) -> Joint:
-    axis = np.array([1.0, 0.0, 0.0]) if joint.axis is None else np.asarray(joint.axis, dtype=float)
-    origin = np.eye(4) if joint.origin is None else np.asarray(joint.origin, dtype=float)
-    tree = TreeJoint(joint.name, joint.type, joint.parent, joint.child, origin, axis / np.linalg.norm(axis))
+def _joint(
+    tree: TreeJoint, joint: yourdfpy.Joint, dynamics: Mapping[str, Dynamics], initial: Mapping[str, float]
+) -> ExportJoint:
     bounded = joint.limit is not None and joint.type in ("revolute", "prismatic")
     lower, upper = (joint.limit.lower, joint.limit.upper) if bounded else (None, None)
-    return Joint(
+    return ExportJoint(
         tree=tree,
         lower=None if lower is None else float(lower),
         upper=None if upper is None else float(upper),
         effort=None if joint.limit is None or joint.limit.effort is None else float(joint.limit.effort),
-        dynamics=dynamics.get(joint.name, STILL),
+        dynamics=dynamics.get(joint.name, NO_DYNAMICS),
         initial=float(initial.get(joint.name, 0.0)) if joint.type != "fixed" else 0.0,
     )
 
 
-def _body(link: yourdfpy.Link, folder: Path) -> Body:
+def _body(link: yourdfpy.Link, folder: Path) -> ExportBody:
     inertial = link.inertial
     if inertial is None or not inertial.mass or inertial.inertia is None:
         raise AssetError(
@@ -176,10 +168,10 @@ def _body(link: yourdfpy.Link, folder: Path) -> Body:
     tensor = (tensor + tensor.T) / 2.0
     shapes = tuple(_shape(item, str(link.name), folder) for item in link.collisions)
     turned = pose[:3, :3] @ tensor @ pose[:3, :3].T if not np.allclose(pose[:3, :3], np.eye(3), atol=1e-12) else tensor
-    return Body(str(link.name), float(inertial.mass), pose[:3, 3].copy(), turned, shapes)
+    return ExportBody(str(link.name), float(inertial.mass), pose[:3, 3].copy(), turned, shapes)
 
 
-def _shape(collision: yourdfpy.Collision, link: str, folder: Path) -> Shape:
+def _shape(collision: yourdfpy.Collision, link: str, folder: Path) -> ExportShape:
     to_link = np.eye(4) if collision.origin is None else np.asarray(collision.origin, dtype=float)
     geometry = collision.geometry
     if geometry.mesh is None:
@@ -192,7 +184,7 @@ def _shape(collision: yourdfpy.Collision, link: str, folder: Path) -> Shape:
                 link=link,
             )
         kind, size = _primitive(geometry)
-        return Shape(kind, to_link, apply(to_link, np.asarray(mesh.vertices, dtype=float)), size=size)
+        return ExportShape(kind, to_link, apply(to_link, np.asarray(mesh.vertices, dtype=float)), size=size)
     path = find_mesh(geometry.mesh.filename, folder)
     if path is None:
         raise AssetError(
@@ -203,7 +195,7 @@ def _shape(collision: yourdfpy.Collision, link: str, folder: Path) -> Shape:
         )
     scale = scale_vector(geometry.mesh)
     points = apply(to_link, np.asarray(load_mesh(path).vertices, dtype=float) * scale)
-    return Shape("mesh", to_link, points, path.resolve().relative_to(folder.resolve()).as_posix(), scale)
+    return ExportShape("mesh", to_link, points, path.resolve().relative_to(folder.resolve()).as_posix(), scale)
 
 
 def _primitive(geometry: yourdfpy.Geometry) -> tuple[str, tuple[float, ...]]:
@@ -214,7 +206,7 @@ def _primitive(geometry: yourdfpy.Geometry) -> tuple[str, tuple[float, ...]]:
     return "sphere", (float(geometry.sphere.radius),)
 
 
-def quaternion(rotation: Array) -> tuple[float, float, float, float]:
+def wxyz_of(rotation: Array) -> tuple[float, float, float, float]:
     """The unit quaternion (w, x, y, z), w not negative, of a (3, 3) rotation."""
     x, y, z, w = (float(v) for v in Rotation.from_matrix(rotation).as_quat())
     sign = math.copysign(1.0, w)

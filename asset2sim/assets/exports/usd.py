@@ -22,13 +22,13 @@ import numpy as np
 
 from asset2sim.assets.exports.looks import looks_of
 from asset2sim.assets.exports.refined_object import (
-    Body,
-    Joint,
-    Shape,
+    ExportBody,
+    ExportJoint,
+    ExportShape,
     height_to_stand,
     poses_of,
-    quaternion,
     read_object,
+    wxyz_of,
 )
 from asset2sim.assets.meshes.load import load_mesh
 from asset2sim.physics.arrays import Array
@@ -38,7 +38,7 @@ from schemas.overlay import PhysicsOverlay
 if TYPE_CHECKING:
     from pxr import Usd, UsdGeom
 
-    from asset2sim.assets.exports.usd_names import Names
+    from asset2sim.assets.exports.usd_names import PrimPaths
 
 USD_NAME = "mobility.usda"
 GEOMETRY_NAME = "mobility_geometry.usdc"
@@ -61,7 +61,7 @@ def export_usd(folder: Path, overlay: PhysicsOverlay) -> Path:
     from pxr import Sdf, Usd, UsdGeom, UsdPhysics
 
     from asset2sim.assets.exports.usd_looks import write_looks
-    from asset2sim.assets.exports.usd_names import Names
+    from asset2sim.assets.exports.usd_names import PrimPaths
 
     item = read_object(folder, overlay)
     path, geometry_path = folder / USD_NAME, folder / GEOMETRY_NAME
@@ -73,7 +73,7 @@ def export_usd(folder: Path, overlay: PhysicsOverlay) -> Path:
     UsdGeom.SetStageUpAxis(stage, UsdGeom.Tokens.z)
     UsdGeom.SetStageMetersPerUnit(stage, 1.0)
     UsdPhysics.SetStageKilogramsPerUnit(stage, 1.0)
-    names = Names(item)
+    names = PrimPaths(item)
     top = UsdGeom.Xform.Define(stage, names.top)
     stage.SetDefaultPrim(top.GetPrim())
     write_articulation(top.GetPrim())
@@ -124,7 +124,7 @@ def write_material(stage: "Usd.Stage", friction: float, path: str) -> str:
     return path
 
 
-def write_body(stage: "Usd.Stage", body: Body, to_world: Array, path: str) -> "Usd.Prim":
+def write_body(stage: "Usd.Stage", body: ExportBody, to_world: Array, path: str) -> "Usd.Prim":
     """One rigid body at its place in the initial state, with its mass, and its inertia by its principal axes."""
     from pxr import Gf, UsdGeom, UsdPhysics
 
@@ -139,7 +139,7 @@ def write_body(stage: "Usd.Stage", body: Body, to_world: Array, path: str) -> "U
     moments, axes = np.linalg.eigh(body.inertia)
     if np.linalg.det(axes) < 0.0:
         axes[:, 2] *= -1.0
-    w, x, y, z = quaternion(axes)
+    w, x, y, z = wxyz_of(axes)
     mass = UsdPhysics.MassAPI.Apply(prim)
     mass.CreateMassAttr(body.mass_kg)
     mass.CreateCenterOfMassAttr(Gf.Vec3f(*(float(v) for v in body.com)))
@@ -148,7 +148,7 @@ def write_body(stage: "Usd.Stage", body: Body, to_world: Array, path: str) -> "U
     return prim
 
 
-def write_shape(stage: "Usd.Stage", shape: Shape, folder: Path, path: str) -> None:
+def write_shape(stage: "Usd.Stage", shape: ExportShape, folder: Path, path: str) -> None:
     """The geometry of one collision shape, in its link's frame."""
     from pxr import Gf, UsdGeom, Vt
 
@@ -183,7 +183,7 @@ def write_shape(stage: "Usd.Stage", shape: Shape, folder: Path, path: str) -> No
     geometry.CreatePurposeAttr(UsdGeom.Tokens.guide)
 
 
-def collide(prim: "Usd.Prim", shape: Shape, material: str) -> None:
+def collide(prim: "Usd.Prim", shape: ExportShape, material: str) -> None:
     """Make a prim collide; a mesh collides as its convex hull."""
     from pxr import UsdPhysics, UsdShade
 
@@ -194,7 +194,7 @@ def collide(prim: "Usd.Prim", shape: Shape, material: str) -> None:
     UsdShade.MaterialBindingAPI.Apply(prim).Bind(bound, UsdShade.Tokens.weakerThanDescendants, "physics")
 
 
-def write_joint(stage: "Usd.Stage", joint: Joint, names: "Names") -> "Usd.Prim":
+def write_joint(stage: "Usd.Stage", joint: ExportJoint, names: "PrimPaths") -> "Usd.Prim":
     """One joint: frames whose x axis is the joint's, limits, the drive that is its spring and damper, dry friction, and
     its initial position."""
     from pxr import Gf, UsdPhysics
@@ -208,9 +208,9 @@ def write_joint(stage: "Usd.Stage", joint: Joint, names: "Names") -> "Usd.Prim":
     frame0 = joint.tree.child_to_parent.copy()
     frame0[:3, :3] = frame0[:3, :3] @ turn
     usd_joint.CreateLocalPos0Attr(Gf.Vec3f(*(float(v) for v in frame0[:3, 3])))
-    usd_joint.CreateLocalRot0Attr(Gf.Quatf(*quaternion(frame0[:3, :3])))
+    usd_joint.CreateLocalRot0Attr(Gf.Quatf(*wxyz_of(frame0[:3, :3])))
     usd_joint.CreateLocalPos1Attr(Gf.Vec3f(0.0))
-    usd_joint.CreateLocalRot1Attr(Gf.Quatf(*quaternion(turn)))
+    usd_joint.CreateLocalRot1Attr(Gf.Quatf(*wxyz_of(turn)))
     prim = usd_joint.GetPrim()
     if not joint.moves:
         return prim
@@ -265,4 +265,4 @@ def place(xform: "UsdGeom.Xformable", to_parent: Array) -> None:
     from pxr import Gf, UsdGeom
 
     xform.AddTranslateOp(UsdGeom.XformOp.PrecisionDouble).Set(Gf.Vec3d(*(float(v) for v in to_parent[:3, 3])))
-    xform.AddOrientOp(UsdGeom.XformOp.PrecisionDouble).Set(Gf.Quatd(*quaternion(to_parent[:3, :3])))
+    xform.AddOrientOp(UsdGeom.XformOp.PrecisionDouble).Set(Gf.Quatd(*wxyz_of(to_parent[:3, :3])))

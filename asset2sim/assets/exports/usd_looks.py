@@ -13,7 +13,7 @@ from asset2sim.assets.views.surface import Paint, Texture
 if TYPE_CHECKING:
     from pxr import Usd, UsdShade
 
-    from asset2sim.assets.exports.usd_names import Names
+    from asset2sim.assets.exports.usd_names import PrimPaths
 
 READABLE = (".png", ".jpg", ".jpeg")
 """Image formats that every USD renderer reads."""
@@ -21,7 +21,7 @@ ROUGHNESS = 0.6
 """Roughness of every surface, 0 to 1: between satin and matt, since the datasets' shininess values mean little."""
 
 
-def write_looks(stage: "Usd.Stage", looks: Sequence[Look], folder: Path, names: "Names") -> None:
+def write_looks(stage: "Usd.Stage", looks: Sequence[Look], folder: Path, names: "PrimPaths") -> None:
     """Define every look under its link, in the link's frame, bound to a material under ``looks``."""
     from pxr import Sdf, UsdGeom, UsdShade, Vt
 

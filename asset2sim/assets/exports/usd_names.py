@@ -6,7 +6,7 @@ from collections.abc import Iterable
 from asset2sim.assets.exports.refined_object import ExportObject
 
 
-class Names:
+class PrimPaths:
     """Prim paths: ``top`` of the object, ``links`` and ``joints`` by URDF name."""
 
     def __init__(self, item: ExportObject) -> None:

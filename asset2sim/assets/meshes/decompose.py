@@ -6,7 +6,6 @@ out many are closed after all, and an open one becomes closed as a thin wall. V-
 in seconds, half a voxel too thick. Each attempt runs in a process of its own, because either can hang or crash.
 """
 
-import hashlib
 import os
 import signal
 import subprocess
@@ -19,17 +18,15 @@ import numpy as np
 from pydantic import Field
 from scipy.spatial import ConvexHull, QhullError
 
-from asset2sim.assets.meshes.array_file import read_clouds, write_clouds
-from asset2sim.assets.meshes.decompose_pieces import clip, merge, volume_of
+from asset2sim.assets.meshes.array_file import read_clouds
+from asset2sim.assets.meshes.decompose_pieces import clip, merge
 from asset2sim.assets.meshes.decompose_surface import surface_of
-from asset2sim.assets.meshes.hull import hull_of
+from asset2sim.assets.meshes.hull import hull_of, hull_volume
+from asset2sim.assets.meshes.volume import EXACT_SHARE
 from asset2sim.physics.arrays import Array, Faces
 from schemas.base import Fraction, Frozen, Positive
 
 Pieces = tuple[Array, ...]
-
-FORMAT = "2"
-"""Part of every cache key: raise it when the same input gives other pieces."""
 
 
 class DecomposeSettings(Frozen):
@@ -53,7 +50,7 @@ class DecomposeSettings(Frozen):
     """V-HACD's voxels: 20,000 fatten walls by 1.3 % of the diagonal, 100,000 by 0.6 % in eight times the time."""
     wall_thickness: Fraction = 0.004
     """Thickness given to open sheets, over the longest extent: 2 mm on a 50 cm drawer, as thin panels have."""
-    convex_share: Fraction = 0.97
+    convex_share: Fraction = EXACT_SHARE
     """Share of its hull that a closed mesh fills from which it is its hull."""
     flat_share: Fraction = 0.01
     """Thickness over extent below which a mesh is a plate, left alone: no hollow, and CoACD may take hours over it."""
@@ -70,36 +67,17 @@ class DecomposeSettings(Frozen):
     """Seed of CoACD's search."""
 
 
-def decompose(vertices: Array, faces: Faces, settings: DecomposeSettings, cache: Path | None = None) -> Pieces | None:
+def decompose(vertices: Array, faces: Faces, settings: DecomposeSettings) -> Pieces | None:
     """Convex pieces of a mesh: the (k, 3) hull vertices of each, in the mesh's frame and unit, within the mesh's hull.
 
     ``vertices`` is (n, 3) float, ``faces`` (m, 3) int and need not be closed or consistently wound. None where the
     mesh is flat, a limit passes, or nothing usable comes back: the caller falls back on the hull. A mesh that is
-    convex already comes back as one piece. ``cache`` is a folder that many processes may share; a failure is not kept
-    there, since a less busy machine may do better.
+    convex already comes back as one piece.
     """
     vertices = np.ascontiguousarray(vertices, dtype=np.float64)
     faces = np.ascontiguousarray(faces, dtype=np.int64)
     hull = _thick_hull(vertices, faces, settings)
-    if hull is None:
-        return None
-    path = None if cache is None else cache / f"{content_key(vertices, faces, settings)}.npz"
-    if path is not None and (kept := _read(path)) is not None:
-        return kept
-    found = _decompose(vertices, faces, hull, settings)
-    if found is not None and path is not None:
-        write_clouds(path, found)
-    return found
-
-
-def content_key(vertices: Array, faces: Faces, settings: DecomposeSettings) -> str:
-    """A hash of everything that decides the answer: mesh, settings and the versions of both methods."""
-    digest = hashlib.sha256()
-    for part in (FORMAT, _version("coacd"), _version("pybullet"), settings.model_dump_json(), str(len(vertices))):
-        digest.update(part.encode() + b"\0")
-    digest.update(np.ascontiguousarray(vertices, dtype="<f8").tobytes())
-    digest.update(np.ascontiguousarray(faces, dtype="<i8").tobytes())
-    return digest.hexdigest()[:40]
+    return None if hull is None else _decompose(vertices, faces, hull, settings)
 
 
 def _thick_hull(vertices: Array, faces: Faces, settings: DecomposeSettings) -> ConvexHull | None:
@@ -139,7 +117,7 @@ def _usable(raw: Pieces | None, hull: ConvexHull, settings: DecomposeSettings) -
         return None
     clipped = [piece for piece in (clip(points, hull) for points in raw) if piece is not None]
     pieces = merge(clipped, settings.max_hulls)
-    volume = sum(volume_of(piece) for piece in pieces)
+    volume = sum(hull_volume(piece) for piece in pieces)
     # Pieces may overlap a little; what is heavier than the hull has filled the hollow that it was to keep.
     return tuple(pieces) if pieces and 0.0 < volume <= 1.02 * hull.volume else None
 
@@ -152,7 +130,7 @@ def _attempt(method: str, vertices: Array, faces: Faces, settings: DecomposeSett
         seconds = max(1, round(settings.cpu_limit_s))
         command = [sys.executable, "-m", "asset2sim.assets.meshes.decompose_worker", method, folder, str(seconds)]
         child = subprocess.Popen(
-            [*command, settings.model_dump_json()],
+            [*command, settings.model_dump_json(), str(os.getpid())],
             stdin=subprocess.DEVNULL,
             stdout=subprocess.DEVNULL,
             stderr=subprocess.DEVNULL,

@@ -17,11 +17,6 @@ MOST_PAIRED = 64
 """Pieces above which the smallest are left out before merging: pairs cost hulls, and slivers hold no contact."""
 
 
-def volume_of(piece: Array) -> float:
-    """Volume of the hull of (k, 3) points, in the cube of their unit."""
-    return hull_volume(piece)
-
-
 def clip(piece: Array, hull: ConvexHull) -> Array | None:
     """The hull vertices of the part of a convex piece within ``hull``; None where that is flat or empty."""
     if len(piece) < 4 or not np.isfinite(piece).all():
@@ -49,7 +44,7 @@ def clip(piece: Array, hull: ConvexHull) -> Array | None:
 
 
 def _hull(points: Array) -> ConvexHull | None:
-    """The hull of (k, 3) points, or None where they are flat."""
+    """The hull of (k, 3) points, or None where they are flat, by a far smaller bound than ``hull_of`` has."""
     try:
         hull = ConvexHull(points)
     except (QhullError, ValueError):
@@ -72,8 +67,8 @@ def _centre(spaces: Array) -> Array | None:
 
 def merge(pieces: Sequence[Array], most: int) -> list[Array]:
     """At most ``most`` convex pieces: the two whose common hull adds the least volume become one, again and again."""
-    kept = sorted(pieces, key=volume_of, reverse=True)[:MOST_PAIRED]
-    volumes = [volume_of(piece) for piece in kept]
+    kept = sorted(pieces, key=hull_volume, reverse=True)[:MOST_PAIRED]
+    volumes = [hull_volume(piece) for piece in kept]
     alive = list(range(len(kept)))
     if len(alive) <= most:
         return kept
@@ -92,7 +87,7 @@ def merge(pieces: Sequence[Array], most: int) -> list[Array]:
         a, b = min(added, key=lambda pair: (added[pair], pair))
         both = np.vstack([kept[a], kept[b]])
         kept.append(both[ConvexHull(both).vertices])
-        volumes.append(volume_of(kept[-1]))
+        volumes.append(hull_volume(kept[-1]))
         alive = [index for index in alive if index not in (a, b)]
         for pair in [pair for pair in added if a in pair or b in pair]:
             del added[pair]

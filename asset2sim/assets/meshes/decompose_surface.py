@@ -12,7 +12,7 @@ HOLE_SHARE = 0.05
 
 
 @dataclass(frozen=True)
-class Surface:
+class ClosedSurface:
     """A closed (n, 3), (m, 3) triangle surface, the volume it encloses, and whether the mesh was closed as authored."""
 
     vertices: Array
@@ -21,7 +21,7 @@ class Surface:
     authored: bool
 
 
-def surface_of(vertices: Array, faces: Faces, wall_thickness: float) -> Surface | None:
+def surface_of(vertices: Array, faces: Faces, wall_thickness: float) -> ClosedSurface | None:
     """The closed surface of a mesh; ``wall_thickness`` is that of open sheets over the mesh's longest extent.
 
     None where faces meet three or more to an edge, or cannot be wound alike: no surface has an inside there.
@@ -44,7 +44,7 @@ def surface_of(vertices: Array, faces: Faces, wall_thickness: float) -> Surface 
     if not (closed.is_watertight and closed.is_winding_consistent):
         return None
     trimesh.repair.fix_normals(closed)
-    return Surface(np.asarray(closed.vertices), np.asarray(closed.faces), abs(float(closed.volume)), authored)
+    return ClosedSurface(np.asarray(closed.vertices), np.asarray(closed.faces), abs(float(closed.volume)), authored)
 
 
 def thickened(sheet: trimesh.Trimesh, thickness: float) -> trimesh.Trimesh:

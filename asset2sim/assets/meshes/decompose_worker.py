@@ -1,36 +1,36 @@
-"""One decomposition in a process that can be killed; its arguments are METHOD FOLDER CPU_S SETTINGS.
+"""One decomposition in a process that can be killed; its arguments are METHOD FOLDER CPU_S SETTINGS PARENT.
 
 Reads ``mesh.npz`` in FOLDER and leaves ``pieces.npz`` there, whole or not at all.
 """
 
-import ctypes
 import json
 import resource
-import signal
 import sys
 from pathlib import Path
 
 import numpy as np
 
+from asset2sim.assets.child_process import end_with_parent
 from asset2sim.assets.meshes.array_file import write_clouds
 from asset2sim.physics.arrays import Array
 
 
-def main(method: str, folder: Path, cpu_s: int, settings: dict[str, float]) -> None:
-    """Decompose ``mesh.npz`` by ``coacd`` or ``vhacd`` within ``cpu_s`` seconds of processor time."""
-    _die_with_parent()
+def main(method: str, folder: Path, cpu_s: int, settings: dict[str, float], parent: int) -> None:
+    """Decompose ``mesh.npz`` by ``coacd`` or ``vhacd`` within ``cpu_s`` seconds of processor time, for this parent."""
+    end_with_parent(parent)
     resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
     resource.setrlimit(resource.RLIMIT_CPU, (cpu_s, cpu_s + 1))
     with np.load(folder / "mesh.npz") as mesh:
         vertices, faces = mesh["vertices"], mesh["faces"]
     # Cut at unit size about the origin: both methods round, and neither says at what size.
     low, extent = vertices.min(axis=0), float(np.ptp(vertices, axis=0).max())
-    run = {"coacd": by_coacd, "vhacd": by_vhacd}[method]
-    pieces = [piece * extent + low for piece in run((vertices - low) / extent, faces, settings, folder)]
+    unit = (vertices - low) / extent
+    found = by_coacd(unit, faces, settings) if method == "coacd" else by_vhacd(unit, faces, settings, folder)
+    pieces = [piece * extent + low for piece in found]
     write_clouds(folder / "pieces.npz", pieces)
 
 
-def by_coacd(vertices: Array, faces: Array, settings: dict[str, float], folder: Path) -> list[Array]:
+def by_coacd(vertices: Array, faces: Array, settings: dict[str, float]) -> list[Array]:
     """CoACD's pieces of a closed surface; its own repair, which fattens thin walls, is off."""
     import coacd
 
@@ -78,12 +78,5 @@ def by_vhacd(vertices: Array, faces: Array, settings: dict[str, float], folder: 
     return [cloud[a:b] for a, b in zip(starts, [*starts[1:], len(points)], strict=True)]
 
 
-def _die_with_parent() -> None:
-    """Have the kernel end this process when its parent goes, however it goes (Linux; elsewhere the time limit does)."""
-    if sys.platform == "linux":
-        pr_set_pdeathsig = 1
-        ctypes.CDLL(None).prctl(pr_set_pdeathsig, signal.SIGKILL)
-
-
 if __name__ == "__main__":
-    main(sys.argv[1], Path(sys.argv[2]), int(sys.argv[3]), json.loads(sys.argv[4]))
+    main(sys.argv[1], Path(sys.argv[2]), int(sys.argv[3]), json.loads(sys.argv[4]), int(sys.argv[5]))

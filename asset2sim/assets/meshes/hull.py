@@ -4,10 +4,12 @@ from dataclasses import dataclass
 
 import numpy as np
 import trimesh
+from numpy.typing import NDArray
 from scipy.spatial import ConvexHull, QhullError
 
 from asset2sim.physics.arrays import Array
 
+Boxes = tuple[Array, Array]
 FLAT_THICKNESS = 1e-4
 """Thickness over longest extent below which a mesh is a sheet: decals of real assets lie below 1e-6, thin
 panels above 1e-3."""
@@ -64,6 +66,13 @@ def hull_volume(points: Array) -> float:
         return float(ConvexHull(points).volume)
     except (QhullError, ValueError):
         return 0.0
+
+
+def boxes_meet(first: Boxes, second: Boxes, slack: float = 0.0) -> NDArray[np.bool_]:
+    """(n, m) whether boxes, given as (n, 3) lowest and highest corners, come within ``slack`` (m) of each other."""
+    below = np.all(first[0][:, None] <= second[1][None] + slack, axis=2)
+    above = np.all(second[0][None] <= first[1][:, None] + slack, axis=2)
+    return np.asarray(below & above)
 
 
 def spread_directions(count: int) -> Array:

@@ -19,7 +19,7 @@ SAMPLES = 9
 
 
 @dataclass(frozen=True)
-class Ends:
+class JointEnds:
     """The closed and the open position of a joint (radians or metres) and the confidence, 0 to 1, in telling
     them apart."""
 
@@ -73,7 +73,7 @@ def joint_ends(
     lower: float,
     upper: float,
     diagonal: float,
-) -> Ends:
+) -> JointEnds:
     """The closed and open positions of one joint with limits.
 
     ``points`` maps link → (n, 3) hull points in the link's frame; ``diagonal`` is the object's, m.
@@ -81,18 +81,18 @@ def joint_ends(
     nearest_zero = min((lower, upper), key=abs)
     other = upper if nearest_zero == lower else lower
     if upper - lower <= 0.0 or diagonal <= 0.0:
-        return Ends(nearest_zero, other, 0.0)
+        return JointEnds(nearest_zero, other, 0.0)
     positions, volumes, gaps = profile(tree, root, points, joint, lower, upper)
     if volumes.max() <= 0.0:
-        return Ends(nearest_zero, other, 0.0)
+        return JointEnds(nearest_zero, other, 0.0)
     cost = volumes / volumes.max() + GAP_WEIGHT * gaps / diagonal
     difference = abs(float(cost[0] - cost[-1]))
     inner = int(np.argmin(cost))
     if cost[inner] < min(cost[0], cost[-1]) - INTERIOR_MARGIN:
         closed = float(positions[inner])
         far = upper if upper - closed >= closed - lower else lower
-        return Ends(closed, far, 0.5)
+        return JointEnds(closed, far, 0.5)
     if difference < BLIND:
-        return Ends(nearest_zero, other, 0.0)
+        return JointEnds(nearest_zero, other, 0.0)
     closed, opened = (lower, upper) if cost[0] < cost[-1] else (upper, lower)
-    return Ends(closed, opened, min(difference / SURE, 1.0))
+    return JointEnds(closed, opened, min(difference / SURE, 1.0))

@@ -40,7 +40,7 @@ PARTNERS = 8
 
 
 @dataclass(frozen=True)
-class Piece:
+class PatchPiece:
     """A convex piece: its (k, 3) corners, its (m, 3, 3) faces and its volume (m³)."""
 
     points: Array
@@ -58,12 +58,12 @@ class Piece:
         return np.asarray(self.points.max(axis=0))
 
 
-def piece_of(points: Array, thickness: float) -> Piece:
+def piece_of(points: Array, thickness: float) -> PatchPiece:
     """The hull of (n, 3) points; where it is flatter than ``thickness`` (m), it is made as thick about its middle."""
     try:
         hull = ConvexHull(points)
         if 2.0 * hull.volume >= thickness * hull.area:  # a plate's volume is half its area times its thickness
-            return Piece(points[hull.vertices], points[hull.simplices], float(hull.volume))
+            return PatchPiece(points[hull.vertices], points[hull.simplices], float(hull.volume))
     except QhullError:
         pass
     centre = points.mean(axis=0)
@@ -78,10 +78,10 @@ def piece_of(points: Array, thickness: float) -> Piece:
         steps = np.vstack([np.eye(3), -np.eye(3)]) * thickness / 2.0
         points = (points[:, None] + steps[None]).reshape(-1, 3)
         hull = ConvexHull(points)
-    return Piece(points[hull.vertices], points[hull.simplices], float(hull.volume))
+    return PatchPiece(points[hull.vertices], points[hull.simplices], float(hull.volume))
 
 
-def slim(points: Array, thickness: float) -> Piece:
+def slim(points: Array, thickness: float) -> PatchPiece:
     """``piece_of`` with at most ``MOST_CORNERS`` corners, those furthest along evenly spread directions."""
     piece = piece_of(points, thickness)
     if len(piece.points) <= MOST_CORNERS:
@@ -89,7 +89,7 @@ def slim(points: Array, thickness: float) -> Piece:
     return piece_of(piece.points[np.unique(np.argmax(piece.points @ DIRECTIONS.T, axis=0))], thickness)
 
 
-def cut(vertices: Array, faces: NDArray[np.int64], hollow: Hollow, thickness: float) -> list[Piece]:
+def cut(vertices: Array, faces: NDArray[np.int64], hollow: Hollow, thickness: float) -> list[PatchPiece]:
     """Convex pieces of (n, 3) vertices and (m, 3) faces that stay out of the hollow, as few as joining gives.
 
     Pieces thinner than ``thickness`` (m) are made as thick. Where ``MOST_GROUPS`` do not suffice the largest groups are
@@ -98,11 +98,11 @@ def cut(vertices: Array, faces: NDArray[np.int64], hollow: Hollow, thickness: fl
     return join(grouped(vertices, faces, hollow, thickness), hollow, thickness, enough=ENOUGH)
 
 
-def grouped(vertices: Array, faces: NDArray[np.int64], hollow: Hollow, thickness: float) -> list[Piece]:
+def grouped(vertices: Array, faces: NDArray[np.int64], hollow: Hollow, thickness: float) -> list[PatchPiece]:
     """The hulls of groups of faces, halved until each stays out of the hollow."""
     centres = vertices[faces].mean(axis=1)
-    done: list[Piece] = []
-    waiting: list[tuple[float, int, Piece, NDArray[np.int64]]] = []
+    done: list[PatchPiece] = []
+    waiting: list[tuple[float, int, PatchPiece, NDArray[np.int64]]] = []
     number = 0
 
     def place(index: NDArray[np.int64]) -> None:
@@ -143,19 +143,19 @@ class _Rule:
         return self.limits[3] < NO_LIMIT
 
 
-_JoinCandidate = tuple[int, float, int, int, Piece]
+_JoinCandidate = tuple[int, float, int, int, PatchPiece]
 """A join: its rank, the volume it adds, the two pieces' indices, and their common hull."""
 
 
 def join(
-    pieces: Sequence[Piece],
+    pieces: Sequence[PatchPiece],
     hollow: Hollow | None,
     thickness: float,
     *,
     enough: int = NO_LIMIT,
     most: int = NO_LIMIT,
     added_share: float = np.inf,
-) -> list[Piece]:
+) -> list[PatchPiece]:
     """Fewer pieces: those are joined whose common hull stays out of the hollow and adds at most ``added_share`` of the
     smaller one's volume.
 
@@ -189,14 +189,16 @@ def join(
     return [known[index] for index in alive]
 
 
-def _join_candidates(known: Sequence[Piece], pairs: Sequence[tuple[int, int]], rule: _Rule) -> list[_JoinCandidate]:
+def _join_candidates(
+    known: Sequence[PatchPiece], pairs: Sequence[tuple[int, int]], rule: _Rule
+) -> list[_JoinCandidate]:
     """The joins of these pairs that a rule might make, as a heap."""
     offers = [offer for pair in pairs if (offer := _join_candidate(known, pair, rule)) is not None]
     heapq.heapify(offers)
     return offers
 
 
-def _join_candidate(known: Sequence[Piece], pair: tuple[int, int], rule: _Rule) -> _JoinCandidate | None:
+def _join_candidate(known: Sequence[PatchPiece], pair: tuple[int, int], rule: _Rule) -> _JoinCandidate | None:
     """The join of two pieces, or None where no rule would ever make it.
 
     Rank 0 stays out of the hollow and adds little, 1 and 2 stand a little in it, 3 is all else.
@@ -212,7 +214,7 @@ def _join_candidate(known: Sequence[Piece], pair: tuple[int, int], rule: _Rule) 
     return (rank, added, *pair, both) if rule.limits[rank] < NO_LIMIT else None
 
 
-def between(a: Piece, b: Piece) -> Array:
+def between(a: PatchPiece, b: PatchPiece) -> Array:
     """(n, 3) points on lines from one piece's outermost corners to the other's, all within their common hull."""
     first, second = (piece.points[np.unique(np.argmax(piece.points @ CORNERS.T, axis=0))] for piece in (a, b))
     ends = first[:, None, None] + SHARES[:, None] * (second[None, :, None] - first[:, None, None])
@@ -221,7 +223,7 @@ def between(a: Piece, b: Piece) -> Array:
 
 
 def _partners(
-    known: Sequence[Piece], index: int, alive: Sequence[int], slack: float, tried: Collection[tuple[int, int]] = ()
+    known: Sequence[PatchPiece], index: int, alive: Sequence[int], slack: float, tried: Collection[tuple[int, int]] = ()
 ) -> list[tuple[int, int]]:
     """Up to ``PARTNERS`` pairs of a piece with others not tried yet, their boxes at most ``slack`` apart; those whose
     common box adds least."""

@@ -21,28 +21,23 @@ LOOSE_SHARE = 0.5
 
 
 @dataclass(frozen=True)
-class Shell:
+class ConvexShell:
     """A convex piece and the (m,) indices of the mesh's faces that it replaces."""
 
     hull: Hull
     faces: NDArray[np.int64]
 
 
-def convex_pieces(mesh: trimesh.Trimesh, whole: Hull) -> tuple[Hull, ...]:
-    """The hull of each convex piece, in the mesh's frame; ``whole`` is the mesh's own hull.
+def shells(mesh: trimesh.Trimesh, whole: Hull) -> tuple[ConvexShell, ...]:
+    """The convex pieces of a mesh, in its frame, with their faces; ``whole`` is the mesh's own hull.
 
     Flat shells among solid ones are decals: they are left out.
     """
-    return tuple(shell.hull for shell in shells(mesh, whole))
-
-
-def shells(mesh: trimesh.Trimesh, whole: Hull) -> tuple[Shell, ...]:
-    """The convex pieces of ``convex_pieces`` with their faces."""
     points = np.asarray(mesh.vertices, dtype=float)
     edges = mesh.edges
     adjacency = coo_matrix((np.ones(len(edges)), (edges[:, 0], edges[:, 1])), shape=(len(points), len(points)))
     count, label = connected_components(adjacency, directed=False)
-    one = (Shell(whole, np.arange(len(mesh.faces))),)
+    one = (ConvexShell(whole, np.arange(len(mesh.faces))),)
     if count == 1 or count > MOST_SHELLS:
         return one
     face_label = label[mesh.faces[:, 0]]
@@ -52,7 +47,7 @@ def shells(mesh: trimesh.Trimesh, whole: Hull) -> tuple[Shell, ...]:
         if hull is None:
             flat_area += float(mesh.area_faces[face_label == shell].sum())
         else:
-            found.append(Shell(hull, np.flatnonzero(face_label == shell)))
+            found.append(ConvexShell(hull, np.flatnonzero(face_label == shell)))
     if not found or flat_area > LOOSE_SHARE * float(mesh.area):
         return one
     return tuple(found)

@@ -9,7 +9,7 @@ import trimesh
 from scipy.spatial import QhullError
 
 from asset2sim.assets.meshes.hull import hull_of, solid
-from asset2sim.assets.meshes.shells import convex_pieces
+from asset2sim.assets.meshes.shells import shells
 from asset2sim.physics.arrays import Array
 from asset2sim.physics.inertia import box_inertia
 from schemas.vocabulary import VolumeSource
@@ -64,7 +64,7 @@ def shape_of(mesh: trimesh.Trimesh) -> Shape:
     hull = hull_of(points)
     if hull is None:
         return Shape(slab(points), VolumeSource.BOX, points, (), float(mesh.area), watertight, len(mesh.faces), False)
-    pieces = convex_pieces(mesh, hull)
+    pieces = [shell.hull for shell in shells(mesh, hull)]
     body, source = combined([Solid(*solid(piece.triangles)) for piece in pieces]), VolumeSource.HULL
     if watertight:
         volume, center, inertia = solid(np.asarray(mesh.triangles, dtype=float))

@@ -15,8 +15,9 @@ from lxml import etree
 from lxml.etree import _Element as Element
 
 from asset2sim.assets.urdf.edit import POSITIONS, child
+from asset2sim.assets.urdf.read import element_joint, element_pose
 from asset2sim.physics.arrays import Array
-from asset2sim.physics.kinematics import TreeJoint, motion, transform
+from asset2sim.physics.kinematics import motion
 from schemas.errors import UsageError
 from schemas.overlay import Bake, BakedJoint, PhysicsOverlay
 
@@ -92,13 +93,6 @@ def bake_file(urdf: Path, positions: Mapping[str, float], target: Path) -> Bake:
     return record
 
 
-def unbake_file(urdf: Path, target: Path) -> None:
-    """Write the URDF with its authored zero to ``target``, from the record beside it, else from its own comment."""
-    beside = urdf.parent / RECORD_NAME
-    record = Bake.model_validate_json(beside.read_text(encoding="utf-8")) if beside.is_file() else None
-    target.write_bytes(unbake(urdf.read_bytes(), record))
-
-
 def baked(overlay: PhysicsOverlay) -> PhysicsOverlay:
     """The overlay of the baked URDF: every initial position 0, and all that is measured from zero shifted with it."""
     joints = []
@@ -146,7 +140,7 @@ def shift_joint(joint: Element, zero: float, offset: float | None) -> None:
     if zero == 0.0:
         return
     origin = child(joint, "origin")
-    pose = transform(numbers(origin.get("xyz")), numbers(origin.get("rpy"))) @ motion(moving(joint), zero)
+    pose = element_pose(joint) @ motion(element_joint(joint), zero)
     origin.set("xyz", " ".join(exact(value) for value in pose[:3, 3]))
     if joint.get("type") != "prismatic":
         origin.set("rpy", " ".join(exact(value) for value in angles(pose[:3, :3])))
@@ -155,13 +149,6 @@ def shift_joint(joint: Element, zero: float, offset: float | None) -> None:
         text = None if element is None else element.get(key)
         if element is not None and text is not None:
             element.set(key, exact(float(text) - zero))
-
-
-def moving(joint: Element) -> TreeJoint:
-    """A ``TreeJoint`` of the joint's type and unit axis (x where it states none, URDF's default), for ``motion``."""
-    stated = joint.find("axis")
-    axis = np.array(numbers("1 0 0" if stated is None else stated.get("xyz", "1 0 0")))
-    return TreeJoint("", str(joint.get("type")), "", "", np.eye(4), axis / np.linalg.norm(axis))
 
 
 def angles(rotation: Array) -> Array:
@@ -230,11 +217,6 @@ def serialised(robot: Element) -> bytes:
     etree.indent(robot, space="  ")
     document: bytes = etree.tostring(robot, xml_declaration=True, encoding="utf-8", pretty_print=True)
     return document
-
-
-def numbers(text: str | None) -> list[float]:
-    """The numbers in an attribute; three zeros where it is absent."""
-    return [float(word) for word in (text or "0 0 0").split()]
 
 
 def exact(value: float) -> str:

@@ -1,5 +1,6 @@
-"""Finding an asset's URDF file, and the mesh files that it refers to."""
+"""Finding an asset's URDF and the mesh files that it refers to, and reading PartNet-Mobility's files beside it."""
 
+import json
 import re
 from collections.abc import Iterator, Sequence
 from pathlib import Path, PurePath, PurePosixPath
@@ -74,3 +75,28 @@ def outer_references(urdf: str) -> list[str]:
 def _stays_inside(reference: str) -> bool:
     path = PurePosixPath(reference.replace("\\", "/").strip())
     return "://" not in reference and not path.is_absolute() and ".." not in path.parts
+
+
+def read_semantics(folder: Path) -> dict[str, tuple[str, str]]:
+    """Link name → (joint kind, label) from ``semantics.txt``; empty where there is none. Lines that do not fit
+    are skipped."""
+    file = folder / "semantics.txt"
+    if not file.is_file():
+        return {}
+    labels: dict[str, tuple[str, str]] = {}
+    for line in file.read_text(encoding="utf-8", errors="replace").splitlines():
+        words = line.split(maxsplit=2)
+        if len(words) >= 2:
+            labels[words[0]] = (words[1], words[2].strip() if len(words) > 2 else "")
+    return labels
+
+
+def read_category(folder: Path) -> str:
+    """The category that ``meta.json`` states as ``model_cat``, or an empty string."""
+    file = folder / "meta.json"
+    try:
+        meta = json.loads(file.read_text(encoding="utf-8"))
+    except (OSError, ValueError):
+        return ""
+    category = meta.get("model_cat") if isinstance(meta, dict) else None
+    return category if isinstance(category, str) else ""

@@ -11,6 +11,8 @@ import numpy as np
 import yourdfpy
 from lxml import etree
 
+from asset2sim.physics.arrays import Array
+from asset2sim.physics.kinematics import TreeJoint, transform
 from schemas.errors import AssetError
 from schemas.vocabulary import FailureMode
 
@@ -46,6 +48,45 @@ def read_urdf(path: Path) -> yourdfpy.Robot:
         raise unreadable(path, "not_urdf", f"yourdfpy cannot read it: {type(error).__name__}: {error}") from error
     check_tree(path, model.robot)
     return model.robot
+
+
+def root_of(robot: yourdfpy.Robot) -> str:
+    """Name of the root link."""
+    children = {joint.child for joint in robot.joints}
+    return next(str(link.name) for link in robot.links if link.name not in children)
+
+
+def tree_joint(joint: yourdfpy.Joint) -> TreeJoint:
+    """The ``TreeJoint`` of a joint, with URDF's defaults: no offset, and x for an axis."""
+    origin = np.eye(4) if joint.origin is None else np.asarray(joint.origin, dtype=float)
+    axis = np.array([1.0, 0.0, 0.0]) if joint.axis is None else np.asarray(joint.axis, dtype=float)
+    axis = axis / max(float(np.linalg.norm(axis)), 1e-12)
+    return TreeJoint(joint.name, joint.type, joint.parent, joint.child, origin, axis)
+
+
+def numbers(element: "etree._Element | None", key: str, default: str) -> list[float]:
+    """The numbers of one attribute, or of the default where element or attribute is absent or empty."""
+    return [float(word) for word in str((element is not None and element.get(key)) or default).split()]
+
+
+def element_pose(element: "etree._Element") -> Array:
+    """(4, 4) transform of the origin of a URDF's ``<joint>``, ``<inertial>``, ``<visual>`` or ``<collision>``."""
+    origin = element.find("origin")
+    return transform(numbers(origin, "xyz", "0 0 0"), numbers(origin, "rpy", "0 0 0"))
+
+
+def element_joint(element: "etree._Element") -> TreeJoint:
+    """As ``tree_joint``, of a ``<joint>`` element; yourdfpy's transforms differ from it in the last digits."""
+    axis = np.array(numbers(element.find("axis"), "xyz", "1 0 0"))
+    parent, child = element.find("parent"), element.find("child")
+    return TreeJoint(
+        str(element.get("name")),
+        str(element.get("type")),
+        str("" if parent is None else parent.get("link")),
+        str("" if child is None else child.get("link")),
+        element_pose(element),
+        axis / max(float(np.linalg.norm(axis)), 1e-12),
+    )
 
 
 def check_numbers(path: Path, document: "etree._ElementTree") -> None:

@@ -9,10 +9,10 @@ import yourdfpy
 
 from asset2sim.assets.meshes.load import primitive, scale_vector
 from asset2sim.assets.urdf.locate import find_mesh
-from asset2sim.assets.urdf.read import read_urdf
+from asset2sim.assets.urdf.read import read_urdf, root_of, tree_joint
 from asset2sim.assets.views.load import from_mesh, load_surfaces
 from asset2sim.assets.views.surface import PLAIN, Color, Floats, Paint, Surface, posed
-from asset2sim.physics.kinematics import TreeJoint, motion
+from asset2sim.physics.kinematics import link_to_root, parents_first
 from schemas.errors import AssetError
 from schemas.vocabulary import FailureMode
 
@@ -36,7 +36,7 @@ def load_scene(urdf_file: Path, positions: Mapping[str, float]) -> Scene:
     URDF is refused, missing_mesh if nothing is left to draw.
     """
     robot = read_urdf(urdf_file)
-    poses = link_to_root(robot, positions)
+    poses = poses_of(robot, positions)
     colors = {material.name: material.color for material in robot.materials if material.color is not None}
     loaded: dict[Path, tuple[Surface, ...]] = {}
     surfaces: list[Surface] = []
@@ -62,35 +62,15 @@ def nothing_to_draw(urdf_file: Path) -> AssetError:
     )
 
 
-def link_to_root(robot: yourdfpy.Robot, positions: Mapping[str, float]) -> dict[str, Floats]:
-    """Link name → (4, 4) link-to-root transform."""
+def poses_of(robot: yourdfpy.Robot, positions: Mapping[str, float]) -> dict[str, Floats]:
+    """Link name → (4, 4) link-to-root transform; mimicking joints follow."""
     values = dict(positions)
     for joint in robot.joints:
         if joint.mimic is not None and joint.name not in positions:
             factor = 1.0 if joint.mimic.multiplier is None else joint.mimic.multiplier
             values[joint.name] = factor * positions.get(joint.mimic.joint, 0.0) + (joint.mimic.offset or 0.0)
-    children: dict[str, list[yourdfpy.Joint]] = {}
-    for joint in robot.joints:
-        children.setdefault(joint.parent, []).append(joint)
-    root = root_of(robot)
-    poses: dict[str, Floats] = {root: np.eye(4)}
-    frontier = [root]
-    while frontier:
-        parent = frontier.pop()
-        for joint in children.get(parent, ()):
-            origin = np.eye(4) if joint.origin is None else np.asarray(joint.origin, dtype=float)
-            axis = np.array([1.0, 0.0, 0.0]) if joint.axis is None else np.asarray(joint.axis, dtype=float)
-            axis = axis / (float(np.linalg.norm(axis)) or 1.0)
-            item = TreeJoint(joint.name, joint.type, joint.parent, joint.child, origin, axis)
-            poses[joint.child] = poses[parent] @ origin @ motion(item, float(values.get(joint.name, 0.0)))
-            frontier.append(joint.child)
-    return poses
-
-
-def root_of(robot: yourdfpy.Robot) -> str:
-    """Name of the root link."""
-    children = {joint.child for joint in robot.joints}
-    return next(str(link.name) for link in robot.links if link.name not in children)
+    joints = parents_first([tree_joint(joint) for joint in robot.joints])
+    return link_to_root(joints, root_of(robot), {name: float(value) for name, value in values.items()})
 
 
 def shape_color(material: yourdfpy.Material | None, colors: Mapping[str, yourdfpy.Color]) -> Color:

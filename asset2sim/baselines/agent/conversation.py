@@ -13,7 +13,7 @@ from asset2sim.baselines.agent.specs import (
     MAX_TALK_CHARS,
     TOOL_NAMES,
 )
-from asset2sim.models.answers import parse_json
+from asset2sim.models.lenient_json import parse_json
 from schemas.errors import InvalidAnswerError
 from schemas.request import ModelAnswer, ToolCall, Turn
 

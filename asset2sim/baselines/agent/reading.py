@@ -32,7 +32,7 @@ def _summary(extraction: Extraction) -> list[str]:
         f"asset {json.dumps(features.asset_id)}, category {json.dumps(features.category)}, file {features.urdf_file}",
         f"root link {json.dumps(features.root)}; {len(features.links)} links, {len(features.joints)} joints, "
         f"{len(features.movable_joints)} of them movable",
-        f"size at rest {_lengths(features.rest_size)}; with every joint closed {_lengths(extraction.closed_size)}",
+        f"size at rest {_lengths(features.rest_size)}; with every joint closed {_lengths(features.closed_size)}",
         f"links without inertial: {sum(link.inertial is None for link in features.links)}",
     ]
 

@@ -94,7 +94,8 @@ def run_agent(
 
 def opening(ref: AssetRef, extraction: Extraction) -> ModelRequest:
     """First request: the same facts as for every method, and the tools; pictures only come from ``render``."""
-    request = overlay_request(AGENT, extraction.features, ref.prompt, extraction.closed_size, extraction.link_centers)
+    features = extraction.features
+    request = overlay_request(AGENT, features, ref.prompt)
     return request.model_copy(update={"tools": TOOLS, "answer_schema": None})
 
 

@@ -1,34 +1,15 @@
-"""Full disks: recognising the error, and a one-line message."""
+"""DiskFullError, one line that names the disk and what to do."""
 
-import errno
 import shutil
-import sqlite3
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
-from schemas.errors import Asset2SimError
-
-FULL = (errno.ENOSPC, errno.EDQUOT)
-"""Error numbers of a full disk and of an exhausted quota."""
+from schemas.errors import Asset2SimError, is_disk_full
 
 
 class DiskFullError(Asset2SimError):
     """The output folder's disk is full; the message names it."""
-
-
-def is_disk_full(error: BaseException) -> bool:
-    """Whether an error, or one in its chain of causes, is due to a full disk."""
-    seen: set[int] = set()
-    step: BaseException | None = error
-    while step is not None and id(step) not in seen:
-        if isinstance(step, OSError) and step.errno in FULL:
-            return True
-        if isinstance(step, sqlite3.Error) and getattr(step, "sqlite_errorcode", None) == sqlite3.SQLITE_FULL:
-            return True
-        seen.add(id(step))
-        step = step.__cause__ or step.__context__
-    return False
 
 
 @contextmanager

@@ -51,7 +51,7 @@ def cached_listing(url: str) -> Listing | None:
 
 def objects_below(listing: Listing, url: str) -> dict[str, Stored]:
     """Name relative to ``url`` → object, of a folder that is the listing's or below it."""
-    prefix = listing_prefix(listing, url)
+    prefix = _prefix(listing, url)
     start = bisect_left(listing.names, prefix)
     found: dict[str, Stored] = {}
     for name in listing.names[start:]:
@@ -66,7 +66,7 @@ def covers(listing: Listing, url: str) -> bool:
     return url.startswith(f"{listing.url}/")
 
 
-def listing_prefix(listing: Listing, url: str) -> str:
+def _prefix(listing: Listing, url: str) -> str:
     """Prefix of the names of a folder's objects in the listing."""
     inner = url.removeprefix(listing.url).strip("/")
     return f"{inner}/" if inner else ""

@@ -17,14 +17,20 @@ from asset2sim.catalog.storage.objects import (
     list_objects,
     object_info,
     remove_objects,
+    send_objects,
 )
-from asset2sim.catalog.storage.objects import send_objects as send_to
 
 FILE = ".mirror.db"
 WAIT_S = 60.0
 """Time that one process waits for another's entry, s: each takes milliseconds."""
 AT_ONCE = 500
 """Names in one query: old versions of SQLite take 999."""
+INCOMING_PREFIX = ".coming-"
+"""Name prefix of the folder into which files are downloaded before they are moved to their places."""
+LIST_FOLDER_FROM = 3
+"""Number of objects in one folder from which listing the folder is faster than asking for each object."""
+ATTEMPTS = 20
+"""Attempts to fetch a set of objects while another run writes to it."""
 
 _TABLE = """
 CREATE TABLE IF NOT EXISTS copies (name TEXT PRIMARY KEY, version TEXT, size INTEGER, mtime_ns INTEGER) WITHOUT ROWID
@@ -108,14 +114,6 @@ def _open(folder: Path) -> Iterator[sqlite3.Connection]:
         yield connection
 
 
-INCOMING_PREFIX = ".coming-"
-"""Name prefix of the folder into which files are downloaded before they are moved to their places."""
-LIST_FOLDER_FROM = 3
-"""Number of objects in one folder from which listing the folder is faster than asking for each object."""
-ATTEMPTS = 20
-"""Attempts to fetch a set of objects while another run writes to it."""
-
-
 class ObjectsChangedError(StoreError):
     """The objects kept changing while they were being read."""
 
@@ -131,13 +129,12 @@ def look(url: str, parts: Iterable[str]) -> dict[str, Stored]:
     return found
 
 
-def pull(url: str, folder: Path, parts: Collection[str]) -> list[str]:
-    """Make these parts of a local folder equal to those below the URL; returns the names that were downloaded.
+def pull(url: str, folder: Path, parts: Collection[str]) -> None:
+    """Make these parts of a local folder equal to those below the URL.
 
     The copy is consistent: objects are listed again after each download, until nothing changed meanwhile. Local files
     without an object are removed. Raises ObjectsChangedError where the objects keep changing.
     """
-    travelled: list[str] = []
     there = look(url, parts)
     for _ in range(ATTEMPTS):
         names = changed(folder, there)
@@ -149,12 +146,10 @@ def pull(url: str, folder: Path, parts: Collection[str]) -> list[str]:
             # Removed since it was listed, most likely.
             if not error.missing:
                 raise
-        travelled += names
         there = look(url, parts)
     else:
         raise ObjectsChangedError(f"{url} is being written to all the time; try again later")
-    _remove_others(folder, parts, there)
-    return travelled
+    remove_others(folder, parts, there)
 
 
 def fetch(url: str, folder: Path, objects: Mapping[str, Stored]) -> None:
@@ -172,12 +167,11 @@ def fetch(url: str, folder: Path, objects: Mapping[str, Stored]) -> None:
     note(folder, objects)
 
 
-def push(url: str, folder: Path, names: Iterable[str]) -> list[str]:
-    """Upload those of these local files that changed since they last equalled their objects; returns their names."""
+def push(url: str, folder: Path, names: Iterable[str]) -> None:
+    """Upload those of these local files that changed since they last equalled their objects."""
     going = touched(folder, names)
-    send_to({f"{url}/{name}": folder / name for name in going})
+    send_objects({f"{url}/{name}": folder / name for name in going})
     note(folder, _look_for(url, going))
-    return going
 
 
 def _look_for(url: str, names: Iterable[str]) -> dict[str, Stored]:
@@ -195,7 +189,7 @@ def _look_for(url: str, names: Iterable[str]) -> dict[str, Stored]:
 def send_folder(url: str, folder: Path) -> None:
     """Make the objects below a URL equal to a local folder: upload every file, then remove objects without a file."""
     files = {path.relative_to(folder).as_posix(): path for path in sorted(folder.rglob("*")) if path.is_file()}
-    send_to({f"{url}/{name}": path for name, path in files.items()})
+    send_objects({f"{url}/{name}": path for name, path in files.items()})
     remove_objects([f"{url}/{name}" for name in list_objects(url) if name not in files])
 
 
@@ -222,8 +216,8 @@ def local_names(folder: Path, parts: Iterable[str]) -> list[str]:
     return names
 
 
-def _remove_others(folder: Path, parts: Iterable[str], there: Collection[str]) -> None:
-    """Remove local files of the parts that have no object, hidden ones too, and folders that are left empty."""
+def remove_others(folder: Path, parts: Iterable[str], there: Collection[str]) -> None:
+    """Remove local files of the parts that are not ``there``, hidden ones too, and folders that are left empty."""
     for part in parts:
         base = folder / part
         if not part.endswith("/"):
@@ -235,6 +229,6 @@ def _remove_others(folder: Path, parts: Iterable[str], there: Collection[str]) -
                 if not any(path.iterdir()):
                     path.rmdir()
             elif path.relative_to(folder).as_posix() not in there:
-                path.unlink()
+                path.unlink(missing_ok=True)
         if base.is_dir() and not any(base.iterdir()):
             shutil.rmtree(base)

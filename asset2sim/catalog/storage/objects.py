@@ -1,5 +1,11 @@
 """Object stores through fsspec. Credentials and endpoints come from each store's own environment variables and
-configuration files (for S3 ``AWS_ENDPOINT_URL`` or ``FSSPEC_S3_ENDPOINT_URL``, among others)."""
+configuration files (for S3 ``AWS_ENDPOINT_URL`` or ``FSSPEC_S3_ENDPOINT_URL``, among others).
+
+Not obstore 0.12: it would save 34 lines here and in the lock (versions, patterns in names, the race of stores without
+conditional writes) and cost about 28 (bulk transfers of one's own, credentials from configuration files through boto3),
+and fsspec's other stores (SFTP, HDFS) would be lost. Not universal-pathlib 0.3: it would replace 30 lines of ``tree``,
+but takes two requests a folder where a listing takes one for a thousand objects, and tells no object's version.
+"""
 
 import posixpath
 import re
@@ -102,7 +108,7 @@ def list_objects(url: str) -> dict[str, Stored]:
     objects = {}
     for path, info in found.items():
         name = path.removeprefix(f"{key}/")
-        if name != path and is_safe(name) and info.get("type") == "file":
+        if name != path and _is_safe(name) and info.get("type") == "file":
             objects[name] = stored(info)
     return dict(sorted(objects.items()))
 
@@ -195,7 +201,7 @@ def remove_objects(urls: list[str]) -> None:
             remove_objects([url])
 
 
-def is_safe(name: str) -> bool:
+def _is_safe(name: str) -> bool:
     """Whether a relative name stays below the folder that it is written to."""
     return all(part not in ("", ".", "..") and "\\" not in part and "\0" not in part for part in name.split("/"))
 

@@ -4,9 +4,8 @@ import math
 from collections.abc import Mapping, Sequence
 
 from asset2sim.checks.alignment.reference import Reference
-from asset2sim.checks.alignment.request import read_request
-from asset2sim.checks.alignment.rubric import Rubric
-from asset2sim.checks.alignment.score import score_scale, score_state
+from asset2sim.checks.alignment.rubric import score_scale, score_state
+from asset2sim.checks.alignment.user_request import read_request
 from schemas.alignment import Alignment
 from schemas.asset import AssetRecord
 from schemas.overlay import JointPhysics, PhysicsOverlay
@@ -49,10 +48,7 @@ def _at_final_scale(position: float, joint: JointPhysics, scale: float) -> float
     return position * scale if joint.type == "prismatic" else position
 
 
-_RUBRIC = Rubric()
-
-
-def align(record: AssetRecord, reference: Reference | None, rubric: Rubric = _RUBRIC) -> Alignment | None:
+def align(record: AssetRecord, reference: Reference | None) -> Alignment | None:
     """Alignment of an asset with its user's request; None for a record without an overlay.
 
     The rubric (paper, evaluation, section 2): half for scale, half for the articulated state, each 0 to 1, with partial
@@ -82,8 +78,8 @@ def align(record: AssetRecord, reference: Reference | None, rubric: Rubric = _RU
     request = read_request(features, record.ref.prompt or "", overlay.scale)
     positions = initial_positions(record) if request.free else final_positions(record)
     return Alignment(
-        scale=score_scale(overlay.scale, features.rest_size, request.size, reference, rubric),
-        state=score_state(positions, overlay.scale, features, request, rubric),
+        scale=score_scale(overlay.scale, features.rest_size, request.size, reference),
+        state=score_state(positions, overlay.scale, features, request),
         judged=record.alignment.judged if record.alignment is not None else None,
         **(_deviations(record, reference) if reference is not None else {}),
     )

@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 from asset2sim.models.gateway import provider_errors
-from asset2sim.models.gateway.images import has_images
+from asset2sim.models.gateway.chat_messages import has_images
 from asset2sim.models.gateway.lite import load_litellm
 from schemas.model_names import is_prior
 from schemas.request import ModelRequest
@@ -50,7 +50,7 @@ _lock = threading.Lock()
 
 
 @functools.lru_cache(maxsize=64)
-def abilities(model: str) -> ModelAbilities:
+def model_abilities(model: str) -> ModelAbilities:
     """What a model supports, looked up once in LiteLLM, which for some providers (Ollama) asks the model's server."""
     litellm = load_litellm()
     if is_prior(model):
@@ -77,7 +77,7 @@ def first_attempt_options(request: ModelRequest, settings: ModelSettings) -> Att
 
     With tools no format is asked for: several providers refuse the two together, and an answer may be a tool call.
     """
-    able = abilities(settings.model)
+    able = model_abilities(settings.model)
     level = "prompt" if request.tools else able.answer_format
     if level == "schema" and not _can_hold_to(request.answer_schema, settings.model):
         level = "object"
@@ -105,16 +105,16 @@ def has_free_keys(schema: object) -> bool:
     return isinstance(schema, list) and any(map(has_free_keys, schema))
 
 
-def reduced(extras: AttemptOptions, error: BaseException, settings: ModelSettings) -> AttemptOptions | None:
-    """The extras without the images or the format that the error refuses by name; None for any other error."""
+def without_refused(options: AttemptOptions, error: BaseException, settings: ModelSettings) -> AttemptOptions | None:
+    """The options without the images or the format that the error refuses by name; None for any other error."""
     if provider_errors.status_of(error) not in (400, 415, 422):
         return None
     text = str(error).lower()
-    if extras.images and any(word in text for word in _IMAGE_WORDS):
+    if options.images and any(word in text for word in _IMAGE_WORDS):
         refusal = f"the server of model '{settings.model}' refused them: {provider_errors.cause(error)}"
-        return replace(extras, images=False, refusal=refusal)
-    if extras.answer_format in _LOWER and any(word in text for word in _FORMAT_WORDS):
-        return replace(extras, answer_format=_LOWER[extras.answer_format])
+        return replace(options, images=False, refusal=refusal)
+    if options.answer_format in _LOWER and any(word in text for word in _FORMAT_WORDS):
+        return replace(options, answer_format=_LOWER[options.answer_format])
     return None
 
 
@@ -134,12 +134,6 @@ def remember_refusal(
             answer_format=min(level, before.answer_format, key=_rank),
             refusal=worked.refusal if images_refused else before.refusal,
         )
-
-
-def forget_refusals() -> None:
-    """Forget what servers refused, as a new process does."""
-    with _lock:
-        _refused.clear()
 
 
 def _rank(level: str) -> int:

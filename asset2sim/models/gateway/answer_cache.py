@@ -20,7 +20,7 @@ from schemas.settings import ModelSettings
 FOLDER = ".cache/answers"
 """Under the output folder: shared by all assets, workers and runs."""
 VERSION = 1
-"""Part of every key: raise it when requests or cache files change in form."""
+"""MovablePart of every key: raise it when requests or cache files change in form."""
 MAX_FILE_BYTES = 16_000_000
 """Larger files are not read: this program writes none."""
 
@@ -89,7 +89,7 @@ def read_answer(folder: Path, key: str) -> StoredAnswer | None:
     return stored if stored.content or stored.tool_calls else None
 
 
-def keep_answer(folder: Path, key: str, answer: StoredAnswer) -> None:
+def store_answer(folder: Path, key: str, answer: StoredAnswer) -> None:
     """Store an answer atomically: a concurrent reader sees the whole file or none. Disk errors are ignored."""
     with contextlib.suppress(OSError):
         folder.mkdir(parents=True, exist_ok=True)

@@ -9,37 +9,28 @@ from typing import Any
 from asset2sim.models.gateway import provider_errors
 from asset2sim.models.gateway.abilities import (
     AttemptOptions,
-    abilities,
     first_attempt_options,
-    reduced,
+    model_abilities,
     remember_refusal,
+    without_refused,
 )
-from asset2sim.models.gateway.answer_cache import StoredAnswer, answer_key, keep_answer, read_answer
-from asset2sim.models.gateway.attempt import attempt
+from asset2sim.models.gateway.answer_cache import StoredAnswer, answer_key, read_answer, store_answer
 from asset2sim.models.gateway.budget import BudgetSpentError
-from asset2sim.models.gateway.choices import check_model, listed, missing_variables
-from asset2sim.models.gateway.images import downscaled
-from asset2sim.models.gateway.limits import RunStoppedError, never
+from asset2sim.models.gateway.chat_messages import downscaled
+from asset2sim.models.gateway.litellm_call import attempt
 from asset2sim.models.gateway.prices import Amount, cost_usd
-from asset2sim.models.gateway.secrets import redact, redact_answer
-from asset2sim.models.gateway.session import (
-    GatewaySession,
-    call_permit,
-    delay_provider_calls,
-    open_gateway_session,
-    pause,
-)
-from asset2sim.models.purposes import model_for, settings_for
+from asset2sim.models.gateway.rate_limits import RunStoppedError, never_stopped
+from asset2sim.models.gateway.secrets import listed, missing_variables, redact, redact_answer
+from asset2sim.models.gateway.session import GatewaySession, call_permit, delay_provider_calls, pause
+from schemas.model_names import model_for, settings_for
 from schemas.request import ModelAnswer, ModelCall, ModelRequest, ToolCall
 from schemas.settings import ModelSettings
 
-__all__ = ["GatewaySession", "ask", "check_model", "open_gateway_session", "prompt_hash"]
 
-
-def ask(request: ModelRequest, settings: ModelSettings, books: GatewaySession | None = None) -> ModelAnswer:
+def ask(request: ModelRequest, settings: ModelSettings, session: GatewaySession | None = None) -> ModelAnswer:
     """The answer of the model that the settings name for the request's purpose, with a ``ModelCall`` per attempt.
 
-    An answer in the cache of ``books`` is returned at no cost. Otherwise the model is asked at most
+    An answer in the cache of ``session`` is returned at no cost. Otherwise the model is asked at most
     ``max_attempts`` times, again only where the provider answers 429, 5xx or not at all, after a jittered wait. Where a
     server refuses images or an answer format as such (400, 415, 422), it is asked once more without, beyond those
     attempts. Every failure comes back as ``error``, one line that names the model, the cause and the remedy; a spent
@@ -47,23 +38,20 @@ def ask(request: ModelRequest, settings: ModelSettings, books: GatewaySession | 
     """
     settings = settings_for(settings, model_for(settings, request.purpose))
     start = time.monotonic()
-    sees = abilities(settings.model).images
+    sees = model_abilities(settings.model).images
     if sees:
         request = downscaled(request, settings.image_side_px)
-    answers = None if books is None else books.answers
+    answers = None if session is None else session.answers
     if answers is None:
-        return _ask_provider(request, settings, books)
+        return _ask_provider(request, settings, session)
     key = answer_key(request, settings, sees)
     stored = read_answer(answers, key)
     if stored is not None:
         call = _call(request, settings, time.monotonic() - start, "cached")
         return ModelAnswer(
-            content=stored.content,
-            calls=(call,),
-            tool_calls=stored.tool_calls,
-            without_images=stored.without_images,
+            content=stored.content, calls=(call,), tool_calls=stored.tool_calls, without_images=stored.without_images
         )
-    answer = _ask_provider(request, settings, books)
+    answer = _ask_provider(request, settings, session)
     if answer.content or answer.tool_calls:
         kept = StoredAnswer(
             model=settings.model,
@@ -73,7 +61,7 @@ def ask(request: ModelRequest, settings: ModelSettings, books: GatewaySession | 
             tool_calls=answer.tool_calls,
             without_images=answer.without_images,
         )
-        keep_answer(answers, key, kept)
+        store_answer(answers, key, kept)
     return answer
 
 
@@ -83,11 +71,11 @@ def prompt_hash(request: ModelRequest) -> str:
     return hashlib.sha256(text.encode("utf-8", "replace")).hexdigest()[:16]
 
 
-def _ask_provider(request: ModelRequest, settings: ModelSettings, books: GatewaySession | None) -> ModelAnswer:
+def _ask_provider(request: ModelRequest, settings: ModelSettings, session: GatewaySession | None) -> ModelAnswer:
     calls: list[ModelCall] = []
     spent = False
     try:
-        return _with_retries(request, settings, books, calls)
+        return _with_retries(request, settings, session, calls)
     except BudgetSpentError as error:
         reason, spent = str(error), True
     except RunStoppedError as error:
@@ -99,29 +87,29 @@ def _ask_provider(request: ModelRequest, settings: ModelSettings, books: Gateway
 
 
 def _with_retries(
-    request: ModelRequest, settings: ModelSettings, books: GatewaySession | None, calls: list[ModelCall]
+    request: ModelRequest, settings: ModelSettings, session: GatewaySession | None, calls: list[ModelCall]
 ) -> ModelAnswer:
     """The answer, or why there is none; every attempt is added to ``calls``, also where this raises."""
-    extras = first_attempt_options(request, settings)
+    options = first_attempt_options(request, settings)
     refusals: list[tuple[AttemptOptions, AttemptOptions, Exception]] = []
     tries = 0
     while True:
-        tried = _try_once(request, settings, books, extras)
+        tried = _try_once(request, settings, session, options)
         calls.append(tried.call.model_copy(update={"attempt": len(calls) + 1}))
         if tried.error is None:
             for before, after, error in refusals:
                 remember_refusal(before, after, error, settings)
-            return _answer(tried.response, request, settings, extras, calls)
-        less = reduced(extras, tried.error, settings)
+            return _answer(tried.response, request, settings, options, calls)
+        less = without_refused(options, tried.error, settings)
         if less is not None:
-            refusals.append((extras, less, tried.error))
-            extras = less
+            refusals.append((options, less, tried.error))
+            options = less
             continue
         tries += 1
         failure = _failure(tried.error, settings, len(calls), tries)
         if failure is not None:
             return ModelAnswer(content=None, calls=tuple(calls), error=failure)
-        _wait(tried.error, settings, books, tries)
+        _wait(tried.error, settings, session, tries)
 
 
 @dataclass(frozen=True)
@@ -134,12 +122,12 @@ class _Tried:
 
 
 def _try_once(
-    request: ModelRequest, settings: ModelSettings, books: GatewaySession | None, extras: AttemptOptions
+    request: ModelRequest, settings: ModelSettings, session: GatewaySession | None, options: AttemptOptions
 ) -> _Tried:
-    with call_permit(books, request, settings, extras.images) as ticket:
+    with call_permit(session, request, settings, options.images) as ticket:
         start = time.monotonic()
         try:
-            response = attempt(request, settings, extras, never if books is None else books.stopped)
+            response = attempt(request, settings, options, never_stopped if session is None else session.stopped)
         except RunStoppedError:
             ticket.actual = ticket.expected
             raise
@@ -164,14 +152,15 @@ def _failure(error: Exception, settings: ModelSettings, calls: int, tries: int) 
     return None
 
 
-def _wait(error: Exception, settings: ModelSettings, books: GatewaySession | None, tries: int) -> None:
-    if books is not None and provider_errors.retry_after_s(error) is not None:
-        delay_provider_calls(books, settings, provider_errors.retry_delay_s(error, tries))
-    pause(books, provider_errors.retry_delay_s(error, tries))
+def _wait(error: Exception, settings: ModelSettings, session: GatewaySession | None, tries: int) -> None:
+    seconds = provider_errors.retry_delay_s(error, tries)
+    if provider_errors.retry_after_s(error) is not None:
+        delay_provider_calls(session, settings, seconds)
+    pause(session, seconds)
 
 
 def _answer(
-    response: Any, request: ModelRequest, settings: ModelSettings, extras: AttemptOptions, calls: list[ModelCall]
+    response: Any, request: ModelRequest, settings: ModelSettings, options: AttemptOptions, calls: list[ModelCall]
 ) -> ModelAnswer:
     content, tool_calls = _content(response), _tool_calls(response)
     if content is None and (not tool_calls or not request.tools):
@@ -181,7 +170,7 @@ def _answer(
         content=content,
         calls=tuple(calls),
         tool_calls=tool_calls if request.tools else (),
-        without_images=extras.refusal,
+        without_images=options.refusal,
     )
 
 

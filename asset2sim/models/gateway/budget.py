@@ -6,12 +6,12 @@ import uuid
 from dataclasses import dataclass
 from pathlib import Path
 
-from asset2sim.models.gateway.ledger import transaction
 from asset2sim.models.gateway.prices import Amount
+from asset2sim.models.gateway.rate_limits import transaction
 from schemas.errors import ModelError
 from schemas.settings import ModelSettings
 
-RUN = ""
+RUN_SCOPE = ""
 """The scope of the whole run; any other is an asset's id."""
 
 
@@ -47,14 +47,14 @@ class Budget:
 
 def budget_of(file: Path, run_id: str, asset_id: str, settings: ModelSettings) -> Budget:
     """The budget of an asset, with the limits that the settings set."""
-    run = Limit(RUN, "the run's budget", settings.run_calls, settings.run_tokens, settings.run_usd)
+    run = Limit(RUN_SCOPE, "the run's budget", settings.run_calls, settings.run_tokens, settings.run_usd)
     asset = Limit(
         asset_id, f"the budget of asset {asset_id}", settings.asset_calls, settings.asset_tokens, settings.asset_usd
     )
     return Budget(file, run_id, asset_id, tuple(limit for limit in (run, asset) if not limit.unlimited))
 
 
-def hold(budget: Budget, expected: Amount, most: Amount, lease_s: float) -> str | None:
+def reserve(budget: Budget, expected: Amount, most: Amount, lease_s: float) -> str | None:
     """Reserve what a call may take and return the reservation's id; None where calls in flight must end first.
 
     A call may begin if the amount spent plus its ``expected`` amount stays within every limit, even if every other
@@ -84,8 +84,8 @@ def hold(budget: Budget, expected: Amount, most: Amount, lease_s: float) -> str 
         return ticket
 
 
-def check(budget: Budget, expected: Amount) -> None:
-    """Raise ``BudgetSpentError`` as ``hold`` does, without a reservation: called before the wait for the rate limit."""
+def check_budget(budget: Budget, expected: Amount) -> None:
+    """Raise ``BudgetSpentError`` as ``reserve`` does, and reserve nothing: for before the wait for the rate limit."""
     if budget.limits:
         with transaction(budget.file) as ledger:
             for limit in budget.limits:
@@ -93,19 +93,13 @@ def check(budget: Budget, expected: Amount) -> None:
                 _raise_if_over_limit(limit, _spent(ledger, budget.run_id, limit.scope), held.calls, expected)
 
 
-def settle(budget: Budget, ticket: str, actual: Amount) -> None:
+def record_spent(budget: Budget, ticket: str, actual: Amount) -> None:
     """Record what a call took, for the run and for the asset, in place of its reservation."""
     if not budget.limits:
         return
     with transaction(budget.file) as ledger:
         if ledger.execute("DELETE FROM held WHERE ticket = ?", (ticket,)).rowcount:
             _enter(ledger, budget.run_id, budget.asset_id, actual)
-
-
-def spent_so_far(budget: Budget, scope: str = RUN) -> Amount:
-    """The amount recorded for a scope of the run, without calls in flight."""
-    with transaction(budget.file) as ledger:
-        return _spent(ledger, budget.run_id, scope)
 
 
 def _raise_if_over_limit(limit: Limit, spent: Amount, calls_held: int, expected: Amount) -> None:
@@ -152,7 +146,7 @@ def _held(ledger: sqlite3.Connection, run_id: str, scope: str) -> tuple[Amount, 
 
 
 def _enter(ledger: sqlite3.Connection, run_id: str, asset_id: str, actual: Amount) -> None:
-    for scope in (RUN, asset_id):
+    for scope in (RUN_SCOPE, asset_id):
         ledger.execute(
             "INSERT INTO spent VALUES (?, ?, ?, ?, ?) ON CONFLICT (run_id, scope) DO UPDATE SET "
             "calls = calls + excluded.calls, tokens = tokens + excluded.tokens, usd = usd + excluded.usd",

@@ -4,8 +4,8 @@ import functools
 from dataclasses import dataclass
 from typing import Any
 
-from asset2sim.models.gateway.choices import runs_without_key
 from asset2sim.models.gateway.lite import load_litellm
+from asset2sim.models.gateway.secrets import runs_without_key
 from schemas.model_names import is_prior
 from schemas.request import ModelRequest
 from schemas.settings import ModelSettings

@@ -7,22 +7,9 @@ from collections.abc import Iterator
 from email.utils import parsedate_to_datetime
 from typing import Any
 
-from asset2sim.models.gateway.choices import key_variable, listed, unset_variables
-from asset2sim.models.gateway.secrets import redact
-from schemas.errors import ModelError
+from asset2sim.models.gateway.secrets import key_variable, listed, redact, unset_variables
+from schemas.errors import UnreadableAnswerError, shortened
 from schemas.settings import ModelSettings
-
-__all__ = [
-    "AnswerTooLongError",
-    "cause",
-    "describe",
-    "is_worth_retrying",
-    "may_be_billed",
-    "redact",
-    "retry_after_s",
-    "retry_delay_s",
-    "status_of",
-]
 
 BACKOFF_FIRST_S = 0.5
 """Mean of the first wait, s; every further one is twice as long."""
@@ -36,10 +23,6 @@ MAX_CHAIN = 20
 _CLASS_NAMES = re.compile(r"^(?:(?:litellm\.)?\w*(?:Error|Exception|Timeout)(?::| -) )+")
 
 
-class AnswerTooLongError(ModelError):
-    """A provider's response is too long, or compressed, and is not read."""
-
-
 def status_of(error: BaseException) -> int | None:
     """The HTTP status that a LiteLLM exception stands for, if any."""
     status = getattr(error, "status_code", None)
@@ -48,7 +31,7 @@ def status_of(error: BaseException) -> int | None:
 
 def is_worth_retrying(error: BaseException) -> bool:
     """True for rate limits, timeouts, server faults and lost connections; False where asking again cannot help."""
-    if "insufficient_quota" in str(error) or too_long(error) is not None:
+    if "insufficient_quota" in str(error) or unreadable_answer(error) is not None:
         return False
     status = status_of(error)
     return status is not None and (status in (408, 429) or status >= 500)
@@ -56,12 +39,12 @@ def is_worth_retrying(error: BaseException) -> bool:
 
 def may_be_billed(error: BaseException) -> bool:
     """Whether the provider may have answered and billed the tokens although no answer was received."""
-    return status_of(error) == 408 or too_long(error) is not None
+    return status_of(error) == 408 or unreadable_answer(error) is not None
 
 
-def too_long(error: BaseException) -> AnswerTooLongError | None:
-    """The ``AnswerTooLongError`` among an exception's causes; None without one."""
-    return next((item for item in _chain(error) if isinstance(item, AnswerTooLongError)), None)
+def unreadable_answer(error: BaseException) -> UnreadableAnswerError | None:
+    """The ``UnreadableAnswerError`` among an exception's causes; None without one."""
+    return next((item for item in _chain(error) if isinstance(item, UnreadableAnswerError)), None)
 
 
 def _chain(error: BaseException) -> Iterator[BaseException]:
@@ -110,9 +93,9 @@ def _header(error: BaseException, name: str) -> str | None:
 def describe(error: BaseException, settings: ModelSettings, attempts: int) -> str:
     """One line: the model, what went wrong, and what to do about it."""
     tries = f" ({attempts} attempts)" if attempts > 1 else ""
-    long = too_long(error)
-    if long is not None:
-        return f"model '{settings.model}': {long}{tries}; lower max_completion_tokens, or choose another model"
+    refused = unreadable_answer(error)
+    if refused is not None:
+        return f"model '{settings.model}': {refused}{tries}"
     return f"model '{settings.model}': {_cause_and_remedy(error, settings)}{tries}; provider said: {cause(error)}"
 
 
@@ -153,4 +136,4 @@ def cause(error: BaseException) -> str:
     """The exception's own message on one line, shortened and without secrets."""
     text = re.sub(r"Traceback \(most recent call last\).*", "", str(error), flags=re.DOTALL)
     text = _CLASS_NAMES.sub("", redact(" ".join(text.split())))
-    return text if len(text) <= CAUSE_LENGTH else text[:CAUSE_LENGTH] + "…"
+    return shortened(text, CAUSE_LENGTH)

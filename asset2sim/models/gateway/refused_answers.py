@@ -48,10 +48,10 @@ def write_refused_answers(out: Path, asset_id: str, heard: Sequence[LoggedAnswer
     for item in heard:
         last = item.answer.calls[-1:]
         if any(call.model_copy(update={"outcome": ""}) in refused for call in last):
-            keep_answer(out, asset_id, item.request, said(item.answer))
+            append_refused_answer(out, asset_id, item.request, answer_text(item.answer))
 
 
-def keep_answer(out: Path, asset_id: str, request: ModelRequest, text: str) -> None:
+def append_refused_answer(out: Path, asset_id: str, request: ModelRequest, text: str) -> None:
     """Append a refused answer to the asset's file, shortened and without keys; disk errors are ignored."""
     path = answers_file(out, asset_id)
     text = redact_answer(text)
@@ -67,7 +67,7 @@ def keep_answer(out: Path, asset_id: str, request: ModelRequest, text: str) -> N
             file.write(f"--- {title} ---\n{text}\n\n")
 
 
-def said(answer: ModelAnswer) -> str:
+def answer_text(answer: ModelAnswer) -> str:
     """Text of a model's answer, with its tool calls below."""
     wishes = [f"{call.name}({call.arguments})" for call in answer.tool_calls]
     return "\n".join([answer.content or "", *wishes]).strip()

@@ -5,20 +5,20 @@ from collections.abc import Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from asset2sim.models.gateway import answer_cache as cache
-from asset2sim.models.gateway import ledger
-from asset2sim.models.gateway.budget import Budget, BudgetSpentError, budget_of, check, hold, settle
-from asset2sim.models.gateway.limits import (
+from asset2sim.models.gateway import answer_cache
+from asset2sim.models.gateway.budget import Budget, BudgetSpentError, budget_of, check_budget, record_spent, reserve
+from asset2sim.models.gateway.prices import Amount, expected_amount, largest_amount, price_of
+from asset2sim.models.gateway.rate_limits import (
+    LEDGER,
     SLOTS,
     Stopped,
-    never,
+    never_stopped,
     postpone_next_request,
     provider_name,
     sleep,
     slot,
     wait_for_turn,
 )
-from asset2sim.models.gateway.prices import Amount, expected_amount, largest_amount, price_of
 from schemas.model_names import is_prior
 from schemas.request import ModelRequest
 from schemas.settings import ModelSettings
@@ -38,16 +38,16 @@ class GatewaySession:
     budget: Budget
     ledger: Path
     slots: Path
-    stopped: Stopped = never
+    stopped: Stopped = never_stopped
 
 
 def open_gateway_session(
-    out: Path, run_id: str, asset_id: str, settings: ModelSettings, stopped: Stopped = never
+    out: Path, run_id: str, asset_id: str, settings: ModelSettings, stopped: Stopped = never_stopped
 ) -> GatewaySession:
     """The shared state for one asset of a run that writes to ``out``; files are made when they are needed."""
-    file = out / ledger.FILE
+    file = out / LEDGER
     return GatewaySession(
-        answers=out / cache.FOLDER if settings.cache else None,
+        answers=out / answer_cache.FOLDER if settings.cache else None,
         budget=budget_of(file, run_id, asset_id, settings),
         ledger=file,
         slots=out / SLOTS,
@@ -65,43 +65,43 @@ class CallPermit:
 
 @contextlib.contextmanager
 def call_permit(
-    books: GatewaySession | None, request: ModelRequest, settings: ModelSettings, with_images: bool
+    session: GatewaySession | None, request: ModelRequest, settings: ModelSettings, with_images: bool
 ) -> Iterator[CallPermit]:
     """Wait for permission to ask once: for budget, for the rate limit and for a free slot at the provider.
 
     Raises ``BudgetSpentError``, ``RunStoppedError``, and ``sqlite3.Error`` or ``OSError`` where the shared files cannot
-    be used. Nothing is limited without books; a model in this process has no rate limit.
+    be used. Nothing is limited without a session; a model in this process has no rate limit.
     """
-    if books is None:
+    if session is None:
         yield CallPermit()
         return
     with contextlib.ExitStack() as stack:
-        ticket = _priced(books, request, settings, with_images)
-        check(books.budget, ticket.expected)
+        ticket = _priced(session, request, settings, with_images)
+        check_budget(session.budget, ticket.expected)
         if not is_prior(settings.model):
             provider = provider_name(settings)
-            stack.enter_context(slot(books.slots, provider, settings.concurrent_requests, books.stopped))
-            wait_for_turn(books.ledger, provider, settings.requests_per_minute, books.stopped)
-        number = _held(books, ticket.expected, largest_amount(request, settings, with_images), settings.timeout_s)
+            stack.enter_context(slot(session.slots, provider, settings.concurrent_requests, session.stopped))
+            wait_for_turn(session.ledger, provider, settings.requests_per_minute, session.stopped)
+        number = _held(session, ticket.expected, largest_amount(request, settings, with_images), settings.timeout_s)
         try:
             yield ticket
         finally:
-            settle(books.budget, number, ticket.actual)
+            record_spent(session.budget, number, ticket.actual)
 
 
-def delay_provider_calls(books: GatewaySession | None, settings: ModelSettings, seconds: float) -> None:
+def delay_provider_calls(session: GatewaySession | None, settings: ModelSettings, seconds: float) -> None:
     """Delay all workers' next request to the provider by this many seconds."""
-    if books is not None:
-        postpone_next_request(books.ledger, provider_name(settings), seconds)
+    if session is not None:
+        postpone_next_request(session.ledger, provider_name(settings), seconds)
 
 
-def pause(books: GatewaySession | None, seconds: float) -> None:
+def pause(session: GatewaySession | None, seconds: float) -> None:
     """Sleep, unless the run is stopped meanwhile: then ``RunStoppedError``."""
-    sleep(seconds, never if books is None else books.stopped)
+    sleep(seconds, never_stopped if session is None else session.stopped)
 
 
-def _priced(books: GatewaySession, request: ModelRequest, settings: ModelSettings, with_images: bool) -> CallPermit:
-    limits = books.budget.limits
+def _priced(session: GatewaySession, request: ModelRequest, settings: ModelSettings, with_images: bool) -> CallPermit:
+    limits = session.budget.limits
     if not limits:
         return CallPermit()
     if any(limit.usd is not None for limit in limits) and price_of(settings) is None:
@@ -109,7 +109,7 @@ def _priced(books: GatewaySession, request: ModelRequest, settings: ModelSetting
     return CallPermit(expected=expected_amount(request, settings, with_images))
 
 
-def _held(books: GatewaySession, expected: Amount, most: Amount, timeout_s: float) -> str:
-    while (number := hold(books.budget, expected, most, timeout_s + LEASE_MARGIN_S)) is None:
-        sleep(RESERVATION_POLL_S, books.stopped)
+def _held(session: GatewaySession, expected: Amount, most: Amount, timeout_s: float) -> str:
+    while (number := reserve(session.budget, expected, most, timeout_s + LEASE_MARGIN_S)) is None:
+        sleep(RESERVATION_POLL_S, session.stopped)
     return number

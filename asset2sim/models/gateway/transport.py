@@ -8,10 +8,11 @@ from collections.abc import Iterator
 
 import httpx
 
-from asset2sim.models.gateway.provider_errors import AnswerTooLongError
+from schemas.errors import UnreadableAnswerError
 
 MAX_ANSWER_BYTES = 4_000_000
 """Longest body of a provider's response that is read, bytes: four times the longest answer that is looked at."""
+SHORTER = "lower max_completion_tokens, or choose another model"
 MAX_CONNECTIONS = 200
 """Connections that are open at the same time: more than any machine's workers ask for."""
 
@@ -27,7 +28,7 @@ class BoundedTransport(httpx.BaseTransport):
         self._client = client
 
     def handle_request(self, request: httpx.Request) -> httpx.Response:
-        """The response, its body read. Raises ``AnswerTooLongError`` and ``httpx.ReadTimeout``."""
+        """The response, its body read. Raises ``UnreadableAnswerError`` and ``httpx.ReadTimeout``."""
         limit_s = request.extensions.get("timeout", {}).get("read")
         deadline = None if limit_s is None else time.monotonic() + limit_s
         request.headers["Accept-Encoding"] = "identity"
@@ -46,10 +47,14 @@ class BoundedTransport(httpx.BaseTransport):
 def _refuse_unreadable(response: httpx.Response) -> None:
     stated = response.headers.get("Content-Length", "")
     if stated.isdigit() and int(stated) > MAX_ANSWER_BYTES:
-        raise AnswerTooLongError(f"the answer has {int(stated)} bytes; the most that is read is {MAX_ANSWER_BYTES}")
+        raise UnreadableAnswerError(
+            f"the answer has {int(stated)} bytes; the most that is read is {MAX_ANSWER_BYTES}; {SHORTER}"
+        )
     encoding = response.headers.get("Content-Encoding", "identity")
     if encoding.lower() != "identity":
-        raise AnswerTooLongError(f"the answer is compressed ({encoding[:20]}), which was not asked for and is not read")
+        raise UnreadableAnswerError(
+            f"the answer is compressed ({encoding[:20]}), which was not asked for and is not read; choose another model"
+        )
 
 
 def _pieces(response: httpx.Response, deadline: float | None) -> Iterator[bytes]:
@@ -57,7 +62,9 @@ def _pieces(response: httpx.Response, deadline: float | None) -> Iterator[bytes]
     for piece in response.iter_raw():
         size += len(piece)
         if size > MAX_ANSWER_BYTES:
-            raise AnswerTooLongError(f"the answer is longer than {MAX_ANSWER_BYTES} bytes, the most that is read")
+            raise UnreadableAnswerError(
+                f"the answer has more than the {MAX_ANSWER_BYTES} bytes that are read; {SHORTER}"
+            )
         if deadline is not None and time.monotonic() > deadline:
             raise httpx.ReadTimeout("the answer was still coming when its time was up", request=response.request)
         yield piece

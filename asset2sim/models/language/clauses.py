@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 from asset2sim.models.language.lexicon import Item, Segment
 from asset2sim.models.language.object_info import ObjectInfo
-from asset2sim.models.language.parts import Part, main_parts, named, outermost, pick, reading_order
+from asset2sim.models.language.parts import MovablePart, main_parts, outermost, parts_named, pick, reading_order
 
 _BREAKERS = ("open", "closed", "part", "parts", "ordinal", "quantifier")
 _STATES = ("open", "closed", "ajar")
@@ -22,7 +22,7 @@ class Mention:
     "the first and third drawer".
     """
 
-    parts: tuple[Part, ...]
+    parts: tuple[MovablePart, ...]
     words: tuple[str, ...]
     others: bool = False
     carried: tuple[str, ...] = ()
@@ -48,7 +48,7 @@ def split(segment: Segment) -> tuple[Segment, ...]:
     return tuple(Segment(segment.sentence, tuple(group), segment.tokens, segment.start) for group in groups)
 
 
-def mention(info: ObjectInfo, parts: Sequence[Part], segment: Segment, last: Mention) -> Mention:
+def mention(info: ObjectInfo, parts: Sequence[MovablePart], segment: Segment, last: Mention) -> Mention:
     """The parts that a clause names; ``last`` is what was named before, for "the second" and "the others"."""
     words = segment.of("part", "parts")
     specific = [item for item in words if item.value not in GENERIC] or list(words)
@@ -60,14 +60,14 @@ def mention(info: ObjectInfo, parts: Sequence[Part], segment: Segment, last: Men
     if not specific:
         if (ordinals or others) and last.words and last.words != ("everything",):
             kind = last.words[-1]
-            chosen = pick(info, named(parts, kind), ordinals, parts) if ordinals else named(parts, kind)
+            chosen = pick(info, parts_named(parts, kind), ordinals, parts) if ordinals else parts_named(parts, kind)
             return Mention(chosen, (kind,), others)
         if "all" in quantifiers or others:
             return Mention(_openable(parts), ("everything",), others)
         return Mention((), (), False, tuple(ordinals))
-    chosen_all: list[Part] = []
+    chosen_all: list[MovablePart] = []
     for item in specific:
-        candidates = named(parts, item.value) or _main_parts_if_unnamed(info, parts, item.value)
+        candidates = parts_named(parts, item.value) or _main_parts_if_unnamed(info, parts, item.value)
         if ordinals:
             picked = pick(info, candidates, ordinals, parts)
             picked = picked[:1] if item.kind == "part" and _single(picked) else picked
@@ -81,20 +81,20 @@ def mention(info: ObjectInfo, parts: Sequence[Part], segment: Segment, last: Men
     return Mention(tuple(chosen_all), tuple(item.value for item in specific), others)
 
 
-def whole(info: ObjectInfo, parts: Sequence[Part]) -> tuple[Part, ...]:
+def whole(info: ObjectInfo, parts: Sequence[MovablePart]) -> tuple[MovablePart, ...]:
     """The parts that a state of the whole object is about: a laptop's screen, both halves of a pair of scissors."""
     return outermost(info, main_parts(parts))
 
 
-def _openable(parts: Sequence[Part]) -> tuple[Part, ...]:
+def _openable(parts: Sequence[MovablePart]) -> tuple[MovablePart, ...]:
     return tuple(part for part in parts if part.mechanism.role in ("main", "cap"))
 
 
-def _single(candidates: Sequence[Part]) -> bool:
+def _single(candidates: Sequence[MovablePart]) -> bool:
     return all(part.name in _SINGLED for part in candidates)
 
 
-def _main_parts_if_unnamed(info: ObjectInfo, parts: Sequence[Part], word: str) -> tuple[Part, ...]:
+def _main_parts_if_unnamed(info: ObjectInfo, parts: Sequence[MovablePart], word: str) -> tuple[MovablePart, ...]:
     """The main parts for a word like "door" where the asset names none of its parts, else none."""
     if word in ("door", "lid", "cover", "drawer", "screen", "handle") and not any(part.name for part in parts):
         return whole(info, parts)

@@ -1,5 +1,6 @@
 """The phrases of the guidance and their meanings, in segments of one statement each."""
 
+import math
 import re
 from dataclasses import dataclass
 
@@ -9,24 +10,10 @@ _TOKEN = re.compile(r"\d+(?:[.,]\d+)?|[a-z]+n't|[a-z]+|[%°;:,.!?()]")
 _COUNTED = re.compile(r"\b(?:\d+|one|two|three|four|five|six|seven|eight|nine|ten)-(?!third|quarter|half)[a-z]+")
 _SENTENCE_ENDS = frozenset(".!?;")
 _SEGMENT_ENDS = frozenset(",:()")
-_SPLITTERS = frozenset(
-    (
-        "and",
-        "but",
-        "while",
-        "whereas",
-        "with",
-        "whose",
-        "that",
-        "which",
-        "so",
-        "plus",
-        "yet",
-    )
-)
+_SPLITTERS = frozenset(("and", "but", "while", "whereas", "with", "whose", "that", "which", "so", "plus", "yet"))
 _UNITS = {
-    "degree": ("angle", 0.017453292519943295), "degrees": ("angle", 0.017453292519943295),
-    "deg": ("angle", 0.017453292519943295), "°": ("angle", 0.017453292519943295),
+    "degree": ("angle", math.radians(1.0)), "degrees": ("angle", math.radians(1.0)),
+    "deg": ("angle", math.radians(1.0)), "°": ("angle", math.radians(1.0)),
     "rad": ("angle", 1.0), "radian": ("angle", 1.0), "radians": ("angle", 1.0),
     "%": ("share", 0.01), "percent": ("share", 0.01),
     "m": ("length", 1.0), "metre": ("length", 1.0), "metres": ("length", 1.0),
@@ -89,22 +76,11 @@ class Segment:
 def tokenize(guidance: str) -> tuple[str, ...]:
     """Lower-case words, numbers and separators, without "two-drawer" and the like, which only count parts."""
     text = guidance.lower().replace("\u2019", "'")
-    text = re.sub(
-        r"\b(\d)(st|nd|rd|th)\b",
-        lambda m: _ORDINAL_NAMES.get(m.group(1), m.group(1)),
-        text,
-    )
+    text = re.sub(r"\b(\d)(st|nd|rd|th)\b", lambda m: _ORDINAL_NAMES.get(m.group(1), m.group(1)), text)
     return tuple(_TOKEN.findall(_COUNTED.sub(" ", text)))
 
 
-_ORDINAL_NAMES = {
-    "1": "first",
-    "2": "second",
-    "3": "third",
-    "4": "fourth",
-    "5": "fifth",
-    "6": "sixth",
-}
+_ORDINAL_NAMES = {"1": "first", "2": "second", "3": "third", "4": "fourth", "5": "fifth", "6": "sixth"}
 
 
 def segments(guidance: str, category: str) -> tuple[Segment, ...]:
@@ -196,8 +172,7 @@ def _item(tokens: tuple[str, ...], index: int) -> Item | None:
 def part_word(token: str) -> str:
     """The word of the part table that a token is, in the singular; "" if there is none."""
     return next(
-        (name for name in (token, singular(token), token.removesuffix("es")) if name in tables.part_words()),
-        "",
+        (name for name in (token, singular(token), token.removesuffix("es")) if name in tables.part_words()), ""
     )
 
 
@@ -235,20 +210,8 @@ def _is_time(tokens: tuple[str, ...], index: int) -> bool:
 def _measure(tokens: tuple[str, ...], index: int) -> Item | None:
     unit = _UNITS.get(tokens[index + 1]) if index + 1 < len(tokens) else None
     if unit is None:
-        return Item(
-            "number",
-            tokens[index],
-            index,
-            index + 1,
-            float(tokens[index].replace(",", ".")),
-        )
+        return Item("number", tokens[index], index, index + 1, float(tokens[index].replace(",", ".")))
     kind, factor = unit
     if index > 0 and tokens[index - 1] == "within" and kind in _REACHES:
         kind = _REACHES[kind]
-    return Item(
-        kind,
-        tokens[index],
-        index,
-        index + 2,
-        float(tokens[index].replace(",", ".")) * factor,
-    )
+    return Item(kind, tokens[index], index, index + 2, float(tokens[index].replace(",", ".")) * factor)

@@ -7,20 +7,20 @@ from dataclasses import dataclass
 
 from asset2sim.models.language import tables
 from asset2sim.models.language.object_info import JointInfo, LinkInfo, ObjectInfo, Vector
-from asset2sim.models.language.tables import Mechanism
+from asset2sim.models.language.tables import PartMechanism
 
 ROW_SHARE = 0.15
 """Parts whose centres differ by less than this share of the object's height stand in one row."""
 
 
 @dataclass(frozen=True)
-class Part:
+class MovablePart:
     """A joint with what it carries: ``name`` is a part of the tables or "", ``link`` the one with the geometry."""
 
     joint: JointInfo
     link: LinkInfo | None
     name: str
-    mechanism: Mechanism
+    mechanism: PartMechanism
 
     @property
     def center(self) -> Vector:
@@ -33,13 +33,13 @@ class Part:
         return math.prod(self.link.box_m) if self.link is not None else 0.0
 
 
-def parts_of(info: ObjectInfo, category: str) -> tuple[Part, ...]:
+def parts_of(info: ObjectInfo, category: str) -> tuple[MovablePart, ...]:
     """A part per movable joint, in the order of the joints."""
     found = []
     for joint in info.joints:
         link = carried_link(info, joint)
         name = part_name(link.label if link else "", joint.name, joint.child)
-        found.append(Part(joint, link, name, tables.mechanism(name, category, joint.motion)))
+        found.append(MovablePart(joint, link, name, tables.mechanism(name, category, joint.motion)))
     return tuple(found)
 
 
@@ -72,7 +72,7 @@ def carried_link(info: ObjectInfo, joint: JointInfo) -> LinkInfo | None:
     return None
 
 
-def named(parts: Sequence[Part], word: str) -> tuple[Part, ...]:
+def parts_named(parts: Sequence[MovablePart], word: str) -> tuple[MovablePart, ...]:
     """The parts that a word names: the first of its choices in the table of which the object has any."""
     for choice in tables.part_words().get(word, ()):
         if choice.startswith("@"):
@@ -85,7 +85,7 @@ def named(parts: Sequence[Part], word: str) -> tuple[Part, ...]:
     return ()
 
 
-def main_parts(parts: Sequence[Part]) -> tuple[Part, ...]:
+def main_parts(parts: Sequence[MovablePart]) -> tuple[MovablePart, ...]:
     """The parts that open and close; where there are none, the caps, then the rest."""
     for roles in (("main",), ("cap",), ("roll", "control", "minor")):
         found = [part for part in parts if part.mechanism.role in roles]
@@ -95,18 +95,15 @@ def main_parts(parts: Sequence[Part]) -> tuple[Part, ...]:
     return ()
 
 
-def outermost(info: ObjectInfo, chosen: Sequence[Part]) -> tuple[Part, ...]:
+def outermost(info: ObjectInfo, chosen: Sequence[MovablePart]) -> tuple[MovablePart, ...]:
     """The chosen parts without those that hang from another of them, whose motion would be added to theirs."""
     children = {part.joint.child for part in chosen}
     return tuple(part for part in chosen if not _hangs_from(info, part.joint.parent, children))
 
 
 def pick(
-    info: ObjectInfo,
-    candidates: Sequence[Part],
-    ordinals: Sequence[str],
-    parts: Sequence[Part],
-) -> tuple[Part, ...]:
+    info: ObjectInfo, candidates: Sequence[MovablePart], ordinals: Sequence[str], parts: Sequence[MovablePart]
+) -> tuple[MovablePart, ...]:
     """Candidates that ordinals name, in reading order: top row first, each from left to right as seen from the front.
 
     "top", "bottom", "left", "right" and "middle" filter by place, numbers then count what is left.
@@ -120,22 +117,23 @@ def pick(
     return tuple(chosen[number] for number in numbers if -len(chosen) <= number < len(chosen))
 
 
-def reading_order(info: ObjectInfo, candidates: Sequence[Part], parts: Sequence[Part]) -> list[Part]:
+def reading_order(
+    info: ObjectInfo, candidates: Sequence[MovablePart], parts: Sequence[MovablePart]
+) -> list[MovablePart]:
     """Top to bottom in rows, each from left to right as seen from the front."""
     row = max(ROW_SHARE * info.size_m[2], 1e-9)
     rest = sorted(candidates, key=lambda part: -part.center[2])
-    ordered: list[Part] = []
+    ordered: list[MovablePart] = []
     while rest:
         level = rest[0].center[2]
         ordered += sorted(
-            (part for part in rest if level - part.center[2] <= row),
-            key=lambda part: _rightness(part, info, parts),
+            (part for part in rest if level - part.center[2] <= row), key=lambda part: _rightness(part, info, parts)
         )
         rest = [part for part in rest if level - part.center[2] > row]
     return ordered
 
 
-def front(info: ObjectInfo, parts: Sequence[Part]) -> tuple[float, float]:
+def front(info: ObjectInfo, parts: Sequence[MovablePart]) -> tuple[float, float]:
     """(x, y) of the direction in which the object faces, along one axis: where drawers slide and doors stand.
 
     Where no part shows it, −x, as in PartNet-Mobility.
@@ -154,12 +152,12 @@ def front(info: ObjectInfo, parts: Sequence[Part]) -> tuple[float, float]:
     return (math.copysign(1.0, x), 0.0) if abs(x) >= abs(y) else (0.0, math.copysign(1.0, y))
 
 
-def _rightness(part: Part, info: ObjectInfo, parts: Sequence[Part]) -> float:
+def _rightness(part: MovablePart, info: ObjectInfo, parts: Sequence[MovablePart]) -> float:
     forward_x, forward_y = front(info, parts)
     return part.center[0] * -forward_y + part.center[1] * forward_x
 
 
-def _at_side(info: ObjectInfo, chosen: list[Part], side: str, parts: Sequence[Part]) -> list[Part]:
+def _at_side(info: ObjectInfo, chosen: list[MovablePart], side: str, parts: Sequence[MovablePart]) -> list[MovablePart]:
     if not chosen:
         return []
     if side == "middle":

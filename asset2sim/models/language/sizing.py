@@ -14,15 +14,7 @@ KEEP_WITHIN = 0.2
 """An object that is within this share of the asked size is taken to be in real metres already."""
 REAL_SLACK = 1.5
 """Factor by which an object that its user calls real-sized may be outside the table's range."""
-_REAL = (
-    "real size",
-    "real sized",
-    "actual size",
-    "true size",
-    "life size",
-    "life sized",
-    "original size",
-)
+_REAL = ("real size", "real sized", "actual size", "true size", "life size", "life sized", "original size")
 _HEAD_ENDS = frozenset((",", ".", ";", ":", "with", "whose", "that", "which", "opening", "having"))
 _GENERIC = ("", "*", "Furniture")
 _OF_MOTION = frozenset(("damping", "damped", "friction"))
@@ -56,10 +48,7 @@ def identify(info: ObjectInfo, guidance: str) -> tuple[Size, str]:
                 return tables.sizes()[noun], f"category {noun}: named in the guidance, a kind of {known}"
         return tables.sizes()[known], f"category {known}: as stated"
     for source, found in (
-        (
-            "the asset's name",
-            [noun for noun in _nouns(info.asset_id) if noun not in _GENERIC],
-        ),
+        ("the asset's name", [noun for noun in _nouns(info.asset_id) if noun not in _GENERIC]),
         ("the guidance", [noun for noun in reversed(nouns) if noun not in _GENERIC]),
         ("the links' labels", _label_votes(info)),
         ("the stated category", [known] if known == "Furniture" else []),
@@ -69,34 +58,24 @@ def identify(info: ObjectInfo, guidance: str) -> tuple[Size, str]:
     return tables.sizes()["*"], "category unknown: nothing names it"
 
 
-def propose_scale(info: ObjectInfo, size: Size, guidance: str, thoughts: Sequence[Segment]) -> Scale:
+def propose_scale(info: ObjectInfo, size: Size, guidance: str, statements: Sequence[Segment]) -> Scale:
     """The uniform scale: stated in numbers, else 1 where the authored size is right already, else the table's size."""
     authored = dimension(info, size)
-    stated = stated_scale(info, guidance, thoughts)
+    stated = stated_scale(info, guidance, statements)
     if stated is not None:
         value, note = stated
         return Scale(value, True, authored * value, note)
     real = asks_real_size(guidance)
-    phrase, factor = size_word(guidance, thoughts)
+    phrase, factor = size_word(guidance, statements)
     target = size.typical_m * factor
     if authored <= 0.0:
         return Scale(1.0, real, size.typical_m, "scale 1: the object has no size to compare")
     if real and size.min_m / REAL_SLACK <= authored <= size.max_m * REAL_SLACK:
-        return Scale(
-            1.0,
-            True,
-            authored,
-            f"scale 1: real size, and {authored:.3g} m is plausible",
-        )
+        return Scale(1.0, True, authored, f"scale 1: real size, and {authored:.3g} m is plausible")
     # A normalised dataset's furniture is metres long by chance: only what is near the typical size counts as real.
     fits = abs(authored / target - 1.0) <= KEEP_WITHIN
     if fits and size.category != "*":
-        return Scale(
-            1.0,
-            bool(phrase) or real,
-            authored,
-            f"scale 1: {authored:.3g} m is plausible for {size.category}",
-        )
+        return Scale(1.0, bool(phrase) or real, authored, f"scale 1: {authored:.3g} m is plausible for {size.category}")
     value = min(max(target / authored, _MIN_SCALE), _MAX_SCALE)
     word = f", '{phrase}' × {factor:g}" if phrase else ""
     note = f"scale: {size.category} {size.dimension} {size.typical_m:g} m{word}, authored {authored:.3g} m"
@@ -130,10 +109,7 @@ def _nouns(text: str) -> list[str]:
 def _head_nouns(guidance: str) -> list[str]:
     """The categories that the guidance's first phrase names, in order; the last is what the object is."""
     tokens = tokenize(guidance)
-    end = next(
-        (i for i, token in enumerate(tokens) if token in _HEAD_ENDS and i > 1),
-        len(tokens),
-    )
+    end = next((i for i, token in enumerate(tokens) if token in _HEAD_ENDS and i > 1), len(tokens))
     return [category for _, _, category in noun_spans(tokens[:end])]
 
 
@@ -144,11 +120,7 @@ def _label_votes(info: ObjectInfo) -> list[str]:
             if category != "Door" and link.label.endswith(("_body", "_base", "_frame")):
                 votes[category] += 3
     labels = {link.label for link in info.links}
-    for label, category in (
-        ("key", "Keyboard"),
-        ("door_frame", "Door"),
-        ("glasses_body", "Eyeglasses"),
-    ):
+    for label, category in (("key", "Keyboard"), ("door_frame", "Door"), ("glasses_body", "Eyeglasses")):
         votes[category] += 3 if label in labels else 0
     votes["Furniture"] += 1 if {"drawer", "furniture_body"} & labels else 0
     return [category for category, count in votes.most_common() if count > 0]
@@ -160,20 +132,17 @@ def asks_real_size(guidance: str) -> bool:
     return any(phrase in words for phrase in _REAL)
 
 
-def size_word(guidance: str, thoughts: Sequence[Segment]) -> tuple[str, float]:
+def size_word(guidance: str, statements: Sequence[Segment]) -> tuple[str, float]:
     """The smallest of the words about the object's size, or the largest if all are above 1; ("", 1) without any.
 
     Words about a part ("a large drawer") or about damping are not about the object: the first phrase counts, and of the
     rest only segments about nothing else.
     """
     tokens = tokenize(guidance)
-    end = next(
-        (i for i, token in enumerate(tokens) if token in _HEAD_ENDS - {","} and i > 0),
-        len(tokens),
-    )
+    end = next((i for i, token in enumerate(tokens) if token in _HEAD_ENDS - {","} and i > 0), len(tokens))
     table = {phrase: " ".join(phrase) for phrase in tables.size_words()}
     spans = []
-    for segment in thoughts:
+    for segment in statements:
         kinds = {item.kind for item in segment.items}
         elsewhere = _OF_MOTION if segment.start == 0 else _OF_PARTS if segment.start < end else kinds - _NUMBERS
         if not kinds & elsewhere:
@@ -187,12 +156,12 @@ def size_word(guidance: str, thoughts: Sequence[Segment]) -> tuple[str, float]:
     return pick, factors[pick]
 
 
-def stated_scale(info: ObjectInfo, guidance: str, thoughts: Sequence[Segment]) -> tuple[float, str] | None:
+def stated_scale(info: ObjectInfo, guidance: str, statements: Sequence[Segment]) -> tuple[float, str] | None:
     """The scale that the guidance states in numbers, as such or as a length of the object, and how; None without."""
     scale = _SCALE.search(guidance.lower())
     if scale and _MIN_SCALE <= float(scale.group(1)) <= _MAX_SCALE:
         return float(scale.group(1)), f"scale {scale.group(1)}: as the guidance states"
-    for segment in thoughts:
+    for segment in statements:
         if segment.of("part", "parts", "open", "closed"):
             continue
         for item in segment.of("length"):
@@ -200,10 +169,7 @@ def stated_scale(info: ObjectInfo, guidance: str, thoughts: Sequence[Segment]) -
             authored = _extent(info, word[0] if word else "", segment)
             if authored > 0.0 and item.number > 0.0:
                 value = min(max(item.number / authored, _MIN_SCALE), _MAX_SCALE)
-                return (
-                    value,
-                    f"scale: {item.number:.3g} m {word[0] if word else 'in size'}, as the guidance states",
-                )
+                return (value, f"scale: {item.number:.3g} m {word[0] if word else 'in size'}, as the guidance states")
     return None
 
 

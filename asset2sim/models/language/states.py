@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 from asset2sim.models.language.clauses import NO_MENTION, Mention, mention, split, whole
 from asset2sim.models.language.lexicon import Item, Segment
 from asset2sim.models.language.object_info import ObjectInfo
-from asset2sim.models.language.parts import Part, outermost
+from asset2sim.models.language.parts import MovablePart, outermost
 
 _UNSURE = 0.05
 """Confidence below which the two ends of a turning cap look alike: closed is then the authored zero."""
@@ -16,19 +16,7 @@ LIMIT_ROUNDING = 5e-5
 _POSES = ("rest", "pressed", "sideways", "normal", "up", "down", "off")
 _PLACES = ("up", "down", "off")
 """Poses whose words are so common that they count only right after their part: "its lever up"."""
-_DIMENSIONS = (
-    "wide",
-    "tall",
-    "long",
-    "high",
-    "deep",
-    "thick",
-    "across",
-    "diameter",
-    "width",
-    "height",
-    "length",
-)
+_DIMENSIONS = ("wide", "tall", "long", "high", "deep", "thick", "across", "diameter", "width", "height", "length")
 
 
 @dataclass(frozen=True)
@@ -61,7 +49,7 @@ class Asked:
     states: dict[str, State] = field(default_factory=dict)
 
 
-def asked_states(info: ObjectInfo, parts: Sequence[Part], thoughts: Sequence[Segment], scale: float) -> Asked:
+def asked_states(info: ObjectInfo, parts: Sequence[MovablePart], statements: Sequence[Segment], scale: float) -> Asked:
     """Every state that the guidance asks for; ``scale`` turns metres in the guidance into authored ones."""
     positions: dict[str, float] = {}
     states: dict[str, State] = {}
@@ -69,7 +57,7 @@ def asked_states(info: ObjectInfo, parts: Sequence[Part], thoughts: Sequence[Seg
     deferred: list[tuple[Mention, State]] = []
     last = pending = NO_MENTION
     sentence = -1
-    for segment in (piece for thought in thoughts for piece in split(thought)):
+    for segment in (piece for statement in statements for piece in split(statement)):
         if segment.sentence != sentence:
             sentence, pending = segment.sentence, NO_MENTION
         here = mention(info, parts, segment, last)
@@ -107,11 +95,7 @@ def state_of(segment: Segment, about_parts: bool) -> State | None:
             return _measured(measure, False)
         opening = bool(segment.of("opening"))
         if degree is not None and (opening or (about_parts and degree not in (1.0, "slightly"))):
-            return State(
-                "open",
-                1.0 if degree == "slightly" and negated else _share(degree),
-                degree == "slightly",
-            )
+            return State("open", 1.0 if degree == "slightly" and negated else _share(degree), degree == "slightly")
         return State(poses[0].kind) if poses and (about_parts or poses[0].kind == "rest") else None
     closing = verbs[-1].kind == "closed" and not any(verb.kind == "open" for verb in verbs)
     if measure is not None:
@@ -125,7 +109,7 @@ def _follows_part(item: Item, segment: Segment) -> bool:
     return any(0 <= item.start - part.end <= 2 for part in segment.of("part", "parts"))
 
 
-def position(part: Part, state: State, scale: float) -> float:
+def position(part: MovablePart, state: State, scale: float) -> float:
     """Joint position of a part in a state: rad, or m at the authored scale."""
     joint, mechanism = part.joint, part.mechanism
     if joint.motion == "spin" or joint.range == 0.0:
@@ -144,14 +128,14 @@ def position(part: Part, state: State, scale: float) -> float:
     return _pose(part, state.kind)
 
 
-def high_end(part: Part) -> float:
+def high_end(part: MovablePart) -> float:
     """The end of a slide at which the part is higher, m at the authored scale."""
     joint = part.joint
     low, high = sorted((joint.closed, joint.open))
     return high if joint.axis[2] > 0.0 else low
 
 
-def _pose(part: Part, kind: str) -> float:
+def _pose(part: MovablePart, kind: str) -> float:
     joint, mechanism = part.joint, part.mechanism
     rest = high_end(part) if mechanism.spring_rest == "up" else joint.zero
     if kind in ("rest", "pressed"):
@@ -166,12 +150,7 @@ def _pose(part: Part, kind: str) -> float:
 
 
 def _place(
-    info: ObjectInfo,
-    subject: Mention,
-    state: State,
-    scale: float,
-    positions: dict[str, float],
-    notes: list[str],
+    info: ObjectInfo, subject: Mention, state: State, scale: float, positions: dict[str, float], notes: list[str]
 ) -> list[str]:
     """Add the positions asked of the subject's parts; returns the names of their joints."""
     placed: list[str] = []
@@ -185,7 +164,7 @@ def _place(
     return placed
 
 
-def _inside(part: Part, wanted: float) -> float:
+def _inside(part: MovablePart, wanted: float) -> float:
     """The position kept inside the true limits, which prompts round to five digits."""
     joint = part.joint
     margin = LIMIT_ROUNDING * abs(wanted)

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from functools import lru_cache
 from pathlib import Path
 
-_FOLDER = Path(__file__).parent / "tables"
+_FOLDER = Path(__file__).parent / "csv_tables"
 
 
 @dataclass(frozen=True)
@@ -46,7 +46,7 @@ class PartMaterial:
 
 
 @dataclass(frozen=True)
-class Mechanism:
+class PartMechanism:
     """How a part moves. ``role``: main (opens), cap, control, roll, minor. "Slightly open" is the share
     ``slightly`` of the range, of which a hinge's counts up to ``usual_rad``: nobody opens a lid by 270° in use.
     """
@@ -106,10 +106,7 @@ def materials() -> dict[str, Material]:
     """Name → material."""
     return {
         row["material"]: Material(
-            row["material"],
-            float(row["density_kg_m3"]),
-            float(row["wall_factor"]),
-            float(row["friction"]),
+            row["material"], float(row["density_kg_m3"]), float(row["wall_factor"]), float(row["friction"])
         )
         for row in _rows("materials")
     }
@@ -180,7 +177,7 @@ def part_material(category: str, part: str) -> PartMaterial:
 
 
 @lru_cache
-def mechanism(part: str, category: str, motion: str) -> Mechanism:
+def mechanism(part: str, category: str, motion: str) -> PartMechanism:
     """The most specific row for the part, the category and the motion (hinge, slider, spin)."""
     table = _mechanisms()
     keys = ((part, category, motion), (part, "*", motion), ("*", "*", motion))
@@ -195,9 +192,9 @@ def _part_materials() -> dict[tuple[str, str], PartMaterial]:
 
 
 @lru_cache
-def _mechanisms() -> dict[tuple[str, str, str], Mechanism]:
+def _mechanisms() -> dict[tuple[str, str, str], PartMechanism]:
     return {
-        (row["part"], row["category"], row["motion"]): Mechanism(
+        (row["part"], row["category"], row["motion"]): PartMechanism(
             role=row["role"],
             coast_s=float(row["coast_s"]),
             spring_hz=float(row["spring_hz"]) if row["spring_hz"] else None,

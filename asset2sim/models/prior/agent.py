@@ -11,7 +11,8 @@ import re
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
-from asset2sim.models.language.object_info import JointInfo, ObjectInfo, read_prompt
+from asset2sim.models.answers import RULE_FIELDS
+from asset2sim.models.language.object_info import JointInfo, ObjectInfo, decoded, dicts, read_prompt
 from asset2sim.models.prior.answer import answer
 
 Arguments = Mapping[str, Any]
@@ -34,9 +35,7 @@ def failure_score(seen: Mapping[str, Any]) -> float:
         return math.inf
     shares = [number(seen.get(name)) / max(number(limits.get(name)), 1e-12) for name in MEASURED]
     reversals = number(limits.get("oscillation_sign_changes")) or math.inf
-    moving = seen.get("moving_joints")
-    rows = moving if isinstance(moving, list) else []
-    return sum(shares) + sum(isinstance(row, dict) and number(row.get("sign_changes")) >= reversals for row in rows)
+    return sum(shares) + sum(number(row.get("sign_changes")) >= reversals for row in dicts(seen.get("moving_joints")))
 
 
 def trials_of(past: Sequence[Result]) -> list[tuple[float, Terms]]:
@@ -54,10 +53,10 @@ def trials_of(past: Sequence[Result]) -> list[tuple[float, Terms]]:
 def with_changes(terms: Terms, arguments: Arguments) -> Terms:
     """The terms after a ``set_parameters``."""
     new = {name: dict(fields) for name, fields in terms.items()}
-    for item in rows(arguments, "joints"):
+    for item in dicts(arguments.get("joints")):
         found = {key: float(value) for key, value in item.items() if key != "name" and is_number(value)}
         new.setdefault(str(item.get("name")), {}).update(found)
-    for item in rows(arguments, "initial_joint_positions"):
+    for item in dicts(arguments.get("initial_joint_positions")):
         if is_number(item.get("position")):
             new.setdefault(str(item.get("joint")), {})["position"] = float(item["position"])
     return new
@@ -82,12 +81,6 @@ def changes_to_best(trials: Sequence[tuple[float, Terms]], info: ObjectInfo) -> 
     return {"joints": joints, "initial_joint_positions": starts}
 
 
-def rows(arguments: Arguments, key: str) -> list[dict[str, Any]]:
-    """The objects in a list among the arguments."""
-    value = arguments.get(key)
-    return [item for item in value if isinstance(item, dict)] if isinstance(value, list) else []
-
-
 def is_number(value: object) -> bool:
     """Whether a JSON value is a finite number."""
     return isinstance(value, int | float) and not isinstance(value, bool) and abs(value) < 1e300
@@ -100,7 +93,7 @@ def number(value: object) -> float:
 
 FACTOR = 3.0
 """Factor by which damping and friction grow: the paper advises ×2 to ×5 on persistent oscillation."""
-LEAST = {"slider": (0.5, 0.1), "hinge": (0.05, 0.005), "spin": (0.05, 0.005)}
+FIRST_TERMS = {"slider": (0.5, 0.1), "hinge": (0.05, 0.005), "spin": (0.05, 0.005)}
 """Damping and friction that a joint without any starts from: the low ends of the paper's ranges (N·s/m and N, N·m·s/rad
 and N·m)."""
 STEP = 0.05
@@ -120,14 +113,14 @@ def correction(seen: Mapping[str, Any], info: ObjectInfo, terms: Terms, rounds: 
         return _moved(seen, joints, terms)
     if failed not in ("drift", "oscillation"):
         return None
-    moving = [item for item in rows(seen, "moving_joints") if item.get("joint") in joints]
+    moving = [item for item in dicts(seen.get("moving_joints")) if item.get("joint") in joints]
     if not moving:
         return {"contact_material": HIGH_FRICTION_MATERIAL} if rounds == 1 else None
     return {"joints": [_stiffer(item, joints[item["joint"]], failed == "drift") for item in moving]}
 
 
 def _stiffer(item: Mapping[str, Any], joint: JointInfo, with_friction: bool) -> dict[str, Any]:
-    damping, friction = LEAST[joint.motion]
+    damping, friction = FIRST_TERMS[joint.motion]
     changed: dict[str, Any] = {"name": joint.name, "damping": FACTOR * max(number(item.get("damping")), damping)}
     if with_friction:
         changed["friction"] = FACTOR * max(number(item.get("friction")), friction)
@@ -136,7 +129,7 @@ def _stiffer(item: Mapping[str, Any], joint: JointInfo, with_friction: bool) -> 
 
 def _moved(seen: Mapping[str, Any], joints: Mapping[str, JointInfo], terms: Terms) -> dict[str, Any] | None:
     """The joints of the worst pair, a step further open."""
-    worst = next(iter(rows(seen, "pairs")), {})
+    worst = next(iter(dicts(seen.get("pairs"))), {})
     links = (worst.get("link_a"), worst.get("link_b"))
     starts = []
     for joint in joints.values():
@@ -154,12 +147,8 @@ MAX_REFUSED = 2
 """Refused estimates after which this agent answers with its estimate as text."""
 MAX_CORRECTIONS = 4
 """Most changes after the first estimate: with it and the last step half of the steps that an agent has."""
-FELT = ("coast_s", "spring_hz", "closes_s", "stops_within", "returns_s", "damping_level")
-"""Fields from which our rules derive a joint's dynamics; the agent's tools do not accept them ..."""
-VOLUMETRIC = ("density_kg_m3", "hollow_factor")
-"""... nor these, from which our rules derive a link's mass."""
 FIELDS_ABOUT_NUMBERS = ("asked", "sigmas", "notes")
-"""Fields of an overlay that explain its numbers; the agent's tools do not accept them either."""
+"""Fields of an overlay that explain its numbers; the agent's tools do not accept them, nor ``RULE_FIELDS``."""
 _PURPOSE = re.compile(r'"purpose"\s*:\s*"(agent|synthesis)"')
 
 
@@ -172,7 +161,7 @@ def next_turn(
     text to an overlay as JSON, with a simulated fallible model's errors if any. Text that does not parse is
     passed on as the tool's arguments. Never raises, whatever is in the conversation.
     """
-    first = next((text_of(message) for message in messages if message.get("role") == "user"), "")
+    first = next((message_text(message) for message in messages if message.get("role") == "user"), "")
     past = results_of(messages)
     estimates = [result for result in past if result[0] == "set_parameters"]
     refused = [result for result in estimates if "error" in result[2]]
@@ -223,7 +212,7 @@ def results_of(messages: Sequence[Message]) -> list[Result]:
             asked[str(item.get("id"))] = (str(function.get("name")), _object(function.get("arguments")))
         if message.get("role") == "tool":
             name, arguments = asked.get(str(message.get("tool_call_id")), ("", {}))
-            results.append((name, arguments, _object(text_of(message))))
+            results.append((name, arguments, _object(message_text(message))))
     return results
 
 
@@ -232,7 +221,7 @@ def call(index: int, name: str, arguments: str) -> dict[str, Any]:
     return {"id": f"call_{index}", "type": "function", "function": {"name": name, "arguments": arguments}}
 
 
-def text_of(message: Message) -> str:
+def message_text(message: Message) -> str:
     """A message's text: its content, or its text parts one below the other."""
     content = message.get("content") or ""
     if isinstance(content, str):
@@ -244,7 +233,7 @@ def _absolute(part: object) -> object:
     """A link's or joint's entry without the fields from which our rules derive numbers."""
     if not isinstance(part, dict):
         return part
-    return {key: value for key, value in part.items() if key not in FELT + VOLUMETRIC}
+    return {key: value for key, value in part.items() if key not in RULE_FIELDS}
 
 
 def _direct(text: str) -> str:
@@ -260,8 +249,5 @@ def _errors(refused: Sequence[Result]) -> str:
 
 
 def _object(text: object) -> dict[str, Any]:
-    try:
-        value = json.loads(text) if isinstance(text, str) else None
-    except (ValueError, RecursionError):
-        return {}
+    value = decoded(text) if isinstance(text, str) else None
     return value if isinstance(value, dict) else {}

@@ -2,9 +2,15 @@
 
 import json
 
-from asset2sim.models.language.object_info import ObjectInfo, read_prompt, read_refinement
-from asset2sim.models.prior.overlay import synthesize
-from asset2sim.models.prior.refinement import refine_state
+from asset2sim.models.language.lexicon import segments
+from asset2sim.models.language.object_info import ObjectInfo, read_prompt
+from asset2sim.models.language.parts import parts_of
+from asset2sim.models.language.sizing import identify, propose_scale
+from asset2sim.models.language.states import asked_states
+from asset2sim.models.prior.joint_proposals import propose_joints
+from asset2sim.models.prior.link_proposals import propose_links
+from asset2sim.models.prior.refinement import read_refinement, refinement_step
+from schemas.overlay import Overlay
 
 
 def answer(text: str) -> str:
@@ -17,10 +23,31 @@ def answer(text: str) -> str:
     information, guidance = read_prompt(text)
     purpose = information.get("purpose")
     if purpose == "refinement":
-        return json.dumps(refine_state(read_refinement(information)), sort_keys=True)
+        return json.dumps(refinement_step(read_refinement(information)), sort_keys=True)
     info = ObjectInfo.from_json(information)
+    overlay = prior_overlay(info, guidance)
     if purpose in ("direct", "ivw"):
-        from asset2sim.models.prior.direct import propose  # rarely wanted, and it loads numerics
+        from asset2sim.models.prior.direct import final_overlay  # rarely wanted, and it loads numerics
 
-        return propose(info, guidance, purpose == "ivw").model_dump_json(exclude_none=True)
-    return synthesize(info, guidance).model_dump_json(exclude_none=True)
+        overlay = final_overlay(info, overlay, purpose == "ivw")
+    return overlay.model_dump_json(exclude_none=True)
+
+
+def prior_overlay(info: ObjectInfo, guidance: str) -> Overlay:
+    """An overlay for any object and any guidance, from the tables; deterministic."""
+    size, category_note = identify(info, guidance)
+    statements = segments(guidance, size.category)
+    parts = parts_of(info, size.category)
+    scale = propose_scale(info, size, guidance, statements)
+    states = asked_states(info, parts, statements, scale.value)
+    links, mass_notes = propose_links(info, size, parts, statements, guidance, scale.value, scale.final_m)
+    joints, feel_notes = propose_joints(info, parts, statements, states.positions)
+    return Overlay(
+        scale=scale.value,
+        contact_material=size.contact,
+        links=links,
+        joints=joints,
+        initial_joint_positions=states.positions,
+        asked=(*(("scale",) if scale.asked else ()), *states.positions),
+        notes=(category_note, scale.note, *states.notes, *mass_notes, *feel_notes),
+    )

@@ -6,8 +6,7 @@ From the same tables as its other answers, with the paper's absolute ranges in p
 import numpy as np
 
 from asset2sim.models.language.object_info import LinkInfo, ObjectInfo
-from asset2sim.models.prior.masses import TINY_KG, volume
-from asset2sim.models.prior.overlay import synthesize
+from asset2sim.models.prior.link_proposals import TINY_KG, material_volume
 from asset2sim.physics.arrays import six
 from asset2sim.physics.inertia import box_inertia
 from asset2sim.physics.paper_ranges import paper_terms
@@ -18,7 +17,8 @@ BARE_KG = TINY_KG[1]
 """Mass of a link without a shape, kg: the most that the paper gives a tiny part."""
 LEAST_EDGE_M = 0.002
 """Edge that a sheet, or a link without a shape, is given for its inertia, m."""
-SIGNIFICANT_DIGITS = 4
+DIGITS = 4
+"""Significant digits of its numbers."""
 SCALE_SIGMA = 0.2
 """Relative standard deviation of a size guessed from a category ..."""
 MASS_SIGMA = 0.3
@@ -33,13 +33,12 @@ ANY_RANGE = 1.0
 """Range assumed for a joint without one, rad."""
 
 
-def propose(info: ObjectInfo, guidance: str, with_sigmas: bool) -> Overlay:
-    """Final numbers for any object and any guidance, deterministic; for every link, also one without a shape.
+def final_overlay(info: ObjectInfo, felt: Overlay, with_sigmas: bool) -> Overlay:
+    """The prior's overlay ``felt`` in final numbers, for every link, also one without a shape.
 
     Masses are v ρ s³ η, inertias those of boxes, joint triplets absolute. ``with_sigmas`` adds the standard deviation
     of every number that is not zero: constant relative ones, since a table does not know where it errs.
     """
-    felt = synthesize(info, guidance)
     materials = {link.name: link for link in felt.links}
     proposal = felt.model_copy(
         update={
@@ -54,10 +53,10 @@ def final_link(link: LinkInfo, felt: LinkProposal | None, scale: float) -> LinkP
     """Mass (kg) and box inertia (kg·m²) of one link at the final scale."""
     mass = BARE_KG
     if felt is not None and felt.density_kg_m3 is not None:
-        mass = volume(link) * felt.density_kg_m3 * scale**3 * (felt.hollow_factor or 1.0)
-    mass = rounded(mass) or BARE_KG
+        mass = material_volume(link) * felt.density_kg_m3 * scale**3 * (felt.hollow_factor or 1.0)
+    mass = four_digits(mass) or BARE_KG
     edges = np.maximum(scale * np.asarray(link.box_m), LEAST_EDGE_M)
-    inertia = np.diag([rounded(moment) for moment in np.diag(box_inertia(mass, edges))])
+    inertia = np.diag([four_digits(moment) for moment in np.diag(box_inertia(mass, edges))])
     return LinkProposal(
         name=link.name, material=None if felt is None else felt.material, mass_kg=mass, inertia=six(inertia)
     )
@@ -70,9 +69,9 @@ def final_joint(info: ObjectInfo, felt: JointProposal, overlay: Overlay) -> Join
     terms = paper_terms(felt, prismatic=prismatic, holds=holds, rest=felt.spring_rest or 0.0, source=Source.PRIOR)
     return JointProposal(
         name=felt.name,
-        damping=rounded(terms.damping.value),
-        friction=rounded(terms.friction.value),
-        stiffness=rounded(terms.stiffness.value),
+        damping=four_digits(terms.damping.value),
+        friction=four_digits(terms.friction.value),
+        stiffness=four_digits(terms.stiffness.value),
         spring_rest=felt.spring_rest if terms.stiffness.value > 0.0 else None,
         holds=felt.holds,
     )
@@ -92,9 +91,9 @@ def sigmas_of(info: ObjectInfo, proposal: Overlay) -> dict[str, float]:
             found[f"joints.{joint.name}.spring_rest"] = STATE_SIGMA * ranges[joint.name]
     for name in proposal.initial_joint_positions:
         found[f"initial_joint_positions.{name}"] = STATE_SIGMA * ranges[name]
-    return {path: rounded(sigma) for path, sigma in found.items() if sigma > 0.0}
+    return {path: four_digits(sigma) for path, sigma in found.items() if sigma > 0.0}
 
 
-def rounded(value: float) -> float:
-    """The number rounded to ``SIGNIFICANT_DIGITS``."""
-    return float(f"{value:.{SIGNIFICANT_DIGITS}g}")
+def four_digits(value: float) -> float:
+    """The number rounded to ``DIGITS``."""
+    return float(f"{value:.{DIGITS}g}")

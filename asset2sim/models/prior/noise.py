@@ -5,20 +5,21 @@ where they come from are in ``noise_level``.
 """
 
 import json
+import math
 import re
 from collections.abc import Mapping
 from typing import Any
 
-from asset2sim.models.language.object_info import ObjectInfo, read_prompt, read_refinement
+from asset2sim.models.language.object_info import ObjectInfo, read_prompt
 from asset2sim.models.prior.noise_level import Draws, Noise, NoiseLevel, draws_for
 from asset2sim.models.prior.noise_numbers import with_sigmas, with_wrong_numbers
 from asset2sim.models.prior.noise_state import with_wrong_state
+from asset2sim.models.prior.refinement import read_refinement
 
 MALFORMED = ("truncated", "fenced", "prose", "comments", "nan")
 """The ways in which an answer is no plain JSON; the first and the last cannot be parsed at all."""
-KEPT = (0.4, 0.95)
+TRUNCATED_SHARE = (0.4, 0.95)
 """Share of its characters that a truncated answer keeps."""
-DEGREES_PER_RAD = 57.29577951308232
 
 _NUMBER = re.compile(r"(?<=[:\[, ])-?\d+(?:\.\d+)?(?:[eE][+-]?\d+)?(?=[,}\]\s])")
 
@@ -36,16 +37,16 @@ def noisy(answer: str, text: str, noise: Noise, sample: int = 0, conversation: s
     draws = draws_for(information, guidance, text if conversation is None else conversation, sample, noise.seed)
     sizes, given = noise.sizes, json.loads(answer)
     if information.get("purpose") == "refinement":
-        wrong = step(given, information, draws, sizes)
+        wrong = noisy_step(given, information, draws, sizes)
     else:
-        wrong = overlay(given, ObjectInfo.from_json(information), draws, sizes)
+        wrong = noisy_overlay(given, ObjectInfo.from_json(information), draws, sizes)
     written = json.dumps(wrong)
     if draws.happens("malformed", sizes.p_malformed):
         return malformed(written, MALFORMED[draws.index("malformed how", len(MALFORMED))], draws)
     return written
 
 
-def overlay(given: dict[str, Any], info: ObjectInfo, draws: Draws, sizes: NoiseLevel) -> dict[str, Any]:
+def noisy_overlay(given: dict[str, Any], info: ObjectInfo, draws: Draws, sizes: NoiseLevel) -> dict[str, Any]:
     """An overlay with every kind of error but malformed text; ``given`` is not changed."""
     joints = {joint.name: joint for joint in info.joints}
     links = [link.name for link in info.links]
@@ -57,7 +58,9 @@ def overlay(given: dict[str, Any], info: ObjectInfo, draws: Draws, sizes: NoiseL
     return with_sigmas(wrong, joints, _paths(paths, wrong), draws, sizes) if paths else wrong
 
 
-def step(given: dict[str, Any], information: Mapping[str, Any], draws: Draws, sizes: NoiseLevel) -> dict[str, Any]:
+def noisy_step(
+    given: dict[str, Any], information: Mapping[str, Any], draws: Draws, sizes: NoiseLevel
+) -> dict[str, Any]:
     """A refinement's answer whose steps are too long or too short, the wrong way, or in degrees."""
     sliders = {
         item.get("name")
@@ -70,7 +73,7 @@ def step(given: dict[str, Any], information: Mapping[str, Any], draws: Draws, si
     deltas = {}
     for name, delta in (given.get("deltas") or {}).items():
         factor = draws.factor(f"step {places.get(name, -1)}", sizes.step_log, sizes.shared)
-        unit = DEGREES_PER_RAD if turned and name not in sliders else 1.0
+        unit = math.degrees(1.0) if turned and name not in sliders else 1.0
         deltas[name] = delta * factor * unit * (-1.0 if back else 1.0)
     return given | {"deltas": deltas}
 
@@ -78,7 +81,7 @@ def step(given: dict[str, Any], information: Mapping[str, Any], draws: Draws, si
 def malformed(text: str, how: str, draws: Draws) -> str:
     """The JSON text spoiled in one of the ways of ``MALFORMED``."""
     if how == "truncated":
-        low, high = KEPT
+        low, high = TRUNCATED_SHARE
         return text[: max(int(len(text) * (low + (high - low) * draws.share("kept"))), 1)]
     if how == "fenced":
         return f"```json\n{text}\n```"
@@ -113,6 +116,3 @@ def _paths(paths: tuple[str, ...], wrong: Mapping[str, Any]) -> tuple[str, ...]:
     ]
     kept = [path for path in paths if not path.startswith("initial_joint_positions.")]
     return tuple(dict.fromkeys((*kept, *states, *moved)))
-
-
-__all__ = ["MALFORMED", "Noise", "NoiseLevel", "malformed", "noisy", "overlay", "step"]

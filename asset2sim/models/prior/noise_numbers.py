@@ -5,11 +5,11 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 from asset2sim.models.language.object_info import JointInfo
+from asset2sim.models.prior.link_proposals import MIN_HOLLOW
 from asset2sim.models.prior.noise_level import Draws, NoiseLevel
 
 SCALES = (1e-4, 1e4)
 """Bounds of a scale with its error: no model answers beyond them."""
-LEAST_HOLLOW = 1e-3
 _DAMPED = ("damping", "friction", "coast_s", "closes_s", "stops_within")
 _SPRUNG = {"stiffness": 1.0, "spring_hz": 0.5, "returns_s": -0.5}
 """Fields that follow a spring's stiffness → the power of it to which they are proportional."""
@@ -53,7 +53,7 @@ def _link(
     if entry.get("density_kg_m3") is not None:
         changed["density_kg_m3"] = entry["density_kg_m3"] * density
     if entry.get("hollow_factor") is not None:
-        changed["hollow_factor"] = min(max(entry["hollow_factor"] * hollow, LEAST_HOLLOW), 1.0)
+        changed["hollow_factor"] = min(max(entry["hollow_factor"] * hollow, MIN_HOLLOW), 1.0)
     if entry.get("mass_kg") is not None:
         changed["mass_kg"] = entry["mass_kg"] * mass
     if entry.get("inertia") is not None:

@@ -12,11 +12,12 @@ from litellm import CustomLLM, ModelResponse
 from litellm.llms.custom_llm import CustomLLMError
 from litellm.types.utils import Message
 
+from asset2sim.models.prior.agent import message_text, next_turn
 from asset2sim.models.prior.noise_level import noise_of
 from schemas.errors import UnknownChoiceError
 from schemas.model_names import PRIOR_PROVIDER
 
-CHARACTERS_PER_TOKEN = 4
+PRIOR_CHARACTERS_PER_TOKEN = 4
 """Characters per token where LiteLLM's own tokenizer cannot be loaded."""
 
 
@@ -41,7 +42,7 @@ class PriorProvider(CustomLLM):  # type: ignore[misc]  # LiteLLM's base class is
             content, calls = next_answer(name, messages, bool(options.get("tools")), int(options.get("seed") or 0))
         except Exception as error:
             raise CustomLLMError(400, f"{type(error).__name__}: {error}") from error
-        prompt_tokens = sum(count_tokens(said(message)) for message in messages)
+        prompt_tokens = sum(count_tokens(text_and_calls(message)) for message in messages)
         completion_tokens = count_tokens((content or "") + "".join(call["function"]["arguments"] for call in calls))
         response.model = name
         response.choices[0].message = Message(role="assistant", content=content, tool_calls=calls or None)
@@ -61,7 +62,7 @@ def next_answer(
     from asset2sim.models.prior.answer import answer
 
     noise = noise_of(model)
-    conversation = "\n".join(said(message) for message in messages if message.get("role") != "system")
+    conversation = "\n".join(text_and_calls(message) for message in messages if message.get("role") != "system")
 
     def proposal(text: str) -> str:
         if noise is None:
@@ -72,8 +73,6 @@ def next_answer(
 
     if not with_tools:
         return proposal(user_text(messages)), []
-    from asset2sim.models.prior.agent import next_turn
-
     return next_turn(messages, proposal)
 
 
@@ -95,7 +94,7 @@ def user_text(messages: Iterable[Mapping[str, Any]]) -> str:
     return (stating or texts or [""])[-1]
 
 
-def said(message: Mapping[str, Any]) -> str:
+def text_and_calls(message: Mapping[str, Any]) -> str:
     """A message's text, with its tool calls as JSON below."""
     calls = [
         {key: (call.get("function") or {}).get(key) for key in ("name", "arguments")}
@@ -104,17 +103,9 @@ def said(message: Mapping[str, Any]) -> str:
     return message_text(message) + (f"\n{json.dumps(calls)}" if calls else "")
 
 
-def message_text(message: Mapping[str, Any]) -> str:
-    """A message's text: its content, or its text parts one below the other."""
-    content = message.get("content") or ""
-    if isinstance(content, str):
-        return content
-    return "\n".join(str(part["text"]) for part in content if part.get("type") == "text")
-
-
 def count_tokens(text: str) -> int:
     """Tokens of a text by the tokenizer that LiteLLM ships for unknown models, else one per four characters."""
     try:
         return int(litellm.token_counter(model="", text=text))
     except Exception:  # whatever a tokenizer raises that cannot be loaded
-        return -(-len(text) // CHARACTERS_PER_TOKEN)
+        return -(-len(text) // PRIOR_CHARACTERS_PER_TOKEN)

@@ -1,8 +1,10 @@
 """A step of the joint state, with the paper's step sizes: large while the state is wrong, small near the end."""
 
 import math
+from collections.abc import Mapping
+from dataclasses import dataclass
 
-from asset2sim.models.language.object_info import FocusJoint, RefinementInfo
+from asset2sim.models.language.object_info import dicts, number, number_or_none, text_or_empty, unique
 
 APPROVE_M = 0.002
 """Φ at which the paper approves a state, m."""
@@ -14,7 +16,54 @@ WRONG_STATE_STEP = 0.25
 """Share of the range that a joint in the wrong state moves (paper: 10 to 40 %)."""
 
 
-def refine_state(info: RefinementInfo) -> dict[str, object]:
+@dataclass(frozen=True)
+class FocusJoint:
+    """A joint under refinement: where it is, where it was asked to be, where it came to rest (None: not watched), the
+    positions that earlier refused proposals gave it, and its range; rad or m."""
+
+    name: str
+    position: float
+    desired: float
+    lower: float
+    upper: float
+    closed: float
+    open: float
+    settled: float | None = None
+    tried: tuple[float, ...] = ()
+
+
+@dataclass(frozen=True)
+class RefinementInfo:
+    """What a refinement prompt says: Φ in m and the joints to move."""
+
+    phi_m: float
+    joints: tuple[FocusJoint, ...]
+
+
+def read_refinement(data: Mapping[str, object]) -> RefinementInfo:
+    """Read the refinement information; joints without limits are given a full turn."""
+    joints = []
+    tried = [places for item in dicts(data.get("tried")) if isinstance(places := item.get("positions"), dict)]
+    for item in dicts(data.get("focus_joints")):
+        position = number(item.get("position"), 0.0)
+        lower, upper = number(item.get("lower"), -math.pi), number(item.get("upper"), math.pi)
+        joints.append(
+            FocusJoint(
+                name=text_or_empty(item.get("name")),
+                position=position,
+                desired=number(item.get("desired"), position),
+                lower=min(lower, upper),
+                upper=max(lower, upper),
+                closed=number(item.get("closed"), lower),
+                open=number(item.get("open"), upper),
+                settled=number_or_none(item.get("settled")),
+                tried=tuple(number(places.get(text_or_empty(item.get("name"))), position) for places in tried),
+            )
+        )
+    return RefinementInfo(number(data.get("phi_m"), 0.0), unique(joints))
+
+
+def refinement_step(info: RefinementInfo) -> dict[str, object]:
     """state_ok, approved, and deltas (rad or m) that keep every joint within its limits.
 
     Joints out of the asked state go back to it. While parts overlap, the others go towards open (doors, drawers and

@@ -9,10 +9,13 @@ import pybullet
 from pybullet_utils.bullet_client import BulletClient
 
 from asset2sim.assets.hulls import Hulls
+from asset2sim.assets.meshes.hull import boxes_meet
 from asset2sim.engines.pybullet_object import MARGIN_M
 from asset2sim.physics.arrays import Array
 from asset2sim.refinement.collision.trim import CLEARANCE_M, ROUNDS, Cut, Key, Overlap, Trimmer
 
+REACH_M = 2.0 * MARGIN_M
+"""Distance within which the engine's margins of two hulls meet, m."""
 FAR_M = 1e3
 """Distance up to which hulls are measured against each other, m: any object is smaller."""
 
@@ -108,7 +111,7 @@ def candidates(trimmer: Trimmer, poses: Mapping[str, Array], pairs: Iterable[tup
     found = []
     for first, second in pairs:
         if first in boxes and second in boxes:
-            near = boxes_meet(boxes[first], boxes[second])
+            near = boxes_meet(boxes[first], boxes[second], REACH_M)
             found += [((first, int(i)), (second, int(j))) for i, j in np.argwhere(near)]
     return found
 
@@ -117,14 +120,6 @@ def boxes_at(pieces: list[Array], pose: Array) -> tuple[Array, Array]:
     """The (n, 3) lowest and highest corners of each hull's box, its link at this (4, 4) pose."""
     placed = [points @ pose[:3, :3].T + pose[:3, 3] for points in pieces]
     return np.array([points.min(axis=0) for points in placed]), np.array([points.max(axis=0) for points in placed])
-
-
-def boxes_meet(first: tuple[Array, Array], second: tuple[Array, Array]) -> Array:
-    """(n, m) whether boxes come within the engine's margins of each other."""
-    slack = 2.0 * MARGIN_M
-    below = np.all(first[0][:, None] <= second[1][None] + slack, axis=2)
-    above = np.all(second[0][None] <= first[1][:, None] + slack, axis=2)
-    return np.asarray(below & above)
 
 
 def quaternion(pose: Array) -> tuple[float, float, float, float]:

@@ -11,10 +11,11 @@ from functools import cached_property
 import numpy as np
 
 from asset2sim.assets.authored_overlap import TOUCHING_M, AuthoredShapes, authored_depth
+from asset2sim.assets.meshes.hull import boxes_meet
 from asset2sim.engines.pybullet_object import MARGIN_M
 from asset2sim.physics.arrays import Array
 from asset2sim.physics.kinematics import TreeJoint
-from asset2sim.refinement.collision.hull_world import FAR_M, HullWorld, boxes_at, boxes_meet, candidates
+from asset2sim.refinement.collision.hull_world import FAR_M, REACH_M, HullWorld, boxes_at, candidates
 from asset2sim.refinement.collision.travel import Limits, Stance, Travel, chain, range_of, samples, stance_at, travel
 from asset2sim.refinement.collision.trim import CLEARANCE_M, Overlap
 from schemas.vocabulary import OverlapCause
@@ -158,7 +159,7 @@ def near_links(world: HullWorld, machine: Mechanism, path: Travel) -> list[tuple
     for a in moving:
         corners = box_corners(np.vstack(hulls[a]))
         placed = np.einsum("pij,kj->pki", path.poses(a)[:, :3, :3], corners) + path.poses(a)[:, None, :3, 3]
-        meet = boxes_meet((placed.min(axis=1), placed.max(axis=1)), (low, high)).any(axis=0)
+        meet = boxes_meet((placed.min(axis=1), placed.max(axis=1)), (low, high), REACH_M).any(axis=0)
         found += [(a, still_ones[j]) for j in np.flatnonzero(meet) if machine.collide(a, still_ones[j])]
     return found
 
@@ -174,7 +175,7 @@ def pair_hits(world: HullWorld, path: Travel, a: str, b: str, tolerance: float) 
     pose_b = path.stance.poses[b]
     poses = list(path.poses(a))
     boxes_b = boxes_at(world.trimmer.hulls[b], pose_b)
-    near = np.array([boxes_meet(boxes_at(world.trimmer.hulls[a], pose), boxes_b) for pose in poses])
+    near = np.array([boxes_meet(boxes_at(world.trimmer.hulls[a], pose), boxes_b, REACH_M) for pose in poses])
     for i, j in np.argwhere(near.any(axis=0)):
         first, second = (a, int(i)), (b, int(j))
         speed, clear_until = path.speed(a, world.trimmer.hull(first)), -np.inf

@@ -4,12 +4,11 @@ from collections.abc import Mapping
 
 from asset2sim.assets.authored_overlap import AuthoredShapes
 from asset2sim.assets.hulls import Hulls, exact_links
-from asset2sim.physics.kinematics import tree_of
+from asset2sim.physics.kinematics import tree_of, written_joints
 from asset2sim.refinement.collision.clear_ranges import Cleared, clear_ranges
-from asset2sim.refinement.collision.part_links import written_joints
 from asset2sim.refinement.collision.trim import contact_pairs
+from asset2sim.refinement.context import RefinementContext
 from asset2sim.refinement.notes import note_cuts
-from asset2sim.refinement.state.context import RefinementContext
 from schemas.finding import Finding, TraceStep
 from schemas.overlay import PhysicsOverlay
 from schemas.vocabulary import OverlapCause, Severity, Source, Stage

@@ -13,7 +13,7 @@ from asset2sim.assets.hulls import outermost
 from asset2sim.assets.meshes.decompose import DecomposeSettings, decompose
 from asset2sim.assets.meshes.hollow import Hollow, hollow_of, samples
 from asset2sim.assets.meshes.hull import hull_of
-from asset2sim.assets.meshes.patches import ENOUGH, Piece, cut, join, piece_of
+from asset2sim.assets.meshes.patches import ENOUGH, PatchPiece, cut, join, piece_of
 from asset2sim.assets.meshes.shells import shells
 from asset2sim.physics.arrays import Array
 
@@ -97,7 +97,7 @@ class LinkPieces:
     ``filled_before`` is the hollow volume filled by the shells' hulls, ``allowed`` the volume that they may fill, m³.
     """
 
-    pieces: list[Piece]
+    pieces: list[PatchPiece]
     hollow: Hollow | None
     cut_shells: int
     decals: int
@@ -111,7 +111,7 @@ class LinkPieces:
         return 0.0 if self.hollow is None else sum(self.hollow.filled_m3(piece.points) for piece in self.pieces)
 
 
-Cutter = Callable[[Shell, Hollow, Sizes], list[Piece]]
+Cutter = Callable[[Shell, Hollow, Sizes], list[PatchPiece]]
 """Decomposes a shell whose hull fills the hollow into convex pieces."""
 
 
@@ -133,8 +133,8 @@ def link_pieces(
     fills = [
         0.0 if hollow is None or s.exact else hollow.filled_m3(w.points) for s, w in zip(used, wholes, strict=True)
     ]
-    pieces: list[Piece] = []
-    cuts: list[list[Piece]] = []
+    pieces: list[PatchPiece] = []
+    cuts: list[list[PatchPiece]] = []
     for shell, whole, filled in zip(used, wholes, fills, strict=True):
         if hollow is not None and must_be_cut(shell, whole, filled, hollow, sizes):
             cuts.append(cutter(shell, hollow, sizes))
@@ -155,13 +155,13 @@ def link_pieces(
     )
 
 
-def whole_of(shell: Shell, sizes: Sizes) -> Piece:
+def whole_of(shell: Shell, sizes: Sizes) -> PatchPiece:
     """Hull of a shell; a sheet becomes a thin wall."""
     points = shell.vertices[np.unique(shell.faces)] if shell.hull is None else shell.hull
     return piece_of(points, sizes.thickness)
 
 
-def must_be_cut(shell: Shell, whole: Piece, filled: float, hollow: Hollow, sizes: Sizes) -> bool:
+def must_be_cut(shell: Shell, whole: PatchPiece, filled: float, hollow: Hollow, sizes: Sizes) -> bool:
     """Whether a shell's hull fills more of the hollow (``filled``, m³) than allowed, or covers an opening of it."""
     if shell.exact:
         return False
@@ -173,12 +173,12 @@ def must_be_cut(shell: Shell, whole: Piece, filled: float, hollow: Hollow, sizes
     return thin and hollow.opened_m2(whole.triangles) > LEAST_BALLS * np.pi * sizes.ball_radius**2
 
 
-def by_faces(shell: Shell, hollow: Hollow, sizes: Sizes) -> list[Piece]:
+def by_faces(shell: Shell, hollow: Hollow, sizes: Sizes) -> list[PatchPiece]:
     """A shell's pieces by grouping its faces."""
     return cut(shell.vertices, shell.faces, hollow, sizes.thickness)
 
 
-def by_coacd(shell: Shell, hollow: Hollow, sizes: Sizes) -> list[Piece]:
+def by_coacd(shell: Shell, hollow: Hollow, sizes: Sizes) -> list[PatchPiece]:
     """A shell's pieces by CoACD or V-HACD; by its faces where both fail."""
     used, faces = np.unique(shell.faces, return_inverse=True)
     found = decompose(shell.vertices[used], faces.reshape(-1, 3), DecomposeSettings())

@@ -6,18 +6,16 @@ from asset2sim.assets.folder import Folder, replace_hulls, write_urdf
 from asset2sim.assets.hulls import Hulls, exact_links
 from asset2sim.engines.contacts import penetration
 from asset2sim.engines.pybullet_object import contacts_at
-from asset2sim.physics.kinematics import link_to_root, locked, tree_of
+from asset2sim.physics.kinematics import link_to_root, tree_of, written_joints
+from asset2sim.refinement.bands import Pose
 from asset2sim.refinement.collision.hull_world import cleared
 from asset2sim.refinement.collision.trim import Cut, contact_pairs
-from asset2sim.refinement.state.bands import Pose
-from asset2sim.refinement.state.context import RefinementContext
-from schemas.features import Features, JointFeatures
-from schemas.overlay import PhysicsOverlay
+from asset2sim.refinement.context import RefinementContext
 from schemas.vocabulary import CollisionMode
 
 
 @dataclass(frozen=True)
-class Attempt:
+class CutAttempt:
     """A state and the hulls cut for it, with Φ (m) in a fresh world before and after."""
 
     positions: Pose
@@ -32,10 +30,10 @@ class Attempt:
         return bool(self.cut)
 
 
-def attempt(loop: RefinementContext, folder: Folder, positions: Pose) -> Attempt:
+def cut_attempt(loop: RefinementContext, folder: Folder, positions: Pose) -> CutAttempt:
     """Cut hulls that overlap at these positions apart; the folder keeps its shapes."""
     before = penetration(contacts_at(folder.urdf, positions, loop.settings.engine))
-    whole = Attempt(positions, loop.hulls, before, before)
+    whole = CutAttempt(positions, loop.hulls, before, before)
     authored_shapes = loop.settings.collision.mode is CollisionMode.KEEP
     if authored_shapes or before <= loop.settings.search.target_phi_m:
         return whole
@@ -50,7 +48,7 @@ def phi_with_hulls(loop: RefinementContext, folder: Folder, hulls: Hulls, positi
     return phi
 
 
-def cut_apart(loop: RefinementContext, folder: Folder, start: Attempt) -> Attempt:
+def cut_apart(loop: RefinementContext, folder: Folder, start: CutAttempt) -> CutAttempt:
     """The attempt with hulls cut apart as far as the bounds allow; ``start`` itself if Φ does not fall."""
     features, overlay = loop.extraction.features, loop.overlay
     tree = tree_of(written_joints(features, overlay), overlay.scale)
@@ -61,9 +59,3 @@ def cut_apart(loop: RefinementContext, folder: Folder, start: Attempt) -> Attemp
         return start
     after = phi_with_hulls(loop, folder, trimmed, start.positions)
     return replace(start, hulls=trimmed, phi=after, cut=cuts) if after < start.phi else start
-
-
-def written_joints(features: Features, overlay: PhysicsOverlay) -> list[JointFeatures]:
-    """Joints as in the written URDF: those locked by validation are fixed."""
-    kept = {joint.name for joint in overlay.joints}
-    return [joint if joint.name in kept or not joint.movable else locked(joint) for joint in features.joints]

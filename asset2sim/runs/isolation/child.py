@@ -8,14 +8,13 @@ from dataclasses import replace
 from multiprocessing.connection import Connection
 from pathlib import Path
 
-from asset2sim.catalog.storage.disk import is_disk_full
-from asset2sim.runs.isolation import limits
-from asset2sim.runs.isolation.messages import Answer, Begun, Call, Raised, Returned, Work
-from asset2sim.runs.isolation.traces import ProcessState, is_unchanged_since, traces
-from schemas.errors import Asset2SimError
+from asset2sim.runs.isolation import child_setup
+from asset2sim.runs.isolation.pipe_messages import Answer, Begun, Call, ChildWork, Raised, Returned
+from asset2sim.runs.isolation.process_state import ProcessState, is_unchanged_since, process_state
+from schemas.errors import Asset2SimError, is_disk_full
 
 MAX_WORK_PER_CHILD = 50
-"""Most pieces of work of one child, which bounds leaks that ``traces`` does not measure."""
+"""Most pieces of work of one child, which bounds leaks that ``process_state`` does not measure."""
 IDLE_LIMIT_S = 5.0
 """Time without work after which a child ends, s, so that nothing has to end the children when a run ends."""
 
@@ -27,11 +26,11 @@ class ServiceError(Asset2SimError):
 def child_main(pipe: Connection) -> None:
     """Do the work that comes over the pipe, until some of it leaves traces, none comes for ``IDLE_LIMIT_S``,
     ``MAX_WORK_PER_CHILD`` is reached, or the parent is gone."""
-    limits.lead_own_group()
-    limits.die_with_parent()
-    limits.forbid_core_files()
-    limits.adopt_orphans()
-    before = traces()
+    child_setup.lead_own_group()
+    child_setup.die_with_parent()
+    child_setup.forbid_core_files()
+    child_setup.adopt_orphans()
+    before = process_state()
     for number in range(1, MAX_WORK_PER_CHILD + 1):
         if not pipe.poll(IDLE_LIMIT_S):
             return
@@ -43,13 +42,13 @@ def child_main(pipe: Connection) -> None:
             return
 
 
-def _do(pipe: Connection, work: Work, before: ProcessState, may_do_more: bool) -> bool:
+def _do(pipe: Connection, work: ChildWork, before: ProcessState, may_do_more: bool) -> bool:
     """Do one piece of work and send its result. Returns whether this process may be given more."""
-    limits.log_to(Path(work.log_path))
-    limits.limit_memory(work.memory_limit_mb)
+    child_setup.log_to(Path(work.log_path))
+    child_setup.limit_memory(work.memory_limit_mb)
     pipe.send(Begun())
     last_word = _attempt(pipe, work)
-    limits.close_log()
+    child_setup.close_log()
     if isinstance(last_word, Returned):
         last_word = replace(last_word, clean=may_do_more and is_unchanged_since(before))
     try:
@@ -60,7 +59,7 @@ def _do(pipe: Connection, work: Work, before: ProcessState, may_do_more: bool) -
     return isinstance(last_word, Returned) and last_word.clean
 
 
-def _attempt(pipe: Connection, work: Work) -> Returned | Raised:
+def _attempt(pipe: Connection, work: ChildWork) -> Returned | Raised:
     """Call the function as ``function(*args, **proxies)``, a proxy for each service: a call to it is answered by the
     parent."""
     try:
@@ -76,7 +75,6 @@ def _raised(error: Exception) -> Raised:
     return Raised(
         type(error).__name__,
         str(error),
-        "".join(traceback.format_exception(error)),
         out_of_memory=isinstance(error, MemoryError),
         disk_full=is_disk_full(error),
     )

@@ -1,6 +1,5 @@
 """Run a function in a killable child process, serve its calls meanwhile, and return how it ended."""
 
-import os
 import pickle
 import signal
 import time
@@ -9,13 +8,11 @@ from multiprocessing import connection
 from multiprocessing.context import ForkServerProcess
 from pathlib import Path
 
+from asset2sim.assets.child_process import dump_traceback
 from asset2sim.runs.isolation import stopping
-from asset2sim.runs.isolation.messages import Answer, Begun, Call, Ending, Outcome, Raised, Returned, Work
-from asset2sim.runs.isolation.pool import Child, begin, return_to_pool
-from asset2sim.runs.isolation.server import PROCESS_LOCK
+from asset2sim.runs.isolation.children import PROCESS_LOCK, Child, return_to_pool, start_work
+from asset2sim.runs.isolation.pipe_messages import Answer, Begun, Call, ChildWork, Ending, Outcome, Raised, Returned
 
-DUMP_WAIT_S = 0.1
-"""Time that a hanging child gets to write its traceback before it is killed, s."""
 REAP_WAIT_S = 5.0
 """Time in which a killed child must be gone, s: only a process stuck in the kernel takes longer."""
 
@@ -40,9 +37,9 @@ def run_isolated(
     Never raises for what the child does; raises ``UsageError`` where this process may not have children.
     """
     if stopping.is_stopped(owner):
-        return Outcome(Ending.STOPPED, None, "stopped before it began", "", 0.0, 0.0)
-    work = Work(pickle.dumps((function, args)), tuple(services), memory_limit_mb, str(log_path))
-    child = begin(work, fresh=fresh)
+        return Outcome(Ending.STOPPED, None, "stopped before it began", 0.0)
+    work = ChildWork(pickle.dumps((function, args)), tuple(services), memory_limit_mb, str(log_path))
+    child = start_work(work, fresh=fresh)
     stopping.register(child.pid, owner)
     outcome: Outcome | None = None
     try:
@@ -70,13 +67,13 @@ def _supervise(
     started = time.monotonic()
     served = 0.0
 
-    def outcome(ending: Ending, reason: str, value: object = None, detail: str = "", clean: bool = False) -> Outcome:
-        return Outcome(ending, value, reason, detail, time.monotonic() - started, served, clean)
+    def outcome(ending: Ending, reason: str, value: object = None, clean: bool = False) -> Outcome:
+        return Outcome(ending, value, reason, time.monotonic() - started, clean)
 
     while True:
         left = started + time_limit_s + served - time.monotonic()
         if left <= 0 or not connection.wait([child.pipe], timeout=left):
-            _dump_traceback(child.pid)
+            dump_traceback(child.pid)
             return outcome(Ending.TIMED_OUT, f"not done after {time_limit_s:g} s, and killed")
         try:
             message = child.pipe.recv()
@@ -95,8 +92,7 @@ def _supervise(
         if isinstance(message, Returned):
             return outcome(Ending.RETURNED, "", value=message.value, clean=message.clean)
         if isinstance(message, Raised):
-            ending, reason = _cause_of_raise(message, memory_limit_mb)
-            return outcome(ending, reason, detail=message.traceback)
+            return outcome(*_cause_of_raise(message, memory_limit_mb))
         return outcome(Ending.DIED, f"the child process said {type(message).__name__}, which means nothing here")
 
 
@@ -105,14 +101,6 @@ def _serve(services: Mapping[str, Callable[..., object]], call: Call) -> Answer:
         return Answer(value=services[call.service](*call.args))
     except Exception as error:  # whatever a service raises is reported to its caller, the child
         return Answer(error=f"{type(error).__name__}: {error}")
-
-
-def _dump_traceback(pid: int) -> None:
-    try:
-        os.kill(pid, signal.SIGUSR1)
-    except ProcessLookupError:
-        return
-    time.sleep(DUMP_WAIT_S)
 
 
 def _exit_code(process: ForkServerProcess) -> int | None:

@@ -6,12 +6,12 @@ from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 
-from asset2sim.catalog.read_columns import recorded_assets, recorded_run_ids
+from asset2sim.catalog.stored_tables import recorded_assets, recorded_run_ids
 from asset2sim.checks.alignment.reference import Reference
 from asset2sim.runs.plan.content_hash import content_hash, shared_hash
 from asset2sim.runs.plan.records import KeptRecord, drop_record, keep_record, kept_records
 from asset2sim.runs.plan.state import folder_files_hash, forget_folders, note_folders, open_state, refined_folders
-from asset2sim.runs.remote.contents import remote_content_hashes
+from asset2sim.runs.plan.url_files import remote_content_hashes
 from schemas.asset import AssetRecord, AssetRef, Unchanged
 from schemas.location import is_url, location_of
 from schemas.settings import Settings
@@ -89,7 +89,7 @@ def make_plan(
     return Plan(tuple(todo), tuple(finished), tuple(unchanged), hashes)
 
 
-def settle(out: Path, records: Sequence[AssetRecord]) -> None:
+def mark_published(out: Path, records: Sequence[AssetRecord]) -> None:
     """Note the refined folders of records that the catalog now holds, and delete the record files."""
     with open_state(out) as state:
         note_folders(state, {record.ref.asset_id: record.content_hash for record in records})

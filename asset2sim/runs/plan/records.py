@@ -21,7 +21,7 @@ from schemas.vocabulary import Redo
 _sets: dict[type[BaseModel], set[str]] = {}
 
 
-def lean(value: object) -> None:
+def share_field_sets(value: object) -> None:
     """Let models of one type within ``value`` whose sets of given fields are equal share one such set.
 
     Pydantic keeps such a set in every model: ten real records took 208 kB each in memory, and take 95 kB so. The
@@ -33,13 +33,13 @@ def lean(value: object) -> None:
         if shared is not given and shared == given:
             object.__setattr__(value, "__pydantic_fields_set__", shared)
         for part in value.__dict__.values():
-            lean(part)
+            share_field_sets(part)
     elif isinstance(value, tuple):
         for part in value:
-            lean(part)
+            share_field_sets(part)
 
 
-FOLDER = ".cache/records"
+RECORDS_FOLDER = ".cache/records"
 """Under the output folder: a run that is killed leaves here what it had finished."""
 VISIBLE_LIMIT_S = 10.0
 """Time in which a file that another machine wrote must be seen here, s: NFS looks again after 3 s and more."""
@@ -65,7 +65,7 @@ class KeptRecord(Frozen):
 
 def record_file(out: Path, content_hash: str) -> Path:
     """Where the record of this content is kept."""
-    return out / FOLDER / f"{content_hash}.json"
+    return out / RECORDS_FOLDER / f"{content_hash}.json"
 
 
 def write_record(out: Path, kept: KeptRecord) -> None:
@@ -89,7 +89,7 @@ def keep_record(out: Path, kept: KeptRecord) -> None:
     try:
         write_record(out, kept)
     except OSError as error:
-        logger.warning("cannot keep what has finished in %s (%s)", out / FOLDER, error.strerror)
+        logger.warning("cannot keep what has finished in %s (%s)", out / RECORDS_FOLDER, error.strerror)
 
 
 def read_record(out: Path, content_hash: str) -> KeptRecord | None:
@@ -99,7 +99,7 @@ def read_record(out: Path, content_hash: str) -> KeptRecord | None:
         kept = KeptRecord.model_validate(json.loads(text))
     except (OSError, ValueError, ValidationError):
         return None
-    lean(kept)
+    share_field_sets(kept)
     return kept if kept.record.content_hash == content_hash else None
 
 
@@ -114,12 +114,12 @@ def await_record(out: Path, content_hash: str, run_id: str, attempt: int) -> Kep
         if time.monotonic() > end:
             return None
         time.sleep(VISIBLE_POLL_S)
-        _refresh_listing(out / FOLDER)
+        _refresh_listing(out / RECORDS_FOLDER)
 
 
 def kept_records(out: Path) -> Iterator[KeptRecord]:
     """The records that earlier runs left; what is damaged or of another version is removed."""
-    folder = out / FOLDER
+    folder = out / RECORDS_FOLDER
     for file in sorted(folder.iterdir()) if folder.is_dir() else ():
         kept = read_record(out, file.stem) if file.suffix == ".json" else None
         if kept is not None:
@@ -148,7 +148,7 @@ CALLS_FOLDER = ".cache/calls"
 def paid_calls(out: Path, content_hash: str) -> tuple[ModelCall, ...]:
     """Uncached model calls of an attempt that was lost before it had a record."""
     try:
-        lines = _file(out, content_hash).read_text(encoding="utf-8").splitlines()
+        lines = _calls_file(out, content_hash).read_text(encoding="utf-8").splitlines()
         return tuple(ModelCall.model_validate(json.loads(line)) for line in lines)
     except (OSError, ValueError, ValidationError):
         return ()
@@ -162,7 +162,7 @@ def call_writer(out: Path, content_hash: str) -> Callable[[Iterable[ModelCall]],
         if not lines:
             return
         with contextlib.suppress(OSError):
-            file = _file(out, content_hash)
+            file = _calls_file(out, content_hash)
             file.parent.mkdir(parents=True, exist_ok=True)
             with file.open("a", encoding="utf-8") as stream:
                 stream.write(lines)
@@ -173,8 +173,8 @@ def call_writer(out: Path, content_hash: str) -> Callable[[Iterable[ModelCall]],
 def delete_paid_calls(out: Path, content_hash: str) -> None:
     """Delete the kept calls, once a record holds them."""
     with contextlib.suppress(OSError):
-        _file(out, content_hash).unlink(missing_ok=True)
+        _calls_file(out, content_hash).unlink(missing_ok=True)
 
 
-def _file(out: Path, content_hash: str) -> Path:
+def _calls_file(out: Path, content_hash: str) -> Path:
     return out / CALLS_FOLDER / f"{content_hash}.jsonl"

@@ -1,14 +1,13 @@
 """Transfers of a worker where data or output is behind a URL: download the asset, upload its result."""
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 
 from asset2sim.assets.urdf.locate import outer_references
 from asset2sim.baselines.reference import LEVELS
 from asset2sim.catalog.storage.cache import data_root, working_folder
-from asset2sim.catalog.storage.disk import is_disk_full
-from asset2sim.catalog.storage.mirror import changed, fetch, remove_tree, send_folder
+from asset2sim.catalog.storage.mirror import changed, fetch, remove_others, remove_tree, send_folder
 from asset2sim.catalog.storage.objects import (
     Stored,
     StoreError,
@@ -22,9 +21,10 @@ from asset2sim.catalog.storage.objects import (
 )
 from asset2sim.checks.alignment.reference import FILE as REFERENCE
 from asset2sim.models.gateway.refused_answers import answers_file
-from asset2sim.runs.isolation.attempt import Attempt, failed_record, first_log_file, log_file
-from asset2sim.runs.remote.contents import choose_urdf_name, outer_objects, visible
+from asset2sim.runs.isolation.asset_attempt import AssetAttempt, failed_record, first_log_file, log_file
+from asset2sim.runs.plan.url_files import choose_urdf_name, outer_objects, visible
 from schemas.asset import AssetRecord, AssetRef
+from schemas.errors import is_disk_full
 from schemas.location import is_url, location_of
 from schemas.settings import Settings
 from schemas.vocabulary import FailureMode, Method
@@ -43,7 +43,7 @@ def fetch_asset(folder: str, method: Method) -> Path:
     inner = visible(list_objects(folder))
     bring({f"{folder}/{name}": stored for name, stored in inner.items()})
     place = local_copy_path(folder)
-    _remove_others(place, inner)
+    remove_others(place, ["./"], inner)
     urdf = choose_urdf_name(inner)
     if urdf is not None:
         references = outer_references((place / urdf).read_text(encoding="utf-8", errors="replace"))
@@ -90,22 +90,9 @@ def _bring_reference(folder: str) -> None:
             return
 
 
-def _remove_others(place: Path, names: Iterable[str]) -> None:
-    """Remove files that are not among these names from the local copy of an asset's folder."""
-    there = set(names)
-    for path in sorted(place.rglob("*"), reverse=True) if place.is_dir() else ():
-        if path.is_dir() and not path.is_symlink():
-            if not any(path.iterdir()):
-                path.rmdir()
-        elif path.relative_to(place).as_posix() not in there:
-            path.unlink(missing_ok=True)
-    if place.is_dir() and not there:
-        place.rmdir()
-
-
 def run_with_local_files(
-    ref: AssetRef, out: Path | str, settings: Settings, work: Callable[[AssetRef], Attempt]
-) -> Attempt:
+    ref: AssetRef, out: Path | str, settings: Settings, work: Callable[[AssetRef], AssetAttempt]
+) -> AssetAttempt:
     """Run ``work`` on a local copy of an asset, and upload its folder and logs to OUT's URL.
 
     An object that is missing or refused fails the asset as ``unreadable_asset``; a store that does not answer fails it
@@ -117,7 +104,7 @@ def run_with_local_files(
     try:
         local = ref.model_copy(update={"path": str(fetch_asset(place, settings.method))}) if is_url(place) else ref
     except StoreError as error:
-        return Attempt(failed_record(ref, settings, _mode_of(error), str(error)))
+        return AssetAttempt(failed_record(ref, settings, _mode_of(error), str(error)))
     attempt = work(local)
     record = without_local_paths(attempt.record, ref, out)
     if is_url(out):

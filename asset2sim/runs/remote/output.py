@@ -18,16 +18,16 @@ from the records and finishes.
 
 import shutil
 from collections.abc import Callable, Iterator
-from contextlib import ExitStack, contextmanager
+from contextlib import contextmanager
 from dataclasses import dataclass
 from datetime import datetime
 from pathlib import Path
 
-from asset2sim.catalog.compact import MERGED, compact_history
+from asset2sim.catalog.history import HISTORY_FOLDER, MERGED, compact_history
 from asset2sim.catalog.read_remote import repair_history
+from asset2sim.catalog.report_file import REPORTS_FOLDER
 from asset2sim.catalog.storage.cache import working_folder
-from asset2sim.catalog.storage.lock import lock_output
-from asset2sim.catalog.storage.lock_url import lock_url
+from asset2sim.catalog.storage.lock import lock_output, lock_url
 from asset2sim.catalog.storage.mirror import INCOMING_PREFIX, fetch, local_names, look, pull, push
 from asset2sim.catalog.storage.objects import (
     StoreError,
@@ -39,19 +39,18 @@ from asset2sim.catalog.storage.objects import (
 )
 from asset2sim.catalog.switch import CATALOG, OLD, READY, STAGING
 from asset2sim.runs.plan.plan import Plan
-from asset2sim.runs.plan.records import FOLDER as RECORDS
-from asset2sim.runs.plan.records import read_record
+from asset2sim.runs.plan.records import RECORDS_FOLDER, read_record
 from asset2sim.runs.plan.state import FILE as STATE
-from schemas.errors import UsageError
 from schemas.location import is_url
+from schemas.tables import TABLES as CATALOG_TABLES
 
 TABLES = f"{CATALOG}/"
-RUNS = f"{CATALOG}/runs.parquet"
-HISTORY = "history/"
-REPORTS = "reports/"
+RUNS = f"{CATALOG}/{CATALOG_TABLES['runs'].file}"
+HISTORY = f"{HISTORY_FOLDER}/"
+REPORTS = f"{REPORTS_FOLDER}/"
 LOCK_TOKEN_FILE = ".held"
 """File in the local folder with the token of the lock that its last run took in the store."""
-SHARED = (TABLES, HISTORY, REPORTS, f"{RECORDS}/", STATE)
+SHARED = (TABLES, HISTORY, REPORTS, f"{RECORDS_FOLDER}/", STATE)
 """State of earlier runs that a run downloads. Refined folders and logs are only uploaded; caches, budgets and MLflow's
 store stay on the machine."""
 
@@ -79,22 +78,12 @@ def open_output(out: Path | str) -> Iterator[Output]:
         with lock_output(folder):
             yield Output(out, folder)
         return
-    with _lock_folder(out, folder), lock_url(out, folder / LOCK_TOKEN_FILE) as check:
+    with lock_output(folder, shown=out), lock_url(out, folder / LOCK_TOKEN_FILE) as check:
         for left in (STAGING, READY, OLD, *(path.name for path in folder.glob(f"{INCOMING_PREFIX}*"))):
             shutil.rmtree(folder / left, ignore_errors=True)
         pull(out, folder, SHARED)
         repair_history(folder)
         yield Output(out, folder, check)
-
-
-@contextmanager
-def _lock_folder(out: str, folder: Path) -> Iterator[None]:
-    with ExitStack() as held:
-        try:
-            held.enter_context(lock_output(folder))
-        except UsageError as error:
-            raise UsageError(str(error).replace(str(folder), out)) from error
-        yield
 
 
 def check_store(out: str) -> None:
@@ -144,7 +133,7 @@ def send_rest(output: Output) -> None:
         return
     output.check()
     push(url, folder, local_names(folder, [REPORTS, STATE]))
-    _remove_gone(url, folder, [f"{RECORDS}/"])
+    _remove_gone(url, folder, [f"{RECORDS_FOLDER}/"])
 
 
 def _remove_gone(url: str, folder: Path, parts: list[str]) -> None:
@@ -174,4 +163,4 @@ def fetch_record(out: Path | str, content_hash: str, run_id: str, attempt: int) 
 
 
 def _record_name(content_hash: str) -> str:
-    return f"{RECORDS}/{content_hash}.json"
+    return f"{RECORDS_FOLDER}/{content_hash}.json"

@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 from asset2sim.catalog.storage.objects import StoreError
-from asset2sim.runs.isolation.attempt import failed_record
+from asset2sim.runs.isolation.asset_attempt import FirstAttempt, failed_record, with_first_attempt, without_retry
 from asset2sim.runs.plan.records import (
     KeptRecord,
     await_record,
@@ -16,17 +16,11 @@ from asset2sim.runs.plan.records import (
     read_record,
 )
 from asset2sim.runs.remote.output import fetch_record
-from asset2sim.runs.spread.job import Done, FirstAttempt, Job
-from asset2sim.runs.spread.spread import Lost
+from asset2sim.runs.spread.job import Job, JobResult
+from asset2sim.runs.spread.spread import LostJob
 from schemas.asset import AssetRecord
-from schemas.finding import Finding
 from schemas.settings import Settings
-from schemas.vocabulary import FailureMode, Severity, Stage
-
-DIED_ONCE = "died_once"
-"""Code of the finding on an asset whose first attempt died and whose second one did not."""
-NOT_TRIED_AGAIN = "not_tried_again"
-"""Code of the finding on an asset whose attempt died and that the limit on second attempts left out."""
+from schemas.vocabulary import FailureMode
 
 
 def second_attempt_jobs(
@@ -36,42 +30,6 @@ def second_attempt_jobs(
     order = sorted(dead, key=has_record)
     for asset_id in order[:most]:
         yield Job(jobs[asset_id].ref, jobs[asset_id].content_hash, dead[asset_id])
-
-
-def with_first_attempt(record: AssetRecord, first: FirstAttempt | None, died: str) -> AssetRecord:
-    """The second attempt's record with the first one's calls and cause of death; ``died``: how the second died."""
-    if first is None:
-        return record
-    asset_id, calls = record.ref.asset_id, (*first.calls, *record.calls)
-    # The log has been moved out of the second attempt's way.
-    before = first.died.replace(f"{asset_id}.log", f"{asset_id}.first.log")
-    if not died:
-        finding = Finding(
-            stage=Stage.REFINE,
-            severity=Severity.WARNING,
-            code=DIED_ONCE,
-            message=f"asset {asset_id}: its first attempt died ({before}); this is the second, alone",
-        )
-        return record.model_copy(update={"calls": calls, "findings": (*record.findings, finding)})
-    reason = f"died twice: {died}; the first time: {before}"
-    message = f"asset {asset_id}: {reason}"
-    findings = tuple(
-        finding.model_copy(update={"message": message}) if finding.code == record.failure_mode else finding
-        for finding in record.findings
-    )
-    return record.model_copy(update={"calls": calls, "reason": reason, "findings": findings})
-
-
-def not_tried_again(record: AssetRecord, first: FirstAttempt, most: int) -> AssetRecord:
-    """The record of an asset that died and gets no second attempt, with a finding that says so."""
-    finding = Finding(
-        stage=Stage.REFINE,
-        severity=Severity.INFO,
-        code=NOT_TRIED_AGAIN,
-        message=f"asset {record.ref.asset_id} was not tried again: {most} others of this run were, one after the "
-        "other; the next run tries it",
-    )
-    return record.model_copy(update={"calls": record.calls or first.calls, "findings": (*record.findings, finding)})
 
 
 @dataclass
@@ -99,9 +57,9 @@ def is_open(harvest: Harvest, job: Job) -> bool:
     return job.ref.asset_id not in harvest.records and job.ref.asset_id not in harvest.dead
 
 
-def take(harvest: Harvest, job: Job, end: Done | Lost) -> AssetRecord | None:
+def take(harvest: Harvest, job: Job, end: JobResult | LostJob) -> AssetRecord | None:
     """Collect a finished job's result. Returns the asset's record if this was its last attempt, else None."""
-    if isinstance(end, Lost):
+    if isinstance(end, LostJob):
         return _take_lost(harvest, job, end.reason)
     if end.record is not None:
         return _take_kept(harvest, _keep(harvest, job, end.record, end.died))
@@ -127,7 +85,7 @@ def finish_without_retry(harvest: Harvest, job: Job) -> AssetRecord:
     """The record of a dead asset that the limit on second attempts left out."""
     first = harvest.dead.pop(job.ref.asset_id)
     record = harvest.records.get(job.ref.asset_id) or _failed(harvest, job, first.died)
-    kept = _keep(harvest, job, not_tried_again(record, first, harvest.tried_again), "")
+    kept = _keep(harvest, job, without_retry(record, first, harvest.tried_again), "")
     harvest.records[job.ref.asset_id] = kept.record
     return kept.record
 

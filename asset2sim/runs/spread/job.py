@@ -1,4 +1,4 @@
-"""A job for a Dask worker: one asset, the name under which its record is kept, and how a first attempt ended."""
+"""A job for a Dask worker, one asset, and its result; jobs in the order that keeps all workers busy."""
 
 import hashlib
 from collections.abc import Mapping, Sequence
@@ -9,18 +9,10 @@ import pyarrow.compute as pc
 import pyarrow.parquet as pq
 
 from asset2sim.catalog.switch import find_catalog
+from asset2sim.runs.isolation.asset_attempt import FirstAttempt
 from schemas.asset import AssetRecord, AssetRef
-from schemas.request import ModelCall
 from schemas.tables import TABLES
 from schemas.vocabulary import Method, Status
-
-
-@dataclass(frozen=True)
-class FirstAttempt:
-    """How an asset's first attempt died, in words, and the model calls that it had made until then."""
-
-    died: str
-    calls: tuple[ModelCall, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -45,7 +37,7 @@ def job_of(ref: AssetRef, run_id: str, hashes: Mapping[str, str] | None) -> Job:
 
 
 @dataclass(frozen=True)
-class Done:
+class JobResult:
     """A finished asset. ``died`` says how its process died, and is empty where it returned a record.
 
     ``record`` is set only where it could not be written to the output folder, so that it is not lost.

@@ -13,7 +13,7 @@ from distributed import Client, wait
 from asset2sim.models.gateway.lite import load_litellm
 from asset2sim.runs.interrupt import sigterm_as_interrupt
 from asset2sim.runs.isolation import accept_children, stop_children
-from asset2sim.runs.isolation.server import warm_up
+from asset2sim.runs.isolation.children import warm_up
 from asset2sim.runs.plan.plan import Plan
 from asset2sim.runs.plan.records import drop_record
 from asset2sim.runs.result import INTERRUPTED
@@ -27,10 +27,10 @@ from asset2sim.runs.spread.harvest import (
     second_attempt_jobs,
     take,
 )
-from asset2sim.runs.spread.job import Done, Job, job_of, last_seconds, longest_first
+from asset2sim.runs.spread.job import Job, JobResult, job_of, last_seconds, longest_first
 from asset2sim.runs.spread.progress import Report, progress
-from asset2sim.runs.spread.spread import IN_FLIGHT_PER_THREAD, InFlight, Lost, LostClusterError, Work, spread
-from asset2sim.runs.spread.worker import PIPELINE, refine_on_worker
+from asset2sim.runs.spread.spread import IN_FLIGHT_PER_THREAD, InFlight, LostClusterError, LostJob, RefineJob, spread
+from asset2sim.runs.spread.worker import refine_on_worker
 from schemas.asset import AssetRecord, AssetRef, Unchanged
 from schemas.errors import UsageError
 from schemas.settings import Settings
@@ -42,7 +42,7 @@ logger = logging.getLogger(__name__)
 
 
 @dataclass(frozen=True)
-class Refined:
+class RunRecords:
     """Records of the finished assets, in the dataset's order; ``stopped`` says why some are missing, ``unchanged``
     which assets needed no refinement."""
 
@@ -55,12 +55,13 @@ def refine_all(
     refs: Sequence[AssetRef],
     out: Path,
     settings: Settings,
-    pipeline: str = PIPELINE,
+    pipeline: str,
     run_id: str | None = None,
     hashes: Mapping[str, str] | None = None,
     url: str | None = None,
-) -> Refined:
-    """Refine every asset into ``out`` (absolute), on the cluster of ``settings.run``.
+) -> RunRecords:
+    """Refine every asset into ``out`` (absolute) by ``pipeline`` (``module:function``), on the cluster of
+    ``settings.run``.
 
     ``url`` is the URL that ``out`` mirrors, to which workers upload; None: they write into ``out`` itself.
     ``run_id`` names the run whose budget the model calls count towards; None is a run of its own. Record files stay in
@@ -68,13 +69,13 @@ def refine_all(
     Ctrl-C, SIGTERM and the loss of the cluster end it early, with no child process left and with the records so far.
     """
     if not refs:
-        return Refined((), None)
+        return RunRecords((), None)
     run_id = run_id or uuid.uuid4().hex
     ordered = longest_first(refs, last_seconds(out, settings.method))
     jobs = {ref.asset_id: job_of(ref, run_id, hashes) for ref in ordered}
     harvest = Harvest(out, run_id, settings, url=url)
     accept_children(str(harvest.place))
-    warm_up()
+    warm_up(pipeline)
     if settings.run.scheduler is None:
         threading.Thread(target=load_litellm, daemon=True).start()
     with sigterm_as_interrupt(), progress(len(jobs)) as report:
@@ -83,10 +84,10 @@ def refine_all(
     if hashes is None:
         for job in jobs.values():
             drop_record(out, job.content_hash)
-    return Refined(tuple(harvest.records[ref.asset_id] for ref in refs if ref.asset_id in harvest.records), stopped)
+    return RunRecords(tuple(harvest.records[ref.asset_id] for ref in refs if ref.asset_id in harvest.records), stopped)
 
 
-def _refine(jobs: Mapping[str, Job], work: Work, harvest: Harvest, report: Report) -> str | None:
+def _refine(jobs: Mapping[str, Job], work: RefineJob, harvest: Harvest, report: Report) -> str | None:
     """Run all jobs on a cluster that may be lost and return. Returns why it stopped early, or None."""
     run, lost, patience_s = harvest.settings.run, None, 0.0
     while True:
@@ -110,7 +111,9 @@ def _refine(jobs: Mapping[str, Job], work: Work, harvest: Harvest, report: Repor
             return INTERRUPTED
 
 
-def _refine_on(client: Client, jobs: Mapping[str, Job], work: Work, harvest: Harvest, report: Report) -> str | None:
+def _refine_on(
+    client: Client, jobs: Mapping[str, Job], work: RefineJob, harvest: Harvest, report: Report
+) -> str | None:
     """Run the open jobs, then second attempts. Returns ``INTERRUPTED`` or None. Raises LostClusterError."""
     in_flight: InFlight = {}
     try:
@@ -127,9 +130,9 @@ def _refine_on(client: Client, jobs: Mapping[str, Job], work: Work, harvest: Har
 
 
 def _do(
-    client: Client, jobs: Mapping[str, Job], work: Work, harvest: Harvest, in_flight: InFlight, report: Report
+    client: Client, jobs: Mapping[str, Job], work: RefineJob, harvest: Harvest, in_flight: InFlight, report: Report
 ) -> None:
-    def bring_in(job: Job, end: Done | Lost) -> None:
+    def bring_in(job: Job, end: JobResult | LostJob) -> None:
         record = take(harvest, job, end)
         if record is not None:
             report(record)
@@ -177,9 +180,9 @@ def refine_planned(
     out: Path,
     settings: Settings,
     run_id: str,
-    pipeline: str = PIPELINE,
+    pipeline: str,
     url: str | None = None,
-) -> Refined:
+) -> RunRecords:
     """Refine the plan's ``todo``. Returns their records and those that a killed run left, in the order of ``refs``, and
     the unchanged assets; for ``url`` see ``refine_all``."""
     refined = refine_all(plan.todo, out, settings, pipeline, run_id, plan.hashes, url)

@@ -8,7 +8,7 @@ from itertools import islice
 from distributed import Client, Future, as_completed
 from distributed.client import FutureCancelledError
 
-from asset2sim.runs.spread.job import Done, Job
+from asset2sim.runs.spread.job import Job, JobResult
 from schemas.errors import Asset2SimError, UsageError
 
 IN_FLIGHT_PER_THREAD = 2
@@ -17,12 +17,12 @@ IN_FLIGHT_PER_THREAD = 2
 SCHEDULER_LOST = "scheduler-connection-lost"
 """Dask's reason on futures that it cancels because the scheduler was lost, even if it is back by now."""
 
-Work = Callable[[Job], Done]
-InFlight = dict[Future[Done], Job]
+RefineJob = Callable[[Job], JobResult]
+InFlight = dict[Future[JobResult], Job]
 
 
 @dataclass(frozen=True)
-class Lost:
+class LostJob:
     """A job without a result: its Dask worker was lost, for this ``reason``."""
 
     reason: str
@@ -35,10 +35,10 @@ class LostClusterError(Asset2SimError):
 def spread(
     client: Client,
     jobs: Iterable[Job],
-    work: Work,
+    work: RefineJob,
     most: int,
     in_flight: InFlight,
-    take: Callable[[Job, Done | Lost], None],
+    take: Callable[[Job, JobResult | LostJob], None],
 ) -> None:
     """Run every job, at most ``most`` of them submitted at a time, and call ``take`` with each as it ends.
 
@@ -64,12 +64,12 @@ def spread(
         submit(1)
 
 
-def _submit(client: Client, work: Work, job: Job) -> Future[Done]:
+def _submit(client: Client, work: RefineJob, job: Job) -> Future[JobResult]:
     # A key of its own for each attempt: Dask would answer a second one with the first one's failure.
     return client.submit(work, job, pure=False, key=f"refine-{job.ref.asset_id}-{uuid.uuid4().hex}")
 
 
-def _collect(client: Client, future: Future[Done]) -> Done | Lost:
+def _collect(client: Client, future: Future[JobResult]) -> JobResult | LostJob:
     """The future's answer, or why there is none."""
     try:
         done = future.result()
@@ -79,8 +79,8 @@ def _collect(client: Client, future: Future[Done]) -> Done | Lost:
         if client.status != "running" or (isinstance(error, FutureCancelledError) and error.reason == SCHEDULER_LOST):
             raise LostClusterError("the Dask scheduler went away; what had finished is kept") from error
         future.release()
-        return Lost(f"{type(error).__name__}: {error}".splitlines()[0])
+        return LostJob(f"{type(error).__name__}: {error}".splitlines()[0])
     # Or Dask would compute it again when the worker that holds the result is lost.
     future.release()
-    assert isinstance(done, Done)
+    assert isinstance(done, JobResult)
     return done

@@ -2,7 +2,6 @@
 
 import contextlib
 import logging
-import uuid
 from collections.abc import Callable, Iterable
 from dataclasses import replace
 from functools import partial
@@ -12,7 +11,13 @@ from asset2sim.catalog.storage.cache import working_folder
 from asset2sim.catalog.storage.objects import StoreError
 from asset2sim.models.gateway.ask import ask
 from asset2sim.models.gateway.session import GatewaySession, open_gateway_session
-from asset2sim.runs.isolation.attempt import Attempt, attempt_in_child, first_log_file, log_file
+from asset2sim.runs.isolation.asset_attempt import (
+    AssetAttempt,
+    attempt_in_child,
+    first_log_file,
+    log_file,
+    with_first_attempt,
+)
 from asset2sim.runs.isolation.stopping import is_stopped
 from asset2sim.runs.plan.records import (
     KeptRecord,
@@ -24,42 +29,36 @@ from asset2sim.runs.plan.records import (
 )
 from asset2sim.runs.remote.fetch_asset import run_with_local_files
 from asset2sim.runs.remote.output import send_record
-from asset2sim.runs.spread.harvest import with_first_attempt
-from asset2sim.runs.spread.job import Done, Job
+from asset2sim.runs.spread.job import Job, JobResult
 from schemas.asset import AssetRef
 from schemas.request import ModelAnswer, ModelCall, ModelRequest
 from schemas.settings import ModelSettings, Settings
 from schemas.vocabulary import Method
 
-PIPELINE = "tasks.pipeline:refine_asset"
-"""The pipeline by name, so that neither the flow nor a worker imports the engines: only the children do."""
-
-
-def _forget(calls: Iterable[ModelCall]) -> None:
-    return None
+logger = logging.getLogger(__name__)
 
 
 def attempt_asset(
     ref: AssetRef,
     out: Path | str,
     settings: Settings,
-    pipeline: str = PIPELINE,
-    run_id: str | None = None,
-    made: Callable[[Iterable[ModelCall]], None] = _forget,
-    fresh: bool = False,
-) -> Attempt:
+    pipeline: str,
+    run_id: str,
+    made: Callable[[Iterable[ModelCall]], None],
+    fresh: bool,
+) -> AssetAttempt:
     """Attempt one asset in a child process, into ``out``, a folder or a URL. Model calls are made in this process and
     passed to ``made``. A ``fresh`` child has refined nothing before."""
     folder, owner = working_folder(out), str(out)
     stopped = partial(is_stopped, owner)
-    books = open_gateway_session(folder, run_id or uuid.uuid4().hex, ref.asset_id, settings.model, stopped)
+    books = open_gateway_session(folder, run_id, ref.asset_id, settings.model, stopped)
 
     def ask_and_tell(request: ModelRequest) -> ModelAnswer:
         answer = ask_for_asset(request, settings, books)
         made(answer.calls)
         return answer
 
-    def attempt(local: AssetRef) -> Attempt:
+    def attempt(local: AssetRef) -> AssetAttempt:
         return attempt_in_child(pipeline, local, folder, settings, ask_and_tell, owner, fresh)
 
     return run_with_local_files(ref, out, settings, attempt)
@@ -77,30 +76,21 @@ def ask_settings(settings: Settings, purpose: str) -> ModelSettings:
     return settings.model
 
 
-logger = logging.getLogger(__name__)
-
-
-def refine_on_worker(
-    job: Job, out: Path | str, settings: Settings, pipeline: str = PIPELINE, run_id: str | None = None
-) -> Done:
+def refine_on_worker(job: Job, out: Path | str, settings: Settings, pipeline: str, run_id: str) -> JobResult:
     """Refine one asset and keep its record, also of a failure, in ``out``, a folder or a URL; ``pipeline`` is a
-    ``module:function`` name.
-
-    ``run_id`` names the run whose budget the model calls count towards; None is a run of its own.
-    """
-    run_id = run_id or uuid.uuid4().hex
+    ``module:function`` name. The model calls count towards the budget of the run ``run_id``."""
     folder = working_folder(out)
     before = read_record(folder, job.content_hash)
     if before is not None and (before.run_id, before.attempt) == (run_id, job.attempt):
         # Dask submits a finished job again if its reply was lost with the worker.
-        return Done(job.ref.asset_id, before.record.status, before.died)
+        return JobResult(job.ref.asset_id, before.record.status, before.died)
     _keep_first_log(folder, job)
     lost = paid_calls(folder, job.content_hash)
     keep = call_writer(folder, job.content_hash)
     attempt = attempt_asset(job.ref, out, settings, pipeline, run_id, keep, fresh=job.first is not None)
     record = with_first_attempt(attempt.record, job.first, attempt.died)
     record = record.model_copy(update={"content_hash": job.content_hash, "calls": (*lost, *record.calls)})
-    done = Done(job.ref.asset_id, record.status, attempt.died)
+    done = JobResult(job.ref.asset_id, record.status, attempt.died)
     kept = KeptRecord(run_id=run_id, redo=settings.run.redo, record=record, attempt=job.attempt, died=attempt.died)
     try:
         write_record(folder, kept)

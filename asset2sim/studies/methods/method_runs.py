@@ -1,18 +1,24 @@
 """Runs of a comparison: methods × models, each with an output folder of its own."""
 
-import argparse
 import re
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Annotated
 
-from asset2sim.cli.parser import Parser, chosen, usable_cores
+from pydantic import AfterValidator, BeforeValidator, Field
+from pydantic_settings import CliPositionalArg
+from typing_extensions import TypeAliasType
+
 from asset2sim.models.prior.noise_level import noise_of
+from asset2sim.runs.command_line import parse
+from asset2sim.runs.options import ENGINES, FILE, NAME, URL, FileOptions, Listed, Selection, nothing
+from asset2sim.runs.request import merged, settings_for_run, stated_settings
 from schemas.base import Frozen
 from schemas.errors import UsageError
 from schemas.location import local_folder
 from schemas.model_names import MAX_LEVEL, NOISY, is_noisy
-from schemas.settings import EngineSettings, ModelSettings, RunSettings, Settings, ViewSettings
+from schemas.settings import Settings
 from schemas.vocabulary import Engine, Method
 
 METHODS = (
@@ -82,6 +88,12 @@ def level_of(model: str) -> float | None:
     return None if noise is None else noise.level
 
 
+Folder = Annotated[Path, BeforeValidator(local_folder)]
+METHOD_NAMES = TypeAliasType("METHOD_NAMES", tuple[Method, ...])
+MODELS = TypeAliasType("MODELS", tuple[str, ...])
+LEVELS = TypeAliasType("LEVELS", str)
+
+
 class CompareRequest(Frozen):
     """A dataset, what to take of it, the methods and models, and the settings that all runs share."""
 
@@ -101,54 +113,43 @@ class CompareRequest(Frozen):
         return ", ".join(self.settings.engine.verify or ("every engine installed",))
 
 
+class CompareOptions(Selection, FileOptions):
+    """Compare methods and models on the same objects."""
+
+    data: CliPositionalArg[Folder] = Field(description="a dataset, as asset2sim refine takes it")
+    out: CliPositionalArg[Folder] = Field(
+        description="the output folder: one folder for each method and model, and the tables"
+    )
+    methods: Listed[METHOD_NAMES] = Field((), description=f"methods, of {', '.join(Method)} (default: all)")
+    models: Listed[MODELS] = Field((), description=f"any LiteLLM models (default: {NOISY})")
+    levels: LEVELS | None = Field(None, description=f"also {NOISY} at these error levels, such as 0,0.5,1,2,4")
+    engines: Annotated[Listed[ENGINES | None], AfterValidator(nothing)] = Field(
+        (Engine.PYBULLET,), description="engines to verify in (default: pybullet)"
+    )
+    api_base: URL | None = Field(None, description="the address of a server of your own for the models")
+    judge_model: NAME | None = Field(None, description="a vision model that scores every asset against its prompt")
+    readme: FILE | None = Field(None, description="write the tables and charts between this file's markers")
+
+
 def parse_request(words: Sequence[str]) -> CompareRequest:
     """The request that a command line states. Raises UsageError."""
-    options = _parser().parse_args(words)
+    options = parse(CompareOptions, words, "python -m flows.compare_methods")
     levels = noisy_models(_levels(options.levels))
-    named = tuple(dict.fromkeys(name.strip() for name in (options.models or "").split(",") if name.strip()))
     # The default model comes first, so that the README's tables are of it.
-    models = named or ((NOISY,) if NOISY in levels or not levels else ())
+    models = options.models or ((NOISY,) if NOISY in levels or not levels else ())
+    stated = merged(stated_settings(options), {"views": {"write": False}})
+    below = {"engine": {"verify": (Engine.PYBULLET,)}}
     return CompareRequest(
         data=options.data,
         out=options.out.resolve(),
         subset=options.subset,
-        asset_ids=tuple(name.strip() for name in (options.assets or "").split(",") if name.strip()),
+        asset_ids=options.assets,
         limit=options.limit,
-        methods=_in_order(chosen(options.methods, Method)) or METHODS,
+        methods=_in_order(options.methods) or METHODS,
         models=tuple(dict.fromkeys((*models, *levels))),
-        settings=Settings(
-            model=ModelSettings(api_base=options.api_base, judge_model=options.judge_model),
-            engine=EngineSettings(verify=chosen(options.engines, Engine), interact=not options.no_interaction),
-            views=ViewSettings(write=False),
-            run=RunSettings(workers=options.workers),
-        ),
+        settings=settings_for_run(options.settings, stated, below),
         readme=options.readme,
     )
-
-
-def _parser() -> Parser:
-    parser = Parser(prog="python -m flows.compare_methods", allow_abbrev=False)
-    add = parser.add_argument
-    add("data", type=local_folder, metavar="DATA", help="a dataset, as asset2sim refine takes it")
-    add(
-        "out",
-        type=local_folder,
-        metavar="OUT",
-        help="the output folder: one folder for each method and model, and the tables",
-    )
-    add("--subset", metavar="S", help="only the manifest's rows of this subset")
-    add("--assets", metavar="ID,ID", help="only these assets")
-    add("--limit", type=_positive, metavar="N", help="only the first N of them")
-    add("--methods", metavar="M,M", help=f"methods, of {', '.join(Method)} (default: all)")
-    add("--models", metavar="STR,STR", help=f"any LiteLLM models (default: {NOISY})")
-    add("--levels", metavar="L,L", help=f"also {NOISY} at these error levels, such as 0,0.5,1,2,4")
-    add("--engines", metavar="E,E", default="pybullet", help="engines to verify in (default: %(default)s)")
-    add("--no-interaction", action="store_true", help="only the paper's tests")
-    add("--api-base", metavar="URL", help="the address of a server of your own for the models")
-    add("--judge-model", metavar="STR", help="a vision model that scores every asset against its prompt")
-    add("--workers", type=_positive, default=usable_cores(), metavar="N", help="assets at work at once")
-    add("--readme", type=Path, metavar="FILE", help="write the tables and charts between this file's markers")
-    return parser
 
 
 def _in_order(methods: Sequence[Method]) -> tuple[Method, ...]:
@@ -163,10 +164,3 @@ def _levels(text: str | None) -> tuple[float, ...]:
     if not all(0.0 <= level <= MAX_LEVEL for level in levels):
         raise UsageError(f"--levels {text}: give numbers from 0 to {MAX_LEVEL:g}, such as 0,0.5,1,2,4")
     return tuple(sorted(levels))
-
-
-def _positive(text: str) -> int:
-    number = int(text) if text.isdigit() else 0
-    if number < 1:
-        raise argparse.ArgumentTypeError(f"'{text}' is not a whole number from 1 on")
-    return number

@@ -6,8 +6,8 @@ import numpy as np
 import pandas as pd
 
 from asset2sim.catalog.read import latest_rows
-from asset2sim.models.purposes import JUDGE_PURPOSE
 from asset2sim.studies.methods.method_runs import Run
+from schemas.model_names import JUDGE_PURPOSE
 from schemas.settings import Thresholds
 from schemas.vocabulary import PAPER_FAILURE_MODES, FailureMode
 

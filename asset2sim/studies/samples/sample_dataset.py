@@ -2,15 +2,18 @@
 ``python -m asset2sim.studies.samples.sample_dataset [OUT]``.
 """
 
-import argparse
 import csv
 import io
 import shutil
 import sys
 import tempfile
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from pathlib import Path
 
+from pydantic import Field
+from pydantic_settings import CliPositionalArg
+
+from asset2sim.runs.command_line import Options, parse
 from asset2sim.runs.dataset import COLUMNS, MANIFEST
 from asset2sim.studies.samples.bad_assets import bad_assets
 from asset2sim.studies.samples.blueprint import Blueprint
@@ -111,14 +114,16 @@ def _check_replaceable(target: Path) -> None:
     )
 
 
-def main() -> int:
+class SampleOptions(Options):
+    """Write the sample dataset."""
+
+    out: CliPositionalArg[Path] = Field(Path("data/raw"), description="folder to write")
+
+
+def main(words: Sequence[str]) -> int:
     """Write the samples; exit code 2 where the folder named holds something else."""
-    parser = argparse.ArgumentParser(
-        prog="python -m asset2sim.studies.samples.sample_dataset", description="Write the sample dataset."
-    )
-    parser.add_argument("out", nargs="?", type=Path, default=Path("data/raw"), help="folder to write, default data/raw")
-    out: Path = parser.parse_args().out
     try:
+        out = parse(SampleOptions, words, "python -m asset2sim.studies.samples.sample_dataset").out
         written = write_samples(out)
     except UsageError as error:
         sys.stderr.write(f"{error}\n")
@@ -128,4 +133,4 @@ def main() -> int:
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    sys.exit(main(sys.argv[1:]))

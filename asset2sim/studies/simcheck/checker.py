@@ -4,7 +4,6 @@ The checker is simcheck, an external package in an environment of its own (``mak
 PyBullet, a free base, a drop of 5 cm, joint sweeps, contacts at rest. Only its report is used.
 """
 
-import argparse
 import contextlib
 import os
 import shutil
@@ -17,18 +16,22 @@ from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from time import perf_counter
 
-from pydantic import BaseModel
+from pydantic import BaseModel, Field
+from pydantic_settings import CliPositionalArg, CliVariadicArg
 from rich.console import Console
 from rich.markup import escape
 from rich.progress import Progress
 from rich.table import Table
+from typing_extensions import TypeAliasType
 
 from asset2sim.assets.folder import URDF_NAME
 from asset2sim.catalog.read import latest_rows
 from asset2sim.catalog.switch import find_catalog
-from asset2sim.catalog.text import percent
-from asset2sim.cli.console import output
+from asset2sim.catalog.text import output, percent
+from asset2sim.runs.command_line import Options, parse
+from asset2sim.runs.options import IDS, Listed, N
 from asset2sim.studies.simcheck.findings import ObjectReport, SimcheckSummary, read_report, summarize
+from schemas.base import Positive
 from schemas.errors import UnknownChoiceError, UsageError
 
 ENVIRONMENT = ".venv-judge"
@@ -41,6 +44,18 @@ TIME_LIMIT_S = 600.0
 REPORT = "judge.json"
 OUTPUT_TAIL_CHARS = 300
 """Characters of the checker's last output that are kept if it wrote no report."""
+
+
+SECONDS = TypeAliasType("SECONDS", Positive)
+
+
+class JudgeOptions(Options):
+    """Run simcheck over refined objects."""
+
+    out: CliPositionalArg[Path] = Field(description="the folder that a run wrote, with assets/")
+    jobs: N = Field(2, description="objects at once")
+    ids: CliVariadicArg[Listed[IDS]] = Field((), description="only these objects")
+    limit: SECONDS = Field(TIME_LIMIT_S, description="seconds an object may take")
 
 
 class Findings(BaseModel):
@@ -160,22 +175,15 @@ def show(summary: SimcheckSummary, reports: Sequence[ObjectReport], console: Con
 
 def main(words: Sequence[str]) -> int:
     """Check the objects; exit code 0 if all were checked in full without an error, 1 if not, 2 for a usage error."""
-    parser = argparse.ArgumentParser(
-        prog="python -m asset2sim.studies.simcheck.checker", description="simcheck over refined objects"
-    )
-    parser.add_argument("out", type=Path, help="the folder that a run wrote, with assets/")
-    parser.add_argument("--jobs", type=int, default=2, help="objects at once (2)")
-    parser.add_argument("--ids", nargs="+", default=[], metavar="ID", help="only these objects")
-    parser.add_argument("--limit", type=float, default=TIME_LIMIT_S, help="seconds an object may take (600)")
-    chosen = parser.parse_args(words)
     console, errors = output(), Console(stderr=True)
     try:
+        chosen = parse(JudgeOptions, words, "python -m asset2sim.studies.simcheck.checker")
         simcheck = find_simcheck(Path.cwd())
         objects = refined_objects(chosen.out, chosen.ids)
     except UsageError as error:
-        errors.print(f"error: {error}", markup=False)
+        errors.print(f"error: {error}", markup=False, soft_wrap=True)
         return 2
-    with Progress(console=errors, transient=True) as progress, ThreadPoolExecutor(max(1, chosen.jobs)) as pool:
+    with Progress(console=errors, transient=True) as progress, ThreadPoolExecutor(chosen.jobs) as pool:
         task = progress.add_task("simcheck", total=len(objects))
 
         def one(item: tuple[str, Path]) -> ObjectReport:

@@ -13,9 +13,8 @@ from pathlib import Path
 import numpy as np
 import pyarrow as pa
 
-from asset2sim.catalog.compact import compact_history
 from asset2sim.catalog.failures import failures_by
-from asset2sim.catalog.history import FOLDER, history_files, write_synced
+from asset2sim.catalog.history import HISTORY_FOLDER, compact_history, history_files, write_synced
 from asset2sim.catalog.read import query
 from asset2sim.catalog.run import RunRow
 from asset2sim.catalog.write import write_run
@@ -51,7 +50,7 @@ def write_history(out: Path, record: AssetRecord, rows: int, assets: int = ASSET
     last = FIRST_NIGHT + timedelta(days=nights - 1)
     write_run(out, RunRow(run_id=run_id(last), started_at=last, finished_at=last, dataset="synthetic"), [record])
     for start, night in night_tables(nights, assets):
-        folder = out / FOLDER / f"month={start:%Y-%m}"
+        folder = out / HISTORY_FOLDER / f"month={start:%Y-%m}"
         folder.mkdir(parents=True, exist_ok=True)
         write_synced(night, folder / f"{run_id(start)}.parquet")
     compact_history(out, last)

@@ -1,11 +1,15 @@
 """What the bench is asked to measure, and the records that its processes exchange as JSON."""
 
-import argparse
 from collections.abc import Sequence
 from pathlib import Path
+from typing import Literal, get_args
 
 from pydantic import Field
+from pydantic_settings import CliDualFlag, CliPositionalArg, CliToggleFlag
+from typing_extensions import TypeAliasType
 
+from asset2sim.runs.command_line import Options, parse
+from asset2sim.runs.options import Listed, N
 from schemas.base import Frozen, NonNegative
 
 
@@ -75,49 +79,33 @@ class Measured(Frozen):
     """The objects that simcheck checked, refined in the same two engines on one core."""
 
 
-PARTS = ("rates", "unchanged", "synthetic", "history", "checker")
+Part = Literal["rates", "unchanged", "synthetic", "history", "checker"]
+PARTS: tuple[Part, ...] = get_args(Part)
+NAMES = TypeAliasType("NAMES", tuple[Part, ...])
 
 
-class BenchRequest(Frozen):
-    """A dataset, a folder to work in, and how much to measure; the defaults are those of the acceptance."""
+class BenchRequest(Options):
+    """Measure how fast a night is; the defaults are those of the acceptance."""
 
-    data: Path
-    work: Path
-    limit: int | None = None
-    entries: int = 10_000
-    few: int = 1_000
-    rows: int = 1_000_000
-    objects: int = 20
-    interact: bool = True
-    parts: tuple[str, ...] = PARTS
-    strict: bool = False
+    data: CliPositionalArg[Path] = Field(description="the dataset")
+    work: CliPositionalArg[Path] = Field(
+        description="a folder for everything that is made; bench.md and bench.json in it"
+    )
+    limit: N | None = Field(None, description="only the dataset's first N objects")
+    entries: N = Field(10_000, description="synthetic entries")
+    few: N = Field(1_000, description="... against so many, for the memory")
+    rows: N = Field(1_000_000, description="rows of history")
+    objects: N = Field(20, description="objects to check")
+    interaction: CliDualFlag[bool] = Field(True, description="interaction tests; without them to try the bench out")
+    only: Listed[NAMES] = Field((), description=f"measure this part; may be repeated: {', '.join(PARTS)}")
+    strict: CliToggleFlag[bool] = Field(False, description="exit with 1 where a target is not met")
+
+    @property
+    def parts(self) -> tuple[Part, ...]:
+        """The parts to measure, in the bench's order."""
+        return tuple(part for part in PARTS if part in (self.only or PARTS))
 
 
 def parse_request(words: Sequence[str]) -> BenchRequest:
-    """The request of a command line; exits with code 2 if it cannot be parsed."""
-    default = BenchRequest(data=Path(), work=Path())
-    parser = argparse.ArgumentParser(prog="python -m flows.bench", description="how fast a night is")
-    add = parser.add_argument
-    add("data", type=Path, metavar="DATA", help="the dataset")
-    add("work", type=Path, metavar="WORK", help="a folder for everything that is made; bench.md and bench.json in it")
-    add("--limit", type=int, metavar="N", help="only the dataset's first N objects")
-    add("--entries", type=int, default=default.entries, metavar="N", help="synthetic entries (%(default)s)")
-    add("--few", type=int, default=default.few, metavar="N", help="... against so many, for the memory (%(default)s)")
-    add("--rows", type=int, default=default.rows, metavar="N", help="rows of history (%(default)s)")
-    add("--objects", type=int, default=default.objects, metavar="N", help="objects to check (%(default)s)")
-    add("--no-interaction", action="store_true", help="without interaction tests, to try the bench out")
-    add("--only", action="append", choices=PARTS, help="measure this part; may be repeated")
-    add("--strict", action="store_true", help="exit with 1 where a target is not met")
-    chosen = parser.parse_args(words)
-    return BenchRequest(
-        data=chosen.data,
-        work=chosen.work,
-        limit=chosen.limit,
-        entries=chosen.entries,
-        few=chosen.few,
-        rows=chosen.rows,
-        objects=chosen.objects,
-        interact=not chosen.no_interaction,
-        parts=tuple(part for part in PARTS if part in chosen.only) if chosen.only else PARTS,
-        strict=chosen.strict,
-    )
+    """The request that a command line states. Raises UsageError."""
+    return parse(BenchRequest, words, "python -m flows.bench")

@@ -16,7 +16,7 @@ from asset2sim.catalog.run import finish_run, start_run
 from asset2sim.catalog.storage.lock import lock_output
 from asset2sim.catalog.write import write_run
 from asset2sim.runs.dataset import COLUMNS, MANIFEST, load_dataset
-from asset2sim.runs.plan.plan import make_plan, settle
+from asset2sim.runs.plan.plan import make_plan, mark_published
 from asset2sim.runs.plan.state import SETTLED_NS
 from asset2sim.studies.speed.process import BenchError
 from schemas.asset import AssetRecord, AssetRef
@@ -87,7 +87,7 @@ def publish_entries(
                 (out / "assets" / item.ref.asset_id).mkdir(parents=True)
             run = finish_run(start_run(settings, dataset))
             write_run(out, run, batch)
-            settle(out, batch)
+            mark_published(out, batch)
         # MLflow makes its database in a first run, which takes it seconds.
         warning = log_run(out, run, batch[:1], find_changes(batch[:1], Previous()))
         left = make_plan(refs, {}, out, settings, pipeline, "check").todo

@@ -1,0 +1,33 @@
+"""MuJoCo's options and constraint parameters, one set for the checks and for the exported MJCF: an export behaves as it
+was measured."""
+
+IMPEDANCE = 0.9999
+"""Impedance d of MuJoCo's constraints, springs and dampers that yield to the share 1 - d of the load; 0.9999 is the
+stiffest that it allows. At its usual 0.9 to 0.95 a lid that dry friction holds creeps by 0.01 rad/s."""
+CONTACT_IMPEDANCE = 0.99
+"""The same for contacts and limits. At MuJoCo's own 0.95 light objects sink in by a millimetre and rock on it; harder
+ones make light parts chatter."""
+SOFT_WIDTH_M = 1e-3
+"""Depth, m, over which a contact reaches its full impedance; MuJoCo's own."""
+REFERENCE_STEPS = 3.0
+"""Time constant of constraints in time steps: 12.5 ms at 240 Hz, where MuJoCo's own is 20 ms. At 2, the shortest that
+it allows, objects that stand on three points chatter and wander by millimetres; longer, and what falls sinks in."""
+FRICTION_RATIO = 100.0
+"""How much stiffer friction is than contact (impratio): at 1 a block creeps down a slope by 2 mm/s."""
+TORSION_M, ROLLING_M = 5e-3, 1e-4
+"""MuJoCo's own coefficients of spinning and rolling friction, m; contacts of dimension 3 use neither."""
+SOLVER_ITERATIONS = 100
+SOLVER_TOLERANCE = 1e-10
+"""Where Newton's method stops; at MuJoCo's 1e-8 light parts on heavy ones keep a residual motion."""
+LOCKED_RANGE = 1e-6
+"""Range, rad or m, of a joint whose lower and upper limit are the same: MuJoCo would read them as no limit."""
+
+FRICTION_SOLIMP = (IMPEDANCE, IMPEDANCE, 1.0, 0.5, 2.0)
+LIMIT_SOLIMP = (CONTACT_IMPEDANCE, CONTACT_IMPEDANCE, 1.0, 0.5, 2.0)
+CONTACT_SOLIMP = (CONTACT_IMPEDANCE - 0.04, CONTACT_IMPEDANCE, SOFT_WIDTH_M, 0.5, 2.0)
+"""``solimp`` of joints' dry friction, of joint limits and of contacts."""
+
+
+def solref(timestep_s: float) -> tuple[float, float]:
+    """Time constant, s, and damping ratio of every constraint at this time step."""
+    return REFERENCE_STEPS * timestep_s, 1.0

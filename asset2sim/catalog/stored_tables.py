@@ -1,0 +1,99 @@
+"""OUT's tables as Arrow, each whole or a few columns of it; what a run needs of the runs before it.
+
+The caller holds OUT's lock: no other run switches the tables meanwhile.
+"""
+
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+
+import pyarrow as pa
+import pyarrow.compute as pc
+import pyarrow.parquet as pq
+
+from asset2sim.catalog.enforce import CatalogError, conform
+from asset2sim.catalog.switch import find_catalog
+from schemas.table import Table
+from schemas.tables import TABLES
+from schemas.vocabulary import FailureMode, Status
+
+ROWS_AT_ONCE = 1_000
+"""Rows that are checked at once: some 500 kB of the widest table."""
+
+
+@dataclass(frozen=True)
+class RecordedResult:
+    """Status, failure mode and content hash of an asset, from its row."""
+
+    status: Status
+    failure_mode: FailureMode
+    content_hash: str
+
+
+def recorded_assets(out: Path, method: str, model: str) -> dict[str, RecordedResult]:
+    """Asset id → its row of this method and model; empty where OUT has no catalog."""
+    path = table_path(out, TABLES["assets"])
+    if path is None:
+        return {}
+    table = pq.read_table(path, columns=["asset_id", "method", "model", "status", "failure_mode", "content_hash"])
+    mine = table.filter(pc.and_(pc.equal(table["method"], method), pc.equal(table["model"], model)))
+    return {
+        row["asset_id"]: RecordedResult(Status(row["status"]), FailureMode(row["failure_mode"]), row["content_hash"])
+        for row in mine.select(["asset_id", "status", "failure_mode", "content_hash"]).to_pylist()
+    }
+
+
+def recorded_run_ids(out: Path) -> frozenset[str]:
+    """The ids of all runs in OUT's catalog."""
+    path = table_path(out, TABLES["runs"])
+    return frozenset(pq.read_table(path, columns=["run_id"])["run_id"].to_pylist()) if path is not None else frozenset()
+
+
+def check_catalog(out: Path) -> None:
+    """Raises CatalogError where OUT holds tables that a run could not add to; call it before a long run starts."""
+    for table in TABLES.values():
+        path = table_path(out, table)
+        if path is not None:
+            with _reading(table, path), pq.ParquetFile(path) as file:
+                conform(table, file.schema_arrow.empty_table(), str(path))
+                # In batches: a large table read at once would set a run's peak memory.
+                for batch in file.iter_batches(ROWS_AT_ONCE, use_threads=False):
+                    conform(table, pa.Table.from_batches([batch]), str(path))
+
+
+def table_path(out: Path, table: Table) -> Path | None:
+    """The table's file in OUT, if there is one."""
+    folder = find_catalog(out)
+    path = folder / table.file if folder else None
+    return path if path is not None and path.is_file() else None
+
+
+def stored_table(out: Path, table: Table) -> pa.Table:
+    """The table as it is in OUT, in today's schema; empty where there is none."""
+    path = table_path(out, table)
+    if path is None:
+        return table.schema.empty_table()
+    with _reading(table, path):
+        found = pq.read_table(path)
+    return conform(table, found, str(path))
+
+
+def stored_columns(out: Path, table: Table, names: Sequence[str]) -> pa.Table:
+    """The table in OUT, with only those of the columns ``names`` that it has: a fraction of the widest table."""
+    path = table_path(out, table)
+    wanted = [name for name in table.schema.names if name in names]
+    if path is None:
+        return table.schema.empty_table().select(wanted)
+    with _reading(table, path):
+        return pq.read_table(path, columns=wanted)
+
+
+@contextmanager
+def _reading(table: Table, path: Path) -> Iterator[None]:
+    try:
+        yield
+    except (pa.ArrowException, OSError) as error:
+        raise CatalogError(
+            f"table '{table.name}': {path} cannot be read ({error}); restore it or move it away"
+        ) from error

@@ -1,0 +1,240 @@
+"""The options of the command ``asset2sim``, a model for each of its commands."""
+
+from collections.abc import Sequence
+from datetime import UTC, datetime
+from pathlib import Path
+from typing import Annotated, Literal, Self, TypeVar
+
+from pydantic import AfterValidator, BeforeValidator, Field, model_validator
+from pydantic_settings import CliDualFlag, CliPositionalArg, CliSubCommand, CliToggleFlag, CliVariadicArg, NoDecode
+from pydantic_settings import get_subcommand as chosen_command
+from typing_extensions import TypeAliasType
+
+from asset2sim.runs.command_line import Options
+from asset2sim.runs.command_line import parse as parse_words
+from schemas.base import NonNegative, Positive
+from schemas.errors import UsageError
+from schemas.location import Location
+from schemas.settings import ModelSettings
+from schemas.vocabulary import CollisionMode, DynamicsRule, Engine, Export, Grouping, Method, StateMode
+
+EXAMPLE = """\
+for example:
+  asset2sim refine data/raw --out data/refined
+  asset2sim refine PARTNET --out OUT --subset paper9 --model openai/gpt-4o
+  asset2sim settings > settings.yaml
+  asset2sim failures --out OUT --compare previous latest
+"""
+
+
+def split(text: object) -> object:
+    """The names in a comma-separated list, in its order. Raises ValueError for an option without a value."""
+    if text == []:
+        raise ValueError("expected at least one argument")
+    return tuple(name.strip() for name in text.split(",") if name.strip()) if isinstance(text, str) else text
+
+
+def once(names: object) -> object:
+    """The names of a list, each once."""
+    return tuple(dict.fromkeys(names)) if isinstance(names, tuple) else names
+
+
+def utc(text: object) -> object:
+    """A day or a time; what states no time zone is UTC. Raises ValueError."""
+    try:
+        found = datetime.fromisoformat(str(text))
+    except ValueError:
+        raise ValueError(f"'{text}' is not a day or a time such as 2026-11-01 or 2026-11-01T02:00") from None
+    return found if found.tzinfo is not None else found.replace(tzinfo=UTC)
+
+
+Kind = TypeVar("Kind")
+Words = Annotated[Kind, NoDecode, BeforeValidator(split)]
+"""The type of an option that takes several names: with commas between them, or each a word of its own."""
+Listed = Words[Annotated[Kind, BeforeValidator(once)]]
+
+# A type's name is what the help shows in the place of a value.
+FILE = TypeAliasType("FILE", Path)
+OUT = TypeAliasType("OUT", Location)
+NAME = TypeAliasType("NAME", str)
+IDS = TypeAliasType("IDS", tuple[str, ...])
+N = TypeAliasType("N", Annotated[int, Field(ge=1)])
+COUNT = TypeAliasType("COUNT", Annotated[int, Field(ge=0)])
+RATE = TypeAliasType("RATE", Positive)
+USD = TypeAliasType("USD", NonNegative)
+URL = TypeAliasType("URL", str)
+DAY = TypeAliasType("DAY", Annotated[datetime, BeforeValidator(utc)])
+RUN = TypeAliasType("RUN", tuple[str, str])
+SHELL = TypeAliasType("SHELL", str)
+ENGINES = TypeAliasType("ENGINES", tuple[Engine, ...])
+FORMATS = TypeAliasType("FORMATS", tuple[Export, ...])
+GROUP = TypeAliasType("GROUP", Grouping)
+METHOD = TypeAliasType("METHOD", Method)
+MODE = TypeAliasType("MODE", CollisionMode)
+RULE = TypeAliasType("RULE", DynamicsRule)
+STATE = TypeAliasType("STATE", StateMode)
+FORMAT = TypeAliasType("FORMAT", Literal["yaml", "toml"])
+
+
+def nothing(value: Kind) -> Kind | None:
+    """The value, or None for an empty list or text."""
+    return value or None
+
+
+def exclusive(options: Options, one: str, other: str) -> None:
+    """Refuse two options together; the library would put them into a group, and the group into their names."""
+    if {one, other} <= options.model_fields_set and getattr(options, one) and getattr(options, other):
+        names = [f"--{name.replace('_', '-')}" for name in (other, one)]
+        raise UsageError(f"argument {names[0]}: not allowed with argument {names[1]}")
+
+
+class FileOptions(Options):
+    """The option for a settings file."""
+
+    settings: FILE | None = Field(None, description="a YAML or TOML file of settings; what an option says goes first")
+
+
+class SettingsOptions(FileOptions):
+    """Print every setting, with its unit and its reason: a file for --settings."""
+
+    format: FORMAT = Field("yaml", description="yaml or toml")
+
+
+class ModelOptions(FileOptions):
+    """Which models are asked."""
+
+    model: NAME = Field(ModelSettings().model, description="any LiteLLM model")
+    api_base: URL | None = Field(None, description="the address of a server of your own for that model")
+    refinement_model: NAME | None = Field(None, description="another model for steps of the state")
+    judge_model: NAME | None = Field(None, description="a vision model that scores the result against its prompt")
+
+
+class DoctorOptions(ModelOptions):
+    """Check what works here, and what does not."""
+
+    out: OUT = Field(Path("data/refined"), description="where it would go")
+
+
+class Selection(Options):
+    """Which assets of a dataset are taken, where they are verified, and how many at once."""
+
+    subset: NAME | None = Field(None, description="only the manifest's rows of this subset")
+    assets: Listed[IDS] = Field((), description="only these assets, separated by commas")
+    limit: N | None = Field(None, description="only the first N of them")
+    interaction: CliDualFlag[bool] = Field(
+        True, description="drops, nudges, sweeps and resets beside the paper's tests"
+    )
+    workers: N | None = Field(None, description="assets at work at once (default: all cores)")
+
+
+class RefineOptions(ModelOptions, Selection):
+    """Refine a dataset."""
+
+    data: CliPositionalArg[Location] = Field(
+        description="a folder, or its URL, with manifest.csv, of asset folders, or of one asset"
+    )
+    out: OUT = Field(description="the output folder, or its URL")
+    engines: Annotated[Listed[ENGINES | None], AfterValidator(nothing)] = Field(
+        None, description=f"engines to verify in: {', '.join(Engine)} (default: all installed)"
+    )
+    collision: MODE = Field(
+        CollisionMode.DECOMPOSE,
+        description=f"{', '.join(CollisionMode)}: collision geometry as authored, hulls, or pieces with interiors",
+    )
+    dynamics: RULE = Field(
+        DynamicsRule.INERTIA,
+        description=f"{', '.join(DynamicsRule)}: joint dynamics from what a joint moves, or the paper's ranges",
+    )
+    state: STATE = Field(
+        StateMode.DOCUMENT,
+        description=f"{', '.join(StateMode)}: keep the authored zero, or make the requested state the zero",
+    )
+    export: Listed[FORMATS] = Field((), description=f"formats to write beside the URDF: {', '.join(Export)}")
+    method: METHOD = Field(Method.ASSET2SIM, description=f"where the physics come from: {', '.join(Method)}")
+    budget_usd: USD | None = Field(None, description="the most that the run's model calls may cost")
+    budget_calls: COUNT | None = Field(None, description="the most model calls of the run")
+    budget_tokens: COUNT | None = Field(None, description="the most tokens of the run")
+    asset_budget_usd: USD | None = Field(None, description="the same for each asset")
+    asset_budget_calls: COUNT | None = Field(None, description="the same for each asset")
+    rpm: RATE | None = Field(None, description="the most requests a minute to one provider, over all workers")
+    answer_cache: CliDualFlag[bool] = Field(True, description="take an answer again that models have given before")
+    scheduler: URL | None = Field(None, description="tcp://…, a Dask scheduler to use instead of a cluster of our own")
+    force: CliToggleFlag[bool] = Field(False, description="refine unchanged assets again")
+    retry_failed: CliToggleFlag[bool] = Field(False, description="refine unchanged assets again that failed")
+    views: CliDualFlag[bool] = Field(True, description="write pictures")
+    strict: CliToggleFlag[bool] = Field(False, description="exit with 1 if an asset failed")
+    hook: Annotated[SHELL | None, AfterValidator(nothing)] = Field(
+        None, description="a shell command to run after the run; ASSET2SIM_… variables say how it went"
+    )
+
+    @model_validator(mode="after")
+    def _one_redo(self) -> Self:
+        exclusive(self, "force", "retry_failed")
+        return self
+
+
+class NightlyOptions(RefineOptions):
+    """Refine a dataset on the schedule of catalog.yaml."""
+
+    now: CliToggleFlag[bool] = Field(
+        False,
+        description="one night at once: by the nightly that serves OUT, or here where none does; exits as refine does",
+    )
+
+
+class CatalogOptions(Options):
+    """Read what a run wrote."""
+
+    out: OUT = Field(description="a run's folder or URL")
+
+
+class FailuresOptions(CatalogOptions):
+    """Count the failures in a refined dataset."""
+
+    by: GROUP = Field(Grouping.FAILURE_MODE, description=f"what to count by: {', '.join(Grouping)}")
+    since: DAY | None = Field(None, description="failures of all runs since then, as 2026-11-01 (UTC)")
+    compare: CliVariadicArg[Words[RUN | None]] = Field(
+        None, description="what broke and what got mended between two runs: ids or their beginnings, latest, previous"
+    )
+
+    @model_validator(mode="after")
+    def _one_period(self) -> Self:
+        exclusive(self, "since", "compare")
+        return self
+
+
+class QueryOptions(CatalogOptions):
+    """Ask the tables and the history of all runs in SQL."""
+
+    sql: CliPositionalArg[str] = Field(description="a DuckDB query; tables go by their names")
+    csv: CliToggleFlag[bool] = Field(False, description="comma-separated values instead of a table")
+
+
+class ShowOptions(CatalogOptions):
+    """Show one refined asset."""
+
+    asset_id: CliPositionalArg[str] = Field(description="an asset's id, as the manifest has it")
+
+
+class PagesOptions(CatalogOptions):
+    """Serve the pages of Prefect and MLflow."""
+
+
+class Command(Options):
+    """Make articulated URDF assets interaction-ready: mass, inertia, joint dynamics, scale, state."""
+
+    refine: CliSubCommand[RefineOptions] = Field(description="refine a dataset")
+    failures: CliSubCommand[FailuresOptions] = Field(description="the failure modes of a refined dataset")
+    query: CliSubCommand[QueryOptions] = Field(description="SQL over the tables and the history of all runs")
+    show: CliSubCommand[ShowOptions] = Field(description="one refined asset")
+    ui: CliSubCommand[PagesOptions] = Field(description="the pages of Prefect and MLflow")
+    doctor: CliSubCommand[DoctorOptions] = Field(description="what works here, and what does not")
+    nightly: CliSubCommand[NightlyOptions] = Field(description="refine a dataset on the schedule of catalog.yaml")
+    settings: CliSubCommand[SettingsOptions] = Field(description="every setting, as a file for --settings")
+
+
+def parse(words: Sequence[str]) -> Options:
+    """The options of the command that a command line names. Raises UsageError."""
+    found = chosen_command(parse_words(Command, words, "asset2sim", EXAMPLE), is_required=True)
+    assert isinstance(found, Options)
+    return found

@@ -1,0 +1,168 @@
+"""Content hashes of assets behind URLs, from listings alone: only each URDF is downloaded, once."""
+
+import hashlib
+import json
+import posixpath
+import sqlite3
+from collections import defaultdict
+from collections.abc import Callable, Mapping, Sequence
+from functools import partial
+from pathlib import PurePosixPath
+
+from asset2sim.assets.urdf.locate import PARENTS_SEARCHED, mesh_candidates, outer_references
+from asset2sim.catalog.storage.listing import Listing, cached_listing, covers, fetch_listing, listing_of, objects_below
+from asset2sim.catalog.storage.objects import Stored, StoreError, key_of, list_objects, object_info, read_objects
+
+LOOKS = (".mtl", ".bmp", ".gif", ".jpeg", ".jpg", ".png", ".tga", ".tif", ".tiff")
+"""File endings of an OBJ's materials and textures: taken from its own folder, where exporters put them."""
+
+FindObject = Callable[[str], Stored | None]
+ListFolder = Callable[[str], Mapping[str, Stored]]
+
+
+def visible(objects: Mapping[str, Stored]) -> dict[str, Stored]:
+    """The objects of an asset's folder, without those in which a part of the name starts with a dot."""
+    return {name: stored for name, stored in objects.items() if not any(p.startswith(".") for p in name.split("/"))}
+
+
+def choose_urdf_name(names: Mapping[str, Stored]) -> str | None:
+    """The URDF among an asset's objects, as ``find_urdf`` chooses; None where that would fail."""
+    if "mobility.urdf" in names:
+        return "mobility.urdf"
+    for depth in (0, 1):
+        found = [name for name in names if name.endswith(".urdf") and name.count("/") == depth]
+        if found:
+            return found[0] if len(found) == 1 else None
+    return None
+
+
+def outer_objects(
+    folder: str, inner: Mapping[str, Stored], urdf: str, references: list[str], find: FindObject, below: ListFolder
+) -> dict[str, Stored]:
+    """URL → object that a reference names outside the asset's folder, within its bucket.
+
+    ``urdf`` is among the names in ``inner``; ``find`` looks an object up by its URL, ``below`` lists a folder's.
+    """
+    scheme, _, key = folder.partition("://")
+    base = PurePosixPath("/", key, urdf).parent
+    above = list(base.parents)[:PARENTS_SEARCHED]
+    found: dict[str, Stored] = {}
+    for reference in references:
+        for candidate in mesh_candidates(reference, base, above):
+            path = posixpath.normpath(str(candidate))
+            if path.split("/")[1] != key.split("/")[0] or path.count("/") < 2:
+                continue
+            if path.startswith(f"/{key}/"):
+                if path.removeprefix(f"/{key}/") in inner:
+                    break
+                continue
+            url = f"{scheme}:/{path}"
+            stored = find(url)
+            if stored is not None:
+                found[url] = stored
+                found |= _looks(url, below)
+                break
+    return found
+
+
+def _looks(mesh: str, below: ListFolder) -> dict[str, Stored]:
+    if not mesh.lower().endswith(".obj"):
+        return {}
+    folder = mesh.rpartition("/")[0]
+    return {
+        f"{folder}/{name}": stored
+        for name, stored in below(folder).items()
+        if "/" not in name and name.lower().endswith(LOOKS)
+    }
+
+
+READ_AT_ONCE = 500
+"""URDFs that are in memory at once: 50 MB of large ones."""
+
+_TABLE = """
+CREATE TABLE IF NOT EXISTS urdfs (url TEXT PRIMARY KEY, version TEXT, outer_references TEXT) WITHOUT ROWID
+"""
+
+
+def remote_content_hashes(state: sqlite3.Connection, folders: Sequence[str]) -> dict[str, str]:
+    """Folder's URL → SHA-256 over the names, sizes and versions of its asset's objects.
+
+    ``state`` remembers what a URDF of one version refers to outside its folder, so each is read once. Raises StoreError
+    where a store does not answer.
+    """
+    state.execute(_TABLE)
+    found: dict[str, str] = {}
+    for group in _groups(folders):
+        whole = _whole(group)
+        listings = {url: whole if whole is not None else fetch_listing(url) for url in group}
+        inner = {url: visible(objects_below(listings[url], url)) for url in group}
+        urdfs = {f"{url}/{name}": inner[url][name].version for url in group if (name := choose_urdf_name(inner[url]))}
+        references = _references(state, urdfs)
+        for url in group:
+            objects = dict(inner[url])
+            name = choose_urdf_name(inner[url])
+            outer = references.get(f"{url}/{name}", []) if name else []
+            if name and outer:
+                objects |= outer_objects(
+                    url, inner[url], name, outer, partial(_find, listings[url]), partial(_below, listings[url])
+                )
+            found[url] = _digest(objects)
+    return found
+
+
+def _digest(objects: dict[str, Stored]) -> str:
+    whole = hashlib.sha256()
+    for name, stored in sorted(objects.items()):
+        whole.update(f"{name}\0{stored.size}\0{stored.version}\n".encode(errors="surrogateescape"))
+    return whole.hexdigest()
+
+
+def _groups(folders: Sequence[str]) -> list[list[str]]:
+    """The URLs, grouped by bucket."""
+    groups: dict[str, list[str]] = defaultdict(list)
+    for url in folders:
+        groups["/".join(url.split("/")[:3])].append(url)
+    return list(groups.values())
+
+
+def _whole(urls: Sequence[str]) -> Listing | None:
+    """One listing that covers all of these URLs; None where that would list a whole bucket for a few folders."""
+    root = _root(urls)
+    return listing_of(root) if "/" in key_of(root) else cached_listing(root)
+
+
+def _root(urls: Sequence[str]) -> str:
+    """The deepest folder that all of these URLs share."""
+    scheme, _, _ = urls[0].partition("://")
+    return f"{scheme}://{posixpath.commonpath([url.partition('://')[2] for url in urls])}"
+
+
+def _references(state: sqlite3.Connection, urdfs: dict[str, str]) -> dict[str, list[str]]:
+    """URDF's URL → the references in it that may lead outside its folder."""
+    known = {url: (version, text) for url, version, text in state.execute("SELECT * FROM urdfs")}
+    found = {url: json.loads(known[url][1]) for url in urdfs if known.get(url, ("",))[0] == urdfs[url]}
+    unread = [url for url in urdfs if url not in found]
+    for start in range(0, len(unread), READ_AT_ONCE):
+        texts = read_objects(unread[start : start + READ_AT_ONCE])
+        fresh = {url: outer_references(text.decode(errors="replace")) for url, text in texts.items()}
+        found |= fresh
+        rows = [(url, urdfs[url], json.dumps(references)) for url, references in fresh.items()]
+        state.executemany("INSERT OR REPLACE INTO urdfs VALUES (?, ?, ?)", rows)
+    return found
+
+
+def _find(listing: Listing, url: str) -> Stored | None:
+    if covers(listing, url):
+        return listing.objects.get(url.removeprefix(f"{listing.url}/"))
+    try:
+        return object_info(url)
+    except StoreError as error:
+        if error.refused:
+            return None
+        raise
+
+
+def _below(listing: Listing, url: str) -> dict[str, Stored]:
+    if url == listing.url or covers(listing, url):
+        return objects_below(listing, url)
+    return list_objects(url)

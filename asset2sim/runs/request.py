@@ -1,0 +1,132 @@
+"""What ``asset2sim refine`` and ``asset2sim nightly`` are asked to do."""
+
+import os
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+from pydantic import Field, InstanceOf
+
+from asset2sim.runs.command_line import Options
+from asset2sim.runs.options import NightlyOptions, RefineOptions, parse
+from schemas.asset import FoundAssets
+from schemas.base import Frozen
+from schemas.errors import UsageError
+from schemas.location import Location
+from schemas.settings import Settings
+from schemas.vocabulary import Redo
+
+SETS: Mapping[str, str] = {
+    "method": "method",
+    "state": "state",
+    "export": "exports",
+    "model": "model.model",
+    "api_base": "model.api_base",
+    "refinement_model": "model.refinement_model",
+    "judge_model": "model.judge_model",
+    "budget_usd": "model.run_usd",
+    "budget_calls": "model.run_calls",
+    "budget_tokens": "model.run_tokens",
+    "asset_budget_usd": "model.asset_usd",
+    "asset_budget_calls": "model.asset_calls",
+    "rpm": "model.requests_per_minute",
+    "answer_cache": "model.cache",
+    "dynamics": "physics.dynamics",
+    "engines": "engine.verify",
+    "interaction": "engine.interact",
+    "collision": "collision.mode",
+    "views": "views.write",
+    "workers": "run.workers",
+    "scheduler": "run.scheduler",
+    "hook": "run.hook",
+}
+"""Option → the setting that it states."""
+
+
+class RefineRequest(Frozen):
+    """A dataset, what to take of it, where the result goes, and the settings.
+
+    ``settings`` is what ``settings_file`` and the options come to now; ``stated`` is what the options state, nested as
+    in a file: a nightly reads the file again each night. ``strict`` makes a run that holds a failed asset fail; ``now``
+    asks for one night at once instead of the schedule.
+    """
+
+    data: Location
+    out: Location
+    subset: str | None = None
+    asset_ids: tuple[str, ...] = ()
+    limit: int | None = None
+    settings: Settings = Settings()
+    settings_file: Path | None = None
+    stated: dict[str, Any] = Field(default_factory=dict)
+    strict: bool = False
+    now: bool = False
+    found: InstanceOf[FoundAssets] | None = Field(default=None, exclude=True)
+
+
+def parse_request(words: Sequence[str]) -> RefineRequest:
+    """The request that a command line of ``asset2sim refine`` or ``asset2sim nightly`` makes. Raises UsageError."""
+    options = parse(words)
+    if not isinstance(options, RefineOptions):
+        raise UsageError(f"'{words[0]}' refines nothing; choose from: refine, nightly")
+    return refine_request(options)
+
+
+def refine_request(options: RefineOptions) -> RefineRequest:
+    """The request that the options of ``asset2sim refine`` or ``asset2sim nightly`` make."""
+    stated = stated_settings(options)
+    return RefineRequest(
+        data=options.data,
+        out=options.out,
+        subset=options.subset,
+        asset_ids=options.assets,
+        limit=options.limit,
+        settings=settings_for_run(options.settings, stated),
+        settings_file=options.settings and options.settings.resolve(),
+        stated=stated,
+        strict=options.strict,
+        now=isinstance(options, NightlyOptions) and options.now,
+    )
+
+
+def stated_settings(options: Options) -> dict[str, Any]:
+    """The settings that the options given on a command line state, nested as in a settings file."""
+    found: dict[str, Any] = {}
+    for name in SETS.keys() & options.model_fields_set:
+        found = merged(found, _nested(SETS[name], getattr(options, name)))
+    if isinstance(options, RefineOptions) and (options.force or options.retry_failed):
+        found = merged(found, _nested("run.redo", Redo.ALL if options.force else Redo.FAILED))
+    return found
+
+
+def settings_for_run(file: Path | None, stated: Mapping[str, Any], below: Mapping[str, Any] | None = None) -> Settings:
+    """The settings of a run on this machine: as stated, else as in the file, else as ``below``, else built in, with a
+    worker a core. Raises UsageError for a file that cannot be read or that states something else than settings.
+    """
+    found = merged({"run": {"workers": usable_cores()}}, below or {})
+    if file is not None:
+        from asset2sim.runs.settings_file import read_settings
+
+        found = merged(found, read_settings(file))
+    return Settings.model_validate(merged(found, stated))
+
+
+def merged(below: Mapping[str, Any], above: Mapping[str, Any]) -> dict[str, Any]:
+    """Two nested mappings as one; where both state a field, ``above`` has it."""
+    found = dict(below)
+    for name, value in above.items():
+        both = isinstance(value, Mapping) and isinstance(found.get(name), Mapping)
+        found[name] = merged(found[name], value) if both else value
+    return found
+
+
+def usable_cores() -> int:
+    """Processor cores that this process may use."""
+    if hasattr(os, "sched_getaffinity"):
+        return len(os.sched_getaffinity(0))
+    return os.cpu_count() or 1
+
+
+def _nested(path: str, value: object) -> dict[str, Any]:
+    section, _, field = path.rpartition(".")
+    return {section: {field: value}} if section else {field: value}

@@ -1,0 +1,64 @@
+"""The lines that a nightly prints on the terminal or into its log."""
+
+import sys
+from datetime import UTC, datetime
+from pathlib import Path
+
+from asset2sim.catalog.report import headline
+from asset2sim.catalog.text import output
+from asset2sim.runs.result import RunResult
+
+
+def print_served(
+    data: str,
+    out: str,
+    cron: str,
+    timezone: str,
+    settings: Path | None,
+    following: datetime | None,
+    commands: list[str],
+) -> None:
+    """Print what is served and when, and how to have a night at once."""
+    console = output()
+    lines = [f"nightly: {data} into {out}, on '{cron}' ({timezone})"]
+    if settings is not None:
+        lines.append(f"settings: {settings}, read when a night begins")
+    lines.append(f"next run: {moment(following)}")
+    for line in [*lines, "a night at once, from another terminal:", *(f"  {command}" for command in commands)]:
+        console.print(line, markup=False, soft_wrap=True)
+    sys.stdout.flush()
+
+
+def moment(following: datetime | None, now: datetime | None = None) -> str:
+    """A coming moment, and how far off it is; None is one that nobody has planned."""
+    if following is None:
+        return "none is planned: does the Prefect server run its scheduler?"
+    minutes = max(0, round((following - (now or datetime.now(UTC))).total_seconds() / 60.0))
+    return f"{following.astimezone(UTC):%Y-%m-%d %H:%M} UTC, in {minutes // 60} h {minutes % 60:02d} min"
+
+
+def night_line(result: RunResult) -> str:
+    """A night in one line: how it went and where its report is."""
+    parts = (
+        [headline(result.records, result.changes, result.unchanged)]
+        if result.changes
+        else [f"{len(result.records)} assets"]
+    )
+    if result.stopped is not None:
+        parts.insert(0, result.stopped)
+    return " · ".join([*parts, *([f"report: {result.shown_report}"] if result.report else [])])
+
+
+def print_night(result: RunResult) -> None:
+    """Print a night that came to a result, and its warnings."""
+    sys.stdout.write(f"run {result.run.run_id}: {night_line(result)}\n")
+    sys.stdout.flush()
+    for warning in result.warnings:
+        complain(warning)
+
+
+def complain(message: str) -> None:
+    """Print one line on standard error."""
+    sys.stdout.flush()
+    sys.stderr.write(f"asset2sim: {' '.join(message.split())}\n")
+    sys.stderr.flush()

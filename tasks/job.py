@@ -1,0 +1,27 @@
+"""One asset to refine, as a run hands it to the stages."""
+
+from dataclasses import dataclass
+from pathlib import Path
+
+from schemas.asset import AssetRef
+from schemas.model_names import is_prior
+from schemas.request import ModelAsk
+from schemas.settings import Settings
+from schemas.vocabulary import Method, Source
+
+
+@dataclass(frozen=True)
+class AssetJob:
+    """One asset, the output folder, the run's settings, and the one way to ask a model."""
+
+    ref: AssetRef
+    out: Path
+    settings: Settings
+    ask: ModelAsk
+
+    @property
+    def source(self) -> Source:
+        """Source of the numbers that the method proposes: an expert, a prior or a model."""
+        if self.settings.method is Method.REFERENCE:
+            return Source.USER
+        return Source.PRIOR if is_prior(self.settings.model.model) else Source.MODEL

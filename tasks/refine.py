@@ -1,0 +1,26 @@
+"""Refine: propose, simulate, and accept only what measures better (paper, "Refine")."""
+
+from dataclasses import dataclass
+
+from asset2sim.refinement.refine import refine
+from schemas.overlay import PhysicsOverlay
+from tasks.apply import Applied
+from tasks.job import AssetJob
+from tasks.progress import StageResult
+
+
+@dataclass(frozen=True, kw_only=True)
+class Refined(StageResult):
+    """The overlay that stays written, and engines' reports on exactly that; None where nothing was refined."""
+
+    overlay: PhysicsOverlay
+
+
+def refine_written(job: AssetJob, applied: Applied, overlay: PhysicsOverlay) -> Refined:
+    """The written asset, refined if its method refines; raises AssetError."""
+    if applied.to_refine is None:
+        return Refined(overlay=overlay)
+    done = refine(*applied.to_refine, job.ask)
+    return Refined(
+        overlay=done.overlay, reports=done.reports, trace=done.trace, calls=done.calls, findings=done.findings
+    )

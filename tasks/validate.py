@@ -1,0 +1,30 @@
+"""Validate: proposal → complete physics, every change of it a finding (paper, "Validate")."""
+
+from dataclasses import dataclass
+
+from asset2sim.assets.authored import authored_overlay
+from asset2sim.assets.extract import Extraction
+from asset2sim.baselines.as_proposed import as_proposed
+from asset2sim.validation.validate import contact_friction, validate
+from schemas.overlay import Overlay, PhysicsOverlay
+from tasks.job import AssetJob
+from tasks.progress import StageResult
+
+
+@dataclass(frozen=True, kw_only=True)
+class Validated(StageResult):
+    """The overlay that is to be written."""
+
+    overlay: PhysicsOverlay
+
+
+def validate_overlay(job: AssetJob, extraction: Extraction, proposal: Overlay | None, *, rules: bool) -> Validated:
+    """The proposal completed and bounded by our rules, or unchanged; without a proposal the physics as authored."""
+    physics = job.settings.physics
+    if proposal is None:
+        return Validated(overlay=authored_overlay(extraction, physics))
+    if not rules:
+        return Validated(overlay=as_proposed(extraction, proposal, job.source, job.settings))
+    friction = contact_friction(proposal.contact_material, physics)
+    overlay, findings = validate(extraction, proposal, job.source, friction, physics)
+    return Validated(overlay=overlay, findings=findings)

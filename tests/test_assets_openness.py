@@ -1,0 +1,133 @@
+"""Which end of a joint is closed: small furniture whose answer anyone can see, with both directions of its axis."""
+
+import math
+from collections.abc import Mapping
+
+import numpy as np
+import pytest
+
+from asset2sim.assets.meshes.openness import JointEnds, joint_ends, profile
+from asset2sim.physics.arrays import Array
+from asset2sim.physics.kinematics import TreeJoint
+from schemas.base import Vector3
+from tests.builders import corners, tree_joint
+
+BODY = corners((-0.25, -0.25, 0.0), (0.25, 0.25, 0.5))
+"""A cupboard of half a metre, its front at y = -0.25, its origin in the middle of its floor."""
+
+
+def ends(joint: TreeJoint, part: Array, lower: float, upper: float, body: Array = BODY) -> JointEnds:
+    points: Mapping[str, Array] = {"body": body, "part": part}
+    whole = np.vstack(list(points.values()))
+    return joint_ends([joint], "body", points, joint, lower, upper, float(np.linalg.norm(np.ptp(whole, axis=0))))
+
+
+def facing(kind: str, axis: Vector3, sign: float, xyz: Vector3) -> TreeJoint:
+    """A joint of the part, its axis as given (sign 1) or the other way round (sign -1)."""
+    return tree_joint("j", kind, "body", "part", (sign * axis[0], sign * axis[1], sign * axis[2]), xyz)
+
+
+def span(sign: float, low: float, high: float) -> tuple[float, float]:
+    """The limits of the same range of motion along an axis turned round."""
+    return (low, high) if sign > 0 else (-high, -low)
+
+
+@pytest.mark.parametrize("sign", [1.0, -1.0])
+def test_a_drawer_is_closed_inside_its_cupboard(sign: float) -> None:
+    joint = facing("prismatic", (0, -1, 0), sign, (0, 0, 0))
+    found = ends(joint, corners((-0.2, -0.24, 0.1), (0.2, 0.2, 0.3)), *span(sign, 0.0, 0.35))
+    assert (found.closed, found.open) == pytest.approx((0.0, sign * 0.35))
+    assert found.confidence == 1.0
+
+
+@pytest.mark.parametrize("sign", [1.0, -1.0])
+def test_a_drawer_drawn_open_is_closed_at_the_far_end_of_its_range(sign: float) -> None:
+    # Modelled pulled out by 0.35: zero is the open end.
+    joint = facing("prismatic", (0, -1, 0), sign, (0, -0.35, 0))
+    found = ends(joint, corners((-0.2, -0.24, 0.1), (0.2, 0.2, 0.3)), *span(sign, -0.35, 0.0))
+    assert (found.closed, found.open) == pytest.approx((-sign * 0.35, 0.0))
+    assert found.confidence == 1.0
+
+
+@pytest.mark.parametrize("sign", [1.0, -1.0])
+def test_a_door_is_closed_in_its_frame(sign: float) -> None:
+    # Hinged at the front's left edge; the panel lies along x while shut and swings out to -y.
+    joint = facing("revolute", (0, 0, -1), sign, (-0.25, -0.25, 0))
+    found = ends(joint, corners((0.0, -0.02, 0.0), (0.5, 0.0, 0.5)), *span(sign, 0.0, math.pi / 2))
+    assert (found.closed, found.open) == pytest.approx((0.0, sign * math.pi / 2))
+    assert found.confidence == 1.0
+
+
+@pytest.mark.parametrize("sign", [1.0, -1.0])
+@pytest.mark.parametrize("offset", [0.0, 1.0])
+def test_a_lid_is_closed_on_its_box_wherever_zero_is(sign: float, offset: float) -> None:
+    # Hinged at the back's upper edge; at `offset` beyond shut the zero of the joint is half open.
+    joint = tree_joint("j", "revolute", "body", "part", (-sign, 0, 0), (0, 0.25, 0.5), (-offset, 0, 0))
+    found = ends(joint, corners((-0.25, -0.5, 0.0), (0.25, 0.0, 0.02)), *span(sign, -offset, 1.9 - offset))
+    assert (found.closed, found.open) == pytest.approx((-sign * offset, sign * (1.9 - offset)))
+    assert found.confidence > 0.9
+
+
+@pytest.mark.parametrize("sign", [1.0, -1.0])
+def test_a_folding_screen_is_closed_on_its_keyboard(sign: float) -> None:
+    keyboard = corners((-0.17, -0.12, 0.0), (0.17, 0.12, 0.015))
+    screen = corners((-0.17, -0.24, 0.0), (0.17, 0.0, 0.008))  # as it lies on the keyboard
+    joint = facing("revolute", (-1, 0, 0), sign, (0, 0.12, 0.015))
+    found = ends(joint, screen, *span(sign, 0.0, 2.0), body=keyboard)
+    assert (found.closed, found.open) == pytest.approx((0.0, sign * 2.0))
+    assert found.confidence == 1.0
+
+
+@pytest.mark.parametrize(
+    ("lower", "upper", "nearest", "other"),
+    [(0.0, 0.002, 0.0, 0.002), (-0.002, 0.0, 0.0, -0.002), (0.001, 0.003, 0.001, 0.003)],
+)
+def test_of_a_button_geometry_says_nothing_and_the_end_nearest_zero_is_taken(
+    lower: float, upper: float, nearest: float, other: float
+) -> None:
+    button = corners((-0.01, -0.01, 0.0), (0.01, 0.01, 0.01))
+    found = ends(facing("prismatic", (0, 0, 1), 1.0, (0, 0, 0.1)), button, lower, upper)
+    assert found == JointEnds(nearest, other, 0.0)
+
+
+def test_a_drawer_that_passes_through_is_closed_in_the_middle() -> None:
+    part = corners((-0.2, -0.25, 0.1), (0.2, 0.25, 0.3))
+    found = ends(facing("prismatic", (0, 1, 0), 1.0, (0, 0, 0)), part, -0.3, 0.3)
+    assert found.closed == pytest.approx(0.0)
+    assert abs(found.open) == pytest.approx(0.3)
+    assert 0.0 < found.confidence < 1.0
+
+
+def test_a_drawer_that_passes_further_one_way_opens_that_way() -> None:
+    part = corners((-0.2, -0.25, 0.1), (0.2, 0.25, 0.3))
+    found = ends(facing("prismatic", (0, 1, 0), 1.0, (0, 0, 0)), part, -0.3, 0.2)
+    assert found.open == pytest.approx(-0.3)
+    assert abs(found.closed) <= 0.5 / 8 / 2  # the nearest of nine samples
+
+
+def test_without_a_range_or_a_size_nothing_is_claimed() -> None:
+    joint, part = facing("prismatic", (0, 1, 0), 1.0, (0, 0, 0)), corners((0.0, 0, 0), (1, 1, 1))
+    assert ends(joint, part, 0.2, 0.2) == JointEnds(0.2, 0.2, 0.0)
+    assert joint_ends([joint], "body", {"body": BODY, "part": part}, joint, 0.0, 0.5, 0.0) == JointEnds(0.0, 0.5, 0.0)
+    nothing = np.zeros((0, 3))
+    assert joint_ends([joint], "body", {"body": nothing, "part": nothing}, joint, -0.5, 0.1, 1.0) == JointEnds(
+        0.1, -0.5, 0.0
+    )
+
+
+def test_the_profile_of_a_drawer_is_what_a_ruler_says() -> None:
+    joint = facing("prismatic", (0, -1, 0), 1.0, (0, 0, 0))
+    # A drawer as wide and high as the cupboard: the hull grows by 0.25 m² for every metre it is pulled.
+    points = {"body": BODY, "part": BODY}
+    positions, volumes, gaps = profile([joint], "body", points, joint, 0.0, 0.4)
+    np.testing.assert_allclose(positions, np.linspace(0.0, 0.4, 9))
+    np.testing.assert_allclose(volumes, 0.125 + 0.25 * positions)
+    np.testing.assert_allclose(gaps, positions, atol=1e-12)
+
+
+def test_what_a_door_carries_moves_with_it() -> None:
+    door = tree_joint("door", "prismatic", "body", "part", (1, 0, 0))
+    handle = tree_joint("handle", "fixed", "part", "knob", xyz=(0, 0, 1))
+    knob = corners((-0.01, -0.01, 0.0), (0.01, 0.01, 0.02))
+    _, _, gaps = profile([door, handle], "body", {"body": BODY, "part": np.zeros((0, 3)), "knob": knob}, door, 0.0, 0.8)
+    np.testing.assert_allclose(gaps, np.hypot(np.linspace(0.0, 0.8, 9), 1.01 - 0.25))

@@ -1,0 +1,196 @@
+"""The history of all runs: what a run leaves there, months, compaction, and what changed between two runs."""
+
+import shutil
+from datetime import UTC, datetime
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+import pandas as pd
+import pyarrow.parquet as pq
+import pytest
+
+from asset2sim.catalog import history, switch
+from asset2sim.catalog.failures import compare_runs, failures_by, find_run
+from asset2sim.catalog.history import compact_history, history_files
+from asset2sim.catalog.read import latest_rows, query, read_table
+from asset2sim.catalog.run import RunRow
+from asset2sim.catalog.write import write_run
+from schemas.asset import AssetRecord, AssetRef, Unchanged
+from schemas.errors import UnknownChoiceError, UsageError
+from schemas.tables import COST_COLUMNS, HISTORY, OUTCOME_COLUMNS
+from schemas.vocabulary import FailureMode, Grouping, Status
+from tests.factories import make_failure, make_record
+from tests.killing import killed_at
+
+OK = FailureMode.NONE
+
+
+def night(day: int, month: int = 11) -> RunRow:
+    """The run of a night at two o'clock."""
+    start = datetime(2026, month, day, 2, tzinfo=UTC)
+    return RunRow(run_id=f"{start:%Y%m%dT%H%M%S}-aaaa", started_at=start, finished_at=start, dataset="data")
+
+
+def ended(**modes: FailureMode) -> list[AssetRecord]:
+    """A record for each asset, failed in its mode or not at all."""
+    return [make_record(name) if mode is OK else make_failure(name, mode) for name, mode in modes.items()]
+
+
+def left(*names: str) -> list[Unchanged]:
+    return [Unchanged(asset_id=name, status=Status.OK, failure_mode=OK) for name in names]
+
+
+def kept(out: Path, *columns: str) -> list[tuple[Any, ...]]:
+    rows = read_table(out, "asset_history").sort_values(["started_at", "asset_id"])
+    return list(rows[list(columns)].itertuples(index=False, name=None))
+
+
+def test_a_run_leaves_a_row_for_each_of_its_assets_and_unchanged_ones_cost_nothing(tmp_path: Path) -> None:
+    write_run(tmp_path, night(1), ended(a=OK, b=FailureMode.JAM, other=OK))
+    write_run(tmp_path, night(2), ended(b=OK), left("a"))
+    assert kept(tmp_path, "run_id", "asset_id", "status", "unchanged", "queries") == [
+        ("20261101T020000-aaaa", "a", "ok", False, 1),
+        ("20261101T020000-aaaa", "b", "failed", False, 0),
+        ("20261101T020000-aaaa", "other", "ok", False, 1),
+        ("20261102T020000-aaaa", "a", "ok", True, 0),
+        ("20261102T020000-aaaa", "b", "ok", False, 1),
+    ]
+    rows, assets = read_table(tmp_path, "asset_history"), read_table(tmp_path, "assets").set_index("asset_id")
+    unchanged = rows[rows["unchanged"]].iloc[0]
+    assert (unchanged[list(COST_COLUMNS)] == 0).all()
+    for name in OUTCOME_COLUMNS:
+        assert str(unchanged[name]) == str(assets.loc["a", name]), name
+    assert (rows[~rows["unchanged"] & (rows["status"] == "ok")]["seconds_total"] > 0).all()
+
+
+def test_files_lie_by_the_month_of_the_start_and_pandas_opens_the_folder(tmp_path: Path) -> None:
+    for run in (night(30, 11), night(1, 12), night(2, 12)):
+        write_run(tmp_path, run, ended(a=OK))
+    assert [path.relative_to(tmp_path).as_posix() for path in history_files(tmp_path)] == [
+        "history/month=2026-11/20261130T020000-aaaa.parquet",
+        "history/month=2026-12/20261201T020000-aaaa.parquet",
+        "history/month=2026-12/20261202T020000-aaaa.parquet",
+    ]
+    (tmp_path / "history" / "month=2026-12" / ".half.parquet.part").write_bytes(b"half")
+    whole = pd.read_parquet(tmp_path / "history")
+    assert whole["month"].astype(str).tolist() == ["2026-11", "2026-12", "2026-12"]
+    assert query(tmp_path, "SELECT count(*) AS n FROM asset_history")["n"].tolist() == [3]
+    write_run(tmp_path, night(2, 12), ended(a=FailureMode.DRIFT))
+    assert kept(tmp_path, "failure_mode") == [("none",), ("none",), ("drift",)]
+    assert not (tmp_path / "history" / "month=2026-12" / ".half.parquet.part").exists()
+
+
+def test_a_closed_month_becomes_one_file_and_loses_nothing(tmp_path: Path) -> None:
+    for day in range(1, 6):
+        write_run(tmp_path, night(day), ended(a=OK, b=FailureMode.JAM))
+    before = kept(tmp_path, *HISTORY.schema.names)
+    assert len(history_files(tmp_path)) == 5
+    first = history_files(tmp_path)[0]
+    pq.write_table(
+        pq.read_table(first, partitioning=None).drop_columns(["peak_speed_m_s"]), first
+    )  # an older version's
+    write_run(tmp_path, night(1, 12), ended(a=OK))
+    assert [path.name for path in history_files(tmp_path)] == ["merged.parquet", "20261201T020000-aaaa.parquet"]
+    after = kept(tmp_path, *(name for name in HISTORY.schema.names if name != "peak_speed_m_s"))
+    place = HISTORY.schema.names.index("peak_speed_m_s")
+    assert [str(row) for row in after[:10]] == [str(row[:place] + row[place + 1 :]) for row in before]
+    described = pq.read_schema(history_files(tmp_path)[0]).field("cost_usd").metadata
+    assert described[b"unit"] == b"USD" and not list((tmp_path / "history").glob(".*"))
+
+
+def test_a_busy_month_is_merged_too(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(history, "MAX_FILES", 3)
+    for day in range(1, 7):
+        write_run(tmp_path, night(day), ended(a=OK))
+    assert len(history_files(tmp_path)) == 3 and len(kept(tmp_path, "run_id")) == 6
+
+
+def test_a_month_that_cannot_be_read_stays_as_it_is(tmp_path: Path) -> None:
+    for day in (1, 2):
+        write_run(tmp_path, night(day), ended(a=OK))
+    (tmp_path / "history" / "month=2026-11" / "broken.parquet").write_bytes(b"not parquet")
+    write_run(tmp_path, night(1, 12), ended(a=OK))
+    assert len(history_files(tmp_path)) == 4
+
+
+@pytest.mark.parametrize("swaps", [True, False], ids=["exchange", "two renames"])
+def test_a_killed_compaction_loses_and_doubles_nothing(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, swaps: bool
+) -> None:
+    if not swaps:
+        monkeypatch.setattr(switch, "exchange", lambda first, second: False)
+    template = tmp_path / "template"
+    for day in (1, 2, 3):
+        write_run(template, night(day), ended(a=OK, b=OK))
+    expected, killed = kept(template, "run_id", "asset_id"), True
+    for line in range(1, 1000, 2):
+        out = tmp_path / str(line)
+        shutil.copytree(template, out)
+        work = partial(compact_history, out, datetime(2026, 12, 1, tzinfo=UTC))
+        killed = killed_at(line, (history.__file__, switch.__file__), work)
+        if swaps:
+            assert kept(out, "run_id", "asset_id") == expected
+        write_run(out, night(1, 12), ended(a=OK))
+        assert kept(out, "run_id", "asset_id")[:6] == expected, f"killed before line {line}"
+        assert len(history_files(out)) == 2 and not list((out / "history").glob(".*"))
+        if not killed:
+            break
+    assert not killed and line > 20
+
+
+def test_two_runs_held_against_each_other(tmp_path: Path) -> None:
+    write_run(tmp_path, night(1), ended(a=OK, b=FailureMode.JAM, c=FailureMode.JAM, d=OK, e=OK, f=FailureMode.DROP))
+    write_run(tmp_path, night(2), [*ended(a=FailureMode.HOLD, b=OK, c=FailureMode.DRIFT, g=OK),
+                                   make_failure("f", FailureMode.DROP)], left("e"))  # fmt: skip
+    found = compare_runs(tmp_path, "previous", "latest")
+    assert found[["change", "asset_id", "before", "after"]].fillna("").values.tolist() == [
+        ["broke", "a", "none", "hold"],
+        ["fails otherwise", "c", "jam", "drift"],
+        ["mended", "b", "jam", "none"],
+        ["came", "g", "", "none"],
+        ["went", "d", "none", ""],
+    ]
+    assert found["reason"].iloc[0] == "bad_file: cannot go on"
+    assert find_run(tmp_path, "20261101") == night(1).run_id
+    with pytest.raises(UsageError, match="the beginning of 2 runs"):
+        find_run(tmp_path, "2026")
+    with pytest.raises(UnknownChoiceError, match="unknown run 'yesterday'; choose from: 20261101"):
+        find_run(tmp_path, "yesterday")
+    elsewhere = night(3).model_copy(update={"dataset": "other"})
+    write_run(tmp_path, elsewhere, ended(a=OK))
+    with pytest.raises(UsageError, match="is the first over its dataset"):
+        find_run(tmp_path, "previous")
+
+
+def test_failures_since_a_day_count_every_night(tmp_path: Path) -> None:
+    write_run(tmp_path, night(1), ended(a=FailureMode.JAM, b=OK))
+    write_run(tmp_path, night(2), ended(a=FailureMode.JAM, b=FailureMode.DROP))
+    write_run(tmp_path, night(3), ended(a=FailureMode.JAM), left("b"))
+    every = failures_by(tmp_path, Grouping.FAILURE_MODE, datetime(2026, 11, 2, tzinfo=UTC))
+    assert every[["failure_mode", "assets", "failures", "causes"]].values.tolist() == [
+        ["drop", 1, 2, "Box ×2"],
+        ["jam", 1, 2, "Box ×2"],
+    ]
+    assert every["share_percent"].tolist() == [50.0, 50.0]
+    assert every["first_at"].dt.day.tolist() == [2, 2] and every["last_at"].dt.day.tolist() == [3, 3]
+    since_first = failures_by(tmp_path, Grouping.ASSET, datetime(2026, 11, 1, tzinfo=UTC))
+    assert since_first[["asset_id", "failures", "share_percent", "causes"]].values.tolist() == [
+        ["a", 3, 100.0, "jam ×3"],
+        ["b", 2, pytest.approx(200.0 / 3.0), "drop ×2"],
+    ]
+    now = failures_by(tmp_path, Grouping.CATEGORY)
+    assert now[["category", "assets", "failures", "causes"]].values.tolist() == [["Box", 2, 2, "drop ×1, jam ×1"]]
+    write_run(tmp_path, night(4), [make_failure("n", FailureMode.JAM, ref=AssetRef(asset_id="n", path="n"))])
+    unnamed = failures_by(tmp_path, Grouping.SUBSET).fillna("none")
+    assert unnamed[["subset", "assets"]].values.tolist() == [["paper9", 2], ["none", 1]]
+    assert failures_by(tmp_path, Grouping.FAILURE_MODE, datetime(2027, 1, 1, tzinfo=UTC)).empty
+
+
+def test_the_latest_run_s_rows_are_those_of_unchanged_assets_too(tmp_path: Path) -> None:
+    write_run(tmp_path, night(1), ended(a=OK, b=OK, c=OK))
+    write_run(tmp_path, night(2), ended(a=OK), left("b"))
+    assets, links = latest_rows(tmp_path, "assets", "links")
+    assert sorted(assets["asset_id"]) == ["a", "b"] and sorted(set(links["asset_id"])) == ["a", "b"]
+    shutil.rmtree(tmp_path / "history")
+    assert latest_rows(tmp_path, "assets")[0]["asset_id"].tolist() == ["a"]

@@ -1,0 +1,148 @@
+"""A run in MLflow, the figures that it logs, and the chart."""
+
+import threading
+import time
+from pathlib import Path
+
+import pytest
+from mlflow import MlflowClient
+from PIL import Image
+
+from asset2sim.catalog import mlflow_log
+from asset2sim.catalog.changes import Previous, find_changes
+from asset2sim.catalog.mlflow_log import EXPERIMENT, draw_failures, log_run, run_params
+from asset2sim.catalog.mlflow_store import PART, prepare_mlflow
+from asset2sim.catalog.report_file import write_report
+from asset2sim.catalog.run import start_run
+from asset2sim.catalog.run_figures import run_figures
+from asset2sim.catalog.write import write_run
+from schemas.asset import AssetRecord
+from schemas.settings import ModelSettings, Settings, Thresholds
+from schemas.tables import TABLES
+from schemas.vocabulary import FailureMode
+from tests.factories import make_failure, make_measurement, make_motion, make_record, make_run_records
+
+LIMITS = Thresholds()
+
+
+@pytest.fixture
+def records() -> list[AssetRecord]:
+    """Φ of 0.5, 0 and 1.5 mm, one drifting and one oscillating, and one that was never measured."""
+    oscillating = make_measurement(penetration_m=0.0, joints=(make_motion("hinge", 0.5, 9),))
+    drifting = make_measurement(penetration_m=0.0015, drift_m=0.01)
+    return [
+        make_record("1"),
+        make_record("2", measurement=oscillating),
+        make_record("3", measurement=drifting),
+        make_failure("4", FailureMode.MISSING_MESH),
+    ]
+
+
+def test_figures(records: list[AssetRecord]) -> None:
+    figures = run_figures(records, LIMITS)
+    expected = {
+        "assets": 4, "ok": 3, "success_rate": 0.75, "queries_per_asset": 0.75, "tokens_per_asset": 900.0,
+        "failures_missing_mesh": 1, "failures_drift": 0, "measured": 3, "penetration_mm_mean": 2 / 3,
+        "penetration_mm_median": 0.5, "penetration_mm_max": 1.5, "penetration_mm_mean_nonzero": 1.0,
+        "penetrating_assets": 2, "drift_pass_share": 2 / 3, "oscillation_pass_share": 2 / 3,
+        "penetration_pass_share": 1.0,
+        "seconds_extract_mean": (3 * 0.1 + 0.05) / 4, "seconds_extract_median": 0.1,
+    }  # fmt: skip
+    assert {name: figures[name] for name in expected} == pytest.approx(expected)
+
+
+def test_figures_of_nothing_are_left_out() -> None:
+    assert run_figures([], LIMITS)["assets"] == 0
+    assert "success_rate" not in run_figures([], LIMITS)
+    assert "penetration_mm_mean" not in run_figures([make_failure("1", FailureMode.TIMEOUT)], LIMITS)
+
+
+def test_a_run_is_in_mlflow_with_settings_figures_tables_and_chart(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, records: list[AssetRecord]
+) -> None:
+    monkeypatch.delenv("MLFLOW_TRACKING_URI", raising=False)
+    run = start_run(Settings(), "data/raw", "paper9")
+    write_run(tmp_path, run, records)
+    report = write_report(tmp_path, run, "# fine\n")
+    assert log_run(tmp_path, run, records, find_changes(records, Previous({"4": "none", "9": "none"}))) is None
+    client = MlflowClient(tracking_uri=f"sqlite:///{tmp_path / 'mlflow.db'}")
+    experiment = client.get_experiment_by_name(EXPERIMENT)
+    assert experiment is not None
+    child, logged = sorted(client.search_runs([experiment.experiment_id]), key=lambda found: len(found.info.run_name))
+    assert (child.info.run_name, child.info.status) == ("4", "FAILED")
+    tags = {"mlflow.parentRunId": logged.info.run_id, "failure_mode": "missing_mesh", "was": "none"}
+    assert tags.items() <= child.data.tags.items()
+    assert logged.info.run_name == run.run_id and logged.info.status == "FINISHED"
+    assert logged.data.metrics["success_rate"] == 0.75 and logged.data.metrics["failures_missing_mesh"] == 1
+    assert (logged.data.metrics["new_failures"], logged.data.metrics["standing_success_rate"]) == (1, 0.8)
+    assert logged.data.params["search.target_phi_m"] == "0.0001" and logged.data.params["subset"] == "paper9"
+    artifacts = {
+        file.path for folder in (None, "catalog") for file in client.list_artifacts(logged.info.run_id, folder)
+    }
+    tables = {f"catalog/{table.file}" for table in TABLES.values()}
+    assert artifacts == tables | {"catalog", "failure_modes.png", report.name}
+    assert (tmp_path / "mlartifacts").is_dir()
+
+
+def test_a_server_that_is_not_there_costs_a_warning_and_seconds(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, records: list[AssetRecord]
+) -> None:
+    monkeypatch.setenv("MLFLOW_TRACKING_URI", "http://me:secret@127.0.0.1:9")
+    started = time.monotonic()
+    warning = log_run(tmp_path, start_run(Settings(), "data/raw"), records, find_changes(records, Previous()))
+    assert time.monotonic() - started < 10.0
+    assert warning is not None and "MLflow does not hold run" in warning
+    assert "\n" not in warning and "secret" not in warning
+
+
+def test_what_a_night_costs_in_mlflow_does_not_grow_with_the_dataset(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.delenv("MLFLOW_TRACKING_URI", raising=False)
+    monkeypatch.setattr(mlflow_log, "MAX_CHILDREN", 2)
+    monkeypatch.setattr(mlflow_log, "MAX_TABLES_BYTES", 10)
+    records = make_run_records(3, [FailureMode.DRIFT] * 4)
+    run = start_run(Settings(), "data/raw")
+    write_run(tmp_path, run, records)
+    was = {"bad0": "drift", "bad1": "drift", "bad2": "drift"}
+    assert log_run(tmp_path, run, records, find_changes(records, Previous(was))) is None
+    client = MlflowClient(tracking_uri=f"sqlite:///{tmp_path / 'mlflow.db'}")
+    experiment = client.get_experiment_by_name(EXPERIMENT)
+    assert experiment is not None
+    runs = {found.info.run_name: found for found in client.search_runs([experiment.experiment_id])}
+    assert runs.keys() == {run.run_id, "bad3", "bad0"}  # what is new comes first
+    parent = runs[run.run_id]
+    assert parent.data.metrics["failed"] == 4 and parent.data.tags["catalog"] == str(tmp_path / "catalog")
+    assert {file.path for file in client.list_artifacts(parent.info.run_id)} == {"failure_modes.png"}
+
+
+def test_the_file_is_made_beside_the_work_and_no_run_is_lost(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.delenv("MLFLOW_TRACKING_URI", raising=False)
+    for left in (PART, f"{PART}-journal"):  # what a killed run left
+        (tmp_path / left).write_bytes(b"half")
+    run = start_run(Settings(), "data/raw")
+    beside = [threading.Thread(target=prepare_mlflow, args=(tmp_path,)) for _ in range(2)]
+    for thread in beside:
+        thread.start()
+    assert log_run(tmp_path, run, [], find_changes([], Previous())) is None
+    for thread in beside:
+        thread.join()
+    client = MlflowClient(tracking_uri=f"sqlite:///{tmp_path / 'mlflow.db'}")
+    experiment = client.get_experiment_by_name(EXPERIMENT)
+    assert experiment is not None
+    (logged,) = client.search_runs([experiment.experiment_id])
+    assert logged.info.run_name == run.run_id and not list(tmp_path.glob(f"{PART}*"))
+    assert not client.list_artifacts(logged.info.run_id), "a chart of nothing"
+
+
+def test_params_are_flat_bounded_and_hold_no_password() -> None:
+    params = run_params(Settings(model=ModelSettings(model="x" * 9000, api_base="http://me:secret@host")))
+    assert len(params["model.model"]) == 500 and params["model.api_base"] == "http://host"
+    assert params["thresholds.drift_m"] == "0.001" and all(isinstance(value, str) for value in params.values())
+
+
+def test_the_chart_is_a_picture(tmp_path: Path, records: list[AssetRecord]) -> None:
+    draw_failures(records, tmp_path / "chart.png", "How the assets ended")
+    with Image.open(tmp_path / "chart.png") as picture:
+        assert picture.format == "PNG" and min(picture.size) > 400
+        assert len(picture.convert("RGB").getcolors(1 << 24) or []) > 10

@@ -1,0 +1,108 @@
+"""One asset as the catalog knows it, and the summary of a run."""
+
+import io
+from pathlib import Path
+
+import pytest
+from rich.console import Console, RenderableType
+
+from asset2sim.catalog.run import start_run
+from asset2sim.catalog.show import describe_asset
+from asset2sim.catalog.summary import summary_table, totals_line
+from asset2sim.catalog.text import NOTHING, markdown_table, number
+from asset2sim.catalog.write import write_run
+from schemas.errors import UnknownChoiceError
+from schemas.settings import Settings, Thresholds
+from schemas.vocabulary import FailureMode
+from tests.factories import make_failure, make_measurement, make_motion, make_record, make_run_records
+
+
+def text_of(renderable: RenderableType, width: int = 160) -> str:
+    console = Console(width=width, record=True, file=io.StringIO())
+    console.print(renderable)
+    return console.export_text()
+
+
+def test_an_asset_is_shown_with_units_sources_thresholds_cost_and_files(tmp_path: Path) -> None:
+    write_run(tmp_path, start_run(Settings(), "data"), [make_record("7")])
+    views = tmp_path / "assets" / "7" / "views"
+    views.mkdir(parents=True)
+    (views / "front.png").touch()
+    text = text_of(describe_asset(tmp_path, "7"))
+    for expected in (
+        "a small closed box", "scale 0.250 (user)", "mass 3 kg", "N·m·s/rad", "N·s/m", "0.500 mm", "2 mm",
+        "link_completed",
+        "0.90 sure", "hinge → 0.100", "prior/household", "1 model calls (1 more from the cache)", "extract 0.10",
+        str(tmp_path / "assets" / "7"), "front.png", "pybullet 3.2.7", "alignment 0.750: the scale meets a small Box",
+    ):  # fmt: skip
+        assert expected in text.replace("\n", " ") or expected in text.replace("\n", ""), expected
+    assert "fails" not in text
+
+
+def test_a_figure_over_the_run_s_own_threshold_fails(tmp_path: Path) -> None:
+    strict = Settings(thresholds=Thresholds(penetration_m=0.0001))
+    write_run(tmp_path, start_run(strict, "data"), [make_record("7")])
+    line = next(line for line in text_of(describe_asset(tmp_path, "7")).splitlines() if "penetration" in line)
+    assert "0.100 mm" in line and "fails" in line
+
+
+def test_an_asset_that_failed_early_and_text_that_looks_like_markup_are_shown(tmp_path: Path) -> None:
+    write_run(tmp_path, start_run(Settings(), "data"), [make_failure("7", FailureMode.MISSING_MESH, "[bold]mesh[/]")])
+    text = text_of(describe_asset(tmp_path, "7"))
+    assert "failed: missing_mesh" in text and "not measured" in text and "[bold]mesh[/]" in text
+
+
+def test_every_engine_has_a_line_with_its_tests_and_efforts(tmp_path: Path) -> None:
+    write_run(tmp_path, start_run(Settings(), "data"), [make_record("7")])
+    text = text_of(describe_asset(tmp_path, "7"), 160)
+    (line,) = [line.split() for line in text.splitlines() if line.strip().startswith("mujoco")]
+    assert line[:6] == ["mujoco", "1.0", "ok", "0.500", "0.000100", "0.00100"]
+    assert line[6] == "2/2" and line[-1] == "0.40"
+    effort = next(line for line in text.splitlines() if line.split() == ["hinge", "0.0100", "–"])
+    assert effort and "Least effort" in text
+    assert "not seen by default: parent and child" in text and "hull" in text
+
+
+def test_every_model_that_refined_the_asset_is_shown(tmp_path: Path) -> None:
+    write_run(tmp_path, start_run(Settings(), "data"), [make_record("7"), make_record("7", model="other/model")])
+    text = text_of(describe_asset(tmp_path, "7"))
+    assert "with other/model" in text and "with prior/household" in text
+
+
+def test_an_unknown_id_names_the_closest(tmp_path: Path) -> None:
+    write_run(tmp_path, start_run(Settings(), "data"), [make_record("cabinet_1"), make_record("stapler")])
+    with pytest.raises(UnknownChoiceError, match=r"unknown asset 'cabinet1'; choose from: cabinet_1$"):
+        describe_asset(tmp_path, "cabinet1")
+
+
+@pytest.mark.parametrize("width", [100, 150])
+def test_the_summary_keeps_every_number_at_every_width(width: int) -> None:
+    records = [make_record(f"{100000 + i}", category="StorageFurniture") for i in range(147)]
+    records[0] = make_failure("100000", FailureMode.INVALID_JOINT_CONFIGURATION)
+    lines = text_of(summary_table(records, Thresholds()), width).splitlines()
+    assert "…" not in "\n".join(lines) and max(map(len, lines)) <= width
+    shown = [line for line in lines if line.startswith("100")]
+    assert len(shown) == 147 and shown[-1].startswith("100000") and "invalid_joint_configuration" in shown[-1]
+    assert shown[0].split()[-8:] == ["0.250", "3", "0.500", "0.100", "0.0010", "2/2", "1", "2.1"]
+
+
+def test_totals() -> None:
+    wild = make_measurement(penetration_m=0.0, joints=(make_motion("hinge", 0.5, 9),))
+    records = [*make_run_records(3, [FailureMode.TIMEOUT]), make_record("wild", measurement=wild)]
+    totals = totals_line(records, Thresholds())
+    assert "4 of 5 ok (80.0 %)" in totals and "mean over 3 not zero 0.500 mm" in totals and "oscillation 3/4" in totals
+    assert totals_line([], Thresholds()) == "no assets"
+
+
+def test_a_markdown_table_escapes_what_would_split_a_cell() -> None:
+    table = markdown_table(("a", "n"), [("x|y", "1"), (r"x\|y", "two\nlines"), ("", NOTHING)], right=(1,))
+    assert table.splitlines() == ["| a | n |", "| --- | ---: |", r"| x\|y | 1 |", r"| x\|y | two lines |", "|  | – |"]
+
+
+@pytest.mark.parametrize(
+    ("value", "shown"),
+    [(None, "–"), (float("nan"), "–"), (0, "0"), (0.0, "0"), (2.0, "2"), (0.25, "0.250"), (1234.56, "1235"),
+     (1.5e-7, "1.50e-07"), (3.2e8, "3.20e+08"), (-0.05, "-0.0500")],
+)  # fmt: skip
+def test_numbers(value: object, shown: str) -> None:
+    assert number(value) == shown

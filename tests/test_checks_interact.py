@@ -1,0 +1,95 @@
+"""All interaction tests of one object in each engine, and a world that is loaded afresh once it is spoilt."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from asset2sim.checks.interact import interact, shared_world
+from asset2sim.checks.interaction_verdict import interaction_verdicts
+from schemas.settings import EngineSettings
+from schemas.vocabulary import Engine, FailureMode
+from tests.builders import UrdfJoint
+from tests.interaction_objects import ENGINES, LIMITS, SETTINGS, Subject, hull_cause, solid, subject
+
+
+def cabinet(folder: Path, *, drawer_friction: float = 4.0) -> Subject:
+    """A squat cabinet with a drawer that must hold, a lid that gravity closes and a knob on the drawer."""
+    links = [
+        solid("body", (0.5, 0.5, 0.3), mass=12.0),
+        solid("drawer", (0.3, 0.3, 0.1), mass=1.0),
+        solid("lid", (0.3, 0.3, 0.01), (0.15, 0.0, 0.0), 0.4),
+        solid("knob", (0.02, 0.02, 0.02), mass=0.05),
+    ]
+    joints = [
+        UrdfJoint("slide", "prismatic", "body", "drawer", (1.0, 0.0, 0.0), (0.41, 0.0, 0.0), 0.0, 0.2, 10.0,
+                  drawer_friction),
+        UrdfJoint("hinge", "revolute", "body", "lid", (0.0, -1.0, 0.0), (-0.15, 0.0, 0.2), 0.0, 1.4, 0.1),
+        UrdfJoint("turn", "continuous", "drawer", "knob", (1.0, 0.0, 0.0), (0.17, 0.0, 0.0), -3.0, 3.0, 1e-4, 1e-3),
+    ]  # fmt: skip
+    return subject(folder, links, joints, holds=["slide"])
+
+
+@pytest.mark.parametrize("engine", ENGINES)
+def test_an_object_that_behaves_passes_every_test(tmp_path: Path, engine: Engine) -> None:
+    item = cabinet(tmp_path, drawer_friction=30.0)
+    seen = interact(engine, item.urdf, item.overlay, SETTINGS, LIMITS, cause=hull_cause)
+    verdicts = interaction_verdicts(seen, item.overlay, LIMITS)
+    assert [verdict.reason for verdict in verdicts if not verdict.passed] == []
+    counts = {mode: sum(1 for verdict in verdicts if verdict.test is mode) for mode in FailureMode}
+    assert counts[FailureMode.DROP] == 2 and counts[FailureMode.RESET] == 8
+    assert counts[FailureMode.NUDGE] == counts[FailureMode.JAM] == 3
+    assert counts[FailureMode.HOLD] == counts[FailureMode.RELEASE] == 1
+    assert {record.joint: record.by for record in seen.releases} == {"hinge": "gravity"}
+    assert len(seen.openings) == 3 and seen.openings[0].opening == pytest.approx(30.0, rel=0.03)
+
+
+def test_the_same_object_gives_the_same_record(tmp_path: Path) -> None:
+    item = cabinet(tmp_path)
+    one, two = (
+        interact(Engine.PYBULLET, item.urdf, item.overlay, SETTINGS, LIMITS, cause=hull_cause) for _ in range(2)
+    )
+    assert one == two
+
+
+@pytest.mark.parametrize(
+    ("mode", "records"),
+    [
+        (FailureMode.DROP, {"drops"}),
+        (FailureMode.RESET, {"resets"}),
+        (FailureMode.JAM, {"sweeps"}),
+        (FailureMode.HOLD, {"holds"}),
+        (FailureMode.NUDGE, {"nudges"}),
+        (FailureMode.RELEASE, {"sweeps", "releases"}),
+    ],
+)
+def test_one_test_alone_shows_what_it_shows_among_all(tmp_path: Path, mode: FailureMode, records: set[str]) -> None:
+    item = cabinet(tmp_path)
+    whole, alone = (
+        interact(Engine.PYBULLET, item.urdf, item.overlay, SETTINGS, LIMITS, cause=hull_cause, only=only)
+        for only in (None, mode)
+    )
+    kinds = {"drops", "resets", "sweeps", "holds", "openings", "nudges", "releases"}
+    assert {kind for kind in kinds if getattr(alone, kind)} == records
+    shown = [
+        {test.subject: test.passed for test in interaction_verdicts(seen, item.overlay, LIMITS) if test.test is mode}
+        for seen in (whole, alone)
+    ]
+    assert shown[0] == shown[1] and shown[0]
+
+
+def test_no_resets_can_be_asked_for(tmp_path: Path) -> None:
+    item = cabinet(tmp_path)
+    few = EngineSettings(resets=0, sweep_samples=5)
+    seen = interact(Engine.PYBULLET, item.urdf, item.overlay, few, LIMITS, cause=hull_cause)
+    assert seen.resets == () and len(seen.drops) == 2
+
+
+def test_a_spoilt_world_is_loaded_afresh(tmp_path: Path) -> None:
+    item = cabinet(tmp_path)
+    with shared_world(Engine.PYBULLET, item.urdf, item.overlay, plane=False, timestep_s=1 / 240) as held:
+        world = held.ready()
+        assert held.sound() is world
+        world.place({"slide": float("nan")})
+        fresh = held.sound()
+        assert fresh is not world and np.isfinite(fresh.positions()).all()

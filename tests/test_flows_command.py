@@ -1,0 +1,203 @@
+"""The command line: exit codes, one-line complaints that name the valid choices, and nothing written by mistake."""
+
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from asset2sim.catalog.run import finish_run, start_run
+from asset2sim.catalog.write import write_run
+from asset2sim.runs.alert import exit_code
+from asset2sim.runs.request import RefineRequest
+from asset2sim.runs.result import INTERRUPTED, RunResult
+from flows.command import run_command
+from schemas.errors import Asset2SimError
+from schemas.settings import Settings
+from schemas.vocabulary import FailureMode
+from tests.factories import make_failure, make_record
+
+ROOT = Path(__file__).resolve().parents[1]
+
+MANIFEST = "asset_id,path,subset\na,Box/a,one\nb,Box/b,two\n"
+
+
+@pytest.fixture
+def data(tmp_path: Path) -> Path:
+    folder = tmp_path / "data"
+    folder.mkdir()
+    (folder / "manifest.csv").write_text(MANIFEST, encoding="utf-8")
+    return folder
+
+
+def never(request: RefineRequest) -> RunResult:
+    raise AssertionError(f"the flow must not start: {request}")
+
+
+def never_serve(request: RefineRequest) -> int:
+    raise AssertionError(f"the flow must not be served: {request}")
+
+
+def published(out: Path, request: RefineRequest) -> RunResult:
+    """A finished run with one good and one failed asset, really in a catalog."""
+    records = (make_record("a"), make_failure("b", FailureMode.MISSING_MESH))
+    run = finish_run(start_run(request.settings, str(request.data)))
+    out.mkdir(parents=True, exist_ok=True)
+    write_run(out, run, records)
+    return RunResult(out, run, records, None, ("MLflow was away",))
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        ([], "COMMAND"),
+        (["refin"], "choose from refine, failures, query, show, ui, doctor, nightly, settings"),
+        (["refine"], "required: DATA, --out"),
+        (["refine", "{data}"], "required: --out"),
+        (["refine", "{data}", "--out", "{out}", "--subset", "three"], "unknown subset 'three'; choose from: one, two"),
+        (["refine", "{data}", "--out", "{out}", "--assets", "a,z"], "unknown asset 'z'; choose from: a, b"),
+        (["refine", "{data}", "--out", "{out}", "--method", "magic"], "choose from asset2sim"),
+        (["refine", "{data}", "--out", "{out}", "--model", "prior/magic"], "choose from: prior/household"),
+        (["refine", "{data}", "--out", "{out}", "--limit", "0"], "'0' is not a whole number from 1 on"),
+        (["refine", "{data}", "--out", "{out}", "--workers", "two"], "'two' is not a whole number from 1 on"),
+        (["refine", "{data}", "--out", "{out}", "--scheduler", "localhost"], "tcp://host:port"),
+        (["refine", "{data}", "--out", "{out}", "--frob"], "unrecognized arguments: --frob"),
+        (["refine", "{data}/nowhere", "--out", "{out}"], "no dataset at"),
+        (["refine", "{data}", "--out", "{data}"], "is the dataset itself"),
+        (["refine", "{data}", "--out", "{data}/Box/a/out"], "overlap"),
+        (["refine", "{data}", "--out", "{data}/manifest.csv"], "is a file"),
+        (["nightly", "{data}", "--out", "{out}", "--subset", "three"], "choose from: one, two"),
+        (["failures", "--out", "{out}"], "{out}"),
+        (["failures", "--out", "{out}", "--by", "colour"], "choose from failure_mode, category"),
+        (["failures", "--out", "{out}", "--since", "yesterday"], "'yesterday' is not a day or a time"),
+        (["failures", "--out", "{out}", "--compare", "latest", "previous"], "{out}"),
+        (["failures", "--out", "{out}", "--compare", "latest"], "expected 2 arguments"),
+        (["query", "SELECT 1", "--out", "{out}"], "{out}"),
+        (["refine", "{data}", "--out", "{out}", "--force", "--retry-failed"], "not allowed with"),
+        (["show", "a", "--out", "{out}"], "{out}"),
+    ],
+)
+def test_a_mistake_is_one_line_and_exit_code_two(
+    arguments: list[str], message: str, data: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    out = tmp_path / "out"
+    before = sorted(tmp_path.rglob("*"))
+    filled = [argument.format(data=data, out=out) for argument in arguments]
+    assert run_command(filled, refine=never, nightly=never_serve) == 2
+    captured = capsys.readouterr()
+    assert captured.out == ""
+    assert captured.err.startswith("asset2sim: ")
+    assert captured.err.count("\n") == 1
+    assert message.format(data=data, out=out) in captured.err.replace("(choose from '", "(choose from ").replace(
+        "', '", ", "
+    )
+    assert sorted(tmp_path.rglob("*")) == before
+
+
+def test_the_options_reach_the_flow(data: Path, tmp_path: Path) -> None:
+    asked: list[RefineRequest] = []
+
+    def refine(request: RefineRequest) -> RunResult:
+        asked.append(request)
+        return published(tmp_path / "out", request)
+
+    options = [
+        "--assets",
+        "b, a",
+        "--limit",
+        "2",
+        "--workers",
+        "3",
+        "--no-views",
+        "--strict",
+        "--model",
+        "prior/household",
+    ]
+    assert (
+        run_command(["refine", str(data), "--out", str(tmp_path / "out"), *options], refine=refine, nightly=never_serve)
+        == 1
+    )
+    (request,) = asked
+    assert (request.asset_ids, request.limit, request.strict) == (("b", "a"), 2, True)
+    assert (request.settings.run.workers, request.settings.views.write) == (3, False)
+
+
+def test_a_run_names_every_asset_its_failure_modes_and_where_the_output_is(
+    data: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    out = tmp_path / "out"
+    arguments = ["refine", str(data), "--out", str(out)]
+    assert run_command(arguments, refine=lambda request: published(out, request), nightly=never_serve) == 0
+    captured = capsys.readouterr()
+    for word in ("missing_mesh", "Failure modes", str(out / "assets"), str(out / "catalog"), "1 of 2 ok"):
+        assert word in captured.out
+    assert "MLflow was away" in captured.err
+    assert run_command(["failures", "--out", str(out)], refine=never, nightly=never_serve) == 0
+    assert "missing_mesh" in capsys.readouterr().out
+    assert run_command(["show", "b", "--out", str(out)], refine=never, nightly=never_serve) == 0
+    assert "missing_mesh" in capsys.readouterr().out
+    assert run_command(["show", "nobody", "--out", str(out)], refine=never, nightly=never_serve) == 2
+
+
+def test_exit_codes_follow_the_run(tmp_path: Path) -> None:
+    run = finish_run(start_run(Settings(), "data"))
+    good, bad = make_record("a"), make_failure("b", FailureMode.DRIFT)
+
+    def code(records: tuple[object, ...], stopped: str | None, strict: bool) -> int:
+        return exit_code(RunResult(tmp_path, run, records, stopped, ()), strict)  # type: ignore[arg-type]
+
+    assert code((good, bad), None, strict=False) == 0
+    assert code((good, bad), None, strict=True) == 1
+    assert code((good,), None, strict=True) == 0
+    assert code((good,), INTERRUPTED, strict=False) == 130
+    assert code((good,), "the Dask scheduler went away", strict=False) == 1
+
+
+def test_a_run_that_fails_in_a_known_way_is_one_line_and_exit_code_one(
+    data: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    def refine(request: RefineRequest) -> RunResult:
+        raise Asset2SimError("the catalog cannot be written")
+
+    assert run_command(["refine", str(data), "--out", str(tmp_path / "o")], refine=refine, nightly=never_serve) == 1
+    assert capsys.readouterr().err == "asset2sim: the catalog cannot be written\n"
+
+
+def test_ctrl_c_before_the_work_begins_is_exit_code_130(data: Path, tmp_path: Path) -> None:
+    def refine(request: RefineRequest) -> RunResult:
+        raise KeyboardInterrupt
+
+    assert run_command(["refine", str(data), "--out", str(tmp_path / "o")], refine=refine, nightly=never_serve) == 130
+
+
+def test_a_broken_program_is_a_traceback(data: Path, tmp_path: Path) -> None:
+    def refine(request: RefineRequest) -> RunResult:
+        raise ZeroDivisionError
+
+    with pytest.raises(ZeroDivisionError):
+        run_command(["refine", str(data), "--out", str(tmp_path / "o")], refine=refine, nightly=never_serve)
+
+
+def test_help_lists_the_commands_and_imports_nothing_heavy() -> None:
+    heavy = {"prefect", "litellm", "mlflow", "distributed", "pandas", "pybullet"}
+    script = (
+        "import sys\n"
+        "from flows.command import main\n"
+        "try:\n    main(['--help'])\n"
+        f"finally:\n    print(sorted({heavy} & set(sys.modules)))"
+    )
+    done = subprocess.run([sys.executable, "-c", script], cwd=ROOT, capture_output=True, text=True, timeout=60)
+    assert done.returncode == 0
+    assert done.stdout.splitlines()[-1] == "[]"
+    for command in ("refine", "failures", "query", "show", "doctor", "nightly", "settings", "ui"):
+        assert command in done.stdout
+
+
+def test_output_that_nobody_reads_to_the_end_is_no_error(tmp_path: Path) -> None:
+    published(tmp_path, RefineRequest(data=tmp_path, out=tmp_path))
+    command = [sys.executable, "-m", "flows.command", "show", "a", "--out", str(tmp_path)]
+    with subprocess.Popen(command, cwd=ROOT, stdout=subprocess.PIPE, stderr=subprocess.PIPE) as process:
+        assert process.stdout is not None
+        assert process.stderr is not None
+        process.stdout.close()
+        assert process.stderr.read() == b""

@@ -1,0 +1,118 @@
+"""Models, budgets and limits on the command line and in the Makefile, and how they reach the workers."""
+
+import subprocess
+from pathlib import Path
+
+import pytest
+
+from asset2sim.runs.dataset import load_dataset
+from asset2sim.runs.doctor import check_model_answers
+from asset2sim.runs.options import parse
+from asset2sim.runs.request import parse_request, settings_for_run, stated_settings
+from asset2sim.runs.spread.refine_all import refine_all
+from asset2sim.runs.spread.worker import ask_settings
+from flows import PIPELINE
+from schemas.errors import UsageError
+from schemas.model_names import named_models, settings_for
+from schemas.settings import EngineSettings, MethodSettings, ModelSettings, RunSettings, Settings
+from schemas.vocabulary import Engine, FailureMode, Method, Status
+from tests.model_server import Reply, serve
+
+ROOT = Path(__file__).resolve().parents[1]
+OPTIONS = {
+    "REFINEMENT_MODEL": ("--refinement-model", "openai/two"),
+    "JUDGE_MODEL": ("--judge-model", "openai/three"),
+    "BUDGET_USD": ("--budget-usd", "1.5"),
+    "BUDGET_CALLS": ("--budget-calls", "0"),
+    "BUDGET_TOKENS": ("--budget-tokens", "90000"),
+    "ASSET_BUDGET_USD": ("--asset-budget-usd", "0"),
+    "ASSET_BUDGET_CALLS": ("--asset-budget-calls", "4"),
+    "RPM": ("--rpm", "30"),
+}
+
+
+def test_the_options_become_settings() -> None:
+    words = [word for option in OPTIONS.values() for word in option]
+    request = parse_request(["refine", "data", "--out", "out", *words, "--no-answer-cache"])
+    assert request.settings.model == ModelSettings(
+        refinement_model="openai/two", judge_model="openai/three", run_usd=1.5, run_calls=0, run_tokens=90_000,
+        asset_usd=0.0, asset_calls=4, requests_per_minute=30.0, cache=False,
+    )  # fmt: skip
+    plain = parse_request(["refine", "data", "--out", "out"])
+    assert plain.settings.model == ModelSettings()
+
+
+@pytest.mark.parametrize("method", list(Method))
+def test_every_method_can_be_chosen(method: Method) -> None:
+    assert parse_request(["nightly", "data", "--out", "out", "--method", method]).settings.method is method
+
+
+@pytest.mark.parametrize(
+    ("option", "value", "words"),
+    [
+        ("--budget-usd", "-1", "'-1' is not a number from 0 on"),
+        ("--budget-usd", "nan", "not a number from 0 on"),
+        ("--asset-budget-usd", "much", "not a number from 0 on"),
+        ("--budget-calls", "1.5", "whole number from 0 on"),
+        ("--budget-tokens", "-3", "whole number from 0 on"),
+        ("--rpm", "0", "'0' is not a number above 0"),
+        ("--rpm", "inf", "not a number above 0"),
+    ],
+)
+def test_amounts_that_are_none_are_a_mistake(option: str, value: str, words: str) -> None:
+    with pytest.raises(UsageError, match=words):
+        parse(["refine", "data", "--out", "out", f"{option}={value}"])
+
+
+@pytest.mark.parametrize("target", ["flow", "nightly"])
+def test_make_has_a_variable_for_each(target: str) -> None:
+    variables = [f"{name}={value}" for name, (_, value) in OPTIONS.items()]
+    command = ["make", "--dry-run", "--old-file=.venv/.installed", target, *variables, "NO_ANSWER_CACHE=1"]
+    shown = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=True, timeout=30).stdout
+    line = next(line for line in shown.replace("\\\n", " ").splitlines() if "flows.command" in line)
+    for option, value in OPTIONS.values():
+        assert f'{option} "{value}"' in line
+    assert line.rstrip().endswith("--no-answer-cache")
+    listed = subprocess.run(["make", "help"], cwd=ROOT, capture_output=True, text=True, check=True, timeout=30).stdout
+    assert all(name in listed.split() for name in OPTIONS) and "NO_ANSWER_CACHE=1" in listed
+
+
+def test_the_doctor_checks_each_named_model(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.delenv("ANTHROPIC_API_KEY", raising=False)
+    monkeypatch.delenv("ANTHROPIC_AUTH_TOKEN", raising=False)
+    found = settings_for_run(
+        None, stated_settings(parse(["doctor", "--judge-model", "anthropic/claude-sonnet-4-5"]))
+    ).model
+    assert named_models(found) == ("prior/household", "anthropic/claude-sonnet-4-5")
+    assert "answers in this process" in check_model_answers(settings_for(found, "prior/household"))
+    with pytest.raises(Exception, match="ANTHROPIC_API_KEY"):
+        check_model_answers(settings_for(found, "anthropic/claude-sonnet-4-5"))
+
+
+def test_repeats_are_asked_at_a_temperature_and_nothing_else_is() -> None:
+    settings = Settings(method=Method.IVW, methods=MethodSettings(ivw_temperature=0.4))
+    assert ask_settings(settings, "ivw").temperature == 0.4
+    assert ask_settings(settings, "judge").temperature == 0.0 == ask_settings(Settings(), "synthesis").temperature
+
+
+def test_a_spent_run_budget_ends_each_remaining_asset_with_its_reason(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.delenv("OPENAI_API_KEY", raising=False)
+    refs = load_dataset(ROOT / "data" / "raw", None, ("box_wooden", "stapler_desk", "toilet_white"), None)
+    with serve([Reply("down", status=500, headers={"Retry-After": "0"})]) as server:
+        settings = Settings(
+            model=ModelSettings(model="openai/scripted", api_base=server.api_base, max_attempts=2, run_calls=3),
+            engine=EngineSettings(verify=(Engine.PYBULLET,), interact=False),
+            run=RunSettings(workers=1),
+        )
+        records = refine_all(refs, tmp_path, settings, PIPELINE, run_id="one").records
+        again = refine_all(refs[:1], tmp_path, settings, PIPELINE, run_id="one").records
+    assert len(server.requests) == 3
+    assert all(record.status is Status.FAILED for record in (*records, *again))
+    modes = [record.failure_mode for record in records]
+    assert sorted(modes) == [FailureMode.BUDGET, FailureMode.BUDGET, FailureMode.MODEL_ERROR]
+    assert sum(len(record.calls) for record in records) == 3
+    (spent,) = again
+    assert spent.failure_mode is FailureMode.BUDGET and spent.calls == ()
+    assert "the run's budget of 3 model calls is spent: 3 made" in spent.reason

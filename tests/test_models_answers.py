@@ -1,0 +1,181 @@
+"""What models write, and what becomes of it: read generously where that is safe, else refused with every reason."""
+
+import contextlib
+import json
+import pickle
+import time
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from asset2sim.models.answers import (
+    MAX_VIOLATIONS,
+    InvalidFieldsError,
+    RefinementAnswer,
+    parse_overlay,
+    parse_refinement,
+)
+from asset2sim.models.lenient_json import MAX_CHARACTERS, parse_json
+from schemas.errors import InvalidAnswerError
+from tests.factories import make_features
+
+FEATURES = make_features("7")  # links base, body, door, drawer; joints fixed, hinge, slider
+GOOD = {
+    "scale": 0.25,
+    "links": [{"name": "body", "density_kg_m3": 900, "hollow_factor": 0.3}, {"name": "door", "mass_kg": 0.2}],
+    "joints": [{"name": "hinge", "coast_s": 0.4, "holds": False}],
+    "initial_joint_positions": {"hinge": 0.2},
+    "asked": ["scale", "hinge"],
+    "notes": ["a note with { and // in it"],
+}
+
+
+def with_changes(**changes: object) -> str:
+    return json.dumps({**GOOD, **changes})
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        '{"a": {"b": [1, 2.5, "x"]}}',
+        '  \n{"a": {"b": [1, 2.5, "x"]}}\n',
+        '```json\n{"a": {"b": [1, 2.5, "x"]}}\n```',
+        'Sure! Here\'s the "overlay" {as asked}:\n```\n{"a": {"b": [1, 2.5, "x"]}}\n```\nTell me { if you like.',
+        'The answer is {"a": {"b": [1, 2.5, "x"]}} and so on.',
+        '{"a": {"b": [1, 2.5, "x",],},}',
+        '{"a": /* nested { */ {"b": [1, // one "\n 2.5, "x"]}}',
+        'As JSON: {"a": {"b": [1, // one "\n 2.5, "x",]}} done',
+        "{a: {'b': [1, 2.5, 'x']}}",
+        '<think>maybe {"a": 1}?</think>{"a": {"b": [1, 2.5, "x"]}}',
+        '{"a": {"b": [1, 2.5, "x"]}}\n\nAgain: {"a": {"b": [1, 2.5, "x"]}}',
+    ],
+)
+def test_json_is_found_in_what_models_wrap_around_it(text: str) -> None:
+    assert parse_json(text) == {"a": {"b": [1, 2.5, "x"]}}
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        ("", "not JSON"),
+        ("I cannot do that.", "not JSON"),
+        ('{"a": {"b": [1, 2', "not JSON"),
+        ('```json\n{"a": {"b": 1}, "c": [', "not JSON"),
+        ('{"a": NaN}', "a: nan is not a finite"),
+        ('{"a": [1, -Infinity]}', r"a\[1\]: -inf"),
+        ('{"a": [{"b": 1e999}]}', r"a\[0\].b: inf"),
+        ('{"a": 1, "a": 2}', "twice in one object: a"),
+        ("{a: 1, b: {c: 1, c: 2}}", "twice in one object: c"),
+        ('{"a": 1} or {"a": 2}', "2 different JSON objects"),
+        ("[" * 100_000, "not JSON"),
+        ('{"a":' * 100_000, "not JSON"),
+        ('{"a":1.5kg}', "not JSON"),
+        ("x" * (MAX_CHARACTERS + 1), "the most that is read"),
+    ],
+)
+def test_what_is_not_one_finite_json_value_is_refused(text: str, words: str) -> None:
+    with pytest.raises(InvalidAnswerError, match=words) as caught:
+        parse_json(text)
+    assert len(str(caught.value)) < 500
+
+
+def test_a_cut_off_object_is_not_taken_for_one_of_its_parts() -> None:
+    whole = json.dumps(GOOD)
+    for length in range(1, len(whole)):
+        with pytest.raises(InvalidAnswerError):
+            parse_overlay(whole[:length], FEATURES)
+
+
+def test_hostile_lengths_are_refused_quickly() -> None:
+    start = time.monotonic()
+    openings = ("{", '{"', '{"a":', "```\n", "<think>", "<think>{a:", "/*", '{/*"', "[{'")
+    for text in (opening * (900_000 // len(opening)) for opening in openings):
+        with pytest.raises(InvalidAnswerError):
+            parse_json(text)
+    assert time.monotonic() - start < 15.0
+
+
+@settings(deadline=None)
+@given(st.text(max_size=200))
+def test_any_text_is_a_value_or_a_refusal(text: str) -> None:
+    with contextlib.suppress(InvalidAnswerError):
+        value = parse_json(text)
+        assert value is None or isinstance(value, (bool, int, float, str, list, dict))
+
+
+@settings(deadline=None)
+@given(st.recursive(st.none() | st.booleans() | st.integers() | st.text(), st.lists, max_leaves=20))
+def test_json_values_survive(value: object) -> None:
+    assert parse_json(json.dumps({"value": value})) == {"value": value}
+
+
+def test_a_good_overlay_is_read() -> None:
+    overlay = parse_overlay(json.dumps(GOOD), FEATURES)
+    assert overlay.scale == 0.25 and overlay.links[1].mass_kg == 0.2 and overlay.joints[0].coast_s == 0.4
+    assert overlay.initial_joint_positions == {"hinge": 0.2}
+    assert overlay.notes == ("a note with { and // in it",)
+
+
+def test_degrees_are_left_to_validation() -> None:
+    overlay = parse_overlay(with_changes(initial_joint_positions={"hinge": 45.0}), FEATURES)
+    assert overlay.initial_joint_positions == {"hinge": 45.0}
+
+
+@pytest.mark.parametrize(
+    ("changes", "words"),
+    [
+        ({"scale": 0}, "scale: .*greater than 0, not 0"),
+        ({"scale": "0.25"}, 'scale: .*number, not "0.25"'),
+        ({"scale": True}, "scale: .*number, not true"),
+        ({"scale": 10**400}, "scale: "),
+        ({"links": [{"name": "body", "mass_kg": -1.0}]}, r"links\[0\]\.mass_kg: .*greater than 0, not -1.0"),
+        ({"links": [{"name": "body", "hollow_factor": 1.2}]}, r"links\[0\]\.hollow_factor: .*less than or equal to 1"),
+        ({"links": [{"name": "body", "weight": 1}]}, r"links\[0\]\.weight: no such field.*mass_kg"),
+        ({"links": [{"name": "body", "com": [0, 0]}]}, r"links\[0\]\.com"),
+        ({"links": [{"name": "lid"}]}, r"links\[0\]\.name: unknown link 'lid'; links are: base, body, door, drawer"),
+        ({"links": [{"name": "body"}, {"name": "body"}]}, "'body' is given 2 times"),
+        ({"links": {"body": {}}}, "links: .*(tuple|array)"),
+        ({"joints": [{"name": "hinge", "damping": -0.1}]}, r"joints\[0\]\.damping: .*greater than or equal to 0"),
+        ({"joints": [{"name": "knee"}]}, r"unknown joint 'knee'; joints are: fixed, hinge, slider"),
+        ({"joints": [{"name": "hinge"}, {"name": "hinge"}]}, "joints: joint 'hinge' is given 2 times"),
+        (
+            {"initial_joint_positions": {"fixed": 0.1}},
+            "'fixed' is not a movable joint; movable joints are: hinge, slider",
+        ),
+        ({"initial_joint_positions": {"hinge": None}}, "initial_joint_positions.hinge"),
+        ({"asked": ["mood"]}, r"asked\[0\]: 'mood' is neither 'scale' nor a joint"),
+        ({"notes": ["\ud800"]}, "."),
+        ({"script": "rm"}, "script: no such field; fields are: asked"),
+    ],
+)
+def test_what_does_not_fit_is_refused_with_its_place(changes: dict[str, object], words: str) -> None:
+    with pytest.raises(InvalidAnswerError, match=words):
+        parse_overlay(with_changes(**changes), FEATURES)
+
+
+@pytest.mark.parametrize("text", ["[]", "3", "null", '"scale"', "{}"])
+def test_an_answer_of_another_kind_is_refused(text: str) -> None:
+    with pytest.raises(InvalidFieldsError):
+        parse_overlay(text, FEATURES)
+
+
+def test_every_violation_is_listed_up_to_a_bound() -> None:
+    links = [{"name": f"no_{index}" + "x" * 500} for index in range(200)]
+    with pytest.raises(InvalidFieldsError, match="and 181 more") as caught:
+        parse_overlay(with_changes(links=links, joints=[{"name": "knee"}]), FEATURES)
+    assert len(caught.value.violations) == 201
+    assert str(caught.value).count("unknown link") == MAX_VIOLATIONS and len(str(caught.value)) < 6000
+    again = pickle.loads(pickle.dumps(caught.value))
+    assert again.violations == caught.value.violations and str(again) == str(caught.value)
+
+
+def test_a_refinement_moves_focus_joints_only() -> None:
+    text = 'OK: {"state_ok": true, "approved": false, "deltas": {"hinge": -0.1}}'
+    assert parse_refinement(text, ["hinge"]) == RefinementAnswer(state_ok=True, approved=False, deltas={"hinge": -0.1})
+    with pytest.raises(InvalidAnswerError, match="'hinge' is not a focus joint; focus joints are: slider"):
+        parse_refinement(text, ["slider"])
+    with pytest.raises(InvalidAnswerError, match="approved: this field is required"):
+        parse_refinement('{"state_ok": true}', ["hinge"])
+    with pytest.raises(InvalidAnswerError, match=r"deltas\.hinge"):
+        parse_refinement('{"state_ok": true, "approved": false, "deltas": {"hinge": "a bit"}}', ["hinge"])

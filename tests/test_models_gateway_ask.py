@@ -1,0 +1,287 @@
+"""The gateway against a real HTTP server on this machine: patience, accounting, and what a failure says."""
+
+import base64
+import pickle
+import socket
+import sys
+import threading
+import types
+from concurrent.futures import ThreadPoolExecutor
+from email.utils import formatdate
+from time import time
+
+import pytest
+
+from asset2sim.models.gateway.ask import ask, prompt_hash
+from asset2sim.models.gateway.choices import check_model
+from asset2sim.models.gateway.provider_errors import BACKOFF_LONGEST_S, retry_delay_s
+from asset2sim.models.gateway.secrets import redact
+from schemas.errors import UnknownChoiceError, UsageError
+from schemas.request import LabelledImage, ModelRequest
+from schemas.settings import ModelSettings
+from tests.model_server import Reply, forget_refusals, serve
+
+REQUEST = ModelRequest(purpose="synthesis", system="Answer in JSON.", text="What is it?")
+PNG = base64.b64decode(
+    "iVBORw0KGgoAAAANSUhEUgAAAAEAAAABCAYAAAAfFcSJAAAADUlEQVR42mNk+M9QDwADhgGAWjR9awAAAABJRU5ErkJggg=="
+)
+
+
+@pytest.fixture(autouse=True)
+def no_keys(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Whoever runs the tests may have keys set: no test may use them."""
+    for name in ("OPENAI_API_KEY", "ANTHROPIC_API_KEY", "GEMINI_API_KEY", "GOOGLE_API_KEY", "OPENAI_API_BASE"):
+        monkeypatch.delenv(name, raising=False)
+    forget_refusals()
+
+
+def settings(api_base: str, **changes: object) -> ModelSettings:
+    fields = {"model": "openai/scripted", "api_base": api_base, "timeout_s": 5.0, **changes}
+    return ModelSettings.model_validate(fields)
+
+
+def test_a_worker_waits_as_long_as_it_tells_the_others_to(monkeypatch: pytest.MonkeyPatch) -> None:
+    told: list[float] = []
+    monkeypatch.setattr(
+        "asset2sim.models.gateway.ask.delay_provider_calls", lambda _, __, seconds: told.append(seconds)
+    )
+    monkeypatch.setattr("asset2sim.models.gateway.ask.pause", lambda _, seconds: told.append(seconds))
+    with serve([Reply("slow down", status=429, headers={"Retry-After": "1"}), Reply("{}")]) as server:
+        assert ask(REQUEST, settings(server.api_base)).content == "{}"
+    assert len(told) == 2 and told[0] == told[1] >= 1.0
+
+
+def test_an_answer_comes_back_with_one_counted_call_and_without_a_key() -> None:
+    with serve([Reply('{"scale": 1}')]) as server:
+        answer = ask(REQUEST, settings(server.api_base))
+    assert answer.content == '{"scale": 1}' and answer.error is None
+    (call,) = answer.calls
+    assert (call.purpose, call.model, call.attempt, call.outcome) == ("synthesis", "openai/scripted", 1, "ok")
+    assert (call.prompt_tokens, call.completion_tokens, call.cost_usd, call.cached) == (11, 7, 0.0, False)
+    assert 0.0 < call.latency_s < 5.0 and call.prompt_hash == prompt_hash(REQUEST)
+    sent = server.requests[0]
+    assert [message["role"] for message in sent["messages"]] == ["system", "user"]
+    assert sent["messages"][1]["content"] == "What is it?"
+    assert sent["temperature"] == 0.0 and sent["response_format"] == {"type": "json_object"}
+    assert pickle.loads(pickle.dumps(answer)) == answer
+
+
+def test_a_known_model_costs_what_its_price_list_says(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("OPENAI_API_KEY", "test-key-0123456789")
+    with serve([Reply("{}", prompt_tokens=1_000_000, completion_tokens=0)]) as server:
+        answer = ask(REQUEST, settings(server.api_base, model="openai/gpt-4o"))
+    assert answer.calls[0].cost_usd == pytest.approx(2.5)  # USD per million tokens
+    assert server.authorizations == ["Bearer test-key-0123456789"]
+
+
+def test_a_rate_limit_is_waited_out() -> None:
+    with serve([Reply("slow down", status=429, headers={"Retry-After": "0"}), Reply("{}")]) as server:
+        answer = ask(REQUEST, settings(server.api_base))
+    assert answer.content == "{}"
+    assert [(call.attempt, call.outcome) for call in answer.calls] == [(1, "provider_error"), (2, "ok")]
+
+
+def test_a_failing_server_is_given_up_after_max_attempts() -> None:
+    with serve([Reply("out of order", status=500, headers={"Retry-After": "0"})]) as server:
+        answer = ask(REQUEST, settings(server.api_base, max_attempts=3))
+    assert answer.content is None and len(answer.calls) == len(server.requests) == 3
+    assert answer.error is not None and "\n" not in answer.error
+    for word in ("openai/scripted", "500", "3 attempts", "out of order"):
+        assert word in answer.error
+
+
+def test_a_hanging_server_is_left_after_the_time_limit() -> None:
+    with serve([Reply(hang=True)]) as server:
+        answer = ask(REQUEST, settings(server.api_base, timeout_s=0.3, max_attempts=1))
+    assert answer.error is not None and "within 0.3 s" in answer.error and "timeout_s" in answer.error
+    assert 0.25 < answer.calls[0].latency_s < 10.0
+
+
+def test_a_server_that_is_not_there_is_named() -> None:
+    with socket.socket() as free:
+        free.bind(("127.0.0.1", 0))
+        port = free.getsockname()[1]
+    answer = ask(REQUEST, settings(f"http://127.0.0.1:{port}/v1", max_attempts=2))
+    assert len(answer.calls) == 2
+    assert answer.error is not None and "could not be reached" in answer.error and str(port) in answer.error
+
+
+@pytest.mark.parametrize(
+    ("status", "words"),
+    [(400, "refused"), (401, "set OPENAI_API_KEY"), (403, "set OPENAI_API_KEY"), (404, "model's name")],
+)
+def test_what_asking_again_cannot_mend_is_asked_once(status: int, words: str) -> None:
+    with serve([Reply("no", status=status), Reply("{}")]) as server:
+        answer = ask(REQUEST, settings(server.api_base))
+    assert answer.content is None and len(answer.calls) == len(server.requests) == 1
+    assert answer.error is not None and words in answer.error
+
+
+def test_an_exhausted_account_is_not_asked_again() -> None:
+    with serve([Reply("You exceeded your quota: insufficient_quota", status=429), Reply("{}")]) as server:
+        answer = ask(REQUEST, settings(server.api_base))
+    assert len(server.requests) == 1 and answer.error is not None and "credit" in answer.error
+
+
+def test_no_key_reaches_an_error_or_a_row(monkeypatch: pytest.MonkeyPatch) -> None:
+    key = "sk-proj-verysecret0123456789"
+    monkeypatch.setenv("OPENAI_API_KEY", key)
+    with serve([Reply(f"Incorrect API key provided: {key}, or Bearer {key[8:]}", status=401)]) as server:
+        answer = ask(REQUEST, settings(server.api_base))
+    assert server.authorizations == [f"Bearer {key}"]
+    assert "verysecret" not in answer.model_dump_json()
+    assert answer.error is not None and "check the key in OPENAI_API_KEY" in answer.error
+
+
+@pytest.mark.parametrize(
+    "text",
+    ["sk-ant-api03-secretsecret", "AIzaSysecretsecret", "Authorization: Bearer secretsecret", "https://me:secret@host/v1",
+     "?api_key=secretsecret&x=1", "gsk_secretsecret", "AKIAsecretsecret"],
+)  # fmt: skip
+def test_keys_of_every_shape_are_blotted_out(text: str) -> None:
+    assert "secret" not in redact(text) and "***" in redact(text)
+
+
+def test_images_follow_their_labels() -> None:
+    images = (LabelledImage(label="front", png=PNG), LabelledImage(label="left", png=PNG))
+    with serve([Reply("{}")]) as server:
+        ask(REQUEST.model_copy(update={"images": images}), settings(server.api_base))
+    text, front, front_image, left, left_image = server.requests[0]["messages"][1]["content"]
+    assert (text["text"], front["text"], left["text"]) == ("What is it?", "Image: front", "Image: left")
+    for part in (front_image, left_image):
+        kind, data = part["image_url"]["url"].split(",")
+        assert kind == "data:image/png;base64" and base64.b64decode(data) == PNG
+
+
+def test_a_model_known_to_be_blind_gets_text_alone(monkeypatch: pytest.MonkeyPatch) -> None:
+    request = REQUEST.model_copy(update={"images": (LabelledImage(label="front", png=PNG),)})
+    with serve([Reply("{}")]) as server:
+        ask(request, settings(server.api_base, model="openai/gpt-3.5-turbo"))
+    assert server.requests[0]["messages"][1]["content"] == "What is it?"
+
+
+def test_a_server_without_json_mode_or_images_is_asked_without_them() -> None:
+    request = REQUEST.model_copy(update={"images": (LabelledImage(label="front", png=PNG),)})
+    refusals = [Reply("'response_format.type' must be text", status=400), Reply("image input is off", status=400)]
+    with serve([*refusals, Reply("{}")]) as server:
+        answer = ask(request, settings(server.api_base))
+    assert answer.content == "{}" and len(answer.calls) == 3
+    assert "response_format" not in server.requests[1]
+    assert server.requests[2]["messages"][1]["content"] == "What is it?"
+
+
+@pytest.mark.parametrize(
+    ("content", "reason", "word"), [("", "length", "max_completion_tokens"), (None, "stop", "stop")]
+)
+def test_silence_is_a_failure_that_names_its_reason(content: str | None, reason: str, word: str) -> None:
+    with serve([Reply(content, finish_reason=reason)]) as server:
+        answer = ask(REQUEST, settings(server.api_base))
+    assert answer.content is None and answer.error is not None and word in answer.error
+    assert answer.calls[0].outcome == "provider_error" and answer.calls[0].prompt_tokens == 11
+
+
+def test_output_is_bounded_by_what_the_model_can_give() -> None:
+    with serve([Reply("{}")]) as server:
+        ask(REQUEST, settings(server.api_base, model="openai/gpt-4"))
+        ask(REQUEST, settings(server.api_base, max_completion_tokens=99))
+    limits = [sent.get("max_completion_tokens") or sent.get("max_tokens") for sent in server.requests]
+    assert limits == [4096, 99]
+
+
+def _error_with(header: str) -> Exception:
+    error = RuntimeError("slow down")
+    error.litellm_response_headers = {"retry-after": header}  # type: ignore[attr-defined]
+    return error
+
+
+def test_waits_grow_and_honour_the_provider_within_bounds() -> None:
+    plain = RuntimeError("busy")
+    assert 0.25 <= retry_delay_s(plain, 1) <= 0.75 and 1.0 <= retry_delay_s(plain, 3) <= 3.0
+    assert 7.0 <= retry_delay_s(_error_with("7"), 1) <= 7.25
+    assert 8.0 <= retry_delay_s(_error_with(formatdate(time() + 10.0, usegmt=True)), 1) <= 10.25
+    assert retry_delay_s(_error_with("86400"), 1) == BACKOFF_LONGEST_S
+    for useless in ("soon", "nan"):
+        assert retry_delay_s(_error_with(useless), 1) <= 0.75
+    assert retry_delay_s(_error_with("-5"), 1) <= 0.25
+
+
+@pytest.fixture
+def prior(monkeypatch: pytest.MonkeyPatch) -> types.ModuleType:
+    """A stand-in for the tables: the provider that LiteLLM calls is the real one."""
+    module = types.ModuleType("asset2sim.models.prior.answer")
+    module.answer = lambda text: '{"echo": "' + text + '"}'  # type: ignore[attr-defined]
+    monkeypatch.setitem(sys.modules, "asset2sim.models.prior.answer", module)
+    return module
+
+
+def test_the_prior_answers_in_this_process_and_costs_nothing(prior: types.ModuleType) -> None:
+    request = REQUEST.model_copy(update={"images": (LabelledImage(label="front", png=PNG),)})
+    answer = ask(request, ModelSettings())
+    assert answer.content == '{"echo": "What is it?"}'
+    (call,) = answer.calls
+    assert (call.model, call.outcome, call.cost_usd) == ("prior/household", "ok", 0.0)
+    assert 6 <= call.prompt_tokens <= 12 and 6 <= call.completion_tokens <= 14
+
+
+def test_the_prior_may_be_asked_from_many_threads(prior: types.ModuleType) -> None:
+    main = threading.get_ident()
+    seen: set[int] = set()
+
+    def answer(text: str) -> str:
+        seen.add(threading.get_ident())
+        return text
+
+    prior.answer = answer  # type: ignore[attr-defined]
+    requests = [REQUEST.model_copy(update={"text": f"question {index}"}) for index in range(24)]
+    with ThreadPoolExecutor(4) as pool:
+        answers = list(pool.map(lambda request: ask(request, ModelSettings()), requests))
+    assert [answer.content for answer in answers] == [request.text for request in requests]
+    assert seen and main not in seen
+
+
+def test_a_prior_that_fails_is_reported_and_not_asked_again(prior: types.ModuleType) -> None:
+    asked: list[str] = []
+
+    def fail(text: str) -> str:
+        asked.append(text)
+        raise ValueError("no structured information in the prompt")
+
+    prior.answer = fail  # type: ignore[attr-defined]
+    answer = ask(REQUEST, ModelSettings())
+    assert len(asked) == len(answer.calls) == 1
+    assert answer.error is not None and "no structured information" in answer.error
+
+
+def test_models_are_checked_before_anything_runs(monkeypatch: pytest.MonkeyPatch) -> None:
+    check_model(ModelSettings())
+    check_model(settings("http://127.0.0.1:9/v1"))
+    with pytest.raises(UnknownChoiceError, match="prior/household"):
+        check_model(ModelSettings(model="prior/kitchen"))
+    with pytest.raises(UnknownChoiceError, match=r"unknown model 'nobody/x'.*openai/<model>.*prior/household"):
+        check_model(ModelSettings(model="nobody/x"))
+    with pytest.raises(UsageError, match="ANTHROPIC_API_KEY"):
+        check_model(ModelSettings(model="anthropic/claude-sonnet-4-5"))
+    with pytest.raises(UsageError, match="OPENAI_API_KEY"):
+        check_model(settings("https://models.example.org/v1"))
+    with pytest.raises(UsageError, match="http"):
+        check_model(settings("models.example.org"))
+    monkeypatch.setenv("ANTHROPIC_API_KEY", "test-key-0123456789")
+    check_model(ModelSettings(model="anthropic/claude-sonnet-4-5"))
+
+
+def test_an_unknown_model_that_is_asked_all_the_same_is_a_failure_not_an_exception() -> None:
+    answer = ask(REQUEST, ModelSettings(model="nobody/x"))
+    assert answer.content is None and answer.error is not None and "nobody/x" in answer.error
+
+
+def test_a_missing_key_is_named() -> None:
+    for model, variable in (("anthropic/claude-sonnet-4-5", "ANTHROPIC"), ("gemini/gemini-2.5-pro", "GEMINI")):
+        answer = ask(REQUEST, ModelSettings(model=model))
+        assert answer.error is not None and f"{variable}_API_KEY" in answer.error and len(answer.calls) == 1
+
+
+def test_the_network_is_closed_to_tests(network_attempts: list[str]) -> None:
+    with socket.socket() as far, pytest.raises(OSError, match="may not reach"):
+        far.connect(("192.0.2.1", 80))
+    assert network_attempts == ["192.0.2.1:80"]
+    network_attempts.clear()

@@ -1,0 +1,70 @@
+"""``catalog.yaml`` opens with intake: every table, as ``read_table`` gives it, from a folder or its address."""
+
+from pathlib import Path
+
+import pandas as pd
+import pytest
+import yaml
+
+from asset2sim.catalog.read import read_table
+from asset2sim.catalog.write import write_run
+from schemas.tables import PUBLISHED
+from schemas.vocabulary import FailureMode
+from tests.factories import make_failure, make_record
+from tests.test_catalog_history import night
+
+intake = pytest.importorskip("intake", reason="intake is not installed: it comes with the extra dev")
+FILE = Path(__file__).resolve().parents[1] / "catalog.yaml"
+
+
+@pytest.fixture(scope="module")
+def out(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Three nights in two months; the folder has a space in its name."""
+    folder = tmp_path_factory.mktemp("my out")
+    write_run(folder, night(29), [make_record("a"), make_record("b")])
+    write_run(folder, night(30), [make_record("a"), make_failure("b", FailureMode.MISSING_MESH)])
+    write_run(folder, night(1, 12), [make_record("b")])
+    return folder
+
+
+def opened(out: str, name: str) -> pd.DataFrame:
+    found: pd.DataFrame = intake.open_catalog(str(FILE))(out=out)[name].read()
+    return found
+
+
+def as_text(frame: pd.DataFrame, columns: list[str]) -> list[tuple[str, ...]]:
+    """The rows, in no order, with nulls of all kinds alike and numbers as such."""
+    cells = frame[columns].astype(object).where(frame[columns].notna(), None)
+    numbers = cells.map(lambda value: list(value) if hasattr(value, "tolist") and hasattr(value, "__len__") else value)
+    plain = numbers.map(lambda value: float(value) if isinstance(value, (int, float)) else value)
+    return sorted(tuple(map(str, row)) for row in plain.itertuples(index=False, name=None))
+
+
+def test_the_file_lists_every_table_and_no_other() -> None:
+    content = yaml.safe_load(FILE.read_text(encoding="utf-8"))
+    assert set(content["entries"]) == set(content["aliases"]) == set(PUBLISHED)
+    for name, table in PUBLISHED.items():
+        said = content["entries"][name]["metadata"]
+        assert (said["key"], said["grain"]) == (list(table.key), table.grain), name
+        assert said["description"] == table.description
+
+
+@pytest.mark.parametrize("name", PUBLISHED)
+def test_every_table_opens_and_is_what_read_table_gives(out: Path, name: str) -> None:
+    found, expected = opened(str(out), name), read_table(out, name)
+    columns = PUBLISHED[name].schema.names
+    assert [column for column in found.columns if column != "month"] == columns
+    assert len(expected) > 0 and as_text(found, columns) == as_text(expected, columns)
+    assert as_text(opened(out.as_uri(), name), columns) == as_text(expected, columns)
+
+
+def test_the_history_holds_the_nights_of_all_months(out: Path) -> None:
+    rows = opened(str(out), "asset_history")
+    assert rows.groupby(rows["month"].astype(str))["run_id"].nunique().to_dict() == {"2026-11": 2, "2026-12": 1}
+
+
+def test_without_out_it_is_the_folder_of_make_flow(out: Path, monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    (tmp_path / "data").mkdir()
+    (tmp_path / "data" / "refined").symlink_to(out)
+    monkeypatch.chdir(tmp_path)
+    assert len(intake.open_catalog(str(FILE))["assets"].read()) == 2

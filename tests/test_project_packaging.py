@@ -1,0 +1,104 @@
+"""What a fresh checkout installs and runs: packages, pinned versions, entry points and make targets."""
+
+import re
+import subprocess
+import tomllib
+from importlib import import_module
+from pathlib import Path
+
+import pytest
+from packaging.requirements import Requirement
+from packaging.utils import canonicalize_name
+
+from asset2sim.catalog.run import RECORDED_PACKAGES
+from schemas.vocabulary import DECIDING_PACKAGES, Engine
+
+ROOT = Path(__file__).resolve().parents[1]
+PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))
+
+
+def pinned() -> dict[str, str]:
+    lines = (ROOT / "constraints.txt").read_text(encoding="utf-8").splitlines()
+    pairs = [line.split("==") for line in lines if line and not line.startswith("#")]
+    assert all(len(pair) == 2 for pair in pairs)
+    return {canonicalize_name(name): version for name, version in pairs}
+
+
+def test_every_dependency_is_pinned_within_its_range() -> None:
+    versions = pinned()
+    project = PROJECT["project"]
+    for text in (*project["dependencies"], *project["optional-dependencies"]["dev"]):
+        requirement = Requirement(text)
+        assert requirement.specifier.contains(versions[canonicalize_name(requirement.name)]), text
+
+
+def test_every_package_whose_version_a_run_records_is_declared() -> None:
+    project = PROJECT["project"]
+    texts = [text for extra in project["optional-dependencies"].values() for text in extra]
+    declared = {canonicalize_name(Requirement(text).name) for text in (*project["dependencies"], *texts)}
+    assert set(RECORDED_PACKAGES) - declared == {"asset2sim"}
+    assert {*DECIDING_PACKAGES, *Engine} <= set(RECORDED_PACKAGES)
+
+
+def test_what_is_pinned_holds_no_addresses() -> None:
+    text = (ROOT / "constraints.txt").read_text(encoding="utf-8")
+    assert "://" not in text
+    assert " @ " not in text
+
+
+def test_every_package_of_the_project_is_shipped() -> None:
+    shipped = PROJECT["tool"]["hatch"]["build"]["targets"]["wheel"]["packages"]
+    assert sorted(shipped) == sorted(
+        path.parent.name for path in ROOT.glob("*/__init__.py") if path.parent.name != "tests"
+    )
+
+
+def test_the_command_can_be_imported() -> None:
+    module, _, function = PROJECT["project"]["scripts"]["asset2sim"].partition(":")
+    assert callable(getattr(import_module(module), function))
+
+
+def test_no_flow_or_task_is_named_like_a_module_that_it_would_shadow() -> None:
+    names = {path.stem for folder in ("flows", "tasks") for path in (ROOT / folder).glob("*.py")} - {"__init__"}
+    for name in names:
+        with pytest.raises(ModuleNotFoundError):
+            import_module(name)
+
+
+def test_make_lists_every_target_that_a_user_may_ask_for() -> None:
+    listed = subprocess.run(["make", "help"], cwd=ROOT, capture_output=True, text=True, check=True, timeout=30).stdout
+    targets = set(re.findall(r"^  ([a-z-]+)  ", listed, re.MULTILINE))
+    expected = "help install flow test lint typecheck failures settings doctor nightly ui judge rules compare"
+    expected += " bench-defects bench samples questions summary picture clean"
+    assert " ".join(sorted(targets)) == " ".join(sorted(expected.split()))
+
+
+def test_make_passes_its_variables_on_quoted(tmp_path: Path) -> None:
+    """A dry run, in which nothing is installed: the command that `make flow` would run."""
+    variables = [
+        "DATA=my data",
+        "OUT=my out",
+        "SUBSET=paper9",
+        "MODEL=openai/gpt-4o",
+        "WORKERS=2",
+        "LIMIT=3",
+        "STRICT=1",
+    ]
+    command = ["make", "--dry-run", "--old-file=.venv/.installed", "flow", *variables]
+    shown = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=True, timeout=30).stdout
+    line = next(line for line in shown.replace("\\\n", " ").splitlines() if "flows.command refine" in line)
+    for part in ('refine "my data" --out "my out"', '--model "openai/gpt-4o"', '--subset "paper9"', '--workers "2"',
+                 '--limit "3"', "--strict"):  # fmt: skip
+        assert part in line
+    assert "--scheduler" not in line
+
+
+def test_make_says_so_where_there_is_no_python_3_11(tmp_path: Path) -> None:
+    for name in ("Makefile", "pyproject.toml", "constraints.txt"):
+        (tmp_path / name).write_bytes((ROOT / name).read_bytes())
+    done = subprocess.run(
+        ["make", "install", "PYTHON=no-such-python"], cwd=tmp_path, capture_output=True, text=True, timeout=30
+    )
+    assert done.returncode != 0
+    assert "Python 3.11 was not found" in done.stderr
+    assert not (tmp_path / ".venv").exists()

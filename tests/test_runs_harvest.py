@@ -1,0 +1,202 @@
+"""The dead tried once more: which, how many, what their records say, and what a killed run leaves of them."""
+
+from functools import partial
+from pathlib import Path
+
+import pytest
+
+from asset2sim.runs.isolation.asset_attempt import FirstAttempt, with_first_attempt, without_retry
+from asset2sim.runs.plan import records
+from asset2sim.runs.plan.records import (
+    KeptRecord,
+    await_record,
+    call_writer,
+    keep_record,
+    kept_records,
+    paid_calls,
+    read_record,
+    record_file,
+)
+from asset2sim.runs.spread.harvest import (
+    Harvest,
+    collect_unreported,
+    finish_without_retry,
+    second_attempt_jobs,
+    take,
+)
+from asset2sim.runs.spread.job import Job, JobResult, job_of, last_seconds, longest_first
+from asset2sim.runs.spread.refine_all import refine_all
+from asset2sim.runs.spread.spread import LostJob
+from asset2sim.runs.spread.worker import refine_on_worker
+from schemas.asset import AssetRef
+from schemas.settings import RunSettings, Settings
+from schemas.vocabulary import FailureMode, Method, Redo, Severity, Status
+from tests.factories import make_call, make_failure, make_record
+from tests.incremental_runs import NAMES, NO_VIEWS, dataset, done, run
+
+REF = AssetRef(asset_id="a", path="/nowhere/a")
+HASH = "0" * 64
+JOB = Job(REF, HASH)
+FIRST = FirstAttempt("killed by SIGKILL (see logs/a.log)", (make_call(),))
+
+
+def kept(attempt: int = 1, died: str = "", run_id: str = "r", **changes: object) -> KeptRecord:
+    make = make_failure("a", FailureMode.ENGINE_CRASH) if died else make_record("a")
+    record = make.model_copy(update={"ref": REF, "content_hash": HASH, **changes})
+    return KeptRecord(run_id=run_id, redo=Redo.CHANGED, record=record, attempt=attempt, died=died)
+
+
+def harvest(out: Path, **run_settings: object) -> Harvest:
+    return Harvest(out, "r", Settings(run=RunSettings.model_validate(run_settings)))
+
+
+def test_a_second_attempt_keeps_what_the_first_one_cost_and_says_how_it_died() -> None:
+    record = with_first_attempt(make_record("a"), FIRST, "")
+    assert record.status is Status.OK and len(record.calls) == 1 + len(make_record("a").calls)
+    assert record.calls[0] == FIRST.calls[0]
+    said = record.findings[-1]
+    assert (said.code, said.severity) == ("died_once", Severity.WARNING)
+    assert "killed by SIGKILL (see logs/a.first.log)" in said.message
+    failed = make_failure("a", FailureMode.TIMEOUT, "timeout")
+    twice = with_first_attempt(failed, FIRST, "not done after 300 s (see logs/a.log)")
+    assert twice.failure_mode is FailureMode.TIMEOUT and twice.calls == FIRST.calls
+    assert twice.reason.startswith("died twice: not done after 300 s (see logs/a.log); the first time: killed by")
+    assert [finding.message for finding in twice.findings] == [f"asset a: {twice.reason}"]
+    assert with_first_attempt(failed, None, "") == failed
+
+
+def test_those_without_a_record_go_first_and_no_more_than_so_many_are_tried() -> None:
+    jobs = {name: Job(AssetRef(asset_id=name, path="/x"), name) for name in "abcd"}
+    dead = {name: FirstAttempt(name) for name in "cba"}
+    chosen = list(second_attempt_jobs(jobs, dead, {"c", "b"}.__contains__, 2))
+    assert [(job.ref.asset_id, job.attempt) for job in chosen] == [("a", 2), ("c", 2)]
+    assert list(second_attempt_jobs(jobs, dead, {"c"}.__contains__, 0)) == []
+    (left,) = without_retry(make_failure("a", FailureMode.TIMEOUT), FIRST, 20).findings[1:]
+    assert left.code == "not_tried_again" and "20 others" in left.message
+
+
+def test_a_run_tries_no_more_of_the_dead_than_it_may(tmp_path: Path) -> None:
+    refs = [AssetRef(asset_id=f"segfault-{number}", path="/nowhere") for number in range(3)]
+    found = refine_all(refs, tmp_path, Settings(run=RunSettings(retries_alone=2)), "tests.crashers:crash_if_told")
+    assert [record.failure_mode for record in found.records] == [FailureMode.ENGINE_CRASH] * 3
+    assert sorted(record.reason.startswith("died twice") for record in found.records) == [False, True, True]
+    codes = [[finding.code for finding in record.findings] for record in found.records]
+    assert sorted(codes, key=len) == [["engine_crash"], ["engine_crash"], ["engine_crash", "not_tried_again"]]
+    assert not list((tmp_path / records.RECORDS_FOLDER).iterdir())
+
+
+def test_what_comes_in_is_read_from_the_output_folder(tmp_path: Path) -> None:
+    got = harvest(tmp_path)
+    keep_record(tmp_path, kept())
+    assert take(got, JOB, JobResult("a", Status.OK)) == got.records["a"] == kept().record
+    dead = harvest(tmp_path)
+    keep_record(tmp_path, kept(died="crashed"))
+    assert take(dead, JOB, JobResult("a", Status.FAILED, died="crashed")) is None
+    assert dead.dead == {"a": FirstAttempt("crashed", ())} and dead.records["a"].status is Status.FAILED
+    second = Job(REF, HASH, dead.dead["a"])
+    assert collect_unreported(dead, second) is None
+    keep_record(tmp_path, kept(attempt=2))
+    assert collect_unreported(dead, second) == dead.records["a"] == kept().record and not dead.dead
+    assert collect_unreported(harvest(tmp_path), Job(REF, "1" * 64)) is None
+
+
+def test_a_record_that_could_not_be_written_travels_and_is_kept_where_there_is_room(tmp_path: Path) -> None:
+    got = harvest(tmp_path)
+    assert take(got, JOB, JobResult("a", Status.OK, record=kept().record)) == kept().record
+    assert [item.record for item in kept_records(tmp_path)] == [kept().record]
+
+
+def test_what_is_done_is_not_done_again_where_only_the_answer_was_lost(tmp_path: Path) -> None:
+    work = partial(refine_on_worker, out=tmp_path, settings=Settings(), pipeline="tests.crashers:no_pipeline")
+    keep_record(tmp_path, kept(reason="kept"))
+    assert work(JOB, run_id="r") == JobResult("a", Status.OK) == work(JOB, run_id="r")
+    (same,) = kept_records(tmp_path)
+    assert same.record.reason == "kept"
+    assert work(Job(REF, HASH, FIRST), run_id="r") == JobResult("a", Status.OK)
+    (second,) = kept_records(tmp_path)
+    assert second.attempt == 2 and second.record.calls == FIRST.calls
+
+
+def test_a_record_read_shares_what_every_record_has_and_a_copy_does_not(tmp_path: Path) -> None:
+    for name in "ab":
+        keep_record(tmp_path, KeptRecord(run_id="r", redo=Redo.CHANGED, record=make_record(name, content_hash=name)))
+    one, two = (read_record(tmp_path, name) for name in "ab")
+    assert one is not None and two is not None and one.record == make_record("a", content_hash="a")
+    assert one.record.__pydantic_fields_set__ is two.record.__pydantic_fields_set__
+    copy = one.record.model_copy(update={"reason": "other"})
+    assert copy.__pydantic_fields_set__ is not one.record.__pydantic_fields_set__
+
+
+def test_what_a_lost_worker_had_paid_for_is_in_the_record(tmp_path: Path) -> None:
+    keep = call_writer(tmp_path, HASH)
+    keep([make_call(), make_call(cached=True)])
+    keep([make_call(attempt=2)])
+    assert [call.attempt for call in paid_calls(tmp_path, HASH)] == [1, 2]
+    refine_on_worker(JOB, tmp_path, Settings(), "tests.crashers:no_pipeline", "r")
+    (found,) = kept_records(tmp_path)
+    assert [call.attempt for call in found.record.calls] == [1, 2] and paid_calls(tmp_path, HASH) == ()
+    keep([make_call(attempt=3)])
+    got = harvest(tmp_path)
+    take(got, JOB, LostJob("gone"))
+    assert [call.attempt for call in finish_without_retry(got, JOB).calls] == [3] and paid_calls(tmp_path, HASH) == ()
+
+
+def test_a_lost_worker_is_a_death_without_a_record_and_two_are_the_end(tmp_path: Path) -> None:
+    got = harvest(tmp_path)
+    assert take(got, JOB, LostJob("KilledWorker: gone")) is None and not got.records
+    record = take(got, Job(REF, HASH, got.dead["a"]), LostJob("KilledWorker: again"))
+    assert record is not None and record.failure_mode is FailureMode.ENGINE_CRASH and record.content_hash == HASH
+    assert "died twice: its Dask worker was lost: KilledWorker: again" in record.reason
+    one_too_many = harvest(tmp_path / "other")
+    take(one_too_many, JOB, LostJob("gone"))
+    assert finish_without_retry(one_too_many, JOB).reason == "its Dask worker was lost: gone"
+    assert not one_too_many.dead
+
+
+def test_a_file_may_appear_a_moment_late_and_must_be_of_this_run_and_attempt(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(records, "VISIBLE_LIMIT_S", 0.3)
+    looks: list[Path] = []
+
+    def appear(folder: Path) -> None:
+        looks.append(folder)
+        keep_record(tmp_path, kept(attempt=len(looks)))
+
+    keep_record(tmp_path, kept(run_id="another"))
+    assert await_record(tmp_path, HASH, "r", 1) is None
+    monkeypatch.setattr(records, "_refresh_listing", appear)
+    found = await_record(tmp_path, HASH, "r", 2)
+    assert found is not None and found.attempt == 2 == len(looks)
+    got = harvest(tmp_path)
+    record_file(tmp_path, HASH).unlink()
+    monkeypatch.setattr(records, "_refresh_listing", looks.append)
+    assert take(got, JOB, JobResult("a", Status.OK)) is None
+    assert "not to be seen" in got.dead["a"].died
+
+
+def test_what_a_killed_run_had_still_to_try_again_is_refined_anew(tmp_path: Path) -> None:
+    data, out = dataset(tmp_path / "data"), tmp_path / "out"
+    hashes = run(data, tmp_path / "elsewhere").hashes
+    for name, attempt in (("a", 1), ("b", 2)):
+        failed = make_failure(name, FailureMode.ENGINE_CRASH, content_hash=hashes[name])
+        keep_record(out, KeptRecord(run_id="killed", redo=Redo.CHANGED, record=failed, attempt=attempt, died="crashed"))
+    plan = run(data, out)
+    assert done(plan) == "acd" and [record.ref.asset_id for record in plan.finished] == ["b"]
+
+
+def test_the_longest_of_last_time_go_first_and_the_unknown_before_them(tmp_path: Path) -> None:
+    data, out = dataset(tmp_path / "data"), tmp_path / "out"
+    assert last_seconds(out, Method.ASSET2SIM) == {}
+    times = dict(zip(NAMES, (1.0, 3.0, 2.0, 4.0), strict=True))
+    run(data, out, NO_VIEWS, lambda ref: make_record(ref.asset_id, ref=ref, seconds={"total": times[ref.asset_id]}))
+    seconds = last_seconds(out, Method.ASSET2SIM)
+    assert seconds == times and last_seconds(out, Method.RAW) == {}
+    refs = [AssetRef(asset_id=name, path="/x") for name in ("new", *NAMES, "newer")]
+    assert [ref.asset_id for ref in longest_first(refs, seconds)] == ["new", "newer", "d", "b", "c", "a"]
+
+
+def test_a_job_without_a_plan_has_a_name_of_its_own() -> None:
+    assert job_of(REF, "r", {"a": HASH}) == JOB
+    names = {job_of(REF, "r", None).content_hash, job_of(REF, "s", None).content_hash}
+    assert len(names) == 2 and all(len(name) == 64 for name in names)

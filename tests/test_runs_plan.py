@@ -1,0 +1,397 @@
+"""Incremental runs: what changes an asset, and what is refined again."""
+
+import ast
+import functools
+import json
+import os
+import shutil
+import subprocess
+import sys
+import time
+from collections.abc import Callable
+from importlib import metadata
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from asset2sim.catalog.read import read_table
+from asset2sim.checks.alignment.reference import Reference
+from asset2sim.runs.plan import content_hash as code
+from asset2sim.runs.plan import records, state
+from asset2sim.runs.plan.asset_files import AssetFile, asset_files
+from asset2sim.runs.plan.content_hash import content_hash, counted_files, package_versions, shared_hash
+from asset2sim.runs.plan.plan import must_redo
+from asset2sim.runs.plan.state import folder_files_hash, open_state
+from schemas.asset import AssetRef
+from schemas.settings import EngineSettings, ModelSettings, PhysicsSettings, RunSettings, Settings, ViewSettings
+from schemas.vocabulary import DECIDING_PACKAGES, RETRIED_MODES, Engine, FailureMode, Method, Redo, Status
+from tests.assets import RAW, ROOT, box_obj, link, mesh, robot, written
+from tests.factories import make_record
+from tests.incremental_runs import (
+    NAMES,
+    NO_VIEWS,
+    asking,
+    dataset,
+    done,
+    failing,
+    manifest,
+    run,
+    runs,
+)
+
+# What an asset's content is
+
+
+def content(folder: Path, out: Path) -> str:
+    with open_state(out) as opened:
+        return folder_files_hash(opened, folder)
+
+
+def test_any_file_that_changes_comes_or_goes_is_another_content(tmp_path: Path) -> None:
+    asset, out = written(tmp_path / "asset", "<robot/>", {"textured_objs/a.obj": "1"}), tmp_path / "out"
+    seen = [content(asset, out)]
+    (asset / ".DS_Store").write_text("hidden")
+    assert content(asset, out) == seen[0]
+    inner = asset / "textured_objs" / "a.obj"
+    before = inner.stat()
+    inner.write_text("2")
+    os.utime(inner, ns=(before.st_atime_ns, before.st_mtime_ns))  # same size, and said to be as old
+    seen.append(content(asset, out))
+    (asset / "textured_objs" / "b.obj").write_text("1")
+    seen.append(content(asset, out))
+    inner.rename(asset / "textured_objs" / "c.obj")
+    seen.append(content(asset, out))
+    shutil.rmtree(asset)
+    seen.append(content(asset, out))
+    assert len(set(seen)) == len(seen)
+
+
+def test_a_mesh_from_elsewhere_belongs_to_the_asset(tmp_path: Path) -> None:
+    box = box_obj((0, 0, 0), (1, 1, 1), "mtllib look.mtl\n")
+    asset = written(tmp_path / "asset", robot(link("a", mesh("package://things/box.obj") + mesh("own.obj"))))
+    first = content(asset, tmp_path / "out")
+    package = tmp_path / "things"
+    package.mkdir()
+    (package / "box.obj").write_text(box)
+    (package / "look.mtl").write_text("newmtl red\n")
+    assert [file.name for file in asset_files(asset)] == [
+        "mobility.urdf",
+        "package://things/box.obj box.obj",
+        "package://things/box.obj look.mtl",
+    ]
+    second = content(asset, tmp_path / "out")
+    (package / "look.mtl").write_text("newmtl blue\n")
+    assert len({first, second, content(asset, tmp_path / "out")}) == 3
+
+
+def test_pipes_and_circles_of_links_are_passed_by(tmp_path: Path) -> None:
+    asset = written(tmp_path / "asset", "<robot/>")
+    os.mkfifo(asset / "pipe")
+    (asset / "again").symlink_to(asset)
+    (tmp_path / "elsewhere").mkdir()
+    (tmp_path / "elsewhere" / "a.obj").write_text("1")
+    (asset / "meshes").symlink_to(tmp_path / "elsewhere")
+    assert [file.name for file in asset_files(asset)] == ["meshes/a.obj", "mobility.urdf"]
+
+
+def test_a_file_is_read_once(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(state, "SETTLED_NS", 0)
+    read: list[str] = []
+    digest = state._digest
+
+    def watched(file: AssetFile) -> str:
+        read.append(file.name)
+        return digest(file)
+
+    monkeypatch.setattr(state, "_digest", watched)
+    asset = written(tmp_path / "asset", "<robot/>", {"a.obj": "1", "b.obj": "2"})
+    time.sleep(0.02)  # the clock of files ticks in steps of some milliseconds
+    out = tmp_path / "out"
+    first = content(asset, out)
+    assert sorted(read) == ["a.obj", "b.obj", "mobility.urdf"] and content(asset, out) == first and len(read) == 3
+    (asset / "a.obj").write_text("3")
+    assert content(asset, out) != first and read[3:] == ["a.obj"]
+    (out / state.FILE).write_bytes(b"not a database" * 1000)
+    assert content(asset, out) != first and len(read) == 7
+
+
+def test_a_file_that_was_just_written_is_not_trusted_to_tell_of_the_next_write(tmp_path: Path) -> None:
+    asset = written(tmp_path / "asset", "<robot/>")
+    content(asset, tmp_path / "out")
+    with open_state(tmp_path / "out") as opened:
+        assert opened.execute("SELECT count(*) FROM files").fetchone() == (0,)
+
+
+REF = AssetRef(asset_id="a", path="/data/a", prompt="a small box")
+
+
+def key(ref: AssetRef = REF, settings: Settings = NO_VIEWS, reference: Reference | None = None) -> str:
+    return content_hash(ref, "files", shared_hash(settings, "p"), reference)
+
+
+def test_the_hash_follows_request_settings_and_reference() -> None:
+    changed = [
+        key(),
+        key(REF.model_copy(update={"prompt": "another"})),
+        key(REF.model_copy(update={"asset_id": "b"})),
+        key(reference=Reference(0.5, "lid", 0.1)),
+        key(settings=NO_VIEWS.model_copy(update={"physics": PhysicsSettings(min_mass_kg=0.01)})),
+        key(settings=NO_VIEWS.model_copy(update={"method": Method.RAW})),
+        key(settings=NO_VIEWS.model_copy(update={"model": ModelSettings(model="prior/noisy")})),
+        key(settings=NO_VIEWS.model_copy(update={"engine": EngineSettings(verify=(Engine.PYBULLET,))})),
+        content_hash(REF, "other files", shared_hash(NO_VIEWS, "p"), None),
+        content_hash(REF, "files", shared_hash(NO_VIEWS, "another pipeline"), None),
+    ]
+    assert len(set(changed)) == len(changed)
+    assert key(REF.model_copy(update={"path": "/moved/a"})) == key()
+    how = {
+        "run": RunSettings(workers=7, asset_time_limit_s=1.0, redo=Redo.ALL),
+        "views": ViewSettings(write=True),
+        "model": ModelSettings(cache=False, run_usd=3.0, max_attempts=9),
+    }
+    assert key(settings=NO_VIEWS.model_copy(update=how)) == key()
+
+
+def test_an_engine_that_is_not_asked_for_has_no_say(monkeypatch: pytest.MonkeyPatch) -> None:
+    one = NO_VIEWS.model_copy(update={"engine": EngineSettings(verify=(Engine.PYBULLET,))})
+    before = key(), key(settings=one)
+    versions = dict.fromkeys((*DECIDING_PACKAGES, *Engine), "1.0")
+    monkeypatch.setattr(metadata, "version", versions.__getitem__)
+    monkeypatch.setattr(code, "installed", lambda: tuple(Engine))
+    stated = key(), key(settings=one)
+    assert stated[0] != before[0] and stated[1] != before[1]
+    versions["mujoco"] = "1.1"
+    assert key() != stated[0] and key(settings=one) == stated[1]
+    assert set(package_versions(one.engine)) == {*DECIDING_PACKAGES, "pybullet"}
+
+
+def copied(root: Path) -> Path:
+    """A copy of everything that content hashes depend on."""
+    for name in counted_files(ROOT):
+        (root / name).parent.mkdir(parents=True, exist_ok=True)
+        shutil.copy(ROOT / name, root / name)
+    return root
+
+
+def version_after(root: Path, name: str, edit: Callable[[str], str]) -> str:
+    """The version of the sources while one file is edited."""
+    text = (root / name).read_text(encoding="utf-8")
+    (root / name).write_text(edit(text), encoding="utf-8")
+    try:
+        return code.source_version.__wrapped__(root)
+    finally:
+        (root / name).write_text(text, encoding="utf-8")
+
+
+def test_the_rooms_that_count_are_there_and_an_edit_of_code_or_data_in_each_is_another_version(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    for name in (*code.ROOMS, *code.IRRELEVANT_SOURCES):
+        assert (ROOT / name).exists(), name
+    root, cached = copied(tmp_path), functools.cache(code.bare_code)
+    monkeypatch.setattr(code, "bare_code", cached)
+    same = code.source_version.__wrapped__(root)
+    files = counted_files(root)
+    assert files == counted_files(ROOT) and same == code.source_version()
+    remark = "# a remark\n", '\n\n\ndef _more() -> None:\n    """Do nothing."""\n'
+    edited = set()
+    for room in code.ROOMS:
+        name = next(file for file in files if file.startswith(room) and file.endswith(".py"))
+        assert version_after(root, name, lambda text: f"{remark[0]}{text}") == same, name
+        edited.add(version_after(root, name, lambda text: f"{text}{remark[1]}"))
+    data = [name for name in files if not name.endswith(".py")]
+    assert {Path(name).suffix for name in data} == {".csv", ".md"} and len(data) > 15
+    edited |= {version_after(root, name, lambda text: f"{text}\n") for name in data}
+    assert len(edited) == len(code.ROOMS) + len(data) and same not in edited
+    assert not {"asset2sim/catalog/show.py", "asset2sim/runs/alert.py", "flows/command.py"} & set(files)
+    for name in files:
+        if name.startswith("asset2sim/baselines"):
+            (root / name).unlink()
+    with pytest.raises(FileNotFoundError, match="baselines"):
+        counted_files(root)
+
+
+def test_prose_is_no_code() -> None:
+    bare = code.bare_code(b'"""Text."""\nLIMIT = 3\n"""Why 3."""\n\ndef f(a):\n    "Say."\n    return [a, "word"]\n')
+    assert bare == code.bare_code(b'LIMIT = 3  # three\ndef f(a):\n    """Other."""\n    return [a,\n "word"]\n')
+    for other in (b'LIMIT = 4\ndef f(a):\n return [a, "word"]', b'LIMIT = 3\ndef f(a):\n return [a, "Word"]'):
+        assert bare != code.bare_code(other)
+
+
+def imported(path: Path) -> set[str]:
+    """Sources of ours that a source imports, anywhere in it."""
+    names: set[str] = set()
+    for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+        if isinstance(node, ast.ImportFrom) and node.module and node.level == 0:
+            names |= {node.module, *(f"{node.module}.{alias.name}" for alias in node.names)}
+        elif isinstance(node, ast.Import):
+            names |= {alias.name for alias in node.names}
+    files = {f"{name.replace('.', '/')}{ending}" for name in names for ending in (".py", "/__init__.py")}
+    return {file for file in files if (ROOT / file).is_file()}
+
+
+def test_whatever_the_pipeline_imports_counts() -> None:
+    """Import by import from what makes a record and its rows; what is imported by name only is named here."""
+    waiting = {
+        "tasks/pipeline.py",
+        "asset2sim/checks/alignment/align.py",
+        "asset2sim/catalog/rows.py",
+        "asset2sim/runs/isolation/child.py",
+        "asset2sim/runs/isolation/asset_attempt.py",
+        *(f"asset2sim/engines/{engine.value}_world.py" for engine in Engine),
+    }
+    seen: set[str] = set()
+    while waiting:
+        source = waiting.pop()
+        seen.add(source)
+        waiting |= imported(ROOT / source) - seen
+    assert len(seen) > 150
+    # A run's row, and not an asset's.
+    assert seen - set(counted_files(ROOT)) <= {"asset2sim/catalog/run.py"}, "run, and not in ROOMS"
+
+
+# What is refined again
+
+
+def test_an_unchanged_asset_is_left_alone_and_keeps_its_rows(tmp_path: Path) -> None:
+    data, out = dataset(tmp_path / "data"), tmp_path / "out"
+    assert done(run(data, out)) == "abcd"
+    first = read_table(out, "assets")
+    assert done(run(data, out)) == ""
+    assert read_table(out, "assets").equals(first)
+    assert runs(out)[["assets", "ok", "unchanged", "queries"]].values.tolist() == [[4, 4, 0, 4], [4, 4, 4, 0]]
+    (data / "b" / "mobility.urdf").write_text("<robot name='other'/>")
+    manifest(data, {"a": "", "b": "", "c": "open", "d": ""})
+    shutil.rmtree(out / "assets" / "d")
+    assert done(run(data, out)) == "bcd"
+    assert done(run(data, out, asking(Redo.ALL))) == "abcd"
+    assert done(run(data, out)) == ""
+    assert done(run(data, out, pipeline="other")) == "abcd"
+
+
+def test_a_failed_asset_is_tried_again_where_that_may_help_or_is_asked_for(tmp_path: Path) -> None:
+    data, out = dataset(tmp_path / "data"), tmp_path / "out"
+    modes = {"a": FailureMode.MISSING_MESH, "b": FailureMode.TIMEOUT, "c": FailureMode.JAM}
+    run(data, out, make=failing(modes))
+    again = run(data, out, make=failing({"b": FailureMode.NUDGE}))
+    assert done(again) == "b"
+    assert [(item.asset_id, item.failure_mode) for item in again.unchanged] == [
+        ("a", "missing_mesh"),
+        ("c", "jam"),
+        ("d", "none"),
+    ]
+    assert runs(out)["failed"].tolist() == [3, 3]
+    assert done(run(data, out, asking(Redo.FAILED))) == "abc"
+    assert done(run(data, out, asking(Redo.FAILED))) == ""
+    for mode in FailureMode:
+        assert must_redo(Status.FAILED, mode, Redo.CHANGED) == (mode in RETRIED_MODES)
+
+
+def test_a_folder_that_another_method_wrote_is_no_refinement_of_this_one(tmp_path: Path) -> None:
+    data, out = dataset(tmp_path / "data"), tmp_path / "out"
+    raw = NO_VIEWS.model_copy(update={"method": Method.RAW})
+
+    def made_raw(ref: AssetRef) -> Any:
+        return make_record(ref.asset_id, ref=ref, method=Method.RAW)
+
+    run(data, out)
+    assert done(run(data, out, raw, made_raw, only=("a", "b"))) == "ab"
+    assert done(run(data, out, raw, made_raw, only=("a", "b"))) == ""
+    assert done(run(data, out)) == "ab"
+    assert len(read_table(out, "assets")) == 6
+
+
+def test_views_that_are_wanted_and_not_there_are_made(tmp_path: Path) -> None:
+    data, out = dataset(tmp_path / "data"), tmp_path / "out"
+    run(data, out)
+    assert done(run(data, out, Settings())) == "abcd"
+    for name in NAMES:
+        (out / "assets" / name / "views").mkdir()
+    assert done(run(data, out, Settings())) == "" and done(run(data, out)) == ""
+
+
+def test_what_left_the_dataset_leaves_the_tables_and_stays_in_history(tmp_path: Path) -> None:
+    data, out = dataset(tmp_path / "data"), tmp_path / "out"
+    other = dataset(tmp_path / "other", ("z",))
+    run(data, out)
+    run(other, out)
+    manifest(data, dict.fromkeys("abc", ""))
+    run(data, out, only=("a",))
+    assert len(read_table(out, "assets")) == 5, "a run over a part tells nothing of the rest"
+    run(data, out)
+    for name in ("assets", "links", "findings", "interactions"):
+        assert sorted(set(read_table(out, name)["asset_id"])) == ["a", "b", "c", "z"], name
+    history_of_d = read_table(out, "asset_history").query("asset_id == 'd'")
+    assert history_of_d["run_id"].tolist() == runs(out)["run_id"].tolist()[:1]
+
+
+# The whole of it, through Prefect and Dask
+
+SCRIPT = """
+import json, shutil, sys
+from pathlib import Path
+from flows.command import main
+from flows import PIPELINE
+from asset2sim.runs.request import parse_request
+from asset2sim.runs.isolation.children import warm_up
+from flows.server.server import temporary_server
+
+data, out = Path(sys.argv[1]), Path(sys.argv[2])
+manifest = data / "manifest.csv"
+rows = manifest.read_text().splitlines()
+options = ["--out", str(out), "--engines", "pybullet", "--no-interaction", "--no-views", "--workers", "2"]
+
+
+def step(refine, *more):
+    result = refine(parse_request(["refine", str(data), *options, *more]))
+    print(json.dumps([[r.ref.asset_id for r in result.records], [u.asset_id for u in result.unchanged]]), flush=True)
+
+
+if __name__ == "__main__":
+    with temporary_server() as address:
+        warm_up(PIPELINE)
+        from flows.refine_dataset import refine_dataset
+        from flows.server.client import use_server
+
+        with use_server(address):
+            def refine(request):
+                return refine_dataset(request.data, request.out, request.settings)
+
+            step(refine)
+            step(refine)
+            manifest.write_text("\\n".join(rows[:2] + [rows[3].replace("slightly open", "closed")]) + "\\n")
+            step(refine)
+            step(refine, "--retry-failed")
+"""
+
+
+@pytest.mark.skipif(not (RAW / "manifest.csv").exists(), reason="the sample dataset is not here")
+def test_a_flow_refines_what_changed(tmp_path: Path) -> None:
+    lines = (RAW / "manifest.csv").read_text(encoding="utf-8").splitlines()
+    chosen = {line.split(",")[0]: line for line in lines}
+    ids = ("planted_not_xml", "scissors_paper", "laptop_silver")
+    for asset_id in ids:
+        shutil.copytree(RAW / chosen[asset_id].split(",")[2], tmp_path / "data" / chosen[asset_id].split(",")[2])
+    (tmp_path / "data" / "manifest.csv").write_text("\n".join([lines[0], *(chosen[i] for i in ids)]) + "\n")
+    script = tmp_path / "runs.py"
+    script.write_text(SCRIPT)
+    environment = {**os.environ, "PREFECT_HOME": str(tmp_path / "prefect"), "PYTHONPATH": str(ROOT)}
+    command = [sys.executable, str(script), str(tmp_path / "data"), str(tmp_path / "out")]
+    ran = subprocess.run(command, cwd=ROOT, env=environment, capture_output=True, text=True, timeout=300)
+    assert ran.returncode == 0, ran.stderr
+    steps = [json.loads(line) for line in ran.stdout.splitlines() if line.startswith("[[")]
+    assert steps == [
+        [list(ids), []],
+        [[], list(ids)],
+        [["laptop_silver"], ["planted_not_xml"]],
+        [["planted_not_xml"], ["laptop_silver"]],
+    ]
+    out = tmp_path / "out"
+    assert dict(read_table(out, "assets")[["asset_id", "status"]].values) == {
+        "laptop_silver": "ok",
+        "planted_not_xml": "failed",
+    }
+    assert runs(out)["unchanged"].tolist() == [0, 3, 1, 1]
+    assert read_table(out, "asset_history").groupby("started_at").size().tolist() == [3, 3, 2, 2]
+    assert not list((out / records.RECORDS_FOLDER).iterdir())
