@@ -111,7 +111,7 @@ def test_the_table_goes_between_the_markers() -> None:
 
 
 def test_mistakes_end_with_two(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    assert main(["raw"]) == 2 and "DATA OUT [README]" in capsys.readouterr().err
+    assert main(["raw"]) == 2 and "required: OUT" in capsys.readouterr().err
     assert main([str(tmp_path), str(tmp_path / "out"), str(tmp_path / "README.md")]) == 2
     assert "no README at" in capsys.readouterr().err
     assert main([str(tmp_path), str(tmp_path / "out")]) == 2 and not (tmp_path / "out").exists()
