@@ -91,6 +91,7 @@ def mended(bench: Bench) -> tuple[EngineReport, Mended]:
     return before[0], mend(bench.item.features, loose, before, NO_VIEWS, bench.verify)
 
 
+@pytest.mark.system
 def test_the_loose_gate_does_oscillate(mended: tuple[EngineReport, Mended]) -> None:
     before = mended[0].measurement
     assert before is not None and oscillating_joints(before, frozenset(), NO_VIEWS.thresholds) == ("swing",)
@@ -124,6 +125,7 @@ def test_what_was_accepted_is_what_is_written(bench: Bench, mended: tuple[Engine
     assert near(terms.damping, result.overlay.joints[0].damping, 1e-6)
 
 
+@pytest.mark.system
 def test_a_calm_gate_is_left_alone(bench: Bench) -> None:
     before = bench.verify(bench.calm, [Engine.PYBULLET])
     measured = len(bench.measured)

@@ -60,6 +60,7 @@ def dying(after: int) -> Make:
     return make
 
 
+@pytest.mark.system
 @pytest.mark.parametrize("redo", [Redo.CHANGED, Redo.ALL])
 def test_a_run_that_is_killed_anywhere_and_started_again_finishes_the_rest(tmp_path: Path, redo: Redo) -> None:
     data, settings = dataset(tmp_path / "data"), asking(redo)
