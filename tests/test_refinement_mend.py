@@ -98,6 +98,7 @@ def test_the_loose_gate_does_oscillate(mended: tuple[EngineReport, Mended]) -> N
     assert judge(before, frozenset(), NO_VIEWS.thresholds).mode in (FailureMode.OSCILLATION, FailureMode.DRIFT)
 
 
+@pytest.mark.system
 def test_it_is_mended(bench: Bench, mended: tuple[EngineReport, Mended]) -> None:
     _, result = mended
     assert judge_report(result.reports[0], result.overlay, NO_VIEWS.thresholds).passed
@@ -108,6 +109,7 @@ def test_it_is_mended(bench: Bench, mended: tuple[EngineReport, Mended]) -> None
     assert part.damping <= bound * (1.0 + 1e-9)
 
 
+@pytest.mark.system
 def test_its_steps_are_in_the_trace_and_its_changes_in_findings(mended: tuple[EngineReport, Mended]) -> None:
     _, result = mended
     assert 1 <= len(result.trace) <= NO_VIEWS.search.mend_rounds
@@ -119,6 +121,7 @@ def test_its_steps_are_in_the_trace_and_its_changes_in_findings(mended: tuple[En
     assert last.value == result.overlay.joints[0].damping and "failed in pybullet" in last.message
 
 
+@pytest.mark.system
 def test_what_was_accepted_is_what_is_written(bench: Bench, mended: tuple[EngineReport, Mended]) -> None:
     _, result = mended
     terms = read_dynamics(bench.folder.urdf)["swing"]

@@ -88,6 +88,7 @@ def test_a_lid_that_falls_is_seen(shut: Measurement) -> None:
     assert fallen(asking_for(ASKED), shut, SETTINGS) == ("hinge",)
 
 
+@pytest.mark.system
 @pytest.mark.parametrize(
     "changes",
     [

@@ -51,6 +51,7 @@ def test_crossing_flaps_are_parted(flaps: tuple[AssetRecord, Path]) -> None:
     assert steps[-1].phi_after_m < first.phi_before_m
 
 
+@pytest.mark.system
 def test_accepted_steps_lower_phi_and_rejected_ones_change_nothing(flaps: tuple[AssetRecord, Path]) -> None:
     record, _ = flaps
     assert any(step.accepted for step in record.trace[1:])
@@ -69,6 +70,7 @@ def test_accepted_steps_lower_phi_and_rejected_ones_change_nothing(flaps: tuple[
             assert not step.moved
 
 
+@pytest.mark.system
 def test_closed_flaps_stay_closed(flaps: tuple[AssetRecord, Path]) -> None:
     record, _ = flaps
     assert record.overlay is not None
