@@ -24,6 +24,8 @@ from asset2sim.studies.samples.layout import number_text
 from schemas.errors import UsageError
 from schemas.vocabulary import FailureMode
 
+pytestmark = pytest.mark.system
+
 ROOT = Path(__file__).resolve().parents[1]
 RAW = ROOT / "data" / "raw"
 DEPTH = 5e-4
