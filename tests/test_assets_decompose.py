@@ -115,7 +115,8 @@ def test_a_convex_mesh_is_one_piece_and_a_flat_one_none(monkeypatch: pytest.Monk
     pieces = run(double_sided(trimesh.creation.box(extents=(0.3, 0.2, 0.1))))
     assert pieces is not None and len(pieces) == 1
     assert ConvexHull(pieces[0]).volume == pytest.approx(0.006)
-    monkeypatch.setattr("asset2sim.assets.meshes.decompose._attempt", lambda *args: pytest.fail("a flat mesh needs no process"))
+    none = "asset2sim.assets.meshes.decompose._attempt"
+    monkeypatch.setattr(none, lambda *args: pytest.fail("a flat mesh needs no process"))
     assert run(trimesh.creation.box(extents=(0.3, 0.2, 1e-5))) is None
     assert decompose(np.eye(3), np.array([[0, 1, 2]]), SETTINGS) is None
 

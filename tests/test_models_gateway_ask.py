@@ -40,6 +40,7 @@ def settings(api_base: str, **changes: object) -> ModelSettings:
     return ModelSettings.model_validate(fields)
 
 
+@pytest.mark.system
 def test_a_worker_waits_as_long_as_it_tells_the_others_to(monkeypatch: pytest.MonkeyPatch) -> None:
     told: list[float] = []
     monkeypatch.setattr(
