@@ -25,9 +25,12 @@ OPTIONS = --out "$(OUT)" $(if $(MODEL),--model "$(MODEL)") \
 	$(if $(NO_ANSWER_CACHE),--no-answer-cache) $(if $(FORCE),--force) $(if $(RETRY_FAILED),--retry-failed) \
 	$(if $(HOOK),--hook "$$HOOK") $(FROM_FILE)
 
+# A file's tests stay in one process and in order.
+PARALLEL = --numprocesses $(if $(JOBS),$(JOBS),2) --dist loadfile
+
 .DEFAULT_GOAL := help
 .DELETE_ON_ERROR:
-.PHONY: help install flow test lint typecheck failures settings doctor nightly ui judge rules compare bench-defects samples questions summary picture clean bench
+.PHONY: help install flow test test-fast lint typecheck failures settings doctor nightly ui judge rules compare bench-defects samples questions summary picture clean bench
 
 help: ## list the targets
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / { printf "  %-14s %s\n", $$1, $$2 }' Makefile
@@ -58,8 +61,11 @@ $(INSTALLED): pyproject.toml constraints.txt
 flow: $(INSTALLED) ## refine DATA (data/raw) into OUT (data/refined)
 	@$(BIN)/python -m flows.command refine "$(DATA)" $(OPTIONS)
 
-test: $(INSTALLED) ## run the tests; ARGS="-k dataset" chooses
-	@$(BIN)/python -m pytest $(ARGS)
+test: $(INSTALLED) ## run all tests, on JOBS cores (2); ARGS="-k dataset" chooses
+	@$(BIN)/python -m pytest $(PARALLEL) $(ARGS)
+
+test-fast: $(INSTALLED) ## run the tests that start no engine, server or process: a minute
+	@$(BIN)/python -m pytest $(PARALLEL) -m "not system" $(ARGS)
 
 lint: $(INSTALLED) ## ruff, and the contract on imports
 	@$(BIN)/ruff check .

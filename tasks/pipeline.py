@@ -26,7 +26,7 @@ from tasks.job import AssetJob
 from tasks.measure import measure_written
 from tasks.progress import Progress
 from tasks.publish import publish_folder
-from tasks.refine import refine_written
+from tasks.refine import Refined, refine_written
 from tasks.validate import validate_overlay
 
 
@@ -75,7 +75,7 @@ def run_stages(job: AssetJob, progress: Progress) -> Verdict:
         final = job.out / "assets" / job.ref.asset_id
         with nullcontext() if proposal is None else staged_folder(final) as folder:
             applied = run(Stage.APPLY, apply_overlay, job, extraction, proposal, overlay, folder, rules=method.rules)
-            refined = run(Stage.REFINE, refine_written, job, applied, overlay)
+            refined = run(Stage.REFINE, refine_written, job, applied) if method.rules else Refined(overlay=overlay)
             measured = run(
                 Stage.MEASURE, measure_written, job, extraction, applied.urdf, refined.overlay, refined.reports
             )

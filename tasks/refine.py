@@ -16,10 +16,9 @@ class Refined(StageResult):
     overlay: PhysicsOverlay
 
 
-def refine_written(job: AssetJob, applied: Applied, overlay: PhysicsOverlay) -> Refined:
-    """The written asset, refined if its method refines; raises AssetError."""
-    if applied.to_refine is None:
-        return Refined(overlay=overlay)
+def refine_written(job: AssetJob, applied: Applied) -> Refined:
+    """The asset that ``apply`` wrote, refined; raises AssetError."""
+    assert applied.to_refine is not None, "only what our rules wrote is refined"
     done = refine(*applied.to_refine, job.ask)
     return Refined(
         overlay=done.overlay, reports=done.reports, trace=done.trace, calls=done.calls, findings=done.findings

@@ -1,19 +1,24 @@
-"""Set-up of every test: quiet libraries, and no network beyond this machine."""
+"""Set-up of every test: quiet libraries, no network beyond this machine, true ``system`` marks."""
 
 import socket
-from collections.abc import Iterator
+from collections.abc import Generator, Iterator
 from typing import Any
 
+import hypothesis
 import pytest
 
 from asset2sim.models.gateway.environment import quiet_environment
 from asset2sim.runs.isolation.children import preload
+from tests import started
 from tests.object_store import store, store_server
 
 __all__ = ["store", "store_server"]
 
 quiet_environment()
 preload("tasks.pipeline:refine_asset")
+# A busy machine must fail no test.
+hypothesis.settings.register_profile("tests", deadline=None)
+hypothesis.settings.load_profile("tests")
 
 _attempts: list[str] = []
 
@@ -58,3 +63,26 @@ def network_attempts() -> Iterator[list[str]]:
     _attempts.clear()
     yield _attempts
     assert not _attempts, f"the test tried to reach the network: {', '.join(_attempts)}"
+
+
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    """Mark ``system`` what uses the object store, which is a server."""
+    for item in items:
+        if "store_server" in getattr(item, "fixturenames", ()):
+            item.add_marker("system")
+
+
+@pytest.hookimpl(wrapper=True, tryfirst=True)
+def pytest_runtest_setup(item: pytest.Item) -> Generator[None, None, None]:
+    """Watch what the test and its fixtures start."""
+    started.begin()
+    return (yield)
+
+
+@pytest.hookimpl(wrapper=True)
+def pytest_runtest_call(item: pytest.Item) -> Generator[None, None, None]:
+    """Fail a test that starts programs, servers or engines and is not marked ``system``."""
+    yield
+    found = started.end()
+    if found and item.get_closest_marker("system") is None:
+        pytest.fail(f"mark it `system`: it starts {', '.join(found)}", pytrace=False)

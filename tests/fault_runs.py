@@ -76,4 +76,4 @@ def findings(out: Path, code: str) -> dict[str, str]:
 
 
 def assert_nobody_left(mark: str) -> None:
-    assert wait_until(lambda: not alive(mark), 10.0), alive(mark)
+    assert wait_until(lambda: not alive(mark), 60.0), alive(mark)

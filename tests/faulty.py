@@ -61,8 +61,8 @@ def kill_fork_server(out: Path) -> None:
         met = processes(out, "once-sleepy")
         return bool(met) and not Path(f"/proc/{met[0]}").exists()
 
-    wait_until(told, 5.0)
-    time.sleep(0.2)
+    wait_until(told, 15.0)
+    time.sleep(1.0)
     os.kill(os.getppid(), signal.SIGKILL)
 
 

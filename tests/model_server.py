@@ -97,7 +97,7 @@ def _handler(
                 working += 1
                 server.at_once = max(server.at_once, working)
             try:
-                closing.wait(30.0 if reply.hang else reply.delay_s)
+                closing.wait(None if reply.hang else reply.delay_s)
                 with lock:
                     working -= 1
                 self._reply(reply, str(body["model"]))

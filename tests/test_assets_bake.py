@@ -194,6 +194,7 @@ def test_a_refined_file_and_its_overlay_are_baked_alike(tmp_path: Path) -> None:
     assert unbake(target.read_bytes(), record) == urdf.read_bytes()
 
 
+@pytest.mark.system
 def test_a_baked_zero_overlaps_as_the_state_does(tmp_path: Path) -> None:
     urdf, overlay = refined(tmp_path)
     # The pin, 10 cm out, stands in the lid that is opened by 0.3 rad.

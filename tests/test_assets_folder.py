@@ -60,6 +60,7 @@ def loads_quietly(folder: Path, caplog: pytest.LogCaptureFixture) -> yourdfpy.UR
     return model
 
 
+@pytest.mark.system
 @pytest.mark.parametrize("asset", ASSETS)
 def test_a_refined_folder_loads_anywhere_without_a_warning(
     asset: str, tmp_path: Path, caplog: pytest.LogCaptureFixture
@@ -79,6 +80,7 @@ def test_a_refined_folder_loads_anywhere_without_a_warning(
     assert not (moved / "bounding_box.json").exists(), "it would no longer be true"
 
 
+@pytest.mark.system
 def test_meshes_of_every_kind_and_from_a_package(tmp_path: Path, caplog: pytest.LogCaptureFixture) -> None:
     package = tmp_path / "thing"
     meshes = package / "meshes"
@@ -104,6 +106,7 @@ def test_meshes_of_every_kind_and_from_a_package(tmp_path: Path, caplog: pytest.
         assert near(loaded.extents, (0.2, 0.2, 0.2), 1e-6), item.name
 
 
+@pytest.mark.system
 def test_a_missing_visual_is_dropped(tmp_path: Path, caplog: pytest.LogCaptureFixture) -> None:
     urdf = robot(link("a", mesh("a.obj") + mesh("gone.obj")))
     refine(written(tmp_path / "in", urdf, {"a.obj": box_obj((0, 0, 0), (1, 1, 1))}), tmp_path / "out")

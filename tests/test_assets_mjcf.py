@@ -157,6 +157,7 @@ def test_the_objects_own_friction_counts_on_any_floor(tmp_path: Path, share: flo
         assert abs(float(data.qpos[0])) < 5e-3
 
 
+@pytest.mark.system
 def test_it_compiles_and_runs_from_its_folder_alone(tmp_path: Path) -> None:
     folder = tmp_path / "there"
     (folder / "collision").mkdir(parents=True)
@@ -175,7 +176,7 @@ def test_it_compiles_and_runs_from_its_folder_alone(tmp_path: Path) -> None:
     )
     ended = subprocess.run(
         [sys.executable, "-c", program], cwd=tmp_path / "elsewhere with a space", capture_output=True, text=True,
-        check=True, timeout=60,
+        check=True, timeout=300,
     )  # fmt: skip
     assert ended.stdout.split() == ["2", "3", "1"]
 
@@ -241,6 +242,7 @@ def test_the_mjcf_is_what_the_mujoco_engine_measures(tmp_path: Path) -> None:
     assert MJCF_NAME == "mobility.xml"
 
 
+@pytest.mark.system
 def test_a_refined_object_rests_as_it_does_in_the_engine_that_judged_it(tmp_path: Path) -> None:
     settings = NO_VIEWS.model_copy(update={"engine": EngineSettings(verify=(Engine.PYBULLET,), interact=False)})
     overlay = refine_asset(sample("storage_sideboard"), tmp_path, settings, prior).overlay

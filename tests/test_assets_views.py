@@ -16,6 +16,8 @@ from schemas.errors import AssetError
 from schemas.settings import ViewSettings
 from schemas.vocabulary import FailureMode
 
+pytestmark = pytest.mark.system
+
 SHARED = Path(__file__).resolve().parents[2] / "shared"
 SMALL = ViewSettings(width=64, height=64)
 SIDES = {

@@ -22,6 +22,8 @@ from schemas.vocabulary import FailureMode, Method
 from tests.assets import cabinet, read, sample, written
 from tests.model_server import ModelServer, Reply, serve
 
+pytestmark = pytest.mark.system
+
 GOOD: dict[str, Any] = {
     "scale": 0.3,
     "links": [{"name": "body", "mass_kg": 2.0, "inertia": [0.03, 0, 0, 0.03, 0, 0.03]}],
@@ -53,7 +55,7 @@ def wish(*wanted: tuple[str, object], text: str | None = None) -> Reply:
 
 
 def settings_for(server: ModelServer) -> Settings:
-    model = ModelSettings(model="openai/scripted", api_base=server.api_base, timeout_s=5.0, max_attempts=2, cache=False)
+    model = ModelSettings(model="openai/scripted", api_base=server.api_base, timeout_s=60, max_attempts=2, cache=False)
     return Settings(method=Method.AGENT, model=model, methods=MethodSettings(agent_steps=STEPS))
 
 

@@ -136,6 +136,7 @@ def test_the_users_terms_are_the_users(cupboard: Extraction) -> None:
     assert joint_of(overlay, "drawer_slide").damping_source is Source.PRIOR
 
 
+@pytest.mark.system
 def test_the_folder_states_the_numbers_and_keeps_collision_geometry(tmp_path: Path) -> None:
     """One of two meshes is missing: its reference goes, everything else stays."""
     cube = box_obj((-0.5, -0.5, -0.5), (0.5, 0.5, 0.5))
@@ -160,6 +161,7 @@ def test_the_folder_states_the_numbers_and_keeps_collision_geometry(tmp_path: Pa
     assert read_dynamics(out / "mobility.urdf")["hinge"].damping == 0.15
 
 
+@pytest.mark.system
 def test_an_inertia_that_no_body_has_is_written_and_judged(cupboard: Extraction, tmp_path: Path) -> None:
     links = [{"name": "lid", "mass_kg": 1.0, "inertia": (1.0, 0.0, 0.0, -5.0, 0.0, 1.0)}]
     overlay = proposed(cupboard, links=links)

@@ -13,6 +13,8 @@ from schemas.vocabulary import FailureMode, Method, Status
 from tests.assets import near, prior, sample, saying
 from tests.methods_runs import LOOKING, run, settings_of
 
+pytestmark = pytest.mark.system
+
 IVW = settings_of(Method.IVW)
 LAPTOP = sample("laptop_silver")
 LAPTOP_FEATURES = extract(LAPTOP).features

@@ -138,6 +138,7 @@ def test_an_asker_that_fails_is_passed_on() -> None:
     assert without_semantics(lambda request: failed, make_features("7"))(request) == failed
 
 
+@pytest.mark.system
 @pytest.mark.parametrize("asset_id", ["laptop_silver", "planted_crossed_flaps"])
 def test_the_whole_pipeline_runs_on_it(tmp_path: Path, asset_id: str) -> None:
     record, requests = run(sample(asset_id), tmp_path, BLIND)

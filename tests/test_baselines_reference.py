@@ -32,6 +32,7 @@ def refined(ref: AssetRef, tmp_path: Path, *rows: str, where: str = ".") -> Asse
     return record
 
 
+@pytest.mark.system
 def test_scale_and_state_are_the_experts_and_the_rest_an_engines(box: AssetRef, tmp_path: Path) -> None:
     record = refined(box, tmp_path, "box_wooden,Box,box_open,0.3,joint_0,0.5", "other,Box,box_open,9,joint_0,0")
     assert record.overlay is not None and (record.overlay.scale, record.overlay.scale_source) == (0.3, Source.USER)
@@ -42,12 +43,14 @@ def test_scale_and_state_are_the_experts_and_the_rest_an_engines(box: AssetRef, 
     assert (tmp_path / "out" / "assets" / "box_wooden" / "mobility.urdf").is_file() and record.reports
 
 
+@pytest.mark.system
 def test_the_nearest_table_counts(box: AssetRef, tmp_path: Path) -> None:
     refined(box, tmp_path, "box_wooden,Box,box_open,0.3,joint_0,0.5")
     record = refined(box, tmp_path, "box_wooden,Box,box_open,0.4,joint_0,0.5", where="Box")
     assert record.overlay is not None and record.overlay.scale == 0.4
 
 
+@pytest.mark.system
 def test_of_several_tasks_the_one_that_articulates_counts(box: AssetRef, tmp_path: Path) -> None:
     rows = ("box_wooden,Box,box_open,0.3,joint_0,0.5", "box_wooden,Box,box_move,0.3,joint_0,0.1")
     record = refined(box, tmp_path, *rows)
@@ -72,6 +75,7 @@ def test_without_a_usable_row_there_is_no_estimate(
     assert record.features is not None and not (tmp_path / "out" / "assets").exists()
 
 
+@pytest.mark.system
 def test_a_joint_that_the_asset_lacks_is_left_out_and_told(box: AssetRef, tmp_path: Path) -> None:
     record = refined(box, tmp_path, "box_wooden,Box,box_open,0.3,joint_9,0.5")
     (finding,) = [item for item in record.findings if item.code == "reference_joint_unknown"]

@@ -114,6 +114,7 @@ def test_a_month_that_cannot_be_read_stays_as_it_is(tmp_path: Path) -> None:
     assert len(history_files(tmp_path)) == 4
 
 
+@pytest.mark.system
 @pytest.mark.parametrize("swaps", [True, False], ids=["exchange", "two renames"])
 def test_a_killed_compaction_loses_and_doubles_nothing(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, swaps: bool

@@ -30,6 +30,7 @@ def leave(store: Store, age_s: float) -> None:
     store.files.pipe_file(f"{store.url}/out/.lock", text.encode())
 
 
+@pytest.mark.system
 def test_the_second_run_is_refused_and_told_by_whom(store: Store, note: Path) -> None:
     out = f"{store.url}/out"
     with lock_url(out, note) as check:

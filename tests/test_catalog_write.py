@@ -235,6 +235,7 @@ def state(out: Path) -> set[tuple[str, str]]:
     return set(query(out, per_table).itertuples(index=False, name=None))
 
 
+@pytest.mark.system
 @pytest.mark.parametrize("exchange", [True, False], ids=["exchange", "two renames"])
 @pytest.mark.parametrize("existing", [True, False], ids=["over a catalog", "the first"])
 def test_a_killed_switch_leaves_the_whole_old_or_the_whole_new_folder(
@@ -272,6 +273,7 @@ def test_a_killed_switch_leaves_the_whole_old_or_the_whole_new_folder(
     assert len(seen) > 20 and seen[0] == old and seen[-1] == "22"
 
 
+@pytest.mark.system
 def test_a_killed_run_leaves_the_tables_of_one_run_and_the_next_adds_to_them(tmp_path: Path) -> None:
     records = [make_record("1"), make_record("2")]
     old, new = {(name, "old") for name in TABLES}, {(name, "new") for name in TABLES} | {("runs", "old")}
@@ -290,6 +292,7 @@ def test_a_killed_run_leaves_the_tables_of_one_run_and_the_next_adds_to_them(tmp
     assert len(seen) > 3 and seen[0] == old and seen[-1] == new
 
 
+@pytest.mark.system
 def test_a_reader_never_sees_two_runs_at_once(tmp_path: Path) -> None:
     records = [make_record(str(index)) for index in range(3)]
     write_run(tmp_path, make_run("0"), records)
@@ -309,6 +312,7 @@ def test_a_reader_never_sees_two_runs_at_once(tmp_path: Path) -> None:
     assert len(seen) > 2
 
 
+@pytest.mark.system
 def test_the_lock_admits_one_run_and_goes_with_its_process(tmp_path: Path) -> None:
     out = tmp_path / "made" / "out"
     mine = rf"another run \(process {os.getpid()}\) is writing"

@@ -12,6 +12,8 @@ from schemas.vocabulary import Engine, FailureMode
 from tests.builders import UrdfJoint
 from tests.interaction_objects import ENGINES, LIMITS, SETTINGS, Subject, hull_cause, solid, subject
 
+pytestmark = pytest.mark.system
+
 
 def cabinet(folder: Path, *, drawer_friction: float = 4.0) -> Subject:
     """A squat cabinet with a drawer that must hold, a lid that gravity closes and a knob on the drawer."""

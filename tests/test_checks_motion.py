@@ -26,6 +26,8 @@ from schemas.vocabulary import Engine
 from tests.builders import UrdfJoint
 from tests.interaction_objects import ENGINES, LIMITS, SETTINGS, Subject, bare, opened, solid, subject
 
+pytestmark = pytest.mark.system
+
 LID_MASS, LID_REACH = 0.5, 0.15
 LID_INERTIA = LID_MASS * (0.3**2 + 0.01**2) / 12 + LID_MASS * LID_REACH**2
 """About its hinge along one edge, kg·m²."""

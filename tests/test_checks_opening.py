@@ -14,6 +14,8 @@ from tests.builders import UrdfJoint
 from tests.interaction_objects import ENGINES, LIMITS, SETTINGS, Subject, bare, opened, solid, subject
 from tests.test_checks_motion import lid
 
+pytestmark = pytest.mark.system
+
 G = 9.81
 WITHIN = 0.03
 """How far a measured effort may be from the closed form."""

@@ -59,6 +59,7 @@ def test_what_the_start_can_topple_may_topple_and_no_more() -> None:
     assert reset_verdict(start(0.01), 0, stable, LIMITS).passed
 
 
+@pytest.mark.system
 def test_a_pole_s_support_is_measured_in_the_engine(tmp_path: Path) -> None:
     item = subject(tmp_path, [solid("pole", (0.02, 0.04, 0.6))], [])
     seen = interact(

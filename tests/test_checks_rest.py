@@ -17,6 +17,8 @@ from schemas.vocabulary import Engine, FailureMode
 from tests.builders import ORIGIN, UrdfJoint, UrdfLink, ball_inertia, block_urdf, box, sphere, write_urdf
 from tests.engine_worlds import every_engine, held
 
+pytestmark = pytest.mark.system
+
 SETTINGS = EngineSettings(settle_s=1.0, test_s=1.0, drop_height_m=0.002)
 STEP = SETTINGS.timestep_s
 KNOB = UrdfLink("knob", 0.01, ORIGIN, ball_inertia(1e-4))

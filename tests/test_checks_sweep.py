@@ -23,6 +23,8 @@ from tests.interaction_objects import (
     subject,
 )
 
+pytestmark = pytest.mark.system
+
 DRAWER = UrdfJoint("slide", "prismatic", "base", "drawer", (1.0, 0.0, 0.0), (0.0, 0.0, 0.5), 0.0, 0.4, friction=1.0)
 
 

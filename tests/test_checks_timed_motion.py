@@ -15,6 +15,8 @@ from schemas.overlay import JointProposal, LinkProposal, Overlay, PhysicsOverlay
 from schemas.vocabulary import Engine, Source
 from tests.assets import NO_VIEWS, joint, link, read, robot, shape, written
 
+pytestmark = pytest.mark.system
+
 THING = robot(
     link("body", shape("1 1 1")),
     link("lid", shape("0.3 0.3 0.02", xyz="0.15 0 0")),

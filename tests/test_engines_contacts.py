@@ -16,6 +16,8 @@ from tests.assets import box_obj
 from tests.builders import ORIGIN, UrdfJoint, UrdfLink, ball_inertia, block_urdf, box, mesh, sphere, write_urdf
 from tests.engine_worlds import STEP, G, every_engine, held, on_plane, recorded
 
+pytestmark = pytest.mark.system
+
 CUBE = ((box(0.1, 0.1, 0.1), ORIGIN),)
 BLOCK_INERTIA = ball_inertia(1.0 * 0.1**2 / 6.0)
 

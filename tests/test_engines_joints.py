@@ -11,6 +11,8 @@ from schemas.vocabulary import Engine
 from tests.builders import ORIGIN, UrdfJoint, UrdfLink, ball_inertia, swing, write_urdf
 from tests.engine_worlds import STEP, G, every_engine, held, period, track
 
+pytestmark = pytest.mark.system
+
 BOB = UrdfLink("part", 1.0, (0.0, 0.0, -0.5), ball_inertia(1e-3))
 """A pendulum of 1 kg at 0.5 m: 0.251 kg·m² about its axis."""
 WHEEL = UrdfLink("part", 1.0, ORIGIN, ball_inertia(0.01))

@@ -65,6 +65,7 @@ def test_meshes_of_the_same_file_name_in_two_folders_stay_apart(tmp_path: Path) 
     assert sizes == pytest.approx([0.1, 0.3])
 
 
+@pytest.mark.system
 def test_a_mesh_that_was_rewritten_is_read_anew(tmp_path: Path) -> None:
     urdf = write_urdf(tmp_path, [UrdfLink("a", shapes=((mesh("part.obj"), ORIGIN),))])
     for size in (0.1, 0.2, 0.1):
@@ -117,6 +118,7 @@ def test_what_a_free_root_filters_a_held_one_filters_too(tmp_path: Path) -> None
     assert seen[0] == seen[1] == {frozenset(("door", "drawer")), frozenset(("handle", "drawer"))}
 
 
+@pytest.mark.system
 def test_an_explosion_is_not_reset_and_writes_no_log(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)
     urdf = swing(tmp_path, UrdfLink("part", 1.0), stiffness=1e7)

@@ -26,6 +26,8 @@ from tests.builders import (
     write_urdf,
 )
 
+pytestmark = pytest.mark.system
+
 STEP = 1.0 / 240.0
 G = 9.81
 WHEEL = UrdfLink("part", 1.0, ORIGIN, ball_inertia(0.01))

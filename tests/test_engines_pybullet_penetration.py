@@ -10,6 +10,8 @@ from asset2sim.engines.pybullet_object import contact_points, contacts_at, stati
 from schemas.settings import EngineSettings
 from tests.builders import ORIGIN, UrdfJoint, UrdfLink, box, write_urdf
 
+pytestmark = pytest.mark.system
+
 SETTINGS = EngineSettings()
 
 

@@ -29,15 +29,17 @@ def test_an_engine_that_is_not_installed_says_what_to_install(tmp_path: Path, mo
         open_world(Engine.MUJOCO, block_urdf(tmp_path), plane=True, timestep_s=0.01, contact_friction=0.5)
 
 
+@pytest.mark.system
 def test_looking_which_engines_are_there_imports_none() -> None:
     code = (
         "import sys; from asset2sim.engines.registry import installed; installed();"
         "print(sorted({'mujoco', 'sapien', 'pybullet'} & set(sys.modules)))"
     )
-    said = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True, timeout=60)
+    said = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True, timeout=300)
     assert said.stdout.strip() == "[]"
 
 
+@pytest.mark.system
 @every_engine
 def test_an_engine_is_quiet(tmp_path: Path, engine: Engine) -> None:
     code = (
@@ -46,7 +48,7 @@ def test_an_engine_is_quiet(tmp_path: Path, engine: Engine) -> None:
         "as world:\n    world.step(); world.contacts(); print(len(world.console))"
     )
     command = [sys.executable, "-W", "error::UserWarning", "-c", code, engine.value, str(block_urdf(tmp_path))]
-    said = subprocess.run(command, capture_output=True, text=True, check=True, timeout=120)
+    said = subprocess.run(command, capture_output=True, text=True, check=True, timeout=300)
     # PyBullet prints its build time and its arguments whoever asks.
     noise = ("pybullet build time", "argv[0]")
     lines = [line for line in (said.stdout + said.stderr).splitlines() if line and not line.startswith(noise)]
@@ -63,6 +65,7 @@ def test_a_link_without_mass_is_refused_where_the_engine_would_make_one_up(tmp_p
         pass
 
 
+@pytest.mark.system
 @every_engine
 def test_a_missing_mesh_is_refused_or_left_out_with_a_word(tmp_path: Path, engine: Engine) -> None:
     shapes = ((mesh("gone.obj"), ORIGIN), (box(0.1, 0.1, 0.1), ORIGIN))
@@ -75,6 +78,7 @@ def test_a_missing_mesh_is_refused_or_left_out_with_a_word(tmp_path: Path, engin
             pass
 
 
+@pytest.mark.system
 @every_engine
 def test_a_file_that_is_no_urdf_is_refused(tmp_path: Path, engine: Engine) -> None:
     (tmp_path / "object.urdf").write_text("<robot><link", encoding="utf-8")

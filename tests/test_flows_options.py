@@ -95,6 +95,7 @@ def test_repeats_are_asked_at_a_temperature_and_nothing_else_is() -> None:
     assert ask_settings(settings, "judge").temperature == 0.0 == ask_settings(Settings(), "synthesis").temperature
 
 
+@pytest.mark.system
 def test_a_spent_run_budget_ends_each_remaining_asset_with_its_reason(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

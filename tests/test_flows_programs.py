@@ -20,6 +20,7 @@ def gone(pid: int) -> bool:
         return True
 
 
+@pytest.mark.system
 def test_when_one_program_ends_the_others_do_with_all_that_they_started(tmp_path: Path) -> None:
     pid_file = tmp_path / "pid"
     sleeper = f"{SLEEPER}pathlib.Path({str(pid_file)!r}).write_text(str(child.pid))\nchild.wait()"
@@ -35,6 +36,7 @@ def test_when_one_program_ends_the_others_do_with_all_that_they_started(tmp_path
     assert gone(grandchild)
 
 
+@pytest.mark.system
 def test_the_pages_programs_are_installed_and_listen_for_this_machine_alone(tmp_path: Path) -> None:
     assert commands(tmp_path).keys() == addresses().keys()
     for command in commands(tmp_path).values():

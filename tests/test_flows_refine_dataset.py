@@ -15,6 +15,8 @@ import pytest
 
 from tests.processes import alive, wait_until
 
+pytestmark = pytest.mark.system
+
 ROOT = Path(__file__).resolve().parents[1]
 SAMPLES = ROOT / "data" / "raw"
 LIMIT_S = 300
@@ -99,12 +101,12 @@ def test_an_interrupted_run_publishes_what_finished_and_leaves_no_process(
     assert "quick-5" in output
     assert statuses(tmp_path / "out") == {f"quick-{number}": "ok" for number in range(6)}
     assert pq.read_table(tmp_path / "out" / "catalog" / "runs.parquet")["outcome"].to_pylist() == ["interrupted"]
-    assert wait_until(lambda: not alive(mark), 10.0), alive(mark)
+    assert wait_until(lambda: not alive(mark), 60.0), alive(mark)
 
 
 def test_a_killed_run_leaves_no_process(running: subprocess.Popen[str], tmp_path: Path, mark: str) -> None:
     running.kill()
-    running.communicate(timeout=30)
+    running.communicate(timeout=LIMIT_S)
     assert wait_until(lambda: not alive(mark), 60.0), alive(mark)
     assert not (tmp_path / "out" / "catalog").exists()
 
@@ -142,4 +144,4 @@ def test_three_samples_and_a_missing_one_end_to_end(tmp_path: Path, environment:
         names = {path.name for path in (out / "assets" / asset_id).iterdir()}
         assert {"mobility.urdf", "overlay.json", "measurement.json", "views"} <= names
     assert (out / "mlflow.db").exists()
-    assert wait_until(lambda: not alive(mark), 10.0), alive(mark)
+    assert wait_until(lambda: not alive(mark), 60.0), alive(mark)

@@ -14,6 +14,8 @@ from asset2sim.catalog.read import read_table
 from schemas.tables import PUBLISHED
 from tests.object_store import KEY, SECRET, Store
 
+pytestmark = pytest.mark.system
+
 ROOT = Path(__file__).resolve().parents[1]
 RAW = ROOT / "data" / "raw"
 IDS = ("planted_not_xml", "scissors_paper", "laptop_silver")

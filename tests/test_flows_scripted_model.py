@@ -13,7 +13,10 @@ from tests.assets import ROOT, SHARED
 from tests.scripted_server import scripted
 
 OBJECTS = SHARED / "partnet_mobility"
-pytestmark = pytest.mark.skipif(not OBJECTS.is_dir(), reason="../shared/partnet_mobility is absent")
+pytestmark = [
+    pytest.mark.system,
+    pytest.mark.skipif(not OBJECTS.is_dir(), reason="../shared/partnet_mobility is absent"),
+]
 
 CHOSEN = "103755"
 """A suitcase, whose lid falls shut from where it is asked to be: a model is asked for its state as well."""

@@ -11,8 +11,10 @@ import pytest
 from flows.night_text import moment
 from flows.server.serving import Serving, deployment_name, find_serving, serving
 from schemas.errors import UsageError
-from tests.nightlies import SAMPLES, make_nightly, served
+from tests.nightlies import LIMIT_S, SAMPLES, make_nightly, served
 from tests.processes import alive, wait_until
+
+pytestmark = pytest.mark.system
 
 
 @pytest.fixture
@@ -47,7 +49,6 @@ def test_the_next_run_is_shown_with_how_far_off_it_is() -> None:
     assert "none is planned" in moment(None)
 
 
-@pytest.mark.slow
 @pytest.mark.skipif(not (SAMPLES / "manifest.csv").exists(), reason="the sample dataset is not here")
 def test_a_nightly_with_a_server_of_its_own_is_served_triggered_and_stopped(home: Path, tmp_path: Path) -> None:
     mark = f"asset2sim-test-{uuid.uuid4().hex}"
@@ -65,6 +66,6 @@ def test_a_nightly_with_a_server_of_its_own_is_served_triggered_and_stopped(home
         assert f"1 of 1 ok, 0 new failures · report: {report}" in done.stdout
         assert nightly.told == [f"0:1:{report}::"]
         process.send_signal(signal.SIGTERM)
-        assert process.wait(timeout=30) == 0
+        assert process.wait(timeout=LIMIT_S) == 0
     assert "Traceback" not in nightly.log, nightly.log
-    assert wait_until(lambda: not alive(mark), 15.0)
+    assert wait_until(lambda: not alive(mark), 60.0)

@@ -16,6 +16,8 @@ from schemas.vocabulary import FailureMode
 from tests.factories import make_features
 from tests.model_server import ModelServer, Reply, serve
 
+pytestmark = pytest.mark.system
+
 GOOD = '{"scale": 0.25, "links": [{"name": "body", "mass_kg": 0.5}]}'
 NEGATIVE = '{"scale": 0.25, "links": [{"name": "body", "mass_kg": -0.5}]}'
 
@@ -26,7 +28,7 @@ def no_key(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 def run(server: ModelServer) -> tuple[Overlay, tuple[ModelCall, ...], tuple[Finding, ...]]:
-    settings = ModelSettings(model="openai/scripted", api_base=server.api_base, timeout_s=5.0, max_attempts=2)
+    settings = ModelSettings(model="openai/scripted", api_base=server.api_base, timeout_s=60.0, max_attempts=2)
     asker = functools.partial(ask, settings=settings)
     return synthesize(make_features("7"), "a small box", asker)
 

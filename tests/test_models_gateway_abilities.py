@@ -13,6 +13,8 @@ from schemas.request import LabelledImage, ModelRequest, Tool, ToolCall, Turn
 from schemas.settings import ModelSettings
 from tests.model_server import ModelServer, Reply, forget_refusals, serve
 
+pytestmark = pytest.mark.system
+
 SCHEMA: dict[str, Any] = {
     "type": "object",
     "properties": {
@@ -35,7 +37,7 @@ def one_key(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 def settings(api_base: str, **changes: object) -> ModelSettings:
-    return ModelSettings.model_validate({"model": "openai/gpt-4o", "api_base": api_base, "timeout_s": 5.0, **changes})
+    return ModelSettings.model_validate({"model": "openai/gpt-4o", "api_base": api_base, "timeout_s": 60.0, **changes})
 
 
 def formats(server: ModelServer) -> list[object]:

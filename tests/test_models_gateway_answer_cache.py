@@ -18,6 +18,8 @@ from schemas.settings import ModelSettings
 from tests.factories import make_features
 from tests.model_server import Reply, forget_refusals, serve, spent_so_far
 
+pytestmark = pytest.mark.system
+
 REQUEST = ModelRequest(purpose="synthesis", system="Answer in JSON.", text="What is it?")
 TOOL = Tool(name="render", description="Draws it.", parameters={"type": "object", "properties": {}})
 
@@ -30,7 +32,7 @@ def no_keys(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 def settings(api_base: str, **changes: object) -> ModelSettings:
-    return ModelSettings.model_validate({"model": "openai/scripted", "api_base": api_base, "timeout_s": 5.0, **changes})
+    return ModelSettings.model_validate({"model": "openai/scripted", "api_base": api_base, "timeout_s": 60, **changes})
 
 
 def books(out: Path, wanted: ModelSettings, run_id: str = "run", asset_id: str = "a") -> GatewaySession:

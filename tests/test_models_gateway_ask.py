@@ -36,10 +36,11 @@ def no_keys(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 def settings(api_base: str, **changes: object) -> ModelSettings:
-    fields = {"model": "openai/scripted", "api_base": api_base, "timeout_s": 5.0, **changes}
+    fields = {"model": "openai/scripted", "api_base": api_base, "timeout_s": 60.0, **changes}
     return ModelSettings.model_validate(fields)
 
 
+@pytest.mark.system
 def test_a_worker_waits_as_long_as_it_tells_the_others_to(monkeypatch: pytest.MonkeyPatch) -> None:
     told: list[float] = []
     monkeypatch.setattr(
@@ -51,6 +52,7 @@ def test_a_worker_waits_as_long_as_it_tells_the_others_to(monkeypatch: pytest.Mo
     assert len(told) == 2 and told[0] == told[1] >= 1.0
 
 
+@pytest.mark.system
 def test_an_answer_comes_back_with_one_counted_call_and_without_a_key() -> None:
     with serve([Reply('{"scale": 1}')]) as server:
         answer = ask(REQUEST, settings(server.api_base))
@@ -58,7 +60,7 @@ def test_an_answer_comes_back_with_one_counted_call_and_without_a_key() -> None:
     (call,) = answer.calls
     assert (call.purpose, call.model, call.attempt, call.outcome) == ("synthesis", "openai/scripted", 1, "ok")
     assert (call.prompt_tokens, call.completion_tokens, call.cost_usd, call.cached) == (11, 7, 0.0, False)
-    assert 0.0 < call.latency_s < 5.0 and call.prompt_hash == prompt_hash(REQUEST)
+    assert 0.0 < call.latency_s < 60.0 and call.prompt_hash == prompt_hash(REQUEST)
     sent = server.requests[0]
     assert [message["role"] for message in sent["messages"]] == ["system", "user"]
     assert sent["messages"][1]["content"] == "What is it?"
@@ -66,6 +68,7 @@ def test_an_answer_comes_back_with_one_counted_call_and_without_a_key() -> None:
     assert pickle.loads(pickle.dumps(answer)) == answer
 
 
+@pytest.mark.system
 def test_a_known_model_costs_what_its_price_list_says(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("OPENAI_API_KEY", "test-key-0123456789")
     with serve([Reply("{}", prompt_tokens=1_000_000, completion_tokens=0)]) as server:
@@ -74,6 +77,7 @@ def test_a_known_model_costs_what_its_price_list_says(monkeypatch: pytest.Monkey
     assert server.authorizations == ["Bearer test-key-0123456789"]
 
 
+@pytest.mark.system
 def test_a_rate_limit_is_waited_out() -> None:
     with serve([Reply("slow down", status=429, headers={"Retry-After": "0"}), Reply("{}")]) as server:
         answer = ask(REQUEST, settings(server.api_base))
@@ -81,6 +85,7 @@ def test_a_rate_limit_is_waited_out() -> None:
     assert [(call.attempt, call.outcome) for call in answer.calls] == [(1, "provider_error"), (2, "ok")]
 
 
+@pytest.mark.system
 def test_a_failing_server_is_given_up_after_max_attempts() -> None:
     with serve([Reply("out of order", status=500, headers={"Retry-After": "0"})]) as server:
         answer = ask(REQUEST, settings(server.api_base, max_attempts=3))
@@ -90,13 +95,15 @@ def test_a_failing_server_is_given_up_after_max_attempts() -> None:
         assert word in answer.error
 
 
+@pytest.mark.system
 def test_a_hanging_server_is_left_after_the_time_limit() -> None:
     with serve([Reply(hang=True)]) as server:
         answer = ask(REQUEST, settings(server.api_base, timeout_s=0.3, max_attempts=1))
     assert answer.error is not None and "within 0.3 s" in answer.error and "timeout_s" in answer.error
-    assert 0.25 < answer.calls[0].latency_s < 10.0
+    assert 0.25 < answer.calls[0].latency_s < 60.0
 
 
+@pytest.mark.system
 def test_a_server_that_is_not_there_is_named() -> None:
     with socket.socket() as free:
         free.bind(("127.0.0.1", 0))
@@ -106,6 +113,7 @@ def test_a_server_that_is_not_there_is_named() -> None:
     assert answer.error is not None and "could not be reached" in answer.error and str(port) in answer.error
 
 
+@pytest.mark.system
 @pytest.mark.parametrize(
     ("status", "words"),
     [(400, "refused"), (401, "set OPENAI_API_KEY"), (403, "set OPENAI_API_KEY"), (404, "model's name")],
@@ -117,12 +125,14 @@ def test_what_asking_again_cannot_mend_is_asked_once(status: int, words: str) ->
     assert answer.error is not None and words in answer.error
 
 
+@pytest.mark.system
 def test_an_exhausted_account_is_not_asked_again() -> None:
     with serve([Reply("You exceeded your quota: insufficient_quota", status=429), Reply("{}")]) as server:
         answer = ask(REQUEST, settings(server.api_base))
     assert len(server.requests) == 1 and answer.error is not None and "credit" in answer.error
 
 
+@pytest.mark.system
 def test_no_key_reaches_an_error_or_a_row(monkeypatch: pytest.MonkeyPatch) -> None:
     key = "sk-proj-verysecret0123456789"
     monkeypatch.setenv("OPENAI_API_KEY", key)
@@ -142,6 +152,7 @@ def test_keys_of_every_shape_are_blotted_out(text: str) -> None:
     assert "secret" not in redact(text) and "***" in redact(text)
 
 
+@pytest.mark.system
 def test_images_follow_their_labels() -> None:
     images = (LabelledImage(label="front", png=PNG), LabelledImage(label="left", png=PNG))
     with serve([Reply("{}")]) as server:
@@ -153,6 +164,7 @@ def test_images_follow_their_labels() -> None:
         assert kind == "data:image/png;base64" and base64.b64decode(data) == PNG
 
 
+@pytest.mark.system
 def test_a_model_known_to_be_blind_gets_text_alone(monkeypatch: pytest.MonkeyPatch) -> None:
     request = REQUEST.model_copy(update={"images": (LabelledImage(label="front", png=PNG),)})
     with serve([Reply("{}")]) as server:
@@ -160,6 +172,7 @@ def test_a_model_known_to_be_blind_gets_text_alone(monkeypatch: pytest.MonkeyPat
     assert server.requests[0]["messages"][1]["content"] == "What is it?"
 
 
+@pytest.mark.system
 def test_a_server_without_json_mode_or_images_is_asked_without_them() -> None:
     request = REQUEST.model_copy(update={"images": (LabelledImage(label="front", png=PNG),)})
     refusals = [Reply("'response_format.type' must be text", status=400), Reply("image input is off", status=400)]
@@ -170,6 +183,7 @@ def test_a_server_without_json_mode_or_images_is_asked_without_them() -> None:
     assert server.requests[2]["messages"][1]["content"] == "What is it?"
 
 
+@pytest.mark.system
 @pytest.mark.parametrize(
     ("content", "reason", "word"), [("", "length", "max_completion_tokens"), (None, "stop", "stop")]
 )
@@ -180,6 +194,7 @@ def test_silence_is_a_failure_that_names_its_reason(content: str | None, reason:
     assert answer.calls[0].outcome == "provider_error" and answer.calls[0].prompt_tokens == 11
 
 
+@pytest.mark.system
 def test_output_is_bounded_by_what_the_model_can_give() -> None:
     with serve([Reply("{}")]) as server:
         ask(REQUEST, settings(server.api_base, model="openai/gpt-4"))
@@ -198,7 +213,7 @@ def test_waits_grow_and_honour_the_provider_within_bounds() -> None:
     plain = RuntimeError("busy")
     assert 0.25 <= retry_delay_s(plain, 1) <= 0.75 and 1.0 <= retry_delay_s(plain, 3) <= 3.0
     assert 7.0 <= retry_delay_s(_error_with("7"), 1) <= 7.25
-    assert 8.0 <= retry_delay_s(_error_with(formatdate(time() + 10.0, usegmt=True)), 1) <= 10.25
+    assert 10.0 <= retry_delay_s(_error_with(formatdate(time() + 50.0, usegmt=True)), 1) <= 50.25
     assert retry_delay_s(_error_with("86400"), 1) == BACKOFF_LONGEST_S
     for useless in ("soon", "nan"):
         assert retry_delay_s(_error_with(useless), 1) <= 0.75

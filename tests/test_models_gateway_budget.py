@@ -17,6 +17,8 @@ from schemas.request import ModelAnswer, ModelRequest
 from schemas.settings import ModelSettings
 from tests.model_server import Reply, serve, spent_so_far
 
+pytestmark = pytest.mark.system
+
 REQUEST = ModelRequest(purpose="synthesis", system="Answer in JSON.", text="What is it?")
 PRICED = "openai/gpt-4o"
 """2.5 and 10 USD per million tokens, by LiteLLM's list."""
@@ -31,7 +33,7 @@ def one_key(monkeypatch: pytest.MonkeyPatch) -> None:
 
 def settings(api_base: str, **changes: object) -> ModelSettings:
     return ModelSettings.model_validate(
-        {"model": "openai/scripted", "api_base": api_base, "timeout_s": 5.0, "cache": False, **changes}
+        {"model": "openai/scripted", "api_base": api_base, "timeout_s": 60.0, "cache": False, **changes}
     )
 
 

@@ -6,17 +6,21 @@ import multiprocessing
 import threading
 import time
 from concurrent.futures import ThreadPoolExecutor
+from multiprocessing.synchronize import Barrier
 from pathlib import Path
 
 import pytest
 
 from asset2sim.models.gateway.ask import ask
-from asset2sim.models.gateway.rate_limits import postpone_next_request, provider_name, slot, wait_for_turn
+from asset2sim.models.gateway.rate_limits import postpone_next_request, provider_name, slot, transaction, wait_for_turn
 from asset2sim.models.gateway.session import open_gateway_session
 from asset2sim.models.gateway.transport import MAX_ANSWER_BYTES
 from schemas.request import ModelAnswer, ModelRequest
 from schemas.settings import ModelSettings
 from tests.model_server import Reply, serve
+from tests.processes import wait_until
+
+pytestmark = pytest.mark.system
 
 REQUEST = ModelRequest(purpose="synthesis", system="Answer in JSON.", text="What is it?")
 
@@ -29,7 +33,7 @@ def no_keys(monkeypatch: pytest.MonkeyPatch) -> None:
 
 def settings(api_base: str, **changes: object) -> ModelSettings:
     return ModelSettings.model_validate(
-        {"model": "openai/scripted", "api_base": api_base, "timeout_s": 5.0, "cache": False, **changes}
+        {"model": "openai/scripted", "api_base": api_base, "timeout_s": 60.0, "cache": False, **changes}
     )
 
 
@@ -37,7 +41,7 @@ def settings(api_base: str, **changes: object) -> ModelSettings:
 def test_an_answer_that_never_ends_is_left_when_its_time_is_up(drip: str) -> None:
     with serve([Reply(drip=drip)]) as server:  # type: ignore[arg-type]
         answer = ask(REQUEST, settings(server.api_base, timeout_s=0.4, max_attempts=1))
-    assert len(answer.calls) == 1 and answer.calls[0].latency_s < 3.0
+    assert len(answer.calls) == 1 and answer.calls[0].latency_s < 60.0
     assert answer.content is None and answer.error is not None and "within 0.4 s" in answer.error
 
 
@@ -73,15 +77,18 @@ def test_requests_are_spread_over_the_minute_across_threads(tmp_path: Path) -> N
         def one(number: int) -> ModelAnswer:
             return ask(REQUEST, wanted, open_gateway_session(tmp_path, "run", f"asset{number}", wanted))
 
+        start = time.monotonic()
         with ThreadPoolExecutor(6) as pool:
             answers = list(pool.map(one, range(6)))
     assert all(answer.content == "{}" for answer in answers)
-    times = sorted(server.times)
-    assert len(times) == 6 and times[-1] - times[0] > 0.4
+    # None is sent before its turn, however busy the machine is.
+    assert len(server.times) == 6 and max(server.times) - start >= 0.5
 
 
-def _take_turns(file: Path, count: int, log: Path) -> None:
+def _take_turns(file: Path, count: int, log: Path, both_ready: Barrier) -> None:
+    both_ready.wait(120.0)
     with log.open("w", encoding="utf-8") as lines:
+        lines.write(f"{time.time()}\n")
         for _ in range(count):
             wait_for_turn(file, "here", 1200.0)  # one every 0.05 s
             lines.write(f"{time.time()}\n")
@@ -90,15 +97,25 @@ def _take_turns(file: Path, count: int, log: Path) -> None:
 def test_turns_are_shared_by_processes(tmp_path: Path) -> None:
     context = multiprocessing.get_context("spawn")
     logs = [tmp_path / "first", tmp_path / "second"]
-    processes = [context.Process(target=_take_turns, args=(tmp_path / "ledger.sqlite", 15, log)) for log in logs]
+    file, both_ready = tmp_path / "ledger.sqlite", context.Barrier(2)
+    processes = [context.Process(target=_take_turns, args=(file, 15, log, both_ready)) for log in logs]
     for process in processes:
         process.start()
     for process in processes:
         process.join()
     assert [process.exitcode for process in processes] == [0, 0]
     first, second = ([float(line) for line in log.read_text().split()] for log in logs)
-    turns = sorted([*first, *second])
-    assert len(turns) == 30 and turns[-1] - turns[0] > 28 * 0.05
+    assert len(first) == len(second) == 1 + 15
+    # From before the first turn to after the last of 30; with turns of its own, each would be done in half of that.
+    assert max(first[-1], second[-1]) - min(first[0], second[0]) >= 29 * 0.05
+
+
+def is_postponed(ledger: Path) -> bool:
+    """Whether a provider has asked somebody to wait."""
+    if not ledger.exists():
+        return False
+    with transaction(ledger) as connection:
+        return bool(connection.execute("SELECT count(*) FROM pace").fetchone() != (0,))
 
 
 def test_one_workers_retry_after_holds_back_the_others(tmp_path: Path) -> None:
@@ -108,16 +125,14 @@ def test_one_workers_retry_after_holds_back_the_others(tmp_path: Path) -> None:
         session = open_gateway_session(tmp_path, "run", "a", wanted)
         with ThreadPoolExecutor(1) as pool:
             first = pool.submit(ask, REQUEST, wanted, session)
-            while len(server.requests) < 1 or not session.ledger.exists():
-                time.sleep(0.01)
-            time.sleep(0.2)
+            assert wait_until(lambda: is_postponed(session.ledger), 120.0)
             second = ask(REQUEST, wanted, open_gateway_session(tmp_path, "run", "b", wanted))
             assert first.result().content == second.content == "{}"
     assert min(server.times[1:]) - server.times[0] > 0.55
 
 
 def test_a_provider_is_asked_so_many_questions_at_once(tmp_path: Path) -> None:
-    with serve([Reply("{}", delay_s=0.15)]) as server:
+    with serve([Reply("{}", delay_s=0.5)]) as server:
         wanted = settings(server.api_base, concurrent_requests=2)
         with ThreadPoolExecutor(6) as pool:
             jobs = [
@@ -133,29 +148,29 @@ def test_each_server_has_its_own_places(tmp_path: Path) -> None:
     assert provider_name(first) != provider_name(second)
     with slot(tmp_path, provider_name(first), 1), slot(tmp_path, provider_name(second), 1):
         pass
-    postpone_next_request(tmp_path / "ledger.sqlite", provider_name(first), 30.0)
+    postpone_next_request(tmp_path / "ledger.sqlite", provider_name(first), 600.0)
     start = time.monotonic()
     wait_for_turn(tmp_path / "ledger.sqlite", provider_name(second), None)
-    assert time.monotonic() - start < 5.0
+    assert time.monotonic() - start < 300.0
 
 
 @pytest.mark.parametrize("where", ["answer", "place", "turn", "retry"])
 def test_a_stopped_run_waits_for_nothing(where: str, tmp_path: Path) -> None:
     stop = threading.Event()
-    reply = Reply("later", status=429, headers={"Retry-After": "30"}) if where == "retry" else Reply(hang=True)
+    reply = Reply("later", status=429, headers={"Retry-After": "600"}) if where == "retry" else Reply(hang=True)
     with serve([reply]) as server:
-        wanted = settings(server.api_base, timeout_s=30.0, concurrent_requests=1)
+        wanted = settings(server.api_base, timeout_s=600.0, concurrent_requests=1)
         session = open_gateway_session(tmp_path, "run", "a", wanted, stop.is_set)
         taken = slot(session.slots, provider_name(wanted), 1)
         if where == "place":
             taken.__enter__()
         if where == "turn":
-            postpone_next_request(session.ledger, provider_name(wanted), 30.0)
+            postpone_next_request(session.ledger, provider_name(wanted), 600.0)
         with ThreadPoolExecutor(1) as pool:
             job = pool.submit(ask, REQUEST, wanted, session)
             time.sleep(0.4)
             stop.set()
-            answer = job.result(timeout=5.0)
+            answer = job.result(timeout=120.0)
         if where == "place":
             taken.__exit__(None, None, None)
     assert answer.content is None and answer.error is not None and "stopped" in answer.error

@@ -21,6 +21,8 @@ from schemas.settings import EngineSettings, ModelSettings, RunSettings, Setting
 from schemas.vocabulary import Engine, Status
 from tests.model_server import Reply, serve
 
+pytestmark = pytest.mark.system
+
 ROOT = Path(__file__).resolve().parents[1]
 KEY = "sk-proj-planted0123456789abcdef"
 LIMIT_S = 300

@@ -183,6 +183,7 @@ def chain_space() -> JointSpace:
     return joint_space(tree, "base", bodies, POSE)
 
 
+@pytest.mark.system
 def test_the_joint_block_is_pybullets_own_mass_matrix(tmp_path: Path) -> None:
     space = chain_space()
     with loaded(write_urdf(tmp_path, CHAIN_LINKS, CHAIN_JOINTS), fixed_base=True, timestep_s=1 / 240) as item:
@@ -196,6 +197,7 @@ def test_the_joint_block_is_pybullets_own_mass_matrix(tmp_path: Path) -> None:
     np.testing.assert_allclose(space.gravity[order], -np.array(loads), rtol=1e-6, atol=1e-9)
 
 
+@pytest.mark.system
 @pytest.mark.parametrize("name", ["swing", "slide", "spin"])
 def test_a_push_on_one_joint_of_a_free_object_meets_its_effective_inertia(tmp_path: Path, name: str) -> None:
     step, push = 1e-4, 0.1

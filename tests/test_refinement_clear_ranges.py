@@ -23,6 +23,8 @@ from tests.assets import box_obj, joint, link, mesh, read, robot, written
 from tests.builders import UrdfJoint, UrdfLink, joint_features, write_urdf
 from tests.builders import mesh as mesh_geometry
 
+pytestmark = pytest.mark.system
+
 DOOR = box_obj((0.02, -0.01, -0.1), (0.4, 0.01, 0.1))
 """A door that turns about the origin's z axis."""
 HINGE = joint("hinge", "revolute", "base", "door", axis="0 0 1", limit="0 2")

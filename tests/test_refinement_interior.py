@@ -19,6 +19,8 @@ from tests.assets import SHARED, read
 from tests.interior import cavity, interiors
 from tests.test_refinement_shapes import case
 
+pytestmark = pytest.mark.system
+
 PHYSICS = PhysicsSettings()
 NOTHING = np.zeros((0, 3, 3))
 ROW = np.linspace(-0.08, 0.08, 9)

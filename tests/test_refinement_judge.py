@@ -87,6 +87,7 @@ def test_what_stops_a_joint_is_told_once_with_the_deepest_overlap() -> None:
     assert finding.joint == "hinge" and "40%" in finding.message and "8 mm (as authored)" in finding.message
 
 
+@pytest.mark.system
 def test_an_asset_as_it_came_is_judged_in_every_engine_and_nothing_is_written(tmp_path: Path) -> None:
     before = fingerprint(Path(sample("laptop_silver").path))
     raw = NO_VIEWS.model_copy(update={"method": Method.RAW})
@@ -99,6 +100,7 @@ def test_an_asset_as_it_came_is_judged_in_every_engine_and_nothing_is_written(tm
     assert fingerprint(Path(sample("laptop_silver").path)) == before
 
 
+@pytest.mark.system
 def test_interaction_can_be_left_out_and_engines_chosen(tmp_path: Path) -> None:
     few = NO_VIEWS.model_copy(update={"engine": EngineSettings(verify=(Engine.PYBULLET,), interact=False)})
     record = refine_asset(sample("scissors_paper"), tmp_path, few, prior)
@@ -106,6 +108,7 @@ def test_interaction_can_be_left_out_and_engines_chosen(tmp_path: Path) -> None:
     assert report.engine is Engine.PYBULLET and report.interaction is None and record.status is Status.OK
 
 
+@pytest.mark.system
 def test_a_baked_state_is_the_urdf_s_zero_and_can_be_undone(tmp_path: Path) -> None:
     kept = refine_asset(sample("laptop_silver"), tmp_path / "kept", NO_VIEWS, prior)
     settings = NO_VIEWS.model_copy(update={"state": StateMode.BAKE, "exports": (Export.MJCF,)})
@@ -120,6 +123,7 @@ def test_a_baked_state_is_the_urdf_s_zero_and_can_be_undone(tmp_path: Path) -> N
     assert (two / "mobility.xml").is_file() and not (one / "mobility.xml").exists()
 
 
+@pytest.mark.system
 def test_baking_keeps_what_overlaps(tmp_path: Path) -> None:
     refine_asset(sample("laptop_silver"), tmp_path, NO_VIEWS, prior)
     urdf = tmp_path / "assets" / "laptop_silver" / "mobility.urdf"
@@ -128,6 +132,7 @@ def test_baking_keeps_what_overlaps(tmp_path: Path) -> None:
     assert findings == ()
 
 
+@pytest.mark.system
 @pytest.mark.parametrize("mode", list(CollisionMode))
 def test_every_collision_mode_refines(tmp_path: Path, mode: CollisionMode) -> None:
     collision = NO_VIEWS.collision.model_copy(update={"mode": mode})

@@ -91,12 +91,14 @@ def mended(bench: Bench) -> tuple[EngineReport, Mended]:
     return before[0], mend(bench.item.features, loose, before, NO_VIEWS, bench.verify)
 
 
+@pytest.mark.system
 def test_the_loose_gate_does_oscillate(mended: tuple[EngineReport, Mended]) -> None:
     before = mended[0].measurement
     assert before is not None and oscillating_joints(before, frozenset(), NO_VIEWS.thresholds) == ("swing",)
     assert judge(before, frozenset(), NO_VIEWS.thresholds).mode in (FailureMode.OSCILLATION, FailureMode.DRIFT)
 
 
+@pytest.mark.system
 def test_it_is_mended(bench: Bench, mended: tuple[EngineReport, Mended]) -> None:
     _, result = mended
     assert judge_report(result.reports[0], result.overlay, NO_VIEWS.thresholds).passed
@@ -107,6 +109,7 @@ def test_it_is_mended(bench: Bench, mended: tuple[EngineReport, Mended]) -> None
     assert part.damping <= bound * (1.0 + 1e-9)
 
 
+@pytest.mark.system
 def test_its_steps_are_in_the_trace_and_its_changes_in_findings(mended: tuple[EngineReport, Mended]) -> None:
     _, result = mended
     assert 1 <= len(result.trace) <= NO_VIEWS.search.mend_rounds
@@ -118,12 +121,14 @@ def test_its_steps_are_in_the_trace_and_its_changes_in_findings(mended: tuple[En
     assert last.value == result.overlay.joints[0].damping and "failed in pybullet" in last.message
 
 
+@pytest.mark.system
 def test_what_was_accepted_is_what_is_written(bench: Bench, mended: tuple[EngineReport, Mended]) -> None:
     _, result = mended
     terms = read_dynamics(bench.folder.urdf)["swing"]
     assert near(terms.damping, result.overlay.joints[0].damping, 1e-6)
 
 
+@pytest.mark.system
 def test_a_calm_gate_is_left_alone(bench: Bench) -> None:
     before = bench.verify(bench.calm, [Engine.PYBULLET])
     measured = len(bench.measured)

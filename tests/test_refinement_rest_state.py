@@ -81,11 +81,13 @@ def shut(urdf: Path) -> Measurement:
     return measured
 
 
+@pytest.mark.system
 def test_a_lid_that_falls_is_seen(shut: Measurement) -> None:
     assert abs(shut.joints[0].final_position) < 0.05, "it does fall shut"
     assert joints_not_holding(asking_for(ASKED), shut, SETTINGS) == ("hinge",)
 
 
+@pytest.mark.system
 @pytest.mark.parametrize(
     "changes",
     [
@@ -110,6 +112,7 @@ def test_a_joint_with_next_to_no_range_has_not_fallen() -> None:
     assert joints_not_holding(tiny, measured, strict) == ("hinge",)
 
 
+@pytest.mark.system
 def test_a_state_from_which_it_stays_is_found_by_the_simulator(urdf: Path, shut: Measurement) -> None:
     model = Deltas(0.02, 0.09)  # still short of upright; past it
     overlay = asking_for(ASKED)
@@ -123,6 +126,7 @@ def test_a_state_from_which_it_stays_is_found_by_the_simulator(urdf: Path, shut:
     assert '"tried":[{"positions":{"hinge":1.54}' in second
 
 
+@pytest.mark.system
 def test_a_proposal_beyond_the_state_is_cut_off_and_one_that_helps_nothing_is_refused(
     urdf: Path, shut: Measurement
 ) -> None:
@@ -151,6 +155,7 @@ def crowded(folder: Path) -> Path:
     )
 
 
+@pytest.mark.system
 def test_a_state_that_was_left_is_brought_back_as_far_as_nothing_overlaps(tmp_path: Path) -> None:
     folder = crowded(tmp_path / "crowded")
     overlay = asking_for(0.0, type="prismatic", upper=1.0, open=1.0)
@@ -168,6 +173,7 @@ def test_a_state_that_was_left_is_brought_back_as_far_as_nothing_overlaps(tmp_pa
     assert '"desired_phi_m":0.1' in model.asked[0].text
 
 
+@pytest.mark.system
 @pytest.mark.skipif(not SHARED.is_dir(), reason="../shared is absent")
 def test_a_real_suitcase_whose_lid_falls_shut_stays_where_it_is_asked_for(tmp_path: Path) -> None:
     calls: list[str] = []

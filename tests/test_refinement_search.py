@@ -37,6 +37,7 @@ def state_steps(record: AssetRecord) -> list[TraceStep]:
     return [step for step in record.trace if step.proposer not in ("shape", "dynamics")]
 
 
+@pytest.mark.system
 def test_crossing_flaps_are_parted(flaps: tuple[AssetRecord, Path]) -> None:
     record, out = flaps
     assert record.failure_mode is FailureMode.NONE and record.overlay is not None
@@ -50,6 +51,7 @@ def test_crossing_flaps_are_parted(flaps: tuple[AssetRecord, Path]) -> None:
     assert steps[-1].phi_after_m < first.phi_before_m
 
 
+@pytest.mark.system
 def test_accepted_steps_lower_phi_and_rejected_ones_change_nothing(flaps: tuple[AssetRecord, Path]) -> None:
     record, _ = flaps
     assert any(step.accepted for step in record.trace[1:])
@@ -68,6 +70,7 @@ def test_accepted_steps_lower_phi_and_rejected_ones_change_nothing(flaps: tuple[
             assert not step.moved
 
 
+@pytest.mark.system
 def test_closed_flaps_stay_closed(flaps: tuple[AssetRecord, Path]) -> None:
     record, _ = flaps
     assert record.overlay is not None
@@ -80,6 +83,7 @@ def test_closed_flaps_stay_closed(flaps: tuple[AssetRecord, Path]) -> None:
     assert moved == {part.name for part in record.overlay.joints if part.position_source is Source.SEARCH}
 
 
+@pytest.mark.system
 def test_two_searches_are_the_same(flaps: tuple[AssetRecord, Path], tmp_path: Path) -> None:
     again = refine_asset(sample("planted_crossed_flaps"), tmp_path, NO_VIEWS, prior)
     assert again.trace == flaps[0].trace and again.overlay == flaps[0].overlay

@@ -163,6 +163,7 @@ def test_the_cap_leaves_every_link_a_piece() -> None:
     assert cap([], 5) == 1
 
 
+@pytest.mark.system
 def test_coacd_cuts_too(tmp_path: Path) -> None:
     item = read(case(tmp_path / "case"))
     hulls, _ = collision_shapes(item, 1.0, CollisionSettings(cutter="coacd"))

@@ -77,6 +77,7 @@ def test_nothing_is_left_beyond_the_plane_or_on_it() -> None:
     assert trim(UNIT, X, 1.0) is None
 
 
+@pytest.mark.system
 def test_two_boxes_that_overlap_are_cleared_and_each_loses_half(tmp_path: Path) -> None:
     hulls: Hulls = {"left": (LEFT,), "right": (shifted(LEFT, 0.19),)}
     assert phi(tmp_path, hulls, everywhere(hulls)) == pytest.approx(0.012, abs=1e-5)  # 10 mm and both margins
@@ -90,6 +91,7 @@ def test_two_boxes_that_overlap_are_cleared_and_each_loses_half(tmp_path: Path) 
     np.testing.assert_allclose([(cut.depth_m, cut.share) for cut in cuts], [(lost, lost / 0.2)] * 2, rtol=1e-3)
 
 
+@pytest.mark.system
 def test_the_longer_box_gives_the_larger_part(tmp_path: Path) -> None:
     short = corners((0.19, 0.0, 0.0), (0.24, 0.1, 0.1))
     hulls: Hulls = {"left": (LEFT,), "right": (short,)}
@@ -102,6 +104,7 @@ def test_the_longer_box_gives_the_larger_part(tmp_path: Path) -> None:
     assert len({round(cut.share, 4) for cut in cuts}) == 1
 
 
+@pytest.mark.system
 @pytest.mark.parametrize(("gap", "touched"), [(0.0, True), (0.0015, True), (0.0025, False)])
 @pytest.mark.parametrize("pair", [("left", "right"), ("right", "left")])
 def test_boxes_within_the_engines_margins_touch_and_others_do_not(
@@ -114,6 +117,7 @@ def test_boxes_within_the_engines_margins_touch_and_others_do_not(
     assert result["right"][0][:, 0].min() - result["left"][0][:, 0].max() == pytest.approx(max(gap, GAP), abs=1e-6)
 
 
+@pytest.mark.system
 @pytest.mark.parametrize("angle", [0.4, -2.0])
 def test_links_that_are_turned_and_moved_are_cut_in_their_own_frames(tmp_path: Path, angle: float) -> None:
     poses = {
@@ -134,6 +138,7 @@ def test_links_that_are_turned_and_moved_are_cut_in_their_own_frames(tmp_path: P
     )
 
 
+@pytest.mark.system
 def test_a_bar_through_two_posts_is_cleared_of_both(tmp_path: Path) -> None:
     hulls: Hulls = {
         "bar": (corners((-0.01, 0.0, 0.0), (0.31, 0.05, 0.05)),),
@@ -147,6 +152,7 @@ def test_a_bar_through_two_posts_is_cleared_of_both(tmp_path: Path) -> None:
     assert sum(cut.link == "bar" for cut in cuts) == 1  # of the two ends the deeper, under one name
 
 
+@pytest.mark.system
 def test_a_cap_of_more_than_half_is_refused_and_both_hulls_stay() -> None:
     hulls: Hulls = {"left": (UNIT,), "right": (shifted(UNIT, 1e-4),)}
     result, cuts = cleared(hulls, everywhere(hulls), [("left", "right")])
@@ -223,6 +229,7 @@ def test_a_link_and_its_parent_are_no_pair() -> None:
     assert found == {frozenset(pair) for pair in (("body", "handle"), ("door", "lid"), ("handle", "lid"))}
 
 
+@pytest.mark.system
 def test_a_hinge_that_overlaps_its_parent_is_not_touched() -> None:
     joints = [joint_features("one", "revolute", "body", "door"), joint_features("two", "revolute", "body", "lid")]
     hulls: Hulls = {"body": (UNIT,), "door": (shifted(UNIT, 0.9),), "lid": (shifted(UNIT, y=0.9),)}

@@ -11,6 +11,7 @@ from schemas.vocabulary import Engine
 from tests.engine_worlds import every_engine
 
 
+@pytest.mark.system
 def test_a_healthy_machine_has_no_broken_check(tmp_path: Path) -> None:
     checks = {check.name: check for check in doctor.examine(tmp_path / "out", ModelSettings())}
     broken = [check for check in checks.values() if check.needed and not check.ok and check.name != "packages"]

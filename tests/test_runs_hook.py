@@ -100,11 +100,11 @@ def test_a_hook_that_fails_is_a_warning(tmp_path: Path, command: str, words: str
 
 def test_a_hook_that_hangs_is_killed_with_what_it_started(tmp_path: Path) -> None:
     started = time.monotonic()
-    warning = run_hook(f"sleep 60 & echo $! > {tmp_path}/pid; wait", {}, 0.5)
-    assert warning is not None and "killed after 0.5 s" in warning
-    assert time.monotonic() - started < 10.0
+    warning = run_hook(f"sleep 600 & echo $! > {tmp_path}/pid; wait", {}, 2.0)
+    assert warning is not None and "killed after 2 s" in warning
+    assert time.monotonic() - started < 300.0
     sleeper = Path("/proc") / (tmp_path / "pid").read_text(encoding="ascii").strip()
-    end = time.monotonic() + 10.0
+    end = time.monotonic() + 60.0
     while sleeper.exists() and " Z " not in (sleeper / "stat").read_text(encoding="ascii") and time.monotonic() < end:
         time.sleep(0.05)
     assert not sleeper.exists() or " Z " in (sleeper / "stat").read_text(encoding="ascii")
@@ -144,5 +144,5 @@ def test_make_hands_the_hook_over_as_it_stands(tmp_path: Path) -> None:
     program.write_text('#!/bin/sh\nfor word in "$@"; do printf "%s\\0" "$word"; done\n', encoding="utf-8")
     program.chmod(0o755)
     command = ["make", "--silent", "--old-file=.venv/.installed", "flow", f"BIN={tmp_path}", f"HOOK={hook}"]
-    shown = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=True, timeout=30).stdout.split("\0")
+    shown = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=True, timeout=99).stdout.split("\0")
     assert shown[shown.index("--hook") + 1] == hook

@@ -15,7 +15,7 @@ from asset2sim.runs.plan import plan, records, state
 from asset2sim.runs.plan.records import KeptRecord, keep_record, kept_records, record_file
 from schemas.asset import AssetRecord, AssetRef
 from schemas.vocabulary import FailureMode, Method, Redo, Severity
-from tests.factories import make_finding, make_measurement, make_record
+from tests.factories import make_failure, make_finding, make_measurement, make_record
 from tests.incremental_runs import (
     NAMES,
     NO_VIEWS,
@@ -60,6 +60,7 @@ def dying(after: int) -> Make:
     return make
 
 
+@pytest.mark.system
 @pytest.mark.parametrize("redo", [Redo.CHANGED, Redo.ALL])
 def test_a_run_that_is_killed_anywhere_and_started_again_finishes_the_rest(tmp_path: Path, redo: Redo) -> None:
     data, settings = dataset(tmp_path / "data"), asking(redo)
@@ -102,6 +103,17 @@ def test_a_killed_forced_run_is_not_taken_for_an_unforced_one_and_the_other_way_
     assert done(forced) == "abcd" and not forced.finished
     keep_record(out, KeptRecord(run_id="killed", redo=Redo.ALL, record=record))
     assert done(run(data, out, asking(Redo.ALL))) == "bcd"
+
+
+def test_what_met_a_full_disk_in_a_run_that_broke_down_is_done_again(tmp_path: Path) -> None:
+    """There was just room for the record, and for nothing else; now there may be more."""
+    data, out = dataset(tmp_path / "data"), tmp_path / "out"
+    hashes = run(data, tmp_path / "elsewhere").hashes
+    for asset_id, mode in (("a", FailureMode.DISK_FULL), ("b", FailureMode.TIMEOUT)):
+        record = make_failure(asset_id, mode).model_copy(update={"content_hash": hashes[asset_id]})
+        keep_record(out, KeptRecord(run_id="killed", redo=Redo.CHANGED, record=record))
+    again = run(data, out)
+    assert done(again) == "acd" and [record.failure_mode for record in again.finished] == [FailureMode.TIMEOUT]
 
 
 def test_what_a_killed_run_of_another_method_left_is_dropped_with_its_folder(tmp_path: Path) -> None:

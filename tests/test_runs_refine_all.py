@@ -22,6 +22,8 @@ from tests.dask_programs import answering, process_cluster, programs, start_sche
 from tests.faulty import processes
 from tests.processes import alive, kill_marked, wait_until
 
+pytestmark = pytest.mark.system
+
 
 def refs(*ids: str) -> list[AssetRef]:
     return [AssetRef(asset_id=asset_id, path=f"/nowhere/{asset_id}") for asset_id in ids]
@@ -90,7 +92,7 @@ def test_a_scheduler_that_does_not_come_back_ends_the_run_with_what_had_finished
         out.mkdir()
 
         def kill_the_scheduler() -> None:
-            wait_until(lambda: bool(processes(out, "sleepy")), 60.0)
+            wait_until(lambda: bool(processes(out, "sleepy")), 120.0)
             scheduler.kill()
 
         killer = Thread(target=kill_the_scheduler)
@@ -102,7 +104,7 @@ def test_a_scheduler_that_does_not_come_back_ends_the_run_with_what_had_finished
         killer.join()
         # The worker goes with its scheduler, and takes the child along that would sleep for minutes.
         assert workers.wait(120.0) is not None
-        assert wait_until(lambda: not alive(mark), 20.0), alive(mark)
+        assert wait_until(lambda: not alive(mark), 60.0), alive(mark)
     finally:
         kill_marked(mark)
 
@@ -130,7 +132,7 @@ def test_a_lost_worker_costs_the_asset_that_it_is_lost_to(tmp_path: Path) -> Non
         refined = refine_all(
             refs("murderous", "a", "b"),
             tmp_path,
-            settings(scheduler=running.scheduler_address, asset_time_limit_s=90.0),
+            settings(scheduler=running.scheduler_address, asset_time_limit_s=300.0),
             "tests.crashers:kill_the_worker",
         )
     statuses = {record.ref.asset_id: record.status for record in refined.records}

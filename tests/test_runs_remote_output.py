@@ -29,6 +29,7 @@ from tests.dask_programs import process_cluster
 from tests.factories import make_record
 from tests.incremental_runs import NAMES, NO_VIEWS, dataset, done, manifest, runs, timeless
 from tests.object_store import Store
+from tests.processes import wait_until
 from tests.remote_runs import brief, in_this_process, night
 
 
@@ -150,9 +151,14 @@ def test_nothing_is_sent_once_another_run_took_over(store: Store, data: Path, mo
     out = f"{store.url}/out"
     monkeypatch.setattr(output, "lock_url", partial(lock.lock_url, renew_s=0.02))
 
+    overtakes: list[int] = []
+
     def overtaken(*arguments: object, **options: object) -> AssetAttempt:
         store.files.pipe_file(f"{out}/.lock", b'{"token": "t", "process": 1, "host": "far", "time": 9e12}')
-        time.sleep(0.3)
+        if not overtakes:  # until the run has looked at its lock
+            overtakes.append(len(store.requests))
+            assert wait_until(lambda: any(".lock" in path for _, path in store.requests[overtakes[0] :]), 120.0)
+            time.sleep(0.5)
         return AssetAttempt(brief(*arguments[1:5]))  # type: ignore[arg-type]
 
     monkeypatch.setattr(worker, "attempt_in_child", overtaken)
@@ -189,6 +195,7 @@ HERE = 30
 """The request at which a run is killed that is started again where it was, at once."""
 
 
+@pytest.mark.system
 def test_a_run_that_is_killed_anywhere_is_finished_by_another_machine(
     store: Store, data: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

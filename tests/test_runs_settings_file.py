@@ -160,6 +160,7 @@ def test_make_hands_the_file_on_and_states_no_model_over_it() -> None:
 
 
 @pytest.mark.skipif(not (SAMPLES / "manifest.csv").exists(), reason="the sample dataset is not here")
+@pytest.mark.system
 def test_a_real_run_by_a_file_then_by_none(tmp_path: Path) -> None:
     file, out = tmp_path / "my settings.yaml", tmp_path / "out"
     quick = "engine: {verify: [pybullet], interact: false, test_s: 0.5}\nviews: {write: false}\n"

@@ -68,6 +68,7 @@ def test_there_are_enough_defects_and_no_two_are_alike() -> None:
     assert len({defect.target.asset_id for defect in DEFECTS}) >= 4
 
 
+@pytest.mark.system
 @pytest.mark.parametrize("defect", DEFECTS, ids=lambda defect: defect.name)
 def test_a_plant_changes_what_it_says_and_its_check_sees_it(
     clean: dict[str, RefinedAsset], defect: Defect, tmp_path: Path
@@ -95,6 +96,7 @@ def test_a_plant_changes_what_it_says_and_its_check_sees_it(
             assert defect.name == "inertial missing"
 
 
+@pytest.mark.system
 def test_overlaps_and_sizes_are_taken_from_the_record(clean: dict[str, RefinedAsset]) -> None:
     defect = next(defect for defect in DEFECTS if defect.name == "link shifted into its parent")
     kept = clean[defect.target.asset_id]
@@ -119,6 +121,7 @@ def box(tmp_path_factory: pytest.TempPathFactory) -> tuple[CleanObject, DefectBe
     return clean_object(ref, bench), bench
 
 
+@pytest.mark.system
 @pytest.mark.parametrize("name", ["limits crossed", "collision mesh missing", "two links of one name"])
 def test_a_defect_from_plant_to_row(box: tuple[CleanObject, DefectBench], name: str) -> None:
     found = next(defect for defect in DEFECTS if defect.name == name)
@@ -143,6 +146,7 @@ def test_what_is_not_clean_is_left_out(tmp_path: Path) -> None:
     assert "no direction" in found.problem and found.again is None
 
 
+@pytest.mark.system
 def test_what_cannot_be_read_is_a_reason_and_no_end(box: tuple[CleanObject, DefectBench]) -> None:
     def unreadable(kept: RefinedAsset, mended: RefinedAsset, at: Target) -> str:
         raise ValueError("could not convert string to float: 'None'")
@@ -151,6 +155,7 @@ def test_what_cannot_be_read_is_a_reason_and_no_end(box: tuple[CleanObject, Defe
     assert "'None'" in why_not_mended(replace(DEFECTS[0], left=unreadable), clean, clean.kept)
 
 
+@pytest.mark.system
 def test_checking_as_it_is_writes_nothing(box: tuple[CleanObject, DefectBench], tmp_path: Path) -> None:
     clean, _ = box
     ref = clean.ref.model_copy(update={"path": str(clean.kept.folder)})
@@ -169,6 +174,7 @@ def test_a_sign_of_another_link_or_of_the_clean_object_does_not_count() -> None:
     assert caught_by({OTHER}, set(), about) == ()
 
 
+@pytest.mark.system
 def test_a_defect_is_about_its_link_its_joint_and_what_they_move(clean: dict[str, RefinedAsset]) -> None:
     record = clean["storage_sideboard"].record
     assert concerned(PlantedChange("", links=("link_0",)), record) == {"link_0", "joint_0"}
@@ -180,6 +186,7 @@ def finding(severity: Severity, stage: Stage, code: str, link: str | None = None
     return Finding(stage=stage, severity=severity, code=code, message=code, link=link)
 
 
+@pytest.mark.system
 def test_only_early_warnings_of_a_refinement_catch(clean: dict[str, RefinedAsset]) -> None:
     findings = (
         finding(Severity.INFO, Stage.VALIDATE, "completed", "lid"),

@@ -15,6 +15,8 @@ from schemas.errors import UsageError
 from schemas.settings import Settings
 from schemas.vocabulary import Engine, Method
 
+pytestmark = pytest.mark.system
+
 ROOT = Path(__file__).resolve().parents[1]
 SAMPLES = ROOT / "data" / "raw"
 LIMIT_S = 300

@@ -25,6 +25,8 @@ from asset2sim.studies.samples.sample_dataset import blueprints, sample_files, w
 from schemas.errors import UsageError
 from schemas.vocabulary import FailureMode
 
+pytestmark = pytest.mark.system
+
 ROOT = Path(__file__).resolve().parents[1]
 RAW = ROOT / "data" / "raw"
 DEPTH = 5e-4

@@ -133,9 +133,9 @@ class TestRunning:
         pid = tmp_path / "pid"
         simcheck = stub(tmp_path, f"sleep 300 & echo $! > '{pid}'; wait\n")
         urdf = written(tmp_path, "1") / "assets" / "1" / "mobility.urdf"
-        report = program.check_object(simcheck, "1", urdf, 0.5)
-        assert report.problem == "it did not finish within 0.5 s"
-        assert 0.4 < report.seconds < 10.0
+        report = program.check_object(simcheck, "1", urdf, 2.0)
+        assert report.problem == "it did not finish within 2 s"
+        assert 1.9 < report.seconds < 200.0
         child = Path(f"/proc/{pid.read_text().strip()}/stat")
 
         def gone() -> bool:

@@ -167,6 +167,7 @@ def test_the_checker_s_objects_are_evenly_spaced(total: int, count: int, places:
     assert evenly_spaced([f"{number}" for number in range(total)], count) == tuple(f"{place}" for place in places)
 
 
+@pytest.mark.system
 def test_synthetic_entries_are_unchanged_until_one_changes(tmp_path: Path) -> None:
     data, out = tmp_path / "data", tmp_path / "out"
     refs = make_entries(STAPLER, data, 30)
@@ -205,6 +206,7 @@ def test_a_history_of_many_nights_has_real_files_and_rows(tmp_path: Path) -> Non
     assert times.rows == 410 and times.files == 11 and len(times.seconds) == 2 and min(times.seconds) > 0.0
 
 
+@pytest.mark.system
 def test_a_program_leaves_its_numbers_or_says_why_it_has_none(tmp_path: Path) -> None:
     write_history(tmp_path / "out", stapler(), 20, assets=10)
     times = measure(QueryTimes, QUERY, [str(tmp_path / "out"), "failure_mode"], tmp_path / "numbers" / "query")
@@ -214,6 +216,7 @@ def test_a_program_leaves_its_numbers_or_says_why_it_has_none(tmp_path: Path) ->
     assert not (tmp_path / "numbers" / "query.json").exists()
 
 
+@pytest.mark.system
 def test_the_plain_loop_refines_and_its_loss_is_told(tmp_path: Path) -> None:
     times = run_loop(refine(tmp_path / "out", "stapler_desk"), tmp_path / "loop")
     assert (times.assets, times.ok, times.problem) == (1, 1, "") and times.loop_s > 0.0
@@ -250,6 +253,7 @@ def test_the_request_and_the_commands_it_runs(tmp_path: Path) -> None:
     assert sorted(path.name for path in out.rglob("*") if path.is_file()) == ["a.npz"]
 
 
+@pytest.mark.system
 def test_the_bench_runs_and_writes_what_it_measured(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     words = [str(RAW), str(tmp_path / "a b"), "--rows", "300", "--no-interaction", "--only", "history"]
     assert main(words) == 0
@@ -261,6 +265,7 @@ def test_the_bench_runs_and_writes_what_it_measured(tmp_path: Path, capsys: pyte
     assert main([str(tmp_path / "nothing"), str(tmp_path)]) == 2
 
 
+@pytest.mark.system
 def test_a_run_of_the_flow_is_timed_as_the_command_runs_it(tmp_path: Path) -> None:
     times = measure(FlowTimes, RUN, refine(tmp_path / "out", "stapler_desk"), tmp_path / "run")
     assert (times.assets, times.ok, times.unchanged) == (1, 1, 0)

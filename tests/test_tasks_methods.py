@@ -9,6 +9,8 @@ from tasks.pipeline import METHODS
 from tests.assets import prior, sample
 from tests.methods_runs import run, settings_of
 
+pytestmark = pytest.mark.system
+
 CALLS = {
     Method.ASSET2SIM: 1, Method.DIRECT: 1, Method.IVW: 10, Method.REFERENCE: 0, Method.NO_SEMANTICS: 1, Method.RAW: 0,
 }  # fmt: skip

@@ -12,7 +12,10 @@ from tasks.pipeline import refine_asset
 from tests.assets import NO_VIEWS, SHARED, prior, sample
 
 OBJECTS = SHARED / "partnet_mobility"
-pytestmark = pytest.mark.skipif(not OBJECTS.is_dir(), reason="../shared/partnet_mobility is absent")
+pytestmark = [
+    pytest.mark.system,
+    pytest.mark.skipif(not OBJECTS.is_dir(), reason="../shared/partnet_mobility is absent"),
+]
 
 FAST = ("103275", "19179", "102181")
 """A stapler, a table with drawers, a trash can: small, and three mechanisms."""
@@ -51,7 +54,6 @@ def test_an_object_is_interaction_ready_and_survives_a_drop(asset_id: str, out: 
     check(asset_id, out)
 
 
-@pytest.mark.slow
 def test_all_nine_are_interaction_ready_and_survive_a_drop(out: Path) -> None:
     for asset_id in ALL:
         check(asset_id, out)

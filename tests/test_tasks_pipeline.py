@@ -17,6 +17,8 @@ from schemas.vocabulary import FailureMode, Severity, Source, Stage, Status
 from tasks.pipeline import refine_asset
 from tests.assets import NO_VIEWS, RAW, fingerprint, prior, sample, saying
 
+pytestmark = pytest.mark.system
+
 OUTCOMES = {bad.blueprint.asset_id: bad.outcomes for bad in bad_assets()}
 # Its collision shapes are cut until nothing overlaps; what must become of it is for the search to settle.
 SEEN = Settings(views=ViewSettings(width=48, height=48))

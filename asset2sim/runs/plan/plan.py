@@ -119,9 +119,10 @@ def must_redo(status: Status, mode: FailureMode, redo: Redo) -> bool:
 
 def is_reusable(kept: KeptRecord, ref: AssetRef, content: str, settings: Settings, lies: Callable[[str], bool]) -> bool:
     """Whether a killed run's record can be used: it has this content hash and a refined folder (``lies``), awaits no
-    second attempt, and was made under the same ``redo`` setting or is not to be redone under this one."""
+    second attempt, did not fail because the disk was full, which it may be no longer, and was made under the same
+    ``redo`` setting or is not to be redone under this one."""
     record = kept.record
-    if kept.died and kept.attempt == 1:
+    if (kept.died and kept.attempt == 1) or record.failure_mode is FailureMode.DISK_FULL:
         return False
     if record.content_hash != content or (record.overlay is not None and not lies(ref.asset_id)):
         return False

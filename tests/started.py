@@ -1,0 +1,71 @@
+"""What a test starts: Python programs, forks, servers and engines. A test that starts any is marked ``system``."""
+
+import sys
+import threading
+from collections.abc import Callable
+from functools import wraps
+from pathlib import Path
+from typing import Any
+
+ENGINES = {
+    "pybullet": ("pybullet", "connect"),
+    "MuJoCo": ("asset2sim.engines.mujoco_world", "MuJoCoWorld", "__init__"),
+    "SAPIEN": ("asset2sim.engines.sapien_world", "SapienWorld", "__init__"),
+}
+"""Engine → module and attribute that are called whenever a world of it is opened."""
+
+_seen: list[str] | None = None
+_watched: set[str] = set()
+
+
+def begin() -> None:
+    """Note from here on what this thread, the tests' own, starts."""
+    global _seen
+    _seen = []
+    for engine, (module, *names) in ENGINES.items():
+        if module in sys.modules and engine not in _watched:
+            _watch(engine, sys.modules[module], names)
+
+
+def end() -> list[str]:
+    """What was started since ``begin``, each kind once."""
+    global _seen
+    found, _seen = sorted(set(_seen or ())), None
+    return found
+
+
+def _note(what: str) -> None:
+    if _seen is not None and threading.current_thread() is threading.main_thread():
+        _seen.append(what)
+
+
+def _watch(engine: str, holder: Any, names: list[str]) -> None:
+    *path, name = names
+    for step in path:
+        holder = getattr(holder, step)
+    call: Callable[..., Any] = getattr(holder, name)
+
+    @wraps(call)
+    def noting(*args: Any, **options: Any) -> Any:
+        _note(f"the engine {engine}")
+        return call(*args, **options)
+
+    setattr(holder, name, noting)
+    _watched.add(engine)
+
+
+def _hear(event: str, args: tuple[Any, ...]) -> None:
+    """Python's audit hook; small programs such as git or make are free."""
+    if event == "subprocess.Popen":
+        words = args[1]
+        program = words if isinstance(words, (str, bytes)) else words[0]
+        name = Path(program.decode() if isinstance(program, bytes) else program).name
+        if name.startswith("python"):
+            _note("a Python program")
+    elif event == "os.fork":
+        _note("a fork of this process")
+    elif event == "socket.bind" and isinstance(args[1], tuple):
+        _note("a server")
+
+
+sys.addaudithook(_hear)
