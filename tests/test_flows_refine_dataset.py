@@ -5,7 +5,6 @@ import shutil
 import signal
 import subprocess
 import sys
-import time
 import uuid
 from collections.abc import Iterator
 from pathlib import Path
@@ -13,6 +12,7 @@ from pathlib import Path
 import pyarrow.parquet as pq
 import pytest
 
+from asset2sim.runs.plan.records import RECORDS_FOLDER
 from tests.processes import alive, wait_until
 
 pytestmark = pytest.mark.system
@@ -22,7 +22,8 @@ SAMPLES = ROOT / "data" / "raw"
 LIMIT_S = 300
 
 START = """
-import functools, sys
+import functools, signal, sys
+signal.signal(signal.SIGINT, signal.default_int_handler)  # a shell starts what runs in its background without it
 import flows.command
 import flows.refine_dataset as module
 module.refine_dataset = functools.partial(module.refine_dataset, pipeline="tests.crashers:quick_or_sleepy")
@@ -79,10 +80,14 @@ def running(dataset: Path, tmp_path: Path, environment: dict[str, str]) -> Itera
         start_new_session=True,
     )
     asleep = [out / f"sleepy-{number}.pids" for number in (1, 2)]
-    started = wait_until(lambda: process.poll() is not None or all(path.exists() for path in asleep), LIMIT_S)
+
+    def at_work() -> bool:
+        kept = list((out / RECORDS_FOLDER).glob("*.json"))  # of the quick ones
+        return len(kept) == 6 and all(path.exists() for path in asleep)
+
+    started = wait_until(lambda: process.poll() is not None or at_work(), LIMIT_S)
     assert started, "the run did not get to its assets"
     assert process.poll() is None, process.communicate()
-    time.sleep(2.0)  # the records of the assets before them are on their way, and LiteLLM's import holds everybody up
     yield process
     if process.poll() is None:
         os.killpg(process.pid, signal.SIGKILL)
