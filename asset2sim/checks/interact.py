@@ -44,11 +44,7 @@ class SharedWorld:
         """The world, loaded if it is not."""
         if self.world is None:
             opened = open_world(
-                self.engine,
-                self.urdf,
-                plane=self.plane,
-                timestep_s=self.timestep_s,
-                contact_friction=self.friction,
+                self.engine, self.urdf, plane=self.plane, timestep_s=self.timestep_s, contact_friction=self.friction
             )
             self.world = self.stack.enter_context(opened)
         return self.world

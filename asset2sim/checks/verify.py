@@ -34,11 +34,7 @@ def engines_of(settings: EngineSettings) -> tuple[Engine, ...]:
 
 
 def verify(
-    engines: Sequence[Engine],
-    urdf: Path,
-    overlay: PhysicsOverlay,
-    cause: CauseOf,
-    settings: Settings,
+    engines: Sequence[Engine], urdf: Path, overlay: PhysicsOverlay, cause: CauseOf, settings: Settings
 ) -> tuple[EngineReport, ...]:
     """A report from each engine on the URDF in the overlay's initial state; an engine that dies costs only its report.
 

@@ -73,12 +73,7 @@ def collected_warnings() -> Iterator[list[str]]:
         mujoco.set_mju_user_warning(before)
 
 
-def object_spec(
-    urdf: Path,
-    *,
-    free: bool,
-    contact_friction: float,
-) -> mujoco.MjSpec:
+def object_spec(urdf: Path, *, free: bool, contact_friction: float) -> mujoco.MjSpec:
     """The uncompiled MuJoCo specification of a URDF, with the joint dynamics that MuJoCo's URDF reader drops.
 
     Links, joints and geoms keep their URDF's names and frames, fixed joints stay, no mass is invented. Joints have

@@ -23,12 +23,7 @@ GROUND_GRID_M = 1.0
 
 @contextmanager
 def open_mujoco(
-    urdf: Path,
-    *,
-    plane: bool,
-    timestep_s: float,
-    contact_friction: float,
-    gravity_m_s2: float = GRAVITY_M_S2,
+    urdf: Path, *, plane: bool, timestep_s: float, contact_friction: float, gravity_m_s2: float = GRAVITY_M_S2
 ) -> Iterator["MuJoCoWorld"]:
     """A world in MuJoCo (see ``Opener``), the object placed with its joints at zero."""
     with collected_warnings() as said:

@@ -22,12 +22,7 @@ FAR_ABOVE_M = 20.0
 
 @contextmanager
 def open_pybullet(
-    urdf: Path,
-    *,
-    plane: bool,
-    timestep_s: float,
-    contact_friction: float,
-    gravity_m_s2: float = GRAVITY_M_S2,
+    urdf: Path, *, plane: bool, timestep_s: float, contact_friction: float, gravity_m_s2: float = GRAVITY_M_S2
 ) -> Iterator["PyBulletWorld"]:
     """A world in PyBullet (see ``Opener``), the object placed with its joints at zero."""
     with loaded(urdf, fixed_base=not plane, timestep_s=timestep_s, gravity_m_s2=gravity_m_s2) as item:

@@ -21,12 +21,7 @@ LOOK_S = 1e-7
 
 @contextmanager
 def open_sapien(
-    urdf: Path,
-    *,
-    plane: bool,
-    timestep_s: float,
-    contact_friction: float,
-    gravity_m_s2: float = GRAVITY_M_S2,
+    urdf: Path, *, plane: bool, timestep_s: float, contact_friction: float, gravity_m_s2: float = GRAVITY_M_S2
 ) -> Iterator["SapienWorld"]:
     """A world in SAPIEN (see ``Opener``), the object placed with its joints at zero."""
     with loaded(
