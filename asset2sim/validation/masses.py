@@ -78,31 +78,17 @@ def link_mass(
     elif mass_source is Source.RULE and link.inertial is not None and link.inertial.mass_kg > settings.min_mass_kg:
         mass, mass_source = link.inertial.mass_kg, Source.AUTHORED
     if mass_source is Source.RULE:
-        notes.info(
-            "link_completed",
-            f"link '{link.name}': the overlay states no material or mass; {mass:.4g} kg assumed",
-            link=link.name,
-            value=mass,
-        )
+        message = f"link '{link.name}': the overlay states no material or mass; {mass:.4g} kg assumed"
+        notes.info("link_completed", message, link=link.name, value=mass)
     densest = settings.max_density_kg_m3 * max(volume, link.hull_volume_m3 * scale**3)
     if mass > densest:
-        notes.warn(
-            "mass_implausible",
-            f"link '{link.name}': {mass:.3g} kg would be denser than any material; set to {densest:.3g} kg",
-            link=link.name,
-            value=mass,
-            limit=densest,
-        )
+        message = f"link '{link.name}': {mass:.3g} kg would be denser than any material; set to {densest:.3g} kg"
+        notes.warn("mass_implausible", message, link=link.name, value=mass, limit=densest)
         mass, mass_source = densest, Source.RULE
     least = least_mass(settings.min_mass_kg, link, scale, settings)
     if mass < least:
-        notes.info(
-            "mass_raised",
-            f"link '{link.name}': mass {mass:.3g} kg raised to the least that engines handle",
-            link=link.name,
-            value=mass,
-            limit=least,
-        )
+        message = f"link '{link.name}': mass {mass:.3g} kg raised to the least that engines handle"
+        notes.info("mass_raised", message, link=link.name, value=mass, limit=least)
         mass, mass_source = least, Source.RULE
     com = np.asarray(link.center) * scale
     inertia = tensor_of(link.unit_inertia) * scale**2 * mass
@@ -149,25 +135,19 @@ def believed(
         if np.all(com >= low - margin) and np.all(com <= high + margin):
             result = replace(result, com=com, com_source=source)
         else:
-            notes.warn(
-                "com_outside",
-                f"link '{link.name}': the proposed centre of mass lies outside the link; its shape's is used",
-                link=link.name,
-            )
+            message = f"link '{link.name}': the proposed centre of mass lies outside the link; its shape's is used"
+            notes.warn("com_outside", message, link=link.name)
     if proposal.inertia is not None:
         inertia = tensor_of(proposal.inertia)
         ratio = float(np.trace(inertia)) / max(float(np.trace(result.inertia)), 1e-12)
         if 1.0 / settings.inertia_factor <= ratio <= settings.inertia_factor:
             result = replace(result, inertia=inertia, inertia_source=source)
         else:
-            notes.warn(
-                "inertia_implausible",
+            message = (
                 f"link '{link.name}': the proposed inertia is {ratio:.3g} times what its shape and mass give; the "
-                "shape's is used",
-                link=link.name,
-                value=ratio,
-                limit=settings.inertia_factor,
+                "shape's is used"
             )
+            notes.warn("inertia_implausible", message, link=link.name, value=ratio, limit=settings.inertia_factor)
     return result
 
 
@@ -184,13 +164,8 @@ def bound_ratio(
     for name, item in masses.items():
         least = least_mass(wanted, features.link(name), scale, settings)
         if item.mass < least:
-            notes.info(
-                "mass_ratio",
-                f"link '{name}': mass raised from {item.mass:.3g} to {least:.3g} kg, a share engines handle",
-                link=name,
-                value=item.mass,
-                limit=least,
-            )
+            message = f"link '{name}': mass raised from {item.mass:.3g} to {least:.3g} kg, a share engines handle"
+            notes.info("mass_ratio", message, link=name, value=item.mass, limit=least)
             factor = least / item.mass
             item = replace(item, mass=least, mass_source=Source.RULE, inertia=item.inertia * factor)
         bounded[name] = item
@@ -254,13 +229,11 @@ def share_mass(
         inertia_source=Source.RULE,
     )
     kept = replace(donor, mass=(1.0 - share) * donor.mass, inertia=(1.0 - share) * donor.inertia)
-    notes.info(
-        "massless_link",
+    message = (
         f"link '{link.name}' has no geometry: it takes {share:.0%} of the mass of '{name}', whose centre it shares, "
-        "so that no engine invents a mass for it",
-        link=link.name,
-        value=taken.mass,
+        "so that no engine invents a mass for it"
     )
+    notes.info("massless_link", message, link=link.name, value=taken.mass)
     return {**masses, name: kept, link.name: taken}
 
 

@@ -77,21 +77,15 @@ def reach(span: Range, wanted: float, requested: bool, notes: Notes) -> tuple[Ra
     if excess <= ROUNDING_SHARE * span.span:
         return span, span.clamp(wanted)
     if requested and excess <= WIDEN_SHARE * span.span:
-        notes.warn(
-            "limits_widened",
-            f"joint '{name}': limits {lower:.4g} to {upper:.4g} widened to hold the requested position {wanted:.4g}",
-            joint=name,
-            value=wanted,
-            limit=lower if wanted < lower else upper,
+        message = (
+            f"joint '{name}': limits {lower:.4g} to {upper:.4g} widened to hold the requested position {wanted:.4g}"
         )
+        notes.warn("limits_widened", message, joint=name, value=wanted, limit=lower if wanted < lower else upper)
         return replace(span, lower=min(lower, wanted), upper=max(upper, wanted), source=Source.USER), wanted
     clamped = span.clamp(wanted)
-    notes.warn(
-        "position_clamped",
+    message = (
         f"joint '{name}': position {wanted:.4g} lies outside its limits {lower:.4g} to {upper:.4g}; clamped to "
-        f"{clamped:.4g}",
-        joint=name,
-        value=wanted,
-        limit=clamped,
+        f"{clamped:.4g}"
     )
+    notes.warn("position_clamped", message, joint=name, value=wanted, limit=clamped)
     return span, clamped

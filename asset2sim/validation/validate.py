@@ -72,12 +72,8 @@ def bounded_scale(overlay: Overlay, longest_m: float, source: Source, notes: Not
     if SMALLEST_M <= wanted <= LARGEST_M:
         return overlay.scale, Source.USER if "scale" in overlay.asked else source
     bounded = float(np.clip(wanted, SMALLEST_M, LARGEST_M)) / longest_m
-    notes.warn(
-        "scale_bounded",
-        f"scale {overlay.scale:.4g} would make the longest edge {wanted:.4g} m; set to {bounded:.4g}",
-        value=wanted,
-        limit=bounded * longest_m,
-    )
+    message = f"scale {overlay.scale:.4g} would make the longest edge {wanted:.4g} m; set to {bounded:.4g}"
+    notes.warn("scale_bounded", message, value=wanted, limit=bounded * longest_m)
     return bounded, Source.RULE
 
 
