@@ -28,10 +28,8 @@ class CheckVerdict:
 def interaction_verdicts(
     interaction: Interaction, overlay: PhysicsOverlay, thresholds: Thresholds
 ) -> tuple[CheckVerdict, ...]:
-    """One verdict per check and subject, in the order drop, nudge, jam, hold, release, reset.
-
-    Opening efforts have no verdict of their own: a joint that its effort limit cannot move counts as jammed.
-    """
+    """One verdict per check and subject, in the order drop, nudge, jam, hold, release, reset. Opening efforts have no
+    verdict of their own: a joint that its effort limit cannot move counts as jammed."""
     joints = {joint.name: joint for joint in overlay.joints}
     engine = interaction.engine.value
     openings = {item.joint: item for item in interaction.openings}
@@ -145,10 +143,8 @@ def hull_loss(item: Sweep) -> float:
 
 
 def stuck(item: Sweep, joint: JointPhysics, opening: Opening | None) -> bool:
-    """Whether no effort moves a joint in a direction in which the sweep found it free.
-
-    Never so where other joints must first make room, or where the joint has no free range on that side.
-    """
+    """Whether no effort moves a joint in a direction in which the sweep found it free. Never so where other joints must
+    first make room, or where the joint has no free range on that side."""
     if opening is None or not opening.stuck or item.others:
         return False
     low = item.lower if item.free_lower is None else item.free_lower

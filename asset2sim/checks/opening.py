@@ -98,10 +98,8 @@ def push_of(joint: JointPhysics, direction: float, pull: float, inertia: float, 
 def least_efforts(
     world: World, item: Mechanism, pushes: Sequence[Push], settings: EngineSettings
 ) -> dict[str, float | None]:
-    """Joint → the least effort that moves it, N·m or N, or None where its effort limit does not.
-
-    The effort is raised from 0 to a little over the predicted one, then in further ramps to ever more.
-    """
+    """Joint → the least effort that moves it, N·m or N, or None where its effort limit does not. The effort is raised
+    from 0 to a little over the predicted one, then in further ramps to ever more."""
     found: dict[str, float | None] = {}
     waiting = [(push, push.first) for push in pushes]
     while waiting:

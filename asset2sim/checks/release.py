@@ -43,10 +43,8 @@ class ExpectedRelease:
 def releases(
     world: World, item: Mechanism, free: Stretches, settings: EngineSettings, limits: Thresholds
 ) -> tuple[Release, ...]:
-    """Let go of every joint that gravity or its spring brings back, the root held, independent joints together.
-
-    Joints move within the stretch in which the sweep found them ``free``: an obstacle is the sweep's to report.
-    """
+    """Let go of every joint that gravity or its spring brings back, the root held, independent joints together. Joints
+    move within the stretch in which the sweep found them ``free``: an obstacle is the sweep's to report."""
     poses = poses_at(item, item.start)
     tasks: dict[str, ExpectedRelease] = {}
     for joint in item.joints:

@@ -139,10 +139,8 @@ def stretches(
     settings: EngineSettings,
     limits: Thresholds,
 ) -> dict[str, Stretch]:
-    """Joint → its free stretch, of joints whose parts cannot meet (``apart_groups``), moved together.
-
-    Each goes from its initial position outwards, one sample at a time, and stops at the first overlap.
-    """
+    """Joint → its free stretch, of joints whose parts cannot meet (``apart_groups``), moved together. Each goes from
+    its initial position outwards, one sample at a time, and stops at the first overlap."""
     found: dict[str, list[RangeSearch]] = {joint.name: [] for joint in joints}
     for direction in (1.0, -1.0):
         probes = [range_search(joint, direction, settings.sweep_samples) for joint in joints]
@@ -234,10 +232,8 @@ def cleared(
     settings: EngineSettings,
     limits: Thresholds,
 ) -> tuple[Stretch, dict[str, float]]:
-    """The free stretch with the joints that carry its obstacles moved away, and the positions of those joints.
-
-    Each such joint in turn is tried at either end of its own free stretch; what lengthens the stretch most is kept.
-    """
+    """The free stretch with the joints that carry its obstacles moved away, and the positions of those joints. Each
+    such joint in turn is tried at either end of its own free stretch; what lengthens the stretch most is kept."""
     lower, upper = span_of(joint)
     best, others, tried = stretch, dict[str, float](), set[str]()
     while best.ends and len(tried) < MOST_CLEARED:

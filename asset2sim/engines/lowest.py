@@ -13,10 +13,8 @@ RIM_POINTS = 128
 
 @dataclass(frozen=True)
 class Cloud:
-    """Points, each the centre of a ball (of radius 0 for corners), whose convex hull is one shape or many.
-
-    ``points`` is (n, 3) in the frame of the link whose index is in ``link`` (n,); ``radius`` is (n,), m.
-    """
+    """Points, each the centre of a ball (of radius 0 for corners), whose convex hull is one shape or many. ``points``
+    is (n, 3) in the frame of the link whose index is in ``link`` (n,); ``radius`` is (n,), m."""
 
     points: Array
     radius: Array

@@ -126,10 +126,8 @@ def prepared(urdf: Path) -> "etree._Element":
 
 
 def mesh_bytes(root: "etree._Element", folder: Path) -> dict[str, bytes]:
-    """Mesh reference → file content, for every mesh that the tree names and that is there.
-
-    Contents instead of paths: MuJoCo caches meshes by path, and a file that was rewritten might be read from there.
-    """
+    """Mesh reference → file content, for every mesh that the tree names and that is there. Contents instead of paths:
+    MuJoCo caches meshes by path, and a file that was rewritten might be read from there."""
     contents: dict[str, bytes] = {}
     for mesh in root.iter("mesh"):
         reference = str(mesh.get("filename"))

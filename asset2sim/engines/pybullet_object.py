@@ -85,9 +85,7 @@ def loaded(
     urdf: Path, *, fixed_base: bool, timestep_s: float, gravity_m_s2: float = GRAVITY_M_S2, flags: int = FLAGS
 ) -> Iterator[PyBulletObject]:
     """Load a URDF into a client of its own, gravity along -z, joint dynamics applied. The client ends with the block.
-
-    Raises AssetError (engine_crash) where PyBullet refuses the file, with what it printed.
-    """
+    Raises AssetError (engine_crash) where PyBullet refuses the file, with what it printed."""
     client = BulletClient(connection_mode=pybullet.DIRECT)
     try:
         client.setTimeStep(timestep_s)

@@ -218,10 +218,8 @@ def give_shapes(builder: Builder, link: yourdfpy.Link, body: Any, index: int, bu
 
 
 def shape_of(builder: Builder, geometry: yourdfpy.Geometry) -> tuple[Any, lowest.Balls, Any]:
-    """A PhysX shape, the balls that give its lowest point, and its rotation in the URDF's frame.
-
-    Raises RuntimeError or ValueError where there is none.
-    """
+    """A PhysX shape, the balls that give its lowest point, and its rotation in the URDF's frame. Raises RuntimeError or
+    ValueError where there is none."""
     physx, material, straight = builder.physx, builder.material, builder.sapien.Pose()
     if geometry.box is not None:
         half = np.asarray(geometry.box.size, dtype=float) / 2.0

@@ -83,9 +83,7 @@ def timed_brake(
     proposal: JointProposal, moved: JointLoad, holds: bool, settings: PhysicsSettings
 ) -> tuple[Brake | None, UnmetWishes]:
     """Damping and friction of a part without a spring, from ``closes_s`` or ``stops_within``, and unmet wishes.
-
-    ``closes_s`` counts where gravity may shut the part, else ``stops_within``; None where neither applies.
-    """
+    ``closes_s`` counts where gravity may shut the part, else ``stops_within``; None where neither applies."""
     missed: UnmetWishes = ()
     if proposal.closes_s is not None:
         fall = None if holds else closing_brake(proposal, moved, settings)
@@ -110,10 +108,8 @@ def unmet_wish(found: Brake, wish: str, asked: float, why: str) -> tuple[UnmetWi
 
 
 def spring(proposal: JointProposal, moved: JointLoad, source: Source, settings: PhysicsSettings) -> Term:
-    """Stiffness k = (2π f)² I, at most ``max_stiffness_step`` I / Δt²; 0 for a passive joint.
-
-    A time to return gives that of a critically damped spring, ω = 3.89 / t.
-    """
+    """Stiffness k = (2π f)² I, at most ``max_stiffness_step`` I / Δt²; 0 for a passive joint. A time to return gives
+    that of a critically damped spring, ω = 3.89 / t."""
     largest = settings.max_stiffness_step * moved.least / settings.coarse_timestep_s**2
     if proposal.stiffness is not None and proposal.stiffness > 0.0:
         wanted = proposal.stiffness

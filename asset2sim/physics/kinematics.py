@@ -14,10 +14,8 @@ from schemas.overlay import PhysicsOverlay
 
 @dataclass(frozen=True)
 class TreeJoint:
-    """One joint of a tree, ready to be evaluated.
-
-    ``child_to_parent`` is the (4, 4) transform at position zero, ``axis`` the (3,) unit axis in the joint's frame.
-    """
+    """One joint of a tree, ready to be evaluated. ``child_to_parent`` is the (4, 4) transform at position zero,
+    ``axis`` the (3,) unit axis in the joint's frame."""
 
     name: str
     type: str

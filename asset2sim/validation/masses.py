@@ -154,10 +154,8 @@ def believed(
 def bound_ratio(
     masses: dict[str, LinkMass], features: Features, scale: float, settings: PhysicsSettings, notes: Notes
 ) -> dict[str, LinkMass]:
-    """Raise the lightest links until the heaviest is at most ``max_mass_ratio`` times as heavy, and none too light.
-
-    No link becomes denser than any material: a tiny knob on a heavy machine stays light.
-    """
+    """Raise the lightest links until the heaviest is at most ``max_mass_ratio`` times as heavy, and none too light. No
+    link becomes denser than any material: a tiny knob on a heavy machine stays light."""
     heaviest = max((item.mass for item in masses.values()), default=0.0)
     wanted = max(heaviest / settings.max_mass_ratio, settings.min_mass_kg)
     bounded = {}
@@ -180,10 +178,8 @@ def share_mass(
     settings: PhysicsSettings,
     notes: Notes,
 ) -> dict[str, LinkMass]:
-    """Give a link without geometry a share of its child's mass (else its parent's); the total is unchanged.
-
-    Both keep the donor's centre of mass, and inertia in proportion. Without this an engine would invent 1 kg for it.
-    """
+    """Give a link without geometry a share of its child's mass (else its parent's); the total is unchanged. Both keep
+    the donor's centre of mass, and inertia in proportion. Without this an engine would invent 1 kg for it."""
     neighbours = [(joint.child, joint) for joint in features.joints if joint.parent == link.name]
     neighbours.sort(key=lambda item: (item[1].type != "fixed", -masses[item[0]].mass if item[0] in masses else 0.0))
     neighbours += [(joint.parent, joint) for joint in features.joints if joint.child == link.name]

@@ -58,10 +58,8 @@ class MovingPair:
 
 @dataclass(frozen=True)
 class Shapes:
-    """The links' convex pieces, and their triangles, which are read only where the pieces meet.
-
-    ``pieces`` maps link → (n, 3) points of all pieces, and the index at which each begins.
-    """
+    """The links' convex pieces, and their triangles, which are read only where the pieces meet. ``pieces`` maps link →
+    (n, 3) points of all pieces, and the index at which each begins."""
 
     extraction: Extraction
     pieces: dict[str, tuple[Array, np.ndarray] | None] = field(default_factory=dict)

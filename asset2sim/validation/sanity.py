@@ -71,10 +71,8 @@ def misread(joint: JointFeatures, at: float, instead: float) -> bool:
 def sensible(
     extraction: Extraction, overlay: Overlay, guidance: str | None, settings: PhysicsSettings, *, semantics: bool = True
 ) -> tuple[Overlay, tuple[Finding, ...]]:
-    """The proposal with its evident mistakes corrected, and a finding for each; idempotent.
-
-    Without ``semantics`` only units are corrected: the object's category and part names are withheld then.
-    """
+    """The proposal with its evident mistakes corrected, and a finding for each; idempotent. Without ``semantics`` only
+    units are corrected: the object's category and part names are withheld then."""
     notes, words = Notes(), guidance or ""
     overlay = convert_misread_units(extraction.features, overlay, notes)
     if semantics:

@@ -41,10 +41,8 @@ class Bounds:
 
 
 def with_sensible_size(info: ObjectInfo, guidance: str, overlay: Overlay, notes: Notes) -> Overlay:
-    """The overlay with its scale moved to the nearest size that the object's kind and the user's words allow.
-
-    An object of unknown category only has to fit into a home.
-    """
+    """The overlay with its scale moved to the nearest size that the object's kind and the user's words allow. An object
+    of unknown category only has to fit into a home."""
     size, _ = identify(info, guidance)
     authored = dimension(info, size)
     if authored <= 0.0:

@@ -190,9 +190,7 @@ def signs(joint: JointFeatures, terms: Dynamics, notes: Notes) -> None:
 
 def steps(joint: JointFeatures, terms: Dynamics, moves: float, settings: PhysicsSettings, notes: Notes) -> None:
     """Warn of damping or stiffness that is unstable in an explicit step at 60 Hz, and of springs without damping.
-
-    ``moves`` is the joint's effective inertia, kg·m² or kg; without effect where it is not positive.
-    """
+    ``moves`` is the joint's effective inertia, kg·m² or kg; without effect where it is not positive."""
     if moves <= 0.0:
         return
     step, where = settings.coarse_timestep_s, f"joint '{joint.name}'"

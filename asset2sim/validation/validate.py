@@ -25,10 +25,8 @@ SMALLEST_M, LARGEST_M = 0.005, 5.0
 def validate(
     extraction: Extraction, overlay: Overlay, source: Source, contact_friction: float, settings: PhysicsSettings
 ) -> tuple[PhysicsOverlay, tuple[Finding, ...]]:
-    """A complete overlay and what was changed to complete it.
-
-    ``source`` says who proposed (``model`` or ``prior``); what ``overlay.asked`` names counts as the user's.
-    """
+    """A complete overlay and what was changed to complete it. ``source`` says who proposed (``model`` or ``prior``);
+    what ``overlay.asked`` names counts as the user's."""
     notes, features, asked = Notes(), extraction.features, frozenset(overlay.asked)
     scale, scale_source = bounded_scale(overlay, max(features.rest_size), source, notes)
     links = {proposal.name: proposal for proposal in overlay.links}
