@@ -24,8 +24,7 @@ ENOUGH = 1.5
 HARDER = 10.0
 """Factor by which each further ramp ends higher, up to the effort limit."""
 LEAST_RAD_S2 = 1.0
-"""Acceleration, rad/s² (m/s² for a slider), that the end of the first ramp gives at least: a joint may have neither
-friction nor load."""
+"""Least acceleration at the end of the first ramp, rad/s² or m/s²: a joint may have neither friction nor load."""
 LEAST_SHARE = 1e-4
 """Least end of the first ramp, as a share of the effort limit: an authored link may have no mass."""
 DEFAULT_LIMIT = 100.0

@@ -30,8 +30,7 @@ Stretches = Mapping[str, tuple[float, float]]
 
 @dataclass(frozen=True)
 class ExpectedRelease:
-    """One joint to release at ``start``; it should end between ``target`` and ``far`` (rad or m), brought there by
-    ``by``."""
+    """One joint to release at ``start``; ``by`` should bring it to between ``target`` and ``far`` (all rad or m)."""
 
     joint: JointPhysics
     by: str

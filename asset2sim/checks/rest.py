@@ -95,15 +95,8 @@ def observe(
                     break
                 peak = max(peak, fastest)
             world.step()
-        return Recording(
-            world.joint_names,
-            np.array(root_positions),
-            np.array(root_orientations),
-            np.array(joint_positions),
-            joint_positions[0],
-            peak,
-            world.console,
-        )
+        paths = np.array(root_positions), np.array(root_orientations), np.array(joint_positions)
+        return Recording(world.joint_names, *paths, joint_positions[0], peak, world.console)
 
 
 def measure(

@@ -1,7 +1,7 @@
 """The sweep: every joint over its whole range, and what it runs into on the way."""
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -46,7 +46,7 @@ class RangeSearch:
     ways: list[float]
     free: float
     blocked: tuple[float, Depths] | None = None
-    next: int = field(default=0)
+    next: int = 0
 
 
 def sweeps(
@@ -158,11 +158,7 @@ def stretches(
                 probe.next += 1
         narrow(world, item, positions, [probe for probe in probes if probe.blocked], allowed, limits)
     return {
-        name: Stretch(
-            low=min(probe.free for probe in both),
-            high=max(probe.free for probe in both),
-            ends=tuple(probe.blocked for probe in both if probe.blocked is not None),
-        )
+        name: Stretch(min(p.free for p in both), max(p.free for p in both), tuple(p.blocked for p in both if p.blocked))
         for name, both in found.items()
     }
 

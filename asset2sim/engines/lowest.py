@@ -74,6 +74,5 @@ def cloud(shapes: "list[tuple[int, Balls, Array]]") -> Cloud:
         return Cloud(np.zeros((0, 3)), np.zeros(0), np.zeros(0, dtype=np.intp))
     points = [shape.points @ pose[:3, :3].T + pose[:3, 3] for _, shape, pose in shapes]
     links = [np.full(len(shape.points), link, dtype=np.intp) for link, shape, _ in shapes]
-    return Cloud(
-        np.concatenate(points), np.concatenate([shape.radius for _, shape, _ in shapes]), np.concatenate(links)
-    )
+    radii = [shape.radius for _, shape, _ in shapes]
+    return Cloud(np.concatenate(points), np.concatenate(radii), np.concatenate(links))

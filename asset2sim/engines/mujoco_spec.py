@@ -136,15 +136,11 @@ def mesh_bytes(root: "etree._Element", folder: Path) -> dict[str, bytes]:
             continue
         key = reference
         if "://" in reference or Path(reference).is_absolute():
-            key = file.resolve().relative_to(folder.resolve()).as_posix() if is_inside(file, folder) else file.name
+            inside = file.resolve().is_relative_to(folder.resolve())
+            key = file.resolve().relative_to(folder.resolve()).as_posix() if inside else file.name
             mesh.set("filename", key)
         contents.setdefault(key, file.read_bytes())
     return contents
-
-
-def is_inside(file: Path, folder: Path) -> bool:
-    """Whether a file lies under a folder."""
-    return file.resolve().is_relative_to(folder.resolve())
 
 
 def give_dynamics(spec: mujoco.MjSpec, terms: dict[str, Dynamics]) -> None:

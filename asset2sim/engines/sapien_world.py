@@ -129,8 +129,7 @@ class SapienWorld:
 
     def lowest_m(self) -> float:
         """See ``World``; infinite where the object has no collision shape."""
-        poses = [link.pose.to_transformation_matrix() for link in self.item.links]
-        frames = np.array(poses, dtype=float)
+        frames = np.array([link.pose.to_transformation_matrix() for link in self.item.links], dtype=float)
         return self.item.cloud.lowest_m(frames[:, :3, :3], frames[:, :3, 3])
 
     def contacts(self) -> list[ContactPoint]:

@@ -1,5 +1,4 @@
-"""Joint terms from times and distances that a person can name: how far it glides, how long it takes to fall shut or
-spring back.
+"""Joint terms from what a person can name: how far it glides, how long it takes to fall shut or spring back.
 
 Everything is the motion of one coordinate, the root held: I q̈ = F(q) - c q̇ - f, with damping c and dry friction f.
 """

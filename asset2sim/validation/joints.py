@@ -65,11 +65,8 @@ def joint_physics(
     """Complete physics of every movable joint; ``tree`` and ``bodies`` are at the final scale."""
     spaces = [joint_space(tree, features.root, bodies, pose) for pose in spanning_poses(starts)]
     space = spaces[0]
-    inertias, held, pulls = (
-        space.effective_inertia(),
-        space.held_inertia(),
-        dict(zip(space.names, space.pulls, strict=True)),
-    )
+    inertias, held = space.effective_inertia(), space.held_inertia()
+    pulls = dict(zip(space.names, space.pulls, strict=True))
     largest_gravity = dict(zip(space.names, space.largest_gravity, strict=True))
     everywhere = [item.effective_inertia() for item in spaces]
     joints: list[JointPhysics] = []
@@ -102,14 +99,8 @@ def joint_physics(
             rest=rests[name],
             hold_load=hold_load if holds else 0.0,
         )
-        terms = joint_terms(
-            proposal,
-            moved,
-            holds=holds,
-            source=Source.USER if f"{name}.dynamics" in asked else source,
-            authored_damping=joint.damping,
-            settings=settings,
-        )
+        by, authored = Source.USER if f"{name}.dynamics" in asked else source, joint.damping
+        terms = joint_terms(proposal, moved, holds=holds, source=by, authored_damping=authored, settings=settings)
         report(name, moved, terms, holds, notes)
         joints.append(
             JointPhysics(

@@ -92,20 +92,8 @@ def link_mass(
         mass, mass_source = least, Source.RULE
     com = np.asarray(link.center) * scale
     inertia = tensor_of(link.unit_inertia) * scale**2 * mass
-    result = LinkMass(
-        link.name,
-        material,
-        density,
-        hollow,
-        volume,
-        link.volume_source,
-        mass,
-        mass_source,
-        com,
-        Source.RULE,
-        inertia,
-        Source.RULE,
-    )
+    made_of = (link.name, material, density, hollow, volume, link.volume_source)
+    result = LinkMass(*made_of, mass, mass_source, com, Source.RULE, inertia, Source.RULE)
     return result if proposal is None else believed(result, link, proposal, scale, source, settings, notes)
 
 
@@ -184,23 +172,11 @@ def share_mass(
     neighbours.sort(key=lambda item: (item[1].type != "fixed", -masses[item[0]].mass if item[0] in masses else 0.0))
     neighbours += [(joint.parent, joint) for joint in features.joints if joint.child == link.name]
     found = next(((name, joint) for name, joint in neighbours if name in masses), None)
+    of_nothing = (link.name, None, 0.0, 0.0, 0.0, VolumeSource.NONE)
     if found is None:
         tiny = settings.min_mass_kg
         inertia = np.eye(3) * tiny * settings.min_half_extent_m**2
-        alone = LinkMass(
-            link.name,
-            None,
-            0.0,
-            0.0,
-            0.0,
-            VolumeSource.NONE,
-            tiny,
-            Source.RULE,
-            np.zeros(3),
-            Source.RULE,
-            inertia,
-            Source.RULE,
-        )
+        alone = LinkMass(*of_nothing, tiny, Source.RULE, np.zeros(3), Source.RULE, inertia, Source.RULE)
         return {**masses, link.name: alone}
     name, joint = found
     donor = masses[name]
@@ -209,21 +185,8 @@ def share_mass(
     if joint.child == link.name:
         pose = np.asarray(np.linalg.inv(pose), dtype=np.float64)
     rotation = pose[:3, :3]
-    taken = replace(
-        donor,
-        name=link.name,
-        material=None,
-        density=0.0,
-        hollow=0.0,
-        volume=0.0,
-        volume_source=VolumeSource.NONE,
-        mass=share * donor.mass,
-        mass_source=Source.RULE,
-        com=rotation @ donor.com + pose[:3, 3],
-        com_source=Source.RULE,
-        inertia=share * rotation @ donor.inertia @ rotation.T,
-        inertia_source=Source.RULE,
-    )
+    com, inertia = rotation @ donor.com + pose[:3, 3], share * rotation @ donor.inertia @ rotation.T
+    taken = LinkMass(*of_nothing, share * donor.mass, Source.RULE, com, Source.RULE, inertia, Source.RULE)
     kept = replace(donor, mass=(1.0 - share) * donor.mass, inertia=(1.0 - share) * donor.inertia)
     message = (
         f"link '{link.name}' has no geometry: it takes {share:.0%} of the mass of '{name}', whose centre it shares, "

@@ -234,10 +234,6 @@ def read_stated_joints(extraction: Extraction) -> dict[str, StatedJoint]:
         if axis is not None and axis.get("xyz"):
             length = float(np.linalg.norm([float(word) for word in str(axis.get("xyz")).split()]))
         given = {} if limit is None else limit.attrib
-        found[str(element.get("name"))] = StatedJoint(
-            str(element.get("type")),
-            length,
-            float(given["effort"]) if "effort" in given else None,
-            float(given["velocity"]) if "velocity" in given else None,
-        )
+        effort, velocity = (float(given[key]) if key in given else None for key in ("effort", "velocity"))
+        found[str(element.get("name"))] = StatedJoint(str(element.get("type")), length, effort, velocity)
     return found

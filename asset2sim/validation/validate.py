@@ -8,7 +8,7 @@ from asset2sim.physics.arrays import six, vector
 from asset2sim.physics.kinematics import locked, tree_of
 from asset2sim.physics.mass_matrix import Body
 from asset2sim.validation.joints import joint_physics
-from asset2sim.validation.limits import Range, joint_range
+from asset2sim.validation.limits import joint_range
 from asset2sim.validation.mass_bounds import bound_inertia_by_extent, with_armature
 from asset2sim.validation.masses import LinkMass, link_masses
 from asset2sim.validation.notes import Notes
@@ -33,25 +33,13 @@ def validate(
     masses = link_masses(features, links, scale, source, settings, notes)
     masses = with_armature(masses, features, settings, notes)
     masses = bound_inertia_by_extent(masses, extraction, scale, settings, notes)
-    ranges: dict[str, Range] = {}
-    for joint in features.joints:
-        span = joint_range(joint, scale, notes)
-        if span is not None:
-            ranges[joint.name] = span
+    spans = {joint.name: joint_range(joint, scale, notes) for joint in features.joints}
+    ranges = {name: span for name, span in spans.items() if span is not None}
     starts = initial_positions(ranges, overlay.initial_joint_positions, asked, scale, source, settings, notes)
     movable = [joint if joint.name in ranges or not joint.movable else locked(joint) for joint in features.joints]
-    joints = joint_physics(
-        features,
-        tree_of(movable, scale),
-        {name: Body(item.mass, item.com, item.inertia) for name, item in masses.items()},
-        starts,
-        {proposal.name: proposal for proposal in overlay.joints},
-        asked,
-        scale,
-        source,
-        settings,
-        notes,
-    )
+    tree, bodies = tree_of(movable, scale), {n: Body(m.mass, m.com, m.inertia) for n, m in masses.items()}
+    proposals = {proposal.name: proposal for proposal in overlay.joints}
+    joints = joint_physics(features, tree, bodies, starts, proposals, asked, scale, source, settings, notes)
     complete = PhysicsOverlay(
         asset_id=features.asset_id,
         scale=scale,
