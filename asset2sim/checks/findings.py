@@ -2,12 +2,11 @@
 
 from collections.abc import Sequence
 
-from asset2sim.checks.verdict import disagreements, failures_of
+from asset2sim.checks.verdict import disagreements, error, failures_of, warning
 from schemas.finding import Finding
 from schemas.interaction import EngineReport
 from schemas.overlay import PhysicsOverlay
 from schemas.settings import Settings
-from schemas.vocabulary import Severity, Stage
 
 
 def report_findings(reports: Sequence[EngineReport], overlay: PhysicsOverlay, settings: Settings) -> list[Finding]:
@@ -16,28 +15,15 @@ def report_findings(reports: Sequence[EngineReport], overlay: PhysicsOverlay, se
     findings: list[Finding] = []
     names = {joint.name for joint in overlay.joints}
     for report in reports:
-        measured = report.measurement
-        findings += [
-            Finding(
-                stage=Stage.MEASURE,
-                severity=Severity.WARNING,
-                code="engine_console",
-                message=f"{report.engine.value} printed: {line}",
+        printed = report.measurement.console if report.measurement is not None else ()
+        engine = report.engine.value
+        findings += [warning(code="engine_console", message=f"{engine} printed: {line}") for line in printed]
+        for fault in failures_of(report, overlay, limits):
+            joint = fault.subject if fault.subject in names else None
+            found = error(
+                code=fault.mode.value, message=fault.reason, joint=joint, value=fault.value, limit=fault.limit
             )
-            for line in (measured.console if measured is not None else ())
-        ]
-        findings += [
-            Finding(
-                stage=Stage.MEASURE,
-                severity=Severity.ERROR,
-                code=failure.mode.value,
-                message=failure.reason,
-                joint=failure.subject if failure.subject in names else None,
-                value=failure.value,
-                limit=failure.limit,
-            )
-            for failure in failures_of(report, overlay, limits)
-        ]
+            findings.append(found)
     return findings + obstacles(reports, settings) + disagreements(reports, overlay, limits)
 
 
@@ -52,17 +38,11 @@ def obstacles(reports: Sequence[EngineReport], settings: Settings) -> list[Findi
                 continue
             told.add(sweep.joint)
             worst = max(sweep.obstacles, key=lambda item: item.depth_m)
-            findings.append(
-                Finding(
-                    stage=Stage.MEASURE,
-                    severity=Severity.WARNING,
-                    code="sweep_stopped",
-                    message=f"joint '{sweep.joint}' moves freely over {sweep.free_share:.0%} of its range: at "
-                    f"{worst.position:.3g} '{worst.link_a}' and '{worst.link_b}' overlap by {1e3 * worst.depth_m:.3g} "
-                    f"mm ({'as authored' if worst.cause.value == 'authored' else 'their hulls do'})",
-                    joint=sweep.joint,
-                    value=sweep.free_share,
-                    limit=share,
-                )
+            how = "as authored" if worst.cause.value == "authored" else "their hulls do"
+            message = (
+                f"joint '{sweep.joint}' moves freely over {sweep.free_share:.0%} of its range: at {worst.position:.3g} "
+                f"'{worst.link_a}' and '{worst.link_b}' overlap by {1e3 * worst.depth_m:.3g} mm ({how})"
             )
+            value = sweep.free_share
+            findings.append(warning(code="sweep_stopped", message=message, joint=sweep.joint, value=value, limit=share))
     return findings

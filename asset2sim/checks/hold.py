@@ -5,7 +5,7 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from asset2sim.checks.interaction_verdict import hold_bound
-from asset2sim.checks.joint_groups import depth_groups, run_in_groups
+from asset2sim.checks.joint_groups import run_in_groups
 from asset2sim.checks.mechanism import Mechanism, poses_at, pull_on, span_of
 from asset2sim.checks.watch import capped, watch
 from asset2sim.engines.contacts import by_pair
@@ -33,26 +33,21 @@ def holds(world: World, item: Mechanism, settings: EngineSettings, limits: Thres
     holding = [joint for joint in item.joints if joint.holds]
     if not holding:
         return ()
-    found = list(held(world, item.start, holding, settings, limits).values())
+    found = held(world, item.start, holding, settings, limits).values()
     middles = middle_positions(item, holding)
     known = {joint.name: joint for joint in holding}
 
     def run(names: Sequence[str]) -> dict[str, Hold]:
-        positions = item.start | {name: middles[name] for name in names}
-        world.place(positions)
+        world.place(item.start | {name: middles[name] for name in names})
         clear = unobstructed(world, item, names)
-        return held(
-            world, item.start | {name: middles[name] for name in clear}, [known[n] for n in clear], settings, limits
-        )
+        positions = item.start | {name: middles[name] for name in clear}
+        return held(world, positions, [known[name] for name in clear], settings, limits)
 
     def good(record: Hold) -> bool:
         return record.moved <= hold_bound(known[record.joint], limits)
 
-    groups = depth_groups(item, middles)
-    if groups:
-        seen = run_in_groups(item, middles, run, good)
-        found += [seen[name] for name in middles if name in seen]
-    return tuple(found)
+    seen = run_in_groups(item, middles, run, good)
+    return (*found, *(seen[name] for name in middles if name in seen))
 
 
 def middle_positions(item: Mechanism, holding: Sequence[JointPhysics]) -> dict[str, float]:
@@ -102,12 +97,9 @@ def held(
 
     watch(world, settings.hold_s, settings, settled)
     now = np.abs(world.positions()[indices] - start)
+    names, seconds = [joint.name for joint in joints], settings.hold_s
+    moved = [capped(float(max(far, last))) for far, last in zip(furthest, now, strict=True)]
     return {
-        joint.name: Hold(
-            joint=joint.name,
-            position=positions[joint.name],
-            moved=capped(float(max(far, last))),
-            seconds=settings.hold_s,
-        )
-        for joint, far, last in zip(joints, furthest, now, strict=True)
+        name: Hold(joint=name, position=positions[name], moved=most, seconds=seconds)
+        for name, most in zip(names, moved, strict=True)
     }

@@ -1,5 +1,4 @@
-"""All interaction checks of one asset in one engine: an object is loaded once on a plane, once held, once at the coarse
-step."""
+"""All interaction checks of one asset in one engine: loaded once on a plane, once held, once at the coarse step."""
 
 from collections.abc import Iterator, Mapping
 from contextlib import ExitStack, contextmanager
@@ -44,11 +43,7 @@ class SharedWorld:
         """The world, loaded if it is not."""
         if self.world is None:
             opened = open_world(
-                self.engine,
-                self.urdf,
-                plane=self.plane,
-                timestep_s=self.timestep_s,
-                contact_friction=self.friction,
+                self.engine, self.urdf, plane=self.plane, timestep_s=self.timestep_s, contact_friction=self.friction
             )
             self.world = self.stack.enter_context(opened)
         return self.world
@@ -56,15 +51,10 @@ class SharedWorld:
     def sound(self) -> World:
         """The world, loaded afresh if its present numbers are not finite."""
         world = self.ready()
-        if np.isfinite(world.positions()).all() and np.isfinite(world.link_speeds()).all():
-            return world
-        self.spoilt()
+        if not (np.isfinite(world.positions()).all() and np.isfinite(world.link_speeds()).all()):
+            self.stack.close()
+            self.world = None
         return self.ready()
-
-    def spoilt(self) -> None:
-        """Close the world, so that the next check loads a new one."""
-        self.stack.close()
-        self.world = None
 
 
 @contextmanager
@@ -163,9 +153,6 @@ def perturbed(
     free: SharedWorld, item: Mechanism, resting: Resting, settings: EngineSettings, limits: Thresholds
 ) -> tuple[Reset, ...]:
     """The perturbed starts, compared with how the object rests when it is set down undisturbed."""
-    resets: list[Reset] = []
     # Every second corner of a box gives a tetrahedron: four starts that still tilt in every direction.
     chosen = starts(settings)[:: 2 if len(item.joints) > MANY_JOINTS else 1]
-    for shift, tilt in chosen:
-        resets.append(reset(free.sound(), item, shift, tilt, resting, settings, limits))
-    return tuple(resets)
+    return tuple(reset(free.sound(), item, shift, tilt, resting, settings, limits) for shift, tilt in chosen)

@@ -28,10 +28,8 @@ class CheckVerdict:
 def interaction_verdicts(
     interaction: Interaction, overlay: PhysicsOverlay, thresholds: Thresholds
 ) -> tuple[CheckVerdict, ...]:
-    """One verdict per check and subject, in the order drop, nudge, jam, hold, release, reset.
-
-    Opening efforts have no verdict of their own: a joint that its effort limit cannot move counts as jammed.
-    """
+    """One verdict per check and subject, in the order drop, nudge, jam, hold, release, reset. Opening efforts have no
+    verdict of their own: a joint that its effort limit cannot move counts as jammed."""
     joints = {joint.name: joint for joint in overlay.joints}
     engine = interaction.engine.value
     openings = {item.joint: item for item in interaction.openings}
@@ -74,9 +72,8 @@ def drop_verdict(item: Drop, engine: str, limits: Thresholds) -> CheckVerdict:
     peak = (item.peak_speed_m_s, limits.peak_speed_m_s)
     final = (item.final_speed_m_s, limits.final_speed_m_s)
     if not item.finite or peak[0] > peak[1]:
-        return CheckVerdict(
-            FailureMode.DROP, subject, False, *peak, f"{dropped} it explodes: a link reaches {peak[0]:.3g} m/s"
-        )
+        reason = f"{dropped} it explodes: a link reaches {peak[0]:.3g} m/s"
+        return CheckVerdict(FailureMode.DROP, subject, False, *peak, reason)
     if final[0] > final[1]:
         reason = f"{dropped} a link still moves at {final[0]:.3g} m/s after {item.seconds:.3g} s"
         return CheckVerdict(FailureMode.DROP, subject, False, *final, reason)
@@ -104,9 +101,7 @@ def sweep_verdict(
     item: Sweep, joint: JointPhysics, opening: Opening | None, engine: str, limits: Thresholds
 ) -> CheckVerdict:
     """A joint must move freely over most of its range, save where authored geometry stops it, and not be stuck."""
-    unit = unit_of(joint)
-    lost = hull_loss(item)
-    limit = limits.sweep_free_share
+    unit, lost, limit = unit_of(joint), hull_loss(item), limits.sweep_free_share
     where = "; ".join(
         f"'{o.link_a}' and '{o.link_b}' overlap by {1e3 * o.depth_m:.3g} mm at {o.position:.4g} {unit} "
         f"({o.cause.value})"
@@ -145,10 +140,8 @@ def hull_loss(item: Sweep) -> float:
 
 
 def stuck(item: Sweep, joint: JointPhysics, opening: Opening | None) -> bool:
-    """Whether no effort moves a joint in a direction in which the sweep found it free.
-
-    Never so where other joints must first make room, or where the joint has no free range on that side.
-    """
+    """Whether no effort moves a joint in a direction in which the sweep found it free. Never so where other joints must
+    first make room, or where the joint has no free range on that side."""
     if opening is None or not opening.stuck or item.others:
         return False
     low = item.lower if item.free_lower is None else item.free_lower
@@ -162,8 +155,7 @@ def stuck(item: Sweep, joint: JointPhysics, opening: Opening | None) -> bool:
 def hold_verdict(items: list[Hold], joint: JointPhysics, engine: str, limits: Thresholds) -> CheckVerdict:
     """A joint that must hold must stay where it is placed, at every position tried; the verdict is on the worst."""
     item = max(items, key=lambda hold: hold.moved)
-    unit = unit_of(joint)
-    limit = hold_bound(joint, limits)
+    unit, limit = unit_of(joint), hold_bound(joint, limits)
     reason = (
         f"joint '{item.joint}' must stay at {item.position:.4g} {unit} and moves {item.moved:.3g} {unit} in "
         f"{item.seconds:.3g} s in {engine}"
@@ -173,8 +165,7 @@ def hold_verdict(items: list[Hold], joint: JointPhysics, engine: str, limits: Th
 
 def release_verdict(item: Release, joint: JointPhysics, engine: str, limits: Thresholds) -> CheckVerdict:
     """A joint that is let go of must reach its rest, and stay there."""
-    unit = unit_of(joint)
-    left = item.left
+    unit, left = unit_of(joint), item.left
     passed = item.seconds is not None and left <= limits.release_share
     done = f"is there after {item.seconds:.3g} s" if item.seconds is not None else "does not get there"
     reason = (
@@ -184,19 +175,13 @@ def release_verdict(item: Release, joint: JointPhysics, engine: str, limits: Thr
     return CheckVerdict(FailureMode.RELEASE, item.joint, passed, left, limits.release_share, reason)
 
 
-def given_rise(item: Reset, support_m: float) -> float:
-    """Largest rise of the centre of mass that a perturbed start gives, m: its height, and its tilt."""
-    return max(0.0, item.offset_m[2]) + math.dist(item.tilt_rad, (0.0, 0.0, 0.0)) * support_m
-
-
 def reset_verdict(item: Reset, index: int, interaction: Interaction, limits: Thresholds) -> CheckVerdict:
     """A perturbed start must end at rest, upright, with the joints that must hold where they were.
 
     An object that stands so narrow that the start has the energy to topple it may topple, as the real one would: then
     it must only come to rest.
     """
-    engine = interaction.engine.value
-    subject = f"start {index + 1}"
+    engine, subject = interaction.engine.value, f"start {index + 1}"
     shift = ", ".join(f"{1e3 * v:.3g}" for v in item.offset_m)
     tilt = ", ".join(f"{v:.3g}" for v in item.tilt_rad)
     began = f"{subject} in {engine}, shifted by ({shift}) mm and turned by ({tilt}) rad"
@@ -207,7 +192,8 @@ def reset_verdict(item: Reset, index: int, interaction: Interaction, limits: Thr
         (item.turned_rad, limits.reset_turn_rad, "it ends {:.3g} rad from where it rests undisturbed"),
         (item.joint_motion, limits.reset_joint_share, held + ", which must hold, moves over {:.3g} of its range"),
     )
-    given = given_rise(item, interaction.support_m)
+    # The largest rise of the centre of mass that the start gives, m: its height, and its tilt.
+    given = max(0.0, item.offset_m[2]) + math.dist(item.tilt_rad, (0.0, 0.0, 0.0)) * interaction.support_m
     topples = item.turned_rad > limits.reset_turn_rad
     if topples and interaction.tip_rise_m is not None and interaction.tip_rise_m <= given:
         why = f"it topples, which a rise of {1e3 * interaction.tip_rise_m:.3g} mm does and this start gives"

@@ -67,15 +67,13 @@ def nudged(
     seconds = max((given[joint.name] for joint in joints), default=0.0)
     seen = watch(world, seconds, settings)
     final = dict(zip(world.joint_names, seen.joint_finals, strict=True))
-    links = {name: index for index, name in enumerate(world.link_names)}
+    peaks = dict(zip(world.link_names, seen.peaks.tolist(), strict=True))
     return {
         joint.name: Nudge(
             joint=joint.name,
             speed=speeds[joint.name],
             final_speed=capped(float(final[joint.name])),
-            peak_speed_m_s=capped(
-                max((float(seen.peaks[links[link]]) for link in item.moved[joint.name]), default=0.0)
-            ),
+            peak_speed_m_s=capped(max((peaks[link] for link in item.moved[joint.name]), default=0.0)),
             seconds=seen.seconds,
             finite=seen.finite,
         )

@@ -24,8 +24,7 @@ ENOUGH = 1.5
 HARDER = 10.0
 """Factor by which each further ramp ends higher, up to the effort limit."""
 LEAST_RAD_S2 = 1.0
-"""Acceleration, rad/s² (m/s² for a slider), that the end of the first ramp gives at least: a joint may have neither
-friction nor load."""
+"""Least acceleration at the end of the first ramp, rad/s² or m/s²: a joint may have neither friction nor load."""
 LEAST_SHARE = 1e-4
 """Least end of the first ramp, as a share of the effort limit: an authored link may have no mass."""
 DEFAULT_LIMIT = 100.0
@@ -98,10 +97,8 @@ def push_of(joint: JointPhysics, direction: float, pull: float, inertia: float, 
 def least_efforts(
     world: World, item: Mechanism, pushes: Sequence[Push], settings: EngineSettings
 ) -> dict[str, float | None]:
-    """Joint → the least effort that moves it, N·m or N, or None where its effort limit does not.
-
-    The effort is raised from 0 to a little over the predicted one, then in further ramps to ever more.
-    """
+    """Joint → the least effort that moves it, N·m or N, or None where its effort limit does not. The effort is raised
+    from 0 to a little over the predicted one, then in further ramps to ever more."""
     found: dict[str, float | None] = {}
     waiting = [(push, push.first) for push in pushes]
     while waiting:

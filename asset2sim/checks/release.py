@@ -30,8 +30,7 @@ Stretches = Mapping[str, tuple[float, float]]
 
 @dataclass(frozen=True)
 class ExpectedRelease:
-    """One joint to release at ``start``; it should end between ``target`` and ``far`` (rad or m), brought there by
-    ``by``."""
+    """One joint to release at ``start``; ``by`` should bring it to between ``target`` and ``far`` (all rad or m)."""
 
     joint: JointPhysics
     by: str
@@ -43,10 +42,8 @@ class ExpectedRelease:
 def releases(
     world: World, item: Mechanism, free: Stretches, settings: EngineSettings, limits: Thresholds
 ) -> tuple[Release, ...]:
-    """Let go of every joint that gravity or its spring brings back, the root held, independent joints together.
-
-    Joints move within the stretch in which the sweep found them ``free``: an obstacle is the sweep's to report.
-    """
+    """Let go of every joint that gravity or its spring brings back, the root held, independent joints together. Joints
+    move within the stretch in which the sweep found them ``free``: an obstacle is the sweep's to report."""
     poses = poses_at(item, item.start)
     tasks: dict[str, ExpectedRelease] = {}
     for joint in item.joints:

@@ -62,10 +62,8 @@ def reset(
     settings: EngineSettings,
     limits: Thresholds,
 ) -> Reset:
-    """Start from one perturbed pose on the plane, free, and watch until it is still, at most ``fall_s``.
-
-    A shift downwards starts it in contact, never inside the plane. Its end is compared with ``resting``.
-    """
+    """Start from one perturbed pose on the plane, free, and watch until it is still, at most ``fall_s``. A shift
+    downwards starts it in contact, never inside the plane. Its end is compared with ``resting``."""
     height = settings.drop_height_m + max(0.0, shift[2])
     world.place(item.start, height_m=height, shift_m=(shift[0], shift[1]), tilt_rad=tilt)
     seen = watch(world, settings.fall_s, settings)

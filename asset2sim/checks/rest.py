@@ -18,9 +18,7 @@ from schemas.vocabulary import Engine
 
 def drift(positions: Array, orientations: Array) -> tuple[float, float]:
     """D_pos (m) and D_ori (rad) of (n, 3) root positions and (n, 4) xyzw orientations; row 0 is the reference pose.
-
-    Infinite where any row is not finite: an object that exploded has drifted.
-    """
+    Infinite where any row is not finite: an object that exploded has drifted."""
     if not (np.isfinite(positions).all() and np.isfinite(orientations).all()):
         return float("inf"), float("inf")
     distance = float(np.linalg.norm(positions - positions[0], axis=1).max())
@@ -76,10 +74,8 @@ def observe(
     height_m: float,
     settings: EngineSettings,
 ) -> Recording:
-    """Set the object over the plane at ``height_m`` in its initial state, let it settle, then record it untouched.
-
-    It settles for ``settle_s`` at most, less once nothing has moved for ``still_s`` (see ``watch``).
-    """
+    """Set the object over the plane at ``height_m`` in its initial state, let it settle, then record it untouched. It
+    settles for ``settle_s`` at most, less once nothing has moved for ``still_s`` (see ``watch``)."""
     with open_world(
         engine, urdf, plane=True, timestep_s=settings.timestep_s, contact_friction=contact_friction
     ) as world:
@@ -99,24 +95,15 @@ def observe(
                     break
                 peak = max(peak, fastest)
             world.step()
-        return Recording(
-            world.joint_names,
-            np.array(root_positions),
-            np.array(root_orientations),
-            np.array(joint_positions),
-            joint_positions[0],
-            peak,
-            world.console,
-        )
+        paths = np.array(root_positions), np.array(root_orientations), np.array(joint_positions)
+        return Recording(world.joint_names, *paths, joint_positions[0], peak, world.console)
 
 
 def measure(
     engine: Engine, urdf: Path, positions: Mapping[str, float], contact_friction: float, settings: EngineSettings
 ) -> Measurement:
     """One engine's record of one refined asset in its initial state: Φ there, then rest on a plane (paper, section 1).
-
-    Raises AssetError (engine_crash) where the engine refuses the asset, UsageError where it is not installed.
-    """
+    Raises AssetError (engine_crash) where the engine refuses the asset, UsageError where it is not installed."""
     points = contacts_at(engine, urdf, positions, settings)
     seen = observe(engine, urdf, positions, contact_friction, settings.drop_height_m, settings)
     drift_m, drift_rad = drift(seen.root_positions, seen.root_orientations)

@@ -1,7 +1,7 @@
 """The sweep: every joint over its whole range, and what it runs into on the way."""
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -46,7 +46,7 @@ class RangeSearch:
     ways: list[float]
     free: float
     blocked: tuple[float, Depths] | None = None
-    next: int = field(default=0)
+    next: int = 0
 
 
 def sweeps(
@@ -139,10 +139,8 @@ def stretches(
     settings: EngineSettings,
     limits: Thresholds,
 ) -> dict[str, Stretch]:
-    """Joint → its free stretch, of joints whose parts cannot meet (``apart_groups``), moved together.
-
-    Each goes from its initial position outwards, one sample at a time, and stops at the first overlap.
-    """
+    """Joint → its free stretch, of joints whose parts cannot meet (``apart_groups``), moved together. Each goes from
+    its initial position outwards, one sample at a time, and stops at the first overlap."""
     found: dict[str, list[RangeSearch]] = {joint.name: [] for joint in joints}
     for direction in (1.0, -1.0):
         probes = [range_search(joint, direction, settings.sweep_samples) for joint in joints]
@@ -160,11 +158,7 @@ def stretches(
                 probe.next += 1
         narrow(world, item, positions, [probe for probe in probes if probe.blocked], allowed, limits)
     return {
-        name: Stretch(
-            low=min(probe.free for probe in both),
-            high=max(probe.free for probe in both),
-            ends=tuple(probe.blocked for probe in both if probe.blocked is not None),
-        )
+        name: Stretch(min(p.free for p in both), max(p.free for p in both), tuple(p.blocked for p in both if p.blocked))
         for name, both in found.items()
     }
 
@@ -234,10 +228,8 @@ def cleared(
     settings: EngineSettings,
     limits: Thresholds,
 ) -> tuple[Stretch, dict[str, float]]:
-    """The free stretch with the joints that carry its obstacles moved away, and the positions of those joints.
-
-    Each such joint in turn is tried at either end of its own free stretch; what lengthens the stretch most is kept.
-    """
+    """The free stretch with the joints that carry its obstacles moved away, and the positions of those joints. Each
+    such joint in turn is tried at either end of its own free stretch; what lengthens the stretch most is kept."""
     lower, upper = span_of(joint)
     best, others, tried = stretch, dict[str, float](), set[str]()
     while best.ends and len(tried) < MOST_CLEARED:

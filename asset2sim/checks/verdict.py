@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import partial
 
 from asset2sim.checks.interaction_verdict import CheckVerdict, interaction_verdicts
 from schemas.finding import Finding
@@ -10,6 +11,9 @@ from schemas.measurement import JointMotion, Measurement
 from schemas.overlay import PhysicsOverlay
 from schemas.settings import Thresholds
 from schemas.vocabulary import Engine, FailureMode, Severity, Stage
+
+warning = partial(Finding, stage=Stage.MEASURE, severity=Severity.WARNING)
+error = partial(Finding, stage=Stage.MEASURE, severity=Severity.ERROR)
 
 
 @dataclass(frozen=True)
@@ -42,21 +46,13 @@ def judge(measurement: Measurement, prismatic: frozenset[str], thresholds: Thres
     """The first failure in the order explosion, penetration, drift, oscillation; else ``none``."""
     if not measurement.finite or measurement.peak_speed_m_s > thresholds.peak_speed_m_s:
         speed = measurement.peak_speed_m_s
-        return Verdict(
-            FailureMode.DRIFT,
-            f"it explodes in {measurement.engine}: a link reaches {speed:.3g} m/s",
-            speed,
-            thresholds.peak_speed_m_s,
-        )
+        reason = f"it explodes in {measurement.engine}: a link reaches {speed:.3g} m/s"
+        return Verdict(FailureMode.DRIFT, reason, speed, thresholds.peak_speed_m_s)
     if measurement.penetration_m > thresholds.penetration_m:
         worst = measurement.pairs[0] if measurement.pairs else None
         where = "" if worst is None else f", worst between '{worst.link_a}' and '{worst.link_b}'"
-        return Verdict(
-            FailureMode.PENETRATION,
-            f"links overlap by {1e3 * measurement.penetration_m:.3g} mm in the initial state{where}",
-            measurement.penetration_m,
-            thresholds.penetration_m,
-        )
+        reason = f"links overlap by {1e3 * measurement.penetration_m:.3g} mm in the initial state{where}"
+        return Verdict(FailureMode.PENETRATION, reason, measurement.penetration_m, thresholds.penetration_m)
     for value, limit, unit in (
         (measurement.drift_m, thresholds.drift_m, "m"),
         (measurement.drift_rad, thresholds.drift_rad, "rad"),
@@ -66,12 +62,10 @@ def judge(measurement: Measurement, prismatic: frozenset[str], thresholds: Thres
     names = oscillating_joints(measurement, prismatic, thresholds)
     if names:
         motion = next(m for m in measurement.joints if m.name == names[0])
-        return Verdict(
-            FailureMode.OSCILLATION,
-            f"joint '{motion.name}' oscillates untouched: {motion.sign_changes} reversals over {motion.amplitude:.3g}",
-            motion.amplitude,
-            thresholds.oscillation_m if motion.name in prismatic else thresholds.oscillation_rad,
-        )
+        over = motion.amplitude
+        limit = thresholds.oscillation_m if motion.name in prismatic else thresholds.oscillation_rad
+        reason = f"joint '{motion.name}' oscillates untouched: {motion.sign_changes} reversals over {over:.3g}"
+        return Verdict(FailureMode.OSCILLATION, reason, over, limit)
     return Verdict(FailureMode.NONE, "interaction-ready")
 
 
@@ -148,17 +142,9 @@ def disagreements(reports: Sequence[EngineReport], overlay: PhysicsOverlay, limi
         if not values or max(values.values()) <= limit or min(values.values()) > limit:
             continue
         said = ", ".join(f"{engine} {value:.3g} {unit}" for engine, value in values.items())
-        findings.append(
-            Finding(
-                stage=Stage.MEASURE,
-                severity=Severity.WARNING,
-                code="engines_disagree",
-                message=f"{name.rsplit('_', 1)[0]} passes in one engine and not in another (at most {limit:g} {unit}): "
-                f"{said}",
-                value=max(values.values()),
-                limit=limit,
-            )
-        )
+        what = name.rsplit("_", 1)[0]
+        message = f"{what} passes in one engine and not in another (at most {limit:g} {unit}): {said}"
+        findings.append(warning(code="engines_disagree", message=message, value=max(values.values()), limit=limit))
     return findings + _checks_disagree(reports, overlay, limits)
 
 
@@ -177,14 +163,7 @@ def _checks_disagree(reports: Sequence[EngineReport], overlay: PhysicsOverlay, l
             f" ({'passes' if test.passed else 'fails'})"
             for engine, test in seen.items()
         )
-        findings.append(
-            Finding(
-                stage=Stage.MEASURE,
-                severity=Severity.WARNING,
-                code="engines_disagree",
-                message=f"{mode.value} test of {subject}: {numbers}",
-                value=next(test.value for test in seen.values() if not test.passed),
-                limit=next(test.limit for test in seen.values()),
-            )
-        )
+        message = f"{mode.value} test of {subject}: {numbers}"
+        value, limit = next(test.value for test in seen.values() if not test.passed), next(iter(seen.values())).limit
+        findings.append(warning(code="engines_disagree", message=message, value=value, limit=limit))
     return findings

@@ -34,16 +34,10 @@ def engines_of(settings: EngineSettings) -> tuple[Engine, ...]:
 
 
 def verify(
-    engines: Sequence[Engine],
-    urdf: Path,
-    overlay: PhysicsOverlay,
-    cause: CauseOf,
-    settings: Settings,
+    engines: Sequence[Engine], urdf: Path, overlay: PhysicsOverlay, cause: CauseOf, settings: Settings
 ) -> tuple[EngineReport, ...]:
     """A report from each engine on the URDF in the overlay's initial state; an engine that dies costs only its report.
-
-    ``cause`` says of two overlapping links whether the authored meshes overlap or only their hulls.
-    """
+    ``cause`` says of two overlapping links whether the authored meshes overlap or only their hulls."""
     return tuple(verify_in(engine, urdf, overlay, cause, settings) for engine in engines)
 
 

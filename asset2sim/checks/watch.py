@@ -99,22 +99,12 @@ def pose_vector(world: World) -> Array:
 
 
 def rotation_of(orientation: Array) -> Array:
-    """(9,) the rotation matrix of a unit (4,) xyzw quaternion, row by row. SciPy takes over twenty times as long for
-    one, and each reading needs one."""
+    """(9,) rotation matrix of a unit xyzw quaternion, row by row; for one, SciPy takes over twenty times as long."""
     x, y, z, w = orientation.tolist()
-    return np.array(
-        [
-            1.0 - 2.0 * (y * y + z * z),
-            2.0 * (x * y - z * w),
-            2.0 * (x * z + y * w),
-            2.0 * (x * y + z * w),
-            1.0 - 2.0 * (x * x + z * z),
-            2.0 * (y * z - x * w),
-            2.0 * (x * z - y * w),
-            2.0 * (y * z + x * w),
-            1.0 - 2.0 * (x * x + y * y),
-        ]
-    )
+    first = (1.0 - 2.0 * (y * y + z * z), 2.0 * (x * y - z * w), 2.0 * (x * z + y * w))
+    second = (2.0 * (x * y + z * w), 1.0 - 2.0 * (x * x + z * z), 2.0 * (y * z - x * w))
+    third = (2.0 * (x * z - y * w), 2.0 * (y * z + x * w), 1.0 - 2.0 * (x * x + y * y))
+    return np.array(first + second + third)
 
 
 def still_bounds(world: World, settings: EngineSettings) -> Array:

@@ -13,10 +13,8 @@ RIM_POINTS = 128
 
 @dataclass(frozen=True)
 class Cloud:
-    """Points, each the centre of a ball (of radius 0 for corners), whose convex hull is one shape or many.
-
-    ``points`` is (n, 3) in the frame of the link whose index is in ``link`` (n,); ``radius`` is (n,), m.
-    """
+    """Points, each the centre of a ball (of radius 0 for corners), whose convex hull is one shape or many. ``points``
+    is (n, 3) in the frame of the link whose index is in ``link`` (n,); ``radius`` is (n,), m."""
 
     points: Array
     radius: Array
@@ -76,6 +74,5 @@ def cloud(shapes: "list[tuple[int, Balls, Array]]") -> Cloud:
         return Cloud(np.zeros((0, 3)), np.zeros(0), np.zeros(0, dtype=np.intp))
     points = [shape.points @ pose[:3, :3].T + pose[:3, 3] for _, shape, pose in shapes]
     links = [np.full(len(shape.points), link, dtype=np.intp) for link, shape, _ in shapes]
-    return Cloud(
-        np.concatenate(points), np.concatenate([shape.radius for _, shape, _ in shapes]), np.concatenate(links)
-    )
+    radii = [shape.radius for _, shape, _ in shapes]
+    return Cloud(np.concatenate(points), np.concatenate(radii), np.concatenate(links))

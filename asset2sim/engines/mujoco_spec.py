@@ -73,12 +73,7 @@ def collected_warnings() -> Iterator[list[str]]:
         mujoco.set_mju_user_warning(before)
 
 
-def object_spec(
-    urdf: Path,
-    *,
-    free: bool,
-    contact_friction: float,
-) -> mujoco.MjSpec:
+def object_spec(urdf: Path, *, free: bool, contact_friction: float) -> mujoco.MjSpec:
     """The uncompiled MuJoCo specification of a URDF, with the joint dynamics that MuJoCo's URDF reader drops.
 
     Links, joints and geoms keep their URDF's names and frames, fixed joints stay, no mass is invented. Joints have
@@ -131,10 +126,8 @@ def prepared(urdf: Path) -> "etree._Element":
 
 
 def mesh_bytes(root: "etree._Element", folder: Path) -> dict[str, bytes]:
-    """Mesh reference → file content, for every mesh that the tree names and that is there.
-
-    Contents instead of paths: MuJoCo caches meshes by path, and a file that was rewritten might be read from there.
-    """
+    """Mesh reference → file content, for every mesh that the tree names and that is there. Contents instead of paths:
+    MuJoCo caches meshes by path, and a file that was rewritten might be read from there."""
     contents: dict[str, bytes] = {}
     for mesh in root.iter("mesh"):
         reference = str(mesh.get("filename"))
@@ -143,15 +136,11 @@ def mesh_bytes(root: "etree._Element", folder: Path) -> dict[str, bytes]:
             continue
         key = reference
         if "://" in reference or Path(reference).is_absolute():
-            key = file.resolve().relative_to(folder.resolve()).as_posix() if is_inside(file, folder) else file.name
+            inside = file.resolve().is_relative_to(folder.resolve())
+            key = file.resolve().relative_to(folder.resolve()).as_posix() if inside else file.name
             mesh.set("filename", key)
         contents.setdefault(key, file.read_bytes())
     return contents
-
-
-def is_inside(file: Path, folder: Path) -> bool:
-    """Whether a file lies under a folder."""
-    return file.resolve().is_relative_to(folder.resolve())
 
 
 def give_dynamics(spec: mujoco.MjSpec, terms: dict[str, Dynamics]) -> None:

@@ -16,30 +16,20 @@ from asset2sim.physics.arrays import Array
 from asset2sim.physics.mass_matrix import GRAVITY_M_S2
 from schemas.vocabulary import Engine
 
-GROUND = "ground"
 GROUND_GRID_M = 1.0
 """Spacing of the plane's picture grid, m, which MuJoCo asks for; the plane itself is infinite."""
 
 
 @contextmanager
 def open_mujoco(
-    urdf: Path,
-    *,
-    plane: bool,
-    timestep_s: float,
-    contact_friction: float,
-    gravity_m_s2: float = GRAVITY_M_S2,
+    urdf: Path, *, plane: bool, timestep_s: float, contact_friction: float, gravity_m_s2: float = GRAVITY_M_S2
 ) -> Iterator["MuJoCoWorld"]:
     """A world in MuJoCo (see ``Opener``), the object placed with its joints at zero."""
     with collected_warnings() as said:
         spec = object_spec(urdf, free=plane, contact_friction=contact_friction)
         if plane:
-            spec.worldbody.add_geom(
-                name=GROUND,
-                type=mujoco.mjtGeom.mjGEOM_PLANE,
-                size=[0.0, 0.0, GROUND_GRID_M],
-                friction=[contact_friction, 0.0, 0.0],
-            )
+            size, friction = [0.0, 0.0, GROUND_GRID_M], [contact_friction, 0.0, 0.0]
+            spec.worldbody.add_geom(name="ground", type=mujoco.mjtGeom.mjGEOM_PLANE, size=size, friction=friction)
         give_options(spec, timestep_s, gravity_m_s2)
         try:
             model = spec.compile()

@@ -6,7 +6,7 @@ provides dry friction, a torque acts as the spring, body damping is 0, and limit
 """
 
 from collections.abc import Callable, Iterator, Mapping
-from contextlib import contextmanager
+from contextlib import AbstractContextManager, contextmanager
 from dataclasses import dataclass
 from functools import cached_property, partial
 from pathlib import Path
@@ -85,9 +85,7 @@ def loaded(
     urdf: Path, *, fixed_base: bool, timestep_s: float, gravity_m_s2: float = GRAVITY_M_S2, flags: int = FLAGS
 ) -> Iterator[PyBulletObject]:
     """Load a URDF into a client of its own, gravity along -z, joint dynamics applied. The client ends with the block.
-
-    Raises AssetError (engine_crash) where PyBullet refuses the file, with what it printed.
-    """
+    Raises AssetError (engine_crash) where PyBullet refuses the file, with what it printed."""
     client = BulletClient(connection_mode=pybullet.DIRECT)
     try:
         client.setTimeStep(timestep_s)
@@ -103,9 +101,8 @@ def loaded(
                 body = -1
         if body < 0:
             said = "; ".join(line for line in console if "argv" not in line)[-400:] or "nothing"
-            raise AssetError(
-                FailureMode.ENGINE_CRASH, "engine_refused", f"PyBullet refuses {urdf.name} and says: {said}"
-            )
+            message = f"PyBullet refuses {urdf.name} and says: {said}"
+            raise AssetError(FailureMode.ENGINE_CRASH, "engine_refused", message)
         yield prepared(client, body, read_dynamics(urdf), tuple(console))
     finally:
         client.disconnect()
@@ -139,11 +136,9 @@ def contact_points(item: PyBulletObject, positions: Mapping[str, float]) -> list
     return item.contacts()
 
 
-@contextmanager
-def static_object(urdf: Path, settings: EngineSettings) -> Iterator[PyBulletObject]:
+def static_object(urdf: Path, settings: EngineSettings) -> AbstractContextManager[PyBulletObject]:
     """The object with its root held and no gravity, for ``contact_points`` at many joint positions."""
-    with loaded(urdf, fixed_base=True, timestep_s=settings.timestep_s, gravity_m_s2=0.0) as item:
-        yield item
+    return loaded(urdf, fixed_base=True, timestep_s=settings.timestep_s, gravity_m_s2=0.0)
 
 
 def contacts_at(urdf: Path, positions: Mapping[str, float], settings: EngineSettings) -> list[ContactPoint]:

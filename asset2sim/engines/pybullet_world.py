@@ -22,12 +22,7 @@ FAR_ABOVE_M = 20.0
 
 @contextmanager
 def open_pybullet(
-    urdf: Path,
-    *,
-    plane: bool,
-    timestep_s: float,
-    contact_friction: float,
-    gravity_m_s2: float = GRAVITY_M_S2,
+    urdf: Path, *, plane: bool, timestep_s: float, contact_friction: float, gravity_m_s2: float = GRAVITY_M_S2
 ) -> Iterator["PyBulletWorld"]:
     """A world in PyBullet (see ``Opener``), the object placed with its joints at zero."""
     with loaded(urdf, fixed_base=not plane, timestep_s=timestep_s, gravity_m_s2=gravity_m_s2) as item:
@@ -57,25 +52,19 @@ class PyBulletWorld:
         self.efforts = np.zeros(len(self.joints))
         self.driven = np.flatnonzero(self.stiffness)
         self.driven_joints = [self.joints[i] for i in self.driven]
-        _, self.upright = item.client.getBasePositionAndOrientation(item.body)
-        self.authored, _ = item.client.getBasePositionAndOrientation(item.body)
-        self.plane = (
-            item.client.createMultiBody(0.0, item.client.createCollisionShape(pybullet.GEOM_PLANE)) if plane else None
-        )
+        client = item.client
+        self.authored, self.upright = client.getBasePositionAndOrientation(item.body)
+        self.plane = client.createMultiBody(0.0, client.createCollisionShape(pybullet.GEOM_PLANE)) if plane else None
 
     def give_contacts(self, contact_friction: float) -> None:
         """Set the Coulomb coefficient (Bullet multiplies those of a contact) and the distance of contact generation."""
         # The square root on every shape: the product is the same between two links as between a link and the plane.
-        each = math.sqrt(contact_friction)
+        each, reach = math.sqrt(contact_friction), contact_distance_m(self.timestep_s)
+        client, body = self.item.client, self.item.body
         if self.plane is not None:
-            self.item.client.changeDynamics(self.plane, -1, lateralFriction=each)
+            client.changeDynamics(self.plane, -1, lateralFriction=each)
         for link in self.links:
-            self.item.client.changeDynamics(
-                self.item.body,
-                link,
-                lateralFriction=each,
-                contactProcessingThreshold=contact_distance_m(self.timestep_s),
-            )
+            client.changeDynamics(body, link, lateralFriction=each, contactProcessingThreshold=reach)
 
     def place(
         self,
@@ -103,18 +92,16 @@ class PyBulletWorld:
 
     def step(self, count: int = 1) -> None:
         """See ``World``."""
-        client, body = self.item.client, self.item.body
+        client, body, driven = self.item.client, self.item.body, self.driven_joints
         # The client looks a function up anew each time.
         advance = client.stepSimulation
         for _ in range(count):
-            if self.driven_joints:
-                states = client.getJointStates(body, self.driven_joints)
+            if driven:
+                states = client.getJointStates(body, driven)
                 positions = np.array([state[0] for state in states])
                 i = self.driven
                 forces = self.stiffness[i] * (self.reference[i] - positions) + self.efforts[i]
-                client.setJointMotorControlArray(
-                    body, self.driven_joints, pybullet.TORQUE_CONTROL, forces=forces.tolist()
-                )
+                client.setJointMotorControlArray(body, driven, pybullet.TORQUE_CONTROL, forces=forces.tolist())
             advance()
 
     def root_pose(self) -> tuple[Array, Array]:
@@ -153,13 +140,10 @@ class PyBulletWorld:
 
     def lowest_m(self) -> float:
         """See ``World``. Raises AssetError (engine_crash) where the object has no collision shape or no plane."""
-        gaps = [
-            float(point[8])
-            for point in self.item.client.getClosestPoints(self.plane, self.item.body, 2.0 * FAR_ABOVE_M)
-        ]
-        if not gaps:
+        points = self.item.client.getClosestPoints(self.plane, self.item.body, 2.0 * FAR_ABOVE_M)
+        if not points:
             raise nothing_collides()
-        return min(gaps)
+        return min(float(point[8]) for point in points)
 
     def contacts(self) -> list[ContactPoint]:
         """See ``World``: no contacts of a link with its parent."""

@@ -15,8 +15,7 @@ from asset2sim.assets.urdf.read import Dynamics
 from asset2sim.physics.arrays import Array
 
 STOP_DAMPING = 1e8
-"""Damping of the drive that stands for dry friction, N·m·s/rad or N·s/m: a held joint creeps at its load divided
-by this."""
+"""Damping of the drive that is the dry friction, N·m·s/rad or N·s/m: a held joint creeps at its load over this."""
 UNBOUNDED = 1e6
 """Speed limits, m/s and rad/s: SAPIEN's own of 10 m/s and 50 rad/s would hide an explosion."""
 

@@ -88,18 +88,16 @@ def loaded(
             built = build(builder, robot, terms)
         except RuntimeError as error:
             said = " ".join(str(error).split())[:400]
-            raise AssetError(
-                FailureMode.ENGINE_CRASH, "engine_refused", f"SAPIEN refuses {urdf.name} and says: {said}"
-            ) from error
+            message = f"SAPIEN refuses {urdf.name} and says: {said}"
+            raise AssetError(FailureMode.ENGINE_CRASH, "engine_refused", message) from error
         if plane:
             scene.add_entity(ground(sapien, physx, material, timestep_s))
         for _, entity in built.links:
             scene.add_entity(entity)
     links = tuple(link for link, _ in built.links)
     try:
-        yield SapienObject(
-            system, links[0].articulation, links, lowest.cloud(built.shapes), terms, (*console, *built.said)
-        )
+        printed = (*console, *built.said)
+        yield SapienObject(system, links[0].articulation, links, lowest.cloud(built.shapes), terms, printed)
     finally:
         for entity in list(scene.entities):
             scene.remove_entity(entity)
@@ -218,10 +216,8 @@ def give_shapes(builder: Builder, link: yourdfpy.Link, body: Any, index: int, bu
 
 
 def shape_of(builder: Builder, geometry: yourdfpy.Geometry) -> tuple[Any, lowest.Balls, Any]:
-    """A PhysX shape, the balls that give its lowest point, and its rotation in the URDF's frame.
-
-    Raises RuntimeError or ValueError where there is none.
-    """
+    """A PhysX shape, the balls that give its lowest point, and its rotation in the URDF's frame. Raises RuntimeError or
+    ValueError where there is none."""
     physx, material, straight = builder.physx, builder.material, builder.sapien.Pose()
     if geometry.box is not None:
         half = np.asarray(geometry.box.size, dtype=float) / 2.0

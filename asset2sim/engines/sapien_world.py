@@ -21,12 +21,7 @@ LOOK_S = 1e-7
 
 @contextmanager
 def open_sapien(
-    urdf: Path,
-    *,
-    plane: bool,
-    timestep_s: float,
-    contact_friction: float,
-    gravity_m_s2: float = GRAVITY_M_S2,
+    urdf: Path, *, plane: bool, timestep_s: float, contact_friction: float, gravity_m_s2: float = GRAVITY_M_S2
 ) -> Iterator["SapienWorld"]:
     """A world in SAPIEN (see ``Opener``), the object placed with its joints at zero."""
     with loaded(
@@ -134,8 +129,7 @@ class SapienWorld:
 
     def lowest_m(self) -> float:
         """See ``World``; infinite where the object has no collision shape."""
-        poses = [link.pose.to_transformation_matrix() for link in self.item.links]
-        frames = np.array(poses, dtype=float)
+        frames = np.array([link.pose.to_transformation_matrix() for link in self.item.links], dtype=float)
         return self.item.cloud.lowest_m(frames[:, :3, :3], frames[:, :3, 3])
 
     def contacts(self) -> list[ContactPoint]:

@@ -78,13 +78,7 @@ class Opener(Protocol):
     """Opens a world for one URDF; raises AssetError (engine_crash) where the engine refuses it."""
 
     def __call__(
-        self,
-        urdf: Path,
-        *,
-        plane: bool,
-        timestep_s: float,
-        contact_friction: float,
-        gravity_m_s2: float = GRAVITY_M_S2,
+        self, urdf: Path, *, plane: bool, timestep_s: float, contact_friction: float, gravity_m_s2: float = GRAVITY_M_S2
     ) -> AbstractContextManager[World]:
         """The loaded object, until the context ends."""
 

@@ -1,5 +1,4 @@
-"""Damping, friction and stiffness of one joint, from what it moves and what a person should feel, bounded by the
-time step.
+"""Damping, friction and stiffness of one joint, from what it moves and how it should feel, bounded by the time step.
 
 Absolute numbers mean nothing across objects: 0.15 N·m·s/rad stops a door and blows up a key (design.md). So terms are
 derived from the inertia that moves and from times and distances, and whatever a model states in absolute terms is
@@ -72,29 +71,26 @@ def timed_spring(
     asked = proposal.returns_s or 0.0
     if holds:
         return stiffness, None, (UnmetWish("returns_s", asked, None, HOLDS_REASON),)
-    found = timed_return(proposal, moved, stiffness.value, margin if moved.stopped else 1.0, settings)
-    if found.stiffness != stiffness.value:
-        stiffness = Term(found.stiffness, stiffness.source, stiffness.replaced)
+    found, brake = timed_return(proposal, moved, stiffness.value, margin if moved.stopped else 1.0, settings)
+    if found != stiffness.value:
+        stiffness = Term(found, stiffness.source, stiffness.replaced)
     why = "its weight, its spring and the time step give that"
-    return stiffness, found.brake, unmet_wish(found.brake, "returns_s", asked, why)
+    return stiffness, brake, unmet_wish(brake, "returns_s", asked, why)
 
 
 def timed_brake(
     proposal: JointProposal, moved: JointLoad, holds: bool, settings: PhysicsSettings
 ) -> tuple[Brake | None, UnmetWishes]:
     """Damping and friction of a part without a spring, from ``closes_s`` or ``stops_within``, and unmet wishes.
-
-    ``closes_s`` counts where gravity may shut the part, else ``stops_within``; None where neither applies.
-    """
+    ``closes_s`` counts where gravity may shut the part, else ``stops_within``; None where neither applies."""
     missed: UnmetWishes = ()
     if proposal.closes_s is not None:
         fall = None if holds else closing_brake(proposal, moved, settings)
         if fall is not None:
             why = "its weight, and the damping that the time step bears, give that"
             return fall, unmet_wish(fall, "closes_s", proposal.closes_s, why)
-        missed = (
-            UnmetWish("closes_s", proposal.closes_s, None, HOLDS_REASON if holds else "gravity does not shut it"),
-        )
+        why = HOLDS_REASON if holds else "gravity does not shut it"
+        missed = (UnmetWish("closes_s", proposal.closes_s, None, why),)
     if proposal.stops_within is not None:
         found = gliding_brake(proposal, moved, holds, settings)
         return found, missed + unmet_wish(found, "stops_within", proposal.stops_within, "its friction gives that")
@@ -110,10 +106,8 @@ def unmet_wish(found: Brake, wish: str, asked: float, why: str) -> tuple[UnmetWi
 
 
 def spring(proposal: JointProposal, moved: JointLoad, source: Source, settings: PhysicsSettings) -> Term:
-    """Stiffness k = (2π f)² I, at most ``max_stiffness_step`` I / Δt²; 0 for a passive joint.
-
-    A time to return gives that of a critically damped spring, ω = 3.89 / t.
-    """
+    """Stiffness k = (2π f)² I, at most ``max_stiffness_step`` I / Δt²; 0 for a passive joint. A time to return gives
+    that of a critically damped spring, ω = 3.89 / t."""
     largest = settings.max_stiffness_step * moved.least / settings.coarse_timestep_s**2
     if proposal.stiffness is not None and proposal.stiffness > 0.0:
         wanted = proposal.stiffness

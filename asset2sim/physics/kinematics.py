@@ -14,10 +14,8 @@ from schemas.overlay import PhysicsOverlay
 
 @dataclass(frozen=True)
 class TreeJoint:
-    """One joint of a tree, ready to be evaluated.
-
-    ``child_to_parent`` is the (4, 4) transform at position zero, ``axis`` the (3,) unit axis in the joint's frame.
-    """
+    """One joint of a tree, ready to be evaluated. ``child_to_parent`` is the (4, 4) transform at position zero,
+    ``axis`` the (3,) unit axis in the joint's frame."""
 
     name: str
     type: str
@@ -45,19 +43,12 @@ def rpy_of(rotation: Array) -> Array:
 
 def tree_of(joints: Sequence[JointFeatures], scale: float = 1.0) -> tuple[TreeJoint, ...]:
     """The joints as a tree in topological order (parents first), with every length multiplied by ``scale``."""
-    return parents_first(
-        [
-            TreeJoint(
-                joint.name,
-                joint.type,
-                joint.parent,
-                joint.child,
-                transform([scale * v for v in joint.origin_xyz], joint.origin_rpy),
-                np.asarray(joint.axis, dtype=float),
-            )
-            for joint in joints
-        ]
-    )
+    found = []
+    for joint in joints:
+        pose = transform([scale * v for v in joint.origin_xyz], joint.origin_rpy)
+        axis = np.asarray(joint.axis, dtype=float)
+        found.append(TreeJoint(joint.name, joint.type, joint.parent, joint.child, pose, axis))
+    return parents_first(found)
 
 
 def parents_first(joints: Sequence[TreeJoint]) -> tuple[TreeJoint, ...]:

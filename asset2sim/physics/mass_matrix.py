@@ -16,8 +16,7 @@ GRAVITY_M_S2 = 9.81
 
 @dataclass(frozen=True)
 class Pull:
-    """Gravity's generalised force (N·m or N, positive towards larger positions) at ``position`` (rad or m), and its
-    slope there."""
+    """Gravity's generalised force (N·m or N, towards larger positions) at ``position`` (rad or m), and its slope."""
 
     position: float
     force: float
@@ -58,12 +57,10 @@ class Body:
 
 @dataclass(frozen=True)
 class JointSpace:
-    """Joint-space dynamics at one pose. ``matrix`` is (6 + n, 6 + n): the free base's six, then the n movable joints
-    in ``names``' order.
+    """Joint-space dynamics at one pose; ``matrix``, (6 + n, 6 + n), has the free base's six, then the n ``names``.
 
-    ``gravity`` is (n,): the generalised force of gravity along -z of the root frame on each joint, N·m or N.
-    ``pulls`` says for each joint how that force changes as the joint alone moves. ``largest_gravity`` is (n,): its
-    largest magnitude over all directions of gravity.
+    ``gravity`` is (n,): its generalised force along -z of the root frame on each joint, N·m or N; ``pulls`` how that
+    changes as the joint alone moves; ``largest_gravity``, (n,), its largest magnitude over all directions of gravity.
     """
 
     names: tuple[str, ...]
@@ -78,8 +75,7 @@ class JointSpace:
         return np.asarray(np.linalg.inv(self.matrix)[6:, 6:], dtype=np.float64)
 
     def effective_inertia(self) -> dict[str, float]:
-        """Joint → 1 / (M⁻¹)ⱼⱼ: the inertia that a torque on this joint alone accelerates, all else free, kg·m²
-        or kg."""
+        """Joint → 1 / (M⁻¹)ⱼⱼ: the inertia that a torque on it alone accelerates, all else free, kg·m² or kg."""
         return {name: float(1.0 / self.mobility[i, i]) for i, name in enumerate(self.names)}
 
     def held_inertia(self) -> dict[str, float]:
@@ -106,7 +102,8 @@ def joint_space(
     poses = link_to_root(tree, root, positions)
     count, size = len(movable), 6 + len(movable)
     names = list(bodies)
-    carried = np.array([[name in moved for name in names] for moved in moved_links(tree, movable)], dtype=float)
+    moved = [set(subtree(tree, joint.name)) for joint in movable]
+    carried = np.array([[name in links for name in names] for links in moved], dtype=float)
     carried = carried.reshape(count, len(names))
     frames = [poses[joint.parent] @ joint.child_to_parent for joint in movable]
     axes = np.array([frame[:3, :3] @ joint.axis for frame, joint in zip(frames, movable, strict=True)]).reshape(-1, 3)
@@ -131,27 +128,16 @@ def joint_space(
     rows = (np.sqrt(mass)[:, None, None] * linear).reshape(-1, size)
     matrix = rows.T @ rows + np.einsum("bik,bij,bjl->kl", angular, inertias, angular, optimize=True)
     gravity: Array = -GRAVITY_M_S2 * (mass[:, None] * linear[:, 2, 6:]).sum(axis=0)
-
     largest_gravity: Array = GRAVITY_M_S2 * np.linalg.norm((mass[:, None, None] * linear[:, :, 6:]).sum(axis=0), axis=0)
 
     moments = carried @ (mass[:, None] * coms) - (carried @ mass)[:, None] * origins
     pulls = []
     for index, joint in enumerate(movable):
         # About the axis, gravity's torque is a sinusoid of the angle; its slope is that of the lever turned by 90°.
-        slope = 0.0 if slides[index] else float(-GRAVITY_M_S2 * turned_lever(axes[index], moments[index])[2])
+        turned = np.cross(axes[index], np.cross(axes[index], moments[index]))
+        slope = 0.0 if slides[index] else float(-GRAVITY_M_S2 * turned[2])
         pulls.append(Pull(positions.get(joint.name, 0.0), float(gravity[index]), slope, bool(slides[index])))
     return JointSpace(tuple(joint.name for joint in movable), matrix, gravity, tuple(pulls), largest_gravity)
-
-
-def moved_links(tree: Sequence[TreeJoint], movable: Sequence[TreeJoint]) -> list[set[str]]:
-    """The links that each of these joints moves."""
-    return [set(subtree(tree, joint.name)) for joint in movable]
-
-
-def turned_lever(axis: Array, moment: Array) -> Array:
-    """(3,) a × (a × Σ m r): how the torque's lever about the axis changes per radian."""
-    changed: Array = np.cross(axis, np.cross(axis, moment))
-    return changed
 
 
 def cross_matrix(vector: Array) -> Array:

@@ -53,8 +53,7 @@ SLIDER = Ranges(Span(0.5, 5.0, 1.5), middle(0.1, 2.0), middle(50.0, 500.0), midd
 SOFT_HZ, STIFF_HZ = 1.0, 5.0
 """Frequencies that the prompt calls a soft and a stiff spring, Hz: the ends of the stiffness range."""
 HOLD_LEVEL = "high"
-"""Damping of a joint that stays where it is placed and has no word of its own: the paper wants more, and a little
-friction."""
+"""Damping of a joint that must hold and has no word of its own: the paper wants more, and a little friction."""
 
 
 def paper_terms(proposal: JointProposal, *, prismatic: bool, holds: bool, rest: float, source: Source) -> JointTerms:

@@ -1,7 +1,6 @@
 """Joint terms for the three wishes: ``closes_s`` (a lid), ``stops_within`` (a drawer), ``returns_s`` (a key)."""
 
 import math
-from dataclasses import dataclass
 
 import numpy as np
 
@@ -85,14 +84,6 @@ def gliding_brake(proposal: JointProposal, moved: JointLoad, holds: bool, settin
     return stopping(moved.held, speed, distance, largest_damping(moved, settings), stated, least)
 
 
-@dataclass(frozen=True)
-class Return:
-    """A spring's stiffness (N·m/rad or N/m) with the damping that times its return."""
-
-    stiffness: float
-    brake: Brake
-
-
 def relaxed_position(moved: JointLoad, stiffness: Array | float, margin: float) -> Array:
     """Relaxed position (rad or m) of springs of this stiffness that carry ``margin`` times gravity's pull at rest."""
     reference: Array = moved.rest - margin * moved.rest_load / np.asarray(stiffness)
@@ -101,12 +92,10 @@ def relaxed_position(moved: JointLoad, stiffness: Array | float, margin: float) 
 
 def timed_return(
     proposal: JointProposal, moved: JointLoad, stiffness: float, margin: float, settings: PhysicsSettings
-) -> Return:
-    """Damping with which the spring brings the joint back from its far end in ``returns_s``, its preload and gravity
-    counted; never less than what keeps it from ringing.
-
-    Where the part returns too soon at any damping, because its weight helps, the spring is made softer.
-    """
+) -> tuple[float, Brake]:
+    """The spring's stiffness (N·m/rad or N/m), and damping with which it brings the joint back from its far end in
+    ``returns_s``, its preload and gravity counted; never less than what keeps it from ringing. Where the part returns
+    too soon at any damping, because its weight helps, the spring is made softer."""
     far = UNLIMITED_START if moved.upper is None or moved.lower is None else moved.upper - moved.rest
     if moved.lower is not None and moved.rest - moved.lower > far:
         far = moved.lower - moved.rest
@@ -114,9 +103,8 @@ def timed_return(
 
     def force(left: Array, spring: Array | float = stiffness) -> Array:
         position = moved.rest + outward * left
-        back: Array = -outward * (
-            spring * (relaxed_position(moved, spring, margin) - position) + moved.pull.at(position)
-        )
+        sprung = spring * (relaxed_position(moved, spring, margin) - position)
+        back: Array = -outward * (sprung + moved.pull.at(position))
         return back
 
     largest = largest_damping(moved, settings)
@@ -124,7 +112,7 @@ def timed_return(
     friction, seconds = proposal.friction or 0.0, proposal.returns_s or 0.0
     found = brake_to_arrive(seconds, way, force, moved.held, (least, largest), (friction, friction))
     if found.damping < largest or found.achieved >= seconds or proposal.stiffness is not None:
-        return Return(stiffness, found)
+        return stiffness, found
 
     def by_softness(softness: Array) -> Array:
         same = np.ones(len(softness))
@@ -137,4 +125,4 @@ def timed_return(
     achieved = seconds
     if not met:
         achieved = arrival_s(way, lambda left: force(left, softer), moved.held, largest, friction)
-    return Return(softer, Brake(largest, friction, achieved))
+    return softer, Brake(largest, friction, achieved)

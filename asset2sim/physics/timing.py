@@ -1,5 +1,4 @@
-"""Joint terms from times and distances that a person can name: how far it glides, how long it takes to fall shut or
-spring back.
+"""Joint terms from what a person can name: how far it glides, how long it takes to fall shut or spring back.
 
 Everything is the motion of one coordinate, the root held: I q̈ = F(q) - c q̇ - f, with damping c and dry friction f.
 """
@@ -40,9 +39,7 @@ class Brake:
 
 def glide(speed: float, decay_s: float, deceleration: float) -> float:
     """How far (m or rad) a part with this speed goes: τ v₀ - a τ² ln(1 + v₀ / (a τ)); v₀ τ without friction.
-
-    ``decay_s`` is τ = I / c, ``deceleration`` a = f / I; v₀² / (2 a) without damping.
-    """
+    ``decay_s`` is τ = I / c, ``deceleration`` a = f / I; v₀² / (2 a) without damping."""
     if deceleration <= 0.0:
         return speed * decay_s
     if decay_s > 1e6 * speed / deceleration:  # the logarithm's first terms cancel
@@ -85,10 +82,8 @@ def stopping(
 def distance_left(
     seconds: float, way: float, force: Force, inertia: float, damping: Array, friction: Array
 ) -> tuple[Array, Array]:
-    """(n,) distance left after so many seconds from rest, and (n,) time of arrival (inf: not yet), for n trials.
-
-    Each step is exact for a constant force: v decays with c / I towards (F - f) / c. The part stops at the end.
-    """
+    """(n,) distance left after so many seconds from rest, and (n,) time of arrival (inf: not yet), for n trials. Each
+    step is exact for a constant force: v decays with c / I towards (F - f) / c. The part stops at the end."""
     step = seconds / STEPS
     x = np.maximum(damping * step / inertia, 1e-6)
     keep = np.exp(-x)
@@ -130,10 +125,8 @@ def brake_to_arrive(
     damping: tuple[float, float],
     friction: tuple[float, float],
 ) -> Brake:
-    """Damping, and where its bound is too low friction, with which a part arrives after ``seconds``.
-
-    ``damping`` and ``friction`` are the least and the largest allowed. If they forbid it, the nearest is taken.
-    """
+    """Damping, and where its bound is too low friction, with which a part arrives after ``seconds``. ``damping`` and
+    ``friction`` are the least and the largest allowed. If they forbid it, the nearest is taken."""
     goal = ARRIVED_SHARE * way
 
     def by_damping(trial: Array) -> Array:

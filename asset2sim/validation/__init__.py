@@ -1,2 +1,1 @@
-"""Validate: a model's ``Overlay`` → a complete ``PhysicsOverlay``, with a finding for every change. Mechanical,
-not semantic."""
+"""Validate (mechanically): a model's ``Overlay`` → a complete ``PhysicsOverlay``, a finding for every change."""

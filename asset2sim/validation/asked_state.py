@@ -94,26 +94,20 @@ def missing_position(want: RequestedState, stray: tuple[JointInfo, float] | None
     """Position of a joint that the words name but the proposal omits, or gives to another joint (``stray``)."""
     name = want.joint.name
     if stray is None:
-        notes.warn(
-            "state_missing",
+        message = (
             f"joint '{name}': the user's words ask a state of it, and the proposal has none; set to "
-            f"{want.position:.4g}, {want.share:.0%} open",
-            joint=name,
-            value=None,
-            limit=want.position,
+            f"{want.position:.4g}, {want.share:.0%} open"
         )
+        notes.warn("state_missing", message, joint=name, value=None, limit=want.position)
         return want.position
     other, at = stray
     share = min(max(share_of(other, at), 0.0), 1.0) if other.range > 0.0 and other.motion != "spin" else want.share
     position = want.joint.closed + share * (want.joint.open - want.joint.closed)
-    notes.warn(
-        "state_of_wrong_part",
+    message = (
         f"joint '{name}': the proposal gives the state that the user's words ask of it to joint '{other.name}', which "
-        f"they do not name; moved, {share:.0%} open",
-        joint=name,
-        value=at,
-        limit=position,
+        f"they do not name; moved, {share:.0%} open"
     )
+    notes.warn("state_of_wrong_part", message, joint=name, value=at, limit=position)
     return position
 
 
@@ -126,14 +120,11 @@ def mirrored_if_wrong_end(want: RequestedState, at: float, notes: Notes) -> floa
     if not wrong:
         return at
     mirrored = want.joint.closed + want.joint.open - at
-    notes.warn(
-        "state_at_wrong_end",
+    message = (
         f"joint '{want.joint.name}': {at:.4g} is {share:.0%} open, where the user's words ask for {want.share:.0%}; "
-        f"counted from the other end it is {mirrored:.4g}, {1.0 - share:.0%} open",
-        joint=want.joint.name,
-        value=at,
-        limit=mirrored,
+        f"counted from the other end it is {mirrored:.4g}, {1.0 - share:.0%} open"
     )
+    notes.warn("state_at_wrong_end", message, joint=want.joint.name, value=at, limit=mirrored)
     return mirrored
 
 

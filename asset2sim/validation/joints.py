@@ -65,11 +65,8 @@ def joint_physics(
     """Complete physics of every movable joint; ``tree`` and ``bodies`` are at the final scale."""
     spaces = [joint_space(tree, features.root, bodies, pose) for pose in spanning_poses(starts)]
     space = spaces[0]
-    inertias, held, pulls = (
-        space.effective_inertia(),
-        space.held_inertia(),
-        dict(zip(space.names, space.pulls, strict=True)),
-    )
+    inertias, held = space.effective_inertia(), space.held_inertia()
+    pulls = dict(zip(space.names, space.pulls, strict=True))
     largest_gravity = dict(zip(space.names, space.largest_gravity, strict=True))
     everywhere = [item.effective_inertia() for item in spaces]
     joints: list[JointPhysics] = []
@@ -102,14 +99,8 @@ def joint_physics(
             rest=rests[name],
             hold_load=hold_load if holds else 0.0,
         )
-        terms = joint_terms(
-            proposal,
-            moved,
-            holds=holds,
-            source=Source.USER if f"{name}.dynamics" in asked else source,
-            authored_damping=joint.damping,
-            settings=settings,
-        )
+        by, authored = Source.USER if f"{name}.dynamics" in asked else source, joint.damping
+        terms = joint_terms(proposal, moved, holds=holds, source=by, authored_damping=authored, settings=settings)
         report(name, moved, terms, holds, notes)
         joints.append(
             JointPhysics(
@@ -157,23 +148,13 @@ def report(name: str, moved: JointLoad, terms: JointTerms, holds: bool, notes: N
     }
     for kind, term, unit in zip(why, (terms.damping, terms.friction, terms.stiffness), units, strict=True):
         if changed(term):
-            notes.info(
-                f"{kind}_bounded",
-                f"joint '{name}': {kind} {term.replaced:.3g} {unit} set to {term.value:.3g}: {why[kind]}",
-                joint=name,
-                value=term.replaced,
-                limit=term.value,
-            )
+            message = f"joint '{name}': {kind} {term.replaced:.3g} {unit} set to {term.value:.3g}: {why[kind]}"
+            notes.info(f"{kind}_bounded", message, joint=name, value=term.replaced, limit=term.value)
     for miss in terms.unmet:
         unit = "s" if miss.wish != "stops_within" else "m" if moved.prismatic else "rad"
         instead = "" if miss.achieved is None else f" is {miss.achieved:.3g} {unit}"
-        notes.info(
-            f"{miss.wish}_unmet",
-            f"joint '{name}': {miss.wish} of {miss.asked:.3g} {unit}{instead or ' does not apply'}: {miss.why}",
-            joint=name,
-            value=miss.asked,
-            limit=miss.achieved,
-        )
+        message = f"joint '{name}': {miss.wish} of {miss.asked:.3g} {unit}{instead or ' does not apply'}: {miss.why}"
+        notes.info(f"{miss.wish}_unmet", message, joint=name, value=miss.asked, limit=miss.achieved)
 
 
 def changed(term: Term) -> bool:
@@ -199,13 +180,11 @@ def bound_together(
     largest = 2.0 * settings.max_damping_step / step
     if fastest > largest:
         factor = largest / fastest
-        notes.info(
-            "damping_coupled",
+        message = (
             f"all joint damping scaled by {factor:.3g}: together the joints decay at {fastest:.3g} 1/s, more than the "
-            "time step bears",
-            value=fastest,
-            limit=largest,
+            "time step bears"
         )
+        notes.info("damping_coupled", message, value=fastest, limit=largest)
         joints = [
             joint.model_copy(update={"damping": joint.damping * factor, "damping_source": Source.RULE})
             for joint in joints
@@ -215,13 +194,11 @@ def bound_together(
     largest = 2.0 * settings.max_stiffness_step / step**2
     if fastest > largest:
         factor = largest / fastest
-        notes.info(
-            "stiffness_coupled",
+        message = (
             f"all joint stiffness scaled by {factor:.3g}: together the springs drive the joints at {fastest:.3g} 1/s², "
-            "more than the time step bears",
-            value=fastest,
-            limit=largest,
+            "more than the time step bears"
         )
+        notes.info("stiffness_coupled", message, value=fastest, limit=largest)
         joints = [softened(joint, factor, rests[joint.name]) for joint in joints]
     return tuple(joints)
 

@@ -15,8 +15,7 @@ LOCKED = 1e-9
 
 @dataclass(frozen=True)
 class Range:
-    """One movable joint's range and ends at the final scale, rad or m; ``lower`` and ``upper`` are None for
-    continuous joints."""
+    """One movable joint's range and ends at the final scale, rad or m; a continuous one has no lower and upper."""
 
     joint: JointFeatures
     lower: float | None
@@ -41,49 +40,32 @@ def joint_range(joint: JointFeatures, scale: float, notes: Notes) -> Range | Non
     """The range of one joint, or None for joints that cannot move."""
     if not joint.movable:
         return None
-    factor = scale if joint.prismatic else 1.0
+    where, factor = f"joint '{joint.name}'", scale if joint.prismatic else 1.0
     closed, opened = (joint.closed or 0.0) * factor, (joint.open or 0.0) * factor
     if joint.lower is None or joint.upper is None:
         return Range(joint, None, None, closed, opened, Source.AUTHORED)
     lower, upper, source = joint.lower * factor, joint.upper * factor, Source.AUTHORED
     if lower > upper:
-        notes.warn(
-            "limits_inverted",
-            f"joint '{joint.name}': lower limit {lower:.4g} exceeds upper {upper:.4g}; swapped: mend the URDF if "
-            "that is wrong",
-            joint=joint.name,
-            value=lower,
-            limit=upper,
-        )
+        message = f"{where}: lower limit {lower:.4g} exceeds upper {upper:.4g}; swapped: mend the URDF if that is wrong"
+        notes.warn("limits_inverted", message, joint=joint.name, value=lower, limit=upper)
         lower, upper, source = upper, lower, Source.RULE
     if upper - lower < LOCKED:
-        notes.warn(
-            "joint_locked",
-            f"joint '{joint.name}': its limits leave no range, so it is written as fixed",
-            joint=joint.name,
-            value=upper - lower,
-        )
+        message = f"{where}: its limits leave no range, so it is written as fixed"
+        notes.warn("joint_locked", message, joint=joint.name, value=upper - lower)
         return None
     turn = 2.0 * math.pi
     shift = 0.0 if joint.prismatic else -turn * round((lower + upper) / 2.0 / turn)
     if not lower <= 0.0 <= upper and shift != 0.0 and lower + shift <= TURN_SLACK and upper + shift >= -TURN_SLACK:
-        notes.info(
-            "limits_turned",
-            f"joint '{joint.name}': limits {lower:.4g} to {upper:.4g} rad moved by whole turns so that an "
-            "engine's zero is inside",
-            joint=joint.name,
-            value=shift,
+        message = (
+            f"{where}: limits {lower:.4g} to {upper:.4g} rad moved by whole turns so that an engine's zero is inside"
         )
+        notes.info("limits_turned", message, joint=joint.name, value=shift)
         lower, upper, source = min(lower + shift, 0.0), max(upper + shift, 0.0), Source.RULE
         closed, opened = closed + shift, opened + shift
     elif not lower <= 0.0 <= upper:
-        notes.warn(
-            "zero_outside_limits",
-            f"joint '{joint.name}': zero lies outside its limits {lower:.4g} to {upper:.4g}; engines that start "
-            "there must be "
-            "given the initial position",
-            joint=joint.name,
-            value=0.0,
-            limit=lower if lower > 0.0 else upper,
+        message = (
+            f"{where}: zero lies outside its limits {lower:.4g} to {upper:.4g}; engines that start there must be "
+            "given the initial position"
         )
+        notes.warn("zero_outside_limits", message, joint=joint.name, value=0.0, limit=lower if lower > 0.0 else upper)
     return Range(joint, lower, upper, closed, opened, source)

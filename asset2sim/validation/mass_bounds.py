@@ -76,14 +76,11 @@ def with_armature(
             missing = least - float(moments[thin][0])
             if missing <= 0.0:
                 continue
-            notes.info(
-                "inertia_ratio",
+            message = (
                 f"link '{thin}': {missing:.3g} kg·m² added about every axis: it moves on '{thick}', whose inertia is "
-                "more than engines handle beside it",
-                link=thin,
-                value=missing,
-                limit=least,
+                "more than engines handle beside it"
             )
+            notes.info("inertia_ratio", message, link=thin, value=missing, limit=least)
             tensor = result[thin].inertia + missing * np.eye(3)
             result[thin] = replace(result[thin], inertia=tensor, inertia_source=Source.RULE)
             moments[thin] = moments[thin] + missing

@@ -78,48 +78,22 @@ def link_mass(
     elif mass_source is Source.RULE and link.inertial is not None and link.inertial.mass_kg > settings.min_mass_kg:
         mass, mass_source = link.inertial.mass_kg, Source.AUTHORED
     if mass_source is Source.RULE:
-        notes.info(
-            "link_completed",
-            f"link '{link.name}': the overlay states no material or mass; {mass:.4g} kg assumed",
-            link=link.name,
-            value=mass,
-        )
+        message = f"link '{link.name}': the overlay states no material or mass; {mass:.4g} kg assumed"
+        notes.info("link_completed", message, link=link.name, value=mass)
     densest = settings.max_density_kg_m3 * max(volume, link.hull_volume_m3 * scale**3)
     if mass > densest:
-        notes.warn(
-            "mass_implausible",
-            f"link '{link.name}': {mass:.3g} kg would be denser than any material; set to {densest:.3g} kg",
-            link=link.name,
-            value=mass,
-            limit=densest,
-        )
+        message = f"link '{link.name}': {mass:.3g} kg would be denser than any material; set to {densest:.3g} kg"
+        notes.warn("mass_implausible", message, link=link.name, value=mass, limit=densest)
         mass, mass_source = densest, Source.RULE
     least = least_mass(settings.min_mass_kg, link, scale, settings)
     if mass < least:
-        notes.info(
-            "mass_raised",
-            f"link '{link.name}': mass {mass:.3g} kg raised to the least that engines handle",
-            link=link.name,
-            value=mass,
-            limit=least,
-        )
+        message = f"link '{link.name}': mass {mass:.3g} kg raised to the least that engines handle"
+        notes.info("mass_raised", message, link=link.name, value=mass, limit=least)
         mass, mass_source = least, Source.RULE
     com = np.asarray(link.center) * scale
     inertia = tensor_of(link.unit_inertia) * scale**2 * mass
-    result = LinkMass(
-        link.name,
-        material,
-        density,
-        hollow,
-        volume,
-        link.volume_source,
-        mass,
-        mass_source,
-        com,
-        Source.RULE,
-        inertia,
-        Source.RULE,
-    )
+    made_of = (link.name, material, density, hollow, volume, link.volume_source)
+    result = LinkMass(*made_of, mass, mass_source, com, Source.RULE, inertia, Source.RULE)
     return result if proposal is None else believed(result, link, proposal, scale, source, settings, notes)
 
 
@@ -149,48 +123,35 @@ def believed(
         if np.all(com >= low - margin) and np.all(com <= high + margin):
             result = replace(result, com=com, com_source=source)
         else:
-            notes.warn(
-                "com_outside",
-                f"link '{link.name}': the proposed centre of mass lies outside the link; its shape's is used",
-                link=link.name,
-            )
+            message = f"link '{link.name}': the proposed centre of mass lies outside the link; its shape's is used"
+            notes.warn("com_outside", message, link=link.name)
     if proposal.inertia is not None:
         inertia = tensor_of(proposal.inertia)
         ratio = float(np.trace(inertia)) / max(float(np.trace(result.inertia)), 1e-12)
         if 1.0 / settings.inertia_factor <= ratio <= settings.inertia_factor:
             result = replace(result, inertia=inertia, inertia_source=source)
         else:
-            notes.warn(
-                "inertia_implausible",
+            message = (
                 f"link '{link.name}': the proposed inertia is {ratio:.3g} times what its shape and mass give; the "
-                "shape's is used",
-                link=link.name,
-                value=ratio,
-                limit=settings.inertia_factor,
+                "shape's is used"
             )
+            notes.warn("inertia_implausible", message, link=link.name, value=ratio, limit=settings.inertia_factor)
     return result
 
 
 def bound_ratio(
     masses: dict[str, LinkMass], features: Features, scale: float, settings: PhysicsSettings, notes: Notes
 ) -> dict[str, LinkMass]:
-    """Raise the lightest links until the heaviest is at most ``max_mass_ratio`` times as heavy, and none too light.
-
-    No link becomes denser than any material: a tiny knob on a heavy machine stays light.
-    """
+    """Raise the lightest links until the heaviest is at most ``max_mass_ratio`` times as heavy, and none too light. No
+    link becomes denser than any material: a tiny knob on a heavy machine stays light."""
     heaviest = max((item.mass for item in masses.values()), default=0.0)
     wanted = max(heaviest / settings.max_mass_ratio, settings.min_mass_kg)
     bounded = {}
     for name, item in masses.items():
         least = least_mass(wanted, features.link(name), scale, settings)
         if item.mass < least:
-            notes.info(
-                "mass_ratio",
-                f"link '{name}': mass raised from {item.mass:.3g} to {least:.3g} kg, a share engines handle",
-                link=name,
-                value=item.mass,
-                limit=least,
-            )
+            message = f"link '{name}': mass raised from {item.mass:.3g} to {least:.3g} kg, a share engines handle"
+            notes.info("mass_ratio", message, link=name, value=item.mass, limit=least)
             factor = least / item.mass
             item = replace(item, mass=least, mass_source=Source.RULE, inertia=item.inertia * factor)
         bounded[name] = item
@@ -205,31 +166,17 @@ def share_mass(
     settings: PhysicsSettings,
     notes: Notes,
 ) -> dict[str, LinkMass]:
-    """Give a link without geometry a share of its child's mass (else its parent's); the total is unchanged.
-
-    Both keep the donor's centre of mass, and inertia in proportion. Without this an engine would invent 1 kg for it.
-    """
+    """Give a link without geometry a share of its child's mass (else its parent's); the total is unchanged. Both keep
+    the donor's centre of mass, and inertia in proportion. Without this an engine would invent 1 kg for it."""
     neighbours = [(joint.child, joint) for joint in features.joints if joint.parent == link.name]
     neighbours.sort(key=lambda item: (item[1].type != "fixed", -masses[item[0]].mass if item[0] in masses else 0.0))
     neighbours += [(joint.parent, joint) for joint in features.joints if joint.child == link.name]
     found = next(((name, joint) for name, joint in neighbours if name in masses), None)
+    of_nothing = (link.name, None, 0.0, 0.0, 0.0, VolumeSource.NONE)
     if found is None:
         tiny = settings.min_mass_kg
         inertia = np.eye(3) * tiny * settings.min_half_extent_m**2
-        alone = LinkMass(
-            link.name,
-            None,
-            0.0,
-            0.0,
-            0.0,
-            VolumeSource.NONE,
-            tiny,
-            Source.RULE,
-            np.zeros(3),
-            Source.RULE,
-            inertia,
-            Source.RULE,
-        )
+        alone = LinkMass(*of_nothing, tiny, Source.RULE, np.zeros(3), Source.RULE, inertia, Source.RULE)
         return {**masses, link.name: alone}
     name, joint = found
     donor = masses[name]
@@ -238,29 +185,14 @@ def share_mass(
     if joint.child == link.name:
         pose = np.asarray(np.linalg.inv(pose), dtype=np.float64)
     rotation = pose[:3, :3]
-    taken = replace(
-        donor,
-        name=link.name,
-        material=None,
-        density=0.0,
-        hollow=0.0,
-        volume=0.0,
-        volume_source=VolumeSource.NONE,
-        mass=share * donor.mass,
-        mass_source=Source.RULE,
-        com=rotation @ donor.com + pose[:3, 3],
-        com_source=Source.RULE,
-        inertia=share * rotation @ donor.inertia @ rotation.T,
-        inertia_source=Source.RULE,
-    )
+    com, inertia = rotation @ donor.com + pose[:3, 3], share * rotation @ donor.inertia @ rotation.T
+    taken = LinkMass(*of_nothing, share * donor.mass, Source.RULE, com, Source.RULE, inertia, Source.RULE)
     kept = replace(donor, mass=(1.0 - share) * donor.mass, inertia=(1.0 - share) * donor.inertia)
-    notes.info(
-        "massless_link",
+    message = (
         f"link '{link.name}' has no geometry: it takes {share:.0%} of the mass of '{name}', whose centre it shares, "
-        "so that no engine invents a mass for it",
-        link=link.name,
-        value=taken.mass,
+        "so that no engine invents a mass for it"
     )
+    notes.info("massless_link", message, link=link.name, value=taken.mass)
     return {**masses, name: kept, link.name: taken}
 
 

@@ -58,10 +58,8 @@ class MovingPair:
 
 @dataclass(frozen=True)
 class Shapes:
-    """The links' convex pieces, and their triangles, which are read only where the pieces meet.
-
-    ``pieces`` maps link → (n, 3) points of all pieces, and the index at which each begins.
-    """
+    """The links' convex pieces, and their triangles, which are read only where the pieces meet. ``pieces`` maps link →
+    (n, 3) points of all pieces, and the index at which each begins."""
 
     extraction: Extraction
     pieces: dict[str, tuple[Array, np.ndarray] | None] = field(default_factory=dict)
@@ -173,21 +171,11 @@ def flipped_if_inverted(way: MovingPair, joint: JointFeatures, shapes: Shapes, n
     other = blocked_share(way, -high, -low, shapes) if share >= WRONG_SHARE else share
     through = f"joint '{joint.name}': '{way.moving}' passes through '{way.still}' over {share:.0%} of its range"
     if other > RIGHT_SHARE:
-        notes.warn(
-            "range_blocked",
-            f"{through}: is its axis, its place or its range right?",
-            joint=joint.name,
-            value=share,
-            limit=BLOCKED_SHARE,
-        )
+        message = f"{through}: is its axis, its place or its range right?"
+        notes.warn("range_blocked", message, joint=joint.name, value=share, limit=BLOCKED_SHARE)
         return None
-    notes.warn(
-        "axis_inverted",
-        f"{through}, and over {other:.0%} the other way: its axis is the wrong way round, and refinement turns it",
-        joint=joint.name,
-        value=share,
-        limit=WRONG_SHARE,
-    )
+    message = f"{through}, and over {other:.0%} the other way: its axis is the wrong way round, and refinement turns it"
+    notes.warn("axis_inverted", message, joint=joint.name, value=share, limit=WRONG_SHARE)
     flip = {"axis": tuple(-value for value in joint.axis), "axis_in_root": tuple(-v for v in joint.axis_in_root)}
     return joint.model_copy(update=flip)
 
@@ -207,13 +195,11 @@ def found_limits(way: MovingPair, joint: JointFeatures, shapes: Shapes, notes: N
     lower, upper = ends
     if upper - lower < step:
         return None
-    notes.warn(
-        "limits_found",
+    message = (
         f"joint '{joint.name}' is revolute and states no limits: between {lower:.3g} and {upper:.3g} rad "
-        f"'{way.moving}' does not pass through '{way.still}'; state them",
-        joint=joint.name,
-        value=upper - lower,
+        f"'{way.moving}' does not pass through '{way.still}'; state them"
     )
+    notes.warn("limits_found", message, joint=joint.name, value=upper - lower)
     return joint.model_copy(update={"type": "revolute", "lower": lower, "upper": upper})
 
 

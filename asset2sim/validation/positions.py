@@ -12,14 +12,12 @@ from schemas.vocabulary import Source
 ROUNDING_SHARE = 1e-3
 """How far outside its limits, as a share of the range, a position may lie by rounding: prompts round numbers."""
 WIDEN_SHARE = 0.1
-"""How far outside its limits, as a share of the range, a requested position may lie for the limits to be
-widened to it."""
+"""How far outside its limits, as a share of the range, a requested position may lie and widen them."""
 
 
 @dataclass(frozen=True)
 class Start:
-    """Start position of one joint, rad or m at the final scale, and its source; ``requested``: the user asked for
-    it."""
+    """Start position of one joint, rad or m at the final scale; ``requested``: the user asked for it."""
 
     range: Range
     position: float
@@ -36,8 +34,7 @@ def initial_positions(
     settings: PhysicsSettings,
     notes: Notes,
 ) -> dict[str, Start]:
-    """Where every movable joint starts: as proposed, else closed where geometry is sure of it, else at its
-    authored zero."""
+    """Where every movable joint starts: as proposed, else closed where geometry is sure of it, else at zero."""
     starts: dict[str, Start] = {}
     for name, span in ranges.items():
         if name in proposed:
@@ -45,10 +42,9 @@ def initial_positions(
             requested = name in asked
             widened, position = reach(span, wanted, requested, notes)
             starts[name] = Start(widened, position, Source.USER if requested else source, requested)
-        elif span.joint.openness_confidence >= settings.sure_of_closed:
-            starts[name] = Start(span, span.clamp(span.closed), Source.RULE, False)
         else:
-            starts[name] = Start(span, span.clamp(0.0), Source.RULE, False)
+            sure = span.joint.openness_confidence >= settings.sure_of_closed
+            starts[name] = Start(span, span.clamp(span.closed if sure else 0.0), Source.RULE, False)
     return starts
 
 
@@ -77,21 +73,15 @@ def reach(span: Range, wanted: float, requested: bool, notes: Notes) -> tuple[Ra
     if excess <= ROUNDING_SHARE * span.span:
         return span, span.clamp(wanted)
     if requested and excess <= WIDEN_SHARE * span.span:
-        notes.warn(
-            "limits_widened",
-            f"joint '{name}': limits {lower:.4g} to {upper:.4g} widened to hold the requested position {wanted:.4g}",
-            joint=name,
-            value=wanted,
-            limit=lower if wanted < lower else upper,
+        message = (
+            f"joint '{name}': limits {lower:.4g} to {upper:.4g} widened to hold the requested position {wanted:.4g}"
         )
+        notes.warn("limits_widened", message, joint=name, value=wanted, limit=lower if wanted < lower else upper)
         return replace(span, lower=min(lower, wanted), upper=max(upper, wanted), source=Source.USER), wanted
     clamped = span.clamp(wanted)
-    notes.warn(
-        "position_clamped",
+    message = (
         f"joint '{name}': position {wanted:.4g} lies outside its limits {lower:.4g} to {upper:.4g}; clamped to "
-        f"{clamped:.4g}",
-        joint=name,
-        value=wanted,
-        limit=clamped,
+        f"{clamped:.4g}"
     )
+    notes.warn("position_clamped", message, joint=name, value=wanted, limit=clamped)
     return span, clamped

@@ -48,14 +48,11 @@ def converted(joint: JointFeatures, at: float, what: str, notes: Notes) -> float
     if not misread(joint, at, instead):
         return at
     unit, right, code = ("mm", "m", "millimetres") if joint.prismatic else ("degrees", "rad", "degrees")
-    notes.warn(
-        f"position_in_{code}",
+    message = (
         f"joint '{joint.name}': {what} {at:.4g} lies outside its limits as {right} and within them as {unit}; taken "
-        f"for {unit}: {instead:.4g} {right}",
-        joint=joint.name,
-        value=at,
-        limit=instead,
+        f"for {unit}: {instead:.4g} {right}"
     )
+    notes.warn(f"position_in_{code}", message, joint=joint.name, value=at, limit=instead)
     return instead
 
 
@@ -74,10 +71,8 @@ def misread(joint: JointFeatures, at: float, instead: float) -> bool:
 def sensible(
     extraction: Extraction, overlay: Overlay, guidance: str | None, settings: PhysicsSettings, *, semantics: bool = True
 ) -> tuple[Overlay, tuple[Finding, ...]]:
-    """The proposal with its evident mistakes corrected, and a finding for each; idempotent.
-
-    Without ``semantics`` only units are corrected: the object's category and part names are withheld then.
-    """
+    """The proposal with its evident mistakes corrected, and a finding for each; idempotent. Without ``semantics`` only
+    units are corrected: the object's category and part names are withheld then."""
     notes, words = Notes(), guidance or ""
     overlay = convert_misread_units(extraction.features, overlay, notes)
     if semantics:

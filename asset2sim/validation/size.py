@@ -41,10 +41,8 @@ class Bounds:
 
 
 def with_sensible_size(info: ObjectInfo, guidance: str, overlay: Overlay, notes: Notes) -> Overlay:
-    """The overlay with its scale moved to the nearest size that the object's kind and the user's words allow.
-
-    An object of unknown category only has to fit into a home.
-    """
+    """The overlay with its scale moved to the nearest size that the object's kind and the user's words allow. An object
+    of unknown category only has to fit into a home."""
     size, _ = identify(info, guidance)
     authored = dimension(info, size)
     if authored <= 0.0:
@@ -55,13 +53,11 @@ def with_sensible_size(info: ObjectInfo, guidance: str, overlay: Overlay, notes:
         return overlay
     nearest = min(max(proposed, bounds.low_m), bounds.high_m) if bounds.exact is None else bounds.exact
     scale = nearest / authored
-    notes.warn(
-        "size_unlikely",
+    message = (
         f"scale {overlay.scale:.4g} makes the object's {DIMENSIONS[size.dimension]} {proposed:.3g} m; {bounds.why} "
-        f"allows {bounds.low_m:.3g} to {bounds.high_m:.3g} m; set to {scale:.4g}, {nearest:.3g} m",
-        value=proposed,
-        limit=nearest,
+        f"allows {bounds.low_m:.3g} to {bounds.high_m:.3g} m; set to {scale:.4g}, {nearest:.3g} m"
     )
+    notes.warn("size_unlikely", message, value=proposed, limit=nearest)
     return overlay.model_copy(update={"scale": scale})
 
 

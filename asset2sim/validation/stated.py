@@ -59,26 +59,19 @@ def size(features: Features, notes: Notes) -> None:
     """Warn where the object's longest edge is not that of a household object."""
     longest = max(features.rest_size)
     if not SMALLEST_M <= longest <= LARGEST_M:
-        notes.warn(
-            "size_implausible",
+        message = (
             f"its longest edge is {longest:.4g} m; household objects have {SMALLEST_M:g} to {LARGEST_M:g} m: are its "
-            "lengths in metres?",
-            value=longest,
-            limit=LARGEST_M if longest > LARGEST_M else SMALLEST_M,
+            "lengths in metres?"
         )
+        notes.warn("size_implausible", message, value=longest, limit=LARGEST_M if longest > LARGEST_M else SMALLEST_M)
 
 
 def mass(link: LinkFeatures, stated: LinkInertial, settings: PhysicsSettings, notes: Notes) -> None:
     """Warn where a link's stated mass is zero, or implausible for its volume."""
     where, kilograms = f"link '{link.name}'", stated.mass_kg
     if kilograms < settings.smallest_mass_kg:
-        notes.warn(
-            "mass_zero",
-            f"{where} states a mass of {kilograms:.3g} kg; a moving link without mass freezes or explodes",
-            link=link.name,
-            value=kilograms,
-            limit=settings.smallest_mass_kg,
-        )
+        message = f"{where} states a mass of {kilograms:.3g} kg; a moving link without mass freezes or explodes"
+        notes.warn("mass_zero", message, link=link.name, value=kilograms, limit=settings.smallest_mass_kg)
         return
     # Tiny parts weigh a gram in every simulation, for the solver's sake.
     densest = max(settings.max_density_kg_m3 * max(link.volume_m3, link.hull_volume_m3), settings.min_mass_kg)
@@ -102,13 +95,8 @@ def centre(link: LinkFeatures, stated: LinkInertial, notes: Notes) -> None:
     if np.any(
         np.maximum(low - com, com - high) > BOX_MARGIN * np.maximum(high - low, 0.1 * float(np.ptp([low, high])))
     ):
-        notes.warn(
-            "com_outside",
-            f"link '{link.name}' states a centre of mass that lies {outside:.3g} m outside its geometry",
-            link=link.name,
-            value=outside,
-            limit=0.0,
-        )
+        message = f"link '{link.name}' states a centre of mass that lies {outside:.3g} m outside its geometry"
+        notes.warn("com_outside", message, link=link.name, value=outside, limit=0.0)
 
 
 def inertia(link: LinkFeatures, stated: LinkInertial, settings: PhysicsSettings, notes: Notes) -> None:
@@ -116,21 +104,17 @@ def inertia(link: LinkFeatures, stated: LinkInertial, settings: PhysicsSettings,
     moments = np.linalg.eigvalsh(tensor_of(stated.inertia))
     where = f"link '{link.name}'"
     if moments[0] < 0.99 * settings.min_inertia_kg_m2:
+        message = f"{where} states a principal moment of {moments[0]:.3g} kg·m²; engines take it for none"
         notes.warn(
-            "inertia_singular",
-            f"{where} states a principal moment of {moments[0]:.3g} kg·m²; engines take it for none",
-            link=link.name,
-            value=float(moments[0]),
-            limit=settings.min_inertia_kg_m2,
+            "inertia_singular", message, link=link.name, value=float(moments[0]), limit=settings.min_inertia_kg_m2
         )
     elif moments[2] > (1.0 + TRIANGLE_SLACK) * (moments[0] + moments[1]):
-        notes.warn(
-            "inertia_impossible",
+        message = (
             f"{where} states principal moments {', '.join(f'{v:.3g}' for v in moments)} kg·m²: no body has one "
-            "above the sum of the others",
-            link=link.name,
-            value=float(moments[2]),
-            limit=float(moments[0] + moments[1]),
+            "above the sum of the others"
+        )
+        notes.warn(
+            "inertia_impossible", message, link=link.name, value=float(moments[2]), limit=float(moments[0] + moments[1])
         )
     if not link.has_geometry:
         return
@@ -170,28 +154,20 @@ def joints(extraction: Extraction, settings: PhysicsSettings, notes: Notes) -> N
         effort = raw[joint.name].effort
         limit = min(value for value in (weight * lever or math.inf, effort or math.inf))
         if terms[joint.name].friction > limit:
-            notes.warn(
-                "friction_sticks",
+            message = (
                 f"joint '{joint.name}' states a friction of {terms[joint.name].friction:.3g}, more than its effort "
                 f"limit or the object's whole weight on it ({limit:.3g} {'N' if joint.prismatic else 'N·m'}): it "
-                "never moves",
-                joint=joint.name,
-                value=terms[joint.name].friction,
-                limit=limit,
+                "never moves"
             )
+            notes.warn("friction_sticks", message, joint=joint.name, value=terms[joint.name].friction, limit=limit)
 
 
 def form(joint: JointFeatures, raw: StatedJoint, notes: Notes) -> None:
     """Warn where a joint's axis has no unit length, limits are missing, or its effort or velocity limit is zero."""
     where = f"joint '{joint.name}'"
     if raw.axis is not None and abs(raw.axis - 1.0) > AXIS_SLACK:
-        notes.warn(
-            "axis_not_unit",
-            f"{where} has an axis of length {raw.axis:.4g}; engines differ in what they make of it",
-            joint=joint.name,
-            value=raw.axis,
-            limit=1.0,
-        )
+        message = f"{where} has an axis of length {raw.axis:.4g}; engines differ in what they make of it"
+        notes.warn("axis_not_unit", message, joint=joint.name, value=raw.axis, limit=1.0)
     if raw.type == "revolute" and joint.type == "continuous":
         notes.warn("limits_missing", f"{where} is revolute and states no limits; it turns freely", joint=joint.name)
     for what, value in (("effort", raw.effort), ("velocity", raw.velocity)):
@@ -206,44 +182,31 @@ def signs(joint: JointFeatures, terms: Dynamics, notes: Notes) -> None:
     for what in ("damping", "friction", "stiffness"):
         value = float(getattr(terms, what))
         if value < 0.0:
-            notes.warn(
-                f"{what}_negative",
-                f"joint '{joint.name}' states a {what} of {value:.3g}, which feeds its motion instead of braking it",
-                joint=joint.name,
-                value=value,
-                limit=0.0,
+            message = (
+                f"joint '{joint.name}' states a {what} of {value:.3g}, which feeds its motion instead of braking it"
             )
+            notes.warn(f"{what}_negative", message, joint=joint.name, value=value, limit=0.0)
 
 
 def steps(joint: JointFeatures, terms: Dynamics, moves: float, settings: PhysicsSettings, notes: Notes) -> None:
     """Warn of damping or stiffness that is unstable in an explicit step at 60 Hz, and of springs without damping.
-
-    ``moves`` is the joint's effective inertia, kg·m² or kg; without effect where it is not positive.
-    """
+    ``moves`` is the joint's effective inertia, kg·m² or kg; without effect where it is not positive."""
     if moves <= 0.0:
         return
     step, where = settings.coarse_timestep_s, f"joint '{joint.name}'"
     damping, stiffness = terms.damping * step / moves, terms.stiffness * step**2 / moves
     for what, share, value in (("damping", damping, terms.damping), ("stiffness", stiffness, terms.stiffness)):
         if share > REVERSING_STEP:
-            notes.warn(
-                f"{what}_unstable",
+            message = (
                 f"{where} states a {what} of {value:.3g}, {share:.3g} times what the {moves:.3g} "
-                f"{'kg' if joint.prismatic else 'kg·m²'} it moves stand at {1.0 / step:.0f} Hz",
-                joint=joint.name,
-                value=share,
-                limit=REVERSING_STEP,
+                f"{'kg' if joint.prismatic else 'kg·m²'} it moves stand at {1.0 / step:.0f} Hz"
             )
+            notes.warn(f"{what}_unstable", message, joint=joint.name, value=share, limit=REVERSING_STEP)
     if terms.stiffness > 0.0 and terms.friction <= 0.0:
         ratio = max(terms.damping, 0.0) / (2.0 * math.sqrt(terms.stiffness * moves))
         if ratio < UNDAMPED_RATIO:
-            notes.warn(
-                "spring_undamped",
-                f"{where} states a spring with a damping ratio of {ratio:.3g}: it rings and never comes to rest",
-                joint=joint.name,
-                value=ratio,
-                limit=UNDAMPED_RATIO,
-            )
+            message = f"{where} states a spring with a damping ratio of {ratio:.3g}: it rings and never comes to rest"
+            notes.warn("spring_undamped", message, joint=joint.name, value=ratio, limit=UNDAMPED_RATIO)
 
 
 def stated_inertias(extraction: Extraction, settings: PhysicsSettings) -> dict[str, float]:
@@ -271,10 +234,6 @@ def read_stated_joints(extraction: Extraction) -> dict[str, StatedJoint]:
         if axis is not None and axis.get("xyz"):
             length = float(np.linalg.norm([float(word) for word in str(axis.get("xyz")).split()]))
         given = {} if limit is None else limit.attrib
-        found[str(element.get("name"))] = StatedJoint(
-            str(element.get("type")),
-            length,
-            float(given["effort"]) if "effort" in given else None,
-            float(given["velocity"]) if "velocity" in given else None,
-        )
+        effort, velocity = (float(given[key]) if key in given else None for key in ("effort", "velocity"))
+        found[str(element.get("name"))] = StatedJoint(str(element.get("type")), length, effort, velocity)
     return found

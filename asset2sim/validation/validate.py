@@ -8,7 +8,7 @@ from asset2sim.physics.arrays import six, vector
 from asset2sim.physics.kinematics import locked, tree_of
 from asset2sim.physics.mass_matrix import Body
 from asset2sim.validation.joints import joint_physics
-from asset2sim.validation.limits import Range, joint_range
+from asset2sim.validation.limits import joint_range
 from asset2sim.validation.mass_bounds import bound_inertia_by_extent, with_armature
 from asset2sim.validation.masses import LinkMass, link_masses
 from asset2sim.validation.notes import Notes
@@ -25,35 +25,21 @@ SMALLEST_M, LARGEST_M = 0.005, 5.0
 def validate(
     extraction: Extraction, overlay: Overlay, source: Source, contact_friction: float, settings: PhysicsSettings
 ) -> tuple[PhysicsOverlay, tuple[Finding, ...]]:
-    """A complete overlay and what was changed to complete it.
-
-    ``source`` says who proposed (``model`` or ``prior``); what ``overlay.asked`` names counts as the user's.
-    """
+    """A complete overlay and what was changed to complete it. ``source`` says who proposed (``model`` or ``prior``);
+    what ``overlay.asked`` names counts as the user's."""
     notes, features, asked = Notes(), extraction.features, frozenset(overlay.asked)
     scale, scale_source = bounded_scale(overlay, max(features.rest_size), source, notes)
     links = {proposal.name: proposal for proposal in overlay.links}
     masses = link_masses(features, links, scale, source, settings, notes)
     masses = with_armature(masses, features, settings, notes)
     masses = bound_inertia_by_extent(masses, extraction, scale, settings, notes)
-    ranges: dict[str, Range] = {}
-    for joint in features.joints:
-        span = joint_range(joint, scale, notes)
-        if span is not None:
-            ranges[joint.name] = span
+    spans = {joint.name: joint_range(joint, scale, notes) for joint in features.joints}
+    ranges = {name: span for name, span in spans.items() if span is not None}
     starts = initial_positions(ranges, overlay.initial_joint_positions, asked, scale, source, settings, notes)
     movable = [joint if joint.name in ranges or not joint.movable else locked(joint) for joint in features.joints]
-    joints = joint_physics(
-        features,
-        tree_of(movable, scale),
-        {name: Body(item.mass, item.com, item.inertia) for name, item in masses.items()},
-        starts,
-        {proposal.name: proposal for proposal in overlay.joints},
-        asked,
-        scale,
-        source,
-        settings,
-        notes,
-    )
+    tree, bodies = tree_of(movable, scale), {n: Body(m.mass, m.com, m.inertia) for n, m in masses.items()}
+    proposals = {proposal.name: proposal for proposal in overlay.joints}
+    joints = joint_physics(features, tree, bodies, starts, proposals, asked, scale, source, settings, notes)
     complete = PhysicsOverlay(
         asset_id=features.asset_id,
         scale=scale,
@@ -72,12 +58,8 @@ def bounded_scale(overlay: Overlay, longest_m: float, source: Source, notes: Not
     if SMALLEST_M <= wanted <= LARGEST_M:
         return overlay.scale, Source.USER if "scale" in overlay.asked else source
     bounded = float(np.clip(wanted, SMALLEST_M, LARGEST_M)) / longest_m
-    notes.warn(
-        "scale_bounded",
-        f"scale {overlay.scale:.4g} would make the longest edge {wanted:.4g} m; set to {bounded:.4g}",
-        value=wanted,
-        limit=bounded * longest_m,
-    )
+    message = f"scale {overlay.scale:.4g} would make the longest edge {wanted:.4g} m; set to {bounded:.4g}"
+    notes.warn("scale_bounded", message, value=wanted, limit=bounded * longest_m)
     return bounded, Source.RULE
 
 
