@@ -26,10 +26,8 @@ DIRECTIONS = spread_directions(MOST_POINTS)
 
 
 def collision_hulls(extraction: Extraction, scale: float) -> Hulls:
-    """Link → convex hulls of its meshes, without pieces that lie wholly inside another piece of the link.
-
-    Sheets beside solid pieces are decals and do not collide; a link of sheets alone is thickened.
-    """
+    """Link → convex hulls of its meshes, without pieces that lie wholly inside another piece of the link. Sheets beside
+    solid pieces are decals and do not collide; a link of sheets alone is thickened."""
     return {name: link_hulls(geometry, scale) for name, geometry in extraction.geometry.items()}
 
 
@@ -51,10 +49,8 @@ def link_hulls(geometry: LinkGeometry, scale: float) -> tuple[Array, ...]:
 
 
 def simplified(points: Array) -> Array:
-    """Hull points, reduced to the furthest along evenly spread directions where there are more than ``MOST_POINTS``.
-
-    A sphere loses about 2 % of its radius. PhysX refuses more points, and every engine is slower with more.
-    """
+    """Hull points, reduced to the furthest along evenly spread directions where there are more than ``MOST_POINTS``. A
+    sphere loses about 2 % of its radius. PhysX refuses more points, and every engine is slower with more."""
     if len(points) <= MOST_POINTS:
         return points
     furthest = np.unique(np.argmax(points @ DIRECTIONS.T, axis=0))
@@ -96,10 +92,8 @@ CollisionFiles = dict[str, tuple[str, ...]]
 
 
 def write_hulls(hulls: Hulls, target: Path) -> CollisionFiles:
-    """Write one OBJ per hull under ``collision/``, replacing the folder's contents; link → relative paths.
-
-    Hulls without volume, which no engine takes, are left out.
-    """
+    """Write one OBJ per hull under ``collision/``, replacing the folder's contents; link → relative paths. Hulls
+    without volume, which no engine takes, are left out."""
     folder = target / FOLDER
     shutil.rmtree(folder, ignore_errors=True)
     folder.mkdir()

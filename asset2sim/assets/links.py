@@ -27,9 +27,7 @@ HOLE_SHARE = 1e-3
 
 def hole_share(mesh: trimesh.Trimesh) -> float:
     """How far a surface is from closed: the length of its faces' summed area vectors (zero if closed), over its area.
-
-    Holes that face each other cancel out; a single one does not.
-    """
+    Holes that face each other cancel out; a single one does not."""
     vectors = np.asarray(mesh.face_normals) * np.asarray(mesh.area_faces)[:, None]
     return float(np.linalg.norm(vectors.sum(axis=0)) / max(float(mesh.area), 1e-300))
 
@@ -118,11 +116,8 @@ class MeshReader:
 @dataclass(frozen=True)
 class MeshPart:
     """One mesh of a link: its reference and (3,) scale, where it stands in the link's frame, and its convex pieces
-    there.
-
-    ``pieces`` are (k, 3) hull points; a flat mesh has none, and its points are in ``sheet`` instead. ``exact`` says
-    that the mesh is closed and convex: its hull is its very shape.
-    """
+    there. ``pieces`` are (k, 3) hull points; a flat mesh has none, and its points are in ``sheet`` instead. ``exact``
+    says that the mesh is closed and convex: its hull is its very shape."""
 
     reference: str
     scale: Array
@@ -142,11 +137,9 @@ class LinkGeometry:
 
 
 def read_link(link: yourdfpy.Link, label: str, kind: str, reader: MeshReader) -> tuple[LinkFeatures, LinkGeometry]:
-    """One link's features and geometry.
-
-    The solids are the collision geometry's where there is any that can stand for the link, else the visual's. Raises
-    AssetError (missing_mesh) where the link refers to geometry and none of it can be read.
-    """
+    """One link's features and geometry. The solids are the collision geometry's where there is any that can stand for
+    the link, else the visual's. Raises AssetError (missing_mesh) where the link refers to geometry and none of it can
+    be read."""
     meshes: list[MeshFeatures] = []
     placed: dict[str, list[PlacedShape]] = {"visual": [], "collision": []}
     wanted = {"visual": 0, "collision": 0}

@@ -51,10 +51,8 @@ VISUAL_GROUP, COLLISION_GROUP = "2", "3"
 
 def export_mjcf(folder: Path, overlay: PhysicsOverlay, timestep_s: float) -> Path:
     """Write ``mobility.xml``, ``scene.xml`` and the meshes of its looks into a refined folder; the former's path.
-
     Everything is in SI units and radians. Options and constraints are those of the checks' own MuJoCo world at
-    ``timestep_s``, except that a state which is no longer a number is reset. Raises what ``read_object`` raises.
-    """
+    ``timestep_s``, except that a state which is no longer a number is reset. Raises what ``read_object`` raises."""
     item = read_object(folder, overlay)
     document = mjcf_of(item, timestep_s)
     etree.indent(document, space="  ")
@@ -213,11 +211,9 @@ def write_joint(element: Element, joint: ExportJoint) -> None:
 
 
 def related_to_root(item: ExportObject) -> list[tuple[str, str]]:
-    """Pairs of colliding links, one rigidly on the root and the other one joint away.
-
-    MuJoCo leaves out contacts of what one joint connects, but not where one of the two is welded to the world, as is
-    the root of an object whose free joint a user removes: these pairs have to be named.
-    """
+    """Pairs of colliding links, one rigidly on the root and the other one joint away. MuJoCo leaves out contacts of
+    what one joint connects, but not where one of the two is welded to the world, as is the root of an object whose free
+    joint a user removes: these pairs have to be named."""
     rigid = {item.root: item.root}
     away: dict[str, str] = {}
     for joint in item.joints:

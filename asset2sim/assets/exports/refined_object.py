@@ -26,9 +26,7 @@ NO_DYNAMICS = Dynamics(0.0, 0.0, 0.0, 0.0)
 class ExportShape:
     """One collision shape: a mesh file (``file``, relative to the folder, forward slashes, and its (3,) ``scale``), or
     a primitive: ``kind`` and its ``size`` in m (box: three edges; sphere: radius; cylinder along z: radius, length).
-
-    ``to_link`` is the (4, 4) shape-to-link transform, ``points`` (n, 3) its vertices in the link's frame.
-    """
+    ``to_link`` is the (4, 4) shape-to-link transform, ``points`` (n, 3) its vertices in the link's frame."""
 
     kind: str
     to_link: Array
@@ -52,9 +50,7 @@ class ExportBody:
 @dataclass(frozen=True, eq=False)
 class ExportJoint:
     """One joint, with its place in the tree, its limits and terms; ``lower`` and ``upper`` are None where it has none.
-
-    Effort in N·m or N; ``initial`` in rad or m, 0 for fixed joints.
-    """
+    Effort in N·m or N; ``initial`` in rad or m, 0 for fixed joints."""
 
     tree: TreeJoint
     lower: float | None
@@ -98,11 +94,9 @@ class ExportObject:
 
 
 def read_object(folder: Path, overlay: PhysicsOverlay) -> ExportObject:
-    """The refined object in ``folder``; terms and limits as its URDF states them, the state as the overlay does.
-
-    Raises AssetError: what reading the URDF raises, unreadable_asset where a link lacks its inertial, missing_mesh
-    where a collision mesh is not there.
-    """
+    """The refined object in ``folder``; terms and limits as its URDF states them, the state as the overlay does. Raises
+    AssetError: what reading the URDF raises, unreadable_asset where a link lacks its inertial, missing_mesh where a
+    collision mesh is not there."""
     robot = read_urdf(folder / URDF_NAME)
     dynamics = read_dynamics(folder / URDF_NAME)
     stated = {joint.name: joint for joint in robot.joints}
@@ -124,10 +118,8 @@ def poses_of(item: ExportObject, positions: Mapping[str, float]) -> dict[str, Ar
 
 
 def height_to_stand(item: ExportObject, positions: Mapping[str, float]) -> float:
-    """How far the root must be raised, m, for the lowest collision point to lie at z = 0, upright as authored.
-
-    0 where nothing collides.
-    """
+    """How far the root must be raised, m, for the lowest collision point to lie at z = 0, upright as authored. 0 where
+    nothing collides."""
     poses = poses_of(item, positions)
     lowest = [
         float(apply(poses[body.name], shape.points)[:, 2].min())

@@ -52,11 +52,9 @@ def require_usd() -> None:
 
 
 def export_usd(folder: Path, overlay: PhysicsOverlay) -> Path:
-    """Write ``mobility.usda`` and ``mobility_geometry.usdc`` into a refined folder; the former's path.
-
-    The default prim is the object, z up, in its initial state, its lowest collision point at z = 0. Raises UsageError
-    where ``usd-core`` is missing, and what ``read_object`` raises.
-    """
+    """Write ``mobility.usda`` and ``mobility_geometry.usdc`` into a refined folder; the former's path. The default prim
+    is the object, z up, in its initial state, its lowest collision point at z = 0. Raises UsageError where ``usd-core``
+    is missing, and what ``read_object`` raises."""
     require_usd()
     from pxr import Sdf, Usd, UsdGeom, UsdPhysics
 

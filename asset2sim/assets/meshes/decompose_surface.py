@@ -22,10 +22,8 @@ class ClosedSurface:
 
 
 def surface_of(vertices: Array, faces: Faces, wall_thickness: float) -> ClosedSurface | None:
-    """The closed surface of a mesh; ``wall_thickness`` is that of open sheets over the mesh's longest extent.
-
-    None where faces meet three or more to an edge, or cannot be wound alike: no surface has an inside there.
-    """
+    """The closed surface of a mesh; ``wall_thickness`` is that of open sheets over the mesh's longest extent. None
+    where faces meet three or more to an edge, or cannot be wound alike: no surface has an inside there."""
     _, first = np.unique(np.sort(faces, axis=1), axis=0, return_index=True)
     single = trimesh.Trimesh(vertices, faces[np.sort(first)], process=False)
     single.update_faces(single.nondegenerate_faces())

@@ -47,10 +47,8 @@ class Hollow:
 
     def deepest(self, points: Array, triangles: Array) -> float:
         """The greatest depth, in cells, that the hull of (n, 3) points with (k, 3, 3) faces reaches into the hollow.
-
         Space that the ball reaches is open to the outside, so a hull that fills a part of it has faces there; pockets
-        with a narrow mouth may lie inside the hull, so for them its volume is examined too.
-        """
+        with a narrow mouth may lie inside the hull, so for them its volume is examined too."""
         depth = self.at(samples(triangles, self.cell_m))
         if self.pockets and depth <= LOOSE_DEPTHS[-1] and self.filled_m3(points) > 0.0:
             return OVER
@@ -96,10 +94,8 @@ class Hollow:
         return float((self.depth[index[:, 0], index[:, 1], index[:, 2]] > ALLOWED_DEPTH).sum()) * self.cell_m**2
 
     def with_reachable(self, points: Array) -> "Hollow":
-        """The hollow with the cells of these (n, 3) points added, where they are reachable from outside.
-
-        Points in the faces' own cells or in a closed solid add nothing: no cut of the shape would free them.
-        """
+        """The hollow with the cells of these (n, 3) points added, where they are reachable from outside. Points in the
+        faces' own cells or in a closed solid add nothing: no cut of the shape would free them."""
         inner = np.all((points >= self.low) & (points < self.low + self.cell_m * np.array(self.depth.shape)), axis=1)
         index = np.unique(self.cells(points[inner]), axis=0)
         place = (index[:, 0], index[:, 1], index[:, 2])

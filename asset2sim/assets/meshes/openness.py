@@ -74,10 +74,8 @@ def joint_ends(
     upper: float,
     diagonal: float,
 ) -> JointEnds:
-    """The closed and open positions of one joint with limits.
-
-    ``points`` maps link → (n, 3) hull points in the link's frame; ``diagonal`` is the object's, m.
-    """
+    """The closed and open positions of one joint with limits. ``points`` maps link → (n, 3) hull points in the link's
+    frame; ``diagonal`` is the object's, m."""
     nearest_zero = min((lower, upper), key=abs)
     other = upper if nearest_zero == lower else lower
     if upper - lower <= 0.0 or diagonal <= 0.0:

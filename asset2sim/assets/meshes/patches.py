@@ -90,11 +90,9 @@ def slim(points: Array, thickness: float) -> PatchPiece:
 
 
 def cut(vertices: Array, faces: NDArray[np.int64], hollow: Hollow, thickness: float) -> list[PatchPiece]:
-    """Convex pieces of (n, 3) vertices and (m, 3) faces that stay out of the hollow, as few as joining gives.
-
-    Pieces thinner than ``thickness`` (m) are made as thick. Where ``MOST_GROUPS`` do not suffice the largest groups are
-    halved first, and the other groups may fill the hollow.
-    """
+    """Convex pieces of (n, 3) vertices and (m, 3) faces that stay out of the hollow, as few as joining gives. Pieces
+    thinner than ``thickness`` (m) are made as thick. Where ``MOST_GROUPS`` do not suffice the largest groups are halved
+    first, and the other groups may fill the hollow."""
     return join(grouped(vertices, faces, hollow, thickness), hollow, thickness, enough=ENOUGH)
 
 
@@ -157,11 +155,8 @@ def join(
     added_share: float = np.inf,
 ) -> list[PatchPiece]:
     """Fewer pieces: those are joined whose common hull stays out of the hollow and adds at most ``added_share`` of the
-    smaller one's volume.
-
-    Where more than ``enough`` are left the join goes on with hulls that stand a little in the hollow, and where more
-    than ``most`` are, with any; always first with what adds least.
-    """
+    smaller one's volume. Where more than ``enough`` are left the join goes on with hulls that stand a little in the
+    hollow, and where more than ``most`` are, with any; always first with what adds least."""
     rule = _Rule(hollow, thickness, (1, min(enough, most), min(enough, most), most), added_share)
     slack = 0.0 if hollow is None else hollow.cell_m
     known = list(pieces)
@@ -199,10 +194,8 @@ def _join_candidates(
 
 
 def _join_candidate(known: Sequence[PatchPiece], pair: tuple[int, int], rule: _Rule) -> _JoinCandidate | None:
-    """The join of two pieces, or None where no rule would ever make it.
-
-    Rank 0 stays out of the hollow and adds little, 1 and 2 stand a little in it, 3 is all else.
-    """
+    """The join of two pieces, or None where no rule would ever make it. Rank 0 stays out of the hollow and adds little,
+    1 and 2 stand a little in it, 3 is all else."""
     a, b = known[pair[0]], known[pair[1]]
     if not rule.any_join and rule.hollow is not None and rule.hollow.at(between(a, b)) > LOOSE_DEPTHS[-1]:
         return None

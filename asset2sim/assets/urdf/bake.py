@@ -34,10 +34,8 @@ MOVING = ("revolute", "continuous", "prismatic")
 
 def bake(document: bytes, positions: Mapping[str, float]) -> tuple[bytes, Bake]:
     """The document with joint zero at ``positions`` (rad or m; joints not named stay), and the record of the change.
-
     Joint q of the result is joint q + q₀ of the original, whatever the pose. A document that is baked already is
-    restored first, ``positions`` being of its authored zero. Raises UsageError for a position of no movable joint.
-    """
+    restored first, ``positions`` being of its authored zero. Raises UsageError for a position of no movable joint."""
     robot = parsed(document)
     if record_of(robot) is not None:
         robot = parsed(unbake(document))
@@ -58,10 +56,8 @@ def bake(document: bytes, positions: Mapping[str, float]) -> tuple[bytes, Bake]:
 
 
 def unbake(document: bytes, record: Bake | None = None) -> bytes:
-    """The document with its authored zero again: every attribute that baking changed has its old text.
-
-    Without ``record`` the one in the document's comment is used. Raises UsageError where there is none.
-    """
+    """The document with its authored zero again: every attribute that baking changed has its old text. Without
+    ``record`` the one in the document's comment is used. Raises UsageError where there is none."""
     robot = parsed(document)
     record = record or record_of(robot)
     if record is None:
@@ -152,10 +148,8 @@ def shift_joint(joint: Element, zero: float, offset: float | None) -> None:
 
 
 def angles(rotation: Array) -> Array:
-    """(3,) fixed-axis roll, pitch and yaw of a (3, 3) rotation, rad.
-
-    Roll is taken after yaw is undone, so that their rounding cancels where pitch comes near a right angle.
-    """
+    """(3,) fixed-axis roll, pitch and yaw of a (3, 3) rotation, rad. Roll is taken after yaw is undone, so that their
+    rounding cancels where pitch comes near a right angle."""
     yaw = math.atan2(rotation[1, 0], rotation[0, 0])
     cosine, sine = math.cos(yaw), math.sin(yaw)
     roll = math.atan2(sine * rotation[0, 2] - cosine * rotation[1, 2], cosine * rotation[1, 1] - sine * rotation[0, 1])

@@ -159,11 +159,8 @@ def write_contact(link: Element, rolling_friction_m: float) -> None:
 
 
 def write_joint(element: Element, authored: JointFeatures, physics: JointPhysics, settings: PhysicsSettings) -> None:
-    """Write one movable joint's type, axis, limits and dynamics.
-
-    Stiffness goes into ``spring_stiffness`` and ``spring_reference``, the names that SDF uses; engine
-    adapters can also take them from ``overlay.json``.
-    """
+    """Write one movable joint's type, axis, limits and dynamics. Stiffness goes into ``spring_stiffness`` and
+    ``spring_reference``, the names that SDF uses; engine adapters can also take them from ``overlay.json``."""
     element.set("type", physics.type)
     axis = child(element, "axis")
     axis.set("xyz", words(authored.axis))

@@ -14,10 +14,8 @@ PARENTS_SEARCHED = 2
 
 
 def find_urdf(folder: Path) -> Path:
-    """The asset folder's one URDF: ``mobility.urdf`` if there is one, else its only ``*.urdf``.
-
-    Raises AssetError (unreadable_asset) if there is none or more than one.
-    """
+    """The asset folder's one URDF: ``mobility.urdf`` if there is one, else its only ``*.urdf``. Raises AssetError
+    (unreadable_asset) if there is none or more than one."""
     preferred = folder / "mobility.urdf"
     if preferred.is_file():
         return preferred
@@ -34,11 +32,9 @@ def find_urdf(folder: Path) -> Path:
 
 
 def find_mesh(reference: str, folder: Path) -> Path | None:
-    """The file of a mesh reference, or None.
-
-    ``package://name/path``, ``model://name/path`` and ``file://`` references, and relative paths, are resolved next
-    to the URDF's folder: each suffix of the path is tried there and up to two folders above.
-    """
+    """The file of a mesh reference, or None. ``package://name/path``, ``model://name/path`` and ``file://`` references,
+    and relative paths, are resolved next to the URDF's folder: each suffix of the path is tried there and up to two
+    folders above."""
     text = _path_in(reference)
     if text.startswith("/") and Path(text).is_file():
         return Path(text)

@@ -23,11 +23,9 @@ logging.getLogger("yourdfpy").setLevel(logging.ERROR)
 
 
 def read_urdf(path: Path) -> yourdfpy.Robot:
-    """The URDF as yourdfpy's robot: links, joints, origins as (4, 4), no mesh loaded.
-
-    Raises AssetError: unreadable_asset if the file is not XML, not a URDF or not one tree of known joint types;
-    invalid_joint_configuration where a joint's numbers make no sense.
-    """
+    """The URDF as yourdfpy's robot: links, joints, origins as (4, 4), no mesh loaded. Raises AssetError:
+    unreadable_asset if the file is not XML, not a URDF or not one tree of known joint types;
+    invalid_joint_configuration where a joint's numbers make no sense."""
     try:
         document = etree.parse(str(path))
     except (etree.XMLSyntaxError, OSError, UnicodeError) as error:
@@ -90,10 +88,8 @@ def element_joint(element: "etree._Element") -> TreeJoint:
 
 
 def check_numbers(path: Path, document: "etree._ElementTree") -> None:
-    """Refuse numbers that are not finite, naming the element; yourdfpy would carry a NaN into every stage.
-
-    Those of an inertial are left to extraction, which goes on as if it were not there.
-    """
+    """Refuse numbers that are not finite, naming the element; yourdfpy would carry a NaN into every stage. Those of an
+    inertial are left to extraction, which goes on as if it were not there."""
     for element in document.getroot().iter("origin", "axis", "limit", "mesh", "box", "dynamics"):
         parent = element.getparent()
         if parent is not None and parent.tag == "inertial":

@@ -16,11 +16,8 @@ FLAT = 1e-4
 
 def with_lifts(surfaces: Sequence[Surface]) -> list[tuple[Surface, float]]:
     """The surfaces from the smallest to the largest, each with the distance (m) that it is to be lifted along its
-    normals.
-
-    What lies on something is smaller than what it lies on; among equals, the textured one is on top. Only flat surfaces
-    are lifted: others would gape at their edges.
-    """
+    normals. What lies on something is smaller than what it lies on; among equals, the textured one is on top. Only flat
+    surfaces are lifted: others would gape at their edges."""
     if not surfaces:
         return []
     areas, thickness = zip(*(area_and_thickness(surface) for surface in surfaces), strict=True)
@@ -54,11 +51,8 @@ def lifted(batch: Batch, distance: float) -> Batch:
 
 
 def outside_first(batches: Sequence[Batch]) -> list[Batch]:
-    """The same batches, sorted, each with its faces sorted.
-
-    Of two faces that a camera sees from the front, the one further out along its own normal is likely to be the
-    nearer; that needs no camera, so one order serves all views.
-    """
+    """The same batches, sorted, each with its faces sorted. Of two faces that a camera sees from the front, the one
+    further out along its own normal is likely to be the nearer; that needs no camera, so one order serves all views."""
     if not batches:
         return []
     low = np.min([batch.vertices.min(axis=0) for batch in batches], axis=0)
@@ -87,12 +81,9 @@ QUANTUM = 1e-5
 
 
 def batches_of(surfaces: Sequence[Surface]) -> tuple[Batch, ...]:
-    """One batch or more per paint, the outermost first, within PyBullet's limits.
-
-    The renderer draws front faces only and lights by the vertex normal, so every face without a partner of opposite
-    winding is given one. Of faces that lie exactly on each other with the same winding, that of the smallest surface
-    is kept.
-    """
+    """One batch or more per paint, the outermost first, within PyBullet's limits. The renderer draws front faces only
+    and lights by the vertex normal, so every face without a partner of opposite winding is given one. Of faces that lie
+    exactly on each other with the same winding, that of the smallest surface is kept."""
     layers = with_lifts(surfaces)
     keep, alone = faces_to_draw([surface for surface, _ in layers])
     grouped: dict[Paint, list[Batch]] = {}

@@ -27,10 +27,8 @@ square."""
 
 def render_views(urdf_file: Path, positions: Mapping[str, float], settings: ViewSettings) -> dict[str, Image.Image]:
     """View name → RGB picture of the asset at these joint positions (radians or metres; joints not named are at zero).
-
-    Meshes that are missing are left out. Raises AssetError: unreadable_asset or invalid_joint_configuration if the
-    URDF is refused, missing_mesh if nothing is left to draw.
-    """
+    Meshes that are missing are left out. Raises AssetError: unreadable_asset or invalid_joint_configuration if the URDF
+    is refused, missing_mesh if nothing is left to draw."""
     scene = load_scene(urdf_file, positions)
     batches = batches_of(scene.surfaces)
     if not batches:
@@ -48,10 +46,8 @@ def render_views(urdf_file: Path, positions: Mapping[str, float], settings: View
 def write_views(
     urdf_file: Path, positions: Mapping[str, float], folder: Path, settings: ViewSettings
 ) -> tuple[Path, ...]:
-    """Render the views into ``folder`` as ``front.png`` and so on; each file appears whole or not at all.
-
-    Raises what ``render_views`` raises, before anything is written.
-    """
+    """Render the views into ``folder`` as ``front.png`` and so on; each file appears whole or not at all. Raises what
+    ``render_views`` raises, before anything is written."""
     images = render_views(urdf_file, positions, settings)
     folder.mkdir(parents=True, exist_ok=True)
     written = []

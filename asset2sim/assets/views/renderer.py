@@ -45,11 +45,9 @@ class TranslucentBody:
 
 
 def render(batches: Sequence[Batch], cameras: Mapping[str, Camera], width: int, height: int) -> dict[str, Frame]:
-    """The batches seen by each camera, before any background.
-
-    TinyRenderer cannot blend: a view in which something translucent is seen is drawn again without it, and mixed by its
-    opacity, one layer deep; where a texture varies the opacity, a third pass draws that.
-    """
+    """The batches seen by each camera, before any background. TinyRenderer cannot blend: a view in which something
+    translucent is seen is drawn again without it, and mixed by its opacity, one layer deep; where a texture varies the
+    opacity, a third pass draws that."""
     visible = [batch for batch in batches if batch.paint.color[3] >= INVISIBLE]
     # An exporter that writes an opacity of zero everywhere did not mean an invisible object.
     drawn = visible or list(batches)

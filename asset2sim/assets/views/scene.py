@@ -100,11 +100,9 @@ def pieces_of(
 
 
 def front_of(robot: yourdfpy.Robot, urdf_file: Path) -> Floats:
-    """(3,) the horizontal direction in the root frame that the object's front faces.
-
-    PartNet-Mobility's objects face -x once its root joint has turned them z-up; an object is taken for one of them
-    by that joint, by its robot's name or by the ``semantics.txt`` beside it. Others follow the ROS custom: x forward.
-    """
+    """(3,) the horizontal direction in the root frame that the object's front faces. PartNet-Mobility's objects face -x
+    once its root joint has turned them z-up; an object is taken for one of them by that joint, by its robot's name or
+    by the ``semantics.txt`` beside it. Others follow the ROS custom: x forward."""
     root = root_of(robot)
     turned = any(
         joint.parent == root

@@ -33,11 +33,8 @@ class Paint:
 
 @dataclass(frozen=True, eq=False)
 class Surface:
-    """Triangles of one paint.
-
-    ``vertices`` (n, 3) float in metres, ``faces`` (m, 3) int, ``normals`` (n, 3) float unit vectors or None,
-    ``uv`` (n, 2) float with v upwards, or None. ``paint`` is None where the file gives none.
-    """
+    """Triangles of one paint. ``vertices`` (n, 3) float in metres, ``faces`` (m, 3) int, ``normals`` (n, 3) float unit
+    vectors or None, ``uv`` (n, 2) float with v upwards, or None. ``paint`` is None where the file gives none."""
 
     vertices: Floats
     faces: Ints
@@ -48,10 +45,8 @@ class Surface:
 
 @dataclass(frozen=True, eq=False)
 class Batch:
-    """Triangles of one paint, each wound so that its front is towards the side its normals point to.
-
-    ``vertices`` and ``normals`` (n, 3) float in the root frame, ``uv`` (n, 2) float, ``faces`` (m, 3) int.
-    """
+    """Triangles of one paint, each wound so that its front is towards the side its normals point to. ``vertices`` and
+    ``normals`` (n, 3) float in the root frame, ``uv`` (n, 2) float, ``faces`` (m, 3) int."""
 
     vertices: Floats
     normals: Floats
