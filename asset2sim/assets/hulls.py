@@ -20,8 +20,6 @@ MOST_POINTS = 200
 """Most points of one hull: PhysX accepts at most 255, and 200 directions lie 15° apart."""
 INSIDE_M = 1e-6
 """How far outside another hull a point may lie and still count as inside, m."""
-
-
 DIRECTIONS = spread_directions(MOST_POINTS)
 
 
@@ -33,11 +31,8 @@ def collision_hulls(extraction: Extraction, scale: float) -> Hulls:
 
 def exact_links(extraction: Extraction) -> frozenset[str]:
     """Links whose hulls equal their meshes: every mesh is closed and convex."""
-    return frozenset(
-        name
-        for name, geometry in extraction.geometry.items()
-        if geometry.parts and all(p.exact for p in geometry.parts)
-    )
+    parts = {name: geometry.parts for name, geometry in extraction.geometry.items()}
+    return frozenset(name for name, own in parts.items() if own and all(part.exact for part in own))
 
 
 def link_hulls(geometry: LinkGeometry, scale: float) -> tuple[Array, ...]:
@@ -53,9 +48,7 @@ def simplified(points: Array) -> Array:
     sphere loses about 2 % of its radius. PhysX refuses more points, and every engine is slower with more."""
     if len(points) <= MOST_POINTS:
         return points
-    furthest = np.unique(np.argmax(points @ DIRECTIONS.T, axis=0))
-    thinned: Array = points[furthest]
-    return thinned
+    return np.asarray(points[np.unique(np.argmax(points @ DIRECTIONS.T, axis=0))])
 
 
 def outermost(pieces: list[Array]) -> tuple[Array, ...]:

@@ -32,8 +32,7 @@ class PlacedShape:
 
     def points(self, points: Array) -> Array:
         """(n, 3) points of the mesh's frame in the link's."""
-        moved: Array = points @ self.rotation.T + self.translation
-        return moved
+        return np.asarray(points @ self.rotation.T + self.translation)
 
 
 def collision_mismatch(

@@ -92,6 +92,17 @@ class ExportObject:
         """Movable joint → initial position, rad or m."""
         return {joint.name: joint.initial for joint in self.joints if joint.moves}
 
+    def poses(self, positions: Mapping[str, float]) -> dict[str, Array]:
+        """Link name → (4, 4) link-to-root transform at these joint positions; joints not named are at zero."""
+        return link_to_root([joint.tree for joint in self.joints], self.root, positions)
+
+    def height_to_stand(self, positions: Mapping[str, float]) -> float:
+        """How far the root must be raised, m, for the lowest collision point to lie at z = 0, upright as authored. 0
+        where nothing collides."""
+        poses = self.poses(positions)
+        shapes = [(poses[body.name], shape.points) for body in self.bodies.values() for shape in body.shapes]
+        return -min((float(apply(pose, points)[:, 2].min()) for pose, points in shapes if len(points)), default=0.0)
+
 
 def read_object(folder: Path, overlay: PhysicsOverlay) -> ExportObject:
     """The refined object in ``folder``; terms and limits as its URDF states them, the state as the overlay does. Raises
@@ -112,24 +123,6 @@ def read_object(folder: Path, overlay: PhysicsOverlay) -> ExportObject:
     )
 
 
-def poses_of(item: ExportObject, positions: Mapping[str, float]) -> dict[str, Array]:
-    """Link name → (4, 4) link-to-root transform at these joint positions; joints not named are at zero."""
-    return link_to_root([joint.tree for joint in item.joints], item.root, positions)
-
-
-def height_to_stand(item: ExportObject, positions: Mapping[str, float]) -> float:
-    """How far the root must be raised, m, for the lowest collision point to lie at z = 0, upright as authored. 0 where
-    nothing collides."""
-    poses = poses_of(item, positions)
-    lowest = [
-        float(apply(poses[body.name], shape.points)[:, 2].min())
-        for body in item.bodies.values()
-        for shape in body.shapes
-        if len(shape.points)
-    ]
-    return -min(lowest, default=0.0)
-
-
 def _joint(
     tree: TreeJoint, joint: yourdfpy.Joint, dynamics: Mapping[str, Dynamics], initial: Mapping[str, float]
 ) -> ExportJoint:
@@ -148,13 +141,9 @@ def _joint(
 def _body(link: yourdfpy.Link, folder: Path) -> ExportBody:
     inertial = link.inertial
     if inertial is None or not inertial.mass or inertial.inertia is None:
-        raise AssetError(
-            FailureMode.UNREADABLE_ASSET,
-            "no_inertial",
-            f"{URDF_NAME}: link '{link.name}' has no mass and inertia, so that every simulator would make up its own; "
-            "refine the asset first",
-            link=str(link.name),
-        )
+        problem = "has no mass and inertia, so that every simulator would make up its own; refine the asset first"
+        message = f"{URDF_NAME}: link '{link.name}' {problem}"
+        raise AssetError(FailureMode.UNREADABLE_ASSET, "no_inertial", message, link=str(link.name))
     pose = np.eye(4) if inertial.origin is None else np.asarray(inertial.origin, dtype=float)
     tensor = np.asarray(inertial.inertia, dtype=float)
     tensor = (tensor + tensor.T) / 2.0
@@ -169,22 +158,14 @@ def _shape(collision: yourdfpy.Collision, link: str, folder: Path) -> ExportShap
     if geometry.mesh is None:
         mesh = primitive(geometry)
         if mesh is None:
-            raise AssetError(
-                FailureMode.UNREADABLE_ASSET,
-                "unknown_shape",
-                f"{URDF_NAME}: link '{link}' collides with a shape that is no box, cylinder, sphere or mesh",
-                link=link,
-            )
+            message = f"{URDF_NAME}: link '{link}' collides with a shape that is no box, cylinder, sphere or mesh"
+            raise AssetError(FailureMode.UNREADABLE_ASSET, "unknown_shape", message, link=link)
         kind, size = _primitive(geometry)
         return ExportShape(kind, to_link, apply(to_link, np.asarray(mesh.vertices, dtype=float)), size=size)
     path = find_mesh(geometry.mesh.filename, folder)
     if path is None:
-        raise AssetError(
-            FailureMode.MISSING_MESH,
-            "missing_mesh",
-            f"{URDF_NAME}: collision mesh '{geometry.mesh.filename}' of link '{link}' is not there; refine it again",
-            link=link,
-        )
+        problem = f"collision mesh '{geometry.mesh.filename}' of link '{link}' is not there; refine it again"
+        raise AssetError(FailureMode.MISSING_MESH, "missing_mesh", f"{URDF_NAME}: {problem}", link=link)
     scale = scale_vector(geometry.mesh)
     points = apply(to_link, np.asarray(load_mesh(path).vertices, dtype=float) * scale)
     return ExportShape("mesh", to_link, points, path.resolve().relative_to(folder.resolve()).as_posix(), scale)

@@ -83,10 +83,8 @@ class Hollow:
         first, end = np.searchsorted(z, bottom), np.searchsorted(z, top, side="right")
         count = np.zeros((*block.shape[:2], block.shape[2] + 1), dtype=np.int64)
         np.cumsum(block, axis=2, out=count[:, :, 1:])
-        inside = np.take_along_axis(count, np.maximum(end, first)[:, :, None], 2) - np.take_along_axis(
-            count, first[:, :, None], 2
-        )
-        return float(inside.sum()) * self.cell_m**3
+        below, within = (np.take_along_axis(count, i[:, :, None], 2) for i in (first, np.maximum(end, first)))
+        return float((within - below).sum()) * self.cell_m**3
 
     def opened_m2(self, triangles: Array) -> float:
         """Area of a plate with these (k, 3, 3) faces that lies in the hollow, m²; its two sides count once."""
@@ -112,12 +110,8 @@ LEVEL = 1e-9
 ALLOWED_DEPTH = 1.5
 """Depth in cells up to which a piece may fill the hollow: 1.9 % of an object of which the ball is 5 %, as CoACD's
 default concavity of 0.05 of half the extent."""
-
-
 LOOSE_DEPTHS = (2.5, 4.0)
 """Looser bounds of the depth, in cells, tried in this order where there would be too many pieces."""
-
-
 OVER = 1e6
 """A depth that is never allowed."""
 
@@ -130,9 +124,8 @@ def hollow_of(triangles: Array, radius: float) -> Hollow:
     cell *= max(1.0, float((size / cell).prod() / MOST_CELLS) ** (1.0 / 3.0))
     reach = max(radius / cell, 1.0)
     margin = cell * (reach + OUTER_CELLS)
-    grid = Hollow(
-        low - margin, cell, *(np.zeros(np.ceil((high - low + 2 * margin) / cell).astype(int) + 1, np.float32),) * 2
-    )
+    nothing = np.zeros(np.ceil((high - low + 2 * margin) / cell).astype(int) + 1, np.float32)
+    grid = Hollow(low - margin, cell, nothing, nothing)
     empty = np.ones(grid.depth.shape, dtype=bool)
     index = grid.cells(samples(triangles, cell / 2.0))
     empty[index[:, 0], index[:, 1], index[:, 2]] = False
@@ -150,8 +143,7 @@ def hollow_of(triangles: Array, radius: float) -> Hollow:
 def _from_outside(free: NDArray[np.bool_]) -> NDArray[np.bool_]:
     """The cells that a path through free cells joins to the grid's corner, which is free."""
     label, _ = ndimage.label(free)
-    found: NDArray[np.bool_] = label == label[0, 0, 0]
-    return found
+    return np.asarray(label == label[0, 0, 0])
 
 
 def samples(triangles: Array, spacing: float) -> Array:

@@ -81,5 +81,5 @@ def obj_points(content: bytes) -> Array | None:
         return None
     if not len(numbers) or numbers[0] < 0 or numbers[-1] >= len(points) or points.shape[1:] != (3,):
         return None
-    kept: Array = points[numbers]
+    kept = np.asarray(points[numbers])
     return kept if np.isfinite(kept).all() else None

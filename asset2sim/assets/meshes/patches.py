@@ -211,8 +211,7 @@ def between(a: PatchPiece, b: PatchPiece) -> Array:
     """(n, 3) points on lines from one piece's outermost corners to the other's, all within their common hull."""
     first, second = (piece.points[np.unique(np.argmax(piece.points @ CORNERS.T, axis=0))] for piece in (a, b))
     ends = first[:, None, None] + SHARES[:, None] * (second[None, :, None] - first[:, None, None])
-    points: Array = ends.reshape(-1, 3)
-    return points
+    return np.asarray(ends.reshape(-1, 3))
 
 
 def _partners(

@@ -20,9 +20,8 @@ def find_urdf(folder: Path) -> Path:
     if preferred.is_file():
         return preferred
     if not folder.is_dir():
-        raise AssetError(
-            FailureMode.UNREADABLE_ASSET, "missing_folder", f"{folder}: no such asset folder; mend the manifest's path"
-        )
+        message = f"{folder}: no such asset folder; mend the manifest's path"
+        raise AssetError(FailureMode.UNREADABLE_ASSET, "missing_folder", message)
     found = sorted(folder.glob("*.urdf")) or sorted(folder.glob("*/*.urdf"))
     if len(found) == 1:
         return found[0]
@@ -38,10 +37,8 @@ def find_mesh(reference: str, folder: Path) -> Path | None:
     text = _path_in(reference)
     if text.startswith("/") and Path(text).is_file():
         return Path(text)
-    for candidate in mesh_candidates(reference, folder, folder.resolve().parents[:PARENTS_SEARCHED]):
-        if Path(candidate).is_file():
-            return Path(candidate)
-    return None
+    candidates = mesh_candidates(reference, folder, folder.resolve().parents[:PARENTS_SEARCHED])
+    return next((Path(candidate) for candidate in candidates if Path(candidate).is_file()), None)
 
 
 def mesh_candidates(reference: str, folder: PurePath, above: Sequence[PurePath]) -> Iterator[PurePath]:

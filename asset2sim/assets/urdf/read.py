@@ -35,13 +35,8 @@ def read_urdf(path: Path) -> yourdfpy.Robot:
         raise unreadable(path, "not_urdf", f"the root element is <{tag}>, not <robot>")
     check_numbers(path, document)
     try:
-        model = yourdfpy.URDF.load(
-            str(path),
-            build_scene_graph=False,
-            build_collision_scene_graph=False,
-            load_meshes=False,
-            load_collision_meshes=False,
-        )
+        graphs = {"build_scene_graph": False, "build_collision_scene_graph": False}
+        model = yourdfpy.URDF.load(str(path), **graphs, load_meshes=False, load_collision_meshes=False)
     except Exception as error:  # yourdfpy raises what its parsers raise: any of them means a URDF that cannot be read
         raise unreadable(path, "not_urdf", f"yourdfpy cannot read it: {type(error).__name__}: {error}") from error
     check_tree(path, model.robot)
@@ -103,12 +98,8 @@ def check_numbers(path: Path, document: "etree._ElementTree") -> None:
                     while owner is not None and owner.get("name") is None:
                         owner = owner.getparent()
                     name = "?" if owner is None else owner.get("name")
-                    raise AssetError(
-                        FailureMode.INVALID_JOINT_CONFIGURATION,
-                        "not_finite",
-                        f"{path.name}: <{element.tag!s} {key!s}='{word}'> of '{name!s}' is not finite",
-                        joint=name,
-                    )
+                    message = f"{path.name}: <{element.tag!s} {key!s}='{word}'> of '{name!s}' is not finite"
+                    raise AssetError(FailureMode.INVALID_JOINT_CONFIGURATION, "not_finite", message, joint=name)
 
 
 def check_tree(path: Path, robot: yourdfpy.Robot) -> None:
@@ -167,9 +158,8 @@ def unreadable(path: Path, code: str, problem: str) -> AssetError:
 
 def invalid(path: Path, code: str, joint: str, problem: str) -> AssetError:
     """An invalid_joint_configuration error that names the file and the joint."""
-    return AssetError(
-        FailureMode.INVALID_JOINT_CONFIGURATION, code, f"{path.name}: joint '{joint}': {problem}", joint=joint
-    )
+    message = f"{path.name}: joint '{joint}': {problem}"
+    return AssetError(FailureMode.INVALID_JOINT_CONFIGURATION, code, message, joint=joint)
 
 
 @dataclass(frozen=True)
@@ -191,10 +181,6 @@ def read_dynamics(urdf: Path) -> dict[str, Dynamics]:
             continue
         element = joint.find("dynamics")
         values = {} if element is None else element.attrib
-        terms[str(joint.get("name"))] = Dynamics(
-            damping=float(values.get("damping", 0.0)),
-            friction=float(values.get("friction", 0.0)),
-            stiffness=float(values.get("spring_stiffness", 0.0)),
-            spring_reference=float(values.get("spring_reference", 0.0)),
-        )
+        keys = ("damping", "friction", "spring_stiffness", "spring_reference")
+        terms[str(joint.get("name"))] = Dynamics(*(float(values.get(key, 0.0)) for key in keys))
     return terms

@@ -45,11 +45,6 @@ def area_and_thickness(surface: Surface) -> tuple[float, float]:
     return 0.5 * float(double.sum()), float(np.ptp(along))
 
 
-def lifted(batch: Batch, distance: float) -> Batch:
-    """The batch moved along its own normals by ``distance`` metres."""
-    return replace(batch, vertices=batch.vertices + distance * batch.normals)
-
-
 def outside_first(batches: Sequence[Batch]) -> list[Batch]:
     """The same batches, sorted, each with its faces sorted. Of two faces that a camera sees from the front, the one
     further out along its own normal is likely to be the nearer; that needs no camera, so one order serves all views."""
@@ -93,7 +88,7 @@ def batches_of(surfaces: Sequence[Surface]) -> tuple[Batch, ...]:
         paint = surface.paint or Paint(PLAIN)
         batch = two_sided(surface, paint, keep[start:stop], alone[start:stop])
         if len(batch.faces):
-            grouped.setdefault(paint, []).append(lifted(batch, lift))
+            grouped.setdefault(paint, []).append(replace(batch, vertices=batch.vertices + lift * batch.normals))
         start = stop
     whole = [merged(parts) for parts in grouped.values()]
     return tuple(piece for batch in outside_first(whole) for piece in split(batch))

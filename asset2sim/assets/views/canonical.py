@@ -1,5 +1,6 @@
-"""The five canonical views of an asset: render and write."""
+"""The five canonical views of an asset: render, lay over a background, and write as PNG."""
 
+import io
 import os
 import tempfile
 from collections.abc import Mapping
@@ -11,8 +12,7 @@ from PIL import Image
 from asset2sim.assets.extract import Extraction
 from asset2sim.assets.views.batch import batches_of
 from asset2sim.assets.views.camera import NARROW_FOV, WIDE_FOV, directions, fit
-from asset2sim.assets.views.picture import finish, png_bytes
-from asset2sim.assets.views.renderer import render
+from asset2sim.assets.views.renderer import Frame, render
 from asset2sim.assets.views.scene import load_scene, nothing_to_draw
 from schemas.model_names import is_prior
 from schemas.request import LabelledImage
@@ -23,6 +23,8 @@ VIEW_NAMES = ("front", "back", "left", "right", "perspective")
 OVERSAMPLING = 1.5
 """Pixels drawn per pixel shown, along each side: TinyRenderer does not smooth edges, and its time goes with the
 square."""
+BACKGROUND_TOP, BACKGROUND_BOTTOM = (244.0, 246.0, 249.0), (224.0, 228.0, 234.0)
+"""Background colours, RGB: light, and never quite white, so that white objects keep an outline."""
 
 
 def render_views(urdf_file: Path, positions: Mapping[str, float], settings: ViewSettings) -> dict[str, Image.Image]:
@@ -41,6 +43,24 @@ def render_views(urdf_file: Path, positions: Mapping[str, float], settings: View
     }
     frames = render(batches, cameras, round(OVERSAMPLING * settings.width), round(OVERSAMPLING * settings.height))
     return {name: finish(frames[name], settings.width, settings.height) for name in VIEW_NAMES}
+
+
+def finish(frame: Frame, width: int, height: int) -> Image.Image:
+    """The frame over the background, averaged down to ``width`` by ``height`` pixels."""
+    rows = np.linspace(0.0, 1.0, frame.color.shape[0], dtype=np.float32)[:, None, None]
+    top, bottom = np.array(BACKGROUND_TOP, dtype=np.float32), np.array(BACKGROUND_BOTTOM, dtype=np.float32)
+    color = np.where(frame.drawn[..., None], frame.color, top + rows * (bottom - top))
+    image = Image.fromarray(np.clip(color + 0.5, 0.0, 255.0).astype(np.uint8), "RGB")
+    if image.size != (width, height):
+        image = image.resize((width, height), Image.Resampling.BOX)
+    return image
+
+
+def png_bytes(image: Image.Image) -> bytes:
+    """The picture as a PNG file."""
+    stream = io.BytesIO()
+    image.save(stream, format="PNG")
+    return stream.getvalue()
 
 
 def write_views(

@@ -83,8 +83,7 @@ def authored_normals(mesh: trimesh.Trimesh, node_to_mesh: Floats) -> Floats | No
     if "vertex_normals" not in mesh._cache:
         return None
     normals = np.asarray(mesh.vertex_normals, dtype=float) @ np.linalg.pinv(node_to_mesh[:3, :3])
-    cleaned: Floats = np.nan_to_num(normals)
-    return cleaned
+    return np.asarray(np.nan_to_num(normals))
 
 
 def paint_of(material: object, has_uv: bool, path: Path) -> Paint | None:

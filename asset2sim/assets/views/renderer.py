@@ -74,19 +74,13 @@ def render(batches: Sequence[Batch], cameras: Mapping[str, Camera], width: int, 
 def add(batch: Batch, skin: DecodedTexture | None, client: int, folder: Path, numbers: dict[int, int]) -> int:
     """Add a batch to the scene; PyBullet's number of its body."""
     color = [*(SHEEN + (1.0 - SHEEN) * level for level in batch.paint.color[:3]), 1.0]
-    options: dict[str, object] = {}
+    options: dict[str, object] = {"rgbaColor": color, "physicsClientId": client}
     if skin is not None and batch.uv is not None:
         # TinyRenderer repeats a texture only for coordinates that are not negative.
         options["uvs"] = (batch.uv - np.floor(batch.uv.min(axis=0))).tolist()
-    shape = pybullet.createVisualShape(
-        pybullet.GEOM_MESH,
-        vertices=batch.vertices.tolist(),
-        indices=batch.faces.ravel().tolist(),
-        normals=batch.normals.tolist(),
-        rgbaColor=color,
-        physicsClientId=client,
-        **options,
-    )
+    vertices, normals, indices = batch.vertices.tolist(), batch.normals.tolist(), batch.faces.ravel().tolist()
+    mesh = {"vertices": vertices, "normals": normals, "indices": indices}
+    shape = pybullet.createVisualShape(pybullet.GEOM_MESH, **mesh, **options)
     body = int(pybullet.createMultiBody(0, -1, shape, physicsClientId=client))
     if skin is not None and "uvs" in options:
         set_texture(body, load(skin.color, client, folder, numbers), color, client)
@@ -113,20 +107,10 @@ def take(camera: Camera, client: int, width: int, height: int, ambient: float = 
     lamp = unit((np.array(LAMP) @ axes(unit((camera.eye - camera.target)[None])[0]))[None])[0]
     view = pybullet.computeViewMatrix(camera.eye.tolist(), camera.target.tolist(), [0.0, 0.0, 1.0])
     lens = pybullet.computeProjectionMatrixFOV(np.degrees(camera.fov), width / height, camera.near, camera.far)
-    answer = pybullet.getCameraImage(
-        width,
-        height,
-        view,
-        lens,
-        lightDirection=lamp.tolist(),
-        lightColor=[1.0, 1.0, 1.0],
-        lightAmbientCoeff=ambient,
-        lightDiffuseCoeff=DIFFUSE if ambient < 1.0 else 0.0,
-        lightSpecularCoeff=0.0,
-        shadow=0,
-        renderer=pybullet.ER_TINY_RENDERER,
-        physicsClientId=client,
-    )
+    light = {"lightDirection": lamp.tolist(), "lightColor": [1.0, 1.0, 1.0], "lightAmbientCoeff": ambient}
+    light |= {"lightDiffuseCoeff": DIFFUSE if ambient < 1.0 else 0.0, "lightSpecularCoeff": 0.0, "shadow": 0}
+    drawing = {"renderer": pybullet.ER_TINY_RENDERER, "physicsClientId": client}
+    answer = pybullet.getCameraImage(width, height, view, lens, **light, **drawing)
     color = np.asarray(answer[2], dtype=np.uint8).reshape(height, width, 4)[..., :3].astype(np.float32)
     bodies = np.asarray(answer[4], dtype=np.int64).reshape(height, width)
     return Frame(color, bodies >= 0), bodies

@@ -71,8 +71,7 @@ def posed(surface: Surface, surface_to_root: Floats, scale: Floats, fallback: Pa
 def unit(vectors: Floats) -> Floats:
     """(n, 3) vectors at length one; those without a length stay zero."""
     length = np.linalg.norm(vectors, axis=1, keepdims=True)
-    result: Floats = vectors / np.where(length > 1e-30, length, 1.0)
-    return result
+    return np.asarray(vectors / np.where(length > 1e-30, length, 1.0))
 
 
 def compact(batch: Batch) -> Batch:
