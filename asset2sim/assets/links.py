@@ -204,8 +204,7 @@ def mesh_features(file: str, role: str, shape: Shape) -> MeshFeatures:
 
 
 def read_inertial(inertial: yourdfpy.Inertial | None) -> LinkInertial | None:
-    """An authored inertial with its inertia turned into the link's axes, or None where mass or inertia is not
-    stated."""
+    """An authored inertial, its inertia in the link's axes, or None where mass or inertia is not stated or finite."""
     if inertial is None or inertial.mass is None or inertial.inertia is None:
         return None
     origin = np.eye(4) if inertial.origin is None else np.asarray(inertial.origin, dtype=float)

@@ -97,8 +97,7 @@ class ExportObject:
         return link_to_root([joint.tree for joint in self.joints], self.root, positions)
 
     def height_to_stand(self, positions: Mapping[str, float]) -> float:
-        """How far the root must be raised, m, for the lowest collision point to lie at z = 0, upright as authored. 0
-        where nothing collides."""
+        """How far, m, the upright root must rise to have its lowest collision point at z = 0; 0 where none collides."""
         poses = self.poses(positions)
         shapes = [(poses[body.name], shape.points) for body in self.bodies.values() for shape in body.shapes]
         return -min((float(apply(pose, points)[:, 2].min()) for pose, points in shapes if len(points)), default=0.0)

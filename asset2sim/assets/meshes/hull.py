@@ -11,8 +11,7 @@ from asset2sim.physics.arrays import Array
 
 Boxes = tuple[Array, Array]
 FLAT_THICKNESS = 1e-4
-"""Thickness over longest extent below which a mesh is a sheet: decals of real assets lie below 1e-6, thin
-panels above 1e-3."""
+"""Thickness over longest extent below which a mesh is a sheet: real decals lie below 1e-6, thin panels above 1e-3."""
 
 
 @dataclass(frozen=True)

@@ -33,8 +33,7 @@ DIRECTIONS = spread_directions(MOST_CORNERS)
 CORNERS = np.array([(x, y, z) for x in (-1.0, 1.0) for y in (-1.0, 1.0) for z in (-1.0, 1.0)])
 """Directions in which a piece's outermost corners are looked for."""
 SHARES = np.array([0.25, 0.5, 0.75])
-"""Where along a line between two pieces the hollow is looked at before their hull is made, which costs ten times as
-much."""
+"""Where along a line between two pieces the hollow is looked at, for a tenth of what making their hull costs."""
 PARTNERS = 8
 """Partners tried for each piece: the joins that add least are among those whose boxes grow least."""
 

@@ -1,5 +1,4 @@
-"""Volume, centre and inertia of one mesh: signed where it is closed, its convex pieces where not, a slab where
-it is flat."""
+"""Volume, centre and inertia of one mesh: signed where closed, its convex pieces where not, a slab where flat."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass

@@ -66,8 +66,7 @@ def refined_urdf(
 
 
 def edit_geometry(link: Element, scale: float, mesh_places: Mapping[str, str], keep_collision: bool = False) -> None:
-    """Scale a link's shapes and point its meshes at the new files; missing meshes are dropped, and collision meshes
-    too unless they are kept."""
+    """Scale a link's shapes and point its meshes at new files; missing ones go, as do collision meshes unless kept."""
     for item in [*link.findall("visual"), *link.findall("collision")]:
         mesh = item.find("geometry/mesh")
         if mesh is not None and item.tag == "collision" and not keep_collision:

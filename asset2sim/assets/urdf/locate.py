@@ -42,8 +42,7 @@ def find_mesh(reference: str, folder: Path) -> Path | None:
 
 
 def mesh_candidates(reference: str, folder: PurePath, above: Sequence[PurePath]) -> Iterator[PurePath]:
-    """Candidate paths of a mesh reference, the likeliest first; ``above`` are the folders above the URDF's that are
-    searched."""
+    """Candidate paths of a mesh reference, the likeliest first, in the URDF's ``folder`` and in those ``above`` it."""
     text = _path_in(reference)
     parts = [part for part in PurePosixPath(text).parts if part != "/"]
     if not parts:
@@ -71,8 +70,7 @@ def _stays_inside(reference: str) -> bool:
 
 
 def read_semantics(folder: Path) -> dict[str, tuple[str, str]]:
-    """Link name → (joint kind, label) from ``semantics.txt``; empty where there is none. Lines that do not fit
-    are skipped."""
+    """Link name → (joint kind, label) from ``semantics.txt``, where there is one; lines that do not fit are skipped."""
     file = folder / "semantics.txt"
     if not file.is_file():
         return {}

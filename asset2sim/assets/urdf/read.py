@@ -164,8 +164,7 @@ def invalid(path: Path, code: str, joint: str, problem: str) -> AssetError:
 
 @dataclass(frozen=True)
 class Dynamics:
-    """Damping (N·m·s/rad or N·s/m), friction (N·m or N), stiffness (N·m/rad or N/m) and the spring's relaxed
-    position."""
+    """Damping (N·m·s/rad or N·s/m), friction (N·m or N), stiffness (N·m/rad or N/m), and the spring's rest position."""
 
     damping: float
     friction: float

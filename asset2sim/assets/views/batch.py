@@ -8,8 +8,7 @@ import numpy as np
 from asset2sim.assets.views.surface import PLAIN, Batch, Bools, Floats, Ints, Paint, Surface, compact, unit
 
 LIFT = 4e-5
-"""How far the smallest flat surface is lifted off, as a share of the object's size: a tenth of a pixel of a large
-view."""
+"""How far the smallest flat surface is lifted, as a share of the object's size: a tenth of a large view's pixel."""
 FLAT = 1e-4
 """A surface is flat if it is no thicker than this share of the object's size."""
 
@@ -35,8 +34,7 @@ def with_lifts(surfaces: Sequence[Surface]) -> list[tuple[Surface, float]]:
 
 
 def area_and_thickness(surface: Surface) -> tuple[float, float]:
-    """The surface's area, m² (both sides count where both are given), and its extent along its largest face's
-    normal, m."""
+    """The surface's area, m² (of both sides where both are given), and extent along its largest face's normal, m."""
     corner = surface.vertices[surface.faces]
     normal = np.cross(corner[:, 1] - corner[:, 0], corner[:, 2] - corner[:, 0])
     double = np.linalg.norm(normal, axis=1)
@@ -95,8 +93,7 @@ def batches_of(surfaces: Sequence[Surface]) -> tuple[Batch, ...]:
 
 
 def faces_to_draw(surfaces: Sequence[Surface]) -> tuple[Bools, Bools]:
-    """Two (m,) bool arrays over all faces of all surfaces: which to draw, and which of these lack an opposite
-    partner."""
+    """Two (m,) bool arrays over all surfaces' faces: which to draw, and which of these lack an opposite partner."""
     corners = np.concatenate([surface.vertices[surface.faces] for surface in surfaces])
     size = float(np.ptp(corners.reshape(-1, 3), axis=0).max()) or 1.0
     grid = np.rint(corners / (QUANTUM * size)).astype(np.int64)

@@ -21,8 +21,7 @@ from schemas.settings import Settings, ViewSettings
 VIEW_NAMES = ("front", "back", "left", "right", "perspective")
 
 OVERSAMPLING = 1.5
-"""Pixels drawn per pixel shown, along each side: TinyRenderer does not smooth edges, and its time goes with the
-square."""
+"""Pixels drawn per pixel shown, along each side: TinyRenderer smooths no edges, and its time goes with the square."""
 BACKGROUND_TOP, BACKGROUND_BOTTOM = (244.0, 246.0, 249.0), (224.0, 228.0, 234.0)
 """Background colours, RGB: light, and never quite white, so that white objects keep an outline."""
 

@@ -24,8 +24,7 @@ AMBIENT, DIFFUSE = 0.50, 0.52
 SHEEN = 0.07
 """The darkest a colour is drawn, in 0 to 1: even black plastic returns enough light to show its edges."""
 LAMP = (-0.35, 0.75, 1.0)
-"""Direction of the lamp in the camera's frame (right, up, towards the viewer): every view is lit alike, from above
-left."""
+"""The lamp's direction in the camera's frame (right, up, to the viewer): every view is lit alike, from above left."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -102,8 +101,7 @@ def load(image: Image.Image, client: int, folder: Path, numbers: dict[int, int])
 
 
 def take(camera: Camera, client: int, width: int, height: int, ambient: float = AMBIENT) -> tuple[Frame, Bodies]:
-    """One picture, and the (h, w) number of the body seen in each pixel, -1 for none. At ``ambient`` 1 there is no
-    lamp."""
+    """One picture, and the (h, w) number of the body in each pixel, -1 for none. At ``ambient`` 1 there is no lamp."""
     lamp = unit((np.array(LAMP) @ axes(unit((camera.eye - camera.target)[None])[0]))[None])[0]
     view = pybullet.computeViewMatrix(camera.eye.tolist(), camera.target.tolist(), [0.0, 0.0, 1.0])
     lens = pybullet.computeProjectionMatrixFOV(np.degrees(camera.fov), width / height, camera.near, camera.far)
@@ -148,8 +146,7 @@ def blend_translucent(
 
 
 def mix(behind: Frame, front: Frame, share: Pixels) -> Frame:
-    """``share`` (h, w), 0 to 1, of the front picture laid over the other; over empty background glass keeps its
-    colour."""
+    """``share`` (h, w), 0 to 1, of the front picture over the other; over empty background glass keeps its colour."""
     share = np.where(front.drawn & ~behind.drawn & (share > INVISIBLE), 1.0, share)
     color = share[..., None] * front.color + (1.0 - share[..., None]) * behind.color
     return Frame(color, behind.drawn | (front.drawn & (share > INVISIBLE)))
