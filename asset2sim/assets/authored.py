@@ -21,40 +21,38 @@ def authored_overlay(extraction: Extraction, settings: PhysicsSettings) -> Physi
     """The overlay that changes nothing: scale 1, inertials and dynamics as authored, joints at zero or their limit."""
     features = extraction.features
     dynamics = read_dynamics(extraction.urdf)
-    joints = []
-    for joint in features.movable_joints:
-        terms = dynamics[joint.name]
-        joints.append(
-            JointPhysics(
-                name=joint.name,
-                type=joint.type,
-                label=features.link(joint.child).label,
-                damping=max(terms.damping, 0.0),
-                damping_source=Source.AUTHORED,
-                friction=max(terms.friction, 0.0),
-                friction_source=Source.AUTHORED,
-                stiffness=max(terms.stiffness, 0.0),
-                stiffness_source=Source.AUTHORED,
-                spring_reference=terms.spring_reference,
-                lower=joint.lower,
-                upper=joint.upper,
-                limits_source=Source.AUTHORED,
-                closed=joint.closed,
-                open=joint.open,
-                initial_position=start_of(joint),
-                position_source=Source.AUTHORED,
-                effective_inertia=0.0,
-                gravity_load=0.0,
-                holds=False,
-            )
+    joints = tuple(
+        JointPhysics(
+            name=joint.name,
+            type=joint.type,
+            label=features.link(joint.child).label,
+            damping=max(dynamics[joint.name].damping, 0.0),
+            damping_source=Source.AUTHORED,
+            friction=max(dynamics[joint.name].friction, 0.0),
+            friction_source=Source.AUTHORED,
+            stiffness=max(dynamics[joint.name].stiffness, 0.0),
+            stiffness_source=Source.AUTHORED,
+            spring_reference=dynamics[joint.name].spring_reference,
+            lower=joint.lower,
+            upper=joint.upper,
+            limits_source=Source.AUTHORED,
+            closed=joint.closed,
+            open=joint.open,
+            initial_position=start_of(joint),
+            position_source=Source.AUTHORED,
+            effective_inertia=0.0,
+            gravity_load=0.0,
+            holds=False,
         )
+        for joint in features.movable_joints
+    )
     return PhysicsOverlay(
         asset_id=features.asset_id,
         scale=1.0,
         scale_source=Source.AUTHORED,
         contact_friction=settings.contact_friction,
         links=tuple(link_of(link) for link in features.links),
-        joints=tuple(joints),
+        joints=joints,
     )
 
 

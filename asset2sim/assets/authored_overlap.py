@@ -30,10 +30,8 @@ DIRECTIONS = np.vstack([np.eye(3), -np.eye(3)])
 @dataclass(frozen=True)
 class AuthoredShapes:
     """Authored collision meshes of every link as FCL hierarchies, built on first use, queried at the final scale.
-
     Hierarchies are built at the authored scale and cached in the extraction, so that they serve every scale: a query
-    divides the translation between two links by the scale instead.
-    """
+    divides the translation between two links by the scale instead."""
 
     extraction: Extraction
     scale: float
@@ -54,9 +52,7 @@ class AuthoredShapes:
 
 def link_triangles(extraction: Extraction, link: yourdfpy.Link) -> tuple[Array, Faces] | None:
     """(n, 3) vertices in the link's frame at the authored scale and (k, 3) triangles that collide; None for no mesh.
-
-    Sheets beside solid pieces are decals and are left out, as they are from the collision hulls.
-    """
+    Sheets beside solid pieces are decals and are left out, as they are from the collision hulls."""
     geometry = extraction.geometry.get(link.name)
     parts = () if geometry is None else geometry.parts
     pieces = primitives(link)
@@ -94,10 +90,8 @@ def hierarchy(vertices: Array, faces: Faces) -> fcl.BVHModel:
 
 
 def intersect(shapes: AuthoredShapes, a: str, b: str, a_to_b: Array, shift: Array | None = None) -> bool:
-    """Whether any triangle of link A meets one of link B, A at the (4, 4) pose ``a_to_b`` in B's frame.
-
-    ``shift`` moves A by a (3,) vector in B's frame, m.
-    """
+    """Whether any triangle of link A meets one of link B, A at the (4, 4) pose ``a_to_b`` in B's frame. ``shift`` moves
+    A by a (3,) vector in B's frame, m."""
     first, second = shapes.model(a), shapes.model(b)
     if first is None or second is None:
         return False
@@ -108,11 +102,9 @@ def intersect(shapes: AuthoredShapes, a: str, b: str, a_to_b: Array, shift: Arra
 
 
 def authored_depth(shapes: AuthoredShapes, a: str, b: str, a_to_b: Array, normal: Array | None = None) -> float:
-    """Overlap depth of the authored meshes, m: the smallest of ``DEPTHS_M`` by which a shift of A separates them.
-
-    A is moved along the (3,) unit ``normal`` from B to A (B's frame), if given, and along B's axes; infinite where no
-    shift is enough. A part wholly inside another one does not overlap if their surfaces do not meet.
-    """
+    """Overlap depth of the authored meshes, m: the smallest of ``DEPTHS_M`` by which a shift of A separates them. A is
+    moved along the (3,) unit ``normal`` from B to A (B's frame), if given, and along B's axes; infinite where no shift
+    is enough. A part wholly inside another one does not overlap if their surfaces do not meet."""
     if not intersect(shapes, a, b, a_to_b):
         return 0.0
     ways = DIRECTIONS if normal is None else np.vstack([normal, DIRECTIONS])
@@ -125,9 +117,7 @@ def authored_depth(shapes: AuthoredShapes, a: str, b: str, a_to_b: Array, normal
 def overlap_cause(
     shapes: AuthoredShapes, a: str, b: str, a_to_b: Array, normal: Array | None = None, tolerance_m: float = TOUCHING_M
 ) -> OverlapCause:
-    """Cause of the overlap of links A and B, A at the (4, 4) pose ``a_to_b`` in B's frame.
-
-    AUTHORED where the meshes intersect by more than ``tolerance_m`` (see ``authored_depth``), else HULL.
-    """
+    """Cause of the overlap of links A and B, A at the (4, 4) pose ``a_to_b`` in B's frame. AUTHORED where the meshes
+    intersect by more than ``tolerance_m`` (see ``authored_depth``), else HULL."""
     deep = authored_depth(shapes, a, b, a_to_b, normal) > tolerance_m
     return OverlapCause.AUTHORED if deep else OverlapCause.HULL

@@ -38,11 +38,8 @@ def hash_files(files: Iterable[Path], *texts: str) -> str:
 
 @dataclass(frozen=True)
 class Extraction:
-    """Features, with data that later stages need and no table holds.
-
-    ``geometry`` maps link → its hull points and convex pieces, ``mesh_files`` mesh reference → file, or None if
-    missing.
-    """
+    """Features, with data that later stages need and no table holds. ``geometry`` maps link → its hull points and
+    convex pieces, ``mesh_files`` mesh reference → file, or None if missing."""
 
     folder: Path
     urdf: Path

@@ -45,10 +45,8 @@ def write_folder(
     settings: PhysicsSettings,
     mode: CollisionMode = CollisionMode.REPAIR,
 ) -> Folder:
-    """Write meshes, companions, collision hulls and the URDF.
-
-    Where ``mode`` is ``keep``, collision meshes are brought as authored and ``hulls`` are not written.
-    """
+    """Write meshes, companions, collision hulls and the URDF. Where ``mode`` is ``keep``, collision meshes are brought
+    as authored and ``hulls`` are not written."""
     target.mkdir(parents=True, exist_ok=True)
     roles = ("visual", "collision") if mode is CollisionMode.KEEP else ("visual",)
     looks = {mesh.file for link in extraction.features.links for mesh in link.meshes if mesh.role in roles}

@@ -20,26 +20,19 @@ MOST_POINTS = 200
 """Most points of one hull: PhysX accepts at most 255, and 200 directions lie 15° apart."""
 INSIDE_M = 1e-6
 """How far outside another hull a point may lie and still count as inside, m."""
-
-
 DIRECTIONS = spread_directions(MOST_POINTS)
 
 
 def collision_hulls(extraction: Extraction, scale: float) -> Hulls:
-    """Link → convex hulls of its meshes, without pieces that lie wholly inside another piece of the link.
-
-    Sheets beside solid pieces are decals and do not collide; a link of sheets alone is thickened.
-    """
+    """Link → convex hulls of its meshes, without pieces that lie wholly inside another piece of the link. Sheets beside
+    solid pieces are decals and do not collide; a link of sheets alone is thickened."""
     return {name: link_hulls(geometry, scale) for name, geometry in extraction.geometry.items()}
 
 
 def exact_links(extraction: Extraction) -> frozenset[str]:
     """Links whose hulls equal their meshes: every mesh is closed and convex."""
-    return frozenset(
-        name
-        for name, geometry in extraction.geometry.items()
-        if geometry.parts and all(p.exact for p in geometry.parts)
-    )
+    parts = {name: geometry.parts for name, geometry in extraction.geometry.items()}
+    return frozenset(name for name, own in parts.items() if own and all(part.exact for part in own))
 
 
 def link_hulls(geometry: LinkGeometry, scale: float) -> tuple[Array, ...]:
@@ -51,15 +44,11 @@ def link_hulls(geometry: LinkGeometry, scale: float) -> tuple[Array, ...]:
 
 
 def simplified(points: Array) -> Array:
-    """Hull points, reduced to the furthest along evenly spread directions where there are more than ``MOST_POINTS``.
-
-    A sphere loses about 2 % of its radius. PhysX refuses more points, and every engine is slower with more.
-    """
+    """Hull points, reduced to the furthest along evenly spread directions where there are more than ``MOST_POINTS``. A
+    sphere loses about 2 % of its radius. PhysX refuses more points, and every engine is slower with more."""
     if len(points) <= MOST_POINTS:
         return points
-    furthest = np.unique(np.argmax(points @ DIRECTIONS.T, axis=0))
-    thinned: Array = points[furthest]
-    return thinned
+    return np.asarray(points[np.unique(np.argmax(points @ DIRECTIONS.T, axis=0))])
 
 
 def outermost(pieces: list[Array]) -> tuple[Array, ...]:
@@ -96,10 +85,8 @@ CollisionFiles = dict[str, tuple[str, ...]]
 
 
 def write_hulls(hulls: Hulls, target: Path) -> CollisionFiles:
-    """Write one OBJ per hull under ``collision/``, replacing the folder's contents; link → relative paths.
-
-    Hulls without volume, which no engine takes, are left out.
-    """
+    """Write one OBJ per hull under ``collision/``, replacing the folder's contents; link → relative paths. Hulls
+    without volume, which no engine takes, are left out."""
     folder = target / FOLDER
     shutil.rmtree(folder, ignore_errors=True)
     folder.mkdir()

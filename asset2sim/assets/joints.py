@@ -6,7 +6,7 @@ from pathlib import Path
 
 import yourdfpy
 
-from asset2sim.assets.meshes.openness import JointEnds, joint_ends
+from asset2sim.assets.meshes.openness import joint_ends
 from asset2sim.assets.urdf.read import tree_joint
 from asset2sim.physics.arrays import Array, vector
 from asset2sim.physics.kinematics import TreeJoint, rpy_of
@@ -23,17 +23,18 @@ def read_joint(joint: yourdfpy.Joint, urdf: Path) -> JointFeatures:
     limit, dynamics = joint.limit, joint.dynamics
     lower = None if limit is None else limit.lower
     upper = None if limit is None else limit.upper
-    if joint.type in ("revolute", "prismatic") and (lower is None) != (upper is None):
-        raise AssetError(
-            FailureMode.INVALID_JOINT_CONFIGURATION,
-            "half_limits",
-            f"{urdf.name}: joint '{joint.name}' states one limit of two; state both lower and upper",
-            joint=joint.name,
-        )
-    limited = joint.type in ("revolute", "prismatic") and lower is not None and upper is not None
+    # A hinge without limits turns freely; a slider without them has no end and is refused.
+    kind = "continuous" if joint.type == "revolute" and lower is None and upper is None else joint.type
+    limited = kind in ("revolute", "prismatic")
+    if limited and (lower is None or upper is None):
+        code, problem = "half_limits", f"joint '{joint.name}' states one limit of two; state both lower and upper"
+        if lower is None and upper is None:
+            code, problem = "no_limits", f"prismatic joint '{joint.name}' has no limits; state lower and upper"
+        mode = FailureMode.INVALID_JOINT_CONFIGURATION
+        raise AssetError(mode, code, f"{urdf.name}: {problem}", joint=joint.name)
     return JointFeatures(
         name=joint.name,
-        type=joint.type if limited or joint.type in ("fixed", "continuous") else unlimited(joint, urdf),
+        type=kind,
         parent=joint.parent,
         child=joint.child,
         origin_xyz=vector(origin[:3, 3]),
@@ -50,19 +51,6 @@ def read_joint(joint: yourdfpy.Joint, urdf: Path) -> JointFeatures:
         closed=None,
         open=None,
         openness_confidence=0.0,
-    )
-
-
-def unlimited(joint: yourdfpy.Joint, urdf: Path) -> str:
-    """The type of a revolute or prismatic joint without limits: a hinge turns freely, a slider has no end and
-    is refused."""
-    if joint.type == "revolute":
-        return "continuous"
-    raise AssetError(
-        FailureMode.INVALID_JOINT_CONFIGURATION,
-        "no_limits",
-        f"{urdf.name}: prismatic joint '{joint.name}' has no limits; state lower and upper",
-        joint=joint.name,
     )
 
 
@@ -83,7 +71,7 @@ def with_ends(
     elif joint.movable and joint.lower is not None and joint.upper is not None:
         # Validation repairs inverted limits; here they only bound the search.
         low, high = sorted((joint.lower, joint.upper))
-        ends: JointEnds = joint_ends(tree, root, points, node, low, high, diagonal)
+        ends = joint_ends(tree, root, points, node, low, high, diagonal)
         changes |= {"closed": ends.closed, "open": ends.open, "openness_confidence": ends.confidence}
     return joint.model_copy(update=changes)
 

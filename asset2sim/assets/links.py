@@ -12,7 +12,7 @@ from asset2sim.assets.meshes.hull import hull_vertices, hull_volume
 from asset2sim.assets.meshes.load import primitive, scale_vector
 from asset2sim.assets.meshes.shape_cache import CachedMesh, mesh_key
 from asset2sim.assets.meshes.triangles import Triangles
-from asset2sim.assets.meshes.volume import Shape, combined, shape_of
+from asset2sim.assets.meshes.volume import Shape, Solid, combined, shape_of
 from asset2sim.assets.solids import PlacedShape, collision_mismatch, shapes_with_mass
 from asset2sim.assets.urdf.locate import find_mesh
 from asset2sim.physics.arrays import Array, six, vector
@@ -27,9 +27,7 @@ HOLE_SHARE = 1e-3
 
 def hole_share(mesh: trimesh.Trimesh) -> float:
     """How far a surface is from closed: the length of its faces' summed area vectors (zero if closed), over its area.
-
-    Holes that face each other cancel out; a single one does not.
-    """
+    Holes that face each other cancel out; a single one does not."""
     vectors = np.asarray(mesh.face_normals) * np.asarray(mesh.area_faces)[:, None]
     return float(np.linalg.norm(vectors.sum(axis=0)) / max(float(mesh.area), 1e-300))
 
@@ -49,9 +47,10 @@ class MeshReader:
     met: dict[str, CachedMesh] = field(default_factory=dict)
     """Meshes of this extraction, by ``mesh_key``."""
 
-    def note(self, severity: Severity, code: str, message: str, link: str | None = None) -> None:
-        """Add a finding."""
-        self.findings.append(Finding(stage=Stage.EXTRACT, severity=severity, code=code, message=message, link=link))
+    def note(self, code: str, message: str, link: str) -> None:
+        """Add a warning."""
+        finding = Finding(stage=Stage.EXTRACT, severity=Severity.WARNING, code=code, message=message, link=link)
+        self.findings.append(finding)
 
     def read(self, path: Path, scale: Array) -> CachedMesh:
         """The mesh of a file at this (3,) scale, from ``known`` if it is there. ValueError as from ``load_mesh``."""
@@ -73,18 +72,14 @@ class MeshReader:
         """The reference and the shape of one geometry; None, with a finding, where there is nothing to read."""
         if geometry.mesh is None:
             mesh = primitive(geometry)
-            name = "primitive"
-            return name, None if mesh is None else shape_of(mesh)
+            return "primitive", None if mesh is None else shape_of(mesh)
         reference = geometry.mesh.filename
+        named = f"mesh '{reference}' of link '{link}'"
         if reference not in self.files:
             self.files[reference] = find_mesh(reference, self.folder)
             if self.files[reference] is None:
-                self.note(
-                    Severity.WARNING,
-                    "missing_mesh",
-                    f"mesh '{reference}' of link '{link}' is not there; the reference is dropped: restore the file",
-                    link,
-                )
+                message = f"{named} is not there; the reference is dropped: restore the file"
+                self.note("missing_mesh", message, link)
         path = self.files[reference]
         if path is None:
             return reference, None
@@ -97,32 +92,19 @@ class MeshReader:
                 if found.holed:
                     self.holed.add(reference)
                 if found.inside_out:
-                    self.note(
-                        Severity.WARNING,
-                        "inside_out",
-                        f"mesh '{reference}' of link '{link}' is inside out; collision shapes are wound outwards",
-                        link,
-                    )
+                    self.note("inside_out", f"{named} is inside out; collision shapes are wound outwards", link)
             except ValueError as error:
-                self.note(
-                    Severity.WARNING,
-                    "unreadable_mesh",
-                    f"link '{link}': {error}; the reference is dropped: export the mesh again",
-                    link,
-                )
-                self.shapes[key] = None
-                self.files[reference] = None
+                message = f"link '{link}': {error}; the reference is dropped: export the mesh again"
+                self.note("unreadable_mesh", message, link)
+                self.shapes[key] = self.files[reference] = None
         return reference, self.shapes[key]
 
 
 @dataclass(frozen=True)
 class MeshPart:
     """One mesh of a link: its reference and (3,) scale, where it stands in the link's frame, and its convex pieces
-    there.
-
-    ``pieces`` are (k, 3) hull points; a flat mesh has none, and its points are in ``sheet`` instead. ``exact`` says
-    that the mesh is closed and convex: its hull is its very shape.
-    """
+    there. ``pieces`` are (k, 3) hull points; a flat mesh has none, and its points are in ``sheet`` instead. ``exact``
+    says that the mesh is closed and convex: its hull is its very shape."""
 
     reference: str
     scale: Array
@@ -142,11 +124,9 @@ class LinkGeometry:
 
 
 def read_link(link: yourdfpy.Link, label: str, kind: str, reader: MeshReader) -> tuple[LinkFeatures, LinkGeometry]:
-    """One link's features and geometry.
-
-    The solids are the collision geometry's where there is any that can stand for the link, else the visual's. Raises
-    AssetError (missing_mesh) where the link refers to geometry and none of it can be read.
-    """
+    """One link's features and geometry. The solids are the collision geometry's where there is any that can stand for
+    the link, else the visual's. Raises AssetError (missing_mesh) where the link refers to geometry and none of it can
+    be read."""
     meshes: list[MeshFeatures] = []
     placed: dict[str, list[PlacedShape]] = {"visual": [], "collision": []}
     wanted = {"visual": 0, "collision": 0}
@@ -160,55 +140,26 @@ def read_link(link: yourdfpy.Link, label: str, kind: str, reader: MeshReader) ->
             origin = np.eye(4) if item.origin is None else np.asarray(item.origin, dtype=float)
             placed[role].append(PlacedShape(shape, origin[:3, :3], origin[:3, 3], mesh_reference(item.geometry)))
     if any(wanted.values()) and not meshes:
-        raise AssetError(
-            FailureMode.MISSING_MESH,
-            "missing_mesh",
-            f"link '{link.name}': none of its {sum(wanted.values())} meshes can be read; restore its files or "
-            "remove the link",
-            link=link.name,
-        )
+        problem = f"none of its {sum(wanted.values())} meshes can be read; restore its files or remove the link"
+        raise AssetError(FailureMode.MISSING_MESH, "missing_mesh", f"link '{link.name}': {problem}", link=link.name)
     lost = wanted["collision"] - len(placed["collision"])
     doubt = collision_mismatch(placed["collision"], placed["visual"], lost, reader.holed)
     if doubt is not None:
-        reader.note(
-            Severity.WARNING,
-            "collision_unlike_looks",
-            f"link '{link.name}': {doubt}; collision shapes are made from its looks instead",
-            link.name,
-        )
+        message = f"link '{link.name}': {doubt}; collision shapes are made from its looks instead"
+        reader.note("collision_unlike_looks", message, link.name)
     own = placed["visual"] if doubt is not None else placed["collision"] or placed["visual"]
     inertial = read_inertial(link.inertial)
     if link.inertial is not None and inertial is None:
-        reader.note(
-            Severity.WARNING,
-            "inertial_unusable",
-            f"link '{link.name}': its inertial lacks a mass or an inertia, or holds a number that is not finite; it "
-            "counts as none",
-            link.name,
-        )
-    if not own:
-        empty = LinkFeatures(
-            name=link.name,
-            label=label,
-            joint_kind=kind,
-            meshes=(),
-            volume_m3=0.0,
-            volume_source=VolumeSource.NONE,
-            hull_volume_m3=0.0,
-            area_m2=0.0,
-            box_min=(0.0, 0.0, 0.0),
-            box_max=(0.0, 0.0, 0.0),
-            center=(0.0, 0.0, 0.0),
-            unit_inertia=(0.0, 0.0, 0.0, 0.0, 0.0, 0.0),
-            materials=(),
-            inertial=inertial,
-        )
-        return empty, LinkGeometry(np.zeros((0, 3)), ())
-    solid = shapes_with_mass(own)
-    body = combined([item.shape.solid.moved(item.rotation, item.translation) for item in solid])
-    points = hull_vertices(np.vstack([item.points(item.shape.points) for item in own]))
+        problem = "its inertial lacks a mass or an inertia, or holds a number that is not finite; it counts as none"
+        reader.note("inertial_unusable", f"link '{link.name}': {problem}", link.name)
+    solids = shapes_with_mass(own)
+    body, points = Solid(0.0, np.zeros(3), np.zeros((3, 3))), np.zeros((0, 3))
+    if own:
+        body = combined([item.shape.solid.moved(item.rotation, item.translation) for item in solids])
+        points = hull_vertices(np.vstack([item.points(item.shape.points) for item in own]))
     whole = hull_volume(points)
-    sources = {item.shape.source for item in solid}
+    box = points if own else np.zeros((1, 3))
+    sources = {item.shape.source for item in solids} or {VolumeSource.NONE}
     features = LinkFeatures(
         name=link.name,
         label=label,
@@ -218,11 +169,11 @@ def read_link(link: yourdfpy.Link, label: str, kind: str, reader: MeshReader) ->
         volume_m3=min(body.volume, whole) if whole > 0.0 else body.volume,
         volume_source=sources.pop() if len(sources) == 1 else VolumeSource.MIXED,
         hull_volume_m3=whole,
-        area_m2=sum(item.shape.area for item in own),
-        box_min=vector(points.min(axis=0)),
-        box_max=vector(points.max(axis=0)),
+        area_m2=sum((item.shape.area for item in own), 0.0),
+        box_min=vector(box.min(axis=0)),
+        box_max=vector(box.max(axis=0)),
         center=vector(body.center),
-        unit_inertia=six(body.inertia / body.volume),
+        unit_inertia=six(body.inertia / (body.volume if own else 1.0)),
         materials=tuple(sorted({v.material.name for v in link.visuals if v.material and v.material.name})),
         inertial=inertial,
     )
@@ -253,8 +204,7 @@ def mesh_features(file: str, role: str, shape: Shape) -> MeshFeatures:
 
 
 def read_inertial(inertial: yourdfpy.Inertial | None) -> LinkInertial | None:
-    """An authored inertial with its inertia turned into the link's axes, or None where mass or inertia is not
-    stated."""
+    """An authored inertial, its inertia in the link's axes, or None where mass or inertia is not stated or finite."""
     if inertial is None or inertial.mass is None or inertial.inertia is None:
         return None
     origin = np.eye(4) if inertial.origin is None else np.asarray(inertial.origin, dtype=float)

@@ -1,5 +1,4 @@
-"""MuJoCo's options and constraint parameters, one set for the checks and for the exported MJCF: an export behaves as it
-was measured."""
+"""MuJoCo's options and constraint parameters, one set for checks and exported MJCF: an export behaves as measured."""
 
 IMPEDANCE = 0.9999
 """Impedance d of MuJoCo's constraints, springs and dampers that yield to the share 1 - d of the load; 0.9999 is the

@@ -22,10 +22,8 @@ panels that enclose a room has five times their volume and more."""
 
 @dataclass(frozen=True)
 class PlacedShape:
-    """A shape in its link's frame: (3, 3) rotation and (3,) translation of its mesh.
-
-    ``mesh`` is the reference and (3,) scale of a mesh file, None for a primitive.
-    """
+    """A shape in its link's frame: (3, 3) rotation and (3,) translation of its mesh. ``mesh`` is the reference and (3,)
+    scale of a mesh file, None for a primitive."""
 
     shape: Shape
     rotation: Array
@@ -34,18 +32,15 @@ class PlacedShape:
 
     def points(self, points: Array) -> Array:
         """(n, 3) points of the mesh's frame in the link's."""
-        moved: Array = points @ self.rotation.T + self.translation
-        return moved
+        return np.asarray(points @ self.rotation.T + self.translation)
 
 
 def collision_mismatch(
     collision: list[PlacedShape], looks: list[PlacedShape], lost: int, holed: Collection[str]
 ) -> str | None:
-    """Why a link's collision meshes do not match its visuals, or None where they do.
-
-    ``lost`` is how many of the collision references could not be read, ``holed`` names those with holes. Only separate
-    collision meshes are doubted: primitives are deliberate, and a mesh that is also a visual cannot mismatch.
-    """
+    """Why a link's collision meshes do not match its visuals, or None where they do. ``lost`` is how many of the
+    collision references could not be read, ``holed`` names those with holes. Only separate collision meshes are
+    doubted: primitives are deliberate, and a mesh that is also a visual cannot mismatch."""
     if not looks or not any(item.shape.pieces for item in looks):
         return None
     seen = {item.mesh[0] for item in looks if item.mesh is not None}
@@ -74,11 +69,8 @@ def collision_mismatch(
 
 
 def shapes_with_mass(items: list[PlacedShape]) -> list[PlacedShape]:
-    """The shapes that have a mass: all solids, and the sheets that are panels.
-
-    A sheet on a solid is a decal; one that reaches beyond the solids by ``PANEL_SHARE`` of its own size is a pane or a
-    panel that they are fixed to.
-    """
+    """The shapes that have a mass: all solids, and the sheets that are panels. A sheet on a solid is a decal; one that
+    reaches beyond the solids by ``PANEL_SHARE`` of its own size is a pane or a panel that they are fixed to."""
     solids = [item for item in items if not item.shape.flat]
     if not solids:
         return items

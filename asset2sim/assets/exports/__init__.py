@@ -18,11 +18,9 @@ def require_exports(exports: Sequence[Export]) -> None:
 
 
 def write_exports(folder: Path, overlay: PhysicsOverlay, exports: Sequence[Export], timestep_s: float) -> None:
-    """Write these formats into a refined folder, with the checks' time step.
-
-    The folder's URDF must be the one that the overlay describes. Raises UsageError as ``require_exports`` does, and
-    AssetError where the folder's URDF or meshes cannot be read.
-    """
+    """Write these formats into a refined folder, with the checks' time step. The folder's URDF must be the one that the
+    overlay describes. Raises UsageError as ``require_exports`` does, and AssetError where the folder's URDF or meshes
+    cannot be read."""
     if Export.MJCF in exports:
         export_mjcf(folder, overlay, timestep_s)
     if Export.USD in exports:

@@ -48,10 +48,8 @@ def looks_of(item: ExportObject) -> tuple[Look, ...]:
 
 def together(parts: list[Surface], paint: Paint) -> Surface | None:
     """Surfaces of one paint as one, degenerate triangles and unused vertices dropped; None where nothing is left.
-
-    Texture coordinates are kept only for a paint with a texture; normals are dropped, since what reads the export
-    makes its own.
-    """
+    Texture coordinates are kept only for a paint with a texture; normals are dropped, since what reads the export makes
+    its own."""
     offsets = np.cumsum([0, *(len(part.vertices) for part in parts[:-1])])
     vertices = np.concatenate([part.vertices for part in parts])
     faces = np.concatenate([part.faces + offset for part, offset in zip(parts, offsets, strict=True)])

@@ -14,29 +14,10 @@ import numpy as np
 from lxml import etree
 from lxml.etree import _Element as Element
 
+from asset2sim.assets import mujoco_options
 from asset2sim.assets.exports.looks import looks_of
 from asset2sim.assets.exports.mjcf_looks import write_looks
-from asset2sim.assets.exports.refined_object import (
-    ExportBody,
-    ExportJoint,
-    ExportObject,
-    ExportShape,
-    height_to_stand,
-    read_object,
-    wxyz_of,
-)
-from asset2sim.assets.mujoco_options import (
-    CONTACT_SOLIMP,
-    FRICTION_RATIO,
-    FRICTION_SOLIMP,
-    LIMIT_SOLIMP,
-    LOCKED_RANGE,
-    ROLLING_M,
-    SOLVER_ITERATIONS,
-    SOLVER_TOLERANCE,
-    TORSION_M,
-    solref,
-)
+from asset2sim.assets.exports.refined_object import ExportJoint, ExportObject, ExportShape, read_object, wxyz_of
 from asset2sim.physics.arrays import Array
 from asset2sim.physics.mass_matrix import GRAVITY_M_S2
 from schemas.overlay import PhysicsOverlay
@@ -51,10 +32,8 @@ VISUAL_GROUP, COLLISION_GROUP = "2", "3"
 
 def export_mjcf(folder: Path, overlay: PhysicsOverlay, timestep_s: float) -> Path:
     """Write ``mobility.xml``, ``scene.xml`` and the meshes of its looks into a refined folder; the former's path.
-
     Everything is in SI units and radians. Options and constraints are those of the checks' own MuJoCo world at
-    ``timestep_s``, except that a state which is no longer a number is reset. Raises what ``read_object`` raises.
-    """
+    ``timestep_s``, except that a state which is no longer a number is reset. Raises what ``read_object`` raises."""
     item = read_object(folder, overlay)
     document = mjcf_of(item, timestep_s)
     etree.indent(document, space="  ")
@@ -78,46 +57,45 @@ def mjcf_of(item: ExportObject, timestep_s: float) -> Element:
         integrator="implicitfast",
         solver="Newton",
         cone="elliptic",
-        impratio=number(FRICTION_RATIO),
-        iterations=str(SOLVER_ITERATIONS),
-        tolerance=number(SOLVER_TOLERANCE),
+        impratio=number(mujoco_options.FRICTION_RATIO),
+        iterations=str(mujoco_options.SOLVER_ITERATIONS),
+        tolerance=number(mujoco_options.SOLVER_TOLERANCE),
     )
     write_defaults(root, item.contact_friction, timestep_s)
     assets = etree.SubElement(root, "asset")
     geoms = write_looks(looks_of(item), item.folder, assets)
     names = collision_assets(item, assets)
     world = etree.SubElement(root, "worldbody")
-    body = etree.SubElement(world, "body", name=item.root, pos=numbers((0.0, 0.0, height_to_stand(item, {}))))
+    body = etree.SubElement(world, "body", name=item.root, pos=numbers((0.0, 0.0, item.height_to_stand({}))))
     etree.SubElement(body, "freejoint", name=free_name(item))
     write_body(body, item, item.root, geoms, names)
     contact = etree.SubElement(root, "contact")
     for first, second in related_to_root(item):
         etree.SubElement(contact, "exclude", body1=first, body2=second)
     etree.SubElement(etree.SubElement(root, "keyframe"), "key", name=HOME, qpos=numbers(home(item, world)))
-    if not len(assets):
-        root.remove(assets)
-    if not len(contact):
-        root.remove(contact)
+    for part in (assets, contact):
+        if not len(part):
+            root.remove(part)
     return root
 
 
 def write_defaults(root: Element, contact_friction: float, timestep_s: float) -> None:
     """Write the defaults of joints, and the default classes of visual and collision geoms."""
     defaults = etree.SubElement(root, "default")
-    reference = numbers(solref(timestep_s))
+    reference = numbers(mujoco_options.solref(timestep_s))
     etree.SubElement(
         defaults,
         "joint",
         solreffriction=reference,
-        solimpfriction=numbers(FRICTION_SOLIMP),
+        solimpfriction=numbers(mujoco_options.FRICTION_SOLIMP),
         solreflimit=reference,
-        solimplimit=numbers(LIMIT_SOLIMP),
+        solimplimit=numbers(mujoco_options.LIMIT_SOLIMP),
     )
     visual = etree.SubElement(defaults, "default", {"class": "visual"})
     etree.SubElement(visual, "geom", group=VISUAL_GROUP, contype="0", conaffinity="0", mass="0")
     collision = etree.SubElement(defaults, "default", {"class": "collision"})
     # MuJoCo takes the larger coefficient of a contact; a higher priority lets the object's own decide on any floor.
-    friction = numbers((contact_friction, TORSION_M, ROLLING_M))
+    friction = numbers((contact_friction, mujoco_options.TORSION_M, mujoco_options.ROLLING_M))
     etree.SubElement(
         collision,
         "geom",
@@ -125,7 +103,7 @@ def write_defaults(root: Element, contact_friction: float, timestep_s: float) ->
         friction=friction,
         priority="1",
         solref=reference,
-        solimp=numbers(CONTACT_SOLIMP),
+        solimp=numbers(mujoco_options.CONTACT_SOLIMP),
         mass="0",
     )
 
@@ -158,7 +136,10 @@ def write_body(
 ) -> None:
     """Fill one body and, recursively, those of its children."""
     body = item.bodies[link]
-    write_inertial(element, body)
+    # The whole tensor about the centre of mass, in the link's axes.
+    m = body.inertia
+    full = numbers((m[0, 0], m[1, 1], m[2, 2], m[0, 1], m[0, 2], m[1, 2]))
+    etree.SubElement(element, "inertial", pos=numbers(body.com), mass=number(body.mass_kg), fullinertia=full)
     for attributes in looks.get(link, ()):
         etree.SubElement(element, "geom", {"class": "visual", "type": "mesh", **attributes})
     for shape in body.shapes:
@@ -172,24 +153,14 @@ def write_body(
         write_body(child, item, joint.tree.child, looks, names)
 
 
-def write_inertial(element: Element, body: ExportBody) -> None:
-    """Mass, centre of mass and the whole tensor about it, in the link's axes."""
-    m = body.inertia
-    full = (m[0, 0], m[1, 1], m[2, 2], m[0, 1], m[0, 2], m[1, 2])
-    etree.SubElement(element, "inertial", pos=numbers(body.com), mass=number(body.mass_kg), fullinertia=numbers(full))
-
-
 def write_shape(element: Element, shape: ExportShape, names: dict[tuple[str, tuple[float, ...]], str]) -> None:
     """One collision geom. MuJoCo's sizes are half edges, and radius and half length."""
     attributes = {"class": "collision", "type": shape.kind, **placed(shape.to_link)}
     if shape.kind == "mesh":
         attributes["mesh"] = names[mesh_key(shape)]
-    elif shape.kind == "box":
-        attributes["size"] = numbers([edge / 2.0 for edge in shape.size])
-    elif shape.kind == "cylinder":
-        attributes["size"] = numbers((shape.size[0], shape.size[1] / 2.0))
     else:
-        attributes["size"] = numbers(shape.size)
+        halves = {"box": (2.0, 2.0, 2.0), "cylinder": (1.0, 2.0), "sphere": (1.0,)}[shape.kind]
+        attributes["size"] = numbers([size / half for size, half in zip(shape.size, halves, strict=True)])
     etree.SubElement(element, "geom", attributes)
 
 
@@ -206,18 +177,16 @@ def write_joint(element: Element, joint: ExportJoint) -> None:
     if terms.stiffness > 0.0:
         attributes |= {"stiffness": number(terms.stiffness), "springref": number(terms.spring_reference)}
     if joint.lower is not None and joint.upper is not None:
-        attributes["range"] = numbers((joint.lower, max(joint.upper, joint.lower + LOCKED_RANGE)))
+        attributes["range"] = numbers((joint.lower, max(joint.upper, joint.lower + mujoco_options.LOCKED_RANGE)))
     if joint.effort is not None and joint.effort > 0.0:
         attributes["actuatorfrcrange"] = numbers((-joint.effort, joint.effort))
     etree.SubElement(element, "joint", attributes)
 
 
 def related_to_root(item: ExportObject) -> list[tuple[str, str]]:
-    """Pairs of colliding links, one rigidly on the root and the other one joint away.
-
-    MuJoCo leaves out contacts of what one joint connects, but not where one of the two is welded to the world, as is
-    the root of an object whose free joint a user removes: these pairs have to be named.
-    """
+    """Pairs of colliding links, one rigidly on the root and the other one joint away. MuJoCo leaves out contacts of
+    what one joint connects, but not where one of the two is welded to the world, as is the root of an object whose free
+    joint a user removes: these pairs have to be named."""
     rigid = {item.root: item.root}
     away: dict[str, str] = {}
     for joint in item.joints:
@@ -233,7 +202,7 @@ def home(item: ExportObject, world: Element) -> list[float]:
     """The keyframe's qpos: the free joint's (x, y, z, qw, qx, qy, qz), then joints in the order of the bodies."""
     by_name = item.initial
     order = [str(joint.get("name")) for joint in world.iter("joint")]
-    return [0.0, 0.0, height_to_stand(item, by_name), 1.0, 0.0, 0.0, 0.0, *(by_name[name] for name in order)]
+    return [0.0, 0.0, item.height_to_stand(by_name), 1.0, 0.0, 0.0, 0.0, *(by_name[name] for name in order)]
 
 
 def free_name(item: ExportObject) -> str:

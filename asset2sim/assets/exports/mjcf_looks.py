@@ -20,11 +20,9 @@ TEXTURE_SIDE = 512
 
 
 def write_looks(looks: Sequence[Look], folder: Path, assets: Element) -> dict[str, list[dict[str, str]]]:
-    """Write the files of these looks under ``mjcf/``, replacing what was there, and name them in ``assets``.
-
-    Link → the attributes (``mesh`` and ``material``) of its visual geoms, whose frames are the link's. A texture that
-    cannot be decoded is left out: its surface keeps its colour.
-    """
+    """Write the files of these looks under ``mjcf/``, replacing what was there, and name them in ``assets``. Link → the
+    attributes (``mesh`` and ``material``) of its visual geoms, whose frames are the link's. A texture that cannot be
+    decoded is left out: its surface keeps its colour."""
     shutil.rmtree(folder / FOLDER, ignore_errors=True)
     if not looks:
         return {}

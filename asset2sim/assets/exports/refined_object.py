@@ -26,9 +26,7 @@ NO_DYNAMICS = Dynamics(0.0, 0.0, 0.0, 0.0)
 class ExportShape:
     """One collision shape: a mesh file (``file``, relative to the folder, forward slashes, and its (3,) ``scale``), or
     a primitive: ``kind`` and its ``size`` in m (box: three edges; sphere: radius; cylinder along z: radius, length).
-
-    ``to_link`` is the (4, 4) shape-to-link transform, ``points`` (n, 3) its vertices in the link's frame.
-    """
+    ``to_link`` is the (4, 4) shape-to-link transform, ``points`` (n, 3) its vertices in the link's frame."""
 
     kind: str
     to_link: Array
@@ -52,9 +50,7 @@ class ExportBody:
 @dataclass(frozen=True, eq=False)
 class ExportJoint:
     """One joint, with its place in the tree, its limits and terms; ``lower`` and ``upper`` are None where it has none.
-
-    Effort in N·m or N; ``initial`` in rad or m, 0 for fixed joints.
-    """
+    Effort in N·m or N; ``initial`` in rad or m, 0 for fixed joints."""
 
     tree: TreeJoint
     lower: float | None
@@ -96,13 +92,21 @@ class ExportObject:
         """Movable joint → initial position, rad or m."""
         return {joint.name: joint.initial for joint in self.joints if joint.moves}
 
+    def poses(self, positions: Mapping[str, float]) -> dict[str, Array]:
+        """Link name → (4, 4) link-to-root transform at these joint positions; joints not named are at zero."""
+        return link_to_root([joint.tree for joint in self.joints], self.root, positions)
+
+    def height_to_stand(self, positions: Mapping[str, float]) -> float:
+        """How far, m, the upright root must rise to have its lowest collision point at z = 0; 0 where none collides."""
+        poses = self.poses(positions)
+        shapes = [(poses[body.name], shape.points) for body in self.bodies.values() for shape in body.shapes]
+        return -min((float(apply(pose, points)[:, 2].min()) for pose, points in shapes if len(points)), default=0.0)
+
 
 def read_object(folder: Path, overlay: PhysicsOverlay) -> ExportObject:
-    """The refined object in ``folder``; terms and limits as its URDF states them, the state as the overlay does.
-
-    Raises AssetError: what reading the URDF raises, unreadable_asset where a link lacks its inertial, missing_mesh
-    where a collision mesh is not there.
-    """
+    """The refined object in ``folder``; terms and limits as its URDF states them, the state as the overlay does. Raises
+    AssetError: what reading the URDF raises, unreadable_asset where a link lacks its inertial, missing_mesh where a
+    collision mesh is not there."""
     robot = read_urdf(folder / URDF_NAME)
     dynamics = read_dynamics(folder / URDF_NAME)
     stated = {joint.name: joint for joint in robot.joints}
@@ -116,26 +120,6 @@ def read_object(folder: Path, overlay: PhysicsOverlay) -> ExportObject:
         joints=tuple(_joint(joint, stated[joint.name], dynamics, overlay.initial_positions) for joint in tree),
         contact_friction=overlay.contact_friction,
     )
-
-
-def poses_of(item: ExportObject, positions: Mapping[str, float]) -> dict[str, Array]:
-    """Link name → (4, 4) link-to-root transform at these joint positions; joints not named are at zero."""
-    return link_to_root([joint.tree for joint in item.joints], item.root, positions)
-
-
-def height_to_stand(item: ExportObject, positions: Mapping[str, float]) -> float:
-    """How far the root must be raised, m, for the lowest collision point to lie at z = 0, upright as authored.
-
-    0 where nothing collides.
-    """
-    poses = poses_of(item, positions)
-    lowest = [
-        float(apply(poses[body.name], shape.points)[:, 2].min())
-        for body in item.bodies.values()
-        for shape in body.shapes
-        if len(shape.points)
-    ]
-    return -min(lowest, default=0.0)
 
 
 def _joint(
@@ -156,13 +140,9 @@ def _joint(
 def _body(link: yourdfpy.Link, folder: Path) -> ExportBody:
     inertial = link.inertial
     if inertial is None or not inertial.mass or inertial.inertia is None:
-        raise AssetError(
-            FailureMode.UNREADABLE_ASSET,
-            "no_inertial",
-            f"{URDF_NAME}: link '{link.name}' has no mass and inertia, so that every simulator would make up its own; "
-            "refine the asset first",
-            link=str(link.name),
-        )
+        problem = "has no mass and inertia, so that every simulator would make up its own; refine the asset first"
+        message = f"{URDF_NAME}: link '{link.name}' {problem}"
+        raise AssetError(FailureMode.UNREADABLE_ASSET, "no_inertial", message, link=str(link.name))
     pose = np.eye(4) if inertial.origin is None else np.asarray(inertial.origin, dtype=float)
     tensor = np.asarray(inertial.inertia, dtype=float)
     tensor = (tensor + tensor.T) / 2.0
@@ -177,22 +157,14 @@ def _shape(collision: yourdfpy.Collision, link: str, folder: Path) -> ExportShap
     if geometry.mesh is None:
         mesh = primitive(geometry)
         if mesh is None:
-            raise AssetError(
-                FailureMode.UNREADABLE_ASSET,
-                "unknown_shape",
-                f"{URDF_NAME}: link '{link}' collides with a shape that is no box, cylinder, sphere or mesh",
-                link=link,
-            )
+            message = f"{URDF_NAME}: link '{link}' collides with a shape that is no box, cylinder, sphere or mesh"
+            raise AssetError(FailureMode.UNREADABLE_ASSET, "unknown_shape", message, link=link)
         kind, size = _primitive(geometry)
         return ExportShape(kind, to_link, apply(to_link, np.asarray(mesh.vertices, dtype=float)), size=size)
     path = find_mesh(geometry.mesh.filename, folder)
     if path is None:
-        raise AssetError(
-            FailureMode.MISSING_MESH,
-            "missing_mesh",
-            f"{URDF_NAME}: collision mesh '{geometry.mesh.filename}' of link '{link}' is not there; refine it again",
-            link=link,
-        )
+        problem = f"collision mesh '{geometry.mesh.filename}' of link '{link}' is not there; refine it again"
+        raise AssetError(FailureMode.MISSING_MESH, "missing_mesh", f"{URDF_NAME}: {problem}", link=link)
     scale = scale_vector(geometry.mesh)
     points = apply(to_link, np.asarray(load_mesh(path).vertices, dtype=float) * scale)
     return ExportShape("mesh", to_link, points, path.resolve().relative_to(folder.resolve()).as_posix(), scale)

@@ -21,15 +21,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from asset2sim.assets.exports.looks import looks_of
-from asset2sim.assets.exports.refined_object import (
-    ExportBody,
-    ExportJoint,
-    ExportShape,
-    height_to_stand,
-    poses_of,
-    read_object,
-    wxyz_of,
-)
+from asset2sim.assets.exports.refined_object import ExportBody, ExportJoint, ExportShape, read_object, wxyz_of
+from asset2sim.assets.exports.usd_looks import PrimPaths, write_looks
 from asset2sim.assets.meshes.load import load_mesh
 from asset2sim.physics.arrays import Array
 from schemas.errors import UsageError
@@ -37,8 +30,6 @@ from schemas.overlay import PhysicsOverlay
 
 if TYPE_CHECKING:
     from pxr import Usd, UsdGeom
-
-    from asset2sim.assets.exports.usd_names import PrimPaths
 
 USD_NAME = "mobility.usda"
 GEOMETRY_NAME = "mobility_geometry.usdc"
@@ -52,16 +43,11 @@ def require_usd() -> None:
 
 
 def export_usd(folder: Path, overlay: PhysicsOverlay) -> Path:
-    """Write ``mobility.usda`` and ``mobility_geometry.usdc`` into a refined folder; the former's path.
-
-    The default prim is the object, z up, in its initial state, its lowest collision point at z = 0. Raises UsageError
-    where ``usd-core`` is missing, and what ``read_object`` raises.
-    """
+    """Write ``mobility.usda`` and ``mobility_geometry.usdc`` into a refined folder; the former's path. The default prim
+    is the object, z up, in its initial state, its lowest collision point at z = 0. Raises UsageError where ``usd-core``
+    is missing, and what ``read_object`` raises."""
     require_usd()
     from pxr import Sdf, Usd, UsdGeom, UsdPhysics
-
-    from asset2sim.assets.exports.usd_looks import write_looks
-    from asset2sim.assets.exports.usd_names import PrimPaths
 
     item = read_object(folder, overlay)
     path, geometry_path = folder / USD_NAME, folder / GEOMETRY_NAME
@@ -78,9 +64,9 @@ def export_usd(folder: Path, overlay: PhysicsOverlay) -> Path:
     stage.SetDefaultPrim(top.GetPrim())
     write_articulation(top.GetPrim())
     material = write_material(stage, item.contact_friction, f"{names.top}/contact")
-    poses = poses_of(item, item.initial)
+    poses = item.poses(item.initial)
     lift = np.eye(4)
-    lift[2, 3] = height_to_stand(item, item.initial)
+    lift[2, 3] = item.height_to_stand(item.initial)
     for body in item.bodies.values():
         prim = write_body(stage, body, lift @ poses[body.name], names.links[body.name])
         prim.SetDisplayName(body.name)
@@ -163,22 +149,20 @@ def write_shape(stage: "Usd.Stage", shape: ExportShape, folder: Path, path: str)
         geometry.CreateFaceVertexCountsAttr(Vt.IntArray.FromNumpy(np.full(len(faces), 3, dtype=np.int32)))
         geometry.CreateFaceVertexIndicesAttr(Vt.IntArray.FromNumpy(faces.astype(np.int32).ravel()))
         geometry.CreateSubdivisionSchemeAttr(UsdGeom.Tokens.none)
-        place(geometry, shape.to_link)
     elif shape.kind == "box":
         geometry = UsdGeom.Cube.Define(stage, path)
         geometry.CreateSizeAttr(1.0)
-        place(geometry, shape.to_link)
-        geometry.AddScaleOp().Set(Gf.Vec3f(*shape.size))
     elif shape.kind == "cylinder":
         geometry = UsdGeom.Cylinder.Define(stage, path)
         geometry.CreateRadiusAttr(shape.size[0])
         geometry.CreateHeightAttr(shape.size[1])
         geometry.CreateAxisAttr(UsdGeom.Tokens.z)
-        place(geometry, shape.to_link)
     else:
         geometry = UsdGeom.Sphere.Define(stage, path)
         geometry.CreateRadiusAttr(shape.size[0])
-        place(geometry, shape.to_link)
+    place(geometry, shape.to_link)
+    if shape.kind == "box":
+        geometry.AddScaleOp().Set(Gf.Vec3f(*shape.size))
     # A guide: it is not rendered, and still collides.
     geometry.CreatePurposeAttr(UsdGeom.Tokens.guide)
 
@@ -194,7 +178,7 @@ def collide(prim: "Usd.Prim", shape: ExportShape, material: str) -> None:
     UsdShade.MaterialBindingAPI.Apply(prim).Bind(bound, UsdShade.Tokens.weakerThanDescendants, "physics")
 
 
-def write_joint(stage: "Usd.Stage", joint: ExportJoint, names: "PrimPaths") -> "Usd.Prim":
+def write_joint(stage: "Usd.Stage", joint: ExportJoint, names: PrimPaths) -> "Usd.Prim":
     """One joint: frames whose x axis is the joint's, limits, the drive that is its spring and damper, dry friction, and
     its initial position."""
     from pxr import Gf, UsdPhysics
@@ -256,8 +240,7 @@ def rotation_from_x(axis: Array) -> Array:
     if x < -1.0 + 1e-12:
         return np.diag([-1.0, -1.0, 1.0])
     cross = np.array([[0.0, -y, -z], [y, 0.0, 0.0], [z, 0.0, 0.0]])
-    turn: Array = np.eye(3) + cross + cross @ cross / (1.0 + x)
-    return turn
+    return np.asarray(np.eye(3) + cross + cross @ cross / (1.0 + x))
 
 
 def place(xform: "UsdGeom.Xformable", to_parent: Array) -> None:

@@ -1,19 +1,19 @@
-"""Visuals in USD: a mesh per link and paint, and preview materials with the textures beside the object."""
+"""USD prim paths, and visuals in USD: a mesh per link and paint, and preview materials with textures beside them."""
 
 import os
-from collections.abc import Sequence
+import re
+from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from asset2sim.assets.exports.looks import Look
+from asset2sim.assets.exports.refined_object import ExportObject
 from asset2sim.assets.views.surface import Paint, Texture
 
 if TYPE_CHECKING:
     from pxr import Usd, UsdShade
-
-    from asset2sim.assets.exports.usd_names import PrimPaths
 
 READABLE = (".png", ".jpg", ".jpeg")
 """Image formats that every USD renderer reads."""
@@ -21,7 +21,35 @@ ROUGHNESS = 0.6
 """Roughness of every surface, 0 to 1: between satin and matt, since the datasets' shininess values mean little."""
 
 
-def write_looks(stage: "Usd.Stage", looks: Sequence[Look], folder: Path, names: "PrimPaths") -> None:
+class PrimPaths:
+    """Prim paths: ``top`` of the object, ``links`` and ``joints`` by URDF name."""
+
+    def __init__(self, item: ExportObject) -> None:
+        self.top = f"/{identifier(item.name)}"
+        self.links = paths(f"{self.top}", item.bodies, taken=("joints", "looks", "contact"))
+        self.joints = paths(f"{self.top}/joints", (joint.name for joint in item.joints))
+
+
+def paths(parent: str, names: Iterable[str], taken: Iterable[str] = ()) -> dict[str, str]:
+    """Name → a path under ``parent``, no path twice."""
+    used, found = set(taken), dict[str, str]()
+    for name in names:
+        base = word = identifier(name)
+        number = 1
+        while word in used:
+            word, number = f"{base}_{number}", number + 1
+        used.add(word)
+        found[name] = f"{parent}/{word}"
+    return found
+
+
+def identifier(name: str) -> str:
+    """The name with the characters replaced that a USD prim's name may not hold."""
+    word = re.sub(r"[^A-Za-z0-9_]", "_", name)
+    return word if word and not word[0].isdigit() else f"_{word}"
+
+
+def write_looks(stage: "Usd.Stage", looks: Sequence[Look], folder: Path, names: PrimPaths) -> None:
     """Define every look under its link, in the link's frame, bound to a material under ``looks``."""
     from pxr import Sdf, UsdGeom, UsdShade, Vt
 
@@ -76,9 +104,8 @@ def write_material(stage: "Usd.Stage", paint: Paint, path: str, folder: Path) ->
         texture.CreateInput("wrapS", Sdf.ValueTypeNames.Token).Set("repeat")
         texture.CreateInput("wrapT", Sdf.ValueTypeNames.Token).Set("repeat")
         texture.CreateInput("scale", Sdf.ValueTypeNames.Float4).Set((red, green, blue, 1.0))
-        texture.CreateInput("st", Sdf.ValueTypeNames.Float2).ConnectToSource(
-            reader.CreateOutput("result", Sdf.ValueTypeNames.Float2)
-        )
+        uv = reader.CreateOutput("result", Sdf.ValueTypeNames.Float2)
+        texture.CreateInput("st", Sdf.ValueTypeNames.Float2).ConnectToSource(uv)
         color.ConnectToSource(texture.CreateOutput("rgb", Sdf.ValueTypeNames.Float3))
     material.CreateSurfaceOutput().ConnectToSource(shader.CreateOutput("surface", Sdf.ValueTypeNames.Token))
     return material

@@ -11,7 +11,7 @@ import signal
 import subprocess
 import sys
 import tempfile
-from importlib.metadata import PackageNotFoundError, version
+from importlib.util import find_spec
 from pathlib import Path
 
 import numpy as np
@@ -102,8 +102,8 @@ def _decompose(vertices: Array, faces: Faces, hull: ConvexHull, settings: Decomp
     if surface is not None and surface.authored and surface.volume >= settings.convex_share * hull.volume:
         return (hull.points[hull.vertices],)
     # Clipping needs the closed mesh's own hull; a thickened sheet sticks out of it by half its thickness.
-    raw: Pieces | None = None
-    if surface is not None and len(surface.faces) <= settings.max_faces and _has("coacd"):
+    raw = None
+    if surface is not None and len(surface.faces) <= settings.max_faces and find_spec("coacd") is not None:
         raw = _attempt("coacd", surface.vertices, surface.faces, settings)
     pieces = _usable(raw, hull, settings)
     if pieces is None:
@@ -161,14 +161,3 @@ def _read(path: Path) -> Pieces | None:
         return None
     pieces = tuple(stored[0])
     return pieces if pieces and all(np.isfinite(piece).all() for piece in pieces) else None
-
-
-def _has(package: str) -> bool:
-    return _version(package) != "absent"
-
-
-def _version(package: str) -> str:
-    try:
-        return version(package)
-    except PackageNotFoundError:
-        return "absent"

@@ -58,7 +58,7 @@ def _centre(spaces: Array) -> Array | None:
         [0.0, 0.0, 0.0, -1.0],
         A_ub=np.column_stack([spaces[:, :3], norms]),
         b_ub=-spaces[:, 3],
-        bounds=[(None, None), (None, None), (None, None), (0.0, None)],
+        bounds=[*[(None, None)] * 3, (0.0, None)],
     )
     if answer.status != 0 or answer.x is None or answer.x[3] <= 0.0:
         return None

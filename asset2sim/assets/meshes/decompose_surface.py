@@ -22,10 +22,8 @@ class ClosedSurface:
 
 
 def surface_of(vertices: Array, faces: Faces, wall_thickness: float) -> ClosedSurface | None:
-    """The closed surface of a mesh; ``wall_thickness`` is that of open sheets over the mesh's longest extent.
-
-    None where faces meet three or more to an edge, or cannot be wound alike: no surface has an inside there.
-    """
+    """The closed surface of a mesh; ``wall_thickness`` is that of open sheets over the mesh's longest extent. None
+    where faces meet three or more to an edge, or cannot be wound alike: no surface has an inside there."""
     _, first = np.unique(np.sort(faces, axis=1), axis=0, return_index=True)
     single = trimesh.Trimesh(vertices, faces[np.sort(first)], process=False)
     single.update_faces(single.nondegenerate_faces())
@@ -54,11 +52,7 @@ def thickened(sheet: trimesh.Trimesh, thickness: float) -> trimesh.Trimesh:
     _, index, count = np.unique(np.sort(edges, axis=1), axis=0, return_inverse=True, return_counts=True)
     border = edges[count[index.ravel()] == 1]
     other = border + len(normals)
-    sides = np.vstack(
-        [
-            np.column_stack([border[:, 1], border[:, 0], other[:, 0]]),
-            np.column_stack([border[:, 1], other[:, 0], other[:, 1]]),
-        ]
-    )
-    faces = np.vstack([sheet.faces, sheet.faces[:, ::-1] + len(normals), sides])
+    first = np.column_stack([border[:, 1], border[:, 0], other[:, 0]])
+    second = np.column_stack([border[:, 1], other[:, 0], other[:, 1]])
+    faces = np.vstack([sheet.faces, sheet.faces[:, ::-1] + len(normals), first, second])
     return trimesh.Trimesh(np.vstack([sheet.vertices + normals, sheet.vertices - normals]), faces, process=False)

@@ -47,10 +47,8 @@ class Hollow:
 
     def deepest(self, points: Array, triangles: Array) -> float:
         """The greatest depth, in cells, that the hull of (n, 3) points with (k, 3, 3) faces reaches into the hollow.
-
         Space that the ball reaches is open to the outside, so a hull that fills a part of it has faces there; pockets
-        with a narrow mouth may lie inside the hull, so for them its volume is examined too.
-        """
+        with a narrow mouth may lie inside the hull, so for them its volume is examined too."""
         depth = self.at(samples(triangles, self.cell_m))
         if self.pockets and depth <= LOOSE_DEPTHS[-1] and self.filled_m3(points) > 0.0:
             return OVER
@@ -85,10 +83,8 @@ class Hollow:
         first, end = np.searchsorted(z, bottom), np.searchsorted(z, top, side="right")
         count = np.zeros((*block.shape[:2], block.shape[2] + 1), dtype=np.int64)
         np.cumsum(block, axis=2, out=count[:, :, 1:])
-        inside = np.take_along_axis(count, np.maximum(end, first)[:, :, None], 2) - np.take_along_axis(
-            count, first[:, :, None], 2
-        )
-        return float(inside.sum()) * self.cell_m**3
+        below, within = (np.take_along_axis(count, i[:, :, None], 2) for i in (first, np.maximum(end, first)))
+        return float((within - below).sum()) * self.cell_m**3
 
     def opened_m2(self, triangles: Array) -> float:
         """Area of a plate with these (k, 3, 3) faces that lies in the hollow, m²; its two sides count once."""
@@ -96,10 +92,8 @@ class Hollow:
         return float((self.depth[index[:, 0], index[:, 1], index[:, 2]] > ALLOWED_DEPTH).sum()) * self.cell_m**2
 
     def with_reachable(self, points: Array) -> "Hollow":
-        """The hollow with the cells of these (n, 3) points added, where they are reachable from outside.
-
-        Points in the faces' own cells or in a closed solid add nothing: no cut of the shape would free them.
-        """
+        """The hollow with the cells of these (n, 3) points added, where they are reachable from outside. Points in the
+        faces' own cells or in a closed solid add nothing: no cut of the shape would free them."""
         inner = np.all((points >= self.low) & (points < self.low + self.cell_m * np.array(self.depth.shape)), axis=1)
         index = np.unique(self.cells(points[inner]), axis=0)
         place = (index[:, 0], index[:, 1], index[:, 2])
@@ -116,12 +110,8 @@ LEVEL = 1e-9
 ALLOWED_DEPTH = 1.5
 """Depth in cells up to which a piece may fill the hollow: 1.9 % of an object of which the ball is 5 %, as CoACD's
 default concavity of 0.05 of half the extent."""
-
-
 LOOSE_DEPTHS = (2.5, 4.0)
 """Looser bounds of the depth, in cells, tried in this order where there would be too many pieces."""
-
-
 OVER = 1e6
 """A depth that is never allowed."""
 
@@ -134,9 +124,8 @@ def hollow_of(triangles: Array, radius: float) -> Hollow:
     cell *= max(1.0, float((size / cell).prod() / MOST_CELLS) ** (1.0 / 3.0))
     reach = max(radius / cell, 1.0)
     margin = cell * (reach + OUTER_CELLS)
-    grid = Hollow(
-        low - margin, cell, *(np.zeros(np.ceil((high - low + 2 * margin) / cell).astype(int) + 1, np.float32),) * 2
-    )
+    nothing = np.zeros(np.ceil((high - low + 2 * margin) / cell).astype(int) + 1, np.float32)
+    grid = Hollow(low - margin, cell, nothing, nothing)
     empty = np.ones(grid.depth.shape, dtype=bool)
     index = grid.cells(samples(triangles, cell / 2.0))
     empty[index[:, 0], index[:, 1], index[:, 2]] = False
@@ -154,8 +143,7 @@ def hollow_of(triangles: Array, radius: float) -> Hollow:
 def _from_outside(free: NDArray[np.bool_]) -> NDArray[np.bool_]:
     """The cells that a path through free cells joins to the grid's corner, which is free."""
     label, _ = ndimage.label(free)
-    found: NDArray[np.bool_] = label == label[0, 0, 0]
-    return found
+    return np.asarray(label == label[0, 0, 0])
 
 
 def samples(triangles: Array, spacing: float) -> Array:

@@ -11,8 +11,7 @@ from asset2sim.physics.arrays import Array
 
 Boxes = tuple[Array, Array]
 FLAT_THICKNESS = 1e-4
-"""Thickness over longest extent below which a mesh is a sheet: decals of real assets lie below 1e-6, thin
-panels above 1e-3."""
+"""Thickness over longest extent below which a mesh is a sheet: real decals lie below 1e-6, thin panels above 1e-3."""
 
 
 @dataclass(frozen=True)
@@ -45,9 +44,8 @@ def solid(triangles: Array) -> tuple[float, Array, Array]:
     """Volume, (3,) centre of mass and (3, 3) inertia about it of a closed surface of (k, 3, 3) outward triangles."""
     # Integrals about a point of the surface's own box lose fewer digits than about a distant origin.
     origin = triangles.reshape(-1, 3).mean(axis=0)
-    with np.errstate(
-        divide="ignore", invalid="ignore"
-    ):  # a surface that encloses nothing has no centre; callers see volume 0
+    # A surface that encloses nothing has no centre; callers see volume 0.
+    with np.errstate(divide="ignore", invalid="ignore"):
         properties = trimesh.triangles.mass_properties(triangles - origin, density=1.0, skip_inertia=False)
     return float(properties.volume), np.asarray(properties.center_mass) + origin, np.asarray(properties.inertia)
 

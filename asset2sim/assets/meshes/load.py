@@ -10,11 +10,8 @@ from asset2sim.physics.arrays import Array
 
 
 def load_mesh(path: Path) -> trimesh.Trimesh:
-    """The file's triangles as one mesh with merged vertices, materials left behind.
-
-    Scenes (COLLADA, glTF) are flattened with their node transforms. Raises ValueError, naming the file, if it cannot be
-    read or holds no triangle.
-    """
+    """The file's triangles as one mesh with merged vertices, without materials. Scenes (COLLADA, glTF) are flattened by
+    their node transforms. Raises ValueError, naming the file, if it cannot be read or holds no triangle."""
     try:
         mesh = trimesh.load_mesh(str(path), skip_materials=True, process=False)
         if isinstance(mesh, trimesh.Scene):
@@ -54,11 +51,8 @@ def scale_vector(mesh: yourdfpy.Mesh) -> Array:
 
 
 def mesh_points(file: Path) -> Array:
-    """(n, 3) vertices that the file's faces use.
-
-    An OBJ is parsed here, ten times faster than as a mesh; an unusual OBJ or another format is loaded as a mesh. Raises
-    ValueError, naming the file, where it cannot be read or holds no triangle.
-    """
+    """(n, 3) vertices that the file's faces use. An OBJ is parsed here, ten times faster than as a mesh; an unusual OBJ
+    or another format is loaded as a mesh. Raises ValueError as ``load_mesh`` does."""
     if file.suffix.lower() == ".obj":
         points = obj_points(file.read_bytes())
         if points is not None:
@@ -85,5 +79,5 @@ def obj_points(content: bytes) -> Array | None:
         return None
     if not len(numbers) or numbers[0] < 0 or numbers[-1] >= len(points) or points.shape[1:] != (3,):
         return None
-    kept: Array = points[numbers]
+    kept = np.asarray(points[numbers])
     return kept if np.isfinite(kept).all() else None

@@ -20,8 +20,7 @@ SAMPLES = 9
 
 @dataclass(frozen=True)
 class JointEnds:
-    """The closed and the open position of a joint (radians or metres) and the confidence, 0 to 1, in telling
-    them apart."""
+    """A joint's closed and open positions (radians or metres) and the confidence, 0 to 1, in telling them apart."""
 
     closed: float
     open: float
@@ -31,8 +30,7 @@ class JointEnds:
 def profile(
     tree: Sequence[TreeJoint], root: str, points: Mapping[str, Array], joint: TreeJoint, lower: float, upper: float
 ) -> tuple[Array, Array, Array]:
-    """Positions (n,), volume of the whole object's hull (n,) m³, and distance of the moving part's centre from
-    the rest (n,) m."""
+    """(n,) positions, (n,) volumes of the object's hull, m³, and (n,) distances of the moving part from the rest, m."""
     moved = set(subtree(tree, joint.name))
     poses = link_to_root(tree, root, {})
     static = [apply(poses[name], cloud) for name, cloud in points.items() if name not in moved and len(cloud)]
@@ -54,11 +52,9 @@ def profile(
 
 
 GAP_WEIGHT = 0.5
-"""Weight of the distance cue, per object diagonal, beside the hull volume's share: it decides where the
-hull does not tell the ends apart."""
+"""Weight of the distance cue, per object diagonal, beside the hull volume: it decides where that does not."""
 INTERIOR_MARGIN = 0.05
-"""How much more compact than both ends an inner position must be to count as the closed one (drawers that pass
-through)."""
+"""How much more compact than both ends an inner position must be to be the closed one (drawers that pass through)."""
 SURE = 0.15
 """Difference of compactness between the ends from which the answer is certain; doors of real assets show 0.2 to 0.8."""
 BLIND = 0.004
@@ -74,10 +70,8 @@ def joint_ends(
     upper: float,
     diagonal: float,
 ) -> JointEnds:
-    """The closed and open positions of one joint with limits.
-
-    ``points`` maps link → (n, 3) hull points in the link's frame; ``diagonal`` is the object's, m.
-    """
+    """The closed and open positions of one joint with limits. ``points`` maps link → (n, 3) hull points in the link's
+    frame; ``diagonal`` is the object's, m."""
     nearest_zero = min((lower, upper), key=abs)
     other = upper if nearest_zero == lower else lower
     if upper - lower <= 0.0 or diagonal <= 0.0:

@@ -33,8 +33,7 @@ DIRECTIONS = spread_directions(MOST_CORNERS)
 CORNERS = np.array([(x, y, z) for x in (-1.0, 1.0) for y in (-1.0, 1.0) for z in (-1.0, 1.0)])
 """Directions in which a piece's outermost corners are looked for."""
 SHARES = np.array([0.25, 0.5, 0.75])
-"""Where along a line between two pieces the hollow is looked at before their hull is made, which costs ten times as
-much."""
+"""Where along a line between two pieces the hollow is looked at, for a tenth of what making their hull costs."""
 PARTNERS = 8
 """Partners tried for each piece: the joins that add least are among those whose boxes grow least."""
 
@@ -90,11 +89,9 @@ def slim(points: Array, thickness: float) -> PatchPiece:
 
 
 def cut(vertices: Array, faces: NDArray[np.int64], hollow: Hollow, thickness: float) -> list[PatchPiece]:
-    """Convex pieces of (n, 3) vertices and (m, 3) faces that stay out of the hollow, as few as joining gives.
-
-    Pieces thinner than ``thickness`` (m) are made as thick. Where ``MOST_GROUPS`` do not suffice the largest groups are
-    halved first, and the other groups may fill the hollow.
-    """
+    """Convex pieces of (n, 3) vertices and (m, 3) faces that stay out of the hollow, as few as joining gives. Pieces
+    thinner than ``thickness`` (m) are made as thick. Where ``MOST_GROUPS`` do not suffice the largest groups are halved
+    first, and the other groups may fill the hollow."""
     return join(grouped(vertices, faces, hollow, thickness), hollow, thickness, enough=ENOUGH)
 
 
@@ -157,11 +154,8 @@ def join(
     added_share: float = np.inf,
 ) -> list[PatchPiece]:
     """Fewer pieces: those are joined whose common hull stays out of the hollow and adds at most ``added_share`` of the
-    smaller one's volume.
-
-    Where more than ``enough`` are left the join goes on with hulls that stand a little in the hollow, and where more
-    than ``most`` are, with any; always first with what adds least.
-    """
+    smaller one's volume. Where more than ``enough`` are left the join goes on with hulls that stand a little in the
+    hollow, and where more than ``most`` are, with any; always first with what adds least."""
     rule = _Rule(hollow, thickness, (1, min(enough, most), min(enough, most), most), added_share)
     slack = 0.0 if hollow is None else hollow.cell_m
     known = list(pieces)
@@ -199,10 +193,8 @@ def _join_candidates(
 
 
 def _join_candidate(known: Sequence[PatchPiece], pair: tuple[int, int], rule: _Rule) -> _JoinCandidate | None:
-    """The join of two pieces, or None where no rule would ever make it.
-
-    Rank 0 stays out of the hollow and adds little, 1 and 2 stand a little in it, 3 is all else.
-    """
+    """The join of two pieces, or None where no rule would ever make it. Rank 0 stays out of the hollow and adds little,
+    1 and 2 stand a little in it, 3 is all else."""
     a, b = known[pair[0]], known[pair[1]]
     if not rule.any_join and rule.hollow is not None and rule.hollow.at(between(a, b)) > LOOSE_DEPTHS[-1]:
         return None
@@ -218,8 +210,7 @@ def between(a: PatchPiece, b: PatchPiece) -> Array:
     """(n, 3) points on lines from one piece's outermost corners to the other's, all within their common hull."""
     first, second = (piece.points[np.unique(np.argmax(piece.points @ CORNERS.T, axis=0))] for piece in (a, b))
     ends = first[:, None, None] + SHARES[:, None] * (second[None, :, None] - first[:, None, None])
-    points: Array = ends.reshape(-1, 3)
-    return points
+    return np.asarray(ends.reshape(-1, 3))
 
 
 def _partners(

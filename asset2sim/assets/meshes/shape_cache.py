@@ -18,8 +18,7 @@ FORMAT = f"2 trimesh {trimesh.__version__} scipy {scipy.__version__}"
 
 @dataclass(frozen=True)
 class CachedMesh:
-    """One mesh file at one scale: its shape, whether it has significant holes, and whether it is closed but inside
-    out."""
+    """One mesh file at one scale: its shape, whether it has large holes, and whether it is closed but inside out."""
 
     shape: Shape
     holed: bool

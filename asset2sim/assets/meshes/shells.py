@@ -29,10 +29,8 @@ class ConvexShell:
 
 
 def shells(mesh: trimesh.Trimesh, whole: Hull) -> tuple[ConvexShell, ...]:
-    """The convex pieces of a mesh, in its frame, with their faces; ``whole`` is the mesh's own hull.
-
-    Flat shells among solid ones are decals: they are left out.
-    """
+    """The convex pieces of a mesh, in its frame, with their faces; ``whole`` is the mesh's own hull. Flat shells among
+    solid ones are decals: they are left out."""
     points = np.asarray(mesh.vertices, dtype=float)
     edges = mesh.edges
     adjacency = coo_matrix((np.ones(len(edges)), (edges[:, 0], edges[:, 1])), shape=(len(points), len(points)))

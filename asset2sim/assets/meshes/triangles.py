@@ -20,10 +20,8 @@ SELF_CONTAINED = (".dae", ".glb", ".obj", ".off", ".ply", ".stl")
 
 
 def file_key(path: Path) -> str | None:
-    """Cache key of a file's triangles: the hash of its content, and its suffix, which selects the parser.
-
-    None for a format whose geometry may lie in other files. Raises OSError where the file cannot be read.
-    """
+    """Cache key of a file's triangles: the hash of its content, and its suffix, which selects the parser. None for a
+    format whose geometry may lie in other files. Raises OSError where the file cannot be read."""
     if path.suffix.lower() not in SELF_CONTAINED:
         return None
     return f"{hashlib.sha256(path.read_bytes()).hexdigest()} {path.suffix.lower()}"
@@ -52,10 +50,8 @@ class Triangles:
         return self.keys[path]
 
     def of(self, path: Path) -> Mesh:
-        """The file's (n, 3) vertices, unscaled, and (k, 3) faces, both read-only.
-
-        Raises ValueError as ``load_mesh`` does, and where the file cannot be read.
-        """
+        """The file's (n, 3) vertices, unscaled, and (k, 3) faces, both read-only. Raises ValueError as ``load_mesh``
+        does, and where the file cannot be read."""
         if path not in self.meshes:
             key = self.key(path)
             found = self._kept().get(key) if key is not None else None

@@ -1,5 +1,4 @@
-"""Volume, centre and inertia of one mesh: signed where it is closed, its convex pieces where not, a slab where
-it is flat."""
+"""Volume, centre and inertia of one mesh: signed where closed, its convex pieces where not, a slab where flat."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -35,12 +34,9 @@ class Solid:
 
 @dataclass(frozen=True)
 class Shape:
-    """Mass properties and hulls of one mesh, in the mesh's frame.
-
-    ``points`` are the (n, 3) vertices of its hull, or all of them where it is flat; ``pieces`` the (k, 3) hull points
-    of each convex piece, none where it is flat. ``exact`` says that the mesh is closed and convex: it fills its
-    one hull.
-    """
+    """Mass properties and hulls of one mesh, in the mesh's frame. ``points`` are the (n, 3) vertices of its hull, or
+    all of them where it is flat; ``pieces`` the (k, 3) hull points of each convex piece, none where it is flat.
+    ``exact`` says that the mesh is closed and convex: it fills its one hull."""
 
     solid: Solid
     source: VolumeSource
@@ -107,9 +103,7 @@ def slab(points: Array) -> Solid:
 
 def smallest_rectangle(points: Array) -> tuple[Array, Array]:
     """The (3, 3) planar transform that brings (n, 2) points to the origin along their smallest rectangle, and its size.
-
-    Points on one line have a rectangle of no width along it.
-    """
+    Points on one line have a rectangle of no width along it."""
     try:
         transform, size = trimesh.bounds.oriented_bounds_2D(points)
         return np.asarray(transform, dtype=float), np.asarray(size, dtype=float)

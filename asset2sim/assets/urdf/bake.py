@@ -14,7 +14,7 @@ import numpy as np
 from lxml import etree
 from lxml.etree import _Element as Element
 
-from asset2sim.assets.urdf.edit import POSITIONS, child
+from asset2sim.assets.urdf.edit import POSITIONS, child, serialised
 from asset2sim.assets.urdf.read import element_joint, element_pose
 from asset2sim.physics.arrays import Array
 from asset2sim.physics.kinematics import motion
@@ -34,10 +34,8 @@ MOVING = ("revolute", "continuous", "prismatic")
 
 def bake(document: bytes, positions: Mapping[str, float]) -> tuple[bytes, Bake]:
     """The document with joint zero at ``positions`` (rad or m; joints not named stay), and the record of the change.
-
     Joint q of the result is joint q + q₀ of the original, whatever the pose. A document that is baked already is
-    restored first, ``positions`` being of its authored zero. Raises UsageError for a position of no movable joint.
-    """
+    restored first, ``positions`` being of its authored zero. Raises UsageError for a position of no movable joint."""
     robot = parsed(document)
     if record_of(robot) is not None:
         robot = parsed(unbake(document))
@@ -48,9 +46,8 @@ def bake(document: bytes, positions: Mapping[str, float]) -> tuple[bytes, Bake]:
         raise UsageError(f"no movable joint {', '.join(unknown)} to bake; movable joints: {', '.join(movable)}")
     zeros = {name: within_limits(joint, positions.get(name, 0.0)) for name, joint in movable.items()}
     touched = [name for name in movable if zeros[name] != 0.0 or mimic_offset(movable[name], zeros) is not None]
-    record = Bake(
-        comment=comment_text(robot), joints=tuple(authored(movable[name], zeros[name]) for name in touched)
-    )  # fmt: skip
+    before = tuple(authored(movable[name], zeros[name]) for name in touched)
+    record = Bake(comment=comment_text(robot, STATE_MARK), joints=before)
     for name in touched:
         shift_joint(movable[name], zeros[name], mimic_offset(movable[name], zeros))
     write_comment(robot, record)
@@ -58,10 +55,8 @@ def bake(document: bytes, positions: Mapping[str, float]) -> tuple[bytes, Bake]:
 
 
 def unbake(document: bytes, record: Bake | None = None) -> bytes:
-    """The document with its authored zero again: every attribute that baking changed has its old text.
-
-    Without ``record`` the one in the document's comment is used. Raises UsageError where there is none.
-    """
+    """The document with its authored zero again: every attribute that baking changed has its old text. Without
+    ``record`` the one in the document's comment is used. Raises UsageError where there is none."""
     robot = parsed(document)
     record = record or record_of(robot)
     if record is None:
@@ -79,7 +74,7 @@ def unbake(document: bytes, record: Bake | None = None) -> bytes:
                     del element.attrib[key]
                 if tag == "origin" and not element.attrib:
                     joint.remove(element)
-    remove_comments(robot, (MARK, STATE_MARK))
+    remove_comments(robot)
     if record.comment is not None:
         robot.insert(0, etree.Comment(record.comment))
     return serialised(robot)
@@ -152,10 +147,8 @@ def shift_joint(joint: Element, zero: float, offset: float | None) -> None:
 
 
 def angles(rotation: Array) -> Array:
-    """(3,) fixed-axis roll, pitch and yaw of a (3, 3) rotation, rad.
-
-    Roll is taken after yaw is undone, so that their rounding cancels where pitch comes near a right angle.
-    """
+    """(3,) fixed-axis roll, pitch and yaw of a (3, 3) rotation, rad. Roll is taken after yaw is undone, so that their
+    rounding cancels where pitch comes near a right angle."""
     yaw = math.atan2(rotation[1, 0], rotation[0, 0])
     cosine, sine = math.cos(yaw), math.sin(yaw)
     roll = math.atan2(sine * rotation[0, 2] - cosine * rotation[1, 2], cosine * rotation[1, 1] - sine * rotation[0, 1])
@@ -175,29 +168,26 @@ def authored(joint: Element, zero: float) -> BakedJoint:
 
 def record_of(robot: Element) -> Bake | None:
     """The record in a document's comment."""
-    for node in comments(robot):
-        text = str(node.text)
-        if text.startswith(MARK):
-            return Bake.model_validate_json(text[len(MARK) :])
-    return None
+    text = comment_text(robot, MARK)
+    return None if text is None else Bake.model_validate_json(text[len(MARK) :])
 
 
-def comment_text(robot: Element) -> str | None:
-    """The comment that states the initial positions, which no longer holds once they are baked."""
-    return next((str(node.text) for node in comments(robot) if str(node.text).startswith(STATE_MARK)), None)
+def comment_text(robot: Element, mark: str) -> str | None:
+    """The first comment with this mark. One of the initial positions no longer holds once they are baked."""
+    return next((str(node.text) for node in comments(robot) if str(node.text).startswith(mark)), None)
 
 
 def write_comment(robot: Element, record: Bake) -> None:
     """Put the record into a comment at the top. A comment may not hold two hyphens: names that do are escaped."""
-    remove_comments(robot, (MARK, STATE_MARK))
+    remove_comments(robot)
     text = json.dumps(record.model_dump(), separators=(",", ":")).replace("--", "-\\u002d")
     robot.insert(0, etree.Comment(f"{MARK}{text} "))
 
 
-def remove_comments(robot: Element, marks: tuple[str, ...]) -> None:
+def remove_comments(robot: Element) -> None:
     """Remove our own comments and the whitespace after them."""
     for node in list(comments(robot)):
-        if str(node.text).startswith(marks):
+        if str(node.text).startswith((MARK, STATE_MARK)):
             robot.remove(node)
 
 
@@ -208,15 +198,7 @@ def comments(robot: Element) -> Iterator[Element]:
 
 def parsed(document: bytes) -> Element:
     """The document's root element, comments kept."""
-    root: Element = etree.fromstring(document, etree.XMLParser(remove_comments=False))
-    return root
-
-
-def serialised(robot: Element) -> bytes:
-    """The document as indented UTF-8 XML."""
-    etree.indent(robot, space="  ")
-    document: bytes = etree.tostring(robot, xml_declaration=True, encoding="utf-8", pretty_print=True)
-    return document
+    return etree.fromstring(document, etree.XMLParser(remove_comments=False))
 
 
 def exact(value: float) -> str:

@@ -62,14 +62,11 @@ def refined_urdf(
         if node.tag is etree.Comment and (node.text or "").startswith(" asset2sim"):
             robot.remove(node)
     robot.insert(0, state_comment(overlay))
-    etree.indent(robot, space="  ")
-    document: bytes = etree.tostring(robot, xml_declaration=True, encoding="utf-8", pretty_print=True)
-    return document
+    return serialised(robot)
 
 
 def edit_geometry(link: Element, scale: float, mesh_places: Mapping[str, str], keep_collision: bool = False) -> None:
-    """Scale a link's shapes and point its meshes at the new files; missing meshes are dropped, and collision meshes
-    too unless they are kept."""
+    """Scale a link's shapes and point its meshes at new files; missing ones go, as do collision meshes unless kept."""
     for item in [*link.findall("visual"), *link.findall("collision")]:
         mesh = item.find("geometry/mesh")
         if mesh is not None and item.tag == "collision" and not keep_collision:
@@ -86,10 +83,9 @@ def edit_geometry(link: Element, scale: float, mesh_places: Mapping[str, str], k
         scale_origin(item, scale)
         for tag, keys in (("box", ("size",)), ("cylinder", ("radius", "length")), ("sphere", ("radius",))):
             shape = item.find(f"geometry/{tag}")
-            if shape is None:
-                continue
-            for key in keys:
-                shape.set(key, words([float(word) * scale for word in str(shape.get(key)).split()]))
+            if shape is not None:
+                for key in keys:
+                    shape.set(key, words([float(word) * scale for word in str(shape.get(key)).split()]))
 
 
 def add_primitive_collisions(link: Element) -> None:
@@ -154,19 +150,14 @@ def write_inertial(link: Element, physics: LinkPhysics) -> None:
 def write_contact(link: Element, rolling_friction_m: float) -> None:
     """State the rolling resistance of a link's contacts (m) in the element that Bullet reads; nothing where it is 0."""
     if rolling_friction_m > 0.0:
-        rolling = child(child(link, "contact"), "rolling_friction")
-        rolling.set("value", word(rolling_friction_m))
+        child(child(link, "contact"), "rolling_friction").set("value", word(rolling_friction_m))
 
 
 def write_joint(element: Element, authored: JointFeatures, physics: JointPhysics, settings: PhysicsSettings) -> None:
-    """Write one movable joint's type, axis, limits and dynamics.
-
-    Stiffness goes into ``spring_stiffness`` and ``spring_reference``, the names that SDF uses; engine
-    adapters can also take them from ``overlay.json``.
-    """
+    """Write one movable joint's type, axis, limits and dynamics. Stiffness goes into ``spring_stiffness`` and
+    ``spring_reference``, the names that SDF uses; engine adapters can also take them from ``overlay.json``."""
     element.set("type", physics.type)
-    axis = child(element, "axis")
-    axis.set("xyz", words(authored.axis))
+    child(element, "axis").set("xyz", words(authored.axis))
     limit = child(element, "limit")
     if physics.lower is not None and physics.upper is not None:
         limit.set("lower", word(physics.lower))
@@ -205,6 +196,12 @@ def child(element: Element, tag: str) -> Element:
     """The element's child of that tag, made if there is none."""
     found = element.find(tag)
     return etree.SubElement(element, tag) if found is None else found
+
+
+def serialised(robot: Element) -> bytes:
+    """The document as indented UTF-8 XML."""
+    etree.indent(robot, space="  ")
+    return bytes(etree.tostring(robot, xml_declaration=True, encoding="utf-8", pretty_print=True))
 
 
 def word(value: float) -> str:

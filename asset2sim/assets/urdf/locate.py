@@ -14,17 +14,14 @@ PARENTS_SEARCHED = 2
 
 
 def find_urdf(folder: Path) -> Path:
-    """The asset folder's one URDF: ``mobility.urdf`` if there is one, else its only ``*.urdf``.
-
-    Raises AssetError (unreadable_asset) if there is none or more than one.
-    """
+    """The asset folder's one URDF: ``mobility.urdf`` if there is one, else its only ``*.urdf``. Raises AssetError
+    (unreadable_asset) if there is none or more than one."""
     preferred = folder / "mobility.urdf"
     if preferred.is_file():
         return preferred
     if not folder.is_dir():
-        raise AssetError(
-            FailureMode.UNREADABLE_ASSET, "missing_folder", f"{folder}: no such asset folder; mend the manifest's path"
-        )
+        message = f"{folder}: no such asset folder; mend the manifest's path"
+        raise AssetError(FailureMode.UNREADABLE_ASSET, "missing_folder", message)
     found = sorted(folder.glob("*.urdf")) or sorted(folder.glob("*/*.urdf"))
     if len(found) == 1:
         return found[0]
@@ -34,23 +31,18 @@ def find_urdf(folder: Path) -> Path:
 
 
 def find_mesh(reference: str, folder: Path) -> Path | None:
-    """The file of a mesh reference, or None.
-
-    ``package://name/path``, ``model://name/path`` and ``file://`` references, and relative paths, are resolved next
-    to the URDF's folder: each suffix of the path is tried there and up to two folders above.
-    """
+    """The file of a mesh reference, or None. ``package://name/path``, ``model://name/path`` and ``file://`` references,
+    and relative paths, are resolved next to the URDF's folder: each suffix of the path is tried there and up to two
+    folders above."""
     text = _path_in(reference)
     if text.startswith("/") and Path(text).is_file():
         return Path(text)
-    for candidate in mesh_candidates(reference, folder, folder.resolve().parents[:PARENTS_SEARCHED]):
-        if Path(candidate).is_file():
-            return Path(candidate)
-    return None
+    candidates = mesh_candidates(reference, folder, folder.resolve().parents[:PARENTS_SEARCHED])
+    return next((Path(candidate) for candidate in candidates if Path(candidate).is_file()), None)
 
 
 def mesh_candidates(reference: str, folder: PurePath, above: Sequence[PurePath]) -> Iterator[PurePath]:
-    """Candidate paths of a mesh reference, the likeliest first; ``above`` are the folders above the URDF's that are
-    searched."""
+    """Candidate paths of a mesh reference, the likeliest first, in the URDF's ``folder`` and in those ``above`` it."""
     text = _path_in(reference)
     parts = [part for part in PurePosixPath(text).parts if part != "/"]
     if not parts:
@@ -78,8 +70,7 @@ def _stays_inside(reference: str) -> bool:
 
 
 def read_semantics(folder: Path) -> dict[str, tuple[str, str]]:
-    """Link name → (joint kind, label) from ``semantics.txt``; empty where there is none. Lines that do not fit
-    are skipped."""
+    """Link name → (joint kind, label) from ``semantics.txt``, where there is one; lines that do not fit are skipped."""
     file = folder / "semantics.txt"
     if not file.is_file():
         return {}

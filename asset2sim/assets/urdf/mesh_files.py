@@ -15,11 +15,9 @@ TEXTURE_LINE = re.compile(r"^\s*(?:map_\w+|bump|disp|decal|norm)\s+(.+?)\s*$", r
 
 
 def copy_meshes(references: Mapping[str, Path | None], source: Path, target: Path) -> dict[str, str]:
-    """Copy the existing files into ``target``; reference → its new path relative to ``target``, forward slashes.
-
-    Files under ``source`` keep their place; others go to ``outside/``, each to a folder of its own. COLLADA and glTF
-    become OBJ, which every engine reads. Nothing under ``source`` is written to.
-    """
+    """Copy the existing files into ``target``; reference → its new path relative to ``target``, forward slashes. Files
+    under ``source`` keep their place; others go to ``outside/``, each to a folder of its own. COLLADA and glTF become
+    OBJ, which every engine reads. Nothing under ``source`` is written to."""
     placed: dict[str, str] = {}
     taken: dict[Path, str] = {}
     for reference, file in references.items():
@@ -39,10 +37,8 @@ def copy_meshes(references: Mapping[str, Path | None], source: Path, target: Pat
 
 
 def path_in_target(file: Path, source: Path, number: int) -> str:
-    """A path inside the target for one file: where it lies under ``source``, else a numbered folder of its own.
-
-    A folder of its own keeps apart files from elsewhere that are named alike, and their material libraries.
-    """
+    """A path inside the target for one file: where it lies under ``source``, else a numbered folder of its own. A
+    folder of its own keeps apart files from elsewhere that are named alike, and their material libraries."""
     try:
         return file.resolve().relative_to(source.resolve()).as_posix()
     except ValueError:
@@ -56,10 +52,8 @@ def copy(file: Path, place: Path) -> None:
 
 
 def copy_materials(obj: Path, folder: Path, target: Path) -> None:
-    """Copy the material libraries that an OBJ names and the textures that those name, at the same relative paths.
-
-    A relative path that would leave the target is skipped: the mesh stays, without that texture.
-    """
+    """Copy the material libraries that an OBJ names and the textures that those name, at the same relative paths. A
+    relative path that would leave the target is skipped: the mesh stays, without that texture."""
     for library in libraries_of(obj):
         file, place = obj.parent / library, inside(folder / library, target)
         if place is None or place.is_file():

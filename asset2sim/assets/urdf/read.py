@@ -23,11 +23,9 @@ logging.getLogger("yourdfpy").setLevel(logging.ERROR)
 
 
 def read_urdf(path: Path) -> yourdfpy.Robot:
-    """The URDF as yourdfpy's robot: links, joints, origins as (4, 4), no mesh loaded.
-
-    Raises AssetError: unreadable_asset if the file is not XML, not a URDF or not one tree of known joint types;
-    invalid_joint_configuration where a joint's numbers make no sense.
-    """
+    """The URDF as yourdfpy's robot: links, joints, origins as (4, 4), no mesh loaded. Raises AssetError:
+    unreadable_asset if the file is not XML, not a URDF or not one tree of known joint types;
+    invalid_joint_configuration where a joint's numbers make no sense."""
     try:
         document = etree.parse(str(path))
     except (etree.XMLSyntaxError, OSError, UnicodeError) as error:
@@ -37,13 +35,8 @@ def read_urdf(path: Path) -> yourdfpy.Robot:
         raise unreadable(path, "not_urdf", f"the root element is <{tag}>, not <robot>")
     check_numbers(path, document)
     try:
-        model = yourdfpy.URDF.load(
-            str(path),
-            build_scene_graph=False,
-            build_collision_scene_graph=False,
-            load_meshes=False,
-            load_collision_meshes=False,
-        )
+        graphs = {"build_scene_graph": False, "build_collision_scene_graph": False}
+        model = yourdfpy.URDF.load(str(path), **graphs, load_meshes=False, load_collision_meshes=False)
     except Exception as error:  # yourdfpy raises what its parsers raise: any of them means a URDF that cannot be read
         raise unreadable(path, "not_urdf", f"yourdfpy cannot read it: {type(error).__name__}: {error}") from error
     check_tree(path, model.robot)
@@ -90,10 +83,8 @@ def element_joint(element: "etree._Element") -> TreeJoint:
 
 
 def check_numbers(path: Path, document: "etree._ElementTree") -> None:
-    """Refuse numbers that are not finite, naming the element; yourdfpy would carry a NaN into every stage.
-
-    Those of an inertial are left to extraction, which goes on as if it were not there.
-    """
+    """Refuse numbers that are not finite, naming the element; yourdfpy would carry a NaN into every stage. Those of an
+    inertial are left to extraction, which goes on as if it were not there."""
     for element in document.getroot().iter("origin", "axis", "limit", "mesh", "box", "dynamics"):
         parent = element.getparent()
         if parent is not None and parent.tag == "inertial":
@@ -107,12 +98,8 @@ def check_numbers(path: Path, document: "etree._ElementTree") -> None:
                     while owner is not None and owner.get("name") is None:
                         owner = owner.getparent()
                     name = "?" if owner is None else owner.get("name")
-                    raise AssetError(
-                        FailureMode.INVALID_JOINT_CONFIGURATION,
-                        "not_finite",
-                        f"{path.name}: <{element.tag!s} {key!s}='{word}'> of '{name!s}' is not finite",
-                        joint=name,
-                    )
+                    message = f"{path.name}: <{element.tag!s} {key!s}='{word}'> of '{name!s}' is not finite"
+                    raise AssetError(FailureMode.INVALID_JOINT_CONFIGURATION, "not_finite", message, joint=name)
 
 
 def check_tree(path: Path, robot: yourdfpy.Robot) -> None:
@@ -171,15 +158,13 @@ def unreadable(path: Path, code: str, problem: str) -> AssetError:
 
 def invalid(path: Path, code: str, joint: str, problem: str) -> AssetError:
     """An invalid_joint_configuration error that names the file and the joint."""
-    return AssetError(
-        FailureMode.INVALID_JOINT_CONFIGURATION, code, f"{path.name}: joint '{joint}': {problem}", joint=joint
-    )
+    message = f"{path.name}: joint '{joint}': {problem}"
+    return AssetError(FailureMode.INVALID_JOINT_CONFIGURATION, code, message, joint=joint)
 
 
 @dataclass(frozen=True)
 class Dynamics:
-    """Damping (N·m·s/rad or N·s/m), friction (N·m or N), stiffness (N·m/rad or N/m) and the spring's relaxed
-    position."""
+    """Damping (N·m·s/rad or N·s/m), friction (N·m or N), stiffness (N·m/rad or N/m), and the spring's rest position."""
 
     damping: float
     friction: float
@@ -195,10 +180,6 @@ def read_dynamics(urdf: Path) -> dict[str, Dynamics]:
             continue
         element = joint.find("dynamics")
         values = {} if element is None else element.attrib
-        terms[str(joint.get("name"))] = Dynamics(
-            damping=float(values.get("damping", 0.0)),
-            friction=float(values.get("friction", 0.0)),
-            stiffness=float(values.get("spring_stiffness", 0.0)),
-            spring_reference=float(values.get("spring_reference", 0.0)),
-        )
+        keys = ("damping", "friction", "spring_stiffness", "spring_reference")
+        terms[str(joint.get("name"))] = Dynamics(*(float(values.get(key, 0.0)) for key in keys))
     return terms

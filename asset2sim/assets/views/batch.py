@@ -8,19 +8,15 @@ import numpy as np
 from asset2sim.assets.views.surface import PLAIN, Batch, Bools, Floats, Ints, Paint, Surface, compact, unit
 
 LIFT = 4e-5
-"""How far the smallest flat surface is lifted off, as a share of the object's size: a tenth of a pixel of a large
-view."""
+"""How far the smallest flat surface is lifted, as a share of the object's size: a tenth of a large view's pixel."""
 FLAT = 1e-4
 """A surface is flat if it is no thicker than this share of the object's size."""
 
 
 def with_lifts(surfaces: Sequence[Surface]) -> list[tuple[Surface, float]]:
     """The surfaces from the smallest to the largest, each with the distance (m) that it is to be lifted along its
-    normals.
-
-    What lies on something is smaller than what it lies on; among equals, the textured one is on top. Only flat surfaces
-    are lifted: others would gape at their edges.
-    """
+    normals. What lies on something is smaller than what it lies on; among equals, the textured one is on top. Only flat
+    surfaces are lifted: others would gape at their edges."""
     if not surfaces:
         return []
     areas, thickness = zip(*(area_and_thickness(surface) for surface in surfaces), strict=True)
@@ -38,8 +34,7 @@ def with_lifts(surfaces: Sequence[Surface]) -> list[tuple[Surface, float]]:
 
 
 def area_and_thickness(surface: Surface) -> tuple[float, float]:
-    """The surface's area, m² (both sides count where both are given), and its extent along its largest face's
-    normal, m."""
+    """The surface's area, m² (of both sides where both are given), and extent along its largest face's normal, m."""
     corner = surface.vertices[surface.faces]
     normal = np.cross(corner[:, 1] - corner[:, 0], corner[:, 2] - corner[:, 0])
     double = np.linalg.norm(normal, axis=1)
@@ -48,17 +43,9 @@ def area_and_thickness(surface: Surface) -> tuple[float, float]:
     return 0.5 * float(double.sum()), float(np.ptp(along))
 
 
-def lifted(batch: Batch, distance: float) -> Batch:
-    """The batch moved along its own normals by ``distance`` metres."""
-    return replace(batch, vertices=batch.vertices + distance * batch.normals)
-
-
 def outside_first(batches: Sequence[Batch]) -> list[Batch]:
-    """The same batches, sorted, each with its faces sorted.
-
-    Of two faces that a camera sees from the front, the one further out along its own normal is likely to be the
-    nearer; that needs no camera, so one order serves all views.
-    """
+    """The same batches, sorted, each with its faces sorted. Of two faces that a camera sees from the front, the one
+    further out along its own normal is likely to be the nearer; that needs no camera, so one order serves all views."""
     if not batches:
         return []
     low = np.min([batch.vertices.min(axis=0) for batch in batches], axis=0)
@@ -87,12 +74,9 @@ QUANTUM = 1e-5
 
 
 def batches_of(surfaces: Sequence[Surface]) -> tuple[Batch, ...]:
-    """One batch or more per paint, the outermost first, within PyBullet's limits.
-
-    The renderer draws front faces only and lights by the vertex normal, so every face without a partner of opposite
-    winding is given one. Of faces that lie exactly on each other with the same winding, that of the smallest surface
-    is kept.
-    """
+    """One batch or more per paint, the outermost first, within PyBullet's limits. The renderer draws front faces only
+    and lights by the vertex normal, so every face without a partner of opposite winding is given one. Of faces that lie
+    exactly on each other with the same winding, that of the smallest surface is kept."""
     layers = with_lifts(surfaces)
     keep, alone = faces_to_draw([surface for surface, _ in layers])
     grouped: dict[Paint, list[Batch]] = {}
@@ -102,15 +86,14 @@ def batches_of(surfaces: Sequence[Surface]) -> tuple[Batch, ...]:
         paint = surface.paint or Paint(PLAIN)
         batch = two_sided(surface, paint, keep[start:stop], alone[start:stop])
         if len(batch.faces):
-            grouped.setdefault(paint, []).append(lifted(batch, lift))
+            grouped.setdefault(paint, []).append(replace(batch, vertices=batch.vertices + lift * batch.normals))
         start = stop
     whole = [merged(parts) for parts in grouped.values()]
     return tuple(piece for batch in outside_first(whole) for piece in split(batch))
 
 
 def faces_to_draw(surfaces: Sequence[Surface]) -> tuple[Bools, Bools]:
-    """Two (m,) bool arrays over all faces of all surfaces: which to draw, and which of these lack an opposite
-    partner."""
+    """Two (m,) bool arrays over all surfaces' faces: which to draw, and which of these lack an opposite partner."""
     corners = np.concatenate([surface.vertices[surface.faces] for surface in surfaces])
     size = float(np.ptp(corners.reshape(-1, 3), axis=0).max()) or 1.0
     grid = np.rint(corners / (QUANTUM * size)).astype(np.int64)

@@ -29,11 +29,8 @@ class Camera:
 
 
 def directions(front: Floats) -> dict[str, Floats]:
-    """View name → (3,) unit vector from the object to the camera, for an object whose front faces ``front``, z up.
-
-    Left and right are those of somebody who stands before the object and looks at it. The perspective view is from the
-    front and right, 30 degrees up.
-    """
+    """View name → (3,) unit vector from the object to the camera, its front facing ``front``, z up. Left and right are
+    those of somebody who stands before it and looks at it. The perspective view is from front and right, 30° up."""
     left = np.cross(front, UP)
     elevation, azimuth = np.radians(30.0), np.radians(35.0)
     level = np.cos(azimuth) * front - np.sin(azimuth) * left
@@ -53,10 +50,8 @@ def axes(towards: Floats) -> Floats:
 
 
 def fit(points: Floats, towards: Floats, fov: float, aspect: float) -> Camera:
-    """A camera in direction ``towards`` that centres (n, 3) ``points`` and shows them at FILL of its frame.
-
-    ``aspect`` is width over height.
-    """
+    """A camera in direction ``towards`` that centres (n, 3) ``points`` and shows them at FILL of its frame. ``aspect``
+    is width over height."""
     frame = axes(towards)
     seen = points @ frame.T
     low, high = seen.min(axis=0), seen.max(axis=0)

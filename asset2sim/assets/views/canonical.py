@@ -1,5 +1,6 @@
-"""The five canonical views of an asset: render and write."""
+"""The five canonical views of an asset: render, lay over a background, and write as PNG."""
 
+import io
 import os
 import tempfile
 from collections.abc import Mapping
@@ -11,8 +12,7 @@ from PIL import Image
 from asset2sim.assets.extract import Extraction
 from asset2sim.assets.views.batch import batches_of
 from asset2sim.assets.views.camera import NARROW_FOV, WIDE_FOV, directions, fit
-from asset2sim.assets.views.picture import finish, png_bytes
-from asset2sim.assets.views.renderer import render
+from asset2sim.assets.views.renderer import Frame, render
 from asset2sim.assets.views.scene import load_scene, nothing_to_draw
 from schemas.model_names import is_prior
 from schemas.request import LabelledImage
@@ -21,16 +21,15 @@ from schemas.settings import Settings, ViewSettings
 VIEW_NAMES = ("front", "back", "left", "right", "perspective")
 
 OVERSAMPLING = 1.5
-"""Pixels drawn per pixel shown, along each side: TinyRenderer does not smooth edges, and its time goes with the
-square."""
+"""Pixels drawn per pixel shown, along each side: TinyRenderer smooths no edges, and its time goes with the square."""
+BACKGROUND_TOP, BACKGROUND_BOTTOM = (244.0, 246.0, 249.0), (224.0, 228.0, 234.0)
+"""Background colours, RGB: light, and never quite white, so that white objects keep an outline."""
 
 
 def render_views(urdf_file: Path, positions: Mapping[str, float], settings: ViewSettings) -> dict[str, Image.Image]:
     """View name → RGB picture of the asset at these joint positions (radians or metres; joints not named are at zero).
-
-    Meshes that are missing are left out. Raises AssetError: unreadable_asset or invalid_joint_configuration if the
-    URDF is refused, missing_mesh if nothing is left to draw.
-    """
+    Meshes that are missing are left out. Raises AssetError: unreadable_asset or invalid_joint_configuration if the URDF
+    is refused, missing_mesh if nothing is left to draw."""
     scene = load_scene(urdf_file, positions)
     batches = batches_of(scene.surfaces)
     if not batches:
@@ -45,13 +44,29 @@ def render_views(urdf_file: Path, positions: Mapping[str, float], settings: View
     return {name: finish(frames[name], settings.width, settings.height) for name in VIEW_NAMES}
 
 
+def finish(frame: Frame, width: int, height: int) -> Image.Image:
+    """The frame over the background, averaged down to ``width`` by ``height`` pixels."""
+    rows = np.linspace(0.0, 1.0, frame.color.shape[0], dtype=np.float32)[:, None, None]
+    top, bottom = np.array(BACKGROUND_TOP, dtype=np.float32), np.array(BACKGROUND_BOTTOM, dtype=np.float32)
+    color = np.where(frame.drawn[..., None], frame.color, top + rows * (bottom - top))
+    image = Image.fromarray(np.clip(color + 0.5, 0.0, 255.0).astype(np.uint8), "RGB")
+    if image.size != (width, height):
+        image = image.resize((width, height), Image.Resampling.BOX)
+    return image
+
+
+def png_bytes(image: Image.Image) -> bytes:
+    """The picture as a PNG file."""
+    stream = io.BytesIO()
+    image.save(stream, format="PNG")
+    return stream.getvalue()
+
+
 def write_views(
     urdf_file: Path, positions: Mapping[str, float], folder: Path, settings: ViewSettings
 ) -> tuple[Path, ...]:
-    """Render the views into ``folder`` as ``front.png`` and so on; each file appears whole or not at all.
-
-    Raises what ``render_views`` raises, before anything is written.
-    """
+    """Render the views into ``folder`` as ``front.png`` and so on; each file appears whole or not at all. Raises what
+    ``render_views`` raises, before anything is written."""
     images = render_views(urdf_file, positions, settings)
     folder.mkdir(parents=True, exist_ok=True)
     written = []

@@ -13,8 +13,7 @@ from trimesh.visual.texture import TextureVisuals
 from asset2sim.assets.views.surface import Color, Floats, Paint, Surface, Texture
 
 COLOR_LEVELS = 16
-"""Vertex colours are rounded to this many levels a channel, so that a painted scan is a few surfaces and not
-thousands."""
+"""Levels a channel that vertex colours are rounded to, so that a painted scan is a few surfaces and not thousands."""
 
 PARENTS_ALLOWED = 2
 """How far above a mesh's folder its materials and textures may lie: PartNet-Mobility's are in ``../images``."""
@@ -34,8 +33,7 @@ class NearbyFiles(FilePathResolver):
 
 
 def load_surfaces(path: Path) -> tuple[Surface, ...]:
-    """The surfaces of a mesh file in its own frame; () if it cannot be read or has no triangle, for a view may be
-    partial."""
+    """A mesh file's surfaces in its own frame; () if it is unreadable or has no triangle, for a view may be partial."""
     try:
         scene = trimesh.load_scene(str(path), process=False, resolver=NearbyFiles(str(path)))
     except Exception:  # a loader raises whatever its format's parser raises; extraction reports the file
@@ -83,8 +81,7 @@ def authored_normals(mesh: trimesh.Trimesh, node_to_mesh: Floats) -> Floats | No
     if "vertex_normals" not in mesh._cache:
         return None
     normals = np.asarray(mesh.vertex_normals, dtype=float) @ np.linalg.pinv(node_to_mesh[:3, :3])
-    cleaned: Floats = np.nan_to_num(normals)
-    return cleaned
+    return np.asarray(np.nan_to_num(normals))
 
 
 def paint_of(material: object, has_uv: bool, path: Path) -> Paint | None:

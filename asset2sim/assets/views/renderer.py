@@ -24,8 +24,7 @@ AMBIENT, DIFFUSE = 0.50, 0.52
 SHEEN = 0.07
 """The darkest a colour is drawn, in 0 to 1: even black plastic returns enough light to show its edges."""
 LAMP = (-0.35, 0.75, 1.0)
-"""Direction of the lamp in the camera's frame (right, up, towards the viewer): every view is lit alike, from above
-left."""
+"""The lamp's direction in the camera's frame (right, up, to the viewer): every view is lit alike, from above left."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -45,11 +44,9 @@ class TranslucentBody:
 
 
 def render(batches: Sequence[Batch], cameras: Mapping[str, Camera], width: int, height: int) -> dict[str, Frame]:
-    """The batches seen by each camera, before any background.
-
-    TinyRenderer cannot blend: a view in which something translucent is seen is drawn again without it, and mixed by its
-    opacity, one layer deep; where a texture varies the opacity, a third pass draws that.
-    """
+    """The batches seen by each camera, before any background. TinyRenderer cannot blend: a view in which something
+    translucent is seen is drawn again without it, and mixed by its opacity, one layer deep; where a texture varies the
+    opacity, a third pass draws that."""
     visible = [batch for batch in batches if batch.paint.color[3] >= INVISIBLE]
     # An exporter that writes an opacity of zero everywhere did not mean an invisible object.
     drawn = visible or list(batches)
@@ -76,19 +73,13 @@ def render(batches: Sequence[Batch], cameras: Mapping[str, Camera], width: int, 
 def add(batch: Batch, skin: DecodedTexture | None, client: int, folder: Path, numbers: dict[int, int]) -> int:
     """Add a batch to the scene; PyBullet's number of its body."""
     color = [*(SHEEN + (1.0 - SHEEN) * level for level in batch.paint.color[:3]), 1.0]
-    options: dict[str, object] = {}
+    options: dict[str, object] = {"rgbaColor": color, "physicsClientId": client}
     if skin is not None and batch.uv is not None:
         # TinyRenderer repeats a texture only for coordinates that are not negative.
         options["uvs"] = (batch.uv - np.floor(batch.uv.min(axis=0))).tolist()
-    shape = pybullet.createVisualShape(
-        pybullet.GEOM_MESH,
-        vertices=batch.vertices.tolist(),
-        indices=batch.faces.ravel().tolist(),
-        normals=batch.normals.tolist(),
-        rgbaColor=color,
-        physicsClientId=client,
-        **options,
-    )
+    vertices, normals, indices = batch.vertices.tolist(), batch.normals.tolist(), batch.faces.ravel().tolist()
+    mesh = {"vertices": vertices, "normals": normals, "indices": indices}
+    shape = pybullet.createVisualShape(pybullet.GEOM_MESH, **mesh, **options)
     body = int(pybullet.createMultiBody(0, -1, shape, physicsClientId=client))
     if skin is not None and "uvs" in options:
         set_texture(body, load(skin.color, client, folder, numbers), color, client)
@@ -110,25 +101,14 @@ def load(image: Image.Image, client: int, folder: Path, numbers: dict[int, int])
 
 
 def take(camera: Camera, client: int, width: int, height: int, ambient: float = AMBIENT) -> tuple[Frame, Bodies]:
-    """One picture, and the (h, w) number of the body seen in each pixel, -1 for none. At ``ambient`` 1 there is no
-    lamp."""
+    """One picture, and the (h, w) number of the body in each pixel, -1 for none. At ``ambient`` 1 there is no lamp."""
     lamp = unit((np.array(LAMP) @ axes(unit((camera.eye - camera.target)[None])[0]))[None])[0]
     view = pybullet.computeViewMatrix(camera.eye.tolist(), camera.target.tolist(), [0.0, 0.0, 1.0])
     lens = pybullet.computeProjectionMatrixFOV(np.degrees(camera.fov), width / height, camera.near, camera.far)
-    answer = pybullet.getCameraImage(
-        width,
-        height,
-        view,
-        lens,
-        lightDirection=lamp.tolist(),
-        lightColor=[1.0, 1.0, 1.0],
-        lightAmbientCoeff=ambient,
-        lightDiffuseCoeff=DIFFUSE if ambient < 1.0 else 0.0,
-        lightSpecularCoeff=0.0,
-        shadow=0,
-        renderer=pybullet.ER_TINY_RENDERER,
-        physicsClientId=client,
-    )
+    light = {"lightDirection": lamp.tolist(), "lightColor": [1.0, 1.0, 1.0], "lightAmbientCoeff": ambient}
+    light |= {"lightDiffuseCoeff": DIFFUSE if ambient < 1.0 else 0.0, "lightSpecularCoeff": 0.0, "shadow": 0}
+    drawing = {"renderer": pybullet.ER_TINY_RENDERER, "physicsClientId": client}
+    answer = pybullet.getCameraImage(width, height, view, lens, **light, **drawing)
     color = np.asarray(answer[2], dtype=np.uint8).reshape(height, width, 4)[..., :3].astype(np.float32)
     bodies = np.asarray(answer[4], dtype=np.int64).reshape(height, width)
     return Frame(color, bodies >= 0), bodies
@@ -166,8 +146,7 @@ def blend_translucent(
 
 
 def mix(behind: Frame, front: Frame, share: Pixels) -> Frame:
-    """``share`` (h, w), 0 to 1, of the front picture laid over the other; over empty background glass keeps its
-    colour."""
+    """``share`` (h, w), 0 to 1, of the front picture over the other; over empty background glass keeps its colour."""
     share = np.where(front.drawn & ~behind.drawn & (share > INVISIBLE), 1.0, share)
     color = share[..., None] * front.color + (1.0 - share[..., None]) * behind.color
     return Frame(color, behind.drawn | (front.drawn & (share > INVISIBLE)))

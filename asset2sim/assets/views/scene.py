@@ -40,8 +40,7 @@ def load_scene(urdf_file: Path, positions: Mapping[str, float]) -> Scene:
     colors = {material.name: material.color for material in robot.materials if material.color is not None}
     loaded: dict[Path, tuple[Surface, ...]] = {}
     surfaces: list[Surface] = []
-    roles = ("visuals", "collisions")
-    for role in roles:
+    for role in ("visuals", "collisions"):
         for link in robot.links:
             for shape in getattr(link, role):
                 shape_to_root = poses[link.name] if shape.origin is None else poses[link.name] @ shape.origin
@@ -55,11 +54,8 @@ def load_scene(urdf_file: Path, positions: Mapping[str, float]) -> Scene:
 
 def nothing_to_draw(urdf_file: Path) -> AssetError:
     """The missing_mesh error of an asset of which no triangle can be drawn."""
-    return AssetError(
-        FailureMode.MISSING_MESH,
-        "nothing_to_draw",
-        f"{urdf_file.name}: no visual or collision shape of it can be drawn; put its mesh files beside it",
-    )
+    message = f"{urdf_file.name}: no visual or collision shape of it can be drawn; put its mesh files beside it"
+    return AssetError(FailureMode.MISSING_MESH, "nothing_to_draw", message)
 
 
 def poses_of(robot: yourdfpy.Robot, positions: Mapping[str, float]) -> dict[str, Floats]:
@@ -100,11 +96,9 @@ def pieces_of(
 
 
 def front_of(robot: yourdfpy.Robot, urdf_file: Path) -> Floats:
-    """(3,) the horizontal direction in the root frame that the object's front faces.
-
-    PartNet-Mobility's objects face -x once its root joint has turned them z-up; an object is taken for one of them
-    by that joint, by its robot's name or by the ``semantics.txt`` beside it. Others follow the ROS custom: x forward.
-    """
+    """(3,) the horizontal direction in the root frame that the object's front faces. PartNet-Mobility's objects face -x
+    once its root joint has turned them z-up; an object is taken for one of them by that joint, by its robot's name or
+    by the ``semantics.txt`` beside it. Others follow the ROS custom: x forward."""
     root = root_of(robot)
     turned = any(
         joint.parent == root

@@ -33,11 +33,8 @@ class Paint:
 
 @dataclass(frozen=True, eq=False)
 class Surface:
-    """Triangles of one paint.
-
-    ``vertices`` (n, 3) float in metres, ``faces`` (m, 3) int, ``normals`` (n, 3) float unit vectors or None,
-    ``uv`` (n, 2) float with v upwards, or None. ``paint`` is None where the file gives none.
-    """
+    """Triangles of one paint. ``vertices`` (n, 3) float in metres, ``faces`` (m, 3) int, ``normals`` (n, 3) float unit
+    vectors or None, ``uv`` (n, 2) float with v upwards, or None. ``paint`` is None where the file gives none."""
 
     vertices: Floats
     faces: Ints
@@ -48,10 +45,8 @@ class Surface:
 
 @dataclass(frozen=True, eq=False)
 class Batch:
-    """Triangles of one paint, each wound so that its front is towards the side its normals point to.
-
-    ``vertices`` and ``normals`` (n, 3) float in the root frame, ``uv`` (n, 2) float, ``faces`` (m, 3) int.
-    """
+    """Triangles of one paint, each wound so that its front is towards the side its normals point to. ``vertices`` and
+    ``normals`` (n, 3) float in the root frame, ``uv`` (n, 2) float, ``faces`` (m, 3) int."""
 
     vertices: Floats
     normals: Floats
@@ -76,8 +71,7 @@ def posed(surface: Surface, surface_to_root: Floats, scale: Floats, fallback: Pa
 def unit(vectors: Floats) -> Floats:
     """(n, 3) vectors at length one; those without a length stay zero."""
     length = np.linalg.norm(vectors, axis=1, keepdims=True)
-    result: Floats = vectors / np.where(length > 1e-30, length, 1.0)
-    return result
+    return np.asarray(vectors / np.where(length > 1e-30, length, 1.0))
 
 
 def compact(batch: Batch) -> Batch:
