@@ -46,10 +46,7 @@ class SynthesisError(AssetError):
 
 
 def synthesize(
-    features: Features,
-    guidance: str | None,
-    ask: ModelAsk,
-    images: Sequence[LabelledImage] = (),
+    features: Features, guidance: str | None, ask: ModelAsk, images: Sequence[LabelledImage] = ()
 ) -> Synthesized:
     """A model's overlay for one object, with every call made for it and a finding where it was asked twice.
 

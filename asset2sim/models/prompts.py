@@ -17,11 +17,7 @@ IVW = "ivw"
 _ESCAPES = str.maketrans({"<": "\\u003c", ">": "\\u003e", "&": "\\u0026"})
 
 
-def synthesis_request(
-    features: Features,
-    guidance: str | None,
-    images: Sequence[LabelledImage] = (),
-) -> ModelRequest:
+def synthesis_request(features: Features, guidance: str | None, images: Sequence[LabelledImage] = ()) -> ModelRequest:
     """The request for an overlay by our method; see ``overlay_request``."""
     return overlay_request(SYNTHESIS, features, guidance, images)
 
@@ -37,11 +33,7 @@ def overlay_request(
 
     ``view`` names the one view that the question is about, where it is about one.
     """
-    information = {
-        "purpose": purpose,
-        **object_facts(features),
-        **({} if view is None else {"view": view}),
-    }
+    information = {"purpose": purpose, **object_facts(features), **({} if view is None else {"view": view})}
     text = f"{data_block('structured_information', information)}\n\n{data_block('user_guidance', guidance or '')}"
     return ModelRequest(
         purpose=purpose,
