@@ -48,19 +48,15 @@ class SynthesisError(AssetError):
 def synthesize(
     features: Features, guidance: str | None, ask: ModelAsk, images: Sequence[LabelledImage] = ()
 ) -> Synthesized:
-    """A model's overlay for one object, with every call made for it and a finding where it was asked twice.
-
-    Raises ``SynthesisError`` as ``ask_overlay`` does.
-    """
+    """A model's overlay for one object, with every call made for it and a finding where it was asked twice. Raises
+    ``SynthesisError`` as ``ask_overlay`` does."""
     return ask_overlay(synthesis_request(features, guidance, images), features, ask)
 
 
 def ask_overlay(first: ModelRequest, features: Features, ask: ModelAsk) -> Synthesized:
-    """A model's overlay for a request, which is repeated once where the answer is invalid.
-
-    Raises ``SynthesisError``: ``budget`` where a budget is spent, ``model_error`` where the provider fails,
-    ``no_valid_estimate`` where the second answer does not fit either.
-    """
+    """A model's overlay for a request, which is repeated once where the answer is invalid. Raises ``SynthesisError``:
+    ``budget`` where a budget is spent, ``model_error`` where the provider fails, ``no_valid_estimate`` where the second
+    answer does not fit either."""
     said = ask_until_valid(first, ask, lambda text: parse_overlay(text, features))
     if said.answers[-1].content is None:
         raise no_answer_error(said.answers[-1], said.calls)
@@ -74,10 +70,8 @@ def ask_until_valid(
     first: ModelRequest, ask: ModelAsk, parse: Callable[[str], Value], most: int = MAX_ASKS
 ) -> Replies[Value]:
     """The first answer that ``parse`` accepts, of at most ``most``; each repeated question states what was wrong.
-
     Asking ends with an answer without content: a provider that failed, or a budget that is spent. ``parse`` raises
-    ``InvalidAnswerError`` for an answer that does not fit.
-    """
+    ``InvalidAnswerError`` for an answer that does not fit."""
     request, answers, calls, refused = first, list[ModelAnswer](), list[ModelCall](), list[InvalidAnswerError]()
     value = None
     while value is None and len(answers) < most:

@@ -33,10 +33,8 @@ class RefusedProposal:
 @dataclass(frozen=True)
 class StateProblem:
     """A joint state to improve: joint name → position in rad, or m at the final scale, its Φ (m) and colliding pairs.
-
     ``settled`` maps joints to where they settled untouched, for the problem "fell". ``desired_phi_m`` is Φ in the
-    desired state, for the problem "moved".
-    """
+    desired state, for the problem "moved"."""
 
     problem: Problem
     positions: dict[str, float]
@@ -55,10 +53,8 @@ def refinement_request(
     reach: Mapping[str, tuple[float, float]],
     images: Sequence[LabelledImage] = (),
 ) -> ModelRequest:
-    """The question for a step of the focus joints (paper, "Refine the state").
-
-    ``overlay`` holds the desired state; ``reach`` maps each focus joint to the positions between which it may be put.
-    """
+    """The question for a step of the focus joints (paper, "Refine the state"). ``overlay`` holds the desired state;
+    ``reach`` maps each focus joint to the positions between which it may be put."""
     joints = {joint.name: joint for joint in overlay.joints}
     worst = sorted(situation.pairs, key=lambda pair: -pair.penetration_m)[:MAX_PAIRS]
     information: dict[str, object] = {

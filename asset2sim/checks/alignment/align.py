@@ -12,10 +12,8 @@ from schemas.overlay import JointPhysics, PhysicsOverlay
 
 
 def initial_positions(record: AssetRecord) -> dict[str, float]:
-    """Joint name → where it starts, rad or m at the final scale, counted from the authored zero; {} without overlay.
-
-    A baked overlay counts from its own state: its closed positions tell how far that is from the authored zero.
-    """
+    """Joint name → where it starts, rad or m at the final scale, counted from the authored zero; {} without overlay. A
+    baked overlay counts from its own state: its closed positions tell how far that is from the authored zero."""
     overlay = record.overlay
     if overlay is None:
         return {}
@@ -24,10 +22,8 @@ def initial_positions(record: AssetRecord) -> dict[str, float]:
 
 
 def final_positions(record: AssetRecord) -> dict[str, float]:
-    """Joint name → its position at the end of the rest check, else its initial one; units as ``initial_positions``.
-
-    A simulation with non-finite numbers does not count as measured.
-    """
+    """Joint name → its position at the end of the rest check, else its initial one; units as ``initial_positions``. A
+    simulation with non-finite numbers does not count as measured."""
     positions = initial_positions(record)
     measured = record.measurement
     if measured is not None and measured.finite:
@@ -94,11 +90,9 @@ def align_all(records: Sequence[AssetRecord], references: Mapping[str, Reference
 
 
 def _deviations(record: AssetRecord, reference: Reference) -> dict[str, float | bool | None]:
-    """|s − s_ref| / s_ref, and |q − q_ref|: angles modulo a turn, sliders in m at the final scale.
-
-    A slider's reference is stated at the authored scale; at the asset's own it is that times the scale, so that a
-    wrong scale is not counted twice.
-    """
+    """|s − s_ref| / s_ref, and |q − q_ref|: angles modulo a turn, sliders in m at the final scale. A slider's reference
+    is stated at the authored scale; at the asset's own it is that times the scale, so that a wrong scale is not counted
+    twice."""
     assert record.overlay is not None
     scale = record.overlay.scale
     joint = next((joint for joint in record.overlay.joints if joint.name == reference.joint), None)

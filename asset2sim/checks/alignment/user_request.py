@@ -1,7 +1,5 @@
-"""The size and the joint states that the guidance asks for, read from guidance and features, not from any answer.
-
-Words of size and stated lengths are read by rules of its own, not by those of the offline prior, which it scores.
-"""
+"""The size and the joint states that the guidance asks for, read from guidance and features, not from any answer. Words
+of size and stated lengths are read by rules of its own, not by those of the offline prior, which it scores."""
 
 import re
 from collections.abc import Sequence
@@ -64,11 +62,9 @@ class AskedState:
 
 @dataclass(frozen=True)
 class Request:
-    """The size and the joint states that are asked of one object.
-
-    ``lacking`` lists states of parts that it does not have, ``opening`` the joints of all parts that open and close.
-    ``free`` says that something is to move freely, so that gravity may take it from the state that is asked for.
-    """
+    """The size and the joint states that are asked of one object. ``lacking`` lists states of parts that it does not
+    have, ``opening`` the joints of all parts that open and close. ``free`` says that something is to move freely, so
+    that gravity may take it from the state that is asked for."""
 
     size: AskedSize
     states: tuple[AskedState, ...] = ()

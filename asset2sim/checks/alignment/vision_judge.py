@@ -57,10 +57,8 @@ def judge(
     record: AssetRecord, views: Mapping[str, Image.Image], ask: Callable[[ModelRequest], ModelAnswer]
 ) -> Judgement:
     """The judge's score of a record that has features and an overlay: half scale, half state, 0 to 1 together.
-
     ``views`` maps a view's name to its picture. An answer that does not fit is asked for once more with what was wrong;
-    a judge that fails leaves a warning, never a failed asset.
-    """
+    a judge that fails leaves a warning, never a failed asset."""
     first = request = judge_request(record, views)
     calls: tuple[ModelCall, ...] = ()
     said = ""

@@ -73,10 +73,8 @@ def model_abilities(model: str) -> ModelAbilities:
 
 
 def first_attempt_options(request: ModelRequest, settings: ModelSettings) -> AttemptOptions:
-    """Images and answer format of the first attempt: all that the model supports and its server has not refused.
-
-    With tools no format is asked for: several providers refuse the two together, and an answer may be a tool call.
-    """
+    """Images and answer format of the first attempt: all that the model supports and its server has not refused. With
+    tools no format is asked for: several providers refuse the two together, and an answer may be a tool call."""
     able = model_abilities(settings.model)
     level = "prompt" if request.tools else able.answer_format
     if level == "schema" and not _can_hold_to(request.answer_schema, settings.model):
@@ -121,10 +119,8 @@ def without_refused(options: AttemptOptions, error: BaseException, settings: Mod
 def remember_refusal(
     tried: AttemptOptions, worked: AttemptOptions, error: BaseException, settings: ModelSettings
 ) -> None:
-    """Record, for this process, the images or format that a server refused before it answered without them.
-
-    A refusal of one picture, too large or broken, is not recorded.
-    """
+    """Record, for this process, the images or format that a server refused before it answered without them. A refusal
+    of one picture, too large or broken, is not recorded."""
     images_refused = tried.images and not worked.images and _GENERAL_REFUSAL.search(str(error).lower()) is not None
     with _lock:
         before = _refused.get(_server(settings), AttemptOptions(images=True, answer_format="schema"))

@@ -67,11 +67,9 @@ class CallPermit:
 def call_permit(
     session: GatewaySession | None, request: ModelRequest, settings: ModelSettings, with_images: bool
 ) -> Iterator[CallPermit]:
-    """Wait for permission to ask once: for budget, for the rate limit and for a free slot at the provider.
-
-    Raises ``BudgetSpentError``, ``RunStoppedError``, and ``sqlite3.Error`` or ``OSError`` where the shared files cannot
-    be used. Nothing is limited without a session; a model in this process has no rate limit.
-    """
+    """Wait for permission to ask once: for budget, for the rate limit and for a free slot at the provider. Raises
+    ``BudgetSpentError``, ``RunStoppedError``, and ``sqlite3.Error`` or ``OSError`` where the shared files cannot be
+    used. Nothing is limited without a session; a model in this process has no rate limit."""
     if session is None:
         yield CallPermit()
         return

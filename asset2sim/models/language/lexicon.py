@@ -84,10 +84,8 @@ _ORDINAL_NAMES = {"1": "first", "2": "second", "3": "third", "4": "fourth", "5":
 
 
 def segments(guidance: str, category: str) -> tuple[Segment, ...]:
-    """The guidance cut into segments, each with what was recognised in it.
-
-    Words that name the object ("drawer cabinet", or "shelf" where that is its category) are not taken for its parts.
-    """
+    """The guidance cut into segments, each with what was recognised in it. Words that name the object ("drawer
+    cabinet", or "shelf" where that is its category) are not taken for its parts."""
     tokens = tokenize(guidance)
     nouns = [(a, b) for a, b, noun in noun_spans(tokens) if b - a > 1 or noun == category]
     found: list[Segment] = []

@@ -1,9 +1,6 @@
-"""The offline model as an agent: the next answer of a conversation with tools, from the conversation's text alone.
-
-It states its whole estimate, simulates, and where that fails makes the obvious change (more damping, another start).
-It ends once a simulation passes or no change is left, with the best trial. See
-``asset2sim.baselines.agent``.
-"""
+"""The offline model as an agent: the next answer of a conversation with tools, from the conversation's text alone. It
+states its whole estimate, simulates, and where that fails makes the obvious change (more damping, another start). It
+ends once a simulation passes or no change is left, with the best trial. See ``asset2sim.baselines.agent``."""
 
 import json
 import math
@@ -104,9 +101,7 @@ HIGH_FRICTION_MATERIAL = "rubber"
 
 def correction(seen: Mapping[str, Any], info: ObjectInfo, terms: Terms, rounds: int) -> dict[str, Any] | None:
     """Arguments of ``set_parameters`` after a ``simulate`` that returned ``seen``; None where nothing is to be done.
-
-    ``terms`` is what it was run with; ``rounds`` counts from 1.
-    """
+    ``terms`` is what it was run with; ``rounds`` counts from 1."""
     failed = seen.get("failed")
     joints = {joint.name: joint for joint in info.joints}
     if failed == "penetration":

@@ -1,8 +1,6 @@
-"""The simulated fallible model: the offline prior's answers with seeded errors of stated sizes.
-
-A simulation: it says how each method stands errors of these sizes, and nothing about any real model. The sizes and
-where they come from are in ``noise_level``.
-"""
+"""The simulated fallible model: the offline prior's answers with seeded errors of stated sizes. A simulation: it says
+how each method stands errors of these sizes, and nothing about any real model. The sizes and where they come from are
+in ``noise_level``."""
 
 import json
 import math

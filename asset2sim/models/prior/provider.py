@@ -1,7 +1,5 @@
-"""The ``prior`` provider of LiteLLM: answers from tables, in this process, without key or network.
-
-Imports LiteLLM, so it is itself imported late, by ``asset2sim.models.gateway.lite``.
-"""
+"""The ``prior`` provider of LiteLLM: answers from tables, in this process, without key or network. Imports LiteLLM, so
+it is itself imported late, by ``asset2sim.models.gateway.lite``."""
 
 import json
 from collections.abc import Iterable, Mapping, Sequence
@@ -22,12 +20,9 @@ PRIOR_CHARACTERS_PER_TOKEN = 4
 
 
 class PriorProvider(CustomLLM):  # type: ignore[misc]  # LiteLLM's base class is untyped to a checker that skips it
-    """LiteLLM's interface to the offline prior, with simulated errors for ``prior/noisy``, and token counts.
-
-    A request with tools is answered by ``prior.agent``, any other by ``prior.answer`` from the last user message that
-    describes an object. It depends only on the messages, whether there are tools, and ``seed``
-    (the number of the sample).
-    """
+    """LiteLLM's interface to the offline prior, with simulated errors for ``prior/noisy``, and token counts. A request
+    with tools is answered by ``prior.agent``, any other by ``prior.answer`` from the last user message that describes
+    an object. It depends only on the messages, whether there are tools, and ``seed`` (the number of the sample)."""
 
     def completion(self, *args: Any, **kwargs: Any) -> ModelResponse:
         """One answer; any failure is a 400, because the prior is deterministic and asking again cannot help."""
