@@ -19,7 +19,6 @@ MAX_ASKS = 2
 Synthesized = tuple[Overlay, tuple[ModelCall, ...], tuple[Finding, ...]]
 """An overlay, every model call made for it, and the findings."""
 
-
 Value = TypeVar("Value")
 
 
@@ -48,8 +47,7 @@ class SynthesisError(AssetError):
 def synthesize(
     features: Features, guidance: str | None, ask: ModelAsk, images: Sequence[LabelledImage] = ()
 ) -> Synthesized:
-    """A model's overlay for one object, with every call made for it and a finding where it was asked twice. Raises
-    ``SynthesisError`` as ``ask_overlay`` does."""
+    """A model's overlay for one object by the synthesis prompt; returns and raises what ``ask_overlay`` does."""
     return ask_overlay(synthesis_request(features, guidance, images), features, ask)
 
 
@@ -101,14 +99,7 @@ def images_not_sent(answer: ModelAnswer) -> tuple[Finding, ...]:
     """A finding where the request's images were not sent, so that the answer is from text alone."""
     if answer.without_images is None:
         return ()
-    return (
-        Finding(
-            stage=Stage.SYNTHESIZE,
-            severity=Severity.WARNING,
-            code="images_not_sent",
-            message=f"the model was asked without the views: {answer.without_images}",
-        ),
-    )
+    return (_warning("images_not_sent", f"the model was asked without the views: {answer.without_images}"),)
 
 
 def marked_invalid(calls: tuple[ModelCall, ...]) -> tuple[ModelCall, ...]:
@@ -117,9 +108,8 @@ def marked_invalid(calls: tuple[ModelCall, ...]) -> tuple[ModelCall, ...]:
 
 
 def _refusal(error: InvalidAnswerError) -> Finding:
-    return Finding(
-        stage=Stage.SYNTHESIZE,
-        severity=Severity.WARNING,
-        code="invalid_answer",
-        message=f"the model's answer was refused and it was asked again: {error}",
-    )
+    return _warning("invalid_answer", f"the model's answer was refused and it was asked again: {error}")
+
+
+def _warning(code: str, message: str) -> Finding:
+    return Finding(stage=Stage.SYNTHESIZE, severity=Severity.WARNING, code=code, message=message)

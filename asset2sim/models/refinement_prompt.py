@@ -63,9 +63,7 @@ def refinement_request(
         "category": features.category,
         "problem": situation.problem,
         "phi_m": situation.phi_m,
-        "pairs": [
-            {"link_a": pair.link_a, "link_b": pair.link_b, "penetration_m": pair.penetration_m} for pair in worst
-        ],
+        "pairs": [{"link_a": p.link_a, "link_b": p.link_b, "penetration_m": p.penetration_m} for p in worst],
         "focus_joints": [_focus_joint(joints[n], features.joint(n), situation, reach[n]) for n in focus],
     }
     if situation.desired_phi_m is not None:
@@ -83,8 +81,7 @@ def refinement_request(
 
 def refinement_schema() -> dict[str, object]:
     """The JSON Schema of the answer; it names no joint, so that it is the same for every asset."""
-    schema = trimmed(RefinementAnswer.model_json_schema(), frozenset())
-    assert isinstance(schema, dict)
+    schema: dict[str, object] = trimmed(RefinementAnswer.model_json_schema(), frozenset())
     return schema
 
 

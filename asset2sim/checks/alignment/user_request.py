@@ -26,7 +26,6 @@ EDGES = {"tall": "z", "high": "z", "height": "z", "wide": "side", "width": "side
 """Word after a stated length → the edge that it is about; any other word means the longest."""
 LONGEST = frozenset(("long", "length", "across", "diameter", "size", "sized", "measures", "measuring"))
 
-
 OPENING = ("main", "cap")
 """Roles of the parts that open and close; wheels, buttons and knobs have no open or closed state."""
 
@@ -82,21 +81,16 @@ def read_request(features: Features, guidance: str, scale: float) -> Request:
     asked = asked_states(info, parts, statements, scale)
     by_joint = {part.joint.name: part for part in parts}
     states = tuple(
-        AskedState(name, _called(by_joint[name]), asked.states[name], position, _usual_range(by_joint[name]))
+        AskedState(name, by_joint[name].name or "part", asked.states[name], position, _usual_range(by_joint[name]))
         for name, position in asked.positions.items()
     )
-    lacking = tuple(note for note in asked.notes if "has no" in note)
     return Request(
         size=_size(info, size, guidance, statements),
         states=states,
-        lacking=lacking,
+        lacking=tuple(note for note in asked.notes if "has no" in note),
         opening=tuple(part.joint.name for part in parts if part.mechanism.role in OPENING),
         free=any(statement.of("free") for statement in statements),
     )
-
-
-def _called(part: MovablePart) -> str:
-    return part.name or "part"
 
 
 def _usual_range(part: MovablePart) -> float:

@@ -32,13 +32,7 @@ def chat_messages(request: ModelRequest, with_images: bool) -> list[dict[str, An
 
 def tool_parameters(tools: tuple[Tool, ...]) -> list[dict[str, Any]]:
     """The tool definitions in OpenAI's format."""
-    return [
-        {
-            "type": "function",
-            "function": {"name": tool.name, "description": tool.description, "parameters": tool.parameters},
-        }
-        for tool in tools
-    ]
+    return [{"type": "function", "function": tool.model_dump()} for tool in tools]
 
 
 def answer_format(schema: dict[str, Any] | None, name: str, level: str) -> dict[str, Any] | None:

@@ -36,7 +36,6 @@ _TABLES = (
     "CREATE TABLE IF NOT EXISTS pace (provider TEXT PRIMARY KEY, next_at REAL NOT NULL) WITHOUT ROWID",
 )
 
-
 Stopped = Callable[[], bool]
 
 

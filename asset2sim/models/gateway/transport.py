@@ -34,9 +34,8 @@ class BoundedTransport(httpx.BaseTransport):
             body = b"".join(_pieces(response, deadline))
         finally:
             response.close()
-        headers = [
-            item for item in response.headers.raw if item[0].lower() not in (b"transfer-encoding", b"content-length")
-        ]
+        stale = (b"transfer-encoding", b"content-length")
+        headers = [item for item in response.headers.raw if item[0].lower() not in stale]
         return httpx.Response(response.status_code, headers=headers, content=body, extensions=response.extensions)
 
 

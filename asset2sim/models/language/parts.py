@@ -124,9 +124,8 @@ def reading_order(
     ordered: list[MovablePart] = []
     while rest:
         level = rest[0].center[2]
-        ordered += sorted(
-            (part for part in rest if level - part.center[2] <= row), key=lambda part: _rightness(part, info, parts)
-        )
+        in_row = [part for part in rest if level - part.center[2] <= row]
+        ordered += sorted(in_row, key=lambda part: _rightness(part, info, parts))
         rest = [part for part in rest if level - part.center[2] > row]
     return ordered
 

@@ -127,30 +127,10 @@ _OPEN = 0.05
 _NEAR, _FAR = 3, 6
 """Words between a level and its noun: "low hinge damping", "the damping of the hinge is low"."""
 _KINDS = (
-    "damping",
-    "damped",
-    "friction",
-    "free",
-    "slow",
-    "smooth",
-    "hold",
-    "spring",
-    "stiff",
-    "soft",
-    "light",
-    "soft close",
-    "slam",
-    "glide",
-    "snap",
-    "slow return",
-    "closing",
-    "returning",
-    "stops",
-    "turns",
-)
-
+    "damping", "damped", "friction", "free", "slow", "smooth", "hold", "spring", "stiff", "soft", "light",
+    "soft close", "slam", "glide", "snap", "slow return", "closing", "returning", "stops", "turns",
+)  # fmt: skip
 _SHUTTING = ("closing", "soft close", "slam")
-
 _RETURNING = ("returning", "spring", "snap", "slow return")
 """Kinds of words beside which a time says how long the part takes to shut, or to come back."""
 
