@@ -7,6 +7,7 @@ from collections.abc import Iterable, Sequence
 from typing import Any, TypeVar
 
 from pydantic import Field, ValidationError
+from pydantic_core import ErrorDetails
 
 from asset2sim.models.lenient_json import parse_json
 from schemas.base import Finite, Frozen
@@ -90,24 +91,18 @@ def strict_fit(model: type[_Model], value: object) -> _Model:
         # Through JSON again, because strict mode takes a list for a tuple only there.
         return model.model_validate_json(json.dumps(value), strict=True)
     except ValidationError as error:
-        lines = [
-            _violation(".".join(_path(item["loc"])), item["msg"], item["type"], item["input"], item["loc"], model)
-            for item in error.errors(include_url=False)
-        ]
-        raise InvalidFieldsError(lines) from None
+        raise InvalidFieldsError([_violation(item, model) for item in error.errors(include_url=False)]) from None
 
 
-def _violation(
-    path: str, message: str, kind: str, value: object, loc: tuple[int | str, ...], model: type[Frozen]
-) -> str:
-    if kind == "extra_forbidden":
-        owner = model
-        if len(loc) > 1:
-            owner = _PARTS.get(str(loc[0]), model)
+def _violation(item: ErrorDetails, model: type[Frozen]) -> str:
+    loc = item["loc"]
+    path = ".".join(_path(loc))
+    if item["type"] == "extra_forbidden":
+        owner = _PARTS.get(str(loc[0]), model) if len(loc) > 1 else model
         return f"{path}: no such field; fields are: {_listed(sorted(owner.model_fields))}"
-    if kind == "missing":
+    if item["type"] == "missing":
         return f"{path}: this field is required"
-    return f"{path or 'the answer'}: {message}, not {_quoted(json.dumps(value, default=str))}"
+    return f"{path or 'the answer'}: {item['msg']}, not {_quoted(json.dumps(item['input'], default=str))}"
 
 
 def _path(loc: Iterable[int | str]) -> list[str]:
@@ -168,21 +163,19 @@ WITHOUT: dict[str, tuple[str, ...]] = {"synthesis": ("sigmas",), "direct": ("sig
 @functools.cache
 def overlay_schema(purpose: str) -> dict[str, Any]:
     """The schema of the answer to ``purpose``; titles, descriptions and defaults are left out, being in the prompt."""
-    schema = trimmed(Overlay.model_json_schema(), frozenset(WITHOUT.get(purpose, ())))
-    assert isinstance(schema, dict)
+    schema: dict[str, Any] = trimmed(Overlay.model_json_schema(), frozenset(WITHOUT.get(purpose, ())))
     return schema
 
 
-def trimmed(value: object, without: frozenset[str]) -> object:
+def trimmed(value: object, without: frozenset[str]) -> Any:
     """The schema without these properties, and without titles, descriptions and defaults."""
     if isinstance(value, list):
         return [trimmed(item, without) for item in value]
     if not isinstance(value, dict):
         return value
     kept = {key: item for key, item in value.items() if key not in ("title", "description", "default")}
-    if isinstance(value.get("properties"), dict):
-        kept["properties"] = {name: trimmed(item, without) for name, item in value["properties"].items()}
-        kept["properties"] = {name: item for name, item in kept["properties"].items() if name not in without}
-        rest = {key: trimmed(item, without) for key, item in kept.items() if key != "properties"}
-        return {**rest, "properties": kept["properties"]}
-    return {key: trimmed(item, without) for key, item in kept.items()}
+    named = kept.pop("properties") if isinstance(value.get("properties"), dict) else None
+    rest = {key: trimmed(item, without) for key, item in kept.items()}
+    if named is None:
+        return rest
+    return {**rest, "properties": {key: trimmed(item, without) for key, item in named.items() if key not in without}}

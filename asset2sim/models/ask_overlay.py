@@ -19,7 +19,6 @@ MAX_ASKS = 2
 Synthesized = tuple[Overlay, tuple[ModelCall, ...], tuple[Finding, ...]]
 """An overlay, every model call made for it, and the findings."""
 
-
 Value = TypeVar("Value")
 
 
@@ -46,24 +45,16 @@ class SynthesisError(AssetError):
 
 
 def synthesize(
-    features: Features,
-    guidance: str | None,
-    ask: ModelAsk,
-    images: Sequence[LabelledImage] = (),
+    features: Features, guidance: str | None, ask: ModelAsk, images: Sequence[LabelledImage] = ()
 ) -> Synthesized:
-    """A model's overlay for one object, with every call made for it and a finding where it was asked twice.
-
-    Raises ``SynthesisError`` as ``ask_overlay`` does.
-    """
+    """A model's overlay for one object by the synthesis prompt; returns and raises what ``ask_overlay`` does."""
     return ask_overlay(synthesis_request(features, guidance, images), features, ask)
 
 
 def ask_overlay(first: ModelRequest, features: Features, ask: ModelAsk) -> Synthesized:
-    """A model's overlay for a request, which is repeated once where the answer is invalid.
-
-    Raises ``SynthesisError``: ``budget`` where a budget is spent, ``model_error`` where the provider fails,
-    ``no_valid_estimate`` where the second answer does not fit either.
-    """
+    """A model's overlay for a request, which is repeated once where the answer is invalid. Raises ``SynthesisError``:
+    ``budget`` where a budget is spent, ``model_error`` where the provider fails, ``no_valid_estimate`` where the second
+    answer does not fit either."""
     said = ask_until_valid(first, ask, lambda text: parse_overlay(text, features))
     if said.answers[-1].content is None:
         raise no_answer_error(said.answers[-1], said.calls)
@@ -77,10 +68,8 @@ def ask_until_valid(
     first: ModelRequest, ask: ModelAsk, parse: Callable[[str], Value], most: int = MAX_ASKS
 ) -> Replies[Value]:
     """The first answer that ``parse`` accepts, of at most ``most``; each repeated question states what was wrong.
-
     Asking ends with an answer without content: a provider that failed, or a budget that is spent. ``parse`` raises
-    ``InvalidAnswerError`` for an answer that does not fit.
-    """
+    ``InvalidAnswerError`` for an answer that does not fit."""
     request, answers, calls, refused = first, list[ModelAnswer](), list[ModelCall](), list[InvalidAnswerError]()
     value = None
     while value is None and len(answers) < most:
@@ -110,14 +99,7 @@ def images_not_sent(answer: ModelAnswer) -> tuple[Finding, ...]:
     """A finding where the request's images were not sent, so that the answer is from text alone."""
     if answer.without_images is None:
         return ()
-    return (
-        Finding(
-            stage=Stage.SYNTHESIZE,
-            severity=Severity.WARNING,
-            code="images_not_sent",
-            message=f"the model was asked without the views: {answer.without_images}",
-        ),
-    )
+    return (_warning("images_not_sent", f"the model was asked without the views: {answer.without_images}"),)
 
 
 def marked_invalid(calls: tuple[ModelCall, ...]) -> tuple[ModelCall, ...]:
@@ -126,9 +108,8 @@ def marked_invalid(calls: tuple[ModelCall, ...]) -> tuple[ModelCall, ...]:
 
 
 def _refusal(error: InvalidAnswerError) -> Finding:
-    return Finding(
-        stage=Stage.SYNTHESIZE,
-        severity=Severity.WARNING,
-        code="invalid_answer",
-        message=f"the model's answer was refused and it was asked again: {error}",
-    )
+    return _warning("invalid_answer", f"the model's answer was refused and it was asked again: {error}")
+
+
+def _warning(code: str, message: str) -> Finding:
+    return Finding(stage=Stage.SYNTHESIZE, severity=Severity.WARNING, code=code, message=message)

@@ -1,8 +1,6 @@
-"""Parsing of JSON as models write it: fenced, in prose, with comments or trailing commas; nothing is guessed.
-
-The forgiving grammar is JSON5's (the ``json5`` package). A package that repairs JSON would also complete an answer that
-was cut off and keep the last of two values under one key, and so make up physics that nobody proposed.
-"""
+"""Parsing of JSON as models write it: fenced, in prose, with comments or trailing commas; nothing is guessed. The
+forgiving grammar is JSON5's (the ``json5`` package). A package that repairs JSON would also complete an answer that was
+cut off and keep the last of two values under one key, and so make up physics that nobody proposed."""
 
 import itertools
 import json
@@ -30,10 +28,8 @@ _TOKENS = re.compile(r'"(?:[^"\\]|\\.)*"?|//[^\n]*|/\*.*?(?:\*/|\Z)|[{}]', re.DO
 
 def parse_json(text: str) -> object:
     """The JSON value in a model's answer. Raises ``InvalidAnswerError`` where there is none, or several, or NaN in it.
-
-    A text that is JSON as a whole is that value. Otherwise one object is searched for in code fences, then
-    anywhere; equal objects count as one.
-    """
+    A text that is JSON as a whole is that value. Otherwise one object is searched for in code fences, then anywhere;
+    equal objects count as one."""
     if len(text) > MAX_CHARACTERS:
         raise InvalidAnswerError(f"the answer has {len(text)} characters; the most that is read is {MAX_CHARACTERS}")
     forgiving = len(text) <= MAX_FORGIVEN_CHARACTERS

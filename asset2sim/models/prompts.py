@@ -17,11 +17,7 @@ IVW = "ivw"
 _ESCAPES = str.maketrans({"<": "\\u003c", ">": "\\u003e", "&": "\\u0026"})
 
 
-def synthesis_request(
-    features: Features,
-    guidance: str | None,
-    images: Sequence[LabelledImage] = (),
-) -> ModelRequest:
+def synthesis_request(features: Features, guidance: str | None, images: Sequence[LabelledImage] = ()) -> ModelRequest:
     """The request for an overlay by our method; see ``overlay_request``."""
     return overlay_request(SYNTHESIS, features, guidance, images)
 
@@ -33,15 +29,9 @@ def overlay_request(
     images: Sequence[LabelledImage] = (),
     view: str | None = None,
 ) -> ModelRequest:
-    """The request for an overlay; ``purpose`` names the prompt, which says which terms are wanted.
-
-    ``view`` names the one view that the question is about, where it is about one.
-    """
-    information = {
-        "purpose": purpose,
-        **object_facts(features),
-        **({} if view is None else {"view": view}),
-    }
+    """The request for an overlay; ``purpose`` names the prompt, which says which terms are wanted. ``view`` names the
+    one view that the question is about, where it is about one."""
+    information = {"purpose": purpose, **object_facts(features), **({} if view is None else {"view": view})}
     text = f"{data_block('structured_information', information)}\n\n{data_block('user_guidance', guidance or '')}"
     return ModelRequest(
         purpose=purpose,
@@ -58,10 +48,8 @@ def with_validation_errors(request: ModelRequest, errors: Iterable[str]) -> Mode
 
 
 def data_block(tag: str, value: object) -> str:
-    """A value as compact JSON between tags, which nothing inside it can close.
-
-    Angle brackets and ampersands are written as JSON escapes, so that the block still parses to the same value.
-    """
+    """A value as compact JSON between tags, which nothing inside it can close. Angle brackets and ampersands are
+    written as JSON escapes, so that the block still parses to the same value."""
     text = json.dumps(rounded(value), ensure_ascii=False, allow_nan=False, separators=(",", ":"))
     # A lone surrogate, as from a badly decoded file, cannot be encoded.
     return f"<{tag}>\n{text.translate(_ESCAPES).encode('utf-8', 'replace').decode('utf-8')}\n</{tag}>"

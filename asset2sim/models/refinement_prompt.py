@@ -33,10 +33,8 @@ class RefusedProposal:
 @dataclass(frozen=True)
 class StateProblem:
     """A joint state to improve: joint name → position in rad, or m at the final scale, its Φ (m) and colliding pairs.
-
     ``settled`` maps joints to where they settled untouched, for the problem "fell". ``desired_phi_m`` is Φ in the
-    desired state, for the problem "moved".
-    """
+    desired state, for the problem "moved"."""
 
     problem: Problem
     positions: dict[str, float]
@@ -55,10 +53,8 @@ def refinement_request(
     reach: Mapping[str, tuple[float, float]],
     images: Sequence[LabelledImage] = (),
 ) -> ModelRequest:
-    """The question for a step of the focus joints (paper, "Refine the state").
-
-    ``overlay`` holds the desired state; ``reach`` maps each focus joint to the positions between which it may be put.
-    """
+    """The question for a step of the focus joints (paper, "Refine the state"). ``overlay`` holds the desired state;
+    ``reach`` maps each focus joint to the positions between which it may be put."""
     joints = {joint.name: joint for joint in overlay.joints}
     worst = sorted(situation.pairs, key=lambda pair: -pair.penetration_m)[:MAX_PAIRS]
     information: dict[str, object] = {
@@ -67,9 +63,7 @@ def refinement_request(
         "category": features.category,
         "problem": situation.problem,
         "phi_m": situation.phi_m,
-        "pairs": [
-            {"link_a": pair.link_a, "link_b": pair.link_b, "penetration_m": pair.penetration_m} for pair in worst
-        ],
+        "pairs": [{"link_a": p.link_a, "link_b": p.link_b, "penetration_m": p.penetration_m} for p in worst],
         "focus_joints": [_focus_joint(joints[n], features.joint(n), situation, reach[n]) for n in focus],
     }
     if situation.desired_phi_m is not None:
@@ -87,8 +81,7 @@ def refinement_request(
 
 def refinement_schema() -> dict[str, object]:
     """The JSON Schema of the answer; it names no joint, so that it is the same for every asset."""
-    schema = trimmed(RefinementAnswer.model_json_schema(), frozenset())
-    assert isinstance(schema, dict)
+    schema: dict[str, object] = trimmed(RefinementAnswer.model_json_schema(), frozenset())
     return schema
 
 

@@ -8,14 +8,12 @@ from asset2sim.checks.alignment.rubric import score_scale, score_state
 from asset2sim.checks.alignment.user_request import read_request
 from schemas.alignment import Alignment
 from schemas.asset import AssetRecord
-from schemas.overlay import JointPhysics, PhysicsOverlay
+from schemas.overlay import PhysicsOverlay
 
 
 def initial_positions(record: AssetRecord) -> dict[str, float]:
-    """Joint name → where it starts, rad or m at the final scale, counted from the authored zero; {} without overlay.
-
-    A baked overlay counts from its own state: its closed positions tell how far that is from the authored zero.
-    """
+    """Joint name → where it starts, rad or m at the final scale, counted from the authored zero; {} without overlay. A
+    baked overlay counts from its own state: its closed positions tell how far that is from the authored zero."""
     overlay = record.overlay
     if overlay is None:
         return {}
@@ -24,10 +22,8 @@ def initial_positions(record: AssetRecord) -> dict[str, float]:
 
 
 def final_positions(record: AssetRecord) -> dict[str, float]:
-    """Joint name → its position at the end of the rest check, else its initial one; units as ``initial_positions``.
-
-    A simulation with non-finite numbers does not count as measured.
-    """
+    """Joint name → its position at the end of the rest check, else its initial one; units as ``initial_positions``. A
+    simulation with non-finite numbers does not count as measured."""
     positions = initial_positions(record)
     measured = record.measurement
     if measured is not None and measured.finite:
@@ -38,39 +34,23 @@ def final_positions(record: AssetRecord) -> dict[str, float]:
 def _shifts(record: AssetRecord, overlay: PhysicsOverlay) -> dict[str, float]:
     authored = {joint.name: joint for joint in record.features.joints} if record.features is not None else {}
     return {
-        joint.name: _at_final_scale(authored[joint.name].closed or 0.0, joint, overlay.scale) - joint.closed
+        joint.name: (authored[joint.name].closed or 0.0) * (overlay.scale if joint.type == "prismatic" else 1.0)
+        - joint.closed
         for joint in overlay.joints
         if joint.name in authored
     }
-
-
-def _at_final_scale(position: float, joint: JointPhysics, scale: float) -> float:
-    return position * scale if joint.type == "prismatic" else position
 
 
 def align(record: AssetRecord, reference: Reference | None) -> Alignment | None:
     """Alignment of an asset with its user's request; None for a record without an overlay.
 
     The rubric (paper, evaluation, section 2): half for scale, half for the articulated state, each 0 to 1, with partial
-    credit for near. All its thresholds are in ``Rubric``.
+    credit for near. All its thresholds, with their reasons, are in ``Rubric``; the readings of a size that count are in
+    ``score_scale``. *State* is where the joints are when the object has settled and the rest check is over, as a share
+    of the way from closed to open; where it starts, if nothing was measured or the guidance wants something to move
+    freely, which gravity then takes from its state.
 
-    *Scale* is held against the size that the user states in numbers. Without one, three readings of the words are fair,
-    and the nearest counts: the scale that an expert states for the object; the household size of such an object times
-    the word's factor ("very small" 0.55); and, unless a real, standard or large size is asked for, the paper's
-    tabletop rule (longest edge 0.10 to 0.20 m, second 0.03 to 0.075 m). Within a ratio of 1.1 of stated numbers, 1.5
-    of an expert's scale and inside the household or tabletop range the credit is 1; it falls with the logarithm of the
-    ratio, to 0 at a ratio of 3.
-
-    *State* is where the joints are when the object has settled and the rest check is over, as a share of the way from
-    closed to open; where it starts, if nothing was measured or the guidance wants something to move freely, which
-    gravity then takes from its state. Of every joint that the guidance asks a state of: closed is at most 5 %, slightly
-    open 3 to 55 % of the range in use, open 85 to 110 %, a stated share, angle, length or pose within 10 % of the
-    range. The credit is 1 there, and falls linearly, to 0 at 35 % of the range further on, or at the closed end for
-    what must be open. The score is their mean. Where no state is asked, each lid, door, drawer or cap may be at its
-    closed end or its authored zero, within 5 %.
-
-    ``judged`` stays what the record has. Deviations are of the positions in which the asset starts, as the experts'
-    are.
+    ``judged`` stays what the record has. Deviations are of the positions in which the asset starts, as the experts'.
     """
     overlay, features = record.overlay, record.features
     if overlay is None or features is None:
@@ -94,24 +74,20 @@ def align_all(records: Sequence[AssetRecord], references: Mapping[str, Reference
 
 
 def _deviations(record: AssetRecord, reference: Reference) -> dict[str, float | bool | None]:
-    """|s − s_ref| / s_ref, and |q − q_ref|: angles modulo a turn, sliders in m at the final scale.
-
-    A slider's reference is stated at the authored scale; at the asset's own it is that times the scale, so that a
-    wrong scale is not counted twice.
-    """
+    """|s − s_ref| / s_ref, and |q − q_ref|: angles modulo a turn, sliders in m at the final scale. A slider's reference
+    is stated at the authored scale; at the asset's own it is that times the scale, so that a wrong scale is not counted
+    twice."""
     assert record.overlay is not None
     scale = record.overlay.scale
     joint = next((joint for joint in record.overlay.joints if joint.name == reference.joint), None)
+    slider = joint is not None and joint.type == "prismatic"
     off: float | None = None
     if joint is not None:
-        position = initial_positions(record)[joint.name]
-        if joint.type == "prismatic":
-            off = abs(position - reference.position * scale)
-        else:
-            off = abs(math.remainder(position - reference.position, 2.0 * math.pi))
+        gap = initial_positions(record)[joint.name] - reference.position * (scale if slider else 1.0)
+        off = abs(gap if slider else math.remainder(gap, 2.0 * math.pi))
     return {
         "scale_deviation": abs(scale - reference.scale) / reference.scale,
         "reference_states_scale": reference.states_scale,
         "joint_deviation": off,
-        "joint_is_slider": joint is not None and joint.type == "prismatic",
+        "joint_is_slider": slider,
     }

@@ -31,9 +31,7 @@ class Reference:
 
 def read_references(file: Path) -> dict[str, Reference]:
     """Asset id → its reference; of several tasks the one that articulates the object. Empty where there is no file.
-
-    Raises UsageError where the file is there and cannot be read as such a table.
-    """
+    Raises UsageError where the file is there and cannot be read as such a table."""
     if not file.is_file():
         return {}
     try:

@@ -13,10 +13,8 @@ from schemas.features import Features, JointFeatures
 
 class Rubric(Frozen):
     """What counts as met, and what as near. Sizes are compared by their ratio, states by the share of a joint's range.
-
     Chosen before any methods were compared, by what a person tells apart by eye; ``slightly_share`` was widened once,
-    after seeing what experts call slightly open.
-    """
+    after seeing what experts call slightly open."""
 
     stated_ratio: Positive = 1.1
     """Ratio of sizes up to which a size that the user states in numbers is met: a tenth more or less."""
@@ -60,12 +58,9 @@ class ShareBand:
 
 
 def score_state(positions: Mapping[str, float], scale: float, features: Features, request: Request) -> Score:
-    """The credit for joint positions (rad or m at the final scale, from the authored zero): the mean over the joints
-    of which a state is asked.
-
-    Where none is asked, the mean over the joints of all parts that open and close: each may be at its closed end or
-    its authored zero.
-    """
+    """The credit for joint positions (rad or m at the final scale, from the authored zero): the mean over the joints of
+    which a state is asked. Where none is asked, the mean over the joints of all parts that open and close: each may be
+    at its closed end or its authored zero."""
     joints = {joint.name: joint for joint in features.movable_joints}
     asked = [item for item in request.states if item.joint in joints and _range(joints[item.joint]) > 0.0]
     if not asked:

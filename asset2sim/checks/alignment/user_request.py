@@ -1,7 +1,5 @@
-"""The size and the joint states that the guidance asks for, read from guidance and features, not from any answer.
-
-Words of size and stated lengths are read by rules of its own, not by those of the offline prior, which it scores.
-"""
+"""The size and the joint states that the guidance asks for, read from guidance and features, not from any answer. Words
+of size and stated lengths are read by rules of its own, not by those of the offline prior, which it scores."""
 
 import re
 from collections.abc import Sequence
@@ -27,7 +25,6 @@ SCALE = re.compile(r"\bscale[ds]?\s*(?:factor|of|to|by|is|[:=])?\s*(\d+(?:\.\d+)
 EDGES = {"tall": "z", "high": "z", "height": "z", "wide": "side", "width": "side", "deep": "depth", "depth": "depth"}
 """Word after a stated length → the edge that it is about; any other word means the longest."""
 LONGEST = frozenset(("long", "length", "across", "diameter", "size", "sized", "measures", "measuring"))
-
 
 OPENING = ("main", "cap")
 """Roles of the parts that open and close; wheels, buttons and knobs have no open or closed state."""
@@ -64,11 +61,9 @@ class AskedState:
 
 @dataclass(frozen=True)
 class Request:
-    """The size and the joint states that are asked of one object.
-
-    ``lacking`` lists states of parts that it does not have, ``opening`` the joints of all parts that open and close.
-    ``free`` says that something is to move freely, so that gravity may take it from the state that is asked for.
-    """
+    """The size and the joint states that are asked of one object. ``lacking`` lists states of parts that it does not
+    have, ``opening`` the joints of all parts that open and close. ``free`` says that something is to move freely, so
+    that gravity may take it from the state that is asked for."""
 
     size: AskedSize
     states: tuple[AskedState, ...] = ()
@@ -86,21 +81,16 @@ def read_request(features: Features, guidance: str, scale: float) -> Request:
     asked = asked_states(info, parts, statements, scale)
     by_joint = {part.joint.name: part for part in parts}
     states = tuple(
-        AskedState(name, _called(by_joint[name]), asked.states[name], position, _usual_range(by_joint[name]))
+        AskedState(name, by_joint[name].name or "part", asked.states[name], position, _usual_range(by_joint[name]))
         for name, position in asked.positions.items()
     )
-    lacking = tuple(note for note in asked.notes if "has no" in note)
     return Request(
         size=_size(info, size, guidance, statements),
         states=states,
-        lacking=lacking,
+        lacking=tuple(note for note in asked.notes if "has no" in note),
         opening=tuple(part.joint.name for part in parts if part.mechanism.role in OPENING),
         free=any(statement.of("free") for statement in statements),
     )
-
-
-def _called(part: MovablePart) -> str:
-    return part.name or "part"
 
 
 def _usual_range(part: MovablePart) -> float:

@@ -11,8 +11,9 @@ from pydantic import ValidationError
 from asset2sim.assets.urdf.locate import find_urdf
 from asset2sim.assets.views import png_bytes, render_views
 from asset2sim.checks.alignment.align import align, final_positions
+from asset2sim.models.ask_overlay import MAX_ASKS, ask_until_valid
 from asset2sim.models.lenient_json import parse_json
-from asset2sim.models.prompts import data_block, system_text, with_validation_errors
+from asset2sim.models.prompts import data_block, system_text
 from schemas.alignment import Score
 from schemas.asset import AssetRecord
 from schemas.base import Fraction, Frozen
@@ -23,9 +24,6 @@ from schemas.settings import Settings
 from schemas.vocabulary import Severity, Stage
 
 JUDGE = "judge"
-
-MAX_ASKS = 2
-"""Questions per asset: the second states what was wrong with the first answer."""
 LONGEST_REASON = 400
 """Characters kept of each of the judge's reasons."""
 
@@ -57,28 +55,18 @@ def judge(
     record: AssetRecord, views: Mapping[str, Image.Image], ask: Callable[[ModelRequest], ModelAnswer]
 ) -> Judgement:
     """The judge's score of a record that has features and an overlay: half scale, half state, 0 to 1 together.
-
     ``views`` maps a view's name to its picture. An answer that does not fit is asked for once more with what was wrong;
-    a judge that fails leaves a warning, never a failed asset.
-    """
-    first = request = judge_request(record, views)
-    calls: tuple[ModelCall, ...] = ()
-    said = ""
-    for _ in range(MAX_ASKS):
-        answer = ask(request)
-        if answer.content is None:
-            return Judgement(None, calls + answer.calls, (_finding(answer.error or "the judge did not answer"),))
-        try:
-            score = _score(parse_answer(answer.content))
-        except InvalidAnswerError as error:
-            said = str(error)
-            refused = [call.model_copy(update={"outcome": "invalid_answer"}) for call in answer.calls[-1:]]
-            calls += (*answer.calls[:-1], *refused)
-            request = with_validation_errors(first, [said])
-            continue
-        blind = () if answer.without_images is None else (_no_images_finding(answer.without_images),)
-        return Judgement(score, calls + answer.calls, blind)
-    return Judgement(None, calls, (_finding(f"the judge answered {MAX_ASKS} times and no answer fits: {said}"),))
+    a judge that fails leaves a warning, never a failed asset."""
+    said = ask_until_valid(judge_request(record, views), ask, parse_answer)
+    last = said.answers[-1]
+    if said.value is None:
+        why = last.error or "the judge did not answer"
+        if last.content is not None:
+            why = f"the judge answered {MAX_ASKS} times and no answer fits: {said.refused[-1]}"
+        return Judgement(None, said.calls, (_warning("not_judged", f"no judge's score: {why}"),))
+    unseen = last.without_images
+    blind = () if unseen is None else (_warning("judged_without_views", f"the judge saw no pictures: {unseen}"),)
+    return Judgement(_score(said.value), said.calls, blind)
 
 
 def judge_request(record: AssetRecord, views: Mapping[str, Image.Image]) -> ModelRequest:
@@ -131,12 +119,9 @@ def parse_answer(text: str) -> JudgeAnswer:
 
 
 def _score(answer: JudgeAnswer) -> Score:
-    reasons = (f"scale {answer.scale.score:.2g}: {_short(answer.scale.reason)}", _state_reason(answer))
-    return Score(value=(answer.scale.score + answer.state.score) / 2.0, reason="; ".join(reasons))
-
-
-def _state_reason(answer: JudgeAnswer) -> str:
-    return f"state {answer.state.score:.2g}: {_short(answer.state.reason)}"
+    halves = (("scale", answer.scale), ("state", answer.state))
+    reason = "; ".join(f"{name} {half.score:.2g}: {_short(half.reason)}" for name, half in halves)
+    return Score(value=(answer.scale.score + answer.state.score) / 2.0, reason=reason)
 
 
 def _short(text: str) -> str:
@@ -144,19 +129,8 @@ def _short(text: str) -> str:
     return plain if len(plain) <= LONGEST_REASON else plain[: LONGEST_REASON - 1] + "…"
 
 
-def _finding(message: str) -> Finding:
-    return Finding(
-        stage=Stage.PUBLISH, severity=Severity.WARNING, code="not_judged", message=f"no judge's score: {message}"
-    )
-
-
-def _no_images_finding(reason: str) -> Finding:
-    return Finding(
-        stage=Stage.PUBLISH,
-        severity=Severity.WARNING,
-        code="judged_without_views",
-        message=f"the judge saw no pictures: {reason}",
-    )
+def _warning(code: str, message: str) -> Finding:
+    return Finding(stage=Stage.PUBLISH, severity=Severity.WARNING, code=code, message=message)
 
 
 def with_judge_score(

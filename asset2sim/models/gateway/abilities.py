@@ -1,5 +1,6 @@
 """Input and answer formats that a model supports: by LiteLLM's list, less what its server refused in this process."""
 
+import contextlib
 import functools
 import re
 import threading
@@ -55,15 +56,13 @@ def model_abilities(model: str) -> ModelAbilities:
     litellm = load_litellm()
     if is_prior(model):
         return ModelAbilities(images=False, answer_format="prompt", max_output_tokens=None)
-    try:
-        info: dict[str, Any] | None = dict(litellm.get_model_info(model))
-    except Exception:  # whatever a lookup of names or a server raises: nothing is known then
-        info = None
-    try:
+    info, parameters = dict[str, Any](), list[str]()
+    # Whatever a lookup of names or a server raises: nothing is known then.
+    with contextlib.suppress(Exception):
+        info = dict(litellm.get_model_info(model))
+    with contextlib.suppress(Exception):
         parameters = litellm.get_supported_openai_params(model) or []
-    except Exception:  # whatever a lookup of names or a server raises: nothing is known then
-        parameters = []
-    limit = info.get("max_output_tokens") if info else None
+    limit = info.get("max_output_tokens")
     mode = "object" if "response_format" in parameters else "prompt"
     return ModelAbilities(
         images=bool(litellm.supports_vision(model)) if info else True,
@@ -73,13 +72,12 @@ def model_abilities(model: str) -> ModelAbilities:
 
 
 def first_attempt_options(request: ModelRequest, settings: ModelSettings) -> AttemptOptions:
-    """Images and answer format of the first attempt: all that the model supports and its server has not refused.
-
-    With tools no format is asked for: several providers refuse the two together, and an answer may be a tool call.
-    """
+    """Images and answer format of the first attempt: all that the model supports and its server has not refused. With
+    tools no format is asked for: several providers refuse the two together, and an answer may be a tool call."""
     able = model_abilities(settings.model)
     level = "prompt" if request.tools else able.answer_format
-    if level == "schema" and not _can_hold_to(request.answer_schema, settings.model):
+    schema, closes_objects = request.answer_schema, _CLOSED_SCHEMA_NAME in settings.model.lower()
+    if level == "schema" and (schema is None or (closes_objects and has_free_keys(schema))):
         level = "object"
     with _lock:
         known = _refused.get(_server(settings))
@@ -92,10 +90,6 @@ def first_attempt_options(request: ModelRequest, settings: ModelSettings) -> Att
         level = known.answer_format
     images = able.images and has_images(request) and refusal is None
     return AttemptOptions(images=images, answer_format=level, refusal=refusal if has_images(request) else None)
-
-
-def _can_hold_to(schema: dict[str, Any] | None, model: str) -> bool:
-    return schema is not None and not (_CLOSED_SCHEMA_NAME in model.lower() and has_free_keys(schema))
 
 
 def has_free_keys(schema: object) -> bool:
@@ -121,10 +115,8 @@ def without_refused(options: AttemptOptions, error: BaseException, settings: Mod
 def remember_refusal(
     tried: AttemptOptions, worked: AttemptOptions, error: BaseException, settings: ModelSettings
 ) -> None:
-    """Record, for this process, the images or format that a server refused before it answered without them.
-
-    A refusal of one picture, too large or broken, is not recorded.
-    """
+    """Record, for this process, the images or format that a server refused before it answered without them. A refusal
+    of one picture, too large or broken, is not recorded."""
     images_refused = tried.images and not worked.images and _GENERAL_REFUSAL.search(str(error).lower()) is not None
     with _lock:
         before = _refused.get(_server(settings), AttemptOptions(images=True, answer_format="schema"))

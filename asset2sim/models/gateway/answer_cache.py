@@ -37,12 +37,9 @@ class StoredAnswer(Frozen):
 
 
 def answer_key(request: ModelRequest, settings: ModelSettings, shown: bool) -> str:
-    """SHA-256 in hexadecimal over everything that the answer may depend on.
-
-    The texts, turns, tools and schema; the pictures as they are sent (where the model is ``shown`` any); the model, the
-    server (host, port and path) and the parameters; the tables of a prior; and the sample's number, so that repeats are
-    answered anew.
-    """
+    """SHA-256 in hexadecimal over everything that the answer may depend on. The texts, turns, tools and schema; the
+    pictures as they are sent (where the model is ``shown`` any); the model, the server (host, port and path) and the
+    parameters; the tables of a prior; and the sample's number, so that repeats are answered anew."""
     server = urlsplit(settings.api_base or "")
     material: dict[str, Any] = {
         "version": VERSION,

@@ -6,14 +6,8 @@ import time
 from dataclasses import dataclass
 from typing import Any
 
-from asset2sim.models.gateway import provider_errors
-from asset2sim.models.gateway.abilities import (
-    AttemptOptions,
-    first_attempt_options,
-    model_abilities,
-    remember_refusal,
-    without_refused,
-)
+from asset2sim.models.gateway import abilities, provider_errors
+from asset2sim.models.gateway.abilities import AttemptOptions
 from asset2sim.models.gateway.answer_cache import StoredAnswer, answer_key, read_answer, store_answer
 from asset2sim.models.gateway.budget import BudgetSpentError
 from asset2sim.models.gateway.chat_messages import downscaled
@@ -38,7 +32,7 @@ def ask(request: ModelRequest, settings: ModelSettings, session: GatewaySession 
     """
     settings = settings_for(settings, model_for(settings, request.purpose))
     start = time.monotonic()
-    sees = model_abilities(settings.model).images
+    sees = abilities.model_abilities(settings.model).images
     if sees:
         request = downscaled(request, settings.image_side_px)
     answers = None if session is None else session.answers
@@ -90,7 +84,7 @@ def _with_retries(
     request: ModelRequest, settings: ModelSettings, session: GatewaySession | None, calls: list[ModelCall]
 ) -> ModelAnswer:
     """The answer, or why there is none; every attempt is added to ``calls``, also where this raises."""
-    options = first_attempt_options(request, settings)
+    options = abilities.first_attempt_options(request, settings)
     refusals: list[tuple[AttemptOptions, AttemptOptions, Exception]] = []
     tries = 0
     while True:
@@ -98,9 +92,9 @@ def _with_retries(
         calls.append(tried.call.model_copy(update={"attempt": len(calls) + 1}))
         if tried.error is None:
             for before, after, error in refusals:
-                remember_refusal(before, after, error, settings)
+                abilities.remember_refusal(before, after, error, settings)
             return _answer(tried.response, request, settings, options, calls)
-        less = without_refused(options, tried.error, settings)
+        less = abilities.without_refused(options, tried.error, settings)
         if less is not None:
             refusals.append((options, less, tried.error))
             options = less
@@ -164,29 +158,22 @@ def _answer(
 ) -> ModelAnswer:
     content, tool_calls = _content(response), _tool_calls(response)
     if content is None and (not tool_calls or not request.tools):
-        error = _no_content_error(response, settings, tool_calls)
-        return ModelAnswer(content=None, calls=tuple(calls), error=error)
-    return ModelAnswer(
-        content=content,
-        calls=tuple(calls),
-        tool_calls=tool_calls if request.tools else (),
-        without_images=options.refusal,
-    )
+        return ModelAnswer(content=None, calls=tuple(calls), error=_no_content_error(response, settings, tool_calls))
+    wanted = tool_calls if request.tools else ()
+    return ModelAnswer(content=content, calls=tuple(calls), tool_calls=wanted, without_images=options.refusal)
+
+
+def _first_choice(response: Any) -> Any:
+    return next(iter(getattr(response, "choices", None) or ()), None)
 
 
 def _content(response: Any) -> str | None:
-    try:
-        content = response.choices[0].message.content
-    except (AttributeError, IndexError):
-        return None
+    content = getattr(getattr(_first_choice(response), "message", None), "content", None)
     return _sendable(content) if isinstance(content, str) and content.strip() else None
 
 
 def _tool_calls(response: Any) -> tuple[ToolCall, ...]:
-    try:
-        calls = response.choices[0].message.tool_calls or ()
-    except (AttributeError, IndexError):
-        return ()
+    calls = getattr(getattr(_first_choice(response), "message", None), "tool_calls", None) or ()
     return tuple(
         ToolCall(
             call_id=_sendable(str(call.id or f"call_{number}")),
@@ -206,10 +193,7 @@ def _no_content_error(response: Any, settings: ModelSettings, tool_calls: tuple[
     if tool_calls:
         names = ", ".join(call.name[:40] for call in tool_calls[:3])
         return f"model '{settings.model}': asked for tools that nobody offered ({names}); choose another model"
-    try:
-        reason = str(response.choices[0].finish_reason)
-    except (AttributeError, IndexError):
-        reason = "none given"
+    reason = str(getattr(_first_choice(response), "finish_reason", "none given"))
     remedy = "raise max_completion_tokens" if reason == "length" else "try again, or choose another model"
     return f"model '{settings.model}': answered nothing (finish reason: {redact(reason)}); {remedy}"
 

@@ -29,11 +29,6 @@ class Limit:
     tokens: int | None
     usd: float | None
 
-    @property
-    def unlimited(self) -> bool:
-        """Whether nothing is limited."""
-        return self.calls is None and self.tokens is None and self.usd is None
-
 
 @dataclass(frozen=True)
 class Budget:
@@ -48,10 +43,10 @@ class Budget:
 def budget_of(file: Path, run_id: str, asset_id: str, settings: ModelSettings) -> Budget:
     """The budget of an asset, with the limits that the settings set."""
     run = Limit(RUN_SCOPE, "the run's budget", settings.run_calls, settings.run_tokens, settings.run_usd)
-    asset = Limit(
-        asset_id, f"the budget of asset {asset_id}", settings.asset_calls, settings.asset_tokens, settings.asset_usd
-    )
-    return Budget(file, run_id, asset_id, tuple(limit for limit in (run, asset) if not limit.unlimited))
+    name = f"the budget of asset {asset_id}"
+    asset = Limit(asset_id, name, settings.asset_calls, settings.asset_tokens, settings.asset_usd)
+    limits = tuple(item for item in (run, asset) if (item.calls, item.tokens, item.usd) != (None, None, None))
+    return Budget(file, run_id, asset_id, limits)
 
 
 def reserve(budget: Budget, expected: Amount, most: Amount, lease_s: float) -> str | None:
@@ -95,11 +90,10 @@ def check_budget(budget: Budget, expected: Amount) -> None:
 
 def record_spent(budget: Budget, ticket: str, actual: Amount) -> None:
     """Record what a call took, for the run and for the asset, in place of its reservation."""
-    if not budget.limits:
-        return
-    with transaction(budget.file) as ledger:
-        if ledger.execute("DELETE FROM held WHERE ticket = ?", (ticket,)).rowcount:
-            _enter(ledger, budget.run_id, budget.asset_id, actual)
+    if budget.limits:
+        with transaction(budget.file) as ledger:
+            if ledger.execute("DELETE FROM held WHERE ticket = ?", (ticket,)).rowcount:
+                _enter(ledger, budget.run_id, budget.asset_id, actual)
 
 
 def _raise_if_over_limit(limit: Limit, spent: Amount, calls_held: int, expected: Amount) -> None:

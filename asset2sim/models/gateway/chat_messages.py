@@ -10,11 +10,8 @@ from schemas.request import LabelledImage, ModelRequest, Tool, ToolCall, Turn
 
 
 def chat_messages(request: ModelRequest, with_images: bool) -> list[dict[str, Any]]:
-    """Messages of a request: system part, question, and the later turns.
-
-    A tool's result is text only in this format: its pictures follow in a user message, after all the results of one
-    set of tool calls, which must stay together.
-    """
+    """Messages of a request: system part, question, and the later turns. A tool's result is text only in this format:
+    its pictures follow in a user message, after all the results of one set of tool calls, which must stay together."""
     messages: list[dict[str, Any]] = [
         {"role": "system", "content": request.system},
         {"role": "user", "content": _user_content(request.text, request.images if with_images else ())},
@@ -35,20 +32,12 @@ def chat_messages(request: ModelRequest, with_images: bool) -> list[dict[str, An
 
 def tool_parameters(tools: tuple[Tool, ...]) -> list[dict[str, Any]]:
     """The tool definitions in OpenAI's format."""
-    return [
-        {
-            "type": "function",
-            "function": {"name": tool.name, "description": tool.description, "parameters": tool.parameters},
-        }
-        for tool in tools
-    ]
+    return [{"type": "function", "function": tool.model_dump()} for tool in tools]
 
 
 def answer_format(schema: dict[str, Any] | None, name: str, level: str) -> dict[str, Any] | None:
     """The ``response_format`` of a level: ``schema``, ``object`` (any JSON), or ``prompt`` (none: the prompt says it).
-
-    Never strict: an answer has maps whose keys are joint names, which strict mode cannot express.
-    """
+    Never strict: an answer has maps whose keys are joint names, which strict mode cannot express."""
     if level == "prompt":
         return None
     if level == "schema" and schema is not None:
@@ -88,10 +77,8 @@ def downscaled(request: ModelRequest, side_px: int) -> ModelRequest:
 
 
 def fitted(image: LabelledImage, side_px: int) -> LabelledImage:
-    """The picture with its longest side at most ``side_px``; one that fits, or that cannot be read, stays as it is.
-
-    The same picture gives the same bytes, which the answer cache needs.
-    """
+    """The picture with its longest side at most ``side_px``; one that fits, or that cannot be read, stays as it is. The
+    same picture gives the same bytes, which the answer cache needs."""
     try:
         with Image.open(io.BytesIO(image.png)) as picture:
             if max(picture.size) <= side_px:

@@ -9,19 +9,10 @@ from schemas.model_names import PRIOR_MODELS, is_prior, named_models, noise_para
 from schemas.settings import ModelSettings
 
 _SHOWN_CHOICES = (
-    *PRIOR_MODELS,
-    "anthropic/<model>",
-    "azure/<deployment>",
-    "bedrock/<model>",
-    "gemini/<model>",
-    "hosted_vllm/<model>",
-    "mistral/<model>",
-    "ollama/<model>",
-    "openai/<model>",
-    "openrouter/<model>",
-    "vertex_ai/<model>",
-    "or any other provider's prefix that LiteLLM knows",
-)
+    *PRIOR_MODELS, "anthropic/<model>", "azure/<deployment>", "bedrock/<model>", "gemini/<model>",
+    "hosted_vllm/<model>", "mistral/<model>", "ollama/<model>", "openai/<model>", "openrouter/<model>",
+    "vertex_ai/<model>", "or any other provider's prefix that LiteLLM knows",
+)  # fmt: skip
 
 
 def check_model(settings: ModelSettings) -> None:

@@ -28,11 +28,9 @@ class ModelTimeoutError(ModelError):
 
 
 def attempt(request: ModelRequest, settings: ModelSettings, options: AttemptOptions, stopped: Stopped) -> Any:
-    """LiteLLM's response; raises whatever LiteLLM raises, ``ModelTimeoutError`` and ``RunStoppedError``.
-
-    HTTP clients restart their time limit with every byte received, so the call runs on a thread that is abandoned
-    when its time is up. A model of this process is called directly.
-    """
+    """LiteLLM's response; raises whatever LiteLLM raises, ``ModelTimeoutError`` and ``RunStoppedError``. HTTP clients
+    restart their time limit with every byte received, so the call runs on a thread that is abandoned when its time is
+    up. A model of this process is called directly."""
     call = functools.partial(load_litellm().completion, **arguments(request, settings, options))
     if is_prior(settings.model):
         return call()

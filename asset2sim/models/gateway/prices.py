@@ -38,12 +38,8 @@ class Price:
 def price_of(settings: ModelSettings) -> Price | None:
     """The price of ``settings.model``: zero where it runs in this process, or on a local server and is not in LiteLLM's
     list; None where it is not known."""
-    if is_prior(settings.model):
-        return Price(0.0, 0.0)
-    listed = _listed_price(settings.model)
-    if listed is None and runs_without_key(settings):
-        return Price(0.0, 0.0)
-    return listed
+    listed = Price(0.0, 0.0) if is_prior(settings.model) else _listed_price(settings.model)
+    return Price(0.0, 0.0) if listed is None and runs_without_key(settings) else listed
 
 
 @functools.lru_cache(maxsize=64)

@@ -126,10 +126,9 @@ def _cause_and_remedy(error: BaseException, settings: ModelSettings) -> str:
 
 
 def _is_connection_failure(error: BaseException) -> bool:
-    for seen in _chain(error):
-        if "connect" in type(seen).__name__.lower() and "APIConnectionError" not in type(seen).__name__:
-            return True
-    return "Connection error" in str(error)
+    names = [type(seen).__name__ for seen in _chain(error)]
+    lost = any("connect" in name.lower() and "APIConnectionError" not in name for name in names)
+    return lost or "Connection error" in str(error)
 
 
 def cause(error: BaseException) -> str:

@@ -1,8 +1,6 @@
 """Rate and concurrency limits of a provider, and the SQLite file through which all workers of an output folder agree.
-
-Own code, since it is small and belongs together: rate, concurrency, and a ``Retry-After`` that one worker gets and
-that holds for all. The slots are locks of ``filelock``, which the system frees however a process ends.
-"""
+Own code, since it is small and belongs together: rate, concurrency, and a ``Retry-After`` that one worker gets and that
+holds for all. The slots are locks of ``filelock``, which the system frees however a process ends."""
 
 import contextlib
 import re
@@ -37,7 +35,6 @@ _TABLES = (
     "usd REAL NOT NULL, most_tokens INTEGER NOT NULL, most_usd REAL NOT NULL, until REAL NOT NULL) WITHOUT ROWID",
     "CREATE TABLE IF NOT EXISTS pace (provider TEXT PRIMARY KEY, next_at REAL NOT NULL) WITHOUT ROWID",
 )
-
 
 Stopped = Callable[[], bool]
 
@@ -110,11 +107,9 @@ def postpone_next_request(file: Path, provider: str, seconds: float) -> None:
 
 @contextlib.contextmanager
 def transaction(file: Path) -> Iterator[sqlite3.Connection]:
-    """One exclusive transaction over all processes and threads; rolled back where the block raises.
-
-    Each has its own connection, in the default journal mode: WAL is faster but fails on shared file systems. Raises
-    ``sqlite3.Error`` or ``OSError`` where the file cannot be used.
-    """
+    """One exclusive transaction over all processes and threads; rolled back where the block raises. Each has its own
+    connection, in the default journal mode: WAL is faster but fails on shared file systems. Raises ``sqlite3.Error`` or
+    ``OSError`` where the file cannot be used."""
     file.parent.mkdir(parents=True, exist_ok=True)
     connection = sqlite3.connect(file, timeout=BUSY_S, isolation_level=None)
     try:

@@ -38,10 +38,8 @@ def answers_file(out: Path, asset_id: str) -> Path:
 
 
 def write_refused_answers(out: Path, asset_id: str, heard: Sequence[LoggedAnswer], calls: Sequence[ModelCall]) -> None:
-    """Write the answers that the asset's record marks as refused, in place of those of an earlier run.
-
-    A record's call and its answer's call are equal in every field but the outcome, the latency included.
-    """
+    """Write the answers that the asset's record marks as refused, in place of those of an earlier run. A record's call
+    and its answer's call are equal in every field but the outcome, the latency included."""
     with contextlib.suppress(OSError):
         answers_file(out, asset_id).unlink(missing_ok=True)
     refused = {call.model_copy(update={"outcome": ""}) for call in calls if call.outcome == REFUSED}

@@ -19,8 +19,7 @@ SHORTEST_SECRET = 8
 _SECRET_NAME = re.compile(r"KEY|TOKEN|SECRET|PASSWORD|CREDENTIAL", re.IGNORECASE)
 _SECRET_SHAPE = re.compile(
     r"(?i)\b(?:sk|pk|rk|gsk|xai|hf|r8)[-_][\w*.-]{6,}"  # keys as OpenAI, Anthropic, Groq, xAI and others shape them
-    r"|\bAIza[\w*-]{10,}"
-    r"|\bAKIA[\w*]{8,}"
+    r"|\bAIza[\w*-]{10,}|\bAKIA[\w*]{8,}"
     r"|\bbearer\s+[^\s'\",}]+"
     r"|(?<=key=)[^\s&'\",}]+"
     r"|(?<=://)[^/\s@]+(?=@)"
@@ -54,9 +53,7 @@ def redact_answer(text: str) -> str:
 
 def _secrets() -> list[str]:
     """Values of variables that are named like secrets, longest first: one may be part of another."""
-    values = {
-        value for name, value in os.environ.items() if len(value) >= SHORTEST_SECRET and _SECRET_NAME.search(name)
-    }
+    values = {text for name, text in os.environ.items() if len(text) >= SHORTEST_SECRET and _SECRET_NAME.search(name)}
     return sorted(values, key=lambda value: (-len(value), value))
 
 

@@ -5,20 +5,10 @@ from collections.abc import Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from asset2sim.models.gateway import answer_cache
+from asset2sim.models.gateway import answer_cache, rate_limits
 from asset2sim.models.gateway.budget import Budget, BudgetSpentError, budget_of, check_budget, record_spent, reserve
 from asset2sim.models.gateway.prices import Amount, expected_amount, largest_amount, price_of
-from asset2sim.models.gateway.rate_limits import (
-    LEDGER,
-    SLOTS,
-    Stopped,
-    never_stopped,
-    postpone_next_request,
-    provider_name,
-    sleep,
-    slot,
-    wait_for_turn,
-)
+from asset2sim.models.gateway.rate_limits import Stopped, never_stopped, provider_name, sleep
 from schemas.model_names import is_prior
 from schemas.request import ModelRequest
 from schemas.settings import ModelSettings
@@ -45,14 +35,10 @@ def open_gateway_session(
     out: Path, run_id: str, asset_id: str, settings: ModelSettings, stopped: Stopped = never_stopped
 ) -> GatewaySession:
     """The shared state for one asset of a run that writes to ``out``; files are made when they are needed."""
-    file = out / LEDGER
-    return GatewaySession(
-        answers=out / answer_cache.FOLDER if settings.cache else None,
-        budget=budget_of(file, run_id, asset_id, settings),
-        ledger=file,
-        slots=out / SLOTS,
-        stopped=stopped,
-    )
+    answers = out / answer_cache.FOLDER if settings.cache else None
+    ledger = out / rate_limits.LEDGER
+    budget = budget_of(ledger, run_id, asset_id, settings)
+    return GatewaySession(answers, budget, ledger, slots=out / rate_limits.SLOTS, stopped=stopped)
 
 
 @dataclass
@@ -67,11 +53,9 @@ class CallPermit:
 def call_permit(
     session: GatewaySession | None, request: ModelRequest, settings: ModelSettings, with_images: bool
 ) -> Iterator[CallPermit]:
-    """Wait for permission to ask once: for budget, for the rate limit and for a free slot at the provider.
-
-    Raises ``BudgetSpentError``, ``RunStoppedError``, and ``sqlite3.Error`` or ``OSError`` where the shared files cannot
-    be used. Nothing is limited without a session; a model in this process has no rate limit.
-    """
+    """Wait for permission to ask once: for budget, for the rate limit and for a free slot at the provider. Raises
+    ``BudgetSpentError``, ``RunStoppedError``, and ``sqlite3.Error`` or ``OSError`` where the shared files cannot be
+    used. Nothing is limited without a session; a model in this process has no rate limit."""
     if session is None:
         yield CallPermit()
         return
@@ -80,8 +64,9 @@ def call_permit(
         check_budget(session.budget, ticket.expected)
         if not is_prior(settings.model):
             provider = provider_name(settings)
-            stack.enter_context(slot(session.slots, provider, settings.concurrent_requests, session.stopped))
-            wait_for_turn(session.ledger, provider, settings.requests_per_minute, session.stopped)
+            free_slot = rate_limits.slot(session.slots, provider, settings.concurrent_requests, session.stopped)
+            stack.enter_context(free_slot)
+            rate_limits.wait_for_turn(session.ledger, provider, settings.requests_per_minute, session.stopped)
         number = _held(session, ticket.expected, largest_amount(request, settings, with_images), settings.timeout_s)
         try:
             yield ticket
@@ -92,7 +77,7 @@ def call_permit(
 def delay_provider_calls(session: GatewaySession | None, settings: ModelSettings, seconds: float) -> None:
     """Delay all workers' next request to the provider by this many seconds."""
     if session is not None:
-        postpone_next_request(session.ledger, provider_name(settings), seconds)
+        rate_limits.postpone_next_request(session.ledger, provider_name(settings), seconds)
 
 
 def pause(session: GatewaySession | None, seconds: float) -> None:

@@ -1,7 +1,5 @@
-"""HTTP transport for LiteLLM's clients that limits the size and the duration of a response.
-
-Imports httpx, which LiteLLM brings, so it is itself imported late.
-"""
+"""HTTP transport for LiteLLM's clients that limits the size and the duration of a response. Imports httpx, which
+LiteLLM brings, so it is itself imported late."""
 
 import time
 from collections.abc import Iterator
@@ -19,10 +17,8 @@ MAX_CONNECTIONS = 200
 
 class BoundedTransport(httpx.BaseTransport):
     """Sends a request through a client of its own, which knows the system's proxies, and reads the response whole.
-
     Bodies are requested uncompressed, so that the counted size is the size in memory. Reading ends at the request's
-    read time limit: httpx restarts that for every piece, so that a slow server would never reach it.
-    """
+    read time limit: httpx restarts that for every piece, so that a slow server would never reach it."""
 
     def __init__(self, client: httpx.Client) -> None:
         self._client = client
@@ -38,9 +34,8 @@ class BoundedTransport(httpx.BaseTransport):
             body = b"".join(_pieces(response, deadline))
         finally:
             response.close()
-        headers = [
-            item for item in response.headers.raw if item[0].lower() not in (b"transfer-encoding", b"content-length")
-        ]
+        stale = (b"transfer-encoding", b"content-length")
+        headers = [item for item in response.headers.raw if item[0].lower() not in stale]
         return httpx.Response(response.status_code, headers=headers, content=body, extensions=response.extensions)
 
 

@@ -16,11 +16,8 @@ GENERIC = ("hinge", "slide", "rail", "runner", "joint")
 
 @dataclass(frozen=True)
 class Mention:
-    """The parts that a clause names, and the words for them.
-
-    ``others`` means those that nothing was asked of yet; ``carried`` are ordinals that wait for their part, as in
-    "the first and third drawer".
-    """
+    """The parts that a clause names, and the words for them. ``others`` means those that nothing was asked of yet;
+    ``carried`` are ordinals that wait for their part, as in "the first and third drawer"."""
 
     parts: tuple[MovablePart, ...]
     words: tuple[str, ...]

@@ -84,10 +84,8 @@ _ORDINAL_NAMES = {"1": "first", "2": "second", "3": "third", "4": "fourth", "5":
 
 
 def segments(guidance: str, category: str) -> tuple[Segment, ...]:
-    """The guidance cut into segments, each with what was recognised in it.
-
-    Words that name the object ("drawer cabinet", or "shelf" where that is its category) are not taken for its parts.
-    """
+    """The guidance cut into segments, each with what was recognised in it. Words that name the object ("drawer
+    cabinet", or "shelf" where that is its category) are not taken for its parts."""
     tokens = tokenize(guidance)
     nouns = [(a, b) for a, b, noun in noun_spans(tokens) if b - a > 1 or noun == category]
     found: list[Segment] = []
@@ -116,7 +114,7 @@ def segments(guidance: str, category: str) -> tuple[Segment, ...]:
 
 def noun_spans(tokens: tuple[str, ...]) -> list[tuple[int, int, str]]:
     """(start, end, category) of every phrase that names a category, longest match first, left to right."""
-    return [(start, end, category) for start, end, category in longest_spans(tokens, tables.nouns())]
+    return longest_spans(tokens, tables.nouns())
 
 
 def longest_spans(tokens: tuple[str, ...], table: dict[tuple[str, ...], str]) -> list[tuple[int, int, str]]:
@@ -149,7 +147,7 @@ def _item(tokens: tuple[str, ...], index: int) -> Item | None:
     if token[0].isdigit():
         return _measure(tokens, index)
     vocabulary = tables.words()
-    for length in range(min(_longest_phrase(), len(tokens) - index), 0, -1):
+    for length in range(min(max(map(len, vocabulary)), len(tokens) - index), 0, -1):
         word = vocabulary.get(tokens[index : index + length])
         if word is not None and not (word.kind in _STATE_KINDS and _is_hypothetical(tokens, index)):
             return Item(word.kind, word.value, index, index + length)
@@ -159,7 +157,7 @@ def _item(tokens: tuple[str, ...], index: int) -> Item | None:
         return None
     if token.endswith("n't"):
         return Item("not", "state", index, index + 1)
-    if token in _COUNTS and _names_part(tokens[index + 1 : index + 2]):
+    if token in _COUNTS and any(map(part_word, tokens[index + 1 : index + 2])):
         return Item("count", token, index, index + 1, _COUNTS[token])
     if token in _ORDINALS and not _is_time(tokens, index):
         return Item("ordinal", _ORDINALS[token], index, index + 1)
@@ -171,27 +169,15 @@ def _item(tokens: tuple[str, ...], index: int) -> Item | None:
 
 def part_word(token: str) -> str:
     """The word of the part table that a token is, in the singular; "" if there is none."""
-    return next(
-        (name for name in (token, singular(token), token.removesuffix("es")) if name in tables.part_words()), ""
-    )
-
-
-def _names_part(following: tuple[str, ...]) -> bool:
-    return bool(following) and bool(part_word(following[0]))
-
-
-def _longest_phrase() -> int:
-    return max(map(len, tables.words()))
+    forms = (token, singular(token), token.removesuffix("es"))
+    return next((form for form in forms if form in tables.part_words()), "")
 
 
 def _is_hypothetical(tokens: tuple[str, ...], index: int) -> bool:
     """Whether the words before speak of what the object can do ("can be opened") or of another time ("when closed")."""
-    return tokens[max(index - 1, 0)] in _UNREAL or bool(_CONDITIONS & set(_clause_before(tokens, index)))
-
-
-def _clause_before(tokens: tuple[str, ...], index: int) -> tuple[str, ...]:
     start = max((i + 1 for i in range(index) if not tokens[i][0].isalnum()), default=0)
-    return tokens[max(start, index - 4) : index]
+    clause = tokens[max(start, index - 4) : index]
+    return tokens[max(index - 1, 0)] in _UNREAL or bool(_CONDITIONS & set(clause))
 
 
 def _opens(following: tuple[str, ...]) -> bool:
@@ -200,11 +186,8 @@ def _opens(following: tuple[str, ...]) -> bool:
 
 
 def _is_time(tokens: tuple[str, ...], index: int) -> bool:
-    return (
-        tokens[index] == "second"
-        and index > 0
-        and (tokens[index - 1] in ("a", "per") or tokens[index - 1][0].isdigit())
-    )
+    before = tokens[index - 1] if index > 0 else ""
+    return tokens[index] == "second" and (before in ("a", "per") or before[:1].isdigit())
 
 
 def _measure(tokens: tuple[str, ...], index: int) -> Item | None:

@@ -21,6 +21,7 @@ class Named(Protocol):
 
 
 _Named = TypeVar("_Named", bound=Named)
+_MOVABLE = ("revolute", "prismatic", "continuous")
 _BLOCK = r"<{0}>\s*(.*?)\s*</{0}>"
 
 
@@ -107,17 +108,15 @@ class ObjectInfo:
         """Read the synthesis information; whatever does not fit is left out."""
         size = _vector(data.get("size_m"))
         closed = _vector(data.get("size_closed_m"))
+        joints = dicts(data.get("joints"))
         return cls(
             asset_id=text_or_empty(data.get("asset_id")),
             category=text_or_empty(data.get("category")),
             size_m=size,
             size_closed_m=closed if max(closed) > 0.0 else size,
             links=unique(_link(item) for item in dicts(data.get("links"))),
-            joints=unique(_joint(item) for item in dicts(data.get("joints")) if _movable(item)),
-            edges=tuple(
-                (text_or_empty(item.get("parent")), text_or_empty(item.get("child")))
-                for item in dicts(data.get("joints"))
-            ),
+            joints=unique(_joint(item) for item in joints if item.get("type") in _MOVABLE),
+            edges=tuple((text_or_empty(item.get("parent")), text_or_empty(item.get("child"))) for item in joints),
         )
 
     @cached_property
@@ -154,10 +153,6 @@ def decoded(text: str) -> Json:
         return json.loads(text) if text else None
     except (ValueError, RecursionError):
         return None
-
-
-def _movable(item: Mapping[str, Json]) -> bool:
-    return text_or_empty(item.get("type")) in ("revolute", "prismatic", "continuous")
 
 
 def _link(item: Mapping[str, Json]) -> LinkInfo:
@@ -210,11 +205,7 @@ def number_or_none(value: Json) -> float | None:
     """The value if it is a finite number of sensible size, else None."""
     if isinstance(value, bool) or not isinstance(value, int | float):
         return None
-    try:
-        number = float(value)
-    except OverflowError:
-        return None
-    return number if math.isfinite(number) and abs(number) < 1e6 else None
+    return float(value) if abs(value) < 1e6 else None  # never true of NaN
 
 
 def number(value: Json, default: float) -> float:

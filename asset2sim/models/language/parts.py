@@ -105,9 +105,7 @@ def pick(
     info: ObjectInfo, candidates: Sequence[MovablePart], ordinals: Sequence[str], parts: Sequence[MovablePart]
 ) -> tuple[MovablePart, ...]:
     """Candidates that ordinals name, in reading order: top row first, each from left to right as seen from the front.
-
-    "top", "bottom", "left", "right" and "middle" filter by place, numbers then count what is left.
-    """
+    "top", "bottom", "left", "right" and "middle" filter by place, numbers then count what is left."""
     chosen = reading_order(info, candidates, parts)
     for side in (ordinal for ordinal in ordinals if not _counts(ordinal)):
         chosen = _at_side(info, chosen, side, parts)
@@ -126,18 +124,15 @@ def reading_order(
     ordered: list[MovablePart] = []
     while rest:
         level = rest[0].center[2]
-        ordered += sorted(
-            (part for part in rest if level - part.center[2] <= row), key=lambda part: _rightness(part, info, parts)
-        )
+        in_row = [part for part in rest if level - part.center[2] <= row]
+        ordered += sorted(in_row, key=lambda part: _rightness(part, info, parts))
         rest = [part for part in rest if level - part.center[2] > row]
     return ordered
 
 
 def front(info: ObjectInfo, parts: Sequence[MovablePart]) -> tuple[float, float]:
-    """(x, y) of the direction in which the object faces, along one axis: where drawers slide and doors stand.
-
-    Where no part shows it, −x, as in PartNet-Mobility.
-    """
+    """(x, y) of the direction in which the object faces, along one axis: where drawers slide and doors stand. Where no
+    part shows it, −x, as in PartNet-Mobility."""
     x = y = 0.0
     body = info.body
     for part in parts:

@@ -35,11 +35,9 @@ class Scale:
 
 
 def identify(info: ObjectInfo, guidance: str) -> tuple[Size, str]:
-    """The row of the size table for the object, and how it was found.
-
-    The stated category, refined by a noun in the guidance for a kind of it ("handbag" of a suitcase); where the
-    category is unknown or says little, the asset's name, then the guidance's nouns, then the labels of the links.
-    """
+    """The row of the size table for the object, and how it was found. The stated category, refined by a noun in the
+    guidance for a kind of it ("handbag" of a suitcase); where the category is unknown or says little, the asset's name,
+    then the guidance's nouns, then the labels of the links."""
     known = _category(info.category)
     nouns = _head_nouns(guidance)
     if known not in _GENERIC:
@@ -133,11 +131,9 @@ def asks_real_size(guidance: str) -> bool:
 
 
 def size_word(guidance: str, statements: Sequence[Segment]) -> tuple[str, float]:
-    """The smallest of the words about the object's size, or the largest if all are above 1; ("", 1) without any.
-
-    Words about a part ("a large drawer") or about damping are not about the object: the first phrase counts, and of the
-    rest only segments about nothing else.
-    """
+    """The smallest of the words about the object's size, or the largest if all are above 1; ("", 1) without any. Words
+    about a part ("a large drawer") or about damping are not about the object: the first phrase counts, and of the rest
+    only segments about nothing else."""
     tokens = tokenize(guidance)
     end = next((i for i, token in enumerate(tokens) if token in _HEAD_ENDS - {","} and i > 0), len(tokens))
     table = {phrase: " ".join(phrase) for phrase in tables.size_words()}

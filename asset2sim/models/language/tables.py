@@ -12,9 +12,7 @@ _FOLDER = Path(__file__).parent / "csv_tables"
 @dataclass(frozen=True)
 class Size:
     """A category's typical size. ``dimension``: longest edge or height of the closed object, or its body's longest.
-
-    ``refines``: categories of which this is a kind, so that a word for it in the guidance says more than they do.
-    """
+    ``refines``: categories of which this is a kind, so that a word for it in the guidance says more than they do."""
 
     category: str
     dimension: str
@@ -47,9 +45,8 @@ class PartMaterial:
 
 @dataclass(frozen=True)
 class PartMechanism:
-    """How a part moves. ``role``: main (opens), cap, control, roll, minor. "Slightly open" is the share
-    ``slightly`` of the range, of which a hinge's counts up to ``usual_rad``: nobody opens a lid by 270° in use.
-    """
+    """How a part moves. ``role``: main (opens), cap, control, roll, minor. "Slightly open" is the share ``slightly`` of
+    the range, of which a hinge's counts up to ``usual_rad``: nobody opens a lid by 270° in use."""
 
     role: str
     coast_s: float
@@ -167,10 +164,8 @@ _WISHES = ("closes_s", "stops_m", "stops_rad", "returns_s")
 
 @lru_cache
 def part_material(category: str, part: str) -> PartMaterial:
-    """The most specific row: category and part, then category for its body, then part, then anything.
-
-    A part that has a row of its own (a button, a wheel) is the same on every object, so it goes before the body.
-    """
+    """The most specific row: category and part, then category for its body, then part, then anything. A part that has a
+    row of its own (a button, a wheel) is the same on every object, so it goes before the body."""
     table = _part_materials()
     keys = ((category, part), ("*", part), (category, "*"), ("*", "*"))
     return next(table[key] for key in keys if key in table)

@@ -1,9 +1,6 @@
-"""The offline model as an agent: the next answer of a conversation with tools, from the conversation's text alone.
-
-It states its whole estimate, simulates, and where that fails makes the obvious change (more damping, another start).
-It ends once a simulation passes or no change is left, with the best trial. See
-``asset2sim.baselines.agent``.
-"""
+"""The offline model as an agent: the next answer of a conversation with tools, from the conversation's text alone. It
+states its whole estimate, simulates, and where that fails makes the obvious change (more damping, another start). It
+ends once a simulation passes or no change is left, with the best trial. See ``asset2sim.baselines.agent``."""
 
 import json
 import math
@@ -104,9 +101,7 @@ HIGH_FRICTION_MATERIAL = "rubber"
 
 def correction(seen: Mapping[str, Any], info: ObjectInfo, terms: Terms, rounds: int) -> dict[str, Any] | None:
     """Arguments of ``set_parameters`` after a ``simulate`` that returned ``seen``; None where nothing is to be done.
-
-    ``terms`` is what it was run with; ``rounds`` counts from 1.
-    """
+    ``terms`` is what it was run with; ``rounds`` counts from 1."""
     failed = seen.get("failed")
     joints = {joint.name: joint for joint in info.joints}
     if failed == "penetration":
@@ -166,7 +161,8 @@ def next_turn(
     estimates = [result for result in past if result[0] == "set_parameters"]
     refused = [result for result in estimates if "error" in result[2]]
     if not estimates or "error" in estimates[-1][2]:
-        said = proposal(_direct(first) + _errors(refused))
+        # The same request, for an overlay in absolute terms as one answer alone would give it.
+        said = proposal(_PURPOSE.sub('"purpose":"direct"', first, count=1) + _errors(refused))
         if len(refused) >= MAX_REFUSED:
             return said, []
         return None, [call(len(past), "set_parameters", arguments_of(said)), call(len(past) + 1, "simulate", "{}")]
@@ -234,11 +230,6 @@ def _absolute(part: object) -> object:
     if not isinstance(part, dict):
         return part
     return {key: value for key, value in part.items() if key not in RULE_FIELDS}
-
-
-def _direct(text: str) -> str:
-    """The same request, asking for an overlay in absolute terms as one answer alone would give it."""
-    return _PURPOSE.sub('"purpose":"direct"', text, count=1)
 
 
 def _errors(refused: Sequence[Result]) -> str:

@@ -23,7 +23,7 @@ def answer(text: str) -> str:
     information, guidance = read_prompt(text)
     purpose = information.get("purpose")
     if purpose == "refinement":
-        return json.dumps(refinement_step(read_refinement(information)), sort_keys=True)
+        return json.dumps(refinement_step(*read_refinement(information)), sort_keys=True)
     info = ObjectInfo.from_json(information)
     overlay = prior_overlay(info, guidance)
     if purpose in ("direct", "ivw"):

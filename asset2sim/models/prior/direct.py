@@ -1,7 +1,5 @@
-"""The prior's answer for methods that use a model's numbers unchanged: masses, inertias and joint terms.
-
-From the same tables as its other answers, with the paper's absolute ranges in place of times and frequencies.
-"""
+"""The prior's answer for methods that use a model's numbers unchanged: masses, inertias and joint terms. From the same
+tables as its other answers, with the paper's absolute ranges in place of times and frequencies."""
 
 import numpy as np
 
@@ -34,11 +32,9 @@ ANY_RANGE = 1.0
 
 
 def final_overlay(info: ObjectInfo, felt: Overlay, with_sigmas: bool) -> Overlay:
-    """The prior's overlay ``felt`` in final numbers, for every link, also one without a shape.
-
-    Masses are v ρ s³ η, inertias those of boxes, joint triplets absolute. ``with_sigmas`` adds the standard deviation
-    of every number that is not zero: constant relative ones, since a table does not know where it errs.
-    """
+    """The prior's overlay ``felt`` in final numbers, for every link, also one without a shape. Masses are v ρ s³ η,
+    inertias those of boxes, joint triplets absolute. ``with_sigmas`` adds the standard deviation of every number that
+    is not zero: constant relative ones, since a table does not know where it errs."""
     materials = {link.name: link for link in felt.links}
     proposal = felt.model_copy(
         update={

@@ -51,10 +51,8 @@ class QualitativeDynamics:
 def with_segment_changes(
     feel: QualitativeDynamics, changes: Mapping[str, str], part: MovablePart, asked_open: bool
 ) -> QualitativeDynamics:
-    """The dynamics after one segment's changes to the part, kind → level or number.
-
-    ``asked_open`` is whether the guidance asks the part to stand open, which it could not if it fell shut.
-    """
+    """The dynamics after one segment's changes to the part, kind → level or number. ``asked_open`` is whether the
+    guidance asks the part to stand open, which it could not if it fell shut."""
     for kind, said in changes.items():
         if kind in MOTIONS or kind == "friction":
             feel = with_damping(feel, kind, said)
@@ -129,30 +127,10 @@ _OPEN = 0.05
 _NEAR, _FAR = 3, 6
 """Words between a level and its noun: "low hinge damping", "the damping of the hinge is low"."""
 _KINDS = (
-    "damping",
-    "damped",
-    "friction",
-    "free",
-    "slow",
-    "smooth",
-    "hold",
-    "spring",
-    "stiff",
-    "soft",
-    "light",
-    "soft close",
-    "slam",
-    "glide",
-    "snap",
-    "slow return",
-    "closing",
-    "returning",
-    "stops",
-    "turns",
-)
-
+    "damping", "damped", "friction", "free", "slow", "smooth", "hold", "spring", "stiff", "soft", "light",
+    "soft close", "slam", "glide", "snap", "slow return", "closing", "returning", "stops", "turns",
+)  # fmt: skip
 _SHUTTING = ("closing", "soft close", "slam")
-
 _RETURNING = ("returning", "spring", "snap", "slow return")
 """Kinds of words beside which a time says how long the part takes to shut, or to come back."""
 
@@ -160,11 +138,9 @@ _RETURNING = ("returning", "spring", "snap", "slow return")
 def propose_joints(
     info: ObjectInfo, parts: Sequence[MovablePart], statements: Sequence[Segment], positions: Mapping[str, float]
 ) -> tuple[tuple[JointProposal, ...], tuple[str, ...]]:
-    """A proposal per movable joint, and notes on what the guidance changed.
-
-    ``positions`` are the asked states: a joint that is asked to stand somewhere holds there, unless it moves freely,
-    and a spring that is asked for rests where the joint is asked to be.
-    """
+    """A proposal per movable joint, and notes on what the guidance changed. ``positions`` are the asked states: a joint
+    that is asked to stand somewhere holds there, unless it moves freely, and a spring that is asked for rests where the
+    joint is asked to be."""
     feels = {
         part.joint.name: QualitativeDynamics(part.mechanism.coast_s, part.mechanism.spring_hz, part.mechanism.holds)
         for part in parts

@@ -37,6 +37,10 @@ class _Piece:
     def mass(self, scale: float) -> float:
         return material_volume(self.link) * scale**3 * tables.materials()[self.material].density_kg_m3 * self.hollow
 
+    def proposal(self) -> LinkProposal:
+        density, hollow = tables.materials()[self.material].density_kg_m3, float(f"{self.hollow:.4g}")
+        return LinkProposal(name=self.link.name, material=self.material, density_kg_m3=density, hollow_factor=hollow)
+
 
 def propose_links(
     info: ObjectInfo, size: Size, parts: Sequence[MovablePart], statements: Sequence[Segment], guidance: str,
@@ -45,10 +49,9 @@ def propose_links(
     """Density and hollow factor of every link that has geometry, and notes on what was matched and adjusted."""
     names = {part.link.name: part.name for part in parts if part.link is not None}
     words = _materials(parts, statements)
-    pieces, notes = [], []
-    for link in info.links:
-        if link.has_geometry:
-            pieces.append(_piece(link, names.get(link.name) or part_name(link.label), size.category, words))
+    shaped = [link for link in info.links if link.has_geometry]
+    pieces = [_piece(link, names.get(link.name) or part_name(link.label), size.category, words) for link in shaped]
+    notes = []
     changed = sorted({piece.material for piece in pieces if piece.material in words.values()})
     if changed:
         notes.append(f"material: {' and '.join(changed)} from the guidance")
@@ -57,19 +60,7 @@ def propose_links(
     low, high, why = _mass_range(size, pieces, guidance, final_m)
     pieces, note = _fitted(pieces, scale, low, high, why)
     notes.append(note)
-    table = tables.materials()
-    return (
-        tuple(
-            LinkProposal(
-                name=piece.link.name,
-                material=piece.material,
-                density_kg_m3=table[piece.material].density_kg_m3,
-                hollow_factor=float(f"{piece.hollow:.4g}"),
-            )
-            for piece in pieces
-        ),
-        tuple(notes),
-    )
+    return tuple(piece.proposal() for piece in pieces), tuple(notes)
 
 
 def material_volume(link: LinkInfo) -> float:
@@ -81,7 +72,8 @@ def _piece(link: LinkInfo, part: str, category: str, words: Mapping[str, str]) -
     row = tables.part_material(category, part)
     material, hollow = row.material, row.hollow
     wanted = words.get(part) or words.get("")
-    if wanted and (part in words or material not in _UNCHANGED_MATERIALS) and not _same_class(wanted, material):
+    same = wanted == material or (wanted == "plastic" and material in _PLASTICS)
+    if wanted and not same and (part in words or material not in _UNCHANGED_MATERIALS):
         table = tables.materials()
         hollow *= table[wanted].wall_factor / table[material].wall_factor
         material = wanted
@@ -101,19 +93,11 @@ def _materials(parts: Sequence[MovablePart], statements: Sequence[Segment]) -> d
                 continue
             following = segment.tokens[index + 1 : index + 3]
             owner = next((p.name for word in following for p in parts_named(parts, singular(word)) if p.name), "")
-            if owner and _is_part_word(following):
+            if owner and any({word, singular(word)} & tables.part_words().keys() for word in following):
                 found.setdefault(owner, material)
             elif segment.sentence == 0:
                 found.setdefault("", material)
     return found
-
-
-def _is_part_word(following: Sequence[str]) -> bool:
-    return any(word in tables.part_words() or singular(word) in tables.part_words() for word in following)
-
-
-def _same_class(wanted: str, material: str) -> bool:
-    return (wanted == "plastic" and material in _PLASTICS) or wanted == material
 
 
 def _tiny(piece: _Piece, scale: float) -> _Piece:

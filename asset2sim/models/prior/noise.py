@@ -1,8 +1,6 @@
-"""The simulated fallible model: the offline prior's answers with seeded errors of stated sizes.
-
-A simulation: it says how each method stands errors of these sizes, and nothing about any real model. The sizes and
-where they come from are in ``noise_level``.
-"""
+"""The simulated fallible model: the offline prior's answers with seeded errors of stated sizes. A simulation: it says
+how each method stands errors of these sizes, and nothing about any real model. The sizes and where they come from are
+in ``noise_level``."""
 
 import json
 import math
@@ -10,7 +8,7 @@ import re
 from collections.abc import Mapping
 from typing import Any
 
-from asset2sim.models.language.object_info import ObjectInfo, read_prompt
+from asset2sim.models.language.object_info import ObjectInfo, dicts, read_prompt
 from asset2sim.models.prior.noise_level import Draws, Noise, NoiseLevel, draws_for
 from asset2sim.models.prior.noise_numbers import with_sigmas, with_wrong_numbers
 from asset2sim.models.prior.noise_state import with_wrong_state
@@ -62,12 +60,9 @@ def noisy_step(
     given: dict[str, Any], information: Mapping[str, Any], draws: Draws, sizes: NoiseLevel
 ) -> dict[str, Any]:
     """A refinement's answer whose steps are too long or too short, the wrong way, or in degrees."""
-    sliders = {
-        item.get("name")
-        for item in information.get("focus_joints") or []
-        if isinstance(item, dict) and item.get("type") == "prismatic"
-    }
-    places = {joint.name: index for index, joint in enumerate(read_refinement(information).joints)}
+    focus = dicts(information.get("focus_joints"))
+    sliders = {item.get("name") for item in focus if item.get("type") == "prismatic"}
+    places = {joint.name: index for index, joint in enumerate(read_refinement(information)[1])}
     back = draws.happens("wrong end", sizes.p_wrong_end, sizes.shared_state)
     turned = draws.happens("degrees", sizes.p_degrees)
     deltas = {}

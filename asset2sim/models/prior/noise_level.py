@@ -110,20 +110,15 @@ class Noise(Frozen):
 
 
 def noise_of(model: str) -> Noise | None:
-    """The errors that a model in this process makes; None for the offline prior itself. Raises
-    ``UnknownChoiceError``."""
+    """The errors of a model in this process; None for the offline prior itself. Raises ``UnknownChoiceError``."""
     parameters = noise_parameters(model)
     return None if parameters is None else Noise(level=parameters[0], seed=parameters[1])
 
 
 _SPREADS = tuple(name for name in NoiseLevel.model_fields if name.endswith(("_log", "_share")))
-
 _CHANCES = tuple(name for name in NoiseLevel.model_fields if name.startswith("p_"))
-
 _CERTAIN = 1.0 - 1e-12
-
 _NORMAL = NormalDist()
-
 _DIGITS = 53
 """Bits of a hash that become a number in (0, 1): as many as a double holds."""
 

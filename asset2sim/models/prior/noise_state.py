@@ -19,7 +19,7 @@ def with_wrong_state(
     positions = answer.get("initial_joint_positions") or {}
     for index, (name, joint) in enumerate(joints.items()):
         if name in positions:
-            spread = sizes.position_share * _range(joint)
+            spread = sizes.position_share * (joint.range if joint.motion != "spin" else 2.0 * math.pi)
             positions[name] = _inside(joint, positions[name], spread * draws.normal(f"position {index}", sizes.shared))
     if draws.happens("wrong end", sizes.p_wrong_end, sizes.shared_state):
         answer = _each_position(answer, joints, _mirrored)
@@ -46,9 +46,7 @@ def with_wrong_part(answer: dict[str, Any], joints: Mapping[str, JointInfo], dra
     target = others[draws.index("part given to", len(others), shared=True)]
     if stated:
         moved = _carried(joints[source], joints[target], positions[source])
-        left = {
-            (target if name == source else name): (moved if name == source else at) for name, at in positions.items()
-        }
+        left = {target if name == source else name: at for name, at in positions.items()} | {target: moved}
         asked = [target if name == source else name for name in answer.get("asked") or []]
         return answer | {"initial_joint_positions": left, "asked": asked}
     given = entries[source]
@@ -57,11 +55,9 @@ def with_wrong_part(answer: dict[str, Any], joints: Mapping[str, JointInfo], dra
         spring["spring_rest"] = _carried(joints[source], joints[target], spring["spring_rest"])
     changed = []
     for entry in [*answer["joints"], *([] if target in entries else [{"name": target}])]:
-        if entry.get("name") == source:
-            entry = {key: value for key, value in entry.items() if key not in SPRING}
-        elif entry.get("name") == target:
-            entry = {key: value for key, value in entry.items() if key not in SPRING} | spring
-        changed.append(entry)
+        name = entry.get("name")
+        kept = {key: value for key, value in entry.items() if key not in SPRING or name not in (source, target)}
+        changed.append(kept | spring if name == target else kept)
     return answer | {"joints": changed}
 
 
@@ -95,10 +91,6 @@ def _carried(source: JointInfo, target: JointInfo, at: float) -> float:
     """The same share of the way from closed to open, on another joint."""
     share = (at - source.closed) / (source.open - source.closed) if source.range > 0.0 else 0.0
     return target.closed + share * (target.open - target.closed)
-
-
-def _range(joint: JointInfo) -> float:
-    return joint.range if joint.motion != "spin" else 2.0 * math.pi
 
 
 def _inside(joint: JointInfo, at: float, change: float) -> float:

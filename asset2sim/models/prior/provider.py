@@ -1,7 +1,5 @@
-"""The ``prior`` provider of LiteLLM: answers from tables, in this process, without key or network.
-
-Imports LiteLLM, so it is itself imported late, by ``asset2sim.models.gateway.lite``.
-"""
+"""The ``prior`` provider of LiteLLM: answers from tables, in this process, without key or network. Imports LiteLLM, so
+it is itself imported late, by ``asset2sim.models.gateway.lite``."""
 
 import json
 from collections.abc import Iterable, Mapping, Sequence
@@ -22,12 +20,9 @@ PRIOR_CHARACTERS_PER_TOKEN = 4
 
 
 class PriorProvider(CustomLLM):  # type: ignore[misc]  # LiteLLM's base class is untyped to a checker that skips it
-    """LiteLLM's interface to the offline prior, with simulated errors for ``prior/noisy``, and token counts.
-
-    A request with tools is answered by ``prior.agent``, any other by ``prior.answer`` from the last user message that
-    describes an object. It depends only on the messages, whether there are tools, and ``seed``
-    (the number of the sample).
-    """
+    """LiteLLM's interface to the offline prior, with simulated errors for ``prior/noisy``, and token counts. A request
+    with tools is answered by ``prior.agent``, any other by ``prior.answer`` from the last user message that describes
+    an object. It depends only on the messages, whether there are tools, and ``seed`` (the number of the sample)."""
 
     def completion(self, *args: Any, **kwargs: Any) -> ModelResponse:
         """One answer; any failure is a 400, because the prior is deterministic and asking again cannot help."""
@@ -42,16 +37,12 @@ class PriorProvider(CustomLLM):  # type: ignore[misc]  # LiteLLM's base class is
             content, calls = next_answer(name, messages, bool(options.get("tools")), int(options.get("seed") or 0))
         except Exception as error:
             raise CustomLLMError(400, f"{type(error).__name__}: {error}") from error
-        prompt_tokens = sum(count_tokens(text_and_calls(message)) for message in messages)
-        completion_tokens = count_tokens((content or "") + "".join(call["function"]["arguments"] for call in calls))
+        asked = sum(count_tokens(text_and_calls(message)) for message in messages)
+        said = count_tokens((content or "") + "".join(call["function"]["arguments"] for call in calls))
         response.model = name
         response.choices[0].message = Message(role="assistant", content=content, tool_calls=calls or None)
         response.choices[0].finish_reason = "tool_calls" if calls else "stop"
-        response.usage = litellm.Usage(
-            prompt_tokens=prompt_tokens,
-            completion_tokens=completion_tokens,
-            total_tokens=prompt_tokens + completion_tokens,
-        )
+        response.usage = litellm.Usage(prompt_tokens=asked, completion_tokens=said, total_tokens=asked + said)
         return response
 
 
@@ -80,10 +71,8 @@ def register() -> None:
     """Make ``prior/…`` known to LiteLLM; a second call changes nothing."""
     if any(item["provider"] == PRIOR_PROVIDER for item in litellm.custom_provider_map):
         return
-    litellm.custom_provider_map = [
-        *litellm.custom_provider_map,
-        {"provider": PRIOR_PROVIDER, "custom_handler": PriorProvider()},
-    ]
+    entry = {"provider": PRIOR_PROVIDER, "custom_handler": PriorProvider()}
+    litellm.custom_provider_map = [*litellm.custom_provider_map, entry]
     litellm.utils.custom_llm_setup()
 
 

@@ -1,7 +1,7 @@
 """A step of the joint state, with the paper's step sizes: large while the state is wrong, small near the end."""
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 from asset2sim.models.language.object_info import dicts, number, number_or_none, text_or_empty, unique
@@ -32,16 +32,8 @@ class FocusJoint:
     tried: tuple[float, ...] = ()
 
 
-@dataclass(frozen=True)
-class RefinementInfo:
-    """What a refinement prompt says: Φ in m and the joints to move."""
-
-    phi_m: float
-    joints: tuple[FocusJoint, ...]
-
-
-def read_refinement(data: Mapping[str, object]) -> RefinementInfo:
-    """Read the refinement information; joints without limits are given a full turn."""
+def read_refinement(data: Mapping[str, object]) -> tuple[float, tuple[FocusJoint, ...]]:
+    """Φ in m and the joints to move, from a refinement prompt; joints without limits are given a full turn."""
     joints = []
     tried = [places for item in dicts(data.get("tried")) if isinstance(places := item.get("positions"), dict)]
     for item in dicts(data.get("focus_joints")):
@@ -60,10 +52,10 @@ def read_refinement(data: Mapping[str, object]) -> RefinementInfo:
                 tried=tuple(number(places.get(text_or_empty(item.get("name"))), position) for places in tried),
             )
         )
-    return RefinementInfo(number(data.get("phi_m"), 0.0), unique(joints))
+    return number(data.get("phi_m"), 0.0), unique(joints)
 
 
-def refinement_step(info: RefinementInfo) -> dict[str, object]:
+def refinement_step(phi_m: float, joints: Sequence[FocusJoint]) -> dict[str, object]:
     """state_ok, approved, and deltas (rad or m) that keep every joint within its limits.
 
     Joints out of the asked state go back to it. While parts overlap, the others go towards open (doors, drawers and
@@ -71,11 +63,11 @@ def refinement_step(info: RefinementInfo) -> dict[str, object]:
     its tolerance allows. A joint that fell moves away from where it settled, within the tolerance. After a
     refusal the step goes the other way, once; then nothing is proposed.
     """
-    fell = any(_off(joint, joint.settled) > STATE_TOLERANCE for joint in info.joints)
-    state_ok = not fell and all(_off(joint, joint.position) <= STATE_TOLERANCE for joint in info.joints)
-    approved = state_ok and info.phi_m <= APPROVE_M
+    fell = any(_off(joint, joint.settled) > STATE_TOLERANCE for joint in joints)
+    state_ok = not fell and all(_off(joint, joint.position) <= STATE_TOLERANCE for joint in joints)
+    approved = state_ok and phi_m <= APPROVE_M
     deltas: dict[str, float] = {}
-    for joint in info.joints:
+    for joint in joints:
         span = joint.upper - joint.lower
         if approved or span <= 0.0 or len(joint.tried) > 1:
             continue
@@ -85,7 +77,7 @@ def refinement_step(info: RefinementInfo) -> dict[str, object]:
             gap = joint.desired - joint.position
             step = math.copysign(min(abs(gap), WRONG_STATE_STEP * span), gap)
         else:
-            step = _opening_step(joint, span, info.phi_m)
+            step = _opening_step(joint, span, phi_m)
         if joint.tried:
             step = -step
         target = min(max(joint.position + step, joint.lower), joint.upper)
