@@ -65,6 +65,8 @@ class InvalidAnswerError(ModelError):
 def shortened(text: str, length: int) -> str:
     """The text, cut to ``length`` characters for a message."""
     return text if len(text) <= length else text[:length] + "…"
+
+
 FULL = (errno.ENOSPC, errno.EDQUOT)
 """Error numbers of a full disk and of an exhausted quota."""
 

@@ -39,14 +39,7 @@ OUTCOME_COLUMNS = (
 )
 """The asset's result and measurements; an unchanged asset keeps its earlier values."""
 
-COST_COLUMNS = (
-    "queries",
-    "cached_calls",
-    "prompt_tokens",
-    "completion_tokens",
-    "cost_usd",
-    "seconds_total",
-)
+COST_COLUMNS = ("queries", "cached_calls", "prompt_tokens", "completion_tokens", "cost_usd", "seconds_total")
 """What the run spent on the asset: nothing where it was unchanged."""
 
 _ASSETS: tuple[Column, ...] = (

@@ -200,12 +200,7 @@ def run_row(run: RunRow, records: Sequence[AssetRecord], unchanged: Sequence[Unc
 
 def asset_key(run: RunRow, record: AssetRecord) -> Row:
     """The columns that every row of an asset begins with."""
-    return {
-        "run_id": run.run_id,
-        "asset_id": record.ref.asset_id,
-        "method": record.method.value,
-        "model": record.model,
-    }
+    return {"run_id": run.run_id, "asset_id": record.ref.asset_id, "method": record.method.value, "model": record.model}
 
 
 def _shape_columns(record: AssetRecord) -> Row:

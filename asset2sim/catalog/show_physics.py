@@ -18,13 +18,7 @@ CHECKS = ("drop", "nudge", "jam", "hold", "release", "reset")
 
 _UNITS = {
     "m": {"position": "m", "damping": "N·s/m", "friction": "N", "stiffness": "N/m", "inertia": "kg"},
-    "rad": {
-        "position": "rad",
-        "damping": "N·m·s/rad",
-        "friction": "N·m",
-        "stiffness": "N·m/rad",
-        "inertia": "kg·m²",
-    },
+    "rad": {"position": "rad", "damping": "N·m·s/rad", "friction": "N·m", "stiffness": "N·m/rad", "inertia": "kg·m²"},
 }
 """Unit of a joint's positions → the units of its terms."""
 
