@@ -31,10 +31,8 @@ def is_noisy(model: str) -> bool:
 
 
 def noise_parameters(model: str) -> tuple[float, int] | None:
-    """Level and seed of the errors that a model in this process makes; None for the offline prior itself.
-
-    Raises ``UnknownChoiceError`` for a name that is none of ``PRIOR_MODELS`` and not of the form ``NOISY_FORM``.
-    """
+    """Level and seed of the errors that a model in this process makes; None for the offline prior itself. Raises
+    ``UnknownChoiceError`` for a name that is none of ``PRIOR_MODELS`` and not of the form ``NOISY_FORM``."""
     if model == "prior/household":
         return None
     found = _NOISY.fullmatch(model)
@@ -64,11 +62,9 @@ def named_models(settings: ModelSettings) -> tuple[str, ...]:
 
 
 def settings_for(settings: ModelSettings, model: str) -> ModelSettings:
-    """The settings for a call of one of the named models.
-
-    ``api_base`` is the address of one server, so it goes with one provider: that of the first named model that does
-    not run in this process. A model of another provider is asked at its default address.
-    """
+    """The settings for a call of one of the named models. ``api_base`` is the address of one server, so it goes with
+    one provider: that of the first named model that does not run in this process. A model of another provider is asked
+    at its default address."""
     addressed = next((_prefix(name) for name in named_models(settings) if not is_prior(name)), None)
     api_base = settings.api_base if _prefix(model) == addressed else None
     return settings.model_copy(

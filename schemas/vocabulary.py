@@ -142,11 +142,9 @@ class OverlapCause(StrEnum):
 
 
 class CollisionMode(StrEnum):
-    """How collision geometry is made.
-
-    ``keep`` leaves it as authored, missing files dropped; ``repair`` writes one convex hull per shell, sheets
-    thickened; ``decompose`` also cuts concave meshes into convex pieces, so that what is hollow stays hollow.
-    """
+    """How collision geometry is made. ``keep`` leaves it as authored, missing files dropped; ``repair`` writes one
+    convex hull per shell, sheets thickened; ``decompose`` also cuts concave meshes into convex pieces, so that what is
+    hollow stays hollow."""
 
     KEEP = "keep"
     REPAIR = "repair"

@@ -58,11 +58,9 @@ class AssetChange:
 
 @dataclass(frozen=True)
 class Changes:
-    """Differences between a run and the catalog before it, and totals of the catalog after it.
-
-    ``standing``: failure mode → assets of the run's method and model in the catalog, this run's included. It is
-    comparable between runs that refined different shares of a dataset.
-    """
+    """Differences between a run and the catalog before it, and totals of the catalog after it. ``standing``: failure
+    mode → assets of the run's method and model in the catalog, this run's included. It is comparable between runs that
+    refined different shares of a dataset."""
 
     new_failures: tuple[AssetChange, ...]
     mended: tuple[AssetChange, ...]

@@ -14,11 +14,9 @@ class CatalogError(Asset2SimError):
 
 
 def to_arrow(table: Table, rows: Sequence[Row]) -> pa.Table:
-    """Rows as an Arrow table of exactly the table's schema.
-
-    Raises CatalogError where a row lacks a column or has one too many, where a value does not fit its column's type,
-    where a required value is null, or where two rows share a key.
-    """
+    """Rows as an Arrow table of exactly the table's schema. Raises CatalogError where a row lacks a column or has one
+    too many, where a value does not fit its column's type, where a required value is null, or where two rows share a
+    key."""
     expected = set(table.schema.names)
     for row in rows:
         if row.keys() != expected:
@@ -34,11 +32,9 @@ def to_arrow(table: Table, rows: Sequence[Row]) -> pa.Table:
 
 
 def conform(table: Table, found: pa.Table, where: str) -> pa.Table:
-    """A table that was read from the file ``where``, with today's schema.
-
-    Columns that were added since are null in old rows. Raises CatalogError where that is not allowed, where a type
-    cannot be converted, and where the file has columns that this version does not know: rewriting it would lose them.
-    """
+    """A table that was read from the file ``where``, with today's schema. Columns that were added since are null in old
+    rows. Raises CatalogError where that is not allowed, where a type cannot be converted, and where the file has
+    columns that this version does not know: rewriting it would lose them."""
     remedy = f"in {where}: written by another version; use that one, or another output folder"
     for name in found.schema.names:
         if name not in table.schema.names:

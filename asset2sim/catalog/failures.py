@@ -27,10 +27,8 @@ _ROWS_SINCE = "(SELECT * FROM asset_history WHERE started_at >= ?)"
 
 
 def failure_breakdown(out: Path | str) -> pd.DataFrame:
-    """A row per method, model and failure mode, ``none`` first; columns as ``failures.sql`` names them.
-
-    Raises UsageError where OUT has no catalog.
-    """
+    """A row per method, model and failure mode, ``none`` first; columns as ``failures.sql`` names them. Raises
+    UsageError where OUT has no catalog."""
     return query(out, packaged_sql("failures"))
 
 
@@ -72,11 +70,9 @@ def _examples(row: Mapping[Hashable, Any]) -> str:
 
 
 def compare_runs(out: Path | str, earlier: str, later: str) -> pd.DataFrame:
-    """A row per asset whose result in ``later`` differs from that in ``earlier``.
-
-    Columns are as ``compare_runs.sql`` names them. A run is named by its id, the beginning of its id, ``latest`` or
-    ``previous``. Raises UsageError for an unknown or ambiguous name.
-    """
+    """A row per asset whose result in ``later`` differs from that in ``earlier``. Columns are as ``compare_runs.sql``
+    names them. A run is named by its id, the beginning of its id, ``latest`` or ``previous``. Raises UsageError for an
+    unknown or ambiguous name."""
     return query(out, packaged_sql("compare_runs"), (find_run(out, earlier), find_run(out, later)))
 
 
@@ -117,11 +113,9 @@ def render_comparison(found: pd.DataFrame, earlier: str, later: str) -> Table:
 
 
 def failures_by(out: Path | str, grouping: Grouping, since: datetime | None = None) -> pd.DataFrame:
-    """A row per value of a column that has failures, most first; columns as ``failures_by.sql`` names them.
-
-    Without ``since`` the latest refinement of each asset counts, with it (with a time zone) every run from then on: an
-    asset that failed in three nights is one asset and three failures. Raises UsageError where OUT has no catalog.
-    """
+    """A row per value of a column that has failures, most first; columns as ``failures_by.sql`` names them. Without
+    ``since`` the latest refinement of each asset counts, with it (with a time zone) every run from then on: an asset
+    that failed in three nights is one asset and three failures. Raises UsageError where OUT has no catalog."""
     modes = grouping is Grouping.FAILURE_MODE
     sql = packaged_sql("failures_by")
     places = {

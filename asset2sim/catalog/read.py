@@ -1,7 +1,5 @@
-"""Reading the catalog: a table as a DataFrame, or SQL over all of them. A reader never sees half of a run.
-
-OUT is a folder or a URL.
-"""
+"""Reading the catalog: a table as a DataFrame, or SQL over all of them. A reader never sees half of a run. OUT is a
+folder or a URL."""
 
 import os
 from collections.abc import Callable, Sequence
@@ -29,10 +27,8 @@ _NULLABLE = {pa.int64(): pd.Int64Dtype(), pa.bool_(): pd.BooleanDtype()}
 
 
 def read_table(out: str | os.PathLike[str], name: str) -> pd.DataFrame:
-    """One table of OUT's catalog, or its history; counts and flags keep their type where some are null.
-
-    Raises UnknownChoiceError for a name that is no table, UsageError where OUT has no catalog.
-    """
+    """One table of OUT's catalog, or its history; counts and flags keep their type where some are null. Raises
+    UnknownChoiceError for a name that is no table, UsageError where OUT has no catalog."""
     if name not in PUBLISHED:
         raise UnknownChoiceError("table", name, PUBLISHED)
     out = local_tables(out)
@@ -42,10 +38,8 @@ def read_table(out: str | os.PathLike[str], name: str) -> pd.DataFrame:
 
 
 def query(out: str | os.PathLike[str], sql: str, parameters: Sequence[object] = ()) -> pd.DataFrame:
-    """Result of a DuckDB query over the tables, each under its name; ``?`` stand for ``parameters``.
-
-    Raises UsageError where OUT has no catalog or the query is at fault.
-    """
+    """Result of a DuckDB query over the tables, each under its name; ``?`` stand for ``parameters``. Raises UsageError
+    where OUT has no catalog or the query is at fault."""
     out = local_tables(out)
     import duckdb  # late: imported while Prefect's threads run, it warns about them at exit
 
@@ -56,10 +50,8 @@ def query(out: str | os.PathLike[str], sql: str, parameters: Sequence[object] = 
 
 
 def read_asset(out: str | os.PathLike[str], asset_id: str) -> dict[str, pd.DataFrame]:
-    """Table name → this asset's rows, of every method and model, and its runs; all from one state of OUT.
-
-    Raises UnknownChoiceError, naming the closest ids, where the catalog has no such asset.
-    """
+    """Table name → this asset's rows, of every method and model, and its runs; all from one state of OUT. Raises
+    UnknownChoiceError, naming the closest ids, where the catalog has no such asset."""
     return _read_consistent(local_tables(out), lambda folder: _asset_frames(folder, asset_id))
 
 
@@ -140,9 +132,7 @@ def latest_run(out: Path) -> "pd.Series[str]":
 
 def latest_rows(out: Path, *names: str) -> tuple[pd.DataFrame, ...]:
     """Rows of these per-asset tables for the assets of the latest run; unchanged assets have rows of earlier runs.
-
-    Raises UsageError where OUT has no run.
-    """
+    Raises UsageError where OUT has no run."""
     run_id = latest_run(out)["run_id"]
     history = read_table(out, "asset_history")
     keys = history.loc[history["run_id"] == run_id, list(ASSET_KEY)]

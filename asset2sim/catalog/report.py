@@ -1,7 +1,5 @@
-"""The report of a run in Markdown: a pure function of its records and the catalog before it.
-
-Its length is bounded: every list names its first few and counts the rest, so that 10,000 assets make a page as well.
-"""
+"""The report of a run in Markdown: a pure function of its records and the catalog before it. Its length is bounded:
+every list names its first few and counts the rest, so that 10,000 assets make a page as well."""
 
 import re
 import shlex
@@ -37,10 +35,8 @@ def report_markdown(
     out: str = "OUT",
 ) -> str:
     """Report in Markdown: counts beside the last run's, new failures, mended assets, failure modes, slowest assets.
-
     ``changes`` is ``find_changes(records, previous)``; ``problems`` lists other errors, first the reason why the run
-    stopped; ``unchanged`` are the assets not refined again, and ``out`` is the folder to name in commands.
-    """
+    stopped; ``unchanged`` are the assets not refined again, and ``out`` is the folder to name in commands."""
     stopped = "" if run.outcome == "finished" else f"{run.outcome.capitalize()}: "
     parts = [
         f"# {stopped}{headline(records, changes, unchanged)}",

@@ -20,10 +20,8 @@ _HEADINGS = ("scale", "mass\nkg", "Φ\nmm", "drift\nmm", "drift\nrad", "sims", "
 
 
 def summary_table(records: Sequence[AssetRecord], limits: Thresholds) -> Table:
-    """Table for terminals of at least 100 columns; failed assets come last, nearest to the prompt.
-
-    The verdict column holds the failure mode of an asset that failed; the caption holds the totals.
-    """
+    """Table for terminals of at least 100 columns; failed assets come last, nearest to the prompt. The verdict column
+    holds the failure mode of an asset that failed; the caption holds the totals."""
     caption = totals_line(records, limits)
     table = Table(
         box=box.SIMPLE_HEAD,

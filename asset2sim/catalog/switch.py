@@ -53,10 +53,8 @@ def recover(out: Path) -> None:
 
 @contextmanager
 def replace_catalog(out: Path) -> Iterator[Path]:
-    """Yields an empty folder for the new tables; on exit without an exception it becomes ``catalog``.
-
-    Other files in ``catalog`` are copied to the new folder. Needs the output's lock; call ``recover`` first.
-    """
+    """Yields an empty folder for the new tables; on exit without an exception it becomes ``catalog``. Other files in
+    ``catalog`` are copied to the new folder. Needs the output's lock; call ``recover`` first."""
     staging = out / STAGING
     staging.mkdir(parents=True)
     try:
@@ -71,10 +69,8 @@ def replace_catalog(out: Path) -> Iterator[Path]:
 
 
 def replace_folder(staging: Path, ready: Path, place: Path, old: Path) -> None:
-    """Rename the complete folder ``staging`` to ``ready`` and then to ``place``; remove the one there as ``old``.
-
-    The last step is a single one where the system can exchange two names.
-    """
+    """Rename the complete folder ``staging`` to ``ready`` and then to ``place``; remove the one there as ``old``. The
+    last step is a single one where the system can exchange two names."""
     os.rename(staging, ready)
     sync(place.parent)
     if not place.exists():

@@ -1,8 +1,6 @@
 """One run at a time on an output: a lock on its folder, and an object at its URL that only one process can create.
-
 Stores have no lock that ends with its process. So the holder renews the object, and a lock that is not renewed is taken
-over. The machines' clocks must agree to about a minute.
-"""
+over. The machines' clocks must agree to about a minute."""
 
 import fcntl
 import json
@@ -40,11 +38,9 @@ logger = logging.getLogger(__name__)
 
 @contextmanager
 def lock_output(folder: Path, *, shown: Path | str | None = None, wait: bool = False) -> Iterator[None]:
-    """Lock a folder for this process, and make it; the system releases the lock however the process ends.
-
-    Where another process holds it, ``wait`` for its end, or raise UsageError, which names that process and OUT as
-    ``shown``. The file stays: removing it would let two runs lock two files of one name.
-    """
+    """Lock a folder for this process, and make it; the system releases the lock however the process ends. Where another
+    process holds it, ``wait`` for its end, or raise UsageError, which names that process and OUT as ``shown``. The file
+    stays: removing it would let two runs lock two files of one name."""
     out = shown or folder
     try:
         folder.mkdir(parents=True, exist_ok=True)

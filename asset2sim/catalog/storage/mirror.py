@@ -130,11 +130,9 @@ def look(url: str, parts: Iterable[str]) -> dict[str, Stored]:
 
 
 def pull(url: str, folder: Path, parts: Collection[str]) -> None:
-    """Make these parts of a local folder equal to those below the URL.
-
-    The copy is consistent: objects are listed again after each download, until nothing changed meanwhile. Local files
-    without an object are removed. Raises ObjectsChangedError where the objects keep changing.
-    """
+    """Make these parts of a local folder equal to those below the URL. The copy is consistent: objects are listed again
+    after each download, until nothing changed meanwhile. Local files without an object are removed. Raises
+    ObjectsChangedError where the objects keep changing."""
     there = look(url, parts)
     for _ in range(ATTEMPTS):
         names = changed(folder, there)
