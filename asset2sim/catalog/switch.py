@@ -29,10 +29,7 @@ _CANNOT_EXCHANGE = (errno.ENOSYS, errno.EINVAL, errno.ENOTSUP, errno.EPERM)
 
 def find_catalog(out: Path) -> Path | None:
     """The folder that holds OUT's last complete set of tables; None if there is none. Changes nothing."""
-    for name in (CATALOG, READY, OLD):
-        if (out / name).is_dir():
-            return out / name
-    return None
+    return next((out / name for name in (CATALOG, READY, OLD) if (out / name).is_dir()), None)
 
 
 def no_catalog_error(out: Path | str) -> UsageError:

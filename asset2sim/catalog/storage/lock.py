@@ -89,8 +89,11 @@ def lock_url(url: str, note: Path, renew_s: float = RENEW_S, stale_s: float = ST
     """
     place = f"{url}/{LOCK_FILE}"
     mine = Holder(uuid.uuid4().hex, os.getpid(), platform.node(), time.time())
+    killed = ""
+    with suppress(OSError):
+        killed = note.read_text(encoding="ascii", errors="replace")
     try:
-        _acquire(url, place, mine, _noted(note), stale_s)
+        _acquire(url, place, mine, killed, stale_s)
         note.write_text(mine.token, encoding="ascii")
     except StoreError as error:
         raise store_usage_error(error) from error
@@ -126,7 +129,7 @@ def lock_url(url: str, note: Path, renew_s: float = RENEW_S, stale_s: float = ST
 
 def _acquire(url: str, place: str, mine: Holder, killed: str, stale_s: float) -> None:
     try:
-        _create(place, mine)
+        write_object(place, _text(mine), mode="create")
         return
     except FileExistsError:
         pass
@@ -145,18 +148,6 @@ def _acquire(url: str, place: str, mine: Holder, killed: str, stale_s: float) ->
     if not _replace(place, mine, holder, version):
         raise UsageError(f"another run on {url} is just starting; wait until it ends, or choose another --out")
     logger.warning("%s was left locked by %s, which was last alive %.0f s ago; this run goes on", url, holder, age)
-
-
-def _noted(note: Path) -> str:
-    try:
-        return note.read_text(encoding="ascii", errors="replace")
-    except OSError:
-        return ""
-
-
-def _create(place: str, mine: Holder) -> None:
-    """Raises FileExistsError where the object is there."""
-    write_object(place, _text(mine), mode="create")
 
 
 def _replace(place: str, mine: Holder, holder: Holder, version: str) -> bool:
@@ -179,7 +170,7 @@ def _replace(place: str, mine: Holder, holder: Holder, version: str) -> bool:
         return True
     remove_objects([place])
     try:
-        _create(place, mine)
+        write_object(place, _text(mine), mode="create")
     except FileExistsError:
         return False
     return True

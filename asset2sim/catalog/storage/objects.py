@@ -26,7 +26,6 @@ AT_ONCE = 16
 MAX_ERROR_CHARS = 200
 """Characters of a store's own error text that a message quotes."""
 
-
 _PATTERN = re.compile(r"[*?\[]")
 
 
