@@ -34,11 +34,8 @@ class AssetRef(Frozen):
 
 
 class FoundAssets:
-    """The assets of a checked request, so that its run does not list the dataset again.
-
-    Neither a dataclass nor a pydantic model: as an argument of a flow, Prefect would walk through every reference and
-    store it.
-    """
+    """The assets of a checked request, so that its run does not list the dataset again. Neither a dataclass nor a
+    pydantic model: as an argument of a flow, Prefect would walk through every reference and store it."""
 
     __slots__ = ("refs",)
 

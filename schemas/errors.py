@@ -4,6 +4,7 @@ import errno
 import sqlite3
 import sys
 from collections.abc import Callable, Iterable
+from functools import partial
 
 from schemas.vocabulary import FailureMode
 
@@ -35,19 +36,10 @@ class AssetError(Asset2SimError):
         self, mode: FailureMode, code: str, message: str, *, link: str | None = None, joint: str | None = None
     ) -> None:
         super().__init__(message)
-        self.mode = mode
-        self.code = code
-        self.link = link
-        self.joint = joint
+        self.mode, self.code, self.link, self.joint = mode, code, link, joint
 
     def __reduce__(self) -> tuple[object, ...]:
-        return _rebuild_asset_error, (self.mode, self.code, str(self), self.link, self.joint)
-
-
-def _rebuild_asset_error(
-    mode: FailureMode, code: str, message: str, link: str | None, joint: str | None
-) -> "AssetError":
-    return AssetError(mode, code, message, link=link, joint=joint)
+        return partial(AssetError, link=self.link, joint=self.joint), (self.mode, self.code, str(self))
 
 
 class ModelError(Asset2SimError):

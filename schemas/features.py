@@ -23,11 +23,9 @@ class LinkInertial(Frozen):
 
 
 class LinkFeatures(Frozen):
-    """One link: name, label, meshes, and the properties of their union in the link's frame.
-
-    ``unit_inertia`` is the inertia about ``center`` divided by the mass (m²), of the link's own shape at uniform
-    density; ``volume_m3`` is the sum over its convex pieces or watertight meshes. All at the authored scale.
-    """
+    """One link: name, label, meshes, and the properties of their union in the link's frame. ``unit_inertia`` is the
+    inertia about ``center`` divided by the mass (m²), of the link's own shape at uniform density; ``volume_m3`` is the
+    sum over its convex pieces or watertight meshes. All at the authored scale."""
 
     name: str
     label: str

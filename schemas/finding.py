@@ -5,10 +5,8 @@ from schemas.vocabulary import Severity, Stage
 
 
 class Finding(Frozen):
-    """One thing that one stage noticed or changed, and what to do about it.
-
-    ``value`` and ``limit`` hold the number found and the bound it met, in the unit that the message names.
-    """
+    """One thing that one stage noticed or changed, and what to do about it. ``value`` and ``limit`` hold the number
+    found and the bound it met, in the unit that the message names."""
 
     stage: Stage
     severity: Severity

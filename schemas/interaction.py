@@ -20,10 +20,8 @@ class Drop(Frozen):
 
 
 class Nudge(Frozen):
-    """One joint set in motion at ``speed`` (rad/s or m/s) and left alone, the root held.
-
-    ``final_speed`` is the joint's own after ``seconds``, ``peak_speed_m_s`` that of the fastest link on the way.
-    """
+    """One joint set in motion at ``speed`` (rad/s or m/s) and left alone, the root held. ``final_speed`` is the joint's
+    own after ``seconds``, ``peak_speed_m_s`` that of the fastest link on the way."""
 
     joint: str
     speed: float
@@ -102,10 +100,8 @@ def share_left(position: float, start: float, target: float, far: float | None) 
 
 class Opening(Frozen):
     """The least effort (N·m or N) that moves a joint from its initial position towards its open end, and towards its
-    closed one; None where no effort up to its limit does, or where it is at that end.
-
-    ``stuck`` says that no effort up to ``effort_limit`` moved it in a direction in which it has room.
-    """
+    closed one; None where no effort up to its limit does, or where it is at that end. ``stuck`` says that no effort up
+    to ``effort_limit`` moved it in a direction in which it has room."""
 
     joint: str
     opening: NonNegative | None

@@ -15,10 +15,8 @@ LOCAL_SCHEMES = ("file", "local")
 
 def location_of(value: object) -> Path | str:
     """A local folder as a ``Path``, a URL such as ``s3://bucket/prefix`` as text without a slash at its end.
-
     ``file://`` URLs are local folders. Raises UsageError for a URL that names no bucket, chains several stores, or
-    holds a password: tables and logs would keep it.
-    """
+    holds a password: tables and logs would keep it."""
     if isinstance(value, Path):
         return value
     text = str(value)

@@ -55,12 +55,9 @@ class Turn(Frozen):
 
 
 class ModelRequest(Frozen):
-    """One question: ``system`` says how to answer, ``text`` holds structured information and the user's
-    guidance as data.
-
-    ``answer_schema`` is the JSON Schema of the answer, for models that can be held to one. ``turns`` come after
-    ``text``, oldest first. ``sample`` numbers repeats of the same question, each answered separately.
-    """
+    """One question: ``system`` says how to answer, ``text`` holds structured information and the user's guidance as
+    data. ``answer_schema`` is the JSON Schema of the answer, for models that can be held to one. ``turns`` come after
+    ``text``, oldest first. ``sample`` numbers repeats of the same question, each answered separately."""
 
     purpose: str
     system: str
@@ -74,10 +71,8 @@ class ModelRequest(Frozen):
 
 class ModelAnswer(Frozen):
     """The answer's text, or None with ``error`` saying why there is none; ``calls`` holds one row per attempt.
-
     ``tool_calls`` are the tools to run before the model continues. ``budget_spent`` says that a budget, not the model,
-    is why nothing was asked. ``without_images`` says why images that the request had were not sent.
-    """
+    is why nothing was asked. ``without_images`` says why images that the request had were not sent."""
 
     content: str | None
     calls: tuple[ModelCall, ...]

@@ -5,6 +5,7 @@ from typing import Literal
 from pydantic import Field
 
 from schemas.base import Fraction, Frozen, NonNegative, Positive
+from schemas.model_names import ModelSettings as ModelSettings
 from schemas.vocabulary import CollisionMode, DynamicsRule, Engine, Export, Method, Redo, StateMode
 
 
@@ -214,39 +215,6 @@ class SearchSettings(Frozen):
     max_model_calls: int = Field(2, ge=0)
     """Most model calls about an asset's state, repeats included: where the search left overlap or the requested state,
     or a joint fell."""
-
-
-class ModelSettings(Frozen):
-    """Which model answers, how patiently it is asked, and what it may cost."""
-
-    model: str = "prior/household"
-    """Answers syntheses, and everything else for which no other model is named."""
-    refinement_model: str | None = None
-    """Proposes steps of the state; None stands for ``model``."""
-    judge_model: str | None = None
-    """Looks at the refined object and scores it against its prompt; None: no score."""
-    api_base: str | None = None
-    temperature: NonNegative = 0.0
-    timeout_s: Positive = 120.0
-    """Time limit of one request, s."""
-    max_attempts: int = Field(4, ge=1)
-    """Attempts at one request where the provider answers 429, 5xx or not at all."""
-    max_completion_tokens: int = Field(16_384, ge=1)
-    image_side_px: int = Field(512, ge=64)
-    """Longest side of an image that is sent, px: what most providers bill as one tile."""
-    cache: bool = True
-    """Whether a cached answer is used instead of a new call."""
-    requests_per_minute: Positive | None = None
-    """Most requests a minute to one provider, over all workers of a run; None: as many as it lets through."""
-    concurrent_requests: int = Field(8, ge=1)
-    """Most requests to one provider at the same time, over all workers of a run."""
-    asset_calls: int | None = Field(None, ge=0)
-    """Most calls for one asset, attempts counted; None here and below: no limit."""
-    asset_tokens: int | None = Field(None, ge=0)
-    asset_usd: NonNegative | None = None
-    run_calls: int | None = Field(None, ge=0)
-    run_tokens: int | None = Field(None, ge=0)
-    run_usd: NonNegative | None = None
 
 
 class MethodSettings(Frozen):

@@ -1,52 +1,17 @@
 """The catalog's tables: an Arrow schema each, with units in column names and a description in every field."""
 
-from schemas.table import (
-    ASSET_COLUMNS,
-    ASSET_KEY,
-    BY_TYPE,
-    COUNT,
-    FLAG,
-    POSITION,
-    REAL,
-    REALS,
-    TEXT,
-    TEXTS,
-    TIME,
-    Column,
-    Table,
-    make_table,
-)
-from schemas.tables_engines import ALIGNMENTS, INTERACTIONS, MEASUREMENTS, OVERLAPS
+from schemas.table import ASSET_COLUMNS, ASSET_KEY, BY_TYPE, COUNT, FLAG, POSITION, REAL, TEXT, TIME, Column, make_table
+from schemas.tables_engines import ALIGNMENTS, INTERACTIONS, MEASUREMENTS, OVERLAPS, TRACE
 from schemas.vocabulary import Stage
 
 OUTCOME_COLUMNS = (
-    "category",
-    "subset",
-    "status",
-    "failure_mode",
-    "paper_failure_mode",
-    "reason",
-    "scale",
-    "mass_kg",
-    "penetration_mm",
-    "drift_m",
-    "drift_rad",
-    "peak_speed_m_s",
-    "oscillating_joints",
-    "errors",
-    "warnings",
-    "content_hash",
+    *("category", "subset", "status", "failure_mode", "paper_failure_mode", "reason", "scale", "mass_kg"),
+    *("penetration_mm", "drift_m", "drift_rad", "peak_speed_m_s", "oscillating_joints"),
+    *("errors", "warnings", "content_hash"),
 )
 """The asset's result and measurements; an unchanged asset keeps its earlier values."""
 
-COST_COLUMNS = (
-    "queries",
-    "cached_calls",
-    "prompt_tokens",
-    "completion_tokens",
-    "cost_usd",
-    "seconds_total",
-)
+COST_COLUMNS = ("queries", "cached_calls", "prompt_tokens", "completion_tokens", "cost_usd", "seconds_total")
 """What the run spent on the asset: nothing where it was unchanged."""
 
 _ASSETS: tuple[Column, ...] = (
@@ -61,9 +26,7 @@ _ASSETS: tuple[Column, ...] = (
     ("scale", REAL, "1", "Uniform scale against the authored size"),
     ("scale_source", TEXT, "", "Where the scale came from"),
     ("mass_kg", REAL, "kg", "Mass of the whole object"),
-    ("size_x_m", REAL, "m", "Box at the rest pose in the root link's frame, final scale"),
-    ("size_y_m", REAL, "m", "Box at the rest pose in the root link's frame, final scale"),
-    ("size_z_m", REAL, "m", "Box at the rest pose in the root link's frame, final scale"),
+    *((f"size_{a}_m", REAL, "m", "Box at the rest pose in the root link's frame, final scale") for a in "xyz"),
     ("contact_friction", REAL, "1", "Coulomb coefficient of every contact"),
     ("n_links", COUNT, "1", "Links, the root included"),
     ("n_joints", COUNT, "1", "Movable joints"),
@@ -171,23 +134,6 @@ _MODEL_CALLS: tuple[Column, ...] = (
     ("prompt_hash!", TEXT, "", "Hash of the request"),
 )
 
-_TRACE: tuple[Column, ...] = (
-    *ASSET_COLUMNS,
-    ("step_index!", COUNT, "1", "0 for the asset's first step"),
-    ("step!", COUNT, "1", "The step as the search counts it"),
-    ("proposer!", TEXT, "", "What proposed the positions"),
-    ("phi_before_mm!", REAL, "mm", "Φ before the step"),
-    ("phi_after_mm!", REAL, "mm", "Φ of the proposal"),
-    ("moved_joints!", TEXTS, "", "Joints that the proposal moves"),
-    ("moved_positions!", REALS, POSITION, "Their new positions, in the same order"),
-    ("accepted!", FLAG, "", "Whether the proposal was kept"),
-    ("evaluations!", COUNT, "1", "Evaluations of Φ that the step took"),
-    ("reason!", TEXT, "", "Why it was accepted or not"),
-    ("test", TEXT, "", "Failing test that the step was to mend: engine, test and subject; null for steps over Φ"),
-    ("value_before", REAL, "as the reason says", "What that test measured before; null where it has no number"),
-    ("value_after", REAL, "as the reason says", "What it measured of the proposal; null where it has no number"),
-)
-
 _FINDINGS: tuple[Column, ...] = (
     *ASSET_COLUMNS,
     ("finding_index!", COUNT, "1", "0 for the asset's first finding"),
@@ -234,7 +180,7 @@ _HISTORY: tuple[Column, ...] = (
     *(column for column in _ASSETS if column[0].removesuffix("!") in (*OUTCOME_COLUMNS, *COST_COLUMNS)),
 )
 
-TABLES: dict[str, Table] = {
+TABLES = {
     table.name: table
     for table in (
         make_table("assets", "one row per asset, method and model: the latest", ASSET_KEY,
@@ -246,7 +192,7 @@ TABLES: dict[str, Table] = {
         make_table("model_calls", "one row per model call of an asset, method and model", (*ASSET_KEY, "call_index"),
                "Every call to a model: what for, what it cost and how it ended", _MODEL_CALLS),
         make_table("trace", "one row per refinement step of an asset, method and model", (*ASSET_KEY, "step_index"),
-               "Every proposal of joint positions and what the simulator said of it", _TRACE),
+               "Every proposal of joint positions and what the simulator said of it", TRACE),
         make_table("findings", "one row per finding of an asset, method and model", (*ASSET_KEY, "finding_index"),
                "Everything that a stage noticed, changed or refused", _FINDINGS),
         make_table("measurements", "one row per asset, method, model and engine", (*ASSET_KEY, "engine"),
@@ -271,5 +217,5 @@ HISTORY = make_table(
 )  # fmt: skip
 """History of all runs: an append-only folder of files by month of the run's start."""
 
-PUBLISHED: dict[str, Table] = {**TABLES, HISTORY.name: HISTORY}
+PUBLISHED = {**TABLES, HISTORY.name: HISTORY}
 """Every table that can be read, by name."""

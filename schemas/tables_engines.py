@@ -1,6 +1,6 @@
-"""Columns of the tables of engine measurements, interaction checks and overlaps."""
+"""Columns of the tables of engine measurements, interaction checks, overlaps, alignment and refinement steps."""
 
-from schemas.table import ASSET_COLUMNS, COUNT, FLAG, REAL, TEXT, Column
+from schemas.table import ASSET_COLUMNS, COUNT, FLAG, POSITION, REAL, REALS, TEXT, TEXTS, Column
 
 MEASUREMENTS: tuple[Column, ...] = (
     *ASSET_COLUMNS,
@@ -56,4 +56,21 @@ ALIGNMENTS: tuple[Column, ...] = (
     ("reference_states_scale!", FLAG, "", "Whether the expert states a scale, rather than the reference's loader"),
     ("joint_deviation_rad", REAL, "rad", "|q − q_ref| of the joint of interest, a hinge; null for sliders"),
     ("joint_deviation_m", REAL, "m", "|q − q_ref| of the joint of interest, a slider, at the final scale; else null"),
+)
+
+TRACE: tuple[Column, ...] = (
+    *ASSET_COLUMNS,
+    ("step_index!", COUNT, "1", "0 for the asset's first step"),
+    ("step!", COUNT, "1", "The step as the search counts it"),
+    ("proposer!", TEXT, "", "What proposed the positions"),
+    ("phi_before_mm!", REAL, "mm", "Φ before the step"),
+    ("phi_after_mm!", REAL, "mm", "Φ of the proposal"),
+    ("moved_joints!", TEXTS, "", "Joints that the proposal moves"),
+    ("moved_positions!", REALS, POSITION, "Their new positions, in the same order"),
+    ("accepted!", FLAG, "", "Whether the proposal was kept"),
+    ("evaluations!", COUNT, "1", "Evaluations of Φ that the step took"),
+    ("reason!", TEXT, "", "Why it was accepted or not"),
+    ("test", TEXT, "", "Failing test that the step was to mend: engine, test and subject; null for steps over Φ"),
+    ("value_before", REAL, "as the reason says", "What that test measured before; null where it has no number"),
+    ("value_after", REAL, "as the reason says", "What it measured of the proposal; null where it has no number"),
 )

@@ -27,35 +27,22 @@ class FailureMode(StrEnum):
     BUDGET = "budget"
 
 
-PAPER_FAILURE_MODES: dict[FailureMode, str] = {
-    FailureMode.UNREADABLE_ASSET: "segmentation problem",
-    FailureMode.MISSING_MESH: "segmentation problem",
-    FailureMode.NO_VALID_ESTIMATE: "no valid parameter estimate",
-    FailureMode.MODEL_ERROR: "no valid parameter estimate",
-    FailureMode.BUDGET: "no valid parameter estimate",
-    FailureMode.INVALID_JOINT_CONFIGURATION: "invalid joint configuration",
-    FailureMode.PENETRATION: "invalid penetration state",
-    FailureMode.DRIFT: "drift or oscillation in simulation",
-    FailureMode.OSCILLATION: "drift or oscillation in simulation",
-    FailureMode.DROP: "drift or oscillation in simulation",
-    FailureMode.NUDGE: "drift or oscillation in simulation",
-    FailureMode.JAM: "invalid penetration state",
-    FailureMode.HOLD: "drift or oscillation in simulation",
-    FailureMode.RELEASE: "drift or oscillation in simulation",
-    FailureMode.RESET: "drift or oscillation in simulation",
-    FailureMode.ENGINE_CRASH: "drift or oscillation in simulation",
-    FailureMode.TIMEOUT: "drift or oscillation in simulation",
-    FailureMode.DISK_FULL: "drift or oscillation in simulation",
+_PAPER_FAILURES = {
+    "segmentation problem": (FailureMode.UNREADABLE_ASSET, FailureMode.MISSING_MESH),
+    "no valid parameter estimate": (FailureMode.NO_VALID_ESTIMATE, FailureMode.MODEL_ERROR, FailureMode.BUDGET),
+    "invalid joint configuration": (FailureMode.INVALID_JOINT_CONFIGURATION,),
+    "invalid penetration state": (FailureMode.PENETRATION, FailureMode.JAM),
+    "drift or oscillation in simulation": (
+        *(FailureMode.DRIFT, FailureMode.OSCILLATION, FailureMode.DROP, FailureMode.NUDGE, FailureMode.HOLD),
+        *(FailureMode.RELEASE, FailureMode.RESET, FailureMode.ENGINE_CRASH, FailureMode.TIMEOUT, FailureMode.DISK_FULL),
+    ),
 }
+PAPER_FAILURE_MODES = {mode: name for name, modes in _PAPER_FAILURES.items() for mode in modes}
 """Our failure mode → the paper's name for it, as used for its large set."""
 
-
 RETRIED_MODES = (
-    FailureMode.TIMEOUT,
-    FailureMode.ENGINE_CRASH,
-    FailureMode.DISK_FULL,
-    FailureMode.MODEL_ERROR,
-    FailureMode.BUDGET,
+    *(FailureMode.TIMEOUT, FailureMode.ENGINE_CRASH, FailureMode.DISK_FULL),
+    *(FailureMode.MODEL_ERROR, FailureMode.BUDGET),
 )
 """Failure modes that may come of the machine, the provider or the day, not of the asset: tried again in every run. All
 others would come out as they did."""
@@ -142,11 +129,9 @@ class OverlapCause(StrEnum):
 
 
 class CollisionMode(StrEnum):
-    """How collision geometry is made.
-
-    ``keep`` leaves it as authored, missing files dropped; ``repair`` writes one convex hull per shell, sheets
-    thickened; ``decompose`` also cuts concave meshes into convex pieces, so that what is hollow stays hollow.
-    """
+    """How collision geometry is made. ``keep`` leaves it as authored, missing files dropped; ``repair`` writes one
+    convex hull per shell, sheets thickened; ``decompose`` also cuts concave meshes into convex pieces, so that what is
+    hollow stays hollow."""
 
     KEEP = "keep"
     REPAIR = "repair"

@@ -58,11 +58,9 @@ class AssetChange:
 
 @dataclass(frozen=True)
 class Changes:
-    """Differences between a run and the catalog before it, and totals of the catalog after it.
-
-    ``standing``: failure mode → assets of the run's method and model in the catalog, this run's included. It is
-    comparable between runs that refined different shares of a dataset.
-    """
+    """Differences between a run and the catalog before it, and totals of the catalog after it. ``standing``: failure
+    mode → assets of the run's method and model in the catalog, this run's included. It is comparable between runs that
+    refined different shares of a dataset."""
 
     new_failures: tuple[AssetChange, ...]
     mended: tuple[AssetChange, ...]
@@ -86,13 +84,12 @@ def find_changes(records: Sequence[AssetRecord], previous: Previous) -> Changes:
     """Compare a run's records with the catalog before it. A failed asset that was not there is a new failure."""
     seen = [AssetChange(record, previous.modes.get(record.ref.asset_id)) for record in records]
     failed = [item for item in seen if item.record.status is Status.FAILED]
+    failing_before = [item for item in seen if item.was not in (None, FailureMode.NONE)]
     ended = dict(previous.modes) | {record.ref.asset_id: record.failure_mode.value for record in records}
     return Changes(
         new_failures=tuple(item for item in failed if item.was in (None, FailureMode.NONE)),
-        mended=tuple(
-            item for item in seen if item.record.status is Status.OK and item.was not in (None, FailureMode.NONE)
-        ),
-        still_failing=tuple(item for item in failed if item.was not in (None, FailureMode.NONE)),
+        mended=tuple(item for item in failing_before if item.record.status is Status.OK),
+        still_failing=tuple(item for item in failing_before if item.record.status is Status.FAILED),
         standing=Counter(ended.values()),
         gone=previous.gone,
     )

@@ -14,19 +14,15 @@ class CatalogError(Asset2SimError):
 
 
 def to_arrow(table: Table, rows: Sequence[Row]) -> pa.Table:
-    """Rows as an Arrow table of exactly the table's schema.
-
-    Raises CatalogError where a row lacks a column or has one too many, where a value does not fit its column's type,
-    where a required value is null, or where two rows share a key.
-    """
+    """Rows as an Arrow table of exactly the table's schema. Raises CatalogError where a row lacks a column or has one
+    too many, where a value does not fit its column's type, where a required value is null, or where two rows share a
+    key."""
     expected = set(table.schema.names)
     for row in rows:
         if row.keys() != expected:
-            wrong = sorted(expected.symmetric_difference(row.keys()))
-            kind = "unknown" if wrong[0] in row else "missing"
-            raise CatalogError(
-                f"table '{table.name}', column '{wrong[0]}': {kind} in a row; add it to schemas/tables.py"
-            )
+            name = min(expected ^ row.keys())
+            kind = "unknown" if name in row else "missing"
+            raise CatalogError(f"table '{table.name}', column '{name}': {kind} in a row; add it to schemas/tables.py")
     columns = [_column(table, field, [row[field.name] for row in rows]) for field in table.schema]
     built = pa.Table.from_arrays(columns, schema=table.schema)
     check_key(table, built)
@@ -34,11 +30,9 @@ def to_arrow(table: Table, rows: Sequence[Row]) -> pa.Table:
 
 
 def conform(table: Table, found: pa.Table, where: str) -> pa.Table:
-    """A table that was read from the file ``where``, with today's schema.
-
-    Columns that were added since are null in old rows. Raises CatalogError where that is not allowed, where a type
-    cannot be converted, and where the file has columns that this version does not know: rewriting it would lose them.
-    """
+    """A table that was read from the file ``where``, with today's schema. Columns that were added since are null in old
+    rows. Raises CatalogError where that is not allowed, where a type cannot be converted, and where the file has
+    columns that this version does not know: rewriting it would lose them."""
     remedy = f"in {where}: written by another version; use that one, or another output folder"
     for name in found.schema.names:
         if name not in table.schema.names:
@@ -82,16 +76,13 @@ def check_key(table: Table, rows: pa.Table) -> None:
 
 
 def _column(table: Table, field: pa.Field, values: list[object]) -> pa.Array:
+    where = f"table '{table.name}', column '{field.name}'"
     if not field.nullable and any(value is None for value in values):
-        raise CatalogError(
-            f"table '{table.name}', column '{field.name}': null in row {values.index(None)}, but it is required"
-        )
+        raise CatalogError(f"{where}: null in row {values.index(None)}, but it is required")
     if pa.types.is_integer(field.type) and any(isinstance(value, float) for value in values):
         # Arrow would drop the fraction silently.
-        raise CatalogError(
-            f"table '{table.name}', column '{field.name}' ({field.type}): holds a number that is not whole"
-        )
+        raise CatalogError(f"{where} ({field.type}): holds a number that is not whole")
     try:
         return pa.array(values, type=field.type)
     except (pa.ArrowException, TypeError, ValueError, OverflowError) as error:
-        raise CatalogError(f"table '{table.name}', column '{field.name}' ({field.type}): {error}") from error
+        raise CatalogError(f"{where} ({field.type}): {error}") from error

@@ -27,10 +27,8 @@ _ROWS_SINCE = "(SELECT * FROM asset_history WHERE started_at >= ?)"
 
 
 def failure_breakdown(out: Path | str) -> pd.DataFrame:
-    """A row per method, model and failure mode, ``none`` first; columns as ``failures.sql`` names them.
-
-    Raises UsageError where OUT has no catalog.
-    """
+    """A row per method, model and failure mode, ``none`` first; columns as ``failures.sql`` names them. Raises
+    UsageError where OUT has no catalog."""
     return query(out, packaged_sql("failures"))
 
 
@@ -38,8 +36,8 @@ def render_failures(breakdown: pd.DataFrame) -> Table:
     """The breakdown as a table for the terminal; method and model only where there is more than one pair of them."""
     pairs = sorted(set(zip(breakdown["method"], breakdown["model"], strict=True)))
     several = len(pairs) > 1
-    title = f"Failure modes: {pairs[0][0]}, {described(pairs[0][1])}" if len(pairs) == 1 else "Failure modes"
-    table = titled_table(title)
+    only = f": {pairs[0][0]}, {described(pairs[0][1])}" if len(pairs) == 1 else ""
+    table = titled_table(f"Failure modes{only}")
     for name in ("method", "model") if several else ():
         table.add_column(name)
     table.add_column("failure mode", no_wrap=True)
@@ -50,15 +48,10 @@ def render_failures(breakdown: pd.DataFrame) -> Table:
     table.add_column("for example")
     for row in breakdown.to_dict("records"):
         passed = row["failure_mode"] == "none"
-        cells: list[str | Text] = [
-            Text("none (ok)" if passed else str(row["failure_mode"]), style="green" if passed else "red"),
-            _text(row["paper_failure_mode"]),
-            str(row["assets"]),
-            f"{row['share_percent']:.1f}",
-            _text(row["causes"]),
-            _examples(row),
-        ]
-        table.add_row(*((str(row["method"]), described(str(row["model"]))) if several else ()), *cells)
+        mode = Text("none (ok)" if passed else str(row["failure_mode"]), style="green" if passed else "red")
+        own = (str(row["method"]), described(str(row["model"]))) if several else ()
+        figures = (str(row["assets"]), f"{row['share_percent']:.1f}", _text(row["causes"]), _examples(row))
+        table.add_row(*own, mode, _text(row["paper_failure_mode"]), *figures)
     return table
 
 
@@ -72,11 +65,9 @@ def _examples(row: Mapping[Hashable, Any]) -> str:
 
 
 def compare_runs(out: Path | str, earlier: str, later: str) -> pd.DataFrame:
-    """A row per asset whose result in ``later`` differs from that in ``earlier``.
-
-    Columns are as ``compare_runs.sql`` names them. A run is named by its id, the beginning of its id, ``latest`` or
-    ``previous``. Raises UsageError for an unknown or ambiguous name.
-    """
+    """A row per asset whose result in ``later`` differs from that in ``earlier``. Columns are as ``compare_runs.sql``
+    names them. A run is named by its id, the beginning of its id, ``latest`` or ``previous``. Raises UsageError for an
+    unknown or ambiguous name."""
     return query(out, packaged_sql("compare_runs"), (find_run(out, earlier), find_run(out, later)))
 
 
@@ -117,11 +108,9 @@ def render_comparison(found: pd.DataFrame, earlier: str, later: str) -> Table:
 
 
 def failures_by(out: Path | str, grouping: Grouping, since: datetime | None = None) -> pd.DataFrame:
-    """A row per value of a column that has failures, most first; columns as ``failures_by.sql`` names them.
-
-    Without ``since`` the latest refinement of each asset counts, with it (with a time zone) every run from then on: an
-    asset that failed in three nights is one asset and three failures. Raises UsageError where OUT has no catalog.
-    """
+    """A row per value of a column that has failures, most first; columns as ``failures_by.sql`` names them. Without
+    ``since`` the latest refinement of each asset counts, with it (with a time zone) every run from then on: an asset
+    that failed in three nights is one asset and three failures. Raises UsageError where OUT has no catalog."""
     modes = grouping is Grouping.FAILURE_MODE
     sql = packaged_sql("failures_by")
     places = {
@@ -138,12 +127,10 @@ def failures_by(out: Path | str, grouping: Grouping, since: datetime | None = No
 
 def render_failures_by(found: pd.DataFrame, grouping: Grouping, since: datetime | None = None) -> Table:
     """Table of the failures for the terminal."""
-    when = (
-        "of the latest refinements" if since is None else f"of all runs since {since:%Y-%m-%d %H:%M} {since.tzname()}"
-    )
-    title = f"Failures by {grouping.value.replace('_', ' ')}, {when}"
-    table = titled_table(title)
-    table.add_column(grouping.value.replace("_", " "), overflow="fold")
+    when = f"all runs since {since:%Y-%m-%d %H:%M} {since.tzname()}" if since else "the latest refinements"
+    column = grouping.value.replace("_", " ")
+    table = titled_table(f"Failures by {column}, of {when}")
+    table.add_column(column, overflow="fold")
     for name in ("assets", "failures", "share %"):
         table.add_column(name, justify="right", no_wrap=True)
     table.add_column("among them")
@@ -151,16 +138,9 @@ def render_failures_by(found: pd.DataFrame, grouping: Grouping, since: datetime 
         table.add_column(name, no_wrap=True)
     table.add_column("for example")
     for row in found.to_dict("records"):
-        table.add_row(
-            _text(row[grouping.value]),
-            str(row["assets"]),
-            str(row["failures"]),
-            f"{row['share_percent']:.1f}",
-            str(row["causes"]),
-            f"{row['first_at']:%Y-%m-%d}",
-            f"{row['last_at']:%Y-%m-%d}",
-            _examples(row),
-        )
+        counts = (str(row["assets"]), str(row["failures"]), f"{row['share_percent']:.1f}")
+        days = (f"{row[name]:%Y-%m-%d}" for name in ("first_at", "last_at"))
+        table.add_row(_text(row[grouping.value]), *counts, str(row["causes"]), *days, _examples(row))
     if found.empty:
         table.caption = "no failures"
     return table

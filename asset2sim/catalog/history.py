@@ -1,8 +1,6 @@
-"""The history of all runs: ``OUT/history/month=YYYY-MM/RUN_ID.parquet``, a file a run, merged month by month.
-
-A file is written under a hidden name before the catalog changes and gets its own after that, so that a run is in both
-or in neither, whenever it is killed.
-"""
+"""The history of all runs: ``OUT/history/month=YYYY-MM/RUN_ID.parquet``, a file a run, merged month by month. A file is
+written under a hidden name before the catalog changes and gets its own after that, so that a run is in both or in
+neither, whenever it is killed."""
 
 import logging
 import os
@@ -40,11 +38,8 @@ def history_files(out: Path) -> list[Path]:
 
 
 def history_rows(run: RunRow, assets: pa.Table, chosen: pa.ChunkedArray) -> pa.Table:
-    """Rows of ``asset_history`` for a run.
-
-    ``assets`` is the table after the run, and ``chosen`` (n,) bool marks the rows of the run's assets. A row that an
-    earlier run wrote is of an unchanged asset, whose cost in this run is 0.
-    """
+    """Rows of ``asset_history`` for a run. ``assets`` is the table after the run, and ``chosen`` (n,) bool marks the
+    rows of the run's assets. A row that an earlier run wrote is of an unchanged asset, whose cost in this run is 0."""
     rows = assets.filter(chosen)
     unchanged = pc.not_equal(rows["run_id"], run.run_id)
     made: dict[str, pa.ChunkedArray | pa.Array] = {name: rows[name] for name in rows.schema.names}
@@ -86,10 +81,8 @@ def write_synced(rows: pa.Table, path: Path) -> None:
 
 
 def compact_history(out: Path, now: datetime) -> None:
-    """Merge the files of every month before ``now``'s, and of ``now``'s own if there are many; needs OUT's lock.
-
-    A month that cannot be merged stays as it is.
-    """
+    """Merge the files of every month before ``now``'s, and of ``now``'s own if there are many; needs OUT's lock. A
+    month that cannot be merged stays as it is."""
     recover_months(out)
     for month in sorted((out / HISTORY_FOLDER).glob("month=*")):
         files = sorted(month.glob("*.parquet"))

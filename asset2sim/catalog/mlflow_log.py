@@ -15,7 +15,7 @@ from asset2sim.catalog.switch import find_catalog
 from schemas.asset import AssetRecord, Unchanged
 from schemas.settings import Settings
 from schemas.tables import TABLES
-from schemas.vocabulary import PAPER_FAILURE_MODES, FailureMode, Status
+from schemas.vocabulary import PAPER_FAILURE_MODES, Status
 
 if TYPE_CHECKING:
     from mlflow import MlflowClient
@@ -68,10 +68,8 @@ def _experiment(client: "MlflowClient", out: Path) -> str:
     found = client.get_experiment_by_name(EXPERIMENT)
     if found is not None:
         return str(found.experiment_id)
-    own = not os.environ.get("MLFLOW_TRACKING_URI")
-    return str(
-        client.create_experiment(EXPERIMENT, artifact_location=(out / ARTIFACTS).resolve().as_uri() if own else None)
-    )
+    place = None if os.environ.get("MLFLOW_TRACKING_URI") else (out / ARTIFACTS).resolve().as_uri()
+    return str(client.create_experiment(EXPERIMENT, artifact_location=place))
 
 
 def _log(
@@ -86,9 +84,8 @@ def _log(
     from mlflow.entities import Metric, Param, RunTag
 
     started, finished = (int(1000 * time.timestamp()) for time in (run.started_at, run.finished_at))
-    figures = (
-        run_figures(records, run.settings.thresholds) | all_asset_figures(records, unchanged) | change_figures(changes)
-    )
+    figures = run_figures(records, run.settings.thresholds) | all_asset_figures(records, unchanged)
+    figures |= change_figures(changes)
     figures["seconds"] = (finished - started) / 1000.0
     params = run_params(run.settings) | {"dataset": run.dataset[:_MAX_PARAM], "subset": run.subset or "all"}
     tags = {
@@ -147,12 +144,11 @@ def _log_artifacts(
     report = report_path(out, run)
     if report.is_file():
         client.log_artifact(identity, str(report))
-    if not records:
-        return
-    with tempfile.TemporaryDirectory() as name:
-        chart = Path(name) / "failure_modes.png"
-        draw_failures(records, chart, f"How {len(records)} assets ended: run {run.run_id}")
-        client.log_artifact(identity, str(chart))
+    if records:
+        with tempfile.TemporaryDirectory() as name:
+            chart = Path(name) / "failure_modes.png"
+            draw_failures(records, chart, f"How {len(records)} assets ended: run {run.run_id}")
+            client.log_artifact(identity, str(chart))
 
 
 def _flat(value: Any, prefix: str = "") -> list[tuple[str, Any]]:
@@ -168,10 +164,9 @@ def draw_failures(records: Sequence[AssetRecord], path: Path, title: str) -> Non
     from matplotlib.figure import Figure
     from matplotlib.ticker import MaxNLocator
 
-    total = len(records)
-    ok = sum(record.status is Status.OK for record in records)
+    total, ok = len(records), sum(record.status is Status.OK for record in records)
     modes = sorted(failure_counts(records).items(), key=lambda item: -item[1])
-    labels = ["ok", *(_label(mode) for mode, _ in modes)]
+    labels = ["ok", *(f"{mode.value.replace('_', ' ')}\n({PAPER_FAILURE_MODES[mode]})" for mode, _ in modes)]
     counts = [ok, *(count for _, count in modes)]
 
     figure = Figure(figsize=(9.0, 0.9 + 0.42 * len(labels)), dpi=150, layout="constrained")
@@ -180,14 +175,9 @@ def draw_failures(records: Sequence[AssetRecord], path: Path, title: str) -> Non
     axes.barh(labels, counts, color=[_OK] + [_FAILED] * len(modes), height=0.68)
     for position, count in enumerate(counts):
         share = f"{count}  ({100.0 * count / total:.1f} %)" if count else "0"
+        color = "black" if count else _GREY
         axes.annotate(
-            share,
-            (count, position),
-            xytext=(5, 0),
-            textcoords="offset points",
-            va="center",
-            fontsize=9,
-            color="black" if count else _GREY,
+            share, (count, position), xytext=(5, 0), textcoords="offset points", va="center", fontsize=9, color=color
         )
     axes.invert_yaxis()
     axes.set_xlim(0, max(1.0, 1.18 * max(counts)))
@@ -200,7 +190,3 @@ def draw_failures(records: Sequence[AssetRecord], path: Path, title: str) -> Non
     axes.set_axisbelow(True)
     axes.spines[["top", "right", "left"]].set_visible(False)
     figure.savefig(path)
-
-
-def _label(mode: FailureMode) -> str:
-    return f"{mode.value.replace('_', ' ')}\n({PAPER_FAILURE_MODES[mode]})"

@@ -1,8 +1,6 @@
-"""Opening MLflow's store: the late import of MLflow, and the SQLite file under OUT.
-
-Importing it takes 2 s, and making the file 1 s of processor time and up to 7 s on a busy disk. Both can be done
-in parallel with a run's work (``prepare_mlflow``) instead of after it.
-"""
+"""Opening MLflow's store: the late import of MLflow, and the SQLite file under OUT. Importing it takes 2 s, and making
+the file 1 s of processor time and up to 7 s on a busy disk. Both can be done in parallel with a run's work
+(``prepare_mlflow``) instead of after it."""
 
 import importlib
 import logging

@@ -25,11 +25,9 @@ _NO_TABLE = re.compile(r"Table with name (\S+) does not exist")
 
 
 def connect(out: str | os.PathLike[str]) -> "duckdb.DuckDBPyConnection":
-    """A connection with a view per table of OUT, ``asset_history`` among them; times are in UTC.
-
-    The views read the files at each query; for a URL they read copies made now. Close the connection after use. Raises
-    UsageError where OUT has no catalog.
-    """
+    """A connection with a view per table of OUT, ``asset_history`` among them; times are in UTC. The views read the
+    files at each query; for a URL they read copies made now. Close the connection after use. Raises UsageError where
+    OUT has no catalog."""
     import duckdb  # late: writing the catalog does not need it
 
     place = local_tables(out)

@@ -1,7 +1,5 @@
-"""Reading the catalog: a table as a DataFrame, or SQL over all of them. A reader never sees half of a run.
-
-OUT is a folder or a URL.
-"""
+"""Reading the catalog: a table as a DataFrame, or SQL over all of them. A reader never sees half of a run. OUT is a
+folder or a URL."""
 
 import os
 from collections.abc import Callable, Sequence
@@ -29,10 +27,8 @@ _NULLABLE = {pa.int64(): pd.Int64Dtype(), pa.bool_(): pd.BooleanDtype()}
 
 
 def read_table(out: str | os.PathLike[str], name: str) -> pd.DataFrame:
-    """One table of OUT's catalog, or its history; counts and flags keep their type where some are null.
-
-    Raises UnknownChoiceError for a name that is no table, UsageError where OUT has no catalog.
-    """
+    """One table of OUT's catalog, or its history; counts and flags keep their type where some are null. Raises
+    UnknownChoiceError for a name that is no table, UsageError where OUT has no catalog."""
     if name not in PUBLISHED:
         raise UnknownChoiceError("table", name, PUBLISHED)
     out = local_tables(out)
@@ -42,24 +38,20 @@ def read_table(out: str | os.PathLike[str], name: str) -> pd.DataFrame:
 
 
 def query(out: str | os.PathLike[str], sql: str, parameters: Sequence[object] = ()) -> pd.DataFrame:
-    """Result of a DuckDB query over the tables, each under its name; ``?`` stand for ``parameters``.
-
-    Raises UsageError where OUT has no catalog or the query is at fault.
-    """
+    """Result of a DuckDB query over the tables, each under its name; ``?`` stand for ``parameters``. Raises UsageError
+    where OUT has no catalog or the query is at fault."""
     out = local_tables(out)
     import duckdb  # late: imported while Prefect's threads run, it warns about them at exit
 
     try:
-        return _read_consistent(out, lambda folder: _answer(out, folder, sql, parameters), (OSError, duckdb.Error))
+        return _read_consistent(out, lambda folder: _answer(out, folder, sql, parameters), duckdb.Error)
     except duckdb.Error as error:
         raise query_error(error) from error
 
 
 def read_asset(out: str | os.PathLike[str], asset_id: str) -> dict[str, pd.DataFrame]:
-    """Table name → this asset's rows, of every method and model, and its runs; all from one state of OUT.
-
-    Raises UnknownChoiceError, naming the closest ids, where the catalog has no such asset.
-    """
+    """Table name → this asset's rows, of every method and model, and its runs; all from one state of OUT. Raises
+    UnknownChoiceError, naming the closest ids, where the catalog has no such asset."""
     return _read_consistent(local_tables(out), lambda folder: _asset_frames(folder, asset_id))
 
 
@@ -100,10 +92,9 @@ def _answer(out: Path, folder: Path, sql: str, parameters: Sequence[object]) -> 
         return done.df()
 
 
-def _read_consistent(
-    out: Path, read: Callable[[Path], Result], retried: tuple[type[Exception], ...] = (OSError,)
-) -> Result:
+def _read_consistent(out: Path, read: Callable[[Path], Result], *retried: type[Exception]) -> Result:
     """Result of ``read`` on one consistent set of tables; retried where another run switched them meanwhile."""
+    caught: tuple[type[Exception], ...] = (OSError, *retried)
     for attempt in range(_ATTEMPTS):
         folder = find_catalog(out)
         if folder is None:
@@ -111,7 +102,7 @@ def _read_consistent(
         before = _identity(out, folder)
         try:
             result = read(folder)
-        except retried:
+        except caught:
             if _identity(out, folder) == before or attempt == _ATTEMPTS - 1:
                 raise
             continue
@@ -129,21 +120,13 @@ def _identity(out: Path, folder: Path) -> tuple[int, int, tuple[Path, ...]] | No
     return stat.st_ino, stat.st_mtime_ns, tuple(history_files(out))
 
 
-def latest_run(out: Path) -> "pd.Series[str]":
-    """The row of ``runs`` of the run that started last. Raises UsageError where there is none."""
+def latest_rows(out: Path, *names: str) -> tuple[pd.DataFrame, ...]:
+    """Rows of these per-asset tables for the assets of the latest run; unchanged assets have rows of earlier runs.
+    Raises UsageError where OUT has no run."""
     runs = read_table(out, "runs")
     if runs.empty:
         raise UsageError(f"{out}: its catalog has no run; refine a dataset into it first")
-    latest: pd.Series[str] = runs.sort_values("started_at").iloc[-1]
-    return latest
-
-
-def latest_rows(out: Path, *names: str) -> tuple[pd.DataFrame, ...]:
-    """Rows of these per-asset tables for the assets of the latest run; unchanged assets have rows of earlier runs.
-
-    Raises UsageError where OUT has no run.
-    """
-    run_id = latest_run(out)["run_id"]
+    run_id = runs.sort_values("started_at").iloc[-1]["run_id"]
     history = read_table(out, "asset_history")
     keys = history.loc[history["run_id"] == run_id, list(ASSET_KEY)]
     tables = [read_table(out, name) for name in names]

@@ -28,10 +28,8 @@ logger = logging.getLogger(__name__)
 
 
 def local_tables(out: str | os.PathLike[str]) -> Path:
-    """The folder with OUT's tables and history: OUT itself, or up-to-date local copies for a URL.
-
-    Raises UsageError for a store that cannot be read, and where a URL has no catalog.
-    """
+    """The folder with OUT's tables and history: OUT itself, or up-to-date local copies for a URL. Raises UsageError for
+    a store that cannot be read, and where a URL has no catalog."""
     place = location_of(out)
     if not is_url(place):
         return place

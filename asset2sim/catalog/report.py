@@ -1,7 +1,5 @@
-"""The report of a run in Markdown: a pure function of its records and the catalog before it.
-
-Its length is bounded: every list names its first few and counts the rest, so that 10,000 assets make a page as well.
-"""
+"""The report of a run in Markdown: a pure function of its records and the catalog before it. Its length is bounded:
+every list names its first few and counts the rest, so that 10,000 assets make a page as well."""
 
 import re
 import shlex
@@ -9,11 +7,12 @@ from collections import Counter
 from collections.abc import Callable, Sequence
 from datetime import UTC, datetime
 
-from asset2sim.catalog.changes import AssetChange, Changes, Previous, PreviousRun
+from asset2sim.catalog.changes import AssetChange, Changes, Previous
 from asset2sim.catalog.rows import queries, run_cost, total_seconds
 from asset2sim.catalog.run import RunRow
 from asset2sim.catalog.text import NOTHING, markdown_table, number
 from schemas.asset import AssetRecord, Unchanged
+from schemas.errors import shortened
 from schemas.model_names import described
 from schemas.vocabulary import RETRIED_MODES, FailureMode, Severity, Stage, Status
 
@@ -37,16 +36,14 @@ def report_markdown(
     out: str = "OUT",
 ) -> str:
     """Report in Markdown: counts beside the last run's, new failures, mended assets, failure modes, slowest assets.
-
     ``changes`` is ``find_changes(records, previous)``; ``problems`` lists other errors, first the reason why the run
-    stopped; ``unchanged`` are the assets not refined again, and ``out`` is the folder to name in commands.
-    """
+    stopped; ``unchanged`` are the assets not refined again, and ``out`` is the folder to name in commands."""
     stopped = "" if run.outcome == "finished" else f"{run.outcome.capitalize()}: "
     parts = [
         f"# {stopped}{headline(records, changes, unchanged)}",
         _about(run),
         *(f"> **{escape(problem)}**" for problem in problems),
-        _counts(run, records, previous.run, changes, unchanged),
+        _counts(run, records, previous, changes, unchanged),
         _list("New failures", changes.new_failures, ("asset", "category", "failure mode", "was", "why"), _broken),
         _list("Mended", changes.mended, ("asset", "category", "was"), _mended),
         _modes(records, unchanged),
@@ -64,13 +61,8 @@ def headline(records: Sequence[AssetRecord], changes: Changes, unchanged: Sequen
     parts = [f"{_passing(every)} of {len(every)} ok"] if every else ["no assets"]
     new = len(changes.new_failures)
     parts.append(f"{new} new failure{'' if new == 1 else 's'}")
-    if changes.mended:
-        parts.append(f"{len(changes.mended)} mended")
-    if changes.gone:
-        parts.append(f"{len(changes.gone)} gone")
-    if unchanged:
-        parts.append(f"{len(unchanged)} unchanged")
-    return ", ".join(parts)
+    others = (("mended", len(changes.mended)), ("gone", len(changes.gone)), ("unchanged", len(unchanged)))
+    return ", ".join([*parts, *(f"{count} {what}" for what, count in others if count)])
 
 
 def _passing(items: Sequence[AssetRecord | Unchanged]) -> int:
@@ -94,14 +86,10 @@ def _about(run: RunRow) -> str:
 
 
 def _counts(
-    run: RunRow,
-    records: Sequence[AssetRecord],
-    before: PreviousRun | None,
-    changes: Changes,
-    unchanged: Sequence[Unchanged],
+    run: RunRow, records: Sequence[AssetRecord], previous: Previous, changes: Changes, unchanged: Sequence[Unchanged]
 ) -> str:
     every: list[AssetRecord | Unchanged] = [*records, *unchanged]
-    ok, cost = _passing(every), run_cost(records)
+    ok, cost, before = _passing(every), run_cost(records), previous.run
     cached = sum(call.cached for record in records for call in record.calls)
     now = {
         "assets": f"{len(every)}",
@@ -147,18 +135,12 @@ def _list(
 
 
 def _broken(item: AssetChange) -> tuple[str, ...]:
-    record = item.record
-    reason = record.reason if len(record.reason) <= MAX_REASON else f"{record.reason[:MAX_REASON]}…"
-    return (
-        escape(record.ref.asset_id),
-        escape(record.category),
-        _mode(record.failure_mode.value),
-        _was(item.was),
-        escape(reason),
-    )
+    asset, category, was = _mended(item)
+    mode, reason = item.record.failure_mode.value, shortened(item.record.reason, MAX_REASON)
+    return asset, category, f"`{mode}`", was, escape(reason)
 
 
-def _mended(item: AssetChange) -> tuple[str, ...]:
+def _mended(item: AssetChange) -> tuple[str, str, str]:
     return escape(item.record.ref.asset_id), escape(item.record.category), _was(item.was)
 
 
@@ -174,25 +156,15 @@ def _modes(records: Sequence[AssetRecord], unchanged: Sequence[Unchanged]) -> st
     for mode, count in modes.most_common():
         mine = [record for record in failed if record.failure_mode is mode]
         others = [item.asset_id for item in left if item.failure_mode is mode]
-        codes = Counter(code for record in mine for code in _errors(record))
+        errors = [{found.code for found in record.findings if found.severity is Severity.ERROR} for record in mine]
+        codes = Counter(code for found in errors for code in found)
         causes = ", ".join(f"{escape(code)} ×{times}" for code, times in codes.most_common(MAX_EXAMPLES))
         names = [*(record.ref.asset_id for record in mine), *others]
-        rows.append(
-            (
-                _mode(mode.value),
-                f"{count}",
-                f"{100.0 * count / (len(records) + len(unchanged)):.1f} %",
-                f"{len(others)}",
-                causes or NOTHING,
-                ", ".join(map(escape, names[:MAX_EXAMPLES])) + (", …" if count > MAX_EXAMPLES else ""),
-            )
-        )
+        share = f"{100.0 * count / (len(records) + len(unchanged)):.1f} %"
+        examples = ", ".join(map(escape, names[:MAX_EXAMPLES])) + (", …" if count > MAX_EXAMPLES else "")
+        rows.append((f"`{mode.value}`", f"{count}", share, f"{len(others)}", causes or NOTHING, examples))
     headings = ("failure mode", "assets", "share", "unchanged", "causes", "for example")
     return f"## Failure modes\n\n{markdown_table(headings, rows, right=(1, 2, 3))}"
-
-
-def _errors(record: AssetRecord) -> set[str]:
-    return {finding.code for finding in record.findings if finding.severity is Severity.ERROR}
 
 
 def _slowest(records: Sequence[AssetRecord]) -> str:
@@ -200,14 +172,8 @@ def _slowest(records: Sequence[AssetRecord]) -> str:
     if not timed:
         return ""
     rows = [
-        (
-            escape(record.ref.asset_id),
-            escape(record.category),
-            f"{total_seconds(record):.1f}",
-            _longest_stage(record),
-            f"{queries(record)}",
-        )
-        for record in timed
+        (escape(r.ref.asset_id), escape(r.category), f"{total_seconds(r):.1f}", _longest_stage(r), f"{queries(r)}")
+        for r in timed
     ]
     table = markdown_table(("asset", "category", "s", "most of it in", "calls"), rows, right=(2, 4))
     return f"## Slowest assets\n\n{table}"
@@ -263,14 +229,10 @@ def _assets(count: int) -> str:
     return "1 asset fails by" if count == 1 else f"{count} assets fail by"
 
 
-def _mode(name: str) -> str:
-    return f"`{name}`"
-
-
 def _was(mode: str | None) -> str:
     if mode is None:
         return "not there"
-    return "ok" if mode == FailureMode.NONE else _mode(mode)
+    return "ok" if mode == FailureMode.NONE else f"`{mode}`"
 
 
 def _share(count: int, total: int) -> str:

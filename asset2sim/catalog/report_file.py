@@ -17,10 +17,8 @@ def report_path(out: Path, run: RunRow) -> Path:
 
 
 def write_report(out: Path, run: RunRow, text: str) -> Path:
-    """Put a run's report above the day's earlier ones, or in the place of its own earlier text; returns the file.
-
-    A reader never sees half of it. The caller holds ``lock_output(out)``.
-    """
+    """Put a run's report above the day's earlier ones, or in the place of its own earlier text; returns the file. A
+    reader never sees half of it. The caller holds ``lock_output(out)``."""
     path = report_path(out, run)
     path.parent.mkdir(parents=True, exist_ok=True)
     earlier = _parts(path.read_text(encoding="utf-8")) if path.is_file() else []

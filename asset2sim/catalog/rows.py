@@ -4,14 +4,7 @@ import json
 from collections import Counter
 from collections.abc import Iterable, Sequence
 
-from asset2sim.catalog.rows_engines import (
-    alignment_rows,
-    interaction_rows,
-    measurement_rows,
-    motion_columns,
-    overlap_rows,
-    prismatic_joints,
-)
+from asset2sim.catalog import rows_engines
 from asset2sim.catalog.run import UNRECORDED_SETTINGS, RunRow, without_credentials
 from asset2sim.checks.verdict import oscillates
 from schemas.asset import AssetRecord, Unchanged
@@ -36,10 +29,10 @@ def table_rows(
         rows["model_calls"] += call_rows(key, record)
         rows["trace"] += trace_rows(key, record)
         rows["findings"] += finding_rows(key, record)
-        rows["measurements"] += measurement_rows(key, record, limits)
-        rows["interactions"] += interaction_rows(key, record, limits)
-        rows["link_overlaps"] += overlap_rows(key, record)
-        rows["alignment"] += alignment_rows(key, record)
+        rows["measurements"] += rows_engines.measurement_rows(key, record, limits)
+        rows["interactions"] += rows_engines.interaction_rows(key, record, limits)
+        rows["link_overlaps"] += rows_engines.overlap_rows(key, record)
+        rows["alignment"] += rows_engines.alignment_rows(key, record)
     return rows | {"runs": [run_row(run, records, unchanged)]}
 
 
@@ -68,6 +61,7 @@ def total_seconds(record: AssetRecord) -> float:
 def asset_row(run: RunRow, record: AssetRecord) -> Row:
     """The row of ``assets``."""
     severities = Counter(finding.severity for finding in record.findings)
+    sliders = rows_engines.prismatic_joints(record)
     return asset_key(run, record) | {
         "category": record.category,
         "subset": record.ref.subset,
@@ -78,7 +72,7 @@ def asset_row(run: RunRow, record: AssetRecord) -> Row:
         "reason": record.reason,
         **_shape_columns(record),
         **_measured_columns(record.measurement),
-        **motion_columns(record.measurement, prismatic_joints(record), run.settings.thresholds),
+        **rows_engines.motion_columns(record.measurement, sliders, run.settings.thresholds),
         **run_cost([record]),
         "cached_calls": sum(call.cached for call in record.calls),
         "refine_steps": len(record.trace),
@@ -200,12 +194,7 @@ def run_row(run: RunRow, records: Sequence[AssetRecord], unchanged: Sequence[Unc
 
 def asset_key(run: RunRow, record: AssetRecord) -> Row:
     """The columns that every row of an asset begins with."""
-    return {
-        "run_id": run.run_id,
-        "asset_id": record.ref.asset_id,
-        "method": record.method.value,
-        "model": record.model,
-    }
+    return {"run_id": run.run_id, "asset_id": record.ref.asset_id, "method": record.method.value, "model": record.model}
 
 
 def _shape_columns(record: AssetRecord) -> Row:
@@ -220,8 +209,8 @@ def _shape_columns(record: AssetRecord) -> Row:
         "mass_kg": overlay.mass_kg if overlay else None,
         **{f"size_{axis}_m": edge for axis, edge in zip("xyz", size, strict=True)},
         "contact_friction": overlay.contact_friction if overlay else None,
-        "n_links": _count(links),
-        "n_joints": _count(joints),
+        "n_links": None if links is None else len(links),
+        "n_joints": None if joints is None else len(joints),
     }
 
 
@@ -235,7 +224,3 @@ def _measured_columns(measured: Measurement | None) -> Row:
         "settle_s": measured.settle_s if measured else None,
         "test_s": measured.test_s if measured else None,
     }
-
-
-def _count(items: Sequence[object] | None) -> int | None:
-    return None if items is None else len(items)

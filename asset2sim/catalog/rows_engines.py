@@ -72,17 +72,9 @@ def _effort_rows(key: Row, report: EngineReport, prismatic: frozenset[str]) -> l
         unit = "N" if item.joint in prismatic else "N·m"
         for way, effort in (("opening", item.opening), ("closing", item.closing)):
             said = "is at that end, or does not move" if effort is None else f"takes {effort:.3g} {unit}"
-            rows.append(
-                key
-                | {
-                    "test": way,
-                    "subject": item.joint,
-                    "passed": None,
-                    "value": effort,
-                    "limit": None,
-                    "reason": f"{way} joint '{item.joint}' {said}",
-                }
-            )
+            reason = f"{way} joint '{item.joint}' {said}"
+            own = {"test": way, "subject": item.joint, "passed": None, "value": effort, "limit": None, "reason": reason}
+            rows.append(key | own)
     return rows
 
 
@@ -108,19 +100,17 @@ def alignment_rows(key: Row, record: AssetRecord) -> list[Row]:
     if found is None:
         return []
     slider = found.joint_is_slider
-    return [
-        key
-        | {
-            "alignment": found.value,
-            "scale_score": found.scale.value,
-            "scale_reason": found.scale.reason,
-            "state_score": found.state.value,
-            "state_reason": found.state.reason,
-            "judged": found.judged.value if found.judged is not None else None,
-            "judged_reason": found.judged.reason if found.judged is not None else None,
-            "scale_deviation": found.scale_deviation,
-            "reference_states_scale": found.reference_states_scale,
-            "joint_deviation_rad": None if slider else found.joint_deviation,
-            "joint_deviation_m": found.joint_deviation if slider else None,
-        }
-    ]
+    row = {
+        "alignment": found.value,
+        "scale_score": found.scale.value,
+        "scale_reason": found.scale.reason,
+        "state_score": found.state.value,
+        "state_reason": found.state.reason,
+        "judged": found.judged.value if found.judged is not None else None,
+        "judged_reason": found.judged.reason if found.judged is not None else None,
+        "scale_deviation": found.scale_deviation,
+        "reference_states_scale": found.reference_states_scale,
+        "joint_deviation_rad": None if slider else found.joint_deviation,
+        "joint_deviation_m": found.joint_deviation if slider else None,
+    }
+    return [key | row]

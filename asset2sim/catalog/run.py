@@ -19,19 +19,8 @@ from schemas.vocabulary import DECIDING_PACKAGES, Engine
 Outcome = Literal["finished", "interrupted"]
 
 RECORDED_PACKAGES = (
-    "asset2sim",
-    *DECIDING_PACKAGES,
-    *(engine.value for engine in Engine),
-    "yourdfpy",
-    "pydantic",
-    "litellm",
-    "prefect",
-    "dask",
-    "distributed",
-    "pyarrow",
-    "duckdb",
-    "pandas",
-    "mlflow",
+    *("asset2sim", *DECIDING_PACKAGES, *(engine.value for engine in Engine), "yourdfpy", "pydantic", "litellm"),
+    *("prefect", "dask", "distributed", "pyarrow", "duckdb", "pandas", "mlflow"),
 )
 """Packages whose version can change a result or how it is kept."""
 

@@ -1,12 +1,13 @@
 """Figures of a run, computed from its records, for MLflow and the summary."""
 
 from collections import Counter
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from statistics import fmean, median
 
 from asset2sim.catalog.rows import run_cost, total_seconds
 from asset2sim.catalog.rows_engines import prismatic_joints
 from asset2sim.checks.verdict import oscillating_joints
+from schemas.alignment import Alignment
 from schemas.asset import AssetRecord, Unchanged
 from schemas.measurement import Measurement
 from schemas.settings import Thresholds
@@ -53,9 +54,8 @@ def _penetration(records: Sequence[AssetRecord]) -> dict[str, float]:
     figures = _spread("penetration_mm", values, {"mean": fmean, "median": median, "max": max})
     touching = [value for value in values if value > 0.0]
     # The paper averages over the objects that penetrate at all.
-    return (
-        figures | _spread("penetration_mm", touching, {"mean_nonzero": fmean}) | {"penetrating_assets": len(touching)}
-    )
+    figures |= _spread("penetration_mm", touching, {"mean_nonzero": fmean})
+    return figures | {"penetrating_assets": len(touching)}
 
 
 def _shares(records: Sequence[AssetRecord], limits: Thresholds) -> dict[str, float]:
@@ -79,13 +79,14 @@ def _semantics(records: Sequence[AssetRecord]) -> dict[str, float]:
     off = [item.scale_deviation for item in found if item.scale_deviation is not None and item.reference_states_scale]
     figures |= _spread("scale_deviation", off, {"mean": fmean})
     for name, slider in (("joint_deviation_rad", False), ("joint_deviation_m", True)):
-        off = [
-            item.joint_deviation
-            for item in found
-            if item.joint_deviation is not None and item.joint_is_slider is slider
-        ]
-        figures |= _spread(name, off, {"mean": fmean})
+        figures |= _spread(name, joint_deviations(found, slider=slider), {"mean": fmean})
     return figures
+
+
+def joint_deviations(found: Iterable[Alignment], *, slider: bool) -> list[float]:
+    """Deviations of those joints of interest that are sliders, m, or hinges, rad."""
+    of_kind = [item.joint_deviation for item in found if item.joint_is_slider is slider]
+    return [value for value in of_kind if value is not None]
 
 
 def _seconds(records: Sequence[AssetRecord]) -> dict[str, float]:
@@ -93,9 +94,8 @@ def _seconds(records: Sequence[AssetRecord]) -> dict[str, float]:
     for stage in Stage:
         values = [record.seconds[stage.value] for record in records if stage.value in record.seconds]
         figures |= _spread(f"seconds_{stage.value}", values, {"mean": fmean, "median": median})
-    return figures | _spread(
-        "seconds_asset", [total_seconds(r) for r in records], {"mean": fmean, "median": median, "max": max}
-    )
+    every = [total_seconds(record) for record in records]
+    return figures | _spread("seconds_asset", every, {"mean": fmean, "median": median, "max": max})
 
 
 def _spread(

@@ -18,13 +18,7 @@ CHECKS = ("drop", "nudge", "jam", "hold", "release", "reset")
 
 _UNITS = {
     "m": {"position": "m", "damping": "N·s/m", "friction": "N", "stiffness": "N/m", "inertia": "kg"},
-    "rad": {
-        "position": "rad",
-        "damping": "N·m·s/rad",
-        "friction": "N·m",
-        "stiffness": "N·m/rad",
-        "inertia": "kg·m²",
-    },
+    "rad": {"position": "rad", "damping": "N·m·s/rad", "friction": "N·m", "stiffness": "N·m/rad", "inertia": "kg·m²"},
 }
 """Unit of a joint's positions → the units of its terms."""
 
@@ -135,15 +129,10 @@ def _efforts(rows: Sequence[FrameRow]) -> Table:
     """The least efforts in the first engine that measured them: they agree between engines within a few per cent."""
     first = rows[0]["engine"]
     found = {(row["subject"], row["test"]): row["value"] for row in rows if row["engine"] == first}
-    return number_table(
-        f"Least effort that moves a joint, in {first} (N·m, or N for sliders)",
-        ("joint", "open", "close"),
-        (
-            (joint, *(number(found.get((joint, way))) for way in ("opening", "closing")))
-            for joint in dict.fromkeys(joint for joint, _ in found)
-        ),
-        left=1,
-    )
+    title = f"Least effort that moves a joint, in {first} (N·m, or N for sliders)"
+    joints = dict.fromkeys(joint for joint, _ in found)
+    cells = ((joint, *(number(found.get((joint, way))) for way in ("opening", "closing"))) for joint in joints)
+    return number_table(title, ("joint", "open", "close"), cells, left=1)
 
 
 def _overlap(row: FrameRow) -> tuple[str, ...]:

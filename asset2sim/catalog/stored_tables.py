@@ -1,7 +1,5 @@
-"""OUT's tables as Arrow, each whole or a few columns of it; what a run needs of the runs before it.
-
-The caller holds OUT's lock: no other run switches the tables meanwhile.
-"""
+"""OUT's tables as Arrow, each whole or a few columns of it; what a run needs of the runs before it. The caller holds
+OUT's lock: no other run switches the tables meanwhile."""
 
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager

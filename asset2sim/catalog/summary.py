@@ -8,7 +8,7 @@ from rich.table import Table
 from rich.text import Text
 
 from asset2sim.catalog.rows import queries, total_seconds
-from asset2sim.catalog.run_figures import run_figures
+from asset2sim.catalog.run_figures import joint_deviations, run_figures
 from asset2sim.catalog.text import NOTHING, number
 from asset2sim.checks.verdict import judge_report
 from schemas.alignment import Alignment
@@ -20,19 +20,10 @@ _HEADINGS = ("scale", "mass\nkg", "Φ\nmm", "drift\nmm", "drift\nrad", "sims", "
 
 
 def summary_table(records: Sequence[AssetRecord], limits: Thresholds) -> Table:
-    """Table for terminals of at least 100 columns; failed assets come last, nearest to the prompt.
-
-    The verdict column holds the failure mode of an asset that failed; the caption holds the totals.
-    """
-    caption = totals_line(records, limits)
-    table = Table(
-        box=box.SIMPLE_HEAD,
-        show_edge=False,
-        pad_edge=False,
-        caption=caption,
-        caption_justify="left",
-        padding=(0, 1, 0, 0),
-    )
+    """Table for terminals of at least 100 columns; failed assets come last, nearest to the prompt. The verdict column
+    holds the failure mode of an asset that failed; the caption holds the totals."""
+    table = Table(box=box.SIMPLE_HEAD, show_edge=False, pad_edge=False, padding=(0, 1, 0, 0), caption_justify="left")
+    table.caption = totals_line(records, limits)
     # Every failure mode fits and no number loses a digit: the first two columns give way.
     table.add_column("asset", overflow="fold", min_width=min(8, max((len(r.ref.asset_id) for r in records), default=0)))
     table.add_column("category", overflow="fold", min_width=8)
@@ -59,12 +50,9 @@ def totals_line(records: Sequence[AssetRecord], limits: Thresholds) -> str:
         for name in ("drift", "oscillation"):
             parts.append(f"{name} {figures[f'{name}_pass_share'] * measured:.0f}/{measured:.0f}")
     tokens = figures["prompt_tokens"] + figures["completion_tokens"]
-    parts += [
-        f"{figures['queries_per_asset']:.2f} calls an asset",
-        f"{tokens:.0f} tokens",
-        f"{figures['cost_usd']:.2f} USD",
-    ]
-    return " · ".join([*parts, f"{sum(total_seconds(record) for record in records):.0f} s of work"])
+    parts += [f"{figures['queries_per_asset']:.2f} calls an asset", f"{tokens:.0f} tokens"]
+    parts += [f"{figures['cost_usd']:.2f} USD", f"{sum(map(total_seconds, records)):.0f} s of work"]
+    return " · ".join(parts)
 
 
 def _numbers(record: AssetRecord, limits: Thresholds) -> list[str]:
@@ -121,11 +109,6 @@ def alignment_line(found: Sequence[Alignment]) -> str:
             f"included{')' if stated else ''}"
         )
     for slider, what in ((False, "rad over {} hinges"), (True, "m over {} sliders")):
-        off = [
-            item.joint_deviation
-            for item in found
-            if item.joint_deviation is not None and item.joint_is_slider is slider
-        ]
-        if off:
+        if off := joint_deviations(found, slider=slider):
             line += f"{', ' if slider else '; first joint position '}{fmean(off):.3g} {what.format(len(off))}"
     return line

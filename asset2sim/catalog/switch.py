@@ -29,10 +29,7 @@ _CANNOT_EXCHANGE = (errno.ENOSYS, errno.EINVAL, errno.ENOTSUP, errno.EPERM)
 
 def find_catalog(out: Path) -> Path | None:
     """The folder that holds OUT's last complete set of tables; None if there is none. Changes nothing."""
-    for name in (CATALOG, READY, OLD):
-        if (out / name).is_dir():
-            return out / name
-    return None
+    return next((out / name for name in (CATALOG, READY, OLD) if (out / name).is_dir()), None)
 
 
 def no_catalog_error(out: Path | str) -> UsageError:
@@ -53,10 +50,8 @@ def recover(out: Path) -> None:
 
 @contextmanager
 def replace_catalog(out: Path) -> Iterator[Path]:
-    """Yields an empty folder for the new tables; on exit without an exception it becomes ``catalog``.
-
-    Other files in ``catalog`` are copied to the new folder. Needs the output's lock; call ``recover`` first.
-    """
+    """Yields an empty folder for the new tables; on exit without an exception it becomes ``catalog``. Other files in
+    ``catalog`` are copied to the new folder. Needs the output's lock; call ``recover`` first."""
     staging = out / STAGING
     staging.mkdir(parents=True)
     try:
@@ -71,10 +66,8 @@ def replace_catalog(out: Path) -> Iterator[Path]:
 
 
 def replace_folder(staging: Path, ready: Path, place: Path, old: Path) -> None:
-    """Rename the complete folder ``staging`` to ``ready`` and then to ``place``; remove the one there as ``old``.
-
-    The last step is a single one where the system can exchange two names.
-    """
+    """Rename the complete folder ``staging`` to ``ready`` and then to ``place``; remove the one there as ``old``. The
+    last step is a single one where the system can exchange two names."""
     os.rename(staging, ready)
     sync(place.parent)
     if not place.exists():

@@ -44,10 +44,8 @@ def numbers(values: Iterable[object]) -> str:
 
 
 def markdown_table(headings: Sequence[str], rows: Iterable[Sequence[str]], right: Collection[int] = ()) -> str:
-    """Markdown table; ``right`` holds the indices of right-aligned columns.
-
-    A cell becomes one line, and each ``|`` in it that has no backslash yet gets one.
-    """
+    """Markdown table; ``right`` holds the indices of right-aligned columns. A cell becomes one line, and each ``|`` in
+    it that has no backslash yet gets one."""
     rule = ["---:" if index in right else "---" for index in range(len(headings))]
     cells = [[_BAR.sub(r"\\|", _BLANK.sub(" ", cell).strip()) for cell in row] for row in rows]
     return "\n".join(f"| {' | '.join(line)} |" for line in (headings, rule, *cells))
@@ -66,10 +64,8 @@ def titled_table(title: str) -> Table:
 
 
 def number_table(title: str, headings: Iterable[str], rows: Iterable[Iterable[object]], left: int) -> Table:
-    """Table for the terminal whose first ``left`` columns are text and whose others are numbers.
-
-    Cells of rich's ``Text`` keep their style; all others are shown literally.
-    """
+    """Table for the terminal whose first ``left`` columns are text and whose others are numbers. Cells of rich's
+    ``Text`` keep their style; all others are shown literally."""
     table = titled_table(f"\n{title}")
     table.padding = (0, 1, 0, 0)
     for index, heading in enumerate(headings):

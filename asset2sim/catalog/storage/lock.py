@@ -1,8 +1,6 @@
 """One run at a time on an output: a lock on its folder, and an object at its URL that only one process can create.
-
 Stores have no lock that ends with its process. So the holder renews the object, and a lock that is not renewed is taken
-over. The machines' clocks must agree to about a minute.
-"""
+over. The machines' clocks must agree to about a minute."""
 
 import fcntl
 import json
@@ -40,11 +38,9 @@ logger = logging.getLogger(__name__)
 
 @contextmanager
 def lock_output(folder: Path, *, shown: Path | str | None = None, wait: bool = False) -> Iterator[None]:
-    """Lock a folder for this process, and make it; the system releases the lock however the process ends.
-
-    Where another process holds it, ``wait`` for its end, or raise UsageError, which names that process and OUT as
-    ``shown``. The file stays: removing it would let two runs lock two files of one name.
-    """
+    """Lock a folder for this process, and make it; the system releases the lock however the process ends. Where another
+    process holds it, ``wait`` for its end, or raise UsageError, which names that process and OUT as ``shown``. The file
+    stays: removing it would let two runs lock two files of one name."""
     out = shown or folder
     try:
         folder.mkdir(parents=True, exist_ok=True)
@@ -93,8 +89,11 @@ def lock_url(url: str, note: Path, renew_s: float = RENEW_S, stale_s: float = ST
     """
     place = f"{url}/{LOCK_FILE}"
     mine = Holder(uuid.uuid4().hex, os.getpid(), platform.node(), time.time())
+    killed = ""
+    with suppress(OSError):
+        killed = note.read_text(encoding="ascii", errors="replace")
     try:
-        _acquire(url, place, mine, _noted(note), stale_s)
+        _acquire(url, place, mine, killed, stale_s)
         note.write_text(mine.token, encoding="ascii")
     except StoreError as error:
         raise store_usage_error(error) from error
@@ -130,7 +129,7 @@ def lock_url(url: str, note: Path, renew_s: float = RENEW_S, stale_s: float = ST
 
 def _acquire(url: str, place: str, mine: Holder, killed: str, stale_s: float) -> None:
     try:
-        _create(place, mine)
+        write_object(place, _text(mine), mode="create")
         return
     except FileExistsError:
         pass
@@ -149,18 +148,6 @@ def _acquire(url: str, place: str, mine: Holder, killed: str, stale_s: float) ->
     if not _replace(place, mine, holder, version):
         raise UsageError(f"another run on {url} is just starting; wait until it ends, or choose another --out")
     logger.warning("%s was left locked by %s, which was last alive %.0f s ago; this run goes on", url, holder, age)
-
-
-def _noted(note: Path) -> str:
-    try:
-        return note.read_text(encoding="ascii", errors="replace")
-    except OSError:
-        return ""
-
-
-def _create(place: str, mine: Holder) -> None:
-    """Raises FileExistsError where the object is there."""
-    write_object(place, _text(mine), mode="create")
 
 
 def _replace(place: str, mine: Holder, holder: Holder, version: str) -> bool:
@@ -183,7 +170,7 @@ def _replace(place: str, mine: Holder, holder: Holder, version: str) -> bool:
         return True
     remove_objects([place])
     try:
-        _create(place, mine)
+        write_object(place, _text(mine), mode="create")
     except FileExistsError:
         return False
     return True

@@ -7,7 +7,7 @@ import tempfile
 from collections import defaultdict
 from collections.abc import Collection, Iterable, Iterator, Mapping
 from contextlib import closing, contextmanager
-from dataclasses import dataclass
+from dataclasses import astuple, dataclass
 from pathlib import Path
 
 from asset2sim.catalog.storage.objects import (
@@ -65,11 +65,8 @@ def touched(folder: Path, names: Iterable[str]) -> list[str]:
 
 def note(folder: Path, objects: Mapping[str, Stored]) -> None:
     """Record that ``folder / name`` is now a copy of the object, for each of these."""
-    rows = []
-    for name, stored in objects.items():
-        copy = _copy(folder / name, stored.version)
-        if copy is not None:
-            rows.append((name, copy.version, copy.size, copy.mtime_ns))
+    copies = [(name, _copy(folder / name, stored.version)) for name, stored in objects.items()]
+    rows = [(name, *astuple(copy)) for name, copy in copies if copy is not None]
     with _open(folder) as index:
         index.executemany("INSERT OR REPLACE INTO copies VALUES (?, ?, ?, ?)", rows)
 
@@ -130,11 +127,9 @@ def look(url: str, parts: Iterable[str]) -> dict[str, Stored]:
 
 
 def pull(url: str, folder: Path, parts: Collection[str]) -> None:
-    """Make these parts of a local folder equal to those below the URL.
-
-    The copy is consistent: objects are listed again after each download, until nothing changed meanwhile. Local files
-    without an object are removed. Raises ObjectsChangedError where the objects keep changing.
-    """
+    """Make these parts of a local folder equal to those below the URL. The copy is consistent: objects are listed again
+    after each download, until nothing changed meanwhile. Local files without an object are removed. Raises
+    ObjectsChangedError where the objects keep changing."""
     there = look(url, parts)
     for _ in range(ATTEMPTS):
         names = changed(folder, there)

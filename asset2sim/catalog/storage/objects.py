@@ -26,7 +26,6 @@ AT_ONCE = 16
 MAX_ERROR_CHARS = 200
 """Characters of a store's own error text that a message quotes."""
 
-
 _PATTERN = re.compile(r"[*?\[]")
 
 
@@ -98,10 +97,8 @@ def store_usage_error(error: StoreError) -> UsageError:
 
 
 def list_objects(url: str) -> dict[str, Stored]:
-    """Name relative to the URL → object, sorted by name; empty where there are none.
-
-    Names that no local file could have are left out, so that no object is ever written outside its folder.
-    """
+    """Name relative to the URL → object, sorted by name; empty where there are none. Names that no local file could
+    have are left out, so that no object is ever written outside its folder."""
     store, key = open_store(url), key_of(url)
     with store_errors(url):
         found: Mapping[str, Mapping[str, Any]] = store.find(key, detail=True)
