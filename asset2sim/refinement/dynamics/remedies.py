@@ -253,10 +253,7 @@ _STILL = (
 )
 
 REMEDIES: dict[FailureMode, tuple[Remedy, ...]] = {
-    FailureMode.OSCILLATION: (
-        Remedy("more damping and friction", firmer),
-        Remedy("softer spring", softer_spring),
-    ),
+    FailureMode.OSCILLATION: (Remedy("more damping and friction", firmer), Remedy("softer spring", softer_spring)),
     FailureMode.DRIFT: (
         Remedy("more damping and friction", firmer),
         Remedy("rolling resistance", rolling_resistance),
