@@ -10,7 +10,7 @@ from asset2sim.models.ask_overlay import images_not_sent, marked_invalid
 from asset2sim.models.prompts import with_validation_errors
 from asset2sim.models.refinement_prompt import RefusedProposal, StateProblem, refinement_request
 from asset2sim.refinement.bands import Band, Pose
-from asset2sim.refinement.state.search import Ask
+from asset2sim.refinement.search_state import Ask
 from schemas.errors import AssetError, InvalidAnswerError
 from schemas.features import Features
 from schemas.finding import Finding

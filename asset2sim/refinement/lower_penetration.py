@@ -13,7 +13,7 @@ from asset2sim.refinement.collision.let_joints_move import let_joints_move
 from asset2sim.refinement.collision.part_links import CutAttempt, cut_attempt
 from asset2sim.refinement.context import RefinementContext
 from asset2sim.refinement.notes import move_findings, note_shapes
-from asset2sim.refinement.state.search import refine_state
+from asset2sim.refinement.search_state import refine_state
 from asset2sim.validation.validate import validate
 from schemas.finding import Finding, TraceStep
 from schemas.overlay import PhysicsOverlay

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 from asset2sim.engines.contacts import by_pair, penetration
 from asset2sim.models.refinement_prompt import RefusedProposal
 from asset2sim.refinement.bands import Band, Evaluator, Pose, objective
-from asset2sim.refinement.state.proposals import along, around, focus_joints, grid
+from asset2sim.refinement.state_proposals import along, around, focus_joints, grid
 from schemas.features import JointFeatures
 from schemas.finding import TraceStep
 from schemas.measurement import ContactPair
