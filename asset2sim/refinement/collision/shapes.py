@@ -96,11 +96,8 @@ def decomposed(extraction: Extraction, scale: float, settings: CollisionSettings
         thickness=min(SHEET_SHARE * extent, settings.sheet_thickness_m / scale),
     )
     shells = {link: link_shells(extraction, link) for link in extraction.geometry}
-    occupied = {
-        link: samples(np.vstack([shell.triangles for shell in own]), sizes.ball_radius)
-        for link, own in shells.items()
-        if own
-    }
+    triangles = {link: np.vstack([shell.triangles for shell in own]) for link, own in shells.items() if own}
+    occupied = {link: samples(corners, sizes.ball_radius) for link, corners in triangles.items()}
     poses = states(extraction)
     cutter = by_coacd if settings.cutter == "coacd" else by_faces
     found = {
