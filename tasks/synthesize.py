@@ -66,8 +66,8 @@ def agent(job: AssetJob, extraction: Extraction) -> Synthesized:
     """Coding agent: a model with tools, without our structure. Raises SynthesisError."""
     from asset2sim.baselines.agent import run_agent  # its tools load engines, which no other method needs here
 
-    done = run_agent(job.ref, extraction, job.settings, job.ask)
-    return Synthesized(proposal=done.overlay, calls=tuple(done.calls), findings=tuple(done.findings))
+    proposal, calls, findings = run_agent(job.ref, extraction, job.settings, job.ask, job.source)
+    return Synthesized(proposal=proposal, calls=calls, findings=findings)
 
 
 def nothing(job: AssetJob, extraction: Extraction) -> Synthesized:

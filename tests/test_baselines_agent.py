@@ -3,12 +3,12 @@
 import functools
 import json
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import pytest
 
 from asset2sim.assets.extract import Extraction, extract
-from asset2sim.baselines.agent import AgentResult, run_agent
+from asset2sim.baselines.agent import run_agent
 from asset2sim.baselines.agent.conversation import bounded
 from asset2sim.baselines.agent.specs import MAX_ANSWER_CALLS, MAX_SAME, MAX_TALK_CHARS
 from asset2sim.models.ask_overlay import SynthesisError
@@ -16,9 +16,11 @@ from asset2sim.models.gateway.ask import ask
 from asset2sim.models.gateway.session import open_gateway_session
 from asset2sim.models.prior.agent import next_turn
 from schemas.asset import AssetRef
-from schemas.request import LabelledImage, ModelAnswer, ToolCall, Turn
+from schemas.finding import Finding
+from schemas.overlay import Overlay
+from schemas.request import LabelledImage, ModelAnswer, ModelAsk, ModelCall, ToolCall, Turn
 from schemas.settings import MethodSettings, ModelSettings, RunSettings, Settings
-from schemas.vocabulary import FailureMode, Method
+from schemas.vocabulary import FailureMode, Method, Source
 from tests.assets import cabinet, read, sample, written
 from tests.model_server import ModelServer, Reply, serve
 
@@ -59,10 +61,28 @@ def settings_for(server: ModelServer) -> Settings:
     return Settings(method=Method.AGENT, model=model, methods=MethodSettings(agent_steps=STEPS))
 
 
-def run(server: ModelServer, asset: Extraction, prompt: str | None = "a small cabinet") -> AgentResult:
+class Done(NamedTuple):
+    """The agent's overlay, all its calls, and findings."""
+
+    overlay: Overlay
+    calls: tuple[ModelCall, ...]
+    findings: tuple[Finding, ...]
+
+    @property
+    def steps(self) -> int:
+        """The number of the agent's answers, as its finding has it."""
+        (ended,) = (finding for finding in self.findings if finding.code == "agent_ended")
+        return int(ended.value or 0)
+
+
+def agent(ref: AssetRef, asset: Extraction, settings: Settings, asker: ModelAsk, source: Source = Source.MODEL) -> Done:
+    return Done(*run_agent(ref, asset, settings, asker, source))
+
+
+def run(server: ModelServer, asset: Extraction, prompt: str | None = "a small cabinet") -> Done:
     settings = settings_for(server)
     ref = AssetRef(asset_id="cabinet", path=str(asset.folder), prompt=prompt)
-    return run_agent(ref, asset, settings, functools.partial(ask, settings=settings.model))
+    return agent(ref, asset, settings, functools.partial(ask, settings=settings.model))
 
 
 def results(server: ModelServer) -> list[str]:
@@ -217,7 +237,7 @@ def test_a_budget_that_is_spent(asset: Extraction) -> None:
     spent = ModelAnswer(content=None, calls=(), error="no calls are left", budget_spent=True)
     ref = AssetRef(asset_id="cabinet", path=str(asset.folder))
     with pytest.raises(SynthesisError, match="no calls are left") as caught:
-        run_agent(ref, asset, Settings(), lambda request: spent)
+        agent(ref, asset, Settings(), lambda request: spent)
     assert caught.value.mode is FailureMode.BUDGET
 
 
@@ -226,7 +246,7 @@ def test_tools_have_a_time_limit(asset: Extraction) -> None:
         settings = settings_for(server)
         settings = settings.model_copy(update={"run": RunSettings(asset_time_limit_s=1.0)})
         ref = AssetRef(asset_id="cabinet", path=str(asset.folder))
-        done = run_agent(ref, asset, settings, functools.partial(ask, settings=settings.model))
+        done = agent(ref, asset, settings, functools.partial(ask, settings=settings.model))
     assert "time for tools is spent" in results(server)[1] and done.overlay.scale == 0.3
 
 
@@ -249,7 +269,7 @@ def test_the_same_conversation_again_costs_no_call(asset: Extraction, tmp_path: 
         model = settings.model.model_copy(update={"cache": True})
         ref = AssetRef(asset_id="cabinet", path=str(asset.folder))
         found = [
-            run_agent(
+            agent(
                 ref,
                 asset,
                 settings,
@@ -284,7 +304,7 @@ def test_a_conversation_stays_short() -> None:
 def test_the_offline_agent_refines_a_sample() -> None:
     ref = sample("laptop_silver")
     settings = Settings(method=Method.AGENT)
-    done = run_agent(ref, extract(ref), settings, functools.partial(ask, settings=settings.model))
+    done = agent(ref, extract(ref), settings, functools.partial(ask, settings=settings.model), Source.PRIOR)
     assert 2 <= done.steps == len(done.calls) <= settings.methods.agent_steps
     assert all(call.model == "prior/household" and call.outcome == "ok" for call in done.calls)
     assert 0.1 < done.overlay.scale < 0.5 and done.overlay.initial_joint_positions

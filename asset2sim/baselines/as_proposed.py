@@ -28,7 +28,6 @@ def as_proposed(extraction: Extraction, proposal: Overlay, source: Source, setti
     """
     features, scale = extraction.features, proposal.scale
     links = {item.name: item for item in proposal.links}
-    joints = {item.name: item for item in proposal.joints}
     dynamics = read_dynamics(extraction.urdf)
     return PhysicsOverlay(
         asset_id=features.asset_id,
@@ -40,14 +39,7 @@ def as_proposed(extraction: Extraction, proposal: Overlay, source: Source, setti
             for link in features.links
         ),
         joints=tuple(
-            joint_as_proposed(
-                joint,
-                features.link(joint.child).label,
-                joints.get(joint.name, JointProposal(name=joint.name)),
-                dynamics[joint.name],
-                proposal,
-                source,
-            )
+            joint_as_proposed(joint, features.link(joint.child).label, dynamics[joint.name], proposal, source)
             for joint in features.movable_joints
         ),
         notes=proposal.notes,
@@ -91,9 +83,11 @@ def inertia_of_box(link: LinkFeatures, mass: float, scale: float) -> Inertia6:
 
 
 def joint_as_proposed(
-    joint: JointFeatures, label: str, proposal: JointProposal, authored: Dynamics, overlay: Overlay, source: Source
+    joint: JointFeatures, label: str, authored: Dynamics, overlay: Overlay, source: Source
 ) -> JointPhysics:
     """One joint: proposed damping, friction, stiffness and position, else the authored ones; limits are scaled."""
+    unstated = JointProposal(name=joint.name)
+    proposal = {item.name: item for item in overlay.joints}.get(joint.name, unstated)
     factor = overlay.scale if joint.prismatic else 1.0
     stated = overlay.initial_joint_positions.get(joint.name)
     position = (start_of(joint) if stated is None else stated) * factor

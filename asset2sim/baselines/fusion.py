@@ -11,7 +11,6 @@ LINK_NUMBERS = ("density_kg_m3", "hollow_factor", "mass_kg")
 LINK_VECTORS = ("com", "inertia")
 """Vector fields, fused by component with one weight from the field's one sigma: a positive sum of positive
 semi-definite inertias is positive semi-definite."""
-LINK_KINDS = ("material",)
 JOINT_NUMBERS = (
     "damping", "friction", "stiffness", "coast_s", "spring_hz", "closes_s", "stops_within", "returns_s",
 )  # fmt: skip
@@ -77,8 +76,6 @@ def fuse(answers: Sequence[Overlay]) -> Overlay:
     given = numbers_of(answers)
     votes = vote_weights(given, len(answers))
     means = {path: item.mean for path, item in given.items()}
-    states = [set(answer.initial_joint_positions) for answer in answers]
-    asked = [set(answer.asked) for answer in answers]
     return Overlay(
         scale=means["scale"][0],
         contact_material=vote([answer.contact_material for answer in answers], votes),
@@ -93,12 +90,12 @@ def fuse(answers: Sequence[Overlay]) -> Overlay:
         initial_joint_positions={
             name: means[f"initial_joint_positions.{name}"][0]
             for name in _unique(name for answer in answers for name in answer.initial_joint_positions)
-            if carried([name in held for held in states], votes)
+            if carried([name in answer.initial_joint_positions for answer in answers], votes)
         },
         asked=tuple(
             name
             for name in _unique(name for answer in answers for name in answer.asked)
-            if carried([name in held for held in asked], votes)
+            if carried([name in answer.asked for answer in answers], votes)
         ),
         notes=(f"fused from {len(answers)} answers by inverse variance",),
     )
@@ -113,8 +110,7 @@ def fused_link(
         mean = means.get(f"links.{name}.{field}")
         if mean is not None:
             fields[field] = mean if field in LINK_VECTORS else mean[0]
-    for field in LINK_KINDS:
-        fields[field] = vote_of_stated([getattr(part, field, None) for part in parts], votes)
+    fields["material"] = vote_of_stated([None if part is None else part.material for part in parts], votes)
     return LinkProposal.model_validate(fields)
 
 

@@ -1,5 +1,6 @@
 """VLM-IVW: ask about every view several times and fuse the answers by inverse variance (paper, baselines)."""
 
+import itertools
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 
@@ -25,15 +26,14 @@ MAX_REASONS = 3
 
 @dataclass
 class Answers:
-    """Valid answers, calls and findings so far."""
+    """Valid answers, calls and findings so far, the reason for each call without a valid answer, and the number of
+    calls with an answer, valid or not."""
 
     valid: list[Overlay] = field(default_factory=list)
     calls: list[ModelCall] = field(default_factory=list)
     findings: list[Finding] = field(default_factory=list)
     reasons: list[str] = field(default_factory=list)
-    """Reason for each call without a valid answer."""
     answered: int = 0
-    """Number of calls with an answer, valid or not."""
 
 
 def ask_fused(
@@ -65,22 +65,20 @@ def ask_fused(
     try:
         return fuse(got.valid), tuple(got.calls), tuple(got.findings)
     except ValueError as error:
-        raise SynthesisError(
-            FailureMode.NO_VALID_ESTIMATE, "no_fusion", f"the answers have no common value: {error}", got.calls
-        ) from None
+        told = f"the answers have no common value: {error}"
+        raise SynthesisError(FailureMode.NO_VALID_ESTIMATE, "no_fusion", told, got.calls) from None
 
 
 def requests(
     extraction: Extraction, guidance: str | None, images: Mapping[str, LabelledImage], queries: int
 ) -> Iterator[ModelRequest]:
     """Every question in turn, view by view; ``sample`` numbers them all from 1."""
-    sample, features = 0, extraction.features
+    sample = itertools.count(1)
     for view in VIEW_NAMES:
         shown = (images[view],) if view in images else ()
-        request = overlay_request(IVW, features, guidance, shown, view)
+        request = overlay_request(IVW, extraction.features, guidance, shown, view)
         for _ in range(queries):
-            sample += 1
-            yield request.model_copy(update={"sample": sample})
+            yield request.model_copy(update={"sample": next(sample)})
 
 
 def take(answer: ModelAnswer, extraction: Extraction, got: Answers) -> None:
@@ -117,13 +115,11 @@ def within_limits(answer: Overlay, features: Features) -> Overlay:
 
 def dropped(got: Answers, wanted: int) -> Finding:
     """Finding with the number of answers that were not fused."""
+    count = len(got.reasons)
     return Finding(
-        stage=Stage.SYNTHESIZE,
-        severity=Severity.WARNING,
-        code="answers_dropped",
-        message=f"{len(got.valid)} answers of {wanted} wanted are fused, {len(got.reasons)} dropped: {listed(got)}",
-        value=float(len(got.reasons)),
-    )
+        stage=Stage.SYNTHESIZE, severity=Severity.WARNING, code="answers_dropped", value=float(count),
+        message=f"{len(got.valid)} answers of {wanted} wanted are fused, {count} dropped: {listed(got)}",
+    )  # fmt: skip
 
 
 def too_few(got: Answers, wanted: int, spent: bool) -> SynthesisError:

@@ -22,22 +22,19 @@ def propose_reference(ref: AssetRef, features: Features) -> tuple[Overlay, tuple
     file, reference = reference_of(ref)
     movable = [joint.name for joint in features.movable_joints]
     known = reference.joint in movable
-    findings: tuple[Finding, ...] = ()
-    if not known:
-        message = (
-            f"{file.name} states a position of joint '{reference.joint}', which asset '{ref.asset_id}' does not have "
-            f"or cannot move; it is left out: movable joints are {', '.join(movable[:40]) or 'none'}"
-        )
-        findings = (
-            Finding(stage=Stage.SYNTHESIZE, severity=Severity.WARNING, code="reference_joint_unknown", message=message),
-        )
+    message = (
+        f"{file.name} states a position of joint '{reference.joint}', which asset '{ref.asset_id}' does not have or "
+        f"cannot move; it is left out: movable joints are {', '.join(movable[:40]) or 'none'}"
+    )
+    code = "reference_joint_unknown"
+    unknown = Finding(stage=Stage.SYNTHESIZE, severity=Severity.WARNING, code=code, message=message)
     overlay = Overlay(
         scale=reference.scale,
         initial_joint_positions={reference.joint: reference.position} if known else {},
         asked=("scale", reference.joint) if known else ("scale",),
         notes=(f"scale and state from {file.name}",),
     )
-    return overlay, findings
+    return overlay, () if known else (unknown,)
 
 
 def reference_of(ref: AssetRef) -> tuple[Path, Reference]:
@@ -59,10 +56,8 @@ def reference_of(ref: AssetRef) -> tuple[Path, Reference]:
 
 def reference_file(folder: Path) -> Path | None:
     """The nearest reference file: in the asset's folder or one of the ``LEVELS`` above it."""
-    for place in (folder, *list(folder.parents)[:LEVELS]):
-        if (place / FILE).is_file():
-            return place / FILE
-    return None
+    files = (place / FILE for place in (folder, *list(folder.parents)[:LEVELS]))
+    return next((file for file in files if file.is_file()), None)
 
 
 def no_estimate(message: str) -> AssetError:

@@ -17,7 +17,7 @@ from pybullet_utils.bullet_client import BulletClient
 
 from asset2sim.assets.urdf.read import Dynamics, read_dynamics
 from asset2sim.engines.child import captured_console
-from asset2sim.engines.contacts import ContactPoint
+from asset2sim.engines.contacts import ContactPoint, penetration
 from asset2sim.physics.arrays import Array
 from asset2sim.physics.mass_matrix import GRAVITY_M_S2
 from schemas.errors import AssetError
@@ -145,3 +145,8 @@ def contacts_at(urdf: Path, positions: Mapping[str, float], settings: EngineSett
     """Contact points at one pose in a fresh world: contact caches make Φ depend slightly on earlier poses."""
     with static_object(urdf, settings) as item:
         return contact_points(item, positions)
+
+
+def phi_at(urdf: Path, positions: Mapping[str, float], settings: EngineSettings) -> float:
+    """Φ (m) at one pose in a fresh world."""
+    return penetration(contacts_at(urdf, positions, settings))

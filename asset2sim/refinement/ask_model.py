@@ -10,7 +10,8 @@ from asset2sim.models.ask_overlay import images_not_sent, marked_invalid
 from asset2sim.models.prompts import with_validation_errors
 from asset2sim.models.refinement_prompt import RefusedProposal, StateProblem, refinement_request
 from asset2sim.refinement.bands import Band, Pose
-from asset2sim.refinement.state.search import Ask
+from asset2sim.refinement.context import warning
+from asset2sim.refinement.search_state import Ask
 from schemas.errors import AssetError, InvalidAnswerError
 from schemas.features import Features
 from schemas.finding import Finding
@@ -19,16 +20,14 @@ from schemas.model_names import REFINEMENT_PURPOSE, is_prior, model_for
 from schemas.overlay import PhysicsOverlay
 from schemas.request import LabelledImage, ModelAnswer, ModelAsk, ModelCall, ModelRequest
 from schemas.settings import Settings
-from schemas.vocabulary import Severity, Stage
+from schemas.vocabulary import Stage
 
 
 @dataclass
 class Questions:
-    """The asker, the calls left, and the calls, findings and answers so far.
-
-    It is shared by all attempts at an asset: a repeated question gets the same answer, and the calls of a dropped
-    attempt still count. ``wanted``: some question came up, whether or not it could be asked.
-    """
+    """The asker, the calls left, and the calls, findings and answers so far, shared by all attempts at an asset: a
+    repeated question gets the same answer, and the calls of a dropped attempt still count. ``wanted``: some question
+    came up, whether or not it could be asked."""
 
     ask: ModelAsk
     left: int
@@ -85,7 +84,7 @@ class Questions:
             self.findings.extend(f.model_copy(update={"stage": Stage.REFINE}) for f in images_not_sent(answer))
 
     def _note(self, code: str, message: str) -> None:
-        self.findings.append(Finding(stage=Stage.REFINE, severity=Severity.WARNING, code=code, message=message))
+        self.findings.append(warning(code=code, message=message))
 
 
 MODEL_VIEWS = ("front", "left", "right", "perspective")
@@ -122,20 +121,14 @@ def model_asker(scene: Scene) -> Ask:
 
 def next_pose(scene: Scene, situation: StateProblem, focus: tuple[str, ...], shown: Pose | None = None) -> Pose | None:
     """Pose after the model's step, every joint within its reach; None where the model has no step or the call limit is
-    reached. ``shown`` is the pose to render, by default the present one.
-    """
-    request = refinement_request(
-        scene.features,
-        scene.overlay,
-        situation,
-        focus,
-        {name: (scene.reach[name].low, scene.reach[name].high) for name in focus},
-        pictures(scene, shown or situation.positions),
-    )
+    reached. ``shown`` is the pose to render, by default the present one."""
+    present = situation.positions
+    reach = {name: (scene.reach[name].low, scene.reach[name].high) for name in focus}
+    views = pictures(scene, shown or present)
+    request = refinement_request(scene.features, scene.overlay, situation, focus, reach, views)
     step = scene.questions.answer(request, focus)
     if step is None or step.approved:
         return None
-    present = situation.positions
     pose = {**present, **{name: scene.reach[name].clamp(present[name] + d) for name, d in step.deltas.items()}}
     return None if pose == present else pose
 

@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 
 from asset2sim.assets.folder import Folder
@@ -12,9 +13,9 @@ from asset2sim.engines.contacts import by_pair
 from asset2sim.engines.pybullet_object import contacts_at
 from asset2sim.models.refinement_prompt import RefusedProposal, StateProblem
 from asset2sim.refinement.ask_model import Scene, next_pose
-from asset2sim.refinement.bands import Pose, distance, joints_outside_state
+from asset2sim.refinement.bands import Pose, distance, joints_outside_state, moved_joints
 from asset2sim.refinement.collision.part_links import CutAttempt, cut_attempt
-from asset2sim.refinement.context import RefinementContext
+from asset2sim.refinement.context import RefinementContext, trace_step
 from schemas.finding import TraceStep
 from schemas.interaction import EngineReport
 from schemas.measurement import Measurement
@@ -36,11 +37,7 @@ class LastingState:
 
 def joints_not_holding(overlay: PhysicsOverlay, measured: Measurement, settings: Settings) -> tuple[str, ...]:
     """Joints that must hold a requested position and came to rest further from it than both the state's tolerance and
-    the bound of the hold check.
-
-    Joints that may swing freely do not count.
-    """
-    limits = settings.thresholds
+    the bound of the hold check; joints that may swing freely do not count."""
     rest = {motion.name: motion.final_position for motion in measured.joints}
     names = []
     for joint in overlay.joints:
@@ -48,9 +45,8 @@ def joints_not_holding(overlay: PhysicsOverlay, measured: Measurement, settings:
             continue
         if joint.lower is None or joint.upper is None:
             continue
-        away = abs(rest[joint.name] - joint.initial_position)
-        seen = hold_bound(joint, limits)
-        if away > max(seen, settings.search.state_tolerance * (joint.upper - joint.lower)):
+        band = settings.search.state_tolerance * (joint.upper - joint.lower)
+        if abs(rest[joint.name] - joint.initial_position) > max(hold_bound(joint, settings.thresholds), band):
             names.append(joint.name)
     return tuple(names)
 
@@ -64,40 +60,28 @@ def ask_lasting_state(
     scene: Scene, overlay: PhysicsOverlay, measured: Measurement, names: tuple[str, ...]
 ) -> LastingState:
     """First pose proposed by the model from which every joint comes to rest in the requested state, with Φ at most its
-    target or no higher than before.
-
-    ``overlay`` is the one written in ``scene.urdf``, ``measured`` its measurement at rest, and ``names`` the joints
-    that did not hold.
-    """
-    settings, present = scene.settings, overlay.initial_positions
-    allowed = max(settings.search.target_phi_m, measured.penetration_m)
+    target or no higher than before. ``overlay`` is the one written in ``scene.urdf``, ``measured`` its measurement at
+    rest, and ``names`` the joints that did not hold."""
+    settings, present, phi = scene.settings, overlay.initial_positions, measured.penetration_m
+    allowed = max(settings.search.target_phi_m, phi)
     shown = {**present, **resting(measured, present)}
     steps: list[TraceStep] = []
     tried: list[RefusedProposal] = []
     for _ in range(settings.search.max_model_calls):
-        situation = StateProblem(
-            "fell",
-            present,
-            measured.penetration_m,
-            measured.pairs,
-            settled=resting(measured, names),
-            tried=tuple(tried),
-        )
+        rest = resting(measured, names)
+        situation = StateProblem("fell", present, phi, measured.pairs, settled=rest, tried=tuple(tried))
         pose = next_pose(scene, situation, names, shown)
         if pose is None:
             break
         found = measure_rest_from(scene.urdf, overlay, pose, settings)
         if found is None:
-            steps.append(step(measured, measured, present, pose, False, "the engine does not get through it"))
+            steps.append(model_step(phi, phi, present, pose, False, "the engine does not get through it"))
             break
         gone = joints_not_holding(scene.overlay, found, settings)
         accepted = not gone and found.penetration_m <= allowed
-        why = (
-            "it comes to rest in the requested state" if accepted else f"Φ would be {1e3 * found.penetration_m:.3g} mm"
-        )
-        if gone:
-            why = f"joint '{gone[0]}' does not stay in the requested state"
-        steps.append(step(measured, found, present, pose, accepted, why))
+        why = f"joint '{gone[0]}' does not stay in the requested state" if gone else would_be(found.penetration_m)
+        why = "it comes to rest in the requested state" if accepted else why
+        steps.append(model_step(phi, found.penetration_m, present, pose, accepted, why))
         if accepted:
             return LastingState(pose, tuple(steps))
         tried.append(RefusedProposal(pose, found.penetration_m, resting(found, names)))
@@ -111,26 +95,19 @@ def resting(measured: Measurement, names: Mapping[str, object] | Sequence[str]) 
 
 def measure_rest_from(urdf: Path, overlay: PhysicsOverlay, pose: Pose, settings: Settings) -> Measurement | None:
     """Measurement at rest from another pose, in a child process; None where the engine crashes or times out."""
-    own = settings.engine
-
-    def rest() -> Measurement:
-        return measure(ENGINE, urdf, pose, overlay.contact_friction, own)
-
-    return in_child(ENGINE, rest, time_limit_s=own.time_limit_s).value
+    rest = partial(measure, ENGINE, urdf, pose, overlay.contact_friction, settings.engine)
+    return in_child(ENGINE, rest, time_limit_s=settings.engine.time_limit_s).value
 
 
-def step(before: Measurement, after: Measurement, present: Pose, pose: Pose, accepted: bool, reason: str) -> TraceStep:
-    """Trace step of a model's pose; a refused step moves no joint."""
-    return TraceStep(
-        step=0,
-        proposer="model",
-        phi_before_m=before.penetration_m,
-        phi_after_m=after.penetration_m if accepted else before.penetration_m,
-        moved={name: value for name, value in pose.items() if value != present[name]} if accepted else {},
-        accepted=accepted,
-        evaluations=1,
-        reason=reason,
-    )
+def model_step(before_m: float, after_m: float, present: Pose, pose: Pose, accepted: bool, reason: str) -> TraceStep:
+    """Trace step of a model's pose; a refused step moves no joint and leaves Φ (m) as it was."""
+    moved = moved_joints(pose, present) if accepted else {}
+    return trace_step("model", before_m, after_m if accepted else before_m, accepted, reason, moved)
+
+
+def would_be(phi: float) -> str:
+    """Reason to refuse a pose at which Φ (m) is too high."""
+    return f"Φ would be {1e3 * phi:.3g} mm"
 
 
 def nearer_to_request(
@@ -144,33 +121,18 @@ def nearer_to_request(
         focus = joints_outside_state(loop.overlay, best.positions, search)
         if not focus:
             break
-        pairs = by_pair(contacts_at(folder.urdf, best.positions, loop.settings.engine))
-        situation = StateProblem(
-            "moved", best.positions, best.phi, pairs, desired_phi_m=desired_phi_m, tried=tuple(tried)
-        )
+        here, phi = best.positions, best.phi
+        pairs = by_pair(contacts_at(folder.urdf, here, loop.settings.engine))
+        situation = StateProblem("moved", here, phi, pairs, desired_phi_m=desired_phi_m, tried=tuple(tried))
         pose = next_pose(scene, situation, focus)
         if pose is None:
             break
         again = cut_attempt(loop, folder, pose)
-        before, after = distance(best.positions, scene.reach), distance(pose, scene.reach)
-        nearer = after < (1.0 - search.least_gain) * before
-        accepted = nearer and again.phi <= max(search.target_phi_m, best.phi)
-        loop.log.step(
-            TraceStep(
-                step=0,
-                proposer="model",
-                phi_before_m=best.phi,
-                phi_after_m=again.phi if accepted else best.phi,
-                moved={name: pose[name] for name in pose if pose[name] != best.positions[name]} if accepted else {},
-                accepted=accepted,
-                evaluations=1,
-                reason="nearer to the requested state"
-                if accepted
-                else f"Φ would be {1e3 * again.phi:.3g} mm"
-                if nearer
-                else "no nearer to the requested state",
-            )
-        )
+        nearer = distance(pose, scene.reach) < (1.0 - search.least_gain) * distance(here, scene.reach)
+        accepted = nearer and again.phi <= max(search.target_phi_m, phi)
+        why = "nearer to the requested state" if accepted else "no nearer to the requested state"
+        why = would_be(again.phi) if nearer and not accepted else why
+        loop.log.step(model_step(phi, again.phi, here, pose, accepted, why))
         if accepted:
             best = again
             tried.clear()

@@ -10,6 +10,13 @@ from schemas.vocabulary import Source
 
 Pose = dict[str, float]
 """Joint → position, rad or m."""
+
+
+def moved_joints(pose: Pose, start: Pose) -> Pose:
+    """The joints that are not where ``start`` has them, at their new positions."""
+    return {name: value for name, value in pose.items() if value != start[name]}
+
+
 STATE_WEIGHT_M = 1e-3
 """λ, m: cost of moving a joint by its whole range from the requested state (objective Φ(q) + λ‖q − q_requested‖²)."""
 
@@ -90,10 +97,7 @@ def reaches(overlay: PhysicsOverlay, settings: SearchSettings) -> dict[str, Band
 def joints_outside_state(
     overlay: PhysicsOverlay, positions: Mapping[str, float], settings: SearchSettings
 ) -> tuple[str, ...]:
-    """Joints that left their requested state, furthest first (as a share of the range).
-
-    Joints without a requested state do not count.
-    """
+    """Joints that left the state requested of them, furthest first (as a share of the range)."""
     away: dict[str, float] = {}
     for joint in overlay.joints:
         if joint.position_source is Source.RULE:

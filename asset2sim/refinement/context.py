@@ -1,13 +1,36 @@
-"""Context and log of one asset's refinement loop."""
+"""Context, log, trace steps and findings of one asset's refinement loop."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field
+from functools import partial
 
 from asset2sim.assets.extract import Extraction
 from asset2sim.assets.hulls import Hulls
 from schemas.finding import Finding, TraceStep
 from schemas.overlay import Overlay, PhysicsOverlay
 from schemas.settings import Settings
-from schemas.vocabulary import Source
+from schemas.vocabulary import Severity, Source, Stage
+
+info = partial(Finding, stage=Stage.REFINE, severity=Severity.INFO)
+"""A finding of this stage that only informs ..."""
+warning = partial(Finding, stage=Stage.REFINE, severity=Severity.WARNING)
+"""... and one that warns."""
+
+
+def trace_step(
+    proposer: str,
+    before_m: float,
+    after_m: float,
+    accepted: bool,
+    reason: str,
+    moved: Mapping[str, float] | None = None,
+    evaluations: int = 1,
+) -> TraceStep:
+    """A step with Φ (m) before and after it; the log gives it its number."""
+    return TraceStep(
+        step=0, proposer=proposer, phi_before_m=before_m, phi_after_m=after_m, moved=dict(moved or {}),
+        accepted=accepted, evaluations=evaluations, reason=reason,
+    )  # fmt: skip
 
 
 @dataclass

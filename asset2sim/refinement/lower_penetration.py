@@ -4,16 +4,15 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 from asset2sim.assets.folder import Folder, replace_hulls, write_urdf
-from asset2sim.engines.contacts import penetration
-from asset2sim.engines.pybullet_object import contact_points, contacts_at, static_object
+from asset2sim.engines.pybullet_object import contact_points, phi_at, static_object
 from asset2sim.refinement.ask_model import Questions, Scene, model_asker
 from asset2sim.refinement.ask_state import nearer_to_request
-from asset2sim.refinement.bands import Evaluator, Pose, band_of, reaches
+from asset2sim.refinement.bands import Evaluator, Pose, band_of, moved_joints, reaches
 from asset2sim.refinement.collision.let_joints_move import let_joints_move
 from asset2sim.refinement.collision.part_links import CutAttempt, cut_attempt
-from asset2sim.refinement.context import RefinementContext
+from asset2sim.refinement.context import RefinementContext, trace_step
 from asset2sim.refinement.notes import move_findings, note_shapes
-from asset2sim.refinement.state.search import refine_state
+from asset2sim.refinement.search_state import refine_state
 from asset2sim.validation.validate import validate
 from schemas.finding import Finding, TraceStep
 from schemas.overlay import PhysicsOverlay
@@ -37,10 +36,8 @@ def lower_penetration(loop: RefinementContext, folder: Folder, questions: Questi
     separating them needed another state than the requested one (paper, "Refine the state").
     """
     overlay, settings = loop.overlay, loop.settings
-    scene = Scene(
-        loop.extraction.features, overlay, settings, folder.urdf, reaches(overlay, settings.search), questions
-    )
-    requested = overlay.initial_positions
+    requested, reach = overlay.initial_positions, reaches(overlay, settings.search)
+    scene = Scene(loop.extraction.features, overlay, settings, folder.urdf, reach, questions)
     tolerance = settings.search.closed_tolerance
     found = search_state(loop, folder, tolerance)
     best = cut_attempt(loop, folder, found)
@@ -59,31 +56,20 @@ def lower_penetration(loop: RefinementContext, folder: Folder, questions: Questi
             again = cut_attempt(loop, folder, wider)
             best = again if again.phi < best.phi else best
     if best.positions != requested:
-        wanted = penetration(contacts_at(folder.urdf, requested, settings.engine))
-        best = nearer_to_request(scene, loop, folder, best, wanted)
+        best = nearer_to_request(scene, loop, folder, best, phi_at(folder.urdf, requested, settings.engine))
     return write_best(loop, folder, best)
 
 
 def write_best(loop: RefinementContext, folder: Folder, best: CutAttempt) -> RefinedState:
     """Write the folder at the best attempt, with a step and findings for what it changed."""
     log, requested, overlay = loop.log, loop.overlay.initial_positions, loop.overlay
-    moved = {name: value for name, value in best.positions.items() if value != requested[name]}
+    moved = moved_joints(best.positions, requested)
     if moved:
         overlay = at_positions(loop, best.positions, moved)
         log.findings.extend(move_findings(requested, moved, "they overlap less"))
     if best.changed:
-        log.step(
-            TraceStep(
-                step=0,
-                proposer="shape",
-                phi_before_m=best.phi_before,
-                phi_after_m=best.phi,
-                moved={},
-                accepted=True,
-                evaluations=2,
-                reason="collision shapes cut where no state near the requested one parts them",
-            )
-        )
+        why = "collision shapes cut where no state near the requested one parts them"
+        log.step(trace_step("shape", best.phi_before, best.phi, True, why, evaluations=2))
         note_shapes(best, log)
     if loop.settings.collision.mode is not CollisionMode.KEEP:
         overlay, hulls = let_joints_move(loop, overlay, best.hulls)
@@ -95,32 +81,24 @@ def write_best(loop: RefinementContext, folder: Folder, best: CutAttempt) -> Ref
 def search_state(loop: RefinementContext, folder: Folder, closed_tolerance: float, asked: Scene | None = None) -> Pose:
     """Pose near the requested one with the lowest Φ; the requested one where Φ in a fresh world is no lower.
 
-    A joint at its closed end may move by ``closed_tolerance`` of its range. A model is asked only if ``asked`` is
-    given.
+    A joint at its closed end may move by ``closed_tolerance`` of its range. A model is asked if ``asked`` is given.
     """
-    overlay, settings = loop.overlay, loop.settings
-    requested = overlay.initial_positions
-    bands = {joint.name: band_of(joint, settings.search.state_tolerance, closed_tolerance) for joint in overlay.joints}
-    with static_object(folder.urdf, settings.engine) as item:
-        evaluator = Evaluator(lambda pose: contact_points(item, pose), settings.search.max_evaluations)
+    overlay, search, engine = loop.overlay, loop.settings.search, loop.settings.engine
+    requested, joints = overlay.initial_positions, loop.extraction.features.joints
+    bands = {joint.name: band_of(joint, search.state_tolerance, closed_tolerance) for joint in overlay.joints}
+    acceptable = loop.settings.thresholds.penetration_m
+    ask = None if asked is None else model_asker(asked)
+    with static_object(folder.urdf, engine) as item:
+        evaluator = Evaluator(lambda pose: contact_points(item, pose), search.max_evaluations)
         found, _, trace = refine_state(
-            overlay.asset_id,
-            loop.extraction.features.joints,
-            requested,
-            bands,
-            alternatives(overlay),
-            evaluator,
-            settings.search,
-            settings.thresholds.penetration_m,
-            None if asked is None else model_asker(asked),
+            overlay.asset_id, joints, requested, bands, alternatives(overlay), evaluator, search, acceptable, ask
         )
     for step in trace:
         loop.log.step(step)
     if found == requested:
         return requested
     # The search ran in one world, whose contact cache changes Φ a little; a fresh world decides.
-    before = penetration(contacts_at(folder.urdf, requested, settings.engine))
-    after = penetration(contacts_at(folder.urdf, found, settings.engine))
+    before, after = phi_at(folder.urdf, requested, engine), phi_at(folder.urdf, found, engine)
     return found if after < before else requested
 
 
@@ -140,21 +118,11 @@ def at_positions(loop: RefinementContext, found: Pose, moved: Mapping[str, float
     overlay = loop.overlay
     sliders = {joint.name for joint in overlay.joints if joint.type == "prismatic"}
     authored = {name: value / overlay.scale if name in sliders else value for name, value in found.items()}
-    again, _ = validate(
-        loop.extraction,
-        loop.proposal.model_copy(update={"initial_joint_positions": authored}),
-        loop.source,
-        overlay.contact_friction,
-        loop.settings.physics,
-    )
-    sources = {joint.name: joint.position_source for joint in overlay.joints}
-    joints = tuple(
-        joint.model_copy(
-            update={
-                "initial_position": found[joint.name],
-                "position_source": Source.SEARCH if joint.name in moved else sources[joint.name],
-            }
-        )
+    proposal = loop.proposal.model_copy(update={"initial_joint_positions": authored})
+    again, _ = validate(loop.extraction, proposal, loop.source, overlay.contact_friction, loop.settings.physics)
+    sources = {joint.name: joint.position_source for joint in overlay.joints} | dict.fromkeys(moved, Source.SEARCH)
+    joints = (
+        joint.model_copy(update={"initial_position": found[joint.name], "position_source": sources[joint.name]})
         for joint in again.joints
     )
-    return again.model_copy(update={"joints": joints})
+    return again.model_copy(update={"joints": tuple(joints)})

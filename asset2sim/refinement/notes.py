@@ -1,30 +1,23 @@
 """Findings for joints moved and hulls cut by the refinement loop, with the reason."""
 
 from collections.abc import Iterator, Mapping, Sequence
+from functools import partial
 
 from asset2sim.refinement.bands import Pose
 from asset2sim.refinement.collision.part_links import CutAttempt
 from asset2sim.refinement.collision.trim import Cut
-from asset2sim.refinement.context import Log
+from asset2sim.refinement.context import Log, info, warning
 from schemas.finding import Finding
 from schemas.overlay import JointPhysics, LinkPhysics, PhysicsOverlay
-from schemas.vocabulary import Severity, Stage
 
 
 def move_findings(requested: Pose, moved: Mapping[str, float], why: str) -> list[Finding]:
     """A finding for every joint whose initial position differs from the requested one."""
-    return [
-        Finding(
-            stage=Stage.REFINE,
-            severity=Severity.INFO,
-            code="state_moved",
-            message=f"joint '{name}' starts at {value:.4g} in place of {requested[name]:.4g}: {why}",
-            joint=name,
-            value=value,
-            limit=requested[name],
-        )
-        for name, value in moved.items()
-    ]
+    findings = []
+    for name, value in moved.items():
+        text = f"joint '{name}' starts at {value:.4g} in place of {requested[name]:.4g}: {why}"
+        findings.append(info(code="state_moved", message=text, joint=name, value=value, limit=requested[name]))
+    return findings
 
 
 def note_shapes(best: CutAttempt, log: Log) -> None:
@@ -38,55 +31,42 @@ def note_cuts(cuts: Sequence[Cut], where: str, when: str, log: Log) -> None:
         own = [cut for cut in cuts if cut.link == link]
         deepest = max(own, key=lambda cut: cut.depth_m)
         others = ", ".join(f"'{cut.other}'" for cut in own[:4]) + (f" and {len(own) - 4} more" if len(own) > 4 else "")
-        log.findings.append(
-            Finding(
-                stage=Stage.REFINE,
-                severity=Severity.WARNING,
-                code="collision_cut",
-                message=f"collision of link '{link}' cut by up to {1e3 * deepest.depth_m:.3g} mm "
-                f"({deepest.share:.0%} of a hull) {where} {others} {when}; its looks are unchanged",
-                link=link,
-                value=deepest.depth_m,
-            )
+        text = (
+            f"collision of link '{link}' cut by up to {1e3 * deepest.depth_m:.3g} mm ({deepest.share:.0%} of a hull) "
+            f"{where} {others} {when}; its looks are unchanged"
         )
+        log.findings.append(warning(code="collision_cut", message=text, link=link, value=deepest.depth_m))
 
 
 JOINT_TERMS = {"damping": ("N·m·s/rad", "N·s/m"), "friction": ("N·m", "N"), "stiffness": ("N·m/rad", "N/m")}
 """Joint terms that mending may change → units for hinges and sliders."""
+mended = partial(info, code="mended")
+"""A finding for one number that mending changed: ``value`` from ``limit``."""
 
 
 def changes(before: PhysicsOverlay, after: PhysicsOverlay, why: str) -> Iterator[Finding]:
     """A finding for every number that differs; ``why`` names the check that failed before."""
-    if before.contact_friction != after.contact_friction:
-        yield _finding(
-            f"contact friction set from {before.contact_friction:.3g} to {after.contact_friction:.3g}: {why}",
-            after.contact_friction,
-            before.contact_friction,
-        )
-    if before.rolling_friction_m != after.rolling_friction_m:
-        yield _finding(
-            f"rolling resistance of contacts set from {1e3 * before.rolling_friction_m:.3g} to "
-            f"{1e3 * after.rolling_friction_m:.3g} mm: {why}",
-            after.rolling_friction_m,
-            before.rolling_friction_m,
-        )
-    for old, new in zip(before.links, after.links, strict=True):
-        yield from _link(old, new, why)
-    for was, now in zip(before.joints, after.joints, strict=True):
-        yield from _joint(was, now, why)
+    was, now = before.contact_friction, after.contact_friction
+    if was != now:
+        yield mended(message=f"contact friction set from {was:.3g} to {now:.3g}: {why}", value=now, limit=was)
+    was, now = before.rolling_friction_m, after.rolling_friction_m
+    if was != now:
+        text = f"rolling resistance of contacts set from {1e3 * was:.3g} to {1e3 * now:.3g} mm: {why}"
+        yield mended(message=text, value=now, limit=was)
+    for old_link, link in zip(before.links, after.links, strict=True):
+        yield from _link(old_link, link, why)
+    for old_joint, joint in zip(before.joints, after.joints, strict=True):
+        yield from _joint(old_joint, joint, why)
 
 
 def _link(old: LinkPhysics, new: LinkPhysics, why: str) -> Iterator[Finding]:
     if old.mass_kg != new.mass_kg:
-        yield _finding(
-            f"mass of link '{new.name}' raised from {old.mass_kg:.3g} to {new.mass_kg:.3g} kg: {why}",
-            new.mass_kg,
-            old.mass_kg,
-            link=new.name,
-        )
+        text = f"mass of link '{new.name}' raised from {old.mass_kg:.3g} to {new.mass_kg:.3g} kg: {why}"
+        yield mended(message=text, value=new.mass_kg, limit=old.mass_kg, link=new.name)
     elif old.inertia != new.inertia:
         factor = sum(new.inertia[i] for i in (0, 3, 5)) / sum(old.inertia[i] for i in (0, 3, 5))
-        yield _finding(f"inertia of link '{new.name}' times {factor:.3g}: {why}", factor, 1.0, link=new.name)
+        text = f"inertia of link '{new.name}' times {factor:.3g}: {why}"
+        yield mended(message=text, value=factor, limit=1.0, link=new.name)
 
 
 def _joint(old: JointPhysics, new: JointPhysics, why: str) -> Iterator[Finding]:
@@ -94,19 +74,5 @@ def _joint(old: JointPhysics, new: JointPhysics, why: str) -> Iterator[Finding]:
         was, now = float(getattr(old, term)), float(getattr(new, term))
         if was != now:
             unit = units[new.type == "prismatic"]
-            yield _finding(
-                f"joint '{new.name}': {term} set from {was:.3g} to {now:.3g} {unit}: {why}", now, was, joint=new.name
-            )
-
-
-def _finding(message: str, value: float, limit: float, link: str | None = None, joint: str | None = None) -> Finding:
-    return Finding(
-        stage=Stage.REFINE,
-        severity=Severity.INFO,
-        code="mended",
-        message=message,
-        link=link,
-        joint=joint,
-        value=value,
-        limit=limit,
-    )
+            text = f"joint '{new.name}': {term} set from {was:.3g} to {now:.3g} {unit}: {why}"
+            yield mended(message=text, value=now, limit=was, joint=new.name)

@@ -1,29 +1,29 @@
 """Refine one asset (paper, "Refine"): lower Φ, verify, mend; convex pieces where they pass the checks, else hulls."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 from asset2sim.assets.extract import Extraction
-from asset2sim.assets.folder import Folder, write_folder
+from asset2sim.assets.folder import Folder, write_folder, write_urdf
 from asset2sim.assets.hulls import Hulls
-from asset2sim.checks.verdict import Verdict
-from asset2sim.checks.verify import Known
+from asset2sim.checks.verdict import Verdict, overall_verdict
+from asset2sim.checks.verify import Known, cause_for, engines_of, verify_cached
 from asset2sim.refinement.ask_model import Questions, Scene
 from asset2sim.refinement.ask_state import ask_lasting_state, joints_not_holding, rest_measurement
-from asset2sim.refinement.bands import reaches
+from asset2sim.refinement.bands import moved_joints, reaches
 from asset2sim.refinement.collision.shapes import collision_shapes
-from asset2sim.refinement.context import Log, RefinementContext
-from asset2sim.refinement.dynamics.mend import Mended, all_failures
+from asset2sim.refinement.context import Log, RefinementContext, warning
+from asset2sim.refinement.dynamics.mend import Mended, all_failures, mend
 from asset2sim.refinement.dynamics.remedies import REMEDIES
 from asset2sim.refinement.lower_penetration import RefinedState, at_positions, lower_penetration
 from asset2sim.refinement.notes import move_findings
-from asset2sim.refinement.verify_and_mend import verify_and_mend
 from schemas.finding import Finding, TraceStep
 from schemas.interaction import EngineReport
 from schemas.overlay import Overlay, PhysicsOverlay
 from schemas.request import ModelAsk, ModelCall
 from schemas.settings import Settings
-from schemas.vocabulary import CollisionMode, FailureMode, Severity, Source, Stage
+from schemas.vocabulary import CollisionMode, Engine, FailureMode, Source, Stage
 
 DECOMPOSED = "collision_decomposed"
 """Code of the finding for a link decomposed into convex pieces."""
@@ -118,13 +118,9 @@ def attempt_pieces_then_hulls(
     plain = in_mode(job, CollisionMode.REPAIR)
     hulls, _ = attempt_without_model(plain, shape_folder(plain), questions.ask, unmendable(pieces, job.settings))
     if hulls.verdict.passed and not (pieces.verdict.passed and phi <= largest_phi(hulls)):
-        note = Finding(
-            stage=Stage.MEASURE,
-            severity=Severity.WARNING,
-            code="collision_fallback",
-            message="collision shapes are plain hulls, which fill hollows: with convex pieces "
-            + (f"Φ is {1e3 * phi:.3g} mm" if pieces.verdict.passed else pieces.verdict.reason),
-        )
+        why = f"Φ is {1e3 * phi:.3g} mm" if pieces.verdict.passed else pieces.verdict.reason
+        text = f"collision shapes are plain hulls, which fill hollows: with convex pieces {why}"
+        note = warning(stage=Stage.MEASURE, code="collision_fallback", message=text)
         return plain, replace(hulls, notes=(*hulls.notes, note))
     return job, attempt_again(job, questions)
 
@@ -149,7 +145,7 @@ def with_lasting_state(job: RefinementJob, tried: Attempt, questions: Questions)
     if found.pose is None:
         return with_steps(tried, found.steps)
     requested = job.overlay.initial_positions
-    moved = {name: value for name, value in found.pose.items() if value != requested[name]}
+    moved = moved_joints(found.pose, requested)
     overlay = at_positions(context_of(job, {}), found.pose, moved)
     again = attempt_again(replace(job, overlay=overlay), questions)
     rest = rest_measurement(again.mended.reports)
@@ -210,5 +206,31 @@ def attempt(
 ) -> Attempt:
     """One attempt on a written folder: state and hulls, then verification and mending."""
     state = lower_penetration(context_of(job, shaped.hulls), shaped.folder, questions)
-    mended, verdict = verify_and_mend(job.extraction, state.overlay, state.folder, job.settings, job.known, doubts)
+    mended, verdict = verify_and_mend(job, state.overlay, state.folder, doubts)
     return Attempt(shaped.findings, state, mended, verdict)
+
+
+def verify_and_mend(
+    job: RefinementJob, overlay: PhysicsOverlay, folder: Folder, doubts: Sequence[FailureMode]
+) -> tuple[Mended, Verdict]:
+    """Verify the written asset in every engine and mend its dynamics where a check fails.
+
+    The folder is left with the overlay that is returned. ``doubts`` are failures that no change of dynamics mends and
+    that other shapes showed: where one is seen here too, no other check runs, and it is the verdict.
+    """
+    extraction, settings = job.extraction, job.settings
+    cause, engines = cause_for(extraction, overlay), engines_of(settings.engine)
+
+    def again(
+        changed: PhysicsOverlay, wanted: Sequence[Engine], only: FailureMode | None = None
+    ) -> tuple[EngineReport, ...]:
+        write_urdf(extraction, changed, folder, settings.physics)
+        return verify_cached(job.known, wanted, folder, changed, cause, settings, only)
+
+    for doubt in doubts:
+        reports = again(overlay, engines, doubt)
+        verdict = overall_verdict(reports, overlay, settings.thresholds)
+        if verdict.mode is doubt:
+            return Mended(overlay, reports, (), ()), verdict
+    mended = mend(extraction.features, overlay, again(overlay, engines), settings, again)
+    return mended, overall_verdict(mended.reports, mended.overlay, settings.thresholds)

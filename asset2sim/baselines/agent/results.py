@@ -30,11 +30,8 @@ def simulated(measurement: Measurement, physics: PhysicsOverlay, thresholds: Thr
     verdict = judge(measurement, prismatic, thresholds)
     joints = {joint.name: joint for joint in physics.joints}
     settling = measurement.settle_motion
-    moved = [
-        (max(motion.amplitude, settling.get(motion.name, 0.0)), motion)
-        for motion in measurement.joints
-        if motion.name in joints
-    ]
+    motions = [motion for motion in measurement.joints if motion.name in joints]
+    moved = [(max(motion.amplitude, settling.get(motion.name, 0.0)), motion) for motion in motions]
     moving = sorted((item for item in moved if item[0] > STILL), key=lambda item: -item[0])
     return text_of({
         "passed": verdict.passed,

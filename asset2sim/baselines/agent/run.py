@@ -2,8 +2,8 @@
 
 import hashlib
 import tempfile
-from collections.abc import Callable
 from dataclasses import dataclass, field
+from functools import partial
 from pathlib import Path
 
 from asset2sim.assets.extract import Extraction
@@ -14,14 +14,12 @@ from asset2sim.baselines.agent.specs import MAX_ANSWER_CALLS, MAX_CALLS, MAX_SAI
 from asset2sim.baselines.agent.tools import Session, run_tool
 from asset2sim.baselines.agent.trial import ToolError, open_bench
 from asset2sim.models.answers import parse_overlay
-from asset2sim.models.ask_overlay import SynthesisError, images_not_sent, marked_invalid, no_answer_error
+from asset2sim.models.ask_overlay import SynthesisError, Synthesized, images_not_sent, marked_invalid, no_answer_error
 from asset2sim.models.prompts import overlay_request
 from schemas.asset import AssetRef
 from schemas.errors import InvalidAnswerError
 from schemas.finding import Finding
-from schemas.model_names import is_prior
-from schemas.overlay import Overlay
-from schemas.request import ModelAnswer, ModelCall, ModelRequest, Turn
+from schemas.request import ModelAnswer, ModelAsk, ModelCall, ModelRequest, Turn
 from schemas.settings import Settings
 from schemas.vocabulary import FailureMode, Severity, Source, Stage
 
@@ -35,16 +33,6 @@ FINISHED, IN_TEXT, SPENT = "it finished", "it answered with an overlay in text",
 TALKED, LOOPED = "it went on talking without calling a tool", f"it made the same calls {MAX_SAME} times in a row"
 OVERUSED = f"it made {MAX_CALLS} tool calls"
 """Reasons why a conversation ends."""
-
-
-@dataclass(frozen=True)
-class AgentResult:
-    """The agent's final overlay, all model calls, findings, and the number of answers."""
-
-    overlay: Overlay
-    calls: tuple[ModelCall, ...]
-    findings: tuple[Finding, ...]
-    steps: int
 
 
 @dataclass
@@ -61,21 +49,17 @@ class Conversation:
     recent: list[str] = field(default_factory=list)
 
 
-def run_agent(
-    ref: AssetRef, extraction: Extraction, settings: Settings, ask: Callable[[ModelRequest], ModelAnswer]
-) -> AgentResult:
-    """Parameters found by a model with tools, in at most ``settings.methods.agent_steps`` answers.
+def run_agent(ref: AssetRef, extraction: Extraction, settings: Settings, ask: ModelAsk, source: Source) -> Synthesized:
+    """A model with tools finds parameters, in at most ``settings.methods.agent_steps`` answers; its calls; findings.
 
     None of our rules or searches change them; they are validated only as far as writing a file needs. However the
     conversation ends, the last parameters count. Raises ``SynthesisError`` where no scale was set: ``model_error`` or
     ``budget`` where the provider fails, else ``no_valid_estimate``.
     """
-    prior = is_prior(settings.model.model)
-    source = Source.PRIOR if prior else Source.MODEL
     talk = Conversation()
     with tempfile.TemporaryDirectory(prefix="asset2sim-agent-") as name:
         bench = open_bench(extraction, settings, source, Path(name))
-        session = Session(bench, blind="the prior looks at no pictures" if prior else None)
+        session = Session(bench, blind="the prior looks at no pictures" if source is Source.PRIOR else None)
         first = opening(ref, extraction)
         while talk.ended is None:
             answer = ask(first.model_copy(update={"turns": bounded(talk.turns)}))
@@ -89,13 +73,12 @@ def run_agent(
             message = f"{message}; the last refusal was {cut(session.refusals[-1], MAX_SAID_CHARS)}"
         raise SynthesisError(FailureMode.NO_VALID_ESTIMATE, "no_scale", message, talk.calls)
     overlay = overlay.model_copy(update={"notes": (*overlay.notes, *session.notes)})
-    return AgentResult(overlay, tuple(talk.calls), (*talk.findings, *told(talk, session)), talk.steps)
+    return overlay, tuple(talk.calls), (*talk.findings, *told(talk, session))
 
 
 def opening(ref: AssetRef, extraction: Extraction) -> ModelRequest:
     """First request: the same facts as for every method, and the tools; pictures only come from ``render``."""
-    features = extraction.features
-    request = overlay_request(AGENT, features, ref.prompt)
+    request = overlay_request(AGENT, extraction.features, ref.prompt)
     return request.model_copy(update={"tools": TOOLS, "answer_schema": None})
 
 
@@ -123,17 +106,15 @@ def take_calls(answer: ModelAnswer, talk: Conversation, session: Session) -> boo
     talk.turns.append(turn)
     refusals, ran = len(session.refusals), 0
     for sent, call in zip(turn.tool_calls, answer.tool_calls, strict=False):
-        result = run_tool(session, call)
+        talk.turns.append(Turn(role="tool", content=run_tool(session, call), call_id=sent.call_id))
         ran += 1
-        talk.turns.append(Turn(role="tool", content=result, call_id=sent.call_id))
         if session.finished:
             break
     dropped = len(answer.tool_calls) - len(turn.tool_calls)
     remarks = []
     if dropped:
-        remarks.append(
-            f"{dropped} of {len(answer.tool_calls)} calls were not run; an answer may make {MAX_ANSWER_CALLS}."
-        )
+        asked = len(answer.tool_calls)
+        remarks.append(f"{dropped} of {asked} calls were not run; an answer may make {MAX_ANSWER_CALLS}.")
     if session.images:
         remarks.append("Pictures of the initial state follow.")
     if remarks:
@@ -172,25 +153,12 @@ def take_text(answer: ModelAnswer, talk: Conversation, session: Session) -> bool
 
 def told(talk: Conversation, session: Session) -> tuple[Finding, ...]:
     """Findings: number of answers and calls, why the conversation ended, and refused calls."""
-    well = talk.ended in (FINISHED, IN_TEXT)
-    findings = [
-        Finding(
-            stage=Stage.SYNTHESIZE,
-            severity=Severity.INFO if well else Severity.WARNING,
-            code="agent_ended",
-            message=f"the agent ended after {talk.steps} answers and {session.n_calls} tool calls: {talk.ended}",
-            value=float(talk.steps),
-        )
-    ]
-    if session.refusals:
-        findings.append(
-            Finding(
-                stage=Stage.SYNTHESIZE,
-                severity=Severity.WARNING,
-                code="agent_refused",
-                message=f"{len(session.refusals)} of the agent's wishes were refused; the first: "
-                f"{cut(session.refusals[0], MAX_SAID_CHARS)}",
-                value=float(len(session.refusals)),
-            )
-        )
-    return tuple(findings)
+    finding = partial(Finding, stage=Stage.SYNTHESIZE)
+    severity = Severity.INFO if talk.ended in (FINISHED, IN_TEXT) else Severity.WARNING
+    text = f"the agent ended after {talk.steps} answers and {session.n_calls} tool calls: {talk.ended}"
+    ended = finding(severity=severity, code="agent_ended", message=text, value=float(talk.steps))
+    if not session.refusals:
+        return (ended,)
+    count, first = len(session.refusals), cut(session.refusals[0], MAX_SAID_CHARS)
+    text = f"{count} of the agent's wishes were refused; the first: {first}"
+    return ended, finding(severity=Severity.WARNING, code="agent_refused", message=text, value=float(count))

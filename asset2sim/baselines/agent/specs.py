@@ -15,12 +15,7 @@ hold check applies."""
 
 
 def _object(properties: dict[str, Any], required: tuple[str, ...] = ()) -> dict[str, Any]:
-    return {
-        "type": "object",
-        "properties": properties,
-        "required": list(required),
-        "additionalProperties": False,
-    }
+    return {"type": "object", "properties": properties, "required": list(required), "additionalProperties": False}
 
 
 def _numbers(count: int, description: str) -> dict[str, Any]:
@@ -57,10 +52,7 @@ _JOINT = _object(
 )
 
 _START = _object(
-    {
-        "joint": {"type": "string"},
-        "position": _number("rad, or m at scale 1 for a prismatic joint", signed=True),
-    },
+    {"joint": {"type": "string"}, "position": _number("rad, or m at scale 1 for a prismatic joint", signed=True)},
     ("joint", "position"),
 )
 

@@ -18,11 +18,8 @@ from schemas.request import LabelledImage, ToolCall
 
 @dataclass
 class Session:
-    """Parameters that the agent has set so far, and the state of its tools.
-
-    ``images`` are rendered but not yet sent, ``blind`` is the reason why no pictures are sent (None: they are), and
-    ``refusals`` holds the text of every refusal.
-    """
+    """Parameters that the agent has set so far, and the state of its tools: ``images`` are rendered but not yet sent,
+    ``blind`` is the reason why no pictures are sent (None: they are), ``refusals`` the text of every refusal."""
 
     bench: Bench
     blind: str | None = None
@@ -103,8 +100,7 @@ def _read_contacts(session: Session, arguments: Arguments) -> str:
 
 def _render(session: Session, arguments: Arguments) -> str:
     views = arguments.get("views")
-    if views is None:
-        views = list(VIEW_NAMES)
+    views = list(VIEW_NAMES) if views is None else views
     if not isinstance(views, list) or not views:
         raise ToolError(f"views: an array with at least one of these is wanted: {', '.join(VIEW_NAMES)}")
     wanted = tuple(dict.fromkeys(_choice("view", view, VIEW_NAMES) for view in views))

@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from time import perf_counter
 from typing import TypeVar
@@ -50,9 +51,10 @@ class Bench:
         except (AssetError, ArithmeticError, ValueError) as error:
             raise ToolError(f"these parameters cannot be written: {first_line(error)}") from None
 
-    def written(self, physics: PhysicsOverlay) -> Path:
-        """Path of the URDF written with these parameters, authored collision geometry kept; meshes are copied once."""
-        own = self.settings.physics
+    def written(self, overlay: Overlay) -> tuple[PhysicsOverlay, Path]:
+        """Completed parameters, and the URDF written with them, authored collision geometry kept; meshes are copied
+        once. Raises ToolError."""
+        physics, own = self.completed(overlay), self.settings.physics
         try:
             if self.folder is None:
                 self.folder = write_folder(self.extraction, physics, {}, self.path, own, CollisionMode.KEEP)
@@ -60,23 +62,17 @@ class Bench:
                 write_urdf(self.extraction, physics, self.folder, own)
         except (AssetError, ArithmeticError, ValueError, OSError) as error:
             raise ToolError(f"these parameters cannot be written: {first_line(error)}") from None
-        return self.folder.urdf
+        return physics, self.folder.urdf
 
     def simulate(self, overlay: Overlay) -> tuple[PhysicsOverlay, Measurement]:
         """Completed parameters, and the measurement at rest with them in PyBullet. Raises ToolError."""
-        physics = self.completed(overlay)
-        urdf = self.written(physics)
-
-        def rest() -> Measurement:
-            own = self.settings.engine
-            return measure(Engine.PYBULLET, urdf, physics.initial_positions, physics.contact_friction, own)
-
-        return physics, self._timed(rest)
+        physics, urdf = self.written(overlay)
+        state, own = physics.initial_positions, self.settings.engine
+        return physics, self._timed(partial(measure, Engine.PYBULLET, urdf, state, physics.contact_friction, own))
 
     def contacts(self, overlay: Overlay) -> tuple[ContactPair, ...]:
         """Link pairs that overlap in the initial state, worst first. Raises ToolError."""
-        physics = self.completed(overlay)
-        urdf = self.written(physics)
+        physics, urdf = self.written(overlay)
 
         def touching() -> tuple[ContactPair, ...]:
             return by_pair(contacts_at(Engine.PYBULLET, urdf, physics.initial_positions, self.settings.engine))
@@ -85,8 +81,7 @@ class Bench:
 
     def pictures(self, overlay: Overlay, views: Sequence[str]) -> tuple[LabelledImage, ...]:
         """Rendered views of the initial state. Raises ToolError."""
-        physics = self.completed(overlay)
-        urdf = self.written(physics)
+        physics, urdf = self.written(overlay)
 
         def drawn() -> tuple[LabelledImage, ...]:
             images = render_views(urdf, physics.initial_positions, self.settings.views)
@@ -100,11 +95,8 @@ class Bench:
         features, scale = self.extraction.features, physics.scale
         tree = tree_of(features.joints, scale)
         poses = link_to_root(tree, features.root, physics.initial_positions)
-        placed = {
-            name: apply(poses[name], scale * geometry.points)
-            for name, geometry in self.extraction.geometry.items()
-            if len(geometry.points)
-        }
+        points = {name: geometry.points for name, geometry in self.extraction.geometry.items()}
+        placed = {name: apply(poses[name], scale * own) for name, own in points.items() if len(own)}
         return {name: (np.min(points, axis=0), np.max(points, axis=0)) for name, points in placed.items()}
 
     def _timed(self, function: Callable[[], T]) -> T:

@@ -72,10 +72,7 @@ def hull_world(trimmer: Trimmer) -> Iterator[HullWorld]:
 
 
 def cleared(
-    hulls: Hulls,
-    poses: Mapping[str, Array],
-    pairs: Iterable[tuple[str, str]],
-    exact: frozenset[str] = frozenset(),
+    hulls: Hulls, poses: Mapping[str, Array], pairs: Iterable[tuple[str, str]], exact: frozenset[str] = frozenset()
 ) -> tuple[Hulls, tuple[Cut, ...]]:
     """The hulls cut until none of the link pairs overlap at these link-to-root poses, and what each link lost.
 

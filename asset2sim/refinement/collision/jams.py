@@ -186,13 +186,12 @@ def pair_hits(world: HullWorld, path: Travel, a: str, b: str, tolerance: float) 
             found = world.closest(first, second, poses[index], pose_b, FAR_M)
             if found is None:
                 continue
-            if found[0] < -tolerance:
-                yield Hit(
-                    path.stance, path, position, Overlap(first, second, poses[index], pose_b, found[1], -found[0])
-                )
+            gap, normal = found
+            if gap < -tolerance:
+                yield Hit(path.stance, path, position, Overlap(first, second, poses[index], pose_b, normal, -gap))
             elif speed > 0.0:
                 # ``speed`` bounds every point of the hull: before this position the two cannot meet.
-                clear_until = position + max(found[0], 0.0) / speed
+                clear_until = position + max(gap, 0.0) / speed
 
 
 def not_interlocked(world: HullWorld, machine: Mechanism, hits: list[Hit]) -> list[Hit]:
@@ -211,11 +210,8 @@ def not_interlocked(world: HullWorld, machine: Mechanism, hits: list[Hit]) -> li
 
 
 def freed(world: HullWorld, machine: Mechanism, hits: list[Hit], joints: Sequence[str]) -> tuple[list[Hit], str | None]:
-    """Fewest hits of one pair and travel that remain after moving one of these joints, and that joint (None if no
-    joint helps).
-
-    Positions tried are the joint's limits, and zero where the stance is not at zero.
-    """
+    """Fewest hits of one pair and travel that remain after moving one of these joints, and that joint (None if none
+    helps). Positions tried are the joint's limits, and zero where the stance is not at zero."""
     (a, b), path = hits[0].links, hits[0].travel
     best: tuple[list[Hit], str | None] = hits, None
     if path is None:
@@ -243,15 +239,8 @@ def worst_jams(hits: Sequence[Hit], causes: Causes) -> tuple[Jam, ...]:
         key = (hit.joint, *hit.links)
         if key not in worst or hit.overlap.depth > worst[key].overlap.depth:
             worst[key] = hit
-    ordered = sorted(worst.values(), key=lambda hit: -hit.overlap.depth)
-    return tuple(
-        Jam(
-            hit.joint,
-            hit.position,
-            *hit.links,
-            max(hit.overlap.depth - 2.0 * MARGIN_M, 0.0),
-            causes.of(hit),
-            hit.freed_by,
-        )
-        for hit in ordered
-    )
+    jams = []
+    for hit in sorted(worst.values(), key=lambda hit: -hit.overlap.depth):
+        depth = max(hit.overlap.depth - 2.0 * MARGIN_M, 0.0)
+        jams.append(Jam(hit.joint, hit.position, *hit.links, depth, causes.of(hit), hit.freed_by))
+    return tuple(jams)

@@ -6,12 +6,13 @@ from asset2sim.assets.authored_overlap import AuthoredShapes
 from asset2sim.assets.hulls import Hulls, exact_links
 from asset2sim.physics.kinematics import tree_of, written_joints
 from asset2sim.refinement.collision.clear_ranges import Cleared, clear_ranges
+from asset2sim.refinement.collision.travel import within
 from asset2sim.refinement.collision.trim import contact_pairs
-from asset2sim.refinement.context import RefinementContext
+from asset2sim.refinement.context import RefinementContext, trace_step, warning
 from asset2sim.refinement.notes import note_cuts
-from schemas.finding import Finding, TraceStep
-from schemas.overlay import PhysicsOverlay
-from schemas.vocabulary import OverlapCause, Severity, Source, Stage
+from schemas.finding import Finding
+from schemas.overlay import JointPhysics, PhysicsOverlay
+from schemas.vocabulary import OverlapCause, Source
 
 
 def let_joints_move(loop: RefinementContext, overlay: PhysicsOverlay, hulls: Hulls) -> tuple[PhysicsOverlay, Hulls]:
@@ -30,19 +31,11 @@ def let_joints_move(loop: RefinementContext, overlay: PhysicsOverlay, hulls: Hul
     )
     if not cleared.cuts and not cleared.limits and not cleared.jams:
         return overlay, hulls
-    loop.log.step(
-        TraceStep(
-            step=0,
-            proposer="range",
-            phi_before_m=0.0,
-            phi_after_m=0.0,
-            moved={},
-            accepted=bool(cleared.cuts or cleared.limits),
-            evaluations=1,
-            reason=f"{len(cleared.cuts)} links cut and {len(cleared.limits)} limits drawn in so that joints can move; "
-            f"{len(cleared.jams)} jams left",
-        )
+    why = (
+        f"{len(cleared.cuts)} links cut and {len(cleared.limits)} limits drawn in so that joints can move; "
+        f"{len(cleared.jams)} jams left"
     )
+    loop.log.step(trace_step("range", 0.0, 0.0, bool(cleared.cuts or cleared.limits), why))
     note_cuts(cleared.cuts, "where it overlaps", "over the range of a joint", loop.log)
     note_limits(overlay, cleared, loop.log.findings)
     note_jams(cleared, loop.log.findings)
@@ -51,21 +44,14 @@ def let_joints_move(loop: RefinementContext, overlay: PhysicsOverlay, hulls: Hul
 
 def with_limits(overlay: PhysicsOverlay, limits: Mapping[str, tuple[float, float]]) -> PhysicsOverlay:
     """The overlay with these joint limits."""
-    joints = tuple(
-        joint.model_copy(
-            update={
-                "lower": limits[joint.name][0],
-                "upper": limits[joint.name][1],
-                "limits_source": Source.SEARCH,
-                "closed": min(max(joint.closed, limits[joint.name][0]), limits[joint.name][1]),
-                "open": min(max(joint.open, limits[joint.name][0]), limits[joint.name][1]),
-            }
-        )
-        if joint.name in limits
-        else joint
-        for joint in overlay.joints
-    )
-    return overlay.model_copy(update={"joints": joints})
+
+    def change(joint: JointPhysics) -> dict[str, object]:
+        name, (lower, upper) = joint.name, limits[joint.name]
+        ends = {"closed": within(limits, name, joint.closed), "open": within(limits, name, joint.open)}
+        return {"lower": lower, "upper": upper, "limits_source": Source.SEARCH, **ends}
+
+    joints = (joint.model_copy(update=change(joint)) if joint.name in limits else joint for joint in overlay.joints)
+    return overlay.model_copy(update={"joints": tuple(joints)})
 
 
 def note_limits(overlay: PhysicsOverlay, cleared: Cleared, findings: list[Finding]) -> None:
@@ -76,18 +62,10 @@ def note_limits(overlay: PhysicsOverlay, cleared: Cleared, findings: list[Findin
         lower, upper = cleared.limits[joint.name]
         stop = cleared.stops.get(joint.name)
         met = "" if stop is None else f": there '{stop.link_a}' meets '{stop.link_b}' as authored"
-        findings.append(
-            Finding(
-                stage=Stage.REFINE,
-                severity=Severity.WARNING,
-                code="limits_drawn_in",
-                message=f"joint '{joint.name}': limits {joint.lower:.4g} … {joint.upper:.4g} drawn in to "
-                f"{lower:.4g} … {upper:.4g}{met}",
-                joint=joint.name,
-                value=upper - lower,
-                limit=(joint.upper or 0.0) - (joint.lower or 0.0),
-            )
-        )
+        whole = (joint.upper or 0.0) - (joint.lower or 0.0)
+        drawn = f"limits {joint.lower:.4g} … {joint.upper:.4g} drawn in to {lower:.4g} … {upper:.4g}{met}"
+        text, name = f"joint '{joint.name}': {drawn}", joint.name
+        findings.append(warning(code="limits_drawn_in", message=text, joint=name, value=upper - lower, limit=whole))
 
 
 def note_jams(cleared: Cleared, findings: list[Finding]) -> None:
@@ -95,14 +73,8 @@ def note_jams(cleared: Cleared, findings: list[Finding]) -> None:
     for jam in cleared.jams:
         where = "at rest" if jam.joint is None else f"where joint '{jam.joint}' is at {jam.position:.3g}"
         why = "their meshes do" if jam.cause is OverlapCause.AUTHORED else "their hulls do"
-        findings.append(
-            Finding(
-                stage=Stage.REFINE,
-                severity=Severity.WARNING,
-                code="jam_left",
-                message=f"'{jam.link_a}' and '{jam.link_b}' overlap by {1e3 * jam.depth_m:.3g} mm {where}, and cutting "
-                f"shapes would take too much ({why})",
-                joint=jam.joint,
-                value=jam.depth_m,
-            )
+        text = (
+            f"'{jam.link_a}' and '{jam.link_b}' overlap by {1e3 * jam.depth_m:.3g} mm {where}, and cutting shapes "
+            f"would take too much ({why})"
         )
+        findings.append(warning(code="jam_left", message=text, joint=jam.joint, value=jam.depth_m))

@@ -20,10 +20,8 @@ from asset2sim.physics.arrays import Array
 
 @dataclass(frozen=True)
 class Shell:
-    """One shell: its (n, 3) vertices and (m, 3) faces, and the (k, 3) points of its hull, none where it is flat.
-
-    ``exact``: the mesh is closed and convex, so that the hull equals it.
-    """
+    """One shell: its (n, 3) vertices and (m, 3) faces, and the (k, 3) points of its hull, none where it is flat;
+    ``exact``: the mesh is closed and convex, so that the hull equals it."""
 
     vertices: Array
     faces: NDArray[np.int64]
@@ -130,12 +128,11 @@ def link_pieces(
     if hollow is not None:
         hollow = hollow.with_reachable(others())
     wholes = [whole_of(shell, sizes) for shell in used]
-    fills = [
-        0.0 if hollow is None or s.exact else hollow.filled_m3(w.points) for s, w in zip(used, wholes, strict=True)
-    ]
+    pairs = list(zip(used, wholes, strict=True))
+    fills = [0.0 if hollow is None or s.exact else hollow.filled_m3(w.points) for s, w in pairs]
     pieces: list[PatchPiece] = []
     cuts: list[list[PatchPiece]] = []
-    for shell, whole, filled in zip(used, wholes, fills, strict=True):
+    for (shell, whole), filled in zip(pairs, fills, strict=True):
         if hollow is not None and must_be_cut(shell, whole, filled, hollow, sizes):
             cuts.append(cutter(shell, hollow, sizes))
         else:
@@ -200,9 +197,8 @@ def allowance(hull_volume: float, sizes: Sizes) -> float:
 
 def can_be_hollow(shell: Shell, sizes: Sizes) -> bool:
     """Whether a shell is not exactly convex and at least as wide as the ball in two directions."""
-    return not shell.exact and bool(
-        np.sort(np.ptp(shell.vertices[np.unique(shell.faces)], axis=0))[1] >= 2.0 * sizes.ball_radius
-    )
+    widths = np.sort(np.ptp(shell.vertices[np.unique(shell.faces)], axis=0))
+    return not shell.exact and bool(widths[1] >= 2.0 * sizes.ball_radius)
 
 
 def standing(sheets: Sequence[Shell], solids: Sequence[Shell], sizes: Sizes) -> list[Shell]:

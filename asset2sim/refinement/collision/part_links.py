@@ -4,8 +4,7 @@ from dataclasses import dataclass, replace
 
 from asset2sim.assets.folder import Folder, replace_hulls, write_urdf
 from asset2sim.assets.hulls import Hulls, exact_links
-from asset2sim.engines.contacts import penetration
-from asset2sim.engines.pybullet_object import contacts_at
+from asset2sim.engines.pybullet_object import phi_at
 from asset2sim.physics.kinematics import link_to_root, tree_of, written_joints
 from asset2sim.refinement.bands import Pose
 from asset2sim.refinement.collision.hull_world import cleared
@@ -32,7 +31,7 @@ class CutAttempt:
 
 def cut_attempt(loop: RefinementContext, folder: Folder, positions: Pose) -> CutAttempt:
     """Cut hulls that overlap at these positions apart; the folder keeps its shapes."""
-    before = penetration(contacts_at(folder.urdf, positions, loop.settings.engine))
+    before = phi_at(folder.urdf, positions, loop.settings.engine)
     whole = CutAttempt(positions, loop.hulls, before, before)
     authored_shapes = loop.settings.collision.mode is CollisionMode.KEEP
     if authored_shapes or before <= loop.settings.search.target_phi_m:
@@ -43,7 +42,7 @@ def cut_attempt(loop: RefinementContext, folder: Folder, positions: Pose) -> Cut
 def phi_with_hulls(loop: RefinementContext, folder: Folder, hulls: Hulls, positions: Pose) -> float:
     """Φ (m) with other collision hulls; the folder is restored afterwards."""
     write_urdf(loop.extraction, loop.overlay, replace_hulls(folder, hulls), loop.settings.physics)
-    phi = penetration(contacts_at(folder.urdf, positions, loop.settings.engine))
+    phi = phi_at(folder.urdf, positions, loop.settings.engine)
     write_urdf(loop.extraction, loop.overlay, replace_hulls(folder, loop.hulls), loop.settings.physics)
     return phi
 

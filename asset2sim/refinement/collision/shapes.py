@@ -96,11 +96,8 @@ def decomposed(extraction: Extraction, scale: float, settings: CollisionSettings
         thickness=min(SHEET_SHARE * extent, settings.sheet_thickness_m / scale),
     )
     shells = {link: link_shells(extraction, link) for link in extraction.geometry}
-    occupied = {
-        link: samples(np.vstack([shell.triangles for shell in own]), sizes.ball_radius)
-        for link, own in shells.items()
-        if own
-    }
+    triangles = {link: np.vstack([shell.triangles for shell in own]) for link, own in shells.items() if own}
+    occupied = {link: samples(corners, sizes.ball_radius) for link, corners in triangles.items()}
     poses = states(extraction)
     cutter = by_coacd if settings.cutter == "coacd" else by_faces
     found = {
@@ -147,41 +144,32 @@ def cap(counts: list[int], most: int) -> int:
 def findings_of(link: str, item: LinkPieces, scale: float) -> list[Finding]:
     """Findings for changes to one link's collision shapes."""
     litres = 1000.0 * scale**3
+    filled = litres * item.filled
     notes: list[Finding] = []
     if item.decals:
         notes.append(dropped(link, item.decals))
     if item.walls:
-        notes.append(
-            _finding(
-                "sheet_thickened", link, f"link '{link}': {item.walls} sheets without a thickness collide as thin walls"
-            )
-        )
+        text = f"link '{link}': {item.walls} sheets without a thickness collide as thin walls"
+        notes.append(info(code="sheet_thickened", link=link, message=text))
     if item.cut_shells:
-        notes.append(
-            _finding(
-                "collision_decomposed",
-                link,
-                f"link '{link}': {item.cut_shells} hollow shells collide as {len(item.pieces)} convex pieces with the "
-                f"rest; their hulls filled {litres * item.filled_before:.3g} l of what is open, the pieces "
-                f"{litres * item.filled:.3g} l",
-                value=litres * item.filled,
-            )
+        text = (
+            f"link '{link}': {item.cut_shells} hollow shells collide as {len(item.pieces)} convex pieces with the "
+            f"rest; their hulls filled {litres * item.filled_before:.3g} l of what is open, the pieces {filled:.3g} l"
         )
+        notes.append(info(code="collision_decomposed", link=link, message=text, value=filled))
     if item.filled > item.allowed + STILL_SHARE * item.filled_before:
-        notes.append(
-            _finding(
-                "collision_fallback",
-                link,
-                f"link '{link}': {litres * item.filled:.3g} l of its hollow stay filled, since more convex pieces than "
-                "the budget allows would be needed; raise collision.max_link_hulls or collision.max_asset_hulls",
-                severity=Severity.WARNING,
-                value=litres * item.filled,
-                limit=litres * item.allowed,
-            )
+        text = (
+            f"link '{link}': {filled:.3g} l of its hollow stay filled, since more convex pieces than the budget allows "
+            "would be needed; raise collision.max_link_hulls or collision.max_asset_hulls"
         )
+        allowed = litres * item.allowed
+        notes.append(warning(code="collision_fallback", link=link, message=text, value=filled, limit=allowed))
     return notes
 
 
+info = partial(Finding, stage=Stage.APPLY, severity=Severity.INFO)
+warning = partial(Finding, stage=Stage.APPLY, severity=Severity.WARNING)
+"""Findings of the stage that writes the shapes, by how much they matter."""
 STILL_SHARE = 0.1
 """Share of the hollow volume filled by hulls that may stay filled before it is reported as a fallback."""
 
@@ -195,25 +183,11 @@ def sheet_findings(extraction: Extraction) -> tuple[Finding, ...]:
             notes.append(dropped(link, sheets))
         elif sheets:
             text = f"link '{link}': its {sheets} sheets without a thickness collide as thin walls"
-            notes.append(_finding("sheet_thickened", link, text))
+            notes.append(info(code="sheet_thickened", link=link, message=text))
     return tuple(notes)
 
 
 def dropped(link: str, count: int) -> Finding:
     """Finding for sheets that stay visual only."""
-    return _finding(
-        "sheet_dropped", link, f"link '{link}': {count} flat meshes on its solids are looks and do not collide"
-    )
-
-
-def _finding(
-    code: str,
-    link: str,
-    message: str,
-    severity: Severity = Severity.INFO,
-    value: float | None = None,
-    limit: float | None = None,
-) -> Finding:
-    return Finding(
-        stage=Stage.APPLY, severity=severity, code=code, message=message, link=link, value=value, limit=limit
-    )
+    text = f"link '{link}': {count} flat meshes on its solids are looks and do not collide"
+    return info(code="sheet_dropped", link=link, message=text)

@@ -44,8 +44,7 @@ def mend(features: Features, overlay: PhysicsOverlay, reports: Reports, settings
     findings: list[Finding] = []
     engines = [report.engine for report in reports]
     given_up: set[tuple[Engine, FailureMode, str]] = set()
-    budget = settings.search.mend_rounds
-    written = overlay
+    budget, written = settings.search.mend_rounds, overlay
     if any(item.mode not in REMEDIES for item in all_failures(overlay, reports, settings)):
         return Mended(overlay, reports, (), ())
     while budget > 0:
@@ -62,8 +61,9 @@ def mend(features: Features, overlay: PhysicsOverlay, reports: Reports, settings
             written, found = candidate, merged(reports, seen)
             if better and len(engines) > 1:
                 found = merged(found, verify(candidate, [e for e in engines if e is not target.engine], None))
-            kept = better and not breaks(failed, all_failures(candidate, found, settings))
-            trace.append(step(target, remedy, candidate, reports, found, kept, settings))
+            now = all_failures(candidate, found, settings)
+            kept = better and not breaks(failed, now)
+            trace.append(mend_step(target, remedy, reports, now, kept))
             if kept:
                 why = f"{target.mode.value} failed in {target.engine.value} ({target.reason})"
                 findings.extend(changes(overlay, candidate, why))
@@ -108,10 +108,8 @@ def candidates(
 
 
 def concerned_joints(overlay: PhysicsOverlay, reports: Reports, target: Failure, settings: Settings) -> tuple[str, ...]:
-    """Joints that a failing check concerns: its own, those that slip after a reset, or those that move untouched.
-
-    An empty tuple stands for all joints.
-    """
+    """Joints that a failing check concerns: its own, those that slip after a reset, or those that move untouched; an
+    empty tuple stands for all joints."""
     if any(joint.name == target.subject for joint in overlay.joints):
         return (target.subject,)
     report = next(report for report in reports if report.engine is target.engine)
@@ -127,9 +125,9 @@ def concerned_joints(overlay: PhysicsOverlay, reports: Reports, target: Failure,
 
 def improves(target: Failure, now: Sequence[Failure]) -> bool:
     """Whether the failing check passes now, or its value is closer to its bound."""
-    same = next((item for item in now if item.key == target.key), None)
     if any(item.mode in (FailureMode.ENGINE_CRASH, FailureMode.TIMEOUT) for item in now):
         return False
+    same = next((item for item in now if item.key == target.key), None)
     if same is None:
         # If another check at rest fails in its place, that failure is new, and ``breaks`` finds it.
         return True
@@ -150,29 +148,12 @@ def merged(reports: Reports, newer: Sequence[EngineReport]) -> Reports:
     return tuple(replaced.get(report.engine, report) for report in reports)
 
 
-def step(
-    target: Failure,
-    remedy: Remedy,
-    candidate: PhysicsOverlay,
-    before: Reports,
-    found: Reports,
-    kept: bool,
-    settings: Settings,
-) -> TraceStep:
+def mend_step(target: Failure, remedy: Remedy, before: Reports, now: Sequence[Failure], kept: bool) -> TraceStep:
     """Trace step of one candidate. Φ is the value before: dynamics do not change it."""
-    after = next((item.value for item in all_failures(candidate, found, settings) if item.key == target.key), None)
-    measured = next((report.measurement for report in before if report.measurement is not None), None)
-    phi = 0.0 if measured is None else measured.penetration_m
+    phi = next((report.measurement.penetration_m for report in before if report.measurement is not None), 0.0)
+    test = f"{target.engine.value} {target.mode.value} {target.subject}".strip()
+    after = next((item.value for item in now if item.key == target.key), None)
     return TraceStep(
-        step=0,
-        proposer="mend",
-        phi_before_m=phi,
-        phi_after_m=phi,
-        moved={},
-        accepted=kept,
-        evaluations=1,
-        reason=f"{remedy.name}: {target.reason}",
-        test=f"{target.engine.value} {target.mode.value} {target.subject}".strip(),
-        value_before=target.value,
-        value_after=after,
-    )
+        step=0, proposer="mend", phi_before_m=phi, phi_after_m=phi, moved={}, accepted=kept, evaluations=1,
+        reason=f"{remedy.name}: {target.reason}", test=test, value_before=target.value, value_after=after,
+    )  # fmt: skip

@@ -4,12 +4,12 @@ A remedy changes little and stays within the bounds of validation: damping withi
 step, inertia only upwards, no friction added to a joint with a spring.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass
 
 from asset2sim.physics.mass_matrix import GRAVITY_M_S2
 from schemas.features import Features
-from schemas.overlay import JointPhysics, PhysicsOverlay
+from schemas.overlay import JointPhysics, LinkPhysics, PhysicsOverlay
 from schemas.settings import Settings
 from schemas.vocabulary import FailureMode, Source
 
@@ -59,6 +59,11 @@ def with_joints(
     return None if joints == overlay.joints else overlay.model_copy(update={"joints": joints})
 
 
+def searched(term: str, value: float) -> dict[str, object]:
+    """Update of a joint: this term, set by the search."""
+    return {term: value, f"{term}_source": Source.SEARCH}
+
+
 def least_inertia(joint: JointPhysics) -> float:
     """Least effective inertia over a joint's range, kg·m² or kg; that at the initial position where it is unknown."""
     return joint.least_inertia or joint.effective_inertia
@@ -75,7 +80,7 @@ def more_damping(case: Case, overlay: PhysicsOverlay) -> PhysicsOverlay | None:
 
     def change(joint: JointPhysics) -> dict[str, object]:
         damping = min(case.settings.search.mend_factor * joint.damping, largest_damping(case, joint))
-        return {"damping": damping, "damping_source": Source.SEARCH} if damping > 1.001 * joint.damping else {}
+        return searched("damping", damping) if damping > 1.001 * joint.damping else {}
 
     return with_joints(case, overlay, change)
 
@@ -83,9 +88,7 @@ def more_damping(case: Case, overlay: PhysicsOverlay) -> PhysicsOverlay | None:
 def less_damping(case: Case, overlay: PhysicsOverlay) -> PhysicsOverlay | None:
     """Half the damping: an explicit damper too strong for the inertia that it moves adds energy."""
     return with_joints(
-        case,
-        overlay,
-        lambda joint: {"damping": 0.5 * joint.damping, "damping_source": Source.SEARCH} if joint.damping > 0.0 else {},
+        case, overlay, lambda joint: searched("damping", 0.5 * joint.damping) if joint.damping > 0.0 else {}
     )
 
 
@@ -96,11 +99,8 @@ def softer_spring(case: Case, overlay: PhysicsOverlay) -> PhysicsOverlay | None:
         if joint.stiffness <= 0.0:
             return {}
         away = joint.spring_reference - joint.initial_position
-        return {
-            "stiffness": 0.5 * joint.stiffness,
-            "stiffness_source": Source.SEARCH,
-            "spring_reference": joint.initial_position + 2.0 * away,
-        }
+        softer = searched("stiffness", 0.5 * joint.stiffness)
+        return softer | {"spring_reference": joint.initial_position + 2.0 * away}
 
     return with_joints(case, overlay, change)
 
@@ -112,9 +112,7 @@ def stiffer_spring(case: Case, overlay: PhysicsOverlay) -> PhysicsOverlay | None
         physics = case.settings.physics
         most = physics.max_stiffness_step * least_inertia(joint) / physics.coarse_timestep_s**2
         stiffness = min(2.0 * joint.stiffness, most)
-        if stiffness <= 1.001 * joint.stiffness:
-            return {}
-        return {"stiffness": stiffness, "stiffness_source": Source.SEARCH}
+        return searched("stiffness", stiffness) if stiffness > 1.001 * joint.stiffness else {}
 
     return with_joints(case, overlay, change)
 
@@ -130,8 +128,7 @@ def more_friction(case: Case, overlay: PhysicsOverlay) -> PhysicsOverlay | None:
         size = max(case.features.link(case.features.joint(joint.name).child).box_size) * overlay.scale
         lever = 1.0 if joint.type == "prismatic" else size / 2.0
         resistance = search.rolling_resistance * weight * lever / count
-        friction = max(search.mend_factor * joint.friction, resistance)
-        return {"friction": friction, "friction_source": Source.SEARCH}
+        return searched("friction", max(search.mend_factor * joint.friction, resistance))
 
     return with_joints(case, overlay, change)
 
@@ -145,31 +142,22 @@ def firmer(case: Case, overlay: PhysicsOverlay) -> PhysicsOverlay | None:
 
 def firmer_hold(case: Case, overlay: PhysicsOverlay) -> PhysicsOverlay | None:
     """More friction on a joint that must stay where it is placed."""
-    return with_joints(
-        case,
-        overlay,
-        lambda joint: (
-            {
-                "friction": max(HOLD_FRICTION_FACTOR * joint.friction, HOLD_FRICTION_FACTOR * abs(joint.gravity_load)),
-                "friction_source": Source.SEARCH,
-            }
-            if joint.stiffness == 0.0
-            else {}
-        ),
-    )
+
+    def change(joint: JointPhysics) -> dict[str, object]:
+        friction = HOLD_FRICTION_FACTOR * max(joint.friction, abs(joint.gravity_load))
+        return searched("friction", friction) if joint.stiffness == 0.0 else {}
+
+    return with_joints(case, overlay, change)
 
 
 def less_friction(case: Case, overlay: PhysicsOverlay) -> PhysicsOverlay | None:
     """Less dry friction on a joint that sticks where it should move."""
-    return with_joints(
-        case,
-        overlay,
-        lambda joint: (
-            {"friction": LOOSENING_FACTOR * joint.friction, "friction_source": Source.SEARCH}
-            if joint.friction > 0.0 and not joint.holds
-            else {}
-        ),
-    )
+
+    def change(joint: JointPhysics) -> dict[str, object]:
+        loose = joint.friction > 0.0 and not joint.holds
+        return searched("friction", LOOSENING_FACTOR * joint.friction) if loose else {}
+
+    return with_joints(case, overlay, change)
 
 
 def much_less_damping(case: Case, overlay: PhysicsOverlay) -> PhysicsOverlay | None:
@@ -177,58 +165,47 @@ def much_less_damping(case: Case, overlay: PhysicsOverlay) -> PhysicsOverlay | N
     return with_joints(
         case,
         overlay,
-        lambda joint: (
-            {"damping": LOOSENING_FACTOR * joint.damping, "damping_source": Source.SEARCH}
-            if joint.damping > 0.0
-            else {}
-        ),
+        lambda joint: searched("damping", LOOSENING_FACTOR * joint.damping) if joint.damping > 0.0 else {},
     )
+
+
+def with_links(overlay: PhysicsOverlay, change: Callable[[LinkPhysics], dict[str, object]]) -> PhysicsOverlay | None:
+    """The overlay with ``change`` applied to its links; None where nothing changes."""
+    links = tuple(link.model_copy(update=change(link)) for link in overlay.links)
+    return None if links == overlay.links else overlay.model_copy(update={"links": links})
+
+
+def heavier(link: LinkPhysics, factor: float) -> dict[str, object]:
+    """Update of a link: its inertia times ``factor``."""
+    return {"inertia": tuple(factor * v for v in link.inertia), "inertia_source": Source.SEARCH}
 
 
 def more_inertia(case: Case, overlay: PhysicsOverlay) -> PhysicsOverlay | None:
     """More inertia for links that are light beside the heaviest: solvers are unstable between heavy neighbours."""
 
-    def size(inertia: Sequence[float]) -> float:
-        return float(inertia[0] + inertia[3] + inertia[5])
+    def size(link: LinkPhysics) -> float:
+        return float(link.inertia[0] + link.inertia[3] + link.inertia[5])
 
-    heaviest = max(size(link.inertia) for link in overlay.links)
-    links = tuple(
-        link.model_copy(
-            update={"inertia": tuple(LIGHT_INERTIA_FACTOR * v for v in link.inertia), "inertia_source": Source.SEARCH}
-        )
-        if size(link.inertia) < LIGHT_SHARE * heaviest
-        else link
-        for link in overlay.links
-    )
-    return None if links == overlay.links else overlay.model_copy(update={"links": links})
+    least = LIGHT_SHARE * max(map(size, overlay.links))
+    return with_links(overlay, lambda link: heavier(link, LIGHT_INERTIA_FACTOR) if size(link) < least else {})
 
 
 def lower_mass_ratio(case: Case, overlay: PhysicsOverlay) -> PhysicsOverlay | None:
     """More mass and inertia for light links where the mass ratio exceeds a tenth of the solvers' limit."""
     heaviest = max(link.mass_kg for link in overlay.links)
     least = heaviest / (0.1 * case.settings.physics.max_mass_ratio)
-    links = tuple(
-        link.model_copy(
-            update={
-                "mass_kg": least,
-                "mass_source": Source.SEARCH,
-                "inertia": tuple(least / link.mass_kg * v for v in link.inertia),
-                "inertia_source": Source.SEARCH,
-            }
-        )
-        if link.mass_kg < least
-        else link
-        for link in overlay.links
-    )
-    return None if links == overlay.links else overlay.model_copy(update={"links": links})
+
+    def change(link: LinkPhysics) -> dict[str, object]:
+        raised = {"mass_kg": least, "mass_source": Source.SEARCH}
+        return raised | heavier(link, least / link.mass_kg) if link.mass_kg < least else {}
+
+    return with_links(overlay, change)
 
 
 def rougher_contact(case: Case, overlay: PhysicsOverlay) -> PhysicsOverlay | None:
     """More contact friction, so that the object does not creep or slide."""
     friction = min(1.5 * overlay.contact_friction, MAX_CONTACT_FRICTION)
-    if friction <= overlay.contact_friction:
-        return None
-    return overlay.model_copy(update={"contact_friction": friction})
+    return overlay.model_copy(update={"contact_friction": friction}) if friction > overlay.contact_friction else None
 
 
 def rolling_resistance(case: Case, overlay: PhysicsOverlay) -> PhysicsOverlay | None:
@@ -238,48 +215,24 @@ def rolling_resistance(case: Case, overlay: PhysicsOverlay) -> PhysicsOverlay | 
     return overlay.model_copy(update={"rolling_friction_m": ROLLING_M})
 
 
-_EXPLOSION = (
-    Remedy("less damping", less_damping),
-    Remedy("more inertia of light links", more_inertia),
-    Remedy("mass ratio lowered", lower_mass_ratio),
-    Remedy("softer spring", softer_spring),
-)
-
-_STILL = (
-    Remedy("more damping and friction", firmer),
-    Remedy("rolling resistance", rolling_resistance),
-    Remedy("rougher contact", rougher_contact),
-    Remedy("more inertia of light links", more_inertia),
-)
+_FIRMER, _HOLD = Remedy("more damping and friction", firmer), Remedy("firmer hold", firmer_hold)
+_ROLLING, _ROUGHER = Remedy("rolling resistance", rolling_resistance), Remedy("rougher contact", rougher_contact)
+_INERTIA, _SOFTER = Remedy("more inertia of light links", more_inertia), Remedy("softer spring", softer_spring)
+_EXPLOSION = (Remedy("less damping", less_damping), _INERTIA, Remedy("mass ratio lowered", lower_mass_ratio), _SOFTER)
+_STILL = (_FIRMER, _ROLLING, _ROUGHER, _INERTIA)
 
 REMEDIES: dict[FailureMode, tuple[Remedy, ...]] = {
-    FailureMode.OSCILLATION: (
-        Remedy("more damping and friction", firmer),
-        Remedy("softer spring", softer_spring),
-    ),
-    FailureMode.DRIFT: (
-        Remedy("more damping and friction", firmer),
-        Remedy("rolling resistance", rolling_resistance),
-        Remedy("rougher contact", rougher_contact),
-        *_EXPLOSION,
-    ),
-    FailureMode.DROP: (
-        *_EXPLOSION,
-        Remedy("more damping and friction", firmer),
-        Remedy("rougher contact", rougher_contact),
-    ),
+    FailureMode.OSCILLATION: (_FIRMER, _SOFTER),
+    FailureMode.DRIFT: (_FIRMER, _ROLLING, _ROUGHER, *_EXPLOSION),
+    FailureMode.DROP: (*_EXPLOSION, _FIRMER, _ROUGHER),
     FailureMode.NUDGE: (Remedy("more damping", more_damping), Remedy("more friction", more_friction), *_EXPLOSION),
-    FailureMode.HOLD: (Remedy("firmer hold", firmer_hold), Remedy("softer spring", softer_spring)),
+    FailureMode.HOLD: (_HOLD, _SOFTER),
     FailureMode.RELEASE: (
         Remedy("less friction", less_friction),
         Remedy("less damping", much_less_damping),
         Remedy("stiffer spring", stiffer_spring),
     ),
-    FailureMode.RESET: (
-        Remedy("firmer hold", firmer_hold),
-        Remedy("more damping and friction", firmer),
-        Remedy("rougher contact", rougher_contact),
-    ),
+    FailureMode.RESET: (_HOLD, _FIRMER, _ROUGHER),
 }
 """Failing check → remedies, least intrusive first. Penetration and jams are mended by state and collision shape."""
 

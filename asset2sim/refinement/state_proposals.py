@@ -32,12 +32,10 @@ def around(best: Pose, focus: Sequence[str], bands: Mapping[str, Band], seed: in
     random = np.random.default_rng(seed)
     for index in range(PERTURBATIONS):
         size = (index + 1) / PERTURBATIONS
-        step = random.uniform(-1.0, 1.0, len(focus)) * size
-        moved = {
-            name: bands[name].clamp(best[name] + float(step[i]) * (bands[name].high - bands[name].low))
-            for i, name in enumerate(focus)
-        }
-        yield {**best, **moved}
+        moved = dict(best)
+        for name, step in zip(focus, random.uniform(-1.0, 1.0, len(focus)) * size, strict=True):
+            moved[name] = bands[name].clamp(best[name] + float(step) * (bands[name].high - bands[name].low))
+        yield moved
 
 
 def grid(best: Pose, focus: Sequence[str], bands: Mapping[str, Band]) -> Iterator[Pose]:

@@ -6,8 +6,9 @@ from dataclasses import dataclass, field
 
 from asset2sim.engines.contacts import by_pair, penetration
 from asset2sim.models.refinement_prompt import RefusedProposal
-from asset2sim.refinement.bands import Band, Evaluator, Pose, objective
-from asset2sim.refinement.state.proposals import along, around, focus_joints, grid
+from asset2sim.refinement.bands import Band, Evaluator, Pose, moved_joints, objective
+from asset2sim.refinement.context import Log, trace_step
+from asset2sim.refinement.state_proposals import along, around, focus_joints, grid
 from schemas.features import JointFeatures
 from schemas.finding import TraceStep
 from schemas.measurement import ContactPair
@@ -24,7 +25,7 @@ reach, or None."""
 
 @dataclass
 class Search:
-    """State of one search: best pose so far, its Φ (m), and the trace."""
+    """State of one search: best pose so far, its Φ (m), and the log."""
 
     joints: Sequence[JointFeatures]
     bands: Mapping[str, Band]
@@ -33,7 +34,7 @@ class Search:
     seed: int
     best: Pose
     phi: float
-    trace: list[TraceStep] = field(default_factory=list)
+    log: Log = field(default_factory=Log)
 
     @property
     def done(self) -> bool:
@@ -46,19 +47,8 @@ class Search:
 
     def record(self, proposer: str, pose: Pose, phi: float, evaluations: int, accepted: bool, reason: str) -> None:
         """Add a step to the trace; an accepted pose becomes the best one."""
-        moved = {name: value for name, value in pose.items() if value != self.best[name]}
-        self.trace.append(
-            TraceStep(
-                step=len(self.trace),
-                proposer=proposer,
-                phi_before_m=self.phi,
-                phi_after_m=phi,
-                moved=moved,
-                accepted=accepted,
-                evaluations=evaluations,
-                reason=reason,
-            )
-        )
+        moved = moved_joints(pose, self.best)
+        self.log.step(trace_step(proposer, self.phi, phi, accepted, reason, moved, evaluations))
         if accepted:
             self.best, self.phi = pose, phi
 
@@ -109,7 +99,7 @@ def refine_state(
     try_alternative_starts(search, alternatives)
     if ask is not None:
         ask_model(search, ask, acceptable_m)
-    return search.best, search.phi, tuple(search.trace)
+    return search.best, search.phi, tuple(search.log.trace)
 
 
 def ask_model(search: Search, ask: Ask, acceptable_m: float) -> None:
@@ -140,8 +130,7 @@ def search_focus(search: Search) -> None:
             break
         lowered = False
         for name in focus:
-            if not search.done:
-                lowered |= search.consider("line", along(search.best, name, search.bands[name]))
+            lowered |= not search.done and search.consider("line", along(search.best, name, search.bands[name]))
         if search.done or lowered:
             continue
         if search.consider("perturbation", around(search.best, focus, search.bands, search.seed)):
@@ -174,14 +163,10 @@ def return_to_request(search: Search) -> None:
         before = search.evaluator.evaluations
         for _ in range(BISECTIONS):
             middle = (near + far) / 2.0
-            if search.evaluator.phi({**search.best, name: middle}) <= search.settings.target_phi_m:
-                far = middle
-            else:
-                near = middle
+            good = search.evaluator.phi({**search.best, name: middle}) <= search.settings.target_phi_m
+            near, far = (near, middle) if good else (middle, far)
         if far != search.best[name]:
             pose = {**search.best, name: far}
             phi = search.evaluator.phi(pose)
-            used = search.evaluator.evaluations - before
-            search.record(
-                "return", pose, phi, used, phi <= search.settings.target_phi_m, "nearer to the requested state"
-            )
+            used, kept = search.evaluator.evaluations - before, phi <= search.settings.target_phi_m
+            search.record("return", pose, phi, used, kept, "nearer to the requested state")

@@ -1,1 +1,0 @@
-"""Refine the state: propose joint positions, evaluate Φ, accept only what lowers it (paper, "Refine the state")."""
