@@ -24,11 +24,7 @@ class Measured(StageResult):
 
 
 def measure_written(
-    job: AssetJob,
-    extraction: Extraction,
-    urdf: Path,
-    overlay: PhysicsOverlay,
-    reports: tuple[EngineReport, ...] | None,
+    job: AssetJob, extraction: Extraction, urdf: Path, overlay: PhysicsOverlay, reports: tuple[EngineReport, ...] | None
 ) -> Measured:
     """Reports, overlaps and verdict of a URDF; ``reports`` are refinement's own on exactly this URDF, if it ran."""
     cause = cause_for(extraction, overlay)

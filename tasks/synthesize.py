@@ -25,12 +25,7 @@ class Synthesized(StageResult):
 def by_rules(job: AssetJob, extraction: Extraction) -> Synthesized:
     """Asset2Sim: a model's answer, its scale and state corrected where they cannot be meant. Raises SynthesisError."""
     images = tuple(labelled_views(extraction, job.settings).values())
-    proposal, calls, findings = synthesize(
-        extraction.features,
-        job.ref.prompt,
-        job.ask,
-        images,
-    )
+    proposal, calls, findings = synthesize(extraction.features, job.ref.prompt, job.ask, images)
     semantics = job.settings.method is not Method.NO_SEMANTICS
     proposal, corrected = sensible(extraction, proposal, job.ref.prompt, job.settings.physics, semantics=semantics)
     return Synthesized(proposal=proposal, calls=calls, findings=(*findings, *corrected))
@@ -39,12 +34,7 @@ def by_rules(job: AssetJob, extraction: Extraction) -> Synthesized:
 def direct(job: AssetJob, extraction: Extraction) -> Synthesized:
     """VLM-direct: one answer from all five views. Raises SynthesisError."""
     images = tuple(labelled_views(extraction, job.settings).values())
-    request = overlay_request(
-        DIRECT,
-        extraction.features,
-        job.ref.prompt,
-        images,
-    )
+    request = overlay_request(DIRECT, extraction.features, job.ref.prompt, images)
     proposal, calls, findings = ask_overlay(request, extraction.features, job.ask)
     return Synthesized(proposal=proposal, calls=calls, findings=findings)
 

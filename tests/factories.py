@@ -10,17 +10,7 @@ from schemas.interaction import Drop, EngineReport, Interaction, Opening, Overla
 from schemas.measurement import ContactPair, JointMotion, Measurement
 from schemas.overlay import JointPhysics, LinkPhysics, PhysicsOverlay
 from schemas.request import ModelCall
-from schemas.vocabulary import (
-    Engine,
-    FailureMode,
-    Method,
-    OverlapCause,
-    Severity,
-    Source,
-    Stage,
-    Status,
-    VolumeSource,
-)
+from schemas.vocabulary import Engine, FailureMode, Method, OverlapCause, Severity, Source, Stage, Status, VolumeSource
 
 MODEL = "prior/household"
 

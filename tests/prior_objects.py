@@ -8,12 +8,7 @@ from asset2sim.models.prior.answer import answer
 Json = dict[str, Any]
 
 
-def link(
-    name: str,
-    label: str = "",
-    at: tuple[float, float, float] = (0.0, 0.0, 0.0),
-    size: float = 0.5,
-) -> Json:
+def link(name: str, label: str = "", at: tuple[float, float, float] = (0.0, 0.0, 0.0), size: float = 0.5) -> Json:
     """A cube of this size, m, whose volume is that of its hull."""
     return {
         "name": name, "label": label, "joint_kind": "", "box_m": [size] * 3, "center_m": list(at),
@@ -38,13 +33,7 @@ def joint(
     }  # fmt: skip
 
 
-def thing(
-    category: str,
-    *moving: tuple[Json, Json],
-    asset_id: str = "1",
-    size: float = 1.6,
-    body: str = "",
-) -> Json:
+def thing(category: str, *moving: tuple[Json, Json], asset_id: str = "1", size: float = 1.6, body: str = "") -> Json:
     """An object of a body and its moving (link, joint) pairs."""
     return {
         "purpose": "synthesis", "asset_id": asset_id, "category": category, "size_m": [size] * 3,
@@ -54,20 +43,14 @@ def thing(
 
 
 def hinged(
-    name: str,
-    label: str,
-    at: tuple[float, float, float] = (0.0, 0.0, 0.0),
-    **joint_fields: Any,
+    name: str, label: str, at: tuple[float, float, float] = (0.0, 0.0, 0.0), **joint_fields: Any
 ) -> tuple[Json, Json]:
     """A hinged part called ``name``; its joint is called the same."""
     return link(f"{name}_link", label, at), joint(name, f"{name}_link", **joint_fields)
 
 
 def sliding(
-    name: str,
-    label: str,
-    at: tuple[float, float, float] = (0.0, 0.0, 0.0),
-    **joint_fields: Any,
+    name: str, label: str, at: tuple[float, float, float] = (0.0, 0.0, 0.0), **joint_fields: Any
 ) -> tuple[Json, Json]:
     """A sliding part that opens towards −x by 0.5 m unless stated otherwise."""
     fields = {"upper": 0.5, "axis": (-1.0, 0.0, 0.0), **joint_fields}
@@ -116,9 +99,7 @@ CABINET = thing(
     body="furniture_body",
 )  # fmt: skip
 DRAWERS = thing(
-    "Table",
-    *(sliding(f"d{row}", "drawer", (-0.5, 0.0, 0.6 - 0.6 * row)) for row in (2, 0, 1)),
-    body="furniture_body",
+    "Table", *(sliding(f"d{row}", "drawer", (-0.5, 0.0, 0.6 - 0.6 * row)) for row in (2, 0, 1)), body="furniture_body"
 )
 SUITCASE = thing(
     "Suitcase",
@@ -126,25 +107,15 @@ SUITCASE = thing(
     hinged("handle", "rotation_handle", lower=-1.57, upper=1.57, closed=1.57),
 )
 BUCKET = thing("Bucket", hinged("handle", "handle", lower=-2.0, upper=2.0), body="bucket_body")
-SAFE = thing(
-    "Safe",
-    hinged("door", "door", upper=3.0),
-    spinning("knob", "knob"),
-    body="safe_body",
-)
+SAFE = thing("Safe", hinged("door", "door", upper=3.0), spinning("knob", "knob"), body="safe_body")
 STAPLER = thing(
     "Stapler",
     (link("lid_link", "lid"), joint("lid", "lid_link", lower=-0.3, upper=2.0)),
-    (
-        link("magazine", "stapler_body"),
-        joint("inner", "magazine", parent="lid_link", lower=-0.1, upper=2.8),
-    ),
+    (link("magazine", "stapler_body"), joint("inner", "magazine", parent="lid_link", lower=-0.1, upper=2.8)),
     body="stapler_base",
 )
 TOASTER = thing(
-    "Toaster",
-    sliding("lever", "slider", axis=(0.0, 0.0, -1.0), upper=0.4, closed=0.4),
-    spinning("knob", "knob"),
+    "Toaster", sliding("lever", "slider", axis=(0.0, 0.0, -1.0), upper=0.4, closed=0.4), spinning("knob", "knob")
 )
 GLASSES = thing(
     "Eyeglasses",
@@ -152,14 +123,6 @@ GLASSES = thing(
     hinged("right", "leg", (0.0, -0.6, 0.0), closed=1.6),
 )
 SCISSORS = thing("Scissors", hinged("halves", "leg", lower=-0.6, upper=0.0), body="leg")
-TRASHCAN = thing(
-    "TrashCan",
-    hinged("lid", "lid", upper=3.14),
-    spinning("wheel", "wheel"),
-    hinged("pedal", "foot_pad"),
-)
-KEYBOARD = thing(
-    "Keyboard",
-    *(sliding(f"k{i}", "key", upper=0.01, axis=(0.0, 0.0, -1.0)) for i in range(3)),
-)
+TRASHCAN = thing("TrashCan", hinged("lid", "lid", upper=3.14), spinning("wheel", "wheel"), hinged("pedal", "foot_pad"))
+KEYBOARD = thing("Keyboard", *(sliding(f"k{i}", "key", upper=0.01, axis=(0.0, 0.0, -1.0)) for i in range(3)))
 BOTTLE = thing("Bottle", hinged("cap", "rotation_lid", upper=3.14, closed=3.14, confidence=0.0))

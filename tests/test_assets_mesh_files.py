@@ -88,10 +88,7 @@ def test_a_texture_outside_is_left_there(tmp_path: Path, where: str) -> None:
 def test_a_missing_library_or_texture_is_no_error(tmp_path: Path) -> None:
     source = laid_out(
         tmp_path / "in",
-        {
-            "a.obj": box_obj(LOW, HIGH, "mtllib gone.mtl\nmtllib a.mtl\n"),
-            "a.mtl": "newmtl m\nmap_Kd gone.png\n",
-        },
+        {"a.obj": box_obj(LOW, HIGH, "mtllib gone.mtl\nmtllib a.mtl\n"), "a.mtl": "newmtl m\nmap_Kd gone.png\n"},
     )
     _, files = brought({"a.obj": source / "a.obj"}, source, tmp_path / "out")
     assert files == {"a.obj", "a.mtl"}
@@ -132,8 +129,7 @@ def read_lines(path: Path) -> list[str]:
 def test_files_outside_the_asset_get_names_of_their_own(tmp_path: Path) -> None:
     source = laid_out(tmp_path / "robot" / "urdf", {"readme": "x"})
     package = laid_out(
-        tmp_path / "robot" / "meshes",
-        {"left/a.obj": box_obj(LOW, HIGH), "right/a.obj": box_obj(LOW, (2.0, 2.0, 2.0))},
+        tmp_path / "robot" / "meshes", {"left/a.obj": box_obj(LOW, HIGH), "right/a.obj": box_obj(LOW, (2.0, 2.0, 2.0))}
     )
     references: dict[str, Path | None] = {
         "package://robot/meshes/left/a.obj": package / "left/a.obj",

@@ -14,17 +14,7 @@ from asset2sim.engines.pybullet_world import PyBulletWorld, open_pybullet
 from asset2sim.physics.arrays import Array
 from schemas.errors import AssetError
 from schemas.vocabulary import FailureMode
-from tests.builders import (
-    ORIGIN,
-    UrdfJoint,
-    UrdfLink,
-    ball_inertia,
-    block_urdf,
-    joint_track,
-    mesh,
-    swing,
-    write_urdf,
-)
+from tests.builders import ORIGIN, UrdfJoint, UrdfLink, ball_inertia, block_urdf, joint_track, mesh, swing, write_urdf
 
 pytestmark = pytest.mark.system
 

@@ -16,16 +16,7 @@ import pytest
 from flows.server.server import temporary_server
 from tests.assets import ROOT
 from tests.dask_programs import answering, programs, start_scheduler, start_workers, worker_of
-from tests.fault_runs import (
-    LIMIT_S,
-    PLAIN,
-    Place,
-    assert_nobody_left,
-    dataset,
-    findings,
-    rows,
-    start,
-)
+from tests.fault_runs import LIMIT_S, PLAIN, Place, assert_nobody_left, dataset, findings, rows, start
 from tests.faulty import noted, processes
 from tests.processes import kill_marked, wait_until
 

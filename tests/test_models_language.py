@@ -32,11 +32,7 @@ PAPER_AND_MANIFEST: list[tuple[Json, str, dict[str, float]]] = [
         "A small plastic bucket with its handle swung halfway over. The handle swings freely.",
         {"handle": 0.0},
     ),
-    (
-        known.LAPTOP,
-        "I want a slightly open laptop. Low damping for smooth operation.",
-        {"screen": -1.8 + 0.916},
-    ),
+    (known.LAPTOP, "I want a slightly open laptop. Low damping for smooth operation.", {"screen": -1.8 + 0.916}),
     (
         known.MICROWAVE,
         "I want a microwave opening its door halfway. Low damping for hinge-like behavior.",
@@ -47,11 +43,7 @@ PAPER_AND_MANIFEST: list[tuple[Json, str, dict[str, float]]] = [
         "I want a microwave with its door halfway open. Low damping for hinge-like behavior.",
         {"door": 0.8},
     ),
-    (
-        known.SAFE,
-        "A small steel safe with its door wide open. The door is heavy and moves slowly.",
-        {"door": 3.0},
-    ),
+    (known.SAFE, "A small steel safe with its door wide open. The door is heavy and moves slowly.", {"door": 3.0}),
     (known.STAPLER, "I want a slightly open stapler.", {"lid": -0.3 + 0.33 * 1.5708}),
     (
         known.STAPLER,
@@ -126,11 +118,7 @@ PAPER_AND_MANIFEST: list[tuple[Json, str, dict[str, float]]] = [
         ),
         {"door_left": 0.8, "door_right": 0.0, "drawer_left": 0.0, "drawer_right": 0.0},
     ),
-    (
-        known.KEYBOARD,
-        "A standard plastic computer keyboard with light, spring-like keys for easy pressing.",
-        {},
-    ),
+    (known.KEYBOARD, "A standard plastic computer keyboard with light, spring-like keys for easy pressing.", {}),
     (
         known.thing("FoldingChair", known.hinged("seat", "seat", closed=1.6)),
         (
@@ -149,22 +137,10 @@ PAPER_AND_MANIFEST: list[tuple[Json, str, dict[str, float]]] = [
         "I want a regular size folding knife that fits in hand. Low damping for hinge-like behavior.",
         {},
     ),
+    (known.thing("Cart", known.spinning("w", "wheel")), "A utility cart with wheels that roll freely.", {}),
+    (known.thing("Kettle", known.sliding("lid", "lid")), "An electric kettle with its lid closed.", {"lid": 0.0}),
     (
-        known.thing("Cart", known.spinning("w", "wheel")),
-        "A utility cart with wheels that roll freely.",
-        {},
-    ),
-    (
-        known.thing("Kettle", known.sliding("lid", "lid")),
-        "An electric kettle with its lid closed.",
-        {"lid": 0.0},
-    ),
-    (
-        known.thing(
-            "CoffeeMachine",
-            known.hinged("lid", "lid"),
-            known.sliding("b", "button", upper=0.01),
-        ),
+        known.thing("CoffeeMachine", known.hinged("lid", "lid"), known.sliding("b", "button", upper=0.01)),
         "A household coffee machine, everything closed, with stiff buttons.",
         {"lid": 0.0},
     ),
@@ -177,11 +153,7 @@ PAPER_AND_MANIFEST: list[tuple[Json, str, dict[str, float]]] = [
 
 OWN_PHRASINGS: list[tuple[Json, str, dict[str, float]]] = [
     (known.TOILET, "A toilet with lid and seat open.", {"lid": 1.6, "seat": 1.6}),
-    (
-        known.TOILET,
-        "toilet; the lid is up, the seat is down",
-        {"lid": 1.6, "seat": 0.0},
-    ),
+    (known.TOILET, "toilet; the lid is up, the seat is down", {"lid": 1.6, "seat": 0.0}),
     (known.TOILET, "Its lid half closed, its seat closed", {"lid": 0.8, "seat": 0.0}),
     (known.TOILET, "lid open seat closed", {"lid": 1.6, "seat": 0.0}),
     (known.MICROWAVE, "A microwave whose door is not open", {"door": 0.0}),
@@ -204,29 +176,13 @@ OWN_PHRASINGS: list[tuple[Json, str, dict[str, float]]] = [
         "both doors wide open, drawers shut",
         {"door_left": 1.6, "door_right": 1.6, "drawer_left": 0.0, "drawer_right": 0.0},
     ),
-    (
-        known.CABINET,
-        "the right door open, the left one closed",
-        {"door_right": 1.6, "door_left": 0.0},
-    ),
+    (known.CABINET, "the right door open, the left one closed", {"door_right": 1.6, "door_left": 0.0}),
     (known.CABINET, "second drawer halfway open", {"drawer_right": 0.25}),
-    (
-        known.CABINET,
-        "left and right door ajar",
-        {"door_left": 0.3927, "door_right": 0.3927},
-    ),
+    (known.CABINET, "left and right door ajar", {"door_left": 0.3927, "door_right": 0.3927}),
     (known.CABINET, "one drawer fully open", {"drawer_left": 0.5}),
-    (
-        known.DRAWERS,
-        "the bottom drawer is pulled out, the rest are closed",
-        {"d2": 0.5, "d0": 0.0, "d1": 0.0},
-    ),
+    (known.DRAWERS, "the bottom drawer is pulled out, the rest are closed", {"d2": 0.5, "d0": 0.0, "d1": 0.0}),
     (known.DRAWERS, "first and third drawers half open", {"d0": 0.25, "d2": 0.25}),
-    (
-        known.DRAWERS,
-        "last drawer open, middle drawer slightly open",
-        {"d2": 0.5, "d1": 0.1},
-    ),
+    (known.DRAWERS, "last drawer open, middle drawer slightly open", {"d2": 0.5, "d1": 0.1}),
     (known.DRAWERS, "all drawers open", {"d0": 0.5, "d1": 0.5, "d2": 0.5}),
     (known.GLASSES, "glasses with folded temples", {"left": 1.6, "right": 1.6}),
     (known.SCISSORS, "closed scissors", {"halves": -0.6}),
@@ -270,12 +226,7 @@ def test_a_length_opens_a_slide_at_the_final_scale() -> None:
             "lid",
             {"coast_s": 0.5, "holds": True},
         ),
-        (
-            known.CABINET,
-            "Doors stay where they are placed.",
-            "door_right",
-            {"holds": True},
-        ),
+        (known.CABINET, "Doors stay where they are placed.", "door_right", {"holds": True}),
         (known.BOX, "The lid does not stay open.", "lid", {"holds": False}),
         (known.DRAWERS, "low friction slides", "d1", {"coast_s": 0.5, "holds": False}),
         (known.DRAWERS, "high friction slides", "d1", {"coast_s": 0.1, "holds": True}),
@@ -285,19 +236,9 @@ def test_a_length_opens_a_slide_at_the_final_scale() -> None:
             "lid",
             {"spring_hz": 3.0, "spring_rest": -0.3 + 0.33 * 1.5708, "holds": False},
         ),
-        (
-            known.KEYBOARD,
-            "light, springy keys",
-            "k1",
-            {"spring_hz": 10.5, "spring_rest": 0.0},
-        ),
+        (known.KEYBOARD, "light, springy keys", "k1", {"spring_hz": 10.5, "spring_rest": 0.0}),
         (known.MICROWAVE, "stiff buttons", "button", {"spring_hz": 18.0}),
-        (
-            known.TOASTER,
-            "The lever springs back.",
-            "lever",
-            {"spring_hz": 4.0, "spring_rest": 0.0},
-        ),
+        (known.TOASTER, "The lever springs back.", "lever", {"spring_hz": 4.0, "spring_rest": 0.0}),
         (LIDS, "A toilet with a soft-close lid.", "lid", {"closes_s": 2.0, "holds": False}),
         (LIDS, "The lid closes slowly.", "lid", {"closes_s": 2.0, "holds": False}),
         (LIDS, "The lid closes in 3 seconds.", "lid", {"closes_s": 3.0, "holds": False}),
@@ -322,10 +263,7 @@ def test_feel(information: Json, guidance: str, name: str, expected: Json) -> No
 
 
 def test_feel_reaches_only_the_parts_that_are_named() -> None:
-    plain, worded = (
-        ask(known.CABINET),
-        ask(known.CABINET, "drawers with super high damping"),
-    )
+    plain, worded = (ask(known.CABINET), ask(known.CABINET, "drawers with super high damping"))
     assert felt(worded, "door_left") == felt(plain, "door_left")
     assert felt(worded, "drawer_left")["coast_s"] == 0.05
 
@@ -357,14 +295,7 @@ def test_an_unmet_wish_is_noted() -> None:
 
 
 def test_segments_end_at_separators_but_not_inside_numbers() -> None:
-    assert tokenize("Lid at 0.5 rad, 3-drawer.") == (
-        "lid",
-        "at",
-        "0.5",
-        "rad",
-        ",",
-        ".",
-    )
+    assert tokenize("Lid at 0.5 rad, 3-drawer.") == ("lid", "at", "0.5", "rad", ",", ".")
     assert [segment.tokens for segment in segments("a lid, open and closed", "")] == [
         ("a", "lid"),
         ("open",),

@@ -150,14 +150,8 @@ def test_scale(information: Json, guidance: str, longest_m: float) -> None:
     ("information", "guidance"),
     [
         (thing("Refrigerator", size=1.7), ""),
-        (
-            thing("Furniture", size=1.79, asset_id="3t-600-clean-locker"),
-            "A piece of furniture at its real size.",
-        ),
-        (
-            thing("Furniture", size=0.33, asset_id="casio-330-analog-clock"),
-            "A piece of furniture at its real size.",
-        ),
+        (thing("Furniture", size=1.79, asset_id="3t-600-clean-locker"), "A piece of furniture at its real size."),
+        (thing("Furniture", size=0.33, asset_id="casio-330-analog-clock"), "A piece of furniture at its real size."),
         (thing("Laptop", size=0.31), "I want a laptop."),
         (thing("Microwave", size=0.35), "a small microwave"),
     ],
@@ -176,12 +170,7 @@ def test_scale_is_asked_only_when_words_say_so() -> None:
 
 @pytest.mark.parametrize(
     ("information", "low", "high"),
-    [
-        (known.LAPTOP, 1.0, 3.0),
-        (known.MICROWAVE, 8.0, 15.0),
-        (known.STAPLER, 0.1, 0.5),
-        (known.SAFE, 25.0, 80.0),
-    ],
+    [(known.LAPTOP, 1.0, 3.0), (known.MICROWAVE, 8.0, 15.0), (known.STAPLER, 0.1, 0.5), (known.SAFE, 25.0, 80.0)],
 )
 def test_masses_are_those_of_such_things(information: Json, low: float, high: float) -> None:
     assert low <= total_mass(information, ask(information)) <= high
@@ -235,15 +224,7 @@ def test_a_helper_link_is_named_after_what_hangs_from_it() -> None:
 
 def refine(phi_m: float, position: float, desired: float, tried: Sequence[Json] = (), **changes: float) -> Json:
     """The answer for one joint from 0 (closed) to 1 (open)."""
-    focus = {
-        "name": "door",
-        "type": "revolute",
-        "lower": 0.0,
-        "upper": 1.0,
-        "closed": 0.0,
-        "open": 1.0,
-        **changes,
-    }
+    focus = {"name": "door", "type": "revolute", "lower": 0.0, "upper": 1.0, "closed": 0.0, "open": 1.0, **changes}
     information = {
         "purpose": "refinement", "phi_m": phi_m, "pairs": [{"link_a": "a", "link_b": "b", "penetration_m": phi_m}],
         "focus_joints": [{**focus, "position": position, "desired": desired}], "tried": list(tried),
@@ -351,11 +332,7 @@ def test_paper9_scales_are_near_the_experts() -> None:
         rows = [row for row in csv.DictReader(file) if row["subset"] == "paper9"]
     errors = {}
     for row in rows:
-        ref = AssetRef(
-            asset_id=row["asset_id"],
-            path=str(MOBILITY / row["path"]),
-            category=row["category"],
-        )
+        ref = AssetRef(asset_id=row["asset_id"], path=str(MOBILITY / row["path"]), category=row["category"])
         found = extract(ref).features
         request = synthesis_request(found, row["prompt"])
         overlay = Overlay.model_validate_json(answer(request.text))

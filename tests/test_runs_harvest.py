@@ -17,13 +17,7 @@ from asset2sim.runs.plan.records import (
     read_record,
     record_file,
 )
-from asset2sim.runs.spread.harvest import (
-    Harvest,
-    collect_unreported,
-    finish_without_retry,
-    second_attempt_jobs,
-    take,
-)
+from asset2sim.runs.spread.harvest import Harvest, collect_unreported, finish_without_retry, second_attempt_jobs, take
 from asset2sim.runs.spread.job import Job, JobResult, job_of, last_seconds, longest_first
 from asset2sim.runs.spread.refine_all import refine_all
 from asset2sim.runs.spread.spread import LostJob

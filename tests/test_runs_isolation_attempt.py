@@ -57,11 +57,7 @@ def test_a_value_comes_back_and_a_silent_child_leaves_no_log(log: Path) -> None:
 
 @pytest.mark.parametrize(
     ("function", "words"),
-    [
-        (crashers.segfault, "killed by SIGSEGV"),
-        (crashers.abort, "killed by SIGABRT"),
-        (crashers.vanish, "exit code 3"),
-    ],
+    [(crashers.segfault, "killed by SIGSEGV"), (crashers.abort, "killed by SIGABRT"), (crashers.vanish, "exit code 3")],
 )
 def test_a_crash_is_an_outcome_that_says_how(log: Path, function: Callable[..., object], words: str) -> None:
     outcome = isolated(log, function)

@@ -28,17 +28,7 @@ from schemas.settings import EngineSettings, ModelSettings, PhysicsSettings, Run
 from schemas.vocabulary import DECIDING_PACKAGES, RETRIED_MODES, Engine, FailureMode, Method, Redo, Status
 from tests.assets import RAW, ROOT, box_obj, link, mesh, robot, written
 from tests.factories import make_record
-from tests.incremental_runs import (
-    NAMES,
-    NO_VIEWS,
-    asking,
-    dataset,
-    done,
-    failing,
-    manifest,
-    run,
-    runs,
-)
+from tests.incremental_runs import NAMES, NO_VIEWS, asking, dataset, done, failing, manifest, run, runs
 
 # What an asset's content is
 

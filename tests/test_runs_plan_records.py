@@ -16,17 +16,7 @@ from asset2sim.runs.plan.records import KeptRecord, keep_record, kept_records, r
 from schemas.asset import AssetRecord, AssetRef
 from schemas.vocabulary import FailureMode, Method, Redo, Severity
 from tests.factories import make_failure, make_finding, make_measurement, make_record
-from tests.incremental_runs import (
-    NAMES,
-    NO_VIEWS,
-    Make,
-    asking,
-    dataset,
-    done,
-    failing,
-    run,
-    timeless,
-)
+from tests.incremental_runs import NAMES, NO_VIEWS, Make, asking, dataset, done, failing, run, timeless
 from tests.killing import killed_at
 
 
