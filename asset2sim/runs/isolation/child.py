@@ -73,10 +73,7 @@ def _attempt(pipe: Connection, work: ChildWork) -> Returned | Raised:
 
 def _raised(error: Exception) -> Raised:
     return Raised(
-        type(error).__name__,
-        str(error),
-        out_of_memory=isinstance(error, MemoryError),
-        disk_full=is_disk_full(error),
+        type(error).__name__, str(error), out_of_memory=isinstance(error, MemoryError), disk_full=is_disk_full(error)
     )
 
 

@@ -59,10 +59,7 @@ def run_isolated(
 
 
 def _supervise(
-    child: Child,
-    time_limit_s: float,
-    memory_limit_mb: int,
-    services: Mapping[str, Callable[..., object]],
+    child: Child, time_limit_s: float, memory_limit_mb: int, services: Mapping[str, Callable[..., object]]
 ) -> Outcome:
     started = time.monotonic()
     served = 0.0
