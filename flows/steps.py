@@ -1,7 +1,7 @@
 """The run's report: a file under OUT, and Prefect's page of the run."""
 
 import threading
-from collections.abc import Collection
+from collections.abc import Callable, Collection
 from dataclasses import dataclass, replace
 from datetime import datetime
 from pathlib import Path
@@ -29,7 +29,7 @@ from asset2sim.runs.plan.plan import Plan, make_plan, mark_published
 from asset2sim.runs.remote.fetch_asset import local_file
 from asset2sim.runs.remote.output import Output, send_plan, send_tables, stored_asset_ids
 from asset2sim.runs.result import RunResult
-from asset2sim.runs.spread.refine_all import RunRecords, refine_planned
+from asset2sim.runs.spread.refine_all import RunRecords, refine_all
 from flows.server.deployment import left_out
 from schemas.asset import AssetRef, FoundAssets
 from schemas.location import Location, below
@@ -139,15 +139,9 @@ def log_run(out: Path, run: RunRow, refined: RunRecords, changes: Changes) -> st
 
 
 T = TypeVar("T")
-
-
-def opaque(value: T) -> T:
-    """Mark a task's argument as opaque; the task receives the value itself.
-
-    Prefect walks through every argument, twice, in search of results of other tasks: 50 ms a record (measured), which
-    a dataset's records would cost at each of a run's tasks.
-    """
-    return cast(T, quote(value))
+opaque = cast(Callable[[T], T], quote)
+"""Mark a task's argument as opaque; the task receives the value itself. Prefect walks through every argument, twice, in
+search of results of other tasks: 50 ms a record (measured), which a dataset's records would cost at each task."""
 
 
 @task(name="plan", cache_policy=NO_CACHE, persist_result=False)
@@ -180,8 +174,8 @@ def publish(output: Output, run: RunRow, refined: RunRecords, present: Collectio
 def refine_assets(
     refs: list[AssetRef], plan: Plan, output: Output, settings: Settings, run_id: str, pipeline: str
 ) -> RunRecords:
-    """A record per asset that the plan has to do; see ``asset2sim.runs.spread.refine_all.refine_planned``."""
+    """A record per asset that the plan has to do; see ``asset2sim.runs.spread.refine_all``."""
     if plan.todo:
         # MLflow, which the run's last step needs, loads beside the work.
         threading.Thread(target=prepare_mlflow, args=(output.folder,), daemon=True).start()
-    return refine_planned(refs, plan, output.folder, settings, run_id, pipeline, output.url)
+    return refine_all(refs, output.folder, settings, pipeline, run_id, plan, output.url)

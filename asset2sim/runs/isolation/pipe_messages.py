@@ -10,7 +10,7 @@ from enum import StrEnum
 
 @dataclass(frozen=True)
 class ChildWork:
-    """One function to call. ``pickled`` is ``(function, args)``; ``services`` names what it may call in the parent."""
+    """One call. ``pickled``: ``(function or its name, args)``; ``services`` names what it may call in the parent."""
 
     pickled: bytes
     services: tuple[str, ...]

@@ -27,16 +27,16 @@ def share_field_sets(value: object) -> None:
     Pydantic keeps such a set in every model: ten real records took 208 kB each in memory, and take 95 kB so. The
     models are frozen, so nobody changes the sets.
     """
-    if isinstance(value, BaseModel):
-        given = value.__pydantic_fields_set__
-        shared = _sets.setdefault(type(value), given)
-        if shared is not given and shared == given:
-            object.__setattr__(value, "__pydantic_fields_set__", shared)
-        for part in value.__dict__.values():
-            share_field_sets(part)
-    elif isinstance(value, tuple):
-        for part in value:
-            share_field_sets(part)
+    left = [value]
+    while left:
+        part = left.pop()
+        if isinstance(part, tuple):
+            left += part
+        elif isinstance(part, BaseModel):
+            given = part.__pydantic_fields_set__
+            if (shared := _sets.setdefault(type(part), given)) == given:
+                object.__setattr__(part, "__pydantic_fields_set__", shared)
+            left += part.__dict__.values()
 
 
 RECORDS_FOLDER = ".cache/records"
@@ -103,15 +103,15 @@ def read_record(out: Path, content_hash: str) -> KeptRecord | None:
     return kept if kept.record.content_hash == content_hash else None
 
 
-def await_record(out: Path, content_hash: str, run_id: str, attempt: int) -> KeptRecord | None:
+def await_record(out: Path, content_hash: str, run_id: str, attempt: int, limit_s: float) -> KeptRecord | None:
     """The record that another process has just written in this run, at this attempt or a later one; None where it is
-    not seen within ``VISIBLE_LIMIT_S``."""
-    end = time.monotonic() + VISIBLE_LIMIT_S
+    not seen within ``limit_s``."""
+    end = time.monotonic() + limit_s
     while True:
         kept = read_record(out, content_hash)
         if kept is not None and kept.run_id == run_id and kept.attempt >= attempt:
             return kept
-        if time.monotonic() > end:
+        if time.monotonic() >= end:
             return None
         time.sleep(VISIBLE_POLL_S)
         _refresh_listing(out / RECORDS_FOLDER)

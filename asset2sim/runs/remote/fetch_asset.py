@@ -93,14 +93,12 @@ def _bring_reference(folder: str) -> None:
 def run_with_local_files(
     ref: AssetRef, out: Path | str, settings: Settings, work: Callable[[AssetRef], AssetAttempt]
 ) -> AssetAttempt:
-    """Run ``work`` on a local copy of an asset, and upload its folder and logs to OUT's URL.
+    """Run ``work`` on a local copy of an asset, and upload its folder and logs to OUT's URL; one of both is a URL.
 
     An object that is missing or refused fails the asset as ``unreadable_asset``; a store that does not answer fails it
     as ``engine_crash``, so that the next run tries it again.
     """
     place = location_of(ref.path)
-    if not is_url(place) and not is_url(out):
-        return work(ref)
     try:
         local = ref.model_copy(update={"path": str(fetch_asset(place, settings.method))}) if is_url(place) else ref
     except StoreError as error:
