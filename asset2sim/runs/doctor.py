@@ -151,10 +151,8 @@ def check_machine() -> str:
 def check_ports() -> str:
     """A server can listen on this machine, and be reached."""
     try:
-        with (
-            socket.create_server(("127.0.0.1", 0)) as server,
-            socket.create_connection(server.getsockname(), timeout=5),
-        ):
+        with socket.create_server(("127.0.0.1", 0)) as server:
+            socket.create_connection(server.getsockname(), timeout=5).close()
             return f"127.0.0.1 (port {server.getsockname()[1]} tried)"
     except OSError as error:
         raise DoctorError(f"cannot connect to a port of 127.0.0.1: {error}; Prefect's server needs one") from error

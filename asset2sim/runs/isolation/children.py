@@ -38,8 +38,7 @@ def preload(pipeline: str) -> None:
 
 
 def warm_up(pipeline: str) -> None:
-    """Start the fork server and let it load the engines and the pipeline while the caller does something else. Returns
-    at once."""
+    """Start the fork server, which loads the engines and the pipeline meanwhile. Returns at once."""
     preload(pipeline)
     with PROCESS_LOCK, _environment(_server_environment), _without_main():
         from multiprocessing import forkserver
@@ -80,16 +79,14 @@ def _context() -> ForkServerContext:
 @contextmanager
 def _environment(extra: dict[str, str]) -> Iterator[None]:
     """Set environment variables for the time of a block; the fork server takes a copy when it starts."""
-    before = {name: os.environ.get(name) for name in extra}
+    before = {name: os.environ[name] for name in extra if name in os.environ}
     os.environ.update(extra)
     try:
         yield
     finally:
-        for name, value in before.items():
-            if value is None:
-                del os.environ[name]
-            else:
-                os.environ[name] = value
+        for name in extra:
+            del os.environ[name]
+        os.environ.update(before)
 
 
 @contextmanager
