@@ -48,8 +48,7 @@ def load_dataset(
 
 
 def read_manifest(tree: Tree) -> list[AssetRef]:
-    """The rows of a dataset's manifest, whose paths are relative to its folder. Raises ``UsageError`` naming the line
-    at fault."""
+    """The rows of a dataset's manifest, paths relative to its folder. Raises ``UsageError`` that names the line."""
     manifest = tree.at(MANIFEST)
     try:
         reader = csv.DictReader(io.StringIO(tree.read(MANIFEST).decode("utf-8-sig"), newline=""), skipinitialspace=True)

@@ -104,10 +104,8 @@ def attempt_in_child(
 
 
 def death_of_engine(record: AssetRecord) -> str:
-    """How an engine's process died, in words, if the asset failed because of it; else empty.
-
-    An engine has a process of its own below the asset's, which survives it and reports the death.
-    """
+    """How an engine's process died, in words, if the asset failed because of it; else empty. An engine has a process of
+    its own below the asset's, which survives it and reports the death."""
     if record.failure_mode not in (FailureMode.ENGINE_CRASH, FailureMode.TIMEOUT):
         return ""
     return next((report.problem or "" for report in record.reports if report.died), "")

@@ -1,6 +1,4 @@
-"""Records of finished assets, one file each, kept until the catalog holds them.
-
-The worker that refines an asset writes its file, on any machine; the run reads it."""
+"""Records of finished assets, a file each, written by workers, read by the run, kept until the catalog holds them."""
 
 import contextlib
 import json
@@ -22,11 +20,8 @@ _sets: dict[type[BaseModel], set[str]] = {}
 
 
 def share_field_sets(value: object) -> None:
-    """Let models of one type within ``value`` whose sets of given fields are equal share one such set.
-
-    Pydantic keeps such a set in every model: ten real records took 208 kB each in memory, and take 95 kB so. The
-    models are frozen, so nobody changes the sets.
-    """
+    """Let models of one type within ``value`` whose sets of given fields are equal share one such set, which nobody
+    changes: the models are frozen. Ten real records took 208 kB each in memory, and take 95 kB so."""
     left = [value]
     while left:
         part = left.pop()
@@ -50,11 +45,8 @@ logger = logging.getLogger(__name__)
 
 
 class KeptRecord(Frozen):
-    """A finished asset's record, the run that finished it, and that run's ``redo`` setting.
-
-    ``attempt`` is 2 for a second attempt. ``died`` says how the attempt's process died; set on attempt 1, a second
-    attempt is due.
-    """
+    """A finished asset's record, the run that finished it, and that run's ``redo`` setting. ``attempt`` is 2 for a
+    second attempt. ``died`` says how the attempt's process died; set on attempt 1, a second attempt is due."""
 
     run_id: str
     redo: Redo
@@ -104,8 +96,7 @@ def read_record(out: Path, content_hash: str) -> KeptRecord | None:
 
 
 def await_record(out: Path, content_hash: str, run_id: str, attempt: int, limit_s: float) -> KeptRecord | None:
-    """The record that another process has just written in this run, at this attempt or a later one; None where it is
-    not seen within ``limit_s``."""
+    """The record that another process wrote in this run, at this attempt or a later one; None after ``limit_s``."""
     end = time.monotonic() + limit_s
     while True:
         kept = read_record(out, content_hash)

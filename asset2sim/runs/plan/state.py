@@ -1,5 +1,4 @@
-"""Database of an output folder, ``OUT/.cache/files.db``: hashes of asset files and of refined folders. Losing it costs
-time only."""
+"""Database ``OUT/.cache/files.db``: hashes of asset files and of refined folders. Losing it costs time only."""
 
 import hashlib
 import os

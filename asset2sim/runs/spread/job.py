@@ -31,10 +31,8 @@ class Job:
 
 @dataclass(frozen=True)
 class JobResult:
-    """A finished asset. ``died`` says how its process died, and is empty where it returned a record.
-
-    ``record`` is set only where it could not be written to the output folder, so that it is not lost.
-    """
+    """A finished asset. ``died`` says how its process died, empty where it returned a record. ``record`` is set only
+    where it could not be written to the output folder, so that it is not lost."""
 
     asset_id: str
     status: Status
