@@ -22,7 +22,7 @@ from asset2sim.runs.check_request import check_request
 from asset2sim.runs.plan.plan import Plan, make_plan, mark_published
 from asset2sim.runs.remote.fetch_asset import local_file
 from asset2sim.runs.remote.output import Output, send_plan, send_tables, stored_asset_ids
-from asset2sim.runs.spread.refine_all import RunRecords, refine_planned
+from asset2sim.runs.spread.refine_all import RunRecords, refine_all
 from flows.run_report import publish_report
 from schemas.asset import AssetRef, FoundAssets
 from schemas.location import Location, below
@@ -30,15 +30,9 @@ from schemas.settings import Settings
 
 T = TypeVar("T")
 Arguments = ParamSpec("Arguments")
-
-
-def opaque(value: T) -> T:
-    """Mark a task's argument as opaque; the task receives the value itself.
-
-    Prefect walks through every argument, twice, in search of results of other tasks: 50 ms a record (measured), which
-    a dataset's records would cost at each of a run's tasks.
-    """
-    return cast(T, quote(value))
+opaque = cast(Callable[[T], T], quote)
+"""Mark a task's argument as opaque; the task receives the value itself. Prefect walks through every argument, twice, in
+search of results of other tasks: 50 ms a record (measured), which a dataset's records would cost at each task."""
 
 
 def step(name: str) -> Callable[[Callable[Arguments, T]], Task[Arguments, T]]:
@@ -95,7 +89,7 @@ def refine_assets(
     if plan.todo:
         # MLflow, which the run's last step needs, loads beside the work.
         threading.Thread(target=prepare_mlflow, args=(output.folder,), daemon=True).start()
-    return refine_planned(refs, plan, output.folder, settings, run_id, pipeline, output.url)
+    return refine_all(refs, output.folder, settings, pipeline, run_id, plan, output.url)
 
 
 @step("align")

@@ -16,7 +16,7 @@ from asset2sim.runs.plan.records import read_record
 from asset2sim.runs.remote.output import open_output, send_plan, send_rest, send_tables, stored_asset_ids
 from asset2sim.runs.spread import worker
 from asset2sim.runs.spread.job import Job
-from asset2sim.runs.spread.refine_all import refine_planned
+from asset2sim.runs.spread.refine_all import refine_all
 from asset2sim.runs.spread.worker import refine_on_worker
 from schemas.asset import AssetRecord, AssetRef
 from schemas.errors import AssetError
@@ -69,7 +69,7 @@ def night(data: Path | str, out: Path | str, settings: Settings = NO_VIEWS, *, d
         plan = make_plan(refs, {}, folder, settings, PIPELINE, run.run_id, there)
         send_plan(output, plan)
         if dask:
-            records = list(refine_planned(refs, plan, folder, settings, run.run_id, PIPELINE, output.url).records)
+            records = list(refine_all(refs, folder, settings, PIPELINE, run.run_id, plan, output.url).records)
         else:
             records = [*plan.finished]
             for ref in plan.todo:

@@ -17,12 +17,12 @@ from asset2sim.runs.plan.records import (
     read_record,
     record_file,
 )
-from asset2sim.runs.spread.harvest import Harvest, collect_unreported, finish_without_retry, second_attempt_jobs, take
-from asset2sim.runs.spread.job import Job, JobResult, job_of, last_seconds, longest_first
+from asset2sim.runs.spread.harvest import Harvest, finish_without_retry, second_attempt_jobs, take
+from asset2sim.runs.spread.job import Job, JobResult, jobs_of, last_seconds
 from asset2sim.runs.spread.refine_all import refine_all
 from asset2sim.runs.spread.spread import LostJob
 from asset2sim.runs.spread.worker import refine_on_worker
-from schemas.asset import AssetRef
+from schemas.asset import AssetRecord, AssetRef
 from schemas.settings import RunSettings, Settings
 from schemas.vocabulary import FailureMode, Method, Redo, Severity, Status
 from tests.factories import make_call, make_failure, make_record
@@ -41,7 +41,16 @@ def kept(attempt: int = 1, died: str = "", run_id: str = "r", **changes: object)
 
 
 def harvest(out: Path, **run_settings: object) -> Harvest:
-    return Harvest(out, "r", Settings(run=RunSettings.model_validate(run_settings)))
+    return Harvest(out, "r", Settings(run=RunSettings.model_validate(run_settings)), lambda record: None)
+
+
+def taken(got: Harvest, job: Job, end: JobResult | LostJob | None) -> AssetRecord | None:
+    """The record that is reported."""
+    reported: list[AssetRecord] = []
+    got.report = reported.append
+    take(got, job, end)
+    assert len(reported) <= 1
+    return reported[0] if reported else None
 
 
 def test_a_second_attempt_keeps_what_the_first_one_cost_and_says_how_it_died() -> None:
@@ -56,7 +65,6 @@ def test_a_second_attempt_keeps_what_the_first_one_cost_and_says_how_it_died() -
     assert twice.failure_mode is FailureMode.TIMEOUT and twice.calls == FIRST.calls
     assert twice.reason.startswith("died twice: not done after 300 s (see logs/a.log); the first time: killed by")
     assert [finding.message for finding in twice.findings] == [f"asset a: {twice.reason}"]
-    assert with_first_attempt(failed, None, "") == failed
 
 
 def test_those_without_a_record_go_first_and_no_more_than_so_many_are_tried() -> None:
@@ -82,21 +90,24 @@ def test_a_run_tries_no_more_of_the_dead_than_it_may(tmp_path: Path) -> None:
 def test_what_comes_in_is_read_from_the_output_folder(tmp_path: Path) -> None:
     got = harvest(tmp_path)
     keep_record(tmp_path, kept())
-    assert take(got, JOB, JobResult("a", Status.OK)) == got.records["a"] == kept().record
+    assert taken(got, JOB, JobResult("a", Status.OK)) == got.records["a"] == kept().record
     dead = harvest(tmp_path)
     keep_record(tmp_path, kept(died="crashed"))
-    assert take(dead, JOB, JobResult("a", Status.FAILED, died="crashed")) is None
+    assert taken(dead, JOB, JobResult("a", Status.FAILED, died="crashed")) is None
     assert dead.dead == {"a": FirstAttempt("crashed", ())} and dead.records["a"].status is Status.FAILED
     second = Job(REF, HASH, dead.dead["a"])
-    assert collect_unreported(dead, second) is None
+    assert taken(dead, second, None) is None
     keep_record(tmp_path, kept(attempt=2))
-    assert collect_unreported(dead, second) == dead.records["a"] == kept().record and not dead.dead
-    assert collect_unreported(harvest(tmp_path), Job(REF, "1" * 64)) is None
+    again = harvest(tmp_path)
+    assert taken(dead, second, None) == taken(again, second, None) == dead.records["a"] == kept().record
+    assert not dead.dead
+    assert taken(dead, second, None) is None
+    assert taken(harvest(tmp_path), Job(REF, "1" * 64), None) is None
 
 
 def test_a_record_that_could_not_be_written_travels_and_is_kept_where_there_is_room(tmp_path: Path) -> None:
     got = harvest(tmp_path)
-    assert take(got, JOB, JobResult("a", Status.OK, record=kept().record)) == kept().record
+    assert taken(got, JOB, JobResult("a", Status.OK, record=kept().record)) == kept().record
     assert [item.record for item in kept_records(tmp_path)] == [kept().record]
 
 
@@ -132,18 +143,20 @@ def test_what_a_lost_worker_had_paid_for_is_in_the_record(tmp_path: Path) -> Non
     keep([make_call(attempt=3)])
     got = harvest(tmp_path)
     take(got, JOB, LostJob("gone"))
-    assert [call.attempt for call in finish_without_retry(got, JOB).calls] == [3] and paid_calls(tmp_path, HASH) == ()
+    finish_without_retry(got, JOB)
+    assert [call.attempt for call in got.records["a"].calls] == [3] and paid_calls(tmp_path, HASH) == ()
 
 
 def test_a_lost_worker_is_a_death_without_a_record_and_two_are_the_end(tmp_path: Path) -> None:
     got = harvest(tmp_path)
-    assert take(got, JOB, LostJob("KilledWorker: gone")) is None and not got.records
-    record = take(got, Job(REF, HASH, got.dead["a"]), LostJob("KilledWorker: again"))
+    assert taken(got, JOB, LostJob("KilledWorker: gone")) is None and not got.records
+    record = taken(got, Job(REF, HASH, got.dead["a"]), LostJob("KilledWorker: again"))
     assert record is not None and record.failure_mode is FailureMode.ENGINE_CRASH and record.content_hash == HASH
     assert "died twice: its Dask worker was lost: KilledWorker: again" in record.reason
     one_too_many = harvest(tmp_path / "other")
     take(one_too_many, JOB, LostJob("gone"))
-    assert finish_without_retry(one_too_many, JOB).reason == "its Dask worker was lost: gone"
+    finish_without_retry(one_too_many, JOB)
+    assert one_too_many.records["a"].reason == "its Dask worker was lost: gone"
     assert not one_too_many.dead
 
 
@@ -158,14 +171,14 @@ def test_a_file_may_appear_a_moment_late_and_must_be_of_this_run_and_attempt(
         keep_record(tmp_path, kept(attempt=len(looks)))
 
     keep_record(tmp_path, kept(run_id="another"))
-    assert await_record(tmp_path, HASH, "r", 1) is None
+    assert await_record(tmp_path, HASH, "r", 1, 0.3) is None
     monkeypatch.setattr(records, "_refresh_listing", appear)
-    found = await_record(tmp_path, HASH, "r", 2)
+    found = await_record(tmp_path, HASH, "r", 2, 0.3)
     assert found is not None and found.attempt == 2 == len(looks)
     got = harvest(tmp_path)
     record_file(tmp_path, HASH).unlink()
     monkeypatch.setattr(records, "_refresh_listing", looks.append)
-    assert take(got, JOB, JobResult("a", Status.OK)) is None
+    assert taken(got, JOB, JobResult("a", Status.OK)) is None
     assert "not to be seen" in got.dead["a"].died
 
 
@@ -187,10 +200,10 @@ def test_the_longest_of_last_time_go_first_and_the_unknown_before_them(tmp_path:
     seconds = last_seconds(out, Method.ASSET2SIM)
     assert seconds == times and last_seconds(out, Method.RAW) == {}
     refs = [AssetRef(asset_id=name, path="/x") for name in ("new", *NAMES, "newer")]
-    assert [ref.asset_id for ref in longest_first(refs, seconds)] == ["new", "newer", "d", "b", "c", "a"]
+    assert list(jobs_of(refs, "r", {}, seconds)) == ["new", "newer", "d", "b", "c", "a"]
 
 
 def test_a_job_without_a_plan_has_a_name_of_its_own() -> None:
-    assert job_of(REF, "r", {"a": HASH}) == JOB
-    names = {job_of(REF, "r", None).content_hash, job_of(REF, "s", None).content_hash}
+    assert jobs_of([REF], "r", {"a": HASH}, {}) == {"a": JOB}
+    names = {jobs_of([REF], run_id, {}, {})["a"].content_hash for run_id in "rs"}
     assert len(names) == 2 and all(len(name) == 64 for name in names)

@@ -21,6 +21,7 @@ from asset2sim.runs.remote import output
 from asset2sim.runs.remote.output import fetch_record
 from asset2sim.runs.request import RefineRequest
 from asset2sim.runs.spread import worker
+from schemas.asset import AssetRef
 from schemas.errors import UsageError
 from schemas.settings import RunSettings, Settings
 from schemas.tables import TABLES
@@ -153,13 +154,13 @@ def test_nothing_is_sent_once_another_run_took_over(store: Store, data: Path, mo
 
     overtakes: list[int] = []
 
-    def overtaken(*arguments: object, **options: object) -> AssetAttempt:
-        store.files.pipe_file(f"{out}/.lock", b'{"token": "t", "process": 1, "host": "far", "time": 9e12}')
+    def overtaken(pipeline: str, ref: AssetRef, out: Path, settings: Settings, **options: object) -> AssetAttempt:
+        store.files.pipe_file(f"{store.url}/out/.lock", b'{"token": "t", "process": 1, "host": "far", "time": 9e12}')
         if not overtakes:  # until the run has looked at its lock
             overtakes.append(len(store.requests))
             assert wait_until(lambda: any(".lock" in path for _, path in store.requests[overtakes[0] :]), 120.0)
             time.sleep(0.5)
-        return AssetAttempt(brief(*arguments[1:5]))  # type: ignore[arg-type]
+        return AssetAttempt(brief(ref, out, settings, options["ask"]))
 
     monkeypatch.setattr(worker, "attempt_in_child", overtaken)
     with pytest.raises(LostLockError, match=r"took .* over"):

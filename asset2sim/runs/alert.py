@@ -48,12 +48,8 @@ def alert_error(out: Path | str, settings: RunSettings, error: BaseException) ->
     """Run the hook for a run that ended in an error; returns a warning where the hook failed."""
     if settings.hook is None:
         return None
-    values = {
-        "outcome": "failed",
-        "exit": error_exit_code(error),
-        "error": str(error) or type(error).__name__,
-        "out": out,
-    }
+    said = str(error) or type(error).__name__
+    values = {"outcome": "failed", "exit": error_exit_code(error), "error": said, "out": out}
     return run_hook(settings.hook, _EMPTY | values, settings.hook_time_limit_s)
 
 
@@ -117,12 +113,8 @@ def run_hook(command: str, values: Mapping[str, object], limit_s: float) -> str 
 
 def hook_environment(values: Mapping[str, object]) -> dict[str, str]:
     """Name → value as an environment takes it: prefixed and in capitals, without zero bytes, of bounded length."""
-    return {f"{PREFIX}{name.upper()}": _text(value) for name, value in values.items()}
-
-
-def _text(value: object) -> str:
-    shown = "" if value is None else str(value)
-    return _IMPOSSIBLE.sub("", shown)[:MAX_VALUE]
+    shown = {name: "" if value is None else str(value) for name, value in values.items()}
+    return {f"{PREFIX}{name.upper()}": _IMPOSSIBLE.sub("", text)[:MAX_VALUE] for name, text in shown.items()}
 
 
 def _kill(process: subprocess.Popen[bytes]) -> None:

@@ -31,16 +31,24 @@ def load_dataset(
     """
     tree = remote_tree(data) if is_url(data) else _local(Path(data))
     refs = read_manifest(tree) if MANIFEST in tree.files("") else find_assets(tree)
-    refs = _choose_subset(refs, subset)
-    refs = _choose_ids(refs, asset_ids)
+    if subset is not None:
+        known = {ref.subset for ref in refs if ref.subset is not None}
+        refs = [ref for ref in refs if ref.subset == subset]
+        if not refs:
+            raise UnknownChoiceError("subset", subset, known)
+    known = {ref.asset_id for ref in refs}
+    for asset_id in asset_ids:
+        if asset_id not in known:
+            raise UnknownChoiceError("asset", asset_id, known)
+    if asset_ids:
+        refs = [ref for ref in refs if ref.asset_id in asset_ids]
     if limit is not None and limit < 1:
         raise UsageError(f"--limit {limit}: choose a number from 1 to {len(refs)}")
     return refs[:limit]
 
 
 def read_manifest(tree: Tree) -> list[AssetRef]:
-    """The rows of a dataset's manifest, whose paths are relative to its folder. Raises ``UsageError`` naming the line
-    at fault."""
+    """The rows of a dataset's manifest, paths relative to its folder. Raises ``UsageError`` that names the line."""
     manifest = tree.at(MANIFEST)
     try:
         reader = csv.DictReader(io.StringIO(tree.read(MANIFEST).decode("utf-8-sig"), newline=""), skipinitialspace=True)
@@ -59,7 +67,8 @@ def read_manifest(tree: Tree) -> list[AssetRef]:
         raise UsageError(f"{manifest}: {error.strerror}") from error
     if not refs:
         raise UsageError(f"{manifest}: no rows under the heading; add a row per asset")
-    return _unique(refs, str(manifest))
+    _refuse_twice((ref.asset_id for ref in refs), str(manifest))
+    return refs
 
 
 def find_assets(tree: Tree) -> list[AssetRef]:
@@ -80,7 +89,8 @@ def find_assets(tree: Tree) -> list[AssetRef]:
             f"{tree.place}: neither {MANIFEST}, nor a URDF file here or in a folder one or two levels down; "
             "name a dataset folder or one asset folder"
         )
-    return _unique(refs, str(tree.place))
+    _refuse_twice((ref.asset_id for ref in refs), str(tree.place))
+    return refs
 
 
 def check_asset_id(asset_id: str, where: str) -> str:
@@ -131,29 +141,10 @@ def _found(tree: Tree, folder: str, category: str | None = None) -> AssetRef:
     return AssetRef(asset_id=asset_id, path=path, category=category)
 
 
-def _unique(refs: list[AssetRef], where: str) -> list[AssetRef]:
-    twice = [asset_id for asset_id, count in Counter(ref.asset_id for ref in refs).items() if count > 1]
+def _refuse_twice(asset_ids: Iterable[str], where: str) -> None:
+    twice = [asset_id for asset_id, count in Counter(asset_ids).items() if count > 1]
     if twice:
         raise UsageError(f"{where}: asset_id {_listed(twice[:10])} more than once; each names one folder of the output")
-    return refs
-
-
-def _choose_subset(refs: list[AssetRef], subset: str | None) -> list[AssetRef]:
-    if subset is None:
-        return refs
-    chosen = [ref for ref in refs if ref.subset == subset]
-    if not chosen:
-        raise UnknownChoiceError("subset", subset, {ref.subset for ref in refs if ref.subset is not None})
-    return chosen
-
-
-def _choose_ids(refs: list[AssetRef], asset_ids: Sequence[str]) -> list[AssetRef]:
-    known = {ref.asset_id for ref in refs}
-    for asset_id in asset_ids:
-        if asset_id not in known:
-            raise UnknownChoiceError("asset", asset_id, known)
-    wanted = set(asset_ids)
-    return [ref for ref in refs if ref.asset_id in wanted] if wanted else refs
 
 
 def _holds_urdf(tree: Tree, folder: str) -> bool:

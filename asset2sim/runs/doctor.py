@@ -2,6 +2,7 @@
 
 import os
 import platform
+import re
 import shutil
 import socket
 import sys
@@ -21,6 +22,7 @@ from asset2sim.engines.registry import HOW_TO_INSTALL, engine_version, installed
 from asset2sim.models.gateway.choices import check_model
 from asset2sim.models.gateway.environment import quiet_environment
 from asset2sim.runs.isolation import Ending, run_isolated
+from asset2sim.runs.request import usable_cores
 from schemas.errors import Asset2SimError, UsageError
 from schemas.location import is_url, nearest_existing
 from schemas.model_names import described, is_prior, named_models, settings_for
@@ -89,9 +91,7 @@ def check_packages() -> str:
     except metadata.PackageNotFoundError as error:
         raise DoctorError("asset2sim itself is not installed; run make install") from error
     for requirement in requirements:
-        name = requirement.split(";")[0].strip()
-        for character in "<>=!~ [":
-            name = name.split(character)[0]
+        name = re.split(r"[<>=!~ \[;]", requirement)[0]
         if "extra ==" in requirement:
             continue
         try:
@@ -142,19 +142,16 @@ def check_store_writable(url: str) -> str:
 
 def check_machine() -> str:
     """Cores and memory, against what the default settings may take."""
-    cores = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
     memory = os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES") / 1e9
     limit = RunSettings().asset_memory_limit_mb / 1e3
-    return f"{cores} cores, {memory:.0f} GB; an asset may take up to {limit:.0f} GB and one core"
+    return f"{usable_cores()} cores, {memory:.0f} GB; an asset may take up to {limit:.0f} GB and one core"
 
 
 def check_ports() -> str:
     """A server can listen on this machine, and be reached."""
     try:
-        with (
-            socket.create_server(("127.0.0.1", 0)) as server,
-            socket.create_connection(server.getsockname(), timeout=5),
-        ):
+        with socket.create_server(("127.0.0.1", 0)) as server:
+            socket.create_connection(server.getsockname(), timeout=5).close()
             return f"127.0.0.1 (port {server.getsockname()[1]} tried)"
     except OSError as error:
         raise DoctorError(f"cannot connect to a port of 127.0.0.1: {error}; Prefect's server needs one") from error
@@ -164,14 +161,11 @@ def check_engine(engine: Engine = Engine.PYBULLET) -> str:
     """A child process drops a ball in an engine, and the ball comes to rest on the plane."""
     if engine not in installed():
         raise DoctorError(f"not installed; {HOW_TO_INSTALL} to judge in it too")
+    memory_mb = RunSettings().asset_memory_limit_mb
     with tempfile.TemporaryDirectory() as folder:
+        log = Path(folder) / "engine.log"
         outcome = run_isolated(
-            drop_ball,
-            (engine, folder),
-            time_limit_s=60.0,
-            memory_limit_mb=RunSettings().asset_memory_limit_mb,
-            services={},
-            log_path=Path(folder) / "engine.log",
+            drop_ball, (engine, folder), time_limit_s=60.0, memory_limit_mb=memory_mb, services={}, log_path=log
         )
     if outcome.ending is not Ending.RETURNED or not isinstance(outcome.value, float):
         raise DoctorError(f"{outcome.reason}; run make clean, then make install")

@@ -12,8 +12,8 @@ _waiting = threading.Event()
 
 @contextmanager
 def sigterm_as_interrupt() -> Iterator[None]:
-    """Treat the first SIGTERM within the block as Ctrl-C; Prefect would drop all results. Later ones are ignored, so
-    that stopping the children and publishing can finish. Does nothing outside the main thread."""
+    """Treat the block's first SIGTERM as Ctrl-C (Prefect would drop all results) and ignore later ones, so that
+    stopping the children and publishing can finish. Does nothing outside the main thread."""
     told = False
 
     def interrupt() -> None:

@@ -101,8 +101,7 @@ def stated_settings(options: Options) -> dict[str, Any]:
 
 def settings_for_run(file: Path | None, stated: Mapping[str, Any], below: Mapping[str, Any] | None = None) -> Settings:
     """The settings of a run on this machine: as stated, else as in the file, else as ``below``, else built in, with a
-    worker a core. Raises UsageError for a file that cannot be read or that states something else than settings.
-    """
+    worker a core. Raises UsageError for a file that cannot be read or that states something else than settings."""
     found = merged({"run": {"workers": usable_cores()}}, below or {})
     if file is not None:
         from asset2sim.runs.settings_file import read_settings
@@ -122,9 +121,7 @@ def merged(below: Mapping[str, Any], above: Mapping[str, Any]) -> dict[str, Any]
 
 def usable_cores() -> int:
     """Processor cores that this process may use."""
-    if hasattr(os, "sched_getaffinity"):
-        return len(os.sched_getaffinity(0))
-    return os.cpu_count() or 1
+    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
 
 def _nested(path: str, value: object) -> dict[str, Any]:

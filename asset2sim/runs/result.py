@@ -14,12 +14,10 @@ INTERRUPTED = "interrupted"
 
 @dataclass(frozen=True)
 class RunResult:
-    """A run that is in the catalog. ``stopped`` says why not every asset is; ``warnings`` what else went wrong.
-
-    ``unchanged`` are the assets not refined again, ``report`` is the file that holds the run's report, and ``changes``
-    the differences from the catalog before it. ``out`` is the folder in which the run worked; ``place`` is the output
-    as the user named it, None if that is ``out``.
-    """
+    """A run that is in the catalog. ``stopped`` says why not every asset is; ``warnings`` what else went wrong;
+    ``unchanged`` are the assets not refined again, ``report`` is the file with the run's report, and ``changes`` the
+    differences from the catalog before it. ``out`` is the folder in which the run worked; ``place`` is the output as
+    the user named it, None if that is ``out``."""
 
     out: Path
     run: RunRow

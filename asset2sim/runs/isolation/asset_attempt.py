@@ -1,6 +1,5 @@
 """One attempt at an asset in a child process, and a second one after a death: a record, however the process ends."""
 
-import importlib
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -86,8 +85,8 @@ def attempt_in_child(
 
     preload(pipeline)
     outcome = run_isolated(
-        call_by_name,
-        (pipeline, ref, out, settings),
+        pipeline,
+        (ref, out, settings),
         time_limit_s=settings.run.asset_time_limit_s,
         memory_limit_mb=settings.run.asset_memory_limit_mb,
         services={"ask": ask_and_keep},
@@ -105,19 +104,11 @@ def attempt_in_child(
 
 
 def death_of_engine(record: AssetRecord) -> str:
-    """How an engine's process died, in words, if the asset failed because of it; else empty.
-
-    An engine has a process of its own below the asset's, which survives it and reports the death.
-    """
+    """How an engine's process died, in words, if the asset failed because of it; else empty. An engine has a process of
+    its own below the asset's, which survives it and reports the death."""
     if record.failure_mode not in (FailureMode.ENGINE_CRASH, FailureMode.TIMEOUT):
         return ""
     return next((report.problem or "" for report in record.reports if report.died), "")
-
-
-def call_by_name(name: str, *args: object, **services: object) -> object:
-    """Import ``module:function`` and call it."""
-    module, _, function = name.partition(":")
-    return getattr(importlib.import_module(module), function)(*args, **services)
 
 
 def record_of_dead_child(
@@ -157,10 +148,8 @@ def failed_record(
     )
 
 
-def with_first_attempt(record: AssetRecord, first: FirstAttempt | None, died: str) -> AssetRecord:
+def with_first_attempt(record: AssetRecord, first: FirstAttempt, died: str) -> AssetRecord:
     """The second attempt's record with the first one's calls and cause of death; ``died``: how the second died."""
-    if first is None:
-        return record
     asset_id, calls = record.ref.asset_id, (*first.calls, *record.calls)
     # The log has been moved out of the second attempt's way.
     before = first.died.replace(log_file(Path(), asset_id).name, first_log_file(Path(), asset_id).name)

@@ -2,6 +2,7 @@
 
 import contextlib
 import pickle
+import pkgutil
 import traceback
 from collections.abc import Callable
 from dataclasses import replace
@@ -64,6 +65,8 @@ def _attempt(pipe: Connection, work: ChildWork) -> Returned | Raised:
     parent."""
     try:
         function, args = pickle.loads(work.pickled)
+        if isinstance(function, str):
+            function = pkgutil.resolve_name(function)
         return Returned(function(*args, **{name: _proxy(pipe, name) for name in work.services}))
     except Exception as error:  # a broken program in here is one asset's failure: the parent reports it
         with contextlib.suppress(OSError):

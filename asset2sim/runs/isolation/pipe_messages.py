@@ -10,7 +10,7 @@ from enum import StrEnum
 
 @dataclass(frozen=True)
 class ChildWork:
-    """One function to call. ``pickled`` is ``(function, args)``; ``services`` names what it may call in the parent."""
+    """One call. ``pickled``: ``(function or its name, args)``; ``services`` names what it may call in the parent."""
 
     pickled: bytes
     services: tuple[str, ...]
@@ -71,11 +71,8 @@ class Ending(StrEnum):
 
 @dataclass(frozen=True)
 class Outcome:
-    """The outcome of one call in a child process.
-
-    ``value`` is what the function returned where ``ending`` is RETURNED and None otherwise; ``reason`` is one line
-    for a person. ``seconds`` is the wall time of the child. ``clean`` says whether it may be given more work.
-    """
+    """The outcome of one call in a child process: ``value`` is what the function returned if ``ending`` is RETURNED,
+    else None; ``reason`` is one line for a person, ``seconds`` the child's wall time; a ``clean`` child may go on."""
 
     ending: Ending
     value: object

@@ -13,8 +13,7 @@ MAX_GROWTH_MB = 400.0
 
 @dataclass(frozen=True)
 class ProcessState:
-    """State of a process. ``resident_mb``, ``open_files`` and ``threads`` are 0 where the system does
-    not tell."""
+    """State of a process; 0 ``resident_mb``, ``open_files`` and ``threads`` where the system does not tell."""
 
     resident_mb: float
     open_files: int

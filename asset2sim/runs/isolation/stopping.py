@@ -3,6 +3,7 @@
 import os
 import signal
 import threading
+from contextlib import suppress
 
 _lock = threading.Lock()
 _running: dict[int, str] = {}
@@ -59,10 +60,7 @@ def _stop(pid: int) -> None:
 
 def kill_group(pid: int) -> None:
     """Kill a child and everything it started. A child too young to lead its own group is killed alone."""
-    try:
-        os.killpg(pid, signal.SIGKILL)
-    except ProcessLookupError:
-        try:
-            os.kill(pid, signal.SIGKILL)
-        except ProcessLookupError:
+    for kill in (os.killpg, os.kill):
+        with suppress(ProcessLookupError):
+            kill(pid, signal.SIGKILL)
             return

@@ -18,7 +18,7 @@ REAP_WAIT_S = 5.0
 
 
 def run_isolated(
-    function: Callable[..., object],
+    function: Callable[..., object] | str,
     args: tuple[object, ...],
     *,
     time_limit_s: float,
@@ -30,9 +30,10 @@ def run_isolated(
 ) -> Outcome:
     """Call ``function(*args, **services)`` in a child process and wait for it.
 
-    ``function`` must be importable by name and its arguments and result picklable. Each service runs here, in the
-    calling thread, when the child calls it by keyword; the time it takes is not the child's, so it does not count
-    towards ``time_limit_s``. The child does nothing else at the time; it may be a reused one, unless ``fresh``.
+    ``function`` must be importable by name, or is such a name, ``module:function``; its arguments and result must be
+    picklable. Each service runs here, in the calling thread, when the child calls it by keyword; the time it takes is
+    not the child's, so it does not count towards ``time_limit_s``. The child does nothing else at the time; it may be a
+    reused one, unless ``fresh``.
     What it prints goes to ``log_path``, which is removed if it stays empty. ``stop_children(owner)`` kills it.
     Never raises for what the child does; raises ``UsageError`` where this process may not have children.
     """
@@ -64,14 +65,14 @@ def _supervise(
     started = time.monotonic()
     served = 0.0
 
-    def outcome(ending: Ending, reason: str, value: object = None, clean: bool = False) -> Outcome:
-        return Outcome(ending, value, reason, time.monotonic() - started, clean)
+    def failed(ending: Ending, reason: str) -> Outcome:
+        return Outcome(ending, None, reason, time.monotonic() - started)
 
     while True:
         left = started + time_limit_s + served - time.monotonic()
         if left <= 0 or not connection.wait([child.pipe], timeout=left):
             dump_traceback(child.pid)
-            return outcome(Ending.TIMED_OUT, f"not done after {time_limit_s:g} s, and killed")
+            return failed(Ending.TIMED_OUT, f"not done after {time_limit_s:g} s, and killed")
         try:
             message = child.pipe.recv()
             if isinstance(message, Begun):
@@ -84,13 +85,13 @@ def _supervise(
                 continue
         except (EOFError, ConnectionError):
             if stopping.was_stopped(child.pid):
-                return outcome(Ending.STOPPED, "stopped with the run")
-            return outcome(Ending.DIED, _cause_of_death(_exit_code(child.process), memory_limit_mb))
+                return failed(Ending.STOPPED, "stopped with the run")
+            return failed(Ending.DIED, _cause_of_death(_exit_code(child.process), memory_limit_mb))
         if isinstance(message, Returned):
-            return outcome(Ending.RETURNED, "", value=message.value, clean=message.clean)
+            return Outcome(Ending.RETURNED, message.value, "", time.monotonic() - started, message.clean)
         if isinstance(message, Raised):
-            return outcome(*_cause_of_raise(message, memory_limit_mb))
-        return outcome(Ending.DIED, f"the child process said {type(message).__name__}, which means nothing here")
+            return failed(*_cause_of_raise(message, memory_limit_mb))
+        return failed(Ending.DIED, f"the child process said {type(message).__name__}, which means nothing here")
 
 
 def _serve(services: Mapping[str, Callable[..., object]], call: Call) -> Answer:

@@ -24,10 +24,8 @@ class AssetFile:
 
 
 def asset_files(folder: Path) -> list[AssetFile]:
-    """Every file in the asset's folder, by name, and those elsewhere that its URDF refers to; hidden ones are left out.
-
-    A reference to a missing file counts once the file exists. Empty where there is no such folder.
-    """
+    """Every file in the asset's folder but hidden ones, by name, and those elsewhere that its URDF refers to, as far as
+    they exist. Empty where there is no such folder."""
     inner = sorted(_walk(str(folder), "", set()), key=lambda file: file.name)
     return inner + _outer(folder)
 

@@ -5,6 +5,7 @@ import functools
 import hashlib
 import json
 from collections.abc import Mapping
+from contextlib import suppress
 from importlib import metadata
 from pathlib import Path
 
@@ -83,10 +84,8 @@ def package_versions(settings: EngineSettings) -> dict[str, str]:
     engines = settings.verify if settings.verify is not None else installed()
     found = {}
     for name in (*DECIDING_PACKAGES, *sorted({Engine.PYBULLET.value, *(engine.value for engine in engines)})):
-        try:
+        with suppress(metadata.PackageNotFoundError):
             found[name] = metadata.version(name)
-        except metadata.PackageNotFoundError:
-            continue
     return found
 
 
@@ -94,33 +93,21 @@ IRRELEVANT_SETTINGS: Mapping[str, set[str] | bool] = {
     "run": True,
     # Picture size counts, since a model sees them; whether they are written is read from the folder.
     "views": {"write"},
-    "model": {
-        "timeout_s",
-        "max_attempts",
-        "cache",
-        "requests_per_minute",
-        "concurrent_requests",
-        "run_calls",
-        "run_tokens",
-        "run_usd",
-    },
+    "model": {"timeout_s", "max_attempts", "cache", "requests_per_minute", "concurrent_requests"}
+    | {"run_calls", "run_tokens", "run_usd"},
 }
 """Settings that affect a run, not an asset's result. Assets that fail because of them are tried again anyway."""
 
 
 def shared_hash(settings: Settings, pipeline: str) -> str:
     """SHA-256 over what all assets of a run depend on: settings, sources, packages and the pipeline's name."""
-    material = [
-        pipeline,
-        settings.model_dump_json(exclude=IRRELEVANT_SETTINGS),
-        source_version(),
-        package_versions(settings.engine),
-    ]
+    chosen = settings.model_dump_json(exclude=IRRELEVANT_SETTINGS)
+    material = [pipeline, chosen, source_version(), package_versions(settings.engine)]
     return hashlib.sha256(json.dumps(material, sort_keys=True).encode()).hexdigest()
 
 
 def content_hash(ref: AssetRef, files: str, shared: str, reference: Reference | None) -> str:
-    """SHA-256 over an asset's row of the manifest, the digest of its files, what the run's assets share, and the
-    expert's choice that its alignment is held against; 64 hex digits."""
+    """SHA-256 over an asset's manifest row, its files' digest, what the run's assets share, and the expert's choice
+    that its alignment is held against; 64 hex digits."""
     material = [ref.model_dump(mode="json", exclude={"path"}), files, shared, repr(reference)]
     return hashlib.sha256(json.dumps(material, sort_keys=True).encode()).hexdigest()

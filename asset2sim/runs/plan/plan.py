@@ -19,8 +19,7 @@ from schemas.vocabulary import RETRIED_MODES, FailureMode, Redo, Status
 
 
 def asset_files_hashes(state: sqlite3.Connection, refs: Sequence[AssetRef]) -> dict[str, str]:
-    """Asset path → hash of the asset's files: local files are read if they changed; behind a URL the hash is made from
-    the store's listing."""
+    """Asset path → hash of its files: local ones are read if they changed, of URLs only the store's listing."""
     urls = [ref.path for ref in refs if is_url(location_of(ref.path))]
     found = remote_content_hashes(state, urls) if urls else {}
     return found | {ref.path: folder_files_hash(state, Path(ref.path)) for ref in refs if ref.path not in found}

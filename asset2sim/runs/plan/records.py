@@ -1,6 +1,4 @@
-"""Records of finished assets, one file each, kept until the catalog holds them.
-
-The worker that refines an asset writes its file, on any machine; the run reads it."""
+"""Records of finished assets, a file each, written by workers, read by the run, kept until the catalog holds them."""
 
 import contextlib
 import json
@@ -22,21 +20,18 @@ _sets: dict[type[BaseModel], set[str]] = {}
 
 
 def share_field_sets(value: object) -> None:
-    """Let models of one type within ``value`` whose sets of given fields are equal share one such set.
-
-    Pydantic keeps such a set in every model: ten real records took 208 kB each in memory, and take 95 kB so. The
-    models are frozen, so nobody changes the sets.
-    """
-    if isinstance(value, BaseModel):
-        given = value.__pydantic_fields_set__
-        shared = _sets.setdefault(type(value), given)
-        if shared is not given and shared == given:
-            object.__setattr__(value, "__pydantic_fields_set__", shared)
-        for part in value.__dict__.values():
-            share_field_sets(part)
-    elif isinstance(value, tuple):
-        for part in value:
-            share_field_sets(part)
+    """Let models of one type within ``value`` whose sets of given fields are equal share one such set, which nobody
+    changes: the models are frozen. Ten real records took 208 kB each in memory, and take 95 kB so."""
+    left = [value]
+    while left:
+        part = left.pop()
+        if isinstance(part, tuple):
+            left += part
+        elif isinstance(part, BaseModel):
+            given = part.__pydantic_fields_set__
+            if (shared := _sets.setdefault(type(part), given)) == given:
+                object.__setattr__(part, "__pydantic_fields_set__", shared)
+            left += part.__dict__.values()
 
 
 RECORDS_FOLDER = ".cache/records"
@@ -50,11 +45,8 @@ logger = logging.getLogger(__name__)
 
 
 class KeptRecord(Frozen):
-    """A finished asset's record, the run that finished it, and that run's ``redo`` setting.
-
-    ``attempt`` is 2 for a second attempt. ``died`` says how the attempt's process died; set on attempt 1, a second
-    attempt is due.
-    """
+    """A finished asset's record, the run that finished it, and that run's ``redo`` setting. ``attempt`` is 2 for a
+    second attempt. ``died`` says how the attempt's process died; set on attempt 1, a second attempt is due."""
 
     run_id: str
     redo: Redo
@@ -103,15 +95,14 @@ def read_record(out: Path, content_hash: str) -> KeptRecord | None:
     return kept if kept.record.content_hash == content_hash else None
 
 
-def await_record(out: Path, content_hash: str, run_id: str, attempt: int) -> KeptRecord | None:
-    """The record that another process has just written in this run, at this attempt or a later one; None where it is
-    not seen within ``VISIBLE_LIMIT_S``."""
-    end = time.monotonic() + VISIBLE_LIMIT_S
+def await_record(out: Path, content_hash: str, run_id: str, attempt: int, limit_s: float) -> KeptRecord | None:
+    """The record that another process wrote in this run, at this attempt or a later one; None after ``limit_s``."""
+    end = time.monotonic() + limit_s
     while True:
         kept = read_record(out, content_hash)
         if kept is not None and kept.run_id == run_id and kept.attempt >= attempt:
             return kept
-        if time.monotonic() > end:
+        if time.monotonic() >= end:
             return None
         time.sleep(VISIBLE_POLL_S)
         _refresh_listing(out / RECORDS_FOLDER)

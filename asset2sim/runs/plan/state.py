@@ -1,5 +1,4 @@
-"""Database of an output folder, ``OUT/.cache/files.db``: hashes of asset files and of refined folders. Losing it costs
-time only."""
+"""Database ``OUT/.cache/files.db``: hashes of asset files and of refined folders. Losing it costs time only."""
 
 import hashlib
 import os
@@ -103,9 +102,8 @@ def _open(file: Path) -> sqlite3.Connection:
 
 def _known(state: sqlite3.Connection, asset: str) -> dict[str, tuple[tuple[object, ...], str]]:
     """File name → what was seen of the file, and its digest."""
-    rows = state.execute(
-        "SELECT name, path, size, mtime_ns, ctime_ns, inode, sha256 FROM files WHERE asset = ?", (asset,)
-    )
+    columns = "name, path, size, mtime_ns, ctime_ns, inode, sha256"
+    rows = state.execute(f"SELECT {columns} FROM files WHERE asset = ?", (asset,))
     return {row[0]: (row[1:6], row[6]) for row in rows}
 
 

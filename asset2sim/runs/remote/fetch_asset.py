@@ -36,10 +36,8 @@ def local_copy_path(url: str) -> Path:
 
 
 def fetch_asset(folder: str, method: Method) -> Path:
-    """The local copy of an asset's folder, with the files elsewhere that its URDF refers to, as they are now.
-
-    Raises StoreError where an object cannot be read. For a URL without objects the folder does not exist.
-    """
+    """The local copy of an asset's folder, with the files elsewhere that its URDF refers to, as they are now; for a URL
+    without objects it does not exist. Raises StoreError where an object cannot be read."""
     inner = visible(list_objects(folder))
     bring({f"{folder}/{name}": stored for name, stored in inner.items()})
     place = local_copy_path(folder)
@@ -93,14 +91,12 @@ def _bring_reference(folder: str) -> None:
 def run_with_local_files(
     ref: AssetRef, out: Path | str, settings: Settings, work: Callable[[AssetRef], AssetAttempt]
 ) -> AssetAttempt:
-    """Run ``work`` on a local copy of an asset, and upload its folder and logs to OUT's URL.
+    """Run ``work`` on a local copy of an asset, and upload its folder and logs to OUT's URL; one of both is a URL.
 
     An object that is missing or refused fails the asset as ``unreadable_asset``; a store that does not answer fails it
     as ``engine_crash``, so that the next run tries it again.
     """
     place = location_of(ref.path)
-    if not is_url(place) and not is_url(out):
-        return work(ref)
     try:
         local = ref.model_copy(update={"path": str(fetch_asset(place, settings.method))}) if is_url(place) else ref
     except StoreError as error:
@@ -126,7 +122,8 @@ def send_asset(out: str, asset_id: str) -> None:
     if assets.is_dir():
         send_folder(f"{out}/assets/{asset_id}", assets)
         remove_tree(assets)
-    logs = {f"{out}/{log.relative_to(folder).as_posix()}": log for log in _logs(folder, asset_id)}
+    paths = (log_file(folder, asset_id), first_log_file(folder, asset_id), answers_file(folder, asset_id))
+    logs = {f"{out}/{log.relative_to(folder).as_posix()}": log for log in paths}
     send_objects({url: log for url, log in logs.items() if log.is_file()})
     remove_objects([url for url, log in logs.items() if not log.is_file()])
 
@@ -152,7 +149,3 @@ def _mode_of(error: StoreError) -> FailureMode:
     if is_disk_full(error):
         return FailureMode.DISK_FULL
     return FailureMode.UNREADABLE_ASSET if error.missing or error.refused else FailureMode.ENGINE_CRASH
-
-
-def _logs(folder: Path, asset_id: str) -> tuple[Path, ...]:
-    return log_file(folder, asset_id), first_log_file(folder, asset_id), answers_file(folder, asset_id)

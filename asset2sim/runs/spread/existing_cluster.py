@@ -48,11 +48,8 @@ class StopChildren(WorkerPlugin):
 
 @contextmanager
 def join_cluster(address: str, out: Path | str, patience_s: float = 0.0) -> Iterator[Client]:
-    """A client of the cluster at ``address``, closed after the block; its workers may have children for ``out``.
-
-    Waits for ``patience_s`` for a scheduler that has a worker. Raises ``UsageError`` where there is none, or where its
-    workers cannot do the work.
-    """
+    """A client of the cluster at ``address``, closed after the block; its workers may have children for ``out``. Waits
+    for ``patience_s`` for a scheduler with a worker. Raises ``UsageError`` for none, or unfit workers."""
     with _connect(address, time.monotonic() + patience_s) as client:
         _check_workers(client, address, out)
         plugin = StopChildren(str(out))

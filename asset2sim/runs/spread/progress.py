@@ -27,16 +27,9 @@ def progress(total: int) -> Iterator[Report]:
 
 @contextmanager
 def _bar(console: Console, total: int) -> Iterator[Report]:
-    columns = (
-        SpinnerColumn(),
-        TextColumn("refining"),
-        BarColumn(),
-        MofNCompleteColumn(),
-        TextColumn("{task.fields[failed]} failed"),
-        TimeRemainingColumn(),
-        TextColumn("{task.fields[last]}"),
-    )
-    with Progress(*columns, console=console, transient=True) as bar:
+    done = (SpinnerColumn(), TextColumn("refining"), BarColumn(), MofNCompleteColumn())
+    rest = (TextColumn("{task.fields[failed]} failed"), TimeRemainingColumn(), TextColumn("{task.fields[last]}"))
+    with Progress(*done, *rest, console=console, transient=True) as bar:
         task = bar.add_task("refining", total=total, failed=0, last="")
         failed = 0
 

@@ -51,22 +51,18 @@ def spread(
 
     def submit(count: int) -> None:
         for job in islice(waiting, count):
-            future = _submit(client, work, job)
+            # A key of its own for each attempt: Dask would answer a second one with the first one's failure.
+            key = f"refine-{job.ref.asset_id}-{uuid.uuid4().hex}"
+            future = client.submit(work, job, pure=False, key=key)
             in_flight[future] = job
             done.add(future)
 
     submit(most)
     for future in done:
-        end = _collect(client, future)
-        take(in_flight[future], end)
+        take(in_flight[future], _collect(client, future))
         # Removed only once taken: an interruption may come in between.
         del in_flight[future]
         submit(1)
-
-
-def _submit(client: Client, work: RefineJob, job: Job) -> Future[JobResult]:
-    # A key of its own for each attempt: Dask would answer a second one with the first one's failure.
-    return client.submit(work, job, pure=False, key=f"refine-{job.ref.asset_id}-{uuid.uuid4().hex}")
 
 
 def _collect(client: Client, future: Future[JobResult]) -> JobResult | LostJob:

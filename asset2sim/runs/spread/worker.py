@@ -31,6 +31,7 @@ from asset2sim.runs.remote.fetch_asset import run_with_local_files
 from asset2sim.runs.remote.output import send_record
 from asset2sim.runs.spread.job import Job, JobResult
 from schemas.asset import AssetRef
+from schemas.location import is_url, location_of
 from schemas.request import ModelAnswer, ModelCall, ModelRequest
 from schemas.settings import ModelSettings, Settings
 from schemas.vocabulary import Method
@@ -58,10 +59,12 @@ def attempt_asset(
         made(answer.calls)
         return answer
 
-    def attempt(local: AssetRef) -> AssetAttempt:
-        return attempt_in_child(pipeline, local, folder, settings, ask_and_tell, owner, fresh)
-
-    return run_with_local_files(ref, out, settings, attempt)
+    attempt = partial(
+        attempt_in_child, pipeline, out=folder, settings=settings, ask=ask_and_tell, owner=owner, fresh=fresh
+    )
+    if is_url(out) or is_url(location_of(ref.path)):
+        return run_with_local_files(ref, out, settings, attempt)
+    return attempt(ref)
 
 
 def ask_for_asset(request: ModelRequest, settings: Settings, books: GatewaySession) -> ModelAnswer:
@@ -88,7 +91,7 @@ def refine_on_worker(job: Job, out: Path | str, settings: Settings, pipeline: st
     lost = paid_calls(folder, job.content_hash)
     keep = call_writer(folder, job.content_hash)
     attempt = attempt_asset(job.ref, out, settings, pipeline, run_id, keep, fresh=job.first is not None)
-    record = with_first_attempt(attempt.record, job.first, attempt.died)
+    record = attempt.record if job.first is None else with_first_attempt(attempt.record, job.first, attempt.died)
     record = record.model_copy(update={"content_hash": job.content_hash, "calls": (*lost, *record.calls)})
     done = JobResult(job.ref.asset_id, record.status, attempt.died)
     kept = KeptRecord(run_id=run_id, redo=settings.run.redo, record=record, attempt=job.attempt, died=attempt.died)
