@@ -19,13 +19,7 @@ from asset2sim.runs.spread.refine_all import refine_all
 from asset2sim.studies.speed.bench_figures import bench_markdown, figures, missed, stage_seconds
 from asset2sim.studies.speed.history_rows import MODULE as QUERY
 from asset2sim.studies.speed.history_rows import write_history
-from asset2sim.studies.speed.measured import (
-    BenchRequest,
-    FlowTimes,
-    Measured,
-    QueryTimes,
-    parse_request,
-)
+from asset2sim.studies.speed.measured import BenchRequest, FlowTimes, Measured, QueryTimes, parse_request
 from asset2sim.studies.speed.process import evenly_spaced, machine, measure, one_core, time_checker
 from asset2sim.studies.speed.synthetic import make_unchanged
 from flows import PIPELINE
