@@ -16,10 +16,8 @@ class ProgramError(Asset2SimError):
 
 
 def run_together(commands: Mapping[str, Sequence[str]], stop_limit_s: float = STOP_LIMIT_S) -> None:
-    """Run programs, name → command line, until interrupted; raises ``ProgramError`` when one ends by itself.
-
-    Neither they nor what they start survives this call: they are asked to end, and killed after ``stop_limit_s`` s.
-    """
+    """Run programs, name → command line, until interrupted; raises ``ProgramError`` when one ends by itself. Neither
+    they nor what they start survives this call: they are asked to end, and killed after ``stop_limit_s`` s."""
     # Sessions of their own: a program may start others, and Ctrl-C must reach none of them twice.
     running = {name: subprocess.Popen(command, start_new_session=True) for name, command in commands.items()}
     try:

@@ -41,9 +41,7 @@ def prepare_environment() -> None:
 @contextmanager
 def temporary_server(*, schedules: bool = False) -> Iterator[str | None]:
     """The address of a server that loads while the block begins, or None where the user has configured one.
-
-    ``schedules`` asks for the services that start scheduled runs. Connect with ``flows.server.client.use_server``.
-    """
+    ``schedules`` asks for the services that start scheduled runs. Connect with ``flows.server.client.use_server``."""
     home = prefect_home()
     if "PREFECT_API_URL" in os.environ or (home / "profiles.toml").exists():
         yield None

@@ -1,7 +1,5 @@
-"""Nightlies that are served on this machine, with their servers: a locked file each in Prefect's folder.
-
-Imports nothing of Prefect. The lock ends with the process that holds it, so the file of a killed one does not count.
-"""
+"""Nightlies that are served on this machine, with their servers: a locked file each in Prefect's folder. Imports
+nothing of Prefect. The lock ends with the process that holds it, so the file of a killed one does not count."""
 
 import fcntl
 import hashlib

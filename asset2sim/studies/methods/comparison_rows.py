@@ -25,10 +25,8 @@ NO_ESTIMATE = Estimate(None, None, None, 0)
 
 
 def figure_rows(objects: pd.DataFrame, figures: Sequence[FigureSpec], subset: str | None) -> list[Row]:
-    """A row for every figure of every method and model, with its difference to ours with the same model.
-
-    A method that asks no model is compared with ours of the first model.
-    """
+    """A row for every figure of every method and model, with its difference to ours with the same model. A method that
+    asks no model is compared with ours of the first model."""
     rows: list[Row] = []
     for method, model in methods_and_models(objects):
         for figure in figures:
@@ -123,9 +121,7 @@ def failure_rows(objects: pd.DataFrame) -> list[Row]:
 
 def growth_rows(objects: pd.DataFrame) -> list[Row]:
     """Success and scale error by error level, for every method; those that ask no model have the same at all levels.
-
-    Empty where fewer than two levels were run.
-    """
+    Empty where fewer than two levels were run."""
     levels: dict[float, list[str]] = {}
     for model in models_of(objects):
         if (level := level_of(model)) is not None:

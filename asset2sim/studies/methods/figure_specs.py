@@ -85,10 +85,8 @@ ZERO_MM = 1e-6
 @dataclass(frozen=True)
 class FigureSpec:
     """One figure. ``values`` gives (n,) numbers, one per row of the objects, NaN where it is undefined for a row.
-
     ``given`` names methods for which it is zero by definition: the experts' deviation from themselves. ``ranked`` says
-    whether the tables mark the best method.
-    """
+    whether the tables mark the best method."""
 
     key: str
     heading: str

@@ -1,8 +1,6 @@
-"""Deliberately bad assets, each a good one with one defect, and their expected outcomes.
-
-The defect is named by the asset's id and not by its prompt: a prompt is read as guidance, and the words
-"open mesh" would ask for something open.
-"""
+"""Deliberately bad assets, each a good one with one defect, and their expected outcomes. The defect is named by the
+asset's id and not by its prompt: a prompt is read as guidance, and the words "open mesh" would ask for something
+open."""
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
@@ -26,9 +24,7 @@ GREEN = Finish((0.36, 0.5, 0.4))
 @dataclass(frozen=True)
 class BadAsset:
     """A bad asset: its ``blueprint``, the failure modes with which it may end, and the change ``spoil`` to its files.
-
-    ``FailureMode.NONE`` among ``outcomes`` means that its refinement may succeed, or must if it is the only one.
-    """
+    ``FailureMode.NONE`` among ``outcomes`` means that its refinement may succeed, or must if it is the only one."""
 
     blueprint: Blueprint
     outcomes: tuple[FailureMode, ...]
@@ -80,10 +76,8 @@ def inverted_limits() -> Blueprint:
 
 
 def crossed_flaps() -> Blueprint:
-    """A carton whose two flaps are each longer than half of it: closed together, they run through each other.
-
-    Lifting one by 0.1 rad, within a tenth of its range, lays it over the other.
-    """
+    """A carton whose two flaps are each longer than half of it: closed together, they run through each other. Lifting
+    one by 0.1 rad, within a tenth of its range, lays it over the other."""
     low = 0.6 + GAP
     flaps = []
     for key, sign in (("left", -1.0), ("right", 1.0)):

@@ -13,10 +13,8 @@ DIGITS = 6
 
 
 def authored_parts(blueprint: Blueprint) -> tuple[Link, ...]:
-    """The parts as authored: moved to their joints' ``authored`` positions, limits counted from there.
-
-    The whole is centred on the origin, as the real data is.
-    """
+    """The parts as authored: moved to their joints' ``authored`` positions, limits counted from there. The whole is
+    centred on the origin, as the real data is."""
     by_key = {part.key: part for part in blueprint.parts}
     moved = tuple(_moved(part, by_key) for part in blueprint.parts)
     vertices = np.vstack([piece.mesh.vertices for part in moved for piece in part.pieces])

@@ -1,8 +1,6 @@
-"""An independent checker over refined objects: ``python -m asset2sim.studies.simcheck.checker OUT``.
-
-The checker is simcheck, an external package in an environment of its own (``make judge`` makes it): MuJoCo and
-PyBullet, a free base, a drop of 5 cm, joint sweeps, contacts at rest. Only its report is used.
-"""
+"""An independent checker over refined objects: ``python -m asset2sim.studies.simcheck.checker OUT``. The checker is
+simcheck, an external package in an environment of its own (``make judge`` makes it): MuJoCo and PyBullet, a free base,
+a drop of 5 cm, joint sweeps, contacts at rest. Only its report is used."""
 
 import contextlib
 import os
@@ -66,10 +64,8 @@ class Findings(BaseModel):
 
 
 def find_simcheck(root: Path) -> Path:
-    """The checker's program: what SIMCHECK names, ``.venv-judge`` under ``root``, or one on the PATH.
-
-    Raises UsageError where there is none.
-    """
+    """The checker's program: what SIMCHECK names, ``.venv-judge`` under ``root``, or one on the PATH. Raises UsageError
+    where there is none."""
     named = os.environ.get(VARIABLE)
     if named:
         path = shutil.which(named)
@@ -90,9 +86,7 @@ def find_simcheck(root: Path) -> Path:
 
 def refined_objects(out: Path, ids: Sequence[str] = ()) -> dict[str, Path]:
     """Asset id → its refined URDF, which may be missing: every folder of ``out/assets``, and all of the latest run.
-
-    Raises UsageError where there is none, UnknownChoiceError for an id that is not among them.
-    """
+    Raises UsageError where there is none, UnknownChoiceError for an id that is not among them."""
     folders = out / "assets"
     names = {path.name for path in folders.iterdir() if path.is_dir()} if folders.is_dir() else set[str]()
     names = {name for name in names if not name.startswith(".")} | latest_asset_ids(out)

@@ -194,10 +194,8 @@ def stage_seconds(out: Path) -> dict[str, tuple[float, float]]:
 
 
 def time_shares(times: FlowTimes, stages: Mapping[str, tuple[float, float]]) -> list[TimeShare]:
-    """The parts of a run with one worker: they add up to its wall time.
-
-    The time of Dask, processes and model calls is that of the refining task less that of the stages.
-    """
+    """The parts of a run with one worker: they add up to its wall time. The time of Dask, processes and model calls is
+    that of the refining task less that of the stages."""
     whole = times.flow_s
 
     def part(name: str, seconds: float, median: float | None = None) -> TimeShare:

@@ -1,7 +1,5 @@
 """A synthetic year of nightly runs in ``asset_history``: a file a night, past months merged into one file each.
-
-``python -m asset2sim.studies.speed.history_rows RESULT STARTED OUT GROUPING`` times the breakdown of its failures.
-"""
+``python -m asset2sim.studies.speed.history_rows RESULT STARTED OUT GROUPING`` times the breakdown of its failures."""
 
 import importlib
 import sys
@@ -42,10 +40,8 @@ SEED = 20250101
 
 
 def write_history(out: Path, record: AssetRecord, rows: int, assets: int = ASSETS) -> int:
-    """Write a catalog with ``record`` and a history of at least ``rows`` rows under ``out``; returns their number.
-
-    Each night is written as a run's file, and the months are merged as a run would. Raises what ``write_run`` does.
-    """
+    """Write a catalog with ``record`` and a history of at least ``rows`` rows under ``out``; returns their number. Each
+    night is written as a run's file, and the months are merged as a run would. Raises what ``write_run`` does."""
     nights = -(-rows // assets)
     last = FIRST_NIGHT + timedelta(days=nights - 1)
     write_run(out, RunRow(run_id=run_id(last), started_at=last, finished_at=last, dataset="synthetic"), [record])

@@ -30,10 +30,8 @@ def measure(
     kind: type[Numbers], module: str, words: Sequence[str], place: Path, extra: Mapping[str, str] | None = None
 ) -> Numbers:
     """Run ``python -m module RESULT STARTED *words`` and read its numbers from RESULT, ``place`` with ``.json``.
-
     STARTED is the monotonic clock before the process started, s; ``extra`` is added to its environment. What it prints
-    goes to ``place`` with ``.log``. Raises BenchError, with the end of that log, if it wrote no numbers.
-    """
+    goes to ``place`` with ``.log``. Raises BenchError, with the end of that log, if it wrote no numbers."""
     result, log = place.with_suffix(".json"), place.with_suffix(".log")
     place.parent.mkdir(parents=True, exist_ok=True)
     result.unlink(missing_ok=True)
@@ -60,10 +58,8 @@ def log_tail(log: Path) -> str:
 
 
 def peak_memory_mb() -> float:
-    """The most resident memory that this process has had, MB.
-
-    Linux's own record starts with the program, and ``getrusage`` counts what its parent had when it forked.
-    """
+    """The most resident memory that this process has had, MB. Linux's own record starts with the program, and
+    ``getrusage`` counts what its parent had when it forked."""
     status = Path("/proc/self/status")
     if status.is_file():
         for line in status.read_text(encoding="ascii", errors="replace").splitlines():
@@ -115,9 +111,8 @@ def evenly_spaced(asset_ids: Sequence[str], count: int) -> tuple[str, ...]:
 
 def time_checker(root: Path, out: Path, asset_ids: Sequence[str], tell: Callable[[str], None]) -> CheckerTimes:
     """Time simcheck on each refined object of OUT (free base, its two engines); ``tell`` gets a line for each object.
-
-    ``root`` is the checkout, whose folder ``.venv-judge`` may hold simcheck. ``problem`` says if it is not installed.
-    """
+    ``root`` is the checkout, whose folder ``.venv-judge`` may hold simcheck. ``problem`` says if it is not
+    installed."""
     try:
         simcheck = find_simcheck(root)
         objects = refined_objects(out, asset_ids)

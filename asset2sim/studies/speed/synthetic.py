@@ -1,7 +1,5 @@
-"""A synthetic dataset whose entries all count as unchanged: small folders, and a catalog as real runs write it.
-
-Each entry is a copy of one sample object under its own id: some of its files, and the record of its real refinement.
-"""
+"""A synthetic dataset whose entries all count as unchanged: small folders, and a catalog as real runs write it. Each
+entry is a copy of one sample object under its own id: some of its files, and the record of its real refinement."""
 
 import os
 import shutil
@@ -32,10 +30,8 @@ def make_unchanged(
     record: AssetRecord, folder: Path, count: int, settings: Settings, pipeline: str
 ) -> tuple[Path, Path]:
     """Make a dataset of ``count`` entries and the output of the runs that refined them; (data, out) in ``folder``.
-
-    ``record`` is the real record of the object whose files are taken. Raises BenchError where a run with these
-    settings would refine any entry again.
-    """
+    ``record`` is the real record of the object whose files are taken. Raises BenchError where a run with these settings
+    would refine any entry again."""
     data, out = folder / "data", folder / "out"
     refs = make_entries(Path(record.ref.path), data, count)
     # The next run reads a file again if it was just written: a later change might not show in its time stamp.

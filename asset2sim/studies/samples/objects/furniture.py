@@ -12,10 +12,8 @@ BLUE = Finish((0.16, 0.3, 0.52))
 
 
 def drawer(x: float, y0: float, y1: float, back: float, front: float, paint: Finish) -> tuple[NamedMesh, ...]:
-    """A drawer, open on top, ``GAP`` narrower than its bay on every side, behind a wider front with a handle.
-
-    ``x`` is half the bay's inner width, ``y0`` and ``y1`` its floor and ceiling, ``front`` the carcass's edge.
-    """
+    """A drawer, open on top, ``GAP`` narrower than its bay on every side, behind a wider front with a handle. ``x`` is
+    half the bay's inner width, ``y0`` and ``y1`` its floor and ceiling, ``front`` the carcass's edge."""
     face = front + GAP
     tub = shell((-x + GAP, y0 + GAP, back + GAP), (x - GAP, y1 - 0.1, face), 0.03, without="top")
     middle = (y0 + y1) / 2.0
