@@ -1,6 +1,5 @@
 """One night: refine the dataset, run the hook, and return a Prefect state that says how it went. ``asset2sim nightly``
-serves it on the schedule of ``catalog.yaml`` (``flows.serve_nightly``), and ``prefect.yaml`` deploys it to a work
-pool."""
+serves it on ``catalog.yaml``'s schedule (``flows.serve_nightly``), and ``prefect.yaml`` deploys it to a work pool."""
 
 from contextlib import suppress
 from pathlib import Path

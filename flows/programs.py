@@ -4,6 +4,7 @@ import os
 import signal
 import subprocess
 from collections.abc import Mapping, Sequence
+from contextlib import suppress
 
 from schemas.errors import Asset2SimError
 
@@ -36,10 +37,8 @@ def _stop(processes: Sequence[subprocess.Popen[bytes]], limit_s: float) -> None:
     for process in processes:
         _signal(process, signal.SIGTERM)
     for process in processes:
-        try:
+        with suppress(subprocess.TimeoutExpired):
             process.wait(timeout=limit_s)
-        except subprocess.TimeoutExpired:
-            continue
     # The whole group once more: a program may end before what it started.
     for process in processes:
         _signal(process, signal.SIGKILL)
@@ -47,7 +46,5 @@ def _stop(processes: Sequence[subprocess.Popen[bytes]], limit_s: float) -> None:
 
 
 def _signal(process: subprocess.Popen[bytes], number: signal.Signals) -> None:
-    try:
+    with suppress(ProcessLookupError):
         os.killpg(process.pid, number)
-    except ProcessLookupError:
-        return

@@ -88,21 +88,16 @@ def serve_nightly(request: RefineRequest, address: str | None = None) -> None:
     cron, timezone = nightly_schedule(CATALOG_FILE)
     name = deployment_name(request.out)
     runner = Runner(name=name, pause_on_shutdown=True)
+    schedule, told, kind = Cron(cron, timezone=timezone), parameters(request), EntrypointType.MODULE_PATH
     added = runner.add_flow(
-        nightly,
-        name=name,
-        schedule=Cron(cron, timezone=timezone),
-        parameters=parameters(request),
-        concurrency_limit=ONE_AT_A_TIME,
-        entrypoint_type=EntrypointType.MODULE_PATH,
+        nightly, name, schedule=schedule, parameters=told, concurrency_limit=ONE_AT_A_TIME, entrypoint_type=kind
     )
     deployment_id = UUID(str(added))
     for lost in clear_stale_runs(deployment_id):
         run_crash_hook(nightly, lost, lost.state or Crashed(message=CRASHED_NIGHT_MESSAGE))
-    data, out = str(request.data), str(request.out)
-    ours = f"asset2sim nightly {shlex.quote(data)} --out {shlex.quote(out)} --now"
+    ours = f"asset2sim nightly {shlex.quote(str(request.data))} --out {shlex.quote(str(request.out))} --now"
     prefects = f"{f'PREFECT_API_URL={address} ' if address else ''}prefect deployment run {FLOW}/{name}"
-    print_served(data, out, cron, timezone, request.settings_file, next_run(deployment_id), [ours, prefects])
+    print_served(request, f"'{cron}' ({timezone})", next_run(deployment_id), [ours, prefects])
     with suppress(KeyboardInterrupt, TerminationSignal, asyncio.CancelledError):
         asyncio.run(_serve_until_stopped(runner))
 

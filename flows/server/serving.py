@@ -31,8 +31,7 @@ class Serving:
 
 
 def deployment_name(out: Path | str) -> str:
-    """The deployment's name for an output, a folder or a URL: two datasets on one server must not take each other's
-    place."""
+    """The deployment's name for an output, a folder or a URL: no other dataset on the server may take its place."""
     place = os.fsencode(absolute(out))
     name = os.fsdecode(place.rpartition(b"/")[2])
     word = re.sub(r"[^A-Za-z0-9]+", "-", name).strip("-").lower() or "out"

@@ -32,25 +32,15 @@ def figure_rows(objects: pd.DataFrame, figures: Sequence[FigureSpec], subset: st
         for figure in figures:
             own = values_of(objects, method, model, figure)
             found = estimate(array_of(own), figure.statistic) if method not in figure.given else NO_ESTIMATE
-            ours = values_of(objects, OURS, _compared_model(objects, model), figure)
+            compared = model if model != NO_MODEL else next(iter(models_of(objects)), NO_MODEL)
+            ours = values_of(objects, OURS, compared, figure)
             apart = NO_ESTIMATE if method in (OURS, *figure.given) else _difference(own, ours, figure)
             said = stated(subset, method, figure.key)
-            rows.append(
-                {
-                    "method": method.value,
-                    "model": model,
-                    "figure": figure.key,
-                    "unit": figure.unit,
-                    **asdict(found),
-                    "difference": apart.value,
-                    "difference_low": apart.low,
-                    "difference_high": apart.high,
-                    "n_paired": None if method is OURS else apart.n,
-                    "first": False,
-                    "paper": said.value if said else None,
-                    "paper_spread": said.spread if said else None,
-                }
-            )
+            row = {"method": method.value, "model": model, "figure": figure.key, "unit": figure.unit, **asdict(found)}
+            row |= {"difference": apart.value, "difference_low": apart.low, "difference_high": apart.high}
+            row |= {"n_paired": None if method is OURS else apart.n, "first": False}
+            row |= {"paper": said.value if said else None, "paper_spread": said.spread if said else None}
+            rows.append(row)
     return [row | {"first": _is_first(row, rows, figures)} for row in rows]
 
 
@@ -75,18 +65,13 @@ def array_of(values: "pd.Series[float]") -> Array:
     return np.asarray(values, dtype=np.float64)
 
 
-def _compared_model(objects: pd.DataFrame, model: str) -> str:
-    return model if model != NO_MODEL else next(iter(models_of(objects)), NO_MODEL)
-
-
 def _difference(own: "pd.Series[float]", ours: "pd.Series[float]", figure: FigureSpec) -> Estimate:
     both = own.index.intersection(ours.index)
     return paired_difference(array_of(own.loc[both]), array_of(ours.loc[both]), figure.statistic)
 
 
 def _is_first(row: Row, rows: Sequence[Row], figures: Sequence[FigureSpec]) -> bool:
-    """Whether no method with the same model, or with none, has a better value; False without a value, and for figures
-    that are not ranked."""
+    """Whether no method with the same model, or none, has a better value; False if unranked or without a value."""
     figure = next(item for item in figures if item.key == row["figure"])
     own = row["value"]
     if not isinstance(own, float) or not figure.ranked:
@@ -106,16 +91,10 @@ def failure_rows(objects: pd.DataFrame) -> list[Row]:
         for outcome in OUTCOMES:
             modes = Counter(str(mode) for mode in own.loc[ended == outcome, "failure_mode"])
             count = int((ended == outcome).sum())
-            rows.append(
-                {
-                    "method": method.value,
-                    "model": model,
-                    "outcome": outcome,
-                    "assets": count,
-                    "share_percent": 100.0 * count / len(own),
-                    "failure_modes": json.dumps(dict(modes.most_common()) if outcome != OK else {}),
-                }
-            )
+            row: Row = {"method": method.value, "model": model, "outcome": outcome, "assets": count}
+            row["share_percent"] = 100.0 * count / len(own)
+            row["failure_modes"] = json.dumps(dict(modes.most_common()) if outcome != OK else {})
+            rows.append(row)
     return rows
 
 

@@ -72,8 +72,7 @@ TABLE_7: dict[Method, dict[str, Stated]] = {
 
 
 def stated(subset: str | None, method: Method, key: str) -> Stated | None:
-    """The paper's figure for a method: of the nine objects where those were run, else of the large set; None if it
-    states none."""
+    """The paper's figure for a method, or None: of the nine objects where those were run, else of the large set."""
     source = TABLE_1 if subset == NINE_SUBSET and key != "success" else TABLE_6
     return (source.get(method) or {}).get(key) or (TABLE_7.get(method) or {}).get(key)
 

@@ -1,5 +1,5 @@
-"""The sample dataset: its assets, their files, and writing them to disk, to data/raw unless told otherwise: ``python -m
-asset2sim.studies.samples.sample_dataset [OUT]``."""
+"""The sample dataset: its assets, their files, and writing them to disk, to data/raw unless told otherwise:
+``python -m asset2sim.studies.samples.sample_dataset [OUT]``."""
 
 import csv
 import io

@@ -76,8 +76,7 @@ def shell(low: Point, high: Point, wall: float, without: str) -> list[Mesh]:
 
 
 def disc(axis: str, centre: Point, radius: float | Pair, length: float, sides: int = 24, stretch: float = 1.0) -> Mesh:
-    """A cylinder, or a cone frustum for a pair of radii, around ``axis`` from ``centre`` on. ``stretch`` widens its
-    second radial direction."""
+    """A cylinder, or a frustum for two radii, along ``axis`` from ``centre``; ``stretch`` widens its second radius."""
     near, far = radius if isinstance(radius, tuple) else (radius, radius)
     turns = [2.0 * math.pi * i / sides for i in range(sides)]
 

@@ -10,6 +10,7 @@ from pathlib import Path
 
 import numpy as np
 import pyarrow as pa
+from numpy.random import Generator
 
 from asset2sim.catalog.failures import failures_by
 from asset2sim.catalog.history import HISTORY_FOLDER, compact_history, history_files, write_synced
@@ -37,6 +38,7 @@ FLAKY_FAILURE_SHARE = 0.01
 CHANGED_SHARE = 0.02
 """Share of the assets that a night refines again; the others are unchanged."""
 SEED = 20250101
+Flags = np.ndarray[tuple[int], np.dtype[np.bool_]]
 
 
 def write_history(out: Path, record: AssetRecord, rows: int, assets: int = ASSETS) -> int:
@@ -72,7 +74,7 @@ def night_tables(nights: int, assets: int) -> Iterator[tuple[datetime, pa.Table]
         yield start, _night(start, [None if place < 0 else modes[place] for place in struck], fresh, same, random)
 
 
-def _lasting_columns(assets: int, random: np.random.Generator) -> dict[str, list[object]]:
+def _lasting_columns(assets: int, random: Generator) -> dict[str, list[object]]:
     """Columns whose values are the same every night."""
     return {
         "asset_id": [f"{100_000 + place}" for place in range(assets)],
@@ -85,11 +87,7 @@ def _lasting_columns(assets: int, random: np.random.Generator) -> dict[str, list
 
 
 def _night(
-    start: datetime,
-    struck: list[FailureMode | None],
-    fresh: np.ndarray[tuple[int], np.dtype[np.bool_]],
-    same: dict[str, list[object]],
-    random: np.random.Generator,
+    start: datetime, struck: list[FailureMode | None], fresh: Flags, same: dict[str, list[object]], random: Generator
 ) -> pa.Table:
     count = len(struck)
     made: dict[str, object] = dict(same)

@@ -47,14 +47,9 @@ def measure(
                 process.terminate()
                 process.wait()
     if not result.is_file():
-        raise BenchError(f"{module} ended with exit code {code} and without numbers: {log_tail(log)} (see {log})")
+        said = log.read_text(encoding="utf-8", errors="replace").strip()[-LOG_TAIL_CHARS:] or "it said nothing"
+        raise BenchError(f"{module} ended with exit code {code} and without numbers: {said} (see {log})")
     return kind.model_validate_json(result.read_text(encoding="utf-8"))
-
-
-def log_tail(log: Path) -> str:
-    """The end of what a program printed."""
-    said = log.read_text(encoding="utf-8", errors="replace").strip()
-    return said[-LOG_TAIL_CHARS:] if said else "it said nothing"
 
 
 def peak_memory_mb() -> float:
@@ -92,15 +87,12 @@ def one_core() -> Iterator[bool]:
 def machine() -> str:
     """The processor, how many cores of it may be used, and the memory, in one line."""
     info = Path("/proc/cpuinfo")
-    names = [line.partition(":")[2].strip() for line in _lines(info) if line.startswith("model name")]
+    lines = info.read_text(encoding="utf-8", errors="replace").splitlines() if info.is_file() else []
+    names = [line.partition(":")[2].strip() for line in lines if line.startswith("model name")]
     cores = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
     memory = os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES") / MEGABYTE / 1024.0
     load = os.getloadavg()[0]
     return f"{names[0] if names else 'a processor'}, {cores} cores, {memory:.0f} GB, load {load:.1f} at the start"
-
-
-def _lines(path: Path) -> list[str]:
-    return path.read_text(encoding="utf-8", errors="replace").splitlines() if path.is_file() else []
 
 
 def evenly_spaced(asset_ids: Sequence[str], count: int) -> tuple[str, ...]:
@@ -111,8 +103,7 @@ def evenly_spaced(asset_ids: Sequence[str], count: int) -> tuple[str, ...]:
 
 def time_checker(root: Path, out: Path, asset_ids: Sequence[str], tell: Callable[[str], None]) -> CheckerTimes:
     """Time simcheck on each refined object of OUT (free base, its two engines); ``tell`` gets a line for each object.
-    ``root`` is the checkout, whose folder ``.venv-judge`` may hold simcheck. ``problem`` says if it is not
-    installed."""
+    ``root`` is the checkout, whose ``.venv-judge`` may hold simcheck. ``problem`` says if it is not installed."""
     try:
         simcheck = find_simcheck(root)
         objects = refined_objects(out, asset_ids)
