@@ -1,7 +1,5 @@
 """Flows: they wire tasks, and hold no logic. Run them as modules, ``python -m flows.command refine DATA --out OUT``.
-
-Importing this package makes Prefect's settings, which Prefect reads once, when it is imported itself.
-"""
+Importing this package makes Prefect's settings, which Prefect reads once, when it is imported itself."""
 
 from flows.server.server import prepare_environment
 

@@ -164,8 +164,7 @@ def write(request: BenchRequest, found: Measured) -> str:
 
 
 def bench_and_print(request: BenchRequest) -> int:
-    """Measure, print the tables, and name the targets that were missed. Returns the exit code; a missed target is a
-    failure only under ``--strict``."""
+    """Measure, print tables, name missed targets. Returns the exit code; a miss fails only under ``--strict``."""
     found = bench(request)
     output().print(write(request, found), markup=False, highlight=False, soft_wrap=True)
     left = missed(figures(found))

@@ -1,8 +1,6 @@
-"""``make bench-defects``: plant known defects in clean objects, see what is caught and mended: OUT [WORD ...].
-
-A WORD chooses the defects whose name has it. Everything is made anew under ``OUT/defects``, with ``defects.json``; the
-table goes to the console. Ends with 1 where too little is caught or mended.
-"""
+"""``make bench-defects``: plant known defects in clean objects, see what is caught and mended: OUT [WORD ...]. A WORD
+chooses the defects whose name has it. Everything is made anew under ``OUT/defects``, with ``defects.json``; the table
+goes to the console. Ends with 1 where too little is caught or mended."""
 
 import shutil
 import sys

@@ -26,8 +26,7 @@ RUN_ID = "plain-loop"
 
 
 def run_loop(words: Sequence[str], place: Path) -> LoopTimes:
-    """Times of the loop over the assets of a command line, in a process of its own. If an engine's crash ends that
-    process, ``problem`` says so."""
+    """Times of the loop over a command line's assets, in its own process; ``problem`` if a crash ended it."""
     at = _at(place.with_suffix(".json"))
     at.unlink(missing_ok=True)
     try:

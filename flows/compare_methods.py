@@ -19,10 +19,8 @@ from schemas.errors import DONE, STOPPED, exit_code_of
 
 
 def compare_methods(request: CompareRequest) -> int:
-    """Refine the dataset by every method with every model, then write the tables. Returns the exit code.
-
-    Raises UsageError for what cannot be done as asked, before anything is refined.
-    """
+    """Refine the dataset by every method with every model, then write the tables. Returns the exit code. Raises
+    UsageError for what cannot be done as asked, before anything is refined."""
     runs = planned_runs(request.out, request.methods, request.models)
     base, console = request.settings, output()
     chosen = (request.subset, request.asset_ids, request.limit)

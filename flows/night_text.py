@@ -2,27 +2,19 @@
 
 import sys
 from datetime import UTC, datetime
-from pathlib import Path
 
 from asset2sim.catalog.report import headline
 from asset2sim.catalog.text import output
+from asset2sim.runs.request import RefineRequest
 from asset2sim.runs.result import RunResult
 
 
-def print_served(
-    data: str,
-    out: str,
-    cron: str,
-    timezone: str,
-    settings: Path | None,
-    following: datetime | None,
-    commands: list[str],
-) -> None:
+def print_served(request: RefineRequest, schedule: str, following: datetime | None, commands: list[str]) -> None:
     """Print what is served and when, and how to have a night at once."""
     console = output()
-    lines = [f"nightly: {data} into {out}, on '{cron}' ({timezone})"]
-    if settings is not None:
-        lines.append(f"settings: {settings}, read when a night begins")
+    lines = [f"nightly: {request.data!s} into {request.out!s}, on {schedule}"]
+    if request.settings_file is not None:
+        lines.append(f"settings: {request.settings_file}, read when a night begins")
     lines.append(f"next run: {moment(following)}")
     for line in [*lines, "a night at once, from another terminal:", *(f"  {command}" for command in commands)]:
         console.print(line, markup=False, soft_wrap=True)
@@ -39,14 +31,11 @@ def moment(following: datetime | None, now: datetime | None = None) -> str:
 
 def night_line(result: RunResult) -> str:
     """A night in one line: how it went and where its report is."""
-    parts = (
-        [headline(result.records, result.changes, result.unchanged)]
-        if result.changes
-        else [f"{len(result.records)} assets"]
-    )
-    if result.stopped is not None:
-        parts.insert(0, result.stopped)
-    return " · ".join([*parts, *([f"report: {result.shown_report}"] if result.report else [])])
+    line = f"{len(result.records)} assets"
+    if result.changes:
+        line = headline(result.records, result.changes, result.unchanged)
+    report = f"report: {result.shown_report}" if result.report else None
+    return " · ".join(part for part in (result.stopped, line, report) if part is not None)
 
 
 def print_night(result: RunResult) -> None:

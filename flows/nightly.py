@@ -1,8 +1,5 @@
-"""One night: refine the dataset, run the hook, and return a Prefect state that says how it went.
-
-``asset2sim nightly`` serves it on the schedule of ``catalog.yaml`` (``flows.serve_nightly``), and ``prefect.yaml``
-deploys it to a work pool.
-"""
+"""One night: refine the dataset, run the hook, and return a Prefect state that says how it went. ``asset2sim nightly``
+serves it on ``catalog.yaml``'s schedule (``flows.serve_nightly``), and ``prefect.yaml`` deploys it to a work pool."""
 
 from contextlib import suppress
 from pathlib import Path
@@ -51,10 +48,8 @@ def nightly(
     settings_file: Path | None = None,
 ) -> State:
     """Refine ``data`` into ``out`` as ``refine_dataset`` does. The state's message is the night in one line.
-
     ``settings_file`` is read now, and what ``settings`` states goes before it. The night fails where the run does, and
-    under ``strict`` where an asset does.
-    """
+    under ``strict`` where an asset does."""
     chosen = settings or Settings()
     with sigterm_deferred():
         try:

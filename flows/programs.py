@@ -4,6 +4,7 @@ import os
 import signal
 import subprocess
 from collections.abc import Mapping, Sequence
+from contextlib import suppress
 
 from schemas.errors import Asset2SimError
 
@@ -16,10 +17,8 @@ class ProgramError(Asset2SimError):
 
 
 def run_together(commands: Mapping[str, Sequence[str]], stop_limit_s: float = STOP_LIMIT_S) -> None:
-    """Run programs, name → command line, until interrupted; raises ``ProgramError`` when one ends by itself.
-
-    Neither they nor what they start survives this call: they are asked to end, and killed after ``stop_limit_s`` s.
-    """
+    """Run programs, name → command line, until interrupted; raises ``ProgramError`` when one ends by itself. Neither
+    they nor what they start survives this call: they are asked to end, and killed after ``stop_limit_s`` s."""
     # Sessions of their own: a program may start others, and Ctrl-C must reach none of them twice.
     running = {name: subprocess.Popen(command, start_new_session=True) for name, command in commands.items()}
     try:
@@ -38,10 +37,8 @@ def _stop(processes: Sequence[subprocess.Popen[bytes]], limit_s: float) -> None:
     for process in processes:
         _signal(process, signal.SIGTERM)
     for process in processes:
-        try:
+        with suppress(subprocess.TimeoutExpired):
             process.wait(timeout=limit_s)
-        except subprocess.TimeoutExpired:
-            continue
     # The whole group once more: a program may end before what it started.
     for process in processes:
         _signal(process, signal.SIGKILL)
@@ -49,7 +46,5 @@ def _stop(processes: Sequence[subprocess.Popen[bytes]], limit_s: float) -> None:
 
 
 def _signal(process: subprocess.Popen[bytes], number: signal.Signals) -> None:
-    try:
+    with suppress(ProcessLookupError):
         os.killpg(process.pid, number)
-    except ProcessLookupError:
-        return

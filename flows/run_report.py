@@ -32,10 +32,7 @@ def publish_report(
     out: Path, run: RunRow, refined: RunRecords, previous: Previous, chosen: int, died: str | None
 ) -> WrittenReport:
     """Write the report and attach it to the flow run. A failure is a warning only: the tables hold the same data.
-
-    ``chosen`` is the number of assets of the run; ``died`` says what happened to the run before it, if that did not
-    end.
-    """
+    ``chosen`` counts the run's assets; ``died`` says what happened to the run before it, if that did not end."""
     changes = find_changes(refined.records, previous)
     warnings = [problem for problem in (died, skipped_nights(run.started_at)) if problem]
     problems = [problem for problem in (stopped_line(refined, chosen), previous.problem, *warnings) if problem]

@@ -1,8 +1,6 @@
-"""Serve the nightly flow on the schedule that ``catalog.yaml`` holds, or have one night at once.
-
-As a program of its own, ``python -m flows.serve_nightly REQUEST [SERVER]``, it is what ``asset2sim nightly`` starts and
-stops: once interrupted, Prefect's serving leaves threads behind that keep its process from ending.
-"""
+"""Serve the nightly flow on the schedule that ``catalog.yaml`` holds, or have one night at once. As a program of its
+own, ``python -m flows.serve_nightly REQUEST [SERVER]``, it is what ``asset2sim nightly`` starts and stops: once
+interrupted, Prefect's serving leaves threads behind that keep its process from ending."""
 
 import asyncio
 import os
@@ -46,10 +44,8 @@ CATALOG_FILE = Path(__file__).resolve().parents[1] / "catalog.yaml"
 
 
 def nightly_schedule(path: Path) -> tuple[str, str]:
-    """(cron line of five fields, name of its time zone) from ``metadata: nightly:`` of a catalog file.
-
-    Raises UsageError, naming the file and what to put there, where either is missing or malformed.
-    """
+    """(cron line of five fields, name of its time zone) from ``metadata: nightly:`` of a catalog file. Raises
+    UsageError, naming the file and what to put there, where either is missing or malformed."""
     try:
         content = yaml.safe_load(path.read_text(encoding="utf-8"))
     except OSError as error:
@@ -72,10 +68,8 @@ def nightly_schedule(path: Path) -> tuple[str, str]:
 
 
 def parameters(request: RefineRequest) -> dict[str, object]:
-    """The flow's parameters, as Prefect keeps them: JSON, and paths that mean the same from everywhere.
-
-    With a settings file they hold what the options state: each night reads the file as it is then.
-    """
+    """The flow's parameters, as Prefect keeps them: JSON, and paths that mean the same from everywhere. With a settings
+    file they hold what the options state: each night reads the file as it is then."""
     told = request.model_dump(mode="json")
     return {
         "data": str(absolute(request.data)),
@@ -94,30 +88,23 @@ def serve_nightly(request: RefineRequest, address: str | None = None) -> None:
     cron, timezone = nightly_schedule(CATALOG_FILE)
     name = deployment_name(request.out)
     runner = Runner(name=name, pause_on_shutdown=True)
+    schedule, told, kind = Cron(cron, timezone=timezone), parameters(request), EntrypointType.MODULE_PATH
     added = runner.add_flow(
-        nightly,
-        name=name,
-        schedule=Cron(cron, timezone=timezone),
-        parameters=parameters(request),
-        concurrency_limit=ONE_AT_A_TIME,
-        entrypoint_type=EntrypointType.MODULE_PATH,
+        nightly, name, schedule=schedule, parameters=told, concurrency_limit=ONE_AT_A_TIME, entrypoint_type=kind
     )
     deployment_id = UUID(str(added))
     for lost in clear_stale_runs(deployment_id):
         run_crash_hook(nightly, lost, lost.state or Crashed(message=CRASHED_NIGHT_MESSAGE))
-    data, out = str(request.data), str(request.out)
-    ours = f"asset2sim nightly {shlex.quote(data)} --out {shlex.quote(out)} --now"
+    ours = f"asset2sim nightly {shlex.quote(str(request.data))} --out {shlex.quote(str(request.out))} --now"
     prefects = f"{f'PREFECT_API_URL={address} ' if address else ''}prefect deployment run {FLOW}/{name}"
-    print_served(data, out, cron, timezone, request.settings_file, next_run(deployment_id), [ours, prefects])
+    print_served(request, f"'{cron}' ({timezone})", next_run(deployment_id), [ours, prefects])
     with suppress(KeyboardInterrupt, TerminationSignal, asyncio.CancelledError):
         asyncio.run(_serve_until_stopped(runner))
 
 
 async def _serve_until_stopped(runner: Runner) -> None:
-    """Serve, and on SIGTERM leave as on Ctrl-C: the schedule pauses, so that no runs pile up that nobody starts.
-
-    The runner's own way to take SIGTERM (3.8.8) ends the process before any of that.
-    """
+    """Serve, and on SIGTERM leave as on Ctrl-C: the schedule pauses, so that no runs pile up that nobody starts. The
+    runner's own way to take SIGTERM (3.8.8) ends the process before any of that."""
     task = asyncio.ensure_future(runner.start())
     # The runner installs its own handler in its first step.
     await asyncio.sleep(0)
@@ -140,10 +127,8 @@ def end_with_parent() -> None:
 
 
 def run_deployed_night(request: RefineRequest) -> int | None:
-    """Run the deployment of the request's output folder once, and wait for it. Returns the exit code.
-
-    None where the server knows no such deployment, or nobody serves it.
-    """
+    """Run the deployment of the request's output folder once, and wait for it. Returns the exit code. None where the
+    server knows no such deployment, or nobody serves it."""
     name = deployment_name(request.out)
     found = find_deployment(name)
     if found is None or found.status != "READY":

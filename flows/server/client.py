@@ -23,9 +23,7 @@ class PrefectServerError(Asset2SimError):
 @contextmanager
 def use_server(address: str | None) -> Iterator[None]:
     """Run flows against the server at ``address`` within the block; None leaves Prefect to the user's configuration.
-
-    Waits until the server answers; raises ``PrefectServerError`` if it does not.
-    """
+    Waits until the server answers; raises ``PrefectServerError`` if it does not."""
     if address is None:
         yield
         return

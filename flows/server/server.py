@@ -41,9 +41,7 @@ def prepare_environment() -> None:
 @contextmanager
 def temporary_server(*, schedules: bool = False) -> Iterator[str | None]:
     """The address of a server that loads while the block begins, or None where the user has configured one.
-
-    ``schedules`` asks for the services that start scheduled runs. Connect with ``flows.server.client.use_server``.
-    """
+    ``schedules`` asks for the services that start scheduled runs. Connect with ``flows.server.client.use_server``."""
     home = prefect_home()
     if "PREFECT_API_URL" in os.environ or (home / "profiles.toml").exists():
         yield None
@@ -59,16 +57,9 @@ def temporary_server(*, schedules: bool = False) -> Iterator[str | None]:
 
 
 def _start(listener: socket.socket, log: int, services: str) -> subprocess.Popen[bytes]:
-    program = Path(__file__).with_name("api_server.py")
-    return subprocess.Popen(
-        [sys.executable, "-P", str(program), str(listener.fileno()), services],
-        stdin=subprocess.PIPE,
-        stdout=log,
-        stderr=log,
-        pass_fds=[listener.fileno()],
-        start_new_session=True,
-        env={**SERVER_DEFAULTS, **os.environ},
-    )
+    program, fd, env = Path(__file__).with_name("api_server.py"), listener.fileno(), {**SERVER_DEFAULTS, **os.environ}
+    words, pipe = [sys.executable, "-P", str(program), str(fd), services], subprocess.PIPE
+    return subprocess.Popen(words, stdin=pipe, stdout=log, stderr=log, pass_fds=[fd], start_new_session=True, env=env)
 
 
 def _stop(server: subprocess.Popen[bytes]) -> None:

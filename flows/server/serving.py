@@ -1,7 +1,5 @@
-"""Nightlies that are served on this machine, with their servers: a locked file each in Prefect's folder.
-
-Imports nothing of Prefect. The lock ends with the process that holds it, so the file of a killed one does not count.
-"""
+"""Nightlies that are served on this machine, with their servers: a locked file each in Prefect's folder. Imports
+nothing of Prefect. The lock ends with the process that holds it, so the file of a killed one does not count."""
 
 import fcntl
 import hashlib
@@ -33,8 +31,7 @@ class Serving:
 
 
 def deployment_name(out: Path | str) -> str:
-    """The deployment's name for an output, a folder or a URL: two datasets on one server must not take each other's
-    place."""
+    """The deployment's name for an output, a folder or a URL: no other dataset on the server may take its place."""
     place = os.fsencode(absolute(out))
     name = os.fsdecode(place.rpartition(b"/")[2])
     word = re.sub(r"[^A-Za-z0-9]+", "-", name).strip("-").lower() or "out"

@@ -16,7 +16,6 @@ from asset2sim.checks.verdict import failures_of
 from asset2sim.studies.defects.planting import PlantedChange
 from schemas.asset import AssetRecord
 from schemas.finding import Finding
-from schemas.overlay import PhysicsOverlay
 from schemas.settings import Thresholds
 from schemas.vocabulary import Severity, Stage
 
@@ -49,7 +48,9 @@ def raw_symptoms(record: AssetRecord, limits: Thresholds) -> Iterator[Symptom]:
     for report in record.reports:
         if record.overlay is not None:
             for failure in failures_of(report, record.overlay, limits):
-                yield Symptom(report.engine.value, failure.mode.value, subject_joint(record.overlay, failure.subject))
+                # A failing check is about a joint, or about the whole object.
+                is_joint = any(joint.name == failure.subject for joint in record.overlay.joints)
+                yield Symptom(report.engine.value, failure.mode.value, failure.subject if is_joint else "")
     for overlap in record.overlaps:
         if overlap.pair.depth_m > limits.penetration_m:
             yield Symptom("pybullet", "overlap", overlap.pair.link_a)
@@ -73,11 +74,6 @@ def tells(finding: Finding, record: AssetRecord) -> bool:
 def symptom_of(finding: Finding) -> Symptom:
     """A finding as a symptom."""
     return Symptom(finding.stage.value, finding.code, finding.link or finding.joint or "")
-
-
-def subject_joint(overlay: PhysicsOverlay, subject: str) -> str:
-    """The joint that a failing check is about, or an empty text for the whole object."""
-    return subject if any(joint.name == subject for joint in overlay.joints) else ""
 
 
 def caught_by(symptoms: set[Symptom], clean: set[Symptom], about: frozenset[str]) -> tuple[Symptom, ...]:
@@ -137,26 +133,16 @@ def share(rows: Sequence[DefectResult], *, mended: bool) -> float:
 
 def passes(rows: Sequence[DefectResult]) -> bool:
     """Whether enough defects were tried, caught and mended."""
-    return (
-        len(rows) >= MIN_DEFECTS_TRIED
-        and share(rows, mended=False) >= CAUGHT_SHARE
-        and share(rows, mended=True) >= MENDED_SHARE
-    )
+    enough_caught, enough_mended = share(rows, mended=False) >= CAUGHT_SHARE, share(rows, mended=True) >= MENDED_SHARE
+    return len(rows) >= MIN_DEFECTS_TRIED and enough_caught and enough_mended
 
 
 def results_text(rows: Sequence[DefectResult], unclean: Mapping[str, str]) -> str:
     """The table, the totals with their shares, and the objects that were left out."""
     cells = [("defect", "object", "caught by", "mended by", "s")]
-    cells += [
-        (
-            row.defect,
-            row.asset_id,
-            _listed(row.caught) or "NOT CAUGHT",
-            _listed(row.mended) if row.is_mended else f"not: {row.left}"[:WIDEST],
-            f"{row.seconds:.1f}",
-        )
-        for row in rows
-    ]
+    for row in rows:
+        by = _listed(row.mended) if row.is_mended else f"not: {row.left}"[:WIDEST]
+        cells.append((row.defect, row.asset_id, _listed(row.caught) or "NOT CAUGHT", by, f"{row.seconds:.1f}"))
     widths = [max(len(line[column]) for line in cells) for column in range(len(cells[0]))]
     lines = ["  ".join(word.ljust(width) for word, width in zip(line, widths, strict=True)).rstrip() for line in cells]
     lines.insert(1, "  ".join("-" * width for width in widths))
@@ -176,13 +162,6 @@ def _listed(words: Sequence[str]) -> str:
 
 def results_json(rows: Sequence[DefectResult], unclean: Mapping[str, str]) -> str:
     """The shares, rows and left-out objects as JSON."""
-    return json.dumps(
-        {
-            "caught_share": share(rows, mended=False),
-            "mended_share": share(rows, mended=True),
-            "rows": [asdict(row) for row in rows],
-            "left_out": dict(unclean),
-        },
-        indent=1,
-        ensure_ascii=False,
-    )
+    shares = {"caught_share": share(rows, mended=False), "mended_share": share(rows, mended=True)}
+    content = {**shares, "rows": [asdict(row) for row in rows], "left_out": dict(unclean)}
+    return json.dumps(content, indent=1, ensure_ascii=False)

@@ -1,10 +1,8 @@
 """The defects of the bench: each a class seen in real assets, planted in one place of one clean object."""
 
 from asset2sim.studies.defects import left
-from asset2sim.studies.defects import plants_dynamics as dynamics
-from asset2sim.studies.defects import plants_inertial as inertial
 from asset2sim.studies.defects import plants_joints as joints
-from asset2sim.studies.defects import plants_shapes as shapes
+from asset2sim.studies.defects import plants_links as links
 from asset2sim.studies.defects.planting import Defect, Target
 
 LID = Target("box_wooden", "link_0", "joint_0")
@@ -15,24 +13,24 @@ DOOR = Target("storage_sideboard", "link_0", "joint_0")
 TRAY = Target("storage_sideboard", "link_1", "joint_1")
 
 DEFECTS: tuple[Defect, ...] = (
-    Defect("mass x 1000", TRAY, inertial.mass_times(1e3), left.mass_left),
-    Defect("mass / 10000", SCREEN, inertial.mass_times(1e-4), left.mass_left),
-    Defect("mass of zero", LID, inertial.mass_times(0.0), left.mass_left),
-    Defect("mass not a number", DRAWER, inertial.mass_not_a_number, left.mass_left),
-    Defect("inertial missing", DOOR, inertial.inertial_missing, left.mass_left),
-    Defect("inertia of a point", SCREEN, inertial.inertia_of_a_point, left.mass_left),
-    Defect("inertia impossible", DOOR, inertial.inertia_impossible, left.mass_left),
-    Defect("inertia negative", LID, inertial.inertia_negative, left.mass_left),
-    Defect("inertia x 1e6", DRAWER, inertial.inertia_times(1e6), left.mass_left),
-    Defect("inertia x 1e-9", LID, inertial.inertia_times(1e-9), left.mass_left),
-    Defect("centre of mass outside", LID, inertial.centre_outside, left.centre_left),
-    Defect("damping over the bound", SCREEN, dynamics.damping_unstable, left.damping_left),
-    Defect("damping negative", LID, dynamics.damping_negative, left.damping_left),
-    Defect("spring without damping", LID, dynamics.spring_undamped, left.spring_left),
-    Defect("stiffness over the bound", DRAWER, dynamics.stiffness_unstable, left.spring_left),
-    Defect("friction that sticks", DOOR, dynamics.friction_sticks, left.friction_left),
-    Defect("friction negative", SCREEN, dynamics.friction_negative, left.friction_left),
-    Defect("effort limit of zero", SCREEN, dynamics.effort_zero, left.effort_left),
+    Defect("mass x 1000", TRAY, links.mass_times(1e3), left.mass_left),
+    Defect("mass / 10000", SCREEN, links.mass_times(1e-4), left.mass_left),
+    Defect("mass of zero", LID, links.mass_times(0.0), left.mass_left),
+    Defect("mass not a number", DRAWER, links.mass_not_a_number, left.mass_left),
+    Defect("inertial missing", DOOR, links.inertial_missing, left.mass_left),
+    Defect("inertia of a point", SCREEN, links.inertia_of_a_point, left.mass_left),
+    Defect("inertia impossible", DOOR, links.inertia_impossible, left.mass_left),
+    Defect("inertia negative", LID, links.inertia_negative, left.mass_left),
+    Defect("inertia x 1e6", DRAWER, links.inertia_times(1e6), left.mass_left),
+    Defect("inertia x 1e-9", LID, links.inertia_times(1e-9), left.mass_left),
+    Defect("centre of mass outside", LID, links.centre_outside, left.centre_left),
+    Defect("damping over the bound", SCREEN, joints.damping_unstable, left.damping_left),
+    Defect("damping negative", LID, joints.damping_negative, left.damping_left),
+    Defect("spring without damping", LID, joints.spring_undamped, left.spring_left),
+    Defect("stiffness over the bound", DRAWER, joints.stiffness_unstable, left.spring_left),
+    Defect("friction that sticks", DOOR, joints.friction_sticks, left.friction_left),
+    Defect("friction negative", SCREEN, joints.friction_negative, left.friction_left),
+    Defect("effort limit of zero", SCREEN, joints.effort_zero, left.effort_left),
     Defect("axis inverted, hinge", DOOR, joints.axis_times(-1.0), left.axis_left),
     Defect("axis inverted, slider", DRAWER, joints.axis_times(-1.0), left.axis_left),
     Defect("axis not of unit length", DRAWER, joints.axis_times(3.0), left.axis_left),
@@ -44,15 +42,15 @@ DEFECTS: tuple[Defect, ...] = (
     Defect("hinge in the wrong place", DOOR, joints.pivot_moved_by(0.25, 0.0, 0.0), left.pivot_left),
     Defect("link shifted into its neighbour", DRAWER, joints.shifted_by(0.0, -0.05, 0.0), left.overlap_left),
     Defect("link shifted into its parent", DOOR, joints.shifted_by(0.0, 0.0, -0.035), left.overlap_left),
-    Defect("collision mesh flat", SCREEN, shapes.flat_collision, left.shape_left),
-    Defect("collision mesh in millimetres", DOOR, shapes.collision_in_millimetres, left.shape_left),
-    Defect("collision mesh elsewhere", LID, shapes.collision_elsewhere, left.shape_left),
-    Defect("collision mesh missing", SCREEN, shapes.collision_missing, left.shape_left),
-    Defect("collision mesh not a number", DRAWER, shapes.collision_not_a_number, left.shape_left),
-    Defect("collision mesh inside out", LID, shapes.collision_inside_out, left.shape_left),
-    Defect("collision mesh with holes", DOOR, shapes.collision_with_holes, left.shape_left),
-    Defect("inside filled by one hull", CABINET, shapes.inside_filled, left.shape_left),
-    Defect("everything in millimetres", SCREEN, shapes.all_in_millimetres, left.size_left),
+    Defect("collision mesh flat", SCREEN, links.flat_collision, left.shape_left),
+    Defect("collision mesh in millimetres", DOOR, links.collision_in_millimetres, left.shape_left),
+    Defect("collision mesh elsewhere", LID, links.collision_elsewhere, left.shape_left),
+    Defect("collision mesh missing", SCREEN, links.collision_missing, left.shape_left),
+    Defect("collision mesh not a number", DRAWER, links.collision_not_a_number, left.shape_left),
+    Defect("collision mesh inside out", LID, links.collision_inside_out, left.shape_left),
+    Defect("collision mesh with holes", DOOR, links.collision_with_holes, left.shape_left),
+    Defect("inside filled by one hull", CABINET, links.inside_filled, left.shape_left),
+    Defect("everything in millimetres", SCREEN, links.all_in_millimetres, left.size_left),
     Defect("two links of one name", LID, joints.duplicate_link, left.never_mended),
     Defect("link with two parents", DRAWER, joints.two_parents, left.never_mended),
     Defect("joint without a name", SCREEN, joints.unnamed_joint, left.never_mended),

@@ -1,10 +1,6 @@
 """Whether a defect is left in a refined folder: each function returns the reason, or an empty text if it is gone. Pure.
-
 The written URDF and its meshes are inspected, not the overlay from which they were written; positions and effective
-inertias, which no URDF holds, are from the record.
-"""
-
-from pathlib import Path
+inertias, which no URDF holds, are from the record."""
 
 import numpy as np
 import trimesh
@@ -56,7 +52,7 @@ def terms_of(kept: RefinedAsset, at: Target) -> Dynamics:
 
 def inertial_of(kept: RefinedAsset, at: Target) -> tuple[float, Array, Array]:
     """The target link's mass (kg), (3,) centre and (3, 3) inertia as written."""
-    inertial = part(named(robot_of(kept), "link", at.link), "inertial")
+    inertial = named(robot_of(kept), "link", at.link, "inertial")
     inertia = part(inertial, "inertia")
     six = [float(str(inertia.get(key))) for key in ("ixx", "ixy", "ixz", "iyy", "iyz", "izz")]
     mass = float(str(part(inertial, "mass").get("value")))
@@ -121,18 +117,16 @@ def friction_left(clean: RefinedAsset, mended: RefinedAsset, at: Target) -> str:
 
 def effort_left(clean: RefinedAsset, mended: RefinedAsset, at: Target) -> str:
     """Reason if the effort limit is zero or negative."""
-    effort = float(part(named(robot_of(mended), "joint", at.joint), "limit").get("effort", "0"))
+    effort = float(named(robot_of(mended), "joint", at.joint, "limit").get("effort", "0"))
     return "" if effort > 0.0 else f"'{at.joint}' has an effort limit of {effort:g}"
 
 
 def axis_left(clean: RefinedAsset, mended: RefinedAsset, at: Target) -> str:
     """Reason if the axis is not of unit length, or does not point along the clean one."""
-    good, found = (numbers(part(named(robot_of(kept), "joint", at.joint), "axis"), "xyz") for kept in (clean, mended))
+    good, found = (numbers(named(robot_of(kept), "joint", at.joint, "axis"), "xyz") for kept in (clean, mended))
     if abs(float(np.linalg.norm(found)) - 1.0) > 1e-3:
         return f"axis of '{at.joint}' has length {np.linalg.norm(found):.3g}"
-    if float(good @ found) < 0.99:
-        return f"axis of '{at.joint}' points elsewhere than the clean one"
-    return ""
+    return f"axis of '{at.joint}' points elsewhere than the clean one" if float(good @ found) < 0.99 else ""
 
 
 def limits_left(clean: RefinedAsset, mended: RefinedAsset, at: Target) -> str:
@@ -155,8 +149,8 @@ def passage_left(clean: RefinedAsset, mended: RefinedAsset, at: Target) -> str:
     if lower > low + slack or upper < high - slack:
         return f"'{at.joint}' goes from {lower:.3g} to {upper:.3g}, less than the clean one"
     ref = mended.record.ref.model_copy(update={"path": str(mended.folder)})
-    told = [finding.message for finding in find_blocked_joints(extract(ref))[1] if finding.joint == at.joint]
-    return told[0] if told else ""
+    blocked = find_blocked_joints(extract(ref))[1]
+    return next((finding.message for finding in blocked if finding.joint == at.joint), "")
 
 
 def start_left(clean: RefinedAsset, mended: RefinedAsset, at: Target) -> str:
@@ -177,11 +171,9 @@ def limits_of(kept: RefinedAsset, at: Target) -> tuple[float | None, float | Non
 
 def pivot_left(clean: RefinedAsset, mended: RefinedAsset, at: Target) -> str:
     """Reason if the hinge is away from the clean one."""
-    good, found = (numbers(part(named(robot_of(kept), "joint", at.joint), "origin"), "xyz") for kept in (clean, mended))
+    good, found = (numbers(named(robot_of(kept), "joint", at.joint, "origin"), "xyz") for kept in (clean, mended))
     away = float(np.linalg.norm(found - good))
-    if away > near_m(clean, at):
-        return f"hinge '{at.joint}' is {away:.3g} m from the clean one"
-    return ""
+    return f"hinge '{at.joint}' is {away:.3g} m from the clean one" if away > near_m(clean, at) else ""
 
 
 def overlap_left(clean: RefinedAsset, mended: RefinedAsset, at: Target) -> str:
@@ -201,7 +193,8 @@ def shape_left(clean: RefinedAsset, mended: RefinedAsset, at: Target) -> str:
     good, found = collision_box(clean, at.link), collision_box(mended, at.link)
     if max(float(np.abs(a - b).max()) for a, b in zip(good, found, strict=True)) > near_m(clean, at):
         return f"collision shapes of '{at.link}' are not where the clean ones are"
-    ratio = collision_volume(mended, at.link) / collision_volume(clean, at.link)
+    volume, clean_volume = (sum(abs(mesh.volume) for mesh in meshes_of(kept, at.link)) for kept in (mended, clean))
+    ratio = float(volume / clean_volume)
     if not 1.0 / FILLED_FACTOR <= ratio <= FILLED_FACTOR:
         return f"collision shapes of '{at.link}' hold {ratio:.3g} times the clean ones' volume"
     return ""
@@ -215,7 +208,7 @@ def meshes_left(kept: RefinedAsset, link: str) -> str:
     for path in files:
         if not path.is_file():
             return f"{path.name} is not there"
-        mesh = collision_mesh(path)
+        mesh = trimesh.load_mesh(str(path), process=False)
         if not np.isfinite(mesh.vertices).all() or not mesh.is_watertight or mesh.volume <= 0.0:
             return f"{path.name} is not a closed mesh of finite vertices, wound outwards"
     return ""
@@ -241,18 +234,13 @@ def near_m(clean: RefinedAsset, at: Target) -> float:
 
 def collision_box(kept: RefinedAsset, link: str) -> tuple[Array, Array]:
     """The (3,) minimum and maximum of a link's collision meshes, m; as written, they lie in the link's frame."""
-    points = np.vstack([collision_mesh(path).vertices for path in collision_files(kept.folder, link)])
+    points = np.vstack([mesh.vertices for mesh in meshes_of(kept, link)])
     return points.min(axis=0), points.max(axis=0)
 
 
-def collision_volume(kept: RefinedAsset, link: str) -> float:
-    """The summed volume of a link's collision meshes, m³."""
-    return float(sum(abs(collision_mesh(path).volume) for path in collision_files(kept.folder, link)))
-
-
-def collision_mesh(path: Path) -> trimesh.Trimesh:
-    """One collision mesh as written."""
-    return trimesh.load_mesh(str(path), process=False)
+def meshes_of(kept: RefinedAsset, link: str) -> list[trimesh.Trimesh]:
+    """A link's collision meshes as written."""
+    return [trimesh.load_mesh(str(path), process=False) for path in collision_files(kept.folder, link)]
 
 
 def never_mended(clean: RefinedAsset, mended: RefinedAsset, at: Target) -> str:

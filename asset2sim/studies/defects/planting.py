@@ -69,14 +69,14 @@ def edited(folder: Path) -> Iterator[Element]:
 def edited_part(folder: Path, tag: str, name: str, path: str) -> Iterator[Element]:
     """The element at a path below the link or joint of that name, in the folder's URDF; written back at the end."""
     with edited(folder) as robot:
-        yield part(named(robot, tag, name), path)
+        yield named(robot, tag, name, path)
 
 
-def named(robot: Element, tag: str, name: str) -> Element:
-    """The link or joint of that name; KeyError if there is none."""
+def named(robot: Element, tag: str, name: str, path: str = ".") -> Element:
+    """The link or joint of that name, or the element at a path below it; KeyError if there is none."""
     for element in robot.findall(tag):
         if element.get("name") == name:
-            return element
+            return part(element, path)
     raise KeyError(f"{tag} '{name}'")
 
 
@@ -112,15 +112,11 @@ def collision_files(folder: Path, link: str) -> list[Path]:
     return [urdf.parent / str(mesh.get("filename")) for mesh in element.findall("collision/geometry/mesh")]
 
 
-def rewrite_obj(
-    path: Path, vertices: Callable[[Array], Array] | None = None, faces: Callable[[Array], Array] | None = None
-) -> None:
-    """Change the (n, 3) vertices or the (k, 3) vertex numbers, from 1, of a plain OBJ of triangles."""
+def rewrite_obj(path: Path, vertices: Callable[[Array], Array], faces: Callable[[Array], Array]) -> None:
+    """Change the (n, 3) vertices and the (k, 3) vertex numbers, from 1, of a plain OBJ of triangles."""
     points, triangles = read_obj(path)
-    points = points if vertices is None else vertices(points)
-    triangles = triangles if faces is None else faces(triangles)
-    lines = ["v " + " ".join(f"{value:.9g}" for value in point) for point in points]
-    lines += ["f " + " ".join(str(int(index)) for index in triangle) for triangle in triangles]
+    lines = ["v " + " ".join(f"{value:.9g}" for value in point) for point in vertices(points)]
+    lines += ["f " + " ".join(str(int(index)) for index in triangle) for triangle in faces(triangles)]
     path.write_text("\n".join(lines) + "\n", encoding="ascii")
 
 

@@ -1,11 +1,11 @@
-"""Defects of axes, limits, origins, and of the tree."""
+"""Defects of joints: axes, limits, origins, the tree, and damping, friction, springs and efforts."""
 
 import copy
 import math
+from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
-from lxml.etree import _Element as Element
 
 from asset2sim.studies.defects.planting import (
     Plant,
@@ -18,8 +18,56 @@ from asset2sim.studies.defects.planting import (
     part,
     write,
 )
+from schemas.overlay import PhysicsOverlay
+from schemas.settings import PhysicsSettings
 
 LIMIT_KEYS = ("lower", "upper")
+STEP_S = PhysicsSettings().coarse_timestep_s
+UNSTABLE_FACTOR = 200.0
+"""Planted damping or stiffness over the stability limit at the coarse time step."""
+RINGING_RAD_S = 2.0 * math.pi * 3.0
+"""Frequency of the spring that is left without damping, rad/s: 3 Hz."""
+STICKING_FRICTION = 1e4
+"""Friction of a joint that no effort can move, N·m or N."""
+
+
+def dynamics(**terms: Callable[[float], float]) -> Plant:
+    """Terms of a joint's dynamics, each from its effective inertia in the overlay beside the URDF, kg·m² or kg."""
+
+    def plant(folder: Path, at: Target) -> PlantedChange:
+        overlay = PhysicsOverlay.model_validate_json((folder / "overlay.json").read_bytes())
+        inertia = next(joint.effective_inertia for joint in overlay.joints if joint.name == at.joint)
+        values = {key: value_of(inertia) for key, value_of in terms.items()}
+        with edited_part(folder, "joint", at.joint, "dynamics") as element:
+            for key, value in values.items():
+                write(element, key, value)
+        said = ", ".join(f"{key} {value:.3g}" for key, value in values.items())
+        return PlantedChange(f"'{at.joint}' has {said}", joints=(at.joint,))
+
+    return plant
+
+
+damping_unstable = dynamics(damping=lambda inertia: UNSTABLE_FACTOR * inertia / STEP_S)
+"""Damping far above the stability limit of an explicit step: a value for another object."""
+damping_negative = dynamics(damping=lambda inertia: -10.0 * inertia)
+"""Negative damping, which adds energy: a wrong sign."""
+spring_undamped = dynamics(
+    spring_stiffness=lambda inertia: RINGING_RAD_S**2 * inertia, damping=lambda _: 0.0, friction=lambda _: 0.0
+)
+"""A spring without damping or friction."""
+stiffness_unstable = dynamics(spring_stiffness=lambda inertia: UNSTABLE_FACTOR * inertia / STEP_S**2)
+"""A spring that is too stiff for any usual time step."""
+friction_sticks = dynamics(friction=lambda _: STICKING_FRICTION)
+"""Friction that is too high to overcome."""
+friction_negative = dynamics(friction=lambda inertia: -inertia)
+"""Friction with a wrong sign."""
+
+
+def effort_zero(folder: Path, at: Target) -> PlantedChange:
+    """An effort limit of zero, as some exporters write for an unknown one."""
+    with edited_part(folder, "joint", at.joint, "limit") as limit:
+        write(limit, "effort", 0.0)
+    return PlantedChange(f"'{at.joint}' has an effort limit of 0", joints=(at.joint,))
 
 
 def axis_times(factor: float) -> Plant:
@@ -86,27 +134,20 @@ def pivot_moved_by(x: float, y: float, z: float) -> Plant:
     def plant(folder: Path, at: Target) -> PlantedChange:
         offset = np.array([x, y, z])
         with edited(folder) as robot:
-            origin = part(named(robot, "joint", at.joint), "origin")
+            origin = named(robot, "joint", at.joint, "origin")
             if origin.get("rpy") not in (None, "0 0 0"):
                 raise KeyError(f"joint '{at.joint}' is turned: its part cannot be left in place by a shift")
             write(origin, "xyz", numbers(origin, "xyz") + offset)
             link = named(robot, "link", at.link)
             for item in [*link.findall("visual"), *link.findall("collision"), *link.findall("inertial")]:
-                shift_back(item, offset)
-        return PlantedChange(
-            f"hinge '{at.joint}' moved by ({x:g}, {y:g}, {z:g}) m", links=(at.link,), joints=(at.joint,)
-        )
+                if item.find("origin") is None:
+                    item.insert(0, item.makeelement("origin", {"xyz": "0 0 0"}))
+                shifted = part(item, "origin")
+                write(shifted, "xyz", numbers(shifted, "xyz") - offset)
+        said = f"hinge '{at.joint}' moved by ({x:g}, {y:g}, {z:g}) m"
+        return PlantedChange(said, links=(at.link,), joints=(at.joint,))
 
     return plant
-
-
-def shift_back(item: Element, offset: np.ndarray) -> None:
-    """Move one visual, collision or inertial against a shift of its link."""
-    origin = item.find("origin")
-    if origin is None:
-        origin = item.makeelement("origin", {"xyz": "0 0 0"})
-        item.insert(0, origin)
-    write(origin, "xyz", numbers(origin, "xyz") - offset)
 
 
 def duplicate_link(folder: Path, at: Target) -> PlantedChange:

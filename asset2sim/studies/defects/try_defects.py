@@ -32,10 +32,8 @@ SETTINGS = Settings(views=ViewSettings(write=False))
 
 @dataclass(frozen=True)
 class CleanObject:
-    """One clean object: its refinement, and the symptoms from checking and refining the result again.
-
-    ``problem`` says why it is not clean: a planted defect could not be told from its own defects.
-    """
+    """One clean object: its refinement, and the symptoms from checking and refining the result again. ``problem`` says
+    why it is not clean: a planted defect could not be told from its own defects."""
 
     ref: AssetRef
     kept: RefinedAsset

@@ -15,25 +15,17 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-METHOD_COLOURS: dict[Method, str] = {
-    Method.ASSET2SIM: "#0072B2",
-    Method.NO_SEMANTICS: "#56B4E9",
-    Method.DIRECT: "#D55E00",
-    Method.IVW: "#E69F00",
-    Method.AGENT: "#CC79A7",
-    Method.REFERENCE: "#009E73",
-    Method.RAW: "#7F7F7F",
+DASHED, DOTTED = (0, (5, 1)), (0, (1, 1))
+METHOD_LINES: dict[Method, tuple[str, str | tuple[int, tuple[int, ...]]]] = {
+    Method.ASSET2SIM: ("#0072B2", "-"),
+    Method.NO_SEMANTICS: ("#56B4E9", DASHED),
+    Method.DIRECT: ("#D55E00", "-"),
+    Method.IVW: ("#E69F00", DASHED),
+    Method.AGENT: ("#CC79A7", (0, (3, 1, 1, 1))),
+    Method.REFERENCE: ("#009E73", DOTTED),
+    Method.RAW: ("#7F7F7F", DOTTED),
 }
-"""Okabe and Ito's palette; ours is the darkest blue."""
-METHOD_DASHES: dict[Method, str | tuple[int, tuple[int, ...]]] = {
-    Method.ASSET2SIM: "-",
-    Method.NO_SEMANTICS: (0, (5, 1)),
-    Method.DIRECT: "-",
-    Method.IVW: (0, (5, 1)),
-    Method.AGENT: (0, (3, 1, 1, 1)),
-    Method.REFERENCE: (0, (1, 1)),
-    Method.RAW: (0, (1, 1)),
-}
+"""Colour and dashes of each method's curve, in Okabe and Ito's palette; ours is the darkest blue."""
 OUTCOME_COLOURS = ("#0072B2", "#F0E442", "#E69F00", "#D55E00", "#CC79A7", "#56B4E9", "#7F7F7F")
 """Colours of the outcomes in their order, ok first."""
 INK, GREY, RULE = "#222222", "#5f5f5f", "#dddddd"
@@ -86,10 +78,9 @@ def failure_chart(rows: Sequence[Row], path: Path, title: str) -> Path:
     for outcome in used:
         shares = np.array([_share(rows, method, outcome) for method in methods])
         colour = OUTCOME_COLOURS[OUTCOMES.index(outcome)]
-        bars = axes.barh(
-            range(len(methods)), shares, left=lefts, height=0.66, color=colour, edgecolor="white", linewidth=0.8,
-            label=outcome,
-        )  # fmt: skip
+        bars = axes.barh(range(len(methods)), shares, 0.66, lefts, color=colour, edgecolor="white", label=outcome)
+        for bar in bars:
+            bar.set_linewidth(0.8)
         ink = "white" if outcome == OK or colour == "#D55E00" else INK
         axes.bar_label(bars, [_bar_label(share) for share in shares], label_type="center", fontsize=9, color=ink)
         lefts = lefts + shares
@@ -108,8 +99,7 @@ def failure_chart(rows: Sequence[Row], path: Path, title: str) -> Path:
 
 
 def growth_chart(rows: Sequence[Row], path: Path, title: str) -> Path:
-    """Writes a PNG with success and scale error against the size of the model's errors, a curve and a 95 % band for
-    each method, labelled at its end."""
+    """Writes a PNG of success and scale error by size of the model's errors: a named curve and 95 % band a method."""
     figure = new_figure(3.9)
     left, right = figure.subplots(1, 2)
     _curves(left, [row for row in rows if row["figure"] == "success"])
@@ -136,17 +126,11 @@ def _curves(axes: "Axes", rows: Sequence[Row]) -> None:
             continue
         x = [float(places[_float(row["level"])]) for row in own]
         values = [_float(row["value"]) for row in own]
-        colour, ours = METHOD_COLOURS[method], method is OURS
-        axes.plot(
-            x,
-            values,
-            color=colour,
-            linestyle=METHOD_DASHES[method],
-            linewidth=2.6 if ours else 1.5,
-            marker="" if _needs_no_model(own[0]) else "o",
-            markersize=4.5 if ours else 3.0,
-            zorder=4 if ours else 3,
-        )
+        (colour, dashes), ours = METHOD_LINES[method], method is OURS
+        (curve,) = axes.plot(x, values, color=colour, linestyle=dashes, linewidth=2.6 if ours else 1.5)
+        curve.set_marker("" if _needs_no_model(own[0]) else "o")
+        curve.set_markersize(4.5 if ours else 3.0)
+        curve.set_zorder(4 if ours else 3)
         if all(row["low"] is not None for row in own) and not _needs_no_model(own[0]):
             low, high = [_float(row["low"]) for row in own], [_float(row["high"]) for row in own]
             axes.fill_between(x, low, high, color=colour, alpha=0.16 if ours else 0.09, linewidth=0)
@@ -178,17 +162,12 @@ def _label_ends(axes: "Axes", rows: Sequence[Row]) -> None:
             place = axes.transAxes.inverted().transform(axes.transData.transform((0.0, _float(row["value"]))))
             ends[Method(str(row["method"]))] = float(place[1])
     for method, height in spread_labels(ends, LABEL_GAP).items():
-        axes.annotate(
-            NAMES[method],
-            (1.0, height),
-            xytext=(1.015, height),
-            xycoords="axes fraction",
-            annotation_clip=False,
-            va="center",
-            fontsize=8.5,
-            fontweight="bold" if method is OURS else "normal",
-            color=METHOD_COLOURS[method],
+        at, away = (1.0, height), (1.015, height)
+        label = axes.annotate(
+            NAMES[method], at, away, "axes fraction", annotation_clip=False, va="center", fontsize=8.5
         )
+        label.set_fontweight("bold" if method is OURS else "normal")
+        label.set_color(METHOD_LINES[method][0])
 
 
 def spread_labels(ends: dict[Method, float], gap: float) -> dict[Method, float]:
@@ -197,8 +176,10 @@ def spread_labels(ends: dict[Method, float], gap: float) -> dict[Method, float]:
     groups: list[tuple[list[Method], float]] = []
     for method, end in sorted(ends.items(), key=lambda item: item[1]):
         groups.append(([method], end))
-        while len(groups) > 1 and _top(groups[-2], gap) + gap > groups[-1][1] - gap * (len(groups[-1][0]) - 1) / 2.0:
-            (low, _), (high, _) = groups[-2:]
+        while len(groups) > 1:
+            (low, below), (high, above) = groups[-2:]
+            if below + gap * (len(low) - 1) / 2.0 + gap <= above - gap * (len(high) - 1) / 2.0:
+                break
             joined = low + high
             groups[-2:] = [(joined, sum(ends[item] for item in joined) / len(joined))]
     return {
@@ -206,10 +187,6 @@ def spread_labels(ends: dict[Method, float], gap: float) -> dict[Method, float]:
         for members, centre in groups
         for place, method in enumerate(members)
     }
-
-
-def _top(group: tuple[list[Method], float], gap: float) -> float:
-    return group[1] + gap * (len(group[0]) - 1) / 2.0
 
 
 def _needs_no_model(row: Row) -> bool:

@@ -116,10 +116,8 @@ def model_section(found: Comparison, model: str, chart: str) -> list[str]:
 
 def readme_block(found: Comparison, pictures: dict[str, str]) -> str:
     """The README's section: Table 1 without the differences, outcomes as a chart, cost, and the growth of errors.
-
     ``pictures`` maps a model, or ``GROWTH_CHART``, to the path of its picture. Only the first model has tables; the
-    error levels of others are in the growth chart.
-    """
+    error levels of others are in the growth chart."""
     model = next(iter(by_model(found.stability)))
     parts = [
         notes(model, found.subset, found.count, found.engines),

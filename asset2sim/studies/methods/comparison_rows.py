@@ -25,34 +25,22 @@ NO_ESTIMATE = Estimate(None, None, None, 0)
 
 
 def figure_rows(objects: pd.DataFrame, figures: Sequence[FigureSpec], subset: str | None) -> list[Row]:
-    """A row for every figure of every method and model, with its difference to ours with the same model.
-
-    A method that asks no model is compared with ours of the first model.
-    """
+    """A row for every figure of every method and model, with its difference to ours with the same model. A method that
+    asks no model is compared with ours of the first model."""
     rows: list[Row] = []
     for method, model in methods_and_models(objects):
         for figure in figures:
             own = values_of(objects, method, model, figure)
             found = estimate(array_of(own), figure.statistic) if method not in figure.given else NO_ESTIMATE
-            ours = values_of(objects, OURS, _compared_model(objects, model), figure)
+            compared = model if model != NO_MODEL else next(iter(models_of(objects)), NO_MODEL)
+            ours = values_of(objects, OURS, compared, figure)
             apart = NO_ESTIMATE if method in (OURS, *figure.given) else _difference(own, ours, figure)
             said = stated(subset, method, figure.key)
-            rows.append(
-                {
-                    "method": method.value,
-                    "model": model,
-                    "figure": figure.key,
-                    "unit": figure.unit,
-                    **asdict(found),
-                    "difference": apart.value,
-                    "difference_low": apart.low,
-                    "difference_high": apart.high,
-                    "n_paired": None if method is OURS else apart.n,
-                    "first": False,
-                    "paper": said.value if said else None,
-                    "paper_spread": said.spread if said else None,
-                }
-            )
+            row = {"method": method.value, "model": model, "figure": figure.key, "unit": figure.unit, **asdict(found)}
+            row |= {"difference": apart.value, "difference_low": apart.low, "difference_high": apart.high}
+            row |= {"n_paired": None if method is OURS else apart.n, "first": False}
+            row |= {"paper": said.value if said else None, "paper_spread": said.spread if said else None}
+            rows.append(row)
     return [row | {"first": _is_first(row, rows, figures)} for row in rows]
 
 
@@ -77,18 +65,13 @@ def array_of(values: "pd.Series[float]") -> Array:
     return np.asarray(values, dtype=np.float64)
 
 
-def _compared_model(objects: pd.DataFrame, model: str) -> str:
-    return model if model != NO_MODEL else next(iter(models_of(objects)), NO_MODEL)
-
-
 def _difference(own: "pd.Series[float]", ours: "pd.Series[float]", figure: FigureSpec) -> Estimate:
     both = own.index.intersection(ours.index)
     return paired_difference(array_of(own.loc[both]), array_of(ours.loc[both]), figure.statistic)
 
 
 def _is_first(row: Row, rows: Sequence[Row], figures: Sequence[FigureSpec]) -> bool:
-    """Whether no method with the same model, or with none, has a better value; False without a value, and for figures
-    that are not ranked."""
+    """Whether no method with the same model, or none, has a better value; False if unranked or without a value."""
     figure = next(item for item in figures if item.key == row["figure"])
     own = row["value"]
     if not isinstance(own, float) or not figure.ranked:
@@ -108,24 +91,16 @@ def failure_rows(objects: pd.DataFrame) -> list[Row]:
         for outcome in OUTCOMES:
             modes = Counter(str(mode) for mode in own.loc[ended == outcome, "failure_mode"])
             count = int((ended == outcome).sum())
-            rows.append(
-                {
-                    "method": method.value,
-                    "model": model,
-                    "outcome": outcome,
-                    "assets": count,
-                    "share_percent": 100.0 * count / len(own),
-                    "failure_modes": json.dumps(dict(modes.most_common()) if outcome != OK else {}),
-                }
-            )
+            row: Row = {"method": method.value, "model": model, "outcome": outcome, "assets": count}
+            row["share_percent"] = 100.0 * count / len(own)
+            row["failure_modes"] = json.dumps(dict(modes.most_common()) if outcome != OK else {})
+            rows.append(row)
     return rows
 
 
 def growth_rows(objects: pd.DataFrame) -> list[Row]:
     """Success and scale error by error level, for every method; those that ask no model have the same at all levels.
-
-    Empty where fewer than two levels were run.
-    """
+    Empty where fewer than two levels were run."""
     levels: dict[float, list[str]] = {}
     for model in models_of(objects):
         if (level := level_of(model)) is not None:

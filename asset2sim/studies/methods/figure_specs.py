@@ -72,8 +72,7 @@ TABLE_7: dict[Method, dict[str, Stated]] = {
 
 
 def stated(subset: str | None, method: Method, key: str) -> Stated | None:
-    """The paper's figure for a method: of the nine objects where those were run, else of the large set; None if it
-    states none."""
+    """The paper's figure for a method, or None: of the nine objects where those were run, else of the large set."""
     source = TABLE_1 if subset == NINE_SUBSET and key != "success" else TABLE_6
     return (source.get(method) or {}).get(key) or (TABLE_7.get(method) or {}).get(key)
 
@@ -85,10 +84,8 @@ ZERO_MM = 1e-6
 @dataclass(frozen=True)
 class FigureSpec:
     """One figure. ``values`` gives (n,) numbers, one per row of the objects, NaN where it is undefined for a row.
-
     ``given`` names methods for which it is zero by definition: the experts' deviation from themselves. ``ranked`` says
-    whether the tables mark the best method.
-    """
+    whether the tables mark the best method."""
 
     key: str
     heading: str

@@ -43,8 +43,7 @@ def figure_table(rows: Sequence[Row], figures: Sequence[FigureSpec], model: str)
 
 
 def difference_table(rows: Sequence[Row], figures: Sequence[FigureSpec], model: str) -> str:
-    """A row per other method: its figure less ours, with the interval; bold where that excludes zero and there are at
-    least ``MIN_SIGNIFICANT_OBJECTS`` objects."""
+    """A row per other method: its figure less ours, with the interval; bold where significant, over enough objects."""
     lines = [
         [NAMES[method], *(_difference(_find(rows, method, model, figure), figure.digits) for figure in figures)]
         for method in _methods(rows, model)
@@ -66,8 +65,7 @@ def failure_table(rows: Sequence[Row], success: Sequence[Row], model: str) -> st
 
 
 def agreement_sentences(objects: pd.DataFrame) -> list[str]:
-    """Mean difference and correlations of the rubric's and the judge's scores over all methods and models; empty
-    without a judge."""
+    """Mean difference and correlations of rubric's and judge's scores over all runs; empty without a judge."""
     found = agreement(array_of(objects["alignment"]), array_of(objects["judged"]))
     if found is None:
         return []
@@ -114,15 +112,16 @@ def _cell(row: Row, figure: FigureSpec, method: Method) -> str:
     cell = shown + (_interval(row.get("low"), row.get("high"), figure.digits) if value != NOTHING else "")
     if row.get("paper") is None:
         return cell
-    spread = f" ± {_plain(row['paper_spread'])}" if row.get("paper_spread") is not None else ""
-    return f"{cell}<br><sub>paper {_plain(row['paper'])}{spread}</sub>"
+    spread = f" ± {row['paper_spread']:g}" if row.get("paper_spread") is not None else ""
+    return f"{cell}<br><sub>paper {row['paper']:g}{spread}</sub>"
 
 
 def _difference(row: Row, digits: int) -> str:
     value, low, high = (row.get(name) for name in ("difference", "difference_low", "difference_high"))
     enough = isinstance(row.get("n_paired"), int) and int(str(row["n_paired"])) >= MIN_SIGNIFICANT_OBJECTS
     sure = enough and isinstance(low, float) and isinstance(high, float) and (low > 0.0 or high < 0.0)
-    shown = _signed(value, digits)
+    plus = "+" if isinstance(value, float) and round(value, digits) > 0.0 else ""
+    shown = plus + _number(value, digits)
     return (f"**{shown}**" if sure else shown) + _interval(low, high, digits)
 
 
@@ -140,15 +139,6 @@ def _number(value: object, digits: int) -> str:
         return f"{value:.1e}"
     rounded = round(float(value), digits)
     return f"{rounded if rounded else 0.0:,.{digits}f}".replace(",", "\u202f").replace("-", MINUS)
-
-
-def _signed(value: object, digits: int) -> str:
-    shown = _number(value, digits)
-    return f"+{shown}" if isinstance(value, float) and round(value, digits) > 0.0 else shown
-
-
-def _plain(value: object) -> str:
-    return f"{value:g}"
 
 
 def _name(method: Method) -> str:

@@ -137,15 +137,11 @@ def parse_request(words: Sequence[str]) -> CompareRequest:
         subset=options.subset,
         asset_ids=options.assets,
         limit=options.limit,
-        methods=_in_order(options.methods) or METHODS,
+        methods=tuple(method for method in METHODS if method in options.methods) or METHODS,
         models=tuple(dict.fromkeys((*models, *levels))),
         settings=settings_for_run(options.settings, stated, below),
         readme=options.readme,
     )
-
-
-def _in_order(methods: Sequence[Method]) -> tuple[Method, ...]:
-    return tuple(method for method in METHODS if method in methods)
 
 
 def _levels(text: str | None) -> tuple[float, ...]:

@@ -14,9 +14,7 @@ from schemas.vocabulary import PAPER_FAILURE_MODES, FailureMode
 
 def read_objects(runs: Sequence[Run], limits: Thresholds) -> pd.DataFrame:
     """The latest run of every folder, as rows of ``schemas.tables_compare.OBJECTS``; numbers not measured are NaN.
-
-    Raises UsageError where a folder has no run.
-    """
+    Raises UsageError where a folder has no run."""
     return pd.concat([_objects(run, limits) for run in runs], ignore_index=True)
 
 

@@ -26,11 +26,9 @@ KEY = ["asset_id", "engine"]
 
 
 def settings_of(ours: Settings) -> dict[str, Settings]:
-    """Settings of the three runs of a dataset, in the table's order.
-
-    The paper's rules are its absolute ranges for joint dynamics, collision shapes as authored, and a loop over joint
-    positions alone: no shape is cleared and no term mended for what interaction finds.
-    """
+    """Settings of the three runs of a dataset, in the table's order. The paper's rules are its absolute ranges for
+    joint dynamics, collision shapes as authored, and a loop over joint positions alone: no shape is cleared and no term
+    mended for what interaction finds."""
     paper = ours.model_copy(
         update={
             "physics": ours.physics.model_copy(update={"dynamics": DynamicsRule.PAPER}),
@@ -44,11 +42,9 @@ def settings_of(ours: Settings) -> dict[str, Settings]:
 def engine_results(
     assets: pd.DataFrame, measured: pd.DataFrame, interactions: pd.DataFrame, limits: Thresholds
 ) -> pd.DataFrame:
-    """A row for every asset in every engine that any of them was measured in, from one run's tables.
-
-    ``loaded`` is False if the engine refused the object, or the run failed before loading it: it then passes nothing.
-    ``checked`` says whether interaction checks were run; a column for each says whether it passed, or did not apply.
-    """
+    """A row for every asset in every engine that any of them was measured in, from one run's tables. ``loaded`` is
+    False if the engine refused the object, or the run failed before loading it: it then passes nothing. ``checked``
+    says whether interaction checks were run; a column for each says whether it passed, or did not apply."""
     engines = [engine.value for engine in Engine if engine.value in set(measured["engine"])]
     every = pd.MultiIndex.from_product([assets["asset_id"], engines], names=KEY)
     rows = measured.set_index(KEY).reindex(every)
@@ -72,10 +68,8 @@ def engine_results(
 
 def rules_table(rules: Mapping[str, pd.DataFrame]) -> str:
     """The Markdown table: a row for each engine and rule. Shares are of all objects: what does not load passes nothing.
-
     A check that does not apply to an object (a hold where no joint must hold) counts as passed; penetration is the mean
-    over the loaded objects whose Φ is not zero.
-    """
+    over the loaded objects whose Φ is not zero."""
     headings = ["engine", "rules", "objects", "loads", "Φ mm", "drift", "oscillation", *CHECKS.values(), "every test"]
     found = [
         (engine.value, name, own[own["engine"] == engine.value]) for engine in Engine for name, own in rules.items()

@@ -4,6 +4,7 @@ import math
 import warnings
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 from scipy.stats import bootstrap, kendalltau, pearsonr
@@ -14,6 +15,9 @@ CONFIDENCE = 0.95
 """Share of the bootstrap's distribution that an interval holds."""
 RESAMPLES = 4999
 """Resamples of a bootstrap: the 2.5 % points are then steady to two hundredths of the interval's width."""
+PERCENTILE_BOOTSTRAP = partial(
+    bootstrap, batch=1000, vectorized=True, axis=-1, confidence_level=CONFIDENCE, method="percentile"
+)
 SEED = 0
 """Seed of every bootstrap: the same values give the same interval."""
 MIN_CORRELATION_PAIRS = 3
@@ -25,8 +29,7 @@ Statistic = Callable[..., Array]
 
 @dataclass(frozen=True)
 class Estimate:
-    """A figure over ``n`` objects with its confidence interval; all None without objects, only the interval None for a
-    single object."""
+    """A figure over ``n`` objects with its confidence interval: None for one object; without any, the value too."""
 
     value: float | None
     low: float | None
@@ -104,17 +107,8 @@ def _interval(sample: tuple[Array, ...], statistic: Statistic, *, paired: bool) 
     with warnings.catch_warnings():
         # Where all differences are alike, the interval is a point; scipy warns that it is degenerate.
         warnings.simplefilter("ignore")
-        found = bootstrap(
-            sample,
-            statistic,
-            n_resamples=RESAMPLES,
-            batch=1000,
-            paired=paired,
-            vectorized=True,
-            axis=-1,
-            confidence_level=CONFIDENCE,
-            method="percentile",
-            rng=np.random.default_rng(SEED),
+        found = PERCENTILE_BOOTSTRAP(
+            sample, statistic, n_resamples=RESAMPLES, paired=paired, rng=np.random.default_rng(SEED)
         )
     low, high = float(found.confidence_interval.low), float(found.confidence_interval.high)
     return (low, high) if math.isfinite(low) and math.isfinite(high) else (None, None)

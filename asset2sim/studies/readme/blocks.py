@@ -1,8 +1,6 @@
 """The README's generated blocks, each between two markers that name it: ``make summary``, ``make questions``, and those
-of ``asset2sim.studies.methods``.
-
-``python -m asset2sim.studies.readme.blocks summary|questions OUT README`` writes one from OUT's catalog.
-"""
+of ``asset2sim.studies.methods``. ``python -m asset2sim.studies.readme.blocks summary|questions OUT README`` writes one
+from OUT's catalog."""
 
 import sys
 from importlib import resources
@@ -59,10 +57,8 @@ def summary_block(out: Path) -> str:
 
 
 def asset_cells(row: "pd.Series[str]", engines: pd.DataFrame) -> list[str]:
-    """One asset as a row of the table; a dash where nothing was measured.
-
-    ``engines`` holds, by asset, in how many engines it passed (``sum``) and was measured (``count``).
-    """
+    """One asset as a row of the table; a dash where nothing was measured. ``engines`` holds, by asset, in how many
+    engines it passed (``sum``) and was measured (``count``)."""
 
     def cell(name: str, form: str, factor: float = 1.0) -> str:
         return NOTHING if pd.isna(row[name]) else format(factor * float(row[name]), form)

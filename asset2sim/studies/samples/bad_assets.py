@@ -1,8 +1,5 @@
-"""Deliberately bad assets, each a good one with one defect, and their expected outcomes.
-
-The defect is named by the asset's id and not by its prompt: a prompt is read as guidance, and the words
-"open mesh" would ask for something open.
-"""
+"""Bad assets, each a good one with one defect, and their expected outcomes. The asset's id names the defect, not its
+prompt: a prompt is read as guidance, and the words "open mesh" would ask for something open."""
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
@@ -26,9 +23,7 @@ GREEN = Finish((0.36, 0.5, 0.4))
 @dataclass(frozen=True)
 class BadAsset:
     """A bad asset: its ``blueprint``, the failure modes with which it may end, and the change ``spoil`` to its files.
-
-    ``FailureMode.NONE`` among ``outcomes`` means that its refinement may succeed, or must if it is the only one.
-    """
+    ``FailureMode.NONE`` among ``outcomes`` means that its refinement may succeed, or must if it is the only one."""
 
     blueprint: Blueprint
     outcomes: tuple[FailureMode, ...]
@@ -45,8 +40,8 @@ def bad_assets() -> tuple[BadAsset, ...]:
     return (
         BadAsset(open_mesh(), (good,)),
         BadAsset(flat_decal(), (good,)),
-        BadAsset(_box("planted_missing_mesh", "A small box with its lid halfway open."), (good,), _without_latch),
-        BadAsset(_missing_screen(), (mode.MISSING_MESH,), _without_screen),
+        BadAsset(_box("planted_missing_mesh", "A small box with its lid halfway open."), (good,), _without(2)),
+        BadAsset(_missing_screen(), (mode.MISSING_MESH,), _without(1)),
         BadAsset(crossed_flaps(), (good,)),
         BadAsset(blocked_drawer(), (mode.PENETRATION,)),
         BadAsset(inverted_limits(), (good, mode.INVALID_JOINT_CONFIGURATION)),
@@ -80,10 +75,8 @@ def inverted_limits() -> Blueprint:
 
 
 def crossed_flaps() -> Blueprint:
-    """A carton whose two flaps are each longer than half of it: closed together, they run through each other.
-
-    Lifting one by 0.1 rad, within a tenth of its range, lays it over the other.
-    """
+    """A carton whose two flaps are each longer than half of it: closed together, they run through each other. Lifting
+    one by 0.1 rad, within a tenth of its range, lays it over the other."""
     low = 0.6 + GAP
     flaps = []
     for key, sign in (("left", -1.0), ("right", 1.0)):
@@ -137,13 +130,9 @@ def _opened(mesh: Mesh) -> Mesh:
     return Mesh(mesh.vertices, mesh.faces[2:], None if mesh.uv is None else mesh.uv[2:])
 
 
-def _without_latch(files: Files) -> Files:
-    # The lid's second mesh: the latch.
-    return {name: data for name, data in files.items() if name != "textured_objs/original-2.obj"}
-
-
-def _without_screen(files: Files) -> Files:
-    return {name: data for name, data in files.items() if name != "textured_objs/original-1.obj"}
+def _without(mesh: int) -> Callable[[Files], Files]:
+    # Mesh 1 of the laptop is its screen, mesh 2 of the box its lid's latch.
+    return lambda files: {name: data for name, data in files.items() if name != f"textured_objs/original-{mesh}.obj"}
 
 
 def _not_xml(files: Files) -> Files:

@@ -10,11 +10,8 @@ from asset2sim.studies.samples.shapes import Mesh, Point, textured
 Colour = tuple[float, float, float]
 
 GAP = 0.026
-"""Clearance between parts that move against each other, object units.
-
-At a scale of 0.1, which makes a hand-sized object of most, it is 2.6 mm: more than the 2 mm that PyBullet's margins
-take up.
-"""
+"""Clearance between parts that move against each other, object units. At a scale of 0.1, which makes a hand-sized
+object of most, it is 2.6 mm: more than the 2 mm that PyBullet's margins take up."""
 
 
 @dataclass(frozen=True)
@@ -105,10 +102,8 @@ SIZE = 48
 
 
 def png(pixel: Callable[[int, int], int], palette: Palette) -> bytes:
-    """An indexed PNG of ``SIZE`` by ``SIZE``; ``pixel(x, y)`` returns an index into ``palette``.
-
-    The rows are stored, not deflated: a compressor's output changes between builds of zlib.
-    """
+    """An indexed PNG of ``SIZE`` by ``SIZE``; ``pixel(x, y)`` returns an index into ``palette``. The rows are stored,
+    not deflated: a compressor's output changes between builds of zlib."""
     rows = b"".join(b"\x00" + bytes(pixel(x, y) for x in range(SIZE)) for y in range(SIZE))
     # One stored block: final-block flag, length and its complement, then the bytes (RFC 1951, 3.2.4).
     stored = b"\x78\x01\x01" + struct.pack("<HH", len(rows), len(rows) ^ 0xFFFF) + rows

@@ -18,7 +18,8 @@ ORIGIN: Point = (0.0, 0.0, 0.0)
 def asset_files(blueprint: Blueprint) -> dict[str, bytes]:
     """All files of one asset."""
     parts = authored_parts(blueprint)
-    textures = {name: f"texture_{index}.png" for index, name in enumerate(_textures(parts))}
+    used = sorted({piece.paint.texture for part in parts for piece in part.pieces if piece.paint.texture})
+    textures = {name: f"texture_{index}.png" for index, name in enumerate(used)}
     files: dict[str, bytes] = {f"images/{file}": TEXTURES[name] for name, file in textures.items()}
     number = 0
     meshes: list[list[str]] = []
@@ -44,10 +45,6 @@ def number_text(value: float) -> str:
     """The shortest text of a number rounded to ``DIGITS`` decimals, without a minus zero."""
     text = f"{value:.{DIGITS}f}".rstrip("0").rstrip(".")
     return "0" if text == "-0" else text
-
-
-def _textures(parts: tuple[Link, ...]) -> list[str]:
-    return sorted({piece.paint.texture for part in parts for piece in part.pieces if piece.paint.texture})
 
 
 def _triple(values: Point) -> str:
@@ -105,16 +102,13 @@ def _joint(robot: ET.Element, i: int, joint: JointSpec | None, parts: tuple[Link
     else:
         above = parts[index[joint.parent]].joint
         frame = above.point if above else ORIGIN
-        ET.SubElement(element, "origin", xyz=_triple(_minus(joint.point, frame)))
+        (x, y, z), (x0, y0, z0) = joint.point, frame
+        ET.SubElement(element, "origin", xyz=_triple((x - x0, y - y0, z - z0)))
         ET.SubElement(element, "axis", xyz=_triple(joint.axis))
     ET.SubElement(element, "child", link=f"link_{i}")
     ET.SubElement(element, "parent", link=f"link_{index[joint.parent]}" if joint else "base")
     if joint is not None and joint.type != "continuous":
         ET.SubElement(element, "limit", lower=number_text(joint.lower), upper=number_text(joint.upper))
-
-
-def _minus(a: Point, b: Point) -> Point:
-    return (a[0] - b[0], a[1] - b[1], a[2] - b[2])
 
 
 def _bounding_box(parts: tuple[Link, ...]) -> bytes:
@@ -132,21 +126,11 @@ def _annotation(parts: tuple[Link, ...]) -> bytes:
         if joint is not None:
             unit = 1.0 if joint.type == "prismatic" else 180.0 / math.pi
             limit = {"a": round(joint.lower * unit, 4), "b": round(joint.upper * unit, 4)}
-            free = joint.type == "continuous"
-            data = {
-                "axis": {"origin": list(joint.point), "direction": list(joint.axis)},
-                "limit": {**limit, "noLimit": free},
-            }
-        rows.append(
-            {
-                "id": i,
-                "parent": index[joint.parent] if joint else -1,
-                "joint": joint.kind if joint else part.kind,
-                "name": part.label,
-                "parts": [{"id": len(parts) + i, "name": part.label, "children": []}],
-                "jointData": data,
-            }
-        )
+            data["axis"] = {"origin": list(joint.point), "direction": list(joint.axis)}
+            data["limit"] = {**limit, "noLimit": joint.type == "continuous"}
+        parent, kind = (index[joint.parent], joint.kind) if joint else (-1, part.kind)
+        below = [{"id": len(parts) + i, "name": part.label, "children": []}]
+        rows.append({"id": i, "parent": parent, "joint": kind, "name": part.label, "parts": below, "jointData": data})
     return _json(rows)
 
 

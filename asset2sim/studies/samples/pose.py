@@ -1,7 +1,7 @@
 """Moves a blueprint's parts from their closed pose to the authored pose, which the files have."""
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
@@ -13,10 +13,7 @@ DIGITS = 6
 
 
 def authored_parts(blueprint: Blueprint) -> tuple[Link, ...]:
-    """The parts as authored: moved to their joints' ``authored`` positions, limits counted from there.
-
-    The whole is centred on the origin, as the real data is.
-    """
+    """The parts moved to their joints' ``authored`` positions, limits counted from there; centred as real data is."""
     by_key = {part.key: part for part in blueprint.parts}
     moved = tuple(_moved(part, by_key) for part in blueprint.parts)
     vertices = np.vstack([piece.mesh.vertices for part in moved for piece in part.pieces])
@@ -24,19 +21,9 @@ def authored_parts(blueprint: Blueprint) -> tuple[Link, ...]:
     return tuple(_shifted(part, -centre) for part in moved)
 
 
-@dataclass(frozen=True)
-class Frames:
-    """Transforms from the closed pose, (4, 4) float each: ``before`` of the parent, ``after`` of the part itself."""
-
-    before: Array
-    after: Array
-
-
-def _frames(part: Link, by_key: dict[str, Link]) -> Frames:
-    if part.joint is None:
-        return Frames(np.eye(4), np.eye(4))
-    parent = _frames(by_key[part.joint.parent], by_key).after
-    return Frames(parent, parent @ _motion(part.joint))
+def _frame(part: Link, by_key: dict[str, Link]) -> Array:
+    """(4, 4) transform of a part from the closed to the authored pose."""
+    return np.eye(4) if part.joint is None else _frame(by_key[part.joint.parent], by_key) @ _motion(part.joint)
 
 
 def _motion(joint: JointSpec) -> Array:
@@ -55,12 +42,12 @@ def _motion(joint: JointSpec) -> Array:
 
 
 def _moved(part: Link, by_key: dict[str, Link]) -> Link:
-    frames = _frames(part, by_key)
-    pieces = tuple(replace(piece, mesh=_transformed(piece.mesh, frames.after)) for piece in part.pieces)
-    joint = part.joint
+    frame, joint = _frame(part, by_key), part.joint
+    pieces = tuple(replace(piece, mesh=_transformed(piece.mesh, frame)) for piece in part.pieces)
     if joint is not None:
-        point = frames.before[:3, :3] @ np.array(joint.point) + frames.before[:3, 3]
-        axis = frames.before[:3, :3] @ np.array(joint.axis)
+        before = _frame(by_key[joint.parent], by_key)
+        point = before[:3, :3] @ np.array(joint.point) + before[:3, 3]
+        axis = before[:3, :3] @ np.array(joint.axis)
         lower, upper = joint.lower - joint.authored, joint.upper - joint.authored
         joint = replace(joint, point=_point(point), axis=_point(axis), lower=lower, upper=upper)
     return replace(part, pieces=pieces, joint=joint)

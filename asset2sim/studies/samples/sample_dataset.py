@@ -1,6 +1,5 @@
 """The sample dataset: its assets, their files, and writing them to disk, to data/raw unless told otherwise:
-``python -m asset2sim.studies.samples.sample_dataset [OUT]``.
-"""
+``python -m asset2sim.studies.samples.sample_dataset [OUT]``."""
 
 import csv
 import io
@@ -58,11 +57,9 @@ def sample_files() -> dict[str, bytes]:
 
 
 def write_samples(out: Path) -> list[str]:
-    """Write the dataset to ``out``, replacing an earlier one, and return its asset ids in order.
-
-    Everything is written beside ``out`` and moved there at the end, so that a failed run leaves the last good one.
-    Raises UsageError where ``out`` holds anything but an earlier sample dataset.
-    """
+    """Write the dataset to ``out``, replacing an earlier one, and return its asset ids in order. Everything is written
+    beside ``out`` and moved there at the end, so that a failed run leaves the last good one. Raises UsageError where
+    ``out`` holds anything but an earlier sample dataset."""
     target = out.resolve()
     _check_replaceable(target)
     target.parent.mkdir(parents=True, exist_ok=True)

@@ -1,7 +1,5 @@
-"""Small closed meshes for the sample objects: every one convex, watertight and wound outwards, y up.
-
-Convex on purpose: an engine turns each collision file into its convex hull, so a concave part is several pieces.
-"""
+"""Small closed meshes for the sample objects: every one convex, watertight and wound outwards, y up. Convex on purpose:
+an engine turns each collision file into its convex hull, so a concave part is several pieces."""
 
 import itertools
 import math
@@ -78,10 +76,7 @@ def shell(low: Point, high: Point, wall: float, without: str) -> list[Mesh]:
 
 
 def disc(axis: str, centre: Point, radius: float | Pair, length: float, sides: int = 24, stretch: float = 1.0) -> Mesh:
-    """A cylinder, or a cone frustum for a pair of radii, around ``axis`` from ``centre`` on.
-
-    ``stretch`` widens its second radial direction.
-    """
+    """A cylinder, or a frustum for two radii, along ``axis`` from ``centre``; ``stretch`` widens its second radius."""
     near, far = radius if isinstance(radius, tuple) else (radius, radius)
     turns = [2.0 * math.pi * i / sides for i in range(sides)]
 

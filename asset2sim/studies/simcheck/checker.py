@@ -1,8 +1,6 @@
-"""An independent checker over refined objects: ``python -m asset2sim.studies.simcheck.checker OUT``.
-
-The checker is simcheck, an external package in an environment of its own (``make judge`` makes it): MuJoCo and
-PyBullet, a free base, a drop of 5 cm, joint sweeps, contacts at rest. Only its report is used.
-"""
+"""An independent checker over refined objects: ``python -m asset2sim.studies.simcheck.checker OUT``. The checker is
+simcheck, an external package in an environment of its own (``make judge`` makes it): MuJoCo and PyBullet, a free base,
+a drop of 5 cm, joint sweeps, contacts at rest. Only its report is used."""
 
 import contextlib
 import os
@@ -13,6 +11,7 @@ import sys
 import tempfile
 from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
+from functools import partial
 from pathlib import Path
 from time import perf_counter
 
@@ -66,20 +65,14 @@ class Findings(BaseModel):
 
 
 def find_simcheck(root: Path) -> Path:
-    """The checker's program: what SIMCHECK names, ``.venv-judge`` under ``root``, or one on the PATH.
-
-    Raises UsageError where there is none.
-    """
+    """The program that SIMCHECK names, that of ``.venv-judge`` under ``root``, or one on the PATH; else UsageError."""
     named = os.environ.get(VARIABLE)
-    if named:
-        path = shutil.which(named)
-        if path is None:
-            raise UsageError(f"{VARIABLE}={named} is no program that can be run; name simcheck's, or unset it")
-        return Path(path)
     beside = root / ENVIRONMENT / ("Scripts" if os.name == "nt" else "bin") / "simcheck"
-    if beside.is_file():
+    if not named and beside.is_file():
         return beside
-    path = shutil.which("simcheck")
+    path = shutil.which(named or "simcheck")
+    if path is None and named:
+        raise UsageError(f"{VARIABLE}={named} is no program that can be run; name simcheck's, or unset it")
     if path is None:
         raise UsageError(
             f"simcheck is not there: make judge installs it into {ENVIRONMENT}; or pip install 'simcheck[all]' in an "
@@ -90,12 +83,12 @@ def find_simcheck(root: Path) -> Path:
 
 def refined_objects(out: Path, ids: Sequence[str] = ()) -> dict[str, Path]:
     """Asset id → its refined URDF, which may be missing: every folder of ``out/assets``, and all of the latest run.
-
-    Raises UsageError where there is none, UnknownChoiceError for an id that is not among them.
-    """
+    Raises UsageError where there is none, UnknownChoiceError for an id that is not among them."""
     folders = out / "assets"
     names = {path.name for path in folders.iterdir() if path.is_dir()} if folders.is_dir() else set[str]()
-    names = {name for name in names if not name.startswith(".")} | latest_asset_ids(out)
+    # The latest run's also hold those that failed before they were written, and those unchanged since an earlier run.
+    latest = () if find_catalog(out) is None else latest_rows(out, "assets")[0]["asset_id"]
+    names = {name for name in names if not name.startswith(".")} | {str(name) for name in latest}
     if not names:
         raise UsageError(f"{folders}: no refined object; refine a dataset into {out} first")
     for name in ids:
@@ -104,19 +97,11 @@ def refined_objects(out: Path, ids: Sequence[str] = ()) -> dict[str, Path]:
     return {name: folders / name / URDF_NAME for name in sorted(ids or names)}
 
 
-def latest_asset_ids(out: Path) -> set[str]:
-    """Asset ids of the latest run, also of those that failed before they were written, in it or, unchanged since, in an
-    earlier run; empty without a catalog."""
-    if find_catalog(out) is None:
-        return set()
-    (assets,) = latest_rows(out, "assets")
-    return {str(name) for name in assets["asset_id"]}
-
-
 def check_object(simcheck: Path, asset_id: str, urdf: Path, time_limit_s: float = TIME_LIMIT_S) -> ObjectReport:
     """Run the checker on one object; returns a report even if it crashes or times out."""
+    unchecked = partial(ObjectReport, asset_id=asset_id)
     if not urdf.is_file():
-        return ObjectReport(asset_id=asset_id, seconds=0.0, problem="it was not refined: there is no URDF of it")
+        return unchecked(seconds=0.0, problem="it was not refined: there is no URDF of it")
     start = perf_counter()
     with tempfile.TemporaryDirectory() as folder:
         report = Path(folder) / "report.json"
@@ -129,17 +114,14 @@ def check_object(simcheck: Path, asset_id: str, urdf: Path, time_limit_s: float 
         try:
             said, _ = process.communicate(timeout=time_limit_s)
         except subprocess.TimeoutExpired:
-            return ObjectReport(
-                asset_id=asset_id,
-                seconds=perf_counter() - start,
-                problem=f"it did not finish within {time_limit_s:g} s",
-            )
+            problem = f"it did not finish within {time_limit_s:g} s"
+            return unchecked(seconds=perf_counter() - start, problem=problem)
         finally:
             stop(process)
         seconds = perf_counter() - start
         if not report.is_file():
             problem = f"simcheck ended with exit code {process.returncode}: {said.strip()[-OUTPUT_TAIL_CHARS:]}"
-            return ObjectReport(asset_id=asset_id, seconds=seconds, problem=problem)
+            return unchecked(seconds=seconds, problem=problem)
         return read_report(asset_id, report.read_text(encoding="utf-8"), seconds)
 
 
@@ -159,14 +141,13 @@ def show(summary: SimcheckSummary, reports: Sequence[ObjectReport], console: Con
     for words, count in (("an error  ", summary.without_error), ("a warning ", summary.without_warning)):
         console.print(f"without {words} {count} of {total} ({percent(count, total)})")
     if summary.causes:
-        table = Table(
-            "", "check", "engine", "objects", "findings", "for example", "and said there", title="causes left"
-        )
+        headings = ("", "check", "engine", "objects", "findings", "for example", "and said there")
+        table = Table(*headings, title="causes left")
         for cause in summary.causes:
+            counts, examples = (str(cause.objects), str(cause.findings)), escape(", ".join(cause.examples))
             table.add_row(
-                cause.severity, cause.check, cause.engine or "files", str(cause.objects), str(cause.findings),
-                escape(", ".join(cause.examples)), escape(cause.message),
-            )  # fmt: skip
+                cause.severity, cause.check, cause.engine or "files", *counts, examples, escape(cause.message)
+            )
         console.print(table)
     for report in reports:
         if report.problem:
@@ -193,8 +174,8 @@ def main(words: Sequence[str]) -> int:
 
         reports = tuple(pool.map(one, objects.items()))
     summary = summarize(reports)
-    found = Findings(judgement=summary, objects=reports)
-    (chosen.out / REPORT).write_text(found.model_dump_json(indent=2), encoding="utf-8")
+    found = Findings(judgement=summary, objects=reports).model_dump_json(indent=2)
+    (chosen.out / REPORT).write_text(found, encoding="utf-8")
     show(summary, reports, console)
     console.print(f"all findings: {escape(str(chosen.out / REPORT))}")
     return 0 if summary.passed else 1

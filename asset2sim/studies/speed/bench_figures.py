@@ -71,7 +71,7 @@ def figures(found: Measured) -> list[FigureLine]:
         *_rates(found.one, found.two),
         *_overhead(found.one, found.loop),
         *_around(found.one, found.stages),
-        *_unchanged(found.again),
+        *([_rerun(f"unchanged re-run of {found.again.assets}", found.again, MAX_UNCHANGED_S)] if found.again else []),
         *_synthetic(found.synthetic),
         *(_query(times) for times in found.queries),
         *_checker(found.both, found.checked),
@@ -113,17 +113,11 @@ def _overhead(one: FlowTimes | None, loop: LoopTimes | None) -> Iterator[FigureL
 
 
 def _around(one: FlowTimes | None, stages: Mapping[str, tuple[float, float]]) -> Iterator[FigureLine]:
-    """Orchestration time alone. The rest of the overhead is lost in child processes, which are less warmed up than the
-    loop's process."""
+    """Orchestration time alone; child processes, less warmed up than the loop's, lose the rest of the overhead."""
     within = sum(seconds for seconds, _ in stages.values())
     if one is not None and within > 0.0:
         said = f"{100.0 * (one.flow_s - within) / within:.1f} % ({one.flow_s:.1f} s over {within:.1f} s)"
         yield FigureLine("… Prefect, Dask, tables and starting processes, over the assets' own time", "–", said)
-
-
-def _unchanged(again: FlowTimes | None) -> Iterator[FigureLine]:
-    if again is not None:
-        yield _rerun(f"unchanged re-run of {again.assets}", again, MAX_UNCHANGED_S)
 
 
 def _synthetic(runs: tuple[FlowTimes, ...]) -> Iterator[FigureLine]:
@@ -133,12 +127,9 @@ def _synthetic(runs: tuple[FlowTimes, ...]) -> Iterator[FigureLine]:
     yield _rerun(f"unchanged re-run of {many.assets:,} synthetic entries", many, MAX_SYNTHETIC_S)
     if many.assets > few.assets:
         grown, each = memory_growth_mb(few, many)
-        yield FigureLine(
-            f"growth of the driver's peak memory from {few.assets:,} to {many.assets:,} entries",
-            f"≤ {MAX_MEMORY_GROWTH_MB:g} MB",
-            f"{grown:.0f} MB ({few.peak_memory_mb:.0f} to {many.peak_memory_mb:.0f} MB; {each:.1f} MB per 1000)",
-            grown <= MAX_MEMORY_GROWTH_MB,
-        )
+        name = f"growth of the driver's peak memory from {few.assets:,} to {many.assets:,} entries"
+        said = f"{grown:.0f} MB ({few.peak_memory_mb:.0f} to {many.peak_memory_mb:.0f} MB; {each:.1f} MB per 1000)"
+        yield FigureLine(name, f"≤ {MAX_MEMORY_GROWTH_MB:g} MB", said, grown <= MAX_MEMORY_GROWTH_MB)
 
 
 def _rerun(name: str, times: FlowTimes, bound: float) -> FigureLine:
@@ -194,10 +185,8 @@ def stage_seconds(out: Path) -> dict[str, tuple[float, float]]:
 
 
 def time_shares(times: FlowTimes, stages: Mapping[str, tuple[float, float]]) -> list[TimeShare]:
-    """The parts of a run with one worker: they add up to its wall time.
-
-    The time of Dask, processes and model calls is that of the refining task less that of the stages.
-    """
+    """The parts of a run with one worker: they add up to its wall time. The time of Dask, processes and model calls is
+    that of the refining task less that of the stages."""
     whole = times.flow_s
 
     def part(name: str, seconds: float, median: float | None = None) -> TimeShare:
@@ -231,13 +220,9 @@ def figure_table(lines: Sequence[FigureLine]) -> str:
 
 def share_table(lines: Sequence[TimeShare]) -> str:
     """A line a part of a run's time."""
-    rows = [
-        (
-            line.name,
-            f"{line.seconds:.2f}",
-            NOTHING if line.share is None else f"{100.0 * line.share:.1f} %",
-            NOTHING if line.median_s is None else f"{1000.0 * line.median_s:.0f}",
-        )
-        for line in lines
-    ]
+    rows = []
+    for line in lines:
+        part = NOTHING if line.share is None else f"{100.0 * line.share:.1f} %"
+        median = NOTHING if line.median_s is None else f"{1000.0 * line.median_s:.0f}"
+        rows.append((line.name, f"{line.seconds:.2f}", part, median))
     return markdown_table(("where", "s in all", "of the run", "ms an asset (median)"), rows, right=(1, 2, 3))

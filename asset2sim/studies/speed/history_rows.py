@@ -1,7 +1,5 @@
 """A synthetic year of nightly runs in ``asset_history``: a file a night, past months merged into one file each.
-
-``python -m asset2sim.studies.speed.history_rows RESULT STARTED OUT GROUPING`` times the breakdown of its failures.
-"""
+``python -m asset2sim.studies.speed.history_rows RESULT STARTED OUT GROUPING`` times the breakdown of its failures."""
 
 import importlib
 import sys
@@ -12,6 +10,7 @@ from pathlib import Path
 
 import numpy as np
 import pyarrow as pa
+from numpy.random import Generator
 
 from asset2sim.catalog.failures import failures_by
 from asset2sim.catalog.history import HISTORY_FOLDER, compact_history, history_files, write_synced
@@ -39,13 +38,12 @@ FLAKY_FAILURE_SHARE = 0.01
 CHANGED_SHARE = 0.02
 """Share of the assets that a night refines again; the others are unchanged."""
 SEED = 20250101
+Flags = np.ndarray[tuple[int], np.dtype[np.bool_]]
 
 
 def write_history(out: Path, record: AssetRecord, rows: int, assets: int = ASSETS) -> int:
-    """Write a catalog with ``record`` and a history of at least ``rows`` rows under ``out``; returns their number.
-
-    Each night is written as a run's file, and the months are merged as a run would. Raises what ``write_run`` does.
-    """
+    """Write a catalog with ``record`` and a history of at least ``rows`` rows under ``out``; returns their number. Each
+    night is written as a run's file, and the months are merged as a run would. Raises what ``write_run`` does."""
     nights = -(-rows // assets)
     last = FIRST_NIGHT + timedelta(days=nights - 1)
     write_run(out, RunRow(run_id=run_id(last), started_at=last, finished_at=last, dataset="synthetic"), [record])
@@ -76,7 +74,7 @@ def night_tables(nights: int, assets: int) -> Iterator[tuple[datetime, pa.Table]
         yield start, _night(start, [None if place < 0 else modes[place] for place in struck], fresh, same, random)
 
 
-def _lasting_columns(assets: int, random: np.random.Generator) -> dict[str, list[object]]:
+def _lasting_columns(assets: int, random: Generator) -> dict[str, list[object]]:
     """Columns whose values are the same every night."""
     return {
         "asset_id": [f"{100_000 + place}" for place in range(assets)],
@@ -89,11 +87,7 @@ def _lasting_columns(assets: int, random: np.random.Generator) -> dict[str, list
 
 
 def _night(
-    start: datetime,
-    struck: list[FailureMode | None],
-    fresh: np.ndarray[tuple[int], np.dtype[np.bool_]],
-    same: dict[str, list[object]],
-    random: np.random.Generator,
+    start: datetime, struck: list[FailureMode | None], fresh: Flags, same: dict[str, list[object]], random: Generator
 ) -> pa.Table:
     count = len(struck)
     made: dict[str, object] = dict(same)

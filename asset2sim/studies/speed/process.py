@@ -30,10 +30,8 @@ def measure(
     kind: type[Numbers], module: str, words: Sequence[str], place: Path, extra: Mapping[str, str] | None = None
 ) -> Numbers:
     """Run ``python -m module RESULT STARTED *words`` and read its numbers from RESULT, ``place`` with ``.json``.
-
     STARTED is the monotonic clock before the process started, s; ``extra`` is added to its environment. What it prints
-    goes to ``place`` with ``.log``. Raises BenchError, with the end of that log, if it wrote no numbers.
-    """
+    goes to ``place`` with ``.log``. Raises BenchError, with the end of that log, if it wrote no numbers."""
     result, log = place.with_suffix(".json"), place.with_suffix(".log")
     place.parent.mkdir(parents=True, exist_ok=True)
     result.unlink(missing_ok=True)
@@ -49,21 +47,14 @@ def measure(
                 process.terminate()
                 process.wait()
     if not result.is_file():
-        raise BenchError(f"{module} ended with exit code {code} and without numbers: {log_tail(log)} (see {log})")
+        said = log.read_text(encoding="utf-8", errors="replace").strip()[-LOG_TAIL_CHARS:] or "it said nothing"
+        raise BenchError(f"{module} ended with exit code {code} and without numbers: {said} (see {log})")
     return kind.model_validate_json(result.read_text(encoding="utf-8"))
 
 
-def log_tail(log: Path) -> str:
-    """The end of what a program printed."""
-    said = log.read_text(encoding="utf-8", errors="replace").strip()
-    return said[-LOG_TAIL_CHARS:] if said else "it said nothing"
-
-
 def peak_memory_mb() -> float:
-    """The most resident memory that this process has had, MB.
-
-    Linux's own record starts with the program, and ``getrusage`` counts what its parent had when it forked.
-    """
+    """The most resident memory that this process has had, MB. Linux's own record starts with the program, and
+    ``getrusage`` counts what its parent had when it forked."""
     status = Path("/proc/self/status")
     if status.is_file():
         for line in status.read_text(encoding="ascii", errors="replace").splitlines():
@@ -96,15 +87,12 @@ def one_core() -> Iterator[bool]:
 def machine() -> str:
     """The processor, how many cores of it may be used, and the memory, in one line."""
     info = Path("/proc/cpuinfo")
-    names = [line.partition(":")[2].strip() for line in _lines(info) if line.startswith("model name")]
+    lines = info.read_text(encoding="utf-8", errors="replace").splitlines() if info.is_file() else []
+    names = [line.partition(":")[2].strip() for line in lines if line.startswith("model name")]
     cores = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
     memory = os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES") / MEGABYTE / 1024.0
     load = os.getloadavg()[0]
     return f"{names[0] if names else 'a processor'}, {cores} cores, {memory:.0f} GB, load {load:.1f} at the start"
-
-
-def _lines(path: Path) -> list[str]:
-    return path.read_text(encoding="utf-8", errors="replace").splitlines() if path.is_file() else []
 
 
 def evenly_spaced(asset_ids: Sequence[str], count: int) -> tuple[str, ...]:
@@ -115,9 +103,7 @@ def evenly_spaced(asset_ids: Sequence[str], count: int) -> tuple[str, ...]:
 
 def time_checker(root: Path, out: Path, asset_ids: Sequence[str], tell: Callable[[str], None]) -> CheckerTimes:
     """Time simcheck on each refined object of OUT (free base, its two engines); ``tell`` gets a line for each object.
-
-    ``root`` is the checkout, whose folder ``.venv-judge`` may hold simcheck. ``problem`` says if it is not installed.
-    """
+    ``root`` is the checkout, whose ``.venv-judge`` may hold simcheck. ``problem`` says if it is not installed."""
     try:
         simcheck = find_simcheck(root)
         objects = refined_objects(out, asset_ids)

@@ -1,7 +1,5 @@
-"""A synthetic dataset whose entries all count as unchanged: small folders, and a catalog as real runs write it.
-
-Each entry is a copy of one sample object under its own id: some of its files, and the record of its real refinement.
-"""
+"""A synthetic dataset whose entries all count as unchanged: small folders, and a catalog as real runs write it. Each
+entry is a copy of one sample object under its own id: some of its files, and the record of its real refinement."""
 
 import os
 import shutil
@@ -32,10 +30,8 @@ def make_unchanged(
     record: AssetRecord, folder: Path, count: int, settings: Settings, pipeline: str
 ) -> tuple[Path, Path]:
     """Make a dataset of ``count`` entries and the output of the runs that refined them; (data, out) in ``folder``.
-
-    ``record`` is the real record of the object whose files are taken. Raises BenchError where a run with these
-    settings would refine any entry again.
-    """
+    ``record`` is the real record of the object whose files are taken. Raises BenchError where a run with these settings
+    would refine any entry again."""
     data, out = folder / "data", folder / "out"
     refs = make_entries(Path(record.ref.path), data, count)
     # The next run reads a file again if it was just written: a later change might not show in its time stamp.
@@ -58,18 +54,13 @@ def make_entries(source: Path, data: Path, count: int) -> list[AssetRef]:
     for asset_id in ids:
         (data / asset_id).mkdir()
         for name in names:
-            link_or_copy(kept / name, data / asset_id / name)
+            try:
+                os.link(kept / name, data / asset_id / name)
+            except OSError:
+                shutil.copyfile(kept / name, data / asset_id / name)
     rows = "".join(f"{asset_id},Box,{asset_id},synthetic,\n" for asset_id in ids)
     (data / MANIFEST).write_text(f"{','.join(COLUMNS)}\n{rows}", encoding="utf-8")
     return load_dataset(data)
-
-
-def link_or_copy(source: Path, target: Path) -> None:
-    """Hard-link a file, or copy it where the disk does not allow links."""
-    try:
-        os.link(source, target)
-    except OSError:
-        shutil.copyfile(source, target)
 
 
 def publish_entries(
@@ -99,9 +90,6 @@ def publish_entries(
 
 def renamed(record: AssetRecord, ref: AssetRef, content_hash: str) -> AssetRecord:
     """A copy of the record under another asset's reference and content hash."""
-    changes: dict[str, object] = {"ref": ref, "content_hash": content_hash}
-    if record.overlay is not None:
-        changes["overlay"] = record.overlay.model_copy(update={"asset_id": ref.asset_id})
-    if record.features is not None:
-        changes["features"] = record.features.model_copy(update={"asset_id": ref.asset_id})
-    return record.model_copy(update=changes)
+    parts = {"overlay": record.overlay, "features": record.features}
+    named = {key: part and part.model_copy(update={"asset_id": ref.asset_id}) for key, part in parts.items()}
+    return record.model_copy(update={"ref": ref, "content_hash": content_hash, **named})

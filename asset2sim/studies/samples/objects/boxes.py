@@ -60,9 +60,8 @@ def treasure_chest() -> Blueprint:
     )
     joint = hinge("body", (0.0, rim - GAP / 2, -depth - 0.04), (-1.0, 0.0, 0.0), 1.9)
     prompt = "A very small treasure chest for jewellery, its lid halfway open and staying where it is placed."
-    return Blueprint(
-        "box_chest", "Box", prompt, (Link("lid", "rotation_lid", lid, joint), Link("body", "box_body", body))
-    )
+    parts = (Link("lid", "rotation_lid", lid, joint), Link("body", "box_body", body))
+    return Blueprint("box_chest", "Box", prompt, parts)
 
 
 def _vault(x0: float, x1: float, base: float, inner: float, outer: float) -> list[Mesh]:

@@ -61,9 +61,8 @@ def laptop() -> Blueprint:
         *pieces("touchpad", GREY, block((-0.18, 0.07, 0.16), (0.18, 0.074, 0.4))),
     )
     low = 0.08 + GAP
-    bezel = [block((-0.65, low, z0), (0.65, low + 0.014, z1)) for z0, z1 in ((-0.45, -0.39), (0.4, 0.45))] + [
-        block((x0, low, -0.39), (x1, low + 0.014, 0.4)) for x0, x1 in ((-0.65, -0.6), (0.6, 0.65))
-    ]
+    bezel = [block((-0.65, low, z0), (0.65, low + 0.014, z1)) for z0, z1 in ((-0.45, -0.39), (0.4, 0.45))]
+    bezel += [block((x0, low, -0.39), (x1, low + 0.014, 0.4)) for x0, x1 in ((-0.65, -0.6), (0.6, 0.65))]
     screen = (
         *pieces("screen_back", SILVER, block((-0.65, low + 0.014, -0.45), (0.65, low + 0.035, 0.45))),
         *pieces("bezel", BLACK, bezel),
@@ -71,9 +70,8 @@ def laptop() -> Blueprint:
     )
     joint = hinge("base", (0.0, 0.1, -0.5), (-1.0, 0.0, 0.0), 2.3, authored=1.7)
     parts = (Link("screen", "screen", screen, joint), Link("base", "laptop_base", base))
-    return Blueprint(
-        "laptop_silver", "Laptop", "I want a slightly open laptop. Low damping for smooth operation.", parts
-    )
+    prompt = "I want a slightly open laptop. Low damping for smooth operation."
+    return Blueprint("laptop_silver", "Laptop", prompt, parts)
 
 
 def keyboard() -> Blueprint:

@@ -12,23 +12,15 @@ BLUE = Finish((0.16, 0.3, 0.52))
 
 
 def drawer(x: float, y0: float, y1: float, back: float, front: float, paint: Finish) -> tuple[NamedMesh, ...]:
-    """A drawer, open on top, ``GAP`` narrower than its bay on every side, behind a wider front with a handle.
-
-    ``x`` is half the bay's inner width, ``y0`` and ``y1`` its floor and ceiling, ``front`` the carcass's edge.
-    """
+    """A drawer, open on top, ``GAP`` narrower than its bay on every side, behind a wider front with a handle. ``x`` is
+    half the bay's inner width, ``y0`` and ``y1`` its floor and ceiling, ``front`` the carcass's edge."""
     face = front + GAP
     tub = shell((-x + GAP, y0 + GAP, back + GAP), (x - GAP, y1 - 0.1, face), 0.03, without="top")
-    middle = (y0 + y1) / 2.0
-    bars = [block((-0.15, middle - 0.02, face + 0.08), (0.15, middle + 0.02, face + 0.11))]
-    bars += [
-        block((end, middle - 0.02, face + 0.04), (end + 0.03, middle + 0.02, face + 0.08)) for end in (-0.15, 0.12)
-    ]
-    front_panel = block((-x - 0.04, y0 - 0.01, face), (x + 0.04, y1 + 0.01, face + 0.04))
-    return (
-        *pieces("drawer_box", BIRCH, tub),
-        *pieces("drawer_front", paint, front_panel),
-        *pieces("handle", STEEL, bars),
-    )
+    low, high = (y0 + y1) / 2.0 - 0.02, (y0 + y1) / 2.0 + 0.02
+    bars = [block((-0.15, low, face + 0.08), (0.15, high, face + 0.11))]
+    bars += [block((end, low, face + 0.04), (end + 0.03, high, face + 0.08)) for end in (-0.15, 0.12)]
+    panel = pieces("drawer_front", paint, block((-x - 0.04, y0 - 0.01, face), (x + 0.04, y1 + 0.01, face + 0.04)))
+    return (*pieces("drawer_box", BIRCH, tub), *panel, *pieces("handle", STEEL, bars))
 
 
 def desk_cabinet() -> Blueprint:
@@ -92,8 +84,5 @@ def folding_chair() -> Blueprint:
 
 def _slats() -> list[Mesh]:
     # Two slats between the uprights, upright themselves, at the depth to which the uprights lean at that height.
-    slats = []
-    for low in (1.0, 1.18):
-        depth = -0.32 + (1.35 - low - 0.06) * 0.548
-        slats.append(block((-0.4, low, depth - 0.012), (0.4, low + 0.12, depth + 0.012)))
-    return slats
+    depths = {low: -0.32 + (1.35 - low - 0.06) * 0.548 for low in (1.0, 1.18)}
+    return [block((-0.4, low, z - 0.012), (0.4, low + 0.12, z + 0.012)) for low, z in depths.items()]
