@@ -4,7 +4,7 @@ import json
 from collections import Counter
 from collections.abc import Iterable, Sequence
 
-from asset2sim.catalog import rows_engines
+import asset2sim.catalog.rows_engines as rows_engines
 from asset2sim.catalog.run import UNRECORDED_SETTINGS, RunRow, without_credentials
 from asset2sim.checks.verdict import oscillates
 from schemas.asset import AssetRecord, Unchanged
