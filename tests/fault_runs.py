@@ -12,6 +12,7 @@ from typing import Any
 
 from asset2sim.catalog.read import read_table
 from tests.assets import RAW, ROOT
+from tests.faulty import processes
 from tests.processes import alive, wait_until
 
 MARK = "ASSET2SIM_TEST_MARK"
@@ -61,6 +62,12 @@ def start(place: Place, *options: str, **limits: object) -> "subprocess.Popen[st
         cwd=ROOT, env=place.environment(**limits), text=True, stdout=subprocess.PIPE, stderr=subprocess.PIPE,
         start_new_session=True,
     )  # fmt: skip
+
+
+def assert_met(run: "subprocess.Popen[str]", place: Place, asset_id: str, times: int = 1) -> None:
+    """Wait until an asset has had so many processes; a run that ends before fails at once."""
+    wait_until(lambda: run.poll() is not None or len(processes(place.out, asset_id)) >= times, LIMIT_S)
+    assert len(processes(place.out, asset_id)) >= times, run.communicate(timeout=LIMIT_S)
 
 
 def rows(out: Path) -> dict[str, dict[Hashable, Any]]:

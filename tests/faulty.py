@@ -134,8 +134,8 @@ def main() -> int:
     work: Any = flows.steps
     flow = module.refine_dataset
 
-    def refine_dataset(data: Path, out: Path, settings: Settings, *rest: Any) -> Any:
-        return flow(data, out, limited(settings), *rest, pipeline=NAME)
+    def refine_dataset(data: Path, out: Path, settings: Settings, *rest: Any, **more: Any) -> Any:
+        return flow(data, out, limited(settings), *rest, pipeline=NAME, **more)
 
     module.refine_dataset = refine_dataset
     # MLflow takes more time than all the rest, and its file, undone on a full disk, would make room at any moment.

@@ -16,7 +16,7 @@ import pytest
 from flows.server.server import temporary_server
 from tests.assets import ROOT
 from tests.dask_programs import answering, programs, start_scheduler, start_workers, worker_of
-from tests.fault_runs import LIMIT_S, PLAIN, Place, assert_nobody_left, dataset, findings, rows, start
+from tests.fault_runs import LIMIT_S, PLAIN, Place, assert_met, assert_nobody_left, dataset, findings, rows, start
 from tests.faulty import noted, processes
 from tests.processes import kill_marked, wait_until
 
@@ -94,7 +94,7 @@ def test_each_fault_of_an_asset_is_its_row_and_the_dead_are_tried_once_more(plac
     urdf = place.data / "cut" / "mobility.urdf"
     urdf.write_bytes(urdf.read_bytes()[:900])
     run = start(place, "--workers", "2", FAULTY_TIME_LIMIT_S=20, FAULTY_MEMORY_LIMIT_MB=2000)
-    assert wait_until(lambda: bool(processes(place.out, "once-sleepy")), LIMIT_S), run.communicate()
+    assert_met(run, place, "once-sleepy")
     os.kill(processes(place.out, "once-sleepy")[0], signal.SIGKILL)
     finished(run)
     found = rows(place.out)
@@ -126,13 +126,13 @@ def test_a_run_stopped_while_it_tries_the_dead_again_ends_at_once_with_all_recor
     """And while it runs, a second one on the same folder is refused in one line."""
     dataset(place.data, {"a": "", "once-abort-sleepy": "", "sleepy": "", "b": ""})
     run = start(place, "--workers", "1")
-    assert wait_until(lambda: bool(processes(place.out, "sleepy")), LIMIT_S), run.communicate()
+    assert_met(run, place, "sleepy")
     second = start(place)
     _, errors = second.communicate(timeout=LIMIT_S)
     assert second.returncode == 2
     assert errors.splitlines()[-1].startswith("asset2sim: another run (process ") and "Traceback" not in errors
     os.kill(processes(place.out, "sleepy")[0], signal.SIGKILL)
-    assert wait_until(lambda: len(processes(place.out, "sleepy")) == 2, LIMIT_S), run.communicate()
+    assert_met(run, place, "sleepy", 2)
     os.kill(run.pid, signal.SIGTERM)
     _, errors = run.communicate(timeout=LIMIT_S)
     assert run.returncode == 130 and "interrupted; 4 finished assets" in errors and "Traceback" not in errors
@@ -225,9 +225,9 @@ def test_a_killed_worker_and_a_restarted_scheduler_cost_nothing_but_time(place: 
     assert wait_until(lambda: answering(cluster.address, 2), LIMIT_S)
     finished(local)
     run = start(place, "--scheduler", cluster.address)
-    assert wait_until(lambda: bool(processes(place.out, "once-sleepy")), LIMIT_S), run.communicate()
+    assert_met(run, place, "once-sleepy")
     os.kill(worker_of(processes(place.out, "once-sleepy")[0]), signal.SIGKILL)
-    assert wait_until(lambda: bool(processes(place.out, "slow-1")), LIMIT_S), run.communicate()
+    assert_met(run, place, "slow-1")
     scheduler.kill()
     assert scheduler.wait() and workers.wait(LIMIT_S) is not None
     start_scheduler(cluster)
