@@ -19,7 +19,7 @@ from asset2sim.runs.spread.refine_all import refine_all
 from asset2sim.studies.speed.bench_figures import bench_markdown, figures, missed, stage_seconds
 from asset2sim.studies.speed.history_rows import MODULE as QUERY
 from asset2sim.studies.speed.history_rows import write_history
-from asset2sim.studies.speed.measured import BenchRequest, FlowTimes, Measured, QueryTimes, parse_request
+from asset2sim.studies.speed.measured import BenchMeasurements, BenchRequest, FlowTimes, QueryTimes, parse_request
 from asset2sim.studies.speed.process import evenly_spaced, machine, measure, one_core, time_checker
 from asset2sim.studies.speed.synthetic import make_unchanged
 from flows import PIPELINE
@@ -75,7 +75,7 @@ def fill_caches(request: BenchRequest) -> None:
     flow(request, "warm", command(request, request.data, request.work / "warm", 2))
 
 
-def rates(request: BenchRequest, found: Measured) -> Measured:
+def rates(request: BenchRequest, found: BenchMeasurements) -> BenchMeasurements:
     """Measure one worker, the plain loop over the same assets, and two workers."""
     fill_caches(request)
     outs = {name: fresh(request, name) for name in ("one", "loop", "two")}
@@ -86,7 +86,7 @@ def rates(request: BenchRequest, found: Measured) -> Measured:
     return found.model_copy(update={"one": one, "loop": loop, "two": two, "stages": stage_seconds(outs["one"])})
 
 
-def unchanged(request: BenchRequest, found: Measured) -> Measured:
+def unchanged(request: BenchRequest, found: BenchMeasurements) -> BenchMeasurements:
     """Measure a second run into the two workers' output, with nothing changed."""
     words = command(request, request.data, request.work / "two", 2)
     if found.two is None:
@@ -94,7 +94,7 @@ def unchanged(request: BenchRequest, found: Measured) -> Measured:
     return found.model_copy(update={"again": flow(request, "again", words)})
 
 
-def synthetic(request: BenchRequest, found: Measured) -> Measured:
+def synthetic(request: BenchRequest, found: BenchMeasurements) -> BenchMeasurements:
     """Measure runs over few and over many synthetic entries, none of which changed."""
     record = sample_record(request)
     runs = []
@@ -117,7 +117,7 @@ def sample_record(request: BenchRequest) -> AssetRecord:
     return refine_all(refs, out, parse_refine(words).settings, PIPELINE).records[0]
 
 
-def history(request: BenchRequest, found: Measured) -> Measured:
+def history(request: BenchRequest, found: BenchMeasurements) -> BenchMeasurements:
     """Measure the query that groups failures, over a year of nights."""
     out = request.work / "history"
     shutil.rmtree(out, ignore_errors=True)
@@ -129,7 +129,7 @@ def history(request: BenchRequest, found: Measured) -> Measured:
     return found.model_copy(update={"queries": tuple(queries)})
 
 
-def checker(request: BenchRequest, found: Measured) -> Measured:
+def checker(request: BenchRequest, found: BenchMeasurements) -> BenchMeasurements:
     """Measure our refinement, verified in two engines, and the independent checker on its output, on one core."""
     if "rates" not in request.parts:
         fill_caches(request)
@@ -145,17 +145,17 @@ def checker(request: BenchRequest, found: Measured) -> Measured:
 MEASURE = {"rates": rates, "unchanged": unchanged, "synthetic": synthetic, "history": history, "checker": checker}
 
 
-def bench(request: BenchRequest) -> Measured:
+def bench(request: BenchRequest) -> BenchMeasurements:
     """Measure what is asked for; raises UsageError for a dataset that cannot be read, before anything is made."""
     load_dataset(request.data, None, (), request.limit)
-    found = Measured(machine=machine())
+    found = BenchMeasurements(machine=machine())
     for part in request.parts:
         found = MEASURE[part](request, found)
         write(request, found)
     return found
 
 
-def write(request: BenchRequest, found: Measured) -> str:
+def write(request: BenchRequest, found: BenchMeasurements) -> str:
     """Write the figures so far. Returns the Markdown."""
     text = bench_markdown(found)
     (request.work / "bench.md").write_text(text, encoding="utf-8")

@@ -8,7 +8,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from asset2sim.checks.rest import contacts_at, measure, observe
-from asset2sim.checks.verdict import Verdict, judge, oscillating_joints
+from asset2sim.checks.verdict import Verdict, measurement_verdict, oscillating_joints
 from asset2sim.checks.watch import BEYOND_MEASURE, EVERY_S, TURN_FACTOR, capped, rotation_of, watch
 from asset2sim.physics.arrays import Array
 from schemas.measurement import Measurement
@@ -29,7 +29,7 @@ WHEEL = UrdfLink("wheel", 0.1, ORIGIN, ball_inertia(0.01))
 
 
 def verdict(seen: Measurement, sliders: frozenset[str] = frozenset()) -> Verdict:
-    return judge(seen, sliders, Thresholds())
+    return measurement_verdict(seen, sliders, Thresholds())
 
 
 def with_knob(folder: Path, body: UrdfLink) -> Path:

@@ -7,7 +7,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from asset2sim.checks.rest import STILL, amplitude, drift, sign_changes
-from asset2sim.checks.verdict import judge, oscillates, oscillating_joints
+from asset2sim.checks.verdict import measurement_verdict, oscillates, oscillating_joints
 from asset2sim.engines.contacts import ContactPoint, by_pair, penetration
 from schemas.settings import Thresholds
 from schemas.vocabulary import FailureMode
@@ -78,7 +78,7 @@ def test_phi_adds_up_what_overlaps_and_leaves_out_gaps() -> None:
 
 
 def test_a_quiet_object_passes() -> None:
-    verdict = judge(make_measurement(), NONE, THRESHOLDS)
+    verdict = measurement_verdict(make_measurement(), NONE, THRESHOLDS)
     assert verdict.passed and verdict.mode is FailureMode.NONE
 
 
@@ -92,19 +92,19 @@ def test_a_quiet_object_passes() -> None:
     ],
 )
 def test_each_bound_is_met_at_the_limit_and_broken_above(field: str, limit: float, mode: FailureMode) -> None:
-    assert judge(make_measurement(**{field: limit}), NONE, THRESHOLDS).passed
-    verdict = judge(make_measurement(**{field: 1.001 * limit}), NONE, THRESHOLDS)
+    assert measurement_verdict(make_measurement(**{field: limit}), NONE, THRESHOLDS).passed
+    verdict = measurement_verdict(make_measurement(**{field: 1.001 * limit}), NONE, THRESHOLDS)
     assert verdict.mode is mode
     assert (verdict.value, verdict.limit) == (1.001 * limit, limit)
 
 
 def test_an_object_that_is_no_longer_a_number_explodes() -> None:
-    verdict = judge(make_measurement(finite=False), NONE, THRESHOLDS)
+    verdict = measurement_verdict(make_measurement(finite=False), NONE, THRESHOLDS)
     assert verdict.mode is FailureMode.DRIFT and "explodes in pybullet" in verdict.reason
 
 
 def test_an_overlap_names_its_worst_pair_in_millimetres() -> None:
-    verdict = judge(make_measurement(penetration_m=0.0123), NONE, THRESHOLDS)
+    verdict = measurement_verdict(make_measurement(penetration_m=0.0123), NONE, THRESHOLDS)
     assert "12.3 mm" in verdict.reason and "'body' and 'door'" in verdict.reason
 
 
@@ -117,11 +117,11 @@ def test_oscillation_needs_both_reversals_and_amplitude() -> None:
 def test_a_slider_has_a_bound_of_its_own() -> None:
     seen = make_measurement(joints=(make_motion("hinge", 0.02, 9), make_motion("slider", 0.02, 9)))
     assert oscillating_joints(seen, frozenset({"slider"}), THRESHOLDS) == ("slider",)
-    verdict = judge(seen, frozenset({"slider"}), THRESHOLDS)
+    verdict = measurement_verdict(seen, frozenset({"slider"}), THRESHOLDS)
     assert verdict.mode is FailureMode.OSCILLATION
     assert "'slider'" in verdict.reason and "9 reversals" in verdict.reason
     assert verdict.limit == THRESHOLDS.oscillation_m
-    assert judge(seen, NONE, THRESHOLDS).passed
+    assert measurement_verdict(seen, NONE, THRESHOLDS).passed
 
 
 def test_the_first_failure_in_order_is_the_verdict() -> None:
@@ -129,7 +129,7 @@ def test_the_first_failure_in_order_is_the_verdict() -> None:
     order = []
     for cured in ({}, {"peak_speed_m_s": 0.1}, {"penetration_m": 0.0}, {"drift_m": 0.0}, {"joints": ()}):
         all_wrong = all_wrong.model_copy(update=cured)
-        order.append(judge(all_wrong, NONE, THRESHOLDS).mode)
+        order.append(measurement_verdict(all_wrong, NONE, THRESHOLDS).mode)
     assert order == [
         FailureMode.DRIFT,
         FailureMode.PENETRATION,

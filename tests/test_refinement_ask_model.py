@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 
 from asset2sim.models.refinement_prompt import StateProblem
-from asset2sim.refinement.ask_model import Questions, Scene, next_pose
+from asset2sim.refinement.ask_model import QuestionContext, Questions, next_pose
 from asset2sim.refinement.bands import joints_outside_state, reaches
 from schemas.overlay import PhysicsOverlay
 from schemas.request import ModelAnswer, ModelCall, ModelRequest
@@ -118,14 +118,14 @@ def test_a_model_that_was_sent_no_images_is_told_of_once() -> None:
 # Poses
 
 
-def scene(script: Script, source: Source = Source.USER, model: ModelSettings = PRIOR) -> Scene:
+def scene(script: Script, source: Source = Source.USER, model: ModelSettings = PRIOR) -> QuestionContext:
     hinge = make_joint("hinge", initial_position=0.5).model_copy(update={"position_source": source})
     overlay = PhysicsOverlay(
         asset_id="7", scale=1.0, scale_source=Source.RULE, contact_friction=0.5, links=(), joints=(hinge,)
     )
     settings = Settings(model=model)
     reach = reaches(overlay, settings.search)
-    return Scene(make_features("7"), overlay, settings, Path("nowhere.urdf"), reach, Questions(script, 2))
+    return QuestionContext(make_features("7"), overlay, settings, Path("nowhere.urdf"), reach, Questions(script, 2))
 
 
 def pose_after(step: dict[str, object], source: Source) -> dict[str, float] | None:

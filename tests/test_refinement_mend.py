@@ -10,7 +10,7 @@ from asset2sim.assets.folder import write_folder, write_urdf
 from asset2sim.assets.hulls import link_hulls
 from asset2sim.assets.urdf.read import read_dynamics
 from asset2sim.checks.rest import measure
-from asset2sim.checks.verdict import failures_of, judge, judge_report, oscillating_joints
+from asset2sim.checks.verdict import failures_of, measurement_verdict, oscillating_joints, report_verdict
 from asset2sim.refinement.dynamics.mend import Mended, concerned_joints, mend
 from asset2sim.refinement.dynamics.remedies import (
     Case,
@@ -95,13 +95,16 @@ def mended(bench: Bench) -> tuple[EngineReport, Mended]:
 def test_the_loose_gate_does_oscillate(mended: tuple[EngineReport, Mended]) -> None:
     before = mended[0].measurement
     assert before is not None and oscillating_joints(before, frozenset(), NO_VIEWS.thresholds) == ("swing",)
-    assert judge(before, frozenset(), NO_VIEWS.thresholds).mode in (FailureMode.OSCILLATION, FailureMode.DRIFT)
+    assert measurement_verdict(before, frozenset(), NO_VIEWS.thresholds).mode in (
+        FailureMode.OSCILLATION,
+        FailureMode.DRIFT,
+    )
 
 
 @pytest.mark.system
 def test_it_is_mended(bench: Bench, mended: tuple[EngineReport, Mended]) -> None:
     _, result = mended
-    assert judge_report(result.reports[0], result.overlay, NO_VIEWS.thresholds).passed
+    assert report_verdict(result.reports[0], result.overlay, NO_VIEWS.thresholds).passed
     (loose,), (part,) = bench.swinging().joints, result.overlay.joints
     assert part.damping > loose.damping and part.damping_source is Source.SEARCH
     assert part.friction == 0.0, "friction would keep a spring from returning"

@@ -30,10 +30,10 @@ from asset2sim.studies.speed.history_rows import FIRST_NIGHT, night_tables, time
 from asset2sim.studies.speed.history_rows import MODULE as QUERY
 from asset2sim.studies.speed.measured import (
     PARTS,
+    BenchMeasurements,
     CheckerTimes,
     FlowTimes,
     LoopTimes,
-    Measured,
     QueryTimes,
     parse_request,
 )
@@ -87,7 +87,7 @@ def test_rate_efficiency_overhead_and_growth() -> None:
 
 
 def test_every_figure_is_held_against_its_target() -> None:
-    found = Measured(
+    found = BenchMeasurements(
         machine="a machine",
         one=flow(150, 200.0),
         two=flow(150, 110.0, workers=2),
@@ -124,9 +124,11 @@ def test_every_figure_is_held_against_its_target() -> None:
 
 
 def test_what_was_not_measured_says_so_and_what_was_not_asked_for_is_left_out() -> None:
-    assert figures(Measured(machine="a machine")) == []
+    assert figures(BenchMeasurements(machine="a machine")) == []
     lost = LoopTimes(assets=0, ok=0, loop_s=0.0, died_at="3558", problem="exit code -11")
-    found = Measured(machine="m", one=flow(), loop=lost, both=flow(1), checked=CheckerTimes(problem="it is not there"))
+    found = BenchMeasurements(
+        machine="m", one=flow(), loop=lost, both=flow(1), checked=CheckerTimes(problem="it is not there")
+    )
     said = {line.name: line for line in figures(found)}
     (loop,) = (line for name, line in said.items() if "overhead" in name)
     assert loop.met is None and "lost at 3558: exit code -11" in loop.measured
@@ -136,7 +138,7 @@ def test_what_was_not_measured_says_so_and_what_was_not_asked_for_is_left_out() 
 
 
 def test_a_re_run_that_refined_something_is_not_an_unchanged_one() -> None:
-    (line,) = figures(Measured(machine="m", again=flow(150, 1.0, unchanged=149)))
+    (line,) = figures(BenchMeasurements(machine="m", again=flow(150, 1.0, unchanged=149)))
     assert line.met is False and "1 were refined again" in line.measured
 
 
@@ -150,7 +152,7 @@ def test_the_parts_of_a_run_add_up_to_it(tmp_path: Path) -> None:
     assert sum(line.seconds for line in inside) == pytest.approx(20.0)
     assert sum(line.share or 0.0 for line in inside) == pytest.approx(1.0)
     assert lines[-1].seconds == 10.0 and lines[-1].share is None
-    text = bench_markdown(Measured(machine="m", one=times, stages=stages))
+    text = bench_markdown(BenchMeasurements(machine="m", one=times, stages=stages))
     assert "| asset: extract | 0.20 | 1.0 % | 100 |" in text and "| start-up, before the run | 10.00 | – | – |" in text
 
 

@@ -2,7 +2,7 @@
 
 from dataclasses import asdict
 
-from asset2sim.checks.verdict import check_verdicts, judge_report, oscillating_joints
+from asset2sim.checks.verdict import check_verdicts, oscillating_joints, report_verdict
 from schemas.asset import AssetRecord
 from schemas.interaction import EngineReport
 from schemas.measurement import Measurement
@@ -36,7 +36,7 @@ def measurement_rows(key: Row, record: AssetRecord, limits: Thresholds) -> list[
         return []
     rows = []
     for report in record.reports:
-        verdict = judge_report(report, record.overlay, limits)
+        verdict = report_verdict(report, record.overlay, limits)
         checks = check_verdicts(report, record.overlay, limits)
         row = key | {
             "engine": report.engine.value,

@@ -10,7 +10,7 @@ from rich.text import Text
 from asset2sim.catalog.rows import queries, total_seconds
 from asset2sim.catalog.run_figures import joint_deviations, run_figures
 from asset2sim.catalog.text import NOTHING, number
-from asset2sim.checks.verdict import judge_report
+from asset2sim.checks.verdict import report_verdict
 from schemas.alignment import Alignment
 from schemas.asset import AssetRecord
 from schemas.settings import Thresholds
@@ -75,7 +75,7 @@ def _engines(record: AssetRecord, limits: Thresholds) -> str:
     """Number of engines in which every check passed, of those that ran, as n/m."""
     if record.overlay is None or not record.reports:
         return NOTHING
-    passed = sum(judge_report(report, record.overlay, limits).passed for report in record.reports)
+    passed = sum(report_verdict(report, record.overlay, limits).passed for report in record.reports)
     return f"{passed}/{len(record.reports)}"
 
 

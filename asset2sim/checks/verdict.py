@@ -42,7 +42,7 @@ def oscillating_joints(measurement: Measurement, prismatic: frozenset[str], thre
     return tuple(m.name for m in measurement.joints if oscillates(m, m.name in prismatic, thresholds))
 
 
-def judge(measurement: Measurement, prismatic: frozenset[str], thresholds: Thresholds) -> Verdict:
+def measurement_verdict(measurement: Measurement, prismatic: frozenset[str], thresholds: Thresholds) -> Verdict:
     """The first failure in the order explosion, penetration, drift, oscillation; else ``none``."""
     if not measurement.finite or measurement.peak_speed_m_s > thresholds.peak_speed_m_s:
         speed = measurement.peak_speed_m_s
@@ -102,7 +102,7 @@ def failures_of(report: EngineReport, overlay: PhysicsOverlay, limits: Threshold
     failed: list[Failure] = []
     if report.measurement is not None:
         sliders = frozenset(joint.name for joint in overlay.joints if joint.type == "prismatic")
-        verdict = judge(report.measurement, sliders, limits)
+        verdict = measurement_verdict(report.measurement, sliders, limits)
         if not verdict.passed:
             subject = next(iter(oscillating_joints(report.measurement, sliders, limits)), "")
             subject = subject if verdict.mode is FailureMode.OSCILLATION else ""
@@ -115,7 +115,7 @@ def failures_of(report: EngineReport, overlay: PhysicsOverlay, limits: Threshold
     return tuple(failed)
 
 
-def judge_report(report: EngineReport, overlay: PhysicsOverlay, limits: Thresholds) -> Verdict:
+def report_verdict(report: EngineReport, overlay: PhysicsOverlay, limits: Thresholds) -> Verdict:
     """The verdict on one engine's report: its first failure, or passed."""
     for failure in failures_of(report, overlay, limits):
         return Verdict(failure.mode, failure.reason, failure.value, failure.limit)
@@ -124,7 +124,7 @@ def judge_report(report: EngineReport, overlay: PhysicsOverlay, limits: Threshol
 
 def overall_verdict(reports: Sequence[EngineReport], overlay: PhysicsOverlay, limits: Thresholds) -> Verdict:
     """The verdict over all engines: the first failure in the order of the reports, or passed."""
-    verdicts = (judge_report(report, overlay, limits) for report in reports)
+    verdicts = (report_verdict(report, overlay, limits) for report in reports)
     return next((verdict for verdict in verdicts if not verdict.passed), PASSED)
 
 

@@ -92,7 +92,7 @@ MODEL_VIEWS = ("front", "left", "right", "perspective")
 
 
 @dataclass(frozen=True)
-class Scene:
+class QuestionContext:
     """Inputs shared by all questions about one asset: the overlay with the requested state, the URDF to render, each
     joint's allowed band (rad or m), and the questions asked so far."""
 
@@ -104,7 +104,7 @@ class Scene:
     questions: Questions
 
 
-def model_asker(scene: Scene) -> Ask:
+def model_asker(scene: QuestionContext) -> Ask:
     """Callback that asks the model for a step while links overlap."""
 
     def propose(
@@ -119,7 +119,9 @@ def model_asker(scene: Scene) -> Ask:
     return propose
 
 
-def next_pose(scene: Scene, situation: StateProblem, focus: tuple[str, ...], shown: Pose | None = None) -> Pose | None:
+def next_pose(
+    scene: QuestionContext, situation: StateProblem, focus: tuple[str, ...], shown: Pose | None = None
+) -> Pose | None:
     """Pose after the model's step, every joint within its reach; None where the model has no step or the call limit is
     reached. ``shown`` is the pose to render, by default the present one."""
     present = situation.positions
@@ -133,7 +135,7 @@ def next_pose(scene: Scene, situation: StateProblem, focus: tuple[str, ...], sho
     return None if pose == present else pose
 
 
-def pictures(scene: Scene, pose: Pose) -> Sequence[LabelledImage]:
+def pictures(scene: QuestionContext, pose: Pose) -> Sequence[LabelledImage]:
     """Four labelled views of a pose; none for a prior, or where no model call is left."""
     if is_prior(model_for(scene.settings.model, REFINEMENT_PURPOSE)) or scene.questions.left <= 0:
         return ()

@@ -12,7 +12,7 @@ from asset2sim.engines.child import in_child
 from asset2sim.engines.contacts import by_pair
 from asset2sim.engines.pybullet_object import contacts_at
 from asset2sim.models.refinement_prompt import RefusedProposal, StateProblem
-from asset2sim.refinement.ask_model import Scene, next_pose
+from asset2sim.refinement.ask_model import QuestionContext, next_pose
 from asset2sim.refinement.bands import Pose, distance, joints_outside_state, moved_joints
 from asset2sim.refinement.collision.part_links import CutAttempt, cut_attempt
 from asset2sim.refinement.context import RefinementContext, trace_step
@@ -57,7 +57,7 @@ def rest_measurement(reports: Sequence[EngineReport]) -> Measurement | None:
 
 
 def ask_lasting_state(
-    scene: Scene, overlay: PhysicsOverlay, measured: Measurement, names: tuple[str, ...]
+    scene: QuestionContext, overlay: PhysicsOverlay, measured: Measurement, names: tuple[str, ...]
 ) -> LastingState:
     """First pose proposed by the model from which every joint comes to rest in the requested state, with Φ at most its
     target or no higher than before. ``overlay`` is the one written in ``scene.urdf``, ``measured`` its measurement at
@@ -111,7 +111,7 @@ def would_be(phi: float) -> str:
 
 
 def nearer_to_request(
-    scene: Scene, loop: RefinementContext, folder: Folder, best: CutAttempt, desired_phi_m: float
+    scene: QuestionContext, loop: RefinementContext, folder: Folder, best: CutAttempt, desired_phi_m: float
 ) -> CutAttempt:
     """The attempt, or one at a model's pose that is nearer to the requested state, where Φ is at most its target or no
     higher than before. ``desired_phi_m`` is Φ (m) in the requested state."""

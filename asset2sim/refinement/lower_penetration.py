@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 from asset2sim.assets.folder import Folder, replace_hulls, write_urdf
 from asset2sim.engines.pybullet_object import contact_points, phi_at, static_object
-from asset2sim.refinement.ask_model import Questions, Scene, model_asker
+from asset2sim.refinement.ask_model import QuestionContext, Questions, model_asker
 from asset2sim.refinement.ask_state import nearer_to_request
 from asset2sim.refinement.bands import Evaluator, Pose, band_of, moved_joints, reaches
 from asset2sim.refinement.collision.let_joints_move import let_joints_move
@@ -37,7 +37,7 @@ def lower_penetration(loop: RefinementContext, folder: Folder, questions: Questi
     """
     overlay, settings = loop.overlay, loop.settings
     requested, reach = overlay.initial_positions, reaches(overlay, settings.search)
-    scene = Scene(loop.extraction.features, overlay, settings, folder.urdf, reach, questions)
+    scene = QuestionContext(loop.extraction.features, overlay, settings, folder.urdf, reach, questions)
     tolerance = settings.search.closed_tolerance
     found = search_state(loop, folder, tolerance)
     best = cut_attempt(loop, folder, found)
@@ -78,7 +78,9 @@ def write_best(loop: RefinementContext, folder: Folder, best: CutAttempt) -> Ref
     return RefinedState(overlay, folder, tuple(log.trace), tuple(log.findings))
 
 
-def search_state(loop: RefinementContext, folder: Folder, closed_tolerance: float, asked: Scene | None = None) -> Pose:
+def search_state(
+    loop: RefinementContext, folder: Folder, closed_tolerance: float, asked: QuestionContext | None = None
+) -> Pose:
     """Pose near the requested one with the lowest Φ; the requested one where Φ in a fresh world is no lower.
 
     A joint at its closed end may move by ``closed_tolerance`` of its range. A model is asked if ``asked`` is given.

@@ -9,7 +9,7 @@ from asset2sim.assets.folder import Folder, write_folder, write_urdf
 from asset2sim.assets.hulls import Hulls
 from asset2sim.checks.verdict import Verdict, overall_verdict
 from asset2sim.checks.verify import Known, cause_for, engines_of, verify_cached
-from asset2sim.refinement.ask_model import Questions, Scene
+from asset2sim.refinement.ask_model import QuestionContext, Questions
 from asset2sim.refinement.ask_state import ask_lasting_state, joints_not_holding, rest_measurement
 from asset2sim.refinement.bands import moved_joints, reaches
 from asset2sim.refinement.collision.shapes import collision_shapes
@@ -67,7 +67,7 @@ class Attempt:
 
 
 @dataclass(frozen=True)
-class Refined:
+class RefinementResult:
     """The overlay that stays written in the folder, each engine's report on it, and how refinement got there."""
 
     overlay: PhysicsOverlay
@@ -86,12 +86,12 @@ def shape_folder(job: RefinementJob) -> ShapedFolder:
     return ShapedFolder(folder, hulls, told)
 
 
-def refine(job: RefinementJob, shaped: ShapedFolder, ask: ModelAsk) -> Refined:
+def refine(job: RefinementJob, shaped: ShapedFolder, ask: ModelAsk) -> RefinementResult:
     """Refine an asset written by ``shape_folder``; the result lists all model calls of all attempts."""
     questions = Questions(ask, job.settings.search.max_model_calls)
     chosen, best = attempt_pieces_then_hulls(job, shaped, questions)
     best = with_lasting_state(chosen, best, questions)
-    return Refined(
+    return RefinementResult(
         best.mended.overlay,
         best.state.folder,
         best.mended.reports,
@@ -140,7 +140,7 @@ def with_lasting_state(job: RefinementJob, tried: Attempt, questions: Questions)
     if measured is None or not names:
         return tried
     urdf, reach = tried.state.folder.urdf, reaches(job.overlay, job.settings.search)
-    scene = Scene(job.extraction.features, job.overlay, job.settings, urdf, reach, questions)
+    scene = QuestionContext(job.extraction.features, job.overlay, job.settings, urdf, reach, questions)
     found = ask_lasting_state(scene, tried.mended.overlay, measured, names)
     if found.pose is None:
         return with_steps(tried, found.steps)

@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from asset2sim.baselines.agent.specs import MAX_RESULT_CHARS, MAX_ROWS
-from asset2sim.checks.verdict import judge
+from asset2sim.checks.verdict import measurement_verdict
 from asset2sim.models.language.object_facts import rounded
 from asset2sim.physics.arrays import Array
 from schemas.measurement import ContactPair, Measurement
@@ -27,7 +27,7 @@ STILL = 1e-3
 def simulated(measurement: Measurement, physics: PhysicsOverlay, thresholds: Thresholds) -> str:
     """Result of ``simulate``: the paper's three checks, and the joints that moved with their dynamics."""
     prismatic = frozenset(joint.name for joint in physics.joints if joint.type == "prismatic")
-    verdict = judge(measurement, prismatic, thresholds)
+    verdict = measurement_verdict(measurement, prismatic, thresholds)
     joints = {joint.name: joint for joint in physics.joints}
     settling = measurement.settle_motion
     motions = [motion for motion in measurement.joints if motion.name in joints]

@@ -22,7 +22,7 @@ from asset2sim.refinement.collision.jams import (
     Causes,
     Hit,
     Jam,
-    Mechanism,
+    JamContext,
     all_hits,
     not_interlocked,
     pair_hits,
@@ -41,7 +41,7 @@ BISECTIONS = 8
 
 def draw_in(
     world: HullWorld,
-    machine: Mechanism,
+    machine: JamContext,
     hits: Sequence[Hit],
     causes: Causes,
     limits: dict[str, tuple[float, float]],
@@ -68,7 +68,7 @@ def draw_in(
             stops.setdefault(name, worst_jams(own, causes)[0])
 
 
-def edge(world: HullWorld, machine: Mechanism, hits: Sequence[Hit], blocked: float, kept: float) -> float:
+def edge(world: HullWorld, machine: JamContext, hits: Sequence[Hit], blocked: float, kept: float) -> float:
     """Joint position closest to ``blocked`` (rad or m) at which none of these hits' link pairs jam, by bisection."""
     paths = {hit.links: hit.travel for hit in hits if hit.travel is not None}
     positions = next(iter(paths.values())).positions
@@ -194,7 +194,7 @@ def clear_ranges(
     zero, start = stance_at(tree, root, at_zero), stance_at(tree, root, {**at_zero, **initial})
     start = zero if start.positions == zero.positions else start
     stances = (zero,) if start is zero else (zero, start)
-    machine = Mechanism(tuple(tree), root, limits, stances, tuple(pairs))
+    machine = JamContext(tuple(tree), root, limits, stances, tuple(pairs))
     trimmer, causes = Trimmer(hulls, exact), Causes(authored)
     proposed: dict[str, tuple[float, float]] = {}
     stops: dict[str, Jam] = {}
@@ -221,7 +221,7 @@ def clear_ranges(
     return Cleared(trimmer.result(), tuple(trimmer.cuts.values()), proposed, stops, jams)
 
 
-def clear_related(world: HullWorld, machine: Mechanism, limits: Mapping[str, tuple[float, float]]) -> None:
+def clear_related(world: HullWorld, machine: JamContext, limits: Mapping[str, tuple[float, float]]) -> None:
     """Cut shallow overlaps between each link and its parent over the range of the joint.
 
     All cuts of a pair are undone unless they clear it completely: a part embedded in its parent stays as it is, and a

@@ -65,7 +65,7 @@ class Hit:
 
 
 @dataclass(frozen=True)
-class Mechanism:
+class JamContext:
     """Constants of one asset while its hulls are cut: joint tree, limits, stances, and link pairs that collide."""
 
     tree: tuple[TreeJoint, ...]
@@ -112,7 +112,7 @@ class Causes:
         return OverlapCause.AUTHORED if self.depth(hit) > TOUCHING_M else OverlapCause.HULL
 
 
-def rest_hits(world: HullWorld, machine: Mechanism) -> list[Hit]:
+def rest_hits(world: HullWorld, machine: JamContext) -> list[Hit]:
     """Overlaps of hulls in every stance, no joint moved."""
     found = []
     for stance in machine.stances:
@@ -123,7 +123,7 @@ def rest_hits(world: HullWorld, machine: Mechanism) -> list[Hit]:
     return found
 
 
-def all_hits(world: HullWorld, machine: Mechanism, number: int, rest: Sequence[Hit]) -> Iterator[Hit]:
+def all_hits(world: HullWorld, machine: JamContext, number: int, rest: Sequence[Hit]) -> Iterator[Hit]:
     """Overlaps of hulls over every joint's range in one stance, where deeper than the pair's overlap at rest."""
     stance = machine.stances[number]
     depths: dict[frozenset[str], float] = {}
@@ -139,14 +139,14 @@ def all_hits(world: HullWorld, machine: Mechanism, number: int, rest: Sequence[H
                 yield from pair_hits(world, path, a, b, depths.get(frozenset((a, b)), 0.0) + JAM_M)
 
 
-def same_as_at_zero(machine: Mechanism, number: int, joint: str, a: str, b: str) -> bool:
+def same_as_at_zero(machine: JamContext, number: int, joint: str, a: str, b: str) -> bool:
     """Whether this stance repeats stance 0 for two links: all other joints between them have the same positions."""
     between = set(chain(machine.tree, a)) ^ set(chain(machine.tree, b))
     first, second = machine.stances[0].positions, machine.stances[number].positions
     return all(first[name] == second[name] for name in between - {joint})
 
 
-def near_links(world: HullWorld, machine: Mechanism, path: Travel) -> list[tuple[str, str]]:
+def near_links(world: HullWorld, machine: JamContext, path: Travel) -> list[tuple[str, str]]:
     """(moving link, obstacle) pairs that engines let collide and whose bounding boxes meet along the path."""
     hulls, poses = world.trimmer.hulls, path.stance.poses
     moving = [link for link in path.links if hulls.get(link)]
@@ -194,7 +194,7 @@ def pair_hits(world: HullWorld, path: Travel, a: str, b: str, tolerance: float) 
                 clear_until = position + max(gap, 0.0) / speed
 
 
-def not_interlocked(world: HullWorld, machine: Mechanism, hits: list[Hit]) -> list[Hit]:
+def not_interlocked(world: HullWorld, machine: JamContext, hits: list[Hit]) -> list[Hit]:
     """Hits that no joint of the obstacle clears; ``freed_by`` is set where a joint above the moving link does."""
     groups: dict[tuple[str | None, str, str], list[Hit]] = {}
     for hit in hits:
@@ -209,7 +209,9 @@ def not_interlocked(world: HullWorld, machine: Mechanism, hits: list[Hit]) -> li
     return kept
 
 
-def freed(world: HullWorld, machine: Mechanism, hits: list[Hit], joints: Sequence[str]) -> tuple[list[Hit], str | None]:
+def freed(
+    world: HullWorld, machine: JamContext, hits: list[Hit], joints: Sequence[str]
+) -> tuple[list[Hit], str | None]:
     """Fewest hits of one pair and travel that remain after moving one of these joints, and that joint (None if none
     helps). Positions tried are the joint's limits, and zero where the stance is not at zero."""
     (a, b), path = hits[0].links, hits[0].travel

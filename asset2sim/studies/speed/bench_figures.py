@@ -8,7 +8,7 @@ from pathlib import Path
 
 from asset2sim.catalog.read import read_table
 from asset2sim.catalog.text import NOTHING, markdown_table
-from asset2sim.studies.speed.measured import CheckerTimes, FlowTimes, LoopTimes, Measured, QueryTimes
+from asset2sim.studies.speed.measured import BenchMeasurements, CheckerTimes, FlowTimes, LoopTimes, QueryTimes
 from schemas.vocabulary import Stage
 
 MIN_ASSETS_PER_MINUTE = 60.0
@@ -65,7 +65,7 @@ def memory_growth_mb(few: FlowTimes, many: FlowTimes) -> tuple[float, float]:
     return grown, 1000.0 * grown / (many.assets - few.assets)
 
 
-def figures(found: Measured) -> list[FigureLine]:
+def figures(found: BenchMeasurements) -> list[FigureLine]:
     """The table's lines, in the order of the acceptance."""
     return [
         *_rates(found.one, found.two),
@@ -203,7 +203,7 @@ def time_shares(times: FlowTimes, stages: Mapping[str, tuple[float, float]]) -> 
 MET = {True: "yes", False: "**no**", None: NOTHING}
 
 
-def bench_markdown(found: Measured) -> str:
+def bench_markdown(found: BenchMeasurements) -> str:
     """Everything: on what machine, the figures, and where the time goes with one worker."""
     text = f"Measured on {found.machine}.\n\n{figure_table(figures(found))}\n"
     if found.one is not None and found.stages:

@@ -61,7 +61,7 @@ class CheckerTimes(Frozen):
     """Why nothing was measured."""
 
 
-class Measured(Frozen):
+class BenchMeasurements(Frozen):
     """All results of one bench; None for a part that was not run."""
 
     machine: str
