@@ -138,12 +138,13 @@ def ready(request: RefineRequest) -> Iterator[Refine]:
         # be little to refine, or nothing: then the engines and LiteLLM would be loaded in vain.
         if first:
             warm_up(PIPELINE)
-            threading.Thread(target=load_litellm, daemon=True).start()
+            # No daemon: a process that ends in the middle of an import may hang in it for ever.
+            threading.Thread(target=load_litellm).start()
         from flows.refine_dataset import refine_dataset
         from flows.server.client import use_server
 
         if not first:
-            threading.Thread(target=load_mlflow, daemon=True).start()
+            threading.Thread(target=load_mlflow).start()
         with use_server(address):
             yield lambda asked: refine_dataset(
                 asked.data, asked.out, asked.settings, asked.subset, asked.asset_ids, asked.limit, found=asked.found

@@ -88,7 +88,7 @@ def refine_assets(
     """A record per asset that the plan has to do."""
     if plan.todo:
         # MLflow, which the run's last step needs, loads beside the work.
-        threading.Thread(target=prepare_mlflow, args=(output.folder,), daemon=True).start()
+        threading.Thread(target=prepare_mlflow, args=(output.folder,)).start()
     return refine_all(refs, output.folder, settings, pipeline, run_id, plan, output.url)
 
 

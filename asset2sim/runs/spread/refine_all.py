@@ -70,7 +70,7 @@ def refine_all(
         accept_children(str(url or out))
         warm_up(pipeline)
         if settings.run.scheduler is None:
-            threading.Thread(target=load_litellm, daemon=True).start()
+            threading.Thread(target=load_litellm).start()
         with sigterm_as_interrupt(), progress(len(jobs)) as report:
             harvest = Harvest(out, run_id, settings, report, records=records, url=url)
             work = partial(refine_on_worker, out=harvest.place, settings=settings, pipeline=pipeline, run_id=run_id)
