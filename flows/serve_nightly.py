@@ -103,7 +103,7 @@ def serve_nightly(request: RefineRequest, address: str | None = None) -> None:
 
 
 async def _serve_until_stopped(runner: Runner) -> None:
-    """Serve, and on SIGTERM leave as on Ctrl-C: the schedule pauses, so that no runs pile up that nobody starts. The
+    """Serve, and on SIGTERM leave as on Ctrl-C: the schedule pauses, so that no unserved runs pile up. The
     runner's own way to take SIGTERM (3.8.8) ends the process before any of that."""
     task = asyncio.ensure_future(runner.start())
     # The runner installs its own handler in its first step.
@@ -128,7 +128,7 @@ def end_with_parent() -> None:
 
 def run_deployed_night(request: RefineRequest) -> int | None:
     """Run the deployment of the request's output folder once, and wait for it. Returns the exit code. None where the
-    server knows no such deployment, or nobody serves it."""
+    server knows no such deployment, or it is not served."""
     name = deployment_name(request.out)
     found = find_deployment(name)
     if found is None or found.status != "READY":

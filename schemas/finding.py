@@ -23,7 +23,7 @@ class TraceStep(Frozen):
 
     ``proposer``: ``request`` (a search begins at the requested state), ``line``, ``perturbation`` and ``grid`` (the
     search), ``return`` (a mended pose goes back towards the requested one while Φ stays as low as wanted),
-    ``authored`` (a joint nobody asked for starts at its authored zero), ``model``, ``shape`` (hulls cut or decomposed),
+    ``authored`` (a joint without a request starts at its zero), ``model``, ``shape`` (hulls cut or decomposed),
     ``range`` (hulls cut, or limits shortened, so that joints can move), ``mend`` (terms changed because a test failed:
     ``test`` names engine, test and subject, ``value_before`` and ``value_after`` what it measured).
     """

@@ -83,4 +83,4 @@ class ModelAnswer(Frozen):
 
 
 ModelAsk = Callable[[ModelRequest], ModelAnswer]
-"""Asks a model one question; whoever asks needs to know nothing of gateways, budgets or processes."""
+"""Function that asks a model one question; budgets, caches and processes are behind it."""

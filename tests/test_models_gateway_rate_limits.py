@@ -111,7 +111,7 @@ def test_turns_are_shared_by_processes(tmp_path: Path) -> None:
 
 
 def is_postponed(ledger: Path) -> bool:
-    """Whether a provider has asked somebody to wait."""
+    """Whether the next request to some provider is postponed."""
     if not ledger.exists():
         return False
     with transaction(ledger) as connection:

@@ -1,6 +1,6 @@
 """Parsing of JSON as models write it: fenced, in prose, with comments or trailing commas; nothing is guessed. The
 forgiving grammar is JSON5's (the ``json5`` package). A package that repairs JSON would also complete an answer that was
-cut off and keep the last of two values under one key, and so make up physics that nobody proposed."""
+cut off and keep the last of two values under one key, and so state physics that the model did not."""
 
 import itertools
 import json

@@ -192,8 +192,8 @@ def attempt_without_model(
     job: RefinementJob, shaped: ShapedFolder, ask: ModelAsk, doubts: tuple[FailureMode, ...] = ()
 ) -> tuple[Attempt, bool]:
     """An attempt without model calls, and whether there was a question; ``doubts`` are failures to look for first."""
-    nobody = Questions(ask, 0)
-    return attempt(job, shaped, nobody, doubts), nobody.wanted
+    no_calls = Questions(ask, 0)
+    return attempt(job, shaped, no_calls, doubts), no_calls.wanted
 
 
 def attempt_again(job: RefinementJob, questions: Questions) -> Attempt:

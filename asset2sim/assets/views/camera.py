@@ -30,7 +30,7 @@ class Camera:
 
 def directions(front: Floats) -> dict[str, Floats]:
     """View name → (3,) unit vector from the object to the camera, its front facing ``front``, z up. Left and right are
-    those of somebody who stands before it and looks at it. The perspective view is from front and right, 30° up."""
+    those of a viewer who faces the front. The perspective view is from front and right, 30° up."""
     left = np.cross(front, UP)
     elevation, azimuth = np.radians(30.0), np.radians(35.0)
     level = np.cos(azimuth) * front - np.sin(azimuth) * left

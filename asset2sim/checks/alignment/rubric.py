@@ -41,8 +41,8 @@ class Rubric(Frozen):
     """How far beyond what is met, as a share of its range, nothing is left of the credit for a part's state, which
     falls linearly until there. Where a part must be open at all, nothing is left at its closed end."""
     resting_share: Fraction = 0.05
-    """How far from its closed end or its authored zero, as a share of its range, a lid, door, drawer or cap may be of
-    which nobody asks anything."""
+    """How far from its closed end or its authored zero, as a share of its range, a lid, door, drawer or cap without a
+    requested position may be."""
 
 
 RUBRIC = Rubric()

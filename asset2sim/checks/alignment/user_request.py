@@ -94,7 +94,7 @@ def read_request(features: Features, guidance: str, scale: float) -> Request:
 
 
 def _usual_range(part: MovablePart) -> float:
-    """The range in which a part is used, rad or m at the authored scale: nobody opens a lid by 270°."""
+    """The range in which a part is used, rad or m at the authored scale: a lid is not opened by 270°."""
     joint = part.joint
     return joint.range if joint.motion == "slider" else min(joint.range, part.mechanism.usual_rad)
 

@@ -46,7 +46,7 @@ class PartMaterial:
 @dataclass(frozen=True)
 class PartMechanism:
     """How a part moves. ``role``: main (opens), cap, control, roll, minor. "Slightly open" is the share ``slightly`` of
-    the range, of which a hinge's counts up to ``usual_rad``: nobody opens a lid by 270° in use."""
+    the range, of which a hinge's counts up to ``usual_rad``: in use a lid is not opened by 270°."""
 
     role: str
     coast_s: float
