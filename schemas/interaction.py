@@ -2,7 +2,7 @@
 
 from pydantic import Field
 
-from schemas.base import Frozen, NonNegative, Vector3
+from schemas.base import Frozen, NonNegative, Positive, Vector3
 from schemas.measurement import ContactPair, Measurement
 from schemas.vocabulary import Engine, OverlapCause
 
@@ -110,6 +110,54 @@ class Opening(Frozen):
     stuck: bool = False
 
 
+class Stand(Frozen):
+    """The object set down undisturbed, root free, in its initial state, until it rests.
+
+    ``tilt_rad`` and ``travel_m`` are the furthest that the root's up axis turned and its centre of mass moved from how
+    it was set down, ``peak_speed_m_s`` that of the root's centre of mass. At rest it tips over its nearest edge when
+    turned by ``margin_rad``, which takes ``tip_energy_j``; both 0 where it stands on less than a triangle.
+    """
+
+    tilt_rad: NonNegative
+    travel_m: NonNegative
+    peak_speed_m_s: NonNegative
+    seconds: NonNegative
+    margin_rad: NonNegative
+    tip_energy_j: NonNegative
+    finite: bool
+
+
+class SettledJoint(Frozen):
+    """A joint of which a position is asked: that position and where it settled, rad or m; ``share`` is the distance
+    between them over the joint's range."""
+
+    joint: str
+    asked: float
+    settled: float
+    share: NonNegative
+
+
+class Effort(Frozen):
+    """What a hand needs to move a joint at its part's edge, as the object stands on the plane.
+
+    ``effort`` (N·m or N) is the least that moves it ``way``, "opening" or "closing". A hinge's edge is at ``lever_m``
+    from its axis; a slider's is 1. Pushed there in the direction of its motion, the object tips at ``tips_at_n`` and
+    slides at ``slides_at_n`` (N; None where no force does).
+    """
+
+    joint: str
+    way: str
+    effort: NonNegative
+    lever_m: Positive
+    tips_at_n: NonNegative | None
+    slides_at_n: NonNegative | None
+
+    @property
+    def force_n(self) -> float:
+        """The force at the part's edge that moves it, N."""
+        return self.effort / self.lever_m
+
+
 class Reset(Frozen):
     """One start from a perturbed pose: shifted by ``offset_m``, turned by ``tilt_rad`` (a rotation vector)."""
 
@@ -124,6 +172,8 @@ class Reset(Frozen):
     within the tolerance of the hold check."""
     joint: str | None = None
     """The joint of ``joint_motion``; None where that is 0."""
+    slip_given: NonNegative = 0.0
+    """Share of its range over which that joint's friction brakes the fall that the start gives its part."""
     finite: bool
 
 
@@ -140,6 +190,9 @@ class Interaction(Frozen):
     """All interaction checks of one asset in one engine."""
 
     engine: Engine
+    stand: Stand | None = None
+    settled: tuple[SettledJoint, ...] = ()
+    efforts: tuple[Effort, ...] = ()
     drops: tuple[Drop, ...] = ()
     nudges: tuple[Nudge, ...] = ()
     sweeps: tuple[Sweep, ...] = ()

@@ -93,6 +93,15 @@ class LinkPhysics(Frozen):
     inertia_source: Source
 
 
+class EffortRange(Frozen):
+    """The forces at a part's edge (N) between which a part of its ``kind`` should move, and where that is stated."""
+
+    kind: str
+    least_n: NonNegative
+    most_n: Positive
+    source: str
+
+
 class JointPhysics(Frozen):
     """One joint's written physics, at the final scale. ``lower`` and ``upper`` are None for continuous joints.
 
@@ -123,6 +132,10 @@ class JointPhysics(Frozen):
     gravity_load: Finite
     holds: bool
     least_inertia: NonNegative = 0.0
+    asked_position: Finite | None = None
+    """The position that the proposal asks for, rad or m; None without one. The search may leave it slightly."""
+    effort_range: EffortRange | None = None
+    """What a hand should need at the part's edge; None where not known."""
 
 
 class PhysicsOverlay(Frozen):

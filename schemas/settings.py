@@ -30,6 +30,14 @@ class Thresholds(Frozen):
     """Fastest link at the end of a drop or a perturbed start that counts as at rest, m/s."""
     sink_m: Positive = 5e-3
     """How deep an object may end in the plane, m."""
+    stands_rad: Positive = 0.0873
+    """Furthest an object may tilt from how it is set down, rad: at five degrees a person sees that it leans."""
+    stands_m: Positive = 0.03
+    """Furthest the root's centre of mass may travel from where it is set down, m: a hand's thickness."""
+    stands_m_s: Positive = 0.5
+    """Fastest the root may move while it settles, m/s: as after a fall of 12 mm, which uneven feet explain."""
+    state_share: Fraction = 0.10
+    """Share of its range that a joint may settle away from the position that is asked of it."""
     nudge_remaining: Fraction = 0.1
     """Share of a nudged joint's speed that may be left after the nudge's time."""
     sweep_overlap_m: Positive = 2e-3
@@ -90,9 +98,17 @@ class PhysicsSettings(Frozen):
     usual_speed_rad_s: Positive = 1.0
     """... and a door or lid, rad/s."""
     hold_margin: Positive = 1.5
-    """Friction over the gravity load for a joint that must stay where it is placed."""
+    """Friction over the gravity load for a joint that must stay where it is placed ..."""
+    least_hold_margin: Positive = 1.25
+    """... and at least, where more would be too hard for a hand or tip the object over."""
     bump_share: Fraction = 0.25
     """Share of gravity, sideways, that such a joint must bear as well: ground that slopes, and a bump."""
+    free_bump_share: Fraction = 0.05
+    """The same of a joint that moves freely but is asked to stand somewhere: only as much as lets it stand there ..."""
+    free_hold_share: Fraction = 0.3
+    """... where gravity's pull is at most this share of its largest: a handle near its balance, a lid past upright."""
+    counterbalance_share: Fraction = 0.9
+    """Share of an open door's weight that its springs carry, where such doors have springs: it must stay down."""
     default_coast_s: Positive = 0.1
     """Default time constant I_eff / damping, s (design.md: passes in two engines)."""
     default_friction_rad_s2: NonNegative = 1.0
@@ -226,6 +242,9 @@ class MethodSettings(Frozen):
     """Temperature at which they are asked: at zero 25 answers would be 5."""
     agent_steps: int = Field(12, ge=1)
     """Answers that an agent may give, tool calls included."""
+    raw_asked: bool = False
+    """Whether a raw asset's joints are asked to stay where its file puts them: for planted defects, whose objects were
+    refined to stay there. An asset that nobody has refined asks for nothing."""
 
 
 class ViewSettings(Frozen):

@@ -14,12 +14,15 @@ class FailureMode(StrEnum):
     PENETRATION = "penetration"
     DRIFT = "drift"
     OSCILLATION = "oscillation"
+    STANDS = "stands"
+    STATE = "state"
     DROP = "drop"
     NUDGE = "nudge"
     JAM = "jam"
     HOLD = "hold"
     RELEASE = "release"
     RESET = "reset"
+    EFFORT = "effort"
     ENGINE_CRASH = "engine_crash"
     TIMEOUT = "timeout"
     DISK_FULL = "disk_full"
@@ -30,11 +33,12 @@ class FailureMode(StrEnum):
 _PAPER_FAILURES = {
     "segmentation problem": (FailureMode.UNREADABLE_ASSET, FailureMode.MISSING_MESH),
     "no valid parameter estimate": (FailureMode.NO_VALID_ESTIMATE, FailureMode.MODEL_ERROR, FailureMode.BUDGET),
-    "invalid joint configuration": (FailureMode.INVALID_JOINT_CONFIGURATION,),
+    "invalid joint configuration": (FailureMode.INVALID_JOINT_CONFIGURATION, FailureMode.STATE),
     "invalid penetration state": (FailureMode.PENETRATION, FailureMode.JAM),
     "drift or oscillation in simulation": (
-        *(FailureMode.DRIFT, FailureMode.OSCILLATION, FailureMode.DROP, FailureMode.NUDGE, FailureMode.HOLD),
-        *(FailureMode.RELEASE, FailureMode.RESET, FailureMode.ENGINE_CRASH, FailureMode.TIMEOUT, FailureMode.DISK_FULL),
+        *(FailureMode.DRIFT, FailureMode.OSCILLATION, FailureMode.STANDS, FailureMode.DROP, FailureMode.NUDGE),
+        *(FailureMode.HOLD, FailureMode.RELEASE, FailureMode.RESET, FailureMode.EFFORT),
+        *(FailureMode.ENGINE_CRASH, FailureMode.TIMEOUT, FailureMode.DISK_FULL),
     ),
 }
 PAPER_FAILURE_MODES = {mode: name for name, modes in _PAPER_FAILURES.items() for mode in modes}

@@ -22,7 +22,8 @@ def validate_overlay(job: AssetJob, extraction: Extraction, proposal: Overlay | 
     """The proposal completed and bounded by our rules, or unchanged; without a proposal the physics as authored."""
     physics = job.settings.physics
     if proposal is None:
-        return Validated(overlay=authored_overlay(extraction, physics))
+        asked = job.settings.methods.raw_asked
+        return Validated(overlay=authored_overlay(extraction, physics, asked=asked))
     if not rules:
         return Validated(overlay=as_proposed(extraction, proposal, job.source, job.settings))
     friction = contact_friction(proposal.contact_material, physics)

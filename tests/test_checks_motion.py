@@ -19,7 +19,9 @@ from asset2sim.checks.interaction_verdict import (
 from asset2sim.checks.mechanism import span_of
 from asset2sim.checks.nudge import nudges
 from asset2sim.checks.release import releases
-from asset2sim.checks.reset import reset, rest, starts
+from asset2sim.checks.reset import reset, starts
+from asset2sim.checks.stand import stand
+from asset2sim.checks.support import point_clouds
 from asset2sim.engines.world import World
 from schemas.interaction import Interaction
 from schemas.vocabulary import Engine
@@ -192,8 +194,10 @@ def test_a_squat_box_stands_every_reset_and_a_top_heavy_pole_tips(tmp_path: Path
     for size, passes in (((0.3, 0.3, 0.2), True), ((0.02, 0.02, 0.6), False)):
         item = subject(tmp_path, [solid("block", size)], [])
         with opened(item, engine, plane=True) as world:
-            resting = rest(world, item.item, SETTINGS)
-            records = [reset(world, item.item, *start, resting, SETTINGS, LIMITS) for start in starts(SETTINGS)[:3]]
+            _, resting, support = stand(world, item.item, point_clouds(item.urdf), SETTINGS)
+            records = [
+                reset(world, item.item, *start, resting, support, SETTINGS, LIMITS) for start in starts(SETTINGS)[:3]
+            ]
         verdicts = [reset_verdict(record, i, Interaction(engine=engine), LIMITS) for i, record in enumerate(records)]
         assert all(verdict.passed is passes for verdict in verdicts), [verdict.reason for verdict in verdicts]
     assert verdicts[0].value is not None and verdicts[0].value > 1.0
@@ -201,12 +205,18 @@ def test_a_squat_box_stands_every_reset_and_a_top_heavy_pole_tips(tmp_path: Path
 
 
 def test_a_reset_sees_a_door_that_must_stay_and_does_not(tmp_path: Path) -> None:
-    for friction, passes in ((6.0, True), (0.6, False)):
+    for friction, slips in ((6.0, False), (0.6, True)):
         item = lid(tmp_path, friction=friction, start=0.75, hold=True)
         with opened(item, plane=True) as world:
-            resting = rest(world, item.item, SETTINGS)
-            record = reset(world, item.item, *starts(SETTINGS)[0], resting, SETTINGS, LIMITS)
-        assert reset_verdict(record, 0, Interaction(engine=Engine.PYBULLET), LIMITS).passed is passes, record
+            _, resting, support = stand(world, item.item, point_clouds(item.urdf), SETTINGS)
+            record = reset(world, item.item, *starts(SETTINGS)[0], resting, support, SETTINGS, LIMITS)
+        verdict = reset_verdict(record, 0, Interaction(engine=Engine.PYBULLET), LIMITS)
+        # A friction of a tenth over the load cannot brake a fall of 2 cm: the lid of a real box would fall shut.
+        assert verdict.passed and ("cannot brake this fall" in verdict.reason) is slips, record
+        assert (record.slip_given > LIMITS.reset_joint_share) is slips
+    firm = record.model_copy(update={"slip_given": 0.02})
+    failed = reset_verdict(firm, 0, Interaction(engine=Engine.PYBULLET), LIMITS)
+    assert not failed.passed and "which must hold, moves over" in failed.reason
 
 
 def test_starts_are_the_corners_and_the_same_every_time() -> None:

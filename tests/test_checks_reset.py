@@ -8,7 +8,7 @@ import pytest
 
 from asset2sim.checks.interact import interact
 from asset2sim.checks.interaction_verdict import reset_verdict
-from asset2sim.checks.reset import rise
+from asset2sim.physics.support import standing_on
 from schemas.interaction import Interaction, Reset
 from schemas.vocabulary import Engine, OverlapCause
 from tests.assets import near
@@ -20,6 +20,12 @@ UP = np.array([0.0, 0.0, 1.0])
 def corners(x: float, y: float, z: float) -> np.ndarray:
     """The corners of a box that stands on z = 0."""
     return np.array([(a * x / 2, b * y / 2, c * z) for a in (-1, 1) for b in (-1, 1) for c in (0, 1)])
+
+
+def rise(points: np.ndarray, center: np.ndarray, up: np.ndarray) -> tuple[float, float]:
+    """What topples a body, m, and the longest way from under its centre to an edge, m."""
+    support = standing_on(points, center, 1.0, up)
+    return support.rise, support.furthest
 
 
 def test_a_box_tips_over_its_nearest_edge() -> None:

@@ -17,8 +17,9 @@ LEAST = 1e-9
 """Least mass that is recorded, kg: a record may not hold a mass of zero."""
 
 
-def authored_overlay(extraction: Extraction, settings: PhysicsSettings) -> PhysicsOverlay:
-    """The overlay that changes nothing: scale 1, inertials and dynamics as authored, joints at zero or their limit."""
+def authored_overlay(extraction: Extraction, settings: PhysicsSettings, *, asked: bool = False) -> PhysicsOverlay:
+    """The overlay that changes nothing: scale 1, inertials and dynamics as authored, joints at zero or their limit.
+    ``asked``: every joint with limits is asked to stay there, by which the state check judges it."""
     features = extraction.features
     dynamics = read_dynamics(extraction.urdf)
     joints = tuple(
@@ -43,6 +44,7 @@ def authored_overlay(extraction: Extraction, settings: PhysicsSettings) -> Physi
             effective_inertia=0.0,
             gravity_load=0.0,
             holds=False,
+            asked_position=start_of(joint) if asked and joint.lower is not None else None,
         )
         for joint in features.movable_joints
     )

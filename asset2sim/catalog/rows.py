@@ -119,12 +119,16 @@ def joint_rows(key: Row, record: AssetRecord, limits: Thresholds) -> list[Row]:
     rows = []
     for joint in record.overlay.joints:
         seen, motion = features.get(joint.name), motions.get(joint.name)
-        row = key | {"joint": joint.name} | joint.model_dump(exclude={"name", "least_inertia"})
+        row = key | {"joint": joint.name} | joint.model_dump(exclude={"name", "least_inertia", "effort_range"})
+        expected = joint.effort_range
         row |= {
             "position_unit": "m" if joint.type == "prismatic" else "rad",
             "parent": seen.parent if seen else None,
             "child": seen.child if seen else None,
             "openness_confidence": seen.openness_confidence if seen else None,
+            "effort_kind": expected.kind if expected else None,
+            "effort_least_n": expected.least_n if expected else None,
+            "effort_most_n": expected.most_n if expected else None,
             "amplitude": motion.amplitude if motion else None,
             "sign_changes": motion.sign_changes if motion else None,
             "final_position": motion.final_position if motion else None,

@@ -1,10 +1,11 @@
 """Rows of what was measured: per engine, per interaction check, per pair of overlapping links, and of alignment."""
 
+import math
 from dataclasses import asdict
 
 from asset2sim.checks.verdict import check_verdicts, oscillating_joints, report_verdict
 from schemas.asset import AssetRecord
-from schemas.interaction import EngineReport
+from schemas.interaction import EngineReport, Stand
 from schemas.measurement import Measurement
 from schemas.settings import Thresholds
 from schemas.table import Row
@@ -30,6 +31,18 @@ def motion_columns(measured: Measurement | None, prismatic: frozenset[str], limi
     }
 
 
+def stand_columns(stood: Stand | None) -> Row:
+    """Columns of how the object stands where it is set down; null where it was not measured or not finite."""
+    seen = stood if stood is not None and stood.finite else None
+    return {
+        "stand_tilt_rad": seen.tilt_rad if seen else None,
+        "stand_travel_m": seen.travel_m if seen else None,
+        "stand_speed_m_s": seen.peak_speed_m_s if seen else None,
+        "tip_margin_deg": math.degrees(seen.margin_rad) if seen else None,
+        "tip_energy_j": seen.tip_energy_j if seen else None,
+    }
+
+
 def measurement_rows(key: Row, record: AssetRecord, limits: Thresholds) -> list[Row]:
     """Rows of ``measurements``; ``key`` holds the columns that every row of the asset begins with."""
     if record.overlay is None:
@@ -49,7 +62,8 @@ def measurement_rows(key: Row, record: AssetRecord, limits: Thresholds) -> list[
             "problem": report.problem,
             "seconds": report.seconds,
         }
-        rows.append(row | motion_columns(report.measurement, prismatic_joints(record), limits))
+        row |= motion_columns(report.measurement, prismatic_joints(record), limits)
+        rows.append(row | stand_columns(report.interaction.stand if report.interaction else None))
     return rows
 
 

@@ -51,14 +51,15 @@ def holds(world: World, item: Mechanism, settings: EngineSettings, limits: Thres
 
 
 def middle_positions(item: Mechanism, holding: Sequence[JointPhysics]) -> dict[str, float]:
-    """Joint → the middle of its range, for joints with limits, no spring, and friction over gravity's pull there."""
+    """Joint → the middle of its range, for joints with limits and more friction than gravity and a spring pull."""
     poses, middles = poses_at(item, item.start), {}
     for joint in holding:
-        if joint.lower is None or joint.upper is None or joint.stiffness > 0.0:
+        if joint.lower is None or joint.upper is None:
             continue
         lower, upper = span_of(joint)
         middle = (lower + upper) / 2.0
-        pull = float(pull_on(item, joint.name, item.start, poses).at(middle))
+        spring = joint.stiffness * (joint.spring_reference - middle)
+        pull = float(pull_on(item, joint.name, item.start, poses).at(middle)) + spring
         if joint.friction > SURE * abs(pull):
             middles[joint.name] = middle
     return middles

@@ -7,16 +7,20 @@ from pathlib import Path
 
 import numpy as np
 
+from asset2sim.checks.effort import efforts
 from asset2sim.checks.hold import holds
 from asset2sim.checks.mechanism import Mechanism, mechanism
 from asset2sim.checks.nudge import nudges
 from asset2sim.checks.opening import openings
 from asset2sim.checks.release import releases
-from asset2sim.checks.reset import Resting, reset, rest, starts, tipping
+from asset2sim.checks.reset import reset, starts
+from asset2sim.checks.stand import Resting, settled, stand
+from asset2sim.checks.support import Clouds, point_clouds
 from asset2sim.checks.sweep import CauseOf, sweeps
 from asset2sim.checks.watch import capped, watch
 from asset2sim.engines.registry import open_world
 from asset2sim.engines.world import World
+from asset2sim.physics.support import Support
 from schemas.interaction import Drop, Interaction, Reset
 from schemas.overlay import PhysicsOverlay
 from schemas.settings import EngineSettings, Thresholds
@@ -25,6 +29,10 @@ from schemas.vocabulary import Engine, FailureMode
 MANY_JOINTS = 50
 """Joints beyond which only every second perturbed start is run: a contact costs engines in proportion to the joints,
 and a step on a keyboard of 115 takes 30 ms."""
+
+
+ON_A_PLANE = (FailureMode.STANDS, FailureMode.STATE, FailureMode.DROP, FailureMode.RESET)
+"""Failures that the checks with a free root show."""
 
 
 @dataclass
@@ -81,11 +89,11 @@ def interact(
     ``limits`` state how deep an overlap stops a sweep, and which records are worth a second, single run; verdicts are
     made in ``interaction_verdict``. Raises AssetError (engine_crash) where the engine refuses the file.
     """
-    item = mechanism(urdf, overlay)
-    seen = Interaction(engine=engine)
-    if wanted(only, FailureMode.DROP, FailureMode.RESET):
-        seen = on_a_plane(engine, urdf, overlay, item, settings, limits, only)
-    if only in (FailureMode.DROP, FailureMode.RESET):
+    item, clouds = mechanism(urdf, overlay), point_clouds(urdf)
+    seen, support = Interaction(engine=engine), None
+    if wanted(only, *ON_A_PLANE, FailureMode.EFFORT):
+        seen, support = on_a_plane(engine, urdf, overlay, item, clouds, settings, limits, only)
+    if only in ON_A_PLANE:
         return seen
     found: dict[str, object] = {}
     with shared_world(engine, urdf, overlay, plane=False, timestep_s=settings.timestep_s) as held:
@@ -93,8 +101,10 @@ def interact(
             found["sweeps"], stretches = sweeps(held.ready(), item, settings, limits, cause)
         if wanted(only, FailureMode.HOLD):
             found["holds"] = holds(held.sound(), item, settings, limits)
-        if wanted(only):
-            found["openings"] = openings(held.sound(), item, settings)
+        if wanted(only, FailureMode.EFFORT):
+            opened = openings(held.sound(), item, settings)
+            found["openings"] = opened
+            found["efforts"] = efforts(item, clouds, opened, support, overlay.contact_friction)
         if wanted(only, FailureMode.RELEASE):
             found["releases"] = releases(held.sound(), item, stretches, settings, limits)
         if wanted(only, FailureMode.NUDGE):
@@ -112,26 +122,31 @@ def on_a_plane(
     urdf: Path,
     overlay: PhysicsOverlay,
     item: Mechanism,
+    clouds: Clouds,
     settings: EngineSettings,
     limits: Thresholds,
     only: FailureMode | None,
-) -> Interaction:
-    """The checks with a free root: the drop at both steps, and the perturbed starts; or ``only`` one of them."""
+) -> tuple[Interaction, Support | None]:
+    """The checks with a free root, and what the object rests on: how it stands, the drop at both steps, and the
+    perturbed starts; or ``only`` one of them."""
+    seen, support = Interaction(engine=engine), None
     drops: list[Drop] = []
-    resets: tuple[Reset, ...] = ()
-    rise, support = None, 0.0
     for timestep in (settings.timestep_s, settings.coarse_timestep_s):
-        resetting = settings.resets and timestep == settings.timestep_s and wanted(only, FailureMode.RESET)
-        if not resetting and not wanted(only, FailureMode.DROP):
+        fine = timestep == settings.timestep_s
+        if not wanted(only, FailureMode.DROP) and not fine:
             continue
         with shared_world(engine, urdf, overlay, plane=True, timestep_s=timestep) as free:
+            if fine:
+                stood, resting, support = stand(free.ready(), item, clouds, settings)
+                placed = {"stand": stood, "settled": settled(item.joints, resting)}
+                seen = seen.model_copy(update=placed)
             if wanted(only, FailureMode.DROP):
-                drops.append(drop(free.ready(), item.start, settings))
-            if resetting:
-                resting = rest(free.sound(), item, settings)
-                rise, support = tipping(urdf, item, resting.up, resting.joints)
-                resets = perturbed(free, item, resting, settings, limits)
-    return Interaction(engine=engine, drops=tuple(drops), resets=resets, tip_rise_m=rise, support_m=support)
+                drops.append(drop(free.sound(), item.start, settings))
+            if fine and settings.resets and support is not None and wanted(only, FailureMode.RESET):
+                resets = perturbed(free, item, resting, support, settings, limits)
+                tips = {"tip_rise_m": support.rise, "support_m": support.furthest}
+                seen = seen.model_copy(update={"resets": resets, **tips})
+    return seen.model_copy(update={"drops": tuple(drops)}), support
 
 
 def drop(world: World, positions: Mapping[str, float], settings: EngineSettings) -> Drop:
@@ -150,9 +165,9 @@ def drop(world: World, positions: Mapping[str, float], settings: EngineSettings)
 
 
 def perturbed(
-    free: SharedWorld, item: Mechanism, resting: Resting, settings: EngineSettings, limits: Thresholds
+    free: SharedWorld, item: Mechanism, resting: Resting, support: Support, settings: EngineSettings, limits: Thresholds
 ) -> tuple[Reset, ...]:
     """The perturbed starts, compared with how the object rests when it is set down undisturbed."""
     # Every second corner of a box gives a tetrahedron: four starts that still tilt in every direction.
     chosen = starts(settings)[:: 2 if len(item.joints) > MANY_JOINTS else 1]
-    return tuple(reset(free.sound(), item, shift, tilt, resting, settings, limits) for shift, tilt in chosen)
+    return tuple(reset(free.sound(), item, shift, tilt, resting, support, settings, limits) for shift, tilt in chosen)

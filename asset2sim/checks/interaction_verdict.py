@@ -3,8 +3,21 @@
 import math
 from collections.abc import Iterable
 from dataclasses import dataclass
+from typing import TypeVar
 
-from schemas.interaction import Drop, Hold, Interaction, Nudge, Opening, Release, Reset, Sweep
+from schemas.interaction import (
+    Drop,
+    Effort,
+    Hold,
+    Interaction,
+    Nudge,
+    Opening,
+    Release,
+    Reset,
+    SettledJoint,
+    Stand,
+    Sweep,
+)
 from schemas.overlay import JointPhysics, PhysicsOverlay
 from schemas.settings import Thresholds
 from schemas.vocabulary import FailureMode, OverlapCause
@@ -28,12 +41,14 @@ class CheckVerdict:
 def interaction_verdicts(
     interaction: Interaction, overlay: PhysicsOverlay, thresholds: Thresholds
 ) -> tuple[CheckVerdict, ...]:
-    """One verdict per check and subject, in the order drop, nudge, jam, hold, release, reset. Opening efforts have no
-    verdict of their own: a joint that its effort limit cannot move counts as jammed."""
+    """One verdict per check and subject, in the order stands, state, drop, nudge, jam, hold, release, reset, effort. A
+    joint that its effort limit cannot move counts as jammed, not as one that takes too much."""
     joints = {joint.name: joint for joint in overlay.joints}
     engine = interaction.engine.value
     openings = {item.joint: item for item in interaction.openings}
-    verdicts = [drop_verdict(item, engine, thresholds) for item in interaction.drops]
+    verdicts = [] if interaction.stand is None else [stand_verdict(interaction.stand, engine, thresholds)]
+    verdicts += [state_verdict(item, joints[item.joint], engine, thresholds) for item in interaction.settled]
+    verdicts += [drop_verdict(item, engine, thresholds) for item in interaction.drops]
     verdicts += [nudge_verdict(item, joints[item.joint], engine, thresholds) for item in interaction.nudges]
     verdicts += [
         sweep_verdict(item, joints[item.joint], openings.get(item.joint), engine, thresholds)
@@ -44,13 +59,17 @@ def interaction_verdicts(
     ]
     verdicts += [release_verdict(item, joints[item.joint], engine, thresholds) for item in interaction.releases]
     verdicts += [reset_verdict(item, index, interaction, thresholds) for index, item in enumerate(interaction.resets)]
+    verdicts += [effort_verdict(items, joints[items[0].joint], engine) for items in by_joint(interaction.efforts)]
     return tuple(verdicts)
 
 
-def by_joint(holds: Iterable[Hold]) -> list[list[Hold]]:
-    """The holds grouped by joint: a joint may be held at several positions."""
-    grouped: dict[str, list[Hold]] = {}
-    for item in holds:
+OfJoint = TypeVar("OfJoint", Hold, Effort)
+
+
+def by_joint(records: Iterable[OfJoint]) -> list[list[OfJoint]]:
+    """The records grouped by joint: one is held at several positions, and moved both ways."""
+    grouped: dict[str, list[OfJoint]] = {}
+    for item in records:
         grouped.setdefault(item.joint, []).append(item)
     return list(grouped.values())
 
@@ -63,6 +82,72 @@ def unit_of(joint: JointPhysics) -> str:
 def hold_bound(joint: JointPhysics, limits: Thresholds) -> float:
     """How far a joint that must hold may move, rad or m."""
     return limits.hold_m if joint.type == "prismatic" else limits.hold_rad
+
+
+def stand_verdict(item: Stand, engine: str, limits: Thresholds) -> CheckVerdict:
+    """An object must stay as it is set down: upright, where it is, without a jump."""
+    placed = f"set down in its initial state in {engine} it"
+    checks = (
+        (item.tilt_rad, limits.stands_rad, f"{placed} tilts by {math.degrees(item.tilt_rad):.3g}°"),
+        (item.travel_m, limits.stands_m, f"{placed} travels {100.0 * item.travel_m:.3g} cm"),
+        (item.peak_speed_m_s, limits.stands_m_s, f"{placed} moves at {item.peak_speed_m_s:.3g} m/s"),
+    )
+    margin = f"its margin to tip over is {math.degrees(item.margin_rad):.3g}° ({item.tip_energy_j:.3g} J)"
+    for value, limit, text in checks:
+        if value > limit or not item.finite:
+            advice = "; lean it on something, fix it, or ask for a state in which it stands"
+            return CheckVerdict(FailureMode.STANDS, "object", False, value, limit, f"{text}; {margin}{advice}")
+    value, limit, text = checks[0]
+    return CheckVerdict(FailureMode.STANDS, "object", True, value, limit, f"{text}; {margin}")
+
+
+def state_verdict(item: SettledJoint, joint: JointPhysics, engine: str, limits: Thresholds) -> CheckVerdict:
+    """A joint of which a position is asked must settle near it."""
+    unit, limit = unit_of(joint), limits.state_share
+    reason = (
+        f"joint '{item.joint}', asked to stand at {item.asked:.4g} {unit}, settles at {item.settled:.4g} in {engine}"
+    )
+    if item.share <= limit:
+        return CheckVerdict(FailureMode.STATE, item.joint, True, item.share, limit, reason)
+    reason += f", {item.share:.3g} of its range away; ask for a state in which it rests, or for a joint that holds"
+    return CheckVerdict(FailureMode.STATE, item.joint, False, item.share, limit, reason)
+
+
+def effort_verdict(items: list[Effort], joint: JointPhysics, engine: str) -> CheckVerdict:
+    """A part must move by a hand's force at its edge, within the range for its kind, before the object tips or slides,
+    whichever way it is moved; the verdict is on the way that is worst."""
+    return max(
+        (effort_one_way(item, joint, engine) for item in items), key=lambda found: (not found.passed, found.value)
+    )
+
+
+def effort_one_way(item: Effort, joint: JointPhysics, engine: str) -> CheckVerdict:
+    """The verdict on one way of moving a part."""
+    force, asked, subject = item.force_n, joint.effort_range, item.joint
+    takes = f"{item.way} joint '{item.joint}' takes {force:.3g} N at its part's edge in {engine}"
+    if asked is not None and force > asked.most_n:
+        said = f"{takes}; a {asked.kind} takes at most {asked.most_n:.3g} N ({asked.source})"
+        advice = "make the part lighter, or its joint looser"
+        return CheckVerdict(FailureMode.EFFORT, subject, False, force, asked.most_n, f"{said}: {advice}")
+    if asked is not None and force < asked.least_n and pressed(item, joint):
+        said = f"{takes}; a {asked.kind} takes at least {asked.least_n:.3g} N ({asked.source})"
+        return CheckVerdict(
+            FailureMode.EFFORT, subject, False, force, asked.least_n, f"{said}: give it a stronger spring"
+        )
+    for most, does in ((item.tips_at_n, "tips over"), (item.slides_at_n, "slides away")):
+        if most is not None and force > most:
+            said = f"{takes}, and the object {does} at {most:.3g} N"
+            return CheckVerdict(FailureMode.EFFORT, subject, False, force, most, f"{said}: fix it, or hold it down")
+    tips = "" if item.tips_at_n is None else f"; the object tips over at {item.tips_at_n:.3g} N"
+    return CheckVerdict(FailureMode.EFFORT, subject, True, force, None if asked is None else asked.most_n, takes + tips)
+
+
+def pressed(item: Effort, joint: JointPhysics) -> bool:
+    """Whether the part is moved against its spring, from where that returns it."""
+    opening = joint.open >= joint.closed
+    return joint.stiffness > 0.0 and (joint.spring_reference < joint.initial_position) == (
+        opening is (item.way == "opening")
+    )
 
 
 def drop_verdict(item: Drop, engine: str, limits: Thresholds) -> CheckVerdict:
@@ -178,8 +263,8 @@ def release_verdict(item: Release, joint: JointPhysics, engine: str, limits: Thr
 def reset_verdict(item: Reset, index: int, interaction: Interaction, limits: Thresholds) -> CheckVerdict:
     """A perturbed start must end at rest, upright, with the joints that must hold where they were.
 
-    An object that stands so narrow that the start has the energy to topple it may topple, as the real one would: then
-    it must only come to rest.
+    An object that stands so narrow that the start has the energy to topple it may topple, as the real one would, and a
+    joint that a hand can move may slip where its friction cannot brake the fall: then it must only come to rest.
     """
     engine, subject = interaction.engine.value, f"start {index + 1}"
     shift = ", ".join(f"{1e3 * v:.3g}" for v in item.offset_m)
@@ -198,8 +283,14 @@ def reset_verdict(item: Reset, index: int, interaction: Interaction, limits: Thr
     if topples and interaction.tip_rise_m is not None and interaction.tip_rise_m <= given:
         why = f"it topples, which a rise of {1e3 * interaction.tip_rise_m:.3g} mm does and this start gives"
         checks = (*checks[:2], (item.turned_rad, math.pi, f"{{:.3g}} rad: {why} {1e3 * given:.3g} mm"))
+    slips = ""
+    if item.joint_motion > limits.reset_joint_share and item.slip_given > limits.reset_joint_share:
+        slips = f"; {held} slips over {item.joint_motion:.3g} of its range: its friction cannot brake this fall"
+        checks = checks[:3]
     for value, limit, text in checks:
         if value > limit or not item.finite:
             return CheckVerdict(FailureMode.RESET, subject, False, value, limit, f"{began}: {text.format(value)}")
     value, limit, text = checks[2]
-    return CheckVerdict(FailureMode.RESET, subject, True, value, limit, f"{began}: {text.format(value)}, at rest")
+    return CheckVerdict(
+        FailureMode.RESET, subject, True, value, limit, f"{began}: {text.format(value)}, at rest{slips}"
+    )

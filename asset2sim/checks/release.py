@@ -72,7 +72,7 @@ def expected(joint: JointPhysics, pull: Pull, free: tuple[float, float]) -> Expe
     if high <= low:
         return None
     task: ExpectedRelease | None = None
-    if joint.stiffness > 0.0:
+    if joint.stiffness > 0.0 and not joint.holds:
         task = sprung(joint, pull, low, high)
     elif not joint.holds and joint.lower is not None and joint.upper is not None:
         task = fallen(joint, pull, low, high)

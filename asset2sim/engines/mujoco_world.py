@@ -91,6 +91,11 @@ class MuJoCoWorld:
         w, x, y, z = self.data.qpos[3:7] if self.plane else self.data.xquat[1]
         return np.array(position), np.array([x, y, z, w])
 
+    def root_center(self) -> Array:
+        """See ``World``."""
+        mujoco.mj_kinematics(self.model, self.data)
+        return np.array(self.data.xipos[1])
+
     def positions(self) -> Array:
         """See ``World``."""
         values: Array = self.data.qpos[self.qpos]

@@ -109,6 +109,10 @@ class PyBulletWorld:
         position, orientation = self.item.client.getBasePositionAndOrientation(self.item.body)
         return np.array(position), np.array(orientation)
 
+    def root_center(self) -> Array:
+        """See ``World``: the origin of the inertial frame."""
+        return np.array(self.item.client.getBasePositionAndOrientation(self.item.body)[0])
+
     def positions(self) -> Array:
         """See ``World``."""
         return self.item.positions()

@@ -101,6 +101,11 @@ class SapienWorld:
         w, x, y, z = pose.q
         return np.array(pose.p, dtype=float), np.array([x, y, z, w], dtype=float)
 
+    def root_center(self) -> Array:
+        """See ``World``."""
+        root = self.item.articulation.get_root()
+        return np.array((root.pose * root.cmass_local_pose).p, dtype=float)
+
     def positions(self) -> Array:
         """See ``World``."""
         return np.array(self.item.articulation.get_qpos(), dtype=float)

@@ -52,6 +52,9 @@ class World(Protocol):
     def root_pose(self) -> tuple[Array, Array]:
         """(3,) position and (4,) xyzw orientation of a frame fixed to the root link."""
 
+    def root_center(self) -> Array:
+        """(3,) position of the root link's centre of mass, m."""
+
     def positions(self) -> Array:
         """(n,) joint positions."""
 

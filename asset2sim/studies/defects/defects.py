@@ -6,6 +6,7 @@ from asset2sim.studies.defects import plants_links as links
 from asset2sim.studies.defects.planting import Defect, Target
 
 LID = Target("box_wooden", "link_0", "joint_0")
+BOX = Target("box_wooden", "link_1")
 SCREEN = Target("laptop_silver", "link_0", "joint_0")
 DRAWER = Target("table_two_drawers", "link_0", "joint_0")
 CABINET = Target("table_two_drawers", "link_2")
@@ -24,10 +25,13 @@ DEFECTS: tuple[Defect, ...] = (
     Defect("inertia x 1e6", DRAWER, links.inertia_times(1e6), left.mass_left),
     Defect("inertia x 1e-9", LID, links.inertia_times(1e-9), left.mass_left),
     Defect("centre of mass outside", LID, links.centre_outside, left.centre_left),
+    Defect("centre of mass beyond its feet", BOX, links.centre_beyond_feet, left.centre_left),
     Defect("damping over the bound", SCREEN, joints.damping_unstable, left.damping_left),
     Defect("damping negative", LID, joints.damping_negative, left.damping_left),
     Defect("spring without damping", LID, joints.spring_undamped, left.spring_left),
     Defect("stiffness over the bound", DRAWER, joints.stiffness_unstable, left.spring_left),
+    Defect("spring that opens a lid", LID, joints.spring_opens, left.spring_left),
+    Defect("friction beyond a hand", LID, joints.friction_times(8.0), left.hand_left),
     Defect("friction that sticks", DOOR, joints.friction_sticks, left.friction_left),
     Defect("friction negative", SCREEN, joints.friction_negative, left.friction_left),
     Defect("effort limit of zero", SCREEN, joints.effort_zero, left.effort_left),

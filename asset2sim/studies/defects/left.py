@@ -115,6 +115,22 @@ def friction_left(clean: RefinedAsset, mended: RefinedAsset, at: Target) -> str:
     return ""
 
 
+def hand_left(clean: RefinedAsset, mended: RefinedAsset, at: Target) -> str:
+    """Reason if the joint takes more than a hand, or its object's stand, allows."""
+    found = terms_of(mended, at).friction
+    most = clean_effort(clean, at)
+    return f"friction of '{at.joint}' is {found:.3g}, the clean joint takes {most:.3g} in all" if found > most else ""
+
+
+def clean_effort(clean: RefinedAsset, at: Target) -> float:
+    """The largest effort, N·m or N, that moves the target joint of the clean asset in any engine."""
+    seen = (report.interaction for report in clean.record.reports)
+    efforts = [
+        record.effort for item in seen if item is not None for record in item.efforts if record.joint == at.joint
+    ]
+    return max(efforts, default=0.0)
+
+
 def effort_left(clean: RefinedAsset, mended: RefinedAsset, at: Target) -> str:
     """Reason if the effort limit is zero or negative."""
     effort = float(named(robot_of(mended), "joint", at.joint, "limit").get("effort", "0"))

@@ -27,6 +27,8 @@ UNSTABLE_FACTOR = 200.0
 """Planted damping or stiffness over the stability limit at the coarse time step."""
 RINGING_RAD_S = 2.0 * math.pi * 3.0
 """Frequency of the spring that is left without damping, rad/s: 3 Hz."""
+OPENING_LOADS = 3.0
+"""Torque of the spring that opens a part, over its weight's."""
 STICKING_FRICTION = 1e4
 """Friction of a joint that no effort can move, N·m or N."""
 
@@ -61,6 +63,31 @@ friction_sticks = dynamics(friction=lambda _: STICKING_FRICTION)
 """Friction that is too high to overcome."""
 friction_negative = dynamics(friction=lambda inertia: -inertia)
 """Friction with a wrong sign."""
+
+
+def friction_times(factor: float) -> Plant:
+    """A joint's friction as what its part's weight needs at its worst, times ``factor``: more than a hand is for."""
+
+    def plant(folder: Path, at: Target) -> PlantedChange:
+        overlay = PhysicsOverlay.model_validate_json((folder / "overlay.json").read_bytes())
+        load = abs(next(joint.gravity_load for joint in overlay.joints if joint.name == at.joint))
+        with edited_part(folder, "joint", at.joint, "dynamics") as element:
+            write(element, "friction", factor * load)
+        return PlantedChange(f"'{at.joint}' has friction {factor * load:.3g}", joints=(at.joint,))
+
+    return plant
+
+
+def spring_opens(folder: Path, at: Target) -> PlantedChange:
+    """A spring that lifts a closed part: its relaxed position was stated from the other end of the range."""
+    overlay = PhysicsOverlay.model_validate_json((folder / "overlay.json").read_bytes())
+    joint = next(joint for joint in overlay.joints if joint.name == at.joint)
+    stiffness = OPENING_LOADS * abs(joint.gravity_load) / abs(joint.open - joint.closed)
+    with edited_part(folder, "joint", at.joint, "dynamics") as element:
+        write(element, "spring_stiffness", stiffness)
+        write(element, "spring_reference", joint.open)
+        write(element, "friction", 0.0)
+    return PlantedChange(f"'{at.joint}' has a spring that opens it", joints=(at.joint,))
 
 
 def effort_zero(folder: Path, at: Target) -> PlantedChange:

@@ -28,6 +28,8 @@ AWAY_M = 1.0
 """Distance of planted collision meshes from the visual ones, m."""
 POINT_KG_M2 = 1e-12
 """Moment of inertia of a link that its author took for a point mass, kg·m²."""
+BESIDE_M = 0.6
+"""Sideways distance of the planted centre of mass of a body from the clean one, m: beyond any sample's feet."""
 FAR_M = 3.0
 """Distance of the planted centre of mass from the clean one, m."""
 
@@ -103,6 +105,13 @@ def centre_outside(folder: Path, at: Target) -> PlantedChange:
     with edited_part(folder, "link", at.link, "inertial/origin") as origin:
         write(origin, "xyz", numbers(origin, "xyz") + np.array([0.0, 0.0, FAR_M]))
     return PlantedChange(f"centre of mass of '{at.link}' moved {FAR_M:g} m away", links=(at.link,))
+
+
+def centre_beyond_feet(folder: Path, at: Target) -> PlantedChange:
+    """The body's centre of mass beside what the object stands on: an exporter took another part's."""
+    with edited_part(folder, "link", at.link, "inertial/origin") as origin:
+        write(origin, "xyz", numbers(origin, "xyz") + np.array([BESIDE_M, 0.0, 0.0]))
+    return PlantedChange(f"centre of mass of '{at.link}' moved {BESIDE_M:g} m aside", links=(at.link,))
 
 
 def rewritten(

@@ -23,11 +23,11 @@ from asset2sim.studies.defects.planting import Defect, RefinedAsset
 from asset2sim.studies.samples.sample_dataset import sample_files
 from schemas.asset import AssetRecord, AssetRef
 from schemas.request import ModelAnswer, ModelRequest
-from schemas.settings import Settings, ViewSettings
+from schemas.settings import MethodSettings, Settings, ViewSettings
 from schemas.vocabulary import Method, Status
 
-SETTINGS = Settings(views=ViewSettings(write=False))
-"""The default settings, without pictures."""
+SETTINGS = Settings(views=ViewSettings(write=False), methods=MethodSettings(raw_asked=True))
+"""The default settings, without pictures; what was refined is asked to stay as it is."""
 
 
 @dataclass(frozen=True)

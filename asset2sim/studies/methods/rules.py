@@ -14,12 +14,15 @@ BLOCK = "rules"
 """Name of the README's block."""
 RAW, PAPER, OURS = "raw", "paper's rules", "ours"
 CHECKS: dict[str, str] = {
+    FailureMode.STANDS.value: "stands",
+    FailureMode.STATE.value: "state",
     FailureMode.DROP.value: "drop",
     FailureMode.NUDGE.value: "nudge",
     FailureMode.JAM.value: "sweep",
     FailureMode.HOLD.value: "hold",
     FailureMode.RELEASE.value: "release",
     FailureMode.RESET.value: "reset",
+    FailureMode.EFFORT.value: "effort",
 }
 """Interaction check, by its failure mode → its column heading, in the table's order."""
 KEY = ["asset_id", "engine"]

@@ -1,0 +1,113 @@
+"""The stands and state checks: the object, set down in the state asked of it, stays as it is set down."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+from scipy.spatial.transform import Rotation
+
+from asset2sim.checks.mechanism import Mechanism, span_of
+from asset2sim.checks.support import Clouds, support_of
+from asset2sim.checks.watch import capped, watch
+from asset2sim.engines.world import World
+from asset2sim.physics.arrays import Array
+from asset2sim.physics.mass_matrix import GRAVITY_M_S2
+from asset2sim.physics.support import Support
+from schemas.interaction import SettledJoint, Stand
+from schemas.overlay import JointPhysics
+from schemas.settings import EngineSettings
+
+UP = np.array([0.0, 0.0, 1.0])
+
+
+@dataclass(frozen=True)
+class Resting:
+    """The object at rest once set down undisturbed: (3,) world up in the frame of ``root_pose``, joint → position (rad
+    or m).
+
+    The perturbed starts are compared with this, not with how it was set down: whether it stays as it is set down is
+    the stands check's to say, and it says so once.
+    """
+
+    up: Array
+    joints: dict[str, float]
+
+
+@dataclass
+class Motion:
+    """How far the root has moved since the first reading: tilt of its up axis (rad), travel of its centre of mass (m),
+    and that point's peak speed from reading to reading (m/s)."""
+
+    world: World
+    first: tuple[Array, Array] | None = None
+    last: tuple[float, Array] | None = None
+    tilt_rad: float = 0.0
+    travel_m: float = 0.0
+    speed_m_s: float = 0.0
+    turned: Rotation = field(default_factory=Rotation.identity)
+    """How the root is turned now from how it was set down."""
+
+    def read(self, time: float) -> bool:
+        """Take a reading at ``time`` (s since it was set down); whether the numbers are no longer finite."""
+        center, orientation = self.world.root_center(), self.world.root_pose()[1]
+        if not (np.isfinite(center).all() and np.isfinite(orientation).all()):
+            self.tilt_rad = self.travel_m = self.speed_m_s = np.inf
+            return True
+        if self.first is None or self.last is None:
+            self.first, self.last = (center, orientation), (time, center)
+            return False
+        self.turned = Rotation.from_quat(orientation) * Rotation.from_quat(self.first[1]).inv()
+        self.tilt_rad = max(self.tilt_rad, angle_between(UP, self.turned.apply(UP)))
+        self.travel_m = max(self.travel_m, float(np.linalg.norm(center - self.first[0])))
+        self.speed_m_s = max(self.speed_m_s, float(np.linalg.norm(center - self.last[1])) / (time - self.last[0]))
+        self.last = time, center
+        return False
+
+
+def stand(world: World, item: Mechanism, clouds: Clouds, settings: EngineSettings) -> tuple[Stand, Resting, Support]:
+    """Set the object down undisturbed and watch until it rests, for ``settle_s`` at most; how it rests, and on what."""
+    world.place(item.start, height_m=settings.drop_height_m)
+    motion = Motion(world)
+    motion.read(0.0)
+    resting = Resting(up_in_root(world), dict(item.start))
+    seen = watch(world, settings.settle_s, settings, motion.read)
+    if seen.finite:
+        joints = zip(world.joint_names, world.positions().tolist(), strict=True)
+        resting = Resting(up_in_root(world), dict(joints))
+    # The root's own frame is upright where it is set down; the pose that an engine gives may be of another frame.
+    support = support_of(item, clouds, motion.turned.inv().apply(UP), resting.joints)
+    record = Stand(
+        tilt_rad=capped(motion.tilt_rad),
+        travel_m=capped(motion.travel_m),
+        peak_speed_m_s=capped(motion.speed_m_s),
+        seconds=seen.seconds,
+        margin_rad=support.margin_rad,
+        tip_energy_j=support.mass * GRAVITY_M_S2 * support.rise,
+        finite=seen.finite,
+    )
+    return record, resting, support
+
+
+def settled(joints: Sequence[JointPhysics], resting: Resting) -> tuple[SettledJoint, ...]:
+    """Where every joint of which a position is asked has come to rest."""
+    found = []
+    for joint in joints:
+        if joint.asked_position is None:
+            continue
+        lower, upper = span_of(joint)
+        now, way = capped(resting.joints[joint.name]), upper - lower
+        share = abs(now - joint.asked_position) / way if way > 0.0 else 0.0
+        found.append(SettledJoint(joint=joint.name, asked=joint.asked_position, settled=now, share=share))
+    return tuple(found)
+
+
+def up_in_root(world: World) -> Array:
+    """(3,) the world's up direction in the root's frame now."""
+    _, orientation = world.root_pose()
+    up: Array = Rotation.from_quat(orientation).inv().apply(UP)
+    return up
+
+
+def angle_between(a: Array, b: Array) -> float:
+    """The angle between two unit vectors, rad; exact near zero, where the arc cosine is not."""
+    return float(np.arctan2(np.linalg.norm(np.cross(a, b)), float(a @ b)))
