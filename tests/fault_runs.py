@@ -18,7 +18,7 @@ from tests.processes import alive, wait_until
 MARK = "ASSET2SIM_TEST_MARK"
 PLAIN = ("--engines", "pybullet", "--no-interaction", "--no-views")
 """The quickest run that does all the stages."""
-LIMIT_S = 240.0
+LIMIT_S = 900.0
 
 
 @dataclass(frozen=True)

@@ -19,7 +19,7 @@ pytestmark = pytest.mark.system
 
 ROOT = Path(__file__).resolve().parents[1]
 SAMPLES = ROOT / "data" / "raw"
-LIMIT_S = 300
+LIMIT_S = 900
 
 START = """
 import functools, signal, sys
