@@ -88,7 +88,11 @@ def test_at_scale_one_silence_is_the_asset_as_it_came(tmp_path: Path) -> None:
     )
     extraction = read(written(tmp_path / "thing", urdf))
     authored = authored_overlay(extraction, PLAIN.physics)
-    assert proposed(extraction, scale=1.0).model_copy(update={"scale_source": Source.AUTHORED}) == authored
+    found = proposed(extraction, scale=1.0)
+    (hinge,) = found.joints
+    assert hinge.effort_range is not None, "what a hand takes it for is our yardstick, not the answer's"
+    alike = {"scale_source": Source.AUTHORED, "joints": (hinge.model_copy(update={"effort_range": None}),)}
+    assert found.model_copy(update=alike) == authored
     half = proposed(extraction, scale=0.5)
     assert link_of(half, "body").com == (0.05, 0.0, 0.0) and link_of(half, "body").mass_kg == 2.0
     assert joint_of(half, "hinge").initial_position == 0.2

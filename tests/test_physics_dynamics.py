@@ -23,7 +23,7 @@ def terms(
     *,
     prismatic: bool = False,
     load: float = 0.0,
-    hold_load: float = 0.0,
+    hold_friction: float = 0.0,
     holds: bool = False,
     rest: float = 0.0,
     lower: float | None = -1.0,
@@ -41,7 +41,7 @@ def terms(
     moved = JointLoad(
         prismatic=prismatic, inertia=inertia, least=least or inertia, held=held or inertia,
         pull=Pull(rest, load, slope, prismatic), lower=lower, upper=upper, closed=closed,
-        open=1.0 if upper is None else upper, rest=rest, hold_load=hold_load,
+        open=1.0 if upper is None else upper, rest=rest, hold_friction=hold_friction,
     )  # fmt: skip
     return joint_terms(
         proposal or JointProposal.model_validate({"name": "j", **stated}), moved,
@@ -109,9 +109,9 @@ def test_a_loaded_spring_is_preloaded_against_its_stop() -> None:
 
 
 def test_friction_holds_more_than_the_load_where_the_joint_must_stay() -> None:
-    assert terms(friction=0.1, hold_load=2.0, holds=True).friction == Term(3.0, Source.RULE, 0.1)
-    assert terms(friction=0.1, hold_load=2.0).friction == Term(0.1, Source.MODEL)
-    assert terms(friction=9.0, hold_load=2.0, holds=True).friction == Term(9.0, Source.MODEL)
+    assert terms(friction=0.1, hold_friction=3.0, holds=True).friction == Term(3.0, Source.RULE, 0.1)
+    assert terms(friction=0.1).friction == Term(0.1, Source.MODEL)
+    assert terms(friction=9.0, hold_friction=3.0, holds=True).friction == Term(9.0, Source.MODEL)
 
 
 def test_friction_that_nobody_states_follows_the_inertia_and_the_kind_of_joint() -> None:
@@ -146,7 +146,7 @@ def test_stopping_keeps_stated_friction_and_what_holds() -> None:
     assert found.friction == Term(0.2, Source.MODEL)
     assert glide(0.3, 2.0 / found.damping.value, 0.1) == pytest.approx(0.1)
     # Friction of 1.5 · 4 N stops 2 kg within 15 mm: that is within what was asked.
-    held = terms(2.0, prismatic=True, stops_within=0.1, hold_load=4.0, holds=True)
+    held = terms(2.0, prismatic=True, stops_within=0.1, hold_friction=6.0, holds=True)
     assert held.friction == Term(6.0, Source.MODEL) and held.unmet == ()
 
 
@@ -187,7 +187,7 @@ def test_what_gravity_does_not_shut_is_told(load: float) -> None:
 
 
 def test_what_must_hold_does_not_fall_shut() -> None:
-    found = terms(0.1, load=-5.0, hold_load=5.0, lower=0.0, upper=1.6, closes_s=1.5, holds=True)
+    found = terms(0.1, load=-5.0, hold_friction=7.5, lower=0.0, upper=1.6, closes_s=1.5, holds=True)
     assert found.friction.value == pytest.approx(7.5) and found.unmet[0].wish == "closes_s"
 
 
@@ -238,7 +238,7 @@ def test_whatever_is_proposed_the_terms_are_simulable_and_honest(
     holds: bool,
 ) -> None:
     found = terms(
-        inertia, load=load, hold_load=abs(load), holds=holds,
+        inertia, load=load, hold_friction=1.5 * abs(load) if holds else 0.0, holds=holds,
         damping=damping, coast_s=coast, stiffness=stiffness, spring_hz=hertz, friction=friction,
         closes_s=closes, stops_within=stops, returns_s=returns,
     )  # fmt: skip

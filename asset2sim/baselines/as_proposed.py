@@ -9,10 +9,11 @@ from asset2sim.assets.extract import Extraction
 from asset2sim.assets.urdf.read import Dynamics, read_dynamics
 from asset2sim.physics.arrays import six, vector
 from asset2sim.physics.inertia import box_inertia
+from asset2sim.validation.handling import handling
 from asset2sim.validation.joints import HELD_STATE
 from asset2sim.validation.validate import contact_friction
 from schemas.base import Inertia6
-from schemas.features import JointFeatures, LinkFeatures
+from schemas.features import Features, JointFeatures, LinkFeatures
 from schemas.overlay import JointPhysics, JointProposal, LinkPhysics, LinkProposal, Overlay, PhysicsOverlay
 from schemas.settings import Settings
 from schemas.vocabulary import Source
@@ -39,7 +40,7 @@ def as_proposed(extraction: Extraction, proposal: Overlay, source: Source, setti
             for link in features.links
         ),
         joints=tuple(
-            joint_as_proposed(joint, features.link(joint.child).label, dynamics[joint.name], proposal, source)
+            joint_as_proposed(joint, features, dynamics[joint.name], proposal, source)
             for joint in features.movable_joints
         ),
         notes=proposal.notes,
@@ -83,7 +84,7 @@ def inertia_of_box(link: LinkFeatures, mass: float, scale: float) -> Inertia6:
 
 
 def joint_as_proposed(
-    joint: JointFeatures, label: str, authored: Dynamics, overlay: Overlay, source: Source
+    joint: JointFeatures, features: Features, authored: Dynamics, overlay: Overlay, source: Source
 ) -> JointPhysics:
     """One joint: proposed damping, friction, stiffness and position, else the authored ones; limits are scaled."""
     unstated = JointProposal(name=joint.name)
@@ -100,7 +101,7 @@ def joint_as_proposed(
     return JointPhysics(
         name=joint.name,
         type=joint.type,
-        label=label,
+        label=features.link(joint.child).label,
         damping=max(authored.damping, 0.0) if proposal.damping is None else proposal.damping,
         damping_source=Source.AUTHORED if proposal.damping is None else terms,
         friction=max(authored.friction, 0.0) if proposal.friction is None else proposal.friction,
@@ -117,6 +118,8 @@ def joint_as_proposed(
         position_source=Source.AUTHORED if stated is None else Source.USER if user else source,
         effective_inertia=0.0,
         gravity_load=0.0,
+        asked_position=None if stated is None else position,
+        effort_range=handling(features, joint, proposal).range,
         holds=must_hold(proposal, stated is not None, position, closed or 0.0, lower, upper),
     )
 

@@ -160,5 +160,5 @@ def dry_friction(
         slow = settings.default_friction_m_s2 if moved.prismatic else settings.default_friction_rad_s2
         share = settings.free_friction_share if proposal.holds is False else 1.0
         wanted, where = share * slow * moved.inertia, Source.RULE
-    needed = settings.hold_margin * moved.hold_load if holds else 0.0
+    needed = moved.hold_friction
     return Term(wanted, where) if wanted >= needed else Term(needed, Source.RULE, wanted)

@@ -43,7 +43,8 @@ class JointLoad:
 
     ``inertia`` (kg·m² or kg) is the effective one, the base free, at the initial pose; ``least`` the smallest over its
     range, which bounds the explicit terms; ``held`` what it moves while the base and all other joints stay, from which
-    times and distances follow. ``hold_load`` (N·m or N) is the largest pull that a joint which must hold has to bear.
+    times and distances follow. ``hold_friction`` (N·m or N) is what a joint that must stay somewhere
+    needs; 0 for one that need not.
     """
 
     prismatic: bool
@@ -57,7 +58,7 @@ class JointLoad:
     open: float
     rest: float
     """Position to which a spring returns it, within the limits, rad or m."""
-    hold_load: float = 0.0
+    hold_friction: float = 0.0
 
     @property
     def rest_load(self) -> float:

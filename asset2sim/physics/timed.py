@@ -78,7 +78,7 @@ def shut_by_gravity(moved: JointLoad) -> float | None:
 def gliding_brake(proposal: JointProposal, moved: JointLoad, holds: bool, settings: PhysicsSettings) -> Brake:
     """Damping and friction that stop the joint from a hand's usual speed within ``stops_within``, on the level."""
     speed = settings.usual_speed_m_s if moved.prismatic else settings.usual_speed_rad_s
-    least = settings.hold_margin * moved.hold_load if holds else 0.0
+    least = moved.hold_friction
     stated = None if proposal.friction is None else max(proposal.friction, least)
     distance = proposal.stops_within or 0.0
     return stopping(moved.held, speed, distance, largest_damping(moved, settings), stated, least)

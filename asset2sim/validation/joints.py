@@ -5,9 +5,11 @@ from collections.abc import Mapping, Sequence
 from itertools import product
 
 from asset2sim.physics.dynamics import joint_terms
-from asset2sim.physics.kinematics import TreeJoint
-from asset2sim.physics.mass_matrix import Body, JointSpace, joint_space
+from asset2sim.physics.kinematics import TreeJoint, subtree
+from asset2sim.physics.mass_matrix import Body, JointSpace, Pull, joint_space
 from asset2sim.physics.terms import JointLoad, JointTerms, Term
+from asset2sim.validation.handling import Handling, standing_part
+from asset2sim.validation.holding import Holding, counterbalance, holding
 from asset2sim.validation.limits import Range
 from asset2sim.validation.notes import Notes
 from asset2sim.validation.positions import Start, turned
@@ -56,19 +58,22 @@ def joint_physics(
     bodies: Mapping[str, Body],
     starts: Mapping[str, Start],
     proposals: Mapping[str, JointProposal],
+    handled: Mapping[str, Handling],
     asked: frozenset[str],
     scale: float,
     source: Source,
     settings: PhysicsSettings,
     notes: Notes,
 ) -> tuple[JointPhysics, ...]:
-    """Complete physics of every movable joint; ``tree`` and ``bodies`` are at the final scale."""
+    """Complete physics of every movable joint; ``tree`` and ``bodies`` are at the final scale. ``handled`` says how
+    people handle each joint's part."""
     spaces = [joint_space(tree, features.root, bodies, pose) for pose in spanning_poses(starts)]
     space = spaces[0]
     inertias, held = space.effective_inertia(), space.held_inertia()
     pulls = dict(zip(space.names, space.pulls, strict=True))
     largest_gravity = dict(zip(space.names, space.largest_gravity, strict=True))
     everywhere = [item.effective_inertia() for item in spaces]
+    total = sum(body.mass for body in bodies.values())
     joints: list[JointPhysics] = []
     rests: dict[str, float] = {}
     for name, start in starts.items():
@@ -78,18 +83,18 @@ def joint_physics(
             notes.info(
                 "joint_completed", f"joint '{name}': the overlay omits it; dynamics from time constants", joint=name
             )
-        anywhere = proposal.holds is True
-        holds = anywhere or (proposal.holds is None and start.requested and is_open(start))
-        hold_load = pull.largest(span.lower, span.upper) if anywhere else abs(pull.force)
-        # A door on upright hinges has no pull to hold against on level ground; it must not swing at the first bump.
-        hold_load = max(hold_load, settings.bump_share * largest_gravity[name])
+        holds = proposal.holds is True or (proposal.holds is None and start.requested and is_open(start))
+        least = min(found[name] for found in everywhere)
+        heavier = sum(bodies[link].mass for link in subtree(tree, name)) > total / 2.0
+        kind = standing_part(handled[name]) if heavier else handled[name]
+        held_by = held_where_left(proposal, start, pull, largest_gravity[name], kind, holds, least, settings)
         factor = scale if joint.prismatic else 1.0
         wanted = start.position if proposal.spring_rest is None else turned(span, proposal.spring_rest * factor)
         rests[name] = span.clamp(wanted)
         moved = JointLoad(
             prismatic=joint.prismatic,
             inertia=inertias[name],
-            least=min(found[name] for found in everywhere),
+            least=least,
             held=held[name],
             pull=pull,
             lower=span.lower,
@@ -97,11 +102,16 @@ def joint_physics(
             closed=span.closed,
             open=span.open,
             rest=rests[name],
-            hold_load=hold_load if holds else 0.0,
+            hold_friction=held_by.friction,
         )
         by, authored = Source.USER if f"{name}.dynamics" in asked else source, joint.damping
         terms = joint_terms(proposal, moved, holds=holds, source=by, authored_damping=authored, settings=settings)
+        stiffness, reference = terms.stiffness, terms.spring_reference
+        if held_by.balance.stiffness > 0.0:
+            stiffness, reference = Term(held_by.balance.stiffness, Source.RULE), held_by.balance.reference
+            rests[name] = reference
         report(name, moved, terms, holds, notes)
+        report_holding(name, held_by, handled[name], notes)
         joints.append(
             JointPhysics(
                 name=name,
@@ -111,9 +121,9 @@ def joint_physics(
                 damping_source=terms.damping.source,
                 friction=terms.friction.value,
                 friction_source=terms.friction.source,
-                stiffness=terms.stiffness.value,
-                stiffness_source=terms.stiffness.source,
-                spring_reference=terms.spring_reference,
+                stiffness=stiffness.value,
+                stiffness_source=stiffness.source,
+                spring_reference=reference,
                 lower=span.lower,
                 upper=span.upper,
                 limits_source=span.source,
@@ -125,11 +135,49 @@ def joint_physics(
                 gravity_load=pull.force,
                 holds=holds,
                 least_inertia=moved.least,
+                asked_position=start.position if start.stated else None,
+                effort_range=handled[name].range,
             )
         )
     if settings.dynamics is DynamicsRule.PAPER:
         return tuple(joints)
     return bound_together(joints, rests, spaces, settings, notes)
+
+
+def held_where_left(
+    proposal: JointProposal,
+    start: Start,
+    pull: Pull,
+    largest_gravity: float,
+    kind: Handling,
+    holds: bool,
+    least_inertia: float,
+    settings: PhysicsSettings,
+) -> Holding:
+    """What holds a joint that must stay where it is placed, or that is asked to stand near its balance though it moves
+    freely: there a friction that nobody feels does."""
+    sprung = any(value is not None for value in (proposal.stiffness, proposal.spring_hz, proposal.returns_s))
+    balanced = abs(pull.force) <= settings.free_hold_share * largest_gravity
+    stays = holds or (start.stated and is_open(start) and balanced)
+    if settings.dynamics is DynamicsRule.PAPER or sprung or not stays:
+        return Holding()
+    balance = counterbalance(start.range, pull, kind, least_inertia, settings)
+    bump = settings.bump_share if holds else settings.free_bump_share
+    return holding(start, pull, largest_gravity, kind, balance, bump_share=bump, settings=settings)
+
+
+def report_holding(name: str, held_by: Holding, kind: Handling, notes: Notes) -> None:
+    """Add a finding where a spring carries a part's weight, and where a hand allows less friction than a bump needs."""
+    if held_by.balance.stiffness > 0.0:
+        stiffness = held_by.balance.stiffness
+        message = f"joint '{name}': springs of {stiffness:.3g} N·m/rad carry its part, as of a {kind.range.kind}"
+        notes.info("counterbalanced", message, joint=name, value=stiffness)
+    if held_by.cut:
+        message = (
+            f"joint '{name}': friction that holds it, {held_by.wanted:.3g}, set to {held_by.friction:.3g}: with more a "
+            "hand could not move it, or the object would tip over or slide before"
+        )
+        notes.info("friction_handled", message, joint=name, value=held_by.wanted, limit=held_by.friction)
 
 
 def is_open(start: Start) -> bool:

@@ -17,12 +17,14 @@ WIDEN_SHARE = 0.1
 
 @dataclass(frozen=True)
 class Start:
-    """Start position of one joint, rad or m at the final scale; ``requested``: the user asked for it."""
+    """Start position of one joint, rad or m at the final scale; ``stated``: the proposal states it; ``requested``: it
+    does as the user asked."""
 
     range: Range
     position: float
     source: Source
     requested: bool
+    stated: bool = False
 
 
 def initial_positions(
@@ -41,7 +43,7 @@ def initial_positions(
             wanted = proposed[name] * (scale if span.joint.prismatic else 1.0)
             requested = name in asked
             widened, position = reach(span, wanted, requested, notes)
-            starts[name] = Start(widened, position, Source.USER if requested else source, requested)
+            starts[name] = Start(widened, position, Source.USER if requested else source, requested, stated=True)
         else:
             sure = span.joint.openness_confidence >= settings.sure_of_closed
             starts[name] = Start(span, span.clamp(span.closed if sure else 0.0), Source.RULE, False)

@@ -7,6 +7,7 @@ from asset2sim.models.language.tables import materials
 from asset2sim.physics.arrays import six, vector
 from asset2sim.physics.kinematics import locked, tree_of
 from asset2sim.physics.mass_matrix import Body
+from asset2sim.validation.handling import handlings
 from asset2sim.validation.joints import joint_physics
 from asset2sim.validation.limits import joint_range
 from asset2sim.validation.mass_bounds import bound_inertia_by_extent, with_armature
@@ -39,7 +40,10 @@ def validate(
     movable = [joint if joint.name in ranges or not joint.movable else locked(joint) for joint in features.joints]
     tree, bodies = tree_of(movable, scale), {n: Body(m.mass, m.com, m.inertia) for n, m in masses.items()}
     proposals = {proposal.name: proposal for proposal in overlay.joints}
-    joints = joint_physics(features, tree, bodies, starts, proposals, asked, scale, source, settings, notes)
+    points = {name: geometry.points * scale for name, geometry in extraction.geometry.items()}
+    positions = {name: start.position for name, start in starts.items()}
+    handled = handlings(features, points, tree, bodies, positions, proposals, contact_friction)
+    joints = joint_physics(features, tree, bodies, starts, proposals, handled, asked, scale, source, settings, notes)
     complete = PhysicsOverlay(
         asset_id=features.asset_id,
         scale=scale,

@@ -58,6 +58,19 @@ class PartMechanism:
 
 
 @dataclass(frozen=True)
+class PartEffort:
+    """The forces (N at its edge) between which a part of a ``kind`` moves. ``anywhere``: people leave it at any
+    position, not only at an end or where it is asked to be. ``counterbalanced``: springs carry its weight."""
+
+    kind: str
+    least_n: float
+    most_n: float
+    anywhere: bool
+    counterbalanced: bool
+    source: str
+
+
+@dataclass(frozen=True)
 class MotionWord:
     """What a word about motion stands for: seconds to fall shut from half open, metres (slider) or radians (hinge)
     that it glides when let go, seconds in which a spring brings it back."""
@@ -177,6 +190,29 @@ def mechanism(part: str, category: str, motion: str) -> PartMechanism:
     table = _mechanisms()
     keys = ((part, category, motion), (part, "*", motion), ("*", "*", motion))
     return next(table[key] for key in keys if key in table)
+
+
+@lru_cache
+def part_effort(part: str, category: str, motion: str) -> PartEffort:
+    """The most specific row for the part, the category and the motion (hinge, slider, spin)."""
+    table = _part_efforts()
+    keys = [(p, c, m) for p in (part, "*") for c in (category, "*") for m in (motion, "*")]
+    return next(table[key] for key in keys if key in table)
+
+
+@lru_cache
+def _part_efforts() -> dict[tuple[str, str, str], PartEffort]:
+    return {
+        (row["part"], row["category"], row["motion"]): PartEffort(
+            kind=row["kind"],
+            least_n=float(row["least_n"]),
+            most_n=float(row["most_n"]),
+            anywhere=row["left"] == "anywhere",
+            counterbalanced=row["counterbalanced"] == "yes",
+            source=row["source"],
+        )
+        for row in _rows("efforts")
+    }
 
 
 @lru_cache

@@ -17,7 +17,7 @@ ROLLING_M = 5e-4
 """Rolling resistance that stops a rounded object from rocking for ever, m: as of a hard object on wood."""
 MAX_CONTACT_FRICTION = 1.0
 """Largest contact friction that a remedy sets: rubber on a table."""
-HOLD_FRICTION_FACTOR = 2.0
+HOLD_FRICTION_FACTOR = 1.5
 """Factor on the friction of a joint that slips, per step."""
 LOOSENING_FACTOR = 0.3
 """Factor on the friction or damping of a joint that sticks, per step."""
@@ -145,7 +145,7 @@ def firmer_hold(case: Case, overlay: PhysicsOverlay) -> PhysicsOverlay | None:
 
     def change(joint: JointPhysics) -> dict[str, object]:
         friction = HOLD_FRICTION_FACTOR * max(joint.friction, abs(joint.gravity_load))
-        return searched("friction", friction) if joint.stiffness == 0.0 else {}
+        return searched("friction", friction) if joint.stiffness == 0.0 or joint.holds else {}
 
     return with_joints(case, overlay, change)
 
@@ -215,6 +215,7 @@ def rolling_resistance(case: Case, overlay: PhysicsOverlay) -> PhysicsOverlay | 
     return overlay.model_copy(update={"rolling_friction_m": ROLLING_M})
 
 
+_DAMPED = Remedy("more damping", more_damping)
 _FIRMER, _HOLD = Remedy("more damping and friction", firmer), Remedy("firmer hold", firmer_hold)
 _ROLLING, _ROUGHER = Remedy("rolling resistance", rolling_resistance), Remedy("rougher contact", rougher_contact)
 _INERTIA, _SOFTER = Remedy("more inertia of light links", more_inertia), Remedy("softer spring", softer_spring)
@@ -225,14 +226,14 @@ REMEDIES: dict[FailureMode, tuple[Remedy, ...]] = {
     FailureMode.OSCILLATION: (_FIRMER, _SOFTER),
     FailureMode.DRIFT: (_FIRMER, _ROLLING, _ROUGHER, *_EXPLOSION),
     FailureMode.DROP: (*_EXPLOSION, _FIRMER, _ROUGHER),
-    FailureMode.NUDGE: (Remedy("more damping", more_damping), Remedy("more friction", more_friction), *_EXPLOSION),
+    FailureMode.NUDGE: (_DAMPED, Remedy("more friction", more_friction), *_EXPLOSION),
     FailureMode.HOLD: (_HOLD, _SOFTER),
     FailureMode.RELEASE: (
         Remedy("less friction", less_friction),
         Remedy("less damping", much_less_damping),
         Remedy("stiffer spring", stiffer_spring),
     ),
-    FailureMode.RESET: (_HOLD, _FIRMER, _ROUGHER),
+    FailureMode.RESET: (_DAMPED, _HOLD, _FIRMER, _ROUGHER),
 }
 """Failing check → remedies, least intrusive first. Penetration and jams are mended by state and collision shape."""
 

@@ -1,0 +1,110 @@
+"""What a hand may need at each part: the range of forces for its kind, and what the object bears before it tips."""
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from asset2sim.models.language.parts import part_name
+from asset2sim.models.language.tables import part_effort
+from asset2sim.physics.arrays import Array
+from asset2sim.physics.grip import grip_on
+from asset2sim.physics.kinematics import TreeJoint, link_to_root, subtree
+from asset2sim.physics.mass_matrix import Body
+from asset2sim.physics.support import Support, standing_on
+from schemas.features import Features, JointFeatures
+from schemas.overlay import EffortRange, JointProposal
+
+UP = np.array([0.0, 0.0, 1.0])
+SAFE_SHARE = 0.9
+"""Share of the force that tips or slides the object, or that a hand should need at most, that a part is made to take:
+engines and statics differ by some percent, and feet are not where hulls say."""
+FIRMER, LIGHTER = 1.5, 0.75
+"""What words for high and low damping do to the largest force that a part may take."""
+
+
+@dataclass(frozen=True)
+class Handling:
+    """How people handle one joint's part: the forces at its edge that its kind should take, whether it is left
+    ``anywhere``, whether springs carry its weight (``counterbalanced``), and the largest efforts (N·m or N) that a hand
+    should need while the object stands, to larger and to smaller positions: infinite where that is not known."""
+
+    range: EffortRange
+    anywhere: bool
+    counterbalanced: bool
+    most_upward: float = math.inf
+    most_downward: float = math.inf
+
+
+def handling(features: Features, joint: JointFeatures, proposal: JointProposal | None) -> Handling:
+    """The handling of one joint by its part, the object's category and the words about it; no object stands yet."""
+    motion = {"prismatic": "slider", "continuous": "spin"}.get(joint.type, "hinge")
+    row = part_effort(part_name(carried_label(features, joint), joint.name, joint.child), features.category, motion)
+    level = None if proposal is None else proposal.damping_level
+    factor = FIRMER if level in ("high", "super high") else LIGHTER if level in ("low", "super low") else 1.0
+    said = {1.0: "", FIRMER: "; firmer, as asked", LIGHTER: "; lighter, as asked"}[factor]
+    stated = EffortRange(kind=row.kind, least_n=row.least_n, most_n=factor * row.most_n, source=row.source + said)
+    return Handling(stated, row.anywhere, row.counterbalanced)
+
+
+def standing_part(kind: Handling) -> Handling:
+    """The handling of a part that is most of the object: it bears the rest, wherever it is left, and no hand moves it
+    against the object's stand."""
+    return replace(kind, anywhere=True, most_upward=math.inf, most_downward=math.inf)
+
+
+def carried_label(features: Features, joint: JointFeatures) -> str:
+    """The label of the joint's child, or where that is a bare helper of the first labelled link that hangs from it."""
+    name, seen = joint.child, set[str]()
+    while name not in seen:
+        seen.add(name)
+        if features.link(name).label or features.link(name).has_geometry:
+            return features.link(name).label
+        name = next((item.child for item in features.joints if item.parent == name), name)
+    return ""
+
+
+def handlings(
+    features: Features,
+    points: Mapping[str, Array],
+    tree: Sequence[TreeJoint],
+    bodies: Mapping[str, Body],
+    positions: Mapping[str, float],
+    proposals: Mapping[str, JointProposal],
+    contact_friction: float,
+) -> dict[str, Handling]:
+    """Joint → its handling as the object stands with joints at ``positions``; ``points`` maps links to (n, 3) points in
+    their frame, all at the final scale."""
+    poses = link_to_root(tree, features.root, positions)
+    clouds = {name: cloud @ poses[name][:3, :3].T + poses[name][:3, 3] for name, cloud in points.items() if len(cloud)}
+    mass = sum(body.mass for body in bodies.values())
+    center = sum(body.mass * (poses[n][:3, :3] @ body.com + poses[n][:3, 3]) for n, body in bodies.items()) / mass
+    support = standing_on(np.vstack(list(clouds.values())), np.asarray(center), mass, UP)
+    joints = {joint.name: joint for joint in tree}
+    found: dict[str, Handling] = {}
+    for name in positions:
+        joint, hinge = features.joint(name), joints[name]
+        kind = handling(features, joint, proposals.get(name))
+        frame = poses[hinge.parent] @ hinge.child_to_parent
+        moved = [clouds[link] for link in subtree(tree, name) if link in clouds]
+        axis = frame[:3, :3] @ hinge.axis
+        ways = 1.0 if (joint.open or 0.0) >= (joint.closed or 0.0) else -1.0
+        grip = grip_on(np.vstack([np.zeros((0, 3)), *moved]), axis, frame[:3, 3], slides=joint.prismatic, opens=ways)
+        if grip is None:
+            found[name] = kind
+            continue
+        up, down = (
+            SAFE_SHARE
+            * grip.lever
+            * min(kind.range.most_n, bearable(support, grip.point, sign * grip.direction, contact_friction))
+            for sign in (1.0, -1.0)
+        )
+        found[name] = replace(kind, most_upward=up, most_downward=down)
+    return found
+
+
+def bearable(support: Support, point: Array, direction: Array, friction: float) -> float:
+    """The force (N) at a (3,) point along a (3,) unit direction at which the object tips over or slides."""
+    limits = (support.tips_at(point, direction), support.slides_at(direction, friction))
+    return min((limit for limit in limits if limit is not None), default=math.inf)

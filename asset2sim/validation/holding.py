@@ -1,0 +1,106 @@
+"""Friction and springs with which a joint stays where it is left, and no more than a hand can move."""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from asset2sim.physics.arrays import Array
+from asset2sim.physics.mass_matrix import Pull
+from asset2sim.validation.handling import Handling
+from asset2sim.validation.limits import Range
+from asset2sim.validation.positions import Start
+from schemas.settings import PhysicsSettings
+
+STOP_SHARE = 1e-3
+"""Share of its range from a limit within which a joint rests on that stop."""
+LEFT_SHARES = (0.25, 0.75)
+"""Shares of its range between which a part that is left anywhere is left; near its ends it is put to the end."""
+LEFT_SAMPLES = 17
+"""Positions between them at which its load is taken."""
+
+
+@dataclass(frozen=True)
+class Balance:
+    """A spring that carries a part's weight: ``stiffness`` (N·m/rad) and its relaxed position (rad)."""
+
+    stiffness: float = 0.0
+    reference: float = 0.0
+
+    def at(self, positions: Array | float) -> Array:
+        """(n,) its torque at these positions (rad), N·m."""
+        torque: Array = self.stiffness * (self.reference - np.asarray(positions, dtype=float))
+        return torque
+
+
+NO_BALANCE = Balance()
+
+
+@dataclass(frozen=True)
+class Holding:
+    """What holds a joint: the friction (N·m or N) and the spring that carries part of its weight; ``cut`` says that a
+    hand, or the object's stand, allows less friction than a bump would need, ``wanted``."""
+
+    friction: float = 0.0
+    wanted: float = 0.0
+    balance: Balance = NO_BALANCE
+
+    @property
+    def cut(self) -> bool:
+        """Whether the friction is less than was wanted."""
+        return self.friction < 0.999 * self.wanted
+
+
+def counterbalance(span: Range, pull: Pull, kind: Handling, least_inertia: float, settings: PhysicsSettings) -> Balance:
+    """The spring of a door that drops open, relaxed where it is closed, that carries ``counterbalance_share`` of its
+    weight where it is open; none for a part of another kind, or that gravity does not pull open."""
+    way = span.open - span.closed
+    if not kind.counterbalanced or span.joint.prismatic or span.lower is None or way == 0.0:
+        return NO_BALANCE
+    load = float(pull.at(span.open))
+    # Upright hinges have no load to carry, and what gravity shuts needs a strut and not this spring.
+    if load * way <= 0.0 or abs(load) < settings.bump_share * math.hypot(pull.force, pull.slope):
+        return NO_BALANCE
+    largest = settings.max_stiffness_step * least_inertia / settings.coarse_timestep_s**2
+    return Balance(min(settings.counterbalance_share * abs(load / way), largest), span.closed)
+
+
+def holding(
+    start: Start,
+    pull: Pull,
+    largest_gravity: float,
+    kind: Handling,
+    balance: Balance,
+    *,
+    bump_share: float,
+    settings: PhysicsSettings,
+) -> Holding:
+    """The friction that holds a joint where it starts and where people leave it, bears a bump of ``bump_share`` of
+    gravity, and leaves a hand able to move it; at least what holds it where it starts.
+
+    ``largest_gravity`` (N·m or N) is gravity's largest pull on it in any direction.
+    """
+    here = float(pull.at(start.position) + balance.at(start.position))
+    load, bump = abs(here), bump_share * largest_gravity
+    if on_stop(start, here):
+        load, bump = 0.0, max(bump - abs(here), 0.0)
+    least = settings.least_hold_margin * load
+    if kind.anywhere:
+        load = max(load, float(np.abs(load_where_left(start.range, pull, balance)).max(initial=0.0)))
+    wanted = max(settings.hold_margin * load, bump)
+    bearable = min(kind.most_upward + here, kind.most_downward - here)
+    return Holding(max(min(wanted, bearable), least), wanted, balance)
+
+
+def load_where_left(span: Range, pull: Pull, balance: Balance) -> Array:
+    """(n,) load (N·m or N) on a joint over the middle of its range; over a whole turn where it has no limits."""
+    low, high = (-math.pi, math.pi) if span.lower is None or span.upper is None else (span.lower, span.upper)
+    shares = (0.0, 1.0) if span.lower is None else LEFT_SHARES
+    positions = np.linspace(low + shares[0] * (high - low), low + shares[1] * (high - low), LEFT_SAMPLES)
+    return pull.at(positions) + balance.at(positions)
+
+
+def on_stop(start: Start, load: float) -> bool:
+    """Whether the joint starts at the stop against which its load (N·m or N) presses it."""
+    stop = start.range.upper if load > 0.0 else start.range.lower
+    return stop is not None and abs(start.position - stop) <= STOP_SHARE * start.range.span
