@@ -9,7 +9,7 @@ from asset2sim.physics.kinematics import TreeJoint, subtree
 from asset2sim.physics.mass_matrix import Body, JointSpace, Pull, joint_space
 from asset2sim.physics.terms import JointLoad, JointTerms, Term
 from asset2sim.validation.handling import Handling, standing_part
-from asset2sim.validation.holding import Holding, counterbalance, holding
+from asset2sim.validation.holding import NO_BALANCE, Holding, counterbalance, holding
 from asset2sim.validation.limits import Range
 from asset2sim.validation.notes import Notes
 from asset2sim.validation.positions import Start, turned
@@ -159,9 +159,9 @@ def held_where_left(
     sprung = any(value is not None for value in (proposal.stiffness, proposal.spring_hz, proposal.returns_s))
     balanced = abs(pull.force) <= settings.free_hold_share * largest_gravity
     stays = holds or (start.stated and is_open(start) and balanced)
-    if settings.dynamics is DynamicsRule.PAPER or sprung or not stays:
+    if settings.dynamics is DynamicsRule.PAPER or not (holds or (stays and not sprung)):
         return Holding()
-    balance = counterbalance(start.range, pull, kind, least_inertia, settings)
+    balance = NO_BALANCE if sprung else counterbalance(start.range, pull, kind, least_inertia, settings)
     bump = settings.bump_share if holds else settings.free_bump_share
     return holding(start, pull, largest_gravity, kind, balance, bump_share=bump, settings=settings)
 
