@@ -142,13 +142,16 @@ def test_the_file_says_what_was_cut_and_the_mesh_stays(tmp_path: Path) -> None:
     (finding,) = write_exports(tmp_path, overlay, (Export.USD, Export.MJCF), 1.0 / 240.0)
     assert (tmp_path / "ball.obj").read_bytes() == before
     assert read_object(tmp_path, overlay).bodies["body"].shapes[0].points.shape == (300, 3)
-    for said, points in hulls(tmp_path).values():
+    found = hulls(tmp_path)
+    assert len(found) == 2
+    for said, points in found.values():
         assert said is not None
         assert len(points) <= VERTEX_LIMIT and fits(ConvexHull(points))
         assert said["vertices_before"] == 300 and 0.0 < said["distance_m"] < 0.016 and 0.75 < said["volume_ratio"] < 1.0
     summary = Sdf.Layer.FindOrOpen(str(tmp_path / "mobility.usda")).customLayerData["asset2sim"]
-    assert summary["hulls_limited"] == 2 and summary["largest_distance_m"] == pytest.approx(said["distance_m"])
-    assert finding.code == "usd_hulls_limited" and finding.value == pytest.approx(said["distance_m"])
+    farthest = max(said["distance_m"] for said, _ in found.values() if said is not None)
+    assert summary["hulls_limited"] == 2 and summary["largest_distance_m"] == pytest.approx(farthest)
+    assert finding.code == "usd_hulls_limited" and finding.value == pytest.approx(farthest)
     assert "2 collision hulls" in finding.message and "mm" in finding.message
 
 
@@ -196,7 +199,7 @@ def test_every_sample_is_within_the_limits(asset_id: str, tmp_path: Path) -> Non
 
 @pytest.mark.system
 @pytest.mark.skipif(not REAL.is_dir(), reason="../shared/partnet_mobility is absent")
-@pytest.mark.parametrize("asset_id", ["179", "10915", "103520"])
+@pytest.mark.parametrize("asset_id", ["179", "3398"])
 def test_real_objects_with_round_parts_are_within_the_limits(asset_id: str, tmp_path: Path) -> None:
     (asset,) = (item for item in load_dataset(REAL, None, (asset_id,), None))
     assert check_export(exported(asset, tmp_path), 0.1) > 0
