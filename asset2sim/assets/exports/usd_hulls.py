@@ -76,6 +76,9 @@ def fits(hull: ConvexHull) -> bool:
     """Whether a hull is within PhysX' limits on vertices and polygons."""
     if len(hull.vertices) > VERTEX_LIMIT:
         return False
+    if len(hull.vertices) <= POLYGON_VERTEX_LIMIT + 1:
+        # A hull of n vertices has at most 2 n - 4 polygons, and none with all of them.
+        return True
     sizes = polygon_sizes(hull)
     return len(sizes) <= POLYGON_LIMIT and max(sizes) <= POLYGON_VERTEX_LIMIT
 
@@ -89,8 +92,10 @@ def polygon_sizes(hull: ConvexHull) -> list[int]:
     # The sine, for the cosine of so small an angle is 1 to the last digits.
     flat = np.linalg.norm(np.cross(normals[first], normals[second]), axis=1) <= SAME_PLANE_RAD
     joined = coo_array((np.ones(int(flat.sum())), (first[flat], second[flat])), shape=(count, count))
-    number, labels = connected_components(joined, directed=False)
-    return [len(np.unique(hull.simplices[labels == label])) for label in range(number)]
+    _, labels = connected_components(joined, directed=False)
+    # Each vertex of each polygon once, as one number.
+    corners = np.unique(labels[:, None].astype(np.int64) * len(hull.points) + hull.simplices)
+    return [int(size) for size in np.bincount(corners // len(hull.points))]
 
 
 def extremes(corners: Array) -> NDArray[np.int_]:

@@ -253,8 +253,8 @@ def loaders_block(out: Path) -> str:
     about = (
         f"Measured, with {versions}, on `{LID}` (its lid has damping {terms.damping:.2g} N·m·s/rad, friction "
         f"{terms.friction:.2g} N·m, and starts at {lid.joint.initial:.2g} rad), `{BOX}` (inertia, and contacts: "
-        f"{friction_stated:.2g}), `{PEDAL}` (spring) and `{BUCKET}` (hollow). Where an engine itself holds a "
-        f"joint (PyBullet's motor, SAPIEN's own friction), inertia, damping and effort are measured without it. {calls}."
+        f"{friction_stated:.2g}), `{PEDAL}` (spring) and `{BUCKET}` (hollow). Where an engine itself holds "
+        f"a joint (PyBullet's motor, SAPIEN's friction), inertia, damping and effort are measured without it. {calls}."
     )
     others = markdown_table(
         ("engine", "what it does", "remedy"),
