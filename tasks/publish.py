@@ -45,7 +45,7 @@ def publish_folder(
     # Without the wall time: the same input gives the same bytes.
     written = [report.model_dump(mode="json", exclude={"seconds"}) for report in reports]
     (folder / "measurement.json").write_text(json.dumps(written, indent=1), encoding="utf-8")
-    write_exports(folder, overlay, settings.exports, settings.engine.timestep_s)
+    findings += write_exports(folder, overlay, settings.exports, settings.engine.timestep_s)
     if settings.views.write:
         write_views(urdf, overlay.initial_positions, folder / "views", settings.views)
     return Published(overlay=overlay, findings=findings)

@@ -9,6 +9,8 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from asset2sim.assets.exports.usd import GEOMETRY_NAME, USD_NAME, export_usd, require_usd, rotation_from_x
+from asset2sim.assets.folder import URDF_NAME
+from asset2sim.assets.urdf.read import read_urdf
 from schemas.errors import UsageError
 from tests.builders import ORIGIN, UrdfJoint, UrdfLink, box, mesh, sphere
 from tests.exported import ARM_INERTIA, BASE, FRICTION, arm, refined
@@ -186,9 +188,9 @@ def test_the_whole_is_one_articulation_in_metres_with_z_up(tmp_path: Path) -> No
 
     export_usd(tmp_path, arm(tmp_path))
     stage = opened(tmp_path)
-    top = stage.GetDefaultPrim()
-    assert top.HasAPI(UsdPhysics.ArticulationRootAPI)
-    assert value(top, "physxArticulation:enabledSelfCollisions") is True
+    (root,) = (item for item in stage.Traverse() if item.HasAPI(UsdPhysics.ArticulationRootAPI))
+    assert root == prim(stage, "base")
+    assert value(root, "physxArticulation:enabledSelfCollisions") is True
     assert UsdGeom.GetStageUpAxis(stage) == "Z" and UsdGeom.GetStageMetersPerUnit(stage) == 1.0
     assert UsdPhysics.GetStageKilogramsPerUnit(stage) == 1.0
     bodies = [item.GetDisplayName() for item in stage.Traverse() if item.HasAPI(UsdPhysics.RigidBodyAPI)]
@@ -209,6 +211,28 @@ def test_usds_own_parser_of_physics_finds_nothing_wrong(tmp_path: Path) -> None:
     paths, joints = found[UsdPhysics.ObjectType.RevoluteJoint]
     assert len(paths) == 1 and joints[0].isValid and joints[0].limit.enabled and joints[0].drive.enabled
     assert joints[0].limit.lower == pytest.approx(-0.5 / DEGREE)
+
+
+def test_the_articulations_root_is_the_urdfs_whatever_hangs_on_it(tmp_path: Path) -> None:
+    from pxr import UsdPhysics
+
+    # Left to itself, the parser chooses the link in the middle of the tree.
+    links = [BASE, *(UrdfLink(f"link_{i}") for i in range(4))]
+    parents = ("base", "link_0", "link_0", "link_1")
+    joints = [UrdfJoint(f"j{i}", "revolute", parent, f"link_{i}") for i, parent in enumerate(parents)]
+    export_usd(tmp_path, refined(tmp_path, links, joints))
+    stage = opened(tmp_path)
+    found = UsdPhysics.LoadUsdPhysicsFromRange(stage, ["/"])
+    _, (articulation,) = found[UsdPhysics.ObjectType.Articulation]
+    assert articulation.rootPrims == [prim(stage, "base").GetPath()]
+    assert len(articulation.articulatedBodies) == 5 and len(articulation.articulatedJoints) == 4
+
+
+def test_a_drive_may_use_the_urdfs_effort_and_no_more(tmp_path: Path) -> None:
+    overlay = arm(tmp_path, lower=-0.5, upper=1.5, damping=0.02, stiffness=0.9)
+    export_usd(tmp_path, overlay)
+    effort = read_urdf(tmp_path / URDF_NAME).joints[0].limit.effort
+    assert value(prim(opened(tmp_path), "j"), "drive:angular:physics:maxForce") == effort > 0.0
 
 
 def test_names_that_usd_does_not_take_stay_apart(tmp_path: Path) -> None:

@@ -4,9 +4,11 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from asset2sim.assets.exports.mjcf import export_mjcf
-from asset2sim.assets.exports.usd import export_usd, require_usd
+from asset2sim.assets.exports.usd import UsdExport, export_usd, require_usd
+from asset2sim.assets.exports.usd_hulls import POLYGON_LIMIT, VERTEX_LIMIT
+from schemas.finding import Finding
 from schemas.overlay import PhysicsOverlay
-from schemas.vocabulary import Export
+from schemas.vocabulary import Export, Severity, Stage
 
 __all__ = ["export_mjcf", "export_usd", "require_exports", "write_exports"]
 
@@ -17,11 +19,29 @@ def require_exports(exports: Sequence[Export]) -> None:
         require_usd()
 
 
-def write_exports(folder: Path, overlay: PhysicsOverlay, exports: Sequence[Export], timestep_s: float) -> None:
-    """Write these formats into a refined folder, with the checks' time step. The folder's URDF must be the one that the
-    overlay describes. Raises UsageError as ``require_exports`` does, and AssetError where the folder's URDF or meshes
-    cannot be read."""
+def write_exports(
+    folder: Path, overlay: PhysicsOverlay, exports: Sequence[Export], timestep_s: float
+) -> tuple[Finding, ...]:
+    """Write these formats into a refined folder, with the checks' time step; findings of what differs in them. The
+    folder's URDF must be the one that the overlay describes. Raises UsageError as ``require_exports`` does, and
+    AssetError where the folder's URDF or meshes cannot be read."""
     if Export.MJCF in exports:
         export_mjcf(folder, overlay, timestep_s)
-    if Export.USD in exports:
-        export_usd(folder, overlay)
+    return usd_findings(export_usd(folder, overlay)) if Export.USD in exports else ()
+
+
+def usd_findings(export: UsdExport) -> tuple[Finding, ...]:
+    """A finding where collision hulls were made smaller for PhysX: how many, and by how much at most."""
+    if not export.limited:
+        return ()
+    finding = Finding(
+        stage=Stage.PUBLISH,
+        severity=Severity.INFO,
+        code="usd_hulls_limited",
+        message=f"{export.path.name}: {len(export.limited)} collision hulls are cut down to {VERTEX_LIMIT} vertices "
+        f"and {POLYGON_LIMIT} faces, the most that PhysX takes to a GPU; they lie inside the given ones, at most "
+        f"{1e3 * export.distance_m:.3g} mm from them, with at least {100.0 * export.volume_ratio:.1f} % of the volume. "
+        "URDF and MJCF keep the given ones",
+        value=export.distance_m,
+    )
+    return (finding,)

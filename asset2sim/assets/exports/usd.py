@@ -11,9 +11,13 @@ Written with ``usd-core`` itself, because no converter keeps the dynamics (each 
 - ``newton`` 1.8.0 reads USD and writes none.
 
 Units: metres, kilograms, seconds; angles in degrees, and so angular stiffness in N·m/deg and damping in N·m·s/deg.
+
+Hulls that are larger than PhysX takes to a GPU are made smaller here, and only here (``usd_hulls``); each says so in
+its custom data, and the root layer sums them up in its own.
 """
 
 import math
+from dataclasses import dataclass
 from importlib.util import find_spec
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -21,19 +25,38 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from asset2sim.assets.exports.looks import looks_of
-from asset2sim.assets.exports.refined_object import ExportBody, ExportJoint, ExportShape, read_object, wxyz_of
+from asset2sim.assets.exports.refined_object import ExportBody, ExportJoint, read_object, wxyz_of
+from asset2sim.assets.exports.usd_collision import CUSTOM_DATA, collide, hull_data, place, write_shape
+from asset2sim.assets.exports.usd_hulls import LimitedHull
 from asset2sim.assets.exports.usd_looks import PrimPaths, write_looks
-from asset2sim.assets.meshes.load import load_mesh
 from asset2sim.physics.arrays import Array
 from schemas.errors import UsageError
 from schemas.overlay import PhysicsOverlay
 
 if TYPE_CHECKING:
-    from pxr import Usd, UsdGeom
+    from pxr import Usd
 
 USD_NAME = "mobility.usda"
 GEOMETRY_NAME = "mobility_geometry.usdc"
 """The layer that holds the points: binary, so that the other one stays short enough to read."""
+
+
+@dataclass(frozen=True)
+class UsdExport:
+    """A written export: its root layer, and the collision hulls that were made smaller in it."""
+
+    path: Path
+    limited: tuple[LimitedHull, ...]
+
+    @property
+    def distance_m(self) -> float:
+        """The largest distance, m, of a given hull from the one in its place; 0 where none is replaced."""
+        return max((hull.distance_m for hull in self.limited), default=0.0)
+
+    @property
+    def volume_ratio(self) -> float:
+        """The least share of a given hull's volume that the one in its place has; 1 where none is replaced."""
+        return min((hull.volume_ratio for hull in self.limited), default=1.0)
 
 
 def require_usd() -> None:
@@ -42,10 +65,10 @@ def require_usd() -> None:
         raise UsageError("export 'usd' needs usd-core, which is not installed; pip install -c constraints.txt '.[usd]'")
 
 
-def export_usd(folder: Path, overlay: PhysicsOverlay) -> Path:
-    """Write ``mobility.usda`` and ``mobility_geometry.usdc`` into a refined folder; the former's path. The default prim
-    is the object, z up, in its initial state, its lowest collision point at z = 0. Raises UsageError where ``usd-core``
-    is missing, and what ``read_object`` raises."""
+def export_usd(folder: Path, overlay: PhysicsOverlay) -> UsdExport:
+    """Write ``mobility.usda`` and ``mobility_geometry.usdc`` into a refined folder. The default prim is the object, z
+    up, in its initial state, its lowest collision point at z = 0. Raises UsageError where ``usd-core`` is missing, and
+    what ``read_object`` raises."""
     require_usd()
     from pxr import Sdf, Usd, UsdGeom, UsdPhysics
 
@@ -62,19 +85,24 @@ def export_usd(folder: Path, overlay: PhysicsOverlay) -> Path:
     names = PrimPaths(item)
     top = UsdGeom.Xform.Define(stage, names.top)
     stage.SetDefaultPrim(top.GetPrim())
-    write_articulation(top.GetPrim())
     material = write_material(stage, item.contact_friction, f"{names.top}/contact")
     poses = item.poses(item.initial)
     lift = np.eye(4)
     lift[2, 3] = item.height_to_stand(item.initial)
+    limited: list[LimitedHull] = []
     for body in item.bodies.values():
         prim = write_body(stage, body, lift @ poses[body.name], names.links[body.name])
         prim.SetDisplayName(body.name)
-        with Usd.EditContext(stage, geometry):
-            for index, shape in enumerate(body.shapes):
-                write_shape(stage, shape, item.folder, f"{names.links[body.name]}/collision_{index}")
+        if body.name == item.root:
+            write_articulation(prim)
         for index, shape in enumerate(body.shapes):
-            collide(stage.GetPrimAtPath(f"{names.links[body.name]}/collision_{index}"), shape, material)
+            at = f"{names.links[body.name]}/collision_{index}"
+            with Usd.EditContext(stage, geometry):
+                smaller = write_shape(stage, shape, item.folder, at)
+            collide(stage.GetPrimAtPath(at), shape, material)
+            if smaller is not None:
+                limited.append(smaller)
+                stage.GetPrimAtPath(at).SetCustomDataByKey(CUSTOM_DATA, hull_data(smaller))
     UsdGeom.Scope.Define(stage, f"{names.top}/joints")
     for joint in item.joints:
         write_joint(stage, joint, names).SetDisplayName(joint.name)
@@ -85,12 +113,24 @@ def export_usd(folder: Path, overlay: PhysicsOverlay) -> Path:
     root = Sdf.Layer.CreateAnonymous(".usda")
     root.TransferContent(stage.GetRootLayer())
     root.subLayerPaths[:] = [f"./{GEOMETRY_NAME}"]
+    export = UsdExport(path, tuple(limited))
+    root.customLayerData = {CUSTOM_DATA: summary_data(export)}
     root.Export(str(path))
-    return path
+    return export
+
+
+def summary_data(export: UsdExport) -> dict[str, float | int]:
+    """What the root layer says of all hulls that were made smaller."""
+    return {
+        "hulls_limited": len(export.limited),
+        "largest_distance_m": round(export.distance_m, 9),
+        "least_volume_ratio": round(export.volume_ratio, 6),
+    }
 
 
 def write_articulation(prim: "Usd.Prim") -> None:
-    """Mark the object as one articulation whose links collide with each other, except parent and child."""
+    """Mark the object as one articulation with this root body, whose links collide with each other, except parent and
+    child. On the object's prim, readers would choose a root by themselves: another link, with joints turned round."""
     from pxr import UsdPhysics
 
     UsdPhysics.ArticulationRootAPI.Apply(prim)
@@ -134,50 +174,6 @@ def write_body(stage: "Usd.Stage", body: ExportBody, to_world: Array, path: str)
     return prim
 
 
-def write_shape(stage: "Usd.Stage", shape: ExportShape, folder: Path, path: str) -> None:
-    """The geometry of one collision shape, in its link's frame."""
-    from pxr import Gf, UsdGeom, Vt
-
-    geometry: UsdGeom.Gprim
-    if shape.kind == "mesh":
-        mesh = load_mesh(folder / shape.file)
-        geometry = UsdGeom.Mesh.Define(stage, path)
-        scale = np.ones(3) if shape.scale is None else shape.scale
-        points = np.asarray(mesh.vertices, dtype=float) * scale
-        faces = np.asarray(mesh.faces) if np.prod(scale) > 0.0 else np.asarray(mesh.faces)[:, ::-1]
-        geometry.CreatePointsAttr(Vt.Vec3fArray.FromNumpy(points.astype(np.float32)))
-        geometry.CreateFaceVertexCountsAttr(Vt.IntArray.FromNumpy(np.full(len(faces), 3, dtype=np.int32)))
-        geometry.CreateFaceVertexIndicesAttr(Vt.IntArray.FromNumpy(faces.astype(np.int32).ravel()))
-        geometry.CreateSubdivisionSchemeAttr(UsdGeom.Tokens.none)
-    elif shape.kind == "box":
-        geometry = UsdGeom.Cube.Define(stage, path)
-        geometry.CreateSizeAttr(1.0)
-    elif shape.kind == "cylinder":
-        geometry = UsdGeom.Cylinder.Define(stage, path)
-        geometry.CreateRadiusAttr(shape.size[0])
-        geometry.CreateHeightAttr(shape.size[1])
-        geometry.CreateAxisAttr(UsdGeom.Tokens.z)
-    else:
-        geometry = UsdGeom.Sphere.Define(stage, path)
-        geometry.CreateRadiusAttr(shape.size[0])
-    place(geometry, shape.to_link)
-    if shape.kind == "box":
-        geometry.AddScaleOp().Set(Gf.Vec3f(*shape.size))
-    # A guide: it is not rendered, and still collides.
-    geometry.CreatePurposeAttr(UsdGeom.Tokens.guide)
-
-
-def collide(prim: "Usd.Prim", shape: ExportShape, material: str) -> None:
-    """Make a prim collide; a mesh collides as its convex hull."""
-    from pxr import UsdPhysics, UsdShade
-
-    UsdPhysics.CollisionAPI.Apply(prim)
-    if shape.kind == "mesh":
-        UsdPhysics.MeshCollisionAPI.Apply(prim).CreateApproximationAttr(UsdPhysics.Tokens.convexHull)
-    bound = UsdShade.Material(prim.GetStage().GetPrimAtPath(material))
-    UsdShade.MaterialBindingAPI.Apply(prim).Bind(bound, UsdShade.Tokens.weakerThanDescendants, "physics")
-
-
 def write_joint(stage: "Usd.Stage", joint: ExportJoint, names: PrimPaths) -> "Usd.Prim":
     """One joint: frames whose x axis is the joint's, limits, the drive that is its spring and damper, dry friction, and
     its initial position."""
@@ -211,6 +207,9 @@ def write_joint(stage: "Usd.Stage", joint: ExportJoint, names: PrimPaths) -> "Us
     drive.CreateDampingAttr(terms.damping / unit)
     drive.CreateTargetPositionAttr(terms.spring_reference * unit if terms.stiffness > 0.0 else 0.0)
     drive.CreateTargetVelocityAttr(0.0)
+    if joint.effort is not None and joint.effort > 0.0:
+        # In N·m also where the rest is per degree.
+        drive.CreateMaxForceAttr(joint.effort)
     prim.AddAppliedSchema(f"PhysicsJointStateAPI:{word}")
     give(prim, f"state:{word}:physics:position", joint.initial * unit)
     give(prim, f"state:{word}:physics:velocity", 0.0)
@@ -241,11 +240,3 @@ def rotation_from_x(axis: Array) -> Array:
         return np.diag([-1.0, -1.0, 1.0])
     cross = np.array([[0.0, -y, -z], [y, 0.0, 0.0], [z, 0.0, 0.0]])
     return np.asarray(np.eye(3) + cross + cross @ cross / (1.0 + x))
-
-
-def place(xform: "UsdGeom.Xformable", to_parent: Array) -> None:
-    """Give a prim its (4, 4) transform as a translation and an orientation, which physics engines can write back."""
-    from pxr import Gf, UsdGeom
-
-    xform.AddTranslateOp(UsdGeom.XformOp.PrecisionDouble).Set(Gf.Vec3d(*(float(v) for v in to_parent[:3, 3])))
-    xform.AddOrientOp(UsdGeom.XformOp.PrecisionDouble).Set(Gf.Quatd(*wxyz_of(to_parent[:3, :3])))
