@@ -110,6 +110,7 @@ _JOINTS: tuple[Column, ...] = (
     ("initial_position!", REAL, POSITION, "Position that the object starts in"),
     ("position_source!", TEXT, "", "Where the initial position came from"),
     ("effective_inertia!", REAL, f"kg·m² / kg ({BY_TYPE})", "What a torque or force on this joint alone accelerates"),
+    ("armature", REAL, f"kg·m² / kg ({BY_TYPE})", "Inertia reflected onto the joint, which weighs nothing"),
     ("gravity_load!", REAL, f"N·m / N ({BY_TYPE})", "Gravity's pull on the joint at the initial position"),
     ("holds!", FLAG, "", "Whether it must stay where it is placed"),
     ("amplitude", REAL, POSITION, "max q − min q over the untouched test; null where not measured"),

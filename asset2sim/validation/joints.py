@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from itertools import product
 
 from asset2sim.physics.dynamics import joint_terms
@@ -11,6 +12,7 @@ from asset2sim.physics.terms import JointLoad, JointTerms, Term
 from asset2sim.validation.limits import Range
 from asset2sim.validation.notes import Notes
 from asset2sim.validation.positions import Start, turned
+from asset2sim.validation.press import Stand, bounded_press, largest_press, reach_of
 from schemas.features import Features
 from schemas.overlay import JointPhysics, JointProposal
 from schemas.settings import PhysicsSettings
@@ -59,14 +61,16 @@ def joint_physics(
     asked: frozenset[str],
     scale: float,
     source: Source,
+    stand: Stand,
     settings: PhysicsSettings,
     notes: Notes,
 ) -> tuple[JointPhysics, ...]:
-    """Complete physics of every movable joint; ``tree`` and ``bodies`` are at the final scale."""
+    """Complete physics of every movable joint; ``tree``, ``bodies`` and ``stand`` are at the final scale."""
     spaces = [joint_space(tree, features.root, bodies, pose) for pose in spanning_poses(starts)]
     space = spaces[0]
     inertias, held = space.effective_inertia(), space.held_inertia()
     pulls = dict(zip(space.names, space.pulls, strict=True))
+    nodes = {joint.name: joint for joint in tree}
     largest_gravity = dict(zip(space.names, space.largest_gravity, strict=True))
     everywhere = [item.effective_inertia() for item in spaces]
     joints: list[JointPhysics] = []
@@ -99,6 +103,10 @@ def joint_physics(
             rest=rests[name],
             hold_load=hold_load if holds else 0.0,
         )
+        if proposal.press_start is not None or proposal.press_end is not None:
+            moved = replace(moved, reach=reach_of(stand, nodes[name]))
+            most = largest_press(stand, nodes[name], math.copysign(1.0, moved.far), settings)
+            proposal = bounded_press(proposal, most, notes)
         by, authored = Source.USER if f"{name}.dynamics" in asked else source, joint.damping
         terms = joint_terms(proposal, moved, holds=holds, source=by, authored_damping=authored, settings=settings)
         report(name, moved, terms, holds, notes)
@@ -125,6 +133,7 @@ def joint_physics(
                 gravity_load=pull.force,
                 holds=holds,
                 least_inertia=moved.least,
+                armature=terms.armature,
             )
         )
     if settings.dynamics is DynamicsRule.PAPER:
@@ -173,6 +182,8 @@ def bound_together(
 
     Explicit damping is stable while Δt times the largest eigenvalue of M⁻¹D is below 2, a spring while Δt² times that
     of M⁻¹K is below 4; before, each joint was bounded alone. A spring keeps the force with which it presses at rest.
+    Springs with an armature keep their stiffness: the armature grows instead, until it bears the spring alone. It does
+    not count for damping, since a URDF's reader knows the damping and not the armature.
     """
     step = settings.coarse_timestep_s
     damping = {joint.name: joint.damping for joint in joints}
@@ -189,9 +200,16 @@ def bound_together(
             joint.model_copy(update={"damping": joint.damping * factor, "damping_source": Source.RULE})
             for joint in joints
         ]
-    stiffness = {joint.name: joint.stiffness for joint in joints}
-    fastest = max(space.fastest_decay(stiffness) for space in spaces)
     largest = 2.0 * settings.max_stiffness_step / step**2
+    fastest = fastest_spring(joints, spaces)
+    if fastest > largest:
+        joints = [
+            joint.model_copy(update={"armature": max(joint.armature, joint.stiffness / largest)})
+            if joint.armature > 0.0
+            else joint
+            for joint in joints
+        ]
+        fastest = fastest_spring(joints, spaces)
     if fastest > largest:
         factor = largest / fastest
         message = (
@@ -201,6 +219,13 @@ def bound_together(
         notes.info("stiffness_coupled", message, value=fastest, limit=largest)
         joints = [softened(joint, factor, rests[joint.name]) for joint in joints]
     return tuple(joints)
+
+
+def fastest_spring(joints: Sequence[JointPhysics], spaces: Sequence[JointSpace]) -> float:
+    """The largest eigenvalue of M⁻¹ K over these poses, the joints' armature in M, 1/s²."""
+    stiffness = {joint.name: joint.stiffness for joint in joints}
+    armature = {joint.name: joint.armature for joint in joints}
+    return max(space.geared(armature).fastest_decay(stiffness) for space in spaces)
 
 
 def softened(joint: JointPhysics, factor: float, rest: float) -> JointPhysics:

@@ -13,6 +13,7 @@ from asset2sim.validation.mass_bounds import bound_inertia_by_extent, with_armat
 from asset2sim.validation.masses import LinkMass, link_masses
 from asset2sim.validation.notes import Notes
 from asset2sim.validation.positions import initial_positions
+from asset2sim.validation.press import stand_of
 from schemas.finding import Finding
 from schemas.overlay import LinkPhysics, Overlay, PhysicsOverlay
 from schemas.settings import PhysicsSettings
@@ -39,7 +40,9 @@ def validate(
     movable = [joint if joint.name in ranges or not joint.movable else locked(joint) for joint in features.joints]
     tree, bodies = tree_of(movable, scale), {n: Body(m.mass, m.com, m.inertia) for n, m in masses.items()}
     proposals = {proposal.name: proposal for proposal in overlay.joints}
-    joints = joint_physics(features, tree, bodies, starts, proposals, asked, scale, source, settings, notes)
+    positions = {name: start.position for name, start in starts.items()}
+    stand = stand_of(extraction, tree, bodies, positions, scale, contact_friction)
+    joints = joint_physics(features, tree, bodies, starts, proposals, asked, scale, source, stand, settings, notes)
     complete = PhysicsOverlay(
         asset_id=features.asset_id,
         scale=scale,
