@@ -17,6 +17,11 @@ from asset2sim.engines.pybullet_object import PyBulletObject
 from asset2sim.physics.arrays import Array
 
 
+SLACK = 1.01
+"""Bound of a motor over what spring, damper and armature exert: at equality, rounding alone lets go of a part that has a
+thousandth of its armature's inertia."""
+
+
 class ArmatureSprings:
     """The joints of an object that have an armature; (n,) arrays in ``names``' order, rad or m, N·m or N, kg·m² or kg.
 
@@ -91,7 +96,7 @@ class ArmatureSprings:
         targets = targets - np.sign(targets) * slowed
         targets = np.clip(targets, (self.lower - positions) / step, (self.upper - positions) / step)
         exerted = spring - self.damping * targets - self.armature * (targets - speeds) / step
-        return targets, np.maximum(np.abs(exerted), np.abs(spring)) + self.friction
+        return targets, SLACK * np.maximum(np.abs(exerted), np.abs(spring)) + self.friction
 
 
 def array(values: Iterable[float]) -> Array:

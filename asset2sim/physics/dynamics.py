@@ -45,6 +45,8 @@ def joint_terms(
     damping = damper(proposal, moved, stiffness.value, source, authored_damping, settings, heavy)
     friction = dry_friction(proposal, moved, holds, stiffness.value, source, settings)
     if felt is not None:
+        if felt.friction > friction.value and proposal.friction is None:
+            friction = Term(felt.friction, Source.RULE)
         return JointTerms(damping, friction, stiffness, felt.reference, armature=felt.armature)
     margin, brake = settings.hold_margin, None
     unmet: UnmetWishes = ()

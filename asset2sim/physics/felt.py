@@ -17,13 +17,20 @@ LEAST_RISE = 0.1
 """Least rise of the spring's force over its travel, as a share of the force at the start: without one it has no end."""
 
 
+SWING_FRICTION = 0.2
+"""Dry friction of a spring without a stop behind its rest, as a share of its force at the end: each swing past the rest
+is two fifths of the travel smaller than the one before."""
+
+
 @dataclass(frozen=True)
 class FeltSpring:
-    """Stiffness (N·m/rad or N/m), relaxed position (rad or m), and the armature (kg·m² or kg) that the step needs."""
+    """Stiffness (N·m/rad or N/m), relaxed position (rad or m), the armature (kg·m² or kg) that the step needs, and the
+    dry friction (N·m or N) without which the part would swing."""
 
     stiffness: Term
     reference: float
     armature: float
+    friction: float = 0.0
 
 
 def press_forces(proposal: JointProposal) -> tuple[float, float] | None:
@@ -46,8 +53,8 @@ def felt_spring(
     """The spring that a press feels as proposed, gravity's pull on the part counted; None where no force is proposed.
 
     Stiffness is the rise of the force over the travel, and the preload the force at the start, against the stop behind
-    the part. Without a stop there the force starts at zero, and the part's own inertia bounds the stiffness, since
-    nothing would keep an armature from swinging.
+    the part. Without a stop there nothing preloads it, and dry friction keeps the armature from swinging. Forces whose
+    armature would exceed ``max_armature_ratio`` are lowered together.
     """
     forces = press_forces(proposal)
     if forces is None or moved.far == 0.0:
@@ -55,13 +62,14 @@ def felt_spring(
     start, end = (force * moved.reach for force in forces)
     outward, way, step = math.copysign(1.0, moved.far), abs(moved.far), settings.coarse_timestep_s
     at_rest, at_end = (outward * float(moved.pull.at(position)) for position in (moved.rest, moved.rest + moved.far))
-    if not moved.backed:
-        largest = settings.max_stiffness_step * moved.least / step**2
-        wanted = max(end + at_end - at_rest, LEAST_RISE * end) / way
-        stiffness = Term(wanted, source) if wanted <= largest else Term(largest, Source.RULE, wanted)
-        return FeltSpring(stiffness, moved.rest - outward * at_rest / stiffness.value, 0.0)
-    preload = max(start + at_rest, 0.0)
+    preload = max(start + at_rest, 0.0) if moved.backed else at_rest
     wanted = max(end + at_end - preload, LEAST_RISE * max(start, end)) / way
     needed = max(wanted * step**2 / settings.max_stiffness_step, preload * step**2 / (settings.max_press_step * way))
-    reference = moved.rest - outward * preload / wanted
-    return FeltSpring(Term(wanted, source), reference, max(0.0, needed - moved.least))
+    most = (1.0 + settings.max_armature_ratio) * moved.least
+    share = min(1.0, most / needed)
+    stiffness = Term(wanted, source) if share == 1.0 else Term(share * wanted, Source.RULE, wanted)
+    armature = max(0.0, share * needed - moved.least)
+    if moved.backed:
+        return FeltSpring(stiffness, moved.rest - outward * preload / wanted, armature)
+    friction = SWING_FRICTION * share * end if armature > 0.0 else 0.0
+    return FeltSpring(stiffness, moved.rest - outward * at_rest / stiffness.value, armature, friction)
