@@ -39,10 +39,11 @@ class JointProposal(Frozen):
     ``press_start`` and ``press_end`` are the force with which its spring resists as it starts to move away from
     ``spring_rest``, and at the far end: N on a slider, N at the far edge of a hinged part. They count before
     ``spring_hz``.
-    Wishes, which count before ``coast_s`` and ``spring_hz`` (and ``returns_s``, if over 0.2 s, before the press): ``closes_s`` is the time in which gravity shuts the part
+    Wishes, which count before ``coast_s`` and ``spring_hz``: ``closes_s`` is the time in which gravity shuts the part
     from half open, ``stops_within`` how far it glides (m at the final scale, or rad) when a hand lets it go at its
-    usual speed, ``returns_s`` the time in which its spring brings it back from its far end. Closed and back are a tenth
-    of the way from it. ``damping_level`` is the user's word for damping, which the paper's rule needs.
+    usual speed, ``returns_s`` the time in which its spring brings it back from its far end; over 0.2 s it counts before
+    the press too. Closed and back are a tenth of the way from it. ``damping_level`` is the user's word for damping,
+    which the paper's rule needs.
     """
 
     name: str

@@ -102,7 +102,8 @@ def test_whatever_a_model_says_can_be_simulated(overlay: Overlay) -> None:
     assert np.isfinite(numbers(result.model_dump())).all()
     heaviest = max(item.mass_kg for item in result.links)
     for item in result.links:
-        # Light only where more would be denser than any material, far lighter than the heaviest where nothing hangs on it.
+        # Light only where more would be denser than any material, far lighter than the heaviest where nothing hangs on
+        # it.
         carries = any(hinge.parent == item.name for hinge in thing().features.joints)
         least = max(PHYSICS.min_mass_kg, heaviest / PHYSICS.max_mass_ratio if carries else 0.0)
         shape = thing().features.link(item.name)

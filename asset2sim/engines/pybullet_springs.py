@@ -3,8 +3,9 @@
 A torque as the spring would throw a key of 1 g, whose spring asks for sixteen times what the time step bears. So the
 adapter steps the joint's own motion, part and armature under spring, damper, friction, gravity and pushes, and gives
 the velocity that comes out to the joint's motor as its target. The motor's force is bounded by what spring, damper and
-armature exert meanwhile: a contact, of which that step knows nothing, meets the spring's force and no more. (An implicit
-step of the spring alone, as a torque, would divide its force by 1 + k Δt² / m also where a finger holds the key still.)
+armature exert meanwhile: a contact, of which that step knows nothing, meets the spring's force and no more. (The spring
+alone stepped implicitly, as a torque, would lose 1 + k Δt² / m of its force also where a finger holds the key still.)
+What Bullet's solver cannot do stays: a part far lighter than what rests on it bears too little in its few rounds.
 """
 
 from collections.abc import Iterable
@@ -16,10 +17,13 @@ from scipy.spatial.transform import Rotation
 from asset2sim.engines.pybullet_object import PyBulletObject
 from asset2sim.physics.arrays import Array
 
-
 SLACK = 1.01
-"""Bound of a motor over what spring, damper and armature exert: at equality, rounding alone lets go of a part that has a
-thousandth of its armature's inertia."""
+"""Bound of a motor over what spring, damper and armature exert: at equality, rounding alone lets go of a part that has
+a thousandth of its armature's inertia."""
+
+STOP_GAP = 1e-7
+"""Distance before a limit at which a motor stops its part, rad or m: at the limit itself Bullet would solve a second
+constraint beside it, twice as many for a keyboard at rest."""
 
 
 class ArmatureSprings:
@@ -86,17 +90,21 @@ class ArmatureSprings:
 
     def aims(self, positions: Array, speeds: Array, efforts: Array) -> tuple[Array, Array]:
         """(n,) velocities after the next step, kept from passing a limit, and (n,) the largest force of spring, damper,
-        armature and friction on the way, at least the spring's. The spring is explicit, for which validation makes the
-        armature large enough, and damping implicit, for which it does not."""
+        armature, friction and stop on the way, at least the spring's. The spring is explicit, for which validation makes
+        the armature large enough, and damping implicit, for which it does not."""
         step, total = self.step, self.moved + self.armature
         spring = self.stiffness * (self.reference - positions)
         resists = total + step * self.damping
         targets = (total * speeds + step * (spring + self.pull + efforts)) / resists
         slowed = np.minimum(np.abs(targets), step * self.friction / resists)
         targets = targets - np.sign(targets) * slowed
-        targets = np.clip(targets, (self.lower - positions) / step, (self.upper - positions) / step)
+        low, high = self.lower + STOP_GAP, self.upper - STOP_GAP
+        # Beyond a limit Bullet brings it back: a motor that did would leave it with that speed.
+        targets = np.clip(targets, np.minimum(low - positions, 0.0) / step, np.maximum(high - positions, 0.0) / step)
         exerted = spring - self.damping * targets - self.armature * (targets - speeds) / step
-        return targets, SLACK * np.maximum(np.abs(exerted), np.abs(spring)) + self.friction
+        # At a stop the motor also bears what is pushed against it.
+        borne = self.moved * (targets - speeds) / step - self.pull - efforts
+        return targets, SLACK * np.abs([exerted, spring, borne]).max(axis=0) + self.friction
 
 
 def array(values: Iterable[float]) -> Array:

@@ -28,8 +28,8 @@ class UnmetWish:
 
 @dataclass(frozen=True)
 class JointTerms:
-    """Damping, friction and stiffness of one joint, its spring's relaxed position, the wishes that were not met, and the
-    armature (kg·m² or kg) with which the time step bears the spring."""
+    """Damping, friction and stiffness of one joint, its spring's relaxed position, the wishes that were not met, and
+    the armature (kg·m² or kg) with which the time step bears the spring."""
 
     damping: Term
     friction: Term

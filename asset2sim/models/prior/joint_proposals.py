@@ -18,8 +18,8 @@ SPRING_HZ = {"hinge": 3.0, "slider": 6.0, "spin": 3.0}
 STIFF, SOFT = 1.5, 0.7
 """What "stiff" and "light" do to a spring's frequency: about twice and half the force."""
 STIFF_PRESS, SOFT_PRESS = 1.5, 0.7
-"""What they do to the forces that a finger feels: a key of 0.65 N becomes one of 1.0 or 0.45 N, within the 0.25 to 1.5 N
-that keyboard standards allow."""
+"""What they do to the forces that a finger feels: a key of 0.65 N becomes one of 1.0 or 0.45 N, within the 0.25 to
+1.5 N that keyboard standards allow."""
 HOLD_COAST_S = 0.2
 """Longest coast of a joint that must stay where it is placed, unless its damping is stated (paper: more damping)."""
 UPRIGHT = 0.9
