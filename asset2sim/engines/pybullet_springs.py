@@ -90,7 +90,7 @@ class ArmatureSprings:
 
     def aims(self, positions: Array, speeds: Array, efforts: Array) -> tuple[Array, Array]:
         """(n,) velocities after the next step, kept from passing a limit, and (n,) the largest force of spring, damper,
-        armature, friction and stop on the way, at least the spring's. The spring is explicit, for which validation makes
+        armature, friction and stop on the way, at least the spring's. The spring is explicit: validation makes
         the armature large enough, and damping implicit, for which it does not."""
         step, total = self.step, self.moved + self.armature
         spring = self.stiffness * (self.reference - positions)

@@ -143,8 +143,8 @@ def bound_ratio(
     masses: dict[str, LinkMass], features: Features, scale: float, settings: PhysicsSettings, notes: Notes
 ) -> dict[str, LinkMass]:
     """Raise the lightest links that others hang from until the heaviest is at most ``max_mass_ratio`` times as heavy,
-    and none too light. A part at the end of the tree (key, button, knob) keeps its mass: an articulation's solver is exact
-    over the tree, and springs get an armature. No link becomes denser than any material."""
+    and none too light. A part at the end of the tree (key, button, knob) keeps its mass: solvers are exact over the
+    tree, and springs get an armature. No link becomes denser than any material."""
     heaviest = max((item.mass for item in masses.values()), default=0.0)
     carriers = {joint.parent for joint in features.joints}
     bounded = {}
