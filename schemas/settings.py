@@ -82,9 +82,9 @@ class PhysicsSettings(Frozen):
     max_press_step: Fraction = 0.5
     """Largest share of its travel that a spring may move its part from rest in one coarse step: beyond, a limit cannot
     hold what the spring presses on it. Armature grows until it holds."""
-    max_armature_ratio: Positive = 3000.0
+    max_armature_ratio: Positive = 10_000.0
     """Largest armature of a joint over the inertia of its part: beyond, single precision shakes what the spring holds.
-    A button of 1 g that moves by half a millimetre gets 3 kg, and so a spring of 3 N, at the coarse step."""
+    A button of 0.1 g that moves by half a millimetre gets 1 kg, and so a spring of 1 N, at the coarse step."""
     press_margin: Fraction = 0.5
     """Largest press on a part, as a share of the force that tips or slides the whole object."""
     held_by_hand_kg: Positive = 1.0
