@@ -36,10 +36,14 @@ class JointProposal(Frozen):
     Felt: ``coast_s`` is the time in which a free joint loses 63 % of its speed, ``spring_hz`` the frequency at which a
     spring-loaded part would bounce undamped, ``spring_rest`` the position to which it returns (authored scale),
     ``holds`` whether the joint must stay where it is placed against gravity.
+    ``press_start`` and ``press_end`` are the force with which its spring resists as it starts to move away from
+    ``spring_rest``, and at the far end: N on a slider, N at the far edge of a hinged part. They count before
+    ``spring_hz``.
     Wishes, which count before ``coast_s`` and ``spring_hz``: ``closes_s`` is the time in which gravity shuts the part
     from half open, ``stops_within`` how far it glides (m at the final scale, or rad) when a hand lets it go at its
-    usual speed, ``returns_s`` the time in which its spring brings it back from its far end. Closed and back are a tenth
-    of the way from it. ``damping_level`` is the user's word for damping, which the paper's rule needs.
+    usual speed, ``returns_s`` the time in which its spring brings it back from its far end; over 0.2 s it counts before
+    the press too. Closed and back are a tenth of the way from it. ``damping_level`` is the user's word for damping,
+    which the paper's rule needs.
     """
 
     name: str
@@ -49,6 +53,8 @@ class JointProposal(Frozen):
     coast_s: Positive | None = None
     spring_hz: Positive | None = None
     spring_rest: Finite | None = None
+    press_start: NonNegative | None = None
+    press_end: NonNegative | None = None
     holds: bool | None = None
     closes_s: Positive | None = None
     stops_within: Positive | None = None
@@ -136,6 +142,9 @@ class JointPhysics(Frozen):
     """The position that the proposal asks for, rad or m; None without one. The search may leave it slightly."""
     effort_range: EffortRange | None = None
     """What a hand should need at the part's edge; None where not known."""
+    armature: NonNegative = 0.0
+    """Inertia reflected onto the joint, kg·m² or kg: it resists the joint's own motion and weighs nothing. It lets a
+    solver bear a stiff spring on a part of a gram; the effective inertias do not contain it."""
 
 
 class PhysicsOverlay(Frozen):

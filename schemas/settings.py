@@ -36,6 +36,9 @@ class Thresholds(Frozen):
     """Furthest the root's centre of mass may travel from where it is set down, m: a hand's thickness."""
     stands_m_s: Positive = 0.5
     """Fastest the root may move while it settles, m/s: as after a fall of 12 mm, which uneven feet explain."""
+    held_by_hand_kg: Positive = 1.0
+    """Mass below which one hand holds the object while the other presses a part sideways or from below, kg: a remote
+    control or a camera. The same as that of ``PhysicsSettings``, which makes springs for it."""
     state_share: Fraction = 0.10
     """Share of its range that a joint may settle away from the position that is asked of it."""
     nudge_remaining: Fraction = 0.1
@@ -74,7 +77,8 @@ class PhysicsSettings(Frozen):
     max_spring_hz: Positive = 1000.0
     """Largest spring frequency that is accepted before the time step bounds it, Hz."""
     max_mass_ratio: Positive = 1000.0
-    """Heaviest over lightest link: beyond about 1000 iterative solvers stop converging."""
+    """Heaviest over lightest link that others hang from: beyond about 1000 iterative solvers stop converging. A part at
+    the end of the tree keeps its own mass."""
     massless_share: Fraction = 0.1
     """Share of its neighbour's mass that a link without geometry takes over, so that no engine invents 1 kg for it."""
     min_inertia_kg_m2: Positive = 1e-9
@@ -86,6 +90,17 @@ class PhysicsSettings(Frozen):
     explodes from 2 on."""
     max_stiffness_step: Fraction = 0.25
     """Largest stiffness · Δt² / I_eff at the coarse step: an explicit spring is unstable from 4 on."""
+    max_press_step: Fraction = 0.5
+    """Largest share of its travel that a spring may move its part from rest in one coarse step: beyond, a limit cannot
+    hold what the spring presses on it. Armature grows until it holds."""
+    max_armature_ratio: Positive = 10_000.0
+    """Largest armature of a joint over the inertia of its part: beyond, single precision shakes what the spring holds.
+    A button of 0.1 g that moves by half a millimetre gets 1 kg, and so a spring of 1 N, at the coarse step."""
+    press_margin: Fraction = 0.5
+    """Largest press on a part, as a share of the force that tips or slides the whole object."""
+    held_by_hand_kg: Positive = 1.0
+    """Mass below which one hand holds the object while the other presses a part sideways or from below, kg: a remote
+    control or a camera."""
     coarse_timestep_s: Positive = 1.0 / 60.0
     """The coarsest time step that users run, s (robot learning at 60 Hz)."""
     least_reach_m: Positive = 1e-4

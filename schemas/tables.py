@@ -111,6 +111,7 @@ _JOINTS: tuple[Column, ...] = (
     ("position_source!", TEXT, "", "Where the initial position came from"),
     ("asked_position", REAL, POSITION, "Position that the proposal asks for; null where it asks for none"),
     ("effective_inertia!", REAL, f"kg·m² / kg ({BY_TYPE})", "What a torque or force on this joint alone accelerates"),
+    ("armature", REAL, f"kg·m² / kg ({BY_TYPE})", "Inertia reflected onto the joint, which weighs nothing"),
     ("gravity_load!", REAL, f"N·m / N ({BY_TYPE})", "Gravity's pull on the joint at the initial position"),
     ("holds!", FLAG, "", "Whether it must stay where it is placed"),
     ("effort_kind", TEXT, "", "What a hand takes it for, by which its force is judged; null where not known"),

@@ -65,6 +65,7 @@ class UrdfJoint:
     friction: float = 0.0
     stiffness: float = 0.0
     reference: float = 0.0
+    armature: float = 0.0
 
 
 def box(x: float, y: float, z: float) -> str:
@@ -113,7 +114,7 @@ def _joint_text(joint: UrdfJoint) -> str:
         f'<parent link="{joint.parent}"/><child link="{joint.child}"/><axis xyz="{_words(joint.axis)}"/>'
         f'<limit lower="{joint.lower!r}" upper="{joint.upper!r}" effort="100" velocity="100"/>'
         f'<dynamics damping="{joint.damping!r}" friction="{joint.friction!r}" spring_stiffness="{joint.stiffness!r}" '
-        f'spring_reference="{joint.reference!r}"/></joint>'
+        f'spring_reference="{joint.reference!r}" armature="{joint.armature!r}"/></joint>'
     )
 
 

@@ -82,6 +82,14 @@ def test_a_spring_swings_at_its_frequency_and_rests_at_its_reference(tmp_path: P
     assert state.qpos[0] == pytest.approx(0.4, abs=1e-3)
 
 
+def test_armature_adds_to_what_a_spring_moves(tmp_path: Path) -> None:
+    model, data = held(tmp_path, arm(tmp_path, stiffness=0.5, armature=0.03))
+    assert model.dof_armature[0] == 0.03 and model.jnt_solimp[0][0] == 0.9999
+    data.qpos[0] = 0.2
+    run(model, data, math.pi / 2.0 * math.sqrt((ARM_INERTIA + 0.03) / 0.5))
+    assert data.qpos[0] == pytest.approx(0.0, abs=0.01)
+
+
 @pytest.mark.parametrize(("share", "moves"), [(0.95, False), (1.1, True)])
 def test_dry_friction_holds_up_to_its_torque(tmp_path: Path, share: float, moves: bool) -> None:
     model, data = held(tmp_path, arm(tmp_path, friction=0.02))

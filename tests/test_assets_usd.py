@@ -62,10 +62,16 @@ def test_a_hinges_terms_are_per_degree(tmp_path: Path) -> None:
     assert value(joint, "physxJointAxis:angular:dynamicFrictionEffort") == pytest.approx(0.3)
     assert value(joint, "newton:friction") == pytest.approx(0.3)
     assert value(joint, "physxJoint:jointFriction") == 0.0
+    assert not joint.HasAttribute("physxJoint:armature")
     assert not joint.GetAttribute("newton:damping").IsAuthored()
     assert {"PhysicsDriveAPI:angular", "PhysicsJointStateAPI:angular", "PhysxJointAxisAPI:angular"} <= {
         *joint.GetPrimTypeInfo().GetAppliedAPISchemas()
     }
+
+
+def test_armature_is_that_of_the_urdf_in_kilograms_and_metres(tmp_path: Path) -> None:
+    export_usd(tmp_path, arm(tmp_path, armature=0.03))
+    assert value(prim(opened(tmp_path), "j"), "physxJoint:armature") == pytest.approx(0.03)
 
 
 def test_a_sliders_terms_are_per_metre(tmp_path: Path) -> None:

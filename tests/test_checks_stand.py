@@ -80,7 +80,7 @@ def test_a_lid_takes_its_load_and_its_friction_at_its_edge_and_tips_the_box_by_i
         _, _, support = stand(world, item.item, point_clouds(item.urdf), SETTINGS)
     with opened(item, engine) as world:
         found = openings(world, item.item, SETTINGS)
-    (record,) = efforts(item.item, point_clouds(item.urdf), found, support, 0.8)
+    (record,) = efforts(item.item, point_clouds(item.urdf), found, support, 0.8, LIMITS)
     assert record.way == "opening" and record.lever_m == pytest.approx(0.3, rel=0.01)
     assert record.force_n == pytest.approx((0.5 * 9.81 * 0.15 + 0.6) / 0.3, rel=0.05)
     # Lifted at its front edge it turns about its back edge, half its depth behind both centres of mass.
@@ -97,5 +97,5 @@ def test_a_part_that_nothing_moves_has_no_effort(tmp_path: Path) -> None:
     item = box_with_lid(tmp_path, friction=0.6, start=0.0)
     with opened(item) as world:
         found = [entry.model_copy(update={"opening": None}) for entry in openings(world, item.item, SETTINGS)]
-    assert efforts(item.item, point_clouds(item.urdf), found, None, 0.8) == ()
+    assert efforts(item.item, point_clouds(item.urdf), found, None, 0.8, LIMITS) == ()
     assert Effort(joint="j", way="opening", effort=3.0, lever_m=0.5, tips_at_n=None, slides_at_n=None).force_n == 6.0

@@ -152,3 +152,30 @@ def test_a_sloppy_models_answer_is_made_to_work(tmp_path: Path) -> None:
     assert record.overlay is not None and record.overlay.scale_source is Source.PRIOR
     assert {"damping_bounded", "stiffness_bounded"} <= {finding.code for finding in record.findings}
     assert json.loads((tmp_path / "assets" / "box_wooden" / "overlay.json").read_text())["scale"] == 0.2
+
+
+def test_sample_keys_resist_as_fingers_know_them_in_every_engine(tmp_path: Path) -> None:
+    record = refined("keyboard_compact", tmp_path)
+    assert record.failure_mode is FailureMode.NONE, record.reason
+    assert record.overlay is not None and len(record.reports) > 0
+    keys = [joint for joint in record.overlay.joints if joint.label == "key"]
+    for report in record.reports:
+        assert report.interaction is not None
+        efforts = {item.joint: item.opening or 0.0 for item in report.interaction.openings}
+        assert all(0.3 <= efforts[joint.name] <= 0.8 for joint in keys), (report.engine, efforts)
+    for joint in keys:
+        assert joint.upper is not None and joint.armature > 0.0
+        assert 0.4 <= joint.stiffness * (joint.upper - joint.spring_reference) <= 1.2
+    assert not {"mass_raised", "mass_ratio"} & {finding.code for finding in record.findings}
+
+
+def test_a_pedal_resists_as_much_as_its_bin_bears(tmp_path: Path) -> None:
+    record = refined("trashcan_pedal", tmp_path)
+    assert record.failure_mode is FailureMode.NONE, record.reason
+    assert record.overlay is not None
+    pedal = next(joint for joint in record.overlay.joints if joint.label == "foot_pad")
+    (bounded,) = [finding for finding in record.findings if finding.code == "press_bounded"]
+    assert bounded.joint == pedal.name and bounded.value == 25.0 and bounded.limit is not None
+    assert bounded.limit < 10.0, "a foot would tip 0.4 kg"
+    start, end = (abs(pedal.stiffness * (pedal.spring_reference - at)) for at in (pedal.closed, pedal.open))
+    assert start / end == pytest.approx(15.0 / 25.0, abs=0.05), "forces are lowered together"

@@ -23,6 +23,10 @@ LOCKED_RANGE = 1e-6
 
 FRICTION_SOLIMP = (IMPEDANCE, IMPEDANCE, 1.0, 0.5, 2.0)
 LIMIT_SOLIMP = (CONTACT_IMPEDANCE, CONTACT_IMPEDANCE, 1.0, 0.5, 2.0)
+ARMATURE_LIMIT_SOLIMP = (IMPEDANCE, IMPEDANCE, 1.0, 0.5, 2.0)
+"""``solimp`` of the limits of joints with an armature. MuJoCo scales a limit's stiffness by its estimate of what the
+joint moves, without the armature: at ``LIMIT_SOLIMP`` a spring of 0.5 N presses a key of 1 g through its stop by 0.7 mm
+at 240 Hz, at this by 8 µm."""
 CONTACT_SOLIMP = (CONTACT_IMPEDANCE - 0.04, CONTACT_IMPEDANCE, SOFT_WIDTH_M, 0.5, 2.0)
 """``solimp`` of joints' dry friction, of joint limits and of contacts."""
 

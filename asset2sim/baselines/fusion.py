@@ -12,7 +12,8 @@ LINK_VECTORS = ("com", "inertia")
 """Vector fields, fused by component with one weight from the field's one sigma: a positive sum of positive
 semi-definite inertias is positive semi-definite."""
 JOINT_NUMBERS = (
-    "damping", "friction", "stiffness", "coast_s", "spring_hz", "closes_s", "stops_within", "returns_s",
+    "damping", "friction", "stiffness", "coast_s", "spring_hz", "press_start", "press_end", "closes_s", "stops_within",
+    "returns_s",
 )  # fmt: skip
 JOINT_CLAIMS = ("spring_rest",)
 """Numbers whose absence is itself an answer (there is no spring): a vote decides whether there is one."""

@@ -8,16 +8,23 @@ from asset2sim.checks.mechanism import Mechanism, poses_at
 from asset2sim.checks.support import Clouds
 from asset2sim.physics.arrays import Array
 from asset2sim.physics.grip import Grip, grip_on
-from asset2sim.physics.support import Support
+from asset2sim.physics.support import DOWNWARD, Support
 from schemas.interaction import Effort, Opening
 from schemas.overlay import JointPhysics
+from schemas.settings import Thresholds
 
 
 def efforts(
-    item: Mechanism, clouds: Clouds, openings: Sequence[Opening], support: Support | None, friction: float
+    item: Mechanism,
+    clouds: Clouds,
+    openings: Sequence[Opening],
+    support: Support | None,
+    friction: float,
+    limits: Thresholds,
 ) -> tuple[Effort, ...]:
     """What a hand needs at the edge of every joint's part, each way that it has room, from the least efforts that were
-    measured with the root held, and statics on ``support`` at this Coulomb ``friction``; without one nothing tips."""
+    measured with the root held, and statics on ``support`` at this Coulomb ``friction``; without one nothing tips. A
+    light object whose button is pressed sideways or from below is held in the other hand."""
     poses = poses_at(item, item.start)
     joints = {joint.name: joint for joint in item.joints}
     found = []
@@ -28,16 +35,24 @@ def efforts(
             if grip is None or effort is None:
                 continue
             direction = sign * grip.direction
+            stands = None if support is None or in_hand(joint, direction, support, limits) else support
             record = Effort(
                 joint=seen.joint,
                 way=way,
                 effort=effort,
                 lever_m=grip.lever,
-                tips_at_n=None if support is None else support.tips_at(grip.point, direction),
-                slides_at_n=None if support is None else support.slides_at(direction, friction),
+                tips_at_n=None if stands is None else stands.tips_at(grip.point, direction),
+                slides_at_n=None if stands is None else stands.slides_at(direction, friction),
             )
             found.append(record)
     return tuple(found)
+
+
+def in_hand(joint: JointPhysics, direction: Array, support: Support, limits: Thresholds) -> bool:
+    """Whether a hand holds the object while another moves the part along the (3,) direction: of a light object, a part
+    with a spring that the table does not press back."""
+    sprung = joint.stiffness > 0.0 and not joint.holds
+    return sprung and support.mass < limits.held_by_hand_kg and float(direction @ support.up) > -DOWNWARD
 
 
 def opens(joint: JointPhysics) -> float:

@@ -104,7 +104,7 @@ def interact(
         if wanted(only, FailureMode.EFFORT):
             opened = openings(held.sound(), item, settings)
             found["openings"] = opened
-            found["efforts"] = efforts(item, clouds, opened, support, overlay.contact_friction)
+            found["efforts"] = efforts(item, clouds, opened, support, overlay.contact_friction, limits)
         if wanted(only, FailureMode.RELEASE):
             found["releases"] = releases(held.sound(), item, stretches, settings, limits)
         if wanted(only, FailureMode.NUDGE):

@@ -183,12 +183,14 @@ def pull_on(item: Mechanism, joint: str, positions: Mapping[str, float], poses: 
 
 
 def moved_inertia(item: Mechanism, joint: str, poses: Mapping[str, Array]) -> float:
-    """The inertia that the joint moves, the root and all other joints held: kg·m² about its axis, or kg."""
+    """The inertia that the joint moves, the root and all other joints held, with its armature: kg·m² about its axis, or
+    kg."""
     hinge = next(entry for entry in item.tree if entry.name == joint)
+    total = next((entry.armature for entry in item.joints if entry.name == joint), 0.0)
     if hinge.type == "prismatic":
-        return sum(item.bodies[link].mass for link in item.moved[joint])
+        return total + sum(item.bodies[link].mass for link in item.moved[joint])
     frame = poses[hinge.parent] @ hinge.child_to_parent
-    axis, total = frame[:3, :3] @ hinge.axis, 0.0
+    axis = frame[:3, :3] @ hinge.axis
     for link in item.moved[joint]:
         body, pose = item.bodies[link], poses[link]
         lever = np.cross(axis, pose[:3, :3] @ body.com + pose[:3, 3] - frame[:3, 3])

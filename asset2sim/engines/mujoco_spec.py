@@ -8,6 +8,7 @@ import mujoco
 from lxml import etree
 
 from asset2sim.assets.mujoco_options import (
+    ARMATURE_LIMIT_SOLIMP,
     CONTACT_SOLIMP,
     FRICTION_RATIO,
     FRICTION_SOLIMP,
@@ -144,15 +145,17 @@ def mesh_bytes(root: "etree._Element", folder: Path) -> dict[str, bytes]:
 
 
 def give_dynamics(spec: mujoco.MjSpec, terms: dict[str, Dynamics]) -> None:
-    """Put the joints' damping, friction, stiffness and spring reference in, and make friction and limits stiff."""
+    """Put the joints' damping, friction, stiffness, spring reference and armature in, and make friction and limits
+    stiff. MuJoCo adds armature to the diagonal of the mass matrix, and steps springs explicitly."""
     for joint in spec.joints:
         term = terms[joint.name]
         joint.damping = [term.damping, 0.0, 0.0]
         joint.frictionloss = term.friction
         joint.stiffness = [term.stiffness, 0.0, 0.0]
         joint.springref = term.spring_reference
+        joint.armature = term.armature
         joint.solimp_friction = FRICTION_SOLIMP
-        joint.solimp_limit = LIMIT_SOLIMP
+        joint.solimp_limit = ARMATURE_LIMIT_SOLIMP if term.armature > 0.0 else LIMIT_SOLIMP
 
 
 def lock_joints(spec: mujoco.MjSpec, root: "etree._Element") -> None:

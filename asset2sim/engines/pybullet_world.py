@@ -11,6 +11,7 @@ from scipy.spatial.transform import Rotation
 
 from asset2sim.engines.contacts import ContactPoint
 from asset2sim.engines.pybullet_object import MARGIN_M, PyBulletObject, loaded
+from asset2sim.engines.pybullet_springs import ArmatureSprings
 from asset2sim.engines.world import contact_distance_m, nothing_collides
 from asset2sim.physics.arrays import Array
 from asset2sim.physics.mass_matrix import GRAVITY_M_S2
@@ -33,7 +34,8 @@ def open_pybullet(
 
 
 class PyBulletWorld:
-    """One object in one PyBullet client. Spring torques and pushes are set again at each step, as PyBullet requires."""
+    """One object in one PyBullet client. Spring torques and pushes are set again at each step, as PyBullet requires;
+    springs of joints with an armature are motors (``ArmatureSprings``)."""
 
     engine = Engine.PYBULLET
     skin_m = 2.0 * MARGIN_M
@@ -47,9 +49,11 @@ class PyBulletWorld:
         self.joint_names = tuple(item.joint_index)
         self.joints = list(item.joint_index.values())
         terms = [item.dynamics[name] for name in self.joint_names]
-        self.stiffness = np.array([term.stiffness for term in terms])
+        self.stiffness = np.array([0.0 if term.armature > 0.0 else term.stiffness for term in terms])
         self.reference = np.array([term.spring_reference for term in terms])
         self.efforts = np.zeros(len(self.joints))
+        self.springs = ArmatureSprings(item, timestep_s)
+        self.geared = np.array([self.joint_names.index(name) for name in self.springs.names], dtype=int)
         self.driven = np.flatnonzero(self.stiffness)
         self.driven_joints = [self.joints[i] for i in self.driven]
         client = item.client
@@ -78,6 +82,7 @@ class PyBulletWorld:
         client, body = self.item.client, self.item.body
         self.push({})
         self.item.place(positions)
+        self.springs.measure()
         if self.plane is None:
             return
         turned = Rotation.from_rotvec(tilt_rad) * Rotation.from_quat(self.upright)
@@ -102,6 +107,7 @@ class PyBulletWorld:
                 i = self.driven
                 forces = self.stiffness[i] * (self.reference[i] - positions) + self.efforts[i]
                 client.setJointMotorControlArray(body, driven, pybullet.TORQUE_CONTROL, forces=forces.tolist())
+            self.springs.drive(self.efforts[self.geared])
             advance()
 
     def root_pose(self) -> tuple[Array, Array]:

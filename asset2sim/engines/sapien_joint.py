@@ -43,7 +43,8 @@ def give_joint(builder: Builder, joint: yourdfpy.Joint, link: Any, terms: dict[s
     term = terms[joint.name]
     made.limit = np.array([limits_of(joint)])
     made.friction = 0.0
-    made.armature = np.zeros(1)
+    # Added to the joint-space inertia, with which the spring, an explicit effort, is stable (see ``SapienWorld.step``).
+    made.armature = np.array([term.armature])
     made.max_velocity = UNBOUNDED
     # A drive at rest with a bounded force is Coulomb friction. As a part of the joint it is solved with it, and holds.
     made.set_drive_property(0.0, STOP_DAMPING if term.friction > 0.0 else 0.0, term.friction)

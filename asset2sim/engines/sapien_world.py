@@ -18,6 +18,9 @@ from schemas.vocabulary import Engine
 LOOK_S = 1e-7
 """Time step of a contact query, s: PhysX finds contacts only while stepping, at the poses before the step."""
 
+AT_STOP = 1e-7
+"""Distance from a limit within which a joint stands at it, rad or m: single precision at a tenth of a metre."""
+
 
 @contextmanager
 def open_sapien(
@@ -51,6 +54,7 @@ class SapienWorld:
         self.reference = np.array([term.spring_reference for term in terms])
         self.efforts = np.zeros(len(self.joint_names))
         self.sprung = bool(self.stiffness.any())
+        self.limits = np.array(item.articulation.get_qlimits(), dtype=float).reshape(-1, 2)
         self.at_rest = np.zeros(len(self.joint_names), dtype=np.float32)
         self.pose = import_module("sapien").Pose
 
@@ -111,8 +115,13 @@ class SapienWorld:
         return np.array(self.item.articulation.get_qpos(), dtype=float)
 
     def velocities(self) -> Array:
-        """See ``World``."""
-        return np.array(self.item.articulation.get_qvel(), dtype=float)
+        """See ``World``. PhysX reports speeds into a stop of parts that a spring presses on it: they count as none."""
+        if not self.joint_names:
+            return np.zeros(0)
+        present, speeds = self.positions(), np.array(self.item.articulation.get_qvel(), dtype=float)
+        low, high = self.limits[:, 0] + AT_STOP, self.limits[:, 1] - AT_STOP
+        speeds[((present >= high) & (speeds > 0.0)) | ((present <= low) & (speeds < 0.0))] = 0.0
+        return speeds
 
     def kick(self, velocities: Mapping[str, float]) -> None:
         """See ``World``."""

@@ -152,7 +152,8 @@ def _quoted(text: str) -> str:
 
 
 RULE_FIELDS = (
-    "coast_s", "spring_hz", "closes_s", "stops_within", "returns_s", "damping_level", "density_kg_m3", "hollow_factor",
+    "coast_s", "spring_hz", "press_start", "press_end", "closes_s", "stops_within", "returns_s", "damping_level",
+    "density_kg_m3", "hollow_factor",
 )  # fmt: skip
 """Fields from which our rules derive numbers; methods that use a model's numbers unchanged do not ask for them."""
 

@@ -7,6 +7,7 @@ bounded by them.
 
 import math
 
+from asset2sim.physics.felt import felt_spring
 from asset2sim.physics.paper_ranges import paper_terms
 from asset2sim.physics.terms import JointLoad, JointTerms, Term, UnmetWish
 from asset2sim.physics.timed import closing_brake, gliding_brake, largest_damping, relaxed_position, timed_return
@@ -38,9 +39,15 @@ def joint_terms(
     """Damping, friction and stiffness of one joint, by the rule that the settings name."""
     if settings.dynamics is DynamicsRule.PAPER:
         return paper_terms(proposal, prismatic=moved.prismatic, holds=holds, rest=moved.rest, source=source)
-    stiffness = spring(proposal, moved, source, settings)
-    damping = damper(proposal, moved, stiffness.value, source, authored_damping, settings)
+    felt = felt_spring(proposal, moved, source, settings)
+    stiffness = spring(proposal, moved, source, settings) if felt is None else felt.stiffness
+    heavy = 0.0 if felt is None else felt.armature
+    damping = damper(proposal, moved, stiffness.value, source, authored_damping, settings, heavy)
     friction = dry_friction(proposal, moved, holds, stiffness.value, source, settings)
+    if felt is not None:
+        if felt.friction > friction.value and proposal.friction is None:
+            friction = Term(felt.friction, Source.RULE)
+        return JointTerms(damping, friction, stiffness, felt.reference, armature=felt.armature)
     margin, brake = settings.hold_margin, None
     unmet: UnmetWishes = ()
     # Damping that is stated outright counts before any wish.
@@ -132,8 +139,13 @@ def damper(
     source: Source,
     authored: float | None,
     settings: PhysicsSettings,
+    armature: float = 0.0,
 ) -> Term:
-    """Damping c = I / τ, at least what keeps a spring from ringing, at most ``max_damping_step`` I / Δt."""
+    """Damping c = I / τ, at least what keeps a spring from ringing, at most ``max_damping_step`` I / Δt.
+
+    The bound counts the part's own inertia even where it has an armature: whoever reads the URDF alone gets the damping
+    and not the armature. A part with an armature rests on a stop, which takes its speed.
+    """
     largest = largest_damping(moved, settings)
     if proposal.damping is not None:
         wanted, where = proposal.damping, source
@@ -143,8 +155,10 @@ def damper(
         wanted, where = authored, Source.AUTHORED
     else:
         wanted, where = moved.inertia / settings.default_coast_s, Source.RULE
-    least = 2.0 * settings.spring_damping_ratio * math.sqrt(stiffness * moved.inertia)
+    least = 2.0 * settings.spring_damping_ratio * math.sqrt(stiffness * (moved.inertia + armature))
     bounded = min(max(wanted, least), largest)
+    if armature > 0.0 and proposal.damping is None:
+        return Term(bounded, Source.RULE)
     return Term(wanted, where) if bounded == wanted else Term(bounded, Source.RULE, wanted)
 
 

@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -73,6 +73,11 @@ class JointSpace:
     def mobility(self) -> Array:
         """(n, n) joints' block of M⁻¹: the acceleration of each per unit force on each, all else free."""
         return np.asarray(np.linalg.inv(self.matrix)[6:, 6:], dtype=np.float64)
+
+    def geared(self, armature: Mapping[str, float]) -> "JointSpace":
+        """The same with these reflected inertias (kg·m² or kg) on the joints' diagonal, as engines add armature."""
+        added = [armature.get(name, 0.0) for name in self.names]
+        return replace(self, matrix=self.matrix + np.diag(np.concatenate([np.zeros(6), added])))
 
     def effective_inertia(self) -> dict[str, float]:
         """Joint → 1 / (M⁻¹)ⱼⱼ: the inertia that a torque on it alone accelerates, all else free, kg·m² or kg."""

@@ -9,6 +9,8 @@ from scipy.spatial import ConvexHull, QhullError
 from asset2sim.physics.arrays import Array
 from asset2sim.physics.mass_matrix import GRAVITY_M_S2
 
+DOWNWARD = 0.5
+"""Share of a press that goes down from which the table or floor takes it: no hand holds the object against it."""
 STANDING_M = 3e-3
 """Height over the lowest point within which points stand on the floor, m: engines' margins, and uneven feet."""
 

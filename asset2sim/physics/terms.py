@@ -28,13 +28,15 @@ class UnmetWish:
 
 @dataclass(frozen=True)
 class JointTerms:
-    """Damping, friction and stiffness of one joint, its spring's relaxed position, and the wishes that were not met."""
+    """Damping, friction and stiffness of one joint, its spring's relaxed position, the wishes that were not met, and
+    the armature (kg·m² or kg) with which the time step bears the spring."""
 
     damping: Term
     friction: Term
     stiffness: Term
     spring_reference: float
     unmet: tuple[UnmetWish, ...] = ()
+    armature: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -59,11 +61,29 @@ class JointLoad:
     rest: float
     """Position to which a spring returns it, within the limits, rad or m."""
     hold_friction: float = 0.0
+    reach: float = 1.0
+    """Distance from the axis to the far edge of what a hinge moves, where a hand presses it, m; 1 for a slider."""
 
     @property
     def rest_load(self) -> float:
         """Gravity's signed pull at ``rest``, N·m or N."""
         return float(self.pull.at(self.rest))
+
+    @property
+    def far(self) -> float:
+        """Signed way from ``rest`` to the end of the range that is further from it, rad or m."""
+        if self.upper is None or self.lower is None:
+            return UNLIMITED_FAR
+        up, down = self.upper - self.rest, self.rest - self.lower
+        return -down if down > up else up
+
+    @property
+    def backed(self) -> bool:
+        """Whether a stop is behind ``rest``, against which a spring can be preloaded."""
+        if self.upper is None or self.lower is None:
+            return False
+        span = self.upper - self.lower
+        return abs(self.far) >= (1.0 - STOP_SHARE) * span
 
     @property
     def stopped(self) -> bool:
@@ -74,5 +94,7 @@ class JointLoad:
         return abs(self.rest - stop) <= STOP_SHARE * (self.upper - self.lower)
 
 
+UNLIMITED_FAR = 0.5
+"""Where a joint without limits is let go, rad or m from its spring's rest."""
 STOP_SHARE = 1e-3
 """Share of its range from a limit within which a joint is at its stop."""

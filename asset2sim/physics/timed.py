@@ -32,8 +32,6 @@ LARGEST_SOFTENING = 10.0
 """How many times softer than a critically damped one a timed spring may be, where gravity does part of its work."""
 SAMPLES = 65
 """Positions on the way at which gravity is evaluated."""
-UNLIMITED_START = 0.5
-"""Where a joint without limits is let go, rad or m from its spring's rest."""
 
 
 def largest_damping(moved: JointLoad, settings: PhysicsSettings) -> float:
@@ -96,10 +94,7 @@ def timed_return(
     """The spring's stiffness (N·m/rad or N/m), and damping with which it brings the joint back from its far end in
     ``returns_s``, its preload and gravity counted; never less than what keeps it from ringing. Where the part returns
     too soon at any damping, because its weight helps, the spring is made softer."""
-    far = UNLIMITED_START if moved.upper is None or moved.lower is None else moved.upper - moved.rest
-    if moved.lower is not None and moved.rest - moved.lower > far:
-        far = moved.lower - moved.rest
-    outward, way = math.copysign(1.0, far), abs(far)
+    outward, way = math.copysign(1.0, moved.far), abs(moved.far)
 
     def force(left: Array, spring: Array | float = stiffness) -> Array:
         position = moved.rest + outward * left

@@ -12,14 +12,17 @@ from asset2sim.physics.arrays import Array
 from asset2sim.physics.grip import grip_on
 from asset2sim.physics.kinematics import TreeJoint, link_to_root, subtree
 from asset2sim.physics.mass_matrix import Body
-from asset2sim.physics.support import Support, standing_on
+from asset2sim.physics.support import DOWNWARD, Support, standing_on
 from schemas.features import Features, JointFeatures
 from schemas.overlay import EffortRange, JointProposal
+from schemas.settings import PhysicsSettings
 
 UP = np.array([0.0, 0.0, 1.0])
 SAFE_SHARE = 0.9
 """Share of the force that tips or slides the object, or that a hand should need at most, that a part is made to take:
 engines and statics differ by some percent, and feet are not where hulls say."""
+STANDING_PART_N = 1e6
+"""Force that no hand has, N: a part on which the object stands is not moved by hand."""
 FIRMER, LIGHTER = 1.5, 0.75
 """What words for high and low damping do to the largest force that a part may take."""
 
@@ -27,14 +30,26 @@ FIRMER, LIGHTER = 1.5, 0.75
 @dataclass(frozen=True)
 class Handling:
     """How people handle one joint's part: the forces at its edge that its kind should take, whether it is left
-    ``anywhere``, whether springs carry its weight (``counterbalanced``), and the largest efforts (N·m or N) that a hand
-    should need while the object stands, to larger and to smaller positions: infinite where that is not known."""
+    ``anywhere``, whether springs carry its weight (``counterbalanced``), the ``lever`` of its edge (m; 1 for a slider),
+    and the forces there (N), to larger and to smaller positions, that tip over or slide the object: infinite where none
+    does, or where a hand holds it meanwhile."""
 
     range: EffortRange
     anywhere: bool
     counterbalanced: bool
-    most_upward: float = math.inf
-    most_downward: float = math.inf
+    lever: float = 1.0
+    tips_upward: float = math.inf
+    tips_downward: float = math.inf
+
+    @property
+    def most_upward(self) -> float:
+        """The largest effort (N·m or N) that a hand should need to larger positions."""
+        return SAFE_SHARE * self.lever * min(self.range.most_n, self.tips_upward)
+
+    @property
+    def most_downward(self) -> float:
+        """The largest effort (N·m or N) that a hand should need to smaller positions."""
+        return SAFE_SHARE * self.lever * min(self.range.most_n, self.tips_downward)
 
 
 def handling(features: Features, joint: JointFeatures, proposal: JointProposal | None) -> Handling:
@@ -51,7 +66,8 @@ def handling(features: Features, joint: JointFeatures, proposal: JointProposal |
 def standing_part(kind: Handling) -> Handling:
     """The handling of a part that is most of the object: it bears the rest, wherever it is left, and no hand moves it
     against the object's stand."""
-    return replace(kind, anywhere=True, most_upward=math.inf, most_downward=math.inf)
+    unbounded = kind.range.model_copy(update={"most_n": STANDING_PART_N})
+    return replace(kind, range=unbounded, anywhere=True, tips_upward=math.inf, tips_downward=math.inf)
 
 
 def carried_label(features: Features, joint: JointFeatures) -> str:
@@ -73,6 +89,7 @@ def handlings(
     positions: Mapping[str, float],
     proposals: Mapping[str, JointProposal],
     contact_friction: float,
+    settings: PhysicsSettings,
 ) -> dict[str, Handling]:
     """Joint → its handling as the object stands with joints at ``positions``; ``points`` maps links to (n, 3) points in
     their frame, all at the final scale."""
@@ -94,14 +111,21 @@ def handlings(
         if grip is None:
             found[name] = kind
             continue
+        kind = replace(kind, lever=grip.lever)
+        pressed, light = is_pressed(proposals.get(name)), mass < settings.held_by_hand_kg
         up, down = (
-            SAFE_SHARE
-            * grip.lever
-            * min(kind.range.most_n, bearable(support, grip.point, sign * grip.direction, contact_friction))
+            math.inf
+            if pressed and light and sign * float(grip.direction @ UP) > -DOWNWARD
+            else bearable(support, grip.point, sign * grip.direction, contact_friction)
             for sign in (1.0, -1.0)
         )
-        found[name] = replace(kind, most_upward=up, most_downward=down)
+        found[name] = replace(kind, tips_upward=up, tips_downward=down)
     return found
+
+
+def is_pressed(proposal: JointProposal | None) -> bool:
+    """Whether a part is pressed against its spring: one hand then holds a light object."""
+    return proposal is not None and (proposal.press_start is not None or proposal.press_end is not None)
 
 
 def bearable(support: Support, point: Array, direction: Array, friction: float) -> float:

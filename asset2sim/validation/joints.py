@@ -13,6 +13,7 @@ from asset2sim.validation.holding import NO_BALANCE, Holding, counterbalance, ho
 from asset2sim.validation.limits import Range
 from asset2sim.validation.notes import Notes
 from asset2sim.validation.positions import Start, turned
+from asset2sim.validation.press import bounded_press
 from schemas.features import Features
 from schemas.overlay import JointPhysics, JointProposal
 from schemas.settings import PhysicsSettings
@@ -103,7 +104,9 @@ def joint_physics(
             open=span.open,
             rest=rests[name],
             hold_friction=held_by.friction,
+            reach=handled[name].lever,
         )
+        proposal = bounded_press(proposal, handled[name], moved.far, settings, notes)
         by, authored = Source.USER if f"{name}.dynamics" in asked else source, joint.damping
         terms = joint_terms(proposal, moved, holds=holds, source=by, authored_damping=authored, settings=settings)
         stiffness, reference = terms.stiffness, terms.spring_reference
@@ -137,6 +140,7 @@ def joint_physics(
                 least_inertia=moved.least,
                 asked_position=start.position if start.stated else None,
                 effort_range=handled[name].range,
+                armature=terms.armature,
             )
         )
     if settings.dynamics is DynamicsRule.PAPER:
@@ -156,7 +160,8 @@ def held_where_left(
 ) -> Holding:
     """What holds a joint that must stay where it is placed, or that is asked to stand near its balance though it moves
     freely: there a friction that nobody feels does."""
-    sprung = any(value is not None for value in (proposal.stiffness, proposal.spring_hz, proposal.returns_s))
+    springs = (proposal.stiffness, proposal.spring_hz, proposal.returns_s, proposal.press_start, proposal.press_end)
+    sprung = any(value is not None for value in springs)
     balanced = abs(pull.force) <= settings.free_hold_share * largest_gravity
     stays = holds or (start.stated and is_open(start) and balanced)
     if settings.dynamics is DynamicsRule.PAPER or not (holds or (stays and not sprung)):
@@ -221,6 +226,8 @@ def bound_together(
 
     Explicit damping is stable while Δt times the largest eigenvalue of M⁻¹D is below 2, a spring while Δt² times that
     of M⁻¹K is below 4; before, each joint was bounded alone. A spring keeps the force with which it presses at rest.
+    Springs with an armature keep their stiffness: the armature grows instead, until it bears the spring alone. It does
+    not count for damping, since a URDF's reader knows the damping and not the armature.
     """
     step = settings.coarse_timestep_s
     damping = {joint.name: joint.damping for joint in joints}
@@ -237,9 +244,16 @@ def bound_together(
             joint.model_copy(update={"damping": joint.damping * factor, "damping_source": Source.RULE})
             for joint in joints
         ]
-    stiffness = {joint.name: joint.stiffness for joint in joints}
-    fastest = max(space.fastest_decay(stiffness) for space in spaces)
     largest = 2.0 * settings.max_stiffness_step / step**2
+    fastest = fastest_spring(joints, spaces)
+    if fastest > largest:
+        joints = [
+            joint.model_copy(update={"armature": max(joint.armature, joint.stiffness / largest)})
+            if joint.armature > 0.0
+            else joint
+            for joint in joints
+        ]
+        fastest = fastest_spring(joints, spaces)
     if fastest > largest:
         factor = largest / fastest
         message = (
@@ -249,6 +263,13 @@ def bound_together(
         notes.info("stiffness_coupled", message, value=fastest, limit=largest)
         joints = [softened(joint, factor, rests[joint.name]) for joint in joints]
     return tuple(joints)
+
+
+def fastest_spring(joints: Sequence[JointPhysics], spaces: Sequence[JointSpace]) -> float:
+    """The largest eigenvalue of M⁻¹ K over these poses, the joints' armature in M, 1/s²."""
+    stiffness = {joint.name: joint.stiffness for joint in joints}
+    armature = {joint.name: joint.armature for joint in joints}
+    return max(space.geared(armature).fastest_decay(stiffness) for space in spaces)
 
 
 def softened(joint: JointPhysics, factor: float, rest: float) -> JointPhysics:

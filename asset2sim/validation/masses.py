@@ -142,13 +142,15 @@ def believed(
 def bound_ratio(
     masses: dict[str, LinkMass], features: Features, scale: float, settings: PhysicsSettings, notes: Notes
 ) -> dict[str, LinkMass]:
-    """Raise the lightest links until the heaviest is at most ``max_mass_ratio`` times as heavy, and none too light. No
-    link becomes denser than any material: a tiny knob on a heavy machine stays light."""
+    """Raise the lightest links that others hang from until the heaviest is at most ``max_mass_ratio`` times as heavy,
+    and none too light. A part at the end of the tree (key, button, knob) keeps its mass: solvers are exact over the
+    tree, and springs get an armature. No link becomes denser than any material."""
     heaviest = max((item.mass for item in masses.values()), default=0.0)
-    wanted = max(heaviest / settings.max_mass_ratio, settings.min_mass_kg)
+    carriers = {joint.parent for joint in features.joints}
     bounded = {}
     for name, item in masses.items():
-        least = least_mass(wanted, features.link(name), scale, settings)
+        wanted = heaviest / settings.max_mass_ratio if name in carriers else 0.0
+        least = least_mass(max(wanted, settings.min_mass_kg), features.link(name), scale, settings)
         if item.mass < least:
             message = f"link '{name}': mass raised from {item.mass:.3g} to {least:.3g} kg, a share engines handle"
             notes.info("mass_ratio", message, link=name, value=item.mass, limit=least)

@@ -42,7 +42,7 @@ def validate(
     proposals = {proposal.name: proposal for proposal in overlay.joints}
     points = {name: geometry.points * scale for name, geometry in extraction.geometry.items()}
     positions = {name: start.position for name, start in starts.items()}
-    handled = handlings(features, points, tree, bodies, positions, proposals, contact_friction)
+    handled = handlings(features, points, tree, bodies, positions, proposals, contact_friction, settings)
     joints = joint_physics(features, tree, bodies, starts, proposals, handled, asked, scale, source, settings, notes)
     complete = PhysicsOverlay(
         asset_id=features.asset_id,

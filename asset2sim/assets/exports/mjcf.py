@@ -165,7 +165,7 @@ def write_shape(element: Element, shape: ExportShape, names: dict[tuple[str, tup
 
 
 def write_joint(element: Element, joint: ExportJoint) -> None:
-    """A hinge or slide with its limits, damping, dry friction and spring."""
+    """A hinge or slide with its limits, damping, dry friction, spring and armature."""
     terms = joint.dynamics
     attributes = {
         "name": joint.name,
@@ -176,6 +176,9 @@ def write_joint(element: Element, joint: ExportJoint) -> None:
     }
     if terms.stiffness > 0.0:
         attributes |= {"stiffness": number(terms.stiffness), "springref": number(terms.spring_reference)}
+    if terms.armature > 0.0:
+        attributes["armature"] = number(terms.armature)
+        attributes["solimplimit"] = numbers(mujoco_options.ARMATURE_LIMIT_SOLIMP)
     if joint.lower is not None and joint.upper is not None:
         attributes["range"] = numbers((joint.lower, max(joint.upper, joint.lower + mujoco_options.LOCKED_RANGE)))
     if joint.effort is not None and joint.effort > 0.0:

@@ -216,6 +216,9 @@ def write_joint(stage: "Usd.Stage", joint: ExportJoint, names: PrimPaths) -> "Us
     # PhysX from 5.6 on takes dry friction as a torque or force; its older coefficient has no unit and is switched off.
     prim.AddAppliedSchema("PhysxJointAPI")
     give(prim, "physxJoint:jointFriction", 0.0)
+    # kg, or kg·m² also where angles are in degrees: PhysX adds it to the joint-space inertia as it is.
+    if terms.armature > 0.0:
+        give(prim, "physxJoint:armature", terms.armature)
     prim.AddAppliedSchema(f"PhysxJointAxisAPI:{word}")
     give(prim, f"physxJointAxis:{word}:staticFrictionEffort", terms.friction)
     give(prim, f"physxJointAxis:{word}:dynamicFrictionEffort", terms.friction)

@@ -155,7 +155,8 @@ def write_contact(link: Element, rolling_friction_m: float) -> None:
 
 def write_joint(element: Element, authored: JointFeatures, physics: JointPhysics, settings: PhysicsSettings) -> None:
     """Write one movable joint's type, axis, limits and dynamics. Stiffness goes into ``spring_stiffness`` and
-    ``spring_reference``, the names that SDF uses; engine adapters can also take them from ``overlay.json``."""
+    ``spring_reference``, the names that SDF uses, and armature into ``armature``, MuJoCo's name: URDF has no field for
+    them, and its readers ignore the attributes. Our adapters read them; ``overlay.json`` has them too."""
     element.set("type", physics.type)
     child(element, "axis").set("xyz", words(authored.axis))
     limit = child(element, "limit")
@@ -170,6 +171,9 @@ def write_joint(element: Element, authored: JointFeatures, physics: JointPhysics
     dynamics.set("friction", word(physics.friction))
     dynamics.set("spring_stiffness", word(physics.stiffness))
     dynamics.set("spring_reference", word(physics.spring_reference))
+    dynamics.attrib.pop("armature", "")
+    if physics.armature > 0.0:
+        dynamics.set("armature", word(physics.armature))
 
 
 def lock_joint(element: Element, authored: JointFeatures, scale: float) -> None:

@@ -164,12 +164,14 @@ def invalid(path: Path, code: str, joint: str, problem: str) -> AssetError:
 
 @dataclass(frozen=True)
 class Dynamics:
-    """Damping (N·m·s/rad or N·s/m), friction (N·m or N), stiffness (N·m/rad or N/m), and the spring's rest position."""
+    """Damping (N·m·s/rad or N·s/m), friction (N·m or N), stiffness (N·m/rad or N/m), the spring's rest position, and
+    armature (kg·m² or kg). URDF has no field for the last three; only our own adapters read these attributes."""
 
     damping: float
     friction: float
     stiffness: float
     spring_reference: float
+    armature: float = 0.0
 
 
 def read_dynamics(urdf: Path) -> dict[str, Dynamics]:
@@ -180,6 +182,6 @@ def read_dynamics(urdf: Path) -> dict[str, Dynamics]:
             continue
         element = joint.find("dynamics")
         values = {} if element is None else element.attrib
-        keys = ("damping", "friction", "spring_stiffness", "spring_reference")
+        keys = ("damping", "friction", "spring_stiffness", "spring_reference", "armature")
         terms[str(joint.get("name"))] = Dynamics(*(float(values.get(key, 0.0)) for key in keys))
     return terms

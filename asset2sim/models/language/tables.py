@@ -46,7 +46,8 @@ class PartMaterial:
 @dataclass(frozen=True)
 class PartMechanism:
     """How a part moves. ``role``: main (opens), cap, control, roll, minor. "Slightly open" is the share ``slightly`` of
-    the range, of which a hinge's counts up to ``usual_rad``: in use a lid is not opened by 270°."""
+    the range, of which a hinge's counts up to ``usual_rad``: in use a lid is not opened by 270°. ``press_n``: with what
+    its spring resists at the start and at the end of its travel, N, at a hinged part's far edge."""
 
     role: str
     coast_s: float
@@ -55,6 +56,7 @@ class PartMechanism:
     holds: bool
     slightly: float
     usual_rad: float
+    press_n: tuple[float, float] | None
 
 
 @dataclass(frozen=True)
@@ -233,6 +235,7 @@ def _mechanisms() -> dict[tuple[str, str, str], PartMechanism]:
             holds=row["holds"] == "yes",
             slightly=float(row["slightly"]),
             usual_rad=math.radians(float(row["usual_deg"])) if row["usual_deg"] else math.inf,
+            press_n=(float(row["press_start_n"]), float(row["press_end_n"])) if row["press_end_n"] else None,
         )
         for row in _rows("mechanisms")
     }

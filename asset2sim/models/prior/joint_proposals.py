@@ -17,6 +17,9 @@ SPRING_HZ = {"hinge": 3.0, "slider": 6.0, "spin": 3.0}
 
 STIFF, SOFT = 1.5, 0.7
 """What "stiff" and "light" do to a spring's frequency: about twice and half the force."""
+STIFF_PRESS, SOFT_PRESS = 1.5, 0.7
+"""What they do to the forces that a finger feels: a key of 0.65 N becomes one of 1.0 or 0.45 N, within the 0.25 to
+1.5 N that keyboard standards allow."""
 HOLD_COAST_S = 0.2
 """Longest coast of a joint that must stay where it is placed, unless its damping is stated (paper: more damping)."""
 UPRIGHT = 0.9
@@ -46,6 +49,8 @@ class QualitativeDynamics:
     closes_s: float | None = None
     stops_within: float | None = None
     returns_s: float | None = None
+    press_n: tuple[float, float] | None = None
+    """With what its spring resists at the start and at the end, N."""
 
 
 def with_segment_changes(
@@ -58,11 +63,12 @@ def with_segment_changes(
             feel = with_damping(feel, kind, said)
         elif kind == "hold":
             coast = feel.coast_s if feel.level else min(feel.coast_s, HOLD_COAST_S)
-            feel = replace(feel, coast_s=coast, holds=True, spring_hz=None, closes_s=None, returns_s=None)
+            feel = replace(feel, coast_s=coast, holds=True, closes_s=None)
+            feel = replace(feel, spring_hz=None, press_n=None, returns_s=None)
         elif kind in ("spring", "snap", "slow return", "returns"):
             feel = replace(feel, spring_hz=feel.spring_hz or SPRING_HZ[part.joint.motion])
         elif kind == "no spring":
-            feel = replace(feel, spring_hz=None, returns_s=None)
+            feel = replace(feel, spring_hz=None, press_n=None, returns_s=None)
         elif kind in ("stiff", "soft", "light"):
             feel = firmness(feel, kind == "stiff", part)
         feel = with_motion_word(feel, kind, said, part, asked_open)
@@ -83,7 +89,10 @@ def firmness(feel: QualitativeDynamics, stiff: bool, part: MovablePart) -> Quali
     """A stiff or soft spring; where there is none, more or less damping."""
     if feel.spring_hz is not None:
         usual = part.mechanism.spring_hz or SPRING_HZ[part.joint.motion]
-        return replace(feel, spring_hz=round(usual * (STIFF if stiff else SOFT), 3))
+        press, factor = part.mechanism.press_n, STIFF_PRESS if stiff else SOFT_PRESS
+        if press is not None:
+            press = round(press[0] * factor, 3), round(press[1] * factor, 3)
+        return replace(feel, spring_hz=round(usual * (STIFF if stiff else SOFT), 3), press_n=press)
     word: Level = "high" if stiff else "low"
     return replace(feel, coast_s=tables.coast_times()[feel.level or word], word=word)
 
@@ -142,7 +151,9 @@ def propose_joints(
     that is asked to stand somewhere holds there, unless it moves freely, and a spring that is asked for rests where the
     joint is asked to be."""
     feels = {
-        part.joint.name: QualitativeDynamics(part.mechanism.coast_s, part.mechanism.spring_hz, part.mechanism.holds)
+        part.joint.name: QualitativeDynamics(
+            part.mechanism.coast_s, part.mechanism.spring_hz, part.mechanism.holds, press_n=part.mechanism.press_n
+        )
         for part in parts
     }
     notes: list[str] = []
@@ -190,6 +201,7 @@ def spring_rest(part: MovablePart, positions: Mapping[str, float]) -> float:
 
 def _proposal(part: MovablePart, feel: QualitativeDynamics, positions: Mapping[str, float]) -> JointProposal:
     sprung = feel.spring_hz is not None
+    start, end = feel.press_n or (None, None)
     return JointProposal(
         name=part.joint.name,
         coast_s=feel.coast_s,
@@ -198,6 +210,8 @@ def _proposal(part: MovablePart, feel: QualitativeDynamics, positions: Mapping[s
         holds=feel.holds and not sprung,
         closes_s=feel.closes_s if not feel.holds and not sprung else None,
         stops_within=None if sprung else feel.stops_within,
+        press_start=start,
+        press_end=end,
         returns_s=feel.returns_s if sprung else None,
         damping_level=feel.level or feel.word,
     )

@@ -11,7 +11,7 @@ from typing import Any
 from asset2sim.models.language.object_info import ObjectInfo, dicts, read_prompt
 from asset2sim.models.prior.noise_level import Draws, Noise, NoiseLevel, draws_for
 from asset2sim.models.prior.noise_numbers import with_sigmas, with_wrong_numbers
-from asset2sim.models.prior.noise_state import with_wrong_state
+from asset2sim.models.prior.noise_state import SPRING, with_wrong_state
 from asset2sim.models.prior.refinement import read_refinement
 
 MALFORMED = ("truncated", "fenced", "prose", "comments", "nan")
@@ -106,7 +106,7 @@ def _paths(paths: tuple[str, ...], wrong: Mapping[str, Any]) -> tuple[str, ...]:
     moved = [
         f"joints.{entry['name']}.{field}"
         for entry in wrong.get("joints") or []
-        for field in ("spring_hz", "spring_rest", "returns_s", "stiffness")
+        for field in SPRING
         if entry.get(field) is not None and any(path.endswith(f".{field}") for path in paths)
     ]
     kept = [path for path in paths if not path.startswith("initial_joint_positions.")]

@@ -11,7 +11,7 @@ from asset2sim.models.prior.noise_level import Draws, NoiseLevel
 SCALES = (1e-4, 1e4)
 """Bounds of a scale with its error: no model answers beyond them."""
 _DAMPED = ("damping", "friction", "coast_s", "closes_s", "stops_within")
-_SPRUNG = {"stiffness": 1.0, "spring_hz": 0.5, "returns_s": -0.5}
+_SPRUNG = {"stiffness": 1.0, "press_start": 1.0, "press_end": 1.0, "spring_hz": 0.5, "returns_s": -0.5}
 """Fields that follow a spring's stiffness → the power of it to which they are proportional."""
 
 

@@ -7,7 +7,7 @@ from typing import Any
 from asset2sim.models.language.object_info import JointInfo
 from asset2sim.models.prior.noise_level import Draws, NoiseLevel
 
-SPRING = ("spring_hz", "spring_rest", "returns_s", "stiffness")
+SPRING = ("spring_hz", "spring_rest", "press_start", "press_end", "returns_s", "stiffness")
 """The fields by which an entry gives a joint a spring."""
 MM_PER_M = 1000.0
 

@@ -110,7 +110,7 @@ def stiffer_spring(case: Case, overlay: PhysicsOverlay) -> PhysicsOverlay | None
 
     def change(joint: JointPhysics) -> dict[str, object]:
         physics = case.settings.physics
-        most = physics.max_stiffness_step * least_inertia(joint) / physics.coarse_timestep_s**2
+        most = physics.max_stiffness_step * (least_inertia(joint) + joint.armature) / physics.coarse_timestep_s**2
         stiffness = min(2.0 * joint.stiffness, most)
         return searched("stiffness", stiffness) if stiffness > 1.001 * joint.stiffness else {}
 
@@ -191,13 +191,16 @@ def more_inertia(case: Case, overlay: PhysicsOverlay) -> PhysicsOverlay | None:
 
 
 def lower_mass_ratio(case: Case, overlay: PhysicsOverlay) -> PhysicsOverlay | None:
-    """More mass and inertia for light links where the mass ratio exceeds a tenth of the solvers' limit."""
+    """More mass and inertia for light links that others hang from, where the mass ratio exceeds a tenth of the solvers'
+    limit. Keys and buttons keep their masses: they have an armature."""
+    carriers = {joint.parent for joint in case.features.joints}
     heaviest = max(link.mass_kg for link in overlay.links)
     least = heaviest / (0.1 * case.settings.physics.max_mass_ratio)
 
     def change(link: LinkPhysics) -> dict[str, object]:
         raised = {"mass_kg": least, "mass_source": Source.SEARCH}
-        return raised | heavier(link, least / link.mass_kg) if link.mass_kg < least else {}
+        light = link.name in carriers and link.mass_kg < least
+        return raised | heavier(link, least / link.mass_kg) if light else {}
 
     return with_links(overlay, change)
 

@@ -93,10 +93,11 @@ def damping_left(clean: RefinedAsset, mended: RefinedAsset, at: Target) -> str:
 def spring_left(clean: RefinedAsset, mended: RefinedAsset, at: Target) -> str:
     """Reason if the spring is unstable at the coarse time step, or underdamped."""
     settings, joint, found = PhysicsSettings(), joint_of(mended, at), terms_of(mended, at)
-    share = found.stiffness * settings.coarse_timestep_s**2 / joint.effective_inertia
+    inertia = joint.effective_inertia + joint.armature
+    share = found.stiffness * settings.coarse_timestep_s**2 / inertia
     if found.stiffness < 0.0 or share > 1.01 * settings.max_stiffness_step:
         return f"stiffness of '{at.joint}' is {found.stiffness:.3g}, {share:.3g} of what it moves per step"
-    if found.stiffness > 0.0:
+    if found.stiffness > 0.0 and joint.armature == 0.0:  # one with an armature rests on its stop
         ratio = found.damping / (2.0 * np.sqrt(found.stiffness * joint.effective_inertia))
         if ratio < MIN_DAMPING_RATIO:
             return f"the spring of '{at.joint}' has a damping ratio of {ratio:.3g}"

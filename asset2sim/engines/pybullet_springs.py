@@ -1,0 +1,113 @@
+"""Springs of joints with an armature in PyBullet, which has none: a joint motor of bounded force.
+
+A torque as the spring would throw a key of 1 g, whose spring asks for sixteen times what the time step bears. So the
+adapter steps the joint's own motion, part and armature under spring, damper, friction, gravity and pushes, and gives
+the velocity that comes out to the joint's motor as its target. The motor's force is bounded by what spring, damper and
+armature exert meanwhile: a contact, of which that step knows nothing, meets the spring's force and no more. (The spring
+alone stepped implicitly, as a torque, would lose 1 + k Δt² / m of its force also where a finger holds the key still.)
+What Bullet's solver cannot do stays: a part far lighter than what rests on it bears too little in its few rounds.
+"""
+
+from collections.abc import Iterable
+
+import numpy as np
+import pybullet
+from scipy.spatial.transform import Rotation
+
+from asset2sim.engines.pybullet_object import PyBulletObject
+from asset2sim.physics.arrays import Array
+
+SLACK = 1.01
+"""Bound of a motor over what spring, damper and armature exert: at equality, rounding alone lets go of a part that has
+a thousandth of its armature's inertia."""
+
+STOP_GAP = 1e-7
+"""Distance before a limit at which a motor stops its part, rad or m: at the limit itself Bullet would solve a second
+constraint beside it, twice as many for a keyboard at rest."""
+
+
+class ArmatureSprings:
+    """The joints of an object that have an armature; (n,) arrays in ``names``' order, rad or m, N·m or N, kg·m² or kg.
+
+    ``moved`` is the inertia of what each moves and ``pull`` gravity's force on it, both as the object was placed: a key
+    weighs a hundredth of what its spring presses.
+    """
+
+    def __init__(self, item: PyBulletObject, timestep_s: float) -> None:
+        self.item, self.step = item, timestep_s
+        self.names = tuple(name for name, term in item.dynamics.items() if term.armature > 0.0)
+        terms = [item.dynamics[name] for name in self.names]
+        self.joints = [item.joint_index[name] for name in self.names]
+        self.stiffness, self.reference = array(t.stiffness for t in terms), array(t.spring_reference for t in terms)
+        self.damping, self.friction = array(t.damping for t in terms), array(t.friction for t in terms)
+        self.armature = array(t.armature for t in terms)
+        self.moved, self.pull = np.zeros(len(terms)), np.zeros(len(terms))
+        limits = [item.client.getJointInfo(item.body, index)[8:10] for index in self.joints]
+        # Bullet takes a lower limit above the upper one as none.
+        self.lower = array(low if low <= high else -np.inf for low, high in limits)
+        self.upper = array(high if low <= high else np.inf for low, high in limits)
+        for index in self.joints:
+            item.client.changeDynamics(item.body, index, jointDamping=0.0)
+
+    def measure(self) -> None:
+        """Take ``moved`` and ``pull`` from the object as it is."""
+        if not self.joints:
+            return
+        client, body = self.item.client, self.item.body
+        count = client.getNumJoints(body)
+        states = client.getLinkStates(body, list(range(count)), computeForwardKinematics=1)
+        parents = [client.getJointInfo(body, index)[16] for index in range(count)]
+        dynamics = [client.getDynamicsInfo(body, index) for index in range(count)]
+        gravity = client.getPhysicsEngineParameters()["gravityAccelerationZ"]
+        for i, joint in enumerate(self.joints):
+            info = client.getJointInfo(body, joint)
+            axis, origin = Rotation.from_quat(states[joint][5]).apply(info[13]), np.array(states[joint][4])
+            moved, pull, links = 0.0, 0.0, {joint}
+            for link in range(count):  # children have larger indices than their parents
+                if link != joint and parents[link] not in links:
+                    continue
+                links.add(link)
+                mass, lever = dynamics[link][0], np.array(states[link][0]) - origin
+                along = axis if info[2] == pybullet.JOINT_PRISMATIC else np.cross(axis, lever)
+                moved += mass * float(along @ along)
+                pull += mass * gravity * float(along[2])
+                if info[2] != pybullet.JOINT_PRISMATIC:
+                    turned = Rotation.from_quat(states[link][1]).inv().apply(axis)
+                    moved += float(turned**2 @ np.array(dynamics[link][2]))
+            self.moved[i], self.pull[i] = moved, pull
+
+    def drive(self, efforts: Array) -> None:
+        """Aim the motors for the next step, (n,) ``efforts`` being pushed on the joints by the world."""
+        if not self.joints:
+            return
+        client, body = self.item.client, self.item.body
+        states = client.getJointStates(body, self.joints)
+        positions, speeds = array(state[0] for state in states), array(state[1] for state in states)
+        targets, bounds = self.aims(positions, speeds, efforts)
+        client.setJointMotorControlArray(
+            body, self.joints, pybullet.VELOCITY_CONTROL, targetVelocities=targets.tolist(), forces=bounds.tolist()
+        )
+
+    def aims(self, positions: Array, speeds: Array, efforts: Array) -> tuple[Array, Array]:
+        """(n,) velocities after the next step, kept from passing a limit, and (n,) the largest force of spring, damper,
+        armature, friction and stop on the way, at least the spring's. The spring is explicit: validation makes
+        the armature large enough, and damping implicit, for which it does not."""
+        step, total = self.step, self.moved + self.armature
+        spring = self.stiffness * (self.reference - positions)
+        resists = total + step * self.damping
+        targets = (total * speeds + step * (spring + self.pull + efforts)) / resists
+        slowed = np.minimum(np.abs(targets), step * self.friction / resists)
+        targets = targets - np.sign(targets) * slowed
+        low, high = self.lower + STOP_GAP, self.upper - STOP_GAP
+        # Beyond a limit Bullet brings it back: a motor that did would leave it with that speed.
+        targets = np.clip(targets, np.minimum(low - positions, 0.0) / step, np.maximum(high - positions, 0.0) / step)
+        exerted = spring - self.damping * targets - self.armature * (targets - speeds) / step
+        # At a stop the motor also bears what is pushed against it.
+        borne = self.moved * (targets - speeds) / step - self.pull - efforts
+        return targets, SLACK * np.abs([exerted, spring, borne]).max(axis=0) + self.friction
+
+
+def array(values: Iterable[float]) -> Array:
+    """(n,) numbers."""
+    found: Array = np.array(list(values), dtype=float)
+    return found

@@ -1,0 +1,74 @@
+"""A press neither tips nor slides what it is on: a box of 2 kg with a pedal in front and a button on its face."""
+
+import math
+from collections.abc import Mapping
+
+import numpy as np
+import pytest
+
+from asset2sim.physics.arrays import Array
+from asset2sim.physics.kinematics import TreeJoint
+from asset2sim.physics.mass_matrix import Body
+from asset2sim.validation.handling import Handling, handlings
+from asset2sim.validation.notes import Notes
+from asset2sim.validation.press import bounded_press
+from schemas.overlay import JointProposal
+from schemas.settings import PhysicsSettings
+from tests.builders import corners, tree_joint
+from tests.factories import make_features
+
+SETTINGS = PhysicsSettings()
+G = 9.81
+BOX = corners((-0.1, -0.1, 0.0), (0.1, 0.1, 0.4))
+PRESSED = JointProposal(name="part", press_start=15.0, press_end=25.0)
+
+
+def handled(points: Array, joint: TreeJoint, mass: float = 2.0) -> Handling:
+    """How the box's one part is handled, its centre of mass at half its height, friction 0.5."""
+    base = make_features("1")
+    (kind,) = (item for item in base.joints if item.type == joint.type)
+    own = kind.model_copy(update={"name": "part", "parent": "box", "child": "part", "closed": 0.0, "open": 1.0})
+    links = tuple(base.links[1].model_copy(update={"name": name, "label": ""}) for name in ("box", "part"))
+    features = base.model_copy(update={"root": "box", "links": links, "joints": (own,)})
+    bodies = {"box": Body(mass, np.array([0.0, 0.0, 0.2]), np.eye(3)), "part": Body(0.0, np.zeros(3), np.eye(3))}
+    clouds: Mapping[str, Array] = {"box": BOX, "part": points}
+    return handlings(features, clouds, (joint,), bodies, {"part": 0.0}, {"part": PRESSED}, 0.5, SETTINGS)["part"]
+
+
+PEDAL = tree_joint("part", "revolute", "box", "part", axis=(0.0, 1.0, 0.0))
+"""About y through the origin: its edge at x = 0.15 goes down as the angle grows."""
+PEDAL_POINTS = corners((0.0, -0.02, 0.03), (0.15, 0.02, 0.03))
+BUTTON = tree_joint("part", "prismatic", "box", "part", axis=(-1.0, 0.0, 0.0))
+BUTTON_POINTS = corners((0.1, -0.01, 0.29), (0.11, 0.01, 0.31))
+
+
+def test_a_foot_on_the_pedal_does_not_tip_the_bin() -> None:
+    lever, length = (0.15, 0.03), math.hypot(0.15, 0.03)
+    # About the front edge at x = 0.1: the press goes down 5 cm before it and back 3 cm above the floor.
+    turning = lever[0] / length * (0.15 - 0.1) + lever[1] / length * 0.03
+    found = handled(PEDAL_POINTS, PEDAL)
+    assert found.lever == pytest.approx(length)
+    assert found.tips_upward == pytest.approx(2.0 * G * 0.1 / turning)
+    light = handled(PEDAL_POINTS, PEDAL, mass=0.4)
+    assert light.tips_upward == pytest.approx(found.tips_upward / 5.0), "no hand holds a light bin down"
+
+
+def test_a_finger_on_the_face_neither_slides_nor_tips_the_box() -> None:
+    assert handled(BUTTON_POINTS, BUTTON).tips_upward == pytest.approx(min(0.5 * 2.0 * G, 2.0 * G * 0.1 / 0.3))
+
+
+def test_what_a_hand_holds_is_pressed_at_will() -> None:
+    assert handled(BUTTON_POINTS, BUTTON, mass=0.2).tips_upward == math.inf
+    lying = tree_joint("part", "prismatic", "box", "part", axis=(0.0, 0.0, -1.0))
+    assert handled(BUTTON_POINTS - [0.1, 0.0, 0.0], lying).tips_upward == math.inf, "the table bears it"
+
+
+def test_a_press_that_is_too_strong_is_lowered_in_proportion_with_a_finding() -> None:
+    kind, notes = handled(BUTTON_POINTS, BUTTON), Notes()
+    most = SETTINGS.press_margin * kind.tips_upward
+    weak = PRESSED.model_copy(update={"press_start": 1.0, "press_end": 2.0})
+    assert bounded_press(weak, kind, 1.0, SETTINGS, notes) == weak and not notes.findings
+    lowered = bounded_press(PRESSED, kind, 1.0, SETTINGS, notes)
+    assert lowered.press_start == pytest.approx(0.6 * most) and lowered.press_end == pytest.approx(most)
+    (finding,) = notes.findings
+    assert (finding.code, finding.joint, finding.value) == ("press_bounded", "part", 25.0)
