@@ -124,6 +124,8 @@ class Stand(Frozen):
     seconds: NonNegative
     margin_rad: NonNegative
     tip_energy_j: NonNegative
+    rest_turn_rad: Vector3 = (0.0, 0.0, 0.0)
+    """Rotation vector, level and in the root's frame, that turns it from how it is set down to how it rests."""
     finite: bool
 
 

@@ -156,6 +156,9 @@ class PhysicsOverlay(Frozen):
     contact_friction: NonNegative
     rolling_friction_m: NonNegative = 0.0
     """Lever of the rolling resistance of every contact, m; engines without rolling resistance ignore it."""
+    turned_rad: Vector3 = (0.0, 0.0, 0.0)
+    """Rotation vector by which the whole object is turned about its root's origin from how it is authored, rad: what
+    does not stand as authored is written as it lies."""
     links: tuple[LinkPhysics, ...]
     joints: tuple[JointPhysics, ...]
     notes: tuple[str, ...] = ()

@@ -10,7 +10,7 @@ from asset2sim.checks.mechanism import Mechanism, span_of
 from asset2sim.checks.support import Clouds, support_of
 from asset2sim.checks.watch import capped, watch
 from asset2sim.engines.world import World
-from asset2sim.physics.arrays import Array
+from asset2sim.physics.arrays import Array, vector
 from asset2sim.physics.mass_matrix import GRAVITY_M_S2
 from asset2sim.physics.support import Support
 from schemas.interaction import SettledJoint, Stand
@@ -75,7 +75,8 @@ def stand(world: World, item: Mechanism, clouds: Clouds, settings: EngineSetting
         joints = zip(world.joint_names, world.positions().tolist(), strict=True)
         resting = Resting(up_in_root(world), dict(joints))
     # The root's own frame is upright where it is set down; the pose that an engine gives may be of another frame.
-    support = support_of(item, clouds, motion.turned.inv().apply(UP), resting.joints)
+    up = motion.turned.inv().apply(UP)
+    support = support_of(item, clouds, up, resting.joints)
     record = Stand(
         tilt_rad=capped(motion.tilt_rad),
         travel_m=capped(motion.travel_m),
@@ -83,6 +84,7 @@ def stand(world: World, item: Mechanism, clouds: Clouds, settings: EngineSetting
         seconds=seen.seconds,
         margin_rad=support.margin_rad,
         tip_energy_j=support.mass * GRAVITY_M_S2 * support.rise,
+        rest_turn_rad=vector(level_turn(up)),
         finite=seen.finite,
     )
     return record, resting, support
@@ -106,6 +108,15 @@ def up_in_root(world: World) -> Array:
     _, orientation = world.root_pose()
     up: Array = Rotation.from_quat(orientation).inv().apply(UP)
     return up
+
+
+def level_turn(up: Array) -> Array:
+    """(3,) rotation vector about a level axis that turns the unit vector ``up`` upright, rad."""
+    axis = np.cross(up, UP)
+    length = float(np.linalg.norm(axis))
+    level = axis / length if length > 1e-9 else np.array([1.0, 0.0, 0.0])
+    turn: Array = level * angle_between(up, UP)
+    return turn
 
 
 def angle_between(a: Array, b: Array) -> float:

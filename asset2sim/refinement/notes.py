@@ -1,5 +1,6 @@
 """Findings for joints moved and hulls cut by the refinement loop, with the reason."""
 
+import math
 from collections.abc import Iterator, Mapping, Sequence
 from functools import partial
 
@@ -53,6 +54,9 @@ def changes(before: PhysicsOverlay, after: PhysicsOverlay, why: str) -> Iterator
     if was != now:
         text = f"rolling resistance of contacts set from {1e3 * was:.3g} to {1e3 * now:.3g} mm: {why}"
         yield mended(message=text, value=now, limit=was)
+    if before.turned_rad != after.turned_rad:
+        angle = math.degrees(math.dist(after.turned_rad, before.turned_rad))
+        yield mended(message=f"the object turned by {angle:.3g}°, to lie as it comes to rest: {why}", value=angle)
     for old_link, link in zip(before.links, after.links, strict=True):
         yield from _link(old_link, link, why)
     for old_joint, joint in zip(before.joints, after.joints, strict=True):

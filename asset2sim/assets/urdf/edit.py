@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 from lxml import etree
 from lxml.etree import _Element as Element
+from scipy.spatial.transform import Rotation
 
 from asset2sim.physics.kinematics import locked
 from schemas.features import Features, JointFeatures
@@ -58,11 +59,32 @@ def refined_urdf(
             write_joint(element, authored, joints[authored.name], settings)
         elif authored.movable:
             lock_joint(element, authored, overlay.scale)
+    if any(overlay.turned_rad):
+        turn_root(robot, features.root, Rotation.from_rotvec(overlay.turned_rad))
     for node in list(robot):
         if node.tag is etree.Comment and (node.text or "").startswith(" asset2sim"):
             robot.remove(node)
     robot.insert(0, state_comment(overlay))
     return serialised(robot)
+
+
+def turn_root(robot: Element, root: str, turn: Rotation) -> None:
+    """Turn the whole object about its root's origin: all that is fixed to the root link, and the joints on it."""
+    own = next(link for link in robot.findall("link") if link.get("name") == root)
+    placed = [item for tag in ("visual", "collision", "inertial") for item in own.findall(tag)]
+    for joint in robot.findall("joint"):
+        parent = joint.find("parent")
+        if parent is not None and parent.get("link") == root:
+            placed.append(joint)
+    for element in placed:
+        origin = element.find("origin")
+        if origin is None:
+            origin = etree.Element("origin")
+            element.insert(0, origin)
+        place = [float(word) for word in str(origin.get("xyz", "0 0 0")).split()]
+        angles = [float(word) for word in str(origin.get("rpy", "0 0 0")).split()]
+        origin.set("xyz", words(turn.apply(place)))
+        origin.set("rpy", words((turn * Rotation.from_euler("xyz", angles)).as_euler("xyz")))
 
 
 def edit_geometry(link: Element, scale: float, mesh_places: Mapping[str, str], keep_collision: bool = False) -> None:

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from asset2sim.checks.verdict import Failure, failures_of
 from asset2sim.refinement.dynamics.remedies import REMEDIES, Case, Remedy, remedies_for
 from asset2sim.refinement.notes import changes
+from schemas.base import Vector3
 from schemas.features import Features
 from schemas.finding import Finding, TraceStep
 from schemas.interaction import EngineReport
@@ -100,11 +101,17 @@ def candidates(
     features: Features, overlay: PhysicsOverlay, reports: Reports, target: Failure, settings: Settings
 ) -> Iterator[tuple[Remedy, PhysicsOverlay]]:
     """Overlays that may mend a failing check, least intrusive first."""
-    case = Case(features, settings, concerned_joints(overlay, reports, target, settings))
+    case = Case(features, settings, concerned_joints(overlay, reports, target, settings), rest_turn(reports, target))
     for remedy in remedies_for(target.mode, target.limit, settings):
         changed = remedy.change(case, overlay)
         if changed is not None:
             yield remedy, changed
+
+
+def rest_turn(reports: Reports, target: Failure) -> Vector3:
+    """How the object turned until it rested in the engine of a failing check, rad."""
+    seen = next(report for report in reports if report.engine is target.engine).interaction
+    return (0.0, 0.0, 0.0) if seen is None or seen.stand is None else seen.stand.rest_turn_rad
 
 
 def concerned_joints(overlay: PhysicsOverlay, reports: Reports, target: Failure, settings: Settings) -> tuple[str, ...]:

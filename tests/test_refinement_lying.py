@@ -1,0 +1,73 @@
+"""What does not stand as authored is written as it lies: the whole object turned, and nothing within it moved."""
+
+import math
+from pathlib import Path
+
+import numpy as np
+import pytest
+from lxml import etree
+from scipy.spatial.transform import Rotation
+
+from asset2sim.assets.folder import URDF_NAME
+from asset2sim.assets.urdf.read import read_urdf, root_of, tree_joint
+from asset2sim.physics.kinematics import link_to_root
+from asset2sim.refinement.dynamics.remedies import Case, lie_down
+from asset2sim.validation.validate import validate
+from schemas.asset import AssetRef
+from schemas.overlay import Overlay, PhysicsOverlay
+from schemas.vocabulary import Source, Status
+from tasks.pipeline import refine_asset
+from tests.assets import NO_VIEWS, joint, link, prior, read, robot, shape, written
+
+TALL = robot(
+    link("body", shape("0.02 0.02 0.14", xyz="0 0 0.07")),
+    link("cap", shape("0.024 0.024 0.04", xyz="0 0 0.02")),
+    joint("pull", "prismatic", "body", "cap", xyz="0 0 0.12", axis="0 0 1", limit="0 0.03"),
+)
+
+
+def overlay_of(folder: Path, scale: float = 1.0) -> tuple[Case, PhysicsOverlay]:
+    item = read(written(folder, TALL))
+    overlay, _ = validate(item, Overlay(scale=scale), Source.MODEL, 0.5, NO_VIEWS.physics)
+    return Case(item.features, NO_VIEWS, ()), overlay
+
+
+def turned_case(case: Case, angle: float) -> Case:
+    return Case(case.features, case.settings, (), (angle, 0.0, 0.0))
+
+
+def test_a_small_thing_lies_as_it_falls_and_a_large_one_only_leans(tmp_path: Path) -> None:
+    case, small = overlay_of(tmp_path / "pen")
+    assert lie_down(case, small) is None, "it rests as it is set down"
+    lying = lie_down(turned_case(case, 1.5), small)
+    assert lying is not None and lying.turned_rad == pytest.approx((1.5, 0.0, 0.0))
+    further = lie_down(turned_case(case, 0.1), lying)
+    assert further is not None and further.turned_rad == pytest.approx((1.6, 0.0, 0.0)), "turns add up"
+    case, large = overlay_of(tmp_path / "post", scale=5.0)
+    assert lie_down(turned_case(case, 1.5), large) is None, "a post that topples is not mended by lying"
+    assert lie_down(turned_case(case, 0.3), large) is not None
+
+
+@pytest.mark.system
+def test_a_pen_that_is_authored_upright_on_its_tip_is_written_lying(tmp_path: Path) -> None:
+    tip = robot(
+        link("body", shape("0.012 0.012 0.13", xyz="0 0 0.075") + shape("0.001 0.001 0.02", xyz="0.008 0 0.01")),
+        link("cap", shape("0.016 0.016 0.04", xyz="0 0 0.02")),
+        joint("pull", "prismatic", "body", "cap", xyz="0 0 0.14", axis="0 0 1", limit="0 0.03"),
+    )
+    folder = written(tmp_path / "pen", tip)
+    record = refine_asset(AssetRef(asset_id="pen", path=str(folder), category="Pen"), tmp_path / "out", NO_VIEWS, prior)
+    assert record.overlay is not None
+    turn = Rotation.from_rotvec(record.overlay.turned_rad)
+    assert turn.magnitude() == pytest.approx(math.pi / 2.0, abs=0.1)
+    assert record.status is Status.OK, record.reason
+    assert any("to lie as it comes to rest" in finding.message for finding in record.findings)
+    urdf = tmp_path / "out" / "assets" / record.ref.asset_id / URDF_NAME
+    robot_model = read_urdf(urdf)
+    poses = link_to_root([tree_joint(item) for item in robot_model.joints], root_of(robot_model), {})
+    axis = poses["cap"][:3, :3] @ np.array([0.0, 0.0, 1.0])
+    assert axis == pytest.approx(turn.apply([0.0, 0.0, 1.0]), abs=1e-6) and abs(axis[2]) < 0.1
+    origins = [
+        item.find("origin") for item in etree.parse(str(urdf)).getroot().iterfind("link[@name='body']/collision")
+    ]
+    assert origins and all(origin is not None and "rpy" in origin.attrib for origin in origins)
