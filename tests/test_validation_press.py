@@ -77,6 +77,6 @@ def test_a_press_that_is_too_strong_is_lowered_in_proportion_with_a_finding() ->
     notes, wanted = Notes(), JointProposal(name="pedal", press_start=15.0, press_end=25.0)
     assert bounded_press(wanted, 30.0, notes) == wanted and not notes.findings
     lowered = bounded_press(wanted, 5.0, notes)
-    assert (lowered.press_start, lowered.press_end) == (pytest.approx(3.0), pytest.approx(5.0))
+    assert lowered.press_start == pytest.approx(3.0) and lowered.press_end == pytest.approx(5.0)
     (finding,) = notes.findings
     assert (finding.code, finding.joint, finding.value, finding.limit) == ("press_bounded", "pedal", 25.0, 5.0)
