@@ -6,7 +6,6 @@ from dataclasses import dataclass
 from asset2sim.models.language.lexicon import Segment, segments
 from asset2sim.models.language.object_info import ObjectInfo
 from asset2sim.models.language.sizing import (
-    KEEP_WITHIN,
     REAL_SLACK,
     asks_real_size,
     dimension,
@@ -76,9 +75,7 @@ def size_bounds(info: ObjectInfo, size: Size, guidance: str, statements: Sequenc
     if asks_real_size(guidance):
         return Bounds(size.min_m / REAL_SLACK, size.max_m * REAL_SLACK, f"the real size of {kind}")
     word, factor = size_word(guidance, statements)
-    # An object that is a little off the asked size is taken to be in real metres: that is no mistake either.
-    low = min(size.min_m, (1.0 - KEEP_WITHIN) * size.typical_m) * factor
-    high = max(size.max_m, (1.0 + KEEP_WITHIN) * size.typical_m) * factor
+    low, high = size.min_m * factor, size.max_m * factor
     if factor < 1.0:
         low = min(low, HAND_M)
     return Bounds(low, high, f"'{word}' of {kind}" if word else kind)

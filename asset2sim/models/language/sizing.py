@@ -46,7 +46,7 @@ def identify(info: ObjectInfo, guidance: str) -> tuple[Size, str]:
                 return tables.sizes()[noun], f"category {noun}: named in the guidance, a kind of {known}"
         return tables.sizes()[known], f"category {known}: as stated"
     for source, found in (
-        ("the asset's name", [noun for noun in _nouns(info.asset_id) if noun not in _GENERIC]),
+        ("the asset's name", [noun for noun in reversed(_nouns(info.asset_id)) if noun not in _GENERIC]),
         ("the guidance", [noun for noun in reversed(nouns) if noun not in _GENERIC]),
         ("the links' labels", _label_votes(info)),
         ("the stated category", [known] if known == "Furniture" else []),
@@ -71,12 +71,16 @@ def propose_scale(info: ObjectInfo, size: Size, guidance: str, statements: Seque
     if real and size.min_m / REAL_SLACK <= authored <= size.max_m * REAL_SLACK:
         return Scale(1.0, True, authored, f"scale 1: real size, and {authored:.3g} m is plausible")
     # A normalised dataset's furniture is metres long by chance: only what is near the typical size counts as real.
-    fits = abs(authored / target - 1.0) <= KEEP_WITHIN
+    fits = abs(authored / target - 1.0) <= KEEP_WITHIN and size.min_m * factor <= authored <= size.max_m * factor
+    across = sorted(info.size_closed_m)[1]
+    if size.across_max_m and across > 0.0:
+        narrow = size.across_max_m * factor * authored / across
+        fits, target = fits and authored <= narrow, min(target, narrow)
     if fits and size.category != "*":
         return Scale(1.0, bool(phrase) or real, authored, f"scale 1: {authored:.3g} m is plausible for {size.category}")
     value = min(max(target / authored, _MIN_SCALE), _MAX_SCALE)
     word = f", '{phrase}' × {factor:g}" if phrase else ""
-    note = f"scale: {size.category} {size.dimension} {size.typical_m:g} m{word}, authored {authored:.3g} m"
+    note = f"scale: {size.category} {size.dimension} {target / factor:.3g} m{word}, authored {authored:.3g} m"
     return Scale(float(f"{value:.4g}"), bool(phrase) or real, authored * value, note)
 
 
