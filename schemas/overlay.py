@@ -13,9 +13,9 @@ Level = Literal["super low", "low", "medium", "high", "super high"]
 
 
 class Content(Frozen):
-    """Something heavy inside a link: a motor, a battery, a counterweight. ``at`` is the place of its middle in the link's
-    box at rest, along the root link's axes (z up), as shares from the lowest corner; it fills the share ``extent`` of
-    each edge of that box."""
+    """Something heavy inside a link: a motor, a battery, a counterweight. ``at`` is the place of its middle in the
+    link's box at rest, along the root link's axes (z up), as shares from the lowest corner; it fills the share
+    ``extent`` of each edge of that box."""
 
     name: str
     mass_kg: Positive
@@ -28,9 +28,9 @@ class LinkProposal(Frozen):
     ``hollow_factor`` (for what is solid), and ``contents`` beside.
 
     ``wall_m`` is the thickness of the wall over the link's outer area, m at the final scale; it counts before
-    ``hollow_factor``. ``hollow_factor`` is the share of the link's volume that is material: solid 0.8 to 1, shelled 0.4 to 0.8, thin shell
-    0.2 to 0.5, less for hulls that enclose an interior. ``inertia`` and ``com`` are at the final scale, in the
-    link's frame.
+    ``hollow_factor``, the share of the link's volume that is material: solid 0.8 to 1, shelled 0.4 to 0.8, thin shell
+    0.2 to 0.5, less for hulls that enclose an interior. ``inertia`` and ``com`` are at the final scale, in the link's
+    frame.
     """
 
     name: str

@@ -198,9 +198,9 @@ def test_links_without_geometry_take_a_share_and_the_total_stays(tmp_path: Path)
 
 
 def test_light_links_are_raised_and_ratios_bounded() -> None:
-    links = (LinkProposal(name="body", mass_kg=5.0), LinkProposal(name="knob", mass_kg=1e-6))
+    links = (LinkProposal(name="body", mass_kg=50.0), LinkProposal(name="knob", mass_kg=1e-6))
     result, findings = checked(Overlay(scale=0.5, links=links))
-    assert near(physics(result, "knob")[0], 5.0 / 1000.0)
+    assert near(physics(result, "knob")[0], 50.0 / 10_000.0)
     assert [finding.link for finding in find(findings, "mass_raised")] == ["knob"]
     assert [(finding.link, finding.limit) for finding in find(findings, "mass_ratio")] == [("knob", 0.005)]
 

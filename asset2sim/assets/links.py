@@ -197,8 +197,8 @@ def wall_surface(own: list[PlacedShape], solids: list[PlacedShape]) -> Surface:
 
 def outer_area(items: list[PlacedShape], points: Array | None) -> float:
     """Area that a link shows to the outside, m², a sheet with both its sides: its distinct faces' and what would close
-    them, but at most its hull's. Walls drawn twice, decals and insides make the faces of real assets up to 8 times their
-    hull; of frames, wires and tubes they are less. ``points`` is None for a link that is flat as a whole."""
+    them, but at most its hull's. Walls drawn twice, decals and insides make the faces of real assets up to 8 times the
+    hull's; of frames, wires and tubes they are less. ``points`` is None for a link that is flat as a whole."""
     drawn = sum(s.area + (s.area if item.shape.flat else s.opening) for item in items for s in (item.shape.surface,))
     return drawn if points is None else min(drawn, hull_area(points))
 

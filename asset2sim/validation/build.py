@@ -42,7 +42,7 @@ NOTHING_BUILT = Built(
 def built_link(
     link: LinkFeatures, proposal: LinkProposal | None, scale: float, settings: PhysicsSettings, to_root: Array
 ) -> Built:
-    """The link as proposed, or of a fallback material. ``to_root`` is the (3, 3) rotation into the root link's frame."""
+    """The link as proposed, or of a fallback material. ``to_root`` is the (3, 3) rotation into the root's frame."""
     volume, hull, outer = link.volume_m3 * scale**3, link.hull_volume_m3 * scale**3, link.outer_m2 * scale**2
     density, hollow, wall = settings.fallback_density_kg_m3, settings.fallback_hollow_factor, 0.0
     material, contents = None, tuple[Content, ...]()
@@ -53,8 +53,12 @@ def built_link(
         wall = proposal.wall_m or 0.0
     shell = wall > 0.0 and outer > 0.0
     material_m3 = wall_volume(outer, wall, hull) if shell else volume * hollow
-    # A closed mesh that models its walls is less than its hull, and its own inertia is that of these walls.
-    filled = material_m3 / hull if shell and hull > 0.0 else 0.0 if shell else hollow
+    if shell:
+        filled = material_m3 / hull if hull > 0.0 else 0.0
+    else:
+        # Of a mass that is stated as such nothing says that it is hollow.
+        stated = proposal is not None and proposal.mass_kg is not None and proposal.hollow_factor is None
+        filled = 1.0 if stated else hollow
     solid, sheet = tensor_of(link.unit_inertia) * scale**2, tensor_of(link.shell_inertia) * scale**2
     com, inertia = np.asarray(link.center) * scale, solid
     if outer > 0.0:

@@ -46,9 +46,7 @@ def link_masses(
     solid = [link for link in features.links if link.has_geometry]
     at_rest = link_to_root(tree_of(features.joints), features.root, {})
     masses = {
-        link.name: link_mass(
-            link, proposals.get(link.name), scale, source, settings, notes, at_rest[link.name][:3, :3]
-        )
+        link.name: link_mass(link, proposals.get(link.name), scale, source, settings, notes, at_rest[link.name][:3, :3])
         for link in solid
     }
     for link in features.links:

@@ -10,8 +10,8 @@ from asset2sim.physics.arrays import Array, Faces
 
 @dataclass(frozen=True)
 class Surface:
-    """Area (m²), (3,) centre of a sheet along the faces, and its (3, 3) inertia about that at 1 kg/m². ``opening`` is the
-    area of what would close it, m²: 0 for a closed mesh, the plate's own for a plate drawn from one side."""
+    """Area (m²), (3,) centre of a sheet along the faces, and its (3, 3) inertia about that at 1 kg/m². ``opening`` is
+    the area of what would close it, m²: 0 for a closed mesh, the plate's own for a plate drawn from one side."""
 
     area: float
     opening: float
@@ -20,7 +20,9 @@ class Surface:
 
     def moved(self, rotation: Array, translation: Array) -> "Surface":
         """The same surface in another frame: (3, 3) rotation, then (3,) translation."""
-        return Surface(self.area, self.opening, rotation @ self.center + translation, rotation @ self.inertia @ rotation.T)
+        return Surface(
+            self.area, self.opening, rotation @ self.center + translation, rotation @ self.inertia @ rotation.T
+        )
 
 
 NOTHING = Surface(0.0, 0.0, np.zeros(3), np.zeros((3, 3)))
