@@ -160,6 +160,28 @@ def test_an_object_in_real_metres_keeps_its_scale(information: Json, guidance: s
     assert ask(information, guidance)["scale"] == 1.0
 
 
+def test_near_the_typical_size_is_not_real_where_no_such_thing_is_so_large() -> None:
+    """A washing machine of 1.13 m is within 20 % of the typical one, and beyond any on sale."""
+    assert ask(thing("WashingMachine", size=1.13))["scale"] * 1.13 == pytest.approx(0.95, rel=1e-3)
+    assert ask(thing("WashingMachine", size=1.0))["scale"] == 1.0
+
+
+@pytest.mark.parametrize("guidance", ["", "a small bottle", "a large plastic bottle"])
+def test_a_wide_bottle_is_sized_by_its_width(guidance: str) -> None:
+    jar = thing("Bottle", size=0.25)
+    jar["size_closed_m"] = jar["size_m"] = [0.18, 0.18, 0.25]
+    slim = json.loads(json.dumps(jar))
+    slim["size_closed_m"] = slim["size_m"] = [0.07, 0.07, 0.25]
+    factor = {"": 1.0, "a small bottle": 0.75, "a large plastic bottle": 1.3}[guidance]
+    assert ask(jar, guidance)["scale"] * 0.18 == pytest.approx(0.10 * factor, rel=1e-3)
+    assert ask(slim, guidance)["scale"] * 0.25 == pytest.approx(0.25 * factor, rel=1e-3)
+
+
+def test_the_last_noun_of_a_name_says_what_it_is() -> None:
+    notes = ask(thing("Furniture", size=1.79, asset_id="naiki-6door-closet"), "at its real size")["notes"]
+    assert notes[0] == "category Wardrobe: from the asset's name"
+
+
 def test_scale_is_asked_only_when_words_say_so() -> None:
     assert "scale" in ask(known.BOX, "a small box")["asked"]
     assert "scale" not in ask(known.BOX, "a box with a small lid")["asked"]
@@ -191,6 +213,20 @@ def test_the_volume_of_a_solid_part_is_its_hulls_where_its_mesh_has_walls() -> N
     walled["links"][0]["volume_m3"] *= 0.75
     factor = [ask(item, "")["links"][0]["hollow_factor"] for item in (solid, walled)]
     assert factor[1] == pytest.approx(factor[0] / 0.75, rel=0.01)
+
+
+def test_a_total_outside_its_range_is_brought_there_and_said() -> None:
+    change = ask(thing("Bucket", body="bucket_body"), "a bucket of 3 kg")["mass_change"]
+    assert change["asked"] and change["to_kg"] == pytest.approx(3.0, rel=1e-3) and change["from_kg"] < 1.0
+    assert "mass_change" not in ask(known.LAPTOP)
+
+
+def test_machines_hold_their_weights_where_they_have_them() -> None:
+    machine = thing("WashingMachine", body="washing_machine_body", size=0.95)
+    body = ask(machine)["links"][0]
+    inside = {item["name"]: item for item in body["contents"]}
+    assert body["wall_m"] == pytest.approx(0.7e-3) and inside["counterweights"]["mass_kg"] == pytest.approx(22.0)
+    assert inside["counterweights"]["at"] == pytest.approx([0.4, 0.5, 0.5]), "in front, which is −x"
 
 
 def test_a_link_without_geometry_is_left_out() -> None:
