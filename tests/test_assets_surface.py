@@ -7,7 +7,7 @@ import pytest
 import trimesh
 
 from asset2sim.assets.extract import extract
-from asset2sim.assets.meshes.surface import joined_surfaces, surface_of
+from asset2sim.assets.meshes.surface import Surface, joined_surfaces, surface_of
 from schemas.asset import AssetRef
 from schemas.features import LinkFeatures
 from tests.builders import double_sided, without_top
@@ -21,7 +21,7 @@ def box(extents: tuple[float, float, float] = (A, B, C)) -> trimesh.Trimesh:
     return made
 
 
-def surface(mesh: trimesh.Trimesh):  # type: ignore[no-untyped-def]
+def surface(mesh: trimesh.Trimesh) -> Surface:
     return surface_of(np.asarray(mesh.vertices), np.asarray(mesh.faces))
 
 
@@ -60,7 +60,7 @@ def test_surfaces_join_by_the_parallel_axis_theorem() -> None:
     left, right = box(), box()
     right.apply_translation((1.0, 0.0, 0.0))
     whole = joined_surfaces([surface(left), surface(right)])
-    both = trimesh.util.concatenate([left, right])
+    both: trimesh.Trimesh = trimesh.util.concatenate([left, right])  # type: ignore[assignment]
     np.testing.assert_allclose(whole.inertia, surface(both).inertia, rtol=1e-9, atol=1e-12)
     turned = surface(left).moved(np.array([[0.0, -1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 1.0]]), np.ones(3))
     np.testing.assert_allclose(np.diag(turned.inertia), np.diag(surface(left).inertia)[[1, 0, 2]], rtol=1e-9)
@@ -77,13 +77,16 @@ def read_mesh(folder: Path, mesh: trimesh.Trimesh) -> LinkFeatures:
 def test_the_outer_area_is_the_same_however_often_walls_are_drawn(tmp_path: Path) -> None:
     """A bin drawn with one wall, with both sides of it, and with an inner wall beside."""
     bin_, inner = without_top(box()), without_top(box((0.96 * A, 0.96 * B, 0.98 * C)))
-    drawn = (bin_, double_sided(bin_), trimesh.util.concatenate([double_sided(bin_), double_sided(inner)]))
+    both: trimesh.Trimesh = trimesh.util.concatenate([double_sided(bin_), double_sided(inner)])  # type: ignore[assignment]
+    drawn = (bin_, double_sided(bin_), both)
     found = [read_mesh(tmp_path / str(index), mesh).outer_m2 for index, mesh in enumerate(drawn)]
     np.testing.assert_allclose(found, AREA, rtol=1e-6)
 
 
 def test_a_plate_shows_both_sides_and_a_frame_less_than_its_hull(tmp_path: Path) -> None:
-    plate = trimesh.Trimesh([[0, 0, 0], [A, 0, 0], [A, B, 0], [0, B, 0]], [[0, 1, 2], [0, 2, 3]], process=False)
+    plate = trimesh.Trimesh(
+        np.array([[0.0, 0.0, 0.0], [A, 0.0, 0.0], [A, B, 0.0], [0.0, B, 0.0]]), [[0, 1, 2], [0, 2, 3]], process=False
+    )
     assert read_mesh(tmp_path / "plate", plate).outer_m2 == pytest.approx(2.0 * A * B)
     ring = trimesh.creation.annulus(r_min=0.15, r_max=0.155, height=0.005)
     assert read_mesh(tmp_path / "ring", ring).outer_m2 == pytest.approx(float(ring.area), rel=1e-6)

@@ -229,6 +229,16 @@ def test_machines_hold_their_weights_where_they_have_them() -> None:
     assert inside["counterweights"]["at"] == pytest.approx([0.4, 0.5, 0.5]), "in front, which is −x"
 
 
+def test_a_dishwashers_rack_is_wire_and_then_not_inside_the_body() -> None:
+    """The issue found a sliding rack of 40 kg in a machine of 55."""
+    empty = thing("Dishwasher", size=0.85)
+    racked = thing("Dishwasher", known.sliding("rack", "drawer"), size=0.85)
+    names = [[item["name"] for item in ask(machine)["links"][0]["contents"]] for machine in (empty, racked)]
+    assert "racks and cutlery basket" in names[0] and "racks and cutlery basket" not in names[1]
+    info, overlay = ObjectInfo.from_json(racked), Overlay.model_validate_json(json.dumps(ask(racked)))
+    assert 1.0 <= link_mass(info.link_by_name["rack_link"], overlay.links[1], overlay.scale) <= 5.0
+
+
 def test_a_link_without_geometry_is_left_out() -> None:
     information = json.loads(json.dumps(known.BOX))
     empty = {**link("base"), "volume_m3": 0.0, "hull_volume_m3": 0.0, "area_m2": 0.0}

@@ -50,12 +50,13 @@ class PartMaterial:
 @dataclass(frozen=True)
 class PartContent:
     """Something heavy inside a part of an object of typical size: its mass, kg, its height in the part's box and its
-    depth from the front, as shares."""
+    depth from the front, as shares. An object that has one of the parts in ``unless`` has it there, not inside."""
 
     name: str
     mass_kg: float
     height: float
     depth: float
+    unless: tuple[str, ...]
 
 
 @dataclass(frozen=True)
@@ -191,7 +192,13 @@ def part_material(category: str, part: str) -> PartMaterial:
 def part_contents(category: str, part: str) -> tuple[PartContent, ...]:
     """What is inside that part of an object of that category, "" being its body."""
     return tuple(
-        PartContent(row["content"], float(row["mass_kg"]), float(row["height"]), float(row["depth"]))
+        PartContent(
+            name=row["content"],
+            mass_kg=float(row["mass_kg"]),
+            height=float(row["height"]),
+            depth=float(row["depth"]),
+            unless=tuple(row["unless"].split("|")) if row["unless"] else (),
+        )
         for row in _rows("contents")
         if row["category"] == category and row["part"] == (part or "*")
     )
