@@ -30,7 +30,7 @@ PARALLEL = --numprocesses $(if $(JOBS),$(JOBS),2) --dist loadfile
 
 .DEFAULT_GOAL := help
 .DELETE_ON_ERROR:
-.PHONY: help install flow test test-fast lint typecheck failures settings doctor nightly ui judge rules compare bench-defects samples questions summary loaders picture clean bench
+.PHONY: help install flow test test-fast lint typecheck failures settings doctor nightly ui judge rules compare bench-defects samples questions summary loaders weights picture clean bench
 
 help: ## list the targets
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / { printf "  %-14s %s\n", $$1, $$2 }' Makefile
@@ -130,6 +130,9 @@ summary: $(INSTALLED) ## write the table of OUT's latest run into the README
 
 loaders: $(INSTALLED) ## what each engine's own loader honours of OUT's URDFs, measured, into the README
 	@$(BIN)/python -m asset2sim.studies.loaders.loader_table "$(OUT)" README.md
+
+weights: $(INSTALLED) ## weigh the objects of SHARED (../shared) beside published weights, into the README
+	@$(BIN)/python -m asset2sim.studies.weights.compare "$(or $(SHARED),../shared)" README.md
 
 picture: $(INSTALLED) ## draw the README's before-and-after picture from data/raw and data/refined
 	@$(BIN)/python -m asset2sim.studies.readme.picture data/raw data/refined docs/before_after.png \

@@ -25,7 +25,9 @@ class LinkInertial(Frozen):
 class LinkFeatures(Frozen):
     """One link: name, label, meshes, and the properties of their union in the link's frame. ``unit_inertia`` is the
     inertia about ``center`` divided by the mass (m²), of the link's own shape at uniform density; ``volume_m3`` is the
-    sum over its convex pieces or watertight meshes. All at the authored scale."""
+    sum over its convex pieces or watertight meshes. ``shell_center`` and ``shell_inertia`` are the same of a wall of
+    even thickness along its faces, and ``outer_m2`` the area that it shows to the outside, a sheet with both sides. All
+    at the authored scale."""
 
     name: str
     label: str
@@ -35,10 +37,13 @@ class LinkFeatures(Frozen):
     volume_source: VolumeSource
     hull_volume_m3: NonNegative
     area_m2: NonNegative
+    outer_m2: NonNegative = 0.0
     box_min: Vector3
     box_max: Vector3
     center: Vector3
     unit_inertia: Inertia6
+    shell_center: Vector3 = (0.0, 0.0, 0.0)
+    shell_inertia: Inertia6 = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
     materials: tuple[str, ...]
     inertial: LinkInertial | None
 

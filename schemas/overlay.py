@@ -6,24 +6,39 @@ from typing import Literal
 from pydantic import Field
 
 from schemas.base import Finite, Fraction, Frozen, Inertia6, NonNegative, Positive, Vector3
-from schemas.vocabulary import Source, VolumeSource
+from schemas.vocabulary import MassRule, Source, VolumeSource
 
 Level = Literal["super low", "low", "medium", "high", "super high"]
 """The paper's words for a place in a range."""
 
 
-class LinkProposal(Frozen):
-    """What a model proposes for one link. Either ``mass_kg``, or ``density_kg_m3`` and ``hollow_factor``.
+class Content(Frozen):
+    """Something heavy inside a link: a motor, a battery, a counterweight. ``at`` is the place of its middle in the
+    link's box at rest, along the root link's axes (z up), as shares from the lowest corner; it fills the share
+    ``extent`` of each edge of that box."""
 
-    ``hollow_factor`` is the share of the link's volume that is material: solid 0.8 to 1, shelled 0.4 to 0.8, thin shell
-    0.2 to 0.5, less for hulls that enclose an interior. ``inertia`` and ``com`` are at the final scale, in the
-    link's frame.
+    name: str
+    mass_kg: Positive
+    at: tuple[Fraction, Fraction, Fraction] = (0.5, 0.5, 0.5)
+    extent: Fraction = 0.4
+
+
+class LinkProposal(Frozen):
+    """What a model proposes for one link. Either ``mass_kg``, or ``density_kg_m3`` with ``wall_m`` (for a shell) or
+    ``hollow_factor`` (for what is solid), and ``contents`` beside.
+
+    ``wall_m`` is the thickness of the wall over the link's outer area, m at the final scale; it counts before
+    ``hollow_factor``, the share of the link's volume that is material: solid 0.8 to 1, shelled 0.4 to 0.8, thin shell
+    0.2 to 0.5, less for hulls that enclose an interior. ``inertia`` and ``com`` are at the final scale, in the link's
+    frame.
     """
 
     name: str
     material: str | None = None
     density_kg_m3: Positive | None = None
     hollow_factor: Fraction | None = None
+    wall_m: Positive | None = None
+    contents: tuple[Content, ...] = ()
     mass_kg: Positive | None = None
     com: Vector3 | None = None
     inertia: Inertia6 | None = None
@@ -62,13 +77,24 @@ class JointProposal(Frozen):
     damping_level: Level | None = None
 
 
+class MassChange(Frozen):
+    """The whole object's mass, kg, as its parts gave it and as it was brought to, and why in words."""
+
+    from_kg: NonNegative
+    to_kg: Positive
+    why: str
+    asked: bool = False
+    """Whether the user stated the mass."""
+
+
 class Overlay(Frozen):
     """A model's whole proposal. ``scale`` is uniform; positions are radians, or metres at the authored scale.
 
     ``initial_joint_positions`` names only joints for which the user asks a state; every other joint starts closed or at
     its authored zero. ``asked`` names what in the answer came from the user's words: ``scale``, or a joint's name.
     ``sigmas`` is the model's own standard deviation of a number in the answer, in its unit, by path: ``scale``,
-    ``links.NAME.FIELD``, ``joints.NAME.FIELD``, ``initial_joint_positions.NAME``.
+    ``links.NAME.FIELD``, ``joints.NAME.FIELD``, ``initial_joint_positions.NAME``. ``mass_change`` says that the links'
+    masses were scaled together.
     """
 
     scale: Positive
@@ -78,11 +104,15 @@ class Overlay(Frozen):
     initial_joint_positions: dict[str, Finite] = Field(default_factory=dict)
     asked: tuple[str, ...] = ()
     sigmas: dict[str, NonNegative] = Field(default_factory=dict)
+    mass_change: MassChange | None = None
     notes: tuple[str, ...] = ()
 
 
 class LinkPhysics(Frozen):
-    """One link's written physics: mass, centre of mass and inertia about it, at the final scale in the link's frame."""
+    """One link's written physics: mass, centre of mass and inertia about it, at the final scale in the link's frame.
+
+    ``mass_rule`` says how the mass was made: ``volume_m3`` × ``density_kg_m3`` × ``hollow_factor``, or ``outer_m2`` ×
+    ``wall_m`` × density, and ``contents``. ``wall_m`` is 0 where no wall was proposed."""
 
     name: str
     label: str
@@ -91,6 +121,10 @@ class LinkPhysics(Frozen):
     hollow_factor: NonNegative
     volume_m3: NonNegative
     volume_source: VolumeSource
+    outer_m2: NonNegative = 0.0
+    wall_m: NonNegative = 0.0
+    contents: tuple[Content, ...] = ()
+    mass_rule: MassRule = MassRule.STATED
     mass_kg: Positive
     mass_source: Source
     com: Vector3

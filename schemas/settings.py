@@ -72,8 +72,9 @@ class PhysicsSettings(Frozen):
     lighter only where even this would, by ``max_density_kg_m3``."""
     max_density_kg_m3: Positive = 20_000.0
     """Densest a link may be, over its hull, kg/m³: gold and tungsten have 19,300."""
-    raised_density_kg_m3: Positive = 10_000.0
-    """Densest that a tiny link is made so that solvers take it, over its hull, kg/m³: lead has 11,300."""
+    raised_density_kg_m3: Positive = 1_000.0
+    """Densest that a tiny link is made so that solvers take it, over its hull, kg/m³: a button of solid plastic. Beyond
+    it the solver is helped by armature, not by weight."""
     max_spring_hz: Positive = 1000.0
     """Largest spring frequency that is accepted before the time step bounds it, Hz."""
     max_mass_ratio: Positive = 1000.0

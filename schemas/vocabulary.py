@@ -100,6 +100,21 @@ class VolumeSource(StrEnum):
     NONE = "none"
 
 
+class MassRule(StrEnum):
+    """How a link's mass was made.
+
+    ``solid`` is volume × density × hollow factor, ``shell`` outer area × wall × density, both with what is inside;
+    ``stated`` a mass as given by a model or the URDF; ``bounded`` one that a rule replaced; ``shared`` a part of a
+    neighbour's, or the least, for a link without geometry.
+    """
+
+    SOLID = "solid"
+    SHELL = "shell"
+    STATED = "stated"
+    BOUNDED = "bounded"
+    SHARED = "shared"
+
+
 class Method(StrEnum):
     """Where an asset's physics come from.
 

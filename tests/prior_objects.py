@@ -13,7 +13,7 @@ def link(name: str, label: str = "", at: tuple[float, float, float] = (0.0, 0.0,
     return {
         "name": name, "label": label, "joint_kind": "", "box_m": [size] * 3, "center_m": list(at),
         "volume_m3": size**3, "hull_volume_m3": size**3, "volume_source": "hull", "area_m2": 6 * size**2,
-        "materials": [], "mass_kg": None,
+        "outer_m2": 6 * size**2, "materials": [], "mass_kg": None,
     }  # fmt: skip
 
 

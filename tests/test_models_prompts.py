@@ -49,6 +49,7 @@ def test_synthesis_states_the_object_and_the_words_in_two_blocks() -> None:
     assert facts["links"][1]["center_m"] == [0.0, 0.0, 0.33333] and facts["links"][0]["center_m"] is None
     assert set(facts["links"][1]) == {
         "name", "label", "joint_kind", "box_m", "center_m", "volume_m3", "hull_volume_m3", "volume_source", "area_m2",
+        "outer_m2",
         "materials", "mass_kg",
     }  # fmt: skip
     assert set(facts["joints"][1]) == {

@@ -124,7 +124,8 @@ def test_whatever_a_model_says_can_be_simulated(overlay: Overlay) -> None:
         assert spring <= PHYSICS.max_stiffness_step * (1.0 + 1e-6), part.name
         if part.lower is not None and part.upper is not None:
             assert part.lower < part.upper and part.lower <= part.initial_position <= part.upper
-        if part.holds and part.initial_position not in (part.lower, part.upper):
+        stops = [end for end in (part.lower, part.upper) if end is not None]
+        if part.holds and all(abs(part.initial_position - end) > 2e-3 for end in stops):
             assert part.friction >= PHYSICS.least_hold_margin * abs(part.gravity_load) * (1.0 - 1e-9)
     longest = max(thing().features.rest_size) * result.scale
     assert 0.005 * (1.0 - 1e-9) <= longest <= 5.0 * (1.0 + 1e-9)
@@ -203,7 +204,7 @@ def test_links_without_geometry_take_a_share_and_the_total_stays(tmp_path: Path)
 
 
 def test_light_links_are_raised_and_ratios_bounded() -> None:
-    links = (LinkProposal(name="body", mass_kg=5.0), LinkProposal(name="knob", mass_kg=1e-6))
+    links = (LinkProposal(name="body", mass_kg=50.0), LinkProposal(name="knob", mass_kg=1e-6))
     result, findings = checked(Overlay(scale=0.5, links=links))
     assert near(physics(result, "knob")[0], PHYSICS.min_mass_kg), "nothing hangs on it"
     assert [finding.link for finding in find(findings, "mass_raised")] == ["knob"]

@@ -8,9 +8,10 @@ import numpy as np
 import trimesh
 import yourdfpy
 
-from asset2sim.assets.meshes.hull import hull_vertices, hull_volume
+from asset2sim.assets.meshes.hull import hull_area, hull_vertices, hull_volume
 from asset2sim.assets.meshes.load import primitive, scale_vector
 from asset2sim.assets.meshes.shape_cache import CachedMesh, mesh_key
+from asset2sim.assets.meshes.surface import NOTHING, Surface, joined_surfaces
 from asset2sim.assets.meshes.triangles import Triangles
 from asset2sim.assets.meshes.volume import Shape, Solid, combined, shape_of
 from asset2sim.assets.solids import PlacedShape, collision_mismatch, shapes_with_mass
@@ -154,7 +155,9 @@ def read_link(link: yourdfpy.Link, label: str, kind: str, reader: MeshReader) ->
         reader.note("inertial_unusable", f"link '{link.name}': {problem}", link.name)
     solids = shapes_with_mass(own)
     body, points = Solid(0.0, np.zeros(3), np.zeros((3, 3))), np.zeros((0, 3))
+    walls = NOTHING
     if own:
+        walls = wall_surface(own, solids)
         body = combined([item.shape.solid.moved(item.rotation, item.translation) for item in solids])
         points = hull_vertices(np.vstack([item.points(item.shape.points) for item in own]))
     whole = hull_volume(points)
@@ -170,14 +173,34 @@ def read_link(link: yourdfpy.Link, label: str, kind: str, reader: MeshReader) ->
         volume_source=sources.pop() if len(sources) == 1 else VolumeSource.MIXED,
         hull_volume_m3=whole,
         area_m2=sum((item.shape.area for item in own), 0.0),
+        outer_m2=outer_area(own, points if whole > 0.0 else None),
         box_min=vector(box.min(axis=0)),
         box_max=vector(box.max(axis=0)),
         center=vector(body.center),
         unit_inertia=six(body.inertia / (body.volume if own else 1.0)),
+        shell_center=vector(walls.center),
+        shell_inertia=six(walls.inertia / (walls.area or 1.0)),
         materials=tuple(sorted({v.material.name for v in link.visuals if v.material and v.material.name})),
         inertial=inertial,
     )
     return features, LinkGeometry(points, tuple(mesh_part(item, *item.mesh) for item in own if item.mesh is not None))
+
+
+def wall_surface(own: list[PlacedShape], solids: list[PlacedShape]) -> Surface:
+    """The faces along which a link's wall runs: those of its solids, or of all shapes where sheets are most of it."""
+    every, most = (
+        joined_surfaces([item.shape.surface.moved(item.rotation, item.translation) for item in items])
+        for items in (own, solids)
+    )
+    return most if most.area >= every.area / 2.0 else every
+
+
+def outer_area(items: list[PlacedShape], points: Array | None) -> float:
+    """Area that a link shows to the outside, m², a sheet with both its sides: its distinct faces' and what would close
+    them, but at most its hull's. Walls drawn twice, decals and insides make the faces of real assets up to 8 times the
+    hull's; of frames, wires and tubes they are less. ``points`` is None for a link that is flat as a whole."""
+    drawn = sum(s.area + (s.area if item.shape.flat else s.opening) for item in items for s in (item.shape.surface,))
+    return drawn if points is None else min(drawn, hull_area(points))
 
 
 def mesh_reference(geometry: yourdfpy.Geometry) -> tuple[str, Array] | None:

@@ -9,6 +9,7 @@ from asset2sim.assets.extract import Extraction
 from asset2sim.assets.urdf.read import Dynamics, read_dynamics
 from asset2sim.physics.arrays import six, vector
 from asset2sim.physics.inertia import box_inertia
+from asset2sim.physics.walls import wall_volume
 from asset2sim.validation.handling import handling
 from asset2sim.validation.joints import HELD_STATE
 from asset2sim.validation.validate import contact_friction
@@ -51,10 +52,12 @@ def link_as_proposed(link: LinkFeatures, proposal: LinkProposal, scale: float, s
     """One link: the proposed numbers, and the engine's default for the rest."""
     authored = link_of(link)
     volume = (link.volume_m3 or link.hull_volume_m3) * scale**3
-    hollow = 1.0 if proposal.hollow_factor is None else proposal.hollow_factor
+    material_m3 = volume * (1.0 if proposal.hollow_factor is None else proposal.hollow_factor)
+    if proposal.wall_m is not None and link.outer_m2 > 0.0:
+        material_m3 = wall_volume(link.outer_m2 * scale**2, proposal.wall_m, link.hull_volume_m3 * scale**3)
     mass = proposal.mass_kg
-    if mass is None and proposal.density_kg_m3 is not None and volume * proposal.density_kg_m3 * hollow > 0.0:
-        mass = volume * proposal.density_kg_m3 * hollow
+    if mass is None and proposal.density_kg_m3 is not None and material_m3 * proposal.density_kg_m3 > 0.0:
+        mass = material_m3 * proposal.density_kg_m3 + sum(item.mass_kg for item in proposal.contents)
     com = tuple(scale * value for value in authored.com) if proposal.com is None else proposal.com
     inertia, inertia_source = authored.inertia, authored.inertia_source
     if proposal.inertia is not None:
@@ -67,6 +70,8 @@ def link_as_proposed(link: LinkFeatures, proposal: LinkProposal, scale: float, s
             "density_kg_m3": proposal.density_kg_m3 or 0.0,
             "hollow_factor": proposal.hollow_factor or 0.0,
             "volume_m3": volume,
+            "wall_m": proposal.wall_m or 0.0,
+            "contents": proposal.contents,
             "mass_kg": authored.mass_kg if mass is None else mass,
             "mass_source": authored.mass_source if mass is None else source,
             "com": vector(np.asarray(com, dtype=float)),

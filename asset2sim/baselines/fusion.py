@@ -7,7 +7,7 @@ from typing import TypeVar
 
 from schemas.overlay import JointProposal, LinkProposal, Overlay
 
-LINK_NUMBERS = ("density_kg_m3", "hollow_factor", "mass_kg")
+LINK_NUMBERS = ("density_kg_m3", "hollow_factor", "wall_m", "mass_kg")
 LINK_VECTORS = ("com", "inertia")
 """Vector fields, fused by component with one weight from the field's one sigma: a positive sum of positive
 semi-definite inertias is positive semi-definite."""

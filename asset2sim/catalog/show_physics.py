@@ -27,7 +27,7 @@ def physics_tables(own: Mapping[str, Sequence[FrameRow]]) -> list[RenderableType
     """Tables of links and joints, as far as there are any; each number with its source."""
     parts: list[RenderableType] = []
     if own["links"]:
-        headings = ("link", "label", "mass kg", "density kg/m³ × hollow", "volume m³", "centre of mass m")
+        headings = ("link", "label", "mass kg", "density kg/m³ × hollow or wall", "volume m³", "centre of mass m")
         rows = map(_link, own["links"])
         parts.append(number_table("Links", (*headings, "ixx, iyy, izz kg·m²"), rows, left=2))
     if own["joints"]:
@@ -42,11 +42,16 @@ def _link(link: FrameRow) -> tuple[str, ...]:
         link["link"],
         link["label"],
         f"{number(link['mass_kg'])}\n{link['mass_source']}",
-        f"{number(link['density_kg_m3'])} × {number(link['hollow_factor'])}\n{link['material'] or NOTHING}",
+        f"{number(link['density_kg_m3'])} × {_wall(link)}\n{link['material'] or NOTHING}",
         f"{number(link['volume_m3'])}\n{link['volume_source']}",
         f"{numbers(link[f'com_{axis}_m'] for axis in 'xyz')}\n{link['com_source']}",
         f"{numbers(link[f'i{axis}{axis}_kg_m2'] for axis in 'xyz')}\n{link['inertia_source']}",
     )
+
+
+def _wall(link: FrameRow) -> str:
+    """A shell's wall in millimetres, else the hollow factor."""
+    return f"{number(1e3 * link['wall_m'])} mm" if link.get("wall_m") else number(link["hollow_factor"])
 
 
 def _joint(joint: FrameRow) -> tuple[str, ...]:

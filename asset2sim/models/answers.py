@@ -153,18 +153,28 @@ def _quoted(text: str) -> str:
 
 RULE_FIELDS = (
     "coast_s", "spring_hz", "press_start", "press_end", "closes_s", "stops_within", "returns_s", "damping_level",
-    "density_kg_m3", "hollow_factor",
+    "density_kg_m3", "hollow_factor", "wall_m", "contents",
 )  # fmt: skip
 """Fields from which our rules derive numbers; methods that use a model's numbers unchanged do not ask for them."""
 
-WITHOUT: dict[str, tuple[str, ...]] = {"synthesis": ("sigmas",), "direct": ("sigmas", *RULE_FIELDS), "ivw": RULE_FIELDS}
+OWN_FIELDS = ("mass_change",)
+"""Fields that only the offline prior fills."""
+
+WITHOUT: dict[str, tuple[str, ...]] = {
+    "synthesis": ("sigmas", *OWN_FIELDS),
+    "direct": ("sigmas", *OWN_FIELDS, *RULE_FIELDS),
+    "ivw": (*OWN_FIELDS, *RULE_FIELDS),
+}
 """Purpose → fields of an overlay that its prompt does not ask for."""
 
 
 @functools.cache
 def overlay_schema(purpose: str) -> dict[str, Any]:
     """The schema of the answer to ``purpose``; titles, descriptions and defaults are left out, being in the prompt."""
-    schema: dict[str, Any] = trimmed(Overlay.model_json_schema(), frozenset(WITHOUT.get(purpose, ())))
+    without = frozenset(WITHOUT.get(purpose, OWN_FIELDS))
+    schema: dict[str, Any] = trimmed(Overlay.model_json_schema(), without)
+    text = json.dumps(schema)
+    schema["$defs"] = {name: item for name, item in schema["$defs"].items() if f"#/$defs/{name}" in text}
     return schema
 
 

@@ -1,4 +1,4 @@
-"""Masses, centres and inertias: m = v ρ s³ η, completed for every link and bounded so that engines take them."""
+"""Masses, centres and inertias, completed for every link and bounded so that engines take them."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
@@ -7,12 +7,13 @@ import numpy as np
 
 from asset2sim.physics.arrays import Array
 from asset2sim.physics.inertia import PhysicalTensor, make_physical, tensor_of
-from asset2sim.physics.kinematics import transform
+from asset2sim.physics.kinematics import link_to_root, transform, tree_of
+from asset2sim.validation.build import NOTHING_BUILT, Built, built_link
 from asset2sim.validation.notes import Notes
 from schemas.features import Features, LinkFeatures
 from schemas.overlay import LinkProposal
 from schemas.settings import PhysicsSettings
-from schemas.vocabulary import Source, VolumeSource
+from schemas.vocabulary import MassRule, Source
 
 BOX_MARGIN = 0.1
 """How far outside its link's box, as a share of the box, a proposed centre of mass may lie and be accepted."""
@@ -23,11 +24,8 @@ class LinkMass:
     """One link's mass properties at the final scale, (3,) centre and (3, 3) inertia about it in the link's frame."""
 
     name: str
-    material: str | None
-    density: float
-    hollow: float
-    volume: float
-    volume_source: VolumeSource
+    made: Built
+    rule: MassRule
     mass: float
     mass_source: Source
     com: Array
@@ -46,7 +44,11 @@ def link_masses(
 ) -> dict[str, LinkMass]:
     """Mass properties of every link; links without geometry take a share of their neighbour's."""
     solid = [link for link in features.links if link.has_geometry]
-    masses = {link.name: link_mass(link, proposals.get(link.name), scale, source, settings, notes) for link in solid}
+    at_rest = link_to_root(tree_of(features.joints), features.root, {})
+    masses = {
+        link.name: link_mass(link, proposals.get(link.name), scale, source, settings, notes, at_rest[link.name][:3, :3])
+        for link in solid
+    }
     for link in features.links:
         if not link.has_geometry:
             masses = share_mass(link, masses, features, scale, settings, notes)
@@ -61,39 +63,33 @@ def link_mass(
     source: Source,
     settings: PhysicsSettings,
     notes: Notes,
+    to_root: Array | None = None,
 ) -> LinkMass:
-    """Mass properties of one link with geometry; missing values come from the URDF, else from a fallback material."""
-    volume = link.volume_m3 * scale**3
-    density, hollow = settings.fallback_density_kg_m3, settings.fallback_hollow_factor
-    material, mass_source = None, Source.RULE
-    if proposal is not None:
-        material = proposal.material
-        density = proposal.density_kg_m3 or density
-        hollow = proposal.hollow_factor if proposal.hollow_factor is not None else hollow
-        if proposal.density_kg_m3 is not None or proposal.mass_kg is not None:
-            mass_source = source
-    mass = volume * density * hollow
+    """Mass properties of one link with geometry; missing values come from the URDF, else from a fallback material.
+    ``to_root`` is the (3, 3) rotation into the root link's frame at rest, by which contents are placed."""
+    made = built_link(link, proposal, scale, settings, np.eye(3) if to_root is None else to_root)
+    mass, rule, mass_source = made.mass, made.rule, Source.RULE
+    if proposal is not None and (proposal.density_kg_m3 is not None or proposal.mass_kg is not None):
+        mass_source = source
     if proposal is not None and proposal.mass_kg is not None:
-        mass = proposal.mass_kg
+        mass, rule = proposal.mass_kg, MassRule.STATED
     elif mass_source is Source.RULE and link.inertial is not None and link.inertial.mass_kg > settings.min_mass_kg:
-        mass, mass_source = link.inertial.mass_kg, Source.AUTHORED
+        mass, rule, mass_source = link.inertial.mass_kg, MassRule.STATED, Source.AUTHORED
     if mass_source is Source.RULE:
         message = f"link '{link.name}': the overlay states no material or mass; {mass:.4g} kg assumed"
         notes.info("link_completed", message, link=link.name, value=mass)
-    densest = settings.max_density_kg_m3 * max(volume, link.hull_volume_m3 * scale**3)
+    densest = settings.max_density_kg_m3 * max(link.volume_m3, link.hull_volume_m3) * scale**3
     if mass > densest:
         message = f"link '{link.name}': {mass:.3g} kg would be denser than any material; set to {densest:.3g} kg"
         notes.warn("mass_implausible", message, link=link.name, value=mass, limit=densest)
-        mass, mass_source = densest, Source.RULE
+        mass, rule, mass_source = densest, MassRule.BOUNDED, Source.RULE
     least = least_mass(settings.min_mass_kg, link, scale, settings)
     if mass < least:
         message = f"link '{link.name}': mass {mass:.3g} kg raised to the least that engines handle"
         notes.info("mass_raised", message, link=link.name, value=mass, limit=least)
-        mass, mass_source = least, Source.RULE
-    com = np.asarray(link.center) * scale
-    inertia = tensor_of(link.unit_inertia) * scale**2 * mass
-    made_of = (link.name, material, density, hollow, volume, link.volume_source)
-    result = LinkMass(*made_of, mass, mass_source, com, Source.RULE, inertia, Source.RULE)
+        mass, rule, mass_source = least, MassRule.BOUNDED, Source.RULE
+    inertia = mass * made.unit_inertia
+    result = LinkMass(link.name, made, rule, mass, mass_source, made.com, Source.RULE, inertia, Source.RULE)
     return result if proposal is None else believed(result, link, proposal, scale, source, settings, notes)
 
 
@@ -155,7 +151,8 @@ def bound_ratio(
             message = f"link '{name}': mass raised from {item.mass:.3g} to {least:.3g} kg, a share engines handle"
             notes.info("mass_ratio", message, link=name, value=item.mass, limit=least)
             factor = least / item.mass
-            item = replace(item, mass=least, mass_source=Source.RULE, inertia=item.inertia * factor)
+            raised = replace(item, mass=least, mass_source=Source.RULE, inertia=item.inertia * factor)
+            item = replace(raised, rule=MassRule.BOUNDED)
         bounded[name] = item
     return bounded
 
@@ -174,7 +171,7 @@ def share_mass(
     neighbours.sort(key=lambda item: (item[1].type != "fixed", -masses[item[0]].mass if item[0] in masses else 0.0))
     neighbours += [(joint.parent, joint) for joint in features.joints if joint.child == link.name]
     found = next(((name, joint) for name, joint in neighbours if name in masses), None)
-    of_nothing = (link.name, None, 0.0, 0.0, 0.0, VolumeSource.NONE)
+    of_nothing = (link.name, NOTHING_BUILT, MassRule.SHARED)
     if found is None:
         tiny = settings.min_mass_kg
         inertia = np.eye(3) * tiny * settings.min_half_extent_m**2

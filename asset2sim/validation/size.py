@@ -11,6 +11,7 @@ from asset2sim.models.language.sizing import (
     asks_real_size,
     dimension,
     identify,
+    narrow_enough,
     size_word,
     stated_scale,
 )
@@ -23,8 +24,8 @@ HAND_M = 0.10
 STATED_SHARE = 0.05
 """How far a scale may be from the one that the user states in numbers: models round."""
 
-DIGITS = 1e-6
-"""Relative rounding slack at a bound."""
+DIGITS = 5e-4
+"""Relative rounding slack at a bound: scales are proposed with four digits."""
 DIMENSIONS = {"longest": "longest edge", "height": "height", "body": "body"}
 """The dimension by which a category's size is given, in words."""
 
@@ -76,9 +77,8 @@ def size_bounds(info: ObjectInfo, size: Size, guidance: str, statements: Sequenc
     if asks_real_size(guidance):
         return Bounds(size.min_m / REAL_SLACK, size.max_m * REAL_SLACK, f"the real size of {kind}")
     word, factor = size_word(guidance, statements)
-    # An object that is a little off the asked size is taken to be in real metres: that is no mistake either.
-    low = min(size.min_m, (1.0 - KEEP_WITHIN) * size.typical_m) * factor
-    high = max(size.max_m, (1.0 + KEEP_WITHIN) * size.typical_m) * factor
+    widest = narrow_enough(info, size)
+    low, high = min(size.min_m, (1.0 - KEEP_WITHIN) * widest) * factor, min(size.max_m, widest) * factor
     if factor < 1.0:
         low = min(low, HAND_M)
     return Bounds(low, high, f"'{word}' of {kind}" if word else kind)

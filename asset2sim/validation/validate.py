@@ -30,6 +30,7 @@ def validate(
     what ``overlay.asked`` names counts as the user's."""
     notes, features, asked = Notes(), extraction.features, frozenset(overlay.asked)
     scale, scale_source = bounded_scale(overlay, max(features.rest_size), source, notes)
+    note_mass_change(overlay, notes)
     links = {proposal.name: proposal for proposal in overlay.links}
     masses = link_masses(features, links, scale, source, settings, notes)
     masses = with_armature(masses, features, settings, notes)
@@ -67,16 +68,30 @@ def bounded_scale(overlay: Overlay, longest_m: float, source: Source, notes: Not
     return bounded, Source.RULE
 
 
+def note_mass_change(overlay: Overlay, notes: Notes) -> None:
+    """A finding where the proposal's masses were scaled together: a warning unless the user stated the mass."""
+    change = overlay.mass_change
+    if change is None:
+        return
+    message = f"the parts weigh {change.from_kg:.3g} kg by construction; brought to {change.to_kg:.3g} kg: {change.why}"
+    note = notes.info if change.asked else notes.warn
+    note("mass_fitted", message, value=change.from_kg, limit=change.to_kg)
+
+
 def link_physics(item: LinkMass, label: str) -> LinkPhysics:
     """The ``LinkPhysics`` record of one link."""
     return LinkPhysics(
         name=item.name,
         label=label,
-        material=item.material,
-        density_kg_m3=item.density,
-        hollow_factor=item.hollow,
-        volume_m3=item.volume,
-        volume_source=item.volume_source,
+        material=item.made.material,
+        density_kg_m3=item.made.density,
+        hollow_factor=item.made.hollow,
+        volume_m3=item.made.volume,
+        volume_source=item.made.volume_source,
+        outer_m2=item.made.outer,
+        wall_m=item.made.wall,
+        contents=item.made.contents,
+        mass_rule=item.rule,
         mass_kg=item.mass,
         mass_source=item.mass_source,
         com=vector(item.com),

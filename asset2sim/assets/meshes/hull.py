@@ -66,6 +66,14 @@ def hull_volume(points: Array) -> float:
         return 0.0
 
 
+def hull_area(points: Array) -> float:
+    """Area of the hull of (n, 3) points, m²; 0 where they are coplanar."""
+    try:
+        return float(ConvexHull(points).area)
+    except (QhullError, ValueError):
+        return 0.0
+
+
 def boxes_meet(first: Boxes, second: Boxes, slack: float = 0.0) -> NDArray[np.bool_]:
     """(n, m) whether boxes, given as (n, 3) lowest and highest corners, come within ``slack`` (m) of each other."""
     below = np.all(first[0][:, None] <= second[1][None] + slack, axis=2)

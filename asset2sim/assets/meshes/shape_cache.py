@@ -2,17 +2,19 @@
 
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import scipy
 import trimesh
 
 from asset2sim.assets.meshes.array_file import read_clouds, write_clouds
+from asset2sim.assets.meshes.surface import Surface
 from asset2sim.assets.meshes.volume import Shape, Solid
 from asset2sim.physics.arrays import Array
 from schemas.vocabulary import VolumeSource
 
-FORMAT = f"2 trimesh {trimesh.__version__} scipy {scipy.__version__}"
+FORMAT = f"3 trimesh {trimesh.__version__} scipy {scipy.__version__}"
 """Format of the cache file; others are not read. Raise the number when the same mesh gives another shape."""
 
 
@@ -63,6 +65,12 @@ def _said(mesh: CachedMesh) -> dict[str, object]:
         "inertia": shape.solid.inertia.tolist(),
         "source": shape.source.value,
         "area": shape.area,
+        "surface": {
+            "area": shape.surface.area,
+            "opening": shape.surface.opening,
+            "center": shape.surface.center.tolist(),
+            "inertia": shape.surface.inertia.tolist(),
+        },
         "watertight": shape.watertight,
         "n_faces": shape.n_faces,
         "exact": shape.exact,
@@ -71,14 +79,16 @@ def _said(mesh: CachedMesh) -> dict[str, object]:
     }
 
 
-def _mesh(clouds: list[Array], item: dict[str, object]) -> CachedMesh:
+def _mesh(clouds: list[Array], item: dict[str, Any]) -> CachedMesh:
     points, *pieces = clouds
+    drawn = item["surface"]
     shape = Shape(
         Solid(float(str(item["volume"])), np.array(item["center"]), np.array(item["inertia"])),
         VolumeSource(str(item["source"])),
         points,
         tuple(pieces),
         float(str(item["area"])),
+        Surface(float(drawn["area"]), float(drawn["opening"]), np.array(drawn["center"]), np.array(drawn["inertia"])),
         bool(item["watertight"]),
         int(str(item["n_faces"])),
         bool(item["exact"]),

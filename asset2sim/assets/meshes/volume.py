@@ -9,6 +9,7 @@ from scipy.spatial import QhullError
 
 from asset2sim.assets.meshes.hull import hull_of, solid
 from asset2sim.assets.meshes.shells import shells
+from asset2sim.assets.meshes.surface import Surface, surface_of
 from asset2sim.physics.arrays import Array
 from asset2sim.physics.inertia import box_inertia
 from schemas.vocabulary import VolumeSource
@@ -36,6 +37,7 @@ class Solid:
 class Shape:
     """Mass properties and hulls of one mesh, in the mesh's frame. ``points`` are the (n, 3) vertices of its hull, or
     all of them where it is flat; ``pieces`` the (k, 3) hull points of each convex piece, none where it is flat.
+    ``surface`` is that of its distinct faces, ``area`` that of all.
     ``exact`` says that the mesh is closed and convex: it fills its one hull."""
 
     solid: Solid
@@ -43,6 +45,7 @@ class Shape:
     points: Array
     pieces: tuple[Array, ...]
     area: float
+    surface: Surface
     watertight: bool
     n_faces: int
     exact: bool
@@ -57,9 +60,11 @@ def shape_of(mesh: trimesh.Trimesh) -> Shape:
     """The shape of a mesh that has at least one face and merged vertices."""
     points = np.asarray(mesh.vertices, dtype=float)
     watertight = bool(mesh.is_watertight)
+    surface = surface_of(points, np.asarray(mesh.faces, dtype=np.int64))
     hull = hull_of(points)
     if hull is None:
-        return Shape(slab(points), VolumeSource.BOX, points, (), float(mesh.area), watertight, len(mesh.faces), False)
+        drawn = (float(mesh.area), surface, watertight, len(mesh.faces))
+        return Shape(slab(points), VolumeSource.BOX, points, (), *drawn, exact=False)
     pieces = [shell.hull for shell in shells(mesh, hull)]
     body, source = combined([Solid(*solid(piece.triangles)) for piece in pieces]), VolumeSource.HULL
     if watertight:
@@ -74,6 +79,7 @@ def shape_of(mesh: trimesh.Trimesh) -> Shape:
         hull.points,
         tuple(piece.points for piece in pieces),
         float(mesh.area),
+        surface,
         watertight,
         len(mesh.faces),
         source is VolumeSource.SIGNED and len(pieces) == 1 and fills(body.volume, pieces[0].points),

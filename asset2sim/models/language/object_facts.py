@@ -55,6 +55,7 @@ def _link(link: LinkFeatures, center: Vector3 | None) -> dict[str, object]:
         "hull_volume_m3": link.hull_volume_m3,
         "volume_source": link.volume_source.value,
         "area_m2": link.area_m2,
+        "outer_m2": link.outer_m2,
         "materials": link.materials,
         "mass_kg": None if link.inertial is None else link.inertial.mass_kg,
     }

@@ -47,6 +47,7 @@ class LinkInfo:
     volume_m3: float
     hull_volume_m3: float
     area_m2: float
+    outer_m2: float
 
     @property
     def has_geometry(self) -> bool:
@@ -156,6 +157,7 @@ def decoded(text: str) -> Json:
 
 
 def _link(item: Mapping[str, Json]) -> LinkInfo:
+    area = max(number(item.get("area_m2"), 0.0), 0.0)
     return LinkInfo(
         name=text_or_empty(item.get("name")),
         label=text_or_empty(item.get("label")),
@@ -163,7 +165,8 @@ def _link(item: Mapping[str, Json]) -> LinkInfo:
         center_m=_vector(item.get("center_m"), signed=True),
         volume_m3=max(number(item.get("volume_m3"), 0.0), 0.0),
         hull_volume_m3=max(number(item.get("hull_volume_m3"), 0.0), 0.0),
-        area_m2=max(number(item.get("area_m2"), 0.0), 0.0),
+        area_m2=area,
+        outer_m2=max(number(item.get("outer_m2"), area), 0.0),
     )
 
 

@@ -1,5 +1,6 @@
 """The object's category, and the scale that gives it its usual or requested size."""
 
+import math
 import re
 from collections import Counter
 from collections.abc import Sequence
@@ -46,7 +47,7 @@ def identify(info: ObjectInfo, guidance: str) -> tuple[Size, str]:
                 return tables.sizes()[noun], f"category {noun}: named in the guidance, a kind of {known}"
         return tables.sizes()[known], f"category {known}: as stated"
     for source, found in (
-        ("the asset's name", [noun for noun in _nouns(info.asset_id) if noun not in _GENERIC]),
+        ("the asset's name", [noun for noun in reversed(_nouns(info.asset_id)) if noun not in _GENERIC]),
         ("the guidance", [noun for noun in reversed(nouns) if noun not in _GENERIC]),
         ("the links' labels", _label_votes(info)),
         ("the stated category", [known] if known == "Furniture" else []),
@@ -71,12 +72,14 @@ def propose_scale(info: ObjectInfo, size: Size, guidance: str, statements: Seque
     if real and size.min_m / REAL_SLACK <= authored <= size.max_m * REAL_SLACK:
         return Scale(1.0, True, authored, f"scale 1: real size, and {authored:.3g} m is plausible")
     # A normalised dataset's furniture is metres long by chance: only what is near the typical size counts as real.
-    fits = abs(authored / target - 1.0) <= KEEP_WITHIN
+    fits = abs(authored / target - 1.0) <= KEEP_WITHIN and size.min_m * factor <= authored <= size.max_m * factor
+    widest = narrow_enough(info, size) * factor
+    fits, target = fits and authored <= widest, min(target, widest)
     if fits and size.category != "*":
         return Scale(1.0, bool(phrase) or real, authored, f"scale 1: {authored:.3g} m is plausible for {size.category}")
     value = min(max(target / authored, _MIN_SCALE), _MAX_SCALE)
     word = f", '{phrase}' × {factor:g}" if phrase else ""
-    note = f"scale: {size.category} {size.dimension} {size.typical_m:g} m{word}, authored {authored:.3g} m"
+    note = f"scale: {size.category} {size.dimension} {target / factor:.3g} m{word}, authored {authored:.3g} m"
     return Scale(float(f"{value:.4g}"), bool(phrase) or real, authored * value, note)
 
 
@@ -87,6 +90,14 @@ def dimension(info: ObjectInfo, size: Size) -> float:
     if size.dimension == "body" and info.body is not None and max(info.body.box_m) > 0.0:
         return max(info.body.box_m)
     return max(info.size_closed_m)
+
+
+def narrow_enough(info: ObjectInfo, size: Size) -> float:
+    """The largest ``dimension``, m, at which the object is not wider than its category allows; infinite for any."""
+    across = sorted(info.size_closed_m)[1]
+    if not size.across_max_m or across <= 0.0:
+        return math.inf
+    return size.across_max_m * dimension(info, size) / across
 
 
 def _category(stated: str) -> str:

@@ -12,6 +12,7 @@ _FOLDER = Path(__file__).parent / "csv_tables"
 @dataclass(frozen=True)
 class Size:
     """A category's typical size. ``dimension``: longest edge or height of the closed object, or its body's longest.
+    ``across_max_m`` is the most that the second longest edge may be, 0 for any: a jar is no bottle lying down.
     ``refines``: categories of which this is a kind, so that a word for it in the guidance says more than they do."""
 
     category: str
@@ -19,6 +20,7 @@ class Size:
     typical_m: float
     min_m: float
     max_m: float
+    across_max_m: float
     mass_min_kg: float
     mass_max_kg: float
     contact: str
@@ -37,10 +39,24 @@ class Material:
 
 @dataclass(frozen=True)
 class PartMaterial:
-    """What a part is made of, and the share of its hulls' volume that is material."""
+    """What a part is made of: a wall, or the share of its hull's volume that is material. ``wall_m`` (0 for a solid) is
+    the wall's thickness over the part's outer area: as built, times the share of that area that has such a wall."""
 
     material: str
     hollow: float
+    wall_m: float
+
+
+@dataclass(frozen=True)
+class PartContent:
+    """Something heavy inside a part of an object of typical size: its mass, kg, its height in the part's box and its
+    depth from the front, as shares. An object that has one of the parts in ``unless`` has it there, not inside."""
+
+    name: str
+    mass_kg: float
+    height: float
+    depth: float
+    unless: tuple[str, ...]
 
 
 @dataclass(frozen=True)
@@ -104,6 +120,7 @@ def sizes() -> dict[str, Size]:
             typical_m=float(row["typical_m"]),
             min_m=float(row["min_m"]),
             max_m=float(row["max_m"]),
+            across_max_m=float(row["across_max_m"] or 0.0),
             mass_min_kg=float(row["mass_min_kg"]),
             mass_max_kg=float(row["mass_max_kg"]),
             contact=row["contact"],
@@ -187,6 +204,22 @@ def part_material(category: str, part: str) -> PartMaterial:
 
 
 @lru_cache
+def part_contents(category: str, part: str) -> tuple[PartContent, ...]:
+    """What is inside that part of an object of that category, "" being its body."""
+    return tuple(
+        PartContent(
+            name=row["content"],
+            mass_kg=float(row["mass_kg"]),
+            height=float(row["height"]),
+            depth=float(row["depth"]),
+            unless=tuple(row["unless"].split("|")) if row["unless"] else (),
+        )
+        for row in _rows("contents")
+        if row["category"] == category and row["part"] == (part or "*")
+    )
+
+
+@lru_cache
 def mechanism(part: str, category: str, motion: str) -> PartMechanism:
     """The most specific row for the part, the category and the motion (hinge, slider, spin)."""
     table = _mechanisms()
@@ -220,7 +253,12 @@ def _part_efforts() -> dict[tuple[str, str, str], PartEffort]:
 @lru_cache
 def _part_materials() -> dict[tuple[str, str], PartMaterial]:
     return {
-        (row["category"], row["part"]): PartMaterial(row["material"], float(row["hollow"])) for row in _rows("parts")
+        (row["category"], row["part"]): PartMaterial(
+            row["material"],
+            float(row["hollow"] or 1.0),
+            1e-3 * float(row["wall_mm"] or 0.0) * float(row["faces"] or 1.0),
+        )
+        for row in _rows("parts")
     }
 
 

@@ -40,7 +40,7 @@ def prior_overlay(info: ObjectInfo, guidance: str) -> Overlay:
     parts = parts_of(info, size.category)
     scale = propose_scale(info, size, guidance, statements)
     states = asked_states(info, parts, statements, scale.value)
-    links, mass_notes = propose_links(info, size, parts, statements, guidance, scale.value, scale.final_m)
+    links, mass_notes, change = propose_links(info, size, parts, statements, guidance, scale.value, scale.final_m)
     joints, feel_notes = propose_joints(info, parts, statements, states.positions)
     return Overlay(
         scale=scale.value,
@@ -48,6 +48,7 @@ def prior_overlay(info: ObjectInfo, guidance: str) -> Overlay:
         links=links,
         joints=joints,
         initial_joint_positions=states.positions,
+        mass_change=change,
         asked=(*(("scale",) if scale.asked else ()), *states.positions),
         notes=(category_note, scale.note, *states.notes, *mass_notes, *feel_notes),
     )

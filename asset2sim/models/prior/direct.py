@@ -4,7 +4,7 @@ tables as its other answers, with the paper's absolute ranges in place of times 
 import numpy as np
 
 from asset2sim.models.language.object_info import LinkInfo, ObjectInfo
-from asset2sim.models.prior.link_proposals import TINY_KG, material_volume
+from asset2sim.models.prior.link_proposals import TINY_KG, link_mass
 from asset2sim.physics.arrays import six
 from asset2sim.physics.inertia import box_inertia
 from asset2sim.physics.paper_ranges import paper_terms
@@ -32,7 +32,7 @@ ANY_RANGE = 1.0
 
 
 def final_overlay(info: ObjectInfo, felt: Overlay, with_sigmas: bool) -> Overlay:
-    """The prior's overlay ``felt`` in final numbers, for every link, also one without a shape. Masses are v ρ s³ η,
+    """The prior's overlay ``felt`` in final numbers, for every link, also one without a shape. Masses are as built,
     inertias those of boxes, joint triplets absolute. ``with_sigmas`` adds the standard deviation of every number that
     is not zero: constant relative ones, since a table does not know where it errs."""
     materials = {link.name: link for link in felt.links}
@@ -40,6 +40,7 @@ def final_overlay(info: ObjectInfo, felt: Overlay, with_sigmas: bool) -> Overlay
         update={
             "links": tuple(final_link(link, materials.get(link.name), felt.scale) for link in info.links),
             "joints": tuple(final_joint(info, joint, felt) for joint in felt.joints),
+            "mass_change": None,
         }
     )
     return proposal.model_copy(update={"sigmas": sigmas_of(info, proposal)}) if with_sigmas else proposal
@@ -49,7 +50,7 @@ def final_link(link: LinkInfo, felt: LinkProposal | None, scale: float) -> LinkP
     """Mass (kg) and box inertia (kg·m²) of one link at the final scale."""
     mass = BARE_KG
     if felt is not None and felt.density_kg_m3 is not None:
-        mass = material_volume(link) * felt.density_kg_m3 * scale**3 * (felt.hollow_factor or 1.0)
+        mass = link_mass(link, felt, scale)
     mass = four_digits(mass) or BARE_KG
     edges = np.maximum(scale * np.asarray(link.box_m), LEAST_EDGE_M)
     inertia = np.diag([four_digits(moment) for moment in np.diag(box_inertia(mass, edges))])

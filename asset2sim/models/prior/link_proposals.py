@@ -1,4 +1,4 @@
-"""Material and hollow factor of each link, such that the object's mass is usual for its category and size."""
+"""How each link is built: a wall or a solid, of what, and what is inside; the object's mass follows from its parts."""
 
 import re
 from collections.abc import Mapping, Sequence
@@ -7,17 +7,24 @@ from dataclasses import dataclass, replace
 from asset2sim.models.language import tables
 from asset2sim.models.language.lexicon import Segment, singular
 from asset2sim.models.language.object_info import LinkInfo, ObjectInfo
-from asset2sim.models.language.parts import MovablePart, part_name, parts_named
+from asset2sim.models.language.parts import MovablePart, front, part_name, parts_named
 from asset2sim.models.language.tables import Size
-from schemas.overlay import LinkProposal
+from asset2sim.physics.walls import wall_volume
+from schemas.overlay import Content, LinkProposal, MassChange
 
-SIZE_EXPONENT = 2.5
-"""Mass over size among products of one kind: walls (2) to solids (3)."""
-SHEET_M = 1e-3
-"""Thickness that a link without volume is given, m."""
+LEAST_EXPONENT, MOST_EXPONENT = 1.0, 3.0
+"""Mass over length among products of one kind: one that is only longer (1) to one that is larger all round (3) ..."""
+SHRUNK_EXPONENT = 2.0
+"""... and one that a word like "small" shrinks all round, at walls of the same thickness (2) to thinner ones (3)."""
+CONTENT_EXPONENT = 2.0
+"""The same of motors, batteries and boards: they follow what the object carries, cleans or heats."""
+WALL_EXPONENT = 0.5
+"""Thickness over length of an object smaller than the usual: half way between the same wall and one to scale."""
 MIN_HOLLOW = 1e-3
-TINY_KG = (1e-3, 1e-2)
-"""Buttons and keys weigh 1 to 10 g (paper)."""
+LEAST_WALL_M = 1e-4
+"""Thinnest wall that is proposed, m: foil."""
+TINY_KG = (3e-4, 1e-2)
+"""Buttons and keys weigh 0.3 g (a remote's rubber dome) to 10 g (a space bar, a dishwasher's knob)."""
 HEAVY, LIGHT = 1.25, 0.75
 """What "heavy" and "lightweight" do to a mass."""
 _TINY = ("button", "key")
@@ -32,55 +39,107 @@ class _Piece:
     part: str
     material: str
     hollow: float
+    wall_m: float = 0.0
+    contents: tuple[Content, ...] = ()
     fixed: bool = False
 
     def mass(self, scale: float) -> float:
-        return material_volume(self.link) * scale**3 * tables.materials()[self.material].density_kg_m3 * self.hollow
+        return link_mass(self.link, self.proposal(), scale)
+
+    def times(self, factor: float) -> "_Piece":
+        """The piece with its masses multiplied, as far as material goes."""
+        inside = tuple(item.model_copy(update={"mass_kg": item.mass_kg * factor}) for item in self.contents)
+        hollow = min(max(self.hollow * factor, MIN_HOLLOW), 1.0)
+        wall = max(self.wall_m * factor, LEAST_WALL_M) if self.wall_m else 0.0
+        return replace(self, hollow=hollow, wall_m=wall, contents=inside)
 
     def proposal(self) -> LinkProposal:
-        density, hollow = tables.materials()[self.material].density_kg_m3, float(f"{self.hollow:.4g}")
-        return LinkProposal(name=self.link.name, material=self.material, density_kg_m3=density, hollow_factor=hollow)
+        return LinkProposal(
+            name=self.link.name,
+            material=self.material,
+            density_kg_m3=tables.materials()[self.material].density_kg_m3,
+            hollow_factor=None if self.wall_m else _four_digits(self.hollow),
+            wall_m=_four_digits(self.wall_m) or None,
+            contents=tuple(c.model_copy(update={"mass_kg": _four_digits(c.mass_kg)}) for c in self.contents),
+        )
 
 
 def propose_links(
     info: ObjectInfo, size: Size, parts: Sequence[MovablePart], statements: Sequence[Segment], guidance: str,
     scale: float, final_m: float,
-) -> tuple[tuple[LinkProposal, ...], tuple[str, ...]]:  # fmt: skip
-    """Density and hollow factor of every link that has geometry, and notes on what was matched and adjusted."""
+) -> tuple[tuple[LinkProposal, ...], tuple[str, ...], MassChange | None]:  # fmt: skip
+    """Every link that has geometry as built, notes on what was matched and adjusted, and how the parts' masses were
+    brought to a usual or stated total, None where they were not."""
     names = {part.link.name: part.name for part in parts if part.link is not None}
     words = _materials(parts, statements)
     shaped = [link for link in info.links if link.has_geometry]
+    ratio = final_m / size.typical_m if final_m > 0.0 else 1.0
     pieces = [_piece(link, names.get(link.name) or part_name(link.label), size.category, words) for link in shaped]
     notes = []
     changed = sorted({piece.material for piece in pieces if piece.material in words.values()})
     if changed:
         notes.append(f"material: {' and '.join(changed)} from the guidance")
+    pieces = _with_contents([_thinner(piece, ratio) for piece in pieces], size.category, info, parts, ratio)
     pieces = [_tiny(piece, scale) if piece.part in _TINY else piece for piece in pieces]
     pieces = _weighted(pieces, parts, statements)
-    low, high, why = _mass_range(size, pieces, guidance, final_m)
-    pieces, note = _fitted(pieces, scale, low, high, why)
+    low, high, why = _mass_range(size, pieces, guidance, ratio, scale)
+    pieces, note, change = _fitted(pieces, scale, low, high, why)
     notes.append(note)
-    return tuple(piece.proposal() for piece in pieces), tuple(notes)
+    return tuple(piece.proposal() for piece in pieces), tuple(notes), change
 
 
-def material_volume(link: LinkInfo) -> float:
-    """The volume that a density multiplies, m³ at the authored scale: as stated, or a sheet's where there is none."""
-    return link.volume_m3 or link.hull_volume_m3 or link.area_m2 * SHEET_M
+def link_mass(link: LinkInfo, proposal: LinkProposal, scale: float) -> float:
+    """The mass that validation gives a link for a proposal of material, wall or hollow factor, and contents, kg."""
+    if proposal.wall_m and link.outer_m2 > 0.0:
+        volume = wall_volume(link.outer_m2 * scale**2, proposal.wall_m, link.hull_volume_m3 * scale**3)
+    else:
+        share = 1.0 if proposal.hollow_factor is None else proposal.hollow_factor
+        volume = (link.volume_m3 or link.hull_volume_m3) * scale**3 * share
+    return volume * (proposal.density_kg_m3 or 0.0) + sum(item.mass_kg for item in proposal.contents)
 
 
 def _piece(link: LinkInfo, part: str, category: str, words: Mapping[str, str]) -> _Piece:
     row = tables.part_material(category, part)
-    material, hollow = row.material, row.hollow
+    material, hollow, wall = row.material, row.hollow, row.wall_m
     wanted = words.get(part) or words.get("")
     same = wanted == material or (wanted == "plastic" and material in _PLASTICS)
     if wanted and not same and (part in words or material not in _UNCHANGED_MATERIALS):
         table = tables.materials()
-        hollow *= table[wanted].wall_factor / table[material].wall_factor
-        material = wanted
+        thicker = table[wanted].wall_factor / table[material].wall_factor
+        hollow, wall, material = hollow * thicker, wall * thicker, wanted
     # The table's share is that of the link's hull; a mesh that models its walls has less volume than its hull.
     if link.hull_volume_m3 > 0.0 and link.volume_m3 > 0.0:
         hollow *= link.hull_volume_m3 / link.volume_m3
-    return _Piece(link, part, material, min(max(hollow, MIN_HOLLOW), 1.0))
+    return _Piece(link, part, material, min(max(hollow, MIN_HOLLOW), 1.0), wall if link.outer_m2 > 0.0 else 0.0)
+
+
+def _thinner(piece: _Piece, ratio: float) -> _Piece:
+    return replace(piece, wall_m=piece.wall_m * min(ratio, 1.0) ** WALL_EXPONENT)
+
+
+def _with_contents(
+    pieces: Sequence[_Piece], category: str, info: ObjectInfo, parts: Sequence[MovablePart], ratio: float
+) -> list[_Piece]:
+    """The pieces with what is inside them: of several links of one part, in the largest."""
+    forward, side = front(info, parts)
+    largest = {
+        part: max((p for p in pieces if p.part == part), key=lambda p: p.link.hull_volume_m3).link.name
+        for part in {piece.part for piece in pieces}
+    }
+    filled = []
+    for piece in pieces:
+        inside = tables.part_contents(category, piece.part) if largest[piece.part] == piece.link.name else ()
+        contents = tuple(
+            Content(
+                name=item.name,
+                mass_kg=item.mass_kg * ratio**CONTENT_EXPONENT,
+                at=(0.5 + forward * (0.5 - item.depth), 0.5 + side * (0.5 - item.depth), item.height),
+            )
+            for item in inside
+            if not largest.keys() & set(item.unless)
+        )
+        filled.append(replace(piece, contents=contents))
+    return filled
 
 
 def _materials(parts: Sequence[MovablePart], statements: Sequence[Segment]) -> dict[str, str]:
@@ -105,7 +164,7 @@ def _tiny(piece: _Piece, scale: float) -> _Piece:
     if mass <= 0.0:
         return piece
     wanted = min(max(mass, TINY_KG[0]), TINY_KG[1])
-    return replace(piece, hollow=min(max(piece.hollow * wanted / mass, MIN_HOLLOW), 1.0), fixed=True)
+    return replace(piece.times(wanted / mass), fixed=True)
 
 
 def _weighted(pieces: list[_Piece], parts: Sequence[MovablePart], statements: Sequence[Segment]) -> list[_Piece]:
@@ -117,33 +176,49 @@ def _weighted(pieces: list[_Piece], parts: Sequence[MovablePart], statements: Se
             for part in (p for word in segment.of("part", "parts") for p in parts_named(parts, word.value)):
                 if part.link is not None:
                     factors[part.link.name] = HEAVY if item.kind == "heavy" else LIGHT
-    return [replace(p, hollow=min(p.hollow * factors.get(p.link.name, 1.0), 1.0)) for p in pieces]
+    return [p.times(factors[p.link.name]) if p.link.name in factors else p for p in pieces]
 
 
-def _mass_range(size: Size, pieces: Sequence[_Piece], guidance: str, final_m: float) -> tuple[float, float, str]:
+def _mass_range(
+    size: Size, pieces: Sequence[_Piece], guidance: str, ratio: float, scale: float
+) -> tuple[float, float, str]:
     stated = re.search(r"(\d+(?:\.\d+)?)\s*(kg|kilograms?|kilos?|g|grams?)\b", guidance.lower())
     if stated and float(stated.group(1)) > 0.0:
         mass = float(stated.group(1)) * (1.0 if stated.group(2).startswith("k") else 1e-3)
-        return mass, mass, "the guidance"
-    ratio = (final_m / size.typical_m) ** SIZE_EXPONENT if final_m > 0.0 else 1.0
+        return mass, mass, STATED
+    least = LEAST_EXPONENT if scale == 1.0 else SHRUNK_EXPONENT
+    ends = (ratio**least, ratio**MOST_EXPONENT)
     usual = tables.part_material(size.category, "").material
-    body = max(pieces, key=lambda piece: material_volume(piece.link), default=None)
+    body = max(pieces, key=lambda piece: piece.mass(scale), default=None)
+    other = 1.0
     if body is not None and body.part == "" and body.material != usual:
         table = tables.materials()
-        ratio *= table[body.material].density_kg_m3 * table[body.material].wall_factor
-        ratio /= table[usual].density_kg_m3 * table[usual].wall_factor
-    return (size.mass_min_kg * ratio, size.mass_max_kg * ratio, f"{size.category} of {final_m:.3g} m")
+        other *= table[body.material].density_kg_m3 * table[body.material].wall_factor
+        other /= table[usual].density_kg_m3 * table[usual].wall_factor
+    low, high = size.mass_min_kg * min(ends) * other, size.mass_max_kg * max(ends) * other
+    return low, high, f"{size.category} of {ratio * size.typical_m:.3g} m"
 
 
-def _fitted(pieces: list[_Piece], scale: float, low: float, high: float, why: str) -> tuple[list[_Piece], str]:
+STATED = "the guidance"
+"""Why a mass that the user states is the only usual one."""
+
+
+def _fitted(
+    pieces: list[_Piece], scale: float, low: float, high: float, why: str
+) -> tuple[list[_Piece], str, MassChange | None]:
     total = sum(piece.mass(scale) for piece in pieces)
     fixed = sum(piece.mass(scale) for piece in pieces if piece.fixed)
     free = total - fixed
     wanted = min(max(total, low), high)
     if free <= 0.0 or low <= total <= high:
-        return (pieces, f"mass: {total:.3g} kg, within {low:.3g} to {high:.3g} kg for {why}")
+        return pieces, f"mass: {total:.3g} kg from the parts, within {low:.3g} to {high:.3g} kg for {why}", None
     factor = max(wanted - fixed, 0.1 * wanted) / free
-    fitted = [p if p.fixed else replace(p, hollow=min(max(p.hollow * factor, MIN_HOLLOW), 1.0)) for p in pieces]
+    fitted = [p if p.fixed else p.times(factor) for p in pieces]
     bounds = f"{low:.3g} to {high:.3g} kg for {why}"
     reached = sum(piece.mass(scale) for piece in fitted)
-    return (fitted, f"mass: {total:.3g} kg from the parts, brought to {reached:.3g} kg: {bounds}")
+    change = MassChange(from_kg=_four_digits(total), to_kg=_four_digits(reached), why=bounds, asked=why == STATED)
+    return fitted, f"mass: {total:.3g} kg from the parts, brought to {reached:.3g} kg: {bounds}", change
+
+
+def _four_digits(value: float) -> float:
+    return float(f"{value:.4g}")

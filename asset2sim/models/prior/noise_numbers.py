@@ -5,7 +5,7 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 from asset2sim.models.language.object_info import JointInfo
-from asset2sim.models.prior.link_proposals import MIN_HOLLOW
+from asset2sim.models.prior.link_proposals import LEAST_WALL_M, MIN_HOLLOW
 from asset2sim.models.prior.noise_level import Draws, NoiseLevel
 
 SCALES = (1e-4, 1e4)
@@ -54,6 +54,12 @@ def _link(
         changed["density_kg_m3"] = entry["density_kg_m3"] * density
     if entry.get("hollow_factor") is not None:
         changed["hollow_factor"] = min(max(entry["hollow_factor"] * hollow, MIN_HOLLOW), 1.0)
+    if entry.get("wall_m") is not None:
+        changed["wall_m"] = max(entry["wall_m"] * hollow * growth, LEAST_WALL_M)
+    if entry.get("contents"):
+        # What is inside is guessed in kilograms, for the size that the object is taken to have.
+        inside = density * hollow * growth**3
+        changed["contents"] = [item | {"mass_kg": item["mass_kg"] * inside} for item in entry["contents"]]
     if entry.get("mass_kg") is not None:
         changed["mass_kg"] = entry["mass_kg"] * mass
     if entry.get("inertia") is not None:
@@ -110,6 +116,7 @@ def _spread(path: str, value: float, joints: Mapping[str, JointInfo], sizes: Noi
     logs = {
         "density_kg_m3": sizes.density_log,
         "hollow_factor": sizes.hollow_log,
+        "wall_m": sizes.hollow_log,
         # A final mass goes with the cube of the size that is believed, an inertia with its fifth power.
         "mass_kg": math.hypot(sizes.mass_log, 3.0 * sizes.scale_log),
         "inertia": math.hypot(sizes.mass_log, 5.0 * sizes.scale_log),

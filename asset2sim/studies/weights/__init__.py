@@ -1,0 +1,1 @@
+"""What our objects and their parts weigh beside published weights."""

@@ -1,0 +1,87 @@
+"""Masses by construction: walls, contents, and the centre and inertia that follow from them."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from asset2sim.validation.build import Built, built_link
+from asset2sim.validation.validate import validate
+from schemas.features import LinkFeatures
+from schemas.overlay import Content, LinkProposal, MassChange, Overlay
+from schemas.settings import PhysicsSettings
+from schemas.vocabulary import MassRule, Severity, Source
+from tests.assets import link, read, robot, shape, written
+from tests.test_assets_surface import shell_moments
+
+SETTINGS = PhysicsSettings()
+A, B, C = 0.8, 0.6, 0.4
+AREA = 2.0 * (A * B + B * C + A * C)
+
+
+@pytest.fixture
+def body(tmp_path: Path) -> LinkFeatures:
+    """A box of 0.8 by 0.6 by 0.4 m about the origin."""
+    return read(written(tmp_path, robot(link("a", shape(f"{A} {B} {C}"))))).features.links[0]
+
+
+def built(body: LinkFeatures, scale: float = 1.0, **fields: object) -> Built:
+    proposal = LinkProposal.model_validate({"name": "a", "density_kg_m3": 1000.0, **fields})
+    return built_link(body, proposal, scale, SETTINGS, np.eye(3))
+
+
+def test_a_thin_box_weighs_its_walls_and_turns_as_a_shell(body: LinkFeatures) -> None:
+    found = built(body, wall_m=1e-6)
+    assert found.rule is MassRule.SHELL and found.mass == pytest.approx(AREA * 1e-6 * 1000.0)
+    np.testing.assert_allclose(np.diag(found.unit_inertia), shell_moments(A, B, C), rtol=1e-4)
+
+
+def test_a_wall_stays_as_thick_when_the_object_grows(body: LinkFeatures) -> None:
+    assert built(body, 2.0, wall_m=1e-3).mass == pytest.approx(4.0 * built(body, wall_m=1e-3).mass)
+
+
+def test_walls_never_fill_more_than_the_hull_and_a_full_one_is_solid(body: LinkFeatures) -> None:
+    found = built(body, wall_m=1.0)
+    assert found.mass == pytest.approx(A * B * C * 1000.0)
+    np.testing.assert_allclose(np.diag(found.unit_inertia)[0], (B * B + C * C) / 12.0, rtol=1e-9)
+
+
+def test_a_hollow_factor_lies_between_solid_and_shell(body: LinkFeatures) -> None:
+    moments = [built(body, hollow_factor=share).unit_inertia[0, 0] for share in (1.0, 0.5, 1e-3)]
+    assert moments[0] == pytest.approx((B * B + C * C) / 12.0)
+    assert moments[0] < moments[1] < moments[2] == pytest.approx(shell_moments(A, B, C)[0], rel=1e-3)
+
+
+def test_contents_stand_in_their_place_by_the_parallel_axis_theorem(body: LinkFeatures) -> None:
+    stone = Content(name="stone", mass_kg=2.0, at=(0.5, 0.5, 0.0), extent=0.0)
+    found = built(body, wall_m=1e-3, contents=(stone,))
+    wall = AREA * 1e-3 * 1000.0
+    assert found.mass == pytest.approx(wall + 2.0)
+    assert found.com[2] == pytest.approx(-2.0 * C / 2.0 / found.mass)
+    apart = wall * 2.0 / found.mass * (C / 2.0) ** 2
+    plain = built(body, wall_m=1e-3)
+    expected = wall * plain.unit_inertia[0, 0] + apart
+    assert found.mass * found.unit_inertia[0, 0] == pytest.approx(expected)
+
+
+def test_contents_are_placed_upright_in_a_link_whose_frame_lies_on_its_side(body: LinkFeatures) -> None:
+    """PartNet-Mobility's links have y up: z of the root is their y."""
+    to_root = np.array([[1.0, 0.0, 0.0], [0.0, 0.0, -1.0], [0.0, 1.0, 0.0]])
+    stone = Content(name="stone", mass_kg=1e3, at=(0.5, 0.5, 0.0), extent=0.0)
+    proposal = LinkProposal(name="a", density_kg_m3=1.0, wall_m=1e-3, contents=(stone,))
+    found = built_link(body, proposal, 1.0, SETTINGS, to_root)
+    np.testing.assert_allclose(found.com, (0.0, -B / 2.0, 0.0), atol=1e-3)
+
+
+def test_how_a_mass_was_made_is_recorded_and_a_fitted_one_is_a_finding(tmp_path: Path) -> None:
+    extraction = read(written(tmp_path, robot(link("a", shape(f"{A} {B} {C}")))))
+    links = (LinkProposal(name="a", density_kg_m3=1000.0, wall_m=1e-3),)
+    for asked, severity in ((False, Severity.WARNING), (True, Severity.INFO)):
+        change = MassChange(from_kg=1.0, to_kg=2.0, why="1.9 to 3 kg for Box", asked=asked)
+        overlay, findings = validate(
+            extraction, Overlay(scale=1.0, links=links, mass_change=change), Source.PRIOR, 0.5, SETTINGS
+        )
+        (part,) = overlay.links
+        assert (part.mass_rule, part.wall_m) == (MassRule.SHELL, 1e-3) and part.outer_m2 == pytest.approx(AREA)
+        (found,) = [finding for finding in findings if finding.code == "mass_fitted"]
+        assert (found.severity, found.value, found.limit) == (severity, 1.0, 2.0)
