@@ -26,9 +26,9 @@ TALL = robot(
 )
 
 
-def overlay_of(folder: Path, scale: float = 1.0) -> tuple[Case, PhysicsOverlay]:
-    item = read(written(folder, TALL))
-    overlay, _ = validate(item, Overlay(scale=scale), Source.MODEL, 0.5, NO_VIEWS.physics)
+def overlay_of(folder: Path, category: str) -> tuple[Case, PhysicsOverlay]:
+    item = read(written(folder, TALL), category)
+    overlay, _ = validate(item, Overlay(scale=1.0), Source.MODEL, 0.5, NO_VIEWS.physics)
     return Case(item.features, NO_VIEWS, ()), overlay
 
 
@@ -36,15 +36,15 @@ def turned_case(case: Case, angle: float) -> Case:
     return Case(case.features, case.settings, (), (angle, 0.0, 0.0))
 
 
-def test_a_small_thing_lies_as_it_falls_and_a_large_one_only_leans(tmp_path: Path) -> None:
-    case, small = overlay_of(tmp_path / "pen")
+def test_a_pen_lies_as_it_falls_and_a_lamp_only_leans(tmp_path: Path) -> None:
+    case, small = overlay_of(tmp_path / "pen", "Pen")
     assert lie_down(case, small) is None, "it rests as it is set down"
     lying = lie_down(turned_case(case, 1.5), small)
     assert lying is not None and lying.turned_rad == pytest.approx((1.5, 0.0, 0.0))
     further = lie_down(turned_case(case, 0.1), lying)
     assert further is not None and further.turned_rad == pytest.approx((1.6, 0.0, 0.0)), "turns add up"
-    case, large = overlay_of(tmp_path / "post", scale=5.0)
-    assert lie_down(turned_case(case, 1.5), large) is None, "a post that topples is not mended by lying"
+    case, large = overlay_of(tmp_path / "post", "Lamp")
+    assert lie_down(turned_case(case, 1.5), large) is None, "a lamp that topples is not mended by lying"
     assert lie_down(turned_case(case, 0.3), large) is not None
 
 

@@ -30,6 +30,8 @@ def efforts(
     found = []
     for seen in openings:
         joint = joints[seen.joint]
+        if bears_the_rest(item, joint):
+            continue
         grip = part_grip(item, clouds, joint, poses)
         for way, effort, sign in (("opening", seen.opening, opens(joint)), ("closing", seen.closing, -opens(joint))):
             if grip is None or effort is None:
@@ -46,6 +48,12 @@ def efforts(
             )
             found.append(record)
     return tuple(found)
+
+
+def bears_the_rest(item: Mechanism, joint: JointPhysics) -> bool:
+    """Whether the joint moves most of the object's mass: the object stands on that part, and no hand moves it."""
+    moved = sum(item.bodies[link].mass for link in item.moved[joint.name])
+    return moved > sum(body.mass for body in item.bodies.values()) / 2.0
 
 
 def in_hand(joint: JointPhysics, direction: Array, support: Support, limits: Thresholds) -> bool:

@@ -16,6 +16,10 @@ STOP_SHARE = 1e-3
 """Share of its range from a limit within which a joint rests on that stop."""
 LEFT_SHARES = (0.25, 0.75)
 """Shares of its range between which a part that is left anywhere is left; near its ends it is put to the end."""
+AHEAD_SHARE = 0.05
+"""Share of its range from its closed end beyond which a door starts open."""
+LIFTING_SHARE = 1.1
+"""Largest share of an open door's weight that its springs carry: its hinges' friction keeps it down."""
 LEFT_SAMPLES = 17
 """Positions between them at which its load is taken."""
 
@@ -51,10 +55,14 @@ class Holding:
         return self.friction < 0.999 * self.wanted
 
 
-def counterbalance(span: Range, pull: Pull, kind: Handling, least_inertia: float, settings: PhysicsSettings) -> Balance:
+def counterbalance(
+    start: Start, pull: Pull, kind: Handling, least_inertia: float, settings: PhysicsSettings
+) -> Balance:
     """The spring of a door that drops open, relaxed where it is closed, that carries ``counterbalance_share`` of its
-    weight where it is open; none for a part of another kind, or that gravity does not pull open."""
-    way = span.open - span.closed
+    weight where it starts, or where that is closed, where it is open; never so much more of it there that friction does
+    not keep it down. None for a part of another kind, or that gravity does not pull open."""
+    span = start.range
+    way, ahead = span.open - span.closed, start.position - span.closed
     if not kind.counterbalanced or span.joint.prismatic or span.lower is None or way == 0.0:
         return NO_BALANCE
     load = float(pull.at(span.open))
@@ -62,7 +70,11 @@ def counterbalance(span: Range, pull: Pull, kind: Handling, least_inertia: float
     if load * way <= 0.0 or abs(load) < settings.bump_share * math.hypot(pull.force, pull.slope):
         return NO_BALANCE
     largest = settings.max_stiffness_step * least_inertia / settings.coarse_timestep_s**2
-    return Balance(min(settings.counterbalance_share * abs(load / way), largest), span.closed)
+    stiffness = settings.counterbalance_share * abs(load / way)
+    if ahead * way > AHEAD_SHARE * way**2:
+        here = settings.counterbalance_share * abs(float(pull.at(start.position)) / ahead)
+        stiffness = min(here, LIFTING_SHARE * abs(load / way))
+    return Balance(min(stiffness, largest), span.closed)
 
 
 def holding(
@@ -87,7 +99,9 @@ def holding(
     least = settings.least_hold_margin * load
     if kind.anywhere:
         load = max(load, float(np.abs(load_where_left(start.range, pull, balance)).max(initial=0.0)))
-    wanted = max(settings.hold_margin * load, bump)
+    # What is left anywhere has detents or a brake that a hand feels: a dial, a blade.
+    felt = kind.range.least_n * kind.lever if kind.anywhere else 0.0
+    wanted = max(settings.hold_margin * load, bump, felt)
     bearable = min(kind.most_upward + here, kind.most_downward - here)
     return Holding(max(min(wanted, bearable), least), wanted, balance)
 

@@ -166,7 +166,7 @@ def held_where_left(
     stays = holds or (start.stated and is_open(start) and balanced)
     if settings.dynamics is DynamicsRule.PAPER or not (holds or (stays and not sprung)):
         return Holding()
-    balance = NO_BALANCE if sprung else counterbalance(start.range, pull, kind, least_inertia, settings)
+    balance = NO_BALANCE if sprung else counterbalance(start, pull, kind, least_inertia, settings)
     bump = settings.bump_share if holds else settings.free_bump_share
     return holding(start, pull, largest_gravity, kind, balance, bump_share=bump, settings=settings)
 

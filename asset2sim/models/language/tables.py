@@ -13,7 +13,8 @@ _FOLDER = Path(__file__).parent / "csv_tables"
 class Size:
     """A category's typical size. ``dimension``: longest edge or height of the closed object, or its body's longest.
     ``across_max_m`` is the most that the second longest edge may be, 0 for any: a jar is no bottle lying down.
-    ``refines``: categories of which this is a kind, so that a word for it in the guidance says more than they do."""
+    ``refines``: categories of which this is a kind, so that a word for it in the guidance says more than they do.
+    ``lies``: such a thing is put down on whatever side it comes to rest."""
 
     category: str
     dimension: str
@@ -25,6 +26,7 @@ class Size:
     mass_max_kg: float
     contact: str
     refines: tuple[str, ...]
+    lies: bool
 
 
 @dataclass(frozen=True)
@@ -125,6 +127,7 @@ def sizes() -> dict[str, Size]:
             mass_max_kg=float(row["mass_max_kg"]),
             contact=row["contact"],
             refines=tuple(row["refines"].split("|")),
+            lies=row["lies"] == "yes",
         )
         for row in _rows("sizes")
     }

@@ -9,6 +9,7 @@ from dataclasses import dataclass
 
 from scipy.spatial.transform import Rotation
 
+from asset2sim.models.language.tables import sizes
 from asset2sim.physics.arrays import vector
 from asset2sim.physics.mass_matrix import GRAVITY_M_S2
 from schemas.base import Vector3
@@ -25,14 +26,14 @@ HOLD_FRICTION_FACTOR = 1.5
 """Factor on the friction of a joint that slips, per step."""
 LOOSENING_FACTOR = 0.3
 """Factor on the friction or damping of a joint that sticks, per step."""
+LOOSER_FACTOR = 0.6
+"""Factor on the friction of a joint that a hand cannot move, per step."""
 LIGHT_INERTIA_FACTOR = 3.0
 """Factor on the inertia of light links of an object that explodes, per step."""
 LEAST_TURN_RAD = 1e-3
 """Turn below which an object rests as it is set down, rad."""
 LEANING_RAD = 0.35
 """Turn, rad, up to which an object rests nearly as authored: 20 degrees, as on an uneven underside."""
-LYING_M = 0.25
-"""Longest edge, m, of things that nobody stands up: pens, glasses, cameras, knives."""
 LIGHT_SHARE = 0.1
 """Share of the heaviest link's inertia below which a link counts as light."""
 
@@ -172,6 +173,18 @@ def less_friction(case: Case, overlay: PhysicsOverlay) -> PhysicsOverlay | None:
     return with_joints(case, overlay, change)
 
 
+def looser_hold(case: Case, overlay: PhysicsOverlay) -> PhysicsOverlay | None:
+    """Less friction on a joint that takes more than a hand or its object's stand allows, down to what holds its part."""
+
+    def change(joint: JointPhysics) -> dict[str, object]:
+        spring = joint.stiffness * (joint.spring_reference - joint.initial_position)
+        least = case.settings.physics.least_hold_margin * abs(joint.gravity_load + spring) if joint.holds else 0.0
+        friction = max(LOOSER_FACTOR * joint.friction, least)
+        return searched("friction", friction) if friction < 0.999 * joint.friction else {}
+
+    return with_joints(case, overlay, change)
+
+
 def much_less_damping(case: Case, overlay: PhysicsOverlay) -> PhysicsOverlay | None:
     """Less damping on a joint that moves too slowly."""
     return with_joints(
@@ -231,15 +244,14 @@ def rolling_resistance(case: Case, overlay: PhysicsOverlay) -> PhysicsOverlay | 
 
 
 def lie_down(case: Case, overlay: PhysicsOverlay) -> PhysicsOverlay | None:
-    """The object written as it comes to rest, where that is near how it is authored, or it is a small thing that lies
-    as it falls: a pen, a pair of glasses. A cabinet that topples is not mended by lying."""
+    """The object written as it comes to rest, where that is near how it is authored, or where such things are put down
+    on any side: a pen, a suitcase. A cabinet that topples is not mended by lying."""
     turn = Rotation.from_rotvec(case.rest_turn_rad)
-    longest = max(case.features.closed_size) * overlay.scale
-    if turn.magnitude() < LEAST_TURN_RAD or (turn.magnitude() > LEANING_RAD and longest > LYING_M):
+    known = sizes().get(case.features.category)
+    if turn.magnitude() < LEAST_TURN_RAD or (turn.magnitude() > LEANING_RAD and not (known and known.lies)):
         return None
-    return overlay.model_copy(
-        update={"turned_rad": vector((turn * Rotation.from_rotvec(overlay.turned_rad)).as_rotvec())}
-    )
+    whole = turn * Rotation.from_rotvec(overlay.turned_rad)
+    return overlay.model_copy(update={"turned_rad": vector(whole.as_rotvec())})
 
 
 _DAMPED = Remedy("more damping", more_damping)
@@ -262,6 +274,7 @@ REMEDIES: dict[FailureMode, tuple[Remedy, ...]] = {
         Remedy("less damping", much_less_damping),
         Remedy("stiffer spring", stiffer_spring),
     ),
+    FailureMode.EFFORT: (Remedy("looser hold", looser_hold),),
     FailureMode.RESET: (_DAMPED, _HOLD, _FIRMER, _ROUGHER),
 }
 """Failing check → remedies, least intrusive first. Penetration and jams are mended by state and collision shape."""
