@@ -82,7 +82,7 @@ def test_views_are_written_in_the_run_or_later_or_not(
 
 @pytest.mark.parametrize("words", [["--views", "soon"], ["--views", "later", "--no-views"]])
 def test_views_at_no_such_time_are_a_mistake(words: list[str]) -> None:
-    with pytest.raises(UsageError, match="argument --views: (invalid choice|not allowed)"):
+    with pytest.raises(UsageError, match=r"argument --views: (invalid choice|not allowed)"):
         parse_request(["refine", "data", "--out", "out", *words])
 
 

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from scipy import ndimage
 from scipy.spatial import ConvexHull
 
-from asset2sim.physics.arrays import Array
+from asset2sim.physics.arrays import Array, cross, norms
 
 Cells = NDArray[np.int64]
 
@@ -66,7 +66,9 @@ class Hollow:
         np.maximum.at(found, hull[of], self.depth.ravel()[cells])
         depths: list[float] = found.tolist()
         if self.pockets:
-            filled = (d <= LOOSE_DEPTHS[-1] and self.filled_m3(p) > 0.0 for d, (p, _) in zip(depths, hulls, strict=True))
+            filled = (
+                d <= LOOSE_DEPTHS[-1] and self.filled_m3(p) > 0.0 for d, (p, _) in zip(depths, hulls, strict=True)
+            )
             depths = [OVER if inside else depth for depth, inside in zip(depths, filled, strict=True)]
         return depths
 
@@ -85,8 +87,10 @@ class Hollow:
         x, y, z = (self.cells(low - rounding) * steps).T
         right, back, top = ((self.cells(high + rounding) + 1) * steps).T
         below, above = (
-            total.ravel()[right + back + level] - total.ravel()[x + back + level]
-            - total.ravel()[right + y + level] + total.ravel()[x + y + level]
+            total.ravel()[right + back + level]
+            - total.ravel()[x + back + level]
+            - total.ravel()[right + y + level]
+            + total.ravel()[x + y + level]
             for level in (z, top)
         )
         return np.asarray(above > below)
@@ -206,8 +210,8 @@ def samples(triangles: Array, spacing: float) -> Array:
 def sampled(
     triangles: Array, spacing: float, wanted: Callable[[Array, Array], NDArray[np.bool_]] | None = None
 ) -> tuple[Array, Cells]:
-    """``samples`` of triangles, and (n,) the index of each one's triangle. Rows of samples are left out whose box, given
-    by both (m, 3) corners, is not ``wanted``."""
+    """``samples`` of triangles, and (n,) the index of each one's triangle. Rows of samples are left out whose box is
+    not ``wanted``, which gets the (m, 3) lowest and highest corners."""
     lengths = norms(triangles[:, [1, 2, 0]] - triangles)
     large = lengths.max(axis=1) > spacing
     keep = large if wanted is None else large & wanted(triangles.min(axis=1), triangles.max(axis=1))
@@ -236,19 +240,6 @@ def sampled(
     base = a[of] + u * (b - a)[of]
     points = base + v * (c[of] - base)
     return np.vstack([known, points]), np.concatenate([known_of, kept[of]])
-
-
-def norms(vectors: Array) -> Array:
-    """(...) lengths of (..., 3) vectors."""
-    x, y, z = vectors[..., 0], vectors[..., 1], vectors[..., 2]
-    found: Array = np.sqrt(x * x + y * y + z * z)
-    return found
-
-
-def cross(first: Array, second: Array) -> Array:
-    """(n, 3) cross products of (n, 3) vectors; NumPy's own takes three times as long for a few."""
-    (a, b, c), (x, y, z) = first.T, second.T
-    return np.stack([b * z - c * y, c * x - a * z, a * y - b * x], axis=1)
 
 
 def counted(counts: Cells) -> Cells:
