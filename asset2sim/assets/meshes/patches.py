@@ -54,6 +54,11 @@ class PatchPiece:
         return np.asarray(self.points.min(axis=0))
 
     @cached_property
+    def extremes(self) -> Array:
+        """(n, 3) its outermost corners, at most eight."""
+        return np.asarray(self.points[outermost(self.points, CORNERS)])
+
+    @cached_property
     def high(self) -> Array:
         """(3,) highest corner of its box."""
         return np.asarray(self.points.max(axis=0))
@@ -87,7 +92,12 @@ def slim(points: Array, thickness: float) -> PatchPiece:
     piece = piece_of(points, thickness)
     if len(piece.points) <= MOST_CORNERS:
         return piece
-    return piece_of(piece.points[np.unique(np.argmax(piece.points @ DIRECTIONS.T, axis=0))], thickness)
+    return piece_of(piece.points[outermost(piece.points, DIRECTIONS)], thickness)
+
+
+def outermost(points: Array, directions: Array) -> list[int]:
+    """Indices of the (n, 3) points that lie furthest along any of (k, 3) directions, in rising order."""
+    return sorted(set(np.argmax(points @ directions.T, axis=0).tolist()))
 
 
 def cut(vertices: Array, faces: NDArray[np.int64], hollow: Hollow, thickness: float) -> list[PatchPiece]:
@@ -228,7 +238,7 @@ def _ranked(
 
 def between(a: PatchPiece, b: PatchPiece) -> Array:
     """(n, 3) points on lines from one piece's outermost corners to the other's, all within their common hull."""
-    first, second = (piece.points[np.unique(np.argmax(piece.points @ CORNERS.T, axis=0))] for piece in (a, b))
+    first, second = a.extremes, b.extremes
     ends = first[:, None, None] + SHARES[:, None] * (second[None, :, None] - first[:, None, None])
     return np.asarray(ends.reshape(-1, 3))
 

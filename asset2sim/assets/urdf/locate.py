@@ -39,8 +39,8 @@ def find_mesh(reference: str, folder: Path) -> Path | None:
         return Path(text)
     # Resolving asks the system for every folder on the way; only loose references are looked for above.
     above = folder.resolve().parents[:PARENTS_SEARCHED] if is_loose(reference) else ()
-    candidates = mesh_candidates(reference, folder, above)
-    return next((Path(candidate) for candidate in candidates if Path(candidate).is_file()), None)
+    candidates = map(Path, mesh_candidates(reference, folder, above))
+    return next((candidate for candidate in candidates if candidate.is_file()), None)
 
 
 def mesh_candidates(reference: str, folder: PurePath, above: Sequence[PurePath]) -> Iterator[PurePath]:
