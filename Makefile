@@ -15,7 +15,7 @@ FROM_FILE = $(if $(SETTINGS),--settings "$(SETTINGS)")
 OPTIONS = --out "$(OUT)" $(if $(MODEL),--model "$(MODEL)") \
 	$(if $(API_BASE),--api-base "$(API_BASE)") $(if $(SUBSET),--subset "$(SUBSET)") $(if $(ASSETS),--assets "$(ASSETS)") \
 	$(if $(LIMIT),--limit "$(LIMIT)") $(if $(METHOD),--method "$(METHOD)") $(if $(WORKERS),--workers "$(WORKERS)") \
-	$(if $(SCHEDULER),--scheduler "$(SCHEDULER)") $(if $(NO_VIEWS),--no-views) $(if $(STRICT),--strict) \
+	$(if $(SCHEDULER),--scheduler "$(SCHEDULER)") $(if $(NO_VIEWS),--no-views,$(if $(VIEWS),--views "$(VIEWS)")) $(if $(STRICT),--strict) \
 	$(if $(ENGINES),--engines "$(ENGINES)") $(if $(COLLISION),--collision "$(COLLISION)") $(if $(STATE),--state "$(STATE)") \
 	$(if $(DYNAMICS),--dynamics "$(DYNAMICS)") $(if $(EXPORT),--export "$(EXPORT)") \
 	$(if $(REFINEMENT_MODEL),--refinement-model "$(REFINEMENT_MODEL)") $(if $(JUDGE_MODEL),--judge-model "$(JUDGE_MODEL)") \
@@ -30,12 +30,12 @@ PARALLEL = --numprocesses $(if $(JOBS),$(JOBS),2) --dist loadfile
 
 .DEFAULT_GOAL := help
 .DELETE_ON_ERROR:
-.PHONY: help install flow test test-fast lint typecheck failures settings doctor nightly ui judge rules compare bench-defects samples questions summary loaders weights picture clean bench
+.PHONY: help install flow test test-fast lint typecheck failures settings views doctor nightly ui judge rules compare bench-defects samples questions summary loaders weights picture clean bench
 
 help: ## list the targets
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / { printf "  %-14s %s\n", $$1, $$2 }' Makefile
 	@echo
-	@echo "  variables of flow and nightly: DATA OUT MODEL API_BASE SUBSET ASSETS LIMIT METHOD WORKERS SCHEDULER NO_VIEWS=1 STRICT=1"
+	@echo "  variables of flow and nightly: DATA OUT MODEL API_BASE SUBSET ASSETS LIMIT METHOD WORKERS SCHEDULER NO_VIEWS=1 VIEWS STRICT=1"
 	@echo "                                 ENGINES COLLISION DYNAMICS STATE EXPORT REFINEMENT_MODEL JUDGE_MODEL RPM"
 	@echo "                                 BUDGET_USD BUDGET_CALLS BUDGET_TOKENS ASSET_BUDGET_USD ASSET_BUDGET_CALLS NO_ANSWER_CACHE=1"
 	@echo "                                 FORCE=1 RETRY_FAILED=1 HOOK SETTINGS=settings.yaml"
@@ -79,6 +79,9 @@ failures: $(INSTALLED) ## the failure modes in OUT
 
 settings: $(INSTALLED) ## every setting with its unit and its reason, as a file for SETTINGS=
 	@$(BIN)/python -m flows.command settings $(FROM_FILE)
+
+views: $(INSTALLED) ## write the pictures that a run with VIEWS=later left out, into OUT
+	@$(BIN)/python -m flows.command views --out "$(OUT)" $(if $(WORKERS),--workers "$(WORKERS)") $(FROM_FILE)
 
 doctor: $(INSTALLED) ## what works on this machine
 	@$(BIN)/python -m flows.command doctor --out "$(OUT)" $(if $(MODEL),--model "$(MODEL)") $(if $(API_BASE),--api-base "$(API_BASE)") \

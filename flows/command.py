@@ -57,6 +57,9 @@ def _dispatch(options: Options, refine: Refine, nightly: Nightly) -> int:
             show.print_query(options.out, options.sql, csv=options.csv)
         case asked.ShowOptions():
             show.print_asset(options.out, options.asset_id)
+        case asked.ViewsOptions():
+            settings = settings_for_run(options.settings, stated_settings(options))
+            return DONE if show.print_views(options.out, settings) else FAILED
         case asked.PagesOptions():
             show.print_and_serve_pages(options.out)
         case asked.DoctorOptions():

@@ -14,7 +14,7 @@ from rich.text import Text
 from asset2sim.catalog.failures import failure_breakdown, render_failures
 from asset2sim.catalog.text import NOTHING, output
 from asset2sim.runs.result import RunResult
-from schemas.settings import ModelSettings
+from schemas.settings import ModelSettings, Settings
 from schemas.vocabulary import Grouping, Status
 
 PREFECT_PORT = 4200
@@ -115,6 +115,18 @@ def print_doctor(out: Path | str, model: ModelSettings) -> bool:
         table.add_row(Text("ok", style="green") if check.ok else broken, check.name, Text(check.detail))
     output().print(table)
     return all(check.ok for check in checks if check.needed)
+
+
+def print_views(out: Path | str, settings: Settings) -> bool:
+    """Write the views that are missing in ``out``, and print how many; returns whether all could be drawn."""
+    from asset2sim.runs.later_views import write_missing_views
+
+    drawn = write_missing_views(out, settings)
+    output().print(Text(f"drew views of {sum(not problem for problem in drawn.values())} assets"))
+    for asset_id, problem in drawn.items():
+        if problem:
+            sys.stderr.write(f"asset2sim: no views of {asset_id}: {problem}\n")
+    return not any(drawn.values())
 
 
 def print_and_serve_pages(out: Path | str) -> None:

@@ -75,7 +75,7 @@ def plan(
     run_id: str,
 ) -> Plan:
     """The assets that the run must do, sent to the workers where the output is a URL."""
-    there = stored_asset_ids(output, views=settings.views.write)
+    there = stored_asset_ids(output, views=settings.views.in_run)
     made = make_plan(refs, references, output.folder, settings, pipeline, run_id, there)
     send_plan(output, made)
     return made

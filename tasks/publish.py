@@ -46,7 +46,7 @@ def publish_folder(
     written = [report.model_dump(mode="json", exclude={"seconds"}) for report in reports]
     (folder / "measurement.json").write_text(json.dumps(written, indent=1), encoding="utf-8")
     findings += write_exports(folder, overlay, settings.exports, settings.engine.timestep_s)
-    if settings.views.write:
+    if settings.views.in_run:
         write_views(urdf, overlay.initial_positions, folder / "views", settings.views)
     return Published(overlay=overlay, findings=findings)
 

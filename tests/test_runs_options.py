@@ -14,7 +14,7 @@ from asset2sim.runs.spread.worker import ask_settings
 from flows import PIPELINE
 from schemas.errors import UsageError
 from schemas.model_names import named_models, settings_for
-from schemas.settings import EngineSettings, MethodSettings, ModelSettings, RunSettings, Settings
+from schemas.settings import EngineSettings, MethodSettings, ModelSettings, RunSettings, Settings, ViewSettings
 from schemas.vocabulary import Engine, FailureMode, Method, Status
 from tests.model_server import Reply, serve
 
@@ -62,6 +62,28 @@ def test_every_method_can_be_chosen(method: Method) -> None:
 def test_amounts_that_are_none_are_a_mistake(option: str, value: str, words: str) -> None:
     with pytest.raises(UsageError, match=words):
         parse(["refine", "data", "--out", "out", f"{option}={value}"])
+
+
+@pytest.mark.parametrize(
+    ("words", "written", "later"),
+    [([], True, False), (["--views"], True, False), (["--views", "now"], True, False),
+     (["--views", "later"], True, True), (["--no-views"], False, False)],
+)  # fmt: skip
+def test_views_are_written_in_the_run_or_later_or_not(
+    words: list[str], written: bool, later: bool, tmp_path: Path
+) -> None:
+    file = tmp_path / "settings.yaml"
+    file.write_text(f"views: {{later: {str(not later).lower()}}}")
+    plain = parse_request(["refine", "data", "--out", "out", *words]).settings.views
+    over = parse_request(["refine", "data", "--out", "out", *words, "--settings", str(file)]).settings.views
+    assert plain == ViewSettings(write=written, later=later) and plain.in_run is (written and not later)
+    assert over == (plain if words else ViewSettings(later=True))
+
+
+@pytest.mark.parametrize("words", [["--views", "soon"], ["--views", "later", "--no-views"]])
+def test_views_at_no_such_time_are_a_mistake(words: list[str]) -> None:
+    with pytest.raises(UsageError, match=r"argument --views: (invalid choice|not allowed)"):
+        parse_request(["refine", "data", "--out", "out", *words])
 
 
 @pytest.mark.parametrize("target", ["flow", "nightly"])

@@ -2,6 +2,7 @@
 
 import re
 import shutil
+from functools import lru_cache
 from pathlib import Path
 
 import numpy as np
@@ -107,7 +108,13 @@ def write_hulls(hulls: Hulls, target: Path) -> CollisionFiles:
 
 def obj_text(points: np.ndarray) -> str | None:
     """OBJ text of the hull of (n, 3) points, triangles facing outwards; None where it has no volume."""
-    hull = hull_of(points)
+    return _obj_text(np.ascontiguousarray(points, dtype=np.float64).tobytes())
+
+
+@lru_cache(maxsize=1024)
+def _obj_text(content: bytes) -> str | None:
+    """``obj_text`` of an array's bytes: an asset's hulls are written thrice, and few of them change in between."""
+    hull = hull_of(np.frombuffer(content).reshape(-1, 3))
     if hull is None:
         return None
     vertices, inverse = np.unique(hull.triangles.reshape(-1, 3), axis=0, return_inverse=True)

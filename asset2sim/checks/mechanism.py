@@ -2,13 +2,14 @@
 
 import math
 from collections.abc import Mapping
+from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 from lxml import etree
 
-from asset2sim.assets.meshes.load import mesh_points
+from asset2sim.assets.meshes.load import known_points, mesh_points
 from asset2sim.assets.urdf.read import element_joint, element_pose, numbers
 from asset2sim.physics.arrays import Array
 from asset2sim.physics.inertia import tensor_of
@@ -158,6 +159,15 @@ def points_of(file: Path) -> Array:
         return mesh_points(file) if file.is_file() else np.zeros((0, 3))
     except ValueError:
         return np.zeros((0, 3))
+
+
+def know_points(urdf: Path) -> None:
+    """Read the small collision meshes of a URDF: this process, and those forked from it, then know their points."""
+    with suppress(etree.XMLSyntaxError, OSError):
+        for mesh in etree.parse(str(urdf)).getroot().iterfind("link/collision/geometry/mesh"):
+            file = urdf.parent / str(mesh.get("filename"))
+            if file.suffix == ".obj":
+                known_points(file.read_bytes())
 
 
 def pull_on(item: Mechanism, joint: str, positions: Mapping[str, float], poses: Mapping[str, Array]) -> Pull:

@@ -11,6 +11,7 @@ from asset2sim.assets.authored_overlap import AuthoredShapes, overlap_cause
 from asset2sim.assets.extract import Extraction
 from asset2sim.assets.folder import Folder
 from asset2sim.checks.interact import interact
+from asset2sim.checks.mechanism import know_points
 from asset2sim.checks.rest import measure
 from asset2sim.checks.sweep import CauseOf
 from asset2sim.engines.child import ChildOutcome, in_child
@@ -58,6 +59,7 @@ def verify_in(
     def touch() -> Interaction:
         return interact(engine, urdf, overlay, own, settings.thresholds, cause=cause, only=only)
 
+    know_points(urdf)
     # One process each: an engine that dies in an interaction check still leaves its measurement at rest.
     measured: ChildOutcome[Measurement] = ChildOutcome(None)
     touched: ChildOutcome[Interaction] = ChildOutcome(None)

@@ -12,7 +12,7 @@ from asset2sim.engines import lowest
 from asset2sim.engines.contacts import ContactPoint
 from asset2sim.engines.mujoco_spec import collected_warnings, give_options, object_spec, refused
 from asset2sim.engines.world import nothing_collides
-from asset2sim.physics.arrays import Array
+from asset2sim.physics.arrays import Array, cross, norms
 from asset2sim.physics.mass_matrix import GRAVITY_M_S2
 from schemas.vocabulary import Engine
 
@@ -123,7 +123,7 @@ class MuJoCoWorld:
         mujoco.mj_comVel(model, data)
         # A body's velocity is given as at the centre of mass of its tree.
         arms = data.xipos[1:] - data.subtree_com[model.body_rootid[1:]]
-        speeds: Array = np.linalg.norm(data.cvel[1:, 3:] + np.cross(data.cvel[1:, :3], arms), axis=1)
+        speeds: Array = norms(data.cvel[1:, 3:] + cross(data.cvel[1:, :3], arms))
         return speeds
 
     def lowest_m(self) -> float:

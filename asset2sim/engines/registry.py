@@ -1,6 +1,7 @@
 """Which engines are installed, and one way to open a world in any of them."""
 
 from contextlib import AbstractContextManager
+from functools import cache
 from importlib import import_module
 from importlib.metadata import version
 from importlib.util import find_spec
@@ -27,8 +28,9 @@ def installed() -> tuple[Engine, ...]:
     return tuple(engine for engine in Engine if find_spec(engine.value) is not None)
 
 
+@cache
 def engine_version(engine: Engine) -> str:
-    """The version of an installed engine's package."""
+    """The version of an installed engine's package; looked up once a process, since it takes up to 20 ms."""
     return version(engine.value)
 
 

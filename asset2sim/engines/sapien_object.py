@@ -7,6 +7,7 @@ import warnings
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
+from functools import lru_cache
 from pathlib import Path
 from types import ModuleType
 from typing import Any
@@ -78,7 +79,7 @@ def loaded(
     it. A mesh that PhysX cannot make a hull of is left out, as by SAPIEN's loader, with a line on the console.
     """
     sapien, physx = import_physx()
-    robot = read_urdf(urdf)
+    robot = known_robot(urdf, urdf.read_bytes() if urdf.is_file() else b"")
     with captured_console() as console:
         scene, system = open_scene(sapien, physx, timestep_s, gravity_m_s2)
         material = physx.PhysxMaterial(contact_friction, contact_friction, 0.0)
@@ -101,6 +102,12 @@ def loaded(
     finally:
         for entity in list(scene.entities):
             scene.remove_entity(entity)
+
+
+@lru_cache(maxsize=1)
+def known_robot(urdf: Path, content: bytes) -> yourdfpy.Robot:
+    """``read_urdf`` of a file that holds ``content``; one asset is loaded several times running. Not to be changed."""
+    return read_urdf(urdf)
 
 
 def open_scene(sapien: Any, physx: Any, timestep_s: float, gravity_m_s2: float) -> tuple[Any, Any]:

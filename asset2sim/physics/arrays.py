@@ -18,3 +18,16 @@ def six(matrix: Array) -> Inertia6:
     """(ixx, ixy, ixz, iyy, iyz, izz) of a symmetric (3, 3) matrix."""
     m = (np.asarray(matrix) + np.asarray(matrix).T) / 2.0
     return (float(m[0, 0]), float(m[0, 1]), float(m[0, 2]), float(m[1, 1]), float(m[1, 2]), float(m[2, 2]))
+
+
+def cross(first: Array, second: Array) -> Array:
+    """(n, 3) cross products of (n, 3) vectors, bit for bit NumPy's, which takes three times as long for a few."""
+    (a, b, c), (x, y, z) = first.T, second.T
+    return np.stack([b * z - c * y, c * x - a * z, a * y - b * x], axis=1)
+
+
+def norms(vectors: Array) -> Array:
+    """(...) lengths of (..., 3) vectors."""
+    x, y, z = vectors[..., 0], vectors[..., 1], vectors[..., 2]
+    found: Array = np.sqrt(x * x + y * y + z * z)
+    return found

@@ -46,6 +46,8 @@ def check_run(found: FoundAssets, data: Path | str, out: Path | str, settings: S
         check_scheduler(settings.run.scheduler)
     check_output(absolute(out), absolute(data), found.refs)
     if is_url(out):
+        if settings.views.write and settings.views.later:
+            raise UsageError("--views later needs an --out that is a folder; leave it out, or choose --no-views")
         check_store(out)
 
 

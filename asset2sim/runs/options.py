@@ -73,6 +73,7 @@ METHOD = TypeAliasType("METHOD", Method)
 MODE = TypeAliasType("MODE", CollisionMode)
 RULE = TypeAliasType("RULE", DynamicsRule)
 STATE = TypeAliasType("STATE", StateMode)
+VIEWS = TypeAliasType("VIEWS", Literal["now", "later"])
 FORMAT = TypeAliasType("FORMAT", Literal["yaml", "toml"])
 
 
@@ -161,7 +162,8 @@ class RefineOptions(ModelOptions, Selection):
     scheduler: URL | None = Field(None, description="tcp://…, a Dask scheduler to use instead of a cluster of our own")
     force: CliToggleFlag[bool] = Field(False, description="refine unchanged assets again")
     retry_failed: CliToggleFlag[bool] = Field(False, description="refine unchanged assets again that failed")
-    views: CliDualFlag[bool] = Field(True, description="write pictures")
+    views: VIEWS = Field("now", description="now, or later: pictures are left to `asset2sim views`")
+    no_views: CliToggleFlag[bool] = Field(False, description="write no pictures")
     strict: CliToggleFlag[bool] = Field(False, description="exit with 1 if an asset failed")
     hook: Annotated[SHELL | None, AfterValidator(nothing)] = Field(
         None, description="a shell command to run after the run; ASSET2SIM_… variables say how it went"
@@ -170,6 +172,7 @@ class RefineOptions(ModelOptions, Selection):
     @model_validator(mode="after")
     def _one_redo(self) -> Self:
         exclusive(self, "force", "retry_failed")
+        exclusive(self, "no_views", "views")
         return self
 
 
@@ -216,6 +219,12 @@ class ShowOptions(CatalogOptions):
     asset_id: CliPositionalArg[str] = Field(description="an asset's id, as the manifest has it")
 
 
+class ViewsOptions(CatalogOptions, FileOptions):
+    """Write the pictures that a run with --views later left out."""
+
+    workers: N | None = Field(None, description="assets drawn at once (default: all cores)")
+
+
 class PagesOptions(CatalogOptions):
     """Serve the pages of Prefect and MLflow."""
 
@@ -227,6 +236,7 @@ class Command(Options):
     failures: CliSubCommand[FailuresOptions] = Field(description="the failure modes of a refined dataset")
     query: CliSubCommand[QueryOptions] = Field(description="SQL over the tables and the history of all runs")
     show: CliSubCommand[ShowOptions] = Field(description="one refined asset")
+    views: CliSubCommand[ViewsOptions] = Field(description="the pictures that refine --views later left out")
     ui: CliSubCommand[PagesOptions] = Field(description="the pages of Prefect and MLflow")
     doctor: CliSubCommand[DoctorOptions] = Field(description="what works here, and what does not")
     nightly: CliSubCommand[NightlyOptions] = Field(description="refine a dataset on the schedule of catalog.yaml")

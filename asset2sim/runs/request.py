@@ -35,7 +35,6 @@ SETS: Mapping[str, str] = {
     "engines": "engine.verify",
     "interaction": "engine.interact",
     "collision": "collision.mode",
-    "views": "views.write",
     "workers": "run.workers",
     "scheduler": "run.scheduler",
     "hook": "run.hook",
@@ -96,6 +95,9 @@ def stated_settings(options: Options) -> dict[str, Any]:
         found = merged(found, _nested(SETS[name], getattr(options, name)))
     if isinstance(options, RefineOptions) and (options.force or options.retry_failed):
         found = merged(found, _nested("run.redo", Redo.ALL if options.force else Redo.FAILED))
+    if isinstance(options, RefineOptions) and {"views", "no_views"} & options.model_fields_set:
+        views = {"write": not options.no_views, "later": options.views == "later"}
+        found = merged(found, {"views": views})
     return found
 
 

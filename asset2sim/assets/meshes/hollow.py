@@ -4,14 +4,16 @@ Whether a mesh is closed, wound alike or a heap of loose faces makes no differen
 gets to a place without touching a face, or it does not. What no ball gets to counts as filled.
 """
 
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy import ndimage
 from scipy.spatial import ConvexHull
 
-from asset2sim.physics.arrays import Array
+from asset2sim.physics.arrays import Array, cross, norms
 
 Cells = NDArray[np.int64]
 
@@ -43,21 +45,75 @@ class Hollow:
     def cells(self, points: Array) -> Cells:
         """(n, 3) indices of the cells of (n, 3) points; those outside the grid fall into its border."""
         found: Cells = np.floor((points - self.low) / self.cell_m).astype(np.int64)
-        return np.clip(found, 0, np.array(self.depth.shape) - 1)
+        np.maximum(found, 0, out=found)
+        return np.minimum(found, np.array(self.depth.shape) - 1, out=found)
 
     def deepest(self, points: Array, triangles: Array) -> float:
-        """The greatest depth, in cells, that the hull of (n, 3) points with (k, 3, 3) faces reaches into the hollow.
+        """The greatest depth, in cells, that the hull of (n, 3) points with (k, 3, 3) faces reaches into the hollow; 0
+        where it is at most ``ALLOWED_DEPTH``."""
+        return self.deepest_each([(points, triangles)])[0]
+
+    def deepest_each(self, hulls: Sequence[tuple[Array, Array]]) -> list[float]:
+        """``deepest`` of each hull, looked up together: a call for each takes twice as long.
+
         Space that the ball reaches is open to the outside, so a hull that fills a part of it has faces there; pockets
         with a narrow mouth may lie inside the hull, so for them its volume is examined too."""
-        depth = self.at(samples(triangles, self.cell_m))
-        if self.pockets and depth <= LOOSE_DEPTHS[-1] and self.filled_m3(points) > 0.0:
-            return OVER
-        return depth
+        if not hulls:
+            return []
+        hull = np.repeat(np.arange(len(hulls)), [len(triangles) for _, triangles in hulls])
+        cells, of = self.open_cells(np.vstack([triangles for _, triangles in hulls]), self.cell_m)
+        found = np.zeros(len(hulls))
+        np.maximum.at(found, hull[of], self.depth.ravel()[cells])
+        depths: list[float] = found.tolist()
+        if self.pockets:
+            filled = (
+                d <= LOOSE_DEPTHS[-1] and self.filled_m3(p) > 0.0 for d, (p, _) in zip(depths, hulls, strict=True)
+            )
+            depths = [OVER if inside else depth for depth, inside in zip(depths, filled, strict=True)]
+        return depths
+
+    def open_cells(self, triangles: Array, spacing: float) -> tuple[Cells, Cells]:
+        """Flat indices of the cells deeper than ``ALLOWED_DEPTH`` that ``samples`` of (k, 3, 3) triangles are in, one a
+        sample, and the index of its triangle. Seven in ten samples are not made, because no cell about them is deep."""
+        points, of = sampled(triangles, spacing, self.may_be_open)
+        flat = self.flat(self.cells(points))
+        deep = self.depth.ravel()[flat] > ALLOWED_DEPTH
+        return flat[deep], of[deep]
+
+    def may_be_open(self, low: Array, high: Array) -> NDArray[np.bool_]:
+        """(n,) whether any cell that meets a box, given by its (n, 3) corners, is deeper than ``ALLOWED_DEPTH``."""
+        total, rounding = self.open_before, ROUNDING * self.cell_m
+        steps = np.array([total.shape[1] * total.shape[2], total.shape[2], 1])
+        x, y, z = (self.cells(low - rounding) * steps).T
+        right, back, top = ((self.cells(high + rounding) + 1) * steps).T
+        below, above = (
+            total.ravel()[right + back + level]
+            - total.ravel()[x + back + level]
+            - total.ravel()[right + y + level]
+            + total.ravel()[x + y + level]
+            for level in (z, top)
+        )
+        return np.asarray(above > below)
+
+    @cached_property
+    def open_before(self) -> NDArray[np.int32]:
+        """Number of cells deeper than ``ALLOWED_DEPTH`` below each index along all axes: with it, eight numbers give
+        those in any box."""
+        total = np.zeros(np.array(self.depth.shape) + 1, dtype=np.int32)
+        total[1:, 1:, 1:] = self.depth > ALLOWED_DEPTH
+        for axis in range(3):
+            np.cumsum(total, axis=axis, out=total)
+        return total
+
+    def flat(self, index: Cells) -> Cells:
+        """(n,) places of (n, 3) cell indices in the raveled grid."""
+        _, wide, deep = self.depth.shape
+        found: Cells = (index[:, 0] * wide + index[:, 1]) * deep + index[:, 2]
+        return found
 
     def at(self, points: Array) -> float:
         """The greatest depth, in cells, at (n, 3) points."""
-        index = self.cells(points)
-        return float(self.depth[index[:, 0], index[:, 1], index[:, 2]].max())
+        return float(self.depth.ravel()[self.flat(self.cells(points))].max())
 
     def filled_m3(self, piece: Array) -> float:
         """Volume of the hollow that the hull of (k, 3) points takes up, m³, its outermost cells left out."""
@@ -88,15 +144,13 @@ class Hollow:
 
     def opened_m2(self, triangles: Array) -> float:
         """Area of a plate with these (k, 3, 3) faces that lies in the hollow, m²; its two sides count once."""
-        index = np.unique(self.cells(samples(triangles, self.cell_m / 2.0)), axis=0)
-        return float((self.depth[index[:, 0], index[:, 1], index[:, 2]] > ALLOWED_DEPTH).sum()) * self.cell_m**2
+        return float(len(np.unique(self.open_cells(triangles, self.cell_m / 2.0)[0]))) * self.cell_m**2
 
     def with_reachable(self, points: Array) -> "Hollow":
         """The hollow with the cells of these (n, 3) points added, where they are reachable from outside. Points in the
         faces' own cells or in a closed solid add nothing: no cut of the shape would free them."""
         inner = np.all((points >= self.low) & (points < self.low + self.cell_m * np.array(self.depth.shape)), axis=1)
-        index = np.unique(self.cells(points[inner]), axis=0)
-        place = (index[:, 0], index[:, 1], index[:, 2])
+        place = np.unravel_index(np.unique(self.flat(self.cells(points[inner]))), self.depth.shape)
         gap = self.gap[place]
         if not (gap > np.maximum(self.depth[place], ALLOWED_DEPTH)).any():
             return self
@@ -114,6 +168,8 @@ LOOSE_DEPTHS = (2.5, 4.0)
 """Looser bounds of the depth, in cells, tried in this order where there would be too many pieces."""
 OVER = 1e6
 """A depth that is never allowed."""
+ROUNDING = 1e-6
+"""By how much boxes are made larger for rounding, in cells: a sample never lies outside of its triangle's box."""
 
 
 def hollow_of(triangles: Array, radius: float) -> Hollow:
@@ -148,25 +204,44 @@ def _from_outside(free: NDArray[np.bool_]) -> NDArray[np.bool_]:
 
 def samples(triangles: Array, spacing: float) -> Array:
     """(n, 3) points on (k, 3, 3) triangles, at most ``spacing`` apart along the longest edge and across it."""
-    corners = triangles.reshape(-1, 3)
-    lengths = np.linalg.norm(np.roll(triangles, -1, axis=1) - triangles, axis=2)
+    return sampled(triangles, spacing)[0]
+
+
+def sampled(
+    triangles: Array, spacing: float, wanted: Callable[[Array, Array], NDArray[np.bool_]] | None = None
+) -> tuple[Array, Cells]:
+    """``samples`` of triangles, and (n,) the index of each one's triangle. Rows of samples are left out whose box is
+    not ``wanted``, which gets the (m, 3) lowest and highest corners."""
+    lengths = norms(triangles[:, [1, 2, 0]] - triangles)
     large = lengths.max(axis=1) > spacing
-    if not large.all():
-        triangles, lengths = triangles[large], lengths[large]
-    if not len(triangles):
-        return corners
+    keep = large if wanted is None else large & wanted(triangles.min(axis=1), triangles.max(axis=1))
+    known = np.zeros((0, 3)) if large.all() else triangles.reshape(-1, 3)
+    known_of = np.repeat(np.arange(len(triangles)), 3)[: len(known)]
+    kept = np.flatnonzero(keep)
+    if not len(kept):
+        return known, known_of
+    triangles, lengths = triangles[kept], lengths[kept]
     each = np.arange(len(triangles))
     longest = lengths.argmax(axis=1)
     a, b, c = (triangles[each, (longest + turn) % 3] for turn in range(3))
     length = lengths[each, longest]
-    height = np.linalg.norm(np.cross(b - a, c - a), axis=1) / np.maximum(length, 1e-30)
+    height = norms(cross(b - a, c - a)) / np.maximum(length, 1e-30)
     along = np.maximum(np.ceil(length / spacing), 1.0).astype(np.int64) + 1
     across = np.maximum(np.ceil(height / spacing), 1.0).astype(np.int64) + 1
-    count = along * across
-    of = np.repeat(each, count)
-    number = np.arange(count.sum()) - np.repeat(np.cumsum(count) - count, count)
-    u = (number % along[of]) / (along[of] - 1)
-    v = (number // along[of]) / (across[of] - 1)
-    base = a[of] + u[:, None] * (b - a)[of]
-    points: Array = base + v[:, None] * (c[of] - base)
-    return points if large.all() else np.vstack([corners, points])
+    of = np.repeat(each, across)
+    v = (counted(across) / (across[of] - 1))[:, None]
+    if wanted is not None:
+        first, last = (end[of] + v * (c - end)[of] for end in (a, b))
+        rows = wanted(np.minimum(first, last), np.maximum(first, last))
+        of, v = of[rows], v[rows]
+    count = along[of]
+    u = (counted(count) / np.repeat(count - 1, count))[:, None]
+    of, v = np.repeat(of, count), np.repeat(v, count, axis=0)
+    base = a[of] + u * (b - a)[of]
+    points = base + v * (c[of] - base)
+    return np.vstack([known, points]), np.concatenate([known_of, kept[of]])
+
+
+def counted(counts: Cells) -> Cells:
+    """0, 1, … of each count, one after the other."""
+    return np.arange(counts.sum()) - np.repeat(np.cumsum(counts) - counts, counts)

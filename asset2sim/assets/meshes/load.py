@@ -1,5 +1,6 @@
 """Loading the geometry of one visual or collision: a mesh file of any kind trimesh reads, or a primitive."""
 
+import hashlib
 from pathlib import Path
 
 import numpy as np
@@ -13,7 +14,9 @@ def load_mesh(path: Path) -> trimesh.Trimesh:
     """The file's triangles as one mesh with merged vertices, without materials. Scenes (COLLADA, glTF) are flattened by
     their node transforms. Raises ValueError, naming the file, if it cannot be read or holds no triangle."""
     try:
-        mesh = trimesh.load_mesh(str(path), skip_materials=True, process=False)
+        mesh = obj_mesh(path) if path.suffix.lower() == ".obj" else None
+        if mesh is None:
+            mesh = trimesh.load_mesh(str(path), skip_materials=True, process=False)
         if isinstance(mesh, trimesh.Scene):
             mesh = mesh.to_mesh()
     except Exception as error:  # a loader raises whatever its format's parser raises
@@ -29,6 +32,18 @@ def load_mesh(path: Path) -> trimesh.Trimesh:
     if len(bare.faces) == 0:
         raise ValueError(f"{path.name}: every triangle is degenerate")
     return bare
+
+
+def obj_mesh(path: Path) -> trimesh.Trimesh | None:
+    """An OBJ's groups as one mesh, as ``trimesh.load_mesh`` makes it but for normals, colours and texture coordinates,
+    which take it half of its time; None where it has no faces. Raises what trimesh's parser raises."""
+    with path.open("rb") as stream:
+        groups = list(trimesh.exchange.obj.load_obj(stream, skip_materials=True).get("geometry", {}).values())
+    if not groups:
+        return None
+    starts = np.cumsum([0, *(len(group["vertices"]) for group in groups[:-1])])
+    faces = np.vstack([group["faces"] + start for group, start in zip(groups, starts, strict=True)])
+    return trimesh.Trimesh(np.vstack([group["vertices"] for group in groups]), faces, process=False)
 
 
 def primitive(geometry: yourdfpy.Geometry) -> trimesh.Trimesh | None:
@@ -54,10 +69,32 @@ def mesh_points(file: Path) -> Array:
     """(n, 3) vertices that the file's faces use. An OBJ is parsed here, ten times faster than as a mesh; an unusual OBJ
     or another format is loaded as a mesh. Raises ValueError as ``load_mesh`` does."""
     if file.suffix.lower() == ".obj":
-        points = obj_points(file.read_bytes())
+        points = known_points(file.read_bytes())
         if points is not None:
             return points
     return np.asarray(load_mesh(file).vertices, dtype=float)
+
+
+KNOWN_POINTS: dict[bytes, Array] = {}
+"""Digest of an OBJ → its read-only points: each collision shape is looked at a dozen times by every engine."""
+MOST_KNOWN, MOST_KNOWN_BYTES = 1024, 20_000
+"""OBJs that are kept, four times what an asset may have, and the largest of them, bytes: hulls have a tenth of that."""
+
+
+def known_points(content: bytes) -> Array | None:
+    """``obj_points``, which small files are not asked for twice in a process."""
+    if len(content) > MOST_KNOWN_BYTES:
+        return obj_points(content)
+    key = hashlib.sha256(content).digest()
+    if key not in KNOWN_POINTS:
+        points = obj_points(content)
+        if points is None:
+            return None
+        if len(KNOWN_POINTS) >= MOST_KNOWN:
+            KNOWN_POINTS.clear()
+        points.flags.writeable = False
+        KNOWN_POINTS[key] = points
+    return KNOWN_POINTS[key]
 
 
 def obj_points(content: bytes) -> Array | None:

@@ -34,6 +34,8 @@ CORNERS = np.array([(x, y, z) for x in (-1.0, 1.0) for y in (-1.0, 1.0) for z in
 """Directions in which a piece's outermost corners are looked for."""
 SHARES = np.array([0.25, 0.5, 0.75])
 """Where along a line between two pieces the hollow is looked at, for a tenth of what making their hull costs."""
+AT_ONCE = 64
+"""Hulls that are looked up in the hollow together: some 10 MB of samples."""
 PARTNERS = 8
 """Partners tried for each piece: the joins that add least are among those whose boxes grow least."""
 
@@ -50,6 +52,11 @@ class PatchPiece:
     def low(self) -> Array:
         """(3,) lowest corner of its box."""
         return np.asarray(self.points.min(axis=0))
+
+    @cached_property
+    def extremes(self) -> Array:
+        """(n, 3) its outermost corners, at most eight."""
+        return np.asarray(self.points[outermost(self.points, CORNERS)])
 
     @cached_property
     def high(self) -> Array:
@@ -85,7 +92,12 @@ def slim(points: Array, thickness: float) -> PatchPiece:
     piece = piece_of(points, thickness)
     if len(piece.points) <= MOST_CORNERS:
         return piece
-    return piece_of(piece.points[np.unique(np.argmax(piece.points @ DIRECTIONS.T, axis=0))], thickness)
+    return piece_of(piece.points[outermost(piece.points, DIRECTIONS)], thickness)
+
+
+def outermost(points: Array, directions: Array) -> list[int]:
+    """Indices of the (n, 3) points that lie furthest along any of (k, 3) directions, in rising order."""
+    return sorted(set(np.argmax(points @ directions.T, axis=0).tolist()))
 
 
 def cut(vertices: Array, faces: NDArray[np.int64], hollow: Hollow, thickness: float) -> list[PatchPiece]:
@@ -187,28 +199,46 @@ def _join_candidates(
     known: Sequence[PatchPiece], pairs: Sequence[tuple[int, int]], rule: _Rule
 ) -> list[_JoinCandidate]:
     """The joins of these pairs that a rule might make, as a heap."""
-    offers = [offer for pair in pairs if (offer := _join_candidate(known, pair, rule)) is not None]
+    offers: list[_JoinCandidate] = []
+    for start in range(0, len(pairs), AT_ONCE):
+        joined = [
+            (*pair, both) for pair in pairs[start : start + AT_ONCE] if (both := _joined(known, pair, rule)) is not None
+        ]
+        offers += _ranked(known, joined, rule)
     heapq.heapify(offers)
     return offers
 
 
-def _join_candidate(known: Sequence[PatchPiece], pair: tuple[int, int], rule: _Rule) -> _JoinCandidate | None:
-    """The join of two pieces, or None where no rule would ever make it. Rank 0 stays out of the hollow and adds little,
-    1 and 2 stand a little in it, 3 is all else."""
+def _joined(known: Sequence[PatchPiece], pair: tuple[int, int], rule: _Rule) -> PatchPiece | None:
+    """The common hull of two pieces, or None where the hollow between them already forbids it."""
     a, b = known[pair[0]], known[pair[1]]
     if not rule.any_join and rule.hollow is not None and rule.hollow.at(between(a, b)) > LOOSE_DEPTHS[-1]:
         return None
-    both = slim(np.vstack([a.points, b.points]), rule.thickness)
-    added = both.volume - a.volume - b.volume
-    depth = 0.0 if rule.hollow is None else rule.hollow.deepest(both.points, both.triangles)
-    little = added <= rule.added_share * min(a.volume, b.volume)
-    rank = sum(depth > bound for bound in (ALLOWED_DEPTH, *LOOSE_DEPTHS)) if little else 3
-    return (rank, added, *pair, both) if rule.limits[rank] < NO_LIMIT else None
+    return slim(np.vstack([a.points, b.points]), rule.thickness)
+
+
+def _ranked(
+    known: Sequence[PatchPiece], joined: Sequence[tuple[int, int, PatchPiece]], rule: _Rule
+) -> list[_JoinCandidate]:
+    """The joins with their ranks, without those that no rule would ever make. Rank 0 stays out of the hollow and adds
+    little, 1 and 2 stand a little in it, 3 is all else."""
+    added = [both.volume - known[a].volume - known[b].volume for a, b, both in joined]
+    smaller = [min(known[a].volume, known[b].volume) for a, b, _ in joined]
+    little = [more <= rule.added_share * least for more, least in zip(added, smaller, strict=True)]
+    hulls = [(both.points, both.triangles) for (_, _, both), small in zip(joined, little, strict=True) if small]
+    depths = iter([0.0] * len(hulls) if rule.hollow is None else rule.hollow.deepest_each(hulls))
+    offers: list[_JoinCandidate] = []
+    for (a, b, both), more, small in zip(joined, added, little, strict=True):
+        depth = next(depths) if small else np.inf
+        rank = sum(depth > bound for bound in (ALLOWED_DEPTH, *LOOSE_DEPTHS))
+        if rule.limits[rank] < NO_LIMIT:
+            offers.append((rank, more, a, b, both))
+    return offers
 
 
 def between(a: PatchPiece, b: PatchPiece) -> Array:
     """(n, 3) points on lines from one piece's outermost corners to the other's, all within their common hull."""
-    first, second = (piece.points[np.unique(np.argmax(piece.points @ CORNERS.T, axis=0))] for piece in (a, b))
+    first, second = a.extremes, b.extremes
     ends = first[:, None, None] + SHARES[:, None] * (second[None, :, None] - first[:, None, None])
     return np.asarray(ends.reshape(-1, 3))
 

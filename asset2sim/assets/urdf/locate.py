@@ -37,8 +37,10 @@ def find_mesh(reference: str, folder: Path) -> Path | None:
     text = _path_in(reference)
     if text.startswith("/") and Path(text).is_file():
         return Path(text)
-    candidates = mesh_candidates(reference, folder, folder.resolve().parents[:PARENTS_SEARCHED])
-    return next((Path(candidate) for candidate in candidates if Path(candidate).is_file()), None)
+    # Resolving asks the system for every folder on the way; only loose references are looked for above.
+    above = folder.resolve().parents[:PARENTS_SEARCHED] if is_loose(reference) else ()
+    candidates = map(Path, mesh_candidates(reference, folder, above))
+    return next((candidate for candidate in candidates if candidate.is_file()), None)
 
 
 def mesh_candidates(reference: str, folder: PurePath, above: Sequence[PurePath]) -> Iterator[PurePath]:
@@ -47,10 +49,15 @@ def mesh_candidates(reference: str, folder: PurePath, above: Sequence[PurePath])
     parts = [part for part in PurePosixPath(text).parts if part != "/"]
     if not parts:
         return
-    is_loose = "://" in reference.replace("\\", "/")
-    for start in range(len(parts)) if is_loose or text.startswith("/") else (0,):
-        for base in (folder, *above) if is_loose else (folder,):
+    loose = is_loose(reference)
+    for start in range(len(parts)) if loose or text.startswith("/") else (0,):
+        for base in (folder, *above) if loose else (folder,):
             yield base.joinpath(*parts[start:])
+
+
+def is_loose(reference: str) -> bool:
+    """Whether a reference names no file by itself, but a package or a scheme."""
+    return "://" in reference.replace("\\", "/")
 
 
 def _path_in(reference: str) -> str:

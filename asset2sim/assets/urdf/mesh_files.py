@@ -18,6 +18,7 @@ def copy_meshes(references: Mapping[str, Path | None], source: Path, target: Pat
     """Copy the existing files into ``target``; reference → its new path relative to ``target``, forward slashes. Files
     under ``source`` keep their place; others go to ``outside/``, each to a folder of its own. COLLADA and glTF become
     OBJ, which every engine reads. Nothing under ``source`` is written to."""
+    source, target = source.resolve(), target.resolve()
     placed: dict[str, str] = {}
     taken: dict[Path, str] = {}
     for reference, file in references.items():
@@ -37,10 +38,10 @@ def copy_meshes(references: Mapping[str, Path | None], source: Path, target: Pat
 
 
 def path_in_target(file: Path, source: Path, number: int) -> str:
-    """A path inside the target for one file: where it lies under ``source``, else a numbered folder of its own. A
-    folder of its own keeps apart files from elsewhere that are named alike, and their material libraries."""
+    """A path inside the target for one file: where it lies under ``source`` (resolved), else a numbered folder of its
+    own. A folder of its own keeps apart files from elsewhere that are named alike, and their material libraries."""
     try:
-        return file.resolve().relative_to(source.resolve()).as_posix()
+        return file.resolve().relative_to(source).as_posix()
     except ValueError:
         return f"{OUTSIDE}/{number}/{file.name}"
 
@@ -95,9 +96,9 @@ def read_head(obj: Path, limit: int = 65_536) -> str:
 
 
 def inside(path: Path, folder: Path) -> Path | None:
-    """The normalised path if it lies inside the folder, else None."""
+    """The normalised path if it lies inside the folder, which is resolved, else None."""
     resolved = path.resolve()
-    return resolved if resolved.is_relative_to(folder.resolve()) else None
+    return resolved if resolved.is_relative_to(folder) else None
 
 
 def convert(file: Path, target: Path, place: str) -> str:

@@ -59,9 +59,10 @@ def mend(features: Features, overlay: PhysicsOverlay, reports: Reports, settings
                 break
             budget -= 1
             seen, better = verify_candidate(target, candidate, settings, verify)
-            written, found = candidate, merged(reports, seen)
-            if better and len(engines) > 1:
-                found = merged(found, verify(candidate, [e for e in engines if e is not target.engine], None))
+            written = candidate
+            if better:
+                seen = verify_elsewhere(seen, failed, candidate, engines, settings, verify)
+            found = merged(reports, seen)
             now = all_failures(candidate, found, settings)
             kept = better and not breaks(failed, now)
             trace.append(mend_step(target, remedy, reports, now, kept))
@@ -90,6 +91,24 @@ def verify_candidate(
         if not improves(target, failures_of(seen[0], candidate, settings.thresholds)):
             return seen, False
     return seen, True
+
+
+def verify_elsewhere(
+    seen: Reports,
+    failed: Sequence[Failure],
+    candidate: PhysicsOverlay,
+    engines: Sequence[Engine],
+    settings: Settings,
+    verify: Verify,
+) -> Reports:
+    """The failing engine's report on a candidate and those of the other ``engines``, one after the other until a check
+    fails that is not among ``failed``: the candidate is then refused, whatever the rest would say."""
+    for engine in engines:
+        if breaks(failed, all_failures(candidate, seen, settings)):
+            break
+        if engine is not seen[0].engine:
+            seen = (*seen, *verify(candidate, [engine], None))
+    return seen
 
 
 def all_failures(overlay: PhysicsOverlay, reports: Reports, settings: Settings) -> tuple[Failure, ...]:

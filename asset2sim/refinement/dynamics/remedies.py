@@ -174,7 +174,7 @@ def less_friction(case: Case, overlay: PhysicsOverlay) -> PhysicsOverlay | None:
 
 
 def looser_hold(case: Case, overlay: PhysicsOverlay) -> PhysicsOverlay | None:
-    """Less friction on a joint that takes more than a hand or its object's stand allows, down to what holds its part."""
+    """Less friction on a joint that takes more than a hand or its object's stand allows, down to what holds it."""
 
     def change(joint: JointPhysics) -> dict[str, object]:
         spring = joint.stiffness * (joint.spring_reference - joint.initial_position)

@@ -92,7 +92,7 @@ def package_versions(settings: EngineSettings) -> dict[str, str]:
 IRRELEVANT_SETTINGS: Mapping[str, set[str] | bool] = {
     "run": True,
     # Picture size counts, since a model sees them; whether they are written is read from the folder.
-    "views": {"write"},
+    "views": {"write", "later"},
     "model": {"timeout_s", "max_attempts", "cache", "requests_per_minute", "concurrent_requests"}
     | {"run_calls", "run_tokens", "run_usd"},
 }
