@@ -46,7 +46,8 @@ class Hollow:
         """(n, 3) indices of the cells of (n, 3) points; those outside the grid fall into its border."""
         found: Cells = np.floor((points - self.low) / self.cell_m).astype(np.int64)
         np.maximum(found, 0, out=found)
-        return np.minimum(found, np.array(self.depth.shape) - 1, out=found)
+        np.minimum(found, np.array(self.depth.shape) - 1, out=found)
+        return found
 
     def deepest(self, points: Array, triangles: Array) -> float:
         """The greatest depth, in cells, that the hull of (n, 3) points with (k, 3, 3) faces reaches into the hollow; 0
