@@ -163,7 +163,7 @@ def held_where_left(
     springs = (proposal.stiffness, proposal.spring_hz, proposal.returns_s, proposal.press_start, proposal.press_end)
     sprung = any(value is not None for value in springs)
     balanced = abs(pull.force) <= settings.free_hold_share * largest_gravity
-    stays = holds or (start.stated and is_open(start) and balanced)
+    stays = holds or (start.stated and balanced)
     if settings.dynamics is DynamicsRule.PAPER or not (holds or (stays and not sprung)):
         return Holding()
     balance = NO_BALANCE if sprung else counterbalance(start, pull, kind, least_inertia, settings)
