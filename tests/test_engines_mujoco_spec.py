@@ -130,3 +130,13 @@ def test_an_explosion_is_not_reset_and_writes_no_log(tmp_path: Path, monkeypatch
         world.step(600)
         assert not np.isfinite(world.positions()).all() or np.abs(world.velocities()).max() > 100.0
     assert not (tmp_path / "MUJOCO_LOG.TXT").exists()
+
+
+def test_a_rolling_resistance_that_the_urdf_states_counts_in_every_contact(tmp_path: Path) -> None:
+    urdf = write_urdf(tmp_path, [UrdfLink("root", 2.0, shapes=CUBE)], [])
+    plain = object_spec(urdf, free=True, contact_friction=0.5).compile()
+    assert (plain.geom_condim == 3).all(), "without one nothing resists rolling"
+    stated = "<contact><rolling_friction value='0.0005'/></contact></link>"
+    urdf.write_text(urdf.read_text(encoding="utf-8").replace("</link>", stated), encoding="utf-8")
+    model = object_spec(urdf, free=True, contact_friction=0.5).compile()
+    assert (model.geom_condim == 6).all() and model.geom_friction[:, 2] == pytest.approx(0.0005)

@@ -69,7 +69,9 @@ def test_no_flow_or_task_is_named_like_a_module_that_it_would_shadow() -> None:
 def test_make_lists_every_target_that_a_user_may_ask_for() -> None:
     listed = subprocess.run(["make", "help"], cwd=ROOT, capture_output=True, text=True, check=True, timeout=120).stdout
     targets = set(re.findall(r"^  ([a-z-]+)  ", listed, re.MULTILINE))
-    expected = "help install flow test test-fast lint typecheck failures settings views doctor nightly ui judge rules compare"
+    expected = (
+        "help install flow test test-fast lint typecheck failures settings views doctor nightly ui judge rules compare"
+    )
     expected += " bench-defects bench samples questions summary loaders weights picture clean"
     assert " ".join(sorted(targets)) == " ".join(sorted(expected.split()))
 

@@ -13,6 +13,8 @@ REFERENCE_STEPS = 3.0
 it allows, objects that stand on three points chatter and wander by millimetres; longer, and what falls sinks in."""
 FRICTION_RATIO = 100.0
 """How much stiffer friction is than contact (impratio): at 1 a block creeps down a slope by 2 mm/s."""
+ROLLING_DIMENSION = 6
+"""Dimension of contacts that resist sliding, spinning and rolling: of an object that is given rolling resistance."""
 TORSION_M, ROLLING_M = 5e-3, 1e-4
 """MuJoCo's own coefficients of spinning and rolling friction, m; contacts of dimension 3 use neither."""
 SOLVER_ITERATIONS = 100

@@ -14,6 +14,7 @@ from asset2sim.assets.mujoco_options import (
     FRICTION_SOLIMP,
     LIMIT_SOLIMP,
     LOCKED_RANGE,
+    ROLLING_DIMENSION,
     ROLLING_M,
     SOLVER_ITERATIONS,
     SOLVER_TOLERANCE,
@@ -96,13 +97,21 @@ def object_spec(urdf: Path, *, free: bool, contact_friction: float) -> mujoco.Mj
         joint.actfrclimited = mujoco.mjtLimited.mjLIMITED_FALSE
     give_dynamics(spec, read_dynamics(urdf))
     lock_joints(spec, root)
+    rolling = rolling_friction(root)
     for geom in spec.geoms:
-        geom.friction = [contact_friction, TORSION_M, ROLLING_M]
+        geom.friction = [contact_friction, TORSION_M, rolling or ROLLING_M]
+        geom.condim = ROLLING_DIMENSION if rolling > 0.0 else geom.condim
     if free:
         spec.worldbody.first_body().add_freejoint(name="root")
     else:
         exclude_related(spec)
     return spec
+
+
+def rolling_friction(root: "etree._Element") -> float:
+    """The rolling resistance that a URDF's tree states for its contacts, m; 0 where it states none."""
+    stated = root.find("link/contact/rolling_friction")
+    return 0.0 if stated is None else float(stated.get("value", 0.0))
 
 
 def prepared(urdf: Path) -> "etree._Element":

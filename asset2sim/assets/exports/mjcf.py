@@ -61,7 +61,7 @@ def mjcf_of(item: ExportObject, timestep_s: float) -> Element:
         iterations=str(mujoco_options.SOLVER_ITERATIONS),
         tolerance=number(mujoco_options.SOLVER_TOLERANCE),
     )
-    write_defaults(root, item.contact_friction, timestep_s)
+    write_defaults(root, item.contact_friction, item.rolling_friction_m, timestep_s)
     assets = etree.SubElement(root, "asset")
     geoms = write_looks(looks_of(item), item.folder, assets)
     names = collision_assets(item, assets)
@@ -79,7 +79,7 @@ def mjcf_of(item: ExportObject, timestep_s: float) -> Element:
     return root
 
 
-def write_defaults(root: Element, contact_friction: float, timestep_s: float) -> None:
+def write_defaults(root: Element, contact_friction: float, rolling_m: float, timestep_s: float) -> None:
     """Write the defaults of joints, and the default classes of visual and collision geoms."""
     defaults = etree.SubElement(root, "default")
     reference = numbers(mujoco_options.solref(timestep_s))
@@ -95,10 +95,12 @@ def write_defaults(root: Element, contact_friction: float, timestep_s: float) ->
     etree.SubElement(visual, "geom", group=VISUAL_GROUP, contype="0", conaffinity="0", mass="0")
     collision = etree.SubElement(defaults, "default", {"class": "collision"})
     # MuJoCo takes the larger coefficient of a contact; a higher priority lets the object's own decide on any floor.
-    friction = numbers((contact_friction, mujoco_options.TORSION_M, mujoco_options.ROLLING_M))
+    friction = numbers((contact_friction, mujoco_options.TORSION_M, rolling_m or mujoco_options.ROLLING_M))
+    dimension = {"condim": str(mujoco_options.ROLLING_DIMENSION)} if rolling_m > 0.0 else {}
     etree.SubElement(
         collision,
         "geom",
+        dimension,
         group=COLLISION_GROUP,
         friction=friction,
         priority="1",

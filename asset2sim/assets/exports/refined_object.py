@@ -86,6 +86,7 @@ class ExportObject:
     bodies: dict[str, ExportBody]
     joints: tuple[ExportJoint, ...]
     contact_friction: float
+    rolling_friction_m: float
 
     @property
     def initial(self) -> dict[str, float]:
@@ -119,6 +120,7 @@ def read_object(folder: Path, overlay: PhysicsOverlay) -> ExportObject:
         bodies={str(link.name): _body(link, folder) for link in robot.links},
         joints=tuple(_joint(joint, stated[joint.name], dynamics, overlay.initial_positions) for joint in tree),
         contact_friction=overlay.contact_friction,
+        rolling_friction_m=overlay.rolling_friction_m,
     )
 
 
