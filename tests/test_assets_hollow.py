@@ -5,7 +5,7 @@ import pytest
 import trimesh
 from scipy.spatial import ConvexHull
 
-from asset2sim.assets.meshes.hollow import Hollow, hollow_of, samples
+from asset2sim.assets.meshes.hollow import ALLOWED_DEPTH, Hollow, hollow_of, samples
 from asset2sim.assets.meshes.patches import MOST_CORNERS, MOST_GROUPS, PatchPiece, cut, grouped, join, piece_of
 from asset2sim.physics.arrays import Array
 
@@ -113,6 +113,25 @@ def test_others_keep_a_hollow_clear_that_no_ball_gets_to() -> None:
     # What stands in a closed solid stays there: nothing is cut for it.
     solid = hollow(boxes(((0.3, 0.2, 0.2), (0, 0, 0))))
     assert solid.with_reachable(samples(np.asarray(tray.triangles), 0.01)) is solid
+
+
+@pytest.mark.parametrize("spacing", [0.3, 1.0])
+def test_only_samples_that_cannot_matter_are_left_out(spacing: float) -> None:
+    """What is looked up for many hulls at once is what all of their samples show."""
+    random = np.random.default_rng(7)
+    for grid in (hollow(bin_of_sheets()), hollow(pail()), hollow(money_box())):
+        low, high = grid.low, grid.low + grid.cell_m * np.array(grid.depth.shape)
+        hulls = [piece_of(random.uniform(low, high, (count, 3)), THICKNESS) for count in (2, 4, 9, 40, 4)]
+        for hull in hulls:
+            points = samples(hull.triangles, spacing * grid.cell_m)
+            index = np.unique(grid.cells(points), axis=0)
+            open_ = grid.depth[tuple(index.T)] > ALLOWED_DEPTH
+            cells, of = grid.open_cells(hull.triangles, spacing * grid.cell_m)
+            assert np.array_equal(np.unique(cells), np.ravel_multi_index(tuple(index[open_].T), grid.depth.shape))
+            assert len(cells) == len(of) and (not len(of) or of.max() < len(hull.triangles))
+        deepest = [grid.at(samples(hull.triangles, grid.cell_m)) for hull in hulls]
+        expected = [depth if depth > ALLOWED_DEPTH else 0.0 for depth in deepest]
+        assert grid.deepest_each([(hull.points, hull.triangles) for hull in hulls]) == expected
 
 
 def test_the_same_mesh_gives_the_same_pieces() -> None:

@@ -103,6 +103,14 @@ def test_an_unusual_obj_goes_the_long_way(text: str) -> None:
     assert obj_points(text.encode()) is None
 
 
+def test_an_obj_that_is_written_anew_has_its_new_points(tmp_path: Path) -> None:
+    file = tmp_path / "box.obj"
+    for size in (1.0, 2.0, 1.0):
+        file.write_text(box_obj((0.0, 0.0, 0.0), (size, size, size)), encoding="utf-8")
+        points = mesh_points(file)
+        assert points.max() == size and not points.flags.writeable and mesh_points(file) is points
+
+
 def test_both_ways_find_the_same_points(tmp_path: Path) -> None:
     file = tmp_path / "box.obj"
     file.write_text(box_obj((0.0, 0.0, 0.0), (1.0, 2.0, 3.0)), encoding="utf-8")

@@ -195,6 +195,16 @@ def test_what_helps_one_engine_and_breaks_another_is_not_kept(bench: Bench) -> N
     assert asked[-1] == (bench.calm, (Engine.PYBULLET, Engine.MUJOCO), None)
 
 
+def test_what_breaks_a_second_engine_is_not_verified_in_a_third(bench: Bench) -> None:
+    def then(n: int, engine: Engine) -> Measurement:
+        return swing(0.01 if (engine is Engine.PYBULLET) == (n == 0) else 1e-5)
+
+    result, asked = seen_as(bench, then, (Engine.PYBULLET, Engine.MUJOCO, Engine.SAPIEN))
+    assert result.overlay == bench.calm and not any(step.accepted for step in result.trace)
+    wanted = [engines for overlay, engines, _ in asked if overlay != bench.calm]
+    assert (Engine.MUJOCO,) in wanted and (Engine.SAPIEN,) not in wanted
+
+
 def test_an_engine_that_dies_on_a_proposal_is_no_improvement(bench: Bench) -> None:
     asked = 0
 

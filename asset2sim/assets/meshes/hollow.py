@@ -173,8 +173,9 @@ ROUNDING = 1e-6
 """By how much boxes are made larger for rounding, in cells: a sample never lies outside of its triangle's box."""
 
 
-def hollow_of(triangles: Array, radius: float) -> Hollow:
-    """The hollow of (k, 3, 3) triangles for a ball of ``radius`` (m)."""
+def grid_over(triangles: Array, radius: float) -> tuple[Hollow, float]:
+    """A grid over (k, 3, 3) triangles for a ball of ``radius`` (m), of which nothing is hollow yet, and the ball's
+    radius in cells."""
     low, high = triangles.reshape(-1, 3).min(axis=0), triangles.reshape(-1, 3).max(axis=0)
     cell = radius / CELLS_A_RADIUS
     size = high - low + 2.0 * radius + 2.0 * OUTER_CELLS * cell
@@ -182,9 +183,14 @@ def hollow_of(triangles: Array, radius: float) -> Hollow:
     reach = max(radius / cell, 1.0)
     margin = cell * (reach + OUTER_CELLS)
     nothing = np.zeros(np.ceil((high - low + 2 * margin) / cell).astype(int) + 1, np.float32)
-    grid = Hollow(low - margin, cell, nothing, nothing)
+    return Hollow(low - margin, cell, nothing, nothing), reach
+
+
+def hollow_of(triangles: Array, radius: float) -> Hollow:
+    """The hollow of (k, 3, 3) triangles for a ball of ``radius`` (m)."""
+    grid, reach = grid_over(triangles, radius)
     empty = np.ones(grid.depth.shape, dtype=bool)
-    index = grid.cells(samples(triangles, cell / 2.0))
+    index = grid.cells(samples(triangles, grid.cell_m / 2.0))
     empty[index[:, 0], index[:, 1], index[:, 2]] = False
     distance = ndimage.distance_transform_edt(empty).astype(np.float32)
     centres = _from_outside(distance >= reach)
@@ -194,7 +200,7 @@ def hollow_of(triangles: Array, radius: float) -> Hollow:
     # The middle of a gap that is hardly wider than the ball must stay free under the loosest bound too.
     middle = centres & (distance <= LOOSE_DEPTHS[-1]) & (distance >= ndimage.maximum_filter(distance, 3))
     depth[middle] = OVER
-    return Hollow(grid.low, cell, depth, np.where(_from_outside(empty), distance, none))
+    return Hollow(grid.low, grid.cell_m, depth, np.where(_from_outside(empty), distance, none))
 
 
 def _from_outside(free: NDArray[np.bool_]) -> NDArray[np.bool_]:

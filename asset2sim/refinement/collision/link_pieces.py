@@ -11,7 +11,7 @@ from scipy import ndimage
 from asset2sim.assets.extract import Extraction
 from asset2sim.assets.hulls import outermost
 from asset2sim.assets.meshes.decompose import DecomposeSettings, decompose
-from asset2sim.assets.meshes.hollow import Hollow, hollow_of, samples
+from asset2sim.assets.meshes.hollow import Hollow, grid_over, hollow_of, samples
 from asset2sim.assets.meshes.hull import hull_of
 from asset2sim.assets.meshes.patches import ENOUGH, PatchPiece, cut, join, piece_of
 from asset2sim.assets.meshes.shells import shells
@@ -206,7 +206,7 @@ def standing(sheets: Sequence[Shell], solids: Sequence[Shell], sizes: Sizes) -> 
     large = [sheet for sheet in sheets if can_be_hollow(sheet, sizes)]
     if not large:
         return []
-    grid = hollow_of(np.vstack([s.triangles for s in [*solids, *large]]), sizes.ball_radius)
+    grid, _ = grid_over(np.vstack([s.triangles for s in [*solids, *large]]), sizes.ball_radius)
     taken = np.zeros(grid.depth.shape, dtype=bool)
     index = grid.cells(np.vstack([samples(s.triangles, grid.cell_m / 2.0) for s in solids]))
     taken[index[:, 0], index[:, 1], index[:, 2]] = True

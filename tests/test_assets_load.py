@@ -1,0 +1,51 @@
+"""An OBJ read without its looks is the mesh that trimesh makes of it."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+import trimesh
+
+from asset2sim.assets.meshes.load import load_mesh, obj_mesh
+from tests.assets import RAW
+
+SQUARE = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\n"
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        SQUARE + "f 1 2 3\nf 1 3 4\n",
+        SQUARE + "f 1 2 3 4\n",
+        SQUARE + "f 1 2 3\nf 1 2 3 4\n",
+        SQUARE + "v 0 0 1\nvt 0 0\nvt 1 1\nusemtl a\nf 1/1 2/2 3/1\nusemtl b\nf 1/2 3/1 4/1\nusemtl a\nf 1/1 2/1 5/2\n",
+        SQUARE + "vn 0 0 1\nvn 0 0 -1\nf 1//1 2//1 3//1\nf 3//2 2//2 1//2\nf -4//1 -2//1 -1//1\n",
+    ],
+    ids=["triangles", "quad", "mixed", "materials", "normals"],
+)
+def test_groups_come_in_the_same_order(text: str, tmp_path: Path) -> None:
+    file = tmp_path / "mesh.obj"
+    file.write_text(text, encoding="utf-8")
+    same_as_trimesh(file)
+
+
+def test_the_samples_are_read_as_before() -> None:
+    files = sorted(RAW.rglob("*.obj"))[::7]
+    assert files
+    for file in files:
+        same_as_trimesh(file)
+
+
+@pytest.mark.parametrize("text", ["", "v 0 0 0\n", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 9\n"])
+def test_what_holds_no_triangle_is_refused(text: str, tmp_path: Path) -> None:
+    file = tmp_path / "mesh.obj"
+    file.write_text(text, encoding="utf-8")
+    with pytest.raises(ValueError, match=r"mesh\.obj"):
+        load_mesh(file)
+
+
+def same_as_trimesh(file: Path) -> None:
+    """Check that both ways give the same arrays."""
+    found, whole = obj_mesh(file), trimesh.load_mesh(str(file), skip_materials=True, process=False)
+    assert found is not None and isinstance(whole, trimesh.Trimesh)
+    assert np.array_equal(found.vertices, whole.vertices) and np.array_equal(found.faces, whole.faces)
