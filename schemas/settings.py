@@ -259,8 +259,8 @@ class MethodSettings(Frozen):
     agent_steps: int = Field(12, ge=1)
     """Answers that an agent may give, tool calls included."""
     raw_asked: bool = False
-    """Whether a raw asset's joints are asked to stay where its file puts them: for planted defects, whose objects were
-    refined to stay there. An asset that nobody has refined asks for nothing."""
+    """Whether a raw asset's joints that its file leaves closed are asked to stay so: for planted defects, whose objects
+    were refined to stay there. An asset that nobody has refined asks for nothing."""
 
 
 class ViewSettings(Frozen):

@@ -13,13 +13,15 @@ ENGINE_MASS_KG = 1.0
 """Mass that PyBullet gives a link whose URDF states none, kg ..."""
 ENGINE_INERTIA = (1.0, 0.0, 0.0, 1.0, 0.0, 1.0)
 """... and its inertia, kg·m²."""
+CLOSED_SHARE = 0.02
+"""Share of its range from its closed end within which a joint counts as closed."""
 LEAST = 1e-9
 """Least mass that is recorded, kg: a record may not hold a mass of zero."""
 
 
 def authored_overlay(extraction: Extraction, settings: PhysicsSettings, *, asked: bool = False) -> PhysicsOverlay:
     """The overlay that changes nothing: scale 1, inertials and dynamics as authored, joints at zero or their limit.
-    ``asked``: every joint with limits is asked to stay there, by which the state check judges it."""
+    ``asked``: every joint that this leaves closed is asked to stay so, by which the state check judges it."""
     features = extraction.features
     dynamics = read_dynamics(extraction.urdf)
     joints = tuple(
@@ -44,7 +46,7 @@ def authored_overlay(extraction: Extraction, settings: PhysicsSettings, *, asked
             effective_inertia=0.0,
             gravity_load=0.0,
             holds=False,
-            asked_position=start_of(joint) if asked and joint.lower is not None else None,
+            asked_position=start_of(joint) if asked and starts_closed(joint) else None,
         )
         for joint in features.movable_joints
     )
@@ -63,6 +65,13 @@ def start_of(joint: JointFeatures) -> float:
     if joint.lower is None or joint.upper is None or joint.lower > joint.upper:
         return 0.0
     return float(np.clip(0.0, joint.lower, joint.upper))
+
+
+def starts_closed(joint: JointFeatures) -> bool:
+    """Whether the joint has limits and starts at its closed end."""
+    if joint.lower is None or joint.upper is None or joint.closed is None:
+        return False
+    return abs(start_of(joint) - joint.closed) <= CLOSED_SHARE * abs(joint.upper - joint.lower)
 
 
 def link_of(link: LinkFeatures) -> LinkPhysics:

@@ -30,7 +30,7 @@ DEFECTS: tuple[Defect, ...] = (
     Defect("damping negative", LID, joints.damping_negative, left.damping_left),
     Defect("spring without damping", LID, joints.spring_undamped, left.spring_left),
     Defect("stiffness over the bound", DRAWER, joints.stiffness_unstable, left.spring_left),
-    Defect("spring that opens a lid", LID, joints.spring_opens, left.spring_left),
+    Defect("spring that opens a lid", SCREEN, joints.spring_opens, left.spring_left),
     Defect("friction beyond a hand", LID, joints.friction_times(8.0), left.hand_left),
     Defect("friction that sticks", DOOR, joints.friction_sticks, left.friction_left),
     Defect("friction negative", SCREEN, joints.friction_negative, left.friction_left),
