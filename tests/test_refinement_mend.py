@@ -11,9 +11,9 @@ from asset2sim.assets.hulls import link_hulls
 from asset2sim.assets.urdf.read import read_dynamics
 from asset2sim.checks.rest import measure
 from asset2sim.checks.verdict import failures_of, measurement_verdict, oscillating_joints, report_verdict
+from asset2sim.refinement.dynamics.case import Case
 from asset2sim.refinement.dynamics.mend import Mended, concerned_joints, mend
 from asset2sim.refinement.dynamics.remedies import (
-    Case,
     firmer,
     firmer_hold,
     less_damping,

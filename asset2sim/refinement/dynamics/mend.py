@@ -4,7 +4,8 @@ from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 
 from asset2sim.checks.verdict import Failure, failures_of
-from asset2sim.refinement.dynamics.remedies import REMEDIES, Case, Remedy, remedies_for
+from asset2sim.refinement.dynamics.case import Case, Remedy
+from asset2sim.refinement.dynamics.remedies import REMEDIES, remedies_for
 from asset2sim.refinement.notes import changes
 from schemas.base import Vector3
 from schemas.features import Features

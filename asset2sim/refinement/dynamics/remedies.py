@@ -5,15 +5,10 @@ step, inertia only upwards, no friction added to a joint with a spring.
 """
 
 from collections.abc import Callable
-from dataclasses import dataclass
 
-from scipy.spatial.transform import Rotation
-
-from asset2sim.models.language.tables import sizes
-from asset2sim.physics.arrays import vector
 from asset2sim.physics.mass_matrix import GRAVITY_M_S2
-from schemas.base import Vector3
-from schemas.features import Features
+from asset2sim.refinement.dynamics.case import Case, Remedy
+from asset2sim.refinement.dynamics.lying import lie_back, lie_down
 from schemas.overlay import JointPhysics, LinkPhysics, PhysicsOverlay
 from schemas.settings import Settings
 from schemas.vocabulary import FailureMode, Source
@@ -30,38 +25,8 @@ LOOSER_FACTOR = 0.6
 """Factor on the friction of a joint that a hand cannot move, per step."""
 LIGHT_INERTIA_FACTOR = 3.0
 """Factor on the inertia of light links of an object that explodes, per step."""
-LEAST_TURN_RAD = 1e-3
-"""Turn below which an object rests as it is set down, rad."""
-LEANING_RAD = 0.35
-"""Turn, rad, up to which an object rests nearly as authored: 20 degrees, as on an uneven underside."""
 LIGHT_SHARE = 0.1
 """Share of the heaviest link's inertia below which a link counts as light."""
-
-
-@dataclass(frozen=True)
-class Case:
-    """Inputs of a remedy: the asset, the settings, the joints that the failing check concerns (empty: all)."""
-
-    features: Features
-    settings: Settings
-    joints: tuple[str, ...]
-    rest_turn_rad: Vector3 = (0.0, 0.0, 0.0)
-    """How the object turned until it rested in the engine of the failing check."""
-
-    def about(self, joint: JointPhysics) -> bool:
-        """Whether the failing check concerns this joint."""
-        return not self.joints or joint.name in self.joints
-
-
-Change = Callable[[Case, PhysicsOverlay], PhysicsOverlay | None]
-
-
-@dataclass(frozen=True)
-class Remedy:
-    """One way to change an overlay, and its name in the trace."""
-
-    name: str
-    change: Change
 
 
 def with_joints(
@@ -243,17 +208,6 @@ def rolling_resistance(case: Case, overlay: PhysicsOverlay) -> PhysicsOverlay | 
     return overlay.model_copy(update={"rolling_friction_m": ROLLING_M})
 
 
-def lie_down(case: Case, overlay: PhysicsOverlay) -> PhysicsOverlay | None:
-    """The object written as it comes to rest, where that is near how it is authored, or where such things are put down
-    on any side: a pen, a suitcase. A cabinet that topples is not mended by lying."""
-    turn = Rotation.from_rotvec(case.rest_turn_rad)
-    known = sizes().get(case.features.category)
-    if turn.magnitude() < LEAST_TURN_RAD or (turn.magnitude() > LEANING_RAD and not (known and known.lies)):
-        return None
-    whole = turn * Rotation.from_rotvec(overlay.turned_rad)
-    return overlay.model_copy(update={"turned_rad": vector(whole.as_rotvec())})
-
-
 _DAMPED = Remedy("more damping", more_damping)
 _FIRMER, _HOLD = Remedy("more damping and friction", firmer), Remedy("firmer hold", firmer_hold)
 _ROLLING, _ROUGHER = Remedy("rolling resistance", rolling_resistance), Remedy("rougher contact", rougher_contact)
@@ -262,7 +216,7 @@ _EXPLOSION = (Remedy("less damping", less_damping), _INERTIA, Remedy("mass ratio
 _STILL = (_FIRMER, _ROLLING, _ROUGHER, _INERTIA)
 
 REMEDIES: dict[FailureMode, tuple[Remedy, ...]] = {
-    FailureMode.STANDS: (Remedy("written as it lies", lie_down), _ROUGHER),
+    FailureMode.STANDS: (Remedy("laid on its back", lie_back), Remedy("written as it lies", lie_down), _ROUGHER),
     FailureMode.STATE: (_HOLD, _DAMPED),
     FailureMode.OSCILLATION: (_FIRMER, _SOFTER),
     FailureMode.DRIFT: (_FIRMER, _ROLLING, _ROUGHER, *_EXPLOSION),

@@ -1,0 +1,38 @@
+"""Remedies for what does not stay as it is set down: the whole object turned, to lie as such things lie."""
+
+import math
+
+from scipy.spatial.transform import Rotation
+
+from asset2sim.models.language.tables import sizes
+from asset2sim.physics.arrays import vector
+from asset2sim.refinement.dynamics.case import Case
+from schemas.overlay import PhysicsOverlay
+
+LEAST_TURN_RAD = 1e-3
+"""Turn below which an object rests as it is set down, rad."""
+LEANING_RAD = 0.35
+"""Turn, rad, up to which an object rests nearly as authored: 20 degrees, as on an uneven underside."""
+
+
+def lie_down(case: Case, overlay: PhysicsOverlay) -> PhysicsOverlay | None:
+    """The object written as it comes to rest, where that is near how it is authored, or where such things are put down
+    on any side: a pen, a suitcase. A cabinet that topples is not mended by lying."""
+    turn = Rotation.from_rotvec(case.rest_turn_rad)
+    known = sizes().get(case.features.category)
+    if turn.magnitude() < LEAST_TURN_RAD or (turn.magnitude() > LEANING_RAD and not (known and known.lies)):
+        return None
+    whole = turn * Rotation.from_rotvec(overlay.turned_rad)
+    return overlay.model_copy(update={"turned_rad": vector(whole.as_rotvec())})
+
+
+def lie_back(case: Case, overlay: PhysicsOverlay) -> PhysicsOverlay | None:
+    """The object laid on the side away from which it falls, where such things are put down on any side: a suitcase that
+    its open lid pulls over lies on its back."""
+    angle = math.dist(case.rest_turn_rad, (0.0, 0.0, 0.0))
+    known = sizes().get(case.features.category)
+    if angle <= LEANING_RAD or not (known and known.lies):
+        return None
+    back = Rotation.from_rotvec([-math.pi / 2.0 * value / angle for value in case.rest_turn_rad])
+    whole = back * Rotation.from_rotvec(overlay.turned_rad)
+    return overlay.model_copy(update={"turned_rad": vector(whole.as_rotvec())})
