@@ -217,15 +217,16 @@ def test_limits_and_dynamics(golden: Refined) -> None:
     pull = (golden.link("pin").inertial.mass + 0.25) * 9.81
     needed = PHYSICS.effort_margin * (float(slide.dynamics.friction) + pull)
     assert near9((slide.limit.effort, slide.limit.velocity), (needed, PHYSICS.default_velocity))
-    # A requested state is held with one and a half times gravity's pull there, or what a bump pulls sideways.
+    # A requested state is held with one and a half times gravity's pull there, or by as much as a bump pulls sideways.
     frame = rotation(0.1, 0.2, 0.3)
     arm = frame @ rotation(0, 0, 0.75) @ np.array((0.125, 0.025, 0.25))
     lever = np.cross(frame[:, 2], arm)
-    load = 3.125 * 9.81 * max(abs(lever[2]), 0.25 * float(np.linalg.norm(lever)))
-    assert load > 0.125 and near9((hinge.dynamics.damping, hinge.dynamics.friction), (0.0625, 1.5 * load))
+    held = 3.125 * 9.81 * max(1.5 * abs(lever[2]), 0.25 * float(np.linalg.norm(lever)))
+    assert held > 0.125 and near9((hinge.dynamics.damping, hinge.dynamics.friction), (0.0625, held))
     # The pin carries its tip.
     load = (golden.link("pin").inertial.mass + 0.25) * 9.81
-    assert near9(slide.dynamics.friction, 1.5 * load)
+    # It is far too heavy for a hand, so that its friction only just holds it.
+    assert near9(slide.dynamics.friction, PHYSICS.least_hold_margin * load)
     part = next(item for item in golden.overlay.joints if item.name == "pin_slide")
     assert near9(slide.dynamics.damping, part.effective_inertia / 0.5)
     written_terms = golden.root.find("joint[@name='pin_slide']/dynamics")

@@ -39,7 +39,9 @@ def test_an_object_of_the_paper_with_a_model_that_looks(tmp_path: Path) -> None:
         done = subprocess.run(command, cwd=ROOT, env=environment, text=True, capture_output=True, timeout=LIMIT_S)
     assert done.returncode == 0, done.stdout + done.stderr
     rows = [json.loads(line) for line in log.read_text(encoding="utf-8").splitlines()]
-    assert [(row["asset_id"], row["purpose"]) for row in rows] == [(CHOSEN, "synthesis"), (CHOSEN, "refinement")]
+    # Without the interaction checks nothing lays the suitcase on its back, and the model is asked where its lid stays.
+    purposes = [row["purpose"] for row in rows if row["asset_id"] == CHOSEN]
+    assert purposes == ["synthesis", *["refinement"] * (len(rows) - 1)] and 2 <= len(rows) <= 3
     for row in rows:
         labels = VIEWS if row["purpose"] == "synthesis" else STATE_VIEWS
         assert [image["label"] for image in row["images"]] == labels

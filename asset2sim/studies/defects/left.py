@@ -27,6 +27,8 @@ OVERLAP_M = 2e-3
 """Overlap of two links that contact margins can cause, m."""
 MIN_DAMPING_RATIO = 0.3
 """Least damping ratio of a spring that comes to rest soon."""
+HAND_FACTOR = 3.0
+"""Friction over the clean one's, or over the part's weight, from which a hand cannot move it."""
 STICKS_FACTOR = 20.0
 """Friction over the clean one's from which a joint still sticks."""
 
@@ -117,19 +119,10 @@ def friction_left(clean: RefinedAsset, mended: RefinedAsset, at: Target) -> str:
 
 
 def hand_left(clean: RefinedAsset, mended: RefinedAsset, at: Target) -> str:
-    """Reason if the joint takes more than a hand, or its object's stand, allows."""
-    found = terms_of(mended, at).friction
-    most = clean_effort(clean, at)
-    return f"friction of '{at.joint}' is {found:.3g}, the clean joint takes {most:.3g} in all" if found > most else ""
-
-
-def clean_effort(clean: RefinedAsset, at: Target) -> float:
-    """The largest effort, N·m or N, that moves the target joint of the clean asset in any engine."""
-    seen = (report.interaction for report in clean.record.reports)
-    efforts = [
-        record.effort for item in seen if item is not None for record in item.efforts if record.joint == at.joint
-    ]
-    return max(efforts, default=0.0)
+    """Reason if the friction is beyond what holds the clean joint and a hand can move."""
+    found, good = terms_of(mended, at).friction, terms_of(clean, at).friction
+    most = HAND_FACTOR * max(good, abs(joint_of(clean, at).gravity_load))
+    return f"friction of '{at.joint}' is {found:.3g}, the clean one {good:.3g}" if found > most else ""
 
 
 def effort_left(clean: RefinedAsset, mended: RefinedAsset, at: Target) -> str:

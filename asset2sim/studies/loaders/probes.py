@@ -116,7 +116,9 @@ def spring_share(loader: Loader, folder: Path, item: ExportObject, joint: Export
     """The share of the stated spring's force that a joint feels when it is let go in the middle of its range."""
     terms = joint.dynamics
     stated = terms.stiffness * (terms.spring_reference - middle(joint))
-    return gained(loader, folder, joint, 0.0, loose=False) / FINE_STEP_S * stated_inertia(item, joint) / stated
+    # What the loader gives it to move, an armature included.
+    inertia = read_inertia(loader, folder, item, joint)
+    return gained(loader, folder, joint, 0.0, loose=False) / FINE_STEP_S * inertia / stated
 
 
 def effort_share(loader: Loader, folder: Path, item: ExportObject, joint: ExportJoint) -> float:
