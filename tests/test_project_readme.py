@@ -16,7 +16,7 @@ BEGIN, END = markers("summary")
 
 def table() -> dict[str, str]:
     block = README.split(BEGIN, 1)[1].split(END, 1)[0]
-    lines = [line for line in block.splitlines() if line.startswith("| ")]
+    lines = [line for line in block.splitlines() if line.startswith("| ") and not line.startswith("| --- ")]
     rows = [[cell.strip() for cell in line.strip("|").split("|")] for line in lines]
     return {row[0]: row[2] for row in rows[1:]}
 
