@@ -210,7 +210,7 @@ class MethodSettings(Frozen):
     """Answers that an agent may give, tool calls included."""
     raw_asked: bool = False
     """Whether a raw asset's joints that its file leaves closed are asked to stay so: for planted defects, whose objects
-    were refined to stay there. An asset that nobody has refined asks for nothing."""
+    were refined to that state. An authored asset has no requested state."""
 
 
 class ViewSettings(Frozen):

@@ -143,8 +143,8 @@ def damper(
 ) -> Term:
     """Damping c = I / τ, at least what keeps a spring from ringing, at most ``max_damping_step`` I / Δt.
 
-    The bound counts the part's own inertia even where it has an armature: whoever reads the URDF alone gets the damping
-    and not the armature. A part with an armature rests on a stop, which takes its speed.
+    The bound is from the part's own inertia even where it has an armature: URDF has no field for an armature, and
+    engines that read it apply the damping without one. A part with an armature rests on a stop, which takes its speed.
     """
     largest = largest_damping(moved, settings)
     if proposal.damping is not None:

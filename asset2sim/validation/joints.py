@@ -8,12 +8,11 @@ from asset2sim.physics.dynamics import joint_terms
 from asset2sim.physics.kinematics import TreeJoint, subtree
 from asset2sim.physics.mass_matrix import Body, JointSpace, Pull, joint_space
 from asset2sim.physics.terms import JointLoad, JointTerms, Term
-from asset2sim.validation.handling import Handling, standing_part
+from asset2sim.validation.handling import Handling, bounded_press, standing_part
 from asset2sim.validation.holding import NO_BALANCE, Holding, counterbalance, holding
 from asset2sim.validation.limits import Range
 from asset2sim.validation.notes import Notes
 from asset2sim.validation.positions import Start, turned
-from asset2sim.validation.press import bounded_press
 from schemas.features import Features
 from schemas.overlay import JointPhysics, JointProposal
 from schemas.settings import PhysicsSettings
@@ -159,7 +158,7 @@ def held_where_left(
     settings: PhysicsSettings,
 ) -> Holding:
     """What holds a joint that must stay where it is placed, or that is asked to stand near its balance though it moves
-    freely: there a friction that nobody feels does."""
+    freely: there the friction that this takes is small."""
     springs = (proposal.stiffness, proposal.spring_hz, proposal.returns_s, proposal.press_start, proposal.press_end)
     sprung = any(value is not None for value in springs)
     balanced = abs(pull.force) <= settings.free_hold_share * largest_gravity

@@ -9,9 +9,8 @@ import pytest
 from asset2sim.physics.arrays import Array
 from asset2sim.physics.kinematics import TreeJoint
 from asset2sim.physics.mass_matrix import Body
-from asset2sim.validation.handling import Handling, handlings
+from asset2sim.validation.handling import Handling, bounded_press, handlings
 from asset2sim.validation.notes import Notes
-from asset2sim.validation.press import bounded_press
 from schemas.overlay import JointProposal
 from schemas.settings import PhysicsSettings
 from tests.builders import corners, tree_joint
