@@ -21,7 +21,7 @@ from asset2sim.checks.nudge import nudges
 from asset2sim.checks.release import releases
 from asset2sim.checks.reset import reset, starts
 from asset2sim.checks.stand import stand
-from asset2sim.checks.support import point_clouds
+from asset2sim.checks.support_polygon import point_clouds
 from asset2sim.engines.world import World
 from schemas.interaction import Interaction
 from schemas.vocabulary import Engine

@@ -8,7 +8,7 @@ import pytest
 
 from asset2sim.checks.interact import interact
 from asset2sim.checks.interaction_verdict import reset_verdict
-from asset2sim.physics.support import standing_on
+from asset2sim.physics.support_polygon import standing_on
 from schemas.interaction import Interaction, Reset
 from schemas.vocabulary import Engine, OverlapCause
 from tests.assets import near

@@ -10,7 +10,7 @@ from asset2sim.checks.interact import interact
 from asset2sim.checks.interaction_verdict import interaction_verdicts
 from asset2sim.checks.opening import openings
 from asset2sim.checks.stand import settled, stand
-from asset2sim.checks.support import point_clouds
+from asset2sim.checks.support_polygon import point_clouds
 from schemas.interaction import Effort
 from schemas.overlay import EffortRange
 from schemas.vocabulary import Engine, FailureMode

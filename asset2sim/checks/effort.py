@@ -5,10 +5,10 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from asset2sim.checks.mechanism import Mechanism, poses_at
-from asset2sim.checks.support import Clouds
+from asset2sim.checks.support_polygon import Clouds
 from asset2sim.physics.arrays import Array
 from asset2sim.physics.grip import Grip, grip_on
-from asset2sim.physics.support import DOWNWARD, Support
+from asset2sim.physics.support_polygon import DOWNWARD, SupportPolygon
 from schemas.interaction import Effort, Opening
 from schemas.overlay import JointPhysics
 from schemas.settings import Thresholds
@@ -18,7 +18,7 @@ def efforts(
     item: Mechanism,
     clouds: Clouds,
     openings: Sequence[Opening],
-    support: Support | None,
+    support: SupportPolygon | None,
     friction: float,
     limits: Thresholds,
 ) -> tuple[Effort, ...]:
@@ -56,7 +56,7 @@ def bears_the_rest(item: Mechanism, joint: JointPhysics) -> bool:
     return moved > sum(body.mass for body in item.bodies.values()) / 2.0
 
 
-def in_hand(joint: JointPhysics, direction: Array, support: Support, limits: Thresholds) -> bool:
+def in_hand(joint: JointPhysics, direction: Array, support: SupportPolygon, limits: Thresholds) -> bool:
     """Whether a hand holds the object while another moves the part along the (3,) direction: of a light object, a part
     with a spring that the table does not press back."""
     sprung = joint.stiffness > 0.0 and not joint.holds

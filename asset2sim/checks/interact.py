@@ -15,12 +15,12 @@ from asset2sim.checks.opening import openings
 from asset2sim.checks.release import releases
 from asset2sim.checks.reset import reset, starts
 from asset2sim.checks.stand import Resting, settled, stand
-from asset2sim.checks.support import Clouds, point_clouds
+from asset2sim.checks.support_polygon import Clouds, point_clouds
 from asset2sim.checks.sweep import CauseOf, sweeps
 from asset2sim.checks.watch import capped, watch
 from asset2sim.engines.registry import open_world
 from asset2sim.engines.world import World
-from asset2sim.physics.support import Support
+from asset2sim.physics.support_polygon import SupportPolygon
 from schemas.interaction import Drop, Interaction, Reset
 from schemas.overlay import PhysicsOverlay
 from schemas.settings import EngineSettings, Thresholds
@@ -126,7 +126,7 @@ def on_a_plane(
     settings: EngineSettings,
     limits: Thresholds,
     only: FailureMode | None,
-) -> tuple[Interaction, Support | None]:
+) -> tuple[Interaction, SupportPolygon | None]:
     """The checks with a free root, and what the object rests on: how it stands, the drop at both steps, and the
     perturbed starts; or ``only`` one of them."""
     seen, support = Interaction(engine=engine), None
@@ -165,7 +165,12 @@ def drop(world: World, positions: Mapping[str, float], settings: EngineSettings)
 
 
 def perturbed(
-    free: SharedWorld, item: Mechanism, resting: Resting, support: Support, settings: EngineSettings, limits: Thresholds
+    free: SharedWorld,
+    item: Mechanism,
+    resting: Resting,
+    support: SupportPolygon,
+    settings: EngineSettings,
+    limits: Thresholds,
 ) -> tuple[Reset, ...]:
     """The perturbed starts, compared with how the object rests when it is set down undisturbed."""
     # Every second corner of a box gives a tetrahedron: four starts that still tilt in every direction.

@@ -11,7 +11,7 @@ from asset2sim.checks.watch import capped, watch
 from asset2sim.engines.world import World
 from asset2sim.physics.arrays import vector
 from asset2sim.physics.mass_matrix import GRAVITY_M_S2
-from asset2sim.physics.support import Support
+from asset2sim.physics.support_polygon import SupportPolygon
 from schemas.base import Vector3
 from schemas.interaction import Reset
 from schemas.settings import EngineSettings, Thresholds
@@ -42,7 +42,7 @@ def reset(
     shift: Vector3,
     tilt: Vector3,
     resting: Resting,
-    support: Support,
+    support: SupportPolygon,
     settings: EngineSettings,
     limits: Thresholds,
 ) -> Reset:
@@ -85,7 +85,7 @@ def held_motion(item: Mechanism, world: World, resting: Resting, limits: Thresho
     return furthest
 
 
-def slip_given(item: Mechanism, joint: str, shift: Vector3, tilt: Vector3, support: Support) -> float:
+def slip_given(item: Mechanism, joint: str, shift: Vector3, tilt: Vector3, support: SupportPolygon) -> float:
     """How far, as a share of its range, a joint slips while its friction brakes the fall of its part from one start.
 
     The part's m g h, h being the start's height and its tilt over the part's distance from the far edge of the support,

@@ -7,12 +7,12 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from asset2sim.checks.mechanism import Mechanism, span_of
-from asset2sim.checks.support import Clouds, support_of
+from asset2sim.checks.support_polygon import Clouds, support_polygon_of
 from asset2sim.checks.watch import capped, watch
 from asset2sim.engines.world import World
 from asset2sim.physics.arrays import Array, vector
 from asset2sim.physics.mass_matrix import GRAVITY_M_S2
-from asset2sim.physics.support import Support
+from asset2sim.physics.support_polygon import SupportPolygon
 from schemas.interaction import SettledJoint, Stand
 from schemas.overlay import JointPhysics
 from schemas.settings import EngineSettings
@@ -64,7 +64,9 @@ class Motion:
         return False
 
 
-def stand(world: World, item: Mechanism, clouds: Clouds, settings: EngineSettings) -> tuple[Stand, Resting, Support]:
+def stand(
+    world: World, item: Mechanism, clouds: Clouds, settings: EngineSettings
+) -> tuple[Stand, Resting, SupportPolygon]:
     """Set the object down undisturbed and watch until it rests, for ``settle_s`` at most; how it rests, and on what."""
     world.place(item.start, height_m=settings.drop_height_m)
     motion = Motion(world)
@@ -76,7 +78,7 @@ def stand(world: World, item: Mechanism, clouds: Clouds, settings: EngineSetting
         resting = Resting(up_in_root(world), dict(joints))
     # The root's own frame is upright where it is set down; the pose that an engine gives may be of another frame.
     up = motion.turned.inv().apply(UP)
-    support = support_of(item, clouds, up, resting.joints)
+    support = support_polygon_of(item, clouds, up, resting.joints)
     record = Stand(
         tilt_rad=capped(motion.tilt_rad),
         travel_m=capped(motion.travel_m),

@@ -12,7 +12,7 @@ from asset2sim.physics.arrays import Array
 from asset2sim.physics.grip import grip_on
 from asset2sim.physics.kinematics import TreeJoint, link_to_root, subtree
 from asset2sim.physics.mass_matrix import Body
-from asset2sim.physics.support import DOWNWARD, Support, standing_on
+from asset2sim.physics.support_polygon import DOWNWARD, SupportPolygon, standing_on
 from asset2sim.validation.notes import Notes
 from schemas.features import Features, JointFeatures
 from schemas.overlay import EffortRange, JointProposal
@@ -129,7 +129,7 @@ def is_pressed(proposal: JointProposal | None) -> bool:
     return proposal is not None and (proposal.press_start is not None or proposal.press_end is not None)
 
 
-def bearable(support: Support, point: Array, direction: Array, friction: float) -> float:
+def bearable(support: SupportPolygon, point: Array, direction: Array, friction: float) -> float:
     """The force (N) at a (3,) point along a (3,) unit direction at which the object tips over or slides."""
     limits = (support.tips_at(point, direction), support.slides_at(direction, friction))
     return min((limit for limit in limits if limit is not None), default=math.inf)

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from asset2sim.physics.grip import grip_on
-from asset2sim.physics.support import standing_on
+from asset2sim.physics.support_polygon import standing_on
 
 UP = np.array([0.0, 0.0, 1.0])
 G = 9.81

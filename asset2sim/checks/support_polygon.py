@@ -8,7 +8,7 @@ from lxml import etree
 
 from asset2sim.checks.mechanism import Mechanism, collision_points, poses_at
 from asset2sim.physics.arrays import Array
-from asset2sim.physics.support import Support, standing_on
+from asset2sim.physics.support_polygon import SupportPolygon, standing_on
 
 Clouds = Mapping[str, Array]
 """Link → (n, 3) points that span its collision shapes, in the link's frame, m."""
@@ -21,7 +21,7 @@ def point_clouds(urdf: Path) -> dict[str, Array]:
     return {name: points for name, points in clouds.items() if len(points)}
 
 
-def support_of(item: Mechanism, clouds: Clouds, up: Array, positions: Mapping[str, float]) -> Support:
+def support_polygon_of(item: Mechanism, clouds: Clouds, up: Array, positions: Mapping[str, float]) -> SupportPolygon:
     """The support of an object at rest on a plane, (3,) ``up`` being the world's in the root's frame, joints at
     ``positions`` (rad or m)."""
     poses = poses_at(item, positions)

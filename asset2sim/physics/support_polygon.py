@@ -16,7 +16,7 @@ STANDING_M = 3e-3
 
 
 @dataclass(frozen=True)
-class Support:
+class SupportPolygon:
     """An object at rest, in the root's frame: (3,) world ``up``, its mass (kg) and (3,) centre of mass, the ``floor``
     (m along ``up``), and the edges of what it stands on: (k, 3) outward ``normals`` along the floor and ``offsets``
     (k,), normal · x + offset being the distance (m) of a point beyond the edge. No edge where it stands on less than a
@@ -81,7 +81,7 @@ class Support:
         return friction * self.mass * GRAVITY_M_S2 / pull if pull > 0.0 else None
 
 
-def standing_on(points: Array, center: Array, mass: float, up: Array) -> Support:
+def standing_on(points: Array, center: Array, mass: float, up: Array) -> SupportPolygon:
     """The support of a body of (n, 3) points with this mass (kg) and (3,) centre of mass."""
     heights = points @ up
     floor = float(heights.min())
@@ -90,4 +90,4 @@ def standing_on(points: Array, center: Array, mass: float, up: Array) -> Support
         edges = ConvexHull(points[heights <= floor + STANDING_M] @ across.T).equations
     except (QhullError, ValueError):
         edges = np.zeros((0, 3))
-    return Support(up, mass, center, floor, edges[:, :2] @ across, edges[:, 2])
+    return SupportPolygon(up, mass, center, floor, edges[:, :2] @ across, edges[:, 2])
