@@ -6,6 +6,7 @@ from typing import Literal
 from pydantic import Field
 
 from schemas.base import Finite, Fraction, Frozen, Inertia6, NonNegative, Positive, Vector3
+from schemas.support import Mount, Support, SupportKind
 from schemas.vocabulary import MassRule, Source, VolumeSource
 
 Level = Literal["super low", "low", "medium", "high", "super high"]
@@ -77,6 +78,15 @@ class JointProposal(Frozen):
     damping_level: Level | None = None
 
 
+class SupportProposal(Frozen):
+    """What a model says carries the object; ``mount`` is what a fixed one is fixed to, ``confidence`` 0 to 1."""
+
+    kind: SupportKind
+    mount: Mount | None = None
+    confidence: Fraction = 0.5
+    reason: str = ""
+
+
 class MassChange(Frozen):
     """The whole object's mass, kg, as its parts gave it and as it was brought to, and why in words."""
 
@@ -99,6 +109,7 @@ class Overlay(Frozen):
 
     scale: Positive
     contact_material: str | None = None
+    support: SupportProposal | None = None
     links: tuple[LinkProposal, ...] = ()
     joints: tuple[JointProposal, ...] = ()
     initial_joint_positions: dict[str, Finite] = Field(default_factory=dict)
@@ -193,6 +204,8 @@ class PhysicsOverlay(Frozen):
     turned_rad: Vector3 = (0.0, 0.0, 0.0)
     """Rotation vector by which the whole object is turned about its root's origin from how it is authored, rad: what
     does not stand as authored is written as it lies."""
+    support: Support = Support()
+    """What carries the object: the root of a fixed one is held to the world."""
     links: tuple[LinkPhysics, ...]
     joints: tuple[JointPhysics, ...]
     notes: tuple[str, ...] = ()
