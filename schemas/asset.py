@@ -12,6 +12,7 @@ from schemas.interaction import EngineReport, OverlapPair
 from schemas.measurement import Measurement
 from schemas.overlay import PhysicsOverlay
 from schemas.request import ModelCall
+from schemas.support import SupportKind
 from schemas.vocabulary import FailureMode, Method, Status
 
 
@@ -24,13 +25,14 @@ class Unchanged(Frozen):
 
 
 class AssetRef(Frozen):
-    """An asset's absolute folder, category, subset and user prompt."""
+    """An asset's absolute folder, category, subset and user prompt; ``support``: what the manifest says carries it."""
 
     asset_id: str
     path: str
     category: str | None = None
     subset: str | None = None
     prompt: str | None = None
+    support: SupportKind | None = None
 
 
 class FoundAssets:

@@ -161,7 +161,8 @@ class Effort(Frozen):
 
 
 class Reset(Frozen):
-    """One start from a perturbed pose: shifted by ``offset_m``, turned by ``tilt_rad`` (a rotation vector)."""
+    """One start from a perturbed pose: shifted by ``offset_m``, turned by ``tilt_rad`` (a rotation vector), or on a
+    held base with every joint moved by ``joint_share``."""
 
     offset_m: Vector3
     tilt_rad: Vector3
@@ -174,6 +175,8 @@ class Reset(Frozen):
     within the tolerance of the hold check."""
     joint: str | None = None
     """The joint of ``joint_motion``; None where that is 0."""
+    joint_share: NonNegative = 0.0
+    """How far every joint started from its initial position, as a share of its range: where the base is held."""
     slip_given: NonNegative = 0.0
     """Share of its range over which that joint's friction brakes the fall that the start gives its part."""
     finite: bool

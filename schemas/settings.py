@@ -6,8 +6,9 @@ from pydantic import Field
 
 from schemas.base import Fraction, Frozen, NonNegative, Positive
 from schemas.model_names import ModelSettings as ModelSettings
+from schemas.support import SupportKind
 from schemas.thresholds import Thresholds as Thresholds
-from schemas.vocabulary import CollisionMode, DynamicsRule, Engine, Export, Method, Redo, StateMode
+from schemas.vocabulary import BaseMode, CollisionMode, DynamicsRule, Engine, Export, Method, Redo, StateMode
 
 
 class PhysicsSettings(Frozen):
@@ -149,6 +150,8 @@ class EngineSettings(Frozen):
     """Positions of a joint at which a sweep looks for overlaps."""
     resets: int = Field(8, ge=0)
     """Perturbed starts."""
+    reset_share: Fraction = 0.05
+    """How far the joints of a fixed object are moved in its perturbed starts, as a share of each range."""
     reset_m: Positive = 0.02
     """Largest shift of a perturbed start along each axis, m ..."""
     reset_rad: Positive = 0.035
@@ -259,6 +262,9 @@ class Settings(Frozen):
     engine: EngineSettings = EngineSettings()
     collision: CollisionSettings = CollisionSettings()
     state: StateMode = StateMode.DOCUMENT
+    support: SupportKind | None = None
+    """What carries every object whose manifest row does not say; None: found for each."""
+    base: BaseMode = BaseMode.ROOT
     exports: tuple[Export, ...] = ()
     search: SearchSettings = SearchSettings()
     thresholds: Thresholds = Thresholds()

@@ -192,6 +192,15 @@ class StateMode(StrEnum):
     BAKE = "bake"
 
 
+class BaseMode(StrEnum):
+    """How the written URDF says that an object is fixed. URDF has no word for it: ``root`` leaves it to the loader's
+    flag, which all engines have; ``world`` hangs the root from a link of that name by a fixed joint, which Drake,
+    Gazebo and ROS take for the world."""
+
+    ROOT = "root"
+    WORLD = "world"
+
+
 class Export(StrEnum):
     """Formats written beside the URDF."""
 

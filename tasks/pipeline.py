@@ -11,7 +11,7 @@ from pathlib import Path
 
 from asset2sim.assets.extract import Extraction
 from asset2sim.assets.folder import staged_folder
-from asset2sim.baselines.no_semantics import without_semantics
+from asset2sim.baselines.no_semantics import unlabelled, without_semantics
 from asset2sim.checks.alignment.vision_judge import with_judge_score
 from asset2sim.checks.verdict import Verdict
 from schemas.asset import AssetRecord, AssetRef
@@ -69,6 +69,7 @@ def run_stages(job: AssetJob, progress: Progress) -> Verdict:
     extraction = run(Stage.EXTRACT, extract_asset, job, correct_joints=method.rules).extraction
     if job.settings.method is Method.NO_SEMANTICS:
         job = replace(job, ask=without_semantics(job.ask, extraction.features))
+        extraction = replace(extraction, features=unlabelled(extraction.features))
     try:
         proposal = run(Stage.SYNTHESIZE, method.synthesize, job, extraction).proposal
         overlay = run(Stage.VALIDATE, validate_overlay, job, extraction, proposal, rules=method.rules).overlay

@@ -1,4 +1,4 @@
-"""Publish: write the files beside a refined URDF, and bake the state into it if requested."""
+"""Publish: write the files beside a refined URDF; bake the state into it, and hang it from a world, if requested."""
 
 import json
 from collections.abc import Sequence
@@ -6,8 +6,10 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from asset2sim.assets.exports import write_exports
+from asset2sim.assets.exports.refined_object import read_object
 from asset2sim.assets.folder import URDF_NAME
 from asset2sim.assets.urdf.bake import bake_file, baked
+from asset2sim.assets.urdf.base import hung_from_world
 from asset2sim.assets.views import write_views
 from asset2sim.engines.contacts import penetration
 from asset2sim.engines.pybullet_object import contacts_at
@@ -15,7 +17,7 @@ from schemas.finding import Finding
 from schemas.interaction import EngineReport
 from schemas.overlay import PhysicsOverlay
 from schemas.settings import Settings
-from schemas.vocabulary import Severity, Stage, StateMode
+from schemas.vocabulary import BaseMode, Severity, Stage, StateMode
 from tasks.job import AssetJob
 from tasks.progress import StageResult
 
@@ -46,6 +48,9 @@ def publish_folder(
     written = [report.model_dump(mode="json", exclude={"seconds"}) for report in reports]
     (folder / "measurement.json").write_text(json.dumps(written, indent=1), encoding="utf-8")
     findings += write_exports(folder, overlay, settings.exports, settings.engine.timestep_s)
+    if settings.base is BaseMode.WORLD and overlay.support.fixed:
+        height = read_object(folder, overlay).height_to_stand(overlay.initial_positions)
+        urdf.write_bytes(hung_from_world(urdf.read_bytes(), height))
     if settings.views.in_run:
         write_views(urdf, overlay.initial_positions, folder / "views", settings.views)
     return Published(overlay=overlay, findings=findings)

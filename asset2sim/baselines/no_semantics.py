@@ -53,6 +53,13 @@ def without_semantics(ask: ModelAsk, features: Features) -> ModelAsk:
     return asked
 
 
+def unlabelled(features: Features) -> Features:
+    """The features as our rules see them without semantics: no labels, materials and category. Names stay, by which
+    the asset is written; those of the datasets say nothing."""
+    links = tuple(link.model_copy(update={"label": "", "joint_kind": "", "materials": ()}) for link in features.links)
+    return features.model_copy(update={"links": links, "category": ""})
+
+
 def name_aliases(features: Features) -> NameAliases:
     """Aliases of an asset's links and joints, in its order; a name shared by a link and a joint has one alias."""
     aliases = {link.name: f"link_{index}" for index, link in enumerate(features.links)}

@@ -9,6 +9,7 @@ from asset2sim.catalog.run import UNRECORDED_SETTINGS, RunRow, without_credentia
 from asset2sim.checks.verdict import oscillates
 from schemas.asset import AssetRecord, Unchanged
 from schemas.measurement import Measurement
+from schemas.overlay import PhysicsOverlay
 from schemas.settings import Thresholds
 from schemas.table import Row
 from schemas.tables import TABLES
@@ -213,9 +214,21 @@ def _shape_columns(record: AssetRecord) -> Row:
         "scale_source": overlay.scale_source.value if overlay else None,
         "mass_kg": overlay.mass_kg if overlay else None,
         **{f"size_{axis}_m": edge for axis, edge in zip("xyz", size, strict=True)},
+        **_support_columns(overlay),
         "contact_friction": overlay.contact_friction if overlay else None,
         "n_links": None if links is None else len(links),
         "n_joints": None if joints is None else len(joints),
+    }
+
+
+def _support_columns(overlay: PhysicsOverlay | None) -> Row:
+    """Columns of what carries the object."""
+    found = None if overlay is None else overlay.support
+    return {
+        "support": found.kind.value if found else None,
+        "support_mount": found.mount.value if found and found.mount else None,
+        "support_source": found.source.value if found else None,
+        "support_confidence": found.confidence if found else None,
     }
 
 

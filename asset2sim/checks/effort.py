@@ -12,6 +12,7 @@ from asset2sim.physics.support_polygon import DOWNWARD, SupportPolygon
 from schemas.interaction import Effort, Opening
 from schemas.overlay import JointPhysics
 from schemas.settings import Thresholds
+from schemas.support import SupportKind
 
 
 def efforts(
@@ -21,23 +22,27 @@ def efforts(
     support: SupportPolygon | None,
     friction: float,
     limits: Thresholds,
+    carried: SupportKind = SupportKind.FREESTANDING,
 ) -> tuple[Effort, ...]:
     """What a hand needs at the edge of every joint's part, each way that it has room, from the least efforts that were
-    measured with the root held, and statics on ``support`` at this Coulomb ``friction``; without one nothing tips. A
-    light object whose button is pressed sideways or from below is held in the other hand."""
+    measured with the root held, and statics on ``support`` at this Coulomb ``friction``; without one nothing tips, nor
+    where the object is ``carried`` by a hand. A light object whose button is pressed sideways or from below is held in
+    the other hand."""
     poses = poses_at(item, item.start)
     joints = {joint.name: joint for joint in item.joints}
     found = []
     for seen in openings:
         joint = joints[seen.joint]
-        if bears_the_rest(item, joint):
+        if carried is not SupportKind.FIXED and bears_the_rest(item, joint):
             continue
         grip = part_grip(item, clouds, joint, poses)
         for way, effort, sign in (("opening", seen.opening, opens(joint)), ("closing", seen.closing, -opens(joint))):
             if grip is None or effort is None:
                 continue
             direction = sign * grip.direction
-            stands = None if support is None or in_hand(joint, direction, support, limits) else support
+            stands = support if carried is SupportKind.FREESTANDING else None
+            if stands is not None and in_hand(joint, direction, stands, limits):
+                stands = None
             record = Effort(
                 joint=seen.joint,
                 way=way,

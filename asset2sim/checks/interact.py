@@ -13,8 +13,8 @@ from asset2sim.checks.mechanism import Mechanism, mechanism
 from asset2sim.checks.nudge import nudges
 from asset2sim.checks.opening import openings
 from asset2sim.checks.release import releases
-from asset2sim.checks.reset import reset, starts
-from asset2sim.checks.stand import Resting, settled, stand
+from asset2sim.checks.reset import held_reset, held_starts, reset, starts
+from asset2sim.checks.stand import Resting, rest_held, settled, stand
 from asset2sim.checks.support_polygon import Clouds, point_clouds
 from asset2sim.checks.sweep import CauseOf, sweeps
 from asset2sim.checks.watch import capped, watch
@@ -31,8 +31,8 @@ MANY_JOINTS = 50
 and a step on a keyboard of 115 takes 30 ms."""
 
 
-ON_A_PLANE = (FailureMode.STANDS, FailureMode.STATE, FailureMode.DROP, FailureMode.RESET)
-"""Failures that the checks with a free root show."""
+UNTOUCHED = (FailureMode.STANDS, FailureMode.STATE, FailureMode.DROP, FailureMode.RESET)
+"""Failures that the checks show which put the object down and let it be."""
 
 
 @dataclass
@@ -91,9 +91,12 @@ def interact(
     """
     item, clouds = mechanism(urdf, overlay), point_clouds(urdf)
     seen, support = Interaction(engine=engine), None
-    if wanted(only, *ON_A_PLANE, FailureMode.EFFORT):
-        seen, support = on_a_plane(engine, urdf, overlay, item, clouds, settings, limits, only)
-    if only in ON_A_PLANE:
+    if wanted(only, *UNTOUCHED, FailureMode.EFFORT):
+        if overlay.support.fixed:
+            seen = on_its_mount(engine, urdf, overlay, item, settings, limits, only)
+        else:
+            seen, support = on_a_plane(engine, urdf, overlay, item, clouds, settings, limits, only)
+    if only in UNTOUCHED:
         return seen
     found: dict[str, object] = {}
     with shared_world(engine, urdf, overlay, plane=False, timestep_s=settings.timestep_s) as held:
@@ -104,7 +107,8 @@ def interact(
         if wanted(only, FailureMode.EFFORT):
             opened = openings(held.sound(), item, settings)
             found["openings"] = opened
-            found["efforts"] = efforts(item, clouds, opened, support, overlay.contact_friction, limits)
+            friction, kind = overlay.contact_friction, overlay.support.kind
+            found["efforts"] = efforts(item, clouds, opened, support, friction, limits, kind)
         if wanted(only, FailureMode.RELEASE):
             found["releases"] = releases(held.sound(), item, stretches, settings, limits)
         if wanted(only, FailureMode.NUDGE):
@@ -149,17 +153,49 @@ def on_a_plane(
     return seen.model_copy(update={"drops": tuple(drops)}), support
 
 
-def drop(world: World, positions: Mapping[str, float], settings: EngineSettings) -> Drop:
-    """Drop the object from ``fall_height_m`` and watch it until it is still, at most ``fall_s``; free root, a plane."""
-    world.place(positions, height_m=settings.fall_height_m)
+def on_its_mount(
+    engine: Engine,
+    urdf: Path,
+    overlay: PhysicsOverlay,
+    item: Mechanism,
+    settings: EngineSettings,
+    limits: Thresholds,
+    only: FailureMode | None,
+) -> Interaction:
+    """The same of a fixed object, its root held: where its joints settle, rest at both steps in place of the drop, and
+    starts with its joints perturbed; or ``only`` one of them. It cannot tip, so that nothing is said of its stand."""
+    found: dict[str, object] = {}
+    drops: list[Drop] = []
+    for timestep in (settings.timestep_s, settings.coarse_timestep_s):
+        fine = timestep == settings.timestep_s
+        if not wanted(only, FailureMode.DROP) and not fine:
+            continue
+        with shared_world(engine, urdf, overlay, plane=False, timestep_s=timestep) as held:
+            if fine:
+                found["settled"] = settled(item.joints, rest_held(held.ready(), item, settings))
+            if wanted(only, FailureMode.DROP):
+                drops.append(drop(held.sound(), item.start, settings, held=True))
+            if fine and wanted(only, FailureMode.RESET):
+                shares = held_starts(settings)
+                found["resets"] = tuple(
+                    held_reset(held.sound(), item, share, index, settings, limits) for index, share in enumerate(shares)
+                )
+    return Interaction(engine=engine, drops=tuple(drops)).model_copy(update=found)
+
+
+def drop(world: World, positions: Mapping[str, float], settings: EngineSettings, *, held: bool = False) -> Drop:
+    """Drop the object from ``fall_height_m`` on a plane and watch it until it is still, at most ``fall_s``; from no
+    height, and over no plane, where its root is ``held``."""
+    height = 0.0 if held else settings.fall_height_m
+    world.place(positions, height_m=height)
     seen = watch(world, settings.fall_s, settings)
     return Drop(
         timestep_s=world.timestep_s,
-        height_m=settings.fall_height_m,
+        height_m=height,
         seconds=seen.seconds,
         peak_speed_m_s=seen.peak,
         final_speed_m_s=seen.final,
-        sink_m=max(0.0, -capped(world.lowest_m())) if seen.finite else 0.0,
+        sink_m=max(0.0, -capped(world.lowest_m())) if seen.finite and not held else 0.0,
         finite=seen.finite,
     )
 

@@ -270,6 +270,8 @@ def reset_verdict(item: Reset, index: int, interaction: Interaction, limits: Thr
     shift = ", ".join(f"{1e3 * v:.3g}" for v in item.offset_m)
     tilt = ", ".join(f"{v:.3g}" for v in item.tilt_rad)
     began = f"{subject} in {engine}, shifted by ({shift}) mm and turned by ({tilt}) rad"
+    if item.joint_share > 0.0:
+        began = f"{subject} in {engine}, every joint moved by {item.joint_share:.3g} of its range"
     held = "a joint" if item.joint is None else f"joint '{item.joint}'"
     checks: tuple[tuple[float, float, str], ...] = (
         (item.peak_speed_m_s, limits.peak_speed_m_s, "a link reaches {:.3g} m/s"),

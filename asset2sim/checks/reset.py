@@ -1,6 +1,8 @@
 """The reset check: the object starts slightly off its pose, as in reinforcement learning."""
 
 import math
+from collections.abc import Mapping
+from types import MappingProxyType
 
 import numpy as np
 
@@ -22,6 +24,7 @@ CORNERS = tuple((sign * x, sign * y, sign * z) for x, y, z in TETRAHEDRON for si
 """Signs of a start's shift, each corner followed by its opposite; the tilt has those of the corner three places
 further, so that the two differ."""
 TILT_CORNER_SHIFT = 3
+SIGNS = (1.0, -1.0)
 
 
 def starts(settings: EngineSettings) -> list[tuple[Vector3, Vector3]]:
@@ -54,7 +57,7 @@ def reset(
     turned, motion, joint = math.pi, 1.0, None
     if seen.finite:
         turned = angle_between(resting.up, up_in_root(world))
-        motion, joint = held_motion(item, world, resting, limits)
+        motion, joint = held_motion(item, world, resting.joints, limits)
     return Reset(
         offset_m=shift,
         tilt_rad=tilt,
@@ -68,8 +71,49 @@ def reset(
     )
 
 
-def held_motion(item: Mechanism, world: World, resting: Resting, limits: Thresholds) -> tuple[float, str | None]:
-    """Largest distance of a joint that must hold from its undisturbed rest, as a share of its range, and that joint.
+def held_starts(settings: EngineSettings) -> list[float]:
+    """The perturbed starts of an object whose root is held: by how much its joints are moved, as a share of each range;
+    both ways, then the same again half as far, and so on."""
+    count = settings.resets // 2
+    return [SIGNS[index % 2] * settings.reset_share * 0.5 ** (index // 2) for index in range(count)]
+
+
+def held_reset(
+    world: World, item: Mechanism, share: float, index: int, settings: EngineSettings, limits: Thresholds
+) -> Reset:
+    """Start with every joint moved by ``share`` of its range, every second one the other way, the root held, and watch
+    until it is still, at most ``fall_s``. A joint that must hold may stay where it starts or go back to where
+    the object begins, no further: not to where it would fall undisturbed."""
+    start = dict(item.start)
+    for place, joint in enumerate(item.joints):
+        lower, upper = span_of(joint)
+        moved = start[joint.name] + share * (1.0 if (place + index) % 2 == 0 else -1.0) * (upper - lower)
+        start[joint.name] = moved if joint.lower is None else min(max(moved, lower), upper)
+    world.place(start)
+    seen = watch(world, settings.fall_s, settings)
+    motion, name = held_motion(item, world, item.start, limits, start) if seen.finite else (1.0, None)
+    return Reset(
+        offset_m=(0.0, 0.0, 0.0),
+        tilt_rad=(0.0, 0.0, 0.0),
+        peak_speed_m_s=seen.peak,
+        final_speed_m_s=seen.final,
+        turned_rad=0.0,
+        joint_motion=capped(motion),
+        joint=name,
+        joint_share=abs(share),
+        finite=seen.finite,
+    )
+
+
+def held_motion(
+    item: Mechanism,
+    world: World,
+    rest: Mapping[str, float],
+    limits: Thresholds,
+    start: Mapping[str, float] = MappingProxyType({}),
+) -> tuple[float, str | None]:
+    """Largest distance of a joint that must hold from its ``rest`` (rad or m), as a share of its range, and that joint;
+    or from the way between that rest and its ``start``, where it was moved by hand.
 
     Motion within the bound of the hold check counts as none: a third of a degree is much of a stapler's range of five.
     """
@@ -79,7 +123,8 @@ def held_motion(item: Mechanism, world: World, resting: Resting, limits: Thresho
         lower, upper = span_of(joint)
         if not joint.holds or upper <= lower:
             continue
-        moved = abs(float(now[joint.name]) - resting.joints[joint.name])
+        ends = sorted((rest[joint.name], start.get(joint.name, rest[joint.name])))
+        moved = max(ends[0] - float(now[joint.name]), float(now[joint.name]) - ends[1], 0.0)
         if moved > hold_bound(joint, limits) and moved / (upper - lower) > furthest[0]:
             furthest = moved / (upper - lower), joint.name
     return furthest

@@ -73,11 +73,14 @@ def observe(
     contact_friction: float,
     height_m: float,
     settings: EngineSettings,
+    *,
+    held: bool = False,
 ) -> Recording:
-    """Set the object over the plane at ``height_m`` in its initial state, let it settle, then record it untouched. It
-    settles for ``settle_s`` at most, less once nothing has moved for ``still_s`` (see ``watch``)."""
+    """Set the object over the plane at ``height_m`` in its initial state, or its root ``held`` and without a plane, let
+    it settle, then record it untouched. It settles for ``settle_s`` at most, less once nothing has moved for
+    ``still_s`` (see ``watch``)."""
     with open_world(
-        engine, urdf, plane=True, timestep_s=settings.timestep_s, contact_friction=contact_friction
+        engine, urdf, plane=not held, timestep_s=settings.timestep_s, contact_friction=contact_friction
     ) as world:
         world.place(positions, height_m=height_m)
         peak = watch(world, settings.settle_s, settings).peak
@@ -100,12 +103,19 @@ def observe(
 
 
 def measure(
-    engine: Engine, urdf: Path, positions: Mapping[str, float], contact_friction: float, settings: EngineSettings
+    engine: Engine,
+    urdf: Path,
+    positions: Mapping[str, float],
+    contact_friction: float,
+    settings: EngineSettings,
+    *,
+    held: bool = False,
 ) -> Measurement:
-    """One engine's record of one refined asset in its initial state: Φ there, then rest on a plane (paper, section 1).
-    Raises AssetError (engine_crash) where the engine refuses the asset, UsageError where it is not installed."""
+    """One engine's record of one refined asset in its initial state: Φ there, then rest on a plane (paper, section 1),
+    or with its root ``held``. Raises AssetError (engine_crash) where the engine refuses the asset,
+    UsageError where it is not installed."""
     points = contacts_at(engine, urdf, positions, settings)
-    seen = observe(engine, urdf, positions, contact_friction, settings.drop_height_m, settings)
+    seen = observe(engine, urdf, positions, contact_friction, settings.drop_height_m, settings, held=held)
     drift_m, drift_rad = drift(seen.root_positions, seen.root_orientations)
     return Measurement(
         engine=engine.value,

@@ -92,6 +92,15 @@ def stand(
     return record, resting, support
 
 
+def rest_held(world: World, item: Mechanism, settings: EngineSettings) -> Resting:
+    """How the joints of an object whose root is held come to rest from its initial state, ``settle_s`` at most."""
+    world.place(item.start)
+    up = up_in_root(world)
+    seen = watch(world, settings.settle_s, settings)
+    now = dict(zip(world.joint_names, world.positions().tolist(), strict=True)) if seen.finite else dict(item.start)
+    return Resting(up, now)
+
+
 def settled(joints: Sequence[JointPhysics], resting: Resting) -> tuple[SettledJoint, ...]:
     """Where every joint of which a position is asked has come to rest."""
     found = []

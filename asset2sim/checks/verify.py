@@ -54,7 +54,8 @@ def verify_in(
     start, own = perf_counter(), settings.engine
 
     def rest() -> Measurement:
-        return measure(engine, urdf, overlay.initial_positions, overlay.contact_friction, own)
+        state, friction = overlay.initial_positions, overlay.contact_friction
+        return measure(engine, urdf, state, friction, own, held=overlay.support.fixed)
 
     def touch() -> Interaction:
         return interact(engine, urdf, overlay, own, settings.thresholds, cause=cause, only=only)

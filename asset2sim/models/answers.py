@@ -162,8 +162,8 @@ OWN_FIELDS = ("mass_change",)
 
 WITHOUT: dict[str, tuple[str, ...]] = {
     "synthesis": ("sigmas", *OWN_FIELDS),
-    "direct": ("sigmas", *OWN_FIELDS, *RULE_FIELDS),
-    "ivw": (*OWN_FIELDS, *RULE_FIELDS),
+    "direct": ("sigmas", "support", *OWN_FIELDS, *RULE_FIELDS),
+    "ivw": ("support", *OWN_FIELDS, *RULE_FIELDS),
 }
 """Purpose → fields of an overlay that its prompt does not ask for."""
 

@@ -74,6 +74,11 @@ class JointSpace:
         """(n, n) joints' block of M⁻¹: the acceleration of each per unit force on each, all else free."""
         return np.asarray(np.linalg.inv(self.matrix)[6:, 6:], dtype=np.float64)
 
+    def inertia_on_held_base(self) -> dict[str, float]:
+        """Joint → what a torque on it alone accelerates, kg·m² or kg, the root held and the other joints free."""
+        inverse = np.linalg.inv(self.matrix[6:, 6:])
+        return {name: float(1.0 / inverse[i, i]) for i, name in enumerate(self.names)}
+
     def geared(self, armature: Mapping[str, float]) -> "JointSpace":
         """The same with these reflected inertias (kg·m² or kg) on the joints' diagonal, as engines add armature."""
         added = [armature.get(name, 0.0) for name in self.names]

@@ -95,7 +95,7 @@ def resting(measured: Measurement, names: Mapping[str, object] | Sequence[str]) 
 
 def measure_rest_from(urdf: Path, overlay: PhysicsOverlay, pose: Pose, settings: Settings) -> Measurement | None:
     """Measurement at rest from another pose, in a child process; None where the engine crashes or times out."""
-    rest = partial(measure, ENGINE, urdf, pose, overlay.contact_friction, settings.engine)
+    rest = partial(measure, ENGINE, urdf, pose, overlay.contact_friction, settings.engine, held=overlay.support.fixed)
     return in_child(ENGINE, rest, time_limit_s=settings.engine.time_limit_s).value
 
 

@@ -121,7 +121,9 @@ def at_positions(loop: RefinementContext, found: Pose, moved: Mapping[str, float
     sliders = {joint.name for joint in overlay.joints if joint.type == "prismatic"}
     authored = {name: value / overlay.scale if name in sliders else value for name, value in found.items()}
     proposal = loop.proposal.model_copy(update={"initial_joint_positions": authored})
-    again, _ = validate(loop.extraction, proposal, loop.source, overlay.contact_friction, loop.settings.physics)
+    again, _ = validate(
+        loop.extraction, proposal, loop.source, overlay.contact_friction, loop.settings.physics, overlay.support
+    )
     sources = {joint.name: joint.position_source for joint in overlay.joints} | dict.fromkeys(moved, Source.SEARCH)
     joints = (
         joint.model_copy(update={"initial_position": found[joint.name], "position_source": sources[joint.name]})

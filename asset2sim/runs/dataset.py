@@ -11,10 +11,11 @@ from asset2sim.catalog.storage.tree import Tree, local_tree, remote_tree
 from schemas.asset import AssetRef
 from schemas.errors import UnknownChoiceError, UsageError
 from schemas.location import is_url, nearest_existing
+from schemas.support import SupportKind
 
 MANIFEST = "manifest.csv"
 REQUIRED_COLUMNS = ("asset_id", "path")
-COLUMNS = ("asset_id", "category", "path", "subset", "prompt")
+COLUMNS = ("asset_id", "category", "path", "subset", "prompt", "support")
 MAX_ID_LENGTH = 200
 """Characters of an asset's id: it names a folder, and file systems stop at 255 bytes."""
 
@@ -122,7 +123,16 @@ def _row(tree: Tree, where: str, row: dict[str, str | None]) -> AssetRef:
         category=cells["category"] or None,
         subset=cells["subset"] or None,
         prompt=cells["prompt"] or None,
+        support=_support(cells["support"], where),
     )
+
+
+def _support(stated: str, where: str) -> SupportKind | None:
+    if stated and stated not in list(SupportKind):
+        raise UsageError(
+            f"{where}: support '{stated}' is none of {_listed(SupportKind)}; leave it empty to have it found"
+        )
+    return SupportKind(stated) if stated else None
 
 
 def _folder_of(place: Path | str, path: str, where: str) -> Path | str:

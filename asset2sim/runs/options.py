@@ -16,7 +16,8 @@ from schemas.base import NonNegative, Positive
 from schemas.errors import UsageError
 from schemas.location import Location
 from schemas.settings import ModelSettings
-from schemas.vocabulary import CollisionMode, DynamicsRule, Engine, Export, Grouping, Method, StateMode
+from schemas.support import SupportKind
+from schemas.vocabulary import BaseMode, CollisionMode, DynamicsRule, Engine, Export, Grouping, Method, StateMode
 
 EXAMPLE = """\
 for example:
@@ -73,6 +74,8 @@ METHOD = TypeAliasType("METHOD", Method)
 MODE = TypeAliasType("MODE", CollisionMode)
 RULE = TypeAliasType("RULE", DynamicsRule)
 STATE = TypeAliasType("STATE", StateMode)
+SUPPORT = TypeAliasType("SUPPORT", SupportKind)
+BASE = TypeAliasType("BASE", BaseMode)
 VIEWS = TypeAliasType("VIEWS", Literal["now", "later"])
 FORMAT = TypeAliasType("FORMAT", Literal["yaml", "toml"])
 
@@ -149,6 +152,13 @@ class RefineOptions(ModelOptions, Selection):
     state: STATE = Field(
         StateMode.DOCUMENT,
         description=f"{', '.join(StateMode)}: keep the authored zero, or make the requested state the zero",
+    )
+    support: SUPPORT | None = Field(
+        None, description=f"{', '.join(SupportKind)}: what carries objects whose manifest row does not say"
+    )
+    base: BASE = Field(
+        BaseMode.ROOT,
+        description=f"{', '.join(BaseMode)}: hold a fixed object's root by the loader's flag, or by a link 'world'",
     )
     export: Listed[FORMATS] = Field((), description=f"formats to write beside the URDF: {', '.join(Export)}")
     method: METHOD = Field(Method.ASSET2SIM, description=f"where the physics come from: {', '.join(Method)}")

@@ -19,6 +19,8 @@ from schemas.vocabulary import Redo
 SETS: Mapping[str, str] = {
     "method": "method",
     "state": "state",
+    "support": "support",
+    "base": "base",
     "export": "exports",
     "model": "model.model",
     "api_base": "model.api_base",

@@ -17,6 +17,7 @@ from asset2sim.validation.notes import Notes
 from schemas.features import Features, JointFeatures
 from schemas.overlay import EffortRange, JointProposal
 from schemas.settings import PhysicsSettings
+from schemas.support import SupportKind
 
 UP = np.array([0.0, 0.0, 1.0])
 SAFE_SHARE = 0.9
@@ -91,9 +92,11 @@ def handlings(
     proposals: Mapping[str, JointProposal],
     contact_friction: float,
     settings: PhysicsSettings,
+    *,
+    carried: SupportKind = SupportKind.FREESTANDING,
 ) -> dict[str, Handling]:
     """Joint → its handling as the object stands with joints at ``positions``; ``points`` maps links to (n, 3) points in
-    their frame, all at the final scale."""
+    their frame, all at the final scale. Nothing tips over or slides that is fixed, or that a hand holds."""
     poses = link_to_root(tree, features.root, positions)
     clouds = {name: cloud @ poses[name][:3, :3].T + poses[name][:3, 3] for name, cloud in points.items() if len(cloud)}
     mass = sum(body.mass for body in bodies.values())
@@ -116,7 +119,8 @@ def handlings(
         pressed, light = is_pressed(proposals.get(name)), mass < settings.held_by_hand_kg
         up, down = (
             math.inf
-            if pressed and light and sign * float(grip.direction @ UP) > -DOWNWARD
+            if carried is not SupportKind.FREESTANDING
+            or (pressed and light and sign * float(grip.direction @ UP) > -DOWNWARD)
             else bearable(support, grip.point, sign * grip.direction, contact_friction)
             for sign in (1.0, -1.0)
         )

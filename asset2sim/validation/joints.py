@@ -64,12 +64,16 @@ def joint_physics(
     source: Source,
     settings: PhysicsSettings,
     notes: Notes,
+    *,
+    base_held: bool = False,
 ) -> tuple[JointPhysics, ...]:
     """Complete physics of every movable joint; ``tree`` and ``bodies`` are at the final scale. ``handled`` says how
-    people handle each joint's part."""
+    people handle each joint's part. Where the base is held, joints move what they move on it; what bounds damping and
+    stiffness stays that of a free base, which is less: somebody may free it."""
     spaces = [joint_space(tree, features.root, bodies, pose) for pose in spanning_poses(starts)]
     space = spaces[0]
-    inertias, held = space.effective_inertia(), space.held_inertia()
+    inertias = space.inertia_on_held_base() if base_held else space.effective_inertia()
+    held = space.held_inertia()
     pulls = dict(zip(space.names, space.pulls, strict=True))
     largest_gravity = dict(zip(space.names, space.largest_gravity, strict=True))
     everywhere = [item.effective_inertia() for item in spaces]
@@ -85,7 +89,7 @@ def joint_physics(
             )
         holds = proposal.holds is True or (proposal.holds is None and start.requested and is_open(start))
         least = min(found[name] for found in everywhere)
-        heavier = sum(bodies[link].mass for link in subtree(tree, name)) > total / 2.0
+        heavier = sum(bodies[link].mass for link in subtree(tree, name)) > total / 2.0 and not base_held
         kind = standing_part(handled[name]) if heavier else handled[name]
         held_by = held_where_left(proposal, start, pull, largest_gravity[name], kind, holds, least, settings)
         factor = scale if joint.prismatic else 1.0

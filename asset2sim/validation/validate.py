@@ -14,9 +14,11 @@ from asset2sim.validation.mass_bounds import bound_inertia_by_extent, with_armat
 from asset2sim.validation.masses import LinkMass, link_masses
 from asset2sim.validation.notes import Notes
 from asset2sim.validation.positions import initial_positions
+from asset2sim.validation.support import closed_polygon, support_of
 from schemas.finding import Finding
 from schemas.overlay import LinkPhysics, Overlay, PhysicsOverlay
 from schemas.settings import PhysicsSettings
+from schemas.support import Support
 from schemas.vocabulary import Source
 
 SMALLEST_M, LARGEST_M = 0.005, 5.0
@@ -24,10 +26,18 @@ SMALLEST_M, LARGEST_M = 0.005, 5.0
 
 
 def validate(
-    extraction: Extraction, overlay: Overlay, source: Source, contact_friction: float, settings: PhysicsSettings
+    extraction: Extraction,
+    overlay: Overlay,
+    source: Source,
+    contact_friction: float,
+    settings: PhysicsSettings,
+    support: Support | None = None,
+    *,
+    guidance: str = "",
 ) -> tuple[PhysicsOverlay, tuple[Finding, ...]]:
     """A complete overlay and what was changed to complete it. ``source`` says who proposed (``model`` or ``prior``);
-    what ``overlay.asked`` names counts as the user's."""
+    what ``overlay.asked`` names counts as the user's. ``support`` says what carries the object; None: it is found, from
+    the user's ``guidance`` first."""
     notes, features, asked = Notes(), extraction.features, frozenset(overlay.asked)
     scale, scale_source = bounded_scale(overlay, max(features.rest_size), source, notes)
     note_mass_change(overlay, notes)
@@ -43,13 +53,23 @@ def validate(
     proposals = {proposal.name: proposal for proposal in overlay.joints}
     points = {name: geometry.points * scale for name, geometry in extraction.geometry.items()}
     positions = {name: start.position for name, start in starts.items()}
-    handled = handlings(features, points, tree, bodies, positions, proposals, contact_friction, settings)
-    joints = joint_physics(features, tree, bodies, starts, proposals, handled, asked, scale, source, settings, notes)
+    if support is None:
+        support = support_of(
+            features, overlay, source, guidance, *closed_polygon(features, points, tree, bodies, scale)
+        )
+    handled = handlings(
+        features, points, tree, bodies, positions, proposals, contact_friction, settings, carried=support.kind
+    )
+    joints = joint_physics(
+        features, tree, bodies, starts, proposals, handled, asked, scale, source, settings, notes,
+        base_held=support.fixed,
+    )  # fmt: skip
     complete = PhysicsOverlay(
         asset_id=features.asset_id,
         scale=scale,
         scale_source=scale_source,
         contact_friction=contact_friction,
+        support=support,
         links=tuple(link_physics(masses[link.name], link.label) for link in features.links),
         joints=joints,
         notes=overlay.notes,

@@ -4,7 +4,8 @@ It is written from the URDF and the overlay, without MuJoCo: ``MjSpec.to_xml`` (
 inertia tensors by their principal axes, and drops inertials that MuJoCo could make up from the shapes.
 
 Two files: ``mobility.xml`` is the object alone, to be attached or included; ``scene.xml`` includes it and adds a floor
-and a light. The keyframe ``home`` is the initial state, the object standing on z = 0.
+and a light. The keyframe ``home`` is the initial state, the object standing on z = 0. A fixed object has no free joint:
+its root stays where it is written, just above the floor; to mount it elsewhere, give its body another ``pos``.
 """
 
 from collections.abc import Sequence
@@ -66,8 +67,11 @@ def mjcf_of(item: ExportObject, timestep_s: float) -> Element:
     geoms = write_looks(looks_of(item), item.folder, assets)
     names = collision_assets(item, assets)
     world = etree.SubElement(root, "worldbody")
-    body = etree.SubElement(world, "body", name=item.root, pos=numbers((0.0, 0.0, item.height_to_stand({}))))
-    etree.SubElement(body, "freejoint", name=free_name(item))
+    body = etree.SubElement(
+        world, "body", name=item.root, pos=numbers((0.0, 0.0, item.height_to_stand(item.initial if item.fixed else {})))
+    )
+    if not item.fixed:
+        etree.SubElement(body, "freejoint", name=free_name(item))
     write_body(body, item, item.root, geoms, names)
     contact = etree.SubElement(root, "contact")
     for first, second in related_to_root(item):
@@ -204,10 +208,11 @@ def related_to_root(item: ExportObject) -> list[tuple[str, str]]:
 
 
 def home(item: ExportObject, world: Element) -> list[float]:
-    """The keyframe's qpos: the free joint's (x, y, z, qw, qx, qy, qz), then joints in the order of the bodies."""
+    """The keyframe's qpos: the free joint's (x, y, z, qw, qx, qy, qz) if there is one, then joints in the order of the
+    bodies."""
     by_name = item.initial
-    order = [str(joint.get("name")) for joint in world.iter("joint")]
-    return [0.0, 0.0, item.height_to_stand(by_name), 1.0, 0.0, 0.0, 0.0, *(by_name[name] for name in order)]
+    free = [] if item.fixed else [0.0, 0.0, item.height_to_stand(by_name), 1.0, 0.0, 0.0, 0.0]
+    return [*free, *(by_name[str(joint.get("name"))] for joint in world.iter("joint"))]
 
 
 def free_name(item: ExportObject) -> str:

@@ -19,6 +19,8 @@ from schemas.errors import AssetError
 from schemas.overlay import PhysicsOverlay
 from schemas.vocabulary import FailureMode
 
+CLEARANCE_M = 0.01
+"""Height of a fixed object's lowest point over the floor, m: a room door clears it by that, and must not rub on it."""
 NO_DYNAMICS = Dynamics(0.0, 0.0, 0.0, 0.0)
 
 
@@ -77,7 +79,7 @@ class ExportJoint:
 
 @dataclass(frozen=True, eq=False)
 class ExportObject:
-    """A refined object: ``joints`` parents first, ``bodies`` by name."""
+    """A refined object: ``joints`` parents first, ``bodies`` by name; the root of a ``fixed`` one is held."""
 
     name: str
     folder: Path
@@ -87,6 +89,7 @@ class ExportObject:
     joints: tuple[ExportJoint, ...]
     contact_friction: float
     rolling_friction_m: float
+    fixed: bool = False
 
     @property
     def initial(self) -> dict[str, float]:
@@ -98,10 +101,12 @@ class ExportObject:
         return link_to_root([joint.tree for joint in self.joints], self.root, positions)
 
     def height_to_stand(self, positions: Mapping[str, float]) -> float:
-        """How far, m, the upright root must rise to have its lowest collision point at z = 0; 0 where none collides."""
+        """How far, m, the upright root must rise to have its lowest collision point at z = 0, or ``CLEARANCE_M`` above
+        where it is fixed; 0 where none collides."""
         poses = self.poses(positions)
         shapes = [(poses[body.name], shape.points) for body in self.bodies.values() for shape in body.shapes]
-        return -min((float(apply(pose, points)[:, 2].min()) for pose, points in shapes if len(points)), default=0.0)
+        lowest = [float(apply(pose, points)[:, 2].min()) for pose, points in shapes if len(points)]
+        return (CLEARANCE_M if self.fixed else 0.0) - min(lowest) if lowest else 0.0
 
 
 def read_object(folder: Path, overlay: PhysicsOverlay) -> ExportObject:
@@ -121,6 +126,7 @@ def read_object(folder: Path, overlay: PhysicsOverlay) -> ExportObject:
         joints=tuple(_joint(joint, stated[joint.name], dynamics, overlay.initial_positions) for joint in tree),
         contact_friction=overlay.contact_friction,
         rolling_friction_m=overlay.rolling_friction_m,
+        fixed=overlay.support.fixed,
     )
 
 

@@ -93,7 +93,7 @@ def export_usd(folder: Path, overlay: PhysicsOverlay) -> UsdExport:
     for body in item.bodies.values():
         prim = write_body(stage, body, lift @ poses[body.name], names.links[body.name])
         prim.SetDisplayName(body.name)
-        if body.name == item.root:
+        if body.name == item.root and not item.fixed:
             write_articulation(prim)
         for index, shape in enumerate(body.shapes):
             at = f"{names.links[body.name]}/collision_{index}"
@@ -106,6 +106,8 @@ def export_usd(folder: Path, overlay: PhysicsOverlay) -> UsdExport:
     UsdGeom.Scope.Define(stage, f"{names.top}/joints")
     for joint in item.joints:
         write_joint(stage, joint, names).SetDisplayName(joint.name)
+    if item.fixed:
+        write_articulation(hold_root(stage, lift @ poses[item.root], names.links[item.root], names.base))
     with Usd.EditContext(stage, geometry):
         write_looks(stage, looks_of(item), item.folder, names)
     geometry.Export(str(geometry_path))
@@ -128,9 +130,26 @@ def summary_data(export: UsdExport) -> dict[str, float | int]:
     }
 
 
+def hold_root(stage: "Usd.Stage", to_object: Array, link: str, path: str) -> "Usd.Prim":
+    """A fixed joint at ``path`` that holds the root link to the world where it is written, ``to_object`` being its
+    (4, 4) place in the object's prim, with which it moves when that is placed."""
+    from pxr import Gf, UsdPhysics
+
+    joint = UsdPhysics.FixedJoint.Define(stage, path)
+    # Without a first body the frame is the world's; the object's prim, which is no body, is taken as where it stands.
+    joint.CreateBody0Rel().SetTargets([stage.GetDefaultPrim().GetPath()])
+    joint.CreateBody1Rel().SetTargets([link])
+    joint.CreateLocalPos0Attr(Gf.Vec3f(*(float(v) for v in to_object[:3, 3])))
+    joint.CreateLocalRot0Attr(Gf.Quatf(*wxyz_of(to_object[:3, :3])))
+    joint.CreateLocalPos1Attr(Gf.Vec3f(0.0))
+    joint.CreateLocalRot1Attr(Gf.Quatf(1.0))
+    return joint.GetPrim()
+
+
 def write_articulation(prim: "Usd.Prim") -> None:
-    """Mark the object as one articulation with this root body, whose links collide with each other, except parent and
-    child. On the object's prim, readers would choose a root by themselves: another link, with joints turned round."""
+    """Mark the object as one articulation with this root body, or this joint that holds it to the world, whose links
+    collide with each other, except parent and child. On the object's prim, readers would choose a root by themselves:
+    another link, with joints turned round."""
     from pxr import UsdPhysics
 
     UsdPhysics.ArticulationRootAPI.Apply(prim)

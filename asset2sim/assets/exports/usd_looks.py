@@ -22,12 +22,13 @@ ROUGHNESS = 0.6
 
 
 class PrimPaths:
-    """Prim paths: ``top`` of the object, ``links`` and ``joints`` by URDF name."""
+    """Prim paths: ``top`` of the object, ``links`` and ``joints`` by URDF name, and the ``base`` joint."""
 
     def __init__(self, item: ExportObject) -> None:
         self.top = f"/{identifier(item.name)}"
         self.links = paths(f"{self.top}", item.bodies, taken=("joints", "looks", "contact"))
-        self.joints = paths(f"{self.top}/joints", (joint.name for joint in item.joints))
+        self.joints = paths(f"{self.top}/joints", (joint.name for joint in item.joints), taken=("base",))
+        self.base = f"{self.top}/joints/base"
 
 
 def paths(parent: str, names: Iterable[str], taken: Iterable[str] = ()) -> dict[str, str]:

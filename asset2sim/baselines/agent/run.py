@@ -58,7 +58,7 @@ def run_agent(ref: AssetRef, extraction: Extraction, settings: Settings, ask: Mo
     """
     talk = Conversation()
     with tempfile.TemporaryDirectory(prefix="asset2sim-agent-") as name:
-        bench = open_bench(extraction, settings, source, Path(name))
+        bench = open_bench(extraction, settings, source, Path(name), ref.prompt or "")
         session = Session(bench, blind="the prior looks at no pictures" if source is Source.PRIOR else None)
         first = opening(ref, extraction)
         while talk.ended is None:

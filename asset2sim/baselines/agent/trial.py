@@ -19,6 +19,7 @@ from asset2sim.engines.child import in_child
 from asset2sim.engines.contacts import by_pair
 from asset2sim.physics.arrays import Array
 from asset2sim.physics.kinematics import apply, link_to_root, tree_of
+from asset2sim.validation.support import carried
 from schemas.errors import AssetError
 from schemas.measurement import ContactPair, Measurement
 from schemas.overlay import Overlay, PhysicsOverlay
@@ -42,12 +43,14 @@ class Bench:
     source: Source
     path: Path
     seconds_left: float
+    guidance: str = ""
     folder: Folder | None = None
 
     def completed(self, overlay: Overlay) -> PhysicsOverlay:
         """The overlay completed with engine defaults. Raises ToolError where its numbers are impossible."""
         try:
-            return as_proposed(self.extraction, overlay, self.source, self.settings)
+            complete = as_proposed(self.extraction, overlay, self.source, self.settings)
+            return carried(complete, self.extraction, overlay, self.source, self.guidance)
         except (AssetError, ArithmeticError, ValueError) as error:
             raise ToolError(f"these parameters cannot be written: {first_line(error)}") from None
 
@@ -67,8 +70,10 @@ class Bench:
     def simulate(self, overlay: Overlay) -> tuple[PhysicsOverlay, Measurement]:
         """Completed parameters, and the measurement at rest with them in PyBullet. Raises ToolError."""
         physics, urdf = self.written(overlay)
-        state, own = physics.initial_positions, self.settings.engine
-        return physics, self._timed(partial(measure, Engine.PYBULLET, urdf, state, physics.contact_friction, own))
+        state, friction, own = physics.initial_positions, physics.contact_friction, self.settings.engine
+        return physics, self._timed(
+            partial(measure, Engine.PYBULLET, urdf, state, friction, own, held=physics.support.fixed)
+        )
 
     def contacts(self, overlay: Overlay) -> tuple[ContactPair, ...]:
         """Link pairs that overlap in the initial state, worst first. Raises ToolError."""
@@ -111,9 +116,9 @@ class Bench:
         return ended.value
 
 
-def open_bench(extraction: Extraction, settings: Settings, source: Source, path: Path) -> Bench:
+def open_bench(extraction: Extraction, settings: Settings, source: Source, path: Path, guidance: str = "") -> Bench:
     """Bench in this folder, with ``TOOL_SHARE`` of the asset's time limit."""
-    return Bench(extraction, settings, source, path, TOOL_SHARE * settings.run.asset_time_limit_s)
+    return Bench(extraction, settings, source, path, TOOL_SHARE * settings.run.asset_time_limit_s, guidance)
 
 
 def first_line(error: Exception) -> str:

@@ -117,9 +117,18 @@ def _nouns(text: str) -> list[str]:
 
 def _head_nouns(guidance: str) -> list[str]:
     """The categories that the guidance's first phrase names, in order; the last is what the object is."""
-    tokens = tokenize(guidance)
+    return [category for _, _, category in noun_spans(head_of(tokenize(guidance)))]
+
+
+def head_of(tokens: tuple[str, ...]) -> tuple[str, ...]:
+    """The tokens of the guidance's first phrase, which says what the object is."""
     end = next((i for i, token in enumerate(tokens) if token in _HEAD_ENDS and i > 1), len(tokens))
-    return [category for _, _, category in noun_spans(tokens[:end])]
+    return tokens[:end]
+
+
+def is_generic(category: str) -> bool:
+    """Whether a stated category says little: none, "furniture", or one that no table knows."""
+    return _category(category) in _GENERIC
 
 
 def _label_votes(info: ObjectInfo) -> list[str]:

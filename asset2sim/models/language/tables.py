@@ -194,6 +194,13 @@ def wishes() -> dict[str, MotionWord]:
     }
 
 
+@lru_cache
+def support_rows() -> list[dict[str, str]]:
+    """The rows of what carries an object: ``phrase``, whether it ``names`` the object or is ``said`` of it, the
+    ``support``, its ``mount``, and ``confidence``."""
+    return _rows("supports")
+
+
 _WISHES = ("closes_s", "stops_m", "stops_rad", "returns_s")
 
 

@@ -7,6 +7,7 @@ from asset2sim.models.language.object_info import ObjectInfo, read_prompt
 from asset2sim.models.language.parts import parts_of
 from asset2sim.models.language.sizing import identify, propose_scale
 from asset2sim.models.language.states import asked_states
+from asset2sim.models.language.supports import said_support, usual_support
 from asset2sim.models.prior.joint_proposals import propose_joints
 from asset2sim.models.prior.link_proposals import propose_links
 from asset2sim.models.prior.refinement import read_refinement, refinement_step
@@ -45,6 +46,7 @@ def prior_overlay(info: ObjectInfo, guidance: str) -> Overlay:
     return Overlay(
         scale=scale.value,
         contact_material=size.contact,
+        support=said_support(guidance) or usual_support(info, guidance),
         links=links,
         joints=joints,
         initial_joint_positions=states.positions,

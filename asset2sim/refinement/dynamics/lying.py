@@ -8,6 +8,7 @@ from asset2sim.models.language.tables import sizes
 from asset2sim.physics.arrays import vector
 from asset2sim.refinement.dynamics.case import Case
 from schemas.overlay import PhysicsOverlay
+from schemas.support import SupportKind
 
 LEAST_TURN_RAD = 1e-3
 """Turn below which an object rests as it is set down, rad."""
@@ -19,19 +20,23 @@ def lie_down(case: Case, overlay: PhysicsOverlay) -> PhysicsOverlay | None:
     """The object written as it comes to rest, where that is near how it is authored, or where such things are put down
     on any side: a pen, a suitcase. A cabinet that topples is not mended by lying."""
     turn = Rotation.from_rotvec(case.rest_turn_rad)
-    known = sizes().get(case.features.category)
-    if turn.magnitude() < LEAST_TURN_RAD or (turn.magnitude() > LEANING_RAD and not (known and known.lies)):
+    if turn.magnitude() < LEAST_TURN_RAD or (turn.magnitude() > LEANING_RAD and not lies(case, overlay)):
         return None
     whole = turn * Rotation.from_rotvec(overlay.turned_rad)
     return overlay.model_copy(update={"turned_rad": vector(whole.as_rotvec())})
+
+
+def lies(case: Case, overlay: PhysicsOverlay) -> bool:
+    """Whether such things are put down on whatever side they come to rest."""
+    known = sizes().get(case.features.category)
+    return overlay.support.kind is SupportKind.HANDHELD or (known is not None and known.lies)
 
 
 def lie_back(case: Case, overlay: PhysicsOverlay) -> PhysicsOverlay | None:
     """The object laid on the side away from which it falls, where such things are put down on any side: a suitcase that
     its open lid pulls over lies on its back."""
     angle = math.dist(case.rest_turn_rad, (0.0, 0.0, 0.0))
-    known = sizes().get(case.features.category)
-    if angle <= LEANING_RAD or not (known and known.lies):
+    if angle <= LEANING_RAD or not lies(case, overlay):
         return None
     back = Rotation.from_rotvec([-math.pi / 2.0 * value / angle for value in case.rest_turn_rad])
     whole = back * Rotation.from_rotvec(overlay.turned_rad)

@@ -1,0 +1,166 @@
+"""What carries an object: forced, else the user's words, the model's answer, what such things are, or the shape."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+
+import numpy as np
+from scipy.spatial import ConvexHull, QhullError
+
+from asset2sim.assets.extract import Extraction
+from asset2sim.assets.urdf.base import WORLD
+from asset2sim.models.language.object_facts import object_info
+from asset2sim.models.language.supports import said_support, usual_support
+from asset2sim.physics.arrays import Array
+from asset2sim.physics.inertia import tensor_of
+from asset2sim.physics.kinematics import TreeJoint, link_to_root, tree_of
+from asset2sim.physics.mass_matrix import Body
+from asset2sim.physics.support_polygon import SupportPolygon, standing_on
+from schemas.features import Features
+from schemas.finding import Finding
+from schemas.overlay import Overlay, PhysicsOverlay, SupportProposal
+from schemas.support import Mount, Support, SupportKind
+from schemas.vocabulary import Severity, Source, Stage
+
+UP = np.array([0.0, 0.0, 1.0])
+STANDS_RAD = 0.035
+"""Margin to tip over, closed, from which an object can stand by itself, rad: two degrees, as a start of the reset check
+tilts it. A leaf of a door has 1.1, a clock on its rim none."""
+FIRM_RAD = 0.2
+"""Margin, rad, from which a thing that only its name calls built in is a piece of furniture: a cupboard with doors."""
+HAND_M = 0.25
+"""Longest edge, m, up to which what cannot stand is taken in a hand and lies when it is put down."""
+BACK_SHARE = 0.5
+"""Share of a side of the object's box that lies in one plane for it to be a back that a wall carries."""
+BACK_M = 0.005
+"""Distance from that plane within which points lie in it, m: a plate's edge, a felt pad."""
+SHAPE_CONFIDENCE = 0.4
+"""Confidence in what only the shape says."""
+
+
+def forced_support(kind: SupportKind | None) -> Support | None:
+    """The record of what the user forces; None where nothing is forced."""
+    if kind is None:
+        return None
+    return Support(kind=kind, source=Source.USER, confidence=1.0, reason="forced by the user")
+
+
+def carried(
+    overlay: PhysicsOverlay, extraction: Extraction, proposal: Overlay | None, source: Source, guidance: str
+) -> PhysicsOverlay:
+    """The overlay of a method without our rules, with what carries its object: all methods are tested alike."""
+    features, scale = extraction.features, overlay.scale
+    bodies = {item.name: Body(item.mass_kg, np.asarray(item.com), tensor_of(item.inertia)) for item in overlay.links}
+    points = {name: geometry.points * scale for name, geometry in extraction.geometry.items()}
+    standing = closed_polygon(features, points, tree_of(features.joints, scale), bodies, scale)
+    return overlay.model_copy(update={"support": support_of(features, proposal, source, guidance, *standing)})
+
+
+def closed_polygon(
+    features: Features, points: Mapping[str, Array], tree: Sequence[TreeJoint], bodies: Mapping[str, Body], scale: float
+) -> tuple[SupportPolygon, Array]:
+    """What the object stands on with every joint closed, and its (n, 3) points there in the root's frame; ``points``
+    maps links to points in their frame, all at the final scale."""
+    ends = {
+        joint.name: (joint.closed or 0.0) * (scale if joint.prismatic else 1.0) for joint in features.movable_joints
+    }
+    poses = link_to_root(tree, features.root, ends)
+    clouds = [cloud @ poses[name][:3, :3].T + poses[name][:3, 3] for name, cloud in points.items() if len(cloud)]
+    whole = np.vstack(clouds) if clouds else np.zeros((1, 3))
+    mass = sum(body.mass for body in bodies.values())
+    center = sum(body.mass * (poses[n][:3, :3] @ body.com + poses[n][:3, 3]) for n, body in bodies.items()) / mass
+    return standing_on(whole, np.asarray(center), mass, UP), whole
+
+
+def support_of(
+    features: Features, proposal: Overlay | None, source: Source, guidance: str, polygon: SupportPolygon, points: Array
+) -> Support:
+    """What carries the object, of the first that says so: the guidance, the URDF by hanging it from a link ``world``,
+    the proposal (of ``source``), the tables, the shape. ``polygon`` and ``points`` are of ``closed_polygon``."""
+    # Of the asset's name models are told; rules take no more from it than from the shape.
+    usual = usual_support(replace(object_info(features), asset_id=""), guidance)
+    said = said_support(guidance)
+    if said is not None:
+        mount = usual.mount if usual is not None and said.mount is None else said.mount
+        return stated(said.model_copy(update={"mount": mount}), Source.USER)
+    if features.root == WORLD and not features.link(WORLD).has_geometry:
+        return Support(
+            kind=SupportKind.FIXED,
+            source=Source.AUTHORED,
+            confidence=0.9,
+            reason="its URDF hangs it from a link 'world'",
+        )
+    if proposal is not None and proposal.support is not None:
+        return stated(doubted(proposal.support, polygon), source)
+    if usual is not None:
+        return stated(doubted(usual, polygon), Source.PRIOR)
+    return by_shape(polygon, points)
+
+
+def stated(said: SupportProposal, source: Source) -> Support:
+    """A proposal as the record of what carries the object."""
+    mount = said.mount if said.kind is SupportKind.FIXED else None
+    return Support(kind=said.kind, mount=mount, source=source, confidence=said.confidence, reason=said.reason)
+
+
+def doubted(said: SupportProposal, polygon: SupportPolygon) -> SupportProposal:
+    """The proposal, or freestanding where it is none too sure of something built in that stands as firmly as
+    furniture."""
+    weak = said.confidence < 0.7 and said.mount is Mount.BUILT_IN
+    if not weak or polygon.margin_rad < FIRM_RAD:
+        return said
+    reason = f"it stands with a margin of {np.degrees(polygon.margin_rad):.0f}°, although {said.reason}"
+    return SupportProposal(kind=SupportKind.FREESTANDING, confidence=said.confidence, reason=reason)
+
+
+def by_shape(polygon: SupportPolygon, points: Array) -> Support:
+    """What the shape alone says: what stands is freestanding; of what does not, small things are held in a hand, and
+    the rest is fixed, to a wall where it has a flat back."""
+    size = np.ptp(points, axis=0)
+    margin = f"closed, it tips over at {np.degrees(polygon.margin_rad):.2g}°"
+    if polygon.margin_rad >= STANDS_RAD:
+        confidence = min(1.0, SHAPE_CONFIDENCE + polygon.margin_rad)
+        return Support(source=Source.RULE, confidence=confidence, reason=f"{margin}: it stands by itself")
+    if size.max() <= HAND_M:
+        kind, mount, why = SupportKind.HANDHELD, None, "small enough for a hand"
+    elif has_flat_back(points):
+        kind, mount, why = SupportKind.FIXED, Mount.WALL, "it cannot stand, and has a flat back"
+    else:
+        kind, mount, why = SupportKind.FIXED, None, "it cannot stand, and is too large for a hand"
+    return Support(kind=kind, mount=mount, source=Source.RULE, confidence=SHAPE_CONFIDENCE, reason=f"{margin}: {why}")
+
+
+def has_flat_back(points: Array) -> bool:
+    """Whether one upright side of the box of (n, 3) points lies mostly in one plane."""
+    low, high = points.min(axis=0), points.max(axis=0)
+    for axis in (0, 1):
+        others = [other for other in range(3) if other != axis]
+        side = float(np.prod((high - low)[others]))
+        for end in (low[axis], high[axis]):
+            flat = points[np.abs(points[:, axis] - end) <= BACK_M][:, others]
+            try:
+                # Of two dimensions, the volume is an area.
+                area = float(ConvexHull(flat).volume)
+            except (QhullError, ValueError):
+                continue
+            if side > 0.0 and area >= BACK_SHARE * side:
+                return True
+    return False
+
+
+def support_findings(support: Support) -> tuple[Finding, ...]:
+    """A finding that says what carries an object that does not stand free; a warning where that is guessed from its
+    shape, with how to say it."""
+    if support.kind is SupportKind.FREESTANDING:
+        return ()
+    to = {None: "", Mount.BUILT_IN: ", built in"}.get(support.mount, f" to the {support.mount}")
+    guessed = support.source is Source.RULE
+    advice = "; say so by --support or the manifest's column 'support' where that is wrong" if guessed else ""
+    return (
+        Finding(
+            stage=Stage.VALIDATE,
+            severity=Severity.WARNING if guessed else Severity.INFO,
+            code="support_guessed" if guessed else "support",
+            message=f"{support.kind}{to} ({support.source}, {support.confidence:.2g} sure): {support.reason}{advice}",
+            value=support.confidence,
+        ),
+    )

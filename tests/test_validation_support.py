@@ -1,0 +1,102 @@
+"""What carries an object: who says so first, and what the shape says where nobody does."""
+
+import math
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from asset2sim.physics.support_polygon import standing_on
+from asset2sim.validation.support import by_shape, has_flat_back
+from asset2sim.validation.validate import validate
+from schemas.overlay import Overlay, PhysicsOverlay, SupportProposal
+from schemas.support import Mount, Support, SupportKind
+from schemas.vocabulary import Source
+from tests.assets import NO_VIEWS, joint, link, read, robot, shape, written
+from tests.builders import corners
+
+LEAF = robot(
+    link("frame", shape("0.05 0.06 2", xyz="0 0 1")),
+    link("leaf", shape("0.04 0.9 1.98", xyz="0 0.45 1")),
+    joint("swing", "revolute", "frame", "leaf", xyz="0 0.03 0", axis="0 0 1", limit="0 1.5"),
+)
+"""A door leaf on its post, 1 m wide and as thin as one: nothing stands on it."""
+CHEST = robot(
+    link("body", shape("0.5 0.8 0.5", xyz="0 0 0.25")),
+    link("drawer", shape("0.4 0.6 0.2")),
+    joint("pull", "prismatic", "body", "drawer", xyz="0 0 0.3", axis="1 0 0", limit="0 0.3"),
+)
+
+
+def support(folder: Path, urdf: str, guidance: str = "", category: str = "", said: SupportProposal | None = None,
+            forced: Support | None = None) -> Support:  # fmt: skip
+    """What validation says carries an object of which a model says no more than ``said``."""
+    item, proposal = read(written(folder, urdf), category), Overlay(scale=1.0, support=said)
+    overlay, _ = validate(item, proposal, Source.MODEL, 0.5, NO_VIEWS.physics, forced, guidance=guidance)
+    return overlay.support
+
+
+def test_the_first_that_says_so_counts(tmp_path: Path) -> None:
+    hand = SupportProposal(kind=SupportKind.HANDHELD, confidence=0.8, reason="small")
+    forced = Support(kind=SupportKind.FREESTANDING, source=Source.USER, confidence=1.0)
+    assert support(tmp_path, LEAF, "A wall-mounted door.", "Door", hand, forced) == forced
+    words = support(tmp_path, LEAF, "A wall-mounted door.", "Door", hand)
+    assert (words.kind, words.mount, words.source) == (SupportKind.FIXED, Mount.WALL, Source.USER)
+    model = support(tmp_path, LEAF, "A door.", "Door", hand)
+    assert (model.kind, model.source, model.confidence) == (SupportKind.HANDHELD, Source.MODEL, 0.8)
+    table = support(tmp_path, LEAF, "A thing.", "Door")
+    assert (table.kind, table.mount, table.source) == (SupportKind.FIXED, Mount.BUILT_IN, Source.PRIOR)
+    shaped = support(tmp_path, LEAF, "A thing.")
+    assert (shaped.kind, shaped.source) == (SupportKind.FIXED, Source.RULE)
+
+
+def test_words_without_a_place_take_it_from_what_such_things_are(tmp_path: Path) -> None:
+    found = support(tmp_path, LEAF, "A valve, screwed to something.", "Valve")
+    assert (found.kind, found.mount) == (SupportKind.FIXED, Mount.BUILT_IN)
+
+
+def test_a_root_called_world_is_the_world(tmp_path: Path) -> None:
+    hung = CHEST.replace("</robot>", link("world") + joint("to_world", "fixed", "world", "body") + "</robot>")
+    found = support(tmp_path, hung)
+    assert (found.kind, found.source) == (SupportKind.FIXED, Source.AUTHORED)
+
+
+def test_what_stands_firm_is_no_door_although_a_model_thinks_so(tmp_path: Path) -> None:
+    unsure = SupportProposal(kind=SupportKind.FIXED, mount=Mount.BUILT_IN, confidence=0.6, reason="it has a door")
+    sure = unsure.model_copy(update={"confidence": 0.9})
+    assert support(tmp_path, CHEST, said=unsure).kind is SupportKind.FREESTANDING
+    assert support(tmp_path, CHEST, said=sure).kind is SupportKind.FIXED
+
+
+def test_the_shape_of_a_chest_of_a_pen_and_of_a_clock() -> None:
+    def shaped(x: float, y: float, z: float) -> Support:
+        points = corners((-x / 2, -y / 2, 0.0), (x / 2, y / 2, z))
+        return by_shape(standing_on(points, np.array([0.0, 0.0, z / 2]), 1.0, np.array([0.0, 0.0, 1.0])), points)
+
+    chest, pen, plate = shaped(0.5, 0.8, 0.5), shaped(0.004, 0.004, 0.14), shaped(0.01, 0.4, 0.4)
+    assert chest.kind is SupportKind.FREESTANDING
+    # Its margin is atan(0.25 / 0.25) = 45°, said in the reason.
+    assert "45°" in chest.reason and chest.confidence == pytest.approx(0.4 + math.pi / 4 if math.pi / 4 < 0.6 else 1.0)
+    assert pen.kind is SupportKind.HANDHELD
+    assert (plate.kind, plate.mount) == (SupportKind.FIXED, Mount.WALL)
+
+
+def test_a_flat_back_is_most_of_a_side_in_one_plane() -> None:
+    assert has_flat_back(corners((0.0, 0.0, 0.0), (0.1, 0.4, 0.4)))
+    angles = np.linspace(0.0, 2.0 * math.pi, 64)
+    post = np.array([(math.cos(a), math.sin(a), z) for a in angles for z in (0.0, 2.0)])
+    assert not has_flat_back(post), "a round post touches a wall along a line"
+
+
+def test_a_fixed_door_is_heavy_to_no_hand_and_tips_nothing(tmp_path: Path) -> None:
+    def of(kind: SupportKind) -> PhysicsOverlay:
+        forced = Support(kind=kind, source=Source.USER, confidence=1.0)
+        item = read(written(tmp_path, LEAF), "Door")
+        proposal = Overlay(scale=1.0, initial_joint_positions={"swing": 0.8}, asked=("swing",))
+        return validate(item, proposal, Source.MODEL, 0.5, NO_VIEWS.physics, forced)[0]
+
+    fixed, free = of(SupportKind.FIXED).joints[0], of(SupportKind.FREESTANDING).joints[0]
+    # On a held post the leaf's whole inertia about its hinge resists; a free post gives way.
+    assert fixed.effective_inertia > 1.5 * free.effective_inertia
+    assert fixed.least_inertia == pytest.approx(free.least_inertia), "what bounds damping is that of a free base"
+    assert fixed.effort_range is not None and fixed.effort_range.most_n < 100.0
