@@ -3,6 +3,8 @@
 import pytest
 
 from asset2sim.models.language.lexicon import segments, tokenize
+from asset2sim.models.language.object_info import ObjectInfo
+from asset2sim.models.prior.answer import prior_overlay
 from tests import prior_objects as known
 from tests.prior_objects import Json, ask, felt
 
@@ -301,3 +303,19 @@ def test_segments_end_at_separators_but_not_inside_numbers() -> None:
         ("open",),
         ("closed",),
     ]
+
+
+@pytest.mark.parametrize(
+    ("lower", "upper", "confidence", "asked"), [(-1.5, 1.5, 0.1, 0.0), (-1.5, 1.5, 0.6, -1.5), (-1.0, 1.5, 0.1, -1.0)]
+)
+def test_closed_is_the_authored_zero_of_what_turns_as_far_either_way(
+    lower: float, upper: float, confidence: float, asked: float
+) -> None:
+    lever = {
+        "name": "j", "type": "revolute", "parent": "base", "child": "door", "axis": [0, 0, 1], "lower": lower,
+        "upper": upper, "closed": lower, "open": upper, "open_confidence": confidence,
+    }  # fmt: skip
+    links = [{"name": name, "label": "", "box_m": [0.1, 0.1, 0.1], "volume_m3": 1e-3} for name in ("base", "door")]
+    edge = {"category": "Furniture", "size_m": [1, 1, 1], "links": links, "joints": [lever]}
+    overlay = prior_overlay(ObjectInfo.from_json(edge), "A piece of furniture, everything closed.")
+    assert overlay.initial_joint_positions["j"] == pytest.approx(asked, abs=1e-3)

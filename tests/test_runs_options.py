@@ -99,6 +99,7 @@ def test_make_has_a_variable_for_each(target: str) -> None:
     assert all(name in listed.split() for name in OPTIONS) and "NO_ANSWER_CACHE=1" in listed
 
 
+@pytest.mark.system
 def test_the_doctor_checks_each_named_model(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.delenv("ANTHROPIC_API_KEY", raising=False)
     monkeypatch.delenv("ANTHROPIC_AUTH_TOKEN", raising=False)

@@ -39,12 +39,19 @@ def some_range(joint: JointFeatures, scale: float = 1.0) -> Range:
 
 
 def started(
-    span: Range, wanted: float | None, *, asked: bool = True, scale: float = 1.0
+    span: Range, wanted: float | None, *, asked: bool = True, scale: float = 1.0, rest: float | None = None
 ) -> tuple[float, Range, Notes, Source]:
     notes = Notes()
     proposed = {} if wanted is None else {"part": wanted}
     starts = initial_positions(
-        {"part": span}, proposed, {"part"} if asked else set(), scale, Source.MODEL, PHYSICS, notes
+        {"part": span},
+        proposed,
+        {} if rest is None else {"part": rest},
+        {"part"} if asked else set(),
+        scale,
+        Source.MODEL,
+        PHYSICS,
+        notes,
     )
     start = starts["part"]
     assert start.requested == (asked and wanted is not None)
@@ -166,3 +173,10 @@ def test_nobody_asked(closed: float, sure: float, expected: float) -> None:
 
 def test_an_authored_zero_outside_is_clamped() -> None:
     assert started(some_range(authored("revolute", 0.5, 1.0, sure=0.0)), None)[0] == 0.5
+
+
+def test_a_part_on_a_spring_starts_where_that_brings_it_unless_a_state_is_asked() -> None:
+    span = some_range(authored("revolute", -1.0, 1.0, closed=-1.0, opened=1.0))
+    assert started(span, None, rest=0.2)[0] == 0.2
+    assert started(span, None, rest=3.0)[0] == 1.0, "within its limits"
+    assert started(span, 0.5, rest=0.2)[0] == 0.5

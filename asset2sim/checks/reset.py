@@ -25,6 +25,12 @@ CORNERS = tuple((sign * x, sign * y, sign * z) for x, y, z in TETRAHEDRON for si
 further, so that the two differ."""
 TILT_CORNER_SHIFT = 3
 SIGNS = (1.0, -1.0)
+FURTHEST = 2.0
+"""Speed of a part at the top over that of the centre of mass of what rocks about its foot."""
+ROCKING_MARGIN = 1.2
+"""Time that is given to what rocks, over that of a body of even density."""
+LONGEST_S = 20.0
+"""Longest time that is given to it, s: a clock case of two metres rocks for fifteen."""
 
 
 def starts(settings: EngineSettings) -> list[tuple[Vector3, Vector3]]:
@@ -49,11 +55,13 @@ def reset(
     settings: EngineSettings,
     limits: Thresholds,
 ) -> Reset:
-    """Start from one perturbed pose on the plane, free, and watch until it is still, at most ``fall_s``. A shift
-    downwards starts it in contact, never inside the plane. Its end is compared with ``resting``."""
+    """Start from one perturbed pose on the plane, free, and watch until it is still, at most ``fall_s``, or as long as
+    a body so slender rocks. A shift downwards starts it in contact, never inside the plane. Its end is compared with
+    ``resting``."""
     height = settings.drop_height_m + max(0.0, shift[2])
     world.place(item.start, height_m=height, shift_m=(shift[0], shift[1]), tilt_rad=tilt)
-    seen = watch(world, settings.fall_s, settings)
+    rocks = support.rocking_s(math.dist(tilt, (0.0, 0.0, 0.0)), limits.final_speed_m_s / FURTHEST)
+    seen = watch(world, max(settings.fall_s, min(ROCKING_MARGIN * rocks, LONGEST_S)), settings)
     turned, motion, joint = math.pi, 1.0, None
     if seen.finite:
         turned = angle_between(resting.up, up_in_root(world))

@@ -30,13 +30,15 @@ class Start:
 def initial_positions(
     ranges: Mapping[str, Range],
     proposed: Mapping[str, float],
+    rests: Mapping[str, float],
     asked: Collection[str],
     scale: float,
     source: Source,
     settings: PhysicsSettings,
     notes: Notes,
 ) -> dict[str, Start]:
-    """Where every movable joint starts: as proposed, else closed where geometry is sure of it, else at zero."""
+    """Where every movable joint starts: as proposed, else where its spring brings it (``rests``), else closed where
+    geometry is sure of it, else at zero. ``proposed`` and ``rests`` are at the authored scale."""
     starts: dict[str, Start] = {}
     for name, span in ranges.items():
         if name in proposed:
@@ -45,6 +47,11 @@ def initial_positions(
             widened, position = reach(span, wanted, requested, notes)
             starts[name] = Start(widened, position, Source.USER if requested else source, requested, stated=True)
         else:
+            rest = rests.get(name)
+            if rest is not None:
+                at = span.clamp(turned(span, rest * (scale if span.joint.prismatic else 1.0)))
+                starts[name] = Start(span, at, Source.RULE, False)
+                continue
             sure = span.joint.openness_confidence >= settings.sure_of_closed
             starts[name] = Start(span, span.clamp(span.closed if sure else 0.0), Source.RULE, False)
     return starts

@@ -47,10 +47,11 @@ def validate(
     masses = bound_inertia_by_extent(masses, extraction, scale, settings, notes)
     spans = {joint.name: joint_range(joint, scale, notes) for joint in features.joints}
     ranges = {name: span for name, span in spans.items() if span is not None}
-    starts = initial_positions(ranges, overlay.initial_joint_positions, asked, scale, source, settings, notes)
+    proposals = {proposal.name: proposal for proposal in overlay.joints}
+    rests = {name: item.spring_rest for name, item in proposals.items() if item.spring_rest is not None}
+    starts = initial_positions(ranges, overlay.initial_joint_positions, rests, asked, scale, source, settings, notes)
     movable = [joint if joint.name in ranges or not joint.movable else locked(joint) for joint in features.joints]
     tree, bodies = tree_of(movable, scale), {n: Body(m.mass, m.com, m.inertia) for n, m in masses.items()}
-    proposals = {proposal.name: proposal for proposal in overlay.joints}
     points = {name: geometry.points * scale for name, geometry in extraction.geometry.items()}
     positions = {name: start.position for name, start in starts.items()}
     if support is None:

@@ -11,6 +11,10 @@ from asset2sim.models.language.parts import MovablePart, outermost
 
 _UNSURE = 0.05
 """Confidence below which the two ends of a turning cap look alike: closed is then the authored zero."""
+_NEUTRAL = 0.2
+"""The same of a part that turns as far either way from its authored zero: a tap's lever, a knob, a crank."""
+_SYMMETRIC = 0.02
+"""Difference of the two ways, as a share of the range, up to which they count as the same."""
 LIMIT_ROUNDING = 5e-5
 """Half a unit of the fifth digit, relative."""
 _POSES = ("rest", "pressed", "sideways", "normal", "up", "down", "off")
@@ -122,10 +126,24 @@ def position(part: MovablePart, state: State, scale: float) -> float:
         slight = mechanism.slightly * min(joint.range, mechanism.usual_rad)
         if state.slightly:
             return joint.opened_by(joint.range - slight if state.closing else slight)
-        if state.share == 0.0 and mechanism.role == "cap" and joint.open_confidence < _UNSURE:
+        if state.share == 0.0 and ends_look_alike(part):
             return joint.zero
         return joint.opened_by((state.share or 0.0) * joint.range)
     return _pose(part, state.kind)
+
+
+def ends_look_alike(part: MovablePart) -> bool:
+    """Whether neither end of a part's travel looks closed: of a turning cap, or of what turns as far either way."""
+    joint = part.joint
+    if part.mechanism.role == "cap":
+        return joint.open_confidence < _UNSURE
+    ends = (joint.lower, joint.upper)
+    if joint.motion != "hinge" or None in ends:
+        return False
+    return (
+        joint.open_confidence < _NEUTRAL
+        and abs(sum(end for end in ends if end is not None)) <= _SYMMETRIC * joint.range
+    )
 
 
 def high_end(part: MovablePart) -> float:

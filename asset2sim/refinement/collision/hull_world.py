@@ -14,8 +14,11 @@ from asset2sim.engines.pybullet_object import MARGIN_M
 from asset2sim.physics.arrays import Array
 from asset2sim.refinement.collision.trim import CLEARANCE_M, ROUNDS, Cut, Key, Overlap, Trimmer
 
-REACH_M = 2.0 * MARGIN_M
-"""Distance within which the engine's margins of two hulls meet, m."""
+LEAST_GAP_M = CLEARANCE_M / 2.0
+"""Gap beyond the engine's margins below which two links count as touching, m: two doors whose edges touch cannot open
+in a rigid engine, for the inner corner of each swings out a little."""
+REACH_M = 2.0 * MARGIN_M + LEAST_GAP_M
+"""Distance within which the engine's margins of two hulls meet or touch, m."""
 FAR_M = 1e3
 """Distance up to which hulls are measured against each other, m: any object is smaller."""
 
@@ -40,7 +43,7 @@ class HullWorld:
 
     def overlap(self, a: Key, b: Key, pose_a: Array, pose_b: Array, tolerance: float) -> Overlap | None:
         """The two hulls' overlap at these poses if it is deeper than ``tolerance`` (m, margins counted), else None."""
-        found = self.closest(a, b, pose_a, pose_b)
+        found = self.closest(a, b, pose_a, pose_b, max(-tolerance, 0.0))
         if found is None or found[0] >= -tolerance:
             return None
         return Overlap(a, b, pose_a, pose_b, found[1], -found[0])
@@ -85,14 +88,15 @@ def cleared(
 
 
 def clear_pose(world: HullWorld, poses: Mapping[str, Array], pairs: list[tuple[str, str]]) -> None:
-    """Cut the world's hulls until none of the link pairs overlap at these link-to-root poses, as far as that goes."""
+    """Cut the world's hulls until none of the link pairs overlap at these link-to-root poses, nor touch, as far as that
+    goes."""
     trimmer, stuck = world.trimmer, set[tuple[Key, Key]]()
     for _ in range(ROUNDS):
         changed = False
         for a, b in candidates(trimmer, poses, pairs):
             if (a, b) in stuck:
                 continue
-            overlap = world.overlap(a, b, poses[a[0]], poses[b[0]], CLEARANCE_M / 10.0)
+            overlap = world.overlap(a, b, poses[a[0]], poses[b[0]], -LEAST_GAP_M)
             if overlap is None:
                 continue
             if not trimmer.clear(overlap, MARGIN_M):
@@ -103,7 +107,7 @@ def clear_pose(world: HullWorld, poses: Mapping[str, Array], pairs: list[tuple[s
 
 
 def candidates(trimmer: Trimmer, poses: Mapping[str, Array], pairs: Iterable[tuple[str, str]]) -> list[tuple[Key, Key]]:
-    """The hull pairs of these link pairs whose boxes come within the engine's margins of each other at these poses."""
+    """The hull pairs of these link pairs whose boxes come within ``REACH_M`` of each other at these poses."""
     boxes = {link: boxes_at(pieces, poses[link]) for link, pieces in trimmer.hulls.items() if pieces}
     found = []
     for first, second in pairs:
