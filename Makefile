@@ -30,7 +30,7 @@ PARALLEL = --numprocesses $(if $(JOBS),$(JOBS),2) --dist loadfile
 
 .DEFAULT_GOAL := help
 .DELETE_ON_ERROR:
-.PHONY: help install flow test test-fast lint typecheck failures settings views doctor nightly ui judge rules compare bench-defects samples questions summary loaders weights picture clean bench
+.PHONY: help install flow test test-fast lint typecheck failures settings views doctor nightly ui judge rules withheld compare bench-defects samples questions summary loaders weights picture clean bench
 
 help: ## list the targets
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / { printf "  %-14s %s\n", $$1, $$2 }' Makefile
@@ -108,6 +108,9 @@ judge: $(INSTALLED) .venv-judge/.installed ## an independent checker, simcheck, 
 
 rules: $(INSTALLED) ## refine DATA as it came, by the paper's rules and by ours, and write the README's table
 	@$(BIN)/python -m flows.compare_rules "$(DATA)" "$(OUT)" README.md
+
+withheld: $(INSTALLED) ## DATA without labels, and with each category left out of the tables: the README's table
+	@$(BIN)/python -m flows.compare_withheld "$(DATA)" "$(OUT)" README.md
 
 compare: $(INSTALLED) ## methods and models on the same objects: the paper's tables and charts, into OUT
 	@$(BIN)/python -m flows.compare_methods "$(DATA)" "$(OUT)" $(if $(SUBSET),--subset "$(SUBSET)") \

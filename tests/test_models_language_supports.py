@@ -3,8 +3,7 @@
 import pytest
 
 from asset2sim.models.language.object_info import ObjectInfo
-from asset2sim.models.language.supports import said_support, usual_support
-from asset2sim.models.language.tables import support_rows
+from asset2sim.models.language.supports import said_support, support_rows, usual_support
 from schemas.support import Mount, SupportKind
 
 

@@ -3,10 +3,11 @@
 import re
 from functools import lru_cache
 
+from asset2sim.models.language.csv_rows import csv_rows
 from asset2sim.models.language.lexicon import longest_spans, tokenize
 from asset2sim.models.language.object_info import ObjectInfo
 from asset2sim.models.language.sizing import head_of, is_generic
-from asset2sim.models.language.tables import Phrase, nouns, support_rows
+from asset2sim.models.language.tables import Phrase, nouns
 from schemas.overlay import SupportProposal
 from schemas.support import Mount, SupportKind
 
@@ -73,6 +74,13 @@ def _last_noun(tokens: Phrase) -> str | None:
 
 def _words(text: str) -> Phrase:
     return tuple(re.findall(r"[a-z]+", text.lower()))
+
+
+@lru_cache
+def support_rows() -> list[dict[str, str]]:
+    """The rows of what carries an object: ``phrase``, whether it ``names`` the object or is ``said`` of it, the
+    ``support``, its ``mount``, and ``confidence``."""
+    return csv_rows("supports")
 
 
 @lru_cache

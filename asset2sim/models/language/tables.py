@@ -1,12 +1,10 @@
 """The data files beside this module as frozen rows. Every row states its source; nothing here is per object."""
 
-import csv
 import math
 from dataclasses import dataclass
 from functools import lru_cache
-from pathlib import Path
 
-_FOLDER = Path(__file__).parent / "csv_tables"
+from asset2sim.models.language.csv_rows import csv_rows
 
 
 @dataclass(frozen=True)
@@ -129,7 +127,7 @@ def sizes() -> dict[str, Size]:
             refines=tuple(row["refines"].split("|")),
             lies=row["lies"] == "yes",
         )
-        for row in _rows("sizes")
+        for row in csv_rows("sizes")
     }
 
 
@@ -140,65 +138,59 @@ def materials() -> dict[str, Material]:
         row["material"]: Material(
             row["material"], float(row["density_kg_m3"]), float(row["wall_factor"]), float(row["friction"])
         )
-        for row in _rows("materials")
+        for row in csv_rows("materials")
     }
 
 
 @lru_cache
 def nouns() -> dict[Phrase, str]:
     """Noun phrase → category."""
-    return {tuple(row["phrase"].split()): row["category"] for row in _rows("synonyms")}
+    return {tuple(row["phrase"].split()): row["category"] for row in csv_rows("synonyms")}
 
 
 @lru_cache
 def size_words() -> dict[Phrase, float]:
     """Phrase → factor on the typical size."""
-    return {tuple(row["phrase"].split()): float(row["factor"]) for row in _rows("size_words")}
+    return {tuple(row["phrase"].split()): float(row["factor"]) for row in csv_rows("size_words")}
 
 
 @lru_cache
 def words() -> dict[Phrase, Word]:
     """Phrase → meaning."""
-    return {tuple(row["phrase"].split()): Word(row["kind"], row["value"]) for row in _rows("words")}
+    return {tuple(row["phrase"].split()): Word(row["kind"], row["value"]) for row in csv_rows("words")}
 
 
 @lru_cache
 def material_words() -> dict[str, str]:
     """A word of the guidance → material."""
-    return {row["word"]: row["material"] for row in _rows("material_words")}
+    return {row["word"]: row["material"] for row in csv_rows("material_words")}
 
 
 @lru_cache
 def part_words() -> dict[str, tuple[str, ...]]:
     """A part's name in plain words → parts, the best match first; "@hinge", "@slider", "@main" stand for joints."""
-    return {row["word"]: tuple(row["parts"].split("|")) for row in _rows("part_words")}
+    return {row["word"]: tuple(row["parts"].split("|")) for row in csv_rows("part_words")}
 
 
 @lru_cache
 def part_labels() -> dict[str, str]:
     """A link's label → part."""
-    return {row["label"]: row["part"] for row in _rows("part_labels")}
+    return {row["label"]: row["part"] for row in csv_rows("part_labels")}
 
 
 @lru_cache
 def coast_times() -> dict[str, float]:
     """A level of damping → the time in which a free joint loses 63 % of its speed, s."""
-    return {row["level"]: float(row["coast_s"]) for row in _rows("damping_levels")}
+    return {row["level"]: float(row["coast_s"]) for row in csv_rows("damping_levels")}
 
 
 @lru_cache
 def wishes() -> dict[str, MotionWord]:
     """A word about motion → the time or distance that it stands for."""
     return {
-        row["word"]: MotionWord(*(float(row[key]) if row[key] else None for key in _WISHES)) for row in _rows("wishes")
+        row["word"]: MotionWord(*(float(row[key]) if row[key] else None for key in _WISHES))
+        for row in csv_rows("wishes")
     }
-
-
-@lru_cache
-def support_rows() -> list[dict[str, str]]:
-    """The rows of what carries an object: ``phrase``, whether it ``names`` the object or is ``said`` of it, the
-    ``support``, its ``mount``, and ``confidence``."""
-    return _rows("supports")
 
 
 _WISHES = ("closes_s", "stops_m", "stops_rad", "returns_s")
@@ -224,7 +216,7 @@ def part_contents(category: str, part: str) -> tuple[PartContent, ...]:
             depth=float(row["depth"]),
             unless=tuple(row["unless"].split("|")) if row["unless"] else (),
         )
-        for row in _rows("contents")
+        for row in csv_rows("contents")
         if row["category"] == category and row["part"] == (part or "*")
     )
 
@@ -256,7 +248,7 @@ def _part_efforts() -> dict[tuple[str, str, str], PartEffort]:
             counterbalanced=row["counterbalanced"] == "yes",
             source=row["source"],
         )
-        for row in _rows("efforts")
+        for row in csv_rows("efforts")
     }
 
 
@@ -268,7 +260,7 @@ def _part_materials() -> dict[tuple[str, str], PartMaterial]:
             float(row["hollow"] or 1.0),
             1e-3 * float(row["wall_mm"] or 0.0) * float(row["faces"] or 1.0),
         )
-        for row in _rows("parts")
+        for row in csv_rows("parts")
     }
 
 
@@ -285,10 +277,5 @@ def _mechanisms() -> dict[tuple[str, str, str], PartMechanism]:
             usual_rad=math.radians(float(row["usual_deg"])) if row["usual_deg"] else math.inf,
             press_n=(float(row["press_start_n"]), float(row["press_end_n"])) if row["press_end_n"] else None,
         )
-        for row in _rows("mechanisms")
+        for row in csv_rows("mechanisms")
     }
-
-
-def _rows(name: str) -> list[dict[str, str]]:
-    with (_FOLDER / f"{name}.csv").open(encoding="utf-8", newline="") as file:
-        return list(csv.DictReader(file))

@@ -4,6 +4,7 @@ import ast
 import functools
 import hashlib
 import json
+import os
 from collections.abc import Mapping
 from contextlib import suppress
 from importlib import metadata
@@ -11,6 +12,7 @@ from pathlib import Path
 
 from asset2sim.checks.alignment.reference import Reference
 from asset2sim.engines.registry import installed
+from asset2sim.models.language.csv_rows import LEFT_OUT_VARIABLE
 from schemas.asset import AssetRef
 from schemas.settings import EngineSettings, Settings
 from schemas.vocabulary import DECIDING_PACKAGES, Engine
@@ -102,7 +104,8 @@ IRRELEVANT_SETTINGS: Mapping[str, set[str] | bool] = {
 def shared_hash(settings: Settings, pipeline: str) -> str:
     """SHA-256 over what all assets of a run depend on: settings, sources, packages and the pipeline's name."""
     chosen = settings.model_dump_json(exclude=IRRELEVANT_SETTINGS)
-    material = [pipeline, chosen, source_version(), package_versions(settings.engine)]
+    left_out = os.environ.get(LEFT_OUT_VARIABLE, "")
+    material = [pipeline, chosen, source_version(), package_versions(settings.engine), left_out]
     return hashlib.sha256(json.dumps(material, sort_keys=True).encode()).hexdigest()
 
 
