@@ -61,8 +61,17 @@ def _overlay(asset: FrameRow) -> RenderableType:
     return Text(
         f"\nscale {number(asset['scale'])} ({asset['scale_source']}) · size {size} m · "
         f"mass {number(asset['mass_kg'], 'kg')} · contact friction {number(asset['contact_friction'])} · "
-        f"{asset['n_links']} links · {asset['n_joints']} movable joints"
+        f"{asset['n_links']} links · {asset['n_joints']} movable joints{_support(asset)}"
     )
+
+
+def _support(asset: FrameRow) -> str:
+    """What carries the object, where it comes from and how sure that is; "" where an older run did not say."""
+    kind, mount = asset.get("support"), asset.get("support_mount")
+    if not isinstance(kind, str):
+        return ""
+    to = f" ({mount})" if isinstance(mount, str) else ""
+    return f"\n{kind}{to}, says {asset['support_source']}, {number(asset['support_confidence'])} sure"
 
 
 def _alignment(rows: Sequence[FrameRow]) -> list[RenderableType]:
