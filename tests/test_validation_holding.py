@@ -33,7 +33,7 @@ def joint(lower: float = 0.0, upper: float = math.pi / 2) -> JointFeatures:
 def start(position: float, lower: float = 0.0, upper: float = math.pi / 2) -> Start:
     """A hinge that is closed at its lower limit, standing at ``position`` as it was asked to."""
     span = Range(joint(lower, upper), lower, upper, lower, upper, Source.AUTHORED)
-    return Start(span, position, Source.USER, requested=True, stated=True)
+    return Start(span, position, Source.USER, requested=True, asked=position)
 
 
 def lid_pull(position: float) -> Pull:

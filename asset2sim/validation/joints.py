@@ -141,7 +141,7 @@ def joint_physics(
                 gravity_load=pull.force,
                 holds=holds,
                 least_inertia=moved.least,
-                asked_position=start.position if start.stated else None,
+                asked_position=start.asked,
                 effort_range=handled[name].range,
                 armature=terms.armature,
             )
@@ -166,7 +166,7 @@ def held_where_left(
     springs = (proposal.stiffness, proposal.spring_hz, proposal.returns_s, proposal.press_start, proposal.press_end)
     sprung = any(value is not None for value in springs)
     balanced = abs(pull.force) <= settings.free_hold_share * largest_gravity
-    stays = holds or (start.stated and balanced)
+    stays = holds or (start.asked is not None and balanced)
     if settings.dynamics is DynamicsRule.PAPER or not (holds or (stays and not sprung)):
         return Holding()
     balance = NO_BALANCE if sprung else counterbalance(start, pull, kind, least_inertia, settings)

@@ -17,14 +17,14 @@ WIDEN_SHARE = 0.1
 
 @dataclass(frozen=True)
 class Start:
-    """Start position of one joint, rad or m at the final scale; ``stated``: the proposal states it; ``requested``: it
-    does as the user asked."""
+    """Start position of one joint, rad or m at the final scale; ``asked``: the position that the proposal states, None
+    where it states none; ``requested``: it does as the user asked."""
 
     range: Range
     position: float
     source: Source
     requested: bool
-    stated: bool = False
+    asked: float | None = None
 
 
 def initial_positions(
@@ -45,7 +45,7 @@ def initial_positions(
             wanted = proposed[name] * (scale if span.joint.prismatic else 1.0)
             requested = name in asked
             widened, position = reach(span, wanted, requested, notes)
-            starts[name] = Start(widened, position, Source.USER if requested else source, requested, stated=True)
+            starts[name] = Start(widened, position, Source.USER if requested else source, requested, asked=position)
         else:
             rest = rests.get(name)
             if rest is not None:

@@ -1,5 +1,9 @@
 """The whole of validation: scale, masses, limits, positions, joint dynamics, in that order."""
 
+from collections.abc import Mapping
+from dataclasses import replace
+from types import MappingProxyType
+
 import numpy as np
 
 from asset2sim.assets.extract import Extraction
@@ -34,10 +38,11 @@ def validate(
     support: Support | None = None,
     *,
     guidance: str = "",
+    placed: Mapping[str, float] = MappingProxyType({}),
 ) -> tuple[PhysicsOverlay, tuple[Finding, ...]]:
     """A complete overlay and what was changed to complete it. ``source`` says who proposed (``model`` or ``prior``);
     what ``overlay.asked`` names counts as the user's. ``support`` says what carries the object; None: it is found, from
-    the user's ``guidance`` first."""
+    the user's ``guidance`` first. Joints that the search has ``placed`` (rad or m) start there, whatever is asked."""
     notes, features, asked = Notes(), extraction.features, frozenset(overlay.asked)
     scale, scale_source = bounded_scale(overlay, max(features.rest_size), source, notes)
     note_mass_change(overlay, notes)
@@ -50,6 +55,7 @@ def validate(
     proposals = {proposal.name: proposal for proposal in overlay.joints}
     rests = {name: item.spring_rest for name, item in proposals.items() if item.spring_rest is not None}
     starts = initial_positions(ranges, overlay.initial_joint_positions, rests, asked, scale, source, settings, notes)
+    starts = {name: replace(start, position=placed.get(name, start.position)) for name, start in starts.items()}
     movable = [joint if joint.name in ranges or not joint.movable else locked(joint) for joint in features.joints]
     tree, bodies = tree_of(movable, scale), {n: Body(m.mass, m.com, m.inertia) for n, m in masses.items()}
     points = {name: geometry.points * scale for name, geometry in extraction.geometry.items()}

@@ -11,6 +11,8 @@ from asset2sim.models.language.parts import MovablePart, outermost
 
 _UNSURE = 0.05
 """Confidence below which the two ends of a turning cap look alike: closed is then the authored zero."""
+_WHOLE = ("everything", "object")
+"""Words for all parts that open."""
 _NEUTRAL = 0.2
 """The same of a part that turns as far either way from its authored zero: a tap's lever, a knob, a crank."""
 _SYMMETRIC = 0.02
@@ -77,7 +79,7 @@ def asked_states(info: ObjectInfo, parts: Sequence[MovablePart], statements: Seq
             deferred.append((here, state))
             continue
         if not subject.parts:
-            missing = "part that opens" if subject.words[-1] in ("everything", "object") else " or ".join(subject.words)
+            missing = "part that opens" if subject.words[-1] in _WHOLE else " or ".join(subject.words)
             notes.append(f"state: {state.describe()} is asked, and this object has no {missing}")
         states |= dict.fromkeys(_place(info, subject, state, scale, positions, notes), state)
     for subject, state in deferred:
@@ -113,8 +115,8 @@ def _follows_part(item: Item, segment: Segment) -> bool:
     return any(0 <= item.start - part.end <= 2 for part in segment.of("part", "parts"))
 
 
-def position(part: MovablePart, state: State, scale: float) -> float:
-    """Joint position of a part in a state: rad, or m at the authored scale."""
+def position(part: MovablePart, state: State, scale: float, whole_object: bool = False) -> float:
+    """Joint position of a part in a state, its own or that of the ``whole_object``: rad, or m at the authored scale."""
     joint, mechanism = part.joint, part.mechanism
     if joint.motion == "spin" or joint.range == 0.0:
         return joint.zero
@@ -126,19 +128,20 @@ def position(part: MovablePart, state: State, scale: float) -> float:
         slight = mechanism.slightly * min(joint.range, mechanism.usual_rad)
         if state.slightly:
             return joint.opened_by(joint.range - slight if state.closing else slight)
-        if state.share == 0.0 and ends_look_alike(part):
+        if state.share == 0.0 and ends_look_alike(part, whole_object):
             return joint.zero
         return joint.opened_by((state.share or 0.0) * joint.range)
     return _pose(part, state.kind)
 
 
-def ends_look_alike(part: MovablePart) -> bool:
-    """Whether neither end of a part's travel looks closed: of a turning cap, or of what turns as far either way."""
+def ends_look_alike(part: MovablePart, whole_object: bool) -> bool:
+    """Whether neither end of a part's travel looks closed: of a turning cap, or of what turns as far either way and is
+    not named: a handle that is to be folded down lies at an end."""
     joint = part.joint
     if part.mechanism.role == "cap":
         return joint.open_confidence < _UNSURE
     ends = (joint.lower, joint.upper)
-    if joint.motion != "hinge" or None in ends:
+    if not whole_object or joint.motion != "hinge" or None in ends:
         return False
     return (
         joint.open_confidence < _NEUTRAL
@@ -176,7 +179,8 @@ def _place(
     for part in chosen:
         if part.joint.motion == "spin" and part.mechanism.role == "roll":
             continue
-        positions[part.joint.name] = _inside(part, position(part, state, scale))
+        whole_object = subject.words[-1] in _WHOLE
+        positions[part.joint.name] = _inside(part, position(part, state, scale, whole_object))
         placed.append(part.joint.name)
         notes.append(f"state: {' and '.join(subject.words)} {state.describe()} → {part.joint.name}")
     return placed

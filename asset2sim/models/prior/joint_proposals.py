@@ -139,6 +139,10 @@ _KINDS = (
     "damping", "damped", "friction", "free", "slow", "smooth", "hold", "spring", "stiff", "soft", "light",
     "soft close", "slam", "glide", "snap", "slow return", "closing", "returning", "stops", "turns",
 )  # fmt: skip
+_TURNING = frozenset(
+    ("turn", "turns", "turning", "spin", "spins", "spinning", "rotate", "rotates", "swivel", "swivels")
+)
+"""Words after which a statement is about what turns."""
 _SHUTTING = ("closing", "soft close", "slam")
 _RETURNING = ("returning", "spring", "snap", "slow return")
 """Kinds of words beside which a time says how long the part takes to shut, or to come back."""
@@ -163,7 +167,7 @@ def propose_joints(
             feels[name] = replace(feels[name], holds=True)
     for subject, segment in _clauses(info, parts, statements):
         changes = _changes(segment)
-        for part in _affected_parts(subject, changes):
+        for part in _affected_parts(subject, changes, segment):
             position = positions.get(part.joint.name, part.joint.closed)
             asked_open = abs(position - part.joint.closed) > _OPEN * part.joint.range
             feels[part.joint.name] = with_segment_changes(feels[part.joint.name], changes, part, asked_open)
@@ -217,8 +221,14 @@ def _proposal(part: MovablePart, feel: QualitativeDynamics, positions: Mapping[s
     )
 
 
-def _affected_parts(subject: Sequence[MovablePart], changes: Mapping[str, str]) -> tuple[MovablePart, ...]:
-    """The parts that the changes apply to: a spring goes to parts that are pushed, not to those that only spin."""
+def _affected_parts(
+    subject: Sequence[MovablePart], changes: Mapping[str, str], segment: Segment
+) -> tuple[MovablePart, ...]:
+    """The parts that the changes apply to: a spring goes to parts that are pushed, not to those that only spin, and
+    words about turning ("the seat turns freely") not to those that slide: a seat's gas spring."""
+    turned = tuple(part for part in subject if part.joint.motion != "slider")
+    if _TURNING & set(segment.tokens) and turned:
+        return turned
     pushed = tuple(part for part in subject if part.joint.motion != "spin")
     return pushed if "spring" in changes and pushed else tuple(subject)
 
