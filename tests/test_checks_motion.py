@@ -6,10 +6,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from asset2sim.checks.check_verdict import CheckVerdict
 from asset2sim.checks.hold import holds
 from asset2sim.checks.interact import drop
 from asset2sim.checks.interaction_verdict import (
-    CheckVerdict,
     drop_verdict,
     hold_verdict,
     nudge_verdict,

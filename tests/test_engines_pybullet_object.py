@@ -7,6 +7,7 @@ import math
 from pathlib import Path
 
 import numpy as np
+import pybullet
 import pytest
 
 from asset2sim.engines.pybullet_object import PyBulletObject, loaded
@@ -158,3 +159,18 @@ def test_clients_are_apart_and_end_with_their_block(tmp_path: Path) -> None:
             assert second.positions()[0] == 0.0
         assert first.positions()[0] == 0.5
     assert not first.client.isConnected()
+
+
+def test_a_tiny_knob_turns_although_its_friction_would_stop_a_hundred_radians_a_second(tmp_path: Path) -> None:
+    # 1e-9 kg·m² at 240 Hz: friction of 1e-3 N·m takes 4000 rad/s in a step, forty times PyBullet's own largest speed.
+    knob = UrdfLink("knob", mass=1e-4, inertia=ball_inertia(1e-9))
+    urdf = swing(tmp_path, knob, type="continuous", friction=1e-3)
+    with loaded(urdf, fixed_base=True, timestep_s=1.0 / 240.0, gravity_m_s2=0.0) as item:
+        for torque, moves in ((0.9e-3, False), (2e-3, True)):
+            item.place({})
+            for _ in range(24):
+                item.client.setJointMotorControl2(
+                    item.body, item.joint_index["j"], pybullet.TORQUE_CONTROL, force=torque
+                )
+                item.client.stepSimulation()
+            assert bool(abs(item.positions()[0]) > 1e-3) is moves

@@ -2,9 +2,10 @@
 
 import math
 from collections.abc import Iterable
-from dataclasses import dataclass
 from typing import TypeVar
 
+from asset2sim.checks.check_verdict import CheckVerdict, unit_of
+from asset2sim.checks.effort_verdict import effort_verdict
 from schemas.interaction import (
     Drop,
     Effort,
@@ -24,18 +25,6 @@ from schemas.vocabulary import FailureMode, OverlapCause
 
 ROOM_SHARE = 0.02
 """Free share of its range ahead from which a joint that no effort moves counts as stuck."""
-
-
-@dataclass(frozen=True)
-class CheckVerdict:
-    """One check of one subject (a joint, a drop or a start) in one engine: ``value`` against ``limit``, and why."""
-
-    test: FailureMode
-    subject: str
-    passed: bool
-    value: float | None
-    limit: float | None
-    reason: str
 
 
 def interaction_verdicts(
@@ -74,11 +63,6 @@ def by_joint(records: Iterable[OfJoint]) -> list[list[OfJoint]]:
     return list(grouped.values())
 
 
-def unit_of(joint: JointPhysics) -> str:
-    """The unit of the joint's positions."""
-    return "m" if joint.type == "prismatic" else "rad"
-
-
 def hold_bound(joint: JointPhysics, limits: Thresholds) -> float:
     """How far a joint that must hold may move, rad or m."""
     return limits.hold_m if joint.type == "prismatic" else limits.hold_rad
@@ -111,43 +95,6 @@ def state_verdict(item: SettledJoint, joint: JointPhysics, engine: str, limits: 
         return CheckVerdict(FailureMode.STATE, item.joint, True, item.share, limit, reason)
     reason += f", {item.share:.3g} of its range away; ask for a state in which it rests, or for a joint that holds"
     return CheckVerdict(FailureMode.STATE, item.joint, False, item.share, limit, reason)
-
-
-def effort_verdict(items: list[Effort], joint: JointPhysics, engine: str) -> CheckVerdict:
-    """A part must move by a hand's force at its edge, within the range for its kind, before the object tips or slides,
-    whichever way it is moved; the verdict is on the way that is worst."""
-    return max(
-        (effort_one_way(item, joint, engine) for item in items), key=lambda found: (not found.passed, found.value)
-    )
-
-
-def effort_one_way(item: Effort, joint: JointPhysics, engine: str) -> CheckVerdict:
-    """The verdict on one way of moving a part."""
-    force, asked, subject = item.force_n, joint.effort_range, item.joint
-    takes = f"{item.way} joint '{item.joint}' takes {force:.3g} N at its part's edge in {engine}"
-    if asked is not None and force > asked.most_n:
-        said = f"{takes}; a {asked.kind} takes at most {asked.most_n:.3g} N ({asked.source})"
-        advice = "make the part lighter, or its joint looser"
-        return CheckVerdict(FailureMode.EFFORT, subject, False, force, asked.most_n, f"{said}: {advice}")
-    if asked is not None and force < asked.least_n and pressed(item, joint):
-        said = f"{takes}; a {asked.kind} takes at least {asked.least_n:.3g} N ({asked.source})"
-        return CheckVerdict(
-            FailureMode.EFFORT, subject, False, force, asked.least_n, f"{said}: give it a stronger spring"
-        )
-    for most, does in ((item.tips_at_n, "tips over"), (item.slides_at_n, "slides away")):
-        if most is not None and force > most:
-            said = f"{takes}, and the object {does} at {most:.3g} N"
-            return CheckVerdict(FailureMode.EFFORT, subject, False, force, most, f"{said}: fix it, or hold it down")
-    tips = "" if item.tips_at_n is None else f"; the object tips over at {item.tips_at_n:.3g} N"
-    return CheckVerdict(FailureMode.EFFORT, subject, True, force, None if asked is None else asked.most_n, takes + tips)
-
-
-def pressed(item: Effort, joint: JointPhysics) -> bool:
-    """Whether the part is moved against its spring, from where that returns it."""
-    opening = joint.open >= joint.closed
-    return joint.stiffness > 0.0 and (joint.spring_reference < joint.initial_position) == (
-        opening is (item.way == "opening")
-    )
 
 
 def drop_verdict(item: Drop, engine: str, limits: Thresholds) -> CheckVerdict:

@@ -4,7 +4,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import partial
 
-from asset2sim.checks.interaction_verdict import CheckVerdict, interaction_verdicts
+from asset2sim.checks.check_verdict import CheckVerdict
+from asset2sim.checks.interaction_verdict import interaction_verdicts
 from schemas.finding import Finding
 from schemas.interaction import EngineReport
 from schemas.measurement import JointMotion, Measurement

@@ -28,6 +28,9 @@ FLAGS = pybullet.URDF_USE_INERTIA_FROM_FILE | pybullet.URDF_USE_SELF_COLLISION |
 """Authored inertia, and self-collision with PyBullet's default filter (no contacts of a link with its parent)."""
 MARGIN_M = 1e-3
 """PyBullet's margin around every mesh hull, m: it reports contact of two hulls up to twice this distance."""
+MOST_SPEED = 1e6
+"""Joint speed at which PyBullet cuts off, rad/s or m/s, instead of its own 100: it cuts before it solves for friction,
+which at 100 stops whatever moves less inertia than friction · Δt / 100, under any torque: a camera's knob."""
 JOINT_ITERATIONS = 4
 """Rounds over the joints' own rows for each round over the contacts. With one, friction of joints in series lets go as
 soon as anything else of the object touches: a lid on a tank sank at 5 cm/s under 2/3 of the load it bears."""
@@ -124,7 +127,7 @@ def prepared(
             continue
         joint_index[name] = index
         terms = dynamics[name]
-        client.changeDynamics(body, index, jointDamping=terms.damping)
+        client.changeDynamics(body, index, jointDamping=terms.damping, maxJointVelocity=MOST_SPEED)
         # A velocity motor at rest with a bounded force is Coulomb friction; force 0 switches the hidden motor off.
         client.setJointMotorControl2(body, index, pybullet.VELOCITY_CONTROL, targetVelocity=0.0, force=terms.friction)
     return PyBulletObject(client, body, link_names, joint_index, {k: dynamics[k] for k in joint_index}, console)
