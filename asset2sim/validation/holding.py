@@ -7,7 +7,7 @@ import numpy as np
 
 from asset2sim.physics.arrays import Array
 from asset2sim.physics.mass_matrix import Pull
-from asset2sim.validation.handling import Handling
+from asset2sim.validation.handling import SAFE_SHARE, Handling
 from asset2sim.validation.limits import Range
 from asset2sim.validation.positions import Start
 from schemas.settings import PhysicsSettings
@@ -60,12 +60,16 @@ def counterbalance(
 ) -> Balance:
     """The spring of a door that drops open, relaxed where it is closed, that carries ``counterbalance_share`` of its
     weight where it starts, or where that is closed, where it is open; never so much more of it there that friction does
-    not keep it down. None for a part of another kind, or that gravity does not pull open."""
+    not keep it down. None for a part of another kind, or that gravity does not pull open; but a flap too heavy for a
+    hand, with the friction that would hold it, has a spring, whatever it is called."""
     span = start.range
     way, ahead = span.open - span.closed, start.position - span.closed
-    if not kind.counterbalanced or span.joint.prismatic or span.lower is None or way == 0.0:
+    if span.joint.prismatic or span.lower is None or way == 0.0:
         return NO_BALANCE
     load = float(pull.at(span.open))
+    by_hand = (1.0 + settings.least_hold_margin) * abs(load) <= SAFE_SHARE * kind.lever * kind.range.most_n
+    if not kind.counterbalanced and by_hand:
+        return NO_BALANCE
     # Upright hinges have no load to carry, and what gravity shuts needs a strut and not this spring.
     if load * way <= 0.0 or abs(load) < settings.bump_share * math.hypot(pull.force, pull.slope):
         return NO_BALANCE

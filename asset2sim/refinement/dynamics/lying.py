@@ -12,6 +12,8 @@ from schemas.support import SupportKind
 
 LEAST_TURN_RAD = 1e-3
 """Turn below which an object rests as it is set down, rad."""
+TWO_HANDS_M = 0.5
+"""Longest edge, m, of what one puts down as it comes to rest, where no table knows it."""
 LEANING_RAD = 0.35
 """Turn, rad, up to which an object rests nearly as authored: 20 degrees, as on an uneven underside."""
 
@@ -27,9 +29,12 @@ def lie_down(case: Case, overlay: PhysicsOverlay) -> PhysicsOverlay | None:
 
 
 def lies(case: Case, overlay: PhysicsOverlay) -> bool:
-    """Whether such things are put down on whatever side they come to rest."""
+    """Whether such things are put down on whatever side they come to rest: what a hand holds, what the table says, and
+    what it does not know and two hands can put down."""
     known = sizes().get(case.features.category)
-    return overlay.support.kind is SupportKind.HANDHELD or (known is not None and known.lies)
+    if overlay.support.kind is SupportKind.HANDHELD or (known is not None and known.lies):
+        return True
+    return known is None and overlay.scale * max(case.features.rest_size) <= TWO_HANDS_M
 
 
 def lie_back(case: Case, overlay: PhysicsOverlay) -> PhysicsOverlay | None:
