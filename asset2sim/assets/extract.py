@@ -12,8 +12,10 @@ from asset2sim.assets.joints import limits_in_radians, read_joint, with_ends
 from asset2sim.assets.links import LinkGeometry, MeshReader, read_link
 from asset2sim.assets.meshes.shape_cache import read_shapes, write_shapes
 from asset2sim.assets.meshes.triangles import Triangles
+from asset2sim.assets.urdf.document import read_document
 from asset2sim.assets.urdf.locate import find_urdf, read_category, read_semantics
 from asset2sim.assets.urdf.mesh_files import material_files
+from asset2sim.assets.urdf.mimic import coupled, with_followed_ends
 from asset2sim.assets.urdf.read import read_urdf, root_of
 from asset2sim.physics.arrays import Array, vector
 from asset2sim.physics.kinematics import apply, link_to_root, tree_of
@@ -67,7 +69,8 @@ def extract(ref: AssetRef, cache: Path | None = None) -> Extraction:
     base = urdf.parent
     store = cache / f"{ref.asset_id}.npz" if cache is not None else None
     triangles = Triangles(cache / f"{ref.asset_id}.triangles.npz" if cache is not None else None)
-    reader = MeshReader(base, triangles, known=read_shapes(store) if store is not None else {})
+    told = list(read_document(urdf).findings)
+    reader = MeshReader(base, triangles, told, known=read_shapes(store) if store is not None else {})
     labels = read_semantics(folder)
     links: list[LinkFeatures] = []
     geometry: dict[str, LinkGeometry] = {}
@@ -81,14 +84,15 @@ def extract(ref: AssetRef, cache: Path | None = None) -> Extraction:
     if not any(len(cloud) for cloud in points.values()):
         raise AssetError(FailureMode.MISSING_MESH, "no_geometry", f"{urdf.name}: no link has any geometry")
     stated = [limits_in_radians(read_joint(joint, urdf)) for joint in robot.joints]
-    joints = [joint for joint, _ in stated]
+    joints, narrowed = coupled([joint for joint, _ in stated])
     reader.findings.extend(finding for _, finding in stated if finding is not None)
+    reader.findings.extend(narrowed)
     tree = tree_of(joints)
     root = root_of(robot)
     rest = link_to_root(tree, root, {})
     low, high = bounds(points, rest)
     diagonal = float(np.linalg.norm(high - low))
-    joints = [with_ends(joint, tree, root, points, rest, diagonal) for joint in joints]
+    joints = with_followed_ends([with_ends(joint, tree, root, points, rest, diagonal) for joint in joints])
     closed = {joint.name: joint.closed for joint in joints if joint.closed is not None}
     closed_low, closed_high = bounds(points, link_to_root(tree, root, closed))
     files = [path for path in reader.files.values() if path is not None]

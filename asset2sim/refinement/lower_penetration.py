@@ -119,7 +119,8 @@ def at_positions(loop: RefinementContext, found: Pose, moved: Mapping[str, float
     """The overlay validated again at these positions: effective inertia and gravity load depend on them."""
     overlay = loop.overlay
     sliders = {joint.name for joint in overlay.joints if joint.type == "prismatic"}
-    authored = {name: value / overlay.scale if name in sliders else value for name, value in found.items()}
+    own = {joint.name: found[joint.name] for joint in overlay.joints}
+    authored = {name: value / overlay.scale if name in sliders else value for name, value in own.items()}
     proposal = loop.proposal.model_copy(update={"initial_joint_positions": authored})
     again, _ = validate(loop.extraction, proposal, loop.source, overlay.contact_friction, loop.settings.physics)
     sources = {joint.name: joint.position_source for joint in overlay.joints} | dict.fromkeys(moved, Source.SEARCH)

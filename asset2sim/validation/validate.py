@@ -7,6 +7,7 @@ from asset2sim.models.language.tables import materials
 from asset2sim.physics.arrays import six, vector
 from asset2sim.physics.kinematics import locked, tree_of
 from asset2sim.physics.mass_matrix import Body
+from asset2sim.validation.followers import follow, leaders_positions
 from asset2sim.validation.handling import handlings
 from asset2sim.validation.joints import joint_physics
 from asset2sim.validation.limits import joint_range
@@ -37,7 +38,8 @@ def validate(
     masses = bound_inertia_by_extent(masses, extraction, scale, settings, notes)
     spans = {joint.name: joint_range(joint, scale, notes) for joint in features.joints}
     ranges = {name: span for name, span in spans.items() if span is not None}
-    starts = initial_positions(ranges, overlay.initial_joint_positions, asked, scale, source, settings, notes)
+    wanted, theirs = leaders_positions(features, overlay.initial_joint_positions, asked, notes)
+    starts = follow(features, initial_positions(ranges, wanted, theirs, scale, source, settings, notes), scale)
     movable = [joint if joint.name in ranges or not joint.movable else locked(joint) for joint in features.joints]
     tree, bodies = tree_of(movable, scale), {n: Body(m.mass, m.com, m.inertia) for n, m in masses.items()}
     proposals = {proposal.name: proposal for proposal in overlay.joints}
@@ -51,7 +53,8 @@ def validate(
         scale_source=scale_source,
         contact_friction=contact_friction,
         links=tuple(link_physics(masses[link.name], link.label) for link in features.links),
-        joints=joints,
+        joints=tuple(joint for joint in joints if joint.mimic is None),
+        followers=tuple(joint for joint in joints if joint.mimic is not None),
         notes=overlay.notes,
     )
     return complete, tuple(notes.findings)

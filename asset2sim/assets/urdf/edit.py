@@ -9,6 +9,8 @@ from lxml import etree
 from lxml.etree import _Element as Element
 from scipy.spatial.transform import Rotation
 
+from asset2sim.assets.urdf.capsule import split_capsules
+from asset2sim.assets.urdf.document import read_document
 from asset2sim.physics.kinematics import locked
 from schemas.features import Features, JointFeatures
 from schemas.overlay import JointPhysics, LinkPhysics, PhysicsOverlay
@@ -39,13 +41,14 @@ def refined_urdf(
     geometry stays as authored, its meshes re-pointed and scaled as the visual ones are, and no hull is added.
     URDF has no field for initial positions: a comment lists them (``overlay.json`` holds them too).
     """
-    robot = etree.parse(str(source), etree.XMLParser(remove_comments=False)).getroot()
+    robot = read_document(source).robot
     links = {link.name: link for link in overlay.links}
-    joints = {joint.name: joint for joint in overlay.joints}
+    joints = {joint.name: joint for joint in overlay.all_joints}
     keep = mode is CollisionMode.KEEP
     for link in robot.findall("link"):
         if link.find("collision") is None and not keep:
             add_primitive_collisions(link)
+        split_capsules(link)
         edit_geometry(link, overlay.scale, mesh_places, keep)
         if not keep:
             write_collision(link, collision_files.get(str(link.get("name")), ()))
@@ -212,7 +215,7 @@ def lock_joint(element: Element, authored: JointFeatures, scale: float) -> None:
 
 def state_comment(overlay: PhysicsOverlay) -> "etree._Comment":
     """The comment that names scale and initial joint positions; units are radians and metres."""
-    lines = [f"{joint.name} = {joint.initial_position:.6g}" for joint in overlay.joints]
+    lines = [f"{joint.name} = {joint.initial_position:.6g}" for joint in overlay.all_joints]
     # A comment may not contain two hyphens; names that do are still in overlay.json.
     state = "; ".join(lines).replace("--", "- -") or "none"
     return etree.Comment(f" asset2sim: scale {overlay.scale:.6g}; initial joint positions (rad, m): {state} ")
