@@ -284,3 +284,17 @@ ORIGINS = {
     "sparse": sparse(), "named": named(), "document": document(),
 }  # fmt: skip
 """Those that are refined to the end."""
+
+
+def bar(name: str) -> str:
+    """A bar of 1 kg and 0.01 kg·m² that touches nothing."""
+    moments = "".join(
+        f' {key}="{0.01 if key[1] == key[2] else 0}"' for key in ("ixx", "ixy", "ixz", "iyy", "iyz", "izz")
+    )
+    return link(name, f'<inertial><mass value="1"/><inertia{moments}/></inertial>')
+
+
+def bar_joint(name: str, parent: str, child: str, *, kind: str = "revolute", xyz: str = "0 0 0", more: str = "") -> str:
+    """A joint about or along z that nothing stops."""
+    return joint(name, kind, parent, child, xyz=xyz, axis="0 0 1",
+                 more=f'<limit lower="-10" upper="10" effort="100" velocity="100"/>{more}')  # fmt: skip

@@ -7,13 +7,14 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from lxml import etree
 
 from asset2sim.assets.joints import limits_in_radians, read_joint, with_ends
 from asset2sim.assets.links import LinkGeometry, MeshReader, read_link
 from asset2sim.assets.meshes.shape_cache import read_shapes, write_shapes
 from asset2sim.assets.meshes.triangles import Triangles
-from asset2sim.assets.urdf.document import read_document
-from asset2sim.assets.urdf.locate import find_urdf, read_category, read_semantics
+from asset2sim.assets.urdf.document import read_document, textures_of
+from asset2sim.assets.urdf.locate import find_mesh, find_urdf, read_category, read_semantics
 from asset2sim.assets.urdf.mesh_files import material_files
 from asset2sim.assets.urdf.mimic import coupled, with_followed_ends
 from asset2sim.assets.urdf.read import read_urdf, root_of
@@ -24,7 +25,7 @@ from schemas.base import Vector3
 from schemas.errors import AssetError
 from schemas.features import Features, LinkFeatures
 from schemas.finding import Finding
-from schemas.vocabulary import FailureMode
+from schemas.vocabulary import FailureMode, Severity, Stage
 
 
 def hash_files(files: Iterable[Path], *texts: str) -> str:
@@ -69,7 +70,8 @@ def extract(ref: AssetRef, cache: Path | None = None) -> Extraction:
     base = urdf.parent
     store = cache / f"{ref.asset_id}.npz" if cache is not None else None
     triangles = Triangles(cache / f"{ref.asset_id}.triangles.npz" if cache is not None else None)
-    told = list(read_document(urdf).findings)
+    document = read_document(urdf)
+    told = list(document.findings)
     reader = MeshReader(base, triangles, told, known=read_shapes(store) if store is not None else {})
     labels = read_semantics(folder)
     links: list[LinkFeatures] = []
@@ -95,6 +97,7 @@ def extract(ref: AssetRef, cache: Path | None = None) -> Extraction:
     joints = with_followed_ends([with_ends(joint, tree, root, points, rest, diagonal) for joint in joints])
     closed = {joint.name: joint.closed for joint in joints if joint.closed is not None}
     closed_low, closed_high = bounds(points, link_to_root(tree, root, closed))
+    told += find_textures(document.robot, base, reader.files)
     files = [path for path in reader.files.values() if path is not None]
     looks = [companion for file in files for companion in material_files(file)]
     companions = [file for file in (folder / "semantics.txt", folder / "meta.json") if file.is_file()]
@@ -112,6 +115,19 @@ def extract(ref: AssetRef, cache: Path | None = None) -> Extraction:
         content_hash=hash_files([urdf, *files, *looks, *companions]),
     )
     return Extraction(folder, urdf, features, tuple(reader.findings), geometry, reader.files, triangles=triangles)
+
+
+def find_textures(robot: "etree._Element", folder: Path, files: dict[str, Path | None]) -> list[Finding]:
+    """Look up the pictures of a URDF's materials and add them to ``files``, by reference; a finding for each that is
+    not there."""
+    findings = []
+    for reference in dict.fromkeys(str(texture.get("filename")) for texture in textures_of(robot)):
+        files[reference] = find_mesh(reference, folder)
+        if files[reference] is None:
+            message = f"texture '{reference}' is not there; its material goes without: restore the file"
+            warning = Severity.WARNING
+            findings.append(Finding(stage=Stage.EXTRACT, severity=warning, code="missing_texture", message=message))
+    return findings
 
 
 def box_center(pose: Array, points: Array) -> Vector3:

@@ -42,7 +42,9 @@ def read_document(path: Path) -> Document:
     if not robot.get("name"):
         robot.set("name", path.resolve().parent.name)
         findings.append(info(code="robot_unnamed", message=f"<robot> has no name; it is called '{robot.get('name')}'"))
-    for element in robot.iter(etree.Element):
+    for element in (
+        inner for part in robot.iterchildren("link", "joint", "material") for inner in part.iter(etree.Element)
+    ):
         for key in LISTS:
             text = element.get(key)
             if text is not None and "," in text:
@@ -53,6 +55,11 @@ def read_document(path: Path) -> Document:
     findings += complete_limits(robot)
     findings += drop_unusable_mimics(robot)
     return Document(robot, tuple(findings))
+
+
+def textures_of(robot: Element) -> list[Element]:
+    """The texture elements of a URDF's materials, at its top and in its visuals."""
+    return [*robot.iterfind("material/texture"), *robot.iterfind("link/visual/material/texture")]
 
 
 def strip_namespace(robot: Element) -> None:

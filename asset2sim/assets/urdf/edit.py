@@ -10,7 +10,7 @@ from lxml.etree import _Element as Element
 from scipy.spatial.transform import Rotation
 
 from asset2sim.assets.urdf.capsule import split_capsules
-from asset2sim.assets.urdf.document import read_document
+from asset2sim.assets.urdf.document import read_document, textures_of
 from asset2sim.physics.kinematics import locked
 from schemas.features import Features, JointFeatures
 from schemas.overlay import JointPhysics, LinkPhysics, PhysicsOverlay
@@ -62,6 +62,7 @@ def refined_urdf(
             write_joint(element, authored, joints[authored.name], settings)
         elif authored.movable:
             lock_joint(element, authored, overlay.scale)
+    edit_textures(robot, mesh_places)
     if any(overlay.turned_rad):
         turn_root(robot, features.root, Rotation.from_rotvec(overlay.turned_rad))
     for node in list(robot):
@@ -88,6 +89,17 @@ def turn_root(robot: Element, root: str, turn: Rotation) -> None:
         angles = [float(word) for word in str(origin.get("rpy", "0 0 0")).split()]
         origin.set("xyz", words(turn.apply(place)))
         origin.set("rpy", words((turn * Rotation.from_euler("xyz", angles)).as_euler("xyz")))
+
+
+def edit_textures(robot: Element, places: Mapping[str, str]) -> None:
+    """Point the materials' textures at new files; missing ones go."""
+    for texture in textures_of(robot):
+        place = places.get(str(texture.get("filename")))
+        parent = texture.getparent()
+        if place is not None:
+            texture.set("filename", place)
+        elif parent is not None:
+            parent.remove(texture)
 
 
 def edit_geometry(link: Element, scale: float, mesh_places: Mapping[str, str], keep_collision: bool = False) -> None:
