@@ -117,13 +117,17 @@ def settle_joint_types(path: Path, robot: Element) -> list[Finding]:
         kind, name = str(joint.get("type")), str(joint.get("name"))
         parent, child = (str(end.get("link")) for tag in ("parent", "child") if (end := joint.find(tag)) is not None)
         if kind == "planar":
-            problem = "planar joints are not simulated; write it as two prismatic ones and a continuous one, or fix it"
+            problem = (
+                "type 'planar' is not simulated; write it as two prismatic joints and a continuous one, or as fixed"
+            )
             raise invalid(path, "joint_type", name, problem)
         if kind != "floating":
             continue
         alone = sum(end.get("link") == parent for end in robot.iterfind("joint/parent")) == 1
         if parent in children or parent not in empty or not alone:
-            problem = f"'{child}' floats free of '{parent}': make it an asset of its own, or the joint fixed"
+            problem = (
+                f"type 'floating': '{child}' is free of '{parent}'; make it an asset of its own, or the joint fixed"
+            )
             raise invalid(path, "joint_type", name, problem)
         joint.set("type", "fixed")
         for tag in ("axis", "limit", "dynamics", "mimic"):
