@@ -236,6 +236,10 @@ class PhysicsOverlay(Frozen):
         follow = [joint.following(leaders[joint.mimic.joint]) for joint in self.followers if joint.mimic is not None]
         return (*self.joints, *follow)
 
+    def with_followers(self) -> "PhysicsOverlay":
+        """The overlay whose ``followers`` state what ``all_joints`` has, to be read without this class."""
+        return self.model_copy(update={"followers": self.all_joints[len(self.joints) :]})
+
     @property
     def mass_kg(self) -> float:
         """The mass of the whole object, kg."""

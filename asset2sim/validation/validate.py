@@ -39,7 +39,7 @@ def validate(
     spans = {joint.name: joint_range(joint, scale, notes) for joint in features.joints}
     ranges = {name: span for name, span in spans.items() if span is not None}
     wanted, theirs = leaders_positions(features, overlay.initial_joint_positions, asked, notes)
-    starts = follow(features, initial_positions(ranges, wanted, theirs, scale, source, settings, notes), scale)
+    starts = follow(features, initial_positions(ranges, wanted, theirs, scale, source, settings, notes), scale, notes)
     movable = [joint if joint.name in ranges or not joint.movable else locked(joint) for joint in features.joints]
     tree, bodies = tree_of(movable, scale), {n: Body(m.mass, m.com, m.inertia) for n, m in masses.items()}
     proposals = {proposal.name: proposal for proposal in overlay.joints}
