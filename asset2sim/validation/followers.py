@@ -38,7 +38,7 @@ def follow(features: Features, starts: Mapping[str, Start], scale: float, notes:
             leader = starts[mimic.joint]
             span = following(starts[name].range, leader.range, mimic)
             message = (
-                f"joint '{name}' follows '{mimic.joint}' at {mimic.multiplier:.4g} × its position + {mimic.offset:.4g}: "
+                f"joint '{name}' follows '{mimic.joint}', {mimic.multiplier:.4g} × its position + {mimic.offset:.4g}: "
                 "bound in the checks of every engine, in MJCF and in USD; of plain URDF loaders MuJoCo's binds it, "
                 "PyBullet's leaves it loose"
             )
