@@ -59,6 +59,23 @@ class LinkFeatures(Frozen):
         return self.hull_volume_m3 > 0.0 or self.area_m2 > 0.0
 
 
+class Mimic(Frozen):
+    """How a joint follows another: its position is ``multiplier`` × that of ``joint`` + ``offset``, rad or m. Chains
+    are resolved: ``joint`` itself follows none."""
+
+    joint: str
+    multiplier: Finite = 1.0
+    offset: Finite = 0.0
+
+    def at(self, leader: float) -> float:
+        """The follower's position where its leader is at ``leader``."""
+        return self.multiplier * leader + self.offset
+
+    def leader_at(self, follower: float) -> float:
+        """The leader's position where its follower is at ``follower``."""
+        return (follower - self.offset) / self.multiplier
+
+
 class JointFeatures(Frozen):
     """One joint as authored, with which end of its range is closed and which is open.
 
@@ -81,7 +98,7 @@ class JointFeatures(Frozen):
     velocity: Finite | None
     damping: Finite | None
     friction: Finite | None
-    mimic: str | None
+    mimic: Mimic | None
     closed: Finite | None
     open: Finite | None
     openness_confidence: Fraction

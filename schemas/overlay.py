@@ -6,6 +6,7 @@ from typing import Literal
 from pydantic import Field
 
 from schemas.base import Finite, Fraction, Frozen, Inertia6, NonNegative, Positive, Vector3
+from schemas.features import Mimic
 from schemas.support import Mount, Support, SupportKind
 from schemas.vocabulary import MassRule, Source, VolumeSource
 
@@ -190,10 +191,27 @@ class JointPhysics(Frozen):
     armature: NonNegative = 0.0
     """Inertia reflected onto the joint, kg·m² or kg: it resists the joint's own motion and weighs nothing. It lets a
     solver bear a stiff spring on a part of a gram; the effective inertias do not contain it."""
+    mimic: Mimic | None = None
+    """What the joint follows, at the final scale; None for one with a position of its own."""
+
+    def following(self, leader: "JointPhysics") -> "JointPhysics":
+        """The joint where its leader has it: position, range and ends."""
+        mimic = self.mimic
+        assert mimic is not None, "only a joint that follows another has a leader"
+        ends: tuple[float | None, float | None] = (None, None)
+        if leader.lower is not None and leader.upper is not None and self.type != "continuous":
+            first, second = mimic.at(leader.lower), mimic.at(leader.upper)
+            ends = min(first, second), max(first, second)
+        names = ("initial_position", "closed", "open")
+        places = {name: mimic.at(getattr(leader, name)) for name in names}
+        return self.model_copy(update={"lower": ends[0], "upper": ends[1], **places})
 
 
 class PhysicsOverlay(Frozen):
-    """A complete overlay: every link and every movable joint, nothing left to an engine's default."""
+    """A complete overlay: every link and every movable joint, nothing left to an engine's default.
+
+    ``joints`` have positions of their own; ``followers`` are where those have them (``mimic``), and what they state of
+    position, range and ends counts only as ``all_joints`` has it."""
 
     asset_id: str
     scale: Positive
@@ -208,7 +226,19 @@ class PhysicsOverlay(Frozen):
     """What carries the object: the root of a fixed one is held to the world."""
     links: tuple[LinkPhysics, ...]
     joints: tuple[JointPhysics, ...]
+    followers: tuple[JointPhysics, ...] = ()
     notes: tuple[str, ...] = ()
+
+    @property
+    def all_joints(self) -> tuple[JointPhysics, ...]:
+        """The joints, and then those that follow them as they stand now."""
+        leaders = {joint.name: joint for joint in self.joints}
+        follow = [joint.following(leaders[joint.mimic.joint]) for joint in self.followers if joint.mimic is not None]
+        return (*self.joints, *follow)
+
+    def with_followers(self) -> "PhysicsOverlay":
+        """The overlay whose ``followers`` state what ``all_joints`` has, to be read without this class."""
+        return self.model_copy(update={"followers": self.all_joints[len(self.joints) :]})
 
     @property
     def mass_kg(self) -> float:
@@ -217,8 +247,8 @@ class PhysicsOverlay(Frozen):
 
     @property
     def initial_positions(self) -> dict[str, float]:
-        """Joint name → initial position, radians or metres at the final scale."""
-        return {joint.name: joint.initial_position for joint in self.joints}
+        """Joint name → initial position, radians or metres at the final scale, of the followers too."""
+        return {joint.name: joint.initial_position for joint in self.all_joints}
 
 
 class BakedJoint(Frozen):

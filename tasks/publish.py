@@ -39,7 +39,7 @@ def publish_folder(
     """
     if folder is None:
         return Published()
-    settings, urdf = job.settings, folder / URDF_NAME
+    settings, urdf, overlay = job.settings, folder / URDF_NAME, overlay.with_followers()
     findings: tuple[Finding, ...] = ()
     if settings.state is StateMode.BAKE:
         overlay, findings = bake(urdf, overlay, settings)

@@ -98,7 +98,15 @@ def test_a_slider_without_limits_is_refused(tmp_path: Path) -> None:
     assert (caught.value.mode, caught.value.joint) == (INVALID, "slide")
 
 
-def test_half_a_limit_is_refused(tmp_path: Path) -> None:
+def test_a_limit_that_is_not_stated_is_zero(tmp_path: Path) -> None:
+    half = '<limit upper="0.4" effort="1" velocity="1"/>'
+    extraction = read(written(tmp_path, robot(TWO, joint("pull", "prismatic", "a", "b", axis="1 0 0", more=half))))
+    pull = extraction.features.joint("pull")
+    assert (pull.lower, pull.upper) == (0.0, 0.4)
+    assert [finding.code for finding in extraction.findings] == ["limit_completed"]
+
+
+def test_half_a_limit_that_leaves_no_range_is_refused(tmp_path: Path) -> None:
     half = '<limit lower="0" effort="1" velocity="1"/>'
     folder = written(tmp_path, robot(TWO, joint("swing", "revolute", "a", "b", axis="1 0 0", more=half)))
     with pytest.raises(AssetError, match=r"mobility\.urdf.*'swing'") as caught:

@@ -47,6 +47,7 @@ def authored_overlay(extraction: Extraction, settings: PhysicsSettings, *, asked
             gravity_load=0.0,
             holds=False,
             asked_position=start_of(joint) if asked and starts_closed(joint) else None,
+            mimic=joint.mimic,
         )
         for joint in features.movable_joints
     )
@@ -56,7 +57,8 @@ def authored_overlay(extraction: Extraction, settings: PhysicsSettings, *, asked
         scale_source=Source.AUTHORED,
         contact_friction=settings.contact_friction,
         links=tuple(link_of(link) for link in features.links),
-        joints=joints,
+        joints=tuple(joint for joint in joints if joint.mimic is None),
+        followers=tuple(joint for joint in joints if joint.mimic is not None),
     )
 
 

@@ -7,13 +7,16 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from lxml import etree
 
 from asset2sim.assets.joints import limits_in_radians, read_joint, with_ends
 from asset2sim.assets.links import LinkGeometry, MeshReader, read_link
 from asset2sim.assets.meshes.shape_cache import read_shapes, write_shapes
 from asset2sim.assets.meshes.triangles import Triangles
-from asset2sim.assets.urdf.locate import find_urdf, read_category, read_semantics
+from asset2sim.assets.urdf.document import read_document, textures_of
+from asset2sim.assets.urdf.locate import find_mesh, find_urdf, read_category, read_semantics
 from asset2sim.assets.urdf.mesh_files import material_files
+from asset2sim.assets.urdf.mimic import coupled, with_followed_ends
 from asset2sim.assets.urdf.read import read_urdf, root_of
 from asset2sim.physics.arrays import Array, vector
 from asset2sim.physics.kinematics import apply, link_to_root, tree_of
@@ -22,7 +25,7 @@ from schemas.base import Vector3
 from schemas.errors import AssetError
 from schemas.features import Features, LinkFeatures
 from schemas.finding import Finding
-from schemas.vocabulary import FailureMode
+from schemas.vocabulary import FailureMode, Severity, Stage
 
 
 def hash_files(files: Iterable[Path], *texts: str) -> str:
@@ -67,7 +70,9 @@ def extract(ref: AssetRef, cache: Path | None = None) -> Extraction:
     base = urdf.parent
     store = cache / f"{ref.asset_id}.npz" if cache is not None else None
     triangles = Triangles(cache / f"{ref.asset_id}.triangles.npz" if cache is not None else None)
-    reader = MeshReader(base, triangles, known=read_shapes(store) if store is not None else {})
+    document = read_document(urdf)
+    told = list(document.findings)
+    reader = MeshReader(base, triangles, told, known=read_shapes(store) if store is not None else {})
     labels = read_semantics(folder)
     links: list[LinkFeatures] = []
     geometry: dict[str, LinkGeometry] = {}
@@ -81,16 +86,18 @@ def extract(ref: AssetRef, cache: Path | None = None) -> Extraction:
     if not any(len(cloud) for cloud in points.values()):
         raise AssetError(FailureMode.MISSING_MESH, "no_geometry", f"{urdf.name}: no link has any geometry")
     stated = [limits_in_radians(read_joint(joint, urdf)) for joint in robot.joints]
-    joints = [joint for joint, _ in stated]
+    joints, narrowed = coupled([joint for joint, _ in stated])
     reader.findings.extend(finding for _, finding in stated if finding is not None)
+    reader.findings.extend(narrowed)
     tree = tree_of(joints)
     root = root_of(robot)
     rest = link_to_root(tree, root, {})
     low, high = bounds(points, rest)
     diagonal = float(np.linalg.norm(high - low))
-    joints = [with_ends(joint, tree, root, points, rest, diagonal) for joint in joints]
+    joints = with_followed_ends([with_ends(joint, tree, root, points, rest, diagonal) for joint in joints])
     closed = {joint.name: joint.closed for joint in joints if joint.closed is not None}
     closed_low, closed_high = bounds(points, link_to_root(tree, root, closed))
+    told += find_textures(document.robot, base, reader.files)
     files = [path for path in reader.files.values() if path is not None]
     looks = [companion for file in files for companion in material_files(file)]
     companions = [file for file in (folder / "semantics.txt", folder / "meta.json") if file.is_file()]
@@ -108,6 +115,19 @@ def extract(ref: AssetRef, cache: Path | None = None) -> Extraction:
         content_hash=hash_files([urdf, *files, *looks, *companions]),
     )
     return Extraction(folder, urdf, features, tuple(reader.findings), geometry, reader.files, triangles=triangles)
+
+
+def find_textures(robot: "etree._Element", folder: Path, files: dict[str, Path | None]) -> list[Finding]:
+    """Look up the pictures of a URDF's materials and add them to ``files``, by reference; a finding for each that is
+    not there."""
+    findings = []
+    for reference in dict.fromkeys(str(texture.get("filename")) for texture in textures_of(robot)):
+        files[reference] = find_mesh(reference, folder)
+        if files[reference] is None:
+            message = f"texture '{reference}' is not there; its material goes without: restore the file"
+            warning = Severity.WARNING
+            findings.append(Finding(stage=Stage.EXTRACT, severity=warning, code="missing_texture", message=message))
+    return findings
 
 
 def box_center(pose: Array, points: Array) -> Vector3:

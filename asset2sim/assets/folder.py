@@ -10,7 +10,7 @@ from pathlib import Path
 from asset2sim.assets.extract import Extraction
 from asset2sim.assets.hulls import CollisionFiles, Hulls, write_hulls
 from asset2sim.assets.urdf.edit import refined_urdf
-from asset2sim.assets.urdf.mesh_files import copy_meshes
+from asset2sim.assets.urdf.mesh_files import PICTURES, copy_meshes
 from schemas.overlay import PhysicsOverlay
 from schemas.settings import PhysicsSettings
 from schemas.vocabulary import CollisionMode
@@ -50,7 +50,8 @@ def write_folder(
     target.mkdir(parents=True, exist_ok=True)
     roles = ("visual", "collision") if mode is CollisionMode.KEEP else ("visual",)
     looks = {mesh.file for link in extraction.features.links for mesh in link.meshes if mesh.role in roles}
-    wanted = {reference: file for reference, file in extraction.mesh_files.items() if reference in looks}
+    files = extraction.mesh_files.items()
+    wanted = {name: file for name, file in files if name in looks or Path(name).suffix.lower() in PICTURES}
     places = copy_meshes(wanted, extraction.urdf.parent, target)
     for name in COMPANIONS:
         if (extraction.folder / name).is_file():

@@ -47,7 +47,7 @@ def read_joint(joint: yourdfpy.Joint, urdf: Path) -> JointFeatures:
         velocity=None if limit is None else limit.velocity,
         damping=None if dynamics is None else dynamics.damping,
         friction=None if dynamics is None else dynamics.friction,
-        mimic=None if joint.mimic is None else joint.mimic.joint,
+        mimic=joint.mimic,
         closed=None,
         open=None,
         openness_confidence=0.0,

@@ -9,6 +9,7 @@ from asset2sim.assets.extract import Extraction
 from asset2sim.assets.urdf.read import Dynamics, read_dynamics
 from asset2sim.physics.arrays import six, vector
 from asset2sim.physics.inertia import box_inertia
+from asset2sim.physics.kinematics import mimics_of, tree_of
 from asset2sim.physics.walls import wall_volume
 from asset2sim.validation.handling import handling
 from asset2sim.validation.joints import HELD_STATE
@@ -31,6 +32,13 @@ def as_proposed(extraction: Extraction, proposal: Overlay, source: Source, setti
     features, scale = extraction.features, proposal.scale
     links = {item.name: item for item in proposal.links}
     dynamics = read_dynamics(extraction.urdf)
+    mimics = mimics_of(tree_of(features.joints, scale))
+    joints = [
+        joint_as_proposed(joint, features, dynamics[joint.name], proposal, source).model_copy(
+            update={"mimic": mimics.get(joint.name)}
+        )
+        for joint in features.movable_joints
+    ]
     return PhysicsOverlay(
         asset_id=features.asset_id,
         scale=scale,
@@ -40,10 +48,8 @@ def as_proposed(extraction: Extraction, proposal: Overlay, source: Source, setti
             link_as_proposed(link, links.get(link.name, LinkProposal(name=link.name)), scale, source)
             for link in features.links
         ),
-        joints=tuple(
-            joint_as_proposed(joint, features, dynamics[joint.name], proposal, source)
-            for joint in features.movable_joints
-        ),
+        joints=tuple(joint for joint in joints if joint.mimic is None),
+        followers=tuple(joint for joint in joints if joint.mimic is not None),
         notes=proposal.notes,
     )
 

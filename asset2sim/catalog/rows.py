@@ -119,9 +119,9 @@ def joint_rows(key: Row, record: AssetRecord, limits: Thresholds) -> list[Row]:
     motions = {motion.name: motion for motion in record.measurement.joints} if record.measurement else {}
     settled = record.measurement.settle_motion if record.measurement else {}
     rows = []
-    for joint in record.overlay.joints:
+    for joint in record.overlay.all_joints:
         seen, motion = features.get(joint.name), motions.get(joint.name)
-        row = key | {"joint": joint.name} | joint.model_dump(exclude={"name", "least_inertia", "effort_range"})
+        row = key | {"joint": joint.name} | joint.model_dump(exclude={"name", "least_inertia", "effort_range", "mimic"})
         expected = joint.effort_range
         row |= {
             "position_unit": "m" if joint.type == "prismatic" else "rad",
@@ -208,7 +208,7 @@ def _shape_columns(record: AssetRecord) -> Row:
     overlay, features = record.overlay, record.features
     size = [edge * overlay.scale for edge in features.rest_size] if overlay and features else [None] * 3
     links = features.links if features else overlay.links if overlay else None
-    joints = overlay.joints if overlay else features.movable_joints if features else None
+    joints = overlay.all_joints if overlay else features.movable_joints if features else None
     return {
         "scale": overlay.scale if overlay else None,
         "scale_source": overlay.scale_source.value if overlay else None,

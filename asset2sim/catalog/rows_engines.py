@@ -13,7 +13,7 @@ from schemas.table import Row
 
 def prismatic_joints(record: AssetRecord) -> frozenset[str]:
     """Names of the prismatic joints; empty for a record with neither overlay nor features."""
-    joints = record.overlay.joints if record.overlay else record.features.joints if record.features else ()
+    joints = record.overlay.all_joints if record.overlay else record.features.joints if record.features else ()
     return frozenset(joint.name for joint in joints if joint.type == "prismatic")
 
 

@@ -78,7 +78,7 @@ def part_grip(item: Mechanism, clouds: Clouds, joint: JointPhysics, poses: Mappi
     hinge = next(entry for entry in item.tree if entry.name == joint.name)
     frame = poses[hinge.parent] @ hinge.child_to_parent
     parts = [
-        clouds[link] @ poses[link][:3, :3].T + poses[link][:3, 3] for link in item.moved[joint.name] & clouds.keys()
+        clouds[link] @ poses[link][:3, :3].T + poses[link][:3, 3] for link in item.rigid[joint.name] & clouds.keys()
     ]
     points = np.vstack([np.zeros((0, 3)), *parts])
     slides = joint.type == "prismatic"

@@ -23,7 +23,10 @@ CLEARANCE_M = 1e-3
 
 
 def swept_box(item: Mechanism, joint: JointPhysics, poses: dict[str, Array], samples: int) -> tuple[Array, Array]:
-    """(3,) least and greatest corner of all that the joint moves, over its range, in the root's frame, m."""
+    """(3,) least and greatest corner of all that the joint moves, over its range, in the root's frame, m; without
+    bounds where others follow it, so that it is moved alone."""
+    if joint.name in item.followers:
+        return np.full(3, -np.inf), np.full(3, np.inf)
     entry = next(found for found in item.tree if found.name == joint.name)
     frame = poses[entry.parent] @ entry.child_to_parent
     base = frame @ motion(entry, joint.initial_position)

@@ -4,26 +4,30 @@ import math
 from collections.abc import Mapping
 from contextlib import suppress
 from dataclasses import dataclass
+from functools import cached_property
 from pathlib import Path
 
 import numpy as np
 from lxml import etree
 
 from asset2sim.assets.meshes.load import known_points, mesh_points
+from asset2sim.assets.urdf.mimic import read_mimics
 from asset2sim.assets.urdf.read import element_joint, element_pose, numbers
 from asset2sim.physics.arrays import Array
 from asset2sim.physics.inertia import tensor_of
-from asset2sim.physics.kinematics import TreeJoint, link_to_root, subtree
+from asset2sim.physics.kinematics import TreeJoint, beyond, link_to_root, subtree, with_mimics
 from asset2sim.physics.mass_matrix import GRAVITY_M_S2, Body, Pull
 from schemas.overlay import JointPhysics, PhysicsOverlay
 
 
 @dataclass(frozen=True)
 class Mechanism:
-    """The object that is checked. ``joints`` are those of the overlay that move in the URDF, in the tree's order.
+    """The object that is checked. ``joints`` are those of the overlay that move in the URDF, in the tree's order; those
+    that follow others are moved with these (``followers``) and not checked by themselves.
 
-    ``moved`` is the links beyond each movable joint, ``chain`` the movable joints from the root to each link,
-    ``boxes`` the corners (8, 3) of each link's collision shapes in its own frame (links without any are left out).
+    ``moved`` is the links that each movable joint moves, ``chain`` the movable joints from the root to each link, for
+    one that follows another that one, ``boxes`` the corners (8, 3) of each link's collision shapes in its own frame
+    (links without any are left out).
     """
 
     root: str
@@ -35,9 +39,28 @@ class Mechanism:
     chain: dict[str, tuple[str, ...]]
     boxes: dict[str, Array]
 
+    @cached_property
+    def followers(self) -> dict[str, tuple[TreeJoint, ...]]:
+        """Joint → the joints that follow it, of those that have any."""
+        found: dict[str, tuple[TreeJoint, ...]] = {}
+        for joint in self.tree:
+            if joint.mimic is not None:
+                found[joint.mimic.joint] = (*found.get(joint.mimic.joint, ()), joint)
+        return found
+
+    def moves_apart(self, joint: str, a: str, b: str) -> bool:
+        """Whether a joint, with what follows it, moves two links against each other."""
+        names = [joint, *(item.name for item in self.followers.get(joint, ()))]
+        return any((a in self.rigid[name]) != (b in self.rigid[name]) for name in names)
+
+    @cached_property
+    def rigid(self) -> dict[str, frozenset[str]]:
+        """Movable joint → the links that move with it as one."""
+        return {joint.name: frozenset(beyond(self.tree, joint.name)) for joint in self.tree if joint.type != "fixed"}
+
     @property
     def start(self) -> dict[str, float]:
-        """Joint name → initial position, rad or m."""
+        """Joint name → initial position, rad or m, of those that follow none."""
         return {joint.name: joint.initial_position for joint in self.joints}
 
 
@@ -45,13 +68,15 @@ def mechanism(urdf: Path, overlay: PhysicsOverlay) -> Mechanism:
     """Read a URDF that this project has written: one tree, every link with an inertial."""
     root_element = etree.parse(str(urdf)).getroot()
     tree = ordered([element_joint(element) for element in root_element.findall("joint")])
+    tree = with_mimics(tree, read_mimics(root_element))
     children = {joint.child for joint in tree}
     links = {str(element.get("name")): element for element in root_element.findall("link")}
     root = next(name for name in links if name not in children)
     movable = [joint for joint in tree if joint.type != "fixed"]
     chain: dict[str, tuple[str, ...]] = {root: ()}
     for joint in tree:
-        chain[joint.child] = chain[joint.parent] + (() if joint.type == "fixed" else (joint.name,))
+        name = joint.name if joint.mimic is None else joint.mimic.joint
+        chain[joint.child] = chain[joint.parent] + (() if joint.type == "fixed" else (name,))
     known = {joint.name: joint for joint in overlay.joints}
     efforts = {
         str(element.get("name")): float(limit.get("effort", math.inf))
@@ -171,7 +196,19 @@ def know_points(urdf: Path) -> None:
 
 
 def pull_on(item: Mechanism, joint: str, positions: Mapping[str, float], poses: Mapping[str, Array]) -> Pull:
-    """Gravity's pull along the joint, the others at ``positions``, whose link-to-root transforms are ``poses``.
+    """Gravity's pull along the joint and what follows it, the others at ``positions``, whose link-to-root transforms
+    are ``poses``. With followers it is exact there, and further on as far as all move by the same angle."""
+    pull = own_pull(item, joint, positions, poses)
+    force, slope = pull.force, pull.slope
+    for follower in item.followers.get(joint, ()):
+        if follower.mimic is not None:
+            ratio, other = follower.mimic.multiplier, own_pull(item, follower.name, positions, poses)
+            force, slope = force + ratio * other.force, slope + ratio**2 * other.slope
+    return Pull(pull.position, force, slope, pull.prismatic)
+
+
+def own_pull(item: Mechanism, joint: str, positions: Mapping[str, float], poses: Mapping[str, Array]) -> Pull:
+    """Gravity's pull along the joint alone, the others at ``positions``, whose link-to-root transforms are ``poses``.
 
     −m g z·(a × R(θ) r) for a hinge of unit axis a with the centre of mass of all it moves at r from it, and −m g z·a
     for a slider: gravity is along −z of the root frame, as in ``physics.mass_matrix.joint_space``.
@@ -180,7 +217,7 @@ def pull_on(item: Mechanism, joint: str, positions: Mapping[str, float], poses: 
     frame = poses[hinge.parent] @ hinge.child_to_parent
     axis = frame[:3, :3] @ hinge.axis
     mass, moment = 0.0, np.zeros(3)
-    for link in item.moved[joint]:
+    for link in item.rigid[joint]:
         body, pose = item.bodies[link], poses[link]
         mass += body.mass
         moment += body.mass * (pose[:3, :3] @ body.com + pose[:3, 3])
@@ -193,19 +230,24 @@ def pull_on(item: Mechanism, joint: str, positions: Mapping[str, float], poses: 
 
 
 def moved_inertia(item: Mechanism, joint: str, poses: Mapping[str, Array]) -> float:
-    """The inertia that the joint moves, the root and all other joints held, with its armature: kg·m² about its axis, or
-    kg."""
-    hinge = next(entry for entry in item.tree if entry.name == joint)
+    """The inertia that the joint moves with what follows it, the root and all other joints held, with its armature:
+    kg·m² about its axis, or kg."""
     total = next((entry.armature for entry in item.joints if entry.name == joint), 0.0)
-    if hinge.type == "prismatic":
-        return total + sum(item.bodies[link].mass for link in item.moved[joint])
-    frame = poses[hinge.parent] @ hinge.child_to_parent
-    axis = frame[:3, :3] @ hinge.axis
+    drives = [(entry, 1.0) for entry in item.tree if entry.name == joint]
+    drives += [(entry, entry.mimic.multiplier) for entry in item.followers.get(joint, ()) if entry.mimic is not None]
     for link in item.moved[joint]:
         body, pose = item.bodies[link], poses[link]
-        lever = np.cross(axis, pose[:3, :3] @ body.com + pose[:3, 3] - frame[:3, 3])
-        turned = pose[:3, :3].T @ axis
-        total += body.mass * float(lever @ lever) + float(turned @ body.inertia @ turned)
+        center, speed, turning = pose[:3, :3] @ body.com + pose[:3, 3], np.zeros(3), np.zeros(3)
+        for entry, ratio in drives:
+            if link not in item.rigid[entry.name]:
+                continue
+            frame = poses[entry.parent] @ entry.child_to_parent
+            axis = ratio * frame[:3, :3] @ entry.axis
+            slides = entry.type == "prismatic"
+            speed = speed + (axis if slides else np.cross(axis, center - frame[:3, 3]))
+            turning = turning + (0.0 if slides else axis)
+        turned = pose[:3, :3].T @ turning
+        total += body.mass * float(speed @ speed) + float(turned @ body.inertia @ turned)
     return total
 
 

@@ -213,7 +213,7 @@ def beyond(
             continue
         for name in moved:
             # Two links that the joint moves together are no obstacle to it.
-            if (pair[0] in item.moved[name]) != (pair[1] in item.moved[name]):
+            if item.moves_apart(name, *pair):
                 found[name][pair] = depth
     return found
 

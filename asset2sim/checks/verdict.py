@@ -102,7 +102,7 @@ def failures_of(report: EngineReport, overlay: PhysicsOverlay, limits: Threshold
         return (Failure(report.engine, mode, "", report.problem, None, None),)
     failed: list[Failure] = []
     if report.measurement is not None:
-        sliders = frozenset(joint.name for joint in overlay.joints if joint.type == "prismatic")
+        sliders = frozenset(joint.name for joint in overlay.all_joints if joint.type == "prismatic")
         verdict = measurement_verdict(report.measurement, sliders, limits)
         if not verdict.passed:
             subject = next(iter(oscillating_joints(report.measurement, sliders, limits)), "")

@@ -97,6 +97,8 @@ def object_spec(urdf: Path, *, free: bool, contact_friction: float) -> mujoco.Mj
         joint.actfrclimited = mujoco.mjtLimited.mjLIMITED_FALSE
     give_dynamics(spec, read_dynamics(urdf))
     lock_joints(spec, root)
+    for equality in spec.equalities:  # URDF's mimics
+        equality.solimp = LIMIT_SOLIMP
     rolling = rolling_friction(root)
     for geom in spec.geoms:
         geom.friction = [contact_friction, TORSION_M, rolling or ROLLING_M]
@@ -201,6 +203,8 @@ def give_options(spec: mujoco.MjSpec, timestep_s: float, gravity_m_s2: float) ->
     option.disableflags |= int(mujoco.mjtDisableBit.mjDSBL_AUTORESET)
     for joint in spec.joints:
         joint.solref_friction = joint.solref_limit = solref(timestep_s)
+    for equality in spec.equalities:
+        equality.solref = solref(timestep_s)
     for geom in spec.geoms:
         geom.solref = solref(timestep_s)
         geom.solimp = CONTACT_SOLIMP

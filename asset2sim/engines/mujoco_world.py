@@ -6,14 +6,18 @@ from pathlib import Path
 
 import mujoco
 import numpy as np
+from lxml import etree
 from scipy.spatial.transform import Rotation
 
+from asset2sim.assets.urdf.mimic import read_mimics
 from asset2sim.engines import lowest
 from asset2sim.engines.contacts import ContactPoint
 from asset2sim.engines.mujoco_spec import collected_warnings, give_options, object_spec, refused
-from asset2sim.engines.world import nothing_collides
+from asset2sim.engines.world import nothing_collides, with_followers
 from asset2sim.physics.arrays import Array, cross, norms
+from asset2sim.physics.kinematics import followed
 from asset2sim.physics.mass_matrix import GRAVITY_M_S2
+from schemas.features import Mimic
 from schemas.vocabulary import Engine
 
 GROUND_GRID_M = 1.0
@@ -35,7 +39,7 @@ def open_mujoco(
             model = spec.compile()
         except (ValueError, OSError) as error:
             raise refused(urdf, error) from error
-        world = MuJoCoWorld(model, plane, tuple(said))
+        world = MuJoCoWorld(model, plane, tuple(said), read_mimics(etree.parse(str(urdf)).getroot()))
         world.place({})
         yield world
 
@@ -46,7 +50,10 @@ class MuJoCoWorld:
     engine = Engine.MUJOCO
     skin_m = 0.0
 
-    def __init__(self, model: mujoco.MjModel, plane: bool, console: tuple[str, ...]) -> None:
+    def __init__(
+        self, model: mujoco.MjModel, plane: bool, console: tuple[str, ...], mimics: Mapping[str, Mimic]
+    ) -> None:
+        self.mimics = mimics
         self.model, self.data = model, mujoco.MjData(model)
         self.plane = plane
         self.console = console
@@ -69,6 +76,7 @@ class MuJoCoWorld:
     ) -> None:
         """See ``World``. Raises AssetError (engine_crash) where nothing could stand on the plane."""
         mujoco.mj_resetData(self.model, self.data)
+        positions = followed(self.mimics, positions)
         self.data.qpos[self.qpos] = [positions.get(name, 0.0) for name in self.joint_names]
         if not self.plane:
             return
@@ -108,7 +116,7 @@ class MuJoCoWorld:
 
     def kick(self, velocities: Mapping[str, float]) -> None:
         """See ``World``."""
-        for name, velocity in velocities.items():
+        for name, velocity in with_followers(self.mimics, velocities).items():
             self.data.qvel[self.qvel[self.index[name]]] = velocity
 
     def push(self, efforts: Mapping[str, float]) -> None:

@@ -7,20 +7,24 @@ provides dry friction, a torque acts as the spring, body damping is 0, and limit
 
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import AbstractContextManager, contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property, partial
 from pathlib import Path
 
 import numpy as np
 import pybullet
+from lxml import etree
 from pybullet_utils.bullet_client import BulletClient
 
+from asset2sim.assets.urdf.mimic import read_mimics
 from asset2sim.assets.urdf.read import Dynamics, read_dynamics
 from asset2sim.engines.child import captured_console
 from asset2sim.engines.contacts import ContactPoint, penetration
 from asset2sim.physics.arrays import Array
+from asset2sim.physics.kinematics import followed
 from asset2sim.physics.mass_matrix import GRAVITY_M_S2
 from schemas.errors import AssetError
+from schemas.features import Mimic
 from schemas.settings import EngineSettings
 from schemas.vocabulary import FailureMode
 
@@ -39,6 +43,12 @@ RESIDUAL = 1e-10
 2 mrad/s on an object that stands on a plane."""
 
 
+GEAR_ERP = 0.2
+"""Share of its error that a gear takes back in a step, as Bullet's own joints do."""
+GEAR_FORCE = 1e6
+"""Largest force of a gear, N·m or N: far more than any part of a household object bears."""
+
+
 @dataclass(frozen=True)
 class PyBulletObject:
     """A loaded object: its client and body, link names by index (-1 is the root), and its movable joints in order."""
@@ -49,9 +59,11 @@ class PyBulletObject:
     joint_index: dict[str, int]
     dynamics: dict[str, Dynamics]
     console: tuple[str, ...]
+    mimics: Mapping[str, Mimic] = field(default_factory=dict)
 
     def place(self, positions: Mapping[str, float]) -> None:
-        """Set joint positions (rad, m) at rest; joints not named go to zero."""
+        """Set joint positions (rad, m) at rest; joints not named go to zero, those that follow others with these."""
+        positions = followed(self.mimics, positions)
         for name, index in self.joint_index.items():
             self.client.resetJointState(self.body, index, positions.get(name, 0.0), 0.0)
 
@@ -106,15 +118,20 @@ def loaded(
             said = "; ".join(line for line in console if "argv" not in line)[-400:] or "nothing"
             message = f"PyBullet refuses {urdf.name} and says: {said}"
             raise AssetError(FailureMode.ENGINE_CRASH, "engine_refused", message)
-        yield prepared(client, body, read_dynamics(urdf), tuple(console))
+        yield prepared(client, body, read_dynamics(urdf), tuple(console), read_mimics(etree.parse(str(urdf)).getroot()))
     finally:
         client.disconnect()
 
 
 def prepared(
-    client: BulletClient, body: int, dynamics: dict[str, Dynamics], console: tuple[str, ...]
+    client: BulletClient,
+    body: int,
+    dynamics: dict[str, Dynamics],
+    console: tuple[str, ...],
+    mimics: Mapping[str, Mimic],
 ) -> PyBulletObject:
-    """The object with PyBullet's own damping and motors off, and its joints' damping and friction applied."""
+    """The object with PyBullet's own damping and motors off, its joints' damping and friction applied, and joints that
+    follow others geared to them."""
     link_names = {-1: client.getBodyInfo(body)[0].decode()}
     joint_index: dict[str, int] = {}
     client.changeDynamics(body, -1, linearDamping=0.0, angularDamping=0.0)
@@ -130,7 +147,19 @@ def prepared(
         client.changeDynamics(body, index, jointDamping=terms.damping, maxJointVelocity=MOST_SPEED)
         # A velocity motor at rest with a bounded force is Coulomb friction; force 0 switches the hidden motor off.
         client.setJointMotorControl2(body, index, pybullet.VELOCITY_CONTROL, targetVelocity=0.0, force=terms.friction)
-    return PyBulletObject(client, body, link_names, joint_index, {k: dynamics[k] for k in joint_index}, console)
+    for name, mimic in mimics.items():
+        gear(client, body, joint_index[name], joint_index[mimic.joint], mimic)
+    dynamics = {name: dynamics[name] for name in joint_index}
+    return PyBulletObject(client, body, link_names, joint_index, dynamics, console, mimics)
+
+
+def gear(client: BulletClient, body: int, follower: int, leader: int, mimic: Mimic) -> None:
+    """Bind two joints of one body, q_follower − multiplier · q_leader = offset: PyBullet ignores URDF's mimic."""
+    nowhere = (0.0, 0.0, 0.0)
+    made = client.createConstraint(body, follower, body, leader, pybullet.JOINT_GEAR, (0.0, 0.0, 1.0), nowhere, nowhere)
+    client.changeConstraint(
+        made, gearRatio=-mimic.multiplier, relativePositionTarget=mimic.offset, erp=GEAR_ERP, maxForce=GEAR_FORCE
+    )
 
 
 def contact_points(item: PyBulletObject, positions: Mapping[str, float]) -> list[ContactPoint]:

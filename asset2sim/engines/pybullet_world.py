@@ -12,7 +12,7 @@ from scipy.spatial.transform import Rotation
 from asset2sim.engines.contacts import ContactPoint
 from asset2sim.engines.pybullet_object import MARGIN_M, PyBulletObject, loaded
 from asset2sim.engines.pybullet_springs import ArmatureSprings
-from asset2sim.engines.world import contact_distance_m, nothing_collides
+from asset2sim.engines.world import contact_distance_m, nothing_collides, with_followers
 from asset2sim.physics.arrays import Array
 from asset2sim.physics.mass_matrix import GRAVITY_M_S2
 from schemas.vocabulary import Engine
@@ -130,7 +130,7 @@ class PyBulletWorld:
     def kick(self, velocities: Mapping[str, float]) -> None:
         """See ``World``."""
         present = dict(zip(self.joint_names, self.positions(), strict=True))
-        for name, velocity in velocities.items():
+        for name, velocity in with_followers(self.item.mimics, velocities).items():
             self.item.client.resetJointState(self.item.body, self.item.joint_index[name], present[name], velocity)
 
     def push(self, efforts: Mapping[str, float]) -> None:

@@ -16,6 +16,7 @@ import numpy as np
 import yourdfpy
 
 from asset2sim.assets.meshes.load import mesh_points, scale_vector
+from asset2sim.assets.urdf.capsule import Capsule
 from asset2sim.assets.urdf.locate import find_mesh
 from asset2sim.assets.urdf.read import Dynamics, read_dynamics, read_urdf
 from asset2sim.engines import lowest
@@ -59,7 +60,8 @@ UPWARDS = (0.7071068, 0.0, -0.7071068, 0.0)
 
 @dataclass(frozen=True)
 class SapienObject:
-    """A loaded object: PhysX' system and its articulation, its links in order, their shapes, and its joints' terms."""
+    """A loaded object: PhysX' system and its articulation, its links in order, their shapes, its joints' terms,
+    and what was read of its URDF."""
 
     system: Any
     articulation: Any
@@ -67,6 +69,7 @@ class SapienObject:
     cloud: lowest.Cloud
     dynamics: dict[str, Dynamics]
     console: tuple[str, ...]
+    robot: yourdfpy.Robot
 
 
 @contextmanager
@@ -98,7 +101,7 @@ def loaded(
     links = tuple(link for link, _ in built.links)
     try:
         printed = (*console, *built.said)
-        yield SapienObject(system, links[0].articulation, links, lowest.cloud(built.shapes), terms, printed)
+        yield SapienObject(system, links[0].articulation, links, lowest.cloud(built.shapes), terms, printed, robot)
     finally:
         for entity in list(scene.entities):
             scene.remove_entity(entity)
@@ -232,6 +235,10 @@ def shape_of(builder: Builder, geometry: yourdfpy.Geometry) -> tuple[Any, lowest
     if geometry.sphere is not None:
         radius = float(geometry.sphere.radius)
         return physx.PhysxCollisionShapeSphere(radius=radius, material=material), lowest.sphere(radius), straight
+    if isinstance(geometry.cylinder, Capsule):
+        radius, half_length = float(geometry.cylinder.radius), float(geometry.cylinder.length) / 2.0
+        shape = physx.PhysxCollisionShapeCapsule(radius=radius, half_length=half_length, material=material)
+        return shape, lowest.capsule(radius, half_length, 0), builder.sapien.Pose(q=ALONG_X)
     if geometry.cylinder is not None:
         radius, half_length = float(geometry.cylinder.radius), float(geometry.cylinder.length) / 2.0
         shape = physx.PhysxCollisionShapeCylinder(radius=radius, half_length=half_length, material=material)

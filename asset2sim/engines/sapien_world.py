@@ -9,9 +9,11 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from asset2sim.engines.contacts import ContactPoint
+from asset2sim.engines.sapien_coupling import Coupling
 from asset2sim.engines.sapien_object import SapienObject, loaded
-from asset2sim.engines.world import nothing_collides
+from asset2sim.engines.world import nothing_collides, with_followers
 from asset2sim.physics.arrays import Array
+from asset2sim.physics.kinematics import followed
 from asset2sim.physics.mass_matrix import GRAVITY_M_S2
 from schemas.vocabulary import Engine
 
@@ -53,7 +55,9 @@ class SapienWorld:
         self.stiffness = np.array([term.stiffness for term in terms])
         self.reference = np.array([term.spring_reference for term in terms])
         self.efforts = np.zeros(len(self.joint_names))
-        self.sprung = bool(self.stiffness.any())
+        self.coupling = Coupling(item.robot, self.joint_names, not plane, timestep_s)
+        self.armature = {name: item.dynamics[name].armature for name in self.joint_names}
+        self.sprung = bool(self.stiffness.any()) or bool(self.coupling.mimics)
         self.limits = np.array(item.articulation.get_qlimits(), dtype=float).reshape(-1, 2)
         self.at_rest = np.zeros(len(self.joint_names), dtype=np.float32)
         self.pose = import_module("sapien").Pose
@@ -72,6 +76,8 @@ class SapienWorld:
         self.stand((shift_m[0], shift_m[1], 0.0), (w, x, y, z))
         self.push({})
         if self.joint_names:
+            positions = followed(self.coupling.mimics, positions)
+            self.coupling.measure(positions, self.armature)
             body.set_qpos(np.array([positions.get(name, 0.0) for name in self.joint_names], dtype=np.float32))
             body.set_qvel(self.at_rest)
         if not self.plane:
@@ -96,6 +102,8 @@ class SapienWorld:
             if self.sprung:
                 # An effort, not PhysX' implicit spring, which loses energy by itself.
                 springs = self.stiffness * (self.reference - body.get_qpos())
+                if self.coupling.mimics:
+                    springs += self.coupling.efforts(body.get_qpos(), body.get_qvel())
                 body.set_qf((springs + self.efforts).astype(np.float32))
             system.step()
 
@@ -126,7 +134,7 @@ class SapienWorld:
     def kick(self, velocities: Mapping[str, float]) -> None:
         """See ``World``."""
         present = self.velocities()
-        for name, velocity in velocities.items():
+        for name, velocity in with_followers(self.coupling.mimics, velocities).items():
             present[self.index[name]] = velocity
         self.item.articulation.set_qvel(present.astype(np.float32))
 

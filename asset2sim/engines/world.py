@@ -9,6 +9,7 @@ from asset2sim.engines.contacts import ContactPoint
 from asset2sim.physics.arrays import Array
 from asset2sim.physics.mass_matrix import GRAVITY_M_S2
 from schemas.errors import AssetError
+from schemas.features import Mimic
 from schemas.vocabulary import Engine, FailureMode
 
 CONTACT_SPEED_M_S = 1.2
@@ -20,7 +21,8 @@ class World(Protocol):
     """A loaded object whose joint damping, friction and stiffness are in force as its URDF states them.
 
     The world has a plane at z = 0 and the object's root is free, or it has none and the root is held. Gravity is along
-    -z. Frames are the world's, quaternions xyzw, positions rad or m in ``joint_names``' order.
+    -z. Frames are the world's, quaternions xyzw, positions rad or m in ``joint_names``' order. Joints that follow
+    others (``mimic``) are bound to them.
     """
 
     engine: Engine
@@ -40,7 +42,8 @@ class World(Protocol):
         shift_m: tuple[float, float] = (0.0, 0.0),
         tilt_rad: tuple[float, float, float] = (0.0, 0.0, 0.0),
     ) -> None:
-        """Set the object at rest: joints at ``positions`` (others at zero), no effort applied.
+        """Set the object at rest: joints at ``positions`` (others at zero, followers where their leaders
+        have them), no effort applied.
 
         With a plane, upright as authored and then turned by the rotation vector ``tilt_rad``, shifted along the plane,
         its lowest point ``height_m`` above it. A held root stays as authored.
@@ -84,6 +87,14 @@ class Opener(Protocol):
         self, urdf: Path, *, plane: bool, timestep_s: float, contact_friction: float, gravity_m_s2: float = GRAVITY_M_S2
     ) -> AbstractContextManager[World]:
         """The loaded object, until the context ends."""
+
+
+def with_followers(mimics: Mapping[str, Mimic], velocities: Mapping[str, float]) -> dict[str, float]:
+    """The joint velocities with those of the joints that follow any of these."""
+    led = {
+        name: mimic.multiplier * velocities[mimic.joint] for name, mimic in mimics.items() if mimic.joint in velocities
+    }
+    return {**velocities, **led}
 
 
 def nothing_collides() -> AssetError:

@@ -1,21 +1,22 @@
 """Forward kinematics of a joint tree: plain arrays in, plain arrays out."""
 
 import math
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Collection, Mapping, Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.spatial.transform import Rotation
 
 from asset2sim.physics.arrays import Array, vector
-from schemas.features import Features, JointFeatures
+from schemas.features import Features, JointFeatures, Mimic
 from schemas.overlay import PhysicsOverlay
 
 
 @dataclass(frozen=True)
 class TreeJoint:
     """One joint of a tree, ready to be evaluated. ``child_to_parent`` is the (4, 4) transform at position zero,
-    ``axis`` the (3,) unit axis in the joint's frame."""
+    ``axis`` the (3,) unit axis in the joint's frame. ``mimic`` is what a joint without a position of
+    its own follows."""
 
     name: str
     type: str
@@ -23,6 +24,14 @@ class TreeJoint:
     child: str
     child_to_parent: Array
     axis: Array
+    mimic: Mimic | None = None
+
+    def position(self, positions: Mapping[str, float]) -> float:
+        """The joint's position, rad or m, among ``positions``: its leader's counts where it follows one, else zero
+        where it is not named."""
+        if self.mimic is not None:
+            return self.mimic.at(positions.get(self.mimic.joint, 0.0))
+        return positions.get(self.name, 0.0)
 
 
 def transform(xyz: Sequence[float], rpy: Sequence[float] = (0.0, 0.0, 0.0)) -> Array:
@@ -44,11 +53,34 @@ def rpy_of(rotation: Array) -> Array:
 def tree_of(joints: Sequence[JointFeatures], scale: float = 1.0) -> tuple[TreeJoint, ...]:
     """The joints as a tree in topological order (parents first), with every length multiplied by ``scale``."""
     found = []
+    sliders = {joint.name for joint in joints if joint.prismatic}
     for joint in joints:
         pose = transform([scale * v for v in joint.origin_xyz], joint.origin_rpy)
         axis = np.asarray(joint.axis, dtype=float)
-        found.append(TreeJoint(joint.name, joint.type, joint.parent, joint.child, pose, axis))
+        mimic = None if joint.mimic is None else scaled_mimic(joint.mimic, joint.name, sliders, scale)
+        found.append(TreeJoint(joint.name, joint.type, joint.parent, joint.child, pose, axis, mimic))
     return parents_first(found)
+
+
+def scaled_mimic(mimic: Mimic, name: str, sliders: Collection[str], scale: float) -> Mimic:
+    """What the named joint follows, with every length multiplied by ``scale``; ``sliders`` have positions in m."""
+    own, leader = (scale if joint in sliders else 1.0 for joint in (name, mimic.joint))
+    return mimic.model_copy(update={"multiplier": mimic.multiplier * own / leader, "offset": mimic.offset * own})
+
+
+def followed(mimics: Mapping[str, Mimic], positions: Mapping[str, float]) -> dict[str, float]:
+    """The joint positions with those of the followers (joint → what it follows) as their leaders' have them."""
+    return {**positions, **{name: mimic.at(positions.get(mimic.joint, 0.0)) for name, mimic in mimics.items()}}
+
+
+def mimics_of(tree: Sequence[TreeJoint]) -> dict[str, Mimic]:
+    """Joint → what it follows, of those that follow another."""
+    return {joint.name: joint.mimic for joint in tree if joint.mimic is not None}
+
+
+def with_mimics(tree: Sequence[TreeJoint], mimics: Mapping[str, Mimic]) -> tuple[TreeJoint, ...]:
+    """The tree with these joints following others."""
+    return tuple(replace(joint, mimic=mimics.get(joint.name)) for joint in tree)
 
 
 def parents_first(joints: Sequence[TreeJoint]) -> tuple[TreeJoint, ...]:
@@ -80,26 +112,33 @@ def motion(joint: TreeJoint, position: float) -> Array:
 def locked(joint: JointFeatures) -> JointFeatures:
     """A fixed joint in place of one whose limits leave no range, its child at the lower limit."""
     pose = transform(joint.origin_xyz, joint.origin_rpy) @ motion(tree_of([joint])[0], joint.lower or 0.0)
-    changes = {"type": "fixed", "origin_xyz": vector(pose[:3, 3]), "origin_rpy": vector(rpy_of(pose[:3, :3]))}
-    return joint.model_copy(update=changes)
+    place = {"origin_xyz": vector(pose[:3, 3]), "origin_rpy": vector(rpy_of(pose[:3, :3]))}
+    return joint.model_copy(update={"type": "fixed", "mimic": None, **place})
 
 
 def link_to_root(tree: Sequence[TreeJoint], root: str, positions: Mapping[str, float]) -> dict[str, Array]:
-    """Link name → (4, 4) link-to-root transform at these joint positions; joints not named are at zero."""
+    """Link name → (4, 4) link-to-root transform at these joint positions; joints not named are at zero, and
+    those that follow others where these have them."""
     poses: dict[str, Array] = {root: np.eye(4)}
     for joint in tree:
-        step = joint.child_to_parent @ motion(joint, positions.get(joint.name, 0.0))
+        step = joint.child_to_parent @ motion(joint, joint.position(positions))
         poses[joint.child] = poses[joint.parent] @ step
     return poses
 
 
-def subtree(tree: Sequence[TreeJoint], joint: str) -> tuple[str, ...]:
-    """The links that the named joint moves: its child and everything beyond."""
+def beyond(tree: Sequence[TreeJoint], joint: str) -> tuple[str, ...]:
+    """The links that turn or slide with the named joint as one: its child and everything beyond."""
     moved: list[str] = []
     for item in tree:
         if item.name == joint or item.parent in moved:
             moved.append(item.child)
     return tuple(moved)
+
+
+def subtree(tree: Sequence[TreeJoint], joint: str) -> tuple[str, ...]:
+    """The links that the named joint moves: those beyond it, and beyond the joints that follow it."""
+    names = [joint, *(item.name for item in tree if item.mimic is not None and item.mimic.joint == joint)]
+    return tuple(dict.fromkeys(link for name in names for link in beyond(tree, name)))
 
 
 def apply(matrix: Array, points: Array) -> Array:
@@ -110,5 +149,5 @@ def apply(matrix: Array, points: Array) -> Array:
 
 def written_joints(features: Features, overlay: PhysicsOverlay) -> list[JointFeatures]:
     """Joints as in the written URDF: those locked by validation are fixed."""
-    kept = {joint.name for joint in overlay.joints}
+    kept = {joint.name for joint in (*overlay.joints, *overlay.followers)}
     return [joint if joint.name in kept or not joint.movable else locked(joint) for joint in features.joints]

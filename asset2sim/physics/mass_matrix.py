@@ -8,7 +8,7 @@ from functools import cached_property
 import numpy as np
 
 from asset2sim.physics.arrays import Array
-from asset2sim.physics.kinematics import TreeJoint, link_to_root, subtree
+from asset2sim.physics.kinematics import TreeJoint, beyond, link_to_root
 
 GRAVITY_M_S2 = 9.81
 """Along -z of the root frame, and of every engine's world."""
@@ -107,12 +107,13 @@ class JointSpace:
 def joint_space(
     tree: Sequence[TreeJoint], root: str, bodies: Mapping[str, Body], positions: Mapping[str, float]
 ) -> JointSpace:
-    """The mass matrix Σ m JᵥᵀJᵥ + JωᵀIJω over the links at these positions, all frames the root's."""
+    """The mass matrix Σ m JᵥᵀJᵥ + JωᵀIJω over the links at these positions, all frames the root's. A joint that follows
+    another has a row of its own: what is derived for each adds up through the ratio."""
     movable = [joint for joint in tree if joint.type != "fixed"]
     poses = link_to_root(tree, root, positions)
     count, size = len(movable), 6 + len(movable)
     names = list(bodies)
-    moved = [set(subtree(tree, joint.name)) for joint in movable]
+    moved = [set(beyond(tree, joint.name)) for joint in movable]
     carried = np.array([[name in links for name in names] for links in moved], dtype=float)
     carried = carried.reshape(count, len(names))
     frames = [poses[joint.parent] @ joint.child_to_parent for joint in movable]
@@ -146,7 +147,7 @@ def joint_space(
         # About the axis, gravity's torque is a sinusoid of the angle; its slope is that of the lever turned by 90°.
         turned = np.cross(axes[index], np.cross(axes[index], moments[index]))
         slope = 0.0 if slides[index] else float(-GRAVITY_M_S2 * turned[2])
-        pulls.append(Pull(positions.get(joint.name, 0.0), float(gravity[index]), slope, bool(slides[index])))
+        pulls.append(Pull(joint.position(positions), float(gravity[index]), slope, bool(slides[index])))
     return JointSpace(tuple(joint.name for joint in movable), matrix, gravity, tuple(pulls), largest_gravity)
 
 

@@ -10,7 +10,7 @@ from asset2sim.models.language.parts import part_name
 from asset2sim.models.language.tables import part_effort
 from asset2sim.physics.arrays import Array
 from asset2sim.physics.grip import grip_on
-from asset2sim.physics.kinematics import TreeJoint, link_to_root, subtree
+from asset2sim.physics.kinematics import TreeJoint, beyond, link_to_root
 from asset2sim.physics.mass_matrix import Body
 from asset2sim.physics.support_polygon import DOWNWARD, SupportPolygon, standing_on
 from asset2sim.validation.notes import Notes
@@ -108,7 +108,7 @@ def handlings(
         joint, hinge = features.joint(name), joints[name]
         kind = handling(features, joint, proposals.get(name))
         frame = poses[hinge.parent] @ hinge.child_to_parent
-        moved = [clouds[link] for link in subtree(tree, name) if link in clouds]
+        moved = [clouds[link] for link in beyond(tree, name) if link in clouds]
         axis = frame[:3, :3] @ hinge.axis
         ways = 1.0 if (joint.open or 0.0) >= (joint.closed or 0.0) else -1.0
         grip = grip_on(np.vstack([np.zeros((0, 3)), *moved]), axis, frame[:3, 3], slides=joint.prismatic, opens=ways)

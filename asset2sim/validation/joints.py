@@ -5,7 +5,7 @@ from collections.abc import Mapping, Sequence
 from itertools import product
 
 from asset2sim.physics.dynamics import joint_terms
-from asset2sim.physics.kinematics import TreeJoint, subtree
+from asset2sim.physics.kinematics import TreeJoint, mimics_of, subtree
 from asset2sim.physics.mass_matrix import Body, JointSpace, Pull, joint_space
 from asset2sim.physics.terms import JointLoad, JointTerms, Term
 from asset2sim.validation.handling import Handling, bounded_press, standing_part
@@ -78,6 +78,7 @@ def joint_physics(
     largest_gravity = dict(zip(space.names, space.largest_gravity, strict=True))
     everywhere = [item.effective_inertia() for item in spaces]
     total = sum(body.mass for body in bodies.values())
+    mimics = mimics_of(tree)
     joints: list[JointPhysics] = []
     rests: dict[str, float] = {}
     for name, start in starts.items():
@@ -144,6 +145,7 @@ def joint_physics(
                 asked_position=start.asked,
                 effort_range=handled[name].range,
                 armature=terms.armature,
+                mimic=mimics.get(name),
             )
         )
     if settings.dynamics is DynamicsRule.PAPER:

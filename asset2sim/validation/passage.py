@@ -102,7 +102,10 @@ def find_blocked_joints(extraction: Extraction) -> tuple[Extraction, tuple[Findi
     notes, features = Notes(), extraction.features
     shapes, tree, raw = Shapes(extraction), tree_of(features.joints), read_stated_joints(extraction)
     changed: dict[str, JointFeatures] = {}
+    coupled = {name for joint in features.joints if joint.mimic is not None for name in (joint.name, joint.mimic.joint)}
     for joint in features.movable_joints:
+        if joint.name in coupled:
+            continue  # its range is bound to another's
         way = moving_pair(joint.name, features, tree, shapes)
         if way is None or not way.large or blocked(way, start_of(joint), shapes):
             continue

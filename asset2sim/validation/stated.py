@@ -7,10 +7,10 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from lxml import etree
 
 from asset2sim.assets.authored import authored_overlay
 from asset2sim.assets.extract import Extraction
+from asset2sim.assets.urdf.document import read_document
 from asset2sim.assets.urdf.read import Dynamics, read_dynamics
 from asset2sim.physics.inertia import tensor_of
 from asset2sim.physics.kinematics import tree_of
@@ -228,12 +228,12 @@ def stated_inertias(extraction: Extraction, settings: PhysicsSettings) -> dict[s
 def read_stated_joints(extraction: Extraction) -> dict[str, StatedJoint]:
     """Joint → its type, axis length, effort and velocity limit as the URDF states them."""
     found: dict[str, StatedJoint] = {}
-    for element in etree.parse(str(extraction.urdf)).getroot().findall("joint"):
+    for element in read_document(extraction.urdf).robot.findall("joint"):
         axis, limit = element.find("axis"), element.find("limit")
         length = None
         if axis is not None and axis.get("xyz"):
             length = float(np.linalg.norm([float(word) for word in str(axis.get("xyz")).split()]))
-        given = {} if limit is None else limit.attrib
+        given = dict[str, str]() if limit is None else {str(key): str(text) for key, text in limit.attrib.items()}
         effort, velocity = (float(given[key]) if key in given else None for key in ("effort", "velocity"))
         found[str(element.get("name"))] = StatedJoint(str(element.get("type")), length, effort, velocity)
     return found

@@ -11,6 +11,7 @@ from asset2sim.models.language.tables import materials
 from asset2sim.physics.arrays import six, vector
 from asset2sim.physics.kinematics import locked, tree_of
 from asset2sim.physics.mass_matrix import Body
+from asset2sim.validation.followers import follow, leaders_positions
 from asset2sim.validation.handling import handlings
 from asset2sim.validation.joints import joint_physics
 from asset2sim.validation.limits import joint_range
@@ -54,8 +55,10 @@ def validate(
     ranges = {name: span for name, span in spans.items() if span is not None}
     proposals = {proposal.name: proposal for proposal in overlay.joints}
     rests = {name: item.spring_rest for name, item in proposals.items() if item.spring_rest is not None}
-    starts = initial_positions(ranges, overlay.initial_joint_positions, rests, asked, scale, source, settings, notes)
+    wanted, theirs = leaders_positions(features, overlay.initial_joint_positions, asked, notes)
+    starts = initial_positions(ranges, wanted, rests, theirs, scale, source, settings, notes)
     starts = {name: replace(start, position=placed.get(name, start.position)) for name, start in starts.items()}
+    starts = follow(features, starts, scale, notes)
     movable = [joint if joint.name in ranges or not joint.movable else locked(joint) for joint in features.joints]
     tree, bodies = tree_of(movable, scale), {n: Body(m.mass, m.com, m.inertia) for n, m in masses.items()}
     points = {name: geometry.points * scale for name, geometry in extraction.geometry.items()}
@@ -78,7 +81,8 @@ def validate(
         contact_friction=contact_friction,
         support=support,
         links=tuple(link_physics(masses[link.name], link.label) for link in features.links),
-        joints=joints,
+        joints=tuple(joint for joint in joints if joint.mimic is None),
+        followers=tuple(joint for joint in joints if joint.mimic is not None),
         notes=overlay.notes,
     )
     return complete, tuple(notes.findings)

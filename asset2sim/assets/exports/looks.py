@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 
 from asset2sim.assets.exports.refined_object import ExportObject
-from asset2sim.assets.views.scene import pieces_of, shape_color
+from asset2sim.assets.views.scene import pieces_of, shape_paint
 from asset2sim.assets.views.surface import Paint, Surface, posed
 
 LEAST_AREA_M2 = 1e-12
@@ -27,14 +27,14 @@ class Look:
 
 def looks_of(item: ExportObject) -> tuple[Look, ...]:
     """The looks of every link, from its URDF's visuals. Meshes that are missing or unreadable are left out."""
-    colors = {material.name: material.color for material in item.robot.materials if material.color is not None}
+    materials = {material.name: material for material in item.robot.materials}
     loaded: dict[Path, tuple[Surface, ...]] = {}
     looks: list[Look] = []
     for link in item.robot.links:
         by_paint: dict[Paint, list[Surface]] = {}
         for visual in link.visuals:
             to_link = np.eye(4) if visual.origin is None else np.asarray(visual.origin, dtype=float)
-            fallback = Paint(shape_color(visual.material, colors))
+            fallback = shape_paint(visual.material, materials, item.folder)
             pieces, scale = pieces_of(visual.geometry, item.folder, loaded)
             for piece in pieces:
                 surface = posed(piece, to_link, scale, fallback)

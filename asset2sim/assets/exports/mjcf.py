@@ -20,6 +20,7 @@ from asset2sim.assets.exports.looks import looks_of
 from asset2sim.assets.exports.mjcf_looks import write_looks
 from asset2sim.assets.exports.refined_object import ExportJoint, ExportObject, ExportShape, read_object, wxyz_of
 from asset2sim.physics.arrays import Array
+from asset2sim.physics.kinematics import mimics_of
 from asset2sim.physics.mass_matrix import GRAVITY_M_S2
 from schemas.overlay import PhysicsOverlay
 
@@ -76,8 +77,10 @@ def mjcf_of(item: ExportObject, timestep_s: float) -> Element:
     contact = etree.SubElement(root, "contact")
     for first, second in related_to_root(item):
         etree.SubElement(contact, "exclude", body1=first, body2=second)
+    equality = etree.SubElement(root, "equality")
+    write_mimics(equality, item, timestep_s)
     etree.SubElement(etree.SubElement(root, "keyframe"), "key", name=HOME, qpos=numbers(home(item, world)))
-    for part in (assets, contact):
+    for part in (assets, contact, equality):
         if not len(part):
             root.remove(part)
     return root
@@ -190,6 +193,14 @@ def write_joint(element: Element, joint: ExportJoint) -> None:
     if joint.effort is not None and joint.effort > 0.0:
         attributes["actuatorfrcrange"] = numbers((-joint.effort, joint.effort))
     etree.SubElement(element, "joint", attributes)
+
+
+def write_mimics(equality: Element, item: ExportObject, timestep_s: float) -> None:
+    """Bind each joint that follows another to it, as stiff as limits are."""
+    stiff = {"solref": numbers(mujoco_options.solref(timestep_s)), "solimp": numbers(mujoco_options.LIMIT_SOLIMP)}
+    for name, mimic in mimics_of([joint.tree for joint in item.joints]).items():
+        coefficients = numbers((mimic.offset, mimic.multiplier, 0.0, 0.0, 0.0))
+        etree.SubElement(equality, "joint", {"joint1": name, "joint2": mimic.joint, "polycoef": coefficients, **stiff})
 
 
 def related_to_root(item: ExportObject) -> list[tuple[str, str]]:

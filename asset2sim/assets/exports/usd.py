@@ -29,6 +29,7 @@ from asset2sim.assets.exports.refined_object import ExportBody, ExportJoint, rea
 from asset2sim.assets.exports.usd_collision import CUSTOM_DATA, collide, hull_data, place, write_shape
 from asset2sim.assets.exports.usd_hulls import LimitedHull
 from asset2sim.assets.exports.usd_looks import PrimPaths, write_looks
+from asset2sim.assets.exports.usd_mimic import write_mimic
 from asset2sim.physics.arrays import Array
 from schemas.errors import UsageError
 from schemas.overlay import PhysicsOverlay
@@ -104,8 +105,12 @@ def export_usd(folder: Path, overlay: PhysicsOverlay) -> UsdExport:
                 limited.append(smaller)
                 stage.GetPrimAtPath(at).SetCustomDataByKey(CUSTOM_DATA, hull_data(smaller))
     UsdGeom.Scope.Define(stage, f"{names.top}/joints")
+    turning = {joint.name: joint.turns for joint in item.joints}
     for joint in item.joints:
-        write_joint(stage, joint, names).SetDisplayName(joint.name)
+        prim = write_joint(stage, joint, names)
+        prim.SetDisplayName(joint.name)
+        if joint.moves and joint.tree.mimic is not None:
+            write_mimic(prim, joint.tree.mimic, names, turning[joint.name], turning[joint.tree.mimic.joint])
     if item.fixed:
         write_articulation(hold_root(stage, lift @ poses[item.root], names.links[item.root], names.base))
     with Usd.EditContext(stage, geometry):

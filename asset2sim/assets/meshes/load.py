@@ -7,6 +7,7 @@ import numpy as np
 import trimesh
 import yourdfpy
 
+from asset2sim.assets.urdf.capsule import Capsule
 from asset2sim.physics.arrays import Array
 
 
@@ -47,10 +48,12 @@ def obj_mesh(path: Path) -> trimesh.Trimesh | None:
 
 
 def primitive(geometry: yourdfpy.Geometry) -> trimesh.Trimesh | None:
-    """The mesh of a URDF box, cylinder or sphere, or None if the geometry is none of these."""
+    """The mesh of a URDF box, cylinder, capsule or sphere, or None if the geometry is none of these."""
     mesh: trimesh.Trimesh | None = None
     if geometry.box is not None:
         mesh = trimesh.creation.box(extents=geometry.box.size)
+    elif isinstance(geometry.cylinder, Capsule):
+        mesh = trimesh.creation.capsule(radius=geometry.cylinder.radius, height=geometry.cylinder.length)
     elif geometry.cylinder is not None:
         mesh = trimesh.creation.cylinder(radius=geometry.cylinder.radius, height=geometry.cylinder.length)
     elif geometry.sphere is not None:

@@ -91,7 +91,7 @@ def bake_file(urdf: Path, positions: Mapping[str, float], target: Path) -> Bake:
 def baked(overlay: PhysicsOverlay) -> PhysicsOverlay:
     """The overlay of the baked URDF: every initial position 0, and all that is measured from zero shifted with it."""
     joints = []
-    for joint in overlay.joints:
+    for joint in overlay.all_joints:
         zero = joint.initial_position
         changes = {
             "initial_position": 0.0,
@@ -100,9 +100,12 @@ def baked(overlay: PhysicsOverlay) -> PhysicsOverlay:
             "closed": joint.closed - zero,
             "open": joint.open - zero,
             "spring_reference": joint.spring_reference - zero,
+            # Both zeros are where the state has them.
+            "mimic": None if joint.mimic is None else joint.mimic.model_copy(update={"offset": 0.0}),
         }
         joints.append(joint.model_copy(update=changes))
-    return overlay.model_copy(update={"joints": tuple(joints)})
+    count = len(overlay.joints)
+    return overlay.model_copy(update={"joints": tuple(joints[:count]), "followers": tuple(joints[count:])})
 
 
 def within_limits(joint: Element, position: float) -> float:

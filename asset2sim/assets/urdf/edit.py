@@ -9,6 +9,8 @@ from lxml import etree
 from lxml.etree import _Element as Element
 from scipy.spatial.transform import Rotation
 
+from asset2sim.assets.urdf.capsule import split_capsules
+from asset2sim.assets.urdf.document import read_document, textures_of
 from asset2sim.physics.kinematics import locked
 from schemas.features import Features, JointFeatures
 from schemas.overlay import JointPhysics, LinkPhysics, PhysicsOverlay
@@ -39,13 +41,14 @@ def refined_urdf(
     geometry stays as authored, its meshes re-pointed and scaled as the visual ones are, and no hull is added.
     URDF has no field for initial positions: a comment lists them (``overlay.json`` holds them too).
     """
-    robot = etree.parse(str(source), etree.XMLParser(remove_comments=False)).getroot()
+    robot = read_document(source).robot
     links = {link.name: link for link in overlay.links}
-    joints = {joint.name: joint for joint in overlay.joints}
+    joints = {joint.name: joint for joint in overlay.all_joints}
     keep = mode is CollisionMode.KEEP
     for link in robot.findall("link"):
         if link.find("collision") is None and not keep:
             add_primitive_collisions(link)
+        split_capsules(link)
         edit_geometry(link, overlay.scale, mesh_places, keep)
         if not keep:
             write_collision(link, collision_files.get(str(link.get("name")), ()))
@@ -59,10 +62,11 @@ def refined_urdf(
             write_joint(element, authored, joints[authored.name], settings)
         elif authored.movable:
             lock_joint(element, authored, overlay.scale)
+    edit_textures(robot, mesh_places)
     if any(overlay.turned_rad):
         turn_root(robot, features.root, Rotation.from_rotvec(overlay.turned_rad))
     for node in list(robot):
-        if node.tag is etree.Comment and (node.text or "").startswith(" asset2sim"):
+        if isinstance(node, etree._Comment) and (node.text or "").startswith(" asset2sim"):
             robot.remove(node)
     robot.insert(0, state_comment(overlay))
     return serialised(robot)
@@ -85,6 +89,17 @@ def turn_root(robot: Element, root: str, turn: Rotation) -> None:
         angles = [float(word) for word in str(origin.get("rpy", "0 0 0")).split()]
         origin.set("xyz", words(turn.apply(place)))
         origin.set("rpy", words((turn * Rotation.from_euler("xyz", angles)).as_euler("xyz")))
+
+
+def edit_textures(robot: Element, places: Mapping[str, str]) -> None:
+    """Point the materials' textures at new files; missing ones go."""
+    for texture in textures_of(robot):
+        place = places.get(str(texture.get("filename")))
+        parent = texture.getparent()
+        if place is not None:
+            texture.set("filename", place)
+        elif parent is not None:
+            parent.remove(texture)
 
 
 def edit_geometry(link: Element, scale: float, mesh_places: Mapping[str, str], keep_collision: bool = False) -> None:
@@ -212,7 +227,7 @@ def lock_joint(element: Element, authored: JointFeatures, scale: float) -> None:
 
 def state_comment(overlay: PhysicsOverlay) -> "etree._Comment":
     """The comment that names scale and initial joint positions; units are radians and metres."""
-    lines = [f"{joint.name} = {joint.initial_position:.6g}" for joint in overlay.joints]
+    lines = [f"{joint.name} = {joint.initial_position:.6g}" for joint in overlay.all_joints]
     # A comment may not contain two hyphens; names that do are still in overlay.json.
     state = "; ".join(lines).replace("--", "- -") or "none"
     return etree.Comment(f" asset2sim: scale {overlay.scale:.6g}; initial joint positions (rad, m): {state} ")

@@ -10,6 +10,9 @@ OUTSIDE = "outside"
 COPIED = (".obj", ".stl")
 """Formats that PyBullet, MuJoCo and PhysX all read; anything else is converted to OBJ."""
 
+PICTURES = (".png", ".jpg", ".jpeg", ".bmp", ".tga", ".tif", ".tiff", ".gif", ".webp")
+"""Formats of the textures that a URDF's materials name."""
+
 MATERIAL_LINE = re.compile(r"^\s*mtllib\s+(.+?)\s*$", re.MULTILINE)
 TEXTURE_LINE = re.compile(r"^\s*(?:map_\w+|bump|disp|decal|norm)\s+(.+?)\s*$", re.MULTILINE | re.IGNORECASE)
 
@@ -26,7 +29,7 @@ def copy_meshes(references: Mapping[str, Path | None], source: Path, target: Pat
             continue
         if file not in taken:
             place = path_in_target(file, source, len(taken))
-            if file.suffix.lower() in COPIED:
+            if file.suffix.lower() in (*COPIED, *PICTURES):
                 copy(file, target / place)
                 if file.suffix.lower() == ".obj":
                     copy_materials(file, (target / place).parent, target)

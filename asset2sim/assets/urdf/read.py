@@ -1,5 +1,6 @@
 """Reading a URDF into yourdfpy's typed model, and refusing what no simulator could load."""
 
+import io
 import logging
 import math
 import re
@@ -11,35 +12,38 @@ import numpy as np
 import yourdfpy
 from lxml import etree
 
+from asset2sim.assets.urdf.capsule import as_cylinders, read_capsules
+from asset2sim.assets.urdf.document import invalid, read_document, unreadable
+from asset2sim.assets.urdf.mimic import read_mimics
 from asset2sim.physics.arrays import Array
 from asset2sim.physics.kinematics import TreeJoint, transform
 from schemas.errors import AssetError
 from schemas.vocabulary import FailureMode
 
 JOINT_TYPES = ("revolute", "continuous", "prismatic", "fixed")
-"""The joint types that PyBullet, MuJoCo and PhysX all load; floating and planar joints are not articulation."""
+"""The joint types that PyBullet, MuJoCo and PhysX all load; ``read_document`` says what becomes of others."""
 
 logging.getLogger("yourdfpy").setLevel(logging.ERROR)
 
 
 def read_urdf(path: Path) -> yourdfpy.Robot:
-    """The URDF as yourdfpy's robot: links, joints, origins as (4, 4), no mesh loaded. Raises AssetError:
+    """The URDF as yourdfpy's robot: links, joints, origins as (4, 4), no mesh loaded; what a joint follows in the end
+    is its ``mimic``, a ``Mimic``, and capsules are ``Capsule``. Raises AssetError:
     unreadable_asset if the file is not XML, not a URDF or not one tree of known joint types;
     invalid_joint_configuration where a joint's numbers make no sense."""
-    try:
-        document = etree.parse(str(path))
-    except (etree.XMLSyntaxError, OSError, UnicodeError) as error:
-        raise unreadable(path, "not_xml", f"not readable as XML ({error}); export the URDF again") from error
-    tag = str(document.getroot().tag)
-    if tag != "robot":
-        raise unreadable(path, "not_urdf", f"the root element is <{tag}>, not <robot>")
+    document = read_document(path).robot
     check_numbers(path, document)
     try:
         graphs = {"build_scene_graph": False, "build_collision_scene_graph": False}
-        model = yourdfpy.URDF.load(str(path), **graphs, load_meshes=False, load_collision_meshes=False)
+        content = io.BytesIO(etree.tostring(as_cylinders(document)))
+        model = yourdfpy.URDF.load(content, **graphs, load_meshes=False, load_collision_meshes=False)
     except Exception as error:  # yourdfpy raises what its parsers raise: any of them means a URDF that cannot be read
         raise unreadable(path, "not_urdf", f"yourdfpy cannot read it: {type(error).__name__}: {error}") from error
     check_tree(path, model.robot)
+    read_capsules(document, model.robot)
+    mimics = read_mimics(document)
+    for joint in model.robot.joints:
+        joint.mimic = mimics.get(joint.name)
     return model.robot
 
 
@@ -54,7 +58,7 @@ def tree_joint(joint: yourdfpy.Joint) -> TreeJoint:
     origin = np.eye(4) if joint.origin is None else np.asarray(joint.origin, dtype=float)
     axis = np.array([1.0, 0.0, 0.0]) if joint.axis is None else np.asarray(joint.axis, dtype=float)
     axis = axis / max(float(np.linalg.norm(axis)), 1e-12)
-    return TreeJoint(joint.name, joint.type, joint.parent, joint.child, origin, axis)
+    return TreeJoint(joint.name, joint.type, joint.parent, joint.child, origin, axis, joint.mimic)
 
 
 def numbers(element: "etree._Element | None", key: str, default: str) -> list[float]:
@@ -82,10 +86,10 @@ def element_joint(element: "etree._Element") -> TreeJoint:
     )
 
 
-def check_numbers(path: Path, document: "etree._ElementTree") -> None:
+def check_numbers(path: Path, document: "etree._Element") -> None:
     """Refuse numbers that are not finite, naming the element; yourdfpy would carry a NaN into every stage. Those of an
     inertial are left to extraction, which goes on as if it were not there."""
-    for element in document.getroot().iter("origin", "axis", "limit", "mesh", "box", "dynamics"):
+    for element in document.iter("origin", "axis", "limit", "mesh", "box", "dynamics"):
         parent = element.getparent()
         if parent is not None and parent.tag == "inertial":
             continue
@@ -151,17 +155,6 @@ def unreached(robot: yourdfpy.Robot, root: str, links: list[str]) -> list[str]:
     return [name for name in links if name not in reached]
 
 
-def unreadable(path: Path, code: str, problem: str) -> AssetError:
-    """An unreadable_asset error that names the file."""
-    return AssetError(FailureMode.UNREADABLE_ASSET, code, f"{path.name}: {problem}")
-
-
-def invalid(path: Path, code: str, joint: str, problem: str) -> AssetError:
-    """An invalid_joint_configuration error that names the file and the joint."""
-    message = f"{path.name}: joint '{joint}': {problem}"
-    return AssetError(FailureMode.INVALID_JOINT_CONFIGURATION, code, message, joint=joint)
-
-
 @dataclass(frozen=True)
 class Dynamics:
     """Damping (N·m·s/rad or N·s/m), friction (N·m or N), stiffness (N·m/rad or N/m), the spring's rest position, and
@@ -177,11 +170,11 @@ class Dynamics:
 def read_dynamics(urdf: Path) -> dict[str, Dynamics]:
     """Joint name → dynamics for every joint that is not fixed; absent attributes are 0."""
     terms: dict[str, Dynamics] = {}
-    for joint in etree.parse(str(urdf)).getroot().findall("joint"):
+    for joint in read_document(urdf).robot.findall("joint"):
         if joint.get("type") == "fixed":
             continue
         element = joint.find("dynamics")
-        values = {} if element is None else element.attrib
+        values = dict[str, str]() if element is None else {str(k): str(text) for k, text in element.attrib.items()}
         keys = ("damping", "friction", "spring_stiffness", "spring_reference", "armature")
         terms[str(joint.get("name"))] = Dynamics(*(float(values.get(key, 0.0)) for key in keys))
     return terms

@@ -6,12 +6,13 @@ from pathlib import Path
 
 import numpy as np
 import yourdfpy
+from PIL import Image
 
 from asset2sim.assets.meshes.load import primitive, scale_vector
 from asset2sim.assets.urdf.locate import find_mesh
 from asset2sim.assets.urdf.read import read_urdf, root_of, tree_joint
 from asset2sim.assets.views.load import from_mesh, load_surfaces
-from asset2sim.assets.views.surface import PLAIN, Color, Floats, Paint, Surface, posed
+from asset2sim.assets.views.surface import PLAIN, Floats, Paint, Surface, Texture, posed
 from asset2sim.physics.kinematics import link_to_root, parents_first
 from schemas.errors import AssetError
 from schemas.vocabulary import FailureMode
@@ -37,14 +38,14 @@ def load_scene(urdf_file: Path, positions: Mapping[str, float]) -> Scene:
     """
     robot = read_urdf(urdf_file)
     poses = poses_of(robot, positions)
-    colors = {material.name: material.color for material in robot.materials if material.color is not None}
+    materials = {material.name: material for material in robot.materials}
     loaded: dict[Path, tuple[Surface, ...]] = {}
     surfaces: list[Surface] = []
     for role in ("visuals", "collisions"):
         for link in robot.links:
             for shape in getattr(link, role):
                 shape_to_root = poses[link.name] if shape.origin is None else poses[link.name] @ shape.origin
-                fallback = Paint(shape_color(getattr(shape, "material", None), colors))
+                fallback = shape_paint(getattr(shape, "material", None), materials, urdf_file.parent)
                 pieces, scale = pieces_of(shape.geometry, urdf_file.parent, loaded)
                 surfaces.extend(posed(piece, shape_to_root, scale, fallback) for piece in pieces)
         if surfaces:
@@ -69,15 +70,29 @@ def poses_of(robot: yourdfpy.Robot, positions: Mapping[str, float]) -> dict[str,
     return link_to_root(joints, root_of(robot), {name: float(value) for name, value in values.items()})
 
 
-def shape_color(material: yourdfpy.Material | None, colors: Mapping[str, yourdfpy.Color]) -> Color:
-    """RGBA of a URDF material tag, which may name one that the robot defines; grey where it says nothing."""
+def shape_paint(material: yourdfpy.Material | None, materials: Mapping[str, yourdfpy.Material], folder: Path) -> Paint:
+    """Colour and texture of a URDF material tag, which may name one that the robot defines; grey where it says nothing.
+    A texture shows on surfaces that have texture coordinates; one that is missing or unreadable is left out."""
     if material is None:
-        return PLAIN
-    color = material.color if material.color is not None else colors.get(material.name)
-    if color is None or color.rgba is None:
-        return PLAIN
-    red, green, blue, alpha = (float(np.clip(v, 0.0, 1.0)) for v in color.rgba)
-    return (red, green, blue, alpha)
+        return Paint(PLAIN)
+    stated = material if material.color is not None or material.texture is not None else materials.get(material.name)
+    if stated is None:
+        return Paint(PLAIN)
+    texture = None if stated.texture is None else read_texture(str(stated.texture.filename), folder)
+    color = PLAIN if texture is None else (1.0, 1.0, 1.0, 1.0)
+    if stated.color is not None and stated.color.rgba is not None:
+        red, green, blue, alpha = (float(np.clip(v, 0.0, 1.0)) for v in stated.color.rgba)
+        color = (red, green, blue, alpha)
+    return Paint(color, texture)
+
+
+def read_texture(reference: str, folder: Path) -> Texture | None:
+    """The picture that a URDF refers to; None where it is missing or unreadable."""
+    file = find_mesh(reference, folder)
+    try:
+        return None if file is None else Texture(str(file.resolve()), Image.open(file))
+    except (OSError, ValueError, Image.DecompressionBombError):  # what Pillow raises on a bad picture
+        return None
 
 
 def pieces_of(

@@ -26,9 +26,9 @@ STILL = 1e-3
 
 def simulated(measurement: Measurement, physics: PhysicsOverlay, thresholds: Thresholds) -> str:
     """Result of ``simulate``: the paper's three checks, and the joints that moved with their dynamics."""
-    prismatic = frozenset(joint.name for joint in physics.joints if joint.type == "prismatic")
+    prismatic = frozenset(joint.name for joint in physics.all_joints if joint.type == "prismatic")
     verdict = measurement_verdict(measurement, prismatic, thresholds)
-    joints = {joint.name: joint for joint in physics.joints}
+    joints = {joint.name: joint for joint in physics.all_joints}
     settling = measurement.settle_motion
     motions = [motion for motion in measurement.joints if motion.name in joints]
     moved = [(max(motion.amplitude, settling.get(motion.name, 0.0)), motion) for motion in motions]

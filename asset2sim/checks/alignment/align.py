@@ -17,8 +17,8 @@ def initial_positions(record: AssetRecord) -> dict[str, float]:
     overlay = record.overlay
     if overlay is None:
         return {}
-    shifts = _shifts(record, overlay) if all(joint.initial_position == 0.0 for joint in overlay.joints) else {}
-    return {joint.name: joint.initial_position + shifts.get(joint.name, 0.0) for joint in overlay.joints}
+    shifts = _shifts(record, overlay) if all(joint.initial_position == 0.0 for joint in overlay.all_joints) else {}
+    return {joint.name: joint.initial_position + shifts.get(joint.name, 0.0) for joint in overlay.all_joints}
 
 
 def final_positions(record: AssetRecord) -> dict[str, float]:
@@ -36,7 +36,7 @@ def _shifts(record: AssetRecord, overlay: PhysicsOverlay) -> dict[str, float]:
     return {
         joint.name: (authored[joint.name].closed or 0.0) * (overlay.scale if joint.type == "prismatic" else 1.0)
         - joint.closed
-        for joint in overlay.joints
+        for joint in overlay.all_joints
         if joint.name in authored
     }
 
@@ -79,7 +79,7 @@ def _deviations(record: AssetRecord, reference: Reference) -> dict[str, float | 
     twice."""
     assert record.overlay is not None
     scale = record.overlay.scale
-    joint = next((joint for joint in record.overlay.joints if joint.name == reference.joint), None)
+    joint = next((joint for joint in record.overlay.all_joints if joint.name == reference.joint), None)
     slider = joint is not None and joint.type == "prismatic"
     off: float | None = None
     if joint is not None:

@@ -1,0 +1,167 @@
+"""The URDF document as every reader of ours sees it: what origins write differently is brought to one form."""
+
+from dataclasses import dataclass
+from functools import partial
+from pathlib import Path
+
+from lxml import etree
+from lxml.etree import _Element as Element
+
+from asset2sim.assets.urdf.mimic import drop_unusable_mimics
+from schemas.errors import AssetError
+from schemas.finding import Finding
+from schemas.vocabulary import FailureMode, Severity, Stage
+
+SHAPES = ("box", "cylinder", "sphere", "capsule", "mesh")
+LISTS = ("xyz", "rpy", "size", "scale", "rgba")
+"""Attributes that hold several numbers, which some exporters separate by commas."""
+NAMED = ("link", "joint")
+info = partial(Finding, stage=Stage.EXTRACT, severity=Severity.INFO)
+warning = partial(Finding, stage=Stage.EXTRACT, severity=Severity.WARNING)
+
+
+@dataclass(frozen=True)
+class Document:
+    """A URDF's root element, comments kept, and a finding for each thing that was brought into form."""
+
+    robot: Element
+    findings: tuple[Finding, ...]
+
+
+def read_document(path: Path) -> Document:
+    """The document of a URDF. Raises AssetError: unreadable_asset where the file is not XML, not a URDF, or lacks a
+    name, a parent or a child; invalid_joint_configuration for a joint type that is not simulated."""
+    try:
+        robot = etree.parse(str(path), etree.XMLParser(remove_comments=False)).getroot()
+    except (etree.XMLSyntaxError, OSError, UnicodeError) as error:
+        raise unreadable(path, "not_xml", f"not readable as XML ({error}); export the URDF again") from error
+    strip_namespace(robot)
+    if robot.tag != "robot":
+        raise unreadable(path, "not_urdf", f"the root element is <{robot.tag!s}>, not <robot>")
+    findings = []
+    if not robot.get("name"):
+        robot.set("name", path.resolve().parent.name)
+        findings.append(info(code="robot_unnamed", message=f"<robot> has no name; it is called '{robot.get('name')}'"))
+    for element in (
+        inner for part in robot.iterchildren("link", "joint", "material") for inner in part.iter(etree.Element)
+    ):
+        for key in LISTS:
+            text = element.get(key)
+            if text is not None and "," in text:
+                element.set(key, text.replace(",", " "))
+    check_names(path, robot)
+    findings += drop_unknown_shapes(robot)
+    findings += settle_joint_types(path, robot)
+    findings += complete_limits(robot)
+    findings += drop_unusable_mimics(robot)
+    return Document(robot, tuple(findings))
+
+
+def textures_of(robot: Element) -> list[Element]:
+    """The texture elements of a URDF's materials, at its top and in its visuals."""
+    return [*robot.iterfind("material/texture"), *robot.iterfind("link/visual/material/texture")]
+
+
+def strip_namespace(robot: Element) -> None:
+    """Take a default namespace off the tags that are in it; tags with a prefix keep theirs."""
+    default = robot.nsmap.get(None)
+    if default is None:
+        return
+    for element in robot.iter(etree.Element):
+        name = etree.QName(element)
+        if name.namespace == default:
+            element.tag = name.localname
+    etree.cleanup_namespaces(robot, keep_ns_prefixes=[key for key in robot.nsmap if key])
+
+
+def check_names(path: Path, robot: Element) -> None:
+    """Refuse links and joints without a name, and joints without a type, a parent or a child."""
+    for tag in NAMED:
+        for number, element in enumerate(robot.findall(tag), start=1):
+            if not element.get("name"):
+                raise unreadable(path, "unnamed", f"<{tag}> number {number} (line {element.sourceline}) has no name")
+    for joint in robot.findall("joint"):
+        missing = [tag for tag in ("parent", "child") if (end := joint.find(tag)) is None or not end.get("link")]
+        if missing:
+            raise invalid(path, "incomplete_joint", str(joint.get("name")), f"it states no {' and no '.join(missing)}")
+
+
+def drop_unknown_shapes(robot: Element) -> list[Finding]:
+    """Remove visuals and collisions without a shape that URDF knows; a finding for each."""
+    findings = []
+    for link in robot.findall("link"):
+        for item in [*link.findall("visual"), *link.findall("collision")]:
+            geometry = item.find("geometry")
+            shapes = [] if geometry is None else list(geometry.iterchildren(etree.Element))
+            if len(shapes) == 1 and shapes[0].tag in SHAPES:
+                continue
+            what = f"<{shapes[0].tag}>" if len(shapes) == 1 else f"{len(shapes)} shapes"
+            name = str(link.get("name"))
+            message = f"link '{name}': a {item.tag} holds {what}; it is left out: use one of {', '.join(SHAPES)}"
+            findings.append(warning(code="unknown_shape", message=message, link=name))
+            link.remove(item)
+    return findings
+
+
+def settle_joint_types(path: Path, robot: Element) -> list[Finding]:
+    """Fix a root without a shape of its own to what floats on it, which says only that the object is free. Raises
+    AssetError for other floating joints and for planar ones, which no engine of ours moves."""
+    findings = []
+    children = {child.get("link") for child in robot.iterfind("joint/child")}
+    empty = {
+        str(link.get("name"))
+        for link in robot.findall("link")
+        if link.find("visual") is None and link.find("collision") is None
+    }
+    for joint in robot.findall("joint"):
+        kind, name = str(joint.get("type")), str(joint.get("name"))
+        parent, child = (str(end.get("link")) for tag in ("parent", "child") if (end := joint.find(tag)) is not None)
+        if kind == "planar":
+            problem = (
+                "type 'planar' is not simulated; write it as two prismatic joints and a continuous one, or as fixed"
+            )
+            raise invalid(path, "joint_type", name, problem)
+        if kind != "floating":
+            continue
+        alone = sum(end.get("link") == parent for end in robot.iterfind("joint/parent")) == 1
+        if parent in children or parent not in empty or not alone:
+            problem = (
+                f"type 'floating': '{child}' is free of '{parent}'; make it an asset of its own, or the joint fixed"
+            )
+            raise invalid(path, "joint_type", name, problem)
+        joint.set("type", "fixed")
+        for tag in ("axis", "limit", "dynamics", "mimic"):
+            for old in joint.findall(tag):
+                joint.remove(old)
+        message = f"joint '{name}': '{child}' floats on '{parent}', which has no shape: the whole object is free"
+        message += "; the joint is written as fixed"
+        findings.append(info(code="root_floats", message=message, joint=name))
+    return findings
+
+
+def complete_limits(robot: Element) -> list[Finding]:
+    """Set the one limit of a hinge or slider that is not stated to 0, as URDF has it, where that leaves a range; a
+    finding for each."""
+    findings = []
+    for joint in robot.findall("joint"):
+        limit = joint.find("limit")
+        if limit is None or joint.get("type") not in ("revolute", "prismatic"):
+            continue
+        absent = [key for key in ("lower", "upper") if limit.get(key) is None]
+        if len(absent) == 1 and any(float(limit.get(key) or 0.0) for key in ("lower", "upper")):
+            limit.set(absent[0], "0")
+            name = str(joint.get("name"))
+            message = f"joint '{name}' states no {absent[0]} limit; it is 0, as URDF has it"
+            findings.append(info(code="limit_completed", message=message, joint=name))
+    return findings
+
+
+def unreadable(path: Path, code: str, problem: str) -> AssetError:
+    """An unreadable_asset error that names the file."""
+    return AssetError(FailureMode.UNREADABLE_ASSET, code, f"{path.name}: {problem}")
+
+
+def invalid(path: Path, code: str, joint: str, problem: str) -> AssetError:
+    """An invalid_joint_configuration error that names the file and the joint."""
+    message = f"{path.name}: joint '{joint}': {problem}"
+    return AssetError(FailureMode.INVALID_JOINT_CONFIGURATION, code, message, joint=joint)

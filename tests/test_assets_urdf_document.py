@@ -1,0 +1,126 @@
+"""What origins write differently comes in one form: mimics resolved, capsules split, shapes and names checked."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from lxml import etree
+
+from asset2sim.assets.urdf.capsule import split_capsules
+from asset2sim.assets.urdf.document import Document, read_document
+from asset2sim.assets.urdf.mimic import read_mimics
+from asset2sim.assets.urdf.read import element_pose
+from asset2sim.physics.kinematics import link_to_root, subtree, tree_of
+from schemas.errors import AssetError
+from schemas.features import Mimic
+from tests.assets import joint, link, read, robot, shape, written
+from tests.origins import floats, gears, gripper, lost_mimics
+
+BOX = shape("1 1 1")
+
+
+def document(folder: Path, urdf: str | bytes) -> Document:
+    path = written(folder, "") / "mobility.urdf"
+    path.write_bytes(urdf.encode() if isinstance(urdf, str) else urdf)
+    return read_document(path)
+
+
+def test_a_chain_of_mimics_follows_its_first(tmp_path: Path) -> None:
+    """dial = −10 · right + 0.2 and right = −left: dial = 10 · left + 0.2."""
+    found = read_mimics(document(tmp_path, gripper().urdf).robot)
+    assert found == {
+        "right_slide": Mimic(joint="left_slide", multiplier=-1.0),
+        "dial_turn": Mimic(joint="left_slide", multiplier=10.0, offset=0.2),
+    }
+
+
+def test_unusable_mimics_end_and_are_told(tmp_path: Path) -> None:
+    found = document(tmp_path, lost_mimics().urdf)
+    assert read_mimics(found.robot) == {}
+    assert sorted(str(item.joint) for item in found.findings) == ["lost", "one", "own", "stuck", "two"]
+
+
+@pytest.mark.parametrize("mimic", ["multiplier='0'", "multiplier='nan'", "offset='x'"])
+def test_a_mimic_whose_numbers_make_no_sense_is_dropped(tmp_path: Path, mimic: str) -> None:
+    limits = {"axis": "0 0 1", "limit": "0 1"}
+    urdf = robot(
+        link("a", BOX), link("b", BOX), link("c", BOX), joint("lead", "revolute", "a", "b", **limits),
+        joint("own", "revolute", "a", "c", more=f"<mimic joint='lead' {mimic}/>", **limits),
+    )  # fmt: skip
+    assert [item.code for item in document(tmp_path, urdf).findings] == ["mimic_unusable"]
+
+
+def test_followers_move_with_their_leader(tmp_path: Path) -> None:
+    """The pinion of the gear pair turns by −2 · 0.3 + 0.1 = −0.5 rad, and its range is that of ±0.5 rad."""
+    features = read(written(tmp_path, str(gears().urdf))).features
+    tree = tree_of(features.joints)
+    pose = link_to_root(tree, features.root, {"drive": 0.3, "driven": 1.0})["pinion"]
+    assert np.arctan2(pose[1, 0], pose[0, 0]) == pytest.approx(-0.5)
+    assert set(subtree(tree, "drive")) == {"wheel", "pinion"}
+    driven = features.joint("driven")
+    assert (driven.lower, driven.upper) == pytest.approx((-0.9, 1.1))
+
+
+def test_at_another_scale_sliders_follow_in_metres(tmp_path: Path) -> None:
+    features = read(written(tmp_path, str(gripper().urdf))).features
+    pose = link_to_root(tree_of(features.joints, 0.5), features.root, {"left_slide": 0.02})
+    assert pose["right"][1, 3] == pytest.approx(-0.5 * 0.02 - 0.02)
+    assert np.arctan2(pose["dial"][1, 0], pose["dial"][0, 0]) == pytest.approx(10.0 * 0.04 + 0.2)
+
+
+def test_a_leader_without_limits_gets_its_followers(tmp_path: Path) -> None:
+    """A pinion that turns for ever, with a rack of 0 to 0.1 m at 0.05 m/rad: 0 to 2 rad."""
+    urdf = robot(
+        link("a", BOX), link("b", BOX), link("c", BOX), joint("turn", "continuous", "a", "b", axis="0 0 1"),
+        joint("rack", "prismatic", "a", "c", axis="1 0 0", limit="0 0.1",
+              more="<mimic joint='turn' multiplier='0.05'/>"),
+    )  # fmt: skip
+    extraction = read(written(tmp_path, urdf))
+    turn = extraction.features.joint("turn")
+    assert (turn.type, turn.lower) == ("revolute", 0.0) and turn.upper == pytest.approx(2.0)
+    assert [item.code for item in extraction.findings] == ["mimic_limits"]
+
+
+def test_a_capsule_is_a_cylinder_and_two_balls_at_its_ends() -> None:
+    text = '<collision name="own"><origin xyz="1 0 0" rpy="0 1.5707963267948966 0"/><geometry><capsule radius="0.1" length="0.6"/></geometry></collision>'  # noqa: E501
+    element = etree.fromstring(f"<link name='a'>{text}</link>")
+    split_capsules(element)
+    found = [(item[1][0].tag, element_pose(item)[:3, 3].tolist()) for item in element.findall("collision")]
+    assert [kind for kind, _ in found] == ["cylinder", "sphere", "sphere"]
+    # Turned by a right angle about y, its axis is x.
+    ends = sorted(place for kind, place in found if kind == "sphere")
+    assert ends == [pytest.approx([0.7, 0.0, 0.0], abs=1e-9), pytest.approx([1.3, 0.0, 0.0], abs=1e-9)]
+
+
+def test_a_shape_that_urdf_does_not_know_is_left_out(tmp_path: Path) -> None:
+    odd = "<collision><geometry><cone radius='1'/></geometry></collision><visual><geometry/></visual>"
+    found = document(tmp_path, robot(link("a", BOX + odd)))
+    assert [(item.code, item.link) for item in found.findings] == [("unknown_shape", "a")] * 2
+    assert [len(found.robot.findall(f"link/{tag}")) for tag in ("visual", "collision")] == [1, 1]
+
+
+@pytest.mark.parametrize(
+    ("urdf", "said"),
+    [
+        ("<robot name='r'><link/></robot>", "<link> number 1"),
+        ("<robot name='r'><link name='a'/><joint name='j' type='fixed'><parent link='a'/></joint></robot>", "no child"),
+    ],
+)
+def test_what_lacks_a_name_or_an_end_is_said(tmp_path: Path, urdf: str, said: str) -> None:
+    with pytest.raises(AssetError, match=said):
+        document(tmp_path, urdf)
+
+
+def test_a_default_namespace_goes_and_prefixes_stay(tmp_path: Path) -> None:
+    found = document(
+        tmp_path, "<robot xmlns='http://u' xmlns:g='http://g' name='r'><link name='a'/><g:sensor g:rate='5'/></robot>"
+    )
+    assert [item.tag for item in found.robot] == ["link", "{http://g}sensor"]
+    assert "xmlns=" not in etree.tostring(found.robot).decode()
+
+
+def test_a_floating_joint_on_a_root_with_a_shape_is_refused(tmp_path: Path) -> None:
+    urdf = str(floats().urdf)
+    assert document(tmp_path, urdf).robot.find("joint[@name='free']").get("type") == "fixed"  # type: ignore[union-attr]
+    with pytest.raises(AssetError, match=r"'free'.*an asset of its own"):
+        document(tmp_path, urdf.replace('<link name="world"></link>', link("world", BOX)))
