@@ -12,7 +12,7 @@ from schemas.interaction import EngineReport, OverlapPair
 from schemas.measurement import Measurement
 from schemas.overlay import PhysicsOverlay
 from schemas.request import ModelCall
-from schemas.vocabulary import FailureMode, Method, Status
+from schemas.vocabulary import FailureMode, Method, Status, UpAxis
 
 
 class Unchanged(Frozen):
@@ -24,13 +24,15 @@ class Unchanged(Frozen):
 
 
 class AssetRef(Frozen):
-    """An asset's absolute folder, category, subset and user prompt."""
+    """An asset's absolute folder, category, subset and user prompt, and which axis points up in its file; None: the
+    run's, or what its geometry says."""
 
     asset_id: str
     path: str
     category: str | None = None
     subset: str | None = None
     prompt: str | None = None
+    up: UpAxis | None = None
 
 
 class FoundAssets:

@@ -7,7 +7,7 @@ from pydantic import Field
 from schemas.base import Fraction, Frozen, NonNegative, Positive
 from schemas.model_names import ModelSettings as ModelSettings
 from schemas.thresholds import Thresholds as Thresholds
-from schemas.vocabulary import CollisionMode, DynamicsRule, Engine, Export, Method, Redo, StateMode
+from schemas.vocabulary import CollisionMode, DynamicsRule, Engine, Export, Method, Redo, StateMode, UpAxis
 
 
 class PhysicsSettings(Frozen):
@@ -258,6 +258,8 @@ class Settings(Frozen):
     physics: PhysicsSettings = PhysicsSettings()
     engine: EngineSettings = EngineSettings()
     collision: CollisionSettings = CollisionSettings()
+    up: UpAxis | None = None
+    """Which axis points up in the files of all assets whose manifest row does not say; None: found out, else z."""
     state: StateMode = StateMode.DOCUMENT
     exports: tuple[Export, ...] = ()
     search: SearchSettings = SearchSettings()

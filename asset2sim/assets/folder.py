@@ -51,7 +51,7 @@ def write_folder(
     roles = ("visual", "collision") if mode is CollisionMode.KEEP else ("visual",)
     looks = {mesh.file for link in extraction.features.links for mesh in link.meshes if mesh.role in roles}
     wanted = {reference: file for reference, file in extraction.mesh_files.items() if reference in looks}
-    places = copy_meshes(wanted, extraction.urdf.parent, target)
+    places = copy_meshes(wanted, extraction.source.parent, target)
     for name in COMPANIONS:
         if (extraction.folder / name).is_file():
             shutil.copyfile(extraction.folder / name, target / name)

@@ -16,7 +16,7 @@ from schemas.base import NonNegative, Positive
 from schemas.errors import UsageError
 from schemas.location import Location
 from schemas.settings import ModelSettings
-from schemas.vocabulary import CollisionMode, DynamicsRule, Engine, Export, Grouping, Method, StateMode
+from schemas.vocabulary import CollisionMode, DynamicsRule, Engine, Export, Grouping, Method, StateMode, UpAxis
 
 EXAMPLE = """\
 for example:
@@ -73,6 +73,7 @@ METHOD = TypeAliasType("METHOD", Method)
 MODE = TypeAliasType("MODE", CollisionMode)
 RULE = TypeAliasType("RULE", DynamicsRule)
 STATE = TypeAliasType("STATE", StateMode)
+AXIS = TypeAliasType("AXIS", UpAxis)
 VIEWS = TypeAliasType("VIEWS", Literal["now", "later"])
 FORMAT = TypeAliasType("FORMAT", Literal["yaml", "toml"])
 
@@ -149,6 +150,9 @@ class RefineOptions(ModelOptions, Selection):
     state: STATE = Field(
         StateMode.DOCUMENT,
         description=f"{', '.join(StateMode)}: keep the authored zero, or make the requested state the zero",
+    )
+    up: AXIS | None = Field(
+        None, description=f"{', '.join(UpAxis)}: the axis that points up in the files, --up=-y (default: found out)"
     )
     export: Listed[FORMATS] = Field((), description=f"formats to write beside the URDF: {', '.join(Export)}")
     method: METHOD = Field(Method.ASSET2SIM, description=f"where the physics come from: {', '.join(Method)}")

@@ -19,6 +19,7 @@ from schemas.vocabulary import Redo
 SETS: Mapping[str, str] = {
     "method": "method",
     "state": "state",
+    "up": "up",
     "export": "exports",
     "model": "model.model",
     "api_base": "model.api_base",

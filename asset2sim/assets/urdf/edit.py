@@ -9,7 +9,7 @@ from lxml import etree
 from lxml.etree import _Element as Element
 from scipy.spatial.transform import Rotation
 
-from asset2sim.physics.kinematics import locked
+from asset2sim.physics.kinematics import locked, rpy_of
 from schemas.features import Features, JointFeatures
 from schemas.overlay import JointPhysics, LinkPhysics, PhysicsOverlay
 from schemas.settings import PhysicsSettings
@@ -84,7 +84,7 @@ def turn_root(robot: Element, root: str, turn: Rotation) -> None:
         place = [float(word) for word in str(origin.get("xyz", "0 0 0")).split()]
         angles = [float(word) for word in str(origin.get("rpy", "0 0 0")).split()]
         origin.set("xyz", words(turn.apply(place)))
-        origin.set("rpy", words((turn * Rotation.from_euler("xyz", angles)).as_euler("xyz")))
+        origin.set("rpy", words(rpy_of((turn * Rotation.from_euler("xyz", angles)).as_matrix())))
 
 
 def edit_geometry(link: Element, scale: float, mesh_places: Mapping[str, str], keep_collision: bool = False) -> None:
