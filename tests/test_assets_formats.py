@@ -95,7 +95,7 @@ def refused(folder: Path) -> AssetError:
         ("${height / 2}", "${hight / 2}", r"cabinet.urdf.xacro, line 8: .*hight"),
         ("parts.xacro", "gone.xacro", r"cabinet.urdf.xacro, line 6: .*gone.xacro"),
         ("</robot>", "", r"cabinet.urdf.xacro, line 2\d: "),
-        ('default="0.6"', "", r"cabinet.urdf.xacro, line \d+: .*height"),
+        ('default="0.6"', "", r"cabinet.urdf.xacro, line 3: .*default"),
     ],
 )
 def test_a_xacro_that_cannot_be_resolved_names_file_and_line(tmp_path: Path, old: str, new: str, said: str) -> None:
@@ -218,5 +218,5 @@ def test_a_stated_up_axis_turns_the_whole_object(tmp_path: Path, kind: str, up: 
     assert turned.features.closed_size[2] == pytest.approx(plain.features.closed_size[index])
     for joint in plain.features.joints:
         lifted = turned.features.joint(joint.name).axis_in_root[2]
-        assert lifted == pytest.approx(joint.axis_in_root[index] * (-1 if up.startswith("-") else 1), abs=1e-9)
+        assert lifted == pytest.approx(joint.axis_in_root[index] * (-1 if up.startswith("-") else 1), abs=1e-7)
     assert turned.urdf.is_file() and turned.source == plain.source

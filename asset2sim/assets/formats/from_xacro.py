@@ -74,7 +74,7 @@ def _located(error: Exception, file: Path, stack: list[Path]) -> AssetError:
     text = " ".join(str(error).split())
     if line is None and place.is_file():
         quoted = [word for pair in re.findall(r"'([^']+)'|\"([^\"]+)\"|<([\w:]+)>", text) for word in pair if word]
-        unquoted = [word for word in re.findall(r"[\w:.$/{}()]+", text) if len(word) > 2]
+        unquoted = [word.strip(".:") for word in re.findall(r"[\w:.$/{}()]+", text) if len(word) > 3]
         lines = place.read_text(errors="replace").splitlines()
         for word in (*sorted(quoted, key=len, reverse=True), *sorted(unquoted, key=len, reverse=True)):
             line = next((number for number, content in enumerate(lines, 1) if word in content), None)

@@ -41,8 +41,8 @@ def candidates(names: Iterable[str]) -> list[str]:
 def find_source(folder: Path) -> Path:
     """The file that describes an asset: ``mobility.urdf`` or its only URDF, else its xacro, SDF or MJCF file.
 
-    Of several xacro files it is the one that no other includes, of several MJCF files the one that includes none (a
-    scene includes its model). Raises AssetError (unreadable_asset) if there is none or more than one."""
+    Of several xacro files it is the ``.urdf.xacro``, or the one that no other includes; of several MJCF files the one
+    that includes none, since a scene includes its model. Raises AssetError (unreadable_asset) if there is none or more than one."""
     if not folder.is_dir():
         message = f"{folder}: no such asset folder; mend the manifest's path"
         raise AssetError(FailureMode.UNREADABLE_ASSET, "missing_folder", message)
@@ -58,6 +58,7 @@ def find_source(folder: Path) -> Path:
         every = set().union(*included.values())
         xacro = found[0].suffix == ".xacro"
         found = [file for file in found if (file.name not in every if xacro else not included[file])] or found
+        found = [file for file in found if file.name.endswith(".urdf.xacro")] or found
     if len(found) == 1:
         return found[0]
     listed = ", ".join(str(path.relative_to(folder)) for path in found[:5])
