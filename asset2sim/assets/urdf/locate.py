@@ -42,7 +42,9 @@ def find_source(folder: Path) -> Path:
     """The file that describes an asset: ``mobility.urdf`` or its only URDF, else its xacro, SDF or MJCF file.
 
     Of several xacro files it is the ``.urdf.xacro``, or the one that no other includes; of several MJCF files the one
-    that includes none, since a scene includes its model. Raises AssetError (unreadable_asset) if there is none or more than one."""
+    that includes none, since a scene includes its model.
+    Raises AssetError (unreadable_asset) if there is none or more than one.
+    """
     if not folder.is_dir():
         message = f"{folder}: no such asset folder; mend the manifest's path"
         raise AssetError(FailureMode.UNREADABLE_ASSET, "missing_folder", message)
