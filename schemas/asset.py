@@ -13,7 +13,7 @@ from schemas.measurement import Measurement
 from schemas.overlay import PhysicsOverlay
 from schemas.request import ModelCall
 from schemas.support import SupportKind
-from schemas.vocabulary import FailureMode, Method, Status
+from schemas.vocabulary import FailureMode, Method, Status, UpAxis
 
 
 class Unchanged(Frozen):
@@ -25,7 +25,8 @@ class Unchanged(Frozen):
 
 
 class AssetRef(Frozen):
-    """An asset's absolute folder, category, subset and user prompt; ``support``: what the manifest says carries it."""
+    """An asset's absolute folder, category, subset and user prompt. ``support``: what the manifest says carries it;
+    ``up``: which axis points up in its file; None: the run's, or what its geometry says."""
 
     asset_id: str
     path: str
@@ -33,6 +34,7 @@ class AssetRef(Frozen):
     subset: str | None = None
     prompt: str | None = None
     support: SupportKind | None = None
+    up: UpAxis | None = None
 
 
 class FoundAssets:

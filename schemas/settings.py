@@ -8,7 +8,7 @@ from schemas.base import Fraction, Frozen, NonNegative, Positive
 from schemas.model_names import ModelSettings as ModelSettings
 from schemas.support import SupportKind
 from schemas.thresholds import Thresholds as Thresholds
-from schemas.vocabulary import BaseMode, CollisionMode, DynamicsRule, Engine, Export, Method, Redo, StateMode
+from schemas.vocabulary import BaseMode, CollisionMode, DynamicsRule, Engine, Export, Method, Redo, StateMode, UpAxis
 
 
 class PhysicsSettings(Frozen):
@@ -261,6 +261,8 @@ class Settings(Frozen):
     physics: PhysicsSettings = PhysicsSettings()
     engine: EngineSettings = EngineSettings()
     collision: CollisionSettings = CollisionSettings()
+    up: UpAxis | None = None
+    """Which axis points up in the files of all assets whose manifest row does not say; None: found out, else z."""
     state: StateMode = StateMode.DOCUMENT
     support: SupportKind | None = None
     """What carries every object whose manifest row does not say; None: found for each."""

@@ -201,6 +201,17 @@ class BaseMode(StrEnum):
     WORLD = "world"
 
 
+class UpAxis(StrEnum):
+    """Which axis of an asset's root link points up in its file."""
+
+    X = "x"
+    Y = "y"
+    Z = "z"
+    MINUS_X = "-x"
+    MINUS_Y = "-y"
+    MINUS_Z = "-z"
+
+
 class Export(StrEnum):
     """Formats written beside the URDF."""
 
@@ -208,5 +219,7 @@ class Export(StrEnum):
     USD = "usd"
 
 
-DECIDING_PACKAGES = ("coacd", "lxml", "numpy", "pillow", "pycollada", "python-fcl", "scipy", "trimesh", "usd-core")
+DECIDING_PACKAGES = (
+    *("coacd", "lxml", "numpy", "pillow", "pycollada", "python-fcl", "scipy", "trimesh", "usd-core", "xacro"),
+)
 """Packages, beside the engines (``Engine``), whose version may change a number in an asset's result."""

@@ -1,13 +1,15 @@
 """Extract: asset folder → features and geometry (paper, "Extract"). Reads only."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from asset2sim.assets.extract import Extraction, extract
 from asset2sim.assets.meshes.shape_cache import SHAPE_CACHE
 from asset2sim.validation.passage import find_blocked_joints
 from asset2sim.validation.stated import stated_findings
+from asset2sim.validation.upright import find_up
 from schemas.finding import Finding
 from schemas.settings import PhysicsSettings
+from schemas.vocabulary import UpAxis
 from tasks.job import AssetJob
 from tasks.progress import StageResult
 
@@ -20,11 +22,26 @@ class Extracted(StageResult):
 
 
 def extract_asset(job: AssetJob, *, correct_joints: bool) -> Extracted:
-    """The asset, its joints corrected by our rules or, for methods without rules, as authored. Raises AssetError."""
-    authored = extract(job.ref, job.out / SHAPE_CACHE)
+    """The asset upright, its joints corrected by our rules; for methods without rules as authored, and turned only if
+    its up axis is stated. Raises AssetError."""
+    authored = upright(job, find=correct_joints)
     corrected, told = validate_authored(authored, job.settings.physics)
     extraction = corrected if correct_joints else authored
     return Extracted(extraction=extraction, features=extraction.features, findings=(*authored.findings, *told))
+
+
+def upright(job: AssetJob, *, find: bool) -> Extraction:
+    """The asset as its file has it, turned where another axis than z is stated or, to ``find``, shown to point up."""
+    cache, stated = job.out / SHAPE_CACHE, job.ref.up or job.settings.up
+    if stated is not None:
+        return extract(job.ref, cache, stated)
+    authored = extract(job.ref, cache)
+    up, turned = find_up(authored) if find else (UpAxis.Z, None)
+    if turned is None:
+        return authored
+    authored.triangles.keep()
+    extraction = extract(job.ref, cache, up)
+    return replace(extraction, findings=(turned, *extraction.findings))
 
 
 def validate_authored(extraction: Extraction, settings: PhysicsSettings) -> tuple[Extraction, tuple[Finding, ...]]:

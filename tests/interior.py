@@ -16,7 +16,7 @@ from scipy import ndimage
 from asset2sim.assets.extract import extract
 from asset2sim.assets.meshes.hollow import CELLS_A_RADIUS, MOST_CELLS, OUTER_CELLS, samples
 from asset2sim.assets.meshes.load import load_mesh, primitive, scale_vector
-from asset2sim.assets.urdf.locate import find_mesh, find_urdf
+from asset2sim.assets.urdf.locate import find_mesh, find_source
 from asset2sim.assets.urdf.read import read_urdf
 from asset2sim.engines.pybullet_object import loaded
 from asset2sim.physics.arrays import Array
@@ -62,7 +62,7 @@ def interiors(folder: Path, labels: Sequence[str] = (), radius: float = BALL_RAD
 
     ``labels`` keeps only links whose label contains one of these words. Links without an interior are left out.
     """
-    urdf = find_urdf(folder)
+    urdf = find_source(folder)
     extraction = extract(AssetRef(asset_id=folder.name, path=str(folder)))
     features = extraction.features
     closed = {joint.name: joint.closed for joint in features.movable_joints if joint.closed is not None}

@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from asset2sim.assets.urdf.locate import find_mesh, find_urdf, outer_references
+from asset2sim.assets.urdf.locate import find_mesh, find_source, outer_references
 from asset2sim.catalog.run import finish_run, start_run
 from asset2sim.catalog.stored_tables import check_catalog
 from asset2sim.catalog.write import write_run
@@ -42,7 +42,7 @@ def in_this_process(monkeypatch: pytest.MonkeyPatch) -> None:
 def brief(ref: AssetRef, out: Path, settings: Settings, ask: object) -> AssetRecord:
     """A pipeline whose refined folder is the asset's URDF and the meshes that it takes from elsewhere."""
     try:
-        urdf = find_urdf(Path(ref.path))
+        urdf = find_source(Path(ref.path))
     except AssetError as error:
         return failed_record(ref, settings, error.mode, str(error))
     folder = out / "assets" / ref.asset_id

@@ -4,7 +4,7 @@ from pathlib import Path
 
 import pytest
 
-from asset2sim.assets.urdf.locate import find_mesh, find_urdf
+from asset2sim.assets.urdf.locate import find_mesh, find_source
 from schemas.errors import AssetError
 from schemas.vocabulary import FailureMode
 
@@ -16,18 +16,18 @@ def touch(path: Path) -> Path:
 
 
 def test_the_only_urdf_is_found(tmp_path: Path) -> None:
-    assert find_urdf(touch(tmp_path / "thing.urdf").parent) == tmp_path / "thing.urdf"
+    assert find_source(touch(tmp_path / "thing.urdf").parent) == tmp_path / "thing.urdf"
 
 
 def test_a_urdf_one_folder_down_is_found(tmp_path: Path) -> None:
     file = touch(tmp_path / "urdf" / "thing.urdf")
     touch(tmp_path / "meshes" / "a.obj")
-    assert find_urdf(tmp_path) == file
+    assert find_source(tmp_path) == file
 
 
 def test_mobility_urdf_goes_before_others(tmp_path: Path) -> None:
     touch(tmp_path / "other.urdf")
-    assert find_urdf(touch(tmp_path / "mobility.urdf").parent).name == "mobility.urdf"
+    assert find_source(touch(tmp_path / "mobility.urdf").parent).name == "mobility.urdf"
 
 
 @pytest.mark.parametrize(
@@ -37,14 +37,14 @@ def test_no_single_urdf_is_unreadable(tmp_path: Path, names: tuple[str, ...], sa
     for name in names:
         touch(tmp_path / name)
     with pytest.raises(AssetError, match=said) as caught:
-        find_urdf(tmp_path)
+        find_source(tmp_path)
     assert caught.value.mode is FailureMode.UNREADABLE_ASSET
     assert str(tmp_path) in str(caught.value)
 
 
 def test_a_missing_folder_is_unreadable(tmp_path: Path) -> None:
     with pytest.raises(AssetError, match=r"gone.*no such asset folder") as caught:
-        find_urdf(tmp_path / "gone")
+        find_source(tmp_path / "gone")
     assert caught.value.code == "missing_folder"
 
 

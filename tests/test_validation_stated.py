@@ -179,3 +179,18 @@ def test_a_button_that_sinks_into_its_device_is_no_drawer(tmp_path: Path) -> Non
     mended, found = validate_authored(read(written(tmp_path, text, files)), PhysicsSettings())
     assert mended.features.joint("press").axis == (0.0, 0.0, -1.0)
     assert not [item for item in found if item.severity is Severity.WARNING]
+
+
+def test_meshes_in_millimetres_on_joints_in_metres_are_told(tmp_path: Path) -> None:
+    parts = (
+        link("body", mesh("body.obj")), link("door", mesh("door.obj")),
+        joint("hinge", "revolute", "body", "door", xyz="0.2 0 0", axis="0 0 1", limit="0 1"),
+    )  # fmt: skip
+    files = {"body.obj": box_obj((0, 0, 0), (400, 500, 600)), "door.obj": box_obj((0, 0, 0), (20, 500, 600))}
+    settings = PhysicsSettings()
+    told = stated_findings(read(written(tmp_path / "mm", robot(*parts), files)), settings)
+    (finding,) = [item for item in told if item.code == "mesh_units"]
+    assert 'scale="0.001 0.001 0.001"' in finding.message
+    whole = [part.replace("0.2 0 0", "200 0 0") for part in parts]
+    told = stated_findings(read(written(tmp_path / "all", robot(*whole), files)), settings)
+    assert "mesh_units" not in {item.code for item in told} and "size_implausible" in {item.code for item in told}

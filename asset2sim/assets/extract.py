@@ -9,12 +9,13 @@ from typing import Any
 import numpy as np
 from lxml import etree
 
+from asset2sim.assets.formats.source import Source, open_source
 from asset2sim.assets.joints import limits_in_radians, read_joint, with_ends
 from asset2sim.assets.links import LinkGeometry, MeshReader, read_link
 from asset2sim.assets.meshes.shape_cache import read_shapes, write_shapes
 from asset2sim.assets.meshes.triangles import Triangles
 from asset2sim.assets.urdf.document import read_document, textures_of
-from asset2sim.assets.urdf.locate import find_mesh, find_urdf, read_category, read_semantics
+from asset2sim.assets.urdf.locate import find_mesh, read_category, read_semantics
 from asset2sim.assets.urdf.mesh_files import material_files
 from asset2sim.assets.urdf.mimic import coupled, with_followed_ends
 from asset2sim.assets.urdf.read import read_urdf, root_of
@@ -25,7 +26,7 @@ from schemas.base import Vector3
 from schemas.errors import AssetError
 from schemas.features import Features, LinkFeatures
 from schemas.finding import Finding
-from schemas.vocabulary import FailureMode, Severity, Stage
+from schemas.vocabulary import FailureMode, Severity, Stage, UpAxis
 
 
 def hash_files(files: Iterable[Path], *texts: str) -> str:
@@ -41,8 +42,9 @@ def hash_files(files: Iterable[Path], *texts: str) -> str:
 
 @dataclass(frozen=True)
 class Extraction:
-    """Features, with data that later stages need and no table holds. ``geometry`` maps link → its hull points and
-    convex pieces, ``mesh_files`` mesh reference → file, or None if missing."""
+    """Features, with data that later stages need and no table holds. ``urdf`` is what is read: the asset's own, or one
+    that was made of it. ``geometry`` maps link → its hull points and convex pieces, ``mesh_files`` mesh reference →
+    file, or None if missing."""
 
     folder: Path
     urdf: Path
@@ -55,23 +57,31 @@ class Extraction:
     triangles: Triangles = field(default_factory=Triangles, repr=False, compare=False)
     """Triangles of ``mesh_files``, loaded on demand; the last user calls ``keep`` to store them."""
 
+    opened: Source | None = field(default=None, repr=False, compare=False)
 
-def extract(ref: AssetRef, cache: Path | None = None) -> Extraction:
+    @property
+    def source(self) -> Path:
+        """The file in the asset's folder that describes it: the URDF, or of what it was made."""
+        return self.urdf if self.opened is None else self.opened.file
+
+
+def extract(ref: AssetRef, cache: Path | None = None, up: UpAxis = UpAxis.Z) -> Extraction:
     """Features and geometry of one asset.
 
     ``cache`` is a folder in which the shapes and the triangles of its meshes are kept, so that those of unchanged files
-    are not computed again; the result is the same with it and without.
+    are not computed again; the result is the same with it and without. ``up`` is the axis that points up in its file.
     Raises AssetError: unreadable_asset (no URDF, not XML, not a tree), missing_mesh (a link none of whose meshes is
     there), invalid_joint_configuration (joint numbers that make no sense).
     """
     folder = Path(ref.path)
-    urdf = find_urdf(folder)
+    opened = open_source(folder, up)
+    urdf = opened.urdf
     robot = read_urdf(urdf)
     base = urdf.parent
     store = cache / f"{ref.asset_id}.npz" if cache is not None else None
     triangles = Triangles(cache / f"{ref.asset_id}.triangles.npz" if cache is not None else None)
     document = read_document(urdf)
-    told = list(document.findings)
+    told = [*opened.findings, *document.findings]
     reader = MeshReader(base, triangles, told, known=read_shapes(store) if store is not None else {})
     labels = read_semantics(folder)
     links: list[LinkFeatures] = []
@@ -104,7 +114,7 @@ def extract(ref: AssetRef, cache: Path | None = None) -> Extraction:
     features = Features(
         asset_id=ref.asset_id,
         category=ref.category or read_category(folder),
-        urdf_file=urdf.name,
+        urdf_file=opened.file.name,
         root=root,
         links=tuple(links),
         joints=tuple(joints),
@@ -112,9 +122,11 @@ def extract(ref: AssetRef, cache: Path | None = None) -> Extraction:
         rest_box_max=vector(high),
         closed_size=vector(closed_high - closed_low),
         link_centers={name: box_center(rest[name], cloud) for name, cloud in points.items() if len(cloud)},
-        content_hash=hash_files([urdf, *files, *looks, *companions]),
+        content_hash=hash_files([*opened.files, *files, *looks, *companions]),
     )
-    return Extraction(folder, urdf, features, tuple(reader.findings), geometry, reader.files, triangles=triangles)
+    return Extraction(
+        folder, urdf, features, tuple(reader.findings), geometry, reader.files, triangles=triangles, opened=opened
+    )
 
 
 def find_textures(robot: "etree._Element", folder: Path, files: dict[str, Path | None]) -> list[Finding]:

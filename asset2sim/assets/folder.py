@@ -52,7 +52,7 @@ def write_folder(
     looks = {mesh.file for link in extraction.features.links for mesh in link.meshes if mesh.role in roles}
     files = extraction.mesh_files.items()
     wanted = {name: file for name, file in files if name in looks or Path(name).suffix.lower() in PICTURES}
-    places = copy_meshes(wanted, extraction.urdf.parent, target)
+    places = copy_meshes(wanted, extraction.source.parent, target)
     for name in COMPANIONS:
         if (extraction.folder / name).is_file():
             shutil.copyfile(extraction.folder / name, target / name)

@@ -9,7 +9,7 @@ import trimesh
 import yourdfpy
 
 from asset2sim.assets.meshes.hull import hull_area, hull_vertices, hull_volume
-from asset2sim.assets.meshes.load import primitive, scale_vector
+from asset2sim.assets.meshes.load import collada_header, primitive, scale_vector
 from asset2sim.assets.meshes.shape_cache import CachedMesh, mesh_key
 from asset2sim.assets.meshes.surface import NOTHING, Surface, joined_surfaces
 from asset2sim.assets.meshes.triangles import Triangles
@@ -53,6 +53,22 @@ class MeshReader:
         finding = Finding(stage=Stage.EXTRACT, severity=Severity.WARNING, code=code, message=message, link=link)
         self.findings.append(finding)
 
+    def note_collada(self, path: Path, named: str, link: str) -> None:
+        """Say once an asset that its COLLADA files are not in metres, or state another up axis than z."""
+        unit, axis = collada_header(path)
+        told = {finding.code for finding in self.findings}
+        if unit != 1.0 and "collada_unit" not in told:
+            message = f"{named} is in units of {unit:.4g} m; such meshes are brought to metres, as loaders do"
+            self.inform("collada_unit", message, link)
+        if axis != "Z_UP" and "collada_up_axis" not in told:
+            why = "PyBullet, SAPIEN and ROS do; if the object lies, state --up"
+            self.inform("collada_up_axis", f"{named} says {axis}; its coordinates are taken as written, as {why}", link)
+
+    def inform(self, code: str, message: str, link: str) -> None:
+        """Add an explanation."""
+        finding = Finding(stage=Stage.EXTRACT, severity=Severity.INFO, code=code, message=message, link=link)
+        self.findings.append(finding)
+
     def read(self, path: Path, scale: Array) -> CachedMesh:
         """The mesh of a file at this (3,) scale, from ``known`` if it is there. ValueError as from ``load_mesh``."""
         key = mesh_key(self.triangles.key(path), scale)
@@ -84,6 +100,8 @@ class MeshReader:
         path = self.files[reference]
         if path is None:
             return reference, None
+        if path.suffix.lower() == ".dae":
+            self.note_collada(path, named, link)
         scale = scale_vector(geometry.mesh)
         key = (reference, tuple(scale))
         if key not in self.shapes:

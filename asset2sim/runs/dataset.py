@@ -7,15 +7,17 @@ from collections import Counter
 from collections.abc import Iterable, Sequence
 from pathlib import Path
 
+from asset2sim.assets.urdf.locate import NOT_MODELS, SUFFIXES, is_mjcf
 from asset2sim.catalog.storage.tree import Tree, local_tree, remote_tree
 from schemas.asset import AssetRef
 from schemas.errors import UnknownChoiceError, UsageError
 from schemas.location import is_url, nearest_existing
 from schemas.support import SupportKind
+from schemas.vocabulary import UpAxis
 
 MANIFEST = "manifest.csv"
 REQUIRED_COLUMNS = ("asset_id", "path")
-COLUMNS = ("asset_id", "category", "path", "subset", "prompt", "support")
+COLUMNS = ("asset_id", "category", "path", "subset", "prompt", "support", "up")
 MAX_ID_LENGTH = 200
 """Characters of an asset's id: it names a folder, and file systems stop at 255 bytes."""
 
@@ -74,21 +76,21 @@ def read_manifest(tree: Tree) -> list[AssetRef]:
 
 def find_assets(tree: Tree) -> list[AssetRef]:
     """The asset folders at, one below or two below a folder, by name; a folder two below has its parent as category."""
-    if _holds_urdf(tree, ""):
+    if _holds_asset(tree, ""):
         return [_found(tree, "")]
     refs: list[AssetRef] = []
     for folder in tree.folders(""):
-        if _holds_urdf(tree, folder):
+        if _holds_asset(tree, folder):
             refs.append(_found(tree, folder))
             continue
         for inner in tree.folders(folder):
             name = f"{folder}/{inner}"
-            if _holds_urdf(tree, name):
+            if _holds_asset(tree, name):
                 refs.append(_found(tree, name, None if "meta.json" in tree.files(name) else folder))
     if not refs:
         raise UsageError(
-            f"{tree.place}: neither {MANIFEST}, nor a URDF file here or in a folder one or two levels down; "
-            "name a dataset folder or one asset folder"
+            f"{tree.place}: neither {MANIFEST}, nor a URDF, xacro, SDF or MJCF file here or in a folder one or two "
+            "levels down; name a dataset folder or one asset folder"
         )
     _refuse_twice((ref.asset_id for ref in refs), str(tree.place))
     return refs
@@ -124,6 +126,7 @@ def _row(tree: Tree, where: str, row: dict[str, str | None]) -> AssetRef:
         subset=cells["subset"] or None,
         prompt=cells["prompt"] or None,
         support=_support(cells["support"], where),
+        up=_up(cells["up"], where),
     )
 
 
@@ -133,6 +136,12 @@ def _support(stated: str, where: str) -> SupportKind | None:
             f"{where}: support '{stated}' is none of {_listed(SupportKind)}; leave it empty to have it found"
         )
     return SupportKind(stated) if stated else None
+
+
+def _up(cell: str, where: str) -> UpAxis | None:
+    if cell and cell not in list(UpAxis):
+        raise UsageError(f"{where}: up '{cell}' is no axis; choose from: {_listed(UpAxis)}, or leave it empty")
+    return UpAxis(cell) if cell else None
 
 
 def _folder_of(place: Path | str, path: str, where: str) -> Path | str:
@@ -157,10 +166,19 @@ def _refuse_twice(asset_ids: Iterable[str], where: str) -> None:
         raise UsageError(f"{where}: asset_id {_listed(twice[:10])} more than once; each names one folder of the output")
 
 
-def _holds_urdf(tree: Tree, folder: str) -> bool:
-    """Whether the folder is an asset's: a URDF file in it, or in its ``urdf`` folder as ROS packages have it."""
+def _holds_asset(tree: Tree, folder: str) -> bool:
+    """Whether the folder is an asset's: a file that describes it lies in it, or in its ``urdf`` folder, as ROS packages
+    have it."""
     inner = f"{folder}/urdf" if folder else "urdf"
-    return any(name.endswith(".urdf") for place in (folder, inner) for name in tree.files(place))
+    for place in (folder, inner):
+        names = tree.files(place)
+        if any(name.endswith(SUFFIXES[:-1]) for name in names):
+            return True
+        for name in names:
+            file = f"{place}/{name}" if place else name
+            if name.endswith(SUFFIXES[-1]) and name not in NOT_MODELS and is_mjcf(tree.read(file)):
+                return True
+    return False
 
 
 def _local(data: Path) -> Tree:

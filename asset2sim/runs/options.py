@@ -17,7 +17,17 @@ from schemas.errors import UsageError
 from schemas.location import Location
 from schemas.settings import ModelSettings
 from schemas.support import SupportKind
-from schemas.vocabulary import BaseMode, CollisionMode, DynamicsRule, Engine, Export, Grouping, Method, StateMode
+from schemas.vocabulary import (
+    BaseMode,
+    CollisionMode,
+    DynamicsRule,
+    Engine,
+    Export,
+    Grouping,
+    Method,
+    StateMode,
+    UpAxis,
+)
 
 EXAMPLE = """\
 for example:
@@ -76,6 +86,7 @@ RULE = TypeAliasType("RULE", DynamicsRule)
 STATE = TypeAliasType("STATE", StateMode)
 SUPPORT = TypeAliasType("SUPPORT", SupportKind)
 BASE = TypeAliasType("BASE", BaseMode)
+AXIS = TypeAliasType("AXIS", UpAxis)
 VIEWS = TypeAliasType("VIEWS", Literal["now", "later"])
 FORMAT = TypeAliasType("FORMAT", Literal["yaml", "toml"])
 
@@ -159,6 +170,9 @@ class RefineOptions(ModelOptions, Selection):
     base: BASE = Field(
         BaseMode.ROOT,
         description=f"{', '.join(BaseMode)}: hold a fixed object's root by the loader's flag, or by a link 'world'",
+    )
+    up: AXIS | None = Field(
+        None, description=f"{', '.join(UpAxis)}: the axis that points up in the files, --up=-y (default: found out)"
     )
     export: Listed[FORMATS] = Field((), description=f"formats to write beside the URDF: {', '.join(Export)}")
     method: METHOD = Field(Method.ASSET2SIM, description=f"where the physics come from: {', '.join(Method)}")

@@ -21,6 +21,7 @@ SETS: Mapping[str, str] = {
     "state": "state",
     "support": "support",
     "base": "base",
+    "up": "up",
     "export": "exports",
     "model": "model.model",
     "api_base": "model.api_base",

@@ -30,6 +30,9 @@ REVERSING_STEP = 1.0
 """Damping · Δt / I_eff, or stiffness · Δt² / I_eff, at the coarse step from which an explicit step reverses motion."""
 UNDAMPED_RATIO = 0.05
 """Damping ratio below which a spring rings: it swings ten times before it has lost nine tenths."""
+OTHER_UNIT = 100.0
+"""Size of an object that is too large over the longest offset of its joints, from which its meshes are in another unit:
+in one of one unit it is seldom over 10."""
 AXIS_SLACK = 1e-3
 """Rounding slack in a unit axis' length."""
 NO_INERTIA = 1e-15
@@ -64,6 +67,13 @@ def size(features: Features, notes: Notes) -> None:
             "lengths in metres?"
         )
         notes.warn("size_implausible", message, value=longest, limit=LARGEST_M if longest > LARGEST_M else SMALLEST_M)
+    apart = max((math.dist(joint.origin_xyz, (0.0, 0.0, 0.0)) for joint in features.joints), default=0.0)
+    if longest > LARGEST_M and 0.0 < apart < longest / OTHER_UNIT:
+        message = (
+            f"its joints are at most {apart:.3g} m from their parents, its meshes {longest:.3g} m large: likely "
+            'in millimetres, which no loader knows of OBJ and STL; state scale="0.001 0.001 0.001" in their <mesh>'
+        )
+        notes.warn("mesh_units", message, value=longest / apart, limit=OTHER_UNIT)
 
 
 def mass(link: LinkFeatures, stated: LinkInertial, settings: PhysicsSettings, notes: Notes) -> None:

@@ -1,25 +1,28 @@
 """Loading the geometry of one visual or collision: a mesh file of any kind trimesh reads, or a primitive."""
 
 import hashlib
+import re
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import trimesh
 import yourdfpy
+from trimesh.units import unit_conversion
 
 from asset2sim.assets.urdf.capsule import Capsule
 from asset2sim.physics.arrays import Array
 
+METRES = "meters"
+
 
 def load_mesh(path: Path) -> trimesh.Trimesh:
-    """The file's triangles as one mesh with merged vertices, without materials. Scenes (COLLADA, glTF) are flattened by
-    their node transforms. Raises ValueError, naming the file, if it cannot be read or holds no triangle."""
+    """The file's triangles in metres as one mesh with merged vertices, without materials. Scenes (COLLADA, glTF) are
+    flattened by their nodes' transforms. Raises ValueError, naming the file, if it is unreadable or has no triangle."""
     try:
         mesh = obj_mesh(path) if path.suffix.lower() == ".obj" else None
         if mesh is None:
-            mesh = trimesh.load_mesh(str(path), skip_materials=True, process=False)
-        if isinstance(mesh, trimesh.Scene):
-            mesh = mesh.to_mesh()
+            mesh = load_scene(path, skip_materials=True, process=False).to_mesh()
     except Exception as error:  # a loader raises whatever its format's parser raises
         raise ValueError(f"{path.name}: cannot be read as a mesh ({type(error).__name__}: {error})") from error
     if not isinstance(mesh, trimesh.Trimesh) or len(mesh.faces) == 0:
@@ -33,6 +36,30 @@ def load_mesh(path: Path) -> trimesh.Trimesh:
     if len(bare.faces) == 0:
         raise ValueError(f"{path.name}: every triangle is degenerate")
     return bare
+
+
+def load_scene(path: Path, **how: Any) -> trimesh.Scene:
+    """The file as a scene in metres. COLLADA states a unit, which every loader of URDFs applies and trimesh does not;
+    its up axis counts for none of them (PyBullet, SAPIEN, ROS), and files that state y have z up. Raises what the
+    format's parser raises."""
+    scene = trimesh.load_scene(str(path), **how)
+    unit = unit_of(scene)
+    return scene if unit == 1.0 else scene.apply_scale(unit)
+
+
+def collada_header(path: Path) -> tuple[float, str]:
+    """The unit (m) and the up axis (``Y_UP``) that a COLLADA file states; COLLADA's defaults where it does not."""
+    with path.open("rb") as stream:
+        head = stream.read(65_536).decode("utf-8", errors="replace")
+    unit = re.search(r"""<unit[^>]*\smeter\s*=\s*["']\s*([0-9.]+(?:[eE][+-]?[0-9]+)?)""", head)
+    axis = re.search(r"<up_axis>\s*(\w+)", head)
+    return (float(unit[1]) if unit else 1.0), (axis[1] if axis else "Y_UP")
+
+
+def unit_of(scene: trimesh.Scene) -> float:
+    """The length of a file's unit, m; 1 where it states none."""
+    units = str(scene.units or METRES)
+    return 1.0 if units == METRES else float(unit_conversion(units, METRES))
 
 
 def obj_mesh(path: Path) -> trimesh.Trimesh | None:

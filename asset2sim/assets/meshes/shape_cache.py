@@ -14,7 +14,7 @@ from asset2sim.assets.meshes.volume import Shape, Solid
 from asset2sim.physics.arrays import Array
 from schemas.vocabulary import VolumeSource
 
-FORMAT = f"3 trimesh {trimesh.__version__} scipy {scipy.__version__}"
+FORMAT = f"4 trimesh {trimesh.__version__} scipy {scipy.__version__}"
 """Format of the cache file; others are not read. Raise the number when the same mesh gives another shape."""
 
 

@@ -13,7 +13,7 @@ from asset2sim.physics.arrays import Array, Faces
 
 Mesh = tuple[Array, Faces]
 
-FORMAT = f"1 trimesh {trimesh.__version__}"
+FORMAT = f"2 trimesh {trimesh.__version__}"
 """Format of the cache file; others are not read. Raise the number when ``load_mesh`` reads a file differently."""
 SELF_CONTAINED = (".dae", ".glb", ".obj", ".off", ".ply", ".stl")
 """Formats whose geometry is all in one file; materials and textures do not count."""

@@ -11,7 +11,7 @@ from scipy.spatial.transform import Rotation
 
 from asset2sim.assets.urdf.capsule import split_capsules
 from asset2sim.assets.urdf.document import read_document, textures_of
-from asset2sim.physics.kinematics import locked
+from asset2sim.physics.kinematics import locked, rpy_of
 from schemas.features import Features, JointFeatures
 from schemas.overlay import JointPhysics, LinkPhysics, PhysicsOverlay
 from schemas.settings import PhysicsSettings
@@ -88,7 +88,7 @@ def turn_root(robot: Element, root: str, turn: Rotation) -> None:
         place = [float(word) for word in str(origin.get("xyz", "0 0 0")).split()]
         angles = [float(word) for word in str(origin.get("rpy", "0 0 0")).split()]
         origin.set("xyz", words(turn.apply(place)))
-        origin.set("rpy", words((turn * Rotation.from_euler("xyz", angles)).as_euler("xyz")))
+        origin.set("rpy", words(rpy_of((turn * Rotation.from_euler("xyz", angles)).as_matrix())))
 
 
 def edit_textures(robot: Element, places: Mapping[str, str]) -> None:

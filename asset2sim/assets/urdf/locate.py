@@ -1,33 +1,85 @@
-"""Finding an asset's URDF and the mesh files that it refers to, and reading PartNet-Mobility's files beside it."""
+"""Finding the file that describes an asset and the meshes that it refers to, and reading PartNet-Mobility's files."""
 
 import json
 import re
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from pathlib import Path, PurePath, PurePosixPath
 
 from schemas.errors import AssetError
 from schemas.vocabulary import FailureMode
 
-_REFERENCE = re.compile(r"""filename\s*=\s*["']([^"']+)["']""")
+SUFFIXES = (".urdf", ".xacro", ".sdf", ".xml")
+"""Endings of files that describe an asset, the preferred first; ``.xml`` is MJCF."""
+PREFERRED = ("mobility.urdf", "model.sdf", "model.xml")
+"""Names that are taken where a folder has several files of their format: PartNet-Mobility's, Gazebo's, and ours."""
+KINDS = {".urdf": ("URDF", PREFERRED[0]), ".xacro": ("xacro", ""), ".sdf": ("SDF", PREFERRED[1]),
+         ".xml": ("MJCF", PREFERRED[2])}  # fmt: skip
+"""Suffix → what the format is called, and the name that chooses a file of it."""
+NOT_MODELS = ("package.xml", "manifest.xml", "stack.xml")
+"""Files of ROS packages that are no MJCF."""
+
+_REFERENCE = re.compile(r"""(?:\bfile(?:name)?\s*=\s*["']|<uri>\s*)([^"'<]+)""")
+_INCLUDED = re.compile(r"""<(?:xacro:)?include\s[^>]*?file(?:name)?\s*=\s*["']([^"']+)""")
+_FIND = re.compile(r"\$\(find\s+([^)\s]+)\s*\)")
+"""A package's folder as xacro names it."""
 PARENTS_SEARCHED = 2
 """How far above the URDF a package's folder may lie: packages keep ``urdf/`` and ``meshes/`` side by side."""
 
 
-def find_urdf(folder: Path) -> Path:
-    """The asset folder's one URDF: ``mobility.urdf`` if there is one, else its only ``*.urdf``. Raises AssetError
-    (unreadable_asset) if there is none or more than one."""
-    preferred = folder / "mobility.urdf"
-    if preferred.is_file():
-        return preferred
+def candidates(names: Iterable[str]) -> list[str]:
+    """Of the names of files below an asset's folder, those that may describe it: of the first suffix that there is, at
+    the top, else one folder down. A preferred name stands alone."""
+    known = [name for name in names if PurePosixPath(name).name not in NOT_MODELS]
+    for suffix in SUFFIXES:
+        for depth in (0, 1):
+            found = sorted(name for name in known if name.endswith(suffix) and name.count("/") == depth)
+            if found:
+                return [name for name in found if name in PREFERRED][:1] or found
+    return []
+
+
+def find_source(folder: Path) -> Path:
+    """The file that describes an asset: ``mobility.urdf`` or its only URDF, else its xacro, SDF or MJCF file.
+
+    Of several xacro files it is the ``.urdf.xacro``, or the one that no other includes; of several MJCF files the one
+    that includes none, since a scene includes its model.
+    Raises AssetError (unreadable_asset) if there is none or more than one.
+    """
     if not folder.is_dir():
         message = f"{folder}: no such asset folder; mend the manifest's path"
         raise AssetError(FailureMode.UNREADABLE_ASSET, "missing_folder", message)
-    found = sorted(folder.glob("*.urdf")) or sorted(folder.glob("*/*.urdf"))
+    if (folder / PREFERRED[0]).is_file():
+        return folder / PREFERRED[0]
+    patterns = [f"{below}*{suffix}" for suffix in SUFFIXES for below in ("", "*/")]
+    names = (path.relative_to(folder).as_posix() for pattern in patterns for path in folder.glob(pattern))
+    found = [folder / name for name in candidates(names)]
+    if found and found[0].suffix == ".xml":
+        found = [file for file in found if is_mjcf(file.read_bytes())]
+    if len(found) > 1 and found[0].suffix in (".xacro", ".xml"):
+        included = {file: _included(file) for file in found}
+        every = set().union(*included.values())
+        xacro = found[0].suffix == ".xacro"
+        found = [file for file in found if (file.name not in every if xacro else not included[file])] or found
+        found = [file for file in found if file.name.endswith(".urdf.xacro")] or found
     if len(found) == 1:
         return found[0]
     listed = ", ".join(str(path.relative_to(folder)) for path in found[:5])
-    problem = f"{len(found)} URDF files ({listed}); keep one or name it mobility.urdf" if found else "no URDF file"
+    if not found:
+        problem = "no URDF file, nor a xacro, SDF or MJCF file"
+    else:
+        kind, name = KINDS[found[0].suffix]
+        problem = f"{len(found)} {kind} files ({listed}); keep one" + (f" or name it {name}" if name else "")
     raise AssetError(FailureMode.UNREADABLE_ASSET, "no_single_urdf", f"{folder}: {problem}")
+
+
+def is_mjcf(content: bytes) -> bool:
+    """Whether an XML file's content begins as MuJoCo's format does."""
+    return b"<mujoco" in content[:65_536]
+
+
+def _included(file: Path) -> set[str]:
+    """Names of the files that a xacro or MJCF file includes."""
+    return {re.split(r"[/\\]", path)[-1] for path in _INCLUDED.findall(file.read_text("utf-8", errors="replace"))}
 
 
 def find_mesh(reference: str, folder: Path) -> Path | None:
@@ -57,12 +109,12 @@ def mesh_candidates(reference: str, folder: PurePath, above: Sequence[PurePath])
 
 def is_loose(reference: str) -> bool:
     """Whether a reference names no file by itself, but a package or a scheme."""
-    return "://" in reference.replace("\\", "/")
+    return "://" in reference.replace("\\", "/") or _FIND.search(reference) is not None
 
 
 def _path_in(reference: str) -> str:
-    text = reference.replace("\\", "/").strip()
-    _, separator, rest = text.partition("://")
+    text = _FIND.sub(r"package://\1", reference.replace("\\", "/").strip())
+    _, separator, rest = text.rpartition("://")
     return rest if separator else text
 
 
@@ -73,7 +125,7 @@ def outer_references(urdf: str) -> list[str]:
 
 def _stays_inside(reference: str) -> bool:
     path = PurePosixPath(reference.replace("\\", "/").strip())
-    return "://" not in reference and not path.is_absolute() and ".." not in path.parts
+    return not is_loose(reference) and not path.is_absolute() and ".." not in path.parts
 
 
 def read_semantics(folder: Path) -> dict[str, tuple[str, str]]:

@@ -112,8 +112,9 @@ def convert(file: Path, target: Path, place: str) -> str:
     folder.mkdir(parents=True, exist_ok=True)
     import trimesh  # late: not needed to list an asset's files
 
-    scene = trimesh.load_scene(str(file))
-    mesh = scene.to_mesh()
+    from asset2sim.assets.meshes.load import load_scene
+
+    mesh = load_scene(file).to_mesh()
     text, extras = trimesh.exchange.obj.export_obj(mesh, mtl_name=f"{path.stem}.mtl", return_texture=True)
     (folder / f"{path.stem}.obj").write_text(text, encoding="utf-8")
     for name, data in extras.items():

@@ -10,6 +10,7 @@ from trimesh.visual.color import ColorVisuals
 from trimesh.visual.material import PBRMaterial, SimpleMaterial
 from trimesh.visual.texture import TextureVisuals
 
+from asset2sim.assets.meshes.load import load_scene
 from asset2sim.assets.views.surface import Color, Floats, Paint, Surface, Texture
 
 COLOR_LEVELS = 16
@@ -35,7 +36,7 @@ class NearbyFiles(FilePathResolver):
 def load_surfaces(path: Path) -> tuple[Surface, ...]:
     """A mesh file's surfaces in its own frame; () if it is unreadable or has no triangle, for a view may be partial."""
     try:
-        scene = trimesh.load_scene(str(path), process=False, resolver=NearbyFiles(str(path)))
+        scene = load_scene(path, process=False, resolver=NearbyFiles(str(path)))
     except Exception:  # a loader raises whatever its format's parser raises; extraction reports the file
         return ()
     surfaces: list[Surface] = []

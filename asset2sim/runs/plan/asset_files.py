@@ -6,7 +6,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
-from asset2sim.assets.urdf.locate import find_mesh, find_urdf, outer_references
+from asset2sim.assets.urdf.locate import find_mesh, find_source, outer_references
 from asset2sim.assets.urdf.mesh_files import material_files
 from schemas.errors import AssetError
 
@@ -50,21 +50,32 @@ def _walk(folder: str, prefix: str, seen: set[tuple[int, int]]) -> Iterator[Asse
 
 
 def _outer(folder: Path) -> list[AssetFile]:
-    """Meshes that the URDF takes from outside the asset's folder, with their materials and textures, by reference."""
+    """Meshes that the asset takes from outside the asset's folder, with their materials and textures, by reference."""
     try:
-        urdf = find_urdf(folder)
-        text = urdf.read_text(encoding="utf-8", errors="replace")
+        urdf = find_source(folder)
     except (AssetError, OSError):
         return []
     found: dict[str, AssetFile] = {}
-    for reference in outer_references(text):
-        mesh = find_mesh(reference, urdf.parent)
-        if mesh is None or mesh.resolve().is_relative_to(folder.resolve()):
+    # What a xacro includes may lie outside as well, and refer to more.
+    unread = [urdf, *(folder.rglob("*.xacro") if urdf.suffix == ".xacro" else ())]
+    read: set[Path] = set()
+    while unread:
+        source = unread.pop()
+        read.add(source)
+        try:
+            text = source.read_text(encoding="utf-8", errors="replace")
+        except OSError:
             continue
-        for path in (mesh, *material_files(mesh)):
-            name = f"{reference} {path.name}"
-            if (file := _file(name, str(path))) is not None:
-                found[name] = file
+        for reference in outer_references(text):
+            mesh = find_mesh(reference, source.parent)
+            if mesh is None or mesh.resolve().is_relative_to(folder.resolve()):
+                continue
+            if mesh.suffix == ".xacro" and mesh not in read:
+                unread.append(mesh)
+            for path in (mesh, *material_files(mesh)):
+                name = f"{reference} {path.name}"
+                if (file := _file(name, str(path))) is not None:
+                    found[name] = file
     return list(found.values())
 
 

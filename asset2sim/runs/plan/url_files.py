@@ -9,7 +9,7 @@ from collections.abc import Callable, Mapping, Sequence
 from functools import partial
 from pathlib import PurePosixPath
 
-from asset2sim.assets.urdf.locate import PARENTS_SEARCHED, mesh_candidates, outer_references
+from asset2sim.assets.urdf.locate import PARENTS_SEARCHED, candidates, mesh_candidates, outer_references
 from asset2sim.catalog.storage.listing import Listing, cached_listing, covers, fetch_listing, listing_of, objects_below
 from asset2sim.catalog.storage.objects import Stored, StoreError, key_of, list_objects, object_info, read_objects
 
@@ -26,14 +26,10 @@ def visible(objects: Mapping[str, Stored]) -> dict[str, Stored]:
 
 
 def choose_urdf_name(names: Mapping[str, Stored]) -> str | None:
-    """The URDF among an asset's objects, as ``find_urdf`` chooses; None where that would fail."""
-    if "mobility.urdf" in names:
-        return "mobility.urdf"
-    for depth in (0, 1):
-        found = [name for name in names if name.endswith(".urdf") and name.count("/") == depth]
-        if found:
-            return found[0] if len(found) == 1 else None
-    return None
+    """The file among an asset's objects that describes it, as ``find_source`` chooses where no content decides; None
+    where there is none, or more than one."""
+    found = candidates(names)
+    return found[0] if len(found) == 1 else None
 
 
 def outer_objects(

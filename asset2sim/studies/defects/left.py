@@ -8,7 +8,7 @@ from lxml import etree
 from lxml.etree import _Element as Element
 
 from asset2sim.assets.extract import extract
-from asset2sim.assets.urdf.locate import find_urdf
+from asset2sim.assets.urdf.locate import find_source
 from asset2sim.assets.urdf.read import Dynamics, read_dynamics
 from asset2sim.physics.arrays import Array
 from asset2sim.physics.inertia import tensor_of
@@ -35,7 +35,7 @@ STICKS_FACTOR = 20.0
 
 def robot_of(kept: RefinedAsset) -> Element:
     """The root element of the written URDF."""
-    return etree.parse(str(find_urdf(kept.folder))).getroot()
+    return etree.parse(str(find_source(kept.folder))).getroot()
 
 
 def joint_of(kept: RefinedAsset, at: Target) -> JointPhysics:
@@ -49,7 +49,7 @@ def joint_of(kept: RefinedAsset, at: Target) -> JointPhysics:
 
 def terms_of(kept: RefinedAsset, at: Target) -> Dynamics:
     """The target joint's dynamics as written."""
-    return read_dynamics(find_urdf(kept.folder))[at.joint]
+    return read_dynamics(find_source(kept.folder))[at.joint]
 
 
 def inertial_of(kept: RefinedAsset, at: Target) -> tuple[float, Array, Array]:

@@ -9,7 +9,7 @@ import numpy as np
 from lxml import etree
 from lxml.etree import _Element as Element
 
-from asset2sim.assets.urdf.locate import find_urdf
+from asset2sim.assets.urdf.locate import find_source
 from asset2sim.physics.arrays import Array
 from schemas.asset import AssetRecord
 
@@ -59,7 +59,7 @@ class Defect:
 @contextmanager
 def edited(folder: Path) -> Iterator[Element]:
     """The root element of the folder's URDF, written back at the end of the block."""
-    path = find_urdf(folder)
+    path = find_source(folder)
     tree = etree.parse(str(path))
     yield tree.getroot()
     tree.write(str(path), xml_declaration=True, encoding="utf-8")
@@ -107,7 +107,7 @@ def scaled(element: Element, key: str, factor: float) -> str:
 
 def collision_files(folder: Path, link: str) -> list[Path]:
     """The mesh files of one link's collision elements."""
-    urdf = find_urdf(folder)
+    urdf = find_source(folder)
     element = named(etree.parse(str(urdf)).getroot(), "link", link)
     return [urdf.parent / str(mesh.get("filename")) for mesh in element.findall("collision/geometry/mesh")]
 

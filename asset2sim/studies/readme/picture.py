@@ -8,7 +8,7 @@ from pathlib import Path
 
 from PIL import Image, ImageDraw, ImageFont
 
-from asset2sim.assets.urdf.locate import find_urdf
+from asset2sim.assets.urdf.locate import find_source
 from asset2sim.assets.views import render_views
 from asset2sim.checks.rest import observe
 from asset2sim.engines.pybullet_object import loaded
@@ -66,7 +66,7 @@ def column(ref: AssetRef, out: Path) -> tuple[Image.Image, Image.Image]:
     """Pictures of one object before (raw, every joint at zero) and after (refined, in its initial state)."""
     folder = out / "assets" / ref.asset_id
     overlay = PhysicsOverlay.model_validate(json.loads((folder / "overlay.json").read_text(encoding="utf-8")))
-    before = panel(find_urdf(Path(ref.path)), {}, PYBULLET_FRICTION, "as it came, left alone")
+    before = panel(find_source(Path(ref.path)), {}, PYBULLET_FRICTION, "as it came, left alone")
     after = panel(folder / "mobility.urdf", overlay.initial_positions, overlay.contact_friction, "refined, left alone")
     return before, after
 

@@ -7,7 +7,7 @@ import time
 from collections.abc import Sequence
 from pathlib import Path
 
-from asset2sim.assets.urdf.locate import find_urdf
+from asset2sim.assets.urdf.locate import find_source
 from asset2sim.catalog.changes import Previous, find_changes
 from asset2sim.catalog.mlflow_log import log_run
 from asset2sim.catalog.run import finish_run, start_run
@@ -43,7 +43,7 @@ def make_unchanged(
 def make_entries(source: Path, data: Path, count: int) -> list[AssetRef]:
     """Asset folders with ``FILES`` files of ``source`` each, linked where the disk allows, and their manifest."""
     data.mkdir(parents=True)
-    urdf = find_urdf(source)
+    urdf = find_source(source)
     meshes = sorted(path for path in source.rglob("*") if path.is_file() and path != urdf)
     kept = data / ".source"
     kept.mkdir()
