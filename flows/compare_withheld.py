@@ -1,6 +1,7 @@
 """One dataset whole, without labels, and with each category left out of the tables in turn: DATA OUT [README]."""
 
 import os
+import subprocess
 import sys
 from collections.abc import Sequence
 from pathlib import Path
@@ -47,13 +48,8 @@ def compare_withheld(options: WithheldOptions) -> int:
     unlabelled = run(options, options.out / "unlabelled", base.model_copy(update={"method": Method.NO_SEMANTICS}), refs)
     single: list[tuple[str, pd.DataFrame, pd.DataFrame]] = []
     for category in sorted({ref.category for ref in refs if ref.category}):
-        # Workers take their environment when they start, and each run starts its own.
-        os.environ[LEFT_OUT_VARIABLE] = category
-        try:
-            own = [ref for ref in refs if ref.category == category]
-            single.append((category, *run(options, options.out / "left_out" / category, base, own)))
-        finally:
-            del os.environ[LEFT_OUT_VARIABLE]
+        own = [ref.asset_id for ref in refs if ref.category == category]
+        single.append((category, *run_without(category, own, options, options.out / "left_out" / category)))
     joined = pd.concat([assets for _, assets, _ in single]), pd.concat([joints for _, _, joints in single])
     table = withheld_table(
         [(WHOLE, *whole), (UNLABELLED, *unlabelled), (LEFT_OUT, *joined)],
@@ -73,6 +69,18 @@ def run(
     found = FoundAssets(refs)
     check_run(found, options.data, out, settings)
     refine(RefineRequest(data=options.data, out=out, settings=settings, found=found))
+    assets, joints = latest_rows(out, "assets", "joints")
+    return assets, joints
+
+
+def run_without(
+    category: str, asset_ids: Sequence[str], options: WithheldOptions, out: Path
+) -> tuple[pd.DataFrame, pd.DataFrame]:
+    """Refine these assets into ``out`` without the rows of their category, in a program of its own: what serves forks
+    keeps the environment with which it once started. The rows of its assets and joints."""
+    command = [sys.executable, "-m", "flows.command", "refine", str(options.data), "--out", str(out), "--no-views"]
+    environment = {**os.environ, LEFT_OUT_VARIABLE: category}
+    subprocess.run([*command, "--assets", ",".join(asset_ids)], env=environment, check=True)
     assets, joints = latest_rows(out, "assets", "joints")
     return assets, joints
 
