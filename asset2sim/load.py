@@ -22,7 +22,7 @@ angles in rad, quaternions wxyz.
 | sapien | ``scene``, ``articulation`` | a ``Scene`` | |
 | drake | ``plant``, ``instance``, ``diagram``, ``simulator`` | (builder, plant) | ``finish()`` after ``Finalize()`` |
 | genesis | ``scene``, ``entity`` | a ``Scene`` | ``finish()`` after ``scene.build()`` |
-| newton | ``builder``, ``model``, ``solver``, ``states`` (present, next) | a ``ModelBuilder`` | use ``SolverMuJoCo`` |
+| newton | ``builder``, ``model``, ``solver``, ``states``, ``control`` | a ``ModelBuilder`` | use ``SolverMuJoCo`` |
 """
 
 import json
@@ -40,7 +40,6 @@ import numpy as np
 
 GRAVITY = (0.0, 0.0, -9.81)  # m/s²
 STOP_DAMPING = 1e8  # of drives that are dry friction, N·m·s/rad or N·s/m: a held joint creeps at its load over this
-# Module → the package that pip installs it from, where that has another name.
 PACKAGES = {"pydrake": "drake", "genesis": "genesis-world", "newton": "newton[sim]", "mujoco_warp": "newton[sim]"}
 HANDLES = ("handle", "knob", "pull", "grip", "lever", "latch", "strap")  # names of visuals that hands take begin so
 
@@ -140,9 +139,8 @@ def load(
     """A refined object in an engine, in its initial state, with the engine's own handles (see the module).
 
     ``position`` is (x, y), the object standing on z = 0, or (x, y, z) of its root's origin; ``yaw`` turns it about the
-    vertical, rad. ``fixed`` holds the root to the world or frees it; None does as the object's support says. Objects
-    were checked at the default time step. Raises LoadError for a folder or engine that is none, ImportError where the
-    engine is not installed."""
+    vertical, rad. ``fixed`` holds the root or frees it; None does as the object's support says. Raises LoadError for a
+    folder or engine that is none, ImportError where the engine is not installed. Checked at the default time step."""
     if engine not in ENGINES:
         raise LoadError(f"no engine '{engine}'; choose one of {', '.join(ENGINES)}")
     about = describe(folder)
@@ -153,7 +151,7 @@ def load(
 
 
 def module(name: str) -> Any:
-    """An engine's module. Raises ImportError with the package to install."""
+    """An engine's module. Raises ImportError with the package to install (``PACKAGES``, where it has another name)."""
     try:
         return import_module(name)
     except ModuleNotFoundError as error:
@@ -337,8 +335,7 @@ def load_pybullet(about: Description, root: Root, into: Any, timestep_s: float) 
             if joint.armature > 0.0:
                 # A torque would throw a key of 1 g: the joint's own step, armature included, gives a motor's target,
                 # and what spring, damper and armature exert meanwhile bounds the motor's force.
-                inertia = joint.armature + joint.effective_inertia
-                resists = inertia + step * joint.damping
+                resists = (inertia := joint.armature + joint.effective_inertia) + step * joint.damping
                 target = (inertia * speed + step * spring) / resists
                 target -= math.copysign(min(abs(target), step * joint.friction / resists), target)
                 if joint.lower is not None and joint.upper is not None:
@@ -482,14 +479,16 @@ def load_drake(about: Description, root: Root, into: Any, timestep_s: float) -> 
     builder, plant = into or (drake.DiagramBuilder(), None)
     if plant is None:
         config = drake.MultibodyPlantConfig(time_step=timestep_s, discrete_contact_approximation="sap")
-        plant, _ = drake.AddMultibodyPlant(config, builder)
+        plant, scene = drake.AddMultibodyPlant(config, builder)
+        soft = {"compliance_type": "compliant", "hydroelastic_modulus": 1e8}  # else shapes touch at single points
+        scene.set_config(drake.SceneGraphConfig(default_proximity_properties=drake.DefaultProximityProperties(**soft)))
         plant.mutable_gravity_field().set_gravity_vector(GRAVITY)
         floor, below = drake.Box(20.0, 20.0, 1.0), drake.RigidTransform([0.0, 0.0, -0.5])
         plant.RegisterCollisionGeometry(plant.world_body(), below, floor, "floor", drake.CoulombFriction(mu, mu))
     with copied(drake_urdf(about.urdf, mu)) as path:
         (instance,) = drake.Parser(plant).AddModels(path)
-    base = plant.GetBodyByName(about.root, instance)
-    pose = drake.RigidTransform(drake.Quaternion(list(root.wxyz)), root.position)
+    base, turned = plant.GetBodyByName(about.root, instance), drake.Quaternion(root.wxyz)
+    pose = drake.RigidTransform(turned, root.position)
     if root.fixed:
         plant.WeldFrames(plant.world_frame(), base.body_frame(), pose)
     else:
@@ -520,8 +519,8 @@ def load_drake(about: Description, root: Root, into: Any, timestep_s: float) -> 
         simulator = drake.Simulator(diagram)
         simulator.Initialize()
     handles = {"plant": plant, "instance": instance, "diagram": diagram, "simulator": simulator}
-    advance = lambda: simulator.AdvanceTo(simulator.get_context().get_time() + plant.time_step())  # noqa: E731
-    return Loaded(about, handles, read, advance, finish)
+    steps = lambda: round(simulator.get_context().get_time() / timestep_s)  # noqa: E731
+    return Loaded(about, handles, read, lambda: simulator.AdvanceTo((steps() + 1) * timestep_s), finish)
 
 
 def drake_urdf(urdf: ET.Element, mu: float) -> ET.Element:
@@ -576,7 +575,7 @@ def load_genesis(about: Description, root: Root, into: Any, timestep_s: float) -
 def load_newton(about: Description, root: Root, into: Any, timestep_s: float) -> Loaded:
     """Newton's MJCF importer and its MuJoCo solver, which takes all terms; on the CPU that is MuJoCo itself."""
     newton, _, spec = module("newton"), module("mujoco_warp"), object_spec(about, root, timestep_s)
-    builder, model, solver, states = into or newton.ModelBuilder(), None, None, list[Any]()
+    builder, model, solver, states, control = into or newton.ModelBuilder(), None, None, list[Any](), None
     newton.solvers.SolverMuJoCo.register_custom_attributes(builder)
     first = len(builder.joint_label)
     spec.compile()
@@ -589,11 +588,11 @@ def load_newton(about: Description, root: Root, into: Any, timestep_s: float) ->
         builder.add_ground_plane()
         model = builder.finalize()
         solver = newton.solvers.SolverMuJoCo(model, use_mujoco_cpu=not model.device.is_cuda)
-        states += [model.state(), model.state()]
+        states, control = [model.state(), model.state()], model.control()
         newton.eval_fk(model, model.joint_q, model.joint_qd, states[0])
 
-    step = lambda: (solver.step(*states, None, None, timestep_s), states.reverse())  # noqa: E731
-    handles = {"builder": builder, "model": model, "solver": solver, "states": states}
+    step = lambda: (solver.step(*states, control, None, timestep_s), states.reverse())  # noqa: E731
+    handles = {"builder": builder, "model": model, "solver": solver, "states": states, "control": control}
     return Loaded(about, handles, lambda: states[0].joint_q.numpy()[places], step)
 
 
