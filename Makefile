@@ -31,7 +31,7 @@ PARALLEL = --numprocesses $(if $(JOBS),$(JOBS),2) --dist loadfile
 
 .DEFAULT_GOAL := help
 .DELETE_ON_ERROR:
-.PHONY: help install flow test test-fast lint typecheck failures settings views doctor nightly ui judge rules withheld compare bench-defects samples questions summary loaders weights picture clean bench
+.PHONY: help install flow test test-fast lint typecheck failures settings views doctor nightly ui judge rules withheld compare bench-defects samples questions summary loaders held weights picture clean bench
 
 help: ## list the targets
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / { printf "  %-14s %s\n", $$1, $$2 }' Makefile
@@ -138,6 +138,18 @@ summary: $(INSTALLED) ## write the table of OUT's latest run into the README
 loaders: $(INSTALLED) ## what each engine's own loader honours of OUT's URDFs, measured, into the README
 	@$(BIN)/python -m asset2sim.studies.loaders.loader_table "$(OUT)" README.md
 
+held: $(INSTALLED) ## what holds in every engine, by its own URDF loader and through asset2sim.load, into the README
+	@$(MAKE) --no-print-directory .venv-load/.installed || echo "Drake, Genesis or Newton cannot be installed; their rows will say so" >&2
+	@$(BIN)/python -m asset2sim.studies.loaders.held_table "$(OUT)" README.md
+
+# Engines that asset2sim.load knows and we do not run: Newton's solver pins another MuJoCo, Genesis brings torch (of the CPU).
+.venv-load/.installed:
+	@echo "installing Drake, Newton and Genesis into .venv-load ..."
+	@$(BIN)/python -m venv --clear .venv-load && \
+	.venv-load/bin/python -m pip install --quiet --disable-pip-version-check \
+		--extra-index-url https://download.pytorch.org/whl/cpu drake "newton[sim]" genesis-world "torch==2.13.0"
+	@touch $@
+
 weights: $(INSTALLED) ## weigh the objects of SHARED (../shared) beside published weights, into the README
 	@$(BIN)/python -m asset2sim.studies.weights.compare "$(or $(SHARED),../shared)" README.md
 
@@ -146,5 +158,5 @@ picture: $(INSTALLED) ## draw the README's before-and-after picture from data/ra
 		laptop_silver box_wooden storage_sideboard trashcan_pedal toilet_white
 
 clean: ## remove the environment, the caches and data/refined
-	rm -rf $(VENV) .venv-judge .prefect data/refined .hypothesis .import_linter_cache .mypy_cache .pytest_cache .ruff_cache
+	rm -rf $(VENV) .venv-judge .venv-load .prefect data/refined .hypothesis .import_linter_cache .mypy_cache .pytest_cache .ruff_cache
 	find schemas asset2sim tasks flows tests -name __pycache__ -type d -prune -exec rm -rf {} +

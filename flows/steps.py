@@ -12,6 +12,7 @@ from prefect.utilities.annotations import quote
 
 from asset2sim.catalog import mlflow_log
 from asset2sim.catalog.changes import Changes, read_previous
+from asset2sim.catalog.index import write_index
 from asset2sim.catalog.mlflow_store import prepare_mlflow
 from asset2sim.catalog.run import RunRow
 from asset2sim.catalog.write import write_run
@@ -100,11 +101,13 @@ def align(refined: RunRecords, references: dict[str, Reference]) -> RunRecords:
 
 @step("publish")
 def publish(output: Output, run: RunRow, refined: RunRecords, present: Collection[str] | None) -> None:
-    """Write the run's rows to the Parquet tables; ``present`` are all assets of the dataset, where that is known."""
+    """Write the run's rows to the Parquet tables, and the index of what can be loaded; ``present`` are all assets of
+    the dataset, where that is known."""
     folder = output.folder
     # Behind a URL, history is compacted after the upload: a store cannot switch a month's files at once.
     write_run(folder, run, refined.records, refined.unchanged, present, compact=output.url is None)
     send_tables(output, run.started_at)
+    write_index(folder, output.url)
     mark_published(folder, refined.records)
 
 

@@ -20,6 +20,8 @@ pytestmark = pytest.mark.system
 ROOT = Path(__file__).resolve().parents[1]
 SAMPLES = ROOT / "data" / "raw"
 LIMIT_S = 900
+LEAST_QUICK = 4
+"""Quick assets of six that are done when both workers sleep: what Dask is given at once it starts in any order."""
 
 START = """
 import functools, signal, sys
@@ -83,7 +85,7 @@ def running(dataset: Path, tmp_path: Path, environment: dict[str, str]) -> Itera
 
     def at_work() -> bool:
         kept = list((out / RECORDS_FOLDER).glob("*.json"))  # of the quick ones
-        return len(kept) == 6 and all(path.exists() for path in asleep)
+        return len(kept) >= LEAST_QUICK and all(path.exists() for path in asleep)
 
     started = wait_until(lambda: process.poll() is not None or at_work(), LIMIT_S)
     assert started, "the run did not get to its assets"
@@ -101,10 +103,12 @@ def test_an_interrupted_run_publishes_what_finished_and_leaves_no_process(
     os.killpg(running.pid, number)  # as a terminal does: to the whole group
     output, errors = running.communicate(timeout=LIMIT_S)
     assert running.returncode == 130, errors
-    assert "interrupted; 6 finished assets are in the catalog" in errors
+    published = statuses(tmp_path / "out")
+    assert f"interrupted; {len(published)} finished assets are in the catalog" in errors
     assert "Traceback" not in errors
-    assert "quick-5" in output
-    assert statuses(tmp_path / "out") == {f"quick-{number}": "ok" for number in range(6)}
+    assert len(published) >= LEAST_QUICK and set(published.values()) == {"ok"}
+    assert published.keys() <= {f"quick-{number}" for number in range(6)}
+    assert all(name in output for name in published)
     assert pq.read_table(tmp_path / "out" / "catalog" / "runs.parquet")["outcome"].to_pylist() == ["interrupted"]
     assert wait_until(lambda: not alive(mark), 60.0), alive(mark)
 

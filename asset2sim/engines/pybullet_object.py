@@ -144,7 +144,9 @@ def prepared(
             continue
         joint_index[name] = index
         terms = dynamics[name]
-        client.changeDynamics(body, index, jointDamping=terms.damping, maxJointVelocity=MOST_SPEED)
+        # A call of its own: beside it PyBullet forgets the damping.
+        client.changeDynamics(body, index, maxJointVelocity=MOST_SPEED)
+        client.changeDynamics(body, index, jointDamping=terms.damping)
         # A velocity motor at rest with a bounded force is Coulomb friction; force 0 switches the hidden motor off.
         client.setJointMotorControl2(body, index, pybullet.VELOCITY_CONTROL, targetVelocity=0.0, force=terms.friction)
     for name, mimic in mimics.items():

@@ -1,0 +1,107 @@
+"""``OUT/assets/index.json``, what is there to load, and ``load.py`` beside it, a loader that needs nothing of us."""
+
+import json
+import tempfile
+from collections import defaultdict
+from collections.abc import Collection, Mapping
+from importlib.resources import files
+from pathlib import Path
+from typing import Any
+
+from asset2sim.assets.exports.mjcf import MJCF_NAME
+from asset2sim.assets.exports.usd import USD_NAME
+from asset2sim.assets.folder import URDF_NAME
+from asset2sim.catalog.storage.objects import list_objects, send_objects
+from asset2sim.catalog.stored_tables import stored_table
+from asset2sim.catalog.switch import replace_file
+from schemas.tables import TABLES
+
+ASSETS_FOLDER = "assets"
+INDEX_NAME, LOADER_NAME = "index.json", "load.py"
+OVERLAY_NAME = "overlay.json"
+VERSION = 1
+"""Of the index's layout."""
+FORMATS = {"urdf": URDF_NAME, "mjcf": MJCF_NAME, "usd": USD_NAME}
+
+
+def write_index(out: Path, url: str | None = None) -> None:
+    """Write the index of every asset in OUT's tables, and the loader, each file in one step: into OUT, or to ``url``,
+    the store that OUT mirrors, where its folders are. The caller holds OUT's lock and has written its tables."""
+    folder = out / ASSETS_FOLDER
+    there = stored_files(url) if url is not None else None
+    rows = latest_by_asset(stored_table(out, TABLES["assets"]).to_pylist())
+    entries = []
+    for asset_id, row in sorted(rows.items()):
+        names = there.get(asset_id, ()) if there is not None else local_files(folder / asset_id)
+        entries.append(entry(row, names, folder / asset_id))
+    document = {"version": VERSION, "loader": LOADER_NAME, "assets": entries}
+    texts = {
+        INDEX_NAME: json.dumps(document, indent=1, ensure_ascii=False) + "\n",
+        LOADER_NAME: files("asset2sim").joinpath("load.py").read_text(encoding="utf-8"),
+    }
+    out.mkdir(parents=True, exist_ok=True)
+    with tempfile.TemporaryDirectory(prefix=".index-", dir=out) as place:
+        staged = {name: Path(place, name) for name in texts}
+        for name, text in texts.items():
+            staged[name].write_text(text, encoding="utf-8")
+        if url is not None:
+            send_objects({f"{url}/{ASSETS_FOLDER}/{name}": path for name, path in staged.items()})
+            return
+        folder.mkdir(exist_ok=True)
+        for name, path in staged.items():
+            replace_file(path, folder / name)
+
+
+def latest_by_asset(rows: Collection[dict[str, Any]]) -> dict[str, dict[str, Any]]:
+    """Asset id → the row of the latest run of any method and model, which wrote its folder. A run's id begins with its
+    start."""
+    found: dict[str, dict[str, Any]] = {}
+    for row in rows:
+        kept = found.get(row["asset_id"])
+        if kept is None or row["run_id"] > kept["run_id"]:
+            found[row["asset_id"]] = row
+    return found
+
+
+def entry(row: Mapping[str, Any], names: Collection[str], folder: Path) -> dict[str, Any]:
+    """One asset of the index. ``path`` and ``formats`` are relative to the index; ``path`` is None where nothing was
+    written that could be loaded. Mass in kg, size in m, along the root link's axes at rest."""
+    asset_id = row["asset_id"]
+    loadable = URDF_NAME in names and OVERLAY_NAME in names
+    sizes = [row[f"size_{axis}_m"] for axis in "xyz"]
+    return {
+        "asset_id": asset_id,
+        "category": row["category"],
+        "status": row["status"],
+        "failure_mode": row["failure_mode"],
+        "support": row.get("support") or support_of(folder) if loadable else None,
+        "mass_kg": row["mass_kg"],
+        "size_m": None if None in sizes else sizes,
+        "joints": row["n_joints"],
+        "formats": {kind: f"{asset_id}/{name}" for kind, name in FORMATS.items() if name in names},
+        "path": asset_id if loadable else None,
+    }
+
+
+def support_of(folder: Path) -> str | None:
+    """What carries a refined object, from its overlay: freestanding, fixed or handheld; None where that is not here."""
+    try:
+        overlay = json.loads((folder / OVERLAY_NAME).read_text(encoding="utf-8"))
+    except OSError:
+        return None
+    return str(overlay.get("support", {}).get("kind", "freestanding"))
+
+
+def local_files(folder: Path) -> tuple[str, ...]:
+    """Those of the files that the index names which a refined folder has."""
+    return tuple(name for name in (*FORMATS.values(), OVERLAY_NAME) if (folder / name).is_file())
+
+
+def stored_files(url: str) -> dict[str, set[str]]:
+    """Asset id → the names of the files at the top of its folder below OUT's URL."""
+    found: dict[str, set[str]] = defaultdict(set)
+    for name in list_objects(f"{url}/{ASSETS_FOLDER}"):
+        asset_id, _, inner = name.partition("/")
+        if inner and "/" not in inner:
+            found[asset_id].add(inner)
+    return found

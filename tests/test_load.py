@@ -1,0 +1,171 @@
+"""The loader as one file, the index beside the objects, and the examples."""
+
+import json
+import os
+import py_compile
+import subprocess
+import sys
+from datetime import UTC, datetime
+from importlib.util import find_spec
+from pathlib import Path
+
+import pytest
+
+import asset2sim.load
+from asset2sim.catalog.index import write_index
+from asset2sim.catalog.run import RunRow
+from asset2sim.catalog.write import write_run
+from asset2sim.load import describe
+from asset2sim.studies.loaders import hold
+from asset2sim.studies.loaders.held_table import BLOCK, WAYS, held_block, sample_folders
+from asset2sim.studies.readme.blocks import markers
+from schemas.errors import UsageError
+from schemas.settings import Settings
+from schemas.vocabulary import Export, FailureMode
+from tasks.pipeline import refine_asset
+from tests.assets import NO_VIEWS, ROOT, prior, sample
+from tests.factories import make_failure, make_record
+from tests.test_load_engines import BALL, BASE, NEEDS, written
+
+LOADER = Path(asset2sim.load.__file__)
+EXAMPLES = sorted((ROOT / "examples").glob("*.py"))
+
+
+def test_the_loader_stays_small() -> None:
+    assert len(LOADER.read_text(encoding="utf-8").splitlines()) < 600
+
+
+@pytest.mark.system
+def test_the_loader_runs_as_one_file_without_us(tmp_path: Path) -> None:
+    """Isolated: no current folder, no PYTHONPATH, so that nothing of the project can be imported."""
+    (tmp_path / "load.py").write_bytes(LOADER.read_bytes())
+    folder = written(tmp_path / "one", BASE + BALL, {"j": {"child": "bob", "initial_position": 0.25}})
+    code = f"""
+import sys
+sys.path.insert(0, {str(tmp_path)!r})
+from load import describe, load
+item = load({str(folder)!r}, "pybullet")
+item.step()
+print(describe({str(folder)!r}).support, round(item.positions()["j"], 2))
+ours = ("asset2sim", "schemas", "tasks", "flows", "prefect", "dask", "litellm", "pydantic", "lxml", "scipy")
+print([name for name in ours if name in sys.modules])
+"""
+    ended = subprocess.run(
+        [sys.executable, "-I", "-c", code], cwd=tmp_path, capture_output=True, text=True, check=True, timeout=300
+    )
+    assert ended.stdout.splitlines()[-2:] == ["fixed 0.25", "[]"]
+
+
+def make_run(run_id: str) -> RunRow:
+    now = datetime(2026, 1, 1, tzinfo=UTC)
+    return RunRow(run_id=run_id, started_at=now, finished_at=now, dataset="data", settings=Settings())
+
+
+def index_of(out: Path) -> dict[str, dict[str, object]]:
+    document = json.loads((out / "assets" / "index.json").read_text(encoding="utf-8"))
+    return {entry["asset_id"]: entry for entry in document["assets"]}
+
+
+def test_the_index_has_every_asset_of_all_runs(tmp_path: Path) -> None:
+    for name in ("a", "b"):
+        written(tmp_path / "assets" / name, BASE + BALL, {"j": {"child": "bob"}}, "freestanding")
+    (tmp_path / "assets" / "b" / "mobility.xml").write_text("<mujoco/>", encoding="utf-8")
+    write_run(
+        tmp_path,
+        make_run("20260101T000000-1"),
+        [make_record("a"), make_record("b"), make_failure("c", FailureMode.MISSING_MESH)],
+    )
+    write_index(tmp_path)
+    first = index_of(tmp_path)
+    assert {name: (one["status"], one["path"]) for name, one in first.items()} == {
+        "a": ("ok", "a"), "b": ("ok", "b"), "c": ("failed", None)}  # fmt: skip
+    assert first["a"]["formats"] == {"urdf": "a/mobility.urdf"}
+    assert first["b"]["formats"] == {"urdf": "b/mobility.urdf", "mjcf": "b/mobility.xml"}
+    assert first["a"]["support"] == "freestanding" and first["c"]["support"] is None
+    # A run over one asset changes that entry, and leaves the others.
+    written(tmp_path / "assets" / "c", BASE + BALL, {"j": {"child": "bob"}}, "fixed")
+    write_run(tmp_path, make_run("20260102T000000-2"), [make_record("c")])
+    write_index(tmp_path)
+    second = index_of(tmp_path)
+    assert second["a"] == first["a"] and second["b"] == first["b"]
+    assert (second["c"]["status"], second["c"]["path"]) == ("ok", "c")
+    assert describe(tmp_path / "assets" / str(second["c"]["path"])).support == "fixed"
+    assert (tmp_path / "assets" / "load.py").read_bytes() == LOADER.read_bytes()
+    assert not [path for path in tmp_path.rglob("*") if path.name.startswith(".index")]
+
+
+def test_the_index_has_the_latest_of_two_models(tmp_path: Path) -> None:
+    first, later = make_run("20260101T000000-1"), make_run("20260103T000000-3")
+    write_run(tmp_path, first, [make_record("a")])
+    write_run(tmp_path, later, [make_failure("a", FailureMode.MISSING_MESH).model_copy(update={"model": "another"})])
+    write_index(tmp_path)
+    assert index_of(tmp_path)["a"]["status"] == "failed"
+
+
+@pytest.mark.parametrize("path", EXAMPLES, ids=lambda path: path.stem)
+def test_examples_compile(path: Path, tmp_path: Path) -> None:
+    py_compile.compile(str(path), cfile=str(tmp_path / "out.pyc"), doraise=True)
+
+
+def test_every_engine_has_an_example_and_a_plain_loader() -> None:
+    assert {path.stem for path in EXAMPLES if path.stem.startswith("load_")} == {f"load_{name}" for name in NEEDS}
+    assert set(NEEDS) == set(hold.PLAIN) == set(asset2sim.load.ENGINES)
+
+
+@pytest.fixture(scope="module")
+def laptop(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """OUT with one refined sample, its MJCF too."""
+    out = tmp_path_factory.mktemp("out")
+    settings = NO_VIEWS.model_copy(update={"exports": (Export.MJCF,)})
+    record = refine_asset(sample("laptop_silver"), out, settings, prior)
+    write_run(out, make_run("20260101T000000-1"), [record])
+    write_index(out)
+    return out
+
+
+def installed(engine: str) -> bool:
+    return all(map(find_spec, NEEDS[engine]))
+
+
+@pytest.mark.system
+@pytest.mark.parametrize("engine", NEEDS)
+def test_examples_run(engine: str, laptop: Path) -> None:
+    if not installed(engine):
+        pytest.skip(f"{engine} is not installed here")
+    words = [sys.executable, str(ROOT / "examples" / f"load_{engine}.py"), str(laptop / "assets" / "laptop_silver")]
+    ended = subprocess.run(
+        words, env=os.environ | {"PYTHONPATH": str(ROOT)}, capture_output=True, text=True, check=False, timeout=900
+    )
+    assert ended.returncode == 0, ended.stderr
+    words = ended.stdout.splitlines()[-1].split()
+    start, end = float(words[-4]), float(words[-2])
+    assert ended.stdout.splitlines()[-1].startswith("pushed by") and abs(end - start) > 0.05, "the push moves it"
+
+
+@pytest.mark.system
+def test_what_holds_is_measured_and_the_readme_says_so(laptop: Path) -> None:
+    """The laptop's lid holds through the loader in every engine here, and in none as its URDF is loaded."""
+    block = held_block(laptop)
+    for engine in NEEDS:
+        if installed(engine):
+            row = next(line for line in block.splitlines() if line.startswith(f"| {engine} "))
+            as_loaded, _, loaded = (cell.strip() for cell in row.strip("|").split("|")[1:])
+            assert as_loaded.startswith("0 of 1") and loaded.startswith("1 of 1"), row
+
+
+def test_the_table_says_that_everything_holds_through_the_loader() -> None:
+    begin, end = markers(BLOCK)
+    readme = (ROOT / "README.md").read_text(encoding="utf-8")
+    lines = readme.split(begin, 1)[1].split(end, 1)[0].splitlines()
+    rows = [line.strip("|").split("|") for line in lines if line.startswith("|")]
+    assert [cell.strip() for cell in rows[0][1:]] == list(WAYS.values())
+    assert [row[0].split()[0] for row in rows[2:]] == list(hold.PLAIN), "stale: run make flow, then make held"
+    for name, as_loaded, _, loaded in ([cell.strip() for cell in row] for row in rows[2:]):
+        held, of = loaded.split(";")[0].split(" of ")
+        assert held == of, f"{name}: {loaded}"
+        assert int(as_loaded.split(" of ")[0]) < int(of), f"{name}: {as_loaded}"
+
+
+def test_an_output_without_an_index_is_a_mistake(tmp_path: Path) -> None:
+    with pytest.raises(UsageError, match=r"no .*index\.json; run make flow"):
+        sample_folders(tmp_path)

@@ -1,0 +1,240 @@
+"""``asset2sim.load`` in every engine that is installed, against closed forms. It needs numpy, pytest and the engine
+alone, so it also runs where the project is not: ``pytest --noconftest tests/test_load_engines.py`` with any Python."""
+
+import json
+import math
+from collections.abc import Callable
+from importlib.util import find_spec
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from asset2sim.load import LoadError, describe, load
+
+pytestmark = pytest.mark.system
+NEEDS = {"pybullet": ("pybullet",), "mujoco": ("mujoco",), "sapien": ("sapien",), "drake": ("pydrake",),
+         "genesis": ("genesis",), "newton": ("newton", "mujoco_warp")}  # fmt: skip
+ENGINES = [
+    pytest.param(
+        name, marks=() if all(map(find_spec, modules)) else pytest.mark.skip(reason=f"{name} is not installed here")
+    )
+    for name, modules in NEEDS.items()
+]
+every_engine = pytest.mark.parametrize("engine", ENGINES)
+STEP = 1.0 / 240.0
+G = 9.81
+MASS, ARM = 0.5, 0.2
+"""A ball of 0.5 kg, 0.2 m from its hinge."""
+BALL_INERTIA = 2e-4
+MOMENT = MASS * ARM**2 + BALL_INERTIA
+
+
+def body(name: str, mass: float, com: str, moment: float, shape: str = "") -> str:
+    inertia = f'ixx="{moment}" iyy="{moment}" izz="{moment}" ixy="0" ixz="0" iyz="0"'
+    return (
+        f'<link name="{name}"><inertial><origin xyz="{com}"/><mass value="{mass}"/><inertia {inertia}/></inertial>'
+        f"{shape}</link>"
+    )
+
+
+def box(size: str, xyz: str = "0 0 0") -> str:
+    return f'<collision><origin xyz="{xyz}"/><geometry><box size="{size}"/></geometry></collision>'
+
+
+def written(folder: Path, links: str, joints: dict[str, dict[str, Any]], support: str = "fixed") -> Path:
+    """A refined folder: joints by name, each with kind, axis, parent and child, and terms that the overlay holds."""
+    text, terms = "", []
+    for name, said in joints.items():
+        joint = {
+            "kind": "revolute",
+            "axis": "0 1 0",
+            "xyz": "0 0 0",
+            "parent": "base",
+            "lower": -3.0,
+            "upper": 3.0,
+        } | said
+        limit = f'<limit lower="{joint["lower"]}" upper="{joint["upper"]}" effort="100" velocity="100"/>'
+        text += (
+            f'<joint name="{name}" type="{joint["kind"]}"><origin xyz="{joint["xyz"]}"/><axis xyz="{joint["axis"]}"/>'
+            f'<parent link="{joint["parent"]}"/><child link="{joint["child"]}"/>{limit}</joint>'
+        )
+        zeros = ("damping", "friction", "stiffness", "spring_reference", "armature", "initial_position")
+        given: dict[str, object] = {**dict.fromkeys(zeros, 0.0),
+                 "effective_inertia": 1e-3, "gravity_load": 0.0, "holds": False}  # fmt: skip
+        given |= {key: value for key, value in joint.items() if key in given}
+        ends = {"lower": joint["lower"], "upper": joint["upper"], "closed": joint["lower"], "open": joint["upper"]}
+        terms.append({"name": name, "type": joint["kind"], "label": "part", **given, **ends})
+    folder.mkdir(parents=True, exist_ok=True)
+    (folder / "mobility.urdf").write_text(f'<robot name="thing">{links}{text}</robot>', encoding="utf-8")
+    overlay = {"asset_id": "thing", "contact_friction": 0.6, "support": {"kind": support}, "joints": terms,
+               "links": [{"mass_kg": 10.0}, {"mass_kg": MASS}]}  # fmt: skip
+    (folder / "overlay.json").write_text(json.dumps(overlay), encoding="utf-8")
+    return folder
+
+
+BASE = body("base", 10.0, "0 0 0", 1.0, box("0.4 0.4 0.1", "0 0 0.5"))
+BALL = body("bob", MASS, f"0 0 -{ARM}", BALL_INERTIA)
+ARM_OUT = body("lid", MASS, f"{ARM} 0 0", BALL_INERTIA)
+
+
+def track(item: Any, joint: str, seconds: float) -> np.ndarray:
+    """(n + 1,) positions, the first before any step."""
+    values = [item.positions()[joint]]
+    for _ in range(round(seconds / STEP)):
+        item.step()
+        values.append(item.positions()[joint])
+    return np.array(values)
+
+
+@every_engine
+def test_a_pendulum_has_its_period_and_starts_where_the_overlay_says(engine: str, tmp_path: Path) -> None:
+    folder = written(tmp_path, BASE + BALL, {"j": {"child": "bob", "initial_position": 0.1}})
+    q = track(load(folder, engine), "j", 5.0)
+    assert q[0] == pytest.approx(0.1, abs=1e-6)
+    falls = np.flatnonzero((q[:-1] > 0.0) & (q[1:] <= 0.0))
+    moments = falls + q[falls] / (q[falls] - q[falls + 1])
+    period = 2.0 * math.pi * math.sqrt(MOMENT / (MASS * G * ARM)) * (1.0 + 0.1**2 / 16.0)
+    assert np.diff(moments).mean() * STEP == pytest.approx(period, rel=0.01)
+
+
+@every_engine
+def test_damping_takes_the_swing_that_it_should(engine: str, tmp_path: Path) -> None:
+    damping = 0.02
+    folder = written(tmp_path, BASE + BALL, {"j": {"child": "bob", "initial_position": 0.1, "damping": damping}})
+    q = track(load(folder, engine), "j", 3.0)
+    tops = [i for i in range(1, len(q) - 1) if q[i - 1] < q[i] >= q[i + 1]]
+    rate = -np.polyfit(np.array(tops) * STEP, np.log(q[tops]), 1)[0]
+    assert rate == pytest.approx(damping / (2.0 * MOMENT), rel=0.05)
+
+
+@every_engine
+@pytest.mark.parametrize(("share", "holds"), [(1.3, True), (0.7, False)])
+def test_friction_over_the_load_holds_a_lid_and_less_does_not(
+    engine: str, share: float, holds: bool, tmp_path: Path
+) -> None:
+    load_nm = MASS * G * ARM
+    said = {"child": "lid", "axis": "0 -1 0", "friction": share * load_nm, "initial_position": 0.0, "damping": 0.01}
+    folder = written(tmp_path, BASE + ARM_OUT, {"j": said | {"holds": holds, "lower": -1.5, "upper": 1.5}})
+    q = track(load(folder, engine), "j", 3.0)
+    assert bool(np.abs(q).max() <= 0.01) is holds
+    assert holds or q[-1] < -0.5, "it falls, past where its weight pulls less than the friction holds"
+
+
+@every_engine
+def test_a_spring_carries_its_part_where_force_and_weight_are_equal(engine: str, tmp_path: Path) -> None:
+    stiffness, rest = 200.0, 0.05
+    said = {"kind": "prismatic", "child": "lid", "axis": "0 0 1", "stiffness": stiffness, "damping": 4.0}
+    folder = written(tmp_path, BASE + ARM_OUT, {"j": said | {"spring_reference": rest, "lower": -0.2, "upper": 0.2}})
+    q = track(load(folder, engine), "j", 4.0)
+    assert q[-1] == pytest.approx(rest - MASS * G / stiffness, abs=1e-3)
+
+
+@every_engine
+def test_a_light_key_returns_to_its_reference(engine: str, tmp_path: Path) -> None:
+    """A key of 1 g under 0.5 N, as a keyboard's: its spring is 16 times what the time step bears without armature."""
+    key = body("key", 0.001, "0 0 0", 1e-7)
+    said = {"kind": "prismatic", "child": "key", "axis": "0 0 1", "stiffness": 100.0, "armature": 0.02, "damping": 1.0,
+            "effective_inertia": 0.001, "initial_position": -0.003, "lower": -0.003, "upper": 0.001}  # fmt: skip
+    q = track(load(written(tmp_path, BASE + key, {"j": said}), engine), "j", 2.0)
+    assert q[0] == pytest.approx(-0.003, abs=1e-6)
+    assert q[-1] == pytest.approx(-0.001 * G / 100.0, abs=1e-4)
+    assert q.max() <= 0.0011 and q.min() >= -0.0031
+
+
+def root_height(item: Any, engine: str) -> float:
+    """Height of the root's origin (its centre of mass too), m, as the engine's own handles give it."""
+    if engine == "pybullet":
+        import pybullet
+
+        return float(pybullet.getBasePositionAndOrientation(item.body, physicsClientId=item.client)[0][2])
+    if engine == "mujoco":
+        import mujoco
+
+        mujoco.mj_kinematics(item.model, item.data)  # else of the state before the step
+    read: dict[str, Callable[[], Any]] = {
+        "mujoco": lambda: item.data.body("base").xpos[2],
+        "sapien": lambda: item.articulation.root_pose.p[2],
+        "drake": lambda: item.plant.EvalBodyPoseInWorld(
+            item.plant.GetMyContextFromRoot(item.simulator.get_context()),
+            item.plant.GetBodyByName("base", item.instance),
+        ).translation()[2],
+        "genesis": lambda: item.entity.get_link("base").get_pos().flatten()[2],
+        "newton": lambda: item.states[0].body_q.numpy()[
+            [n.endswith("base") for n in item.builder.body_label].index(True)
+        ][2],
+    }
+    return float(read[engine]())
+
+
+@every_engine
+@pytest.mark.parametrize("support", ["fixed", "freestanding"])
+def test_a_fixed_object_stays_where_it_is_put_and_a_free_one_falls(engine: str, support: str, tmp_path: Path) -> None:
+    folder = written(tmp_path, BASE + BALL, {"j": {"child": "bob"}}, support)
+    item = load(folder, engine, position=(0.3, -0.2, 1.0))
+    before = root_height(item, engine)
+    for _ in range(60):
+        item.step()
+    fallen, falls = before - root_height(item, engine), G * STEP**2 * 60 * 61 / 2
+    assert before == pytest.approx(1.0, abs=1e-6)
+    assert fallen == pytest.approx(0.0 if support == "fixed" else falls, abs=1e-3)
+
+
+@every_engine
+def test_a_free_object_stands_on_its_lowest_point(engine: str, tmp_path: Path) -> None:
+    solid = body("base", 10.0, "0 0 0", 0.1, box("0.4 0.4 0.3"))
+    folder = written(tmp_path, solid + BALL, {"j": {"child": "bob", "initial_position": 0.0}}, "freestanding")
+    item = load(folder, engine)
+    for _ in range(240):
+        item.step()
+    assert root_height(item, engine) == pytest.approx(0.15, abs=2e-3)
+    assert load(folder, engine, fixed=True).about.height_m == pytest.approx(0.15)
+
+
+def test_a_description_says_what_a_user_must_know(tmp_path: Path) -> None:
+    handle = '<visual name="handle-3"><origin xyz="0.1 0 0"/><geometry><box size="0.02 0.02 0.02"/></geometry></visual>'
+    drawer = body("drawer", MASS, "0 0 0", 0.01, box("0.4 0.2 0.1") + handle)
+    lid = body("lid", MASS, "0.2 0 0", 0.01, box("0.4 0.2 0.02", "0.2 0 0"))
+    folder = written(tmp_path, BASE + drawer + lid, {
+        "slide": {"kind": "prismatic", "child": "drawer", "axis": "1 0 0", "lower": 0.0, "upper": 0.3, "holds": True},
+        "hinge": {"child": "lid", "xyz": "0 0 0.6", "lower": 0.0, "upper": 1.0, "initial_position": 0.5},
+    })  # fmt: skip
+    about = describe(folder)
+    slide, hinge = about.joints
+    assert (about.support, about.mass_kg, slide.unit, hinge.unit) == ("fixed", 10.5, "m", "rad")
+    assert (slide.lower, slide.upper, slide.holds, hinge.initial_position) == (0.0, 0.3, True, 0.5)
+    assert slide.pull == pytest.approx((0.1, 0.0, 0.0)) and hinge.pull == pytest.approx((0.4, 0.0, 0.0))
+    assert about.height_m == pytest.approx(0.05), "the drawer's lower side is below its frame"
+    assert "slide (part): prismatic, 0 to 0.3 m, starts at 0, holds, pull drawer at (0.100, 0.000, 0.000) m" in str(
+        about
+    )
+
+
+def test_what_cannot_be_loaded_says_what_to_do(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    with pytest.raises(LoadError, match=r"lacks mobility\.urdf and overlay\.json; name the folder of a refined object"):
+        load(tmp_path)
+    folder = written(tmp_path / "one", BASE + BALL, {"j": {"child": "bob"}})
+    with pytest.raises(LoadError, match="no engine 'unity'; choose one of pybullet, mujoco"):
+        load(folder, "unity")
+    import sys
+
+    for missing, package in (("pydrake", "drake"), ("genesis", "genesis-world"), ("newton", r"newton\[sim\]")):
+        with monkeypatch.context() as patch:
+            patch.setitem(sys.modules, missing, None)
+            patch.delitem(sys.modules, "pydrake.all", raising=False)
+            with pytest.raises(ImportError, match=f"pip install '{package}'"):
+                load(folder, {"pydrake": "drake"}.get(missing, missing))
+    mesh = '<collision><geometry><mesh filename="hull.stl"/></geometry></collision>'
+    for name, said in (
+        ("hull.obj", "is not there"),
+        ("hull.stl", "is no OBJ; refine the object with --collision repair"),
+    ):
+        other = written(
+            tmp_path / name,
+            BASE + body("bob", MASS, "0 0 0", 0.1, mesh.replace("hull.stl", name)),
+            {"j": {"child": "bob"}},
+        )
+        (other / "hull.stl").write_bytes(b"solid")
+        with pytest.raises(LoadError, match=said):
+            describe(other)
