@@ -4,6 +4,7 @@ Compiling resolves defaults, includes, angles and mesh scales. Meshes are writte
 """
 
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import trimesh
@@ -43,7 +44,7 @@ def urdf_of_mjcf(file: Path, work: Path) -> Converted:
 class _Model:
     """One compiled model being converted."""
 
-    def __init__(self, file: Path, work: Path, mujoco: "object", spec: "object", model: "object") -> None:
+    def __init__(self, file: Path, work: Path, mujoco: Any, spec: Any, model: Any) -> None:
         self.file, self.work = file, work
         self.mj, self.spec, self.model = mujoco, spec, model
         self.notes: list[str] = []
