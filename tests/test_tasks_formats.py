@@ -5,6 +5,8 @@ from pathlib import Path
 
 import pytest
 
+from asset2sim.assets.exports.mjcf import SCENE_NAME
+from asset2sim.assets.exports.usd import USD_NAME
 from asset2sim.engines.registry import installed, open_world
 from asset2sim.runs.dataset import load_dataset
 from schemas.asset import AssetRecord, AssetRef
@@ -66,14 +68,12 @@ def test_every_engine_has_it_at_its_size(done: tuple[AssetRecord, Path]) -> None
 def test_mjcf_and_usd_load_plainly(done: tuple[AssetRecord, Path]) -> None:
     record, folder = done
     assert record.overlay is not None
-    (scene,) = [path for path in folder.glob("*.xml") if "scene" in path.name]
-    model = mujoco.MjModel.from_xml_path(str(scene))
+    model = mujoco.MjModel.from_xml_path(str(folder / SCENE_NAME))
     data = mujoco.MjData(model)
     mujoco.mj_forward(model, data)
     door = data.body("door").xpos - data.body("drawer").xpos
     assert abs(door[2]) == pytest.approx(record.overlay.scale * 0.3, rel=1e-3), "the drawer is over the door"
-    (usd,) = folder.glob("*.usd*")
-    stage = pxr.Usd.Stage.Open(str(usd))
+    stage = pxr.Usd.Stage.Open(str(folder / USD_NAME))
     assert stage is not None and stage.GetDefaultPrim().IsValid()
 
 

@@ -6,6 +6,7 @@ import pytest
 from lxml import etree
 
 from asset2sim.assets.extract import extract
+from asset2sim.models.language.tables import sizes
 from asset2sim.validation.upright import find_up
 from schemas.asset import AssetRef
 from schemas.vocabulary import UpAxis
@@ -38,14 +39,14 @@ def wrapped(urdf: bytes, up: UpAxis) -> bytes:
 
 
 @pytest.mark.parametrize("up", TURNS)
-def test_a_table_is_found_however_it_lies(tmp_path: Path, up: UpAxis) -> None:
+def test_a_table_that_has_y_up_is_found(tmp_path: Path, up: UpAxis) -> None:
     (tmp_path / "mobility.urdf").write_bytes(wrapped(TABLE.encode(), up))
     found, finding = find_up(read(tmp_path))
-    if up is UpAxis.Z:
-        assert (found, finding) == (UpAxis.Z, None)
-    elif up is not UpAxis.X:
+    if up is not UpAxis.Y:
+        assert (found, finding) == (UpAxis.Z, None), "it is right, or lies as files seldom have it: left as it is"
+    else:
         assert found is up and finding is not None and finding.code == "turned_upright"
-        assert "its legs and wheels are at the bottom" in finding.message and "--up=z" in finding.message
+        assert "its top, lids and seats are high" in finding.message and "--up=z" in finding.message
         turned = extract(AssetRef(asset_id="t", path=str(tmp_path)), up=found)
         assert find_up(turned) == (UpAxis.Z, None), "what was turned is right"
 
@@ -78,7 +79,7 @@ def test_no_sample_is_turned(folder: Path) -> None:
 
 def test_of_the_samples_most_are_found_when_y_is_up(tmp_path: Path) -> None:
     found = []
-    for folder in SAMPLES:
+    for folder in (folder for folder in SAMPLES if not sizes()[folder.parent.name].lies):
         place = tmp_path / folder.name
         place.mkdir()
         for item in folder.iterdir():
@@ -88,4 +89,4 @@ def test_of_the_samples_most_are_found_when_y_is_up(tmp_path: Path) -> None:
         extraction = extract(AssetRef(asset_id=folder.name, path=str(place), category=folder.parent.name))
         found.append(find_up(extraction)[0])
     assert set(found) <= {UpAxis.Z, UpAxis.Y}, "none is turned a wrong way"
-    assert found.count(UpAxis.Y) >= len(found) / 2
+    assert len(found) > 8 and found.count(UpAxis.Y) > len(found) / 2
