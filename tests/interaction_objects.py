@@ -7,13 +7,15 @@ from pathlib import Path
 
 import pytest
 
+from asset2sim.checks.interact import examine
 from asset2sim.checks.mechanism import Mechanism, mechanism
 from asset2sim.engines.registry import installed, open_world
 from asset2sim.engines.world import World
 from schemas.base import Vector3
+from schemas.interaction import Interaction
 from schemas.overlay import PhysicsOverlay
 from schemas.settings import EngineSettings, Thresholds
-from schemas.vocabulary import Engine, OverlapCause, Source
+from schemas.vocabulary import Engine, FailureMode, OverlapCause, Source
 from tests.builders import ORIGIN, UrdfJoint, UrdfLink, box, write_urdf
 from tests.factories import make_joint
 
@@ -99,3 +101,10 @@ def hull_cause(a: str, b: str, positions: Mapping[str, float]) -> OverlapCause:
 def authored_cause(a: str, b: str, positions: Mapping[str, float]) -> OverlapCause:
     """Every overlap is authored."""
     return OverlapCause.AUTHORED
+
+
+def interaction(
+    engine: Engine, item: Subject, settings: EngineSettings = SETTINGS, *, only: FailureMode | None = None
+) -> Interaction:
+    """The interaction checks of a subject in one engine, every overlap a hull's."""
+    return examine(engine, item.urdf, item.overlay, settings, LIMITS, cause=hull_cause, only=only)[1]

@@ -1,11 +1,11 @@
 """Fixed objects are tested with their root held: nothing falls or tips, and joints are perturbed instead of poses."""
 
 import math
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
 
-from asset2sim.checks.interact import interact
 from asset2sim.checks.interaction_verdict import interaction_verdicts
 from asset2sim.checks.reset import held_starts
 from asset2sim.checks.rest import measure
@@ -14,7 +14,7 @@ from schemas.settings import EngineSettings
 from schemas.support import Support, SupportKind
 from schemas.vocabulary import Engine, FailureMode, Source
 from tests.builders import UrdfJoint
-from tests.interaction_objects import ENGINES, LIMITS, SETTINGS, Subject, hull_cause, solid, subject
+from tests.interaction_objects import ENGINES, LIMITS, SETTINGS, Subject, interaction, solid, subject
 
 FIXED = Support(kind=SupportKind.FIXED, source=Source.USER, confidence=1.0)
 SHORT = EngineSettings(fall_s=4.0, resets=4)
@@ -33,7 +33,7 @@ def leaf(folder: Path, **joint: object) -> Subject:
 
 def seen(item: Subject, engine: Engine, support: Support = FIXED, only: FailureMode | None = None) -> Interaction:
     overlay = item.overlay.model_copy(update={"support": support})
-    return interact(engine, item.urdf, overlay, SHORT, LIMITS, cause=hull_cause, only=only)
+    return interaction(engine, replace(item, overlay=overlay), SHORT, only=only)
 
 
 @pytest.mark.system

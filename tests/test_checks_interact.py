@@ -5,12 +5,14 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from asset2sim.checks.interact import interact, shared_world
+from asset2sim.checks.interact import examine, shared_world
 from asset2sim.checks.interaction_verdict import interaction_verdicts
+from asset2sim.checks.rest import measure
 from schemas.settings import EngineSettings
-from schemas.vocabulary import Engine, FailureMode
+from schemas.support import Support, SupportKind
+from schemas.vocabulary import Engine, FailureMode, Source
 from tests.builders import UrdfJoint
-from tests.interaction_objects import ENGINES, LIMITS, SETTINGS, Subject, hull_cause, solid, subject
+from tests.interaction_objects import ENGINES, LIMITS, SETTINGS, Subject, hull_cause, interaction, solid, subject
 
 pytestmark = pytest.mark.system
 
@@ -35,7 +37,7 @@ def cabinet(folder: Path, *, drawer_friction: float = 4.0) -> Subject:
 @pytest.mark.parametrize("engine", ENGINES)
 def test_an_object_that_behaves_passes_every_test(tmp_path: Path, engine: Engine) -> None:
     item = cabinet(tmp_path, drawer_friction=30.0)
-    seen = interact(engine, item.urdf, item.overlay, SETTINGS, LIMITS, cause=hull_cause)
+    seen = interaction(engine, item)
     verdicts = interaction_verdicts(seen, item.overlay, LIMITS)
     assert [verdict.reason for verdict in verdicts if not verdict.passed] == []
     counts = {mode: sum(1 for verdict in verdicts if verdict.test is mode) for mode in FailureMode}
@@ -48,10 +50,19 @@ def test_an_object_that_behaves_passes_every_test(tmp_path: Path, engine: Engine
 
 def test_the_same_object_gives_the_same_record(tmp_path: Path) -> None:
     item = cabinet(tmp_path)
-    one, two = (
-        interact(Engine.PYBULLET, item.urdf, item.overlay, SETTINGS, LIMITS, cause=hull_cause) for _ in range(2)
-    )
+    one, two = (interaction(Engine.PYBULLET, item) for _ in range(2))
     assert one == two
+
+
+@pytest.mark.parametrize("engine", ENGINES)
+def test_the_measurement_at_rest_from_shared_worlds_is_that_of_its_own(tmp_path: Path, engine: Engine) -> None:
+    item = cabinet(tmp_path)
+    held = Support(kind=SupportKind.FIXED, source=Source.USER, confidence=1.0)
+    for overlay in (item.overlay, item.overlay.model_copy(update={"support": held})):
+        own = (overlay.initial_positions, overlay.contact_friction, SETTINGS)
+        alone = measure(engine, item.urdf, *own, held=overlay.support.fixed)
+        assert examine(engine, item.urdf, overlay, SETTINGS, LIMITS, cause=hull_cause)[0] == alone
+    assert examine(engine, item.urdf, overlay, SETTINGS, LIMITS, cause=hull_cause, only=FailureMode.JAM)[0] is None
 
 
 @pytest.mark.parametrize(
@@ -67,10 +78,7 @@ def test_the_same_object_gives_the_same_record(tmp_path: Path) -> None:
 )
 def test_one_test_alone_shows_what_it_shows_among_all(tmp_path: Path, mode: FailureMode, records: set[str]) -> None:
     item = cabinet(tmp_path)
-    whole, alone = (
-        interact(Engine.PYBULLET, item.urdf, item.overlay, SETTINGS, LIMITS, cause=hull_cause, only=only)
-        for only in (None, mode)
-    )
+    whole, alone = (interaction(Engine.PYBULLET, item, only=only) for only in (None, mode))
     kinds = {"drops", "resets", "sweeps", "holds", "openings", "nudges", "releases"}
     assert {kind for kind in kinds if getattr(alone, kind)} == records
     shown = [
@@ -83,7 +91,7 @@ def test_one_test_alone_shows_what_it_shows_among_all(tmp_path: Path, mode: Fail
 def test_no_resets_can_be_asked_for(tmp_path: Path) -> None:
     item = cabinet(tmp_path)
     few = EngineSettings(resets=0, sweep_samples=5)
-    seen = interact(Engine.PYBULLET, item.urdf, item.overlay, few, LIMITS, cause=hull_cause)
+    seen = interaction(Engine.PYBULLET, item, few)
     assert seen.resets == () and len(seen.drops) == 2
 
 

@@ -6,13 +6,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from asset2sim.checks.interact import interact
 from asset2sim.checks.interaction_verdict import reset_verdict
 from asset2sim.physics.support_polygon import standing_on
 from schemas.interaction import Interaction, Reset
-from schemas.vocabulary import Engine, OverlapCause
+from schemas.vocabulary import Engine
 from tests.assets import near
-from tests.interaction_objects import LIMITS, SETTINGS, solid, subject
+from tests.interaction_objects import LIMITS, interaction, solid, subject
 
 UP = np.array([0.0, 0.0, 1.0])
 
@@ -68,8 +67,6 @@ def test_what_the_start_can_topple_may_topple_and_no_more() -> None:
 @pytest.mark.system
 def test_a_pole_s_support_is_measured_in_the_engine(tmp_path: Path) -> None:
     item = subject(tmp_path, [solid("pole", (0.02, 0.04, 0.6))], [])
-    seen = interact(
-        Engine.PYBULLET, item.urdf, item.overlay, SETTINGS, LIMITS, cause=lambda *_: OverlapCause.HULL
-    )  # fmt: skip
+    seen = interaction(Engine.PYBULLET, item)
     assert seen.tip_rise_m is not None and near(seen.tip_rise_m, math.hypot(0.01, 0.3) - 0.3, 1e-3)
     assert near(seen.support_m, 0.02, 1e-3)

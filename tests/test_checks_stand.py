@@ -6,7 +6,6 @@ from pathlib import Path
 import pytest
 
 from asset2sim.checks.effort import efforts
-from asset2sim.checks.interact import interact
 from asset2sim.checks.interaction_verdict import interaction_verdicts
 from asset2sim.checks.opening import openings
 from asset2sim.checks.stand import settled, stand
@@ -15,7 +14,7 @@ from schemas.interaction import Effort
 from schemas.overlay import EffortRange
 from schemas.vocabulary import Engine, FailureMode
 from tests.builders import UrdfJoint
-from tests.interaction_objects import ENGINES, LIMITS, SETTINGS, Subject, hull_cause, opened, solid, subject
+from tests.interaction_objects import ENGINES, LIMITS, SETTINGS, Subject, interaction, opened, solid, subject
 
 pytestmark = pytest.mark.system
 HAND = EffortRange(kind="lid", least_n=0.0, most_n=22.2, source="a table")
@@ -34,7 +33,7 @@ def box_with_lid(folder: Path, *, friction: float, start: float, lid_kg: float =
 
 
 def failures(item: Subject, engine: Engine, only: FailureMode) -> list[str]:
-    seen = interact(engine, item.urdf, item.overlay, SETTINGS, LIMITS, cause=hull_cause, only=only)
+    seen = interaction(engine, item, only=only)
     found = [verdict for verdict in interaction_verdicts(seen, item.overlay, LIMITS) if verdict.test is only]
     assert found, "the check has a verdict"
     return [verdict.reason for verdict in found if not verdict.passed]

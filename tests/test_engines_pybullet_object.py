@@ -9,8 +9,9 @@ from pathlib import Path
 import numpy as np
 import pybullet
 import pytest
+import trimesh
 
-from asset2sim.engines.pybullet_object import PyBulletObject, loaded
+from asset2sim.engines.pybullet_object import IDLE, PyBulletObject, loaded
 from asset2sim.engines.pybullet_world import PyBulletWorld, open_pybullet
 from asset2sim.physics.arrays import Array
 from schemas.errors import AssetError
@@ -151,14 +152,38 @@ def test_a_file_that_pybullet_refuses_is_an_asset_error_with_what_it_printed(tmp
     assert caught.value.mode is FailureMode.ENGINE_CRASH
 
 
-def test_clients_are_apart_and_end_with_their_block(tmp_path: Path) -> None:
+def test_clients_are_apart_and_empty_after_their_block(tmp_path: Path) -> None:
     urdf = swing(tmp_path, WHEEL)
     with loaded(urdf, fixed_base=True, timestep_s=STEP) as first:
         with loaded(urdf, fixed_base=True, timestep_s=STEP) as second:
             first.place({"j": 0.5})
             assert second.positions()[0] == 0.0
         assert first.positions()[0] == 0.5
-    assert not first.client.isConnected()
+    assert first.client.getNumBodies() == second.client.getNumBodies() == 0
+
+
+def test_a_used_client_gives_exactly_what_a_new_one_gives(tmp_path: Path) -> None:
+    IDLE.clear()
+    (tmp_path / "other").mkdir()
+    urdf, other, ends = block_urdf(tmp_path), swing(tmp_path / "other", WHEEL), []
+    for _ in range(2):
+        with open_pybullet(urdf, plane=True, timestep_s=STEP, contact_friction=0.5) as world:
+            world.place({}, height_m=0.1, tilt_rad=(0.3, 0.2, 0.1))
+            world.step(240)
+            ends.append(np.concatenate(world.root_pose()).tolist())
+        with loaded(other, fixed_base=True, timestep_s=1.0 / 60.0, gravity_m_s2=1.0) as item:
+            joint_track(item, 0.5)
+    assert ends[0] == ends[1] and len(IDLE) == 1
+
+
+def test_a_mesh_that_has_changed_is_read_again(tmp_path: Path) -> None:
+    urdf, widths = write_urdf(tmp_path, [UrdfLink("part", shapes=((mesh("part.obj"), ORIGIN),))]), []
+    for edge in (0.1, 0.2):
+        trimesh.creation.box((edge, edge, edge)).export(tmp_path / "part.obj")
+        with loaded(urdf, fixed_base=True, timestep_s=STEP) as item:
+            low, high = item.client.getAABB(item.body)
+            widths.append(high[0] - low[0])
+    assert widths == pytest.approx([0.1, 0.2], abs=0.01)
 
 
 def test_a_tiny_knob_turns_although_its_friction_would_stop_a_hundred_radians_a_second(tmp_path: Path) -> None:

@@ -205,6 +205,28 @@ def test_what_breaks_a_second_engine_is_not_verified_in_a_third(bench: Bench) ->
     assert (Engine.MUJOCO,) in wanted and (Engine.SAPIEN,) not in wanted
 
 
+def test_what_only_moves_a_failure_to_another_start_is_not_verified_further(bench: Bench) -> None:
+    still = Reset(
+        offset_m=(0.02, 0.02, 0.02), tilt_rad=(0.03, 0.0, 0.0), peak_speed_m_s=1.0, final_speed_m_s=0.0,
+        turned_rad=0.0, joint_motion=0.0, finite=True,
+    )  # fmt: skip
+    moving = still.model_copy(update={"final_speed_m_s": 0.5})
+    asked: list[FailureMode | None] = []
+
+    def seen(*resets: Reset) -> EngineReport:
+        return report(None, interaction=Interaction(engine=Engine.PYBULLET, resets=resets, tip_rise_m=1.0))
+
+    def verify(
+        overlay: PhysicsOverlay, engines: Sequence[Engine], only: FailureMode | None
+    ) -> tuple[EngineReport, ...]:
+        asked.append(only)
+        return (seen(still, moving),)
+
+    result = mend(bench.item.features, bench.calm, (seen(moving, still),), NO_VIEWS, verify)
+    assert result.overlay == bench.calm and not any(step.accepted for step in result.trace)
+    assert len(asked) > 1 and set(asked[:-1]) == {FailureMode.RESET}
+
+
 def test_an_engine_that_dies_on_a_proposal_is_no_improvement(bench: Bench) -> None:
     asked = 0
 

@@ -1,4 +1,4 @@
-"""All interaction checks of one asset in one engine: loaded once on a plane, once held, once at the coarse step."""
+"""All checks of one asset in one engine: loaded once on a plane, once held, once at the coarse step."""
 
 from collections.abc import Iterator, Mapping
 from contextlib import ExitStack, contextmanager
@@ -14,6 +14,7 @@ from asset2sim.checks.nudge import nudges
 from asset2sim.checks.opening import openings
 from asset2sim.checks.release import releases
 from asset2sim.checks.reset import held_reset, held_starts, reset, starts
+from asset2sim.checks.rest import Recording, contacts_of, measurement, record
 from asset2sim.checks.stand import Resting, rest_held, settled, stand
 from asset2sim.checks.support_polygon import Clouds, point_clouds
 from asset2sim.checks.sweep import CauseOf, sweeps
@@ -22,6 +23,7 @@ from asset2sim.engines.registry import open_world
 from asset2sim.engines.world import World
 from asset2sim.physics.support_polygon import SupportPolygon
 from schemas.interaction import Drop, Interaction, Reset
+from schemas.measurement import Measurement
 from schemas.overlay import PhysicsOverlay
 from schemas.settings import EngineSettings, Thresholds
 from schemas.vocabulary import Engine, FailureMode
@@ -74,7 +76,7 @@ def shared_world(
         yield SharedWorld(engine, urdf, overlay.contact_friction, plane, timestep_s, stack)
 
 
-def interact(
+def examine(
     engine: Engine,
     urdf: Path,
     overlay: PhysicsOverlay,
@@ -83,37 +85,58 @@ def interact(
     *,
     cause: CauseOf,
     only: FailureMode | None = None,
-) -> Interaction:
-    """Run every interaction check on a written asset in its initial state, or ``only`` one and those that it needs.
+) -> tuple[Measurement | None, Interaction]:
+    """Run every check on a written asset in its initial state, or ``only`` one interaction check and those that it
+    needs, without the paper's measurement.
 
     ``limits`` state how deep an overlap stops a sweep, and which records are worth a second, single run; verdicts are
     made in ``interaction_verdict``. Raises AssetError (engine_crash) where the engine refuses the file.
     """
     item, clouds = mechanism(urdf, overlay), point_clouds(urdf)
-    seen, support = Interaction(engine=engine), None
-    if wanted(only, *UNTOUCHED, FailureMode.EFFORT):
-        if overlay.support.fixed:
-            seen = on_its_mount(engine, urdf, overlay, item, settings, limits, only)
-        else:
-            seen, support = on_a_plane(engine, urdf, overlay, item, clouds, settings, limits, only)
-    if only in UNTOUCHED:
-        return seen
-    found: dict[str, object] = {}
+    seen, support, measured = Interaction(engine=engine), None, None
     with shared_world(engine, urdf, overlay, plane=False, timestep_s=settings.timestep_s) as held:
-        if wanted(only, FailureMode.JAM, FailureMode.RELEASE):
-            found["sweeps"], stretches = sweeps(held.ready(), item, settings, limits, cause)
-        if wanted(only, FailureMode.HOLD):
-            found["holds"] = holds(held.sound(), item, settings, limits)
-        if wanted(only, FailureMode.EFFORT):
-            opened = openings(held.sound(), item, settings)
-            found["openings"] = opened
-            friction, kind = overlay.contact_friction, overlay.support.kind
-            found["efforts"] = efforts(item, clouds, opened, support, friction, limits, kind)
-        if wanted(only, FailureMode.RELEASE):
-            found["releases"] = releases(held.sound(), item, stretches, settings, limits)
-        if wanted(only, FailureMode.NUDGE):
-            found["nudges"] = nudges(held.sound(), item, settings, limits)
-    return seen.model_copy(update=found)
+        # First, while the world is fresh: contact caches make Φ depend slightly on earlier poses.
+        points = contacts_of(held.ready(), item.start) if only is None else []
+        if wanted(only, *UNTOUCHED, FailureMode.EFFORT):
+            if overlay.support.fixed:
+                seen, rest = on_its_mount(engine, urdf, overlay, held, item, settings, limits, only)
+            else:
+                seen, support, rest = on_a_plane(engine, urdf, overlay, item, clouds, settings, limits, only)
+            if rest is not None:
+                measured = measurement(engine, points, rest, overlay.initial_positions, settings)
+        found = (
+            {} if only in UNTOUCHED else touched(held, item, clouds, support, overlay, settings, limits, cause, only)
+        )
+    return measured, seen.model_copy(update=found)
+
+
+def touched(
+    held: SharedWorld,
+    item: Mechanism,
+    clouds: Clouds,
+    support: SupportPolygon | None,
+    overlay: PhysicsOverlay,
+    settings: EngineSettings,
+    limits: Thresholds,
+    cause: CauseOf,
+    only: FailureMode | None,
+) -> dict[str, object]:
+    """The records of the checks that move joints, the root ``held``, by their fields; or of ``only`` one of them."""
+    found: dict[str, object] = {}
+    if wanted(only, FailureMode.JAM, FailureMode.RELEASE):
+        found["sweeps"], stretches = sweeps(held.sound(), item, settings, limits, cause)
+    if wanted(only, FailureMode.HOLD):
+        found["holds"] = holds(held.sound(), item, settings, limits)
+    if wanted(only, FailureMode.EFFORT):
+        opened = openings(held.sound(), item, settings)
+        found["openings"] = opened
+        friction, kind = overlay.contact_friction, overlay.support.kind
+        found["efforts"] = efforts(item, clouds, opened, support, friction, limits, kind)
+    if wanted(only, FailureMode.RELEASE):
+        found["releases"] = releases(held.sound(), item, stretches, settings, limits)
+    if wanted(only, FailureMode.NUDGE):
+        found["nudges"] = nudges(held.sound(), item, settings, limits)
+    return found
 
 
 def wanted(only: FailureMode | None, *shown: FailureMode) -> bool:
@@ -130,10 +153,10 @@ def on_a_plane(
     settings: EngineSettings,
     limits: Thresholds,
     only: FailureMode | None,
-) -> tuple[Interaction, SupportPolygon | None]:
-    """The checks with a free root, and what the object rests on: how it stands, the drop at both steps, and the
-    perturbed starts; or ``only`` one of them."""
-    seen, support = Interaction(engine=engine), None
+) -> tuple[Interaction, SupportPolygon | None, Recording | None]:
+    """The checks with a free root, what the object rests on, and the record of its rest: how it stands, the drop at
+    both steps, and the perturbed starts; or ``only`` one of them, without that record."""
+    seen, support, rest = Interaction(engine=engine), None, None
     drops: list[Drop] = []
     for timestep in (settings.timestep_s, settings.coarse_timestep_s):
         fine = timestep == settings.timestep_s
@@ -144,43 +167,42 @@ def on_a_plane(
                 stood, resting, support = stand(free.ready(), item, clouds, settings)
                 placed = {"stand": stood, "settled": settled(item.joints, resting)}
                 seen = seen.model_copy(update=placed)
+                rest = record(free.ready(), resting.peak_speed, settings) if only is None else None
             if wanted(only, FailureMode.DROP):
                 drops.append(drop(free.sound(), item.start, settings))
             if fine and settings.resets and support is not None and wanted(only, FailureMode.RESET):
                 resets = perturbed(free, item, resting, support, settings, limits)
                 tips = {"tip_rise_m": support.rise, "support_m": support.furthest}
                 seen = seen.model_copy(update={"resets": resets, **tips})
-    return seen.model_copy(update={"drops": tuple(drops)}), support
+    return seen.model_copy(update={"drops": tuple(drops)}), support, rest
 
 
 def on_its_mount(
     engine: Engine,
     urdf: Path,
     overlay: PhysicsOverlay,
+    held: SharedWorld,
     item: Mechanism,
     settings: EngineSettings,
     limits: Thresholds,
     only: FailureMode | None,
-) -> Interaction:
-    """The same of a fixed object, its root held: where its joints settle, rest at both steps in place of the drop, and
-    starts with its joints perturbed; or ``only`` one of them. It cannot tip, so that nothing is said of its stand."""
+) -> tuple[Interaction, Recording | None]:
+    """The same of a fixed object, in the world where its root is ``held``: where its joints settle, rest at both steps
+    in place of the drop, and starts with its joints perturbed. It cannot tip, so that nothing is said of its stand."""
     found: dict[str, object] = {}
-    drops: list[Drop] = []
-    for timestep in (settings.timestep_s, settings.coarse_timestep_s):
-        fine = timestep == settings.timestep_s
-        if not wanted(only, FailureMode.DROP) and not fine:
-            continue
-        with shared_world(engine, urdf, overlay, plane=False, timestep_s=timestep) as held:
-            if fine:
-                found["settled"] = settled(item.joints, rest_held(held.ready(), item, settings))
-            if wanted(only, FailureMode.DROP):
-                drops.append(drop(held.sound(), item.start, settings, held=True))
-            if fine and wanted(only, FailureMode.RESET):
-                shares = held_starts(settings)
-                found["resets"] = tuple(
-                    held_reset(held.sound(), item, share, index, settings, limits) for index, share in enumerate(shares)
-                )
-    return Interaction(engine=engine, drops=tuple(drops)).model_copy(update=found)
+    resting = rest_held(held.sound(), item, settings)
+    rest = record(held.ready(), resting.peak_speed, settings) if only is None else None
+    found["settled"] = settled(item.joints, resting)
+    if wanted(only, FailureMode.DROP):
+        fine = drop(held.sound(), item.start, settings, held=True)
+        with shared_world(engine, urdf, overlay, plane=False, timestep_s=settings.coarse_timestep_s) as coarse:
+            found["drops"] = fine, drop(coarse.ready(), item.start, settings, held=True)
+    if wanted(only, FailureMode.RESET):
+        found["resets"] = tuple(
+            held_reset(held.sound(), item, share, index, settings, limits)
+            for index, share in enumerate(held_starts(settings))
+        )
+    return Interaction(engine=engine).model_copy(update=found), rest
 
 
 def drop(world: World, positions: Mapping[str, float], settings: EngineSettings, *, held: bool = False) -> Drop:

@@ -10,6 +10,7 @@ from scipy.spatial.transform import Rotation
 from asset2sim.checks.watch import capped, reading_stride, watch
 from asset2sim.engines.contacts import ContactPoint, by_pair, penetration
 from asset2sim.engines.registry import engine_version, open_world
+from asset2sim.engines.world import World
 from asset2sim.physics.arrays import Array
 from schemas.measurement import JointMotion, Measurement
 from schemas.settings import EngineSettings
@@ -62,8 +63,13 @@ def contacts_at(
     with open_world(
         engine, urdf, plane=False, timestep_s=settings.timestep_s, contact_friction=0.0, gravity_m_s2=0.0
     ) as world:
-        world.place(positions)
-        return world.contacts()
+        return contacts_of(world, positions)
+
+
+def contacts_of(world: World, positions: Mapping[str, float]) -> list[ContactPoint]:
+    """The object's contact points with itself at one pose."""
+    world.place(positions)
+    return world.contacts()
 
 
 def observe(
@@ -83,23 +89,27 @@ def observe(
         engine, urdf, plane=not held, timestep_s=settings.timestep_s, contact_friction=contact_friction
     ) as world:
         world.place(positions, height_m=height_m)
-        peak = watch(world, settings.settle_s, settings).peak
-        stride = reading_stride(world)
-        root_positions, root_orientations, joint_positions = [], [], []
-        for index in range(round(settings.test_s / settings.timestep_s) + 1):
-            position, orientation = world.root_pose()
-            root_positions.append(position)
-            root_orientations.append(orientation)
-            joint_positions.append(world.positions())
-            if index % stride == 0:
-                fastest = float(np.max(world.link_speeds()))
-                if not np.isfinite(fastest):
-                    peak = fastest
-                    break
-                peak = max(peak, fastest)
-            world.step()
-        paths = np.array(root_positions), np.array(root_orientations), np.array(joint_positions)
-        return Recording(world.joint_names, *paths, joint_positions[0], peak, world.console)
+        return record(world, watch(world, settings.settle_s, settings).peak, settings)
+
+
+def record(world: World, peak: float, settings: EngineSettings) -> Recording:
+    """What an object that has settled does for ``test_s`` untouched; ``peak`` is its fastest link's speed until now."""
+    stride = reading_stride(world)
+    root_positions, root_orientations, joint_positions = [], [], []
+    for index in range(round(settings.test_s / settings.timestep_s) + 1):
+        position, orientation = world.root_pose()
+        root_positions.append(position)
+        root_orientations.append(orientation)
+        joint_positions.append(world.positions())
+        if index % stride == 0:
+            fastest = float(np.max(world.link_speeds()))
+            if not np.isfinite(fastest):
+                peak = fastest
+                break
+            peak = max(peak, fastest)
+        world.step()
+    paths = np.array(root_positions), np.array(root_orientations), np.array(joint_positions)
+    return Recording(world.joint_names, *paths, joint_positions[0], peak, world.console)
 
 
 def measure(
@@ -116,6 +126,17 @@ def measure(
     UsageError where it is not installed."""
     points = contacts_at(engine, urdf, positions, settings)
     seen = observe(engine, urdf, positions, contact_friction, settings.drop_height_m, settings, held=held)
+    return measurement(engine, points, seen, positions, settings)
+
+
+def measurement(
+    engine: Engine,
+    points: list[ContactPoint],
+    seen: Recording,
+    positions: Mapping[str, float],
+    settings: EngineSettings,
+) -> Measurement:
+    """The record of an object's contact points with itself at these joint positions and of how it rests from there."""
     drift_m, drift_rad = drift(seen.root_positions, seen.root_orientations)
     return Measurement(
         engine=engine.value,

@@ -8,7 +8,7 @@ from scipy.spatial.transform import Rotation
 
 from asset2sim.checks.mechanism import Mechanism, span_of
 from asset2sim.checks.support_polygon import Clouds, support_polygon_of
-from asset2sim.checks.watch import capped, watch
+from asset2sim.checks.watch import Watched, capped, watch
 from asset2sim.engines.world import World
 from asset2sim.physics.arrays import Array, vector
 from asset2sim.physics.mass_matrix import GRAVITY_M_S2
@@ -23,7 +23,7 @@ UP = np.array([0.0, 0.0, 1.0])
 @dataclass(frozen=True)
 class Resting:
     """The object at rest once set down undisturbed: (3,) world up in the frame of ``root_pose``, joint → position (rad
-    or m).
+    or m), and the peak speed of its fastest link until then, m/s.
 
     The perturbed starts are compared with this, not with how it was set down: whether it stays as it is set down is
     the stands check's to say, and it says so once.
@@ -31,6 +31,7 @@ class Resting:
 
     up: Array
     joints: dict[str, float]
+    peak_speed: float
 
 
 @dataclass
@@ -71,11 +72,9 @@ def stand(
     world.place(item.start, height_m=settings.drop_height_m)
     motion = Motion(world)
     motion.read(0.0)
-    resting = Resting(up_in_root(world), dict(item.start))
+    placed_up = up_in_root(world)
     seen = watch(world, settings.settle_s, settings, motion.read)
-    if seen.finite:
-        joints = zip(world.joint_names, world.positions().tolist(), strict=True)
-        resting = Resting(up_in_root(world), dict(joints))
+    resting = Resting(up_in_root(world) if seen.finite else placed_up, joints_after(seen, world, item), seen.peak)
     # The root's own frame is upright where it is set down; the pose that an engine gives may be of another frame.
     up = motion.turned.inv().apply(UP)
     support = support_polygon_of(item, clouds, up, resting.joints)
@@ -97,8 +96,12 @@ def rest_held(world: World, item: Mechanism, settings: EngineSettings) -> Restin
     world.place(item.start)
     up = up_in_root(world)
     seen = watch(world, settings.settle_s, settings)
-    now = dict(zip(world.joint_names, world.positions().tolist(), strict=True)) if seen.finite else dict(item.start)
-    return Resting(up, now)
+    return Resting(up, joints_after(seen, world, item), seen.peak)
+
+
+def joints_after(seen: Watched, world: World, item: Mechanism) -> dict[str, float]:
+    """Joint → its position now, rad or m; its initial one where a run has lost finite numbers."""
+    return dict(zip(world.joint_names, world.positions().tolist(), strict=True)) if seen.finite else dict(item.start)
 
 
 def settled(joints: Sequence[JointPhysics], resting: Resting) -> tuple[SettledJoint, ...]:

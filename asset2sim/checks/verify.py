@@ -10,7 +10,7 @@ import numpy as np
 from asset2sim.assets.authored_overlap import AuthoredShapes, overlap_cause
 from asset2sim.assets.extract import Extraction
 from asset2sim.assets.folder import Folder
-from asset2sim.checks.interact import interact
+from asset2sim.checks.interact import examine
 from asset2sim.checks.mechanism import know_points
 from asset2sim.checks.rest import measure
 from asset2sim.checks.sweep import CauseOf
@@ -57,22 +57,23 @@ def verify_in(
         state, friction = overlay.initial_positions, overlay.contact_friction
         return measure(engine, urdf, state, friction, own, held=overlay.support.fixed)
 
-    def touch() -> Interaction:
-        return interact(engine, urdf, overlay, own, settings.thresholds, cause=cause, only=only)
+    def touch() -> tuple[Measurement | None, Interaction]:
+        return examine(engine, urdf, overlay, own, settings.thresholds, cause=cause, only=only)
 
     know_points(urdf)
-    # One process each: an engine that dies in an interaction check still leaves its measurement at rest.
-    measured: ChildOutcome[Measurement] = ChildOutcome(None)
-    touched: ChildOutcome[Interaction] = ChildOutcome(None)
-    if only is None or only in AT_REST:
-        measured = in_child(engine, rest, time_limit_s=own.time_limit_s)
-    if own.interact and measured.problem is None and only not in AT_REST:
+    touched: ChildOutcome[tuple[Measurement | None, Interaction]] = ChildOutcome(None)
+    if own.interact and only not in AT_REST:
         touched = in_child(engine, touch, time_limit_s=own.time_limit_s)
+    rested, interaction = touched.value or (None, None)
+    measured = ChildOutcome(rested)
+    if rested is None and (only is None or only in AT_REST):
+        # An engine that dies in an interaction check still leaves its measurement at rest.
+        measured = in_child(engine, rest, time_limit_s=own.time_limit_s)
     return EngineReport(
         engine=engine,
         engine_version=engine_version(engine),
         measurement=measured.value,
-        interaction=touched.value,
+        interaction=interaction,
         problem=measured.problem or touched.problem,
         timed_out=measured.timed_out or touched.timed_out,
         died=measured.died or touched.died,

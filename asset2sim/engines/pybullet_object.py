@@ -95,14 +95,30 @@ class PyBulletObject:
         return partial(self.client.getJointStates, self.body, list(self.joint_index.values()))
 
 
+IDLE: list[BulletClient] = []
+"""Clients between two uses: to connect one takes 15 ms in the kernel, to empty one 0.6 ms."""
+
+
+@contextmanager
+def empty_client() -> Iterator[BulletClient]:
+    """A client without bodies and with PyBullet's own solver; its time step is of its last use, gravity is none."""
+    client = IDLE.pop() if IDLE else BulletClient(connection_mode=pybullet.DIRECT)
+    # Else a mesh file is read once in a process, whatever is written to it afterwards.
+    client.setPhysicsEngineParameter(enableFileCaching=0)
+    try:
+        yield client
+    finally:
+        client.resetSimulation()
+        IDLE.append(client)
+
+
 @contextmanager
 def loaded(
     urdf: Path, *, fixed_base: bool, timestep_s: float, gravity_m_s2: float = GRAVITY_M_S2, flags: int = FLAGS
 ) -> Iterator[PyBulletObject]:
-    """Load a URDF into a client of its own, gravity along -z, joint dynamics applied. The client ends with the block.
+    """Load a URDF into a client of its own, gravity along -z, joint dynamics applied, until the block ends.
     Raises AssetError (engine_crash) where PyBullet refuses the file, with what it printed."""
-    client = BulletClient(connection_mode=pybullet.DIRECT)
-    try:
+    with empty_client() as client:
         client.setTimeStep(timestep_s)
         client.setGravity(0.0, 0.0, -gravity_m_s2)
         # Else a joint that has overshot its limit in one step is stopped there, and never brought back.
@@ -119,8 +135,6 @@ def loaded(
             message = f"PyBullet refuses {urdf.name} and says: {said}"
             raise AssetError(FailureMode.ENGINE_CRASH, "engine_refused", message)
         yield prepared(client, body, read_dynamics(urdf), tuple(console), read_mimics(etree.parse(str(urdf)).getroot()))
-    finally:
-        client.disconnect()
 
 
 def prepared(

@@ -10,7 +10,7 @@ from pybullet_utils.bullet_client import BulletClient
 
 from asset2sim.assets.hulls import Hulls
 from asset2sim.assets.meshes.hull import boxes_meet
-from asset2sim.engines.pybullet_object import MARGIN_M
+from asset2sim.engines.pybullet_object import MARGIN_M, empty_client
 from asset2sim.physics.arrays import Array
 from asset2sim.refinement.collision.trim import CLEARANCE_M, ROUNDS, Cut, Key, Overlap, Trimmer
 
@@ -67,11 +67,8 @@ class HullWorld:
 @contextmanager
 def hull_world(trimmer: Trimmer) -> Iterator[HullWorld]:
     """A world for the hulls of a trimmer; it follows later cuts."""
-    client = BulletClient(connection_mode=pybullet.DIRECT)
-    try:
+    with empty_client() as client:
         yield HullWorld(client, trimmer)
-    finally:
-        client.disconnect()
 
 
 def cleared(

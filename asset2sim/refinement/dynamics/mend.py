@@ -59,7 +59,7 @@ def mend(features: Features, overlay: PhysicsOverlay, reports: Reports, settings
             if budget <= 0:
                 break
             budget -= 1
-            seen, better = verify_candidate(target, candidate, settings, verify)
+            seen, better = verify_candidate(target, failed, candidate, settings, verify)
             written = candidate
             if better:
                 seen = verify_elsewhere(seen, failed, candidate, engines, settings, verify)
@@ -80,16 +80,18 @@ def mend(features: Features, overlay: PhysicsOverlay, reports: Reports, settings
 
 
 def verify_candidate(
-    target: Failure, candidate: PhysicsOverlay, settings: Settings, verify: Verify
+    target: Failure, failed: Sequence[Failure], candidate: PhysicsOverlay, settings: Settings, verify: Verify
 ) -> tuple[Reports, bool]:
     """The failing engine's report on a candidate, and whether the failing check improves.
 
-    The failing check runs first and alone; the others, here and in other engines, run only if it improves.
+    The failing check runs first and alone; the others, here and in other engines, run only if it improves and shows no
+    failure (another start that fails, say) that is not among ``failed``.
     """
     seen: Reports = ()
     for only in (target.mode, None) if settings.engine.interact else (None,):
         seen = verify(candidate, [target.engine], only)
-        if not improves(target, failures_of(seen[0], candidate, settings.thresholds)):
+        now = failures_of(seen[0], candidate, settings.thresholds)
+        if breaks(failed, now) or not improves(target, now):
             return seen, False
     return seen, True
 
