@@ -4,7 +4,7 @@ import re
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from types import ModuleType
+from typing import Any
 
 import xacro
 from lxml import etree
@@ -33,7 +33,7 @@ def urdf_of_xacro(file: Path) -> Converted:
 
 
 @contextmanager
-def _packages_beside(file: Path, substitution: ModuleType) -> Iterator[None]:
+def _packages_beside(file: Path, substitution: Any) -> Iterator[None]:
     """While it lasts, ``$(find NAME)`` means a folder near the file, not a package that ROS has installed."""
     folders = [file.resolve().parent, *file.resolve().parents[1 : PARENTS_SEARCHED + 1]]
 
