@@ -36,12 +36,13 @@ def upright(job: AssetJob, *, find: bool) -> Extraction:
     if stated is not None:
         return extract(job.ref, cache, stated)
     authored = extract(job.ref, cache)
-    up, turned = find_up(authored) if find else (UpAxis.Z, None)
-    if turned is None:
+    up, told = find_up(authored) if find else (UpAxis.Z, None)
+    if told is None:
         return authored
-    authored.triangles.keep()
-    extraction = extract(job.ref, cache, up)
-    return replace(extraction, findings=(turned, *extraction.findings))
+    if up is not UpAxis.Z:
+        authored.triangles.keep()
+    extraction = authored if up is UpAxis.Z else extract(job.ref, cache, up)
+    return replace(extraction, findings=(*extraction.findings, told))
 
 
 def validate_authored(extraction: Extraction, settings: PhysicsSettings) -> tuple[Extraction, tuple[Finding, ...]]:

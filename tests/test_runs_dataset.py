@@ -15,6 +15,7 @@ from flows import command
 from flows.refine_dataset import refine_dataset
 from flows.steps import discover
 from schemas.errors import MISTAKE, UnknownChoiceError, UsageError
+from schemas.vocabulary import UpAxis
 
 SHARED = Path(__file__).resolve().parents[2] / "shared"
 
@@ -50,6 +51,14 @@ def test_only_asset_id_and_path_are_required(tmp_path: Path) -> None:
     data = write_manifest(tmp_path, "path,asset_id\nBox/a,a\n")
     (ref,) = load_dataset(data)
     assert (ref.asset_id, ref.category, ref.subset, ref.prompt) == ("a", None, None, None)
+
+
+def test_a_row_may_state_the_axis_that_points_up(tmp_path: Path) -> None:
+    refs = load_dataset(write_manifest(tmp_path, "asset_id,path,up\na,a,-y\nb,b,\n"))
+    assert [ref.up for ref in refs] == [UpAxis.MINUS_Y, None]
+    write_manifest(tmp_path, "asset_id,path,up\na,a,w\n")
+    with pytest.raises(UsageError, match="line 2: up 'w' is no axis; choose from: x, y, z, -x, -y, -z"):
+        load_dataset(tmp_path)
 
 
 def test_a_byte_order_mark_and_spaced_headings_are_read(tmp_path: Path) -> None:

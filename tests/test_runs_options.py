@@ -15,7 +15,7 @@ from flows import PIPELINE
 from schemas.errors import UsageError
 from schemas.model_names import named_models, settings_for
 from schemas.settings import EngineSettings, MethodSettings, ModelSettings, RunSettings, Settings, ViewSettings
-from schemas.vocabulary import Engine, FailureMode, Method, Status
+from schemas.vocabulary import Engine, FailureMode, Method, Status, UpAxis
 from tests.model_server import Reply, serve
 
 ROOT = Path(__file__).resolve().parents[1]
@@ -40,6 +40,17 @@ def test_the_options_become_settings() -> None:
     )  # fmt: skip
     plain = parse_request(["refine", "data", "--out", "out"])
     assert plain.settings.model == ModelSettings()
+
+
+@pytest.mark.parametrize("words", [["--up=-y"], ["--up", "x"], []])
+def test_the_up_axis_may_be_stated(words: list[str]) -> None:
+    found = parse_request(["refine", "data", "--out", "out", *words]).settings.up
+    assert found == (UpAxis(words[-1].removeprefix("--up=")) if words else None)
+
+
+def test_an_axis_that_there_is_not_is_a_mistake() -> None:
+    with pytest.raises(UsageError, match="argument --up"):
+        parse_request(["refine", "data", "--out", "out", "--up", "w"])
 
 
 @pytest.mark.parametrize("method", list(Method))

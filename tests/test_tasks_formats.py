@@ -11,7 +11,7 @@ from asset2sim.engines.registry import installed, open_world
 from asset2sim.runs.dataset import load_dataset
 from schemas.asset import AssetRecord, AssetRef
 from schemas.settings import Settings, ViewSettings
-from schemas.vocabulary import Export, Status, UpAxis
+from schemas.vocabulary import Export, Method, Status, UpAxis
 from tasks.pipeline import refine_asset
 from tests.assets import prior, written
 from tests.cabinets import FORMATS, SIZE, URDF, written_cabinet
@@ -21,6 +21,7 @@ mujoco = pytest.importorskip("mujoco")
 pxr = pytest.importorskip("pxr")
 
 EXPORTED = Settings(views=ViewSettings(write=False), exports=(Export.MJCF, Export.USD))
+RAW_METHOD = Settings(views=ViewSettings(write=False), method=Method.RAW)
 STEP = {"timestep_s": 1.0 / 240.0, "contact_friction": 0.5}
 TURNED = (
     '<joint name="y_up" type="fixed"><origin rpy="-1.5707963267948966 0 0"/>'
@@ -84,3 +85,11 @@ def test_a_manifest_may_state_the_axis(tmp_path: Path) -> None:
     record = refine_asset(ref, tmp_path / "out", Settings(views=ViewSettings(write=False)), prior)
     assert record.features is not None and record.features.closed_size[2] == pytest.approx(SIZE[2], rel=1e-6)
     assert "up_axis" in json.dumps([finding.code for finding in record.findings])
+
+
+@pytest.mark.parametrize("kind", ["sdf", "mjcf"])
+def test_the_asset_unchanged_is_what_was_made_of_its_file(tmp_path: Path, kind: str) -> None:
+    ref = AssetRef(asset_id="one", path=str(written_cabinet(tmp_path / "one", kind)))
+    record = refine_asset(ref, tmp_path / "out", RAW_METHOD, prior)
+    assert record.measurement is not None and record.features is not None, record.reason
+    assert record.features.closed_size == pytest.approx(SIZE, rel=1e-6)

@@ -4,7 +4,6 @@ import re
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from types import ModuleType
 from typing import Any
 
 import xacro
@@ -34,20 +33,19 @@ def urdf_of_xacro(file: Path) -> Converted:
 
 
 @contextmanager
-def _packages_beside(file: Path, substitution: ModuleType) -> Iterator[None]:
+def _packages_beside(file: Path, substitution: Any) -> Iterator[None]:
     """While it lasts, ``$(find NAME)`` means a folder near the file, not a package that ROS has installed."""
     folders = [file.resolve().parent, *file.resolve().parents[1 : PARENTS_SEARCHED + 1]]
 
     def find(name: str) -> str:
         return str(find_package(name, folders))
 
-    changed: Any = substitution
-    kept = changed._eval_find
-    changed._eval_find = changed._eval_dict["find"] = find
+    kept = substitution._eval_find
+    substitution._eval_find = substitution._eval_dict["find"] = find
     try:
         yield
     finally:
-        changed._eval_find = changed._eval_dict["find"] = kept
+        substitution._eval_find = substitution._eval_dict["find"] = kept
 
 
 def find_package(name: str, folders: list[Path]) -> Path:
