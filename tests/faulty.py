@@ -86,11 +86,11 @@ def sound_engines() -> Iterator[None]:
     import asset2sim.checks.verify
 
     module: Any = asset2sim.checks.verify
-    measure = module.measure
+    measure, examine = module.measure, module.examine
     try:
         yield
     finally:
-        module.measure = measure
+        module.measure, module.examine = measure, examine
 
 
 def crash_engine(out: Path) -> None:
@@ -98,7 +98,7 @@ def crash_engine(out: Path) -> None:
     import asset2sim.checks.verify
 
     module: Any = asset2sim.checks.verify
-    module.measure = lambda *_: crashers.segfault()
+    module.measure = module.examine = lambda *_, **__: crashers.segfault()
 
 
 FAULTS: dict[str, Callable[[Path], object]] = {

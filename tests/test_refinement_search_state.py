@@ -34,7 +34,7 @@ def flaps(tmp_path_factory: pytest.TempPathFactory) -> tuple[AssetRecord, Path]:
 
 
 def state_steps(record: AssetRecord) -> list[TraceStep]:
-    return [step for step in record.trace if step.proposer not in ("shape", "dynamics")]
+    return [step for step in record.trace if step.proposer not in ("shape", "dynamics", "range")]
 
 
 @pytest.mark.system

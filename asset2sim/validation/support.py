@@ -52,7 +52,16 @@ def carried(
     bodies = {item.name: Body(item.mass_kg, np.asarray(item.com), tensor_of(item.inertia)) for item in overlay.links}
     points = {name: geometry.points * scale for name, geometry in extraction.geometry.items()}
     standing = closed_polygon(features, points, tree_of(features.joints, scale), bodies, scale)
-    return overlay.model_copy(update={"support": support_of(features, proposal, source, guidance, *standing)})
+    return overlay.model_copy(
+        update={"support": support_of(features, proposal, source, guidance, *standing, hung=is_hung(extraction))}
+    )
+
+
+def is_hung(extraction: Extraction) -> bool:
+    """Whether its URDF hangs it from an empty link ``world``, and does not let it float there."""
+    features = extraction.features
+    floats = any(finding.code == "root_floats" for finding in extraction.findings)
+    return features.root == WORLD and not features.link(WORLD).has_geometry and not floats
 
 
 def closed_polygon(
@@ -72,7 +81,14 @@ def closed_polygon(
 
 
 def support_of(
-    features: Features, proposal: Overlay | None, source: Source, guidance: str, polygon: SupportPolygon, points: Array
+    features: Features,
+    proposal: Overlay | None,
+    source: Source,
+    guidance: str,
+    polygon: SupportPolygon,
+    points: Array,
+    *,
+    hung: bool = False,
 ) -> Support:
     """What carries the object, of the first that says so: the guidance, the URDF by hanging it from a link ``world``,
     the proposal (of ``source``), the tables, the shape. ``polygon`` and ``points`` are of ``closed_polygon``."""
@@ -82,7 +98,7 @@ def support_of(
     if said is not None:
         mount = usual.mount if usual is not None and said.mount is None else said.mount
         return stated(said.model_copy(update={"mount": mount}), Source.USER)
-    if features.root == WORLD and not features.link(WORLD).has_geometry:
+    if hung:
         return Support(
             kind=SupportKind.FIXED,
             source=Source.AUTHORED,

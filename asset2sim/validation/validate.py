@@ -19,7 +19,7 @@ from asset2sim.validation.mass_bounds import bound_inertia_by_extent, with_armat
 from asset2sim.validation.masses import LinkMass, link_masses
 from asset2sim.validation.notes import Notes
 from asset2sim.validation.positions import initial_positions
-from asset2sim.validation.support import closed_polygon, support_of
+from asset2sim.validation.support import closed_polygon, is_hung, support_of
 from schemas.finding import Finding
 from schemas.overlay import LinkPhysics, Overlay, PhysicsOverlay
 from schemas.settings import PhysicsSettings
@@ -64,9 +64,8 @@ def validate(
     points = {name: geometry.points * scale for name, geometry in extraction.geometry.items()}
     positions = {name: start.position for name, start in starts.items()}
     if support is None:
-        support = support_of(
-            features, overlay, source, guidance, *closed_polygon(features, points, tree, bodies, scale)
-        )
+        standing = closed_polygon(features, points, tree, bodies, scale)
+        support = support_of(features, overlay, source, guidance, *standing, hung=is_hung(extraction))
     handled = handlings(
         features, points, tree, bodies, positions, proposals, contact_friction, settings, carried=support.kind
     )

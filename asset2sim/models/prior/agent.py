@@ -142,8 +142,8 @@ MAX_REFUSED = 2
 """Refused estimates after which this agent answers with its estimate as text."""
 MAX_CORRECTIONS = 4
 """Most changes after the first estimate: with it and the last step half of the steps that an agent has."""
-FIELDS_ABOUT_NUMBERS = ("asked", "sigmas", "notes")
-"""Fields of an overlay that explain its numbers; the agent's tools do not accept them, nor ``RULE_FIELDS``."""
+FIELDS_ABOUT_NUMBERS = ("asked", "sigmas", "notes", "support")
+"""Fields of an overlay that the agent's tools do not accept, as little as ``RULE_FIELDS``."""
 _PURPOSE = re.compile(r'"purpose"\s*:\s*"(agent|synthesis)"')
 
 

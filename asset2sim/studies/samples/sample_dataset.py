@@ -13,7 +13,7 @@ from pydantic import Field
 from pydantic_settings import CliPositionalArg
 
 from asset2sim.runs.command_line import Options, parse
-from asset2sim.runs.dataset import COLUMNS, MANIFEST
+from asset2sim.runs.dataset import MANIFEST
 from asset2sim.studies.samples.bad_assets import bad_assets
 from asset2sim.studies.samples.blueprint import Blueprint
 from asset2sim.studies.samples.layout import asset_files
@@ -91,7 +91,7 @@ def _folder(blueprint: Blueprint) -> str:
 def _manifest(made: list[Blueprint]) -> bytes:
     text = io.StringIO()
     writer = csv.writer(text, lineterminator="\n")
-    writer.writerow(COLUMNS)
+    writer.writerow(("asset_id", "category", "path", "subset", "prompt"))
     writer.writerows([b.asset_id, b.category, _folder(b), b.subset, b.prompt] for b in made)
     return text.getvalue().encode()
 
