@@ -205,14 +205,16 @@ def extras() -> Origin:
     )  # fmt: skip
 
 
-def chain(count: int = 60) -> Origin:
-    """A chain of ``count`` short links on hinges, one after the other, on a heavy foot: level, about upright axes."""
+def chain(count: int = 60, every: int = 5) -> Origin:
+    """A chain of ``count`` short links, one after the other, on a heavy foot: level, every fifth on an upright hinge,
+    the others fixed."""
     parts, before = [body("2 2 0.3")], "body"
     for index in range(count):
         name = f"link_{index}"
         parts.append(link(name, shape("0.02 0.03 0.02", xyz="0.015 0 0")))
         at = "-0.9 0 0.17" if index == 0 else "0.03 0 0"
-        parts.append(joint(f"joint_{index}", "revolute", before, name, xyz=at, axis="0 0 1", limit="-0.1 0.1"))
+        kind = {"axis": "0 0 1", "limit": "-0.1 0.1"} if index % every == 0 else {}
+        parts.append(joint(f"joint_{index}", "revolute" if kind else "fixed", before, name, xyz=at, **kind))
         before = name
     return Origin(robot(*parts))
 

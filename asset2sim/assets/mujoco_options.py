@@ -1,5 +1,9 @@
 """MuJoCo's options and constraint parameters, one set for checks and exported MJCF: an export behaves as measured."""
 
+from collections.abc import Container
+
+WORLD = "world"
+"""The name of MuJoCo's own body, which no link's may bear: many a URDF calls its root so."""
 IMPEDANCE = 0.9999
 """Impedance d of MuJoCo's constraints, springs and dampers that yield to the share 1 - d of the load; 0.9999 is the
 stiffest that it allows. At its usual 0.9 to 0.95 a lid that dry friction holds creeps by 0.01 rad/s."""
@@ -36,3 +40,11 @@ CONTACT_SOLIMP = (CONTACT_IMPEDANCE - 0.04, CONTACT_IMPEDANCE, SOFT_WIDTH_M, 0.5
 def solref(timestep_s: float) -> tuple[float, float]:
     """Time constant, s, and damping ratio of every constraint at this time step."""
     return REFERENCE_STEPS * timestep_s, 1.0
+
+
+def body_name(link: str, links: Container[str]) -> str:
+    """The name of a link's body: its own, or where that is MuJoCo's own ``world`` another that no link has."""
+    name = link
+    while name == WORLD or (name != link and name in links):
+        name += "_link"
+    return name

@@ -19,6 +19,7 @@ from asset2sim.assets.mujoco_options import (
     SOLVER_ITERATIONS,
     SOLVER_TOLERANCE,
     TORSION_M,
+    body_name,
     solref,
 )
 from asset2sim.assets.urdf.locate import find_mesh
@@ -78,8 +79,9 @@ def collected_warnings() -> Iterator[list[str]]:
 def object_spec(urdf: Path, *, free: bool, contact_friction: float) -> mujoco.MjSpec:
     """The uncompiled MuJoCo specification of a URDF, with the joint dynamics that MuJoCo's URDF reader drops.
 
-    Links, joints and geoms keep their URDF's names and frames, fixed joints stay, no mass is invented. Joints have
-    damping, frictionloss, stiffness and springref as the URDF states them; every geom the sliding coefficient
+    Links (but one named world), joints and geoms keep their URDF's names and frames, fixed joints stay, no mass is
+    invented. Joints have damping, frictionloss, stiffness and springref as the URDF states them; every geom the sliding
+    coefficient
     ``contact_friction`` (MuJoCo takes the larger of two). ``free`` puts a free joint on the root, which is held
     otherwise; links next to each other in the tree do not collide either way. Mesh bytes are in ``assets`` under their
     paths relative to the URDF's folder. Visuals are left out. Raises AssetError (engine_crash) where MuJoCo cannot read
@@ -128,6 +130,11 @@ def prepared(urdf: Path) -> "etree._Element":
         # MuJoCo wants names of shapes to be unique, datasets repeat them, and nothing refers to them.
         for collision in link.findall("collision"):
             collision.attrib.pop("name", "")
+    links = {str(link.get("name")) for link in root.findall("link")}
+    for element in root.findall("link"):
+        element.set("name", body_name(str(element.get("name")), links))
+    for end in (*root.iterfind("joint/parent"), *root.iterfind("joint/child")):
+        end.set("link", body_name(str(end.get("link")), links))
     for existing in root.findall("mujoco"):
         root.remove(existing)
     compiler = etree.SubElement(etree.SubElement(root, "mujoco"), "compiler")

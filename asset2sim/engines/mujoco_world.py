@@ -9,6 +9,7 @@ import numpy as np
 from lxml import etree
 from scipy.spatial.transform import Rotation
 
+from asset2sim.assets.mujoco_options import body_name
 from asset2sim.assets.urdf.mimic import read_mimics
 from asset2sim.engines import lowest
 from asset2sim.engines.contacts import ContactPoint
@@ -17,7 +18,6 @@ from asset2sim.engines.world import nothing_collides, with_followers
 from asset2sim.physics.arrays import Array, cross, norms
 from asset2sim.physics.kinematics import followed
 from asset2sim.physics.mass_matrix import GRAVITY_M_S2
-from schemas.features import Mimic
 from schemas.vocabulary import Engine
 
 GROUND_GRID_M = 1.0
@@ -39,7 +39,7 @@ def open_mujoco(
             model = spec.compile()
         except (ValueError, OSError) as error:
             raise refused(urdf, error) from error
-        world = MuJoCoWorld(model, plane, tuple(said), read_mimics(etree.parse(str(urdf)).getroot()))
+        world = MuJoCoWorld(model, plane, tuple(said), etree.parse(str(urdf)).getroot())
         world.place({})
         yield world
 
@@ -50,15 +50,15 @@ class MuJoCoWorld:
     engine = Engine.MUJOCO
     skin_m = 0.0
 
-    def __init__(
-        self, model: mujoco.MjModel, plane: bool, console: tuple[str, ...], mimics: Mapping[str, Mimic]
-    ) -> None:
-        self.mimics = mimics
+    def __init__(self, model: mujoco.MjModel, plane: bool, console: tuple[str, ...], robot: "etree._Element") -> None:
+        self.mimics = read_mimics(robot)
         self.model, self.data = model, mujoco.MjData(model)
         self.plane = plane
         self.console = console
         self.timestep_s = float(model.opt.timestep)
-        self.link_names = tuple(model.body(index).name for index in range(1, model.nbody))
+        links = {str(link.get("name")) for link in robot.findall("link")}
+        link_of = {body_name(name, links): name for name in links}
+        self.link_names = tuple(link_of[model.body(index).name] for index in range(1, model.nbody))
         self.joints = [i for i in range(model.njnt) if model.jnt_type[i] != mujoco.mjtJoint.mjJNT_FREE]
         self.joint_names = tuple(model.joint(index).name for index in self.joints)
         self.qpos = model.jnt_qposadr[self.joints]

@@ -68,15 +68,19 @@ def mjcf_of(item: ExportObject, timestep_s: float) -> Element:
     geoms = write_looks(looks_of(item), item.folder, assets)
     names = collision_assets(item, assets)
     world = etree.SubElement(root, "worldbody")
-    body = etree.SubElement(
-        world, "body", name=item.root, pos=numbers((0.0, 0.0, item.height_to_stand(item.initial if item.fixed else {})))
-    )
+    name = mujoco_options.body_name(item.root, item.bodies)
+    height = item.height_to_stand(item.initial if item.fixed else {})
+    body = etree.SubElement(world, "body", name=name, pos=numbers((0.0, 0.0, height)))
     if not item.fixed:
         etree.SubElement(body, "freejoint", name=free_name(item))
     write_body(body, item, item.root, geoms, names)
     contact = etree.SubElement(root, "contact")
     for first, second in related_to_root(item):
-        etree.SubElement(contact, "exclude", body1=first, body2=second)
+        named = {
+            "body1": mujoco_options.body_name(first, item.bodies),
+            "body2": mujoco_options.body_name(second, item.bodies),
+        }
+        etree.SubElement(contact, "exclude", named)
     equality = etree.SubElement(root, "equality")
     write_mimics(equality, item, timestep_s)
     etree.SubElement(etree.SubElement(root, "keyframe"), "key", name=HOME, qpos=numbers(home(item, world)))
@@ -156,7 +160,8 @@ def write_body(
     for joint in item.joints:
         if joint.tree.parent != link:
             continue
-        child = etree.SubElement(element, "body", {"name": joint.tree.child, **placed(joint.tree.child_to_parent)})
+        name = mujoco_options.body_name(joint.tree.child, item.bodies)
+        child = etree.SubElement(element, "body", {"name": name, **placed(joint.tree.child_to_parent)})
         if joint.moves:
             write_joint(child, joint)
         write_body(child, item, joint.tree.child, looks, names)

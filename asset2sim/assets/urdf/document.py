@@ -104,8 +104,8 @@ def drop_unknown_shapes(robot: Element) -> list[Finding]:
 
 
 def settle_joint_types(path: Path, robot: Element) -> list[Finding]:
-    """Fix a root without a shape of its own to what floats on it, which says only that the object is free. Raises
-    AssetError for other floating joints and for planar ones, which no engine of ours moves."""
+    """Remove a root without a shape on which the rest floats, with the joint: they say only that the object is free.
+    Raises AssetError for other floating joints and for planar ones, which no engine of ours moves."""
     findings = []
     children = {child.get("link") for child in robot.iterfind("joint/child")}
     empty = {
@@ -129,12 +129,10 @@ def settle_joint_types(path: Path, robot: Element) -> list[Finding]:
                 f"type 'floating': '{child}' is free of '{parent}'; make it an asset of its own, or the joint fixed"
             )
             raise invalid(path, "joint_type", name, problem)
-        joint.set("type", "fixed")
-        for tag in ("axis", "limit", "dynamics", "mimic"):
-            for old in joint.findall(tag):
-                joint.remove(old)
+        robot.remove(joint)
+        robot.remove(next(link for link in robot.findall("link") if link.get("name") == parent))
         message = f"joint '{name}': '{child}' floats on '{parent}', which has no shape: the whole object is free"
-        message += "; the joint is written as fixed"
+        message += ", and both are left out"
         findings.append(info(code="root_floats", message=message, joint=name))
     return findings
 

@@ -88,8 +88,8 @@ def authored_normals(mesh: trimesh.Trimesh, node_to_mesh: Floats) -> Floats | No
 def paint_of(material: object, has_uv: bool, path: Path) -> Paint | None:
     """A trimesh material as paint; None where it says nothing."""
     if isinstance(material, SimpleMaterial):
-        if not material.kwargs and material.image is None and material.name is None:
-            return None  # what trimesh makes up for a mesh with texture coordinates and no material
+        if is_made_up(material):
+            return None
         red, green, blue, alpha = rgba(np.asarray(material.diffuse, dtype=float))
         image, name, alpha = material.image, str(material.name), min(alpha, opacity(material))
     elif isinstance(material, PBRMaterial):
@@ -107,6 +107,15 @@ def paint_of(material: object, has_uv: bool, path: Path) -> Paint | None:
     reference = image.info.get("file_path")
     key = str((path.parent / str(reference)).resolve()) if reference else f"{path}#{name}"
     return Paint((red, green, blue, alpha), Texture(key, image))
+
+
+def is_made_up(material: SimpleMaterial) -> bool:
+    """Whether trimesh made the material up, for a mesh with texture coordinates and no material: it states nothing, and
+    its picture, if it has one, comes from no file."""
+    if material.kwargs:
+        return False
+    image = material.image
+    return material.name is None if image is None else image.format is None and not image.info
 
 
 def opaque(image: object) -> object:
