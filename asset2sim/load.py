@@ -41,7 +41,7 @@ import numpy as np
 GRAVITY = (0.0, 0.0, -9.81)  # m/s²
 STOP_DAMPING = 1e8  # of drives that are dry friction, N·m·s/rad or N·s/m: a held joint creeps at its load over this
 PACKAGES = {"pydrake": "drake", "genesis": "genesis-world", "newton": "newton[sim]", "mujoco_warp": "newton[sim]"}
-UNMADE: Any = None  # of what the user's own world has
+UNSET: Any = None  # a handle that is not there yet: the world that it is of is not compiled
 HANDLES = ("handle", "knob", "pull", "grip", "lever", "latch", "strap")  # names of visuals that hands take begin so
 
 
@@ -179,8 +179,9 @@ def describe(folder: str | Path) -> Description:
     every = (*overlay["joints"], *overlay.get("followers", ()))
     terms = {item["name"]: item for item in every if item["name"] in elements}
     poses = link_poses(urdf, root, {name: item["initial_position"] for name, item in terms.items()})
-    solid = {name: cloud for name, cloud in clouds.items() if len(cloud)}
-    lowest = [float((cloud @ poses[name][2, :3]).min()) + poses[name][2, 3] for name, cloud in solid.items()]
+    lowest = [
+        float((cloud @ poses[name][2, :3]).min()) + poses[name][2, 3] for name, cloud in clouds.items() if len(cloud)
+    ]
     support = overlay.get("support") or {"kind": "freestanding"}
     contact = (overlay["contact_friction"], overlay.get("rolling_friction_m", 0.0), -min(lowest, default=0.0))
     ends = {name: end(elements[name], "child") for name in terms}
@@ -257,8 +258,7 @@ def points_of(link: ET.Element, tag: str, names: tuple[str, ...] = ("",)) -> np.
         for shape in item.findall("geometry/*"):
             half = np.array([0.0, 0.0, float(shape.get("length", 0.0)) / 2.0])
             if shape.tag == "mesh":
-                points = mesh_points(Path(str(shape.get("filename"))), tag == "collision")
-                points = points * vector(shape, "scale", "1 1 1")
+                points = mesh_points(Path(shape.get("filename", "")), tag == "collision") * vector(shape, "scale", "1")
             elif shape.tag == "box":
                 points = np.array(np.meshgrid(*[(-v / 2.0, v / 2.0) for v in vector(shape, "size")])).reshape(3, -1).T
             else:  # round: a cylinder along z by its rims, a sphere or capsule by circles about x
@@ -295,7 +295,7 @@ def copied(urdf: ET.Element, visuals: bool = True) -> Iterator[str]:
 def load_pybullet(about: Description, root: Root, into: Any, timestep_s: float) -> Loaded:
     """``loadURDF``; PyBullet's own motors and damping are off. Dry friction is a motor at rest whose force is bounded,
     ``drive`` sets the forces of springs for one step. Friction coefficients multiply: give a floor of yours 1."""
-    bullet = module("pybullet")
+    bullet, mu = module("pybullet"), about.contact_friction
     client = bullet.connect(bullet.DIRECT) if into is None else int(into)
     at: dict[str, Any] = {"physicsClientId": client}
     if into is None:
@@ -312,20 +312,20 @@ def load_pybullet(about: Description, root: Root, into: Any, timestep_s: float) 
     infos = [bullet.getJointInfo(body, index, **at) for index in range(bullet.getNumJoints(body, **at))]
     joints = {info[1].decode(): info[0] for info in infos if info[2] != bullet.JOINT_FIXED}
     for index in range(-1, len(infos)):
-        bullet.changeDynamics(body, index, linearDamping=0.0, angularDamping=0.0, jointDamping=0.0, **at)
-        bullet.changeDynamics(body, index, lateralFriction=about.contact_friction, **at)
+        still = {"linearDamping": 0.0, "angularDamping": 0.0, "jointDamping": 0.0}
+        bullet.changeDynamics(body, index, lateralFriction=mu, **still, **at)
     for joint in about.joints:
         index = joints[joint.name]
         bullet.changeDynamics(body, index, maxJointVelocity=1e6, **at)  # at 100 rad/s, friction stops every tiny part
         bullet.changeDynamics(body, index, jointDamping=0.0 if joint.armature else joint.damping, **at)
-        bullet.setJointMotorControl2(body, index, bullet.VELOCITY_CONTROL, targetVelocity=0, force=joint.friction, **at)
+        bullet.setJointMotorControl2(body, index, bullet.VELOCITY_CONTROL, force=joint.friction, **at)
         bullet.resetJointState(body, index, joint.initial_position, 0.0, **at)
         if joint.mimic is not None:  # the gear keeps the offset that the initial state has
             frames = (0, 0, 1), (0, 0, 0), (0, 0, 0)
             gear = bullet.createConstraint(body, joints[joint.mimic[0]], body, index, bullet.JOINT_GEAR, *frames, **at)
             bullet.changeConstraint(gear, gearRatio=-joint.mimic[1], maxForce=1e4, erp=0.2, **at)
 
-    def drive() -> None:
+    def drive() -> Any:
         step = bullet.getPhysicsEngineParameters(**at)["fixedTimeStep"]
         for joint in (one for one in about.joints if one.stiffness > 0.0):
             position, speed, *_ = bullet.getJointState(body, joints[joint.name], **at)
@@ -345,9 +345,9 @@ def load_pybullet(about: Description, root: Root, into: Any, timestep_s: float) 
                 mode, control = bullet.VELOCITY_CONTROL, {"targetVelocity": target, "force": bound}
             bullet.setJointMotorControl2(body, joints[joint.name], mode, **control, **at)
 
-    handles: dict[str, Any] = {"client": client, "body": body, "joints": joints, "drive": drive}
+    handles = {"client": client, "body": body, "joints": joints, "drive": drive}
     read = lambda: [bullet.getJointState(body, joints[joint.name], **at)[0] for joint in about.joints]  # noqa: E731
-    return Loaded(about, handles, read, lambda: (handles["drive"](), bullet.stepSimulation(**at)))
+    return Loaded(about, handles, read, lambda: (drive(), bullet.stepSimulation(**at)))
 
 
 def object_spec(about: Description, root: Root, timestep_s: float) -> Any:
@@ -414,7 +414,7 @@ def load_mujoco(about: Description, root: Root, into: Any, timestep_s: float) ->
             data.joint(prefix + joint.name).qpos[0] = joint.initial_position
         mujoco.mj_forward(model, data)
 
-    model, data = UNMADE, UNMADE
+    model, data = UNSET, UNSET
     if into is not None:
         into.attach(spec, prefix=prefix, frame=into.worldbody.add_frame())
     else:
@@ -474,7 +474,7 @@ def load_sapien(about: Description, root: Root, into: Any, timestep_s: float) ->
 def load_drake(about: Description, root: Root, into: Any, timestep_s: float) -> Loaded:
     """Drake's URDF parser. It has no joint friction: a drive at rest whose effort is bounded, solved implicitly by a
     discrete plant, is one. Springs are force elements, armature is the drive's rotor inertia."""
-    drake, mu, diagram, simulator = module("pydrake.all"), about.contact_friction, UNMADE, UNMADE
+    drake, mu, diagram, simulator = module("pydrake.all"), about.contact_friction, UNSET, UNSET
     builder, plant = into or (drake.DiagramBuilder(), None)
     if plant is None:
         config = drake.MultibodyPlantConfig(time_step=timestep_s, discrete_contact_approximation="sap")
@@ -518,7 +518,7 @@ def load_drake(about: Description, root: Root, into: Any, timestep_s: float) -> 
         simulator = drake.Simulator(diagram)
         simulator.Initialize()
     handles = {"plant": plant, "instance": instance, "diagram": diagram, "simulator": simulator}
-    steps: Any = lambda: round(simulator.get_context().get_time() / timestep_s)  # noqa: E731
+    steps: Callable[[], int] = lambda: round(simulator.get_context().get_time() / timestep_s)  # noqa: E731
     return Loaded(about, handles, read, lambda: simulator.AdvanceTo((steps() + 1) * timestep_s), finish)
 
 
@@ -547,18 +547,17 @@ def load_genesis(about: Description, root: Root, into: Any, timestep_s: float) -
         scene = genesis.Scene(sim_options=options, rigid_options=rigid, show_viewer=False)
         scene.add_entity(genesis.morphs.Plane())
     spec.compile()
-    morph = genesis.morphs.MJCF(
-        file=ET.fromstring(spec.to_xml()), pos=root.position, quat=root.wxyz, default_armature=0.0
-    )
+    placed = {"file": ET.fromstring(spec.to_xml()), "pos": root.position, "quat": root.wxyz}
+    morph = genesis.morphs.MJCF(**placed, default_armature=0.0)
     entity = scene.add_entity(morph, material=genesis.materials.Rigid(friction=about.contact_friction))
-    dofs: Any = lambda: [dof for joint in about.joints for dof in entity.get_joint(joint.name).dofs_idx_local]  # noqa: E731
 
     def finish() -> None:
-        entity.set_dofs_position([joint.initial_position for joint in about.joints], dofs())
-        entity.set_dofs_kp([joint.stiffness for joint in about.joints], dofs())
+        dofs = [dof for joint in about.joints for dof in entity.get_joint(joint.name).dofs_idx_local]
+        entity.set_dofs_position([joint.initial_position for joint in about.joints], dofs)
+        entity.set_dofs_kp([joint.stiffness for joint in about.joints], dofs)
         for setting in (entity.set_dofs_stiffness, entity.set_dofs_kv):
-            setting([0.0 for joint in about.joints], dofs())
-        for joint, dof in zip(about.joints, dofs(), strict=True):
+            setting([0.0] * len(dofs), dofs)
+        for joint, dof in zip(about.joints, dofs, strict=True):
             if joint.stiffness > 0.0:
                 entity.set_dofs_force_range([-math.inf], [math.inf], [dof])
                 entity.control_dofs_position([joint.spring_reference], [dof])
@@ -566,14 +565,15 @@ def load_genesis(about: Description, root: Root, into: Any, timestep_s: float) -
     if into is None:
         scene.build()
         finish()
-    handles = {"scene": scene, "entity": entity}
-    return Loaded(about, handles, lambda: entity.get_dofs_position(dofs()), scene.step, finish)
+    position = entity.get_dofs_position
+    read = lambda: [position(entity.get_joint(one.name).dofs_idx_local) for one in about.joints]  # noqa: E731
+    return Loaded(about, {"scene": scene, "entity": entity}, read, scene.step, finish)
 
 
 def load_newton(about: Description, root: Root, into: Any, timestep_s: float) -> Loaded:
     """Newton's MJCF importer and its MuJoCo solver, which takes all terms; on the CPU that is MuJoCo itself."""
     newton, _, spec = module("newton"), module("mujoco_warp"), object_spec(about, root, timestep_s)
-    builder, model, solver, states, control = into or newton.ModelBuilder(), UNMADE, UNMADE, UNMADE or [], UNMADE
+    builder, model, solver, states, control = into or newton.ModelBuilder(), UNSET, UNSET, UNSET, UNSET
     newton.solvers.SolverMuJoCo.register_custom_attributes(builder)
     first = len(builder.joint_label)
     spec.compile()
@@ -589,11 +589,10 @@ def load_newton(about: Description, root: Root, into: Any, timestep_s: float) ->
         states, control = [model.state(), model.state()], model.control()
         newton.eval_fk(model, model.joint_q, model.joint_qd, states[0])
 
-    step: Any = lambda: (solver.step(*states, control, None, timestep_s), states.reverse())  # noqa: E731
+    step = lambda: (solver.step(*states, control, None, timestep_s), states.reverse())  # noqa: E731
     handles = {"builder": builder, "model": model, "solver": solver, "states": states, "control": control}
     return Loaded(about, handles, lambda: states[0].joint_q.numpy()[places], step)
 
 
-ENGINES: dict[str, Callable[..., Loaded]] = {
-    name: globals()[f"load_{name}"] for name in ["pybullet", "mujoco", "sapien", "drake", "genesis", "newton"]
-}
+NAMES = ("pybullet", "mujoco", "sapien", "drake", "genesis", "newton")
+ENGINES: dict[str, Callable[..., Loaded]] = {name: globals()[f"load_{name}"] for name in NAMES}

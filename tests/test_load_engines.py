@@ -23,6 +23,7 @@ ENGINES = [
     for name, modules in NEEDS.items()
 ]
 every_engine = pytest.mark.parametrize("engine", ENGINES)
+TERMS = ("damping", "friction", "stiffness", "spring_reference", "armature", "initial_position", "gravity_load")
 STEP = 1.0 / 240.0
 G = 9.81
 MASS, ARM = 0.5, 0.2
@@ -43,32 +44,26 @@ def box(size: str, xyz: str = "0 0 0") -> str:
     return f'<collision><origin xyz="{xyz}"/><geometry><box size="{size}"/></geometry></collision>'
 
 
-def written(folder: Path, links: str, joints: dict[str, dict[str, Any]], support: str = "fixed") -> Path:
+def written(
+    folder: Path, links: str, joints: dict[str, dict[str, Any]], support: str = "fixed", asset_id: str = "thing"
+) -> Path:
     """A refined folder: joints by name, each with kind, axis, parent and child, and terms that the overlay holds."""
     text, terms = "", []
     for name, said in joints.items():
-        joint = {
-            "kind": "revolute",
-            "axis": "0 1 0",
-            "xyz": "0 0 0",
-            "parent": "base",
-            "lower": -3.0,
-            "upper": 3.0,
-        } | said
+        joint: dict[str, Any] = {"kind": "revolute", "axis": "0 1 0", "xyz": "0 0 0", "parent": "base"}
+        joint = joint | {"lower": -3.0, "upper": 3.0} | said
         limit = f'<limit lower="{joint["lower"]}" upper="{joint["upper"]}" effort="100" velocity="100"/>'
         text += (
             f'<joint name="{name}" type="{joint["kind"]}"><origin xyz="{joint["xyz"]}"/><axis xyz="{joint["axis"]}"/>'
             f'<parent link="{joint["parent"]}"/><child link="{joint["child"]}"/>{limit}</joint>'
         )
-        zeros = ("damping", "friction", "stiffness", "spring_reference", "armature", "initial_position")
-        given: dict[str, object] = {**dict.fromkeys(zeros, 0.0),
-                 "effective_inertia": 1e-3, "gravity_load": 0.0, "holds": False}  # fmt: skip
+        given: dict[str, Any] = dict.fromkeys(TERMS, 0.0) | {"effective_inertia": 1e-3, "holds": False}
         given |= {key: value for key, value in joint.items() if key in given}
         ends = {"lower": joint["lower"], "upper": joint["upper"], "closed": joint["lower"], "open": joint["upper"]}
         terms.append({"name": name, "type": joint["kind"], "label": "part", **given, **ends})
     folder.mkdir(parents=True, exist_ok=True)
-    (folder / "mobility.urdf").write_text(f'<robot name="thing">{links}{text}</robot>', encoding="utf-8")
-    overlay = {"asset_id": "thing", "contact_friction": 0.6, "support": {"kind": support}, "joints": terms,
+    (folder / "mobility.urdf").write_text(f'<robot name="{asset_id}">{links}{text}</robot>', encoding="utf-8")
+    overlay = {"asset_id": asset_id, "contact_friction": 0.6, "support": {"kind": support}, "joints": terms,
                "links": [{"mass_kg": 10.0}, {"mass_kg": MASS}]}  # fmt: skip
     (folder / "overlay.json").write_text(json.dumps(overlay), encoding="utf-8")
     return folder
@@ -238,3 +233,110 @@ def test_what_cannot_be_loaded_says_what_to_do(tmp_path: Path, monkeypatch: pyte
         (other / "hull.stl").write_bytes(b"solid")
         with pytest.raises(LoadError, match=said):
             describe(other)
+
+
+@pytest.mark.parametrize("engine", [param for param in ENGINES if param.values[0] not in ("genesis", "newton")])
+def test_two_objects_stand_in_a_world_of_the_users(engine: str, tmp_path: Path) -> None:
+    """Beside each other, each in its state, in a world whose gravity and time step stay what they were."""
+    solid = body("base", 10.0, "0 0 0", 0.1, box("0.2 0.2 0.2"))
+    joint = {"child": "lid", "axis": "0 -1 0", "friction": 2.0 * MASS * G * ARM, "initial_position": 0.4, "holds": True}
+    folders = [written(tmp_path / name, solid + ARM_OUT, {"j": joint}, "fixed", name) for name in ("first", "second")]
+    world = WORLDS[engine]()
+    first, second = (
+        load(folder, engine, into=world, position=(x, 0.0)) for folder, x in zip(folders, (0.0, 1.0), strict=True)
+    )
+    for place, position in AFTER[engine](world, first, second):
+        assert position == pytest.approx(0.4, abs=0.01)
+        assert place[2] == pytest.approx(0.1, abs=1e-6)
+    assert [round(float(place[0]), 6) for place, _ in AFTER[engine](world, first, second)] == [0.0, 1.0]
+
+
+def pybullet_world() -> Any:
+    import pybullet
+
+    client = pybullet.connect(pybullet.DIRECT)
+    pybullet.setGravity(0.0, 0.0, -3.7, physicsClientId=client)
+    return client
+
+
+def after_pybullet(world: Any, *items: Any) -> list[Any]:
+    import pybullet
+
+    for _ in range(120):
+        pybullet.stepSimulation(physicsClientId=world)
+    assert {item.client for item in items} == {world}
+    at = [pybullet.getBasePositionAndOrientation(item.body, physicsClientId=world)[0] for item in items]
+    return [(place, item.positions()["j"]) for place, item in zip(at, items, strict=True)]
+
+
+def mujoco_world() -> Any:
+    import mujoco
+
+    spec = mujoco.MjSpec()
+    spec.option.timestep = 0.002
+    return spec
+
+
+def after_mujoco(world: Any, *items: Any) -> list[Any]:
+    import mujoco
+
+    model = world.compile()
+    data = mujoco.MjData(model)
+    assert model.opt.timestep == 0.002 and not any(item.model for item in items)
+    for item in items:
+        item.finish(model, data)
+    mujoco.mj_step(model, data, nstep=250)
+    names = ["first/", "second/"]
+    return [(data.body(name + "base").xpos, data.joint(name + "j").qpos[0]) for name in names]
+
+
+def sapien_world() -> Any:
+    import sapien
+
+    scene = sapien.Scene([sapien.physx.PhysxCpuSystem()])
+    scene.set_timestep(0.01)
+    return scene
+
+
+def after_sapien(world: Any, *items: Any) -> list[Any]:
+    for _ in range(50):
+        world.step()
+    assert world.get_timestep() == pytest.approx(0.01)
+    return [(item.articulation.root_pose.p, item.positions()["j"]) for item in items]
+
+
+def drake_world() -> Any:
+    import pydrake.all as drake
+
+    builder = drake.DiagramBuilder()
+    plant, _ = drake.AddMultibodyPlantSceneGraph(builder, time_step=0.002)
+    plant.set_discrete_contact_approximation(drake.DiscreteContactApproximation.kSap)
+    return builder, plant
+
+
+def after_drake(world: Any, *items: Any) -> list[Any]:
+    import pydrake.all as drake
+
+    builder, plant = world
+    if not plant.is_finalized():
+        plant.Finalize()
+        for item in items:
+            item.finish()
+        AFTER["simulator"] = drake.Simulator(builder.Build())
+    simulator: Any = AFTER["simulator"]
+    simulator.AdvanceTo(simulator.get_context().get_time() + 0.5)
+    context = plant.GetMyContextFromRoot(simulator.get_context())
+    found = []
+    for item in items:
+        pose = plant.EvalBodyPoseInWorld(context, plant.GetBodyByName("base", item.instance))
+        found.append((pose.translation(), plant.GetJointByName("j", item.instance).GetOnePosition(context)))
+    return found
+
+
+WORLDS = {"pybullet": pybullet_world, "mujoco": mujoco_world, "sapien": sapien_world, "drake": drake_world}
+AFTER: dict[str, Any] = {
+    "pybullet": after_pybullet,
+    "mujoco": after_mujoco,
+    "sapien": after_sapien,
+    "drake": after_drake,
+}

@@ -8,6 +8,8 @@ import tempfile
 import xml.etree.ElementTree as ET
 from collections.abc import Callable, Mapping
 from contextlib import suppress
+from copy import deepcopy
+from dataclasses import replace
 from importlib.util import module_from_spec, spec_from_file_location
 from pathlib import Path
 from types import ModuleType
@@ -33,7 +35,7 @@ def main(loader: Path, engine: str, folders: list[Path]) -> None:
     module = loader_module(loader)
     for folder in folders:
         about = module.describe(folder)
-        said: dict[str, object] = {"asset": folder.name}
+        said: dict[str, Any] = {"asset": folder.name}
         ways: dict[str, Callable[[], tuple[Callable[[], Mapping[str, float]], Callable[[], object], float]]] = {
             "as_loaded": lambda about=about: plainly(engine, about, put=False),  # type: ignore[misc]
             "put": lambda about=about: plainly(engine, about, put=True),  # type: ignore[misc]
@@ -67,6 +69,7 @@ def through(module: ModuleType, engine: str, folder: Path) -> tuple[Any, Any, fl
 
 def plainly(engine: str, about: Any, *, put: bool) -> tuple[Any, Any, float]:
     """The object as its URDF, put into its state by hand or left as it was loaded."""
+    about = replace(about, urdf=deepcopy(about.urdf))
     with tempfile.TemporaryDirectory() as place:
         plain = PLAIN[engine](about, str(without_visuals(about, Path(place))))
         if put:
@@ -182,8 +185,10 @@ def drake(about: Any, urdf: str) -> Plain:
     joints = {joint.name: plant.GetJointByName(joint.name, instance) for joint in about.joints}
 
     def put(state: Mapping[str, float]) -> None:
+        values = plant.GetPositions(context)
         for name, value in state.items():
-            joints[name].SetPositions(context, [value])
+            values[joints[name].position_start()] = value
+        plant.SetPositions(context, values)
 
     return Plain(
         lambda: {name: joint.GetOnePosition(context) for name, joint in joints.items()},
