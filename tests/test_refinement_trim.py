@@ -105,7 +105,7 @@ def test_the_longer_box_gives_the_larger_part(tmp_path: Path) -> None:
 
 
 @pytest.mark.system
-@pytest.mark.parametrize(("gap", "touched"), [(0.0, True), (0.0015, True), (0.0025, False)])
+@pytest.mark.parametrize(("gap", "touched"), [(0.0, True), (0.0015, True), (0.00205, True), (0.0025, False)])
 @pytest.mark.parametrize("pair", [("left", "right"), ("right", "left")])
 def test_boxes_within_the_engines_margins_touch_and_others_do_not(
     tmp_path: Path, gap: float, touched: bool, pair: tuple[str, str]
