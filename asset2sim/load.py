@@ -536,19 +536,21 @@ def drake_urdf(urdf: ET.Element, mu: float) -> ET.Element:
 
 
 def load_genesis(about: Description, root: Root, into: Any, timestep_s: float) -> Loaded:
-    """Genesis' MJCF reader, without the armature that it adds to every joint. Its springs pull to zero: a drive instead
-    pulls to the reference."""
-    genesis, spec, scene = module("genesis"), object_spec(about, root, timestep_s), into
+    """Genesis' MJCF reader: its poses add to the file's; its springs pull to zero, so drives pull to the reference."""
+    genesis, scene = module("genesis"), into
+    spec = object_spec(about, root._replace(position=(0.0, 0.0, 0.0), wxyz=(1.0, 0.0, 0.0, 0.0)), timestep_s)
     if scene is None:
         with suppress(genesis.GenesisException):  # it is initialised already
             genesis.init(backend=genesis.cpu, logging_level="error", precision="64")
-        options = genesis.options.SimOptions(dt=timestep_s, gravity=GRAVITY)
         rigid = genesis.options.RigidOptions(integrator=genesis.integrator.implicitfast)
-        scene = genesis.Scene(sim_options=options, rigid_options=rigid, show_viewer=False)
+        sim = genesis.options.SimOptions(dt=timestep_s, gravity=GRAVITY)
+        scene = genesis.Scene(sim_options=sim, rigid_options=rigid, show_viewer=False)
         scene.add_entity(genesis.morphs.Plane())
+    for joint in spec.joints:  # Genesis takes a limit's impedance for friction too: softer, a held lid creeps
+        joint.solimp_limit = (0.9999, 0.9999, 1.0, 0.5, 2.0)
     spec.compile()
-    placed = {"file": ET.fromstring(spec.to_xml()), "pos": root.position, "quat": root.wxyz}
-    morph = genesis.morphs.MJCF(**placed, default_armature=0.0)
+    placed = {"pos": root.position, "quat": root.wxyz, "default_armature": 0.0}
+    morph = genesis.morphs.MJCF(file=ET.fromstring(spec.to_xml()), **placed)
     entity = scene.add_entity(morph, material=genesis.materials.Rigid(friction=about.contact_friction))
 
     def finish() -> None:
@@ -557,16 +559,15 @@ def load_genesis(about: Description, root: Root, into: Any, timestep_s: float) -
         entity.set_dofs_kp([joint.stiffness for joint in about.joints], dofs)
         for setting in (entity.set_dofs_stiffness, entity.set_dofs_kv):
             setting([0.0] * len(dofs), dofs)
-        for joint, dof in zip(about.joints, dofs, strict=True):
-            if joint.stiffness > 0.0:
-                entity.set_dofs_force_range([-math.inf], [math.inf], [dof])
-                entity.control_dofs_position([joint.spring_reference], [dof])
+        for joint, dof in ((one, at) for one, at in zip(about.joints, dofs, strict=True) if one.stiffness > 0.0):
+            entity.set_dofs_force_range([-math.inf], [math.inf], [dof])
+            entity.control_dofs_position([joint.spring_reference], [dof])
 
     if into is None:
         scene.build()
         finish()
-    position = entity.get_dofs_position
-    read = lambda: [position(entity.get_joint(one.name).dofs_idx_local) for one in about.joints]  # noqa: E731
+    joints = [joint.name for joint in about.joints]
+    read = lambda: [entity.get_dofs_position(entity.get_joint(name).dofs_idx_local) for name in joints]  # noqa: E731
     return Loaded(about, {"scene": scene, "entity": entity}, read, scene.step, finish)
 
 
