@@ -31,7 +31,7 @@ PARALLEL = --numprocesses $(if $(JOBS),$(JOBS),2) --dist loadfile
 
 .DEFAULT_GOAL := help
 .DELETE_ON_ERROR:
-.PHONY: help install flow test test-fast lint typecheck failures settings views doctor nightly ui judge rules withheld compare bench-defects samples questions summary loaders held weights picture clean bench
+.PHONY: help install flow test test-fast lint typecheck failures settings views doctor nightly ui judge rules withheld compare bench-defects samples questions summary loaders held weights docs picture clean bench
 
 help: ## list the targets
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / { printf "  %-14s %s\n", $$1, $$2 }' Makefile
@@ -40,7 +40,7 @@ help: ## list the targets
 	@echo "                                 ENGINES COLLISION DYNAMICS STATE UP EXPORT REFINEMENT_MODEL JUDGE_MODEL RPM"
 	@echo "                                 BUDGET_USD BUDGET_CALLS BUDGET_TOKENS ASSET_BUDGET_USD ASSET_BUDGET_CALLS NO_ANSWER_CACHE=1"
 	@echo "                                 FORCE=1 RETRY_FAILED=1 HOOK SETTINGS=settings.yaml"
-	@echo "  of compare, beside those: METHODS MODELS LEVELS JUDGE_MODEL NO_INTERACTION=1 README"
+	@echo "  of compare, beside those: METHODS MODELS LEVELS JUDGE_MODEL NO_INTERACTION=1 PAGE"
 	@echo "  for example: make flow DATA=../shared/partnet_mobility SUBSET=paper9 OUT=/tmp/paper9 WORKERS=2"
 
 install: $(INSTALLED) ## make .venv with the tested versions; needs Python 3.11 (or PYTHON=/path/to/python3.11)
@@ -107,18 +107,18 @@ judge: $(INSTALLED) .venv-judge/.installed ## an independent checker, simcheck, 
 	.venv-judge/bin/python -m pip install --quiet --disable-pip-version-check "simcheck[all]"
 	@touch $@
 
-rules: $(INSTALLED) ## refine DATA as it came, by the paper's rules and by ours, and write the README's table
-	@$(BIN)/python -m flows.compare_rules "$(DATA)" "$(OUT)" README.md
+rules: $(INSTALLED) ## refine DATA as it came, by the paper's rules and by ours, and write the table of docs/measured.md
+	@$(BIN)/python -m flows.compare_rules "$(DATA)" "$(OUT)" docs/measured.md
 
-withheld: $(INSTALLED) ## DATA without labels, and with each category left out of the tables: the README's table
-	@$(BIN)/python -m flows.compare_withheld "$(DATA)" "$(OUT)" README.md
+withheld: $(INSTALLED) ## DATA without labels, and with each category left out of the tables: a table of docs/measured.md
+	@$(BIN)/python -m flows.compare_withheld "$(DATA)" "$(OUT)" docs/measured.md
 
 compare: $(INSTALLED) ## methods and models on the same objects: the paper's tables and charts, into OUT
 	@$(BIN)/python -m flows.compare_methods "$(DATA)" "$(OUT)" $(if $(SUBSET),--subset "$(SUBSET)") \
 		$(if $(ASSETS),--assets "$(ASSETS)") $(if $(LIMIT),--limit "$(LIMIT)") $(if $(METHODS),--methods "$(METHODS)") \
 		$(if $(MODELS),--models "$(MODELS)") $(if $(LEVELS),--levels "$(LEVELS)") $(if $(ENGINES),--engines "$(ENGINES)") \
 		$(if $(API_BASE),--api-base "$(API_BASE)") $(if $(JUDGE_MODEL),--judge-model "$(JUDGE_MODEL)") \
-		$(if $(NO_INTERACTION),--no-interaction) $(if $(WORKERS),--workers "$(WORKERS)") $(if $(README),--readme "$(README)") \
+		$(if $(NO_INTERACTION),--no-interaction) $(if $(WORKERS),--workers "$(WORKERS)") $(if $(PAGE),--page "$(PAGE)") \
 		$(FROM_FILE)
 
 bench-defects: $(INSTALLED) ## plant known defects in clean objects: what share is caught, and what is mended
@@ -129,18 +129,18 @@ bench: $(INSTALLED) ## how fast a night is, and where its time goes; DATA (../sh
 	@$(BIN)/python -m flows.bench "$(if $(filter file,$(origin DATA)),../shared/partnet_mobility,$(DATA))" \
 		"$(if $(WORK),$(WORK),$(OUT)/bench)" $(if $(LIMIT),--limit "$(LIMIT)") $(if $(STRICT),--strict) $(ARGS)
 
-questions: $(INSTALLED) ## write five questions and OUT's answers into the README
-	@$(BIN)/python -m asset2sim.studies.readme.blocks questions "$(OUT)" README.md
+questions: $(INSTALLED) ## write five questions and OUT's answers into docs/catalog.md
+	@$(BIN)/python -m asset2sim.studies.pages.blocks questions "$(OUT)" docs/catalog.md
 
-summary: $(INSTALLED) ## write the table of OUT's latest run into the README
-	@$(BIN)/python -m asset2sim.studies.readme.blocks summary "$(OUT)" README.md
+summary: $(INSTALLED) ## write the table of OUT's latest run into docs/output.md
+	@$(BIN)/python -m asset2sim.studies.pages.blocks summary "$(OUT)" docs/output.md
 
-loaders: $(INSTALLED) ## what each engine's own loader honours of OUT's URDFs, measured, into the README
-	@$(BIN)/python -m asset2sim.studies.loaders.loader_table "$(OUT)" README.md
+loaders: $(INSTALLED) ## what each engine's own loader honours of OUT's URDFs, measured, into docs/load.md
+	@$(BIN)/python -m asset2sim.studies.loaders.loader_table "$(OUT)" docs/load.md
 
-held: $(INSTALLED) ## what holds in every engine, by its own URDF loader and through asset2sim.load, into the README
+held: $(INSTALLED) ## what holds in every engine, by its own URDF loader and through asset2sim.load, into docs/load.md
 	@$(MAKE) --no-print-directory .venv-load/.installed || echo "Drake, Genesis or Newton cannot be installed; their rows will say so" >&2
-	@$(BIN)/python -m asset2sim.studies.loaders.held_table "$(OUT)" README.md
+	@$(BIN)/python -m asset2sim.studies.loaders.held_table "$(OUT)" docs/load.md
 
 # Engines that asset2sim.load knows and we do not run: Newton's solver pins another MuJoCo, Genesis brings torch (of the CPU).
 .venv-load/.installed:
@@ -150,11 +150,15 @@ held: $(INSTALLED) ## what holds in every engine, by its own URDF loader and thr
 		--extra-index-url https://download.pytorch.org/whl/cpu drake "newton[sim]" genesis-world "torch==2.13.0"
 	@touch $@
 
-weights: $(INSTALLED) ## weigh the objects of SHARED (../shared) beside published weights, into the README
-	@$(BIN)/python -m asset2sim.studies.weights.compare "$(or $(SHARED),../shared)" README.md
+weights: $(INSTALLED) ## weigh the objects of SHARED (../shared) beside published weights, into docs/masses.md
+	@$(BIN)/python -m asset2sim.studies.weights.compare "$(or $(SHARED),../shared)" docs/masses.md
+
+docs: $(INSTALLED) ## the documentation: its pages from the schemas, then HTML in OUT/docs
+	@$(BIN)/python -m asset2sim.studies.pages.reference docs
+	@$(BIN)/python -m sphinx -q -W --keep-going -d "$(OUT)/docs/.doctrees" docs "$(OUT)/docs" && echo "see $(OUT)/docs/index.html"
 
 picture: $(INSTALLED) ## draw the README's before-and-after picture from data/raw and data/refined
-	@$(BIN)/python -m asset2sim.studies.readme.picture data/raw data/refined docs/before_after.png \
+	@$(BIN)/python -m asset2sim.studies.pages.picture data/raw data/refined docs/before_after.png \
 		laptop_silver box_wooden storage_sideboard trashcan_pedal toilet_white
 
 clean: ## remove the environment, the caches and data/refined

@@ -8,10 +8,10 @@ from asset2sim.models.gateway.environment import quiet_environment
 from asset2sim.runs.check_request import check_run
 from asset2sim.runs.dataset import load_dataset
 from asset2sim.runs.isolation.children import warm_up
-from asset2sim.studies.methods.comparison import BLOCK, compare, write_comparison, write_readme
+from asset2sim.studies.methods.comparison import BLOCK, compare, write_comparison, write_page
 from asset2sim.studies.methods.method_runs import CompareRequest, parse_request, planned_runs
 from asset2sim.studies.methods.object_rows import read_objects
-from asset2sim.studies.readme.blocks import check_readme
+from asset2sim.studies.pages.blocks import check_page
 from flows import PIPELINE
 from flows.server.server import temporary_server
 from schemas.asset import FoundAssets
@@ -24,8 +24,8 @@ def compare_methods(request: CompareRequest) -> int:
     runs = planned_runs(request.out, request.methods, request.models)
     base, console = request.settings, output()
     chosen = (request.subset, request.asset_ids, request.limit)
-    if request.readme is not None:
-        check_readme(request.readme, BLOCK)
+    if request.page is not None:
+        check_page(request.page, BLOCK)
     found = FoundAssets(load_dataset(request.data, *chosen))
     for run in runs:
         check_run(found, request.data, run.folder, run.settings(base))
@@ -43,8 +43,8 @@ def compare_methods(request: CompareRequest) -> int:
                     return STOPPED
     compared = compare(read_objects(runs, base.thresholds), request.subset, request.engines)
     report = write_comparison(request.out, runs, compared)
-    if request.readme is not None:
-        write_readme(request.readme, request.out, compared)
+    if request.page is not None:
+        write_page(request.page, request.out, compared)
     console.print(f"tables and charts: {report}", markup=False)
     return DONE
 

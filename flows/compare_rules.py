@@ -1,4 +1,4 @@
-"""One dataset raw, by the paper's rules and by ours, compared for the README's table: DATA OUT [README]."""
+"""One dataset raw, by the paper's rules and by ours, compared for a table of the documentation: DATA OUT [PAGE]."""
 
 import sys
 from collections.abc import Sequence
@@ -15,7 +15,7 @@ from asset2sim.runs.dataset import load_dataset
 from asset2sim.runs.options import FILE
 from asset2sim.runs.request import RefineRequest, usable_cores
 from asset2sim.studies.methods.rules import BLOCK, engine_results, rules_table, settings_of
-from asset2sim.studies.readme.blocks import check_readme, write_block
+from asset2sim.studies.pages.blocks import check_page, write_block
 from flows.command import refine
 from schemas.asset import FoundAssets
 from schemas.errors import DONE, exit_code_of
@@ -29,15 +29,15 @@ class RulesOptions(Options):
 
     data: CliPositionalArg[Path] = Field(description="the dataset")
     out: CliPositionalArg[Path] = Field(description="a folder for the three runs")
-    readme: CliPositionalArg[FILE | None] = Field(None, description="write the table between this file's markers")
+    page: CliPositionalArg[FILE | None] = Field(None, description="write the table between this file's markers")
 
 
 def compare_rules(options: RulesOptions) -> int:
     """Refine the dataset three times, into a folder each under OUT, and write the table. Returns the exit code."""
     base = Settings(views=ViewSettings(write=False), run=RunSettings(workers=usable_cores()))
     ways = {name: (options.out / name.split("'")[0], settings) for name, settings in settings_of(base).items()}
-    if options.readme is not None:
-        check_readme(options.readme, BLOCK)
+    if options.page is not None:
+        check_page(options.page, BLOCK)
     found = FoundAssets(load_dataset(options.data, None, (), None))
     for folder, settings in ways.values():
         check_run(found, options.data, folder, settings)
@@ -47,10 +47,10 @@ def compare_rules(options: RulesOptions) -> int:
     for name, (folder, _) in ways.items():
         assets, measured, interactions = latest_rows(folder, "assets", "measurements", "interactions")
         rules[name] = engine_results(assets, measured, interactions, base.thresholds)
-    if options.readme is None:
+    if options.page is None:
         sys.stdout.write(f"{rules_table(rules)}\n")
     else:
-        write_block(options.readme, BLOCK, rules_table(rules))
+        write_block(options.page, BLOCK, rules_table(rules))
     return DONE
 
 

@@ -1,4 +1,4 @@
-"""One dataset whole, without labels, and with each category left out of the tables in turn: DATA OUT [README]."""
+"""One dataset whole, without labels, and with each category left out of the tables in turn: DATA OUT [PAGE]."""
 
 import os
 import subprocess
@@ -19,7 +19,7 @@ from asset2sim.runs.dataset import load_dataset
 from asset2sim.runs.options import FILE
 from asset2sim.runs.request import RefineRequest, usable_cores
 from asset2sim.studies.methods.withheld import BLOCK, LEFT_OUT, UNLABELLED, WHOLE, withheld_table
-from asset2sim.studies.readme.blocks import check_readme, write_block
+from asset2sim.studies.pages.blocks import check_page, write_block
 from flows.command import refine
 from schemas.asset import AssetRef, FoundAssets
 from schemas.errors import DONE, exit_code_of
@@ -34,15 +34,15 @@ class WithheldOptions(Options):
 
     data: CliPositionalArg[Path] = Field(description="the dataset, whose manifest names categories")
     out: CliPositionalArg[Path] = Field(description="a folder for the runs")
-    readme: CliPositionalArg[FILE | None] = Field(None, description="write the tables between this file's markers")
+    page: CliPositionalArg[FILE | None] = Field(None, description="write the tables between this file's markers")
 
 
 def compare_withheld(options: WithheldOptions) -> int:
     """Refine the dataset twice, and each category once more without its rows, into folders under OUT; write the tables.
     Returns the exit code."""
     base = Settings(views=ViewSettings(write=False), run=RunSettings(workers=usable_cores()))
-    if options.readme is not None:
-        check_readme(options.readme, BLOCK)
+    if options.page is not None:
+        check_page(options.page, BLOCK)
     refs = load_dataset(options.data, None, (), None)
     whole = run(options, options.out / "whole", base, refs)
     unlabelled = run(options, options.out / "unlabelled", base.model_copy(update={"method": Method.NO_SEMANTICS}), refs)
@@ -55,10 +55,10 @@ def compare_withheld(options: WithheldOptions) -> int:
         [(WHOLE, *whole), (UNLABELLED, *unlabelled), (LEFT_OUT, *joined)],
         [(category, assets) for category, assets, _ in single],
     )
-    if options.readme is None:
+    if options.page is None:
         sys.stdout.write(f"{table}\n")
     else:
-        write_block(options.readme, BLOCK, table)
+        write_block(options.page, BLOCK, table)
     return DONE
 
 

@@ -16,7 +16,7 @@ from tests.scripted_server import Asked, competent, scripted
 
 ROOT = Path(__file__).resolve().parents[1]
 SAMPLES = ROOT / "data" / "raw"
-LIMIT_S = 300.0
+LIMIT_S = 900.0
 """Time that each step may take, s: a busy machine starts Prefect's server in 30."""
 QUICK = ["--engines", "pybullet", "--no-interaction", "--no-views", "--workers", "2"]
 

@@ -47,7 +47,7 @@ PROVIDERS: tuple[Provider, ...] = (
 
 
 def provider_table() -> str:
-    """The table of providers in Markdown, as the README has it; ends with a line break."""
+    """The table of providers in Markdown, as the documentation has it; ends with a line break."""
     rows = ["| provider | `MODEL=` | variables | also |", "|---|---|---|---|"]
     rows += [f"| {p.name} | `{p.example}` | {_variables(p)} | {p.also or '–'} |" for p in PROVIDERS]
     return "\n".join(rows) + "\n"

@@ -19,7 +19,7 @@ pytestmark = pytest.mark.system
 ROOT = Path(__file__).resolve().parents[1]
 RAW = ROOT / "data" / "raw"
 IDS = ("planted_not_xml", "scissors_paper", "laptop_silver")
-LIMIT_S = 300
+LIMIT_S = 900
 
 SCRIPT = """
 import json, os, sys

@@ -25,7 +25,7 @@ pytestmark = pytest.mark.system
 
 ROOT = Path(__file__).resolve().parents[1]
 KEY = "sk-proj-planted0123456789abcdef"
-LIMIT_S = 300
+LIMIT_S = 900
 
 
 def text_of(body: dict[str, Any]) -> str:

@@ -1,4 +1,4 @@
-"""What the README says of engines' own loaders is so: every yes and no is measured again, in every installed engine."""
+"""What is said of engines' own loaders is so: every yes and no is measured again, in every installed engine."""
 
 from collections.abc import Iterator
 from importlib import import_module
@@ -22,7 +22,7 @@ from asset2sim.studies.loaders.loader_table import (
     samples_of,
     write_table,
 )
-from asset2sim.studies.readme.blocks import markers
+from asset2sim.studies.pages.blocks import markers
 from schemas.errors import UsageError
 from schemas.settings import EngineSettings
 from schemas.vocabulary import Engine
@@ -30,13 +30,13 @@ from tasks.pipeline import refine_asset
 from tests.assets import NO_VIEWS, prior, sample
 from tests.engine_worlds import every_engine
 
-README = (Path(__file__).resolve().parents[1] / "README.md").read_text(encoding="utf-8")
+PAGE = (Path(__file__).resolve().parents[1] / "docs/load.md").read_text(encoding="utf-8")
 
 
 def tables() -> list[list[list[str]]]:
     """The block's two tables, as rows of cells, headings first."""
     begin, end = markers(BLOCK)
-    parts = README.split(begin, 1)[1].split(end, 1)[0].split("\n\n")
+    parts = PAGE.split(begin, 1)[1].split(end, 1)[0].split("\n\n")
     rows = [[line for line in part.strip().splitlines() if not line.startswith("| ---")] for part in parts]
     found = [part for part in rows if part and part[0].startswith("|")]
     return [[[cell.strip() for cell in line.strip("|").split("|")] for line in part] for part in found]
@@ -82,7 +82,7 @@ def test_the_block_has_every_row_every_engine_and_the_ones_not_measured_apart() 
     assert [row[0] for row in measured_here[1:]] == list(ROWS), "stale: run make loaders"
     assert [row[0] for row in elsewhere[1:]] == [name for name, *_ in ELSEWHERE]
     for engine in Engine:
-        assert engine.value in README.split(markers(BLOCK)[0], 1)[1].split(markers(BLOCK)[1], 1)[0]
+        assert engine.value in PAGE.split(markers(BLOCK)[0], 1)[1].split(markers(BLOCK)[1], 1)[0]
     assert {cell.split(":")[0] for row in measured_here[1:] for cell in row[1:]} <= {"yes", "no", "partly"}
 
 
@@ -94,6 +94,6 @@ def test_a_term_is_honoured_within_a_tenth() -> None:
 def test_an_output_without_the_samples_is_a_mistake(tmp_path: Path) -> None:
     with pytest.raises(UsageError, match="no refined 'laptop_silver'"), samples_of(tmp_path):
         pass
-    (tmp_path / "README.md").write_text("nothing", encoding="utf-8")
+    (tmp_path / "PAGE.md").write_text("nothing", encoding="utf-8")
     with pytest.raises(UsageError, match="lacks the lines"):
-        write_table(tmp_path, tmp_path / "README.md")
+        write_table(tmp_path, tmp_path / "PAGE.md")

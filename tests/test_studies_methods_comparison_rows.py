@@ -13,13 +13,13 @@ from PIL import Image
 from asset2sim.catalog.run import start_run
 from asset2sim.catalog.write import write_run
 from asset2sim.studies.methods.charts import growth_chart, spread_labels
-from asset2sim.studies.methods.comparison import compare, write_comparison, write_readme
+from asset2sim.studies.methods.comparison import compare, write_comparison, write_page
 from asset2sim.studies.methods.comparison_rows import OUTCOMES, Row, failure_rows, figure_rows, growth_rows
 from asset2sim.studies.methods.figure_specs import COST, STABILITY, SUCCESS, TABLE_1, stated
 from asset2sim.studies.methods.markdown import agreement_sentences, failure_table, figure_table, stability_tables
 from asset2sim.studies.methods.method_runs import METHODS, NO_MODEL, Run
 from asset2sim.studies.methods.object_rows import read_objects
-from asset2sim.studies.readme.blocks import markers
+from asset2sim.studies.pages.blocks import markers
 from schemas.asset import AssetRecord, AssetRef
 from schemas.errors import UsageError
 from schemas.settings import ModelSettings, Settings, Thresholds
@@ -238,15 +238,15 @@ def test_a_comparison_leaves_tables_charts_a_report_and_the_readme_s_section(tmp
         table = pq.read_table(tmp_path / "tables" / f"{name}.parquet")
         assert table.num_rows and all(field.metadata[b"description"] for field in table.schema)
     assert report.count("simulation of a fallible model") >= 4 and "`raw/none`" in report
-    readme = tmp_path / "README.md"
-    readme.write_text("\nstale\n".join(markers("compare")).join(["before\n", "\nafter\n"]), encoding="utf-8")
-    write_readme(readme, tmp_path, comparison)
-    text = readme.read_text(encoding="utf-8")
+    page = tmp_path / "README.md"
+    page.write_text("\nstale\n".join(markers("compare")).join(["before\n", "\nafter\n"]), encoding="utf-8")
+    write_page(page, tmp_path, comparison)
+    text = page.read_text(encoding="utf-8")
     assert text.startswith("before\n") and text.endswith("after\n") and "stale" not in text
     assert "simulation of a fallible model" in text
     for name in ("failures", "growth"):
-        picture = tmp_path / "docs" / f"compare_{name}.png"
-        assert f"(docs/compare_{name}.png)" in text and picture.stat().st_size < 300_000
+        picture = tmp_path / f"compare_{name}.png"
+        assert f"(compare_{name}.png)" in text and picture.stat().st_size < 300_000
         assert Image.open(picture).size[0] == 1600
 
 

@@ -9,7 +9,7 @@ import pyarrow.parquet as pq
 import pytest
 
 from asset2sim.studies.methods.method_runs import METHODS, level_of, noisy_models, parse_request, planned_runs, slug
-from asset2sim.studies.readme.blocks import markers
+from asset2sim.studies.pages.blocks import markers
 from flows.compare_methods import main
 from schemas.errors import UsageError
 from schemas.settings import Settings
@@ -19,7 +19,7 @@ pytestmark = pytest.mark.system
 
 ROOT = Path(__file__).resolve().parents[1]
 SAMPLES = ROOT / "data" / "raw"
-LIMIT_S = 300
+LIMIT_S = 900
 
 
 def test_every_method_is_run_with_every_model_and_what_asks_none_once() -> None:
@@ -65,7 +65,7 @@ def test_the_command_line_says_what_to_run(tmp_path: Path) -> None:
     [
         (["--levels", "0,high"], "give numbers from 0 to"), (["--levels", "-1"], "give numbers from 0 to"),
         (["--methods", "magic"], "invalid choice: 'magic' (choose from asset2sim, direct"),
-        (["--limit", "0"], "not a whole number"), (["--readme", "no/README.md"], "no README at"),
+        (["--limit", "0"], "not a whole number"), (["--page", "no/README.md"], "no page at"),
         (["--models", "prior/noisy@eleven"], "prior/noisy@eleven"), (["--subset", "none"], "unknown subset"),
     ],
 )  # fmt: skip
@@ -80,8 +80,8 @@ def test_mistakes_are_one_line_before_anything_runs(
 
 @pytest.mark.skipif(not (SAMPLES / "manifest.csv").exists(), reason="the sample dataset is not here")
 def test_two_objects_by_two_methods(tmp_path: Path) -> None:
-    readme = tmp_path / "README.md"
-    readme.write_text("\n".join(markers("compare")), encoding="utf-8")
+    page = tmp_path / "README.md"
+    page.write_text("\n".join(markers("compare")), encoding="utf-8")
     out = tmp_path / "my out"
     command = [
         sys.executable,
@@ -93,7 +93,7 @@ def test_two_objects_by_two_methods(tmp_path: Path) -> None:
         "2",
         "--no-interaction",
     ]
-    command += ["--methods", "asset2sim,raw", "--models", "prior/household", "--workers", "2", "--readme", str(readme)]
+    command += ["--methods", "asset2sim,raw", "--models", "prior/household", "--workers", "2", "--page", str(page)]
     environment = {**os.environ, "PREFECT_HOME": str(tmp_path / "prefect")}
     done = subprocess.run(command, cwd=ROOT, env=environment, text=True, capture_output=True, timeout=LIMIT_S)
     assert done.returncode == 0, done.stderr
@@ -105,5 +105,5 @@ def test_two_objects_by_two_methods(tmp_path: Path) -> None:
     assert (raw["calls"] == 0).all() and raw["alignment"].mean() < ours["alignment"].mean()
     assert (out / "charts" / "failures_prior_household.png").stat().st_size > 10_000
     assert "**ours**" in (out / "compare.md").read_text(encoding="utf-8")
-    assert "docs/compare_failures.png" in readme.read_text(encoding="utf-8")
+    assert "docs/compare_failures.png" in page.read_text(encoding="utf-8")
     assert not (out / "asset2sim" / "prior_household" / "assets" / ours["asset_id"].iloc[0] / "views").exists()

@@ -1,4 +1,4 @@
-"""Our masses beside published weights: sources, the figures of real objects, and the README's table."""
+"""Our masses beside published weights: sources, the figures of real objects, and the documentation's table."""
 
 import re
 from functools import cache
@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from asset2sim.studies.readme.blocks import markers
+from asset2sim.studies.pages.blocks import markers
 from asset2sim.studies.weights.compare import (
     Compared,
     Weighed,
@@ -26,13 +26,13 @@ CATEGORIES = ("Dishwasher", "Microwave", "Refrigerator", "Toilet", "Keyboard", "
 
 @cache
 def weighed() -> tuple[Weighed, ...]:
-    """The objects of some categories, as the README's table weighs all."""
+    """The objects of some categories, as the documentation's table weighs all."""
     return tuple(weigh_datasets(SHARED, CATEGORIES))
 
 
 def block() -> str:
     begin, end = markers("weights")
-    return (ROOT / "README.md").read_text(encoding="utf-8").split(begin, 1)[1].split(end, 1)[0]
+    return (ROOT / "docs/masses.md").read_text(encoding="utf-8").split(begin, 1)[1].split(end, 1)[0]
 
 
 def row(what: str) -> Compared:
@@ -65,7 +65,7 @@ def test_the_table_in_the_readme_has_every_row_and_reaches_its_aim() -> None:
 
 @needs_objects
 def test_the_readme_states_what_is_measured() -> None:
-    """Of the categories that are weighed here, every row is as the README has it."""
+    """Of the categories that are weighed here, every row is as the documentation has it."""
     fresh = {line.split(" | ")[0]: line for line in weights_block(weighed()).splitlines() if line.startswith("| ")}
     shown = {line.split(" | ")[0]: line for line in block().splitlines() if line.startswith("| ")}
     for item in references():

@@ -15,6 +15,7 @@ from asset2sim.catalog.history import PATTERN, history_files
 from asset2sim.catalog.read_remote import local_tables
 from asset2sim.catalog.switch import find_catalog, no_catalog_error
 from schemas.errors import UsageError
+from schemas.table import Table
 from schemas.tables import HISTORY, PUBLISHED, TABLES
 
 if TYPE_CHECKING:
@@ -54,6 +55,19 @@ def make_views(connection: "duckdb.DuckDBPyConnection", out: Path, folder: Path)
         connection.execute(f"CREATE VIEW {HISTORY.name} AS SELECT * FROM {files}")
     else:
         connection.register(HISTORY.name, HISTORY.schema.empty_table())
+    for table in PUBLISHED.values():
+        _comment(connection, table)
+
+
+def _comment(connection: "duckdb.DuckDBPyConnection", table: Table) -> None:
+    """Say what the table and its columns are, with units, in DuckDB's comments, where its files have the columns."""
+    connection.execute(f"COMMENT ON VIEW {table.name} IS {_text(f'{table.description}: {table.grain}')}")
+    there = {name for name, *_ in connection.execute(f"DESCRIBE {table.name}").fetchall()}
+    for field in table.schema:
+        if field.name in there:
+            unit = field.metadata[b"unit"].decode()
+            said = field.metadata[b"description"].decode() + (f" [{unit}]" if unit else "")
+            connection.execute(f'COMMENT ON COLUMN {table.name}."{field.name}" IS {_text(said)}')
 
 
 def packaged_sql(name: str) -> str:
@@ -72,5 +86,5 @@ def query_error(error: "duckdb.Error") -> UsageError:
     return UsageError(f"the query failed: {'; '.join(line.rstrip('!;') for line in lines)}")
 
 
-def _text(path: Path) -> str:
-    return "'" + str(path).replace("'", "''") + "'"
+def _text(value: Path | str) -> str:
+    return "'" + str(value).replace("'", "''") + "'"

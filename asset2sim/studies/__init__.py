@@ -1,1 +1,1 @@
-"""What is measured about the project itself: speed, methods, defects, an independent checker, and the README."""
+"""What is measured about the project itself: speed, methods, defects, an independent checker, and the documentation."""

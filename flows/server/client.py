@@ -12,8 +12,11 @@ from prefect.settings import PREFECT_API_URL, temporary_settings
 
 from schemas.errors import Asset2SimError
 
-START_LIMIT_S = 120.0
-"""Time in which a server must answer, s: 5 to 10 is usual, and the first start of all makes its database too."""
+START_LIMIT_S = 300.0
+"""Time in which a server must answer, s: 5 to 10 is usual, and on a machine with six times its cores' work 120 is not
+enough; the first start of all makes its database too."""
+ASK_LIMIT_S = 20.0
+"""Time that one request gets, s: what a starting server has taken in and forgotten is asked again."""
 
 
 class PrefectServerError(Asset2SimError):
@@ -43,7 +46,7 @@ def wait_for(address: str) -> None:
     problem = "no answer"
     while time.monotonic() < end:
         try:
-            with urllib.request.urlopen(f"{address}/health", timeout=max(1.0, end - time.monotonic())):
+            with urllib.request.urlopen(f"{address}/health", timeout=ASK_LIMIT_S):
                 return
         except urllib.error.HTTPError as error:
             problem = f"it answered {error.code}"

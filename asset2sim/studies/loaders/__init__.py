@@ -1,1 +1,1 @@
-"""What each engine's own loader makes of a refined URDF: measured by behaviour, for the README's table."""
+"""What each engine's own loader makes of a refined URDF: measured by behaviour, for a table of the documentation."""

@@ -1,5 +1,5 @@
-"""The README's table of what holds: the refined samples in every engine, by the engine's own URDF loader and through
-``asset2sim.load``. ``python -m asset2sim.studies.loaders.held_table OUT README`` writes it.
+"""The table of what holds: the refined samples in every engine, by the engine's own URDF loader and through
+``asset2sim.load``. ``python -m asset2sim.studies.loaders.held_table OUT PAGE`` writes it.
 
 An engine that is not installed beside us is looked for in ``.venv-load``, which ``make held`` sets up: Newton's extra
 pins another MuJoCo than ours, and Genesis brings torch.
@@ -18,7 +18,7 @@ from typing import Any
 import asset2sim.load
 from asset2sim.catalog.text import markdown_table
 from asset2sim.studies.loaders import hold
-from asset2sim.studies.readme.blocks import check_readme, write_block
+from asset2sim.studies.pages.blocks import check_page, write_block
 from schemas.errors import DONE, UsageError, exit_code_of
 
 BLOCK = "held"
@@ -106,11 +106,11 @@ def held_block(out: Path) -> str:
     return f"{table}\n\n{textwrap.fill(about, 130, break_long_words=False, break_on_hyphens=False)}"
 
 
-def write_table(out: Path, readme: Path) -> int:
-    """Measure, and write the README's block; the exit code. Raises UsageError for a README without its markers and for
+def write_table(out: Path, page: Path) -> int:
+    """Measure, and write the page's block; the exit code. Raises UsageError for a page without its markers and for
     an OUT without samples."""
-    check_readme(readme, BLOCK)
-    write_block(readme, BLOCK, held_block(out))
+    check_page(page, BLOCK)
+    write_block(page, BLOCK, held_block(out))
     return DONE
 
 

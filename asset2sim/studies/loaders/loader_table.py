@@ -1,5 +1,5 @@
-"""The README's table of what a URDF cannot say: what every engine's own loader honours, measured, and the remedy.
-``python -m asset2sim.studies.loaders.loader_table OUT README`` writes it from a refined sample dataset."""
+"""The table of what a URDF cannot say: what every engine's own loader honours, measured, and the remedy.
+``python -m asset2sim.studies.loaders.loader_table OUT PAGE`` writes it from a refined sample dataset."""
 
 import json
 import math
@@ -19,14 +19,14 @@ from asset2sim.catalog.text import markdown_table
 from asset2sim.engines.registry import engine_version, installed
 from asset2sim.studies.loaders import probes
 from asset2sim.studies.loaders.loaded import Loader
-from asset2sim.studies.readme.blocks import check_readme, write_block
+from asset2sim.studies.pages.blocks import check_page, write_block
 from schemas.errors import DONE, UsageError, exit_code_of
 from schemas.overlay import PhysicsOverlay
 from schemas.settings import EngineSettings
 from schemas.vocabulary import Engine
 
 BLOCK = "loaders"
-"""Name of the README's block."""
+"""Name of the page's block."""
 LID, PEDAL, BUCKET, BOX = "laptop_silver", "trashcan_pedal", "bucket_yellow", "box_wooden"
 """Samples with a lid that friction holds, with a part that a spring returns, with a hollow, and one that slides on a
 slope before it topples."""
@@ -264,11 +264,11 @@ def loaders_block(out: Path) -> str:
     return f"{table}\n\n{about}\n\nReported by others or read in their sources, not measured here:\n\n{others}"
 
 
-def write_table(out: Path, readme: Path) -> int:
-    """Measure, and write the README's block; the exit code. Raises UsageError for a README without its markers and for
+def write_table(out: Path, page: Path) -> int:
+    """Measure, and write the page's block; the exit code. Raises UsageError for a page without its markers and for
     an OUT without the samples."""
-    check_readme(readme, BLOCK)
-    write_block(readme, BLOCK, loaders_block(out))
+    check_page(page, BLOCK)
+    write_block(page, BLOCK, loaders_block(out))
     return DONE
 
 

@@ -1,4 +1,4 @@
-"""Output of a comparison: Parquet tables, Markdown, charts, and the README's section."""
+"""Output of a comparison: Parquet tables, Markdown, charts, and the page's section."""
 
 import shutil
 from collections.abc import Sequence
@@ -21,16 +21,14 @@ from asset2sim.studies.methods.markdown import (
     stability_tables,
 )
 from asset2sim.studies.methods.method_runs import Run, slug
-from asset2sim.studies.readme.blocks import write_block
+from asset2sim.studies.pages.blocks import write_block
 from schemas import tables_compare as schema
 from schemas.model_names import NOISY, described
 from schemas.table import Table
 
 BLOCK = "compare"
-"""Name of the README's block."""
+"""Name of the page's block."""
 GROWTH_CHART = "growth.png"
-PICTURES = "docs"
-"""Folder beside the README that its pictures are copied to."""
 
 
 @dataclass(frozen=True)
@@ -114,8 +112,8 @@ def model_section(found: Comparison, model: str, chart: str) -> list[str]:
     ]
 
 
-def readme_block(found: Comparison, pictures: dict[str, str]) -> str:
-    """The README's section: Table 1 without the differences, outcomes as a chart, cost, and the growth of errors.
+def page_block(found: Comparison, pictures: dict[str, str]) -> str:
+    """The page's section: Table 1 without the differences, outcomes as a chart, cost, and the growth of errors.
     ``pictures`` maps a model, or ``GROWTH_CHART``, to the path of its picture. Only the first model has tables; the
     error levels of others are in the growth chart."""
     model = next(iter(by_model(found.stability)))
@@ -130,18 +128,17 @@ def readme_block(found: Comparison, pictures: dict[str, str]) -> str:
     return "\n\n".join([*parts, *agreement_sentences(found.objects)])
 
 
-def write_readme(readme: Path, out: Path, found: Comparison) -> None:
-    """Put the section between the README's markers, and its pictures into ``docs`` beside it."""
+def write_page(page: Path, out: Path, found: Comparison) -> None:
+    """Put the section between the page's markers, and its pictures beside it."""
     model = next(iter(by_model(found.stability)))
     charts = {model: out / "charts" / f"failures_{slug(model)}.png"}
     if found.growth:
         charts[GROWTH_CHART] = out / "charts" / GROWTH_CHART
     names = {model: "compare_failures.png", GROWTH_CHART: "compare_growth.png"}
-    pictures = {key: f"{PICTURES}/{names[key]}" for key in charts}
-    (readme.parent / PICTURES).mkdir(exist_ok=True)
+    pictures = {key: names[key] for key in charts}
     for key, chart in charts.items():
-        shutil.copyfile(chart, readme.parent / pictures[key])
-    write_block(readme, BLOCK, readme_block(found, pictures))
+        shutil.copyfile(chart, page.parent / pictures[key])
+    write_block(page, BLOCK, page_block(found, pictures))
 
 
 def _tables(found: Comparison) -> list[tuple[Table, list[Row]]]:

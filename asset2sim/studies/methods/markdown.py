@@ -1,4 +1,4 @@
-"""The comparison's tables as Markdown, for the report and the README."""
+"""The comparison's tables as Markdown, for the report and the documentation."""
 
 from collections.abc import Mapping, Sequence
 

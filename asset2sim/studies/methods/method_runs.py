@@ -97,7 +97,7 @@ class CompareRequest(Frozen):
     methods: tuple[Method, ...] = METHODS
     models: tuple[str, ...] = (NOISY,)
     settings: Settings = Settings()
-    readme: Path | None = None
+    page: Path | None = None
 
     @property
     def engines(self) -> str:
@@ -120,14 +120,14 @@ class CompareOptions(Selection, FileOptions):
     )
     api_base: URL | None = Field(None, description="the address of a server of your own for the models")
     judge_model: NAME | None = Field(None, description="a vision model that scores every asset against its prompt")
-    readme: FILE | None = Field(None, description="write the tables and charts between this file's markers")
+    page: FILE | None = Field(None, description="write the tables and charts between this file's markers")
 
 
 def parse_request(words: Sequence[str]) -> CompareRequest:
     """The request that a command line states. Raises UsageError."""
     options = parse(CompareOptions, words, "python -m flows.compare_methods")
     levels = noisy_models(_levels(options.levels))
-    # The default model comes first, so that the README's tables are of it.
+    # The default model comes first, so that the documentation's tables are of it.
     models = options.models or ((NOISY,) if NOISY in levels or not levels else ())
     stated = merged(stated_settings(options), {"views": {"write": False}})
     below = {"engine": {"verify": (Engine.PYBULLET,)}}
@@ -140,7 +140,7 @@ def parse_request(words: Sequence[str]) -> CompareRequest:
         methods=tuple(method for method in METHODS if method in options.methods) or METHODS,
         models=tuple(dict.fromkeys((*models, *levels))),
         settings=settings_for_run(options.settings, stated, below),
-        readme=options.readme,
+        page=options.page,
     )
 
 

@@ -1,4 +1,4 @@
-"""The README's table "raw, paper's rules, ours": the same objects raw, by the paper's rules, and by ours. Pure."""
+"""The table "raw, paper's rules, ours": the same objects raw, by the paper's rules, and by ours. Pure."""
 
 from collections.abc import Mapping
 
@@ -11,7 +11,7 @@ from schemas.settings import Settings, Thresholds
 from schemas.vocabulary import CollisionMode, DynamicsRule, Engine, FailureMode, Method
 
 BLOCK = "rules"
-"""Name of the README's block."""
+"""Name of the page's block."""
 RAW, PAPER, OURS = "raw", "paper's rules", "ours"
 CHECKS: dict[str, str] = {
     FailureMode.STANDS.value: "stands",

@@ -1,4 +1,4 @@
-"""The README's table of what the prior's tables are worth: the same objects with their labels withheld, and with each
+"""The table of what the prior's tables are worth: the same objects with their labels withheld, and with each
 category left out of the tables. Pure."""
 
 from collections.abc import Sequence
@@ -10,7 +10,7 @@ from asset2sim.catalog.text import NOTHING, markdown_table, percent
 from schemas.vocabulary import Status
 
 BLOCK = "withheld"
-"""Name of the README's block."""
+"""Name of the page's block."""
 WHOLE, UNLABELLED, LEFT_OUT = "nothing", "labels and categories", "its own category's rows"
 SIZE_FACTOR = 1.5
 """Factor within which two sizes count as the same."""

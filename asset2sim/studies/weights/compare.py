@@ -1,6 +1,6 @@
-"""Our masses of objects and parts beside published weights: ``make weights`` writes the table into the README.
+"""Our masses of objects and parts beside published weights: ``make weights`` writes the table into the documentation.
 
-``python -m asset2sim.studies.weights.compare SHARED README`` weighs every object of the datasets below SHARED as the
+``python -m asset2sim.studies.weights.compare SHARED PAGE`` weighs every object of the datasets below SHARED as the
 offline prior proposes and validation completes it; no engine runs.
 """
 
@@ -22,7 +22,7 @@ from asset2sim.models.language.parts import part_name, parts_of
 from asset2sim.models.language.sizing import identify
 from asset2sim.models.prior.answer import prior_overlay
 from asset2sim.runs.dataset import load_dataset
-from asset2sim.studies.readme.blocks import write_block
+from asset2sim.studies.pages.blocks import write_block
 from asset2sim.validation.validate import validate
 from schemas.settings import PhysicsSettings
 from schemas.vocabulary import Source
@@ -174,7 +174,7 @@ def agreement(rows: Sequence[Compared]) -> tuple[int, int]:
 
 
 def weights_block(weighed: Sequence[Weighed]) -> str:
-    """The README's block: the shares that agree, and every row with its source."""
+    """The page's block: the shares that agree, and every row with its source."""
     rows = compare(weighed, references())
     shares = []
     for words, chosen in (("", rows), (" of those held out", [row for row in rows if row.reference.held_out])):
@@ -206,5 +206,5 @@ def _cells(row: Compared) -> tuple[str, ...]:
 
 
 if __name__ == "__main__":
-    shared_folder, readme = sys.argv[1:]
-    write_block(Path(readme), "weights", weights_block(list(weigh_datasets(Path(shared_folder)))))
+    shared_folder, page = sys.argv[1:]
+    write_block(Path(page), "weights", weights_block(list(weigh_datasets(Path(shared_folder)))))

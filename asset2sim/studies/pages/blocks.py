@@ -1,6 +1,5 @@
-"""The README's generated blocks, each between two markers that name it: ``make summary``, ``make questions``, and those
-of ``asset2sim.studies.methods``. ``python -m asset2sim.studies.readme.blocks summary|questions OUT README`` writes one
-from OUT's catalog."""
+"""Generated blocks of the documentation, each between two markers that name it. ``python -m
+asset2sim.studies.pages.blocks summary|questions OUT PAGE`` writes one from OUT's catalog."""
 
 import sys
 from importlib import resources
@@ -14,7 +13,7 @@ from schemas.errors import UsageError
 
 QUESTIONS = ("modes", "changes", "calls", "slowest", "weak")
 """Example questions to a catalog, in their order: an SQL file each, whose first line is the question in words."""
-FOLDER = "asset2sim/studies/readme"
+FOLDER = "asset2sim/studies/pages"
 
 
 def markers(name: str) -> tuple[str, str]:
@@ -23,24 +22,24 @@ def markers(name: str) -> tuple[str, str]:
 
 
 def with_block(text: str, name: str, block: str) -> str:
-    """A README's text with the block between its markers. Raises UsageError where they are not there."""
+    """A page's text with the block between its markers. Raises UsageError where they are not there."""
     begin, end = markers(name)
     if begin not in text or end not in text:
-        raise UsageError(f"the README lacks the lines '{begin}' and '{end}'; put them where the block belongs")
+        raise UsageError(f"the page lacks the lines '{begin}' and '{end}'; put them where the block belongs")
     before, rest = text.split(begin, 1)
     return f"{before}{begin}\n\n{block}\n\n{end}{rest.split(end, 1)[1]}"
 
 
-def check_readme(readme: Path, name: str) -> None:
-    """Raise UsageError for a missing README, or one without the block's markers."""
-    if not readme.is_file():
-        raise UsageError(f"no README at {readme}")
-    with_block(readme.read_text(encoding="utf-8"), name, "")
+def check_page(page: Path, name: str) -> None:
+    """Raise UsageError for a missing page, or one without the block's markers."""
+    if not page.is_file():
+        raise UsageError(f"no page at {page}")
+    with_block(page.read_text(encoding="utf-8"), name, "")
 
 
-def write_block(readme: Path, name: str, block: str) -> None:
+def write_block(page: Path, name: str, block: str) -> None:
     """Put the block between its markers in the file. Raises UsageError where they are not there."""
-    readme.write_text(with_block(readme.read_text(encoding="utf-8"), name, block), encoding="utf-8")
+    page.write_text(with_block(page.read_text(encoding="utf-8"), name, block), encoding="utf-8")
 
 
 def summary_block(out: Path) -> str:
@@ -81,7 +80,7 @@ def asset_cells(row: "pd.Series[str]", engines: pd.DataFrame) -> list[str]:
 
 def question(name: str) -> tuple[str, str]:
     """The question in words, and its whole SQL file."""
-    sql = resources.files("asset2sim.studies.readme").joinpath(f"{name}.sql").read_text(encoding="utf-8")
+    sql = resources.files("asset2sim.studies.pages").joinpath(f"{name}.sql").read_text(encoding="utf-8")
     return sql.splitlines()[0].removeprefix("-- "), sql
 
 
@@ -90,7 +89,7 @@ def questions_block(out: Path) -> str:
     parts = []
     for name in QUESTIONS:
         words, sql = question(name)
-        parts.append(f"{words} ([`{name}.sql`]({FOLDER}/{name}.sql))\n\n{frame_table(query(out, sql))}")
+        parts.append(f"{words} (`{FOLDER}/{name}.sql`)\n\n{frame_table(query(out, sql))}")
     return "\n\n".join(parts)
 
 

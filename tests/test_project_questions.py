@@ -1,4 +1,4 @@
-"""The README's five questions: each asks in words, runs on a catalog, answers with rows, and stands in the README."""
+"""The five questions: each asks in words, runs on a catalog, answers with rows, and stands in the documentation."""
 
 from pathlib import Path
 
@@ -7,7 +7,7 @@ import pytest
 
 from asset2sim.catalog.read import query
 from asset2sim.catalog.write import write_run
-from asset2sim.studies.readme.blocks import FOLDER, QUESTIONS, frame_table, markers, question, questions_block
+from asset2sim.studies.pages.blocks import FOLDER, QUESTIONS, frame_table, markers, question, questions_block
 from schemas.vocabulary import FailureMode
 from tests.factories import make_failure, make_record
 from tests.test_catalog_history import night
@@ -45,14 +45,14 @@ def test_the_answers_are_right(out: Path) -> None:
     assert answer(out, "weak")[0][:3] == ("Box", 3, 1)
 
 
-def test_the_readme_asks_them_all_and_names_files_that_exist(out: Path) -> None:
+def test_the_documentation_asks_them_all_and_names_files_that_exist(out: Path) -> None:
     begin, end = markers("questions")
-    block = (ROOT / "README.md").read_text(encoding="utf-8").split(begin, 1)[1].split(end, 1)[0]
+    block = (ROOT / "docs/catalog.md").read_text(encoding="utf-8").split(begin, 1)[1].split(end, 1)[0]
     columns = questions_block(out)
     for name in QUESTIONS:
         heading, _, _ = frame_table(query(out, question(name)[1])).partition("\n")
         assert question(name)[0] in block and heading in block and heading in columns, "stale: run make questions"
-        assert f"({FOLDER}/{name}.sql)" in block
+        assert f"(`{FOLDER}/{name}.sql`)" in block
 
 
 def test_a_cell_is_never_more_than_text() -> None:

@@ -1,5 +1,5 @@
 """The README's before-and-after picture: raw and refined objects after the rest check in PyBullet.
-``python -m asset2sim.studies.readme.picture DATA OUT PICTURE ID [ID …]`` draws it from a dataset and its refinement."""
+``python -m asset2sim.studies.pages.picture DATA OUT PICTURE ID [ID …]`` draws it from a dataset and its refinement."""
 
 import json
 import sys

@@ -1,21 +1,31 @@
-"""The README is true: its table is of the sample dataset as it is, its targets and options exist."""
+"""README and documentation are true: their table is of the sample dataset as it is, what they name exists, and pages
+that are made from the schemas are as made."""
 
 import csv
 import re
+import subprocess
+import sys
 import tomllib
 from pathlib import Path
 
-from asset2sim.studies.readme.blocks import markers, with_block
+import pytest
+
+from asset2sim.studies.pages import reference
+from asset2sim.studies.pages.blocks import markers, with_block
 from asset2sim.studies.samples.bad_assets import bad_assets
 from flows.serve_nightly import nightly_schedule
+from schemas.failure_guide import FAILURE_GUIDE
+from schemas.vocabulary import FailureMode
 
 ROOT = Path(__file__).resolve().parents[1]
 README = (ROOT / "README.md").read_text(encoding="utf-8")
+PAGES = {path.name: path.read_text(encoding="utf-8") for path in (ROOT / "docs").glob("*.md")}
+TEXT = "\n".join([README, *PAGES.values()])
 BEGIN, END = markers("summary")
 
 
 def table() -> dict[str, str]:
-    block = README.split(BEGIN, 1)[1].split(END, 1)[0]
+    block = PAGES["output.md"].split(BEGIN, 1)[1].split(END, 1)[0]
     lines = [line for line in block.splitlines() if line.startswith("| ") and not line.startswith("| --- ")]
     rows = [[cell.strip() for cell in line.strip("|").split("|")] for line in lines]
     return {row[0]: row[2] for row in rows[1:]}
@@ -38,22 +48,69 @@ def test_the_verdicts_in_the_table_are_those_that_the_planted_defects_must_have(
 def test_every_make_target_that_the_readme_names_exists() -> None:
     makefile = (ROOT / "Makefile").read_text(encoding="utf-8")
     targets = set(re.findall(r"^([a-z-]+):", makefile, flags=re.MULTILINE))
-    named = set(re.findall(r"`?make ([a-z-]+)", README)) - {"sure"}
+    named = set(re.findall(r"`make ([a-z-]+)|^make ([a-z-]+)", TEXT, flags=re.MULTILINE))
+    named = {name for pair in named for name in pair if name}
     assert named and named <= targets
 
 
 def test_every_table_that_the_readme_names_is_published() -> None:
     catalog = (ROOT / "catalog.yaml").read_text(encoding="utf-8")
     for name in ("assets", "links", "joints", "model_calls", "trace", "findings", "runs"):
-        assert f"`{name}`" in README and name in catalog
+        assert f"`{name}`" in TEXT and name in catalog
     assert nightly_schedule(ROOT / "catalog.yaml")[0]
 
 
 def test_the_pictures_that_the_readme_shows_are_there_and_small() -> None:
-    pictures = re.findall(r"!\[[^\]]*\]\(([^)]+)\)", README)
-    assert pictures
-    for picture in pictures:
-        assert 0 < (ROOT / picture).stat().st_size < 1_000_000
+    for folder, text in ((ROOT, README), *((ROOT / "docs", page) for page in PAGES.values())):
+        for picture in re.findall(r"!\[[^\]]*\]\(([^)]+)\)", text):
+            assert 0 < (folder / picture).stat().st_size < 1_000_000
+
+
+def test_the_readme_is_short_and_its_links_are_there() -> None:
+    assert len(README.split()) < 1500
+    links = re.findall(r"(?<!!)\[[^\]]+\]\(([^)]+)\)", README)
+    assert {f"docs/{name}" for name in PAGES} - {"docs/index.md", "docs/settings.md"} <= set(links)
+    assert [link for link in links if not (ROOT / link).exists()] == []
+
+
+@pytest.mark.parametrize("name", reference.PAGES)
+def test_the_pages_from_the_schemas_are_as_made(name: str) -> None:
+    assert PAGES[name] == reference.PAGES[name](), "stale: run make docs"
+
+
+def test_every_failure_mode_has_its_cause_and_remedy() -> None:
+    assert set(FAILURE_GUIDE) == set(FailureMode) - {FailureMode.NONE}
+
+
+def test_every_finding_that_stages_make_is_explained() -> None:
+    """Codes as they stand in the sources; those that are put together at run time are seen by whoever queries them."""
+    named = {row["code"] for row in reference.finding_rows()}
+    sources = [
+        path.read_text(encoding="utf-8") for room in ("asset2sim", "tasks") for path in (ROOT / room).rglob("*.py")
+    ]
+    codes = {code for text in sources for code in re.findall(r'\bcode="([a-z_]+)"', text)}
+    codes |= {code for text in sources for code in re.findall(r'\b(?:info|note|warning|error)\(\s*"([a-z_]+)"', text)}
+    assert len(codes) > 40 and codes - named == set(), "add them to asset2sim/studies/pages/findings.csv"
+
+
+@pytest.mark.system
+def test_the_documentation_builds_without_a_warning(tmp_path: Path) -> None:
+    command = [
+        sys.executable,
+        "-m",
+        "sphinx",
+        "-q",
+        "-W",
+        "--keep-going",
+        "-d",
+        str(tmp_path / "trees"),
+        "docs",
+        str(tmp_path / "html"),
+    ]
+    done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True)
+    assert done.returncode == 0, done.stderr
+    for name in PAGES:
+        assert (tmp_path / "html" / name.replace(".md", ".html")).is_file()
 
 
 def test_a_block_replaces_the_old_one_and_nothing_else() -> None:
@@ -63,7 +120,7 @@ def test_a_block_replaces_the_old_one_and_nothing_else() -> None:
 
 
 def test_the_way_of_one_asset_is_that_of_the_pipeline() -> None:
-    rows = re.findall(r"^\| (\w+) \| .* \| `(tasks/\w+\.py)` \| (.*) \|$", README, flags=re.MULTILINE)
+    rows = re.findall(r"^\| (\w+) \| .* \| `(tasks/\w+\.py)` \| (.*) \|$", PAGES["method.md"], flags=re.MULTILINE)
     pipeline = (ROOT / "tasks/pipeline.py").read_text(encoding="utf-8")
     order = [name.lower() for name in re.findall(r"run\(\s*Stage\.(\w+)", pipeline)]
     assert [name for name, _, _ in rows] == order

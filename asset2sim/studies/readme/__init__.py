@@ -1,1 +1,0 @@
-"""Parts of the README made from a catalog: tables, example questions (an SQL file each) and a picture."""
