@@ -1,0 +1,102 @@
+"""Three people walk through the documentation: each block of commands that it shows is run, in order, in a folder that
+looks like a fresh checkout; nothing is done that is not written there."""
+
+import json
+import socket
+from pathlib import Path
+
+import pandas as pd
+import pytest
+
+from tests.doc_blocks import PAGES, Block, blocks, checkout, run_block
+
+LIMIT_S = 900.0
+SAMPLES = ("laptop_silver", "box_wooden", "stapler_desk", "planted_missing_mesh", "planted_not_xml")
+BLOCKS = {(block.page, block.number): block for page in PAGES for block in blocks(page)}
+RESEARCHER = [
+    ("README.md", "asset2sim refine data/raw --out data/refined --dry-run"),
+    ("README.md", "from asset2sim.load import describe, load"),
+    ("data.md", "asset2sim refine data/raw --out refined --dry-run"),
+    ("data.md", "asset2sim settings"),
+    ("load.md", "from asset2sim.load import describe, load"),
+    ("load.md", "import mujoco"),
+    ("load.md", "import numpy"),
+    ("models.md", "python -m tests.scripted_server"),
+]
+ENGINEER = [
+    ("README.md", "make nightly"),
+    ("nightly.md", "asset2sim refine data/raw --out nights --dry-run"),
+    ("nightly.md", "asset2sim refine data/raw --out nights --min-success"),
+]
+DATA_PERSON = [
+    ("README.md", "asset2sim refine data/raw --out data/refined --dry-run"),
+    ("README.md", "asset2sim failures"),
+    ("catalog.md", "asset2sim failures"),
+    ("catalog.md", "from asset2sim.catalog.query import connect"),
+    ("catalog.md", "import pandas"),
+    ("catalog.md", "import intake"),
+    ("catalog.md", "import mlflow"),
+]
+ELSEWHERE = {
+    ("README.md", "make flow"): "`.ci/run` and the walks run what both targets run",
+    ("README.md", "export GEMINI_API_KEY"): "a key: models.md's server stands for the provider",
+    ("models.md", "export GEMINI_API_KEY"): "a key: models.md's server stands for the provider",
+    ("nightly.md", "prefect work-pool"): "tests/test_flows_serve_nightly.py: prefect.yaml deploys to a work pool",
+    ("nightly.md", "dask scheduler"): "tests/test_flows_faults.py: a scheduler and its workers, one killed",
+    ("buckets.md", "export AWS_ACCESS_KEY_ID"): "tests/test_flows_remote.py: into a bucket of a server here",
+}
+"""Blocks that no walk runs, and what runs the like."""
+
+
+def block(page: str, start: str) -> Block:
+    (found,) = (item for item in BLOCKS.values() if item.page == page and item.text.startswith(start))
+    return found
+
+
+def free_port() -> str:
+    with socket.socket() as sock:
+        sock.bind(("127.0.0.1", 0))
+        return str(sock.getsockname()[1])
+
+
+def walk(steps: list[tuple[str, str]], tmp_path: Path) -> tuple[Path, list[str]]:
+    """Run the blocks in order; the folder, and what each printed."""
+    folder = checkout(tmp_path / "my checkout", SAMPLES)
+    environment = {"PREFECT_HOME": str(tmp_path / "prefect"), "PYTHONPATH": str(folder)}
+    port = {"8000": free_port()}
+    return folder, [run_block(block(*step), folder, environment, port, LIMIT_S) for step in steps]
+
+
+def test_every_block_is_run_by_a_walk_or_says_what_runs_the_like() -> None:
+    known = {block(*step)[:2] for step in (*RESEARCHER, *ENGINEER, *DATA_PERSON, *ELSEWHERE)}
+    assert set(BLOCKS) == known
+    for reason in ELSEWHERE.values():
+        for word in reason.replace(":", " ").split():
+            assert not word.startswith("tests/") or Path(__file__).parents[1].joinpath(word).is_file(), word
+
+
+@pytest.mark.system
+def test_the_researcher(tmp_path: Path) -> None:
+    folder, said = walk(RESEARCHER, tmp_path)
+    overlay = json.loads((folder / "one/assets/laptop_silver/overlay.json").read_text(encoding="utf-8"))
+    assert "0.3" in json.dumps(overlay), "30 cm wide"
+    assert "joint_0" in said[1]
+    assert pd.read_parquet(folder / "asked/catalog/model_calls.parquet")["model"].eq("openai/scripted").all()
+
+
+@pytest.mark.system
+def test_the_engineer(tmp_path: Path) -> None:
+    folder, said = walk(ENGINEER, tmp_path)
+    assert (folder / "alert.txt").read_text(encoding="utf-8").startswith("done") or "ok" in said[1]
+    assert "exit code 3" in said[2]
+    assets = pd.read_parquet(folder / "nights/catalog/assets.parquet")
+    assert set(assets["asset_id"]) == set(SAMPLES)
+
+
+@pytest.mark.system
+def test_the_data_person(tmp_path: Path) -> None:
+    folder, said = walk(DATA_PERSON, tmp_path)
+    assert "asset_id,mass_kg" in (folder / "masses.csv").read_text(encoding="utf-8")
+    assert "[kg]" in said[3] or "comment" in said[3]
+    assert "laptop_silver" in said[5]
+    assert "FINISHED" in said[6]
