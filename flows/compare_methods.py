@@ -9,6 +9,7 @@ from asset2sim.runs.check_request import check_run
 from asset2sim.runs.dataset import load_dataset
 from asset2sim.runs.isolation.children import warm_up
 from asset2sim.studies.methods.comparison import BLOCK, compare, write_comparison, write_page
+from asset2sim.studies.methods.meaning import experts_apart
 from asset2sim.studies.methods.method_runs import CompareRequest, parse_request, planned_runs
 from asset2sim.studies.methods.object_rows import read_objects
 from asset2sim.studies.pages.blocks import check_page
@@ -41,7 +42,7 @@ def compare_methods(request: CompareRequest) -> int:
                 if result.stopped is not None:
                     sys.stderr.write(f"{result.stopped}; run it again to compare\n")
                     return STOPPED
-    compared = compare(read_objects(runs, base.thresholds), request.subset, request.engines)
+    compared = compare(read_objects(runs, base.thresholds), request.subset, request.engines, experts_apart(runs))
     report = write_comparison(request.out, runs, compared)
     if request.page is not None:
         write_page(request.page, request.out, compared)

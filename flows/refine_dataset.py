@@ -6,12 +6,14 @@ from asset2sim.catalog.run import finish_run, remove_run_marker, start_run, writ
 from asset2sim.catalog.storage.cache import working_folder
 from asset2sim.catalog.storage.disk import raise_disk_full
 from asset2sim.catalog.stored_tables import check_catalog
+from asset2sim.checks.alignment.expectations import unknown_assets
 from asset2sim.runs.remote.output import open_output, send_rest
 from asset2sim.runs.result import RunResult
 from flows import PIPELINE
 from flows.steps import (
     align,
     discover,
+    find_expectations,
     find_previous,
     find_references,
     log_run,
@@ -45,7 +47,7 @@ def refine_dataset(
     """
     data, place, settings = absolute(data), absolute(out), settings or Settings()
     refs = discover(data, place, settings, subset, asset_ids, limit, found)
-    references = find_references(data)
+    references, expectations = find_references(data), find_expectations(data)
     # Only a run over the whole dataset can tell which assets were removed from it.
     whole = subset is None and not asset_ids and limit is None
     present = frozenset(ref.asset_id for ref in refs) if whole else None
@@ -54,9 +56,9 @@ def refine_dataset(
         check_catalog(out)
         started = start_run(settings, str(data), subset)
         died = write_run_marker(out, started)
-        todo = plan(opaque(refs), opaque(references), output, settings, pipeline, started.run_id)
+        todo = plan(opaque(refs), opaque(references), opaque(expectations), output, settings, pipeline, started.run_id)
         refined = refine_assets(opaque(refs), opaque(todo), output, settings, started.run_id, pipeline)
-        refined = align(opaque(refined), opaque(references))
+        refined = align(opaque(refined), opaque(references), opaque(expectations))
         run = finish_run(started, "interrupted" if refined.stopped else "finished")
         previous = find_previous(out, run, opaque(present))
         publish(output, run, opaque(refined), opaque(present))
@@ -65,7 +67,8 @@ def refine_dataset(
         # After Ctrl-C the run ends without MLflow, which alone takes seconds.
         warning = None if refined.stopped else log_run(out, run, opaque(refined), opaque(told.changes))
         send_rest(output)
-    warnings = (*told.warnings, *((warning,) if warning else ()))
+    unknown = () if present is None else unknown_assets(expectations, present)
+    warnings = (*told.warnings, *((warning,) if warning else ()), *unknown)
     return RunResult(
         out, run, refined.records, refined.stopped, warnings, refined.unchanged, told.path, told.changes, place
     )

@@ -72,7 +72,7 @@ def print_asset(out: Path | str, asset_id: str) -> None:
 
 def print_summary(result: RunResult) -> None:
     """Print every refined asset with its verdict, the failure modes, and where the output is."""
-    from asset2sim.catalog.summary import alignment_line, summary_table
+    from asset2sim.catalog.summary import alignment_line, expected_line, summary_table
 
     console = output()
     if result.records or not result.unchanged:
@@ -80,9 +80,9 @@ def print_summary(result: RunResult) -> None:
         console.print()
     if result.unchanged:
         console.print(Text(_unchanged_line(result) + "\n"))
-    found = [record.alignment for record in result.records if record.alignment is not None]
-    if found:
-        console.print(Text(alignment_line(found) + "\n"))
+    for line in (expected_line(result.records), alignment_line(result.records)):
+        if line:
+            console.print(Text(line + "\n"))
     console.print(render_failures(failure_breakdown(result.out)))
     report = f"\nreport:  {result.shown_report}" if result.report else ""
     console.print(Text(f"assets:  {result.shown('assets')}\ncatalog: {result.shown('catalog')}{report}"))

@@ -17,6 +17,8 @@ from asset2sim.catalog.mlflow_store import prepare_mlflow
 from asset2sim.catalog.run import RunRow
 from asset2sim.catalog.write import write_run
 from asset2sim.checks.alignment.align import align_all
+from asset2sim.checks.alignment import expectations as expected
+from asset2sim.checks.alignment.expectations import Expectations
 from asset2sim.checks.alignment.reference import FILE, Reference, read_references
 from asset2sim.runs import alert as alerts
 from asset2sim.runs.check_request import check_request
@@ -66,10 +68,17 @@ def find_references(data: Location) -> dict[str, Reference]:
     return read_references(local_file(below(data, FILE)))
 
 
+@step("find-expectations")
+def find_expectations(data: Location) -> Expectations:
+    """What readers of the dataset's prompts expect, as far as it says."""
+    return expected.read_expectations(local_file(below(data, expected.FILE)))
+
+
 @step("plan")
 def plan(
     refs: list[AssetRef],
     references: dict[str, Reference],
+    expectations: Expectations,
     output: Output,
     settings: Settings,
     pipeline: str,
@@ -77,7 +86,7 @@ def plan(
 ) -> Plan:
     """The assets that the run must do, sent to the workers where the output is a URL."""
     there = stored_asset_ids(output, views=settings.views.in_run)
-    made = make_plan(refs, references, output.folder, settings, pipeline, run_id, there)
+    made = make_plan(refs, references, output.folder, settings, pipeline, run_id, there, expectations)
     send_plan(output, made)
     return made
 
@@ -94,9 +103,11 @@ def refine_assets(
 
 
 @step("align")
-def align(refined: RunRecords, references: dict[str, Reference]) -> RunRecords:
-    """The records with their alignment."""
-    return replace(refined, records=align_all(refined.records, references))
+def align(refined: RunRecords, references: dict[str, Reference], expectations: Expectations) -> RunRecords:
+    """The records with their alignment, and with how they meet what is expected of them."""
+    aligned = align_all(refined.records, references)
+    records = (expected.with_expectations(record, expectations.get(record.ref.asset_id, ())) for record in aligned)
+    return replace(refined, records=tuple(records))
 
 
 @step("publish")

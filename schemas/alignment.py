@@ -1,6 +1,6 @@
-"""Scores of how well a refined asset matches its prompt and an expert's reference."""
+"""Scores of how well a refined asset matches its prompt, an expert's reference, and written expectations."""
 
-from schemas.base import Fraction, Frozen, NonNegative
+from schemas.base import Finite, Fraction, Frozen, NonNegative
 
 
 class Score(Frozen):
@@ -30,3 +30,44 @@ class Alignment(Frozen):
     def value(self) -> float:
         """The prompt alignment a in [0, 1]: half for scale, half for the articulated state."""
         return (self.scale.value + self.state.value) / 2.0
+
+
+SIZE, NOTHING = "size", "none"
+"""What an expectation may be about that is no joint: the object's size, and no state that could be told."""
+
+
+class Expectation(Frozen):
+    """What a careful reader of an object's prompt and pictures accepts of one thing, written before any result.
+
+    ``what`` is ``size`` (longest edge with all closed, cm), a joint (position at scale 1, rad or m), or ``none`` (the
+    prompt asks no state that could be told). Any of the ``ranges`` will do. ``swings``: it may end anywhere.
+    """
+
+    what: str
+    ranges: tuple[tuple[Finite, Finite], ...] = ()
+    unit: str = ""
+    swings: bool = False
+    why: str = ""
+    lines: tuple[int, ...] = ()
+
+
+class Expected(Frozen):
+    """How an asset meets one expectation. ``at_start`` and ``at_rest`` are None where nothing is asked or measured.
+
+    ``start`` is where it starts, or its size; ``rest`` where it settled in ``rest_engine``, of all engines the one that
+    left it furthest from what is expected. Units are the expectation's.
+    """
+
+    expectation: Expectation
+    at_start: bool | None = None
+    start: Finite | None = None
+    at_rest: bool | None = None
+    rest: Finite | None = None
+    rest_engine: str | None = None
+    reason: str = ""
+
+    @property
+    def met(self) -> bool | None:
+        """Whether it is met in the end: a joint at rest, a size or what swings at the start; None if not known."""
+        stated = self.expectation
+        return self.at_start if stated.swings or stated.what == SIZE else self.at_rest

@@ -4,7 +4,7 @@ from collections.abc import Sequence
 
 from pydantic import Field
 
-from schemas.alignment import Alignment
+from schemas.alignment import Alignment, Expected
 from schemas.base import Frozen
 from schemas.features import Features
 from schemas.finding import Finding, TraceStep
@@ -64,6 +64,7 @@ class AssetRecord(Frozen):
     reports: tuple[EngineReport, ...] = ()
     overlaps: tuple[OverlapPair, ...] = ()
     alignment: Alignment | None = None
+    expected: tuple[Expected, ...] = ()
     calls: tuple[ModelCall, ...] = ()
     trace: tuple[TraceStep, ...] = ()
     findings: tuple[Finding, ...] = ()

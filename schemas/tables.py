@@ -1,7 +1,7 @@
 """The catalog's tables: an Arrow schema each, with units in column names and a description in every field."""
 
 from schemas.table import ASSET_COLUMNS, ASSET_KEY, BY_TYPE, COUNT, FLAG, POSITION, REAL, TEXT, TIME, Column, make_table
-from schemas.tables_engines import ALIGNMENTS, INTERACTIONS, MEASUREMENTS, OVERLAPS, TRACE
+from schemas.tables_engines import ALIGNMENTS, EXPECTATIONS, INTERACTIONS, MEASUREMENTS, OVERLAPS, TRACE
 from schemas.vocabulary import Stage
 
 OUTCOME_COLUMNS = (
@@ -218,6 +218,8 @@ TABLES = {
                "All pairs that overlap in the initial state, parent and child included, and why", OVERLAPS),
         make_table("alignment", "one row per asset, method and model that came to an overlay", ASSET_KEY,
                "How well each asset is what its user asked for, and how far from an expert's choice", ALIGNMENTS),
+        make_table("expectations", "one row per asset, method, model and thing that is expected", (*ASSET_KEY, "what"),
+               "How each asset meets what readers of its prompt and pictures wrote down before any result", EXPECTATIONS),
         make_table("runs", "one row per run", ("run_id",),
                "What was run, with which settings and versions, and how it ended", _RUNS),
     )

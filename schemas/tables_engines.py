@@ -63,6 +63,21 @@ ALIGNMENTS: tuple[Column, ...] = (
     ("joint_deviation_m", REAL, "m", "|q − q_ref| of the joint of interest, a slider, at the final scale; else null"),
 )
 
+EXPECTATIONS: tuple[Column, ...] = (
+    *ASSET_COLUMNS,
+    ("what!", TEXT, "", "size (longest edge with all closed), a joint (position at scale 1), or none: nothing is asked"),
+    ("unit!", TEXT, "", "cm, rad or m; swings: a joint, in its own unit, that may end elsewhere"),
+    ("lows!", REALS, "as the column unit says", "Lower ends of the ranges that a reader accepts; any range will do"),
+    ("highs!", REALS, "as the column unit says", "Their upper ends"),
+    ("start", REAL, "as the column unit says", "Size, or where the joint starts; null where nothing is asked or known"),
+    ("met_at_start", FLAG, "", "Whether that is expected; false without an overlay, null where nothing is asked"),
+    ("rest", REAL, "as the column unit says", "Where the joint settled, in the engine that left it furthest off"),
+    ("rest_engine", TEXT, "", "That engine"),
+    ("met_at_rest", FLAG, "", "Whether it settled as expected in every engine; null for sizes and what swings"),
+    ("why!", TEXT, "", "The reader's reason"),
+    ("reason!", TEXT, "", "Why it could not be held against the asset; empty where it could"),
+)
+
 TRACE: tuple[Column, ...] = (
     *ASSET_COLUMNS,
     ("step_index!", COUNT, "1", "0 for the asset's first step"),

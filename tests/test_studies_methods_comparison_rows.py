@@ -12,14 +12,23 @@ from PIL import Image
 
 from asset2sim.catalog.run import start_run
 from asset2sim.catalog.write import write_run
+from asset2sim.checks.alignment.expectations import with_expectations
 from asset2sim.studies.methods.charts import growth_chart, spread_labels
 from asset2sim.studies.methods.comparison import compare, write_comparison, write_page
 from asset2sim.studies.methods.comparison_rows import OUTCOMES, Row, failure_rows, figure_rows, growth_rows
 from asset2sim.studies.methods.figure_specs import COST, STABILITY, SUCCESS, TABLE_1, stated
-from asset2sim.studies.methods.markdown import agreement_sentences, failure_table, figure_table, stability_tables
+from asset2sim.studies.methods.markdown import (
+    agreement_sentences,
+    failure_table,
+    figure_table,
+    meaning_table,
+    stability_tables,
+)
+from asset2sim.studies.methods.meaning import apart_table, experts_apart
 from asset2sim.studies.methods.method_runs import METHODS, NO_MODEL, Run
 from asset2sim.studies.methods.object_rows import read_objects
 from asset2sim.studies.pages.blocks import markers
+from schemas.alignment import Expectation
 from schemas.asset import AssetRecord, AssetRef
 from schemas.errors import UsageError
 from schemas.settings import ModelSettings, Settings, Thresholds
@@ -35,6 +44,7 @@ def one(method: Method, asset_id: str, model: str = MODEL, /, **changes: object)
         "failure_mode": "none", "paper_failure_mode": None, "penetration_mm": 0.0, "drift_passes": True,
         "oscillation_passes": True, "paper_tests_pass": True, "alignment": 1.0, "judged": np.nan,
         "scale_deviation": 0.1, "joint_deviation_rad": 0.2, "calls": 1, "tokens": 100, "cost_usd": 0.01, "seconds": 2.0,
+        "meaning": np.nan, "size_met": None, "joints_asked": None, "joints_met_at_start": None, "joints_met": None,
     }  # fmt: skip
     return fields | changes
 
@@ -68,11 +78,37 @@ def test_figures_by_hand() -> None:
     assert direct["penetration_others"]["value"] == pytest.approx(4.0)
     assert direct["scale"]["value"] == pytest.approx(30.0) and direct["joint"]["n"] == 2
     # What never came to an overlay is aligned with nothing; what was not measured passes nothing.
-    assert direct["alignment"]["value"] == pytest.approx(50.0) and direct["drift"]["value"] == pytest.approx(200 / 3)
+    assert direct["rubric"]["value"] == pytest.approx(50.0) and direct["drift"]["value"] == pytest.approx(200 / 3)
     assert direct["success"]["value"] == pytest.approx(100 / 3) and direct["calls"]["value"] == pytest.approx(5 / 3)
     ours = found(rows, Method.ASSET2SIM, "penetration_nonzero")
     assert ours["value"] == pytest.approx(0.5), "what is rounding counts as zero"
     assert (ours["paper"], ours["paper_spread"]) == (12.83, 18.14)
+
+
+def expected(meaning: float, size: bool | None, asked: int, start: int, rest: int) -> dict[str, object]:
+    counts = {"joints_asked": asked, "joints_met_at_start": start, "joints_met": rest}
+    return {"meaning": meaning, "size_met": size, **counts}
+
+
+def test_the_rubric_speaks_only_where_nobody_wrote_what_to_expect() -> None:
+    objects = pd.DataFrame(
+        [
+            one(Method.ASSET2SIM, "1", alignment=1.0, **expected(0.75, True, 4, 3, 2)),
+            one(Method.ASSET2SIM, "2", alignment=1.0, **expected(0.0, False, 1, 1, 0)),
+            one(Method.ASSET2SIM, "3", alignment=0.6), one(Method.ASSET2SIM, "4", alignment=np.nan),
+            one(Method.RAW, "1", NO_MODEL, **expected(0.0, False, 4, 0, 0)),
+        ]
+    )  # fmt: skip
+    rows = figure_rows(objects, STABILITY, None)
+    alignment, rubric = (found(rows, Method.ASSET2SIM, key) for key in ("alignment", "rubric"))
+    assert (alignment["value"], alignment["n"]) == (pytest.approx(37.5), 2)
+    assert (rubric["value"], rubric["n"]) == (pytest.approx(30.0), 2)
+    table = meaning_table(objects, MODEL).splitlines()
+    assert table[2:] == [
+        "| **ours** | 1 of 2 | 4 of 5 | 2 of 5 | 2 |",
+        "| as it came | 0 of 1 | 0 of 4 | 0 of 4 | 1 |",
+    ]
+    assert meaning_table(OBJECTS, MODEL) == ""
 
 
 def test_differences_are_over_the_objects_that_both_have() -> None:
@@ -222,6 +258,37 @@ def test_objects_are_read_from_the_latest_run_of_each_folder(tmp_path: Path) -> 
     assert rows["alignment"].tolist()[:2] == [0.75, 0.75] and rows["alignment"].isna()["3"]
     assert rows.loc["1", "scale_deviation"] == 0.25 and rows["scale_deviation"].isna()["2"]
     assert rows.loc["3", "paper_failure_mode"] == "no valid parameter estimate"
+
+
+def test_expectations_are_read_from_every_run_and_experts_are_held_to_them(tmp_path: Path) -> None:
+    size = Expectation(what="size", ranges=((90.0, 99.0),), unit="cm", why="a big box", lines=(2,))
+    hinge = Expectation(what="hinge", ranges=((0.0, 0.2), (2.0, 2.1)), unit="rad", why="ajar", lines=(3,))
+    slider = hinge.model_copy(update={"what": "slider", "ranges": ((3.0, 4.0),), "unit": "m"})
+    swings = hinge.model_copy(update={"unit": "swings", "swings": True})
+    base = make_record("1")
+    assert base.overlay is not None
+    joints = tuple(joint.model_copy(update={"asked_position": None}) for joint in base.overlay.joints)
+    expert = base.model_copy(update={"overlay": base.overlay.model_copy(update={"joints": joints})})
+    records = {
+        "1": with_expectations(expert, (size, hinge, slider)),
+        "2": with_expectations(make_record("2"), (swings,)),
+        "3": with_expectations(make_failure("3", FailureMode.MODEL_ERROR), (size, hinge)),
+        "4": with_expectations(make_record("4"), (Expectation(what="none", lines=(9,)),)),
+        "5": make_record("5"),
+    }
+    run = Run(Method.REFERENCE, MODEL, tmp_path)
+    settings = Settings(method=Method.REFERENCE, model=ModelSettings(model=MODEL))
+    write_run(tmp_path, start_run(settings, "data"), [refined(Method.REFERENCE, item) for item in records.values()])
+    rows = read_objects([run], Thresholds()).set_index("asset_id")
+    assert rows["meaning"].fillna(-1.0).to_dict() == {"1": 0.25, "2": 1.0, "3": 0.0, "4": -1.0, "5": -1.0}
+    counts = rows[["joints_asked", "joints_met_at_start", "joints_met"]].fillna(-1)
+    assert counts.loc[["1", "2", "3", "5"]].to_numpy().tolist() == [[2, 1, 1], [1, 1, 1], [1, 0, 0], [-1, -1, -1]]
+    assert rows["size_met"].fillna(True).to_dict() == {"1": False, "2": True, "3": False, "4": True, "5": True}
+    # The expert gave a scale alone: of the joints none is an expert's choice.
+    (apart,) = experts_apart([run])
+    assert (apart["asset_id"], apart["what"], apart["start"]) == ("1", "size", 25.0)
+    assert apart_table([apart]).splitlines()[2] == "| 1 | size | 25 | 90 to 99 | cm | a big box |"
+    assert experts_apart([Run(Method.ASSET2SIM, MODEL, tmp_path)]) == [] and apart_table([]) == ""
 
 
 def test_a_folder_without_a_run_is_named(tmp_path: Path) -> None:

@@ -34,6 +34,7 @@ def table_rows(
         rows["interactions"] += rows_engines.interaction_rows(key, record, limits)
         rows["link_overlaps"] += rows_engines.overlap_rows(key, record)
         rows["alignment"] += rows_engines.alignment_rows(key, record)
+        rows["expectations"] += rows_engines.expectation_rows(key, record)
     return rows | {"runs": [run_row(run, records, unchanged)]}
 
 

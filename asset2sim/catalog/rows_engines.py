@@ -128,3 +128,25 @@ def alignment_rows(key: Row, record: AssetRecord) -> list[Row]:
         "joint_deviation_m": found.joint_deviation if slider else None,
     }
     return [key | row]
+
+
+def expectation_rows(key: Row, record: AssetRecord) -> list[Row]:
+    """Rows of ``expectations``: one for each thing that the dataset's expectations say of the asset."""
+    rows: list[Row] = []
+    for item in record.expected:
+        stated = item.expectation
+        row = {
+            "what": stated.what,
+            "unit": stated.unit,
+            "lows": [low for low, _ in stated.ranges],
+            "highs": [high for _, high in stated.ranges],
+            "start": item.start,
+            "met_at_start": item.at_start,
+            "rest": item.rest,
+            "rest_engine": item.rest_engine,
+            "met_at_rest": item.at_rest,
+            "why": stated.why,
+            "reason": item.reason,
+        }
+        rows.append(key | row)
+    return rows

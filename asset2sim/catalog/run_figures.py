@@ -7,7 +7,7 @@ from statistics import fmean, median
 from asset2sim.catalog.rows import run_cost, total_seconds
 from asset2sim.catalog.rows_engines import prismatic_joints
 from asset2sim.checks.verdict import oscillating_joints
-from schemas.alignment import Alignment
+from schemas.alignment import NOTHING, SIZE, Alignment
 from schemas.asset import AssetRecord, Unchanged
 from schemas.measurement import Measurement
 from schemas.settings import Thresholds
@@ -78,9 +78,27 @@ def _semantics(records: Sequence[AssetRecord]) -> dict[str, float]:
     figures |= _spread("judged", [item.judged.value for item in found if item.judged is not None], {"mean": fmean})
     off = [item.scale_deviation for item in found if item.scale_deviation is not None and item.reference_states_scale]
     figures |= _spread("scale_deviation", off, {"mean": fmean})
+    for name, (met, asked) in expected_counts(records).items():
+        figures |= {f"expected_{name.replace(' ', '_')}_share": met / asked} if asked else {}
     for name, slider in (("joint_deviation_rad", False), ("joint_deviation_m", True)):
         figures |= _spread(name, joint_deviations(found, slider=slider), {"mean": fmean})
     return figures
+
+
+def expected_counts(records: Sequence[AssetRecord]) -> dict[str, tuple[int, int]]:
+    """Sizes, and asked joints at the start and at rest: how many are as expected, and of how many; {} where the dataset
+    has no expectations. What swings counts at rest as it was at the start."""
+    every = [item for record in records for item in record.expected]
+    if not every:
+        return {}
+    joints = [item for item in every if item.expectation.what not in (SIZE, NOTHING)]
+    verdicts = {
+        "sizes": [item.met for item in every if item.expectation.what == SIZE],
+        "joints at the start": [item.at_start for item in joints],
+        "joints at rest": [item.met for item in joints],
+    }
+    known = {name: [met for met in found if met is not None] for name, found in verdicts.items()}
+    return {name: (sum(found), len(found)) for name, found in known.items()}
 
 
 def joint_deviations(found: Iterable[Alignment], *, slider: bool) -> list[float]:

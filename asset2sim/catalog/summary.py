@@ -8,10 +8,9 @@ from rich.table import Table
 from rich.text import Text
 
 from asset2sim.catalog.rows import queries, total_seconds
-from asset2sim.catalog.run_figures import joint_deviations, run_figures
+from asset2sim.catalog.run_figures import expected_counts, joint_deviations, run_figures
 from asset2sim.catalog.text import NOTHING, number
 from asset2sim.checks.verdict import report_verdict
-from schemas.alignment import Alignment
 from schemas.asset import AssetRecord
 from schemas.settings import Thresholds
 from schemas.vocabulary import Status
@@ -86,11 +85,25 @@ def _fixed(value: float | None, decimals: int) -> str:
     return f"{value:.{decimals}f}" if abs(value) < 1e5 else f"{value:.1e}"
 
 
-def alignment_line(found: Sequence[Alignment]) -> str:
-    """Prompt alignment, and mean deviations from the expert reference where there is one; "" without assets."""
+def expected_line(records: Sequence[AssetRecord]) -> str:
+    """How many sizes and asked joints are as the dataset's expectations have them; "" without any."""
+    met = expected_counts(records)
+    if not met:
+        return ""
+    parts = [f"{name} {count} of {asked}" for name, (count, asked) in met.items() if asked]
+    return f"as its readers expect: {', '.join(parts) or 'nothing that could be told'}"
+
+
+def alignment_line(records: Sequence[AssetRecord]) -> str:
+    """Prompt alignment by rubric of the assets without expectations, and mean deviations from the expert reference where
+    there is one; "" without assets."""
+    found = [record.alignment for record in records if record.alignment is not None]
     if not found:
         return ""
-    line = f"prompt alignment {100.0 * fmean([item.value for item in found]):.1f} % over {len(found)} assets"
+    alone = [record.alignment.value for record in records if record.alignment is not None and not record.expected]
+    line = "prompt alignment by rubric: every asset has expectations instead"
+    if alone:
+        line = f"prompt alignment by rubric {100.0 * fmean(alone):.1f} % over {len(alone)} assets"
     judged = [item.judged.value for item in found if item.judged is not None]
     if judged:
         line += f", by the judge {100.0 * fmean(judged):.1f} % over {len(judged)}"

@@ -5,7 +5,7 @@ import functools
 import hashlib
 import json
 import os
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from importlib import metadata
 from pathlib import Path
@@ -13,6 +13,7 @@ from pathlib import Path
 from asset2sim.checks.alignment.reference import Reference
 from asset2sim.engines.registry import installed
 from asset2sim.models.language.csv_rows import LEFT_OUT_VARIABLE
+from schemas.alignment import Expectation
 from schemas.asset import AssetRef
 from schemas.settings import EngineSettings, Settings
 from schemas.vocabulary import DECIDING_PACKAGES, Engine
@@ -109,8 +110,11 @@ def shared_hash(settings: Settings, pipeline: str) -> str:
     return hashlib.sha256(json.dumps(material, sort_keys=True).encode()).hexdigest()
 
 
-def content_hash(ref: AssetRef, files: str, shared: str, reference: Reference | None) -> str:
+def content_hash(
+    ref: AssetRef, files: str, shared: str, reference: Reference | None, expectations: Sequence[Expectation] = ()
+) -> str:
     """SHA-256 over an asset's manifest row, its files' digest, what the run's assets share, and the expert's choice
-    that its alignment is held against; 64 hex digits."""
+    and the expectations that its alignment is held against; 64 hex digits."""
     material = [ref.model_dump(mode="json", exclude={"path"}), files, shared, repr(reference)]
+    material += [item.model_dump_json(exclude={"lines"}) for item in expectations]
     return hashlib.sha256(json.dumps(material, sort_keys=True).encode()).hexdigest()

@@ -5,8 +5,10 @@ from collections.abc import Callable, Container, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
+from types import MappingProxyType
 
 from asset2sim.catalog.stored_tables import recorded_assets, recorded_run_ids
+from asset2sim.checks.alignment.expectations import Expectations
 from asset2sim.checks.alignment.reference import Reference
 from asset2sim.runs.plan.content_hash import content_hash, shared_hash
 from asset2sim.runs.plan.records import KeptRecord, drop_record, keep_record, kept_records
@@ -44,6 +46,7 @@ def make_plan(
     pipeline: str,
     run_id: str,
     there: Container[str] | None = None,
+    expectations: Expectations = MappingProxyType({}),
 ) -> Plan:
     """Plan a run that holds ``lock_output(out)``; from here on it may write to the folders of ``todo``.
 
@@ -57,7 +60,10 @@ def make_plan(
     with open_state(out) as state:
         contents = asset_files_hashes(state, refs)
         hashes = {
-            ref.asset_id: content_hash(ref, contents[ref.path], shared, references.get(ref.asset_id)) for ref in refs
+            ref.asset_id: content_hash(
+                ref, contents[ref.path], shared, references.get(ref.asset_id), expectations.get(ref.asset_id, ())
+            )
+            for ref in refs
         }
         state.commit()
         left = unpublished_records(out, state)

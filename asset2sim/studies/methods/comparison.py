@@ -17,9 +17,11 @@ from asset2sim.studies.methods.markdown import (
     by_model,
     failure_table,
     figure_table,
+    meaning_table,
     notes,
     stability_tables,
 )
+from asset2sim.studies.methods.meaning import apart_table
 from asset2sim.studies.methods.method_runs import Run, slug
 from asset2sim.studies.pages.blocks import write_block
 from schemas import tables_compare as schema
@@ -33,7 +35,8 @@ GROWTH_CHART = "growth.png"
 
 @dataclass(frozen=True)
 class Comparison:
-    """A comparison's rows. ``engines`` names the engines in which the objects were verified."""
+    """A comparison's rows. ``engines`` names the engines in which the objects were verified, ``apart`` lists what
+    experts chose that readers of the same words do not accept."""
 
     subset: str | None
     engines: str
@@ -43,6 +46,7 @@ class Comparison:
     failures: list[Row]
     cost: list[Row]
     growth: list[Row]
+    apart: tuple[dict[str, object], ...] = ()
 
     @property
     def count(self) -> int:
@@ -50,7 +54,9 @@ class Comparison:
         return int(self.objects["asset_id"].nunique())
 
 
-def compare(objects: pd.DataFrame, subset: str | None, engines: str) -> Comparison:
+def compare(
+    objects: pd.DataFrame, subset: str | None, engines: str, apart: Sequence[dict[str, object]] = ()
+) -> Comparison:
     """Every table, from one row per object, method and model."""
     return Comparison(
         subset=subset,
@@ -61,6 +67,7 @@ def compare(objects: pd.DataFrame, subset: str | None, engines: str) -> Comparis
         failures=failure_rows(objects),
         cost=figure_rows(objects, COST, subset),
         growth=growth_rows(objects),
+        apart=tuple(apart),
     )
 
 
@@ -104,12 +111,25 @@ def model_section(found: Comparison, model: str, chart: str) -> list[str]:
         notes(model, found.subset, found.count, found.engines),
         "### Stability and semantics",
         stability_tables(found.stability, model),
+        *meaning_section(found, model),
         "### How assets ended",
         failure_table(found.failures, found.success, model),
         f"![Outcomes of each method with {described(model)}]({chart})",
         "### Cost of an asset",
         figure_table(found.cost, COST, model),
     ]
+
+
+def meaning_section(found: Comparison, model: str) -> list[str]:
+    """What readers expect and what came of it, and where experts part from them; empty without expectations."""
+    table = meaning_table(found.objects, model)
+    if not table:
+        return []
+    said = "As careful readers of prompt and pictures expect, written before any result (`expectations.csv`):"
+    parts = [said, table]
+    if found.apart:
+        parts += ["Where the experts' choice is not what readers of the same words accept:", apart_table(found.apart)]
+    return parts
 
 
 def page_block(found: Comparison, pictures: dict[str, str]) -> str:
@@ -120,6 +140,7 @@ def page_block(found: Comparison, pictures: dict[str, str]) -> str:
     parts = [
         notes(model, found.subset, found.count, found.engines),
         figure_table(found.stability, STABILITY, model),
+        *meaning_section(found, model),
         f"![Outcomes of each method with {described(model)}]({pictures[model]})",
         figure_table(found.cost, COST, model),
     ]

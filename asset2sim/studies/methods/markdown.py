@@ -7,6 +7,7 @@ import pandas as pd
 from asset2sim.catalog.text import NOTHING, markdown_table
 from asset2sim.studies.methods.comparison_rows import OK, OURS, OUTCOMES, Row, array_of
 from asset2sim.studies.methods.figure_specs import NINE_SUBSET, STABILITY, SUCCESS, FigureSpec
+from asset2sim.studies.methods.meaning import HEADINGS, met_cells
 from asset2sim.studies.methods.method_runs import METHODS, NO_MODEL
 from asset2sim.studies.methods.statistics import agreement
 from schemas.model_names import described
@@ -50,6 +51,16 @@ def difference_table(rows: Sequence[Row], figures: Sequence[FigureSpec], model: 
         if method is not OURS
     ]
     return _table([figure.heading for figure in figures], lines)
+
+
+def meaning_table(objects: pd.DataFrame, model: str) -> str:
+    """How many sizes and asked joints each method has as readers expect; "" where nobody wrote what to expect."""
+    own = objects[objects["model"].isin([model, NO_MODEL]) & objects["joints_asked"].notna()]
+    if own.empty:
+        return ""
+    there = set(own["method"])
+    lines = [[_name(m), *met_cells(own[own["method"] == m.value])] for m in METHODS if m.value in there]
+    return markdown_table(HEADINGS, lines, right=range(1, len(HEADINGS)))
 
 
 def failure_table(rows: Sequence[Row], success: Sequence[Row], model: str) -> str:

@@ -6,7 +6,9 @@ import numpy as np
 import pandas as pd
 
 from asset2sim.catalog.read import latest_rows
+from asset2sim.checks.alignment.expectations import SWINGS
 from asset2sim.studies.methods.method_runs import Run
+from schemas.alignment import NOTHING, SIZE
 from schemas.model_names import JUDGE_PURPOSE
 from schemas.settings import Thresholds
 from schemas.vocabulary import PAPER_FAILURE_MODES, FailureMode
@@ -19,10 +21,11 @@ def read_objects(runs: Sequence[Run], limits: Thresholds) -> pd.DataFrame:
 
 
 def _objects(run: Run, limits: Thresholds) -> pd.DataFrame:
-    assets, aligned, calls = latest_rows(run.folder, "assets", "alignment", "model_calls")
+    assets, aligned, calls, expected = latest_rows(run.folder, "assets", "alignment", "model_calls", "expectations")
     columns = ["asset_id", "alignment", "judged", "scale_deviation", "reference_states_scale", "joint_deviation_rad"]
     merged = assets.merge(aligned[columns], on="asset_id", how="left")
     merged = merged.merge(_spent(calls), on="asset_id", how="left")
+    merged = merged.merge(_met(expected), on="asset_id", how="left")
     drift, steady = drift_passes(merged, limits), oscillation_passes(merged)
     phi = _number(merged, "penetration_mm")
     stated = true_of(merged["reference_states_scale"])
@@ -41,6 +44,9 @@ def _objects(run: Run, limits: Thresholds) -> pd.DataFrame:
             "oscillation_passes": steady,
             "paper_tests_pass": drift & steady & slow & (phi <= 1000.0 * limits.penetration_m),
             "alignment": _number(merged, "alignment"),
+            "meaning": _number(merged, "meaning"),
+            "size_met": merged["size_met"].astype("boolean"),
+            **{name: _number(merged, name).astype("Int64") for name in JOINT_COUNTS},
             "judged": _number(merged, "judged"),
             "scale_deviation": _number(merged, "scale_deviation").where(stated),
             "joint_deviation_rad": _number(merged, "joint_deviation_rad"),
@@ -74,6 +80,25 @@ def _spent(calls: pd.DataFrame) -> pd.DataFrame:
     grouped = own.assign(tokens=tokens).groupby("asset_id")
     spent = grouped.agg(calls=("call_index", "size"), tokens=("tokens", "sum"), spent_usd=("cost_usd", "sum"))
     return spent.reset_index()
+
+
+JOINT_COUNTS = ("joints_asked", "joints_met_at_start", "joints_met")
+
+
+def _met(expected: pd.DataFrame) -> pd.DataFrame:
+    """How each asset with expectations meets them: a row each, with ``meaning``, ``size_met`` and ``JOINT_COUNTS``."""
+    rows = []
+    for asset_id, own in expected.groupby("asset_id"):
+        size = own.loc[own["what"] == SIZE, "met_at_start"].dropna()
+        joints = own[~own["what"].isin([SIZE, NOTHING]) & own["met_at_start"].notna()]
+        ends = joints["met_at_start"].where(joints["unit"] == SWINGS, joints["met_at_rest"])
+        halves = [float(size.iloc[0])] if len(size) else []
+        halves += [float(true_of(ends).mean())] if len(joints) else []
+        row = {"asset_id": asset_id, "meaning": float(np.mean(halves)) if halves else np.nan}
+        row |= {"size_met": bool(size.iloc[0]) if len(size) else None}
+        counts = (len(joints), int(true_of(joints["met_at_start"]).sum()), int(true_of(ends).sum()))
+        rows.append(row | dict(zip(JOINT_COUNTS, counts, strict=True)))
+    return pd.DataFrame(rows, columns=["asset_id", "meaning", "size_met", *JOINT_COUNTS])
 
 
 def _number(frame: pd.DataFrame, name: str) -> "pd.Series[float]":
