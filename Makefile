@@ -107,7 +107,7 @@ judge: $(INSTALLED) .venv-judge/.installed ## an independent checker, simcheck, 
 	.venv-judge/bin/python -m pip install --quiet --disable-pip-version-check "simcheck[all]"
 	@touch $@
 
-rules: $(INSTALLED) ## refine DATA as it came, by the paper's rules and by ours, and write the table of docs/measured.md
+rules: $(INSTALLED) ## refine DATA as it came, with the paper's ranges and by ours, and write the table of docs/measured.md
 	@$(BIN)/python -m flows.compare_rules "$(DATA)" "$(OUT)" docs/measured.md
 
 withheld: $(INSTALLED) ## DATA without labels, and with each category left out of the tables: a table of docs/measured.md

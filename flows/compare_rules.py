@@ -1,4 +1,4 @@
-"""One dataset raw, by the paper's rules and by ours, compared for a table of the documentation: DATA OUT [PAGE]."""
+"""One dataset raw, with the paper's ranges and by our rules, for a table of the documentation: DATA OUT [PAGE]."""
 
 import sys
 from collections.abc import Sequence
@@ -25,7 +25,7 @@ PROGRAM = "python -m flows.compare_rules"
 
 
 class RulesOptions(Options):
-    """Compare one dataset raw, by the paper's rules, and by ours."""
+    """Compare one dataset raw, with the paper's ranges of joint terms, and by our rules."""
 
     data: CliPositionalArg[Path] = Field(description="the dataset")
     out: CliPositionalArg[Path] = Field(description="a folder for the three runs")

@@ -16,8 +16,8 @@ from asset2sim.catalog.index import write_index
 from asset2sim.catalog.mlflow_store import prepare_mlflow
 from asset2sim.catalog.run import RunRow
 from asset2sim.catalog.write import write_run
-from asset2sim.checks.alignment.align import align_all
 from asset2sim.checks.alignment import expectations as expected
+from asset2sim.checks.alignment.align import align_all
 from asset2sim.checks.alignment.expectations import Expectations
 from asset2sim.checks.alignment.reference import FILE, Reference, read_references
 from asset2sim.runs import alert as alerts

@@ -219,7 +219,7 @@ TABLES = {
         make_table("alignment", "one row per asset, method and model that came to an overlay", ASSET_KEY,
                "How well each asset is what its user asked for, and how far from an expert's choice", ALIGNMENTS),
         make_table("expectations", "one row per asset, method, model and thing that is expected", (*ASSET_KEY, "what"),
-               "How each asset meets what readers of its prompt and pictures wrote down before any result", EXPECTATIONS),
+               "How each asset meets what readers of its prompt and pictures wrote down beforehand", EXPECTATIONS),
         make_table("runs", "one row per run", ("run_id",),
                "What was run, with which settings and versions, and how it ended", _RUNS),
     )

@@ -19,7 +19,12 @@ _OBJECTS: tuple[Column, ...] = (
     ("oscillation_passes!", FLAG, "", "Whether no joint oscillated; not where not measured"),
     ("paper_tests_pass!", FLAG, "", "Whether it passed the paper's three tests: penetration, drift, oscillation"),
     ("alignment", REAL, "1", "Prompt alignment, 0 to 1, by rubric; null where it never came to an overlay"),
-    ("meaning", REAL, "1", "Half for an expected size, half for the share of expected joints at rest; null without any"),
+    (
+        "meaning",
+        REAL,
+        "1",
+        "Half for an expected size, half for the share of expected joints at rest; null without any",
+    ),
     ("size_met", FLAG, "", "Whether its size is as expected; null where none is"),
     ("joints_asked", COUNT, "1", "Joints of which the dataset expects something"),
     ("joints_met_at_start", COUNT, "1", "Those that start as expected"),

@@ -65,7 +65,12 @@ ALIGNMENTS: tuple[Column, ...] = (
 
 EXPECTATIONS: tuple[Column, ...] = (
     *ASSET_COLUMNS,
-    ("what!", TEXT, "", "size (longest edge with all closed), a joint (position at scale 1), or none: nothing is asked"),
+    (
+        "what!",
+        TEXT,
+        "",
+        "size (longest edge with all closed), a joint (position at scale 1), or none: nothing is asked",
+    ),
     ("unit!", TEXT, "", "cm, rad or m; swings: a joint, in its own unit, that may end elsewhere"),
     ("lows!", REALS, "as the column unit says", "Lower ends of the ranges that a reader accepts; any range will do"),
     ("highs!", REALS, "as the column unit says", "Their upper ends"),

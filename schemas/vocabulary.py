@@ -120,7 +120,8 @@ class Method(StrEnum):
 
     ``asset2sim`` is ours; ``direct`` one answer, taken as it is; ``ivw`` 25 answers, weighted by inverse variance;
     ``reference`` an expert's scale and state, an engine's defaults for the rest; ``no-semantics`` ours with every name
-    and label withheld; ``agent`` a model with tools and no structure of ours; ``raw`` the asset unchanged.
+    and label withheld; ``agent`` a model with tools and no structure of ours; ``constant`` one scale and every joint a
+    tenth open for every object, with our rules; ``raw`` the asset unchanged.
     """
 
     ASSET2SIM = "asset2sim"
@@ -129,6 +130,7 @@ class Method(StrEnum):
     REFERENCE = "reference"
     NO_SEMANTICS = "no-semantics"
     AGENT = "agent"
+    CONSTANT = "constant"
     RAW = "raw"
 
 

@@ -21,7 +21,9 @@ class AssetJob:
 
     @property
     def source(self) -> Source:
-        """Source of the numbers that the method proposes: an expert, a prior or a model."""
+        """Source of the numbers that the method proposes: an expert, a rule, a prior or a model."""
         if self.settings.method is Method.REFERENCE:
             return Source.USER
+        if self.settings.method is Method.CONSTANT:
+            return Source.RULE
         return Source.PRIOR if is_prior(self.settings.model.model) else Source.MODEL

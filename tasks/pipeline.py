@@ -11,6 +11,7 @@ from pathlib import Path
 
 from asset2sim.assets.extract import Extraction
 from asset2sim.assets.folder import staged_folder
+from asset2sim.baselines.constant import ask_nobody
 from asset2sim.baselines.no_semantics import unlabelled, without_semantics
 from asset2sim.checks.alignment.vision_judge import with_judge_score
 from asset2sim.checks.verdict import Verdict
@@ -45,6 +46,7 @@ METHODS: dict[Method, MethodStages] = {
     Method.IVW: MethodStages(synthesize.ivw),
     Method.REFERENCE: MethodStages(synthesize.reference),
     Method.AGENT: MethodStages(synthesize.agent),
+    Method.CONSTANT: MethodStages(synthesize.constant, rules=True),
     Method.RAW: MethodStages(synthesize.nothing),
 }
 
@@ -70,6 +72,8 @@ def run_stages(job: AssetJob, progress: Progress) -> Verdict:
     if job.settings.method is Method.NO_SEMANTICS:
         job = replace(job, ask=without_semantics(job.ask, extraction.features))
         extraction = replace(extraction, features=unlabelled(extraction.features))
+    if job.settings.method is Method.CONSTANT:
+        job = replace(job, ask=ask_nobody)
     try:
         proposal = run(Stage.SYNTHESIZE, method.synthesize, job, extraction).proposal
         overlay = run(Stage.VALIDATE, validate_overlay, job, extraction, proposal, rules=method.rules).overlay

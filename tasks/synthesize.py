@@ -4,6 +4,7 @@ from dataclasses import dataclass
 
 from asset2sim.assets.extract import Extraction
 from asset2sim.assets.views.canonical import labelled_views
+from asset2sim.baselines.constant import propose_constant
 from asset2sim.baselines.ivw import ask_fused
 from asset2sim.baselines.reference import propose_reference
 from asset2sim.models.ask_overlay import ask_overlay, synthesize
@@ -58,6 +59,11 @@ def agent(job: AssetJob, extraction: Extraction) -> Synthesized:
 
     proposal, calls, findings = run_agent(job.ref, extraction, job.settings, job.ask, job.source)
     return Synthesized(proposal=proposal, calls=calls, findings=findings)
+
+
+def constant(job: AssetJob, extraction: Extraction) -> Synthesized:
+    """Trivial baseline: the same scale and share open for every object."""
+    return Synthesized(proposal=propose_constant(extraction.features))
 
 
 def nothing(job: AssetJob, extraction: Extraction) -> Synthesized:

@@ -395,7 +395,9 @@ def test_tables_on_disk_are_read_by_every_command_and_taken_up_by_the_next_run(t
 def test_a_user_s_mistakes_are_one_line(tmp_path: Path) -> None:
     with pytest.raises(UsageError, match="no catalog in"):
         read_table(tmp_path, "assets")
-    with pytest.raises(UnknownChoiceError, match="'asset'; choose from: alignment, asset_history, assets, findings"):
+    with pytest.raises(
+        UnknownChoiceError, match="'asset'; choose from: alignment, asset_history, assets, expectations, findings"
+    ):
         read_table(tmp_path, "asset")
     write_run(tmp_path, make_run("r"), [make_record()])
     with pytest.raises(UsageError, match="the query failed") as caught:

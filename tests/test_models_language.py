@@ -8,18 +8,23 @@ from asset2sim.models.prior.answer import prior_overlay
 from tests import prior_objects as known
 from tests.prior_objects import Json, ask, felt
 
-SLIGHT_LID = 0.25 * 3.14
+SLIGHTLY = 0.15
+"""The middle of the 10 to 20 % that the paper's prompt calls slightly open, of the travel that is used."""
+SLIGHT_LID = SLIGHTLY * 1.9199
+"""Lids and doors are used up to 110°, a laptop's screen to 130° and a stapler's cover to 90°."""
 LEVEL = (0.0, 1.0, 0.0)
 LIDS = known.thing(
     "Toilet", known.hinged("lid", "lid", axis=LEVEL), known.hinged("seat", "seat", axis=LEVEL, upper=1.5)
 )
 """A toilet whose hinges lie level, so that gravity moves what hangs on them."""
 
+FRIDGE = known.thing("Refrigerator", known.hinged("door", "door", upper=3.14))
+
 PAPER_AND_MANIFEST: list[tuple[Json, str, dict[str, float]]] = [
     (
         known.BOX,
         "A small box with slightly open rotational lid. Low damping for a smooth hinge behavior.",
-        {"lid": -0.25},
+        {"lid": -1.0 + SLIGHT_LID},
     ),
     (
         known.BOX,
@@ -27,14 +32,18 @@ PAPER_AND_MANIFEST: list[tuple[Json, str, dict[str, float]]] = [
             "A very small jewelry box or treasure chest with a slightly open rotational lid. Low damping for smooth "
             "hinge behavior."
         ),
-        {"lid": -0.25},
+        {"lid": -1.0 + SLIGHT_LID},
     ),
     (
         known.BUCKET,
         "A small plastic bucket with its handle swung halfway over. The handle swings freely.",
         {"handle": 0.0},
     ),
-    (known.LAPTOP, "I want a slightly open laptop. Low damping for smooth operation.", {"screen": -1.8 + 0.916}),
+    (
+        known.LAPTOP,
+        "I want a slightly open laptop. Low damping for smooth operation.",
+        {"screen": -1.8 + SLIGHTLY * 2.2689},
+    ),
     (
         known.MICROWAVE,
         "I want a microwave opening its door halfway. Low damping for hinge-like behavior.",
@@ -46,11 +55,11 @@ PAPER_AND_MANIFEST: list[tuple[Json, str, dict[str, float]]] = [
         {"door": 0.8},
     ),
     (known.SAFE, "A small steel safe with its door wide open. The door is heavy and moves slowly.", {"door": 3.0}),
-    (known.STAPLER, "I want a slightly open stapler.", {"lid": -0.3 + 0.33 * 1.5708}),
+    (known.STAPLER, "I want a slightly open stapler.", {"lid": -0.3 + SLIGHTLY * 1.5708}),
     (
         known.STAPLER,
         "I want a slightly open stapler, with spring behavior in its joint for pressing/stapling.",
-        {"lid": -0.3 + 0.33 * 1.5708},
+        {"lid": -0.3 + SLIGHTLY * 1.5708},
     ),
     (
         known.SUITCASE,
@@ -73,7 +82,7 @@ PAPER_AND_MANIFEST: list[tuple[Json, str, dict[str, float]]] = [
             "I want a very small two-drawer under-desk office cabinet, with the first drawer closed and the second "
             "slightly open, with low damping sliding joints."
         ),
-        {"d0": 0.0, "d1": 0.1},
+        {"d0": 0.0, "d1": 0.075},
     ),
     (
         known.DRAWERS,
@@ -81,7 +90,7 @@ PAPER_AND_MANIFEST: list[tuple[Json, str, dict[str, float]]] = [
             "I want a small office drawer cabinet with its top drawer slightly open and all the other drawers "
             "closed, low friction slides."
         ),
-        {"d0": 0.1, "d1": 0.0, "d2": 0.0},
+        {"d0": 0.075, "d1": 0.0, "d2": 0.0},
     ),
     (
         known.TOASTER,
@@ -132,7 +141,7 @@ PAPER_AND_MANIFEST: list[tuple[Json, str, dict[str, float]]] = [
     (
         known.thing("Door", known.hinged("leaf", "rotation_door")),
         "An interior door, slightly open, with high damping so that it does not slam.",
-        {"leaf": 0.25 * 1.5708},
+        {"leaf": SLIGHTLY * 1.6},
     ),
     (
         known.thing("Knife", known.hinged("blade", "rotation_blade")),
@@ -159,13 +168,13 @@ OWN_PHRASINGS: list[tuple[Json, str, dict[str, float]]] = [
     (known.TOILET, "Its lid half closed, its seat closed", {"lid": 0.8, "seat": 0.0}),
     (known.TOILET, "lid open seat closed", {"lid": 1.6, "seat": 0.0}),
     (known.MICROWAVE, "A microwave whose door is not open", {"door": 0.0}),
-    (known.MICROWAVE, "The door isn't closed.", {"door": 0.25 * 1.5708}),
+    (known.MICROWAVE, "The door isn't closed.", {"door": SLIGHTLY * 1.6}),
     (known.MICROWAVE, "the door is not fully open", {"door": 1.2}),
     (known.MICROWAVE, "The door can be opened easily and stays open.", {}),
     (known.MICROWAVE, "It beeps when the door is open.", {}),
     (known.MICROWAVE, "easy to open", {}),
     (known.MICROWAVE, "door open at 30 degrees", {"door": 0.5236}),
-    (known.MICROWAVE, "door ajar", {"door": 0.25 * 1.5708}),
+    (known.MICROWAVE, "door ajar", {"door": SLIGHTLY * 1.6}),
     (known.MICROWAVE, "door open by 0.4 rad", {"door": 0.4}),
     (known.MICROWAVE, "the door is a third open", {"door": 1.6 / 3}),
     (known.MICROWAVE, "Door 75 % open.", {"door": 1.2}),
@@ -180,15 +189,21 @@ OWN_PHRASINGS: list[tuple[Json, str, dict[str, float]]] = [
     ),
     (known.CABINET, "the right door open, the left one closed", {"door_right": 1.6, "door_left": 0.0}),
     (known.CABINET, "second drawer halfway open", {"drawer_right": 0.25}),
-    (known.CABINET, "left and right door ajar", {"door_left": 0.3927, "door_right": 0.3927}),
+    (known.CABINET, "left and right door ajar", {"door_left": SLIGHTLY * 1.6, "door_right": SLIGHTLY * 1.6}),
     (known.CABINET, "one drawer fully open", {"drawer_left": 0.5}),
     (known.DRAWERS, "the bottom drawer is pulled out, the rest are closed", {"d2": 0.5, "d0": 0.0, "d1": 0.0}),
     (known.DRAWERS, "first and third drawers half open", {"d0": 0.25, "d2": 0.25}),
-    (known.DRAWERS, "last drawer open, middle drawer slightly open", {"d2": 0.5, "d1": 0.1}),
+    (known.DRAWERS, "last drawer open, middle drawer slightly open", {"d2": 0.5, "d1": 0.075}),
     (known.DRAWERS, "all drawers open", {"d0": 0.5, "d1": 0.5, "d2": 0.5}),
     (known.GLASSES, "glasses with folded temples", {"left": 1.6, "right": 1.6}),
     (known.SCISSORS, "closed scissors", {"halves": -0.6}),
     (known.LAPTOP, "a laptop opened to 90°", {"screen": -1.8 + 1.5708}),
+    # A door of 180° is used up to 110°; fully open is the end of its travel, and a handle swings over all of its own.
+    (FRIDGE, "its door open halfway", {"door": 0.96}),
+    (FRIDGE, "its door wide open", {"door": 3.14}),
+    (FRIDGE, "its door slightly closed", {"door": 0.85 * 1.9199}),
+    (known.TRASHCAN, "with its lid half open", {"lid": 0.96}),
+    (known.LAPTOP, "a half open laptop", {"screen": -1.8 + 1.13446}),
     (known.TOASTER, "toaster with the lever pressed down", {"lever": 0.4}),
     (known.SUITCASE, "suitcase, handle upright", {"handle": -1.57}),
     (known.MICROWAVE, "with its drawer open", {}),
@@ -236,7 +251,7 @@ def test_a_length_opens_a_slide_at_the_final_scale() -> None:
             known.STAPLER,
             "slightly open stapler, with spring behavior in its joint",
             "lid",
-            {"spring_hz": 3.0, "spring_rest": -0.3 + 0.33 * 1.5708, "holds": False},
+            {"spring_hz": 3.0, "spring_rest": -0.3 + SLIGHTLY * 1.5708, "holds": False},
         ),
         (known.KEYBOARD, "light, springy keys", "k1", {"press_start": 0.315, "press_end": 0.455, "spring_rest": 0.0}),
         (known.MICROWAVE, "stiff buttons", "button", {"press_start": 3.0, "press_end": 5.25}),

@@ -13,6 +13,7 @@ from asset2sim.assets.urdf.read import read_urdf, root_of, tree_joint
 from asset2sim.physics.kinematics import link_to_root
 from asset2sim.refinement.dynamics.case import Case
 from asset2sim.refinement.dynamics.lying import lie_down
+from asset2sim.refinement.dynamics.remedies import laid_flat
 from asset2sim.validation.validate import validate
 from schemas.asset import AssetRef
 from schemas.overlay import Overlay, PhysicsOverlay
@@ -72,3 +73,15 @@ def test_a_pen_that_is_authored_upright_on_its_tip_is_written_lying(tmp_path: Pa
         item.find("origin") for item in etree.parse(str(urdf)).getroot().iterfind("link[@name='body']/collision")
     ]
     assert origins and all(origin is not None and "rpy" in origin.attrib for origin in origins)
+
+
+def test_what_leans_is_laid_down_where_it_leans_and_its_part_is_held(tmp_path: Path) -> None:
+    case, standing = overlay_of(tmp_path / "case", "Suitcase")
+    assert laid_flat(case, standing) is None, "it does not lean"
+    leaning = standing.model_copy(update={"turned_rad": (0.0, -0.1, 0.0)})
+    flat = laid_flat(case, leaning)
+    assert flat is not None and flat.turned_rad == pytest.approx((0.0, -math.pi / 2.0, 0.0))
+    assert all(after.friction >= before.friction for before, after in zip(standing.joints, flat.joints, strict=True))
+    assert laid_flat(case, standing.model_copy(update={"turned_rad": (0.0, -1.5, 0.0)})) is None, "it lies already"
+    case, post = overlay_of(tmp_path / "post", "Lamp")
+    assert laid_flat(case, post.model_copy(update={"turned_rad": (0.0, 0.1, 0.0)})) is None, "a lamp is not laid down"

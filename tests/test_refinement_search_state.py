@@ -253,12 +253,40 @@ def test_focus_is_what_parts_the_pair() -> None:
         (1.0, 1.0, 0.98, 1.0),
         (0.95, 0.0, 0.85, 1.0),
         (0.015, 0.0, 0.0, 0.035),
+        (0.1, 0.0, 0.05, 0.15),  # what is to be slightly open is not shut, nor far open
+        (0.9, 1.0, 0.85, 0.95),
     ],
 )
 def test_bands(position: float, closed: float, low: float, high: float) -> None:
     part = make_joint("hinge", initial_position=position).model_copy(update={"closed": closed})
     band = band_of(part, SEARCH.state_tolerance, SEARCH.closed_tolerance)
     assert near((band.requested, band.low, band.high, band.span), (position, low, high, 1.0))
+
+
+def test_a_joint_of_which_nothing_is_asked_may_be_moved_to_its_closed_end() -> None:
+    part = make_joint("hinge", initial_position=0.1).model_copy(update={"position_source": Source.RULE})
+    assert near(band_of(part, SEARCH.state_tolerance, SEARCH.closed_tolerance).low, 0.0)
+
+
+def test_flaps_that_cross_are_parted_in_pairs() -> None:
+    """Four flaps on one box: neighbours cross unless one pair stands 0.15 rad above the other, and moving one flap of a
+    pair alone makes it worse."""
+    flaps = {"a1": (1, 0, 0), "b1": (0, 1, 0), "a2": (-1, 0, 0), "b2": (0, -1, 0)}
+    joints = tuple(
+        hinged(name, "body", f"{name}_link").model_copy(update={"axis_in_root": axis}) for name, axis in flaps.items()
+    )
+
+    def contacts(pose: Mapping[str, float]) -> list[ContactPoint]:
+        crossed = 0.15 - abs(pose["a1"] - pose["b1"])
+        bent = 10.0 * (abs(pose["a1"] - pose["a2"]) + abs(pose["b1"] - pose["b2"]))
+        return [ContactPoint("a1_link", "b1_link", -crossed - bent)]
+
+    requested = dict.fromkeys(flaps, 0.2)
+    bands = {name: Band(0.2, 0.1, 0.3, 1.0) for name in flaps}
+    evaluator = Evaluator(contacts, SEARCH.max_evaluations)
+    pose, phi, trace = refine_state("carton", joints, requested, bands, {}, evaluator, SEARCH, ACCEPTABLE)
+    assert phi <= SEARCH.target_phi_m and "groups" in {step.proposer for step in trace if step.accepted}
+    assert near(pose["a1"], pose["a2"]) and near(pose["b1"], pose["b2"]) and abs(pose["a1"] - pose["b1"]) >= 0.149
 
 
 def test_the_objective_prices_distance() -> None:

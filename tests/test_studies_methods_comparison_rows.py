@@ -104,11 +104,15 @@ def test_the_rubric_speaks_only_where_nobody_wrote_what_to_expect() -> None:
     assert (alignment["value"], alignment["n"]) == (pytest.approx(37.5), 2)
     assert (rubric["value"], rubric["n"]) == (pytest.approx(30.0), 2)
     table = meaning_table(objects, MODEL).splitlines()
-    assert table[2:] == [
-        "| **ours** | 1 of 2 | 4 of 5 | 2 of 5 | 2 |",
-        "| as it came | 0 of 1 | 0 of 4 | 0 of 4 | 1 |",
-    ]
+    assert table[2:] == ["| **ours** | 1 of 2 | 4 of 5 | 2 of 5 | 2 |", "| as it came | 0 of 1 | 0 of 4 | 0 of 4 | 1 |"]
     assert meaning_table(OBJECTS, MODEL) == ""
+
+
+def test_an_agent_without_a_model_is_called_scripted() -> None:
+    for model, name in ((MODEL, "scripted agent"), ("gemini/x", "coding agent")):
+        objects = pd.DataFrame([one(method, "1", model) for method in (Method.ASSET2SIM, Method.AGENT)])
+        text = stability_tables(figure_rows(objects, STABILITY, None), model)
+        assert text.count(f"| {name} |") == 2
 
 
 def test_differences_are_over_the_objects_that_both_have() -> None:
@@ -221,7 +225,7 @@ def test_growth_goes_by_level_and_what_asks_no_model_stays() -> None:
 
 
 def test_labels_keep_their_distance_and_their_order() -> None:
-    ends = dict(zip(METHODS, (0.5, 0.51, 0.52, 0.9, 0.0, 0.95, 0.96), strict=True))
+    ends = dict(zip(METHODS, (0.5, 0.51, 0.52, 0.9, 0.0, 0.95, 0.3, 0.96), strict=True))
     heights = spread_labels(ends, 0.06)
     ordered = sorted(heights, key=lambda method: heights[method])
     assert ordered == sorted(ends, key=lambda method: ends[method])

@@ -13,6 +13,7 @@ pytestmark = pytest.mark.system
 
 CALLS = {
     Method.ASSET2SIM: 1, Method.DIRECT: 1, Method.IVW: 10, Method.REFERENCE: 0, Method.NO_SEMANTICS: 1, Method.RAW: 0,
+    Method.CONSTANT: 0,
 }  # fmt: skip
 """Model calls for an object that nothing is wrong with; an agent makes as many as it likes."""
 
@@ -34,6 +35,18 @@ def test_every_method_leaves_its_record_and_its_folder(tmp_path: Path, method: M
     written = {path.name for path in folder.iterdir()} if folder.exists() else set()
     wanted = set() if method is Method.RAW else {"mobility.urdf", "overlay.json", "measurement.json"}
     assert wanted <= written and bool(wanted) == bool(written)
+
+
+def test_the_trivial_baseline_is_blind_to_object_and_words(tmp_path: Path) -> None:
+    """The same scale and share open whatever is asked, and no model for any of it."""
+    for asset_id, words in (("laptop_silver", "a laptop 3 m wide, fully open"), ("box_wooden", "closed")):
+        ref = sample(asset_id).model_copy(update={"prompt": words})
+        record, requests = run(ref, tmp_path, settings_of(Method.CONSTANT))
+        assert requests == [] and record.overlay is not None and record.overlay.scale == 0.2
+        for joint in record.overlay.joints:
+            expected = joint.closed + 0.1 * (joint.open - joint.closed)
+            assert joint.initial_position == pytest.approx(expected, abs=0.05), joint.name
+            assert joint.damping > 0.0, "our rules complete it"
 
 
 @pytest.mark.parametrize("method", [Method.DIRECT, Method.IVW, Method.ASSET2SIM])

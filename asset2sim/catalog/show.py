@@ -35,7 +35,13 @@ def describe_asset(out: Path | str, asset_id: str) -> RenderableType:
             if name != "runs"
         }
         limits = _limits(frames["runs"], asset["run_id"])
-        parts += [_heading(asset), _overlay(asset), *_alignment(own["alignment"]), *_expected(own["expectations"]), *physics_tables(own)]
+        parts += [
+            _heading(asset),
+            _overlay(asset),
+            *_alignment(own["alignment"]),
+            *_expected(own["expectations"]),
+            *physics_tables(own),
+        ]
         parts += [*measurement_table(asset, limits), *engine_tables(own), *_rest(asset, own)]
     return Group(*parts, _files(out, asset_id))
 
@@ -92,7 +98,9 @@ def _expected(rows: Sequence[FrameRow]) -> list[RenderableType]:
         met = {True: "met", False: "missed"}
         found = f"{number(row['start'])} at the start ({met.get(row['met_at_start'], NOTHING)})"
         if row["met_at_rest"] is not None:
-            found += f", {number(row['rest'])} at rest in {row['rest_engine'] or 'no engine'} ({met[row['met_at_rest']]})"
+            found += (
+                f", {number(row['rest'])} at rest in {row['rest_engine'] or 'no engine'} ({met[row['met_at_rest']]})"
+            )
         said = f"{row['what']} {ranges} {row['unit']}: {found}" if ranges and not row["reason"] else row["what"]
         lines.append(f"expected   {said}; {row['reason'] or row['why']}")
     return [Text("\n".join(lines))] if lines else []

@@ -95,8 +95,8 @@ def expected_line(records: Sequence[AssetRecord]) -> str:
 
 
 def alignment_line(records: Sequence[AssetRecord]) -> str:
-    """Prompt alignment by rubric of the assets without expectations, and mean deviations from the expert reference where
-    there is one; "" without assets."""
+    """Prompt alignment by rubric of the assets without expectations, and mean deviations from the expert reference
+    where there is one; "" without assets."""
     found = [record.alignment for record in records if record.alignment is not None]
     if not found:
         return ""

@@ -66,6 +66,8 @@ def objective(phi: float, positions: Mapping[str, float], bands: Mapping[str, Ba
 
 CLOSED_SHARE = 0.02
 """Share of its range from its closed end within which a joint counts as closed."""
+AJAR_SHARE = 0.5
+"""How far, as a share of how far it is asked to be open, a part may be moved: what is slightly open is not shut."""
 ROUNDING_SHARE = 1e-6
 """Rounding allowance at the edge of a band, as a share of the joint's range."""
 
@@ -76,8 +78,11 @@ def band_of(joint: JointPhysics, tolerance: float, closed_tolerance: float) -> B
     if joint.lower is None or joint.upper is None:
         return Band(position, position - tolerance, position + tolerance, 1.0)
     span = joint.upper - joint.lower
-    closed = abs(position - joint.closed) <= CLOSED_SHARE * span
+    opening = abs(position - joint.closed)
+    closed = opening <= CLOSED_SHARE * span
     reach = span * (closed_tolerance if closed else tolerance)
+    if not closed and joint.position_source is not Source.RULE:
+        reach = min(reach, AJAR_SHARE * opening)
     return Band(position, max(joint.lower, position - reach), min(joint.upper, position + reach), span)
 
 

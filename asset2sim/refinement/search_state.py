@@ -8,7 +8,7 @@ from asset2sim.engines.contacts import by_pair, penetration
 from asset2sim.models.refinement_prompt import RefusedProposal
 from asset2sim.refinement.bands import Band, Evaluator, Pose, moved_joints, objective
 from asset2sim.refinement.context import Log, trace_step
-from asset2sim.refinement.state_proposals import along, around, focus_joints, grid
+from asset2sim.refinement.state_proposals import along, around, focus_joints, grid, in_groups
 from schemas.features import JointFeatures
 from schemas.finding import TraceStep
 from schemas.measurement import ContactPair
@@ -87,9 +87,9 @@ def refine_state(
 ) -> tuple[Pose, float, tuple[TraceStep, ...]]:
     """Pose with the lowest Φ found within the bands, its Φ (m), and the trace.
 
-    Line searches first (one joint at a time through its band), then seeded perturbations, then a grid. ``alternatives``
-    maps joints without a requested state to another start position. A model is asked only while Φ is still above
-    ``acceptable_m`` (m) after that, and its poses are accepted by the same rule.
+    Line searches first (one joint at a time through its band), then seeded perturbations, a grid, and joints in groups.
+    ``alternatives`` maps joints without a requested state to another start position. A model is asked only while Φ is
+    still above ``acceptable_m`` (m) after that, and its poses are accepted by the same rule.
     """
     start = penetration(evaluator.points(requested))
     seed = int.from_bytes(hashlib.sha256(asset_id.encode()).digest()[:4], "big")
@@ -135,7 +135,9 @@ def search_focus(search: Search) -> None:
             continue
         if search.consider("perturbation", around(search.best, focus, search.bands, search.seed)):
             continue
-        if not search.consider("grid", grid(search.best, focus, search.bands)):
+        if search.consider("grid", grid(search.best, focus, search.bands)):
+            continue
+        if not search.consider("groups", in_groups(search.best, focus, search.bands, search.joints)):
             break
     if search.phi <= search.settings.target_phi_m:
         return_to_request(search)

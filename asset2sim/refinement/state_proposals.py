@@ -46,6 +46,37 @@ def grid(best: Pose, focus: Sequence[str], bands: Mapping[str, Band]) -> Iterato
                 yield {**best, first: float(a), second: float(b)}
 
 
+def in_groups(
+    best: Pose, focus: Sequence[str], bands: Mapping[str, Band], joints: Sequence[JointFeatures]
+) -> Iterator[Pose]:
+    """Every combination of two groups of joints, each at one share of its bands: those that hang from one link by axes
+    parallel to a focus joint's. The flaps of a carton cannot all stand at one angle: one pair has to be lower."""
+    groups = [alike(joints, name, bands) for name in focus[:2]]
+    if len(groups) < 2 or groups[0] == groups[1] or len(groups[0]) + len(groups[1]) < 3:
+        return
+    for shares in itertools.product(np.linspace(0.0, 1.0, GRID), repeat=2):
+        moved = dict(best)
+        for group, share in zip(groups, shares, strict=True):
+            for name in group:
+                band = bands[name]
+                moved[name] = band.low + float(share) * (band.high - band.low)
+        yield moved
+
+
+def alike(joints: Sequence[JointFeatures], name: str, bands: Mapping[str, Band]) -> frozenset[str]:
+    """The joints with a band that hang from the same link as this one, by an axis parallel to its own; itself too."""
+    own = next(joint for joint in joints if joint.name == name)
+    return frozenset(
+        joint.name
+        for joint in joints
+        if joint.name in bands
+        and joint.parent == own.parent
+        and abs(float(np.dot(joint.axis_in_root, own.axis_in_root))) > PARALLEL
+    )
+
+
+PARALLEL = 0.99
+"""Cosine of the angle between two unit axes from which they are parallel."""
 MOST = 4
 """Most joints searched at once: the joints nearest to a pair of links are the ones that separate it."""
 

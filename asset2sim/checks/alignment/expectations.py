@@ -144,7 +144,9 @@ def _stated(cells: Mapping[str, str], line: int, where: str) -> Expectation:
     """The expectation of one line. Raises UsageError."""
     what, unit = cells["what"], cells["unit"]
     if not cells["asset_id"] or not what:
-        raise UsageError(f"{where}: no {'what' if cells['asset_id'] else 'asset_id'}; give {SIZE}, a joint or {NOTHING}")
+        raise UsageError(
+            f"{where}: no {'what' if cells['asset_id'] else 'asset_id'}; give {SIZE}, a joint or {NOTHING}"
+        )
     units = UNITS.get(what, JOINT_UNITS)
     if unit not in units:
         raise UsageError(f"{where}: unit '{unit}' of {what}{_nearest(unit, units)}")
@@ -154,12 +156,7 @@ def _stated(cells: Mapping[str, str], line: int, where: str) -> Expectation:
     if bounds[0] > bounds[1]:
         raise UsageError(f"{where}: low {bounds[0]:g} is above high {bounds[1]:g}")
     return Expectation(
-        what=what,
-        ranges=((bounds[0], bounds[1]),),
-        unit=unit,
-        swings=unit == SWINGS,
-        why=cells["why"],
-        lines=(line,),
+        what=what, ranges=((bounds[0], bounds[1]),), unit=unit, swings=unit == SWINGS, why=cells["why"], lines=(line,)
     )
 
 
@@ -176,7 +173,9 @@ def _number(text: str, name: str, where: str) -> float:
 def _either(first: Expectation, second: Expectation, where: str) -> Expectation:
     """Both lines about one thing: either range will do, and both reasons are kept."""
     if first.unit != second.unit:
-        raise UsageError(f"{where}: unit '{second.unit}' of {second.what}, which line {first.lines[0]} has in {first.unit}")
+        raise UsageError(
+            f"{where}: unit '{second.unit}' of {second.what}, which line {first.lines[0]} has in {first.unit}"
+        )
     why = "; ".join(dict.fromkeys(text for text in (first.why, second.why) if text))
     ranges = tuple(dict.fromkeys(first.ranges + second.ranges))
     return first.model_copy(update={"ranges": ranges, "why": why, "lines": first.lines + second.lines})

@@ -9,9 +9,9 @@ from asset2sim.models.language import tables
 from asset2sim.models.language.lexicon import Segment, longest_spans, segments
 from asset2sim.models.language.object_facts import object_info
 from asset2sim.models.language.object_info import ObjectInfo
-from asset2sim.models.language.parts import MovablePart, parts_of
+from asset2sim.models.language.parts import parts_of
 from asset2sim.models.language.sizing import dimension, identify
-from asset2sim.models.language.states import State, asked_states
+from asset2sim.models.language.states import State, asked_states, useful_travel
 from asset2sim.models.language.tables import Size
 from schemas.base import Vector3
 from schemas.features import Features
@@ -81,7 +81,7 @@ def read_request(features: Features, guidance: str, scale: float) -> Request:
     asked = asked_states(info, parts, statements, scale)
     by_joint = {part.joint.name: part for part in parts}
     states = tuple(
-        AskedState(name, by_joint[name].name or "part", asked.states[name], position, _usual_range(by_joint[name]))
+        AskedState(name, by_joint[name].name or "part", asked.states[name], position, useful_travel(by_joint[name]))
         for name, position in asked.positions.items()
     )
     return Request(
@@ -91,12 +91,6 @@ def read_request(features: Features, guidance: str, scale: float) -> Request:
         opening=tuple(part.joint.name for part in parts if part.mechanism.role in OPENING),
         free=any(statement.of("free") for statement in statements),
     )
-
-
-def _usual_range(part: MovablePart) -> float:
-    """The range in which a part is used, rad or m at the authored scale: a lid is not opened by 270°."""
-    joint = part.joint
-    return joint.range if joint.motion == "slider" else min(joint.range, part.mechanism.usual_rad)
 
 
 def _size(info: ObjectInfo, size: Size, guidance: str, statements: Sequence[Segment]) -> AskedSize:

@@ -15,6 +15,9 @@ KEEP_WITHIN = 0.2
 """An object that is within this share of the asked size is taken to be in real metres already."""
 REAL_SLACK = 1.5
 """Factor by which an object that its user calls real-sized may be outside the table's range."""
+TABLETOP_M = 0.36
+"""Longest edge of a thing of usual size that is handled on a table, m: 0.27 m for a small one, 0.20 m for a very small
+one, the upper end of the paper's 0.10 to 0.20 m."""
 _REAL = ("real size", "real sized", "actual size", "true size", "life size", "life sized", "original size")
 _HEAD_ENDS = frozenset((",", ".", ";", ":", "with", "whose", "that", "which", "opening", "having"))
 _GENERIC = ("", "*", "Furniture")
@@ -74,7 +77,7 @@ def propose_scale(info: ObjectInfo, size: Size, guidance: str, statements: Seque
     # A normalised dataset's furniture is metres long by chance: only what is near the typical size counts as real.
     fits = abs(authored / target - 1.0) <= KEEP_WITHIN and size.min_m * factor <= authored <= size.max_m * factor
     widest = narrow_enough(info, size) * factor
-    fits, target = fits and authored <= widest, min(target, widest)
+    fits, target = fits and authored <= widest, min(target, widest, tabletop_limit(info, size, phrase) * factor)
     if fits and size.category != "*":
         return Scale(1.0, bool(phrase) or real, authored, f"scale 1: {authored:.3g} m is plausible for {size.category}")
     value = min(max(target / authored, _MIN_SCALE), _MAX_SCALE)
@@ -90,6 +93,15 @@ def dimension(info: ObjectInfo, size: Size) -> float:
     if size.dimension == "body" and info.body is not None and max(info.body.box_m) > 0.0:
         return max(info.body.box_m)
     return max(info.size_closed_m)
+
+
+def tabletop_limit(info: ObjectInfo, size: Size, word: str) -> float:
+    """The largest ``dimension``, m, of a thing of usual size of which the guidance says that it is small, by such a
+    ``word``: it is handled on a table, closed or as its file has it; infinite for other words."""
+    longest = max(*info.size_closed_m, *info.size_m)
+    if word not in tables.tabletop_words() or longest <= 0.0:
+        return math.inf
+    return TABLETOP_M * dimension(info, size) / longest
 
 
 def narrow_enough(info: ObjectInfo, size: Size) -> float:

@@ -19,6 +19,8 @@ _SYMMETRIC = 0.02
 """Difference of the two ways, as a share of the range, up to which they count as the same."""
 LIMIT_ROUNDING = 5e-5
 """Half a unit of the fifth digit, relative."""
+_SLIGHTLY = 0.2
+"""Share of its useful travel that a part is open which is slightly open: the paper's prompt says 10 to 20 %."""
 _POSES = ("rest", "pressed", "sideways", "normal", "up", "down", "off")
 _PLACES = ("up", "down", "off")
 """Poses whose words are so common that they count only right after their part: "its lever up"."""
@@ -117,7 +119,7 @@ def _follows_part(item: Item, segment: Segment) -> bool:
 
 def position(part: MovablePart, state: State, scale: float, whole_object: bool = False) -> float:
     """Joint position of a part in a state, its own or that of the ``whole_object``: rad, or m at the authored scale."""
-    joint, mechanism = part.joint, part.mechanism
+    joint = part.joint
     if joint.motion == "spin" or joint.range == 0.0:
         return joint.zero
     if state.measure is not None:
@@ -125,13 +127,21 @@ def position(part: MovablePart, state: State, scale: float, whole_object: bool =
             return joint.opened_by(0.5 * joint.range)
         return joint.opened_by(state.measure.number / (scale if joint.motion == "slider" else 1.0))
     if state.kind == "open":
-        slight = mechanism.slightly * min(joint.range, mechanism.usual_rad)
+        used = useful_travel(part)
         if state.slightly:
-            return joint.opened_by(joint.range - slight if state.closing else slight)
+            return joint.opened_by((1.0 - _SLIGHTLY if state.closing else _SLIGHTLY) * used)
         if state.share == 0.0 and ends_look_alike(part, whole_object):
             return joint.zero
-        return joint.opened_by((state.share or 0.0) * joint.range)
+        share = state.share or 0.0
+        return joint.opened_by(joint.range if share == 1.0 else share * used)
     return _pose(part, state.kind)
+
+
+def useful_travel(part: MovablePart) -> float:
+    """How far a part is opened in use, rad or m at the authored scale, by which "half open" counts: a refrigerator's
+    door that turns by 180° stands half open at half of what doors are used at. Fully open is the end of its range."""
+    joint = part.joint
+    return joint.range if joint.motion == "slider" else min(joint.range, part.mechanism.usual_rad)
 
 
 def ends_look_alike(part: MovablePart, whole_object: bool) -> bool:

@@ -61,16 +61,15 @@ class PartContent:
 
 @dataclass(frozen=True)
 class PartMechanism:
-    """How a part moves. ``role``: main (opens), cap, control, roll, minor. "Slightly open" is the share ``slightly`` of
-    the range, of which a hinge's counts up to ``usual_rad``: in use a lid is not opened by 270°. ``press_n``: with what
-    its spring resists at the start and at the end of its travel, N, at a hinged part's far edge."""
+    """How a part moves. ``role``: main (opens), cap, control, roll, minor. ``usual_rad``: how far a hinged part is opened in
+    use, from closed: no lid is by 270°. ``press_n``: with what its spring resists at the start and at the end of
+    its travel, N, at a hinged part's far edge."""
 
     role: str
     coast_s: float
     spring_hz: float | None
     spring_rest: str
     holds: bool
-    slightly: float
     usual_rad: float
     press_n: tuple[float, float] | None
 
@@ -152,6 +151,12 @@ def nouns() -> dict[Phrase, str]:
 def size_words() -> dict[Phrase, float]:
     """Phrase → factor on the typical size."""
     return {tuple(row["phrase"].split()): float(row["factor"]) for row in csv_rows("size_words")}
+
+
+@lru_cache
+def tabletop_words() -> frozenset[str]:
+    """Words of size that ask for a thing that is handled on a table, as the paper's prompts use "small"."""
+    return frozenset(row["phrase"] for row in csv_rows("size_words") if row["tabletop"] == "yes")
 
 
 @lru_cache
@@ -273,7 +278,6 @@ def _mechanisms() -> dict[tuple[str, str, str], PartMechanism]:
             spring_hz=float(row["spring_hz"]) if row["spring_hz"] else None,
             spring_rest=row["spring_rest"],
             holds=row["holds"] == "yes",
-            slightly=float(row["slightly"]),
             usual_rad=math.radians(float(row["usual_deg"])) if row["usual_deg"] else math.inf,
             press_n=(float(row["press_start_n"]), float(row["press_end_n"])) if row["press_end_n"] else None,
         )

@@ -7,6 +7,7 @@ from scipy.spatial.transform import Rotation
 from asset2sim.models.language.tables import sizes
 from asset2sim.physics.arrays import vector
 from asset2sim.refinement.dynamics.case import Case
+from schemas.base import Vector3
 from schemas.overlay import PhysicsOverlay
 from schemas.support import SupportKind
 
@@ -40,9 +41,21 @@ def lies(case: Case, overlay: PhysicsOverlay) -> bool:
 def lie_back(case: Case, overlay: PhysicsOverlay) -> PhysicsOverlay | None:
     """The object laid on the side away from which it falls, where such things are put down on any side: a suitcase that
     its open lid pulls over lies on its back."""
-    angle = math.dist(case.rest_turn_rad, (0.0, 0.0, 0.0))
-    if angle <= LEANING_RAD or not lies(case, overlay):
+    if math.hypot(*case.rest_turn_rad) <= LEANING_RAD or not lies(case, overlay):
         return None
-    back = Rotation.from_rotvec([-math.pi / 2.0 * value / angle for value in case.rest_turn_rad])
-    whole = back * Rotation.from_rotvec(overlay.turned_rad)
+    whole = quarter(case.rest_turn_rad, -1.0) * Rotation.from_rotvec(overlay.turned_rad)
     return overlay.model_copy(update={"turned_rad": vector(whole.as_rotvec())})
+
+
+def lie_flat_from_leaning(case: Case, overlay: PhysicsOverlay) -> PhysicsOverlay | None:
+    """The object laid flat on the side to which it was written leaning: a standing suitcase whose lid is slightly open
+    tips over before the lid closes."""
+    if not LEAST_TURN_RAD < math.hypot(*overlay.turned_rad) <= LEANING_RAD or not lies(case, overlay):
+        return None
+    return overlay.model_copy(update={"turned_rad": vector(quarter(overlay.turned_rad, 1.0).as_rotvec())})
+
+
+def quarter(turn_rad: Vector3, way: float) -> Rotation:
+    """A quarter turn along a turn (rotation vector, rad; ``way`` 1) or against it (−1)."""
+    angle = math.hypot(*turn_rad)
+    return Rotation.from_rotvec([way * math.pi / 2.0 * value / angle for value in turn_rad])

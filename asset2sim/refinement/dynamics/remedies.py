@@ -8,7 +8,7 @@ from collections.abc import Callable
 
 from asset2sim.physics.mass_matrix import GRAVITY_M_S2
 from asset2sim.refinement.dynamics.case import Case, Remedy
-from asset2sim.refinement.dynamics.lying import lie_back, lie_down
+from asset2sim.refinement.dynamics.lying import lie_back, lie_down, lie_flat_from_leaning
 from schemas.overlay import JointPhysics, LinkPhysics, PhysicsOverlay
 from schemas.settings import Settings
 from schemas.vocabulary import FailureMode, Source
@@ -128,6 +128,12 @@ def firmer_hold(case: Case, overlay: PhysicsOverlay) -> PhysicsOverlay | None:
     return with_joints(case, overlay, change)
 
 
+def laid_flat(case: Case, overlay: PhysicsOverlay) -> PhysicsOverlay | None:
+    """What leans laid flat, and the part held there: lying, gravity has another lever on it."""
+    lying = lie_flat_from_leaning(case, overlay)
+    return None if lying is None else firmer_hold(case, lying) or lying
+
+
 def less_friction(case: Case, overlay: PhysicsOverlay) -> PhysicsOverlay | None:
     """Less dry friction on a joint that sticks where it should move."""
 
@@ -228,7 +234,7 @@ REMEDIES: dict[FailureMode, tuple[Remedy, ...]] = {
         Remedy("less damping", much_less_damping),
         Remedy("stiffer spring", stiffer_spring),
     ),
-    FailureMode.EFFORT: (Remedy("looser hold", looser_hold),),
+    FailureMode.EFFORT: (Remedy("looser hold", looser_hold), Remedy("laid down where it leans", laid_flat)),
     FailureMode.RESET: (_DAMPED, _HOLD, _FIRMER, _ROUGHER),
 }
 """Failing check → remedies, least intrusive first. Penetration and jams are mended by state and collision shape."""

@@ -7,8 +7,9 @@ from typing import TYPE_CHECKING, Literal
 import numpy as np
 
 from asset2sim.studies.methods.comparison_rows import OK, OURS, OUTCOMES, Row
-from asset2sim.studies.methods.markdown import NAMES
+from asset2sim.studies.methods.markdown import name_of
 from asset2sim.studies.methods.method_runs import METHODS, WITHOUT_MODEL
+from schemas.model_names import NOISY
 from schemas.vocabulary import Method
 
 if TYPE_CHECKING:
@@ -23,6 +24,7 @@ METHOD_LINES: dict[Method, tuple[str, str | tuple[int, tuple[int, ...]]]] = {
     Method.IVW: ("#E69F00", DASHED),
     Method.AGENT: ("#CC79A7", (0, (3, 1, 1, 1))),
     Method.REFERENCE: ("#009E73", DOTTED),
+    Method.CONSTANT: ("#000000", DOTTED),
     Method.RAW: ("#7F7F7F", DOTTED),
 }
 """Colour and dashes of each method's curve, in Okabe and Ito's palette; ours is the darkest blue."""
@@ -84,7 +86,8 @@ def failure_chart(rows: Sequence[Row], path: Path, title: str) -> Path:
         ink = "white" if outcome == OK or colour == "#D55E00" else INK
         axes.bar_label(bars, [_bar_label(share) for share in shares], label_type="center", fontsize=9, color=ink)
         lefts = lefts + shares
-    axes.set_yticks(range(len(methods)), [NAMES[method] for method in methods])
+    names = {Method(str(row["method"])): name_of(Method(str(row["method"])), str(row["model"])) for row in rows}
+    axes.set_yticks(range(len(methods)), [names[method] for method in methods])
     for label, method in zip(axes.get_yticklabels(), methods, strict=True):
         label.set_fontweight("bold" if method is OURS else "normal")
     axes.invert_yaxis()
@@ -164,7 +167,7 @@ def _label_ends(axes: "Axes", rows: Sequence[Row]) -> None:
     for method, height in spread_labels(ends, LABEL_GAP).items():
         at, away = (1.0, height), (1.015, height)
         label = axes.annotate(
-            NAMES[method], at, away, "axes fraction", annotation_clip=False, va="center", fontsize=8.5
+            name_of(method, NOISY), at, away, "axes fraction", annotation_clip=False, va="center", fontsize=8.5
         )
         label.set_fontweight("bold" if method is OURS else "normal")
         label.set_color(METHOD_LINES[method][0])

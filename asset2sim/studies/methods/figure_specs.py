@@ -116,7 +116,7 @@ def _penetration_of_others(rows: pd.DataFrame) -> Array:
 
 
 def _rubric(rows: pd.DataFrame) -> Array:
-    """Prompt alignment by rubric, %, of objects of which nobody wrote what they expect; 0 for one without an overlay."""
+    """Prompt alignment by rubric, %, of objects without expectations; 0 for one without an overlay."""
     return 100.0 * rows["alignment"].fillna(0.0).where(rows["meaning"].isna()).to_numpy(dtype=float)
 
 

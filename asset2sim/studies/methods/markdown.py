@@ -10,7 +10,7 @@ from asset2sim.studies.methods.figure_specs import NINE_SUBSET, STABILITY, SUCCE
 from asset2sim.studies.methods.meaning import HEADINGS, met_cells
 from asset2sim.studies.methods.method_runs import METHODS, NO_MODEL
 from asset2sim.studies.methods.statistics import agreement
-from schemas.model_names import described
+from schemas.model_names import described, is_prior
 from schemas.vocabulary import Method
 
 MINUS = "−"
@@ -23,9 +23,17 @@ NAMES: dict[Method, str] = {
     Method.ASSET2SIM: "ours",
     Method.AGENT: "coding agent",
     Method.NO_SEMANTICS: "ours, no semantics",
+    Method.CONSTANT: "one constant scale, a tenth open",
     Method.RAW: "as it came",
 }
 """What the tables and charts call each method."""
+SCRIPTED = "scripted agent"
+"""What they call the agent whose policy is a program of ours, since no model was asked."""
+
+
+def name_of(method: Method, model: str) -> str:
+    """What the tables and charts of a model call a method."""
+    return SCRIPTED if method is Method.AGENT and is_prior(model) else NAMES[method]
 
 
 def stability_tables(rows: Sequence[Row], model: str) -> str:
@@ -37,7 +45,7 @@ def stability_tables(rows: Sequence[Row], model: str) -> str:
 def figure_table(rows: Sequence[Row], figures: Sequence[FigureSpec], model: str) -> str:
     """A row per method: value, 95 % interval, and the paper's figure in small; ours in bold where it is first."""
     lines = [
-        [_name(method), *(_cell(_find(rows, method, model, figure), figure, method) for figure in figures)]
+        [_name(method, model), *(_cell(_find(rows, method, model, figure), figure, method) for figure in figures)]
         for method in _methods(rows, model)
     ]
     return _table([figure.heading for figure in figures], lines)
@@ -46,7 +54,10 @@ def figure_table(rows: Sequence[Row], figures: Sequence[FigureSpec], model: str)
 def difference_table(rows: Sequence[Row], figures: Sequence[FigureSpec], model: str) -> str:
     """A row per other method: its figure less ours, with the interval; bold where significant, over enough objects."""
     lines = [
-        [NAMES[method], *(_difference(_find(rows, method, model, figure), figure.digits) for figure in figures)]
+        [
+            name_of(method, model),
+            *(_difference(_find(rows, method, model, figure), figure.digits) for figure in figures),
+        ]
         for method in _methods(rows, model)
         if method is not OURS
     ]
@@ -59,7 +70,7 @@ def meaning_table(objects: pd.DataFrame, model: str) -> str:
     if own.empty:
         return ""
     there = set(own["method"])
-    lines = [[_name(m), *met_cells(own[own["method"] == m.value])] for m in METHODS if m.value in there]
+    lines = [[_name(m, model), *met_cells(own[own["method"] == m.value])] for m in METHODS if m.value in there]
     return markdown_table(HEADINGS, lines, right=range(1, len(HEADINGS)))
 
 
@@ -71,7 +82,7 @@ def failure_table(rows: Sequence[Row], success: Sequence[Row], model: str) -> st
         cells = [_cell(_find(success, method, model, figure), figure, method) for figure in SUCCESS]
         own = {row["outcome"]: row for row in rows if row["method"] == method.value and _asked(row, model)}
         shares = [_number(own[outcome]["share_percent"], 1) if outcome in own else NOTHING for outcome in bad]
-        lines.append([_name(method), *cells, *(share if share != "0.0" else "0" for share in shares)])
+        lines.append([_name(method, model), *cells, *(share if share != "0.0" else "0" for share in shares)])
     return _table([*(figure.heading for figure in SUCCESS), *(f"{outcome} %" for outcome in bad)], lines)
 
 
@@ -152,8 +163,8 @@ def _number(value: object, digits: int) -> str:
     return f"{rounded if rounded else 0.0:,.{digits}f}".replace(",", "\u202f").replace("-", MINUS)
 
 
-def _name(method: Method) -> str:
-    return f"**{NAMES[method]}**" if method is OURS else NAMES[method]
+def _name(method: Method, model: str) -> str:
+    return f"**{NAMES[method]}**" if method is OURS else name_of(method, model)
 
 
 def _table(headings: Sequence[str], lines: Sequence[Sequence[str]]) -> str:

@@ -52,5 +52,3 @@ def apart_table(rows: Sequence[dict[str, object]]) -> str:
         lines.append([row["asset_id"], row["what"], f"{row['start']:.3g}", ranges, row["unit"], row["why"]])
     headings = ("object", "what", "expert", "readers expect", "unit", "the reader's reason")
     return markdown_table(headings, lines, right=(2,))
-
-

@@ -21,9 +21,12 @@ from schemas.model_names import MAX_LEVEL, NOISY, is_noisy
 from schemas.settings import Settings
 from schemas.vocabulary import Engine, Method
 
-METHODS = (Method.REFERENCE, Method.IVW, Method.DIRECT, Method.ASSET2SIM, Method.AGENT, Method.NO_SEMANTICS, Method.RAW)
-"""Every method, in the order of the tables: the paper's, and the raw asset."""
-WITHOUT_MODEL = (Method.REFERENCE, Method.RAW)
+METHODS = (
+    *(Method.REFERENCE, Method.IVW, Method.DIRECT, Method.ASSET2SIM, Method.AGENT, Method.NO_SEMANTICS),
+    *(Method.CONSTANT, Method.RAW),
+)
+"""Every method, in the order of the tables: the paper's, the trivial baseline, and the raw asset."""
+WITHOUT_MODEL = (Method.REFERENCE, Method.CONSTANT, Method.RAW)
 """Methods without model calls: each is run once, however many models are compared."""
 NO_MODEL = "none"
 """Model name of those methods in the tables."""

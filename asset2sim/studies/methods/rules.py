@@ -1,4 +1,4 @@
-"""The table "raw, paper's rules, ours": the same objects raw, by the paper's rules, and by ours. Pure."""
+"""The table of the same objects raw, in our pipeline with the paper's ranges of joint terms, and by our rules. Pure."""
 
 from collections.abc import Mapping
 
@@ -12,7 +12,8 @@ from schemas.vocabulary import CollisionMode, DynamicsRule, Engine, FailureMode,
 
 BLOCK = "rules"
 """Name of the page's block."""
-RAW, PAPER, OURS = "raw", "paper's rules", "ours"
+RAW, PAPER, OURS = "raw", "ours, the paper's ranges", "ours"
+"""The second is not the paper's method: its ranges of joint terms and its loop over positions, in our pipeline."""
 CHECKS: dict[str, str] = {
     FailureMode.STANDS.value: "stands",
     FailureMode.STATE.value: "state",
@@ -29,9 +30,9 @@ KEY = ["asset_id", "engine"]
 
 
 def settings_of(ours: Settings) -> dict[str, Settings]:
-    """Settings of the three runs of a dataset, in the table's order. The paper's rules are its absolute ranges for
+    """Settings of the three runs of a dataset, in the table's order. The second has the paper's absolute ranges for
     joint dynamics, collision shapes as authored, and a loop over joint positions alone: no shape is cleared and no term
-    mended for what interaction finds."""
+    mended for what interaction finds. Prompt, validation and checks stay ours: it is not the paper's method."""
     paper = ours.model_copy(
         update={
             "physics": ours.physics.model_copy(update={"dynamics": DynamicsRule.PAPER}),

@@ -1,0 +1,29 @@
+"""Trivial baseline: one constant scale and every joint a tenth open, whatever the object and the words; no model call.
+
+It shows what a score of meaning is worth: our rules and checks complete it as they do a model's answer.
+"""
+
+from schemas.features import Features
+from schemas.overlay import Overlay
+from schemas.request import ModelAnswer, ModelRequest
+
+SCALE = 0.2
+"""The scale that GenSim2's experts give most often, so that the baseline is as strong as a constant can be."""
+OPEN_SHARE = 0.1
+"""Share of its range by which every joint is open."""
+
+
+def propose_constant(features: Features) -> Overlay:
+    """The overlay of any object: the constant scale, and joint positions in rad, or m at scale 1."""
+    positions = {
+        joint.name: joint.closed + OPEN_SHARE * (joint.open - joint.closed)
+        for joint in features.movable_joints
+        if joint.closed is not None and joint.open is not None and joint.open != joint.closed
+    }
+    note = f"scale {SCALE:g} and every joint {OPEN_SHARE:.0%} open, as for every object"
+    return Overlay(scale=SCALE, initial_joint_positions=positions, notes=(note,))
+
+
+def ask_nobody(request: ModelRequest) -> ModelAnswer:
+    """No answer: this method asks no model, not even for a step of the state."""
+    return ModelAnswer(content=None, calls=(), error=f"no model is asked for {request.purpose}")
