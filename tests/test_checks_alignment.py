@@ -296,6 +296,7 @@ def test_the_line_leaves_unstated_scales_out_and_says_so() -> None:
     found = [make_record(f"{i}", alignment=item) for i, item in enumerate(alignments)]
     assert alignment_line(found) == (
         "prompt alignment by rubric 83.3 % over 3 assets; off the expert reference: scale 10.0 % over 1 (50.0 % over "
-        "2, those whose reference states no scale included); first joint position 0.2 rad over 1 hinges, 0.03 m over 1 sliders"
+        "2, those whose reference states no scale included); first joint position 0.2 rad over 1 hinges, 0.03 m over 1 "
+        "sliders"
     )
     assert alignment_line(found[2:]) == "prompt alignment by rubric 100.0 % over 1 assets" and alignment_line([]) == ""

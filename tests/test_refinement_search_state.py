@@ -253,8 +253,8 @@ def test_focus_is_what_parts_the_pair() -> None:
         (1.0, 1.0, 0.98, 1.0),
         (0.95, 0.0, 0.85, 1.0),
         (0.015, 0.0, 0.0, 0.035),
-        (0.1, 0.0, 0.05, 0.15),  # what is to be slightly open is not shut, nor far open
-        (0.9, 1.0, 0.85, 0.95),
+        (0.1, 0.0, 0.06, 0.14),  # what is to be slightly open is not shut, nor far open
+        (0.9, 1.0, 0.86, 0.94),
     ],
 )
 def test_bands(position: float, closed: float, low: float, high: float) -> None:

@@ -66,7 +66,7 @@ def objective(phi: float, positions: Mapping[str, float], bands: Mapping[str, Ba
 
 CLOSED_SHARE = 0.02
 """Share of its range from its closed end within which a joint counts as closed."""
-AJAR_SHARE = 0.5
+AJAR_SHARE = 0.4
 """How far, as a share of how far it is asked to be open, a part may be moved: what is slightly open is not shut."""
 ROUNDING_SHARE = 1e-6
 """Rounding allowance at the edge of a band, as a share of the joint's range."""

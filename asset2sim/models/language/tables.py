@@ -61,9 +61,9 @@ class PartContent:
 
 @dataclass(frozen=True)
 class PartMechanism:
-    """How a part moves. ``role``: main (opens), cap, control, roll, minor. ``usual_rad``: how far a hinged part is opened in
-    use, from closed: no lid is by 270°. ``press_n``: with what its spring resists at the start and at the end of
-    its travel, N, at a hinged part's far edge."""
+    """How a part moves. ``role``: main (opens), cap, control, roll, minor. ``usual_rad``: how far a hinged part is
+    opened in use, from closed: no lid is by 270°. ``press_n``: with what its spring resists at the start and at the
+    end of its travel, N, at a hinged part's far edge."""
 
     role: str
     coast_s: float
