@@ -49,6 +49,7 @@ def apart_table(rows: Sequence[dict[str, object]]) -> str:
     for row in rows:
         lows, highs = list(row["lows"]), list(row["highs"])  # type: ignore[call-overload]
         ranges = " or ".join(f"{low:.3g} to {high:.3g}" for low, high in zip(lows, highs, strict=True))
-        lines.append([row["asset_id"], row["what"], f"{row['start']:.3g}", ranges, row["unit"], row["why"]])
+        told = [row["asset_id"], row["what"], f"{row['start']:.3g}", ranges, row["unit"], row["why"]]
+        lines.append([str(cell) for cell in told])
     headings = ("object", "what", "expert", "readers expect", "unit", "the reader's reason")
     return markdown_table(headings, lines, right=(2,))

@@ -87,14 +87,14 @@ JOINT_COUNTS = ("joints_asked", "joints_met_at_start", "joints_met")
 
 def _met(expected: pd.DataFrame) -> pd.DataFrame:
     """How each asset with expectations meets them: a row each, with ``meaning``, ``size_met`` and ``JOINT_COUNTS``."""
-    rows = []
+    rows: list[dict[str, object]] = []
     for asset_id, own in expected.groupby("asset_id"):
         size = own.loc[own["what"] == SIZE, "met_at_start"].dropna()
         joints = own[~own["what"].isin([SIZE, NOTHING]) & own["met_at_start"].notna()]
         ends = joints["met_at_start"].where(joints["unit"] == SWINGS, joints["met_at_rest"])
         halves = [float(size.iloc[0])] if len(size) else []
         halves += [float(true_of(ends).mean())] if len(joints) else []
-        row = {"asset_id": asset_id, "meaning": float(np.mean(halves)) if halves else np.nan}
+        row: dict[str, object] = {"asset_id": asset_id, "meaning": float(np.mean(halves)) if halves else np.nan}
         row |= {"size_met": bool(size.iloc[0]) if len(size) else None}
         counts = (len(joints), int(true_of(joints["met_at_start"]).sum()), int(true_of(ends).sum()))
         rows.append(row | dict(zip(JOINT_COUNTS, counts, strict=True)))
