@@ -8,8 +8,8 @@ from asset2sim.models.prior.answer import prior_overlay
 from tests import prior_objects as known
 from tests.prior_objects import Json, ask, felt
 
-SLIGHTLY = 0.15
-"""The middle of the 10 to 20 % that the paper's prompt calls slightly open, of the travel that is used."""
+SLIGHTLY = 0.2
+"""The upper end of the 10 to 20 % that the paper's prompt calls slightly open, of the travel that is used."""
 SLIGHT_LID = SLIGHTLY * 1.9199
 """Lids and doors are used up to 110°, a laptop's screen to 130° and a stapler's cover to 90°."""
 LEVEL = (0.0, 1.0, 0.0)
@@ -82,7 +82,7 @@ PAPER_AND_MANIFEST: list[tuple[Json, str, dict[str, float]]] = [
             "I want a very small two-drawer under-desk office cabinet, with the first drawer closed and the second "
             "slightly open, with low damping sliding joints."
         ),
-        {"d0": 0.0, "d1": 0.075},
+        {"d0": 0.0, "d1": 0.1},
     ),
     (
         known.DRAWERS,
@@ -90,7 +90,7 @@ PAPER_AND_MANIFEST: list[tuple[Json, str, dict[str, float]]] = [
             "I want a small office drawer cabinet with its top drawer slightly open and all the other drawers "
             "closed, low friction slides."
         ),
-        {"d0": 0.075, "d1": 0.0, "d2": 0.0},
+        {"d0": 0.1, "d1": 0.0, "d2": 0.0},
     ),
     (
         known.TOASTER,
@@ -193,7 +193,7 @@ OWN_PHRASINGS: list[tuple[Json, str, dict[str, float]]] = [
     (known.CABINET, "one drawer fully open", {"drawer_left": 0.5}),
     (known.DRAWERS, "the bottom drawer is pulled out, the rest are closed", {"d2": 0.5, "d0": 0.0, "d1": 0.0}),
     (known.DRAWERS, "first and third drawers half open", {"d0": 0.25, "d2": 0.25}),
-    (known.DRAWERS, "last drawer open, middle drawer slightly open", {"d2": 0.5, "d1": 0.075}),
+    (known.DRAWERS, "last drawer open, middle drawer slightly open", {"d2": 0.5, "d1": 0.1}),
     (known.DRAWERS, "all drawers open", {"d0": 0.5, "d1": 0.5, "d2": 0.5}),
     (known.GLASSES, "glasses with folded temples", {"left": 1.6, "right": 1.6}),
     (known.SCISSORS, "closed scissors", {"halves": -0.6}),
@@ -201,7 +201,7 @@ OWN_PHRASINGS: list[tuple[Json, str, dict[str, float]]] = [
     # A door of 180° is used up to 110°; fully open is the end of its travel, and a handle swings over all of its own.
     (FRIDGE, "its door open halfway", {"door": 0.96}),
     (FRIDGE, "its door wide open", {"door": 3.14}),
-    (FRIDGE, "its door slightly closed", {"door": 0.85 * 1.9199}),
+    (FRIDGE, "its door slightly closed", {"door": (1.0 - SLIGHTLY) * 1.9199}),
     (known.TRASHCAN, "with its lid half open", {"lid": 0.96}),
     (known.LAPTOP, "a half open laptop", {"screen": -1.8 + 1.13446}),
     (known.TOASTER, "toaster with the lever pressed down", {"lever": 0.4}),

@@ -20,7 +20,8 @@ _SYMMETRIC = 0.02
 LIMIT_ROUNDING = 5e-5
 """Half a unit of the fifth digit, relative."""
 _SLIGHTLY = 0.2
-"""Share of its useful travel that a part is open which is slightly open: the paper's prompt says 10 to 20 %."""
+"""Share of its useful travel that a part is open which is slightly open: visibly, and the upper end of the 10 to 20 %
+that the paper's prompt states, at which parts that overlap near their closed end (a stapler's magazine) are clear."""
 _POSES = ("rest", "pressed", "sideways", "normal", "up", "down", "off")
 _PLACES = ("up", "down", "off")
 """Poses whose words are so common that they count only right after their part: "its lever up"."""
