@@ -137,7 +137,8 @@ def search_focus(search: Search) -> None:
             continue
         if search.consider("grid", grid(search.best, focus, search.bands)):
             continue
-        if not search.consider("groups", in_groups(search.best, focus, search.bands, search.joints)):
+        together = list(in_groups(search.best, focus, search.bands, search.joints))
+        if not together or not search.consider("groups", iter(together)):
             break
     if search.phi <= search.settings.target_phi_m:
         return_to_request(search)
