@@ -48,6 +48,11 @@ def _dispatch(options: Options, refine: Refine, nightly: Nightly) -> int:
 
             sys.stdout.write(settings_text(settings_for_run(options.settings, {}), options.format))
             return DONE
+    return _print(options)
+
+
+def _print(options: Options) -> int:
+    """The commands that refine nothing."""
     from flows import show
 
     match options:
@@ -60,6 +65,12 @@ def _dispatch(options: Options, refine: Refine, nightly: Nightly) -> int:
         case asked.ViewsOptions():
             settings = settings_for_run(options.settings, stated_settings(options))
             return DONE if show.print_views(options.out, settings) else FAILED
+        case asked.RecordOptions():
+            show.print_recorded(options.out, options.folder)
+        case asked.AskOptions():
+            settings = settings_for_run(options.settings, stated_settings(options))
+            chosen = options.subset, options.assets, options.limit
+            return DONE if show.print_questions(options.data, options.folder, settings, *chosen) else FAILED
         case asked.PagesOptions():
             show.print_and_serve_pages(options.out)
         case asked.DoctorOptions():

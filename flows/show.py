@@ -14,6 +14,7 @@ from rich.text import Text
 from asset2sim.catalog.failures import failure_breakdown, render_failures
 from asset2sim.catalog.text import NOTHING, output
 from asset2sim.runs.result import RunResult
+from flows import PIPELINE
 from schemas.settings import ModelSettings, Settings
 from schemas.vocabulary import Grouping, Status
 
@@ -115,6 +116,43 @@ def print_doctor(out: Path | str, model: ModelSettings) -> bool:
         table.add_row(Text("ok", style="green") if check.ok else broken, check.name, Text(check.detail))
     output().print(table)
     return all(check.ok for check in checks if check.needed)
+
+
+def print_recorded(out: Path | str, folder: Path) -> None:
+    """Record the answers of the latest run in ``out``, and print what was recorded and what could not be."""
+    from asset2sim.runs.record_answers import record_answers
+
+    found = record_answers(out, folder)
+    models = ", ".join(dict.fromkeys(origin.model for origin in found.origins.values() if origin.model))
+    output().print(
+        Text(
+            f"{len(found.texts)} answers for {len(found.assets)} assets{models and f', of {models}'}\n"
+            f"run them again with --model recorded/{folder}"
+        )
+    )
+    sys.stdout.flush()
+    for line in found.lost:
+        sys.stderr.write(f"asset2sim: no answer recorded for {line}\n")
+
+
+def print_questions(
+    data: Path | str, folder: Path, settings: Settings, subset: str | None, asset_ids: Sequence[str], limit: int | None
+) -> bool:
+    """Write the questions about a dataset's assets, and print what was written; returns whether any was."""
+    from asset2sim.runs.dataset import load_dataset
+    from asset2sim.runs.write_questions import FOLDER, write_questions
+
+    written = write_questions(load_dataset(data, subset, asset_ids, limit), folder, settings, PIPELINE)
+    for asset_id, reason in written.failed.items():
+        sys.stderr.write(f"asset2sim: no question about asset {asset_id}: {reason}\n")
+    output().print(
+        Text(
+            f"{len(written.origins)} questions in {folder / FOLDER}, each a question.md with pictures, and a "
+            f"question.json for programs\nput the answers into {folder}, as {next(iter(written.origins), '…')}, and "
+            f"run them with --model recorded/{folder}"
+        )
+    )
+    return bool(written.origins)
 
 
 def print_views(out: Path | str, settings: Settings) -> bool:

@@ -145,6 +145,8 @@ _MODEL_CALLS: tuple[Column, ...] = (
     ("cached!", FLAG, "", "Whether it was answered from the cache"),
     ("outcome!", TEXT, "", "ok, invalid_answer, provider_error or cached"),
     ("prompt_hash!", TEXT, "", "Hash of the request"),
+    ("answer_file", TEXT, "", "File of the answer, in OUT/.cache/answers or a recorded model's folder; null: not kept"),
+    ("answered_by", TEXT, "", "Model that once gave a recorded answer; null for any other, and where not known"),
 )
 
 _FINDINGS: tuple[Column, ...] = (

@@ -21,11 +21,12 @@ from asset2sim.catalog.storage.objects import StoreError, list_objects, remove_o
 from asset2sim.engines.registry import HOW_TO_INSTALL, engine_version, installed, open_world
 from asset2sim.models.gateway.choices import check_model
 from asset2sim.models.gateway.environment import quiet_environment
+from asset2sim.models.gateway.recorded import check_recorded
 from asset2sim.runs.isolation import Ending, run_isolated
 from asset2sim.runs.request import usable_cores
 from schemas.errors import Asset2SimError, UsageError
 from schemas.location import is_url, nearest_existing
-from schemas.model_names import described, is_prior, named_models, settings_for
+from schemas.model_names import described, is_prior, is_recorded, named_models, settings_for
 from schemas.request import ModelRequest
 from schemas.settings import ModelSettings, RunSettings
 from schemas.vocabulary import Engine
@@ -191,11 +192,14 @@ def drop_ball(engine: Engine, folder: str) -> float:
 
 
 def check_model_answers(settings: ModelSettings) -> str:
-    """The prior answers a question; any other provider is known and has its key. No request leaves this machine."""
+    """The prior answers a question, a recorded model has answers; any other provider is known and has its
+    key. No request leaves this machine."""
     try:
         check_model(settings)
     except UsageError as error:
         raise DoctorError(str(error)) from error
+    if is_recorded(settings.model):
+        return check_recorded(settings.model)
     if not is_prior(settings.model):
         return "its provider is known and its key is set; no request was sent"
     from asset2sim.models.gateway.ask import ask

@@ -118,7 +118,7 @@ class SettingsOptions(FileOptions):
 class ModelOptions(FileOptions):
     """Which models are asked."""
 
-    model: NAME = Field(ModelSettings().model, description="any LiteLLM model")
+    model: NAME = Field(ModelSettings().model, description="any LiteLLM model, or recorded/FOLDER")
     api_base: URL | None = Field(None, description="the address of a server of your own for that model")
     refinement_model: NAME | None = Field(None, description="another model for steps of the state")
     judge_model: NAME | None = Field(None, description="a vision model that scores the result against its prompt")
@@ -249,6 +249,24 @@ class ViewsOptions(CatalogOptions, FileOptions):
     workers: N | None = Field(None, description="assets drawn at once (default: all cores)")
 
 
+class RecordOptions(CatalogOptions):
+    """Keep a run's answers as a recorded model: files that anybody can run again without a key."""
+
+    folder: CliPositionalArg[Path] = Field(description="the folder to write to, then --model recorded/FOLDER")
+
+
+class AskOptions(FileOptions):
+    """Write the questions of a run as files, for a person or another program to answer."""
+
+    data: CliPositionalArg[Location] = Field(description="a dataset, as asset2sim refine takes it")
+    folder: CliPositionalArg[Path] = Field(description="the folder to write to, then --model recorded/FOLDER")
+    subset: NAME | None = Field(None, description="only the manifest's rows of this subset")
+    assets: Listed[IDS] = Field((), description="only these assets, separated by commas")
+    limit: N | None = Field(None, description="only the first N of them")
+    method: METHOD = Field(Method.ASSET2SIM, description="whose question: asset2sim, direct or no_semantics")
+    workers: N | None = Field(None, description="assets at work at once (default: all cores)")
+
+
 class PagesOptions(CatalogOptions):
     """Serve the pages of Prefect and MLflow."""
 
@@ -264,6 +282,8 @@ class Command(Options):
     ui: CliSubCommand[PagesOptions] = Field(description="the pages of Prefect and MLflow")
     doctor: CliSubCommand[DoctorOptions] = Field(description="what works here, and what does not")
     nightly: CliSubCommand[NightlyOptions] = Field(description="refine a dataset on the schedule of catalog.yaml")
+    ask: CliSubCommand[AskOptions] = Field(description="the questions of a run as files, to be answered by hand")
+    record: CliSubCommand[RecordOptions] = Field(description="a run's answers as files, for --model recorded/FOLDER")
     settings: CliSubCommand[SettingsOptions] = Field(description="every setting, as a file for --settings")
 
 

@@ -109,8 +109,8 @@ def shared_hash(settings: Settings, pipeline: str) -> str:
     return hashlib.sha256(json.dumps(material, sort_keys=True).encode()).hexdigest()
 
 
-def content_hash(ref: AssetRef, files: str, shared: str, reference: Reference | None) -> str:
-    """SHA-256 over an asset's manifest row, its files' digest, what the run's assets share, and the expert's choice
-    that its alignment is held against; 64 hex digits."""
-    material = [ref.model_dump(mode="json", exclude={"path"}), files, shared, repr(reference)]
+def content_hash(ref: AssetRef, files: str, shared: str, reference: Reference | None, answers: str = "") -> str:
+    """SHA-256 over an asset's manifest row, its files' digest, what the run's assets share, the expert's choice that
+    its alignment is held against, and the digest of its recorded answers; 64 hex digits."""
+    material = [ref.model_dump(mode="json", exclude={"path"}), files, shared, repr(reference), answers]
     return hashlib.sha256(json.dumps(material, sort_keys=True).encode()).hexdigest()

@@ -8,6 +8,7 @@ from pathlib import Path
 
 from asset2sim.catalog.stored_tables import recorded_assets, recorded_run_ids
 from asset2sim.checks.alignment.reference import Reference
+from asset2sim.models.gateway.recorded import answer_digests
 from asset2sim.runs.plan.content_hash import content_hash, shared_hash
 from asset2sim.runs.plan.records import KeptRecord, drop_record, keep_record, kept_records
 from asset2sim.runs.plan.state import folder_files_hash, forget_folders, note_folders, open_state, refined_folders
@@ -56,8 +57,12 @@ def make_plan(
     lies = partial(_has_folder, out, settings) if there is None else there.__contains__
     with open_state(out) as state:
         contents = asset_files_hashes(state, refs)
+        answers = answer_digests(settings.model, (ref.asset_id for ref in refs))
         hashes = {
-            ref.asset_id: content_hash(ref, contents[ref.path], shared, references.get(ref.asset_id)) for ref in refs
+            ref.asset_id: content_hash(
+                ref, contents[ref.path], shared, references.get(ref.asset_id), answers.get(ref.asset_id, "")
+            )
+            for ref in refs
         }
         state.commit()
         left = unpublished_records(out, state)

@@ -73,7 +73,16 @@ def refine_all(
             threading.Thread(target=load_litellm).start()
         with sigterm_as_interrupt(), progress(len(jobs)) as report:
             harvest = Harvest(out, run_id, settings, report, records=records, url=url)
-            work = partial(refine_on_worker, out=harvest.place, settings=settings, pipeline=pipeline, run_id=run_id)
+            # Workers elsewhere were started in other folders.
+            here = str(Path.cwd())
+            work = partial(
+                refine_on_worker,
+                out=harvest.place,
+                settings=settings,
+                pipeline=pipeline,
+                run_id=run_id,
+                recordings=here,
+            )
             stopped = _refine(jobs, work, harvest)
         if not plan.hashes:
             for job in jobs.values():

@@ -47,12 +47,13 @@ def attempt_asset(
     run_id: str,
     made: Callable[[Iterable[ModelCall]], None],
     fresh: bool,
+    recordings: str = "",
 ) -> AssetAttempt:
     """Attempt one asset in a child process, into ``out``, a folder or a URL. Model calls are made in this process and
-    passed to ``made``. A ``fresh`` child has refined nothing before."""
+    passed to ``made``. A ``fresh`` child has refined nothing before; ``recordings``: see ``GatewaySession``."""
     folder, owner = working_folder(out), str(out)
     stopped = partial(is_stopped, owner)
-    books = open_gateway_session(folder, run_id, ref.asset_id, settings.model, stopped)
+    books = open_gateway_session(folder, run_id, ref.asset_id, settings.model, stopped, Path(recordings))
 
     def ask_and_tell(request: ModelRequest) -> ModelAnswer:
         answer = ask_for_asset(request, settings, books)
@@ -79,9 +80,12 @@ def ask_settings(settings: Settings, purpose: str) -> ModelSettings:
     return settings.model
 
 
-def refine_on_worker(job: Job, out: Path | str, settings: Settings, pipeline: str, run_id: str) -> JobResult:
+def refine_on_worker(
+    job: Job, out: Path | str, settings: Settings, pipeline: str, run_id: str, recordings: str = ""
+) -> JobResult:
     """Refine one asset and keep its record, also of a failure, in ``out``, a folder or a URL; ``pipeline`` is a
-    ``module:function`` name. The model calls count towards the budget of the run ``run_id``."""
+    ``module:function`` name. The model calls count towards the budget of the run ``run_id``. ``recordings`` is
+    the folder from which those of recorded models count; empty: the working folder."""
     folder = working_folder(out)
     before = read_record(folder, job.content_hash)
     if before is not None and (before.run_id, before.attempt) == (run_id, job.attempt):
@@ -90,7 +94,7 @@ def refine_on_worker(job: Job, out: Path | str, settings: Settings, pipeline: st
     _keep_first_log(folder, job)
     lost = paid_calls(folder, job.content_hash)
     keep = call_writer(folder, job.content_hash)
-    attempt = attempt_asset(job.ref, out, settings, pipeline, run_id, keep, fresh=job.first is not None)
+    attempt = attempt_asset(job.ref, out, settings, pipeline, run_id, keep, job.first is not None, recordings)
     record = attempt.record if job.first is None else with_first_attempt(attempt.record, job.first, attempt.died)
     record = record.model_copy(update={"content_hash": job.content_hash, "calls": (*lost, *record.calls)})
     done = JobResult(job.ref.asset_id, record.status, attempt.died)
