@@ -17,7 +17,9 @@ from asset2sim.models.prior.answer import answer
 from asset2sim.runs.dataset import load_dataset
 from asset2sim.runs.plan.plan import Plan, make_plan, mark_published
 from asset2sim.runs.record_answers import collect, record_answers
+from asset2sim.runs.spread.job import Job
 from asset2sim.runs.spread.refine_all import refine_all
+from asset2sim.runs.spread.worker import refine_on_worker
 from asset2sim.runs.write_questions import write_questions
 from flows import PIPELINE
 from flows.command import main
@@ -112,6 +114,15 @@ def test_a_recorded_run_comes_out_as_the_run_did(tmp_path: Path, monkeypatch: py
     texts = [{path.name: path.read_bytes() for path in kept.iterdir()} for kept in (kept, tmp_path / "twice")]
     assert all(texts[0][name] == texts[1][name] for name in names if name != "recording.json")
 
+    # A worker of a cluster was started elsewhere, and is told from where folders count.
+    (tmp_path / "elsewhere").mkdir()
+    monkeypatch.chdir(tmp_path / "elsewhere")
+    (box,) = load_dataset(RAW, asset_ids=("box_wooden",))
+    there = refine_on_worker(Job(box, "0" * 64), tmp_path / "there", again, PIPELINE, "r", str(tmp_path))
+    lost = refine_on_worker(Job(box, "1" * 64), tmp_path / "lost", again, PIPELINE, "r")
+    assert (there.status, lost.status) == (Status.OK, Status.FAILED)
+    monkeypatch.chdir(tmp_path)
+
     (kept / "laptop_silver.json").unlink()
     plan = refined(tmp_path / "again", again, chosen)
     assert [ref.asset_id for ref in plan.todo] == ["laptop_silver"]
@@ -156,7 +167,7 @@ def test_questions_are_written_and_answered_by_hand(
 
 @pytest.mark.parametrize("method", [Method.IVW, Method.AGENT, Method.RAW])
 def test_questions_that_depend_on_answers_are_not_written(method: Method, tmp_path: Path) -> None:
-    with pytest.raises(UsageError, match="asset2sim, direct, no_semantics"):
+    with pytest.raises(UsageError, match="asset2sim, no-semantics, direct"):
         write_questions([], tmp_path / "q", asking(ModelSettings(), method=method), PIPELINE)
     assert not (tmp_path / "q").exists()
 

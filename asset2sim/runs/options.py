@@ -263,7 +263,7 @@ class AskOptions(FileOptions):
     subset: NAME | None = Field(None, description="only the manifest's rows of this subset")
     assets: Listed[IDS] = Field((), description="only these assets, separated by commas")
     limit: N | None = Field(None, description="only the first N of them")
-    method: METHOD = Field(Method.ASSET2SIM, description="whose question: asset2sim, direct or no_semantics")
+    method: METHOD = Field(Method.ASSET2SIM, description="whose question: asset2sim, direct or no-semantics")
     workers: N | None = Field(None, description="assets at work at once (default: all cores)")
 
 

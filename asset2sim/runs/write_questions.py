@@ -16,7 +16,7 @@ from asset2sim.runs.isolation.asset_attempt import attempt_in_child
 from asset2sim.runs.record_answers import write_files
 from asset2sim.runs.remote.fetch_asset import run_with_local_files
 from schemas.asset import AssetRef
-from schemas.errors import UnknownChoiceError, UsageError
+from schemas.errors import UsageError
 from schemas.location import is_url, location_of
 from schemas.recording import AnswerOrigin
 from schemas.request import ModelAnswer, ModelRequest
@@ -25,7 +25,7 @@ from schemas.vocabulary import Method
 
 FOLDER = "questions"
 METHODS = (Method.ASSET2SIM, Method.NO_SEMANTICS, Method.DIRECT)
-"""Methods whose question can be written ahead: the others ask on from the answers, or in many views."""
+"""Methods whose question can be written ahead: the others ask on from the answers, many times, or not."""
 NOBODY = "nobody/yet"
 """Model of the settings with which questions are made: one that looks at pictures."""
 
@@ -43,7 +43,10 @@ def write_questions(refs: Sequence[AssetRef], folder: Path, settings: Settings, 
     its ``recording.json``; answers that are there stay. ``pipeline`` is a ``module:function``. An asset that cannot be
     asked about is in ``failed``. Raises UsageError for another method, or a folder that cannot be written to."""
     if settings.method not in METHODS:
-        raise UnknownChoiceError("method", settings.method.value, (method.value for method in METHODS))
+        raise UsageError(
+            f"method {settings.method.value} has no question that can be written ahead; choose from: "
+            f"{', '.join(METHODS)}, or run it and record its answers"
+        )
     try:
         recording = read_recording(folder)
     except RecordingError as error:
