@@ -61,7 +61,7 @@ def overlays(out: Path) -> dict[str, bytes]:
 
 def outcomes(out: Path) -> dict[str, tuple[str, str]]:
     table = read_table(out, "assets")
-    return {row.asset_id: (str(row.failure_mode), str(row.reason)) for row in table.itertuples()}
+    return {str(row.asset_id): (str(row.failure_mode), str(row.reason)) for row in table.itertuples()}
 
 
 JUDGED = '{"scale": {"score": 1, "reason": "fits"}, "state": {"score": 0.5, "reason": "half"}}'

@@ -120,7 +120,7 @@ def _identity(out: Path, folder: Path) -> tuple[int, int, tuple[Path, ...]] | No
     return stat.st_ino, stat.st_mtime_ns, tuple(history_files(out))
 
 
-def latest_rows(out: Path, *names: str) -> tuple[pd.DataFrame, ...]:
+def latest_rows(out: str | os.PathLike[str], *names: str) -> tuple[pd.DataFrame, ...]:
     """Rows of these per-asset tables for the assets of the latest run; unchanged assets have rows of earlier runs.
     Raises UsageError where OUT has no run."""
     runs = read_table(out, "runs")
