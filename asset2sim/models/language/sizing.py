@@ -141,7 +141,8 @@ def _label_votes(info: ObjectInfo) -> list[str]:
     for label, category in (("key", "Keyboard"), ("door_frame", "Door"), ("glasses_body", "Eyeglasses")):
         votes[category] += 3 if label in labels else 0
     votes["Furniture"] += 1 if {"drawer", "furniture_body"} & labels else 0
-    return [category for category, count in votes.most_common() if count > 0]
+    # A study may have left out the rows of a category.
+    return [category for category, count in votes.most_common() if count > 0 and category in tables.sizes()]
 
 
 def asks_real_size(guidance: str) -> bool:
