@@ -26,8 +26,9 @@ class Unchanged(Frozen):
 
 class AssetRef(Frozen):
     """An asset's absolute folder, category, subset and user prompt. ``support``: what the manifest says carries it;
-    ``up``: which axis points up in its file; None: the run's, or what its geometry says. ``root``: the dataset's
-    folder, None behind a URL. ``fault``: why it cannot be read, where its folder or its row already shows that."""
+    ``up``: which axis points up in its file; None: the run's, or what its geometry says. ``root``: the dataset's folder
+    or URL, below which its files may lie; None: its own folder. ``fault``: why it cannot be read, where that shows
+    before anything is read."""
 
     asset_id: str
     path: str

@@ -21,7 +21,7 @@ from asset2sim.catalog.read import read_table
 from asset2sim.checks.alignment.reference import Reference
 from asset2sim.runs.plan import content_hash as code
 from asset2sim.runs.plan import records, state
-from asset2sim.runs.plan.asset_files import AssetFile, asset_files
+from asset2sim.runs.plan.asset_files import AssetFile, asset_files, below
 from asset2sim.runs.plan.content_hash import content_hash, counted_files, package_versions, shared_hash
 from asset2sim.runs.plan.plan import asset_files_hashes, must_redo
 from asset2sim.runs.plan.state import folder_files_hash, open_state
@@ -100,7 +100,7 @@ def test_links_are_followed_once_and_within_the_dataset_alone(tmp_path: Path) ->
     (asset / "self").symlink_to("self")
     (asset / "beyond").symlink_to(beyond)
     (asset / "a.obj").symlink_to(beyond / "a.obj")
-    names = [file.name for file in asset_files(asset, data)]
+    names = [file.name for file in asset_files(asset, below(asset, data))]
     assert {name for name in names if " -> " in name} == {
         f"{x} -> {beyond / y}" for x, y in (("beyond", ""), ("a.obj", "a.obj"))
     }
@@ -114,7 +114,7 @@ def test_links_are_followed_once_and_within_the_dataset_alone(tmp_path: Path) ->
 
 def folder_hash(asset: Path, root: Path, out: Path) -> str:
     with open_state(out) as opened:
-        return folder_files_hash(opened, asset, root)
+        return folder_files_hash(opened, asset, below(asset, root))
 
 
 def test_folders_as_deep_as_paths_can_be_and_names_that_are_no_text_are_hashed(tmp_path: Path) -> None:

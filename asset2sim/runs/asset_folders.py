@@ -102,11 +102,10 @@ def _found(tree: Tree, folder: str, category: str | None = None, fault: str | No
         name, fault = _safe_id(name), f"its folder's name {problem}; rename the folder"
     elif fault is not None:
         fault = f"it {fault}; mend it, or take it out of the dataset"
-    root = None if isinstance(tree.place, str) else str(tree.place)
     # Tables hold text: a path with bytes that are none is written with escapes, and its asset has a fault.
     shown = printable(path)
     said = None if fault is None else f"{shown}: {fault}"
-    return AssetRef(asset_id=name, path=shown if fault else path, category=category, root=root, fault=said)
+    return AssetRef(asset_id=name, path=shown if fault else path, category=category, fault=said)
 
 
 def _safe_id(name: str) -> str:

@@ -41,6 +41,7 @@ def load_dataset(
         refs = [ref for ref in refs if ref.subset == subset]
         if not refs:
             raise UnknownChoiceError("subset", subset, known)
+    refs = [ref.model_copy(update={"root": str(tree.place)}) for ref in refs]
     known = {ref.asset_id for ref in refs}
     for asset_id in asset_ids:
         if asset_id not in known:
@@ -80,7 +81,6 @@ def _row(tree: Tree, where: str, row: dict[str, str]) -> AssetRef:
         prompt=cells["prompt"] or None,
         support=_support(cells["support"], where),
         up=_up(cells["up"], where),
-        root=None if is_url(tree.place) else str(tree.place),
         fault=fault,
     )
 

@@ -140,8 +140,8 @@ def _check_cell(cell: str, column: str, where: str, width: int, columns: Columns
         return
     if any(_like_a_row(line, width) for line in after) or column not in columns.prose:
         raise UsageError(
-            f"{where}: its cell '{_shown(column)}' goes on over {len(after)} more lines: a quote that should not be there, or "
-            'is not closed; write a quote that is meant twice (""), and a text on one line'
+            f"{where}: its cell '{_shown(column)}' goes on over {len(after)} more lines: a quote that should not be "
+            'there, or is not closed; write a quote that is meant twice (""), and a text on one line'
         )
 
 

@@ -2,7 +2,7 @@
 
 import os
 import stat
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -28,22 +28,35 @@ class AssetFile:
     inode: int
 
 
-def asset_files(folder: Path, root: Path | None = None) -> list[AssetFile]:
+Allows = Callable[[Path], bool]
+
+
+def anywhere(path: Path) -> bool:
+    """That a link may lead to any path."""
+    return True
+
+
+def below(*folders: Path) -> Allows:
+    """Whether a resolved path is one of these folders, or lies in one."""
+    roots = [folder.resolve() for folder in folders]
+    return lambda path: any(path.is_relative_to(root) for root in roots)
+
+
+def asset_files(folder: Path, allows: Allows = anywhere) -> list[AssetFile]:
     """Every file in the asset's folder but hidden ones, by name, and those elsewhere that its URDF refers to, as far as
     they exist. Empty where there is no such folder.
 
-    A link to a folder is followed once, and only within the asset's own folder and ``root`` (None: anywhere); of what
-    lies beyond, and of folders that cannot be listed, there is an entry in the place of the files.
+    A folder is entered once, and a link is followed only where its target, resolved, is one that ``allows``; for one
+    that is not, and for a folder that cannot be listed, there is an entry in the place of the files.
     """
-    inner = sorted(_walk(folder, root), key=lambda file: file.name)
+    inner = sorted(_walk(folder, allows), key=lambda file: file.name)
     return inner + _outer(folder)
 
 
-def _walk(top: Path, root: Path | None) -> Iterator[AssetFile]:
+def _walk(top: Path, allows: Allows) -> Iterator[AssetFile]:
     """The regular files below a folder, each folder once."""
     try:
         home = top.resolve()
-        within = [home] if root is None else [home, root.resolve()]
     except (OSError, RuntimeError):
         return
     seen: set[tuple[int, int]] = set()
@@ -60,7 +73,7 @@ def _walk(top: Path, root: Path | None) -> Iterator[AssetFile]:
             name = f"{prefix}{entry.name}"
             if entry.name.startswith("."):
                 continue
-            if entry.is_symlink() and (beyond := _beyond(name, entry.path, home, within, root is None)) is not None:
+            if entry.is_symlink() and (beyond := _beyond(name, entry.path, home, allows)) is not None:
                 yield from beyond
             elif os.path.isdir(entry.path):
                 left.append((f"{name}/", entry.path))
@@ -78,7 +91,7 @@ def _unseen(folder: str, seen: set[tuple[int, int]]) -> list[os.DirEntry[str]]:
         return list(entries)
 
 
-def _beyond(name: str, path: str, home: Path, within: list[Path], anywhere: bool) -> list[AssetFile] | None:
+def _beyond(name: str, path: str, home: Path, allows: Allows) -> list[AssetFile] | None:
     """None for a link that is followed, else what stands for it: nothing where it leads back, to a folder that holds
     the asset's own, and its target where it leads outside."""
     try:
@@ -87,7 +100,7 @@ def _beyond(name: str, path: str, home: Path, within: list[Path], anywhere: bool
         return []
     if home.is_relative_to(target):
         return []
-    if anywhere or any(target.is_relative_to(place) for place in within):
+    if allows(target):
         return None
     return [AssetFile(f"{name} -> {target}", path, OUTSIDE, 0, 0, 0)]
 

@@ -10,6 +10,7 @@ from pathlib import Path
 
 from asset2sim.catalog.stored_tables import recorded_assets, recorded_run_ids
 from asset2sim.checks.alignment.reference import Reference
+from asset2sim.runs.plan.asset_files import Allows, anywhere, below
 from asset2sim.runs.plan.content_hash import content_hash, shared_hash
 from asset2sim.runs.plan.records import KeptRecord, drop_record, keep_record, kept_records
 from asset2sim.runs.plan.state import folder_files_hash, forget_folders, note_folders, open_state, refined_folders
@@ -33,12 +34,16 @@ def asset_files_hashes(
         if ref.path in found:
             continue
         try:
-            root = None if ref.root is None else Path(ref.root)
-            found[ref.path] = "" if ref.fault else folder_files_hash(state, Path(ref.path), root, limit_s)
+            found[ref.path] = "" if ref.fault else folder_files_hash(state, Path(ref.path), _reach(ref), limit_s)
         except TimeoutError:
             logger.warning("asset %s: its files were not read within %g s; it is refined again", ref.asset_id, limit_s)
             found[ref.path] = uuid.uuid4().hex
     return found
+
+
+def _reach(ref: AssetRef) -> Allows:
+    """Where links of an asset may lead: into its own folder and its dataset's."""
+    return below(Path(ref.path), Path(ref.root)) if ref.root is not None else anywhere
 
 
 @dataclass(frozen=True)
