@@ -99,7 +99,7 @@ def _found(tree: Tree, folder: str, category: str | None = None, fault: str | No
     name = posixpath.basename(path)
     problem = id_problem(name)
     if problem is not None:
-        name, fault = _safe_id(name), f"its folder's name {problem}; rename the folder"
+        name, fault = safe_id(name), f"its folder's name {problem}; rename the folder"
     elif fault is not None:
         fault = f"it {fault}; mend it, or take it out of the dataset"
     # Tables hold text: a path with bytes that are none is written with escapes, and its asset has a fault.
@@ -108,7 +108,7 @@ def _found(tree: Tree, folder: str, category: str | None = None, fault: str | No
     return AssetRef(asset_id=name, path=shown if fault else path, category=category, fault=said)
 
 
-def _safe_id(name: str) -> str:
+def safe_id(name: str) -> str:
     """An id for a folder whose name cannot be one: percent signs and hexadecimal digits in the place of what cannot
     stand in it, cut to its length."""
     safe = "".join(c if _is_safe(c) else "".join(f"%{byte:02X}" for byte in os.fsencode(c)) for c in name)
