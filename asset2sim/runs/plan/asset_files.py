@@ -2,18 +2,23 @@
 
 import os
 import stat
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
-from asset2sim.assets.urdf.locate import find_mesh, find_source, outer_references
+from asset2sim.assets.regular import read_regular
+from asset2sim.assets.urdf.locate import MOST_DESCRIBED, find_mesh, find_source, outer_references
 from asset2sim.assets.urdf.mesh_files import material_files
 from schemas.errors import AssetError
+
+OUTSIDE = -1_000_000
+"""In the place of a size: a link that leads outside and is not followed."""
 
 
 @dataclass(frozen=True)
 class AssetFile:
-    """One file: its name within the asset, its path, and the metadata that change with its content."""
+    """One file: its name within the asset, its path, and the metadata that change with its content. A negative ``size``
+    is no file: a folder that cannot be listed, or a link that is not followed."""
 
     name: str
     path: str
@@ -23,30 +28,81 @@ class AssetFile:
     inode: int
 
 
-def asset_files(folder: Path) -> list[AssetFile]:
+Allows = Callable[[Path], bool]
+
+
+def anywhere(path: Path) -> bool:
+    """That a link may lead to any path."""
+    return True
+
+
+def below(*folders: Path) -> Allows:
+    """Whether a resolved path is one of these folders, or lies in one."""
+    roots = [folder.resolve() for folder in folders]
+    return lambda path: any(path.is_relative_to(root) for root in roots)
+
+
+def asset_files(folder: Path, allows: Allows = anywhere) -> list[AssetFile]:
     """Every file in the asset's folder but hidden ones, by name, and those elsewhere that its URDF refers to, as far as
-    they exist. Empty where there is no such folder."""
-    inner = sorted(_walk(str(folder), "", set()), key=lambda file: file.name)
+    they exist. Empty where there is no such folder.
+
+    A folder is entered once, and a link is followed only where its target, resolved, is one that ``allows``; for one
+    that is not, and for a folder that cannot be listed, there is an entry in the place of the files.
+    """
+    inner = sorted(_walk(folder, allows), key=lambda file: file.name)
     return inner + _outer(folder)
 
 
-def _walk(folder: str, prefix: str, seen: set[tuple[int, int]]) -> Iterator[AssetFile]:
-    """The regular files below a folder, links followed, each folder once."""
+def _walk(top: Path, allows: Allows) -> Iterator[AssetFile]:
+    """The regular files below a folder, each folder once."""
     try:
-        status = os.stat(folder)
-        entries = list(os.scandir(folder))
-    except OSError:
+        home = top.resolve()
+    except (OSError, RuntimeError):
         return
+    seen: set[tuple[int, int]] = set()
+    left = [("", str(top))]
+    while left:
+        prefix, folder = left.pop()
+        try:
+            entries = _unseen(folder, seen)
+        except OSError as error:
+            entries = []
+            if prefix:
+                yield AssetFile(prefix, folder, -(error.errno or 1), 0, 0, 0)
+        for entry in entries:
+            name = f"{prefix}{entry.name}"
+            if entry.name.startswith("."):
+                continue
+            if entry.is_symlink() and (beyond := _beyond(name, entry.path, home, allows)) is not None:
+                yield from beyond
+            elif os.path.isdir(entry.path):
+                left.append((f"{name}/", entry.path))
+            elif (found := _file(name, entry.path)) is not None:
+                yield found
+
+
+def _unseen(folder: str, seen: set[tuple[int, int]]) -> list[os.DirEntry[str]]:
+    """The entries of a folder that was not ``seen``; now it is. Raises OSError."""
+    status = os.stat(folder)
     if (status.st_dev, status.st_ino) in seen:
-        return
+        return []
     seen.add((status.st_dev, status.st_ino))
-    for entry in entries:
-        if entry.name.startswith("."):
-            continue
-        if entry.is_dir():
-            yield from _walk(entry.path, f"{prefix}{entry.name}/", seen)
-        elif (found := _file(f"{prefix}{entry.name}", entry.path)) is not None:
-            yield found
+    with os.scandir(folder) as entries:
+        return list(entries)
+
+
+def _beyond(name: str, path: str, home: Path, allows: Allows) -> list[AssetFile] | None:
+    """None for a link that is followed, else what stands for it: nothing where it leads back, to a folder that holds
+    the asset's own, and its target where it leads outside."""
+    try:
+        target = Path(path).resolve()
+    except (OSError, RuntimeError):
+        return []
+    if home.is_relative_to(target):
+        return []
+    if allows(target):
+        return None
+    return [AssetFile(f"{name} -> {target}", path, OUTSIDE, 0, 0, 0)]
 
 
 def _outer(folder: Path) -> list[AssetFile]:
@@ -63,7 +119,7 @@ def _outer(folder: Path) -> list[AssetFile]:
         source = unread.pop()
         read.add(source)
         try:
-            text = source.read_text(encoding="utf-8", errors="replace")
+            text = read_regular(source, MOST_DESCRIBED).decode("utf-8", errors="replace")
         except OSError:
             continue
         for reference in outer_references(text):

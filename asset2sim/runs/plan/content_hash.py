@@ -112,5 +112,5 @@ def shared_hash(settings: Settings, pipeline: str) -> str:
 def content_hash(ref: AssetRef, files: str, shared: str, reference: Reference | None) -> str:
     """SHA-256 over an asset's manifest row, its files' digest, what the run's assets share, and the expert's choice
     that its alignment is held against; 64 hex digits."""
-    material = [ref.model_dump(mode="json", exclude={"path"}), files, shared, repr(reference)]
+    material = [ref.model_dump(mode="json", exclude={"path", "root"}), files, shared, repr(reference)]
     return hashlib.sha256(json.dumps(material, sort_keys=True).encode()).hexdigest()

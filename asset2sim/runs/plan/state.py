@@ -3,13 +3,16 @@
 import hashlib
 import os
 import sqlite3
+import threading
 import time
-from collections.abc import Iterable, Iterator, Mapping
-from concurrent.futures import ThreadPoolExecutor
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from concurrent.futures import Future
 from contextlib import contextmanager
+from functools import partial
 from pathlib import Path
+from typing import TypeVar
 
-from asset2sim.runs.plan.asset_files import AssetFile, asset_files
+from asset2sim.runs.plan.asset_files import Allows, AssetFile, anywhere, asset_files
 
 FILE = ".cache/files.db"
 SETTLED_NS = 2_000_000_000
@@ -19,6 +22,8 @@ UNREADABLE = "unreadable"
 """The digest of a file that cannot be read."""
 HASHING_THREADS = 2
 """Threads that hash: a disk is seldom faster than two cores are."""
+
+T = TypeVar("T")
 
 _TABLES = """
 CREATE TABLE IF NOT EXISTS files (
@@ -43,23 +48,45 @@ def open_state(out: Path) -> Iterator[sqlite3.Connection]:
         connection.close()
 
 
-def folder_files_hash(state: sqlite3.Connection, folder: Path) -> str:
-    """SHA-256 over names and contents of an asset's files; a file is read only if it changed since the last time."""
-    files = asset_files(folder)
+def folder_files_hash(
+    state: sqlite3.Connection, folder: Path, allows: Allows = anywhere, limit_s: float = threading.TIMEOUT_MAX
+) -> str:
+    """SHA-256 over names and contents of an asset's files; a file is read only if it changed since the last time.
+    ``allows`` bounds links, as in ``asset_files``. Raises TimeoutError where that takes over ``limit_s``, s."""
+    end = time.monotonic() + limit_s
+    files = _started(partial(asset_files, folder, allows)).result(limit_s)
     known = _known(state, str(folder))
     digests = {file.name: known[file.name][1] for file in files if known.get(file.name, ("",))[0] == _seen(file)}
     changed = [file for file in files if file.name not in digests]
-    if changed:
-        with ThreadPoolExecutor(HASHING_THREADS) as pool:
-            fresh = dict(zip((file.name for file in changed), pool.map(_digest, changed), strict=True))
-        digests |= fresh
-        _remember(state, str(folder), changed, fresh)
+    parts = [changed[place::HASHING_THREADS] for place in range(HASHING_THREADS)]
+    for part in [_started(partial(_digests, part)) for part in parts if part]:
+        digests |= part.result(max(end - time.monotonic(), 0.0))
+    _remember(state, str(folder), changed, digests)
     if gone := [(str(folder), name) for name in known if name not in digests]:
         state.executemany("DELETE FROM files WHERE asset = ? AND name = ?", gone)
     whole = hashlib.sha256()
     for file in files:
         whole.update(f"{file.name}\0{digests[file.name]}\n".encode(errors="surrogateescape"))
     return whole.hexdigest()
+
+
+def _started(work: Callable[[], T]) -> Future[T]:
+    """The future of work in a thread of its own, which does not keep the process from ending: reading from a disk that
+    does not answer cannot be interrupted."""
+    future: Future[T] = Future()
+
+    def run() -> None:
+        try:
+            future.set_result(work())
+        except BaseException as error:
+            future.set_exception(error)
+
+    threading.Thread(target=run, name="asset2sim-hash", daemon=True).start()
+    return future
+
+
+def _digests(files: Sequence[AssetFile]) -> dict[str, str]:
+    return {file.name: _digest(file) for file in files}
 
 
 def refined_folders(state: sqlite3.Connection) -> dict[str, str]:
@@ -117,12 +144,19 @@ def _remember(state: sqlite3.Connection, asset: str, files: Iterable[AssetFile],
     rows = [
         (asset, file.name, *_seen(file), digests[file.name])
         for file in files
-        if max(file.mtime_ns, file.ctime_ns) < settled and digests[file.name] != UNREADABLE
+        if max(file.mtime_ns, file.ctime_ns) < settled and digests[file.name] != UNREADABLE and _is_text(file.path)
     ]
     state.executemany("INSERT OR REPLACE INTO files VALUES (?, ?, ?, ?, ?, ?, ?, ?)", rows)
 
 
+def _is_text(path: str) -> bool:
+    """Whether a path is UTF-8, as what SQLite keeps must be."""
+    return path.isascii() or path == path.encode(errors="replace").decode()
+
+
 def _digest(file: AssetFile) -> str:
+    if file.size < 0:
+        return UNREADABLE
     try:
         with open(file.path, "rb") as stream:
             return hashlib.file_digest(stream, "sha256").hexdigest()
