@@ -11,6 +11,7 @@ from schemas.finding import Finding, TraceStep
 from schemas.interaction import EngineReport, OverlapPair
 from schemas.measurement import Measurement
 from schemas.overlay import PhysicsOverlay
+from schemas.overrides import Overrides
 from schemas.request import ModelCall
 from schemas.support import SupportKind
 from schemas.vocabulary import FailureMode, Method, Status, UpAxis
@@ -26,7 +27,8 @@ class Unchanged(Frozen):
 
 class AssetRef(Frozen):
     """An asset's absolute folder, category, subset and user prompt. ``support``: what the manifest says carries it;
-    ``up``: which axis points up in its file; None: the run's, or what its geometry says."""
+    ``up``: which axis points up in its file; None: the run's, or what its geometry says. ``overrides``: numbers of the
+    user's own."""
 
     asset_id: str
     path: str
@@ -35,6 +37,7 @@ class AssetRef(Frozen):
     prompt: str | None = None
     support: SupportKind | None = None
     up: UpAxis | None = None
+    overrides: Overrides | None = None
 
 
 class FoundAssets:

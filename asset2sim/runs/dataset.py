@@ -9,6 +9,7 @@ from pathlib import Path
 
 from asset2sim.assets.urdf.locate import NOT_MODELS, SUFFIXES, is_mjcf
 from asset2sim.catalog.storage.tree import Tree, local_tree, remote_tree
+from asset2sim.runs.overrides import read_overrides, with_overrides
 from schemas.asset import AssetRef
 from schemas.errors import UnknownChoiceError, UsageError
 from schemas.location import is_url, nearest_existing
@@ -33,7 +34,7 @@ def load_dataset(
     subset or an asset that it does not have.
     """
     tree = remote_tree(data) if is_url(data) else _local(Path(data))
-    refs = read_manifest(tree) if MANIFEST in tree.files("") else find_assets(tree)
+    refs = with_overrides(tree, read_manifest(tree) if MANIFEST in tree.files("") else find_assets(tree))
     if subset is not None:
         known = {ref.subset for ref in refs if ref.subset is not None}
         refs = [ref for ref in refs if ref.subset == subset]
@@ -127,6 +128,7 @@ def _row(tree: Tree, where: str, row: dict[str, str | None]) -> AssetRef:
         prompt=cells["prompt"] or None,
         support=_support(cells["support"], where),
         up=_up(cells["up"], where),
+        overrides=read_overrides(row, where),
     )
 
 

@@ -74,6 +74,7 @@ COUNT = TypeAliasType("COUNT", Annotated[int, Field(ge=0)])
 RATE = TypeAliasType("RATE", Positive)
 USD = TypeAliasType("USD", NonNegative)
 URL = TypeAliasType("URL", str)
+TEXT = TypeAliasType("TEXT", str)
 DAY = TypeAliasType("DAY", Annotated[datetime, BeforeValidator(utc)])
 RUN = TypeAliasType("RUN", tuple[str, str])
 SHELL = TypeAliasType("SHELL", str)
@@ -167,6 +168,7 @@ class RefineOptions(ModelOptions, Selection):
     support: SUPPORT | None = Field(
         None, description=f"{', '.join(SupportKind)}: what carries objects whose manifest row does not say"
     )
+    prompt: TEXT | None = Field(None, description="what is asked of it, where DATA is one asset: 'its lid half open'")
     base: BASE = Field(
         BaseMode.ROOT,
         description=f"{', '.join(BaseMode)}: hold a fixed object's root by the loader's flag, or by a link 'world'",
