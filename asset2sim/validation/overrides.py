@@ -7,7 +7,7 @@ from functools import partial
 
 from asset2sim.models.language.amounts import LARGEST_M, SMALLEST_M, unmet_numbers
 from asset2sim.models.language.tables import materials
-from asset2sim.validation.masses import link_masses
+from asset2sim.validation.masses import link_mass, link_masses
 from asset2sim.validation.notes import Notes
 from schemas.errors import AssetError
 from schemas.features import Features, JointFeatures
@@ -225,25 +225,23 @@ def _weighing(
     """The links with masses in the proposal's proportions that come to ``wanted`` kg with all their bounds. Raises
     AssetError where bounds leave no such masses."""
 
-    def weighed(items: dict[str, LinkProposal]) -> dict[str, float]:
-        found = link_masses(features, items, scale, Source.USER, settings, Notes())
-        return {name: item.mass for name, item in found.items()}
+    def weighed(items: dict[str, LinkProposal]) -> float:
+        return sum(item.mass for item in link_masses(features, items, scale, Source.USER, settings, Notes()).values())
 
-    solid = [link.name for link in features.links if link.has_geometry]
-    masses = weighed(links)
-    # What is fixed in it is heavier or lighter with all else.
+    solid = [link for link in features.links if link.has_geometry]
+    # Of the parts alone: one without geometry takes of its neighbour's mass what it has.
+    masses = {
+        link.name: link_mass(link, links.get(link.name), scale, Source.USER, settings, Notes()).mass for link in solid
+    }
     factor = wanted / sum(masses.values())
     for _ in range(MASS_ROUNDS):
-        links = {
-            **links,
-            **{name: _of_mass(links.get(name), name, masses[name] * factor, factor, settings) for name in solid},
-        }
-        masses = weighed(links)
-        factor = wanted / sum(masses.values())
+        masses = {name: mass * factor for name, mass in masses.items()}
+        links |= {name: _of_mass(links.get(name), name, mass, factor, settings) for name, mass in masses.items()}
+        factor = wanted / weighed(links)
         if abs(factor - 1.0) <= MASS_SHARE:
             return links
     raise _refused(
-        f"{place}: it cannot weigh {wanted:.4g} kg at its size, only {sum(masses.values()):.4g} kg: parts are "
+        f"{place}: it cannot weigh {wanted:.4g} kg at its size, only {weighed(links):.4g} kg: parts are "
         f"{settings.smallest_mass_kg:g} kg at least and of at most {settings.max_density_kg_m3:g} kg/m³"
     )
 

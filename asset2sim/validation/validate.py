@@ -51,8 +51,8 @@ def validate(
     scale, scale_source = bounded_scale(overlay, max(features.rest_size), source, notes)
     note_mass_change(overlay, notes)
     links = {proposal.name: proposal for proposal in overlay.links}
-    theirs = {link.name for link in features.links if f"links.{link.name}.mass_kg" in asked}
-    masses = link_masses(features, links, scale, source, settings, notes, theirs)
+    weighed = {link.name for link in features.links if f"links.{link.name}.mass_kg" in asked}
+    masses = link_masses(features, links, scale, source, settings, notes, weighed)
     masses = with_armature(masses, features, settings, notes)
     masses = bound_inertia_by_extent(masses, extraction, scale, settings, notes)
     spans = {joint.name: joint_range(joint, scale, notes) for joint in features.joints}
@@ -88,12 +88,12 @@ def validate(
         followers=tuple(joint for joint in joints if joint.mimic is not None),
         notes=overlay.notes,
     )
-    wanted = stated_mass(guidance) if overlay.mass_change is not None and overlay.mass_change.asked else None
-    if wanted is not None and abs(complete.mass_kg / wanted - 1.0) > WEIGHED_SHARE:
+    said_kg = stated_mass(guidance) if overlay.mass_change is not None and overlay.mass_change.asked else None
+    if said_kg is not None and abs(complete.mass_kg / said_kg - 1.0) > WEIGHED_SHARE:
         message = (
-            f"the user's words ask for {wanted:.4g} kg; of its size and materials it weighs {complete.mass_kg:.4g} kg"
+            f"the user's words ask for {said_kg:.4g} kg; of its size and materials it weighs {complete.mass_kg:.4g} kg"
         )
-        notes.warn("mass_unmet", message, value=wanted, limit=complete.mass_kg)
+        notes.warn("mass_unmet", message, value=said_kg, limit=complete.mass_kg)
     return complete, tuple(notes.findings)
 
 

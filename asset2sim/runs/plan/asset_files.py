@@ -26,8 +26,12 @@ class AssetFile:
 def asset_files(folder: Path) -> list[AssetFile]:
     """Every file in the asset's folder but hidden ones, by name, and those elsewhere that its URDF refers to, as far as
     they exist. Empty where there is no such folder."""
-    inner = sorted(_walk(str(folder), "", set()), key=lambda file: file.name)
-    return inner + _outer(folder)
+    return sorted(files_below(folder), key=lambda file: file.name) + _outer(folder)
+
+
+def files_below(folder: Path) -> Iterator[AssetFile]:
+    """The regular files below a folder but hidden ones; none where there is no such folder."""
+    return _walk(str(folder), "", set())
 
 
 def _walk(folder: str, prefix: str, seen: set[tuple[int, int]]) -> Iterator[AssetFile]:
