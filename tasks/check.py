@@ -19,7 +19,7 @@ from schemas.vocabulary import Severity, Source, Stage
 from tasks.extract import extract_asset
 from tasks.job import AssetJob
 from tasks.measure import measure_written
-from tasks.progress import Progress
+from tasks.progress import Progress, StageResult
 from tasks.validate import Validated
 
 STATE_READ = "refined_state"
@@ -38,19 +38,25 @@ def check_asset(ref: AssetRef, out: Path, settings: Settings, ask: ModelAsk) -> 
 
 
 def _run_checks(job: AssetJob, progress: Progress) -> Verdict:
+    progress.run(Stage.EXTRACT, compare_with_checksums, Path(job.ref.path))
     extraction = progress.run(Stage.EXTRACT, extract_asset, job, correct_joints=False).extraction
     overlay = progress.run(Stage.VALIDATE, overlay_as_it_is, job, extraction).overlay
     return progress.run(Stage.MEASURE, measure_written, job, extraction, extraction.urdf, overlay, None).verdict
+
+
+def compare_with_checksums(folder: Path) -> StageResult:
+    """A finding for each file of a refined folder that is not as it was written."""
+    changed = changed_files(folder) or ()
+    return StageResult(
+        findings=tuple(_finding("changed_by_hand", f"not as it was refined: {text}") for text in changed)
+    )
 
 
 def overlay_as_it_is(job: AssetJob, extraction: Extraction) -> Validated:
     """What the URDF states, in the state, with the friction and on the support that a refined folder's ``overlay.json``
     adds; without one, joints at zero or their nearest limit, and the support that is found."""
     overlay = authored_overlay(extraction, job.settings.physics)
-    told = [
-        _finding("changed_by_hand", f"not as it was refined: {text}")
-        for text in changed_files(Path(job.ref.path)) or ()
-    ]
+    told = list[Finding]()
     refined, problem = read_refined(Path(job.ref.path))
     if problem:
         told.append(_finding("refined_state_unread", problem))
