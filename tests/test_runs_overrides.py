@@ -96,7 +96,7 @@ def test_numbers_decide_what_is_unchanged_and_their_line_does_not() -> None:
         ref = AssetRef(asset_id="a", path="/a", overrides=read_overrides(cells, where))
         return content_hash(ref, "files", "shared", None)
 
-    cells = (
+    cells: tuple[dict[str, str], ...] = (
         *({}, {"scale": "0.5"}, {"scale": "0.6"}, {"size_m": "0.5"}, {"joint:lid": "0.5"}, {"joint:lid": "50%"}),
         *({"joint:box": "0.5"}, {"material:lid": "steel"}, {"material:lid": "glass"}, {"mass_kg": "0.5"}),
     )
