@@ -48,6 +48,11 @@ def _dispatch(options: Options, refine: Refine, nightly: Nightly) -> int:
 
             sys.stdout.write(settings_text(settings_for_run(options.settings, {}), options.format))
             return DONE
+    return _print(options)
+
+
+def _print(options: Options) -> int:
+    """Run a command that only looks and prints. Returns the exit code."""
     from flows import show
 
     match options:
@@ -60,6 +65,9 @@ def _dispatch(options: Options, refine: Refine, nightly: Nightly) -> int:
         case asked.ViewsOptions():
             settings = settings_for_run(options.settings, stated_settings(options))
             return DONE if show.print_views(options.out, settings) else FAILED
+        case asked.CheckOptions():
+            settings = settings_for_run(options.settings, stated_settings(options))
+            return DONE if show.print_checks(options.folders, settings, json=options.json_) else FAILED
         case asked.PagesOptions():
             show.print_and_serve_pages(options.out)
         case asked.DoctorOptions():

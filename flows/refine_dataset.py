@@ -6,6 +6,7 @@ from asset2sim.catalog.run import finish_run, remove_run_marker, start_run, writ
 from asset2sim.catalog.storage.cache import working_folder
 from asset2sim.catalog.storage.disk import raise_disk_full
 from asset2sim.catalog.stored_tables import check_catalog
+from asset2sim.runs.plan.hand_changes import changes_text
 from asset2sim.runs.remote.output import open_output, send_rest
 from asset2sim.runs.result import RunResult
 from flows import PIPELINE
@@ -61,7 +62,8 @@ def refine_dataset(
         previous = find_previous(out, run, opaque(present))
         publish(output, run, opaque(refined), opaque(present))
         remove_run_marker(out)
-        told = report(out, run, opaque(refined), opaque(previous), len(refs), died)
+        by_hand = changes_text(todo.by_hand, settings.run.redo)
+        told = report(out, run, opaque(refined), opaque(previous), len(refs), died, by_hand)
         # After Ctrl-C the run ends without MLflow, which alone takes seconds.
         warning = None if refined.stopped else log_run(out, run, opaque(refined), opaque(told.changes))
         send_rest(output)

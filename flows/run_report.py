@@ -29,12 +29,19 @@ class WrittenReport:
 
 
 def publish_report(
-    out: Path, run: RunRow, refined: RunRecords, previous: Previous, chosen: int, died: str | None
+    out: Path,
+    run: RunRow,
+    refined: RunRecords,
+    previous: Previous,
+    chosen: int,
+    died: str | None,
+    by_hand: str | None = None,
 ) -> WrittenReport:
     """Write the report and attach it to the flow run. A failure is a warning only: the tables hold the same data.
-    ``chosen`` counts the run's assets; ``died`` says what happened to the run before it, if that did not end."""
+    ``chosen`` counts the run's assets; ``died`` says what happened to the run before it, if that did not end;
+    ``by_hand`` which results people changed since."""
     changes = find_changes(refined.records, previous)
-    warnings = [problem for problem in (died, skipped_nights(run.started_at)) if problem]
+    warnings = [problem for problem in (died, by_hand, skipped_nights(run.started_at)) if problem]
     problems = [problem for problem in (stopped_line(refined, chosen), previous.problem, *warnings) if problem]
     text = report_markdown(run, refined.records, previous, changes, problems, refined.unchanged, str(out))
     path = None

@@ -108,7 +108,7 @@ def publish(output: Output, run: RunRow, refined: RunRecords, present: Collectio
     write_run(folder, run, refined.records, refined.unchanged, present, compact=output.url is None)
     send_tables(output, run.started_at)
     write_index(folder, output.url)
-    mark_published(folder, refined.records)
+    mark_published(folder, refined.records, stored_asset_ids(output, views=False))
 
 
 @step("log-run")

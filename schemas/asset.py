@@ -11,6 +11,7 @@ from schemas.finding import Finding, TraceStep
 from schemas.interaction import EngineReport, OverlapPair
 from schemas.measurement import Measurement
 from schemas.overlay import PhysicsOverlay
+from schemas.overrides import Overrides
 from schemas.request import ModelCall
 from schemas.support import SupportKind
 from schemas.vocabulary import FailureMode, Method, Status, UpAxis
@@ -28,7 +29,7 @@ class AssetRef(Frozen):
     """An asset's absolute folder, category, subset and user prompt. ``support``: what the manifest says carries it;
     ``up``: which axis points up in its file; None: the run's, or what its geometry says. ``root``: the dataset's folder
     or URL, below which its files may lie; None: its own folder. ``fault``: why it cannot be read, where that shows
-    before anything is read."""
+    before anything is read. ``overrides``: numbers of the user's own."""
 
     asset_id: str
     path: str
@@ -39,6 +40,7 @@ class AssetRef(Frozen):
     up: UpAxis | None = None
     root: str | None = None
     fault: str | None = None
+    overrides: Overrides | None = None
 
 
 class FoundAssets:

@@ -266,6 +266,8 @@ class Settings(Frozen):
     state: StateMode = StateMode.DOCUMENT
     support: SupportKind | None = None
     """What carries every object whose manifest row does not say; None: found for each."""
+    prompt: str | None = None
+    """What is asked of the one asset of a run, whatever its manifest row asks; a run of several refuses it."""
     base: BaseMode = BaseMode.ROOT
     exports: tuple[Export, ...] = ()
     search: SearchSettings = SearchSettings()

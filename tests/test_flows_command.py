@@ -51,7 +51,7 @@ def published(out: Path, request: RefineRequest) -> RunResult:
     ("arguments", "message"),
     [
         ([], "COMMAND"),
-        (["refin"], "choose from refine, failures, query, show, views, ui, doctor, nightly, settings"),
+        (["refin"], "choose from refine, failures, query, show, check, views, ui, doctor, nightly, settings"),
         (["refine"], "required: DATA, --out"),
         (["refine", "{data}"], "required: --out"),
         (["refine", "{data}", "--out", "{out}", "--subset", "three"], "unknown subset 'three'; choose from: one, two"),

@@ -118,10 +118,10 @@ def joint_rows(key: Row, record: AssetRecord, limits: Thresholds) -> list[Row]:
     features = {joint.name: joint for joint in record.features.joints} if record.features else {}
     motions = {motion.name: motion for motion in record.measurement.joints} if record.measurement else {}
     settled = record.measurement.settle_motion if record.measurement else {}
-    rows = []
+    rows, elsewhere = [], {"name", "least_inertia", "effort_range", "mimic", "exact"}
     for joint in record.overlay.all_joints:
         seen, motion = features.get(joint.name), motions.get(joint.name)
-        row = key | {"joint": joint.name} | joint.model_dump(exclude={"name", "least_inertia", "effort_range", "mimic"})
+        row = key | {"joint": joint.name} | joint.model_dump(exclude=elsewhere)
         expected = joint.effort_range
         row |= {
             "position_unit": "m" if joint.type == "prismatic" else "rad",

@@ -9,6 +9,7 @@ from urllib.parse import urlsplit
 from asset2sim.engines.registry import require
 from asset2sim.models.gateway.choices import check_model
 from asset2sim.runs.dataset import load_dataset
+from asset2sim.runs.overrides import with_prompt
 from asset2sim.runs.remote.output import check_store
 from schemas.asset import AssetRef, FoundAssets
 from schemas.errors import UsageError
@@ -28,7 +29,7 @@ def check_request(
     limit: int | None,
 ) -> FoundAssets:
     """The assets to refine, as ``load_dataset`` has them. Raises ``UsageError`` for what cannot be done as asked."""
-    found = FoundAssets(load_dataset(data, subset, asset_ids, limit))
+    found = FoundAssets(with_prompt(load_dataset(data, subset, asset_ids, limit), settings.prompt))
     check_run(found, data, out, settings)
     return found
 

@@ -9,6 +9,7 @@ from asset2sim.catalog.storage.tree import Tree, local_tree, remote_tree
 from asset2sim.runs.asset_folders import MANIFEST as MANIFEST
 from asset2sim.runs.asset_folders import check_asset_id as check_asset_id
 from asset2sim.runs.asset_folders import find_assets, refuse_twice
+from asset2sim.runs.overrides import NUMBERS, PREFIXES, read_overrides, with_overrides
 from asset2sim.runs.table_file import MAX_TABLE_BYTES, Columns, read_rows
 from schemas.asset import AssetRef
 from schemas.errors import UnknownChoiceError, UsageError
@@ -33,7 +34,7 @@ def load_dataset(
     tree = remote_tree(data) if is_url(data) else _local(Path(data))
     try:
         has_manifest = MANIFEST in (*tree.files(""), *tree.folders(""))
-        refs = read_manifest(tree) if has_manifest else find_assets(tree)
+        refs = with_overrides(tree, read_manifest(tree) if has_manifest else find_assets(tree))
     except OSError as error:
         raise UsageError(f"{error.filename or data} {path_problem(Path(data), error)}") from error
     if subset is not None:
@@ -60,7 +61,7 @@ def read_manifest(tree: Tree) -> list[AssetRef]:
         content = tree.read(MANIFEST, MAX_TABLE_BYTES + 1)
     except OSError as error:
         raise UsageError(f"{manifest}: it {path_problem(Path(manifest), error)}") from error
-    columns = Columns(REQUIRED_COLUMNS, COLUMNS, prose=("prompt",))
+    columns = Columns(REQUIRED_COLUMNS, (*COLUMNS, *NUMBERS), PREFIXES, prose=("prompt",))
     refs = [_row(tree, f"{manifest}, line {line}", row) for line, row in read_rows(content, manifest, columns)]
     if not refs:
         raise UsageError(f"{manifest}: no rows under the heading; add a row per asset")
@@ -82,6 +83,7 @@ def _row(tree: Tree, where: str, row: dict[str, str]) -> AssetRef:
         support=_support(cells["support"], where),
         up=_up(cells["up"], where),
         fault=fault,
+        overrides=read_overrides(row, where),
     )
 
 

@@ -67,6 +67,7 @@ Listed = Words[Annotated[Kind, BeforeValidator(once)]]
 # A type's name is what the help shows in the place of a value.
 FILE = TypeAliasType("FILE", Path)
 OUT = TypeAliasType("OUT", Location)
+FOLDERS = TypeAliasType("FOLDERS", tuple[Location, ...])
 NAME = TypeAliasType("NAME", str)
 IDS = TypeAliasType("IDS", tuple[str, ...])
 N = TypeAliasType("N", Annotated[int, Field(ge=1)])
@@ -74,6 +75,7 @@ COUNT = TypeAliasType("COUNT", Annotated[int, Field(ge=0)])
 RATE = TypeAliasType("RATE", Positive)
 USD = TypeAliasType("USD", NonNegative)
 URL = TypeAliasType("URL", str)
+TEXT = TypeAliasType("TEXT", str)
 DAY = TypeAliasType("DAY", Annotated[datetime, BeforeValidator(utc)])
 RUN = TypeAliasType("RUN", tuple[str, str])
 SHELL = TypeAliasType("SHELL", str)
@@ -167,6 +169,7 @@ class RefineOptions(ModelOptions, Selection):
     support: SUPPORT | None = Field(
         None, description=f"{', '.join(SupportKind)}: what carries objects whose manifest row does not say"
     )
+    prompt: TEXT | None = Field(None, description="what is asked of it, where DATA is one asset: 'its lid half open'")
     base: BASE = Field(
         BaseMode.ROOT,
         description=f"{', '.join(BaseMode)}: hold a fixed object's root by the loader's flag, or by a link 'world'",
@@ -249,6 +252,24 @@ class ViewsOptions(CatalogOptions, FileOptions):
     workers: N | None = Field(None, description="assets drawn at once (default: all cores)")
 
 
+class CheckOptions(FileOptions):
+    """Check URDF folders as they are: refined, edited by hand, or of somebody else. Exits with 1 if one fails."""
+
+    folders: CliPositionalArg[FOLDERS] = Field(description="asset folders, or folders of asset folders")
+    engines: Annotated[Listed[ENGINES | None], AfterValidator(nothing)] = Field(
+        None, description=f"engines to check in: {', '.join(Engine)} (default: all installed)"
+    )
+    interaction: CliDualFlag[bool] = Field(
+        True, description="drops, nudges, sweeps and resets beside the paper's tests"
+    )
+    support: SUPPORT | None = Field(
+        None, description=f"{', '.join(SupportKind)}: what carries them (default: their overlay.json, else found)"
+    )
+    up: AXIS | None = Field(None, description=f"{', '.join(UpAxis)}: the axis that points up in the files (default: z)")
+    json_: CliToggleFlag[bool] = Field(False, alias="json", description="JSON instead of a table")
+    workers: N | None = Field(None, description="assets checked at once (default: all cores)")
+
+
 class PagesOptions(CatalogOptions):
     """Serve the pages of Prefect and MLflow."""
 
@@ -260,6 +281,7 @@ class Command(Options):
     failures: CliSubCommand[FailuresOptions] = Field(description="the failure modes of a refined dataset")
     query: CliSubCommand[QueryOptions] = Field(description="SQL over the tables and the history of all runs")
     show: CliSubCommand[ShowOptions] = Field(description="one refined asset")
+    check: CliSubCommand[CheckOptions] = Field(description="the checks alone, on any URDF folder")
     views: CliSubCommand[ViewsOptions] = Field(description="the pictures that refine --views later left out")
     ui: CliSubCommand[PagesOptions] = Field(description="the pages of Prefect and MLflow")
     doctor: CliSubCommand[DoctorOptions] = Field(description="what works here, and what does not")

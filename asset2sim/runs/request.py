@@ -20,6 +20,7 @@ SETS: Mapping[str, str] = {
     "method": "method",
     "state": "state",
     "support": "support",
+    "prompt": "prompt",
     "base": "base",
     "up": "up",
     "export": "exports",

@@ -112,6 +112,8 @@ def _check_heading(heading: Sequence[str], name: str, columns: Columns) -> None:
     listed += ", ".join([*columns.known, *(f"{prefix}…" for prefix in columns.prefixes)])
     if twice := [column for column, count in Counter(named).items() if count > 1]:
         raise UsageError(f"{name}: column {', '.join(map(_shown, twice[:5]))} more than once; keep one of each")
+    if bare := [each for each in named if each in columns.prefixes]:
+        raise UsageError(f"{name}: column '{bare[0]}' names nothing after its colon; {listed}")
     unknown = [each for each in named if each not in columns.known and not each.startswith(columns.prefixes)]
     for column in unknown:
         likely = [known for known in columns.known if known.lower() == column.lower()]

@@ -146,6 +146,7 @@ def joint_physics(
                 effort_range=handled[name].range,
                 armature=terms.armature,
                 mimic=mimics.get(name),
+                exact=f"initial_joint_positions.{name}" in asked,
             )
         )
     if settings.dynamics is DynamicsRule.PAPER:

@@ -53,6 +53,11 @@ def asset_files(folder: Path, allows: Allows = anywhere) -> list[AssetFile]:
     return inner + _outer(folder)
 
 
+def files_below(folder: Path) -> Iterator[AssetFile]:
+    """The regular files below a folder but hidden ones; none where there is no such folder."""
+    return _walk(folder, anywhere)
+
+
 def _walk(top: Path, allows: Allows) -> Iterator[AssetFile]:
     """The regular files below a folder, each folder once."""
     try:

@@ -3,8 +3,8 @@
 import logging
 import sqlite3
 import uuid
-from collections.abc import Callable, Container, Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
 from functools import partial
 from pathlib import Path
 
@@ -12,6 +12,7 @@ from asset2sim.catalog.stored_tables import recorded_assets, recorded_run_ids
 from asset2sim.checks.alignment.reference import Reference
 from asset2sim.runs.plan.asset_files import Allows, anywhere, below
 from asset2sim.runs.plan.content_hash import content_hash, shared_hash
+from asset2sim.runs.plan.hand_changes import Changes, find_changes, find_changes_in_store, note_stored, note_written
 from asset2sim.runs.plan.records import KeptRecord, drop_record, keep_record, kept_records
 from asset2sim.runs.plan.state import folder_files_hash, forget_folders, note_folders, open_state, refined_folders
 from asset2sim.runs.plan.url_files import remote_content_hashes
@@ -49,12 +50,15 @@ def _reach(ref: AssetRef) -> Allows:
 @dataclass(frozen=True)
 class Plan:
     """The assets of a run: ``todo`` have to be refined, ``finished`` are records that a killed run left, ``unchanged``
-    stay as they are. ``hashes`` maps the id of each to its content hash."""
+    stay as they are. ``hashes`` maps the id of each to its content hash. ``by_hand`` says what in refined folders is
+    not as it was written: of these an asset is in ``todo`` only if ``redo`` is ``all``, and in none of the three if it
+    has no row of this method and model."""
 
     todo: tuple[AssetRef, ...]
     finished: tuple[AssetRecord, ...]
     unchanged: tuple[Unchanged, ...]
     hashes: Mapping[str, str]
+    by_hand: Changes = field(default_factory=dict)
 
 
 def make_plan(
@@ -64,14 +68,15 @@ def make_plan(
     settings: Settings,
     pipeline: str,
     run_id: str,
-    there: Container[str] | None = None,
+    there: Mapping[str, str] | None = None,
 ) -> Plan:
     """Plan a run that holds ``lock_output(out)``; from here on it may write to the folders of ``todo``.
 
     An asset is unchanged if its row of this method and model has its content hash, its refined folder is that row's and
     there, and it did not fail in a way that ``settings.run.redo`` or ``RETRIED_MODES`` retries. A failed asset
-    needs no folder. ``there`` are the ids of assets whose folder lies behind OUT's URL, with pictures if the
-    settings ask for them; None: the folders lie in ``out``.
+    needs no folder. What was changed by hand is kept, whatever else changed, unless ``redo`` is ``all``. ``there`` are
+    the ids of assets whose folder lies behind OUT's URL, with pictures if the settings ask for them, and how each
+    looks; None: the folders lie in ``out``.
     """
     shared = shared_hash(settings, pipeline)
     lies = partial(_has_folder, out, settings) if there is None else there.__contains__
@@ -83,6 +88,11 @@ def make_plan(
         state.commit()
         left = unpublished_records(out, state)
         folders = refined_folders(state)
+        if there is None:
+            by_hand = find_changes(state, out, hashes)
+        else:
+            by_hand = find_changes_in_store(state, {name: there[name] for name in hashes if name in there})
+        keeps = settings.run.redo is not Redo.ALL
         rows = recorded_assets(out, settings.method.value, settings.model.model)
         todo: list[AssetRef] = []
         finished: list[AssetRecord] = []
@@ -91,6 +101,9 @@ def make_plan(
             content, row, kept = hashes[ref.asset_id], rows.get(ref.asset_id), left.get(ref.asset_id)
             if kept is not None and is_reusable(kept, ref, content, settings, lies):
                 finished.append(kept.record.model_copy(update={"ref": ref}))
+            elif keeps and ref.asset_id in by_hand:
+                if row is not None:
+                    unchanged.append(Unchanged(asset_id=ref.asset_id, status=row.status, failure_mode=row.failure_mode))
             elif (
                 row is not None
                 and row.content_hash == content
@@ -106,13 +119,19 @@ def make_plan(
             drop_record(out, kept.record.content_hash)
     for record in finished:
         keep_record(out, KeptRecord(run_id=run_id, redo=settings.run.redo, record=record))
-    return Plan(tuple(todo), tuple(finished), tuple(unchanged), hashes)
+    return Plan(tuple(todo), tuple(finished), tuple(unchanged), hashes, by_hand)
 
 
-def mark_published(out: Path, records: Sequence[AssetRecord]) -> None:
-    """Note the refined folders of records that the catalog now holds, and delete the record files."""
+def mark_published(out: Path, records: Sequence[AssetRecord], there: Mapping[str, str] | None = None) -> None:
+    """Note the refined folders of records that the catalog now holds, and delete the record files. ``there`` says how
+    folders behind OUT's URL look; None: they lie in ``out``."""
     with open_state(out) as state:
         note_folders(state, {record.ref.asset_id: record.content_hash for record in records})
+        written = [record.ref.asset_id for record in records if record.overlay is not None]
+        if there is None:
+            note_written(state, out, written)
+        else:
+            note_stored(state, there, written)
     for record in records:
         drop_record(out, record.content_hash)
 

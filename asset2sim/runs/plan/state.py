@@ -31,6 +31,7 @@ CREATE TABLE IF NOT EXISTS files (
     PRIMARY KEY (asset, name)
 ) WITHOUT ROWID;
 CREATE TABLE IF NOT EXISTS folders (asset_id TEXT PRIMARY KEY, content_hash TEXT) WITHOUT ROWID;
+CREATE TABLE IF NOT EXISTS outputs (asset_id TEXT PRIMARY KEY, look TEXT) WITHOUT ROWID;
 """
 
 
@@ -100,8 +101,11 @@ def note_folders(state: sqlite3.Connection, hashes: Mapping[str, str]) -> None:
 
 
 def forget_folders(state: sqlite3.Connection, asset_ids: Iterable[str]) -> None:
-    """Forget which refinements lie in the folders of these assets, which are about to be refined. Commits."""
-    state.executemany("DELETE FROM folders WHERE asset_id = ?", ((asset_id,) for asset_id in asset_ids))
+    """Forget which refinements lie in the folders of these assets, which are about to be refined, and how those look.
+    Commits."""
+    gone = [(asset_id,) for asset_id in asset_ids]
+    for table in ("folders", "outputs"):
+        state.executemany(f"DELETE FROM {table} WHERE asset_id = ?", gone)
     state.commit()
 
 
