@@ -26,7 +26,8 @@ class Unchanged(Frozen):
 
 class AssetRef(Frozen):
     """An asset's absolute folder, category, subset and user prompt. ``support``: what the manifest says carries it;
-    ``up``: which axis points up in its file; None: the run's, or what its geometry says."""
+    ``up``: which axis points up in its file; None: the run's, or what its geometry says. ``root``: the dataset's folder
+    or URL, below which its files may lie; None: its own folder."""
 
     asset_id: str
     path: str
@@ -35,6 +36,7 @@ class AssetRef(Frozen):
     prompt: str | None = None
     support: SupportKind | None = None
     up: UpAxis | None = None
+    root: str | None = None
 
 
 class FoundAssets:

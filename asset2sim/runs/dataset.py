@@ -39,6 +39,7 @@ def load_dataset(
         refs = [ref for ref in refs if ref.subset == subset]
         if not refs:
             raise UnknownChoiceError("subset", subset, known)
+    refs = [ref.model_copy(update={"root": str(tree.place)}) for ref in refs]
     known = {ref.asset_id for ref in refs}
     for asset_id in asset_ids:
         if asset_id not in known:

@@ -1,5 +1,6 @@
 """The URDF document as every reader of ours sees it: what origins write differently is brought to one form."""
 
+import math
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
@@ -51,6 +52,7 @@ def read_document(path: Path) -> Document:
                 element.set(key, text.replace(",", " "))
     check_names(path, robot)
     findings += drop_unknown_shapes(robot)
+    findings += drop_unusable_scales(path, robot)
     findings += settle_joint_types(path, robot)
     findings += complete_limits(robot)
     findings += drop_unusable_mimics(robot)
@@ -101,6 +103,37 @@ def drop_unknown_shapes(robot: Element) -> list[Finding]:
             findings.append(warning(code="unknown_shape", message=message, link=name))
             link.remove(item)
     return findings
+
+
+def drop_unusable_scales(path: Path, robot: Element) -> list[Finding]:
+    """Remove visuals and collisions whose mesh has a scale that leaves nothing of it or is no number; a finding for each.
+    Raises AssetError (missing_mesh) where nothing is left of a link."""
+    findings = []
+    for link in robot.findall("link"):
+        items = [*link.findall("visual"), *link.findall("collision")]
+        for item in items:
+            mesh = item.find("geometry/mesh")
+            text = None if mesh is None else mesh.get("scale")
+            if mesh is None or text is None or is_scale(text):
+                continue
+            name = str(link.get("name"))
+            problem = f"link '{name}': mesh '{mesh.get('filename')}' has the scale '{text[:80]}'"
+            problem += "; it is left out: state three numbers, none of them 0"
+            findings.append(warning(code="mesh_scale", message=problem, link=name))
+            link.remove(item)
+            if link.find("visual") is None and link.find("collision") is None:
+                message = f"{path.name}: {problem}; nothing is left of the link"
+                raise AssetError(FailureMode.MISSING_MESH, "mesh_scale", message, link=name)
+    return findings
+
+
+def is_scale(text: str) -> bool:
+    """Whether a text is a mesh's scale: one number or three, finite and not 0; an empty one states none."""
+    try:
+        values = [float(word) for word in text.split()]
+    except ValueError:
+        return False
+    return len(values) in (0, 1, 3) and all(math.isfinite(value) and value != 0.0 for value in values)
 
 
 def settle_joint_types(path: Path, robot: Element) -> list[Finding]:

@@ -48,10 +48,11 @@ def find_source(folder: Path) -> Path:
     if not folder.is_dir():
         message = f"{folder}: no such asset folder; mend the manifest's path"
         raise AssetError(FailureMode.UNREADABLE_ASSET, "missing_folder", message)
-    if (folder / PREFERRED[0]).is_file():
+    if is_regular(folder / PREFERRED[0]):
         return folder / PREFERRED[0]
     patterns = [f"{below}*{suffix}" for suffix in SUFFIXES for below in ("", "*/")]
-    names = (path.relative_to(folder).as_posix() for pattern in patterns for path in folder.glob(pattern))
+    paths = (path for pattern in patterns for path in folder.glob(pattern) if is_regular(path))
+    names = [path.relative_to(folder).as_posix() for path in paths]
     found = [folder / name for name in candidates(names)]
     if found and found[0].suffix == ".xml":
         found = [file for file in found if is_mjcf(file.read_bytes())]
@@ -86,18 +87,26 @@ def find_mesh(reference: str, folder: Path) -> Path | None:
     """The file of a mesh reference, or None. ``package://name/path``, ``model://name/path`` and ``file://`` references,
     and relative paths, are resolved next to the URDF's folder: each suffix of the path is tried there and up to two
     folders above."""
-    text = _path_in(reference)
-    if text.startswith("/") and Path(text).is_file():
+    text = path_in(reference)
+    if text.startswith("/") and is_regular(Path(text)):
         return Path(text)
     # Resolving asks the system for every folder on the way; only loose references are looked for above.
     above = folder.resolve().parents[:PARENTS_SEARCHED] if is_loose(reference) else ()
     candidates = map(Path, mesh_candidates(reference, folder, above))
-    return next((candidate for candidate in candidates if candidate.is_file()), None)
+    return next((candidate for candidate in candidates if is_regular(candidate)), None)
+
+
+def is_regular(path: Path) -> bool:
+    """Whether there is a file at a path; False for what cannot be asked, such as a name that is too long."""
+    try:
+        return path.is_file()
+    except (OSError, ValueError):
+        return False
 
 
 def mesh_candidates(reference: str, folder: PurePath, above: Sequence[PurePath]) -> Iterator[PurePath]:
     """Candidate paths of a mesh reference, the likeliest first, in the URDF's ``folder`` and in those ``above`` it."""
-    text = _path_in(reference)
+    text = path_in(reference)
     parts = [part for part in PurePosixPath(text).parts if part != "/"]
     if not parts:
         return
@@ -112,7 +121,8 @@ def is_loose(reference: str) -> bool:
     return "://" in reference.replace("\\", "/") or _FIND.search(reference) is not None
 
 
-def _path_in(reference: str) -> str:
+def path_in(reference: str) -> str:
+    """The path that a reference states, without its scheme, with forward slashes."""
     text = _FIND.sub(r"package://\1", reference.replace("\\", "/").strip())
     _, separator, rest = text.rpartition("://")
     return rest if separator else text
@@ -128,25 +138,26 @@ def _stays_inside(reference: str) -> bool:
     return not is_loose(reference) and not path.is_absolute() and ".." not in path.parts
 
 
-def read_semantics(folder: Path) -> dict[str, tuple[str, str]]:
-    """Link name → (joint kind, label) from ``semantics.txt``, where there is one; lines that do not fit are skipped."""
-    file = folder / "semantics.txt"
-    if not file.is_file():
-        return {}
+def read_semantics(file: Path | None) -> dict[str, tuple[str, str]]:
+    """Link name → (joint kind, label) from ``semantics.txt``, where there is one that can be read; lines that do not
+    fit are skipped."""
     labels: dict[str, tuple[str, str]] = {}
-    for line in file.read_text(encoding="utf-8", errors="replace").splitlines():
+    try:
+        text = "" if file is None else file.read_text(encoding="utf-8", errors="replace")
+    except OSError:
+        return labels
+    for line in text.splitlines():
         words = line.split(maxsplit=2)
         if len(words) >= 2:
             labels[words[0]] = (words[1], words[2].strip() if len(words) > 2 else "")
     return labels
 
 
-def read_category(folder: Path) -> str:
+def read_category(file: Path | None) -> str:
     """The category that ``meta.json`` states as ``model_cat``, or an empty string."""
-    file = folder / "meta.json"
     try:
-        meta = json.loads(file.read_text(encoding="utf-8"))
-    except (OSError, ValueError):
+        meta = None if file is None else json.loads(file.read_text(encoding="utf-8"))
+    except (OSError, ValueError, RecursionError):
         return ""
     category = meta.get("model_cat") if isinstance(meta, dict) else None
     return category if isinstance(category, str) else ""

@@ -13,6 +13,7 @@ from schemas.vocabulary import Severity, Stage
 MOVING = ("revolute", "continuous", "prismatic")
 SAME_SHARE = 1e-3
 """Share of a leader's range by which a follower's limits may fall short of it by rounding."""
+info = partial(Finding, stage=Stage.EXTRACT, severity=Severity.INFO)
 warning = partial(Finding, stage=Stage.EXTRACT, severity=Severity.WARNING)
 
 
@@ -57,7 +58,8 @@ def has_no_range(joint: Element) -> bool:
 
 
 def drop_unusable_mimics(robot: Element) -> list[Finding]:
-    """Remove the mimics that mean nothing, for engines refuse or misread the file; a finding for each."""
+    """Remove the mimics that mean nothing, for engines refuse or misread the file; a finding for each, and for each that
+    is honoured."""
     joints = {str(joint.get("name")): joint for joint in robot.findall("joint")}
     found = {name: resolved(name, joints) for name, joint in joints.items() if joint.find("mimic") is not None}
     findings = []
@@ -69,6 +71,10 @@ def drop_unusable_mimics(robot: Element) -> list[Finding]:
             message = f"joint '{name}' is to follow '{mimic.get('joint')}', but {problem}"
             message += "; it moves by itself: mend its <mimic>"
             findings.append(warning(code="mimic_unusable", message=message, joint=name))
+        else:
+            moved = f"{problem.multiplier:g} × '{problem.joint}'" + (f" + {problem.offset:g}" if problem.offset else "")
+            message = f"joint '{name}' follows: its position is {moved}, here and in what is written"
+            findings.append(info(code="mimic", message=message, joint=name))
     return findings
 
 

@@ -6,14 +6,16 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
-from asset2sim.assets.urdf.locate import find_mesh, find_source, outer_references
+from asset2sim.assets.urdf.locate import find_source, outer_references
 from asset2sim.assets.urdf.mesh_files import material_files
+from asset2sim.assets.urdf.reach import Reach, check_within, find_within
 from schemas.errors import AssetError
 
 
 @dataclass(frozen=True)
 class AssetFile:
-    """One file: its name within the asset, its path, and the metadata that change with its content."""
+    """One file: its name within the asset, its path, and the metadata that change with its content. A link that is not
+    followed, since it leads outside, has no path."""
 
     name: str
     path: str
@@ -23,14 +25,17 @@ class AssetFile:
     inode: int
 
 
-def asset_files(folder: Path) -> list[AssetFile]:
+def asset_files(folder: Path, reach: Reach) -> list[AssetFile]:
     """Every file in the asset's folder but hidden ones, by name, and those elsewhere that its URDF refers to, as far as
-    they exist. Empty where there is no such folder."""
-    inner = sorted(_walk(str(folder), "", set()), key=lambda file: file.name)
-    return inner + _outer(folder)
+    they exist and lie within ``reach``; what lies outside is listed without a path. Empty where there is no such
+    folder."""
+    if not reach.allows(folder):
+        return [_refused(str(folder))]
+    inner = sorted(_walk(str(folder), "", set(), reach), key=lambda file: file.name)
+    return inner + _outer(folder, reach)
 
 
-def _walk(folder: str, prefix: str, seen: set[tuple[int, int]]) -> Iterator[AssetFile]:
+def _walk(folder: str, prefix: str, seen: set[tuple[int, int]], reach: Reach) -> Iterator[AssetFile]:
     """The regular files below a folder, links followed, each folder once."""
     try:
         status = os.stat(folder)
@@ -43,16 +48,18 @@ def _walk(folder: str, prefix: str, seen: set[tuple[int, int]]) -> Iterator[Asse
     for entry in entries:
         if entry.name.startswith("."):
             continue
-        if entry.is_dir():
-            yield from _walk(entry.path, f"{prefix}{entry.name}/", seen)
+        if entry.is_symlink() and not reach.allows(Path(entry.path)):
+            yield _refused(f"{prefix}{entry.name}")
+        elif entry.is_dir():
+            yield from _walk(entry.path, f"{prefix}{entry.name}/", seen, reach)
         elif (found := _file(f"{prefix}{entry.name}", entry.path)) is not None:
             yield found
 
 
-def _outer(folder: Path) -> list[AssetFile]:
+def _outer(folder: Path, reach: Reach) -> list[AssetFile]:
     """Meshes that the asset takes from outside the asset's folder, with their materials and textures, by reference."""
     try:
-        urdf = find_source(folder)
+        urdf = check_within(find_source(folder), reach)
     except (AssetError, OSError):
         return []
     found: dict[str, AssetFile] = {}
@@ -67,16 +74,25 @@ def _outer(folder: Path) -> list[AssetFile]:
         except OSError:
             continue
         for reference in outer_references(text):
-            mesh = find_mesh(reference, source.parent)
+            mesh, outside = find_within(reference, source.parent, reach)
+            if outside is not None:
+                found[reference] = _refused(reference)
             if mesh is None or mesh.resolve().is_relative_to(folder.resolve()):
                 continue
             if mesh.suffix == ".xacro" and mesh not in read:
                 unread.append(mesh)
-            for path in (mesh, *material_files(mesh)):
+            for path in (mesh, *material_files(mesh, reach.allows)):
                 name = f"{reference} {path.name}"
-                if (file := _file(name, str(path))) is not None:
+                if not reach.allows(path):
+                    found[name] = _refused(name)
+                elif (file := _file(name, str(path))) is not None:
                     found[name] = file
     return list(found.values())
+
+
+def _refused(name: str) -> AssetFile:
+    """A link that leads outside: that it is not followed is a part of what the asset is."""
+    return AssetFile(name, "", 0, 0, 0, 0)
 
 
 def _file(name: str, path: str) -> AssetFile | None:

@@ -93,6 +93,8 @@ def package_versions(settings: EngineSettings) -> dict[str, str]:
 
 IRRELEVANT_SETTINGS: Mapping[str, set[str] | bool] = {
     "run": True,
+    # What they let in or keep out is in the list of an asset's files.
+    "inputs": {"allow_outside", "packages"},
     # Picture size counts, since a model sees them; whether they are written is read from the folder.
     "views": {"write", "later"},
     "model": {"timeout_s", "max_attempts", "cache", "requests_per_minute", "concurrent_requests"}
@@ -112,5 +114,5 @@ def shared_hash(settings: Settings, pipeline: str) -> str:
 def content_hash(ref: AssetRef, files: str, shared: str, reference: Reference | None) -> str:
     """SHA-256 over an asset's manifest row, its files' digest, what the run's assets share, and the expert's choice
     that its alignment is held against; 64 hex digits."""
-    material = [ref.model_dump(mode="json", exclude={"path"}), files, shared, repr(reference)]
+    material = [ref.model_dump(mode="json", exclude={"path", "root"}), files, shared, repr(reference)]
     return hashlib.sha256(json.dumps(material, sort_keys=True).encode()).hexdigest()

@@ -6,23 +6,31 @@ from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 
+from asset2sim.assets.urdf.reach import reach_of
 from asset2sim.catalog.stored_tables import recorded_assets, recorded_run_ids
 from asset2sim.checks.alignment.reference import Reference
 from asset2sim.runs.plan.content_hash import content_hash, shared_hash
 from asset2sim.runs.plan.records import KeptRecord, drop_record, keep_record, kept_records
 from asset2sim.runs.plan.state import folder_files_hash, forget_folders, note_folders, open_state, refined_folders
-from asset2sim.runs.plan.url_files import remote_content_hashes
+from asset2sim.runs.plan.url_files import remote_content_hashes, url_reach
 from schemas.asset import AssetRecord, AssetRef, Unchanged
+from schemas.inputs import InputSettings
 from schemas.location import is_url, location_of
 from schemas.settings import Settings
 from schemas.vocabulary import RETRIED_MODES, FailureMode, Redo, Status
 
+INPUTS = InputSettings()
 
-def asset_files_hashes(state: sqlite3.Connection, refs: Sequence[AssetRef]) -> dict[str, str]:
-    """Asset path → hash of its files: local ones are read if they changed, of URLs only the store's listing."""
-    urls = [ref.path for ref in refs if is_url(location_of(ref.path))]
+
+def asset_files_hashes(
+    state: sqlite3.Connection, refs: Sequence[AssetRef], inputs: InputSettings = INPUTS
+) -> dict[str, str]:
+    """Asset path → hash of the files that ``inputs`` let it be read from: local ones are read if they changed, of URLs
+    only the store's listing."""
+    urls = {ref.path: url_reach(ref, inputs) for ref in refs if is_url(location_of(ref.path))}
     found = remote_content_hashes(state, urls) if urls else {}
-    return found | {ref.path: folder_files_hash(state, Path(ref.path)) for ref in refs if ref.path not in found}
+    local = (ref for ref in refs if ref.path not in found)
+    return found | {ref.path: folder_files_hash(state, Path(ref.path), reach_of(ref, inputs)) for ref in local}
 
 
 @dataclass(frozen=True)
@@ -55,7 +63,7 @@ def make_plan(
     shared = shared_hash(settings, pipeline)
     lies = partial(_has_folder, out, settings) if there is None else there.__contains__
     with open_state(out) as state:
-        contents = asset_files_hashes(state, refs)
+        contents = asset_files_hashes(state, refs, settings.inputs)
         hashes = {
             ref.asset_id: content_hash(ref, contents[ref.path], shared, references.get(ref.asset_id)) for ref in refs
         }

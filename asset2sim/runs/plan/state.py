@@ -9,6 +9,7 @@ from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager
 from pathlib import Path
 
+from asset2sim.assets.urdf.reach import Reach
 from asset2sim.runs.plan.asset_files import AssetFile, asset_files
 
 FILE = ".cache/files.db"
@@ -43,9 +44,10 @@ def open_state(out: Path) -> Iterator[sqlite3.Connection]:
         connection.close()
 
 
-def folder_files_hash(state: sqlite3.Connection, folder: Path) -> str:
-    """SHA-256 over names and contents of an asset's files; a file is read only if it changed since the last time."""
-    files = asset_files(folder)
+def folder_files_hash(state: sqlite3.Connection, folder: Path, reach: Reach) -> str:
+    """SHA-256 over names and contents of an asset's files within ``reach``; a file is read only if it changed since the
+    last time."""
+    files = asset_files(folder, reach)
     known = _known(state, str(folder))
     digests = {file.name: known[file.name][1] for file in files if known.get(file.name, ("",))[0] == _seen(file)}
     changed = [file for file in files if file.name not in digests]
