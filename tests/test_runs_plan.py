@@ -15,6 +15,7 @@ from typing import Any
 
 import pytest
 
+from asset2sim.assets.urdf.reach import Reach
 from asset2sim.catalog.read import read_table
 from asset2sim.checks.alignment.reference import Reference
 from asset2sim.runs.plan import content_hash as code
@@ -35,7 +36,7 @@ from tests.incremental_runs import NAMES, NO_VIEWS, asking, dataset, done, faili
 
 def content(folder: Path, out: Path) -> str:
     with open_state(out) as opened:
-        return folder_files_hash(opened, folder)
+        return folder_files_hash(opened, folder, Reach((folder.parent,)))
 
 
 def test_any_file_that_changes_comes_or_goes_is_another_content(tmp_path: Path) -> None:
@@ -65,7 +66,7 @@ def test_a_mesh_from_elsewhere_belongs_to_the_asset(tmp_path: Path) -> None:
     package.mkdir()
     (package / "box.obj").write_text(box)
     (package / "look.mtl").write_text("newmtl red\n")
-    assert [file.name for file in asset_files(asset)] == [
+    assert [file.name for file in asset_files(asset, Reach((tmp_path,)))] == [
         "mobility.urdf",
         "package://things/box.obj box.obj",
         "package://things/box.obj look.mtl",
@@ -82,7 +83,7 @@ def test_pipes_and_circles_of_links_are_passed_by(tmp_path: Path) -> None:
     (tmp_path / "elsewhere").mkdir()
     (tmp_path / "elsewhere" / "a.obj").write_text("1")
     (asset / "meshes").symlink_to(tmp_path / "elsewhere")
-    assert [file.name for file in asset_files(asset)] == ["meshes/a.obj", "mobility.urdf"]
+    assert [file.name for file in asset_files(asset, Reach((tmp_path,)))] == ["meshes/a.obj", "mobility.urdf"]
 
 
 def test_a_file_is_read_once(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -18,8 +18,8 @@ from asset2sim.assets.urdf.document import read_document, textures_of
 from asset2sim.assets.urdf.locate import is_regular, read_category, read_semantics
 from asset2sim.assets.urdf.mesh_files import material_files
 from asset2sim.assets.urdf.mimic import coupled, with_followed_ends
-from asset2sim.assets.urdf.read import read_urdf, root_of
 from asset2sim.assets.urdf.reach import Reach, lies_outside, reach_of
+from asset2sim.assets.urdf.read import read_urdf, root_of
 from asset2sim.physics.arrays import Array, vector
 from asset2sim.physics.kinematics import apply, link_to_root, tree_of
 from schemas.asset import AssetRef
@@ -29,7 +29,6 @@ from schemas.features import Features, LinkFeatures
 from schemas.finding import Finding
 from schemas.inputs import InputSettings
 from schemas.vocabulary import FailureMode, Severity, Stage, UpAxis
-
 
 COMPANIONS = ("semantics.txt", "meta.json", "mobility_v2.json")
 """PartNet-Mobility's files beside the URDF that stay true after scaling (its bounding box would not)."""

@@ -138,7 +138,7 @@ class MeshReader:
                 if found.inside_out:
                     self.note("inside_out", f"{named} is inside out; collision shapes are wound outwards", link)
             except UnusableMeshError as error:
-                self.lose(reference, "unreadable_mesh", f"{named} {error}", link)
+                self.lose(reference, "unreadable_mesh", f"{named} {error.problem}", link)
                 self.shapes[key] = self.files[reference] = None
         return reference, self.shapes[key]
 

@@ -2,12 +2,12 @@
 
 from collections.abc import Iterator
 from dataclasses import dataclass, field
-from pathlib import Path
+from pathlib import Path, PurePosixPath
 
 from lxml import etree
 from lxml.etree import _Element as Element
 
-from asset2sim.assets.urdf.locate import find_mesh
+from asset2sim.assets.urdf.locate import find_mesh, path_in
 from asset2sim.assets.urdf.mesh_files import convert, material_files, without_materials
 from asset2sim.assets.urdf.reach import Reach, Refused, find_within, lies_outside
 from schemas.finding import Finding
@@ -28,6 +28,12 @@ class Confined:
     findings: list[Finding] = field(default_factory=list)
     moved: bool = False
 
+    def refuse(self, reference: str, problem: str) -> None:
+        """Have a reference mean no file."""
+        name = f"{NOT_READ}/{len(self.refused)}/{PurePosixPath(path_in(reference)).name}"
+        self.refused[name] = Refused(reference, problem)
+        self.names[reference], self.moved = name, True
+
 
 def confine(robot: Element, file: Path, reach: Reach, work: Path) -> Confined:
     """What the references of a URDF mean within ``reach``; ``file`` is where they are relative to. Meshes that name
@@ -43,9 +49,7 @@ def confine(robot: Element, file: Path, reach: Reach, work: Path) -> Confined:
             if etree.QName(element).localname == "mesh":
                 leave_materials(element, reference, inside, reach, work, found)
         elif outside is not None:
-            name = f"{NOT_READ}/{len(found.refused)}/{Path(reference).name}"
-            found.refused[name] = Refused(reference, lies_outside(outside, reach))
-            found.names[reference], found.moved = name, True
+            found.refuse(reference, lies_outside(outside, reach))
     return found
 
 
@@ -77,7 +81,9 @@ def leave_materials(element: Element, reference: str, mesh: Path, reach: Reach, 
         try:
             # trimesh reads what a mesh names in the mesh's own folder alone.
             place = work / convert(mesh, work, place.relative_to(work).as_posix())
-        except Exception:  # a loader raises whatever its format's parser raises; extraction says what is wrong
+        except Exception:  # a loader raises whatever its format's parser raises: it does not do without what is outside
+            problem = f"needs '{outside[0].name}', which {lies_outside(outside[0], reach)}"
+            confined.refuse(reference, problem)
             return
     confined.names[reference], confined.moved = str(place), True
     link = next(

@@ -14,9 +14,9 @@ from scipy.spatial.transform import Rotation
 
 from asset2sim.assets.formats.converted import Converted, add, add_inertial, add_origin, unconvertible
 from asset2sim.assets.urdf.edit import words
-from asset2sim.physics.arrays import Array
 from asset2sim.assets.urdf.locate import is_regular
 from asset2sim.assets.urdf.reach import ANYWHERE, Reach, lies_outside
+from asset2sim.physics.arrays import Array
 from schemas.errors import AssetError
 
 FOLDERS = ("meshdir", "texturedir", "assetdir")

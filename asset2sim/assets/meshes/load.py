@@ -21,6 +21,13 @@ def load_mesh(path: Path) -> trimesh.Trimesh:
     """The file's triangles in metres as one mesh with merged vertices, without materials. Scenes (COLLADA, glTF) are
     flattened by their nodes' transforms. Raises UnusableMeshError, a ValueError, with the cause and the remedy."""
     try:
+        return _merged(path)
+    except UnusableMeshError as error:
+        raise UnusableMeshError(error.problem, path.name) from error
+
+
+def _merged(path: Path) -> trimesh.Trimesh:
+    try:
         mesh = obj_mesh(path) if path.suffix.lower() == ".obj" else None
         if mesh is None:
             mesh = load_scene(path, skip_materials=True, process=False).to_mesh()

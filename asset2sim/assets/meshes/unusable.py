@@ -13,6 +13,8 @@ MESHES = (".obj", ".stl", ".dae", ".gltf", ".glb", ".ply", ".off", ".3mf")
 """Formats that are read."""
 LARGEST_M = 1e9
 """Largest coordinate of a mesh at its scale, m: an object of a metre written in nanometres."""
+LARGEST_SQUARED = 1e100
+"""Largest coordinate whose products are finite."""
 SMALLEST_M = 1e-9
 """Smallest longest edge of a mesh at its scale, m."""
 AGAIN = "export the mesh again"
@@ -38,7 +40,11 @@ _FORMATS = (
 
 
 class UnusableMeshError(ValueError):
-    """A mesh that cannot be used; the message is the cause and the remedy, to follow the mesh's name."""
+    """A mesh that cannot be used: ``problem`` is the cause and the remedy, to follow the mesh's name."""
+
+    def __init__(self, problem: str, file: str = "") -> None:
+        super().__init__(f"{file} {problem}".strip())
+        self.problem = problem
 
 
 def check_mesh_file(path: Path, largest_mb: float) -> None:
@@ -90,14 +96,26 @@ def why_unreadable(path: Path, error: Exception) -> str:
     if "escapes resolver root" in text:
         named = text.split("'")[1] if "'" in text else "a file"
         return f"names '{named}', which lies outside its folder: bring that file beside it"
+    broken = isinstance(error, json.JSONDecodeError) or "XMLSyntaxError" in type(error).__name__ or "Pars" in text
+    if path.suffix.lower() == ".gltf" and not is_json(path):
+        broken, text = True, "it is no JSON"
+    if broken:
+        return f"is cut off, or no {path.suffix[1:].upper()} ({text[:200]}): {AGAIN}"
     if isinstance(error, FileNotFoundError) or "not found" in text.lower():
         return f"names a file that is not there ({text[:200]}): bring it beside the mesh"
-    if isinstance(error, json.JSONDecodeError) or "XMLSyntaxError" in type(error).__name__ or "Parse" in text:
-        return f"is cut off, or no {path.suffix[1:].upper()} ({text[:200]}): {AGAIN}"
     if isinstance(error, IndexError):
         return f"has faces of vertices that it does not hold: it is cut off, or its numbering is wrong; {AGAIN}"
     kind = type(error).__name__
     return f"cannot be read as a mesh ({kind}: {text[:200]}): {AGAIN}" if text else f"cannot be read ({kind}): {AGAIN}"
+
+
+def is_json(path: Path) -> bool:
+    """Whether a file is JSON throughout."""
+    try:
+        json.loads(path.read_bytes())
+    except (OSError, ValueError, RecursionError):
+        return False
+    return True
 
 
 def check_geometry(vertices: Array, faces: Array) -> None:
@@ -115,6 +133,9 @@ def check_geometry(vertices: Array, faces: Array) -> None:
     if len(spoilt):
         problem = f"has vertices that are not finite (NaN or infinite; number {spoilt[0] + 1}"
         raise UnusableMeshError(f"{problem} of {len(vertices)}): {AGAIN}")
+    largest = float(np.abs(vertices).max())
+    if largest > LARGEST_SQUARED:
+        raise UnusableMeshError(f"reaches {largest:.3g} m from its origin: mend its vertices or its scale")
 
 
 def check_size(vertices: Array, scale: Array) -> None:

@@ -1,6 +1,5 @@
 """The URDF document as every reader of ours sees it: what origins write differently is brought to one form."""
 
-import math
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
@@ -9,6 +8,13 @@ from lxml import etree
 from lxml.etree import _Element as Element
 
 from asset2sim.assets.urdf.mimic import drop_unusable_mimics
+from asset2sim.assets.urdf.numbers import (
+    check_numbers,
+    drop_unusable_inertials,
+    drop_unusable_shapes,
+    elements_of,
+    name_files,
+)
 from schemas.errors import AssetError
 from schemas.finding import Finding
 from schemas.vocabulary import FailureMode, Severity, Stage
@@ -43,16 +49,17 @@ def read_document(path: Path) -> Document:
     if not robot.get("name"):
         robot.set("name", path.resolve().parent.name)
         findings.append(info(code="robot_unnamed", message=f"<robot> has no name; it is called '{robot.get('name')}'"))
-    for element in (
-        inner for part in robot.iterchildren("link", "joint", "material") for inner in part.iter(etree.Element)
-    ):
+    for element in elements_of(robot):
         for key in LISTS:
             text = element.get(key)
             if text is not None and "," in text:
                 element.set(key, text.replace(",", " "))
     check_names(path, robot)
+    check_numbers(path, robot)
+    name_files(robot)
     findings += drop_unknown_shapes(robot)
-    findings += drop_unusable_scales(path, robot)
+    findings += drop_unusable_shapes(path, robot)
+    findings += drop_unusable_inertials(robot)
     findings += settle_joint_types(path, robot)
     findings += complete_limits(robot)
     findings += drop_unusable_mimics(robot)
@@ -103,37 +110,6 @@ def drop_unknown_shapes(robot: Element) -> list[Finding]:
             findings.append(warning(code="unknown_shape", message=message, link=name))
             link.remove(item)
     return findings
-
-
-def drop_unusable_scales(path: Path, robot: Element) -> list[Finding]:
-    """Remove visuals and collisions whose mesh has a scale that leaves nothing of it or is no number; a finding for each.
-    Raises AssetError (missing_mesh) where nothing is left of a link."""
-    findings = []
-    for link in robot.findall("link"):
-        items = [*link.findall("visual"), *link.findall("collision")]
-        for item in items:
-            mesh = item.find("geometry/mesh")
-            text = None if mesh is None else mesh.get("scale")
-            if mesh is None or text is None or is_scale(text):
-                continue
-            name = str(link.get("name"))
-            problem = f"link '{name}': mesh '{mesh.get('filename')}' has the scale '{text[:80]}'"
-            problem += "; it is left out: state three numbers, none of them 0"
-            findings.append(warning(code="mesh_scale", message=problem, link=name))
-            link.remove(item)
-            if link.find("visual") is None and link.find("collision") is None:
-                message = f"{path.name}: {problem}; nothing is left of the link"
-                raise AssetError(FailureMode.MISSING_MESH, "mesh_scale", message, link=name)
-    return findings
-
-
-def is_scale(text: str) -> bool:
-    """Whether a text is a mesh's scale: one number or three, finite and not 0; an empty one states none."""
-    try:
-        values = [float(word) for word in text.split()]
-    except ValueError:
-        return False
-    return len(values) in (0, 1, 3) and all(math.isfinite(value) and value != 0.0 for value in values)
 
 
 def settle_joint_types(path: Path, robot: Element) -> list[Finding]:

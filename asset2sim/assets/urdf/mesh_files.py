@@ -76,7 +76,14 @@ def copy_materials(obj: Path, folder: Path, target: Path) -> None:
 
 def material_files(file: Path, within: Callable[[Path], bool] = lambda path: True) -> list[Path]:
     """The material libraries and pictures that a mesh's looks depend on, as far as they exist. A library that is not
-    ``within`` is listed and not read."""
+    ``within`` is listed and not read. None of a file that cannot be read."""
+    try:
+        return _material_files(file, within)
+    except OSError:
+        return []
+
+
+def _material_files(file: Path, within: Callable[[Path], bool]) -> list[Path]:
     kind = file.suffix.lower()
     if kind == ".obj":
         libraries = [file.parent / name for name in libraries_of(file)]

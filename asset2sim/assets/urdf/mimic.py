@@ -11,6 +11,8 @@ from schemas.finding import Finding
 from schemas.vocabulary import Severity, Stage
 
 MOVING = ("revolute", "continuous", "prismatic")
+LEAST_RATIO, LARGEST_RATIO = 1e-9, 1e9
+"""Bounds of a mimic's multiplier and, above, of its offset, rad or m."""
 SAME_SHARE = 1e-3
 """Share of a leader's range by which a follower's limits may fall short of it by rounding."""
 info = partial(Finding, stage=Stage.EXTRACT, severity=Severity.INFO)
@@ -33,7 +35,7 @@ def resolved(name: str, joints: Mapping[str, Element]) -> Mimic | str:
             ratio, shift = (float(mimic.get(key) or default) for key, default in (("multiplier", 1), ("offset", 0)))
         except ValueError:
             return f"the mimic of '{at}' has a multiplier or offset that is no number"
-        if not (math.isfinite(ratio) and math.isfinite(shift) and ratio != 0.0):
+        if not (LEAST_RATIO <= abs(ratio) <= LARGEST_RATIO and abs(shift) <= LARGEST_RATIO):
             return f"the mimic of '{at}' has the multiplier {ratio:g} and the offset {shift:g}"
         if leader not in joints:
             return f"'{leader}' is no joint"
@@ -58,8 +60,8 @@ def has_no_range(joint: Element) -> bool:
 
 
 def drop_unusable_mimics(robot: Element) -> list[Finding]:
-    """Remove the mimics that mean nothing, for engines refuse or misread the file; a finding for each, and for each that
-    is honoured."""
+    """Remove the mimics that mean nothing, for engines refuse or misread the file; a finding for each of them, and for
+    each that is honoured."""
     joints = {str(joint.get("name")): joint for joint in robot.findall("joint")}
     found = {name: resolved(name, joints) for name, joint in joints.items() if joint.find("mimic") is not None}
     findings = []

@@ -9,8 +9,8 @@ from pathlib import Path, PurePosixPath
 from asset2sim.assets.urdf.locate import PARENTS_SEARCHED, is_loose, is_regular, mesh_candidates, path_in
 from schemas.asset import AssetRef
 from schemas.errors import AssetError
-from schemas.location import location_of
 from schemas.inputs import InputSettings
+from schemas.location import location_of
 from schemas.vocabulary import FailureMode
 
 WEB = ("http", "https", "ftp", "s3", "gs")

@@ -7,6 +7,7 @@ import argparse
 import json
 import pkgutil
 import shutil
+import sys
 from collections import Counter
 from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
@@ -196,7 +197,7 @@ def main(words: Sequence[str] | None = None) -> int:
     results += bench.run(range(given.first, given.first + given.whole), REFINED, given.jobs)
     (given.out / "mutated.md").write_text(report(results), encoding="utf-8")
     (given.out / "mutated.json").write_text(json.dumps([vars(item) for item in results], indent=1), encoding="utf-8")
-    print(report(results), end="")
+    sys.stdout.write(report(results))
     return int(any(result.problem for result in results))
 
 
