@@ -73,8 +73,8 @@ class Progress:
     def run(
         self, stage: Stage, function: Callable[Given, Result], *args: Given.args, **options: Given.kwargs
     ) -> Result:
-        """The stage's result, which is collected, as is its wall time; raises what the stage raises, errors of reading an
-        asset as AssetError."""
+        """The stage's result, which is collected, as is its wall time; raises what the stage raises, and as AssetError
+        what stages raise that only read the asset."""
         self.stage, start = stage, perf_counter()
         try:
             result = function(*args, **options)

@@ -1,4 +1,4 @@
-"""Nothing comes in from outside: what an asset names beyond its dataset is a finding, and is neither read nor copied."""
+"""Nothing comes in from outside: what an asset names beyond its dataset is a finding, and neither read nor copied."""
 
 import json
 import os
@@ -132,8 +132,9 @@ def collada(picture: str) -> str:
 <asset><unit meter="1"/><up_axis>Z_UP</up_axis></asset>
 <library_images><image id="i"><init_from>{picture}</init_from></image></library_images>
 <library_geometries><geometry id="g"><mesh><source id="p"><float_array id="f" count="12">{points}</float_array>
-<technique_common><accessor source="#f" count="4" stride="3"><param name="X" type="float"/><param name="Y" type="float"/>
-<param name="Z" type="float"/></accessor></technique_common></source><vertices id="v"><input semantic="POSITION"
+<technique_common><accessor source="#f" count="4" stride="3"><param name="X" type="float"/>
+<param name="Y" type="float"/><param name="Z" type="float"/></accessor></technique_common></source>
+<vertices id="v"><input semantic="POSITION"
 source="#p"/></vertices><triangles count="4"><input semantic="VERTEX" source="#v" offset="0"/>
 <p>0 2 1 0 1 3 0 3 2 1 2 3</p></triangles></mesh></geometry></library_geometries>
 <library_visual_scenes><visual_scene id="s"><node><instance_geometry url="#g"/></node></visual_scene>

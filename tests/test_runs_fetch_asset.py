@@ -82,9 +82,9 @@ def test_a_dataset_is_found_as_on_this_machine(store: Store, tmp_path: Path, lay
     here, there = load_dataset(data), load_dataset(url)
     assert [ref.path for ref in there] == [ref.path.replace(str(data), url) for ref in here]
     if layout != "one asset":
-        assert [ref.model_copy(update={"path": ""}) for ref in there] == [
-            ref.model_copy(update={"path": ""}) for ref in here
-        ]
+        placeless = {"path": "", "root": ""}
+        assert [ref.model_copy(update=placeless) for ref in there] == [ref.model_copy(update=placeless) for ref in here]
+        assert {ref.root for ref in there} == {url} and {ref.root for ref in here} == {str(data)}
 
 
 def test_what_is_no_dataset_is_a_mistake_in_one_line(store: Store, tmp_path: Path) -> None:

@@ -4,6 +4,8 @@ import math
 from collections.abc import Mapping, Sequence
 from itertools import product
 
+from numpy.linalg import LinAlgError
+
 from asset2sim.physics.dynamics import joint_terms
 from asset2sim.physics.kinematics import TreeJoint, mimics_of, subtree
 from asset2sim.physics.mass_matrix import Body, JointSpace, Pull, joint_space
@@ -13,10 +15,11 @@ from asset2sim.validation.holding import NO_BALANCE, Holding, counterbalance, ho
 from asset2sim.validation.limits import Range
 from asset2sim.validation.notes import Notes
 from asset2sim.validation.positions import Start, turned
+from schemas.errors import AssetError
 from schemas.features import Features
 from schemas.overlay import JointPhysics, JointProposal
 from schemas.settings import PhysicsSettings
-from schemas.vocabulary import DynamicsRule, Source
+from schemas.vocabulary import DynamicsRule, FailureMode, Source
 
 SHARES = (0.0, 0.5, 1.0)
 """Shares of each joint's range."""
@@ -48,6 +51,20 @@ def at_share(span: Range, share: float) -> float:
     return span.lower + share * (span.upper - span.lower)
 
 
+def check_mass_matrices(features: Features, spaces: Sequence[JointSpace]) -> None:
+    """Refuse an object whose lengths lie too far apart for numbers to hold. Raises AssetError, naming its largest link."""
+    try:
+        for space in spaces:
+            space.mobility  # noqa: B018 - computed once, and kept
+    except LinAlgError as error:
+        far, link = max((max(map(abs, (*link.box_min, *link.box_max))), link.name) for link in features.links)
+        message = (
+            f"its mass matrix has no inverse: link '{link}' reaches {far:.3g} m from its origin; mend origins, scales"
+        )
+        mode = FailureMode.INVALID_JOINT_CONFIGURATION
+        raise AssetError(mode, "mass_matrix_singular", message, link=link) from error
+
+
 HELD_STATE = 0.05
 """Share of its range beyond the closed end from which a requested state counts as open, and so must be held."""
 
@@ -72,6 +89,7 @@ def joint_physics(
     stiffness stays that of a free base, which is less: somebody may free it."""
     spaces = [joint_space(tree, features.root, bodies, pose) for pose in spanning_poses(starts)]
     space = spaces[0]
+    check_mass_matrices(features, spaces)
     inertias = space.inertia_on_held_base() if base_held else space.effective_inertia()
     held = space.held_inertia()
     pulls = dict(zip(space.names, space.pulls, strict=True))

@@ -53,6 +53,16 @@ def check_mesh_file(path: Path, largest_mb: float) -> None:
     if suffix not in MESHES:
         known = ", ".join(MESHES)
         raise UnusableMeshError(f"has the ending '{path.suffix}', which is no format that is read: use one of {known}")
+    size, head = beginning_of(path, largest_mb)
+    check_kind(path, suffix, head)
+    if suffix == ".stl" and not head.lstrip().startswith(b"solid"):
+        check_binary_stl(head, size)
+    if suffix == ".glb" and (len(head) < 12 or struct.unpack_from("<I", head, 8)[0] > size):
+        raise UnusableMeshError(f"ends before its last byte, by its own header: copy it again, or {AGAIN}")
+
+
+def beginning_of(path: Path, largest_mb: float) -> tuple[int, bytes]:
+    """A file's size and its first bytes. Raises UnusableMeshError where it is empty, too large or cannot be read."""
     try:
         size = path.stat().st_size
         with path.open("rb") as stream:
@@ -65,6 +75,11 @@ def check_mesh_file(path: Path, largest_mb: float) -> None:
     if size > largest_mb * 1e6:
         problem = f"has {size / 1e6:.0f} MB, more than the {largest_mb:g} MB that are read: simplify it"
         raise UnusableMeshError(f"{problem}, or raise inputs.max_mesh_mb in a settings file")
+    return size, head
+
+
+def check_kind(path: Path, suffix: str, head: bytes) -> None:
+    """Refuse a file whose first bytes are another kind's than its ending says. Raises UnusableMeshError."""
     for beginning, what in _BEGINNINGS:
         if head.lower().startswith(beginning.lower()) and not (suffix == ".3mf" and beginning.startswith(b"PK")):
             raise UnusableMeshError(f"is a {what}")
@@ -74,10 +89,6 @@ def check_mesh_file(path: Path, largest_mb: float) -> None:
         raise UnusableMeshError(f"{problem}: rename it to '{path.stem}{held[0]}', and in the URDF")
     if suffix in (".obj", ".dae", ".gltf", ".off") and b"\x00" in head:
         raise UnusableMeshError(f"holds binary data, where {suffix[1:].upper()} is text: {AGAIN}")
-    if suffix == ".stl" and not head.lstrip().startswith(b"solid"):
-        check_binary_stl(head, size)
-    if suffix == ".glb" and (len(head) < 12 or struct.unpack_from("<I", head, 8)[0] > size):
-        raise UnusableMeshError(f"ends before its last byte, by its own header: copy it again, or {AGAIN}")
 
 
 def check_binary_stl(head: bytes, size: int) -> None:

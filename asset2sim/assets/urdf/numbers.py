@@ -12,7 +12,7 @@ from schemas.finding import Finding
 from schemas.vocabulary import FailureMode, Severity, Stage
 
 LARGEST = 1e9
-"""Largest length, m, and largest angle, rad, that is taken for one: squares of larger ones leave a float's precision."""
+"""Largest length, m, and largest angle, rad, that are taken for such: sums with larger ones lose all else."""
 LARGEST_LIMIT = 1e20
 """Largest other number: limits of 1e16 and the like stand for none."""
 COUNTS: dict[str, dict[str, tuple[int, ...]]] = {

@@ -81,13 +81,18 @@ def _outer(folder: Path, reach: Reach) -> list[AssetFile]:
                 continue
             if mesh.suffix == ".xacro" and mesh not in read:
                 unread.append(mesh)
-            for path in (mesh, *material_files(mesh, reach.allows)):
-                name = f"{reference} {path.name}"
-                if not reach.allows(path):
-                    found[name] = _refused(name)
-                elif (file := _file(name, str(path))) is not None:
-                    found[name] = file
+            found |= _with_materials(reference, mesh, reach)
     return list(found.values())
+
+
+def _with_materials(reference: str, mesh: Path, reach: Reach) -> dict[str, AssetFile]:
+    found = {}
+    for path in (mesh, *material_files(mesh, reach.allows)):
+        name = f"{reference} {path.name}"
+        file = _file(name, str(path)) if reach.allows(path) else _refused(name)
+        if file is not None:
+            found[name] = file
+    return found
 
 
 def _refused(name: str) -> AssetFile:
