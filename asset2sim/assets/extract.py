@@ -125,7 +125,7 @@ def extract(
     told += find_textures(document.robot, base, reader)
     files = [path for path in reader.files.values() if path is not None]
     looks = [companion for file in files for companion in material_files(file)]
-    stated = [companions[name] for name in ("semantics.txt", "meta.json") if name in companions]
+    beside = [companions[name] for name in ("semantics.txt", "meta.json") if name in companions]
     features = Features(
         asset_id=ref.asset_id,
         category=ref.category or read_category(companions.get("meta.json")),
@@ -137,7 +137,7 @@ def extract(
         rest_box_max=vector(high),
         closed_size=vector(closed_high - closed_low),
         link_centers={name: box_center(rest[name], cloud) for name, cloud in points.items() if len(cloud)},
-        content_hash=hash_files([*opened.files, *files, *looks, *stated]),
+        content_hash=hash_files([*opened.files, *files, *looks, *beside]),
     )
     return Extraction(
         folder, urdf, features, tuple(reader.findings), geometry, reader.files, triangles=triangles, opened=opened,

@@ -4,8 +4,6 @@ import math
 from collections.abc import Mapping, Sequence
 from itertools import product
 
-from numpy.linalg import LinAlgError
-
 from asset2sim.physics.dynamics import joint_terms
 from asset2sim.physics.kinematics import TreeJoint, mimics_of, subtree
 from asset2sim.physics.mass_matrix import Body, JointSpace, Pull, joint_space
@@ -13,13 +11,13 @@ from asset2sim.physics.terms import JointLoad, JointTerms, Term
 from asset2sim.validation.handling import Handling, bounded_press, standing_part
 from asset2sim.validation.holding import NO_BALANCE, Holding, counterbalance, holding
 from asset2sim.validation.limits import Range
+from asset2sim.validation.masses import check_mass_matrices
 from asset2sim.validation.notes import Notes
 from asset2sim.validation.positions import Start, turned
-from schemas.errors import AssetError
 from schemas.features import Features
 from schemas.overlay import JointPhysics, JointProposal
 from schemas.settings import PhysicsSettings
-from schemas.vocabulary import DynamicsRule, FailureMode, Source
+from schemas.vocabulary import DynamicsRule, Source
 
 SHARES = (0.0, 0.5, 1.0)
 """Shares of each joint's range."""
@@ -49,20 +47,6 @@ def at_share(span: Range, share: float) -> float:
     if span.lower is None or span.upper is None:
         return 2.0 * math.pi * share * (2.0 / 3.0)  # both ends of a whole turn are the same place
     return span.lower + share * (span.upper - span.lower)
-
-
-def check_mass_matrices(features: Features, spaces: Sequence[JointSpace]) -> None:
-    """Refuse an object whose lengths lie too far apart for numbers to hold. Raises AssetError, naming its largest link."""
-    try:
-        for space in spaces:
-            space.mobility  # noqa: B018 - computed once, and kept
-    except LinAlgError as error:
-        far, link = max((max(map(abs, (*link.box_min, *link.box_max))), link.name) for link in features.links)
-        message = (
-            f"its mass matrix has no inverse: link '{link}' reaches {far:.3g} m from its origin; mend origins, scales"
-        )
-        mode = FailureMode.INVALID_JOINT_CONFIGURATION
-        raise AssetError(mode, "mass_matrix_singular", message, link=link) from error
 
 
 HELD_STATE = 0.05

@@ -58,7 +58,7 @@ def attribute_renamed(robot: Element, rng: Random) -> None:
     """Rename an attribute."""
     item = one(robot, rng)
     if item.attrib:
-        key = rng.choice(list(item.attrib))
+        key = rng.choice([str(key) for key in item.attrib])
         item.set(rng.choice(("Name", "value", "xyz", "link", "size", f"{key}_")), item.attrib.pop(key))
 
 
