@@ -289,6 +289,25 @@ def test_what_is_not_read_does_not_count_and_what_may_be_read_does(tmp_path: Pat
     assert digest(bystander, InputSettings(), tmp_path / "out") == digest(bystander, ALLOWED, tmp_path / "out")
 
 
+def test_a_linked_file_is_not_looked_into_to_choose_the_asset_s_own(tmp_path: Path) -> None:
+    ref = dataset(tmp_path, "own.obj")
+    folder = Path(ref.path)
+    (folder / "mobility.urdf").rename(folder / "own.urdf")
+    (folder / "more.urdf").symlink_to(tmp_path / "outside" / "x.obj")
+    assert extract(ref).source.name == "own.urdf"
+
+
+def test_what_a_moved_urdf_lacks_is_named_as_its_file_has_it(tmp_path: Path) -> None:
+    ref = dataset(tmp_path, "../../../outside/x.obj")
+    folder = Path(ref.path)
+    more = mesh("gone.obj") + mesh("OWN.obj")
+    (folder / "mobility.urdf").write_text((folder / "mobility.urdf").read_text().replace("</link>", f"{more}</link>"))
+    item = extract(ref)
+    said = {finding.message for finding in item.findings if finding.code == "missing_mesh"}
+    assert len(said) == 2 and all("asset2sim-source" not in text and "outside" not in text for text in said)
+    assert any("'own.obj' is" in text for text in said) and told(item).link == "body"
+
+
 def test_a_reach_follows_links_and_survives_circles(tmp_path: Path) -> None:
     (tmp_path / "in").mkdir()
     reach = Reach(((tmp_path / "in").resolve(),))

@@ -95,7 +95,7 @@ def extract(
     told = [*opened.findings, *document.findings]
     known = read_shapes(store) if store is not None else {}
     reader = MeshReader(base, triangles, told, known=known, refused=opened.refused, reach=reach)
-    reader.largest_mb = inputs.max_mesh_mb
+    reader.largest_mb, reader.origin = inputs.max_mesh_mb, opened.file.parent
     companions = {name: folder / name for name in COMPANIONS if is_regular(folder / name)}
     told += outside_companions(companions, reach)
     labels = read_semantics(companions.get("semantics.txt"))

@@ -53,6 +53,8 @@ class MeshReader:
     refused: Mapping[str, Refused] = field(default_factory=dict)
     """References that are not read, since they mean files outside."""
     reach: Reach = ANYWHERE
+    origin: Path | None = None
+    """The folder of the file that ``folder``'s URDF was made of, in which missing files are looked for in vain."""
     largest_mb: float = InputSettings().max_mesh_mb
     lost: dict[str, str] = field(default_factory=dict)
     """Reference → why it cannot be read, in words."""
@@ -102,7 +104,7 @@ class MeshReader:
         if reference in self.refused:
             return None, "outside_dataset", self.refused[reference].problem
         found = find_mesh(reference, self.folder)
-        return found, "missing_mesh", "" if found else why_missing(reference, self.folder, self.reach)
+        return found, "missing_mesh", "" if found else why_missing(reference, self.origin or self.folder, self.reach)
 
     def lose(self, reference: str, code: str, problem: str, link: str) -> None:
         """Say that a mesh is left out, and why."""

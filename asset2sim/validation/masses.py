@@ -208,7 +208,7 @@ def finished(item: LinkMass, settings: PhysicsSettings, notes: Notes) -> LinkMas
 
 
 def check_mass_matrices(features: Features, spaces: Sequence[JointSpace]) -> None:
-    """Refuse an object whose lengths lie too far apart for numbers to hold. Raises AssetError, with the largest link."""
+    """Refuse an object whose lengths lie too far apart for numbers. Raises AssetError, with the largest link."""
     try:
         for space in spaces:
             space.mobility  # noqa: B018 - computed once, and kept

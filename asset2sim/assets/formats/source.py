@@ -55,7 +55,7 @@ def open_source(folder: Path, up: UpAxis = UpAxis.Z, reach: Reach = ANYWHERE) ->
     points up in it.
 
     Raises AssetError where it is missing, lies outside or cannot be converted."""
-    file = check_within(find_source(check_within(folder, reach)), reach)
+    file = check_within(find_source(check_within(folder, reach), reach.allows), reach)
     work = TemporaryDirectory(prefix="asset2sim-source-")
     place = Path(work.name)
     converted = CONVERTERS[file.suffix](file, place, reach)

@@ -2,7 +2,7 @@
 
 import json
 import re
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from pathlib import Path, PurePath, PurePosixPath
 
 from schemas.errors import AssetError
@@ -38,11 +38,12 @@ def candidates(names: Iterable[str]) -> list[str]:
     return []
 
 
-def find_source(folder: Path) -> Path:
+def find_source(folder: Path, within: Callable[[Path], bool] = lambda path: True) -> Path:
     """The file that describes an asset: ``mobility.urdf`` or its only URDF, else its xacro, SDF or MJCF file.
 
     Of several xacro files it is the ``.urdf.xacro``, or the one that no other includes; of several MJCF files the one
-    that includes none, since a scene includes its model.
+    that includes none, since a scene includes its model. Files that are not ``within`` are not looked into; one of
+    them is returned where there is no other.
     Raises AssetError (unreadable_asset) if there is none or more than one.
     """
     if not folder.is_dir():
@@ -54,6 +55,10 @@ def find_source(folder: Path) -> Path:
     paths = (path for pattern in patterns for path in folder.glob(pattern) if is_regular(path))
     names = [path.relative_to(folder).as_posix() for path in paths]
     found = [folder / name for name in candidates(names)]
+    inside = [file for file in found if within(file)]
+    if found and not inside:
+        return found[0]
+    found = inside
     if found and found[0].suffix == ".xml":
         found = [file for file in found if is_mjcf(file.read_bytes())]
     if len(found) > 1 and found[0].suffix in (".xacro", ".xml"):

@@ -59,7 +59,7 @@ def _walk(folder: str, prefix: str, seen: set[tuple[int, int]], reach: Reach) ->
 def _outer(folder: Path, reach: Reach) -> list[AssetFile]:
     """Meshes that the asset takes from outside the asset's folder, with their materials and textures, by reference."""
     try:
-        urdf = check_within(find_source(folder), reach)
+        urdf = check_within(find_source(folder, reach.allows), reach)
     except (AssetError, OSError):
         return []
     found: dict[str, AssetFile] = {}
