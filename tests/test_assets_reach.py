@@ -18,8 +18,10 @@ from schemas.asset import AssetRef
 from schemas.errors import AssetError
 from schemas.finding import Finding
 from schemas.inputs import InputSettings
-from schemas.vocabulary import FailureMode, UpAxis
-from tests.assets import box_obj, fingerprint, joint, link, mesh, robot, written
+from schemas.settings import EngineSettings
+from schemas.vocabulary import Engine, FailureMode, Method, UpAxis
+from tasks.pipeline import refine_asset
+from tests.assets import NO_VIEWS, box_obj, fingerprint, joint, link, mesh, prior, robot, written
 
 BOX = box_obj((0, 0, 0), (1, 1, 1))
 SECRET = box_obj((0, 0, 0), (7, 7, 7), "o secret\n")
@@ -324,3 +326,21 @@ def test_nothing_is_written_outside(tmp_path: Path) -> None:
     copied(extract(ref), tmp_path / "out")
     copied(extract(ref, inputs=ALLOWED), tmp_path / "out2")
     assert before() == kept and sorted(os.listdir(tmp_path / "outside")) == ["x.mtl", "x.obj", "x.png"]
+
+
+@pytest.mark.system
+@pytest.mark.parametrize("method", [Method.ASSET2SIM, Method.DIRECT, Method.RAW])
+def test_no_method_brings_anything_from_outside(tmp_path: Path, method: Method) -> None:
+    """The whole way, each method's own: nothing of the secret in the output, and the size is the box's."""
+    ref = dataset(tmp_path, "../../../outside/x.obj")
+    (Path(ref.path) / "meta.json").symlink_to(tmp_path / "outside" / "x.mtl")
+    engine = EngineSettings(verify=(Engine.PYBULLET,), interact=False)
+    record = refine_asset(
+        ref, tmp_path / "out", NO_VIEWS.model_copy(update={"method": method, "engine": engine}), prior
+    )
+    codes = {finding.code for finding in record.findings}
+    assert "outside_dataset" in codes and "internal_error" not in codes
+    assert record.features is not None and max(record.features.rest_size) == pytest.approx(1.0)
+    written_files = [path for path in (tmp_path / "out").rglob("*") if path.is_file()]
+    assert not [path for path in written_files if b"o secret" in path.read_bytes() or path.is_symlink()]
+    assert bool(list((tmp_path / "out").glob("assets/*/mobility.urdf"))) == (method is not Method.RAW)
