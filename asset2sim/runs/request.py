@@ -23,6 +23,8 @@ SETS: Mapping[str, str] = {
     "prompt": "prompt",
     "base": "base",
     "up": "up",
+    "allow_outside": "inputs.allow_outside",
+    "package": "inputs.packages",
     "export": "exports",
     "model": "model.model",
     "api_base": "model.api_base",

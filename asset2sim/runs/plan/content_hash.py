@@ -95,6 +95,8 @@ IRRELEVANT_SETTINGS: Mapping[str, set[str] | bool] = {
     "run": True,
     # It is the asset's own, as if its row said it.
     "prompt": True,
+    # What they let in or keep out is in the list of an asset's files.
+    "inputs": {"allow_outside", "packages"},
     # Picture size counts, since a model sees them; whether they are written is read from the folder.
     "views": {"write", "later"},
     "model": {"timeout_s", "max_attempts", "cache", "requests_per_minute", "concurrent_requests"}
