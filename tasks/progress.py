@@ -9,7 +9,7 @@ from typing import ParamSpec, TypeVar
 from asset2sim.checks.verdict import Verdict
 from asset2sim.models.ask_overlay import SynthesisError
 from schemas.asset import AssetRecord, AssetRef
-from schemas.errors import Asset2SimError, AssetError, is_disk_full, shortened
+from schemas.errors import AssetError, is_disk_full, shortened
 from schemas.features import Features
 from schemas.finding import Finding, TraceStep
 from schemas.interaction import EngineReport, OverlapPair
@@ -42,8 +42,10 @@ Result = TypeVar("Result", bound=StageResult)
 READING = (Stage.EXTRACT, Stage.VALIDATE, Stage.APPLY)
 """Stages that work on the asset's own files and numbers alone: what they raise would come again every night."""
 READING_ERRORS = (
-    *(ArithmeticError, AssertionError, AttributeError, LookupError, RecursionError, TypeError, ValueError, OSError),
+    *(ArithmeticError, AssertionError, AttributeError, LookupError, RecursionError, TypeError, ValueError),
+    *(PermissionError, FileNotFoundError, IsADirectoryError, NotADirectoryError),
 )
+"""What they raise because of the asset; other errors of the system may be gone tomorrow."""
 
 
 def internal_error(stage: Stage, error: Exception) -> AssetError:
@@ -79,7 +81,9 @@ class Progress:
         try:
             result = function(*args, **options)
         except READING_ERRORS as error:
-            if stage not in READING or isinstance(error, Asset2SimError) or is_disk_full(error):
+            # What apply cannot open lies in the output, which the user may mend before the next run.
+            writing = stage is Stage.APPLY and isinstance(error, OSError)
+            if stage not in READING or writing or is_disk_full(error):
                 raise
             traceback.print_exc()  # into the asset's log
             raise internal_error(stage, error) from error

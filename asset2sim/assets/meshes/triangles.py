@@ -47,7 +47,8 @@ class Triangles:
             try:
                 self.keys[path] = file_key(path)
             except OSError as error:
-                raise UnusableMeshError(f"cannot be read ({error.strerror}): restore the file") from error
+                problem = f"cannot be read ({error.strerror}): restore the file"
+                raise UnusableMeshError(problem, path.name) from error
         return self.keys[path]
 
     def of(self, path: Path) -> Mesh:

@@ -43,7 +43,7 @@ class UnusableMeshError(ValueError):
     """A mesh that cannot be used: ``problem`` is the cause and the remedy, to follow the mesh's name."""
 
     def __init__(self, problem: str, file: str = "") -> None:
-        super().__init__(f"{file} {problem}".strip())
+        super().__init__(f"{file}: {problem}" if file else problem)
         self.problem = problem
 
 
