@@ -9,7 +9,9 @@ from typing import Any
 
 import pytest
 
+from asset2sim.assets.extract import companions_of
 from asset2sim.assets.urdf.locate import find_source, read_category, read_semantics
+from asset2sim.assets.urdf.reach import ANYWHERE
 from asset2sim.catalog.storage.tree import Tree, local_tree
 from asset2sim.runs import dataset
 from asset2sim.runs.dataset import check_asset_id, load_dataset
@@ -278,10 +280,12 @@ def test_pipes_are_not_waited_for(tmp_path: Path) -> None:
     os.mkfifo(tmp_path / "mjcf" / "model.xml")
     os.mkfifo(tmp_path / "good" / "meta.json")
     assert set(listed(tmp_path)) == {"good", "mjcf"}
-    assert read_category(tmp_path / "good") == ""
     os.mkfifo(tmp_path / "good" / "semantics.txt")
-    with pytest.raises(AssetError, match=r"semantics\.txt is a pipe, not a file"):
-        read_semantics(tmp_path / "good")
+    assert (
+        read_category(tmp_path / "good" / "meta.json") == "" and read_semantics(tmp_path / "good/semantics.txt") == {}
+    )
+    _, findings = companions_of(tmp_path / "good", ANYWHERE)
+    assert "'semantics.txt' is a pipe, not a file; it is left out" in [finding.message for finding in findings]
     os.mkfifo(tmp_path / "manifest.csv")
     with pytest.raises(UsageError, match=r"manifest\.csv: it is a pipe, not a file"):
         load_dataset(tmp_path)

@@ -14,8 +14,9 @@ from asset2sim.assets.joints import limits_in_radians, read_joint, with_ends
 from asset2sim.assets.links import LinkGeometry, MeshReader, read_link
 from asset2sim.assets.meshes.shape_cache import read_shapes, write_shapes
 from asset2sim.assets.meshes.triangles import Triangles
+from asset2sim.assets.regular import NOT_THERE, file_problem
 from asset2sim.assets.urdf.document import read_document, textures_of
-from asset2sim.assets.urdf.locate import is_regular, read_category, read_semantics
+from asset2sim.assets.urdf.locate import read_category, read_semantics
 from asset2sim.assets.urdf.mesh_files import material_files
 from asset2sim.assets.urdf.mimic import coupled, with_followed_ends
 from asset2sim.assets.urdf.reach import Reach, lies_outside, reach_of
@@ -96,8 +97,8 @@ def extract(
     known = read_shapes(store) if store is not None else {}
     reader = MeshReader(base, triangles, told, known=known, refused=opened.refused, reach=reach)
     reader.largest_mb, reader.origin = inputs.max_mesh_mb, opened.file.parent
-    companions = {name: folder / name for name in COMPANIONS if is_regular(folder / name)}
-    told += outside_companions(companions, reach)
+    companions, left_out = companions_of(folder, reach)
+    told += left_out
     labels = read_semantics(companions.get("semantics.txt"))
     links: list[LinkFeatures] = []
     geometry: dict[str, LinkGeometry] = {}
@@ -145,14 +146,21 @@ def extract(
     )  # fmt: skip
 
 
-def outside_companions(companions: dict[str, Path], reach: Reach) -> list[Finding]:
-    """Take those companions out that lie outside; a finding for each."""
-    findings = []
-    for name in [name for name, path in companions.items() if not reach.allows(path)]:
-        message = f"'{name}' {lies_outside(companions.pop(name), reach)}; it is left out"
-        warning = Severity.WARNING
-        findings.append(Finding(stage=Stage.EXTRACT, severity=warning, code="outside_dataset", message=message))
-    return findings
+def companions_of(folder: Path, reach: Reach) -> tuple[dict[str, Path], list[Finding]]:
+    """The files beside the URDF that say more of the asset, by name; a finding for each that cannot be read or lies
+    outside, and is left out."""
+    found, findings = {name: folder / name for name in COMPANIONS}, []
+    for name, path in list(found.items()):
+        problem = file_problem(path)
+        code = "companion_unusable"
+        if problem is None and not reach.allows(path):
+            problem, code = lies_outside(path, reach), "outside_dataset"
+        if problem is not None:
+            del found[name]
+        if problem not in (None, NOT_THERE):
+            message = f"'{name}' {problem}; it is left out"
+            findings.append(Finding(stage=Stage.EXTRACT, severity=Severity.WARNING, code=code, message=message))
+    return found, findings
 
 
 def find_textures(robot: "etree._Element", folder: Path, reader: MeshReader) -> list[Finding]:
