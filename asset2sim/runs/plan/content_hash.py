@@ -27,8 +27,8 @@ ROOMS = (
     *("asset2sim/runs/isolation", "asset2sim/runs/remote/fetch_asset.py", "asset2sim/runs/spread/worker.py"),
 )
 """Folders and modules, relative to the checkout, that decide an asset's result or its rows."""
-IRRELEVANT_SOURCES = ("schemas/tables_compare.py",)
-"""Sources within them that do not: tables of a study."""
+IRRELEVANT_SOURCES = ("schemas/tables_compare.py", "tasks/check.py")
+"""Sources within them that do not: tables of a study, and what only looks."""
 DATA_SUFFIXES = (".csv", ".md")
 """Endings of data files that decide results: the offline model's tables, and prompts."""
 
