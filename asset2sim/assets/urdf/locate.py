@@ -174,7 +174,7 @@ def read_semantics(folder: Path) -> dict[str, tuple[str, str]]:
     """Link name → (joint kind, label) from ``semantics.txt``, where there is one; lines that do not fit are skipped."""
     file = folder / "semantics.txt"
     try:
-        text = read_regular(file).decode("utf-8", errors="replace")
+        text = read_regular(file, MOST_DESCRIBED).decode("utf-8", errors="replace")
     except FileNotFoundError:
         return {}
     except OSError as error:
@@ -190,7 +190,7 @@ def read_semantics(folder: Path) -> dict[str, tuple[str, str]]:
 def read_category(folder: Path) -> str:
     """The category that ``meta.json`` states as ``model_cat``, or an empty string."""
     try:
-        meta = json.loads(read_regular(folder / "meta.json").decode("utf-8"))
+        meta = json.loads(read_regular(folder / "meta.json", MOST_DESCRIBED).decode("utf-8"))
     except (OSError, ValueError, RecursionError):
         return ""
     category = meta.get("model_cat") if isinstance(meta, dict) else None
