@@ -57,7 +57,7 @@ def path_problem(path: Path, error: OSError | RuntimeError | ValueError) -> str:
     # ``Path.resolve`` raises RuntimeError for a circle of links.
     if code == errno.ELOOP or isinstance(error, RuntimeError):
         return "is a link that leads back to itself"
-    if code == errno.EINVAL:
+    if code in (errno.EINVAL, errno.EISDIR, errno.ENXIO):
         return file_problem(path) or f"cannot be read ({error})"
     if isinstance(error, OSError):
         return f"cannot be read ({error.strerror})"

@@ -14,6 +14,8 @@ from schemas.asset import AssetRef
 from schemas.errors import UsageError
 
 MANIFEST = "manifest.csv"
+COMPANIONS = {"semantics.txt", "meta.json", "mobility_v2.json"}
+"""Files of PartNet-Mobility that tell of an asset where what describes it is gone."""
 MAX_ID_LENGTH = 200
 """Bytes of an asset's id: it names a folder, and file systems stop at 255 bytes."""
 
@@ -22,7 +24,7 @@ def find_assets(tree: Tree) -> list[AssetRef]:
     """The asset folders at, one below or two below a folder, by name; a folder two below has its parent as category.
 
     A folder that cannot be listed, a link that leads nowhere, and a folder whose name cannot be an id are assets with a
-    ``fault``: an asset that was there yesterday must not vanish. Raises UsageError where there is no asset, nor
+    ``fault``, and one that has lost its URDF is an asset: what was there yesterday must not vanish. Raises UsageError where there is no asset, nor
     anything else than faults.
     """
     if _holds_asset(tree, ""):
@@ -87,8 +89,10 @@ def _assets_below(tree: Tree, parent: str) -> list[AssetRef]:
             if _holds_asset(tree, place):
                 category = None if "meta.json" in tree.files(place) else parent or None
                 refs.append(_found(tree, place, category))
-            elif not parent:
-                refs += _assets_below(tree, place)
+            elif inner := _assets_below(tree, place) if not parent else []:
+                refs += inner
+            elif not COMPANIONS.isdisjoint(tree.files(place)):
+                refs.append(_found(tree, place, parent or None))
         except OSError as error:
             refs.append(_found(tree, place, parent or None, path_problem(Path(tree.at(place)), error)))
     return refs

@@ -110,8 +110,6 @@ def _check_heading(heading: Sequence[str], name: str, columns: Columns) -> None:
         raise UsageError(f"{name}: its heading is '{_shown(named[0])}'; separate cells by commas, not by {wrong}")
     listed = f"it has {', '.join(map(_shown, named[:20])) or 'none'}, and columns may be "
     listed += ", ".join([*columns.known, *(f"{prefix}…" for prefix in columns.prefixes)])
-    if twice := [column for column, count in Counter(named).items() if count > 1]:
-        raise UsageError(f"{name}: column {', '.join(map(_shown, twice[:5]))} more than once; keep one of each")
     if bare := [each for each in named if each in columns.prefixes]:
         raise UsageError(f"{name}: column '{bare[0]}' names nothing after its colon; {listed}")
     unknown = [each for each in named if each not in columns.known and not each.startswith(columns.prefixes)]
@@ -122,6 +120,8 @@ def _check_heading(heading: Sequence[str], name: str, columns: Columns) -> None:
             raise UsageError(f"{name}: column '{_shown(column)}' is unknown; is it '{likely[0]}'? {listed}")
     if missing := [column for column in columns.required if column not in named]:
         raise UsageError(f"{name}: column {', '.join(missing)} missing; {listed}")
+    if twice := [column for column, count in Counter(named).items() if count > 1]:
+        raise UsageError(f"{name}: column {', '.join(map(_shown, twice[:5]))} more than once; keep one of each")
     if unknown:
         more = f" and {len(unknown) - 10} more" if len(unknown) > 10 else ""
         said = ", ".join(map(_shown, unknown[:10]))

@@ -186,7 +186,7 @@ def read_semantics(file: Path | None) -> dict[str, tuple[str, str]]:
     fit are skipped."""
     labels: dict[str, tuple[str, str]] = {}
     try:
-        text = "" if file is None else read_regular(file).decode("utf-8", errors="replace")
+        text = "" if file is None else read_regular(file, MOST_DESCRIBED).decode("utf-8", errors="replace")
     except OSError:
         return labels
     for line in text.splitlines():
@@ -199,7 +199,7 @@ def read_semantics(file: Path | None) -> dict[str, tuple[str, str]]:
 def read_category(file: Path | None) -> str:
     """The category that ``meta.json`` states as ``model_cat``, or an empty string."""
     try:
-        meta = None if file is None else json.loads(read_regular(file).decode("utf-8"))
+        meta = None if file is None else json.loads(read_regular(file, MOST_DESCRIBED).decode("utf-8"))
     except (OSError, ValueError, RecursionError):
         return ""
     category = meta.get("model_cat") if isinstance(meta, dict) else None

@@ -9,7 +9,7 @@ from pathlib import Path
 from asset2sim.studies.hostile.case import HANDLED, REFUSED, Case, Place
 from asset2sim.studies.hostile.tiny import BODY, LID, MESHES, URDF, Write, asset
 
-SPARSE_BYTES = 4 * 1024**3
+SPARSE_BYTES = 1024**3
 
 
 def _pipe(path: Path) -> None:
