@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from flows.programs import ProgramError, run_together
-from flows.show import addresses, commands
+from flows.show import commands
 
 SLEEPER = "import subprocess, sys, pathlib\nchild = subprocess.Popen(['sleep', '600'])\n"
 
@@ -38,7 +38,7 @@ def test_when_one_program_ends_the_others_do_with_all_that_they_started(tmp_path
 
 @pytest.mark.system
 def test_the_pages_programs_are_installed_and_listen_for_this_machine_alone(tmp_path: Path) -> None:
-    assert commands(tmp_path).keys() == addresses().keys()
+    assert commands(tmp_path).keys() == {"Prefect", "MLflow"}
     for command in commands(tmp_path).values():
         assert command[command.index("--host") + 1] == "127.0.0.1"
         shown = subprocess.run([command[0], "--help"], capture_output=True, text=True, timeout=120)

@@ -7,7 +7,7 @@ from pathlib import Path
 
 from asset2sim.studies.readme.blocks import markers, with_block
 from asset2sim.studies.samples.bad_assets import bad_assets
-from flows.serve_nightly import nightly_schedule
+from flows.schedule import nightly_schedule
 
 ROOT = Path(__file__).resolve().parents[1]
 README = (ROOT / "README.md").read_text(encoding="utf-8")
