@@ -39,4 +39,5 @@ class Breaker:
 
 def kind_of_error(record: AssetRecord) -> str:
     """A model error's text without what differs between assets: its id, and numbers such as times and request ids."""
-    return _NUMBER.sub("0", record.reason.replace(record.ref.asset_id, ""))
+    own = rf"(?<!\w){re.escape(record.ref.asset_id)}(?!\w)"
+    return _NUMBER.sub("0", re.sub(own, "", record.reason))
