@@ -79,7 +79,10 @@ def test_the_server_is_asked_once_and_briefly(monkeypatch: pytest.MonkeyPatch) -
 @pytest.mark.parametrize(
     ("reply", "words"),
     [
-        (Reply("Incorrect API key: sk-wrong-key-of-a-test", status=401), "refused the key (401): check the key in OPENAI"),
+        (
+            Reply("Incorrect API key: sk-wrong-key-of-a-test", status=401),
+            "refused the key (401): check the key in OPENAI",
+        ),
         (Reply("The model `scripted` does not exist", status=404), "check the model's name and api_base"),
         (Reply("overloaded", status=503), "failed (503): try again later"),
         (Reply("no credit: insufficient_quota", status=429), "no credit left"),

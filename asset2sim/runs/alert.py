@@ -68,7 +68,8 @@ def alert(result: RunResult, strict: bool) -> RunResult:
     warnings of the result."""
     settings = result.run.settings.run
     missed = tuple(f"gate ({settings.gate}): {sentence}" for sentence in missed_gates(result))
-    result = replace(result, warnings=(*result.warnings, *missed))
+    if missed:
+        result = replace(result, warnings=(*result.warnings, *missed))
     if settings.hook is None:
         return result
     warning = run_hook(settings.hook, hook_values(result, strict), settings.hook_time_limit_s)
