@@ -45,7 +45,7 @@ help: ## list the targets
 	@echo "                                 ENGINES COLLISION DYNAMICS STATE UP EXPORT REFINEMENT_MODEL JUDGE_MODEL RPM"
 	@echo "                                 BUDGET_USD BUDGET_CALLS BUDGET_TOKENS ASSET_BUDGET_USD ASSET_BUDGET_CALLS NO_ANSWER_CACHE=1"
 	@echo "                                 FORCE=1 RETRY_FAILED=1 HOOK SETTINGS=settings.yaml DRY_RUN=1 ASSET_TIMEOUT"
-	@echo "                                 MIN_SUCCESS=0.95 MAX_NEW_FAILURES GATE=warn; of nightly: CRON='0 2 * * *' NOW=1"
+	@echo "                                 MIN_SUCCESS MAX_NEW_FAILURES GATE (warn or error); of nightly: CRON='0 2 * * *' NOW=1"
 	@echo "  of compare, beside those: METHODS MODELS LEVELS JUDGE_MODEL NO_INTERACTION=1 README"
 	@echo "  for example: make flow DATA=../shared/partnet_mobility SUBSET=paper9 OUT=/tmp/paper9 WORKERS=2"
 

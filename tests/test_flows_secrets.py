@@ -13,6 +13,7 @@ import pyarrow.parquet as pq
 import pytest
 
 from asset2sim.catalog.mlflow_log import run_params
+from asset2sim.catalog.read import read_table
 from asset2sim.catalog.rows import run_row
 from asset2sim.catalog.run import finish_run, start_run
 from asset2sim.runs.plan.content_hash import shared_hash
@@ -104,9 +105,9 @@ def test_no_file_of_a_run_holds_a_key(tmp_path: Path) -> None:
         capture_output=True, env=environment, timeout=300,
     )  # fmt: skip
     assert ran.returncode == 0 and told.read_text() == "hook-secret-4 0\n", ran.stderr
-    assert "model_error" in ran.stdout and "could not be reached at https://***@127.0.0.1:1" in " ".join(
-        ran.stdout.split()
-    )
+    (row,) = read_table(out, "assets").to_dict("records")
+    assert row["failure_mode"] == "model_error", row["reason"]
+    assert "could not be reached at https://***@127.0.0.1:1/v1/***?***" in row["reason"]
     everything = [ran.stdout, ran.stderr]
     for path in (file for place in (out, home) for file in place.rglob("*") if file.is_file()):
         everything.append(path.read_bytes().decode("utf-8", "replace"))
@@ -114,7 +115,7 @@ def test_no_file_of_a_run_holds_a_key(tmp_path: Path) -> None:
             everything.append(str(pq.read_table(path, partitioning=None).to_pylist()))
         if path.read_bytes().startswith(b"SQLite format 3"):
             with sqlite3.connect(path) as database:
-                everything += [line for line in database.iterdump()]
+                everything += list(database.iterdump())
     assert len(everything) > 20
     assert_none("\n".join(everything))
     assert "sk-key-5" not in "\n".join(everything)

@@ -104,7 +104,7 @@ def test_no_server_is_one_line_with_what_to_do_and_no_key_of_the_address(monkeyp
     with socket.create_server(("127.0.0.1", 0)) as free:
         port = free.getsockname()[1]
     settings = ModelSettings(model="openai/scripted", api_base=f"http://me:pass-word@127.0.0.1:{port}/v1?code=abc123")
-    with pytest.raises(doctor.DoctorError, match="could not be reached at .*check the network and api_base") as error:
+    with pytest.raises(doctor.DoctorError, match=r"could not be reached at .*check the network and api_base") as error:
         doctor.check_model_answers(settings)
     told = str(error.value)
     assert "pass-word" not in told and "abc123" not in told and "\n" not in told

@@ -42,15 +42,16 @@ def render_failures(breakdown: pd.DataFrame) -> Table:
     several = len(pairs) > 1
     only = f": {pairs[0][0]}, {described(pairs[0][1])}" if len(pairs) == 1 else ""
     table = titled_table(f"Failure modes{only}")
+    table.padding = (0, 1, 0, 0)
     for name in ("method", "model") if several else ():
         table.add_column(name)
     table.add_column("failure mode", no_wrap=True)
-    table.add_column("in the paper")
+    table.add_column("in the paper", max_width=16)
     table.add_column("assets", justify="right", no_wrap=True)
     table.add_column("share %", justify="right", no_wrap=True)
-    table.add_column("causes", overflow="fold")
-    table.add_column("for example", overflow="fold")
-    table.add_column("reason of the first", overflow="fold", min_width=24)
+    table.add_column("causes", overflow="fold", max_width=20)
+    table.add_column("for example", overflow="fold", max_width=16)
+    table.add_column("reason of the first", overflow="fold")
     for row in breakdown.to_dict("records"):
         passed = row["failure_mode"] == "none"
         mode = Text("none (ok)" if passed else str(row["failure_mode"]), style="green" if passed else "red")
