@@ -7,6 +7,7 @@ from asset2sim.catalog.report import headline
 from asset2sim.catalog.text import output
 from asset2sim.runs.request import RefineRequest
 from asset2sim.runs.result import RunResult
+from schemas.errors import printable
 
 
 def print_served(request: RefineRequest, schedule: str, following: datetime | None, commands: list[str]) -> None:
@@ -49,5 +50,5 @@ def print_night(result: RunResult) -> None:
 def complain(message: str) -> None:
     """Print one line on standard error."""
     sys.stdout.flush()
-    sys.stderr.write(f"asset2sim: {' '.join(message.split())}\n")
+    sys.stderr.write(f"asset2sim: {printable(' '.join(message.split()))}\n")
     sys.stderr.flush()

@@ -60,8 +60,8 @@ def stopped_line(refined: RunRecords, chosen: int) -> str | None:
     """Why the run stopped, where it did, and how far it came."""
     if refined.stopped is None:
         return None
-    seen = len(refined.records) + len(refined.unchanged)
-    return f"{refined.stopped}: {chosen - seen} of {chosen} assets were not seen to"
+    unseen = chosen - len(refined.records) - len(refined.unchanged)
+    return f"{refined.stopped}: {unseen} of {chosen} assets were not seen to" if unseen else refined.stopped
 
 
 def skipped_nights(since: datetime) -> str | None:

@@ -8,9 +8,10 @@ from pathlib import Path
 import pytest
 
 from asset2sim.catalog.changes import Previous, PreviousRun, change_figures, find_changes, read_previous
+from asset2sim.catalog.failures import find_run
 from asset2sim.catalog.report import MAX_LISTED, escape, headline, report_markdown
 from asset2sim.catalog.report_file import report_path, write_report
-from asset2sim.catalog.run import MARK, RunRow, remove_run_marker, write_run_marker
+from asset2sim.catalog.run import MARK, RunRow, remove_run_marker, selection_of, write_run_marker
 from asset2sim.catalog.write import write_run
 from schemas.asset import AssetRecord, Unchanged
 from schemas.settings import ModelSettings, Settings
@@ -209,3 +210,16 @@ def test_a_run_that_never_came_to_its_end_is_found_by_the_next_one(tmp_path: Pat
     assert write_run_marker(tmp_path, make_run("good", 48)) is None
     (tmp_path / MARK).write_text("{")
     assert "the run before ended without a report" in str(write_run_marker(tmp_path, make_run("torn", 72)))
+
+
+def test_a_run_over_a_part_is_not_the_one_before_a_run_over_all(tmp_path: Path) -> None:
+    write_run(tmp_path, make_run("whole", -3.0), [make_record("a"), make_record("b")])
+    write_run(tmp_path, make_run("part", -2.0, selection=selection_of((), 1)), [make_record("a")])
+    write_run(tmp_path, make_run("one", -1.0, selection=selection_of(("b", "a"), None)), [make_record("a")])
+    found = read_previous(tmp_path, make_run("now")).run
+    assert found is not None and (found.run_id, found.assets) == ("whole", 2)
+    again = read_previous(tmp_path, make_run("now", selection=selection_of(("a", "b"), None))).run
+    assert again is not None and again.run_id == "one"
+    write_run(tmp_path, make_run("now"), [make_record("a"), make_record("b")])
+    assert (find_run(tmp_path, "latest"), find_run(tmp_path, "previous")) == ("now", "whole")
+    assert selection_of((), None) is None and len(str(selection_of([f"{n}" for n in range(999)], 5))) < 250

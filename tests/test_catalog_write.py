@@ -30,7 +30,7 @@ from asset2sim.catalog.show import describe_asset
 from asset2sim.catalog.storage.lock import lock_output
 from asset2sim.catalog.stored_tables import check_catalog
 from asset2sim.catalog.write import write_run
-from flows.serve_nightly import nightly_schedule
+from flows.schedule import nightly_schedule
 from schemas.errors import UnknownChoiceError, UsageError
 from schemas.settings import ModelSettings, Settings, Thresholds
 from schemas.table import Table

@@ -15,7 +15,7 @@ from asset2sim.catalog.switch import find_catalog
 from schemas.asset import AssetRecord, Unchanged
 from schemas.settings import Settings
 from schemas.tables import TABLES
-from schemas.vocabulary import PAPER_FAILURE_MODES, Status
+from schemas.vocabulary import NO_PAPER_MODE, PAPER_FAILURE_MODES, Status
 
 if TYPE_CHECKING:
     from mlflow import MlflowClient
@@ -166,7 +166,10 @@ def draw_failures(records: Sequence[AssetRecord], path: Path, title: str) -> Non
 
     total, ok = len(records), sum(record.status is Status.OK for record in records)
     modes = sorted(failure_counts(records).items(), key=lambda item: -item[1])
-    labels = ["ok", *(f"{mode.value.replace('_', ' ')}\n({PAPER_FAILURE_MODES[mode]})" for mode, _ in modes)]
+    labels = [
+        "ok",
+        *(f"{mode.value.replace('_', ' ')}\n({PAPER_FAILURE_MODES.get(mode, NO_PAPER_MODE)})" for mode, _ in modes),
+    ]
     counts = [ok, *(count for _, count in modes)]
 
     figure = Figure(figsize=(9.0, 0.9 + 0.42 * len(labels)), dpi=150, layout="constrained")

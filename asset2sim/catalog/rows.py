@@ -181,6 +181,7 @@ def run_row(run: RunRow, records: Sequence[AssetRecord], unchanged: Sequence[Unc
         "outcome": run.outcome,
         "dataset": run.dataset,
         "subset": run.subset,
+        "selection": run.selection,
         "method": run.settings.method.value,
         "model": run.settings.model.model,
         "settings_json": without_credentials(run.settings.model_dump_json(exclude=UNRECORDED_SETTINGS)),

@@ -22,11 +22,14 @@ ROWS_AT_ONCE = 1_000
 
 @dataclass(frozen=True)
 class RecordedResult:
-    """Status, failure mode and content hash of an asset, from its row."""
+    """Status, failure mode, content hash and run of an asset, from its row. ``alone``: no other method or model has a
+    row of it, so what lies in its folder is this row's."""
 
     status: Status
     failure_mode: FailureMode
     content_hash: str
+    run_id: str = ""
+    alone: bool = True
 
 
 def recorded_assets(out: Path, method: str, model: str) -> dict[str, RecordedResult]:
@@ -34,11 +37,19 @@ def recorded_assets(out: Path, method: str, model: str) -> dict[str, RecordedRes
     path = table_path(out, TABLES["assets"])
     if path is None:
         return {}
-    table = pq.read_table(path, columns=["asset_id", "method", "model", "status", "failure_mode", "content_hash"])
-    mine = table.filter(pc.and_(pc.equal(table["method"], method), pc.equal(table["model"], model)))
+    own = ["asset_id", "status", "failure_mode", "content_hash", "run_id"]
+    table = pq.read_table(path, columns=[*own, "method", "model"])
+    is_mine = pc.and_(pc.equal(table["method"], method), pc.equal(table["model"], model))
+    others = set(table.filter(pc.invert(is_mine))["asset_id"].to_pylist())
     return {
-        row["asset_id"]: RecordedResult(Status(row["status"]), FailureMode(row["failure_mode"]), row["content_hash"])
-        for row in mine.select(["asset_id", "status", "failure_mode", "content_hash"]).to_pylist()
+        row["asset_id"]: RecordedResult(
+            Status(row["status"]),
+            FailureMode(row["failure_mode"]),
+            row["content_hash"],
+            row["run_id"],
+            row["asset_id"] not in others,
+        )
+        for row in table.filter(is_mine).select(own).to_pylist()
     }
 
 

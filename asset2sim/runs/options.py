@@ -12,7 +12,7 @@ from typing_extensions import TypeAliasType
 
 from asset2sim.runs.command_line import Options
 from asset2sim.runs.command_line import parse as parse_words
-from schemas.base import NonNegative, Positive
+from schemas.base import Fraction, NonNegative, Positive
 from schemas.errors import UsageError
 from schemas.inputs import Package
 from schemas.location import Location
@@ -24,6 +24,7 @@ from schemas.vocabulary import (
     DynamicsRule,
     Engine,
     Export,
+    Gate,
     Grouping,
     Method,
     StateMode,
@@ -74,6 +75,10 @@ IDS = TypeAliasType("IDS", tuple[str, ...])
 N = TypeAliasType("N", Annotated[int, Field(ge=1)])
 COUNT = TypeAliasType("COUNT", Annotated[int, Field(ge=0)])
 RATE = TypeAliasType("RATE", Positive)
+SECONDS = TypeAliasType("SECONDS", Positive)
+SHARE = TypeAliasType("SHARE", Fraction)
+PORT = TypeAliasType("PORT", Annotated[int, Field(ge=1, le=65_535)])
+CRON = TypeAliasType("CRON", str)
 USD = TypeAliasType("USD", NonNegative)
 URL = TypeAliasType("URL", str)
 TEXT = TypeAliasType("TEXT", str)
@@ -90,6 +95,7 @@ RULE = TypeAliasType("RULE", DynamicsRule)
 STATE = TypeAliasType("STATE", StateMode)
 SUPPORT = TypeAliasType("SUPPORT", SupportKind)
 BASE = TypeAliasType("BASE", BaseMode)
+GATE = TypeAliasType("GATE", Gate)
 AXIS = TypeAliasType("AXIS", UpAxis)
 VIEWS = TypeAliasType("VIEWS", Literal["now", "later"])
 FORMAT = TypeAliasType("FORMAT", Literal["yaml", "toml"])
@@ -197,9 +203,22 @@ class RefineOptions(ModelOptions, Selection):
     scheduler: URL | None = Field(None, description="tcp://…, a Dask scheduler to use instead of a cluster of our own")
     force: CliToggleFlag[bool] = Field(False, description="refine unchanged assets again")
     retry_failed: CliToggleFlag[bool] = Field(False, description="refine unchanged assets again that failed")
+    dry_run: CliToggleFlag[bool] = Field(
+        False, description="say what would be refined, why, and what that takes by what it took before; write nothing"
+    )
+    asset_timeout: SECONDS | None = Field(None, description="most seconds that one asset may take (default: 300)")
     views: VIEWS = Field("now", description="now, or later: pictures are left to `asset2sim views`")
     no_views: CliToggleFlag[bool] = Field(False, description="write no pictures")
     strict: CliToggleFlag[bool] = Field(False, description="exit with 1 if an asset failed")
+    min_success: SHARE | None = Field(
+        None, description="gate: least share of the run's assets that must pass, unchanged ones included, as 0.95"
+    )
+    max_new_failures: COUNT | None = Field(
+        None, description="gate: most assets that may fail and did not before; on a first run every failure is new"
+    )
+    gate: GATE = Field(
+        Gate.ERROR, description=f"{', '.join(Gate)}: a run that misses a gate says so, and with error exits with 3"
+    )
     hook: Annotated[SHELL | None, AfterValidator(nothing)] = Field(
         None, description="a shell command to run after the run; ASSET2SIM_… variables say how it went"
     )
@@ -217,6 +236,9 @@ class NightlyOptions(RefineOptions):
     now: CliToggleFlag[bool] = Field(
         False,
         description="one night at once: by the nightly that serves OUT, or here where none does; exits as refine does",
+    )
+    cron: CRON | None = Field(
+        None, description="another schedule, 'minute hour day month weekday', in the time zone of catalog.yaml"
     )
 
 
@@ -280,6 +302,9 @@ class CheckOptions(FileOptions):
 
 class PagesOptions(CatalogOptions):
     """Serve the pages of Prefect and MLflow."""
+
+    prefect_port: PORT = Field(4200, description="port of 127.0.0.1 for Prefect's pages")
+    mlflow_port: PORT = Field(5000, description="port of 127.0.0.1 for MLflow's pages")
 
 
 class Command(Options):

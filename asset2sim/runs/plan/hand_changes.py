@@ -18,6 +18,16 @@ Changes = Mapping[str, tuple[str, ...]]
 """Asset id → what became of its files."""
 
 
+def hand_changes(
+    state: sqlite3.Connection, out: Path, asset_ids: Iterable[str], there: Mapping[str, str] | None
+) -> dict[str, tuple[str, ...]]:
+    """The changes in these assets' folders since they were written, in ``out``, or in a store (``there``: asset id →
+    digest of how its folder looks)."""
+    if there is None:
+        return find_changes(state, out, asset_ids)
+    return find_changes_in_store(state, {name: there[name] for name in asset_ids if name in there})
+
+
 def find_changes(state: sqlite3.Connection, out: Path, asset_ids: Iterable[str]) -> dict[str, tuple[str, ...]]:
     """The changes in these assets' folders since they were written. Files are read only where a size or a time is
     another than when they were last looked at."""

@@ -7,7 +7,7 @@ import threading
 import time
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from concurrent.futures import Future
-from contextlib import contextmanager
+from contextlib import closing, contextmanager, suppress
 from functools import partial
 from pathlib import Path
 from typing import TypeVar
@@ -48,6 +48,36 @@ def open_state(out: Path) -> Iterator[sqlite3.Connection]:
         connection.commit()
     finally:
         connection.close()
+
+
+@contextmanager
+def read_state(out: Path) -> Iterator[sqlite3.Connection]:
+    """A copy of OUT's database in memory, for who writes nothing; empty where there is none, or a damaged one."""
+    copy = sqlite3.connect(":memory:")
+    try:
+        with (
+            suppress(sqlite3.Error),
+            closing(sqlite3.connect(f"{(out / FILE).absolute().as_uri()}?mode=ro", uri=True)) as stored,
+        ):
+            stored.backup(copy)
+        if copy.execute("PRAGMA quick_check(1)").fetchone() != ("ok",):
+            copy.close()
+            copy = sqlite3.connect(":memory:")
+        copy.executescript(_TABLES)
+        yield copy
+    finally:
+        copy.close()
+
+
+def changed_inputs(state: sqlite3.Connection, folder: Path, reach: Reach) -> tuple[str, ...]:
+    """Names of an asset's files that are not as they were when they were last hashed; empty where they never were."""
+    known = _known(state, str(folder))
+    if not known:
+        return ()
+    now = {file.name: file for file in asset_files(folder, reach)}
+    same = {name for name, file in now.items() if name in known and known[name][0] == _seen(file)}
+    others = {name for name in now.keys() & known.keys() - same if _digest(now[name]) != known[name][1]}
+    return tuple(sorted(others | (now.keys() ^ known.keys())))
 
 
 def folder_files_hash(

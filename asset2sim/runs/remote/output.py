@@ -28,7 +28,7 @@ from pathlib import Path
 from asset2sim.catalog.history import HISTORY_FOLDER, MERGED, compact_history
 from asset2sim.catalog.read_remote import repair_history
 from asset2sim.catalog.report_file import REPORTS_FOLDER
-from asset2sim.catalog.storage.cache import working_folder
+from asset2sim.catalog.storage.cache import reading_folder, working_folder
 from asset2sim.catalog.storage.lock import lock_output, lock_url
 from asset2sim.catalog.storage.mirror import INCOMING_PREFIX, fetch, local_names, look, pull, push
 from asset2sim.catalog.storage.objects import (
@@ -97,13 +97,25 @@ def check_store(out: str) -> None:
         raise store_usage_error(error) from error
 
 
+def view_output(url: str, *, views: bool) -> tuple[Path, dict[str, str]]:
+    """A local copy of the state behind a URL, for who writes nothing there, and ``stored_ids`` of it."""
+    folder = reading_folder(url)
+    with lock_output(folder, wait=True):
+        pull(url, folder, SHARED)
+        repair_history(folder)
+    return folder, stored_ids(url, views=views)
+
+
 def stored_asset_ids(output: Output, *, views: bool) -> dict[str, str] | None:
+    """``stored_ids`` of an output behind a URL; None for a local one, where the caller looks for the folders itself."""
+    return None if output.url is None else stored_ids(output.url, views=views)
+
+
+def stored_ids(url: str, *, views: bool) -> dict[str, str]:
     """Ids of the assets whose refined folder, with pictures if ``views``, is in the store, each with a digest of its
-    files' names, sizes and versions; None for a local output, where the caller looks for the folders itself."""
-    if output.url is None:
-        return None
+    files' names, sizes and versions."""
     folders: dict[str, dict[str, Stored]] = defaultdict(dict)
-    for name, stored in list_objects(f"{output.url}/assets").items():
+    for name, stored in list_objects(f"{url}/assets").items():
         asset_id, inside, inner = name.partition("/")
         if inside:
             folders[asset_id][inner] = stored

@@ -1,6 +1,6 @@
 """Records that a run has collected from the output folder so far, and the assets that await a second attempt."""
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import suppress
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -9,9 +9,10 @@ from asset2sim.catalog.storage.objects import StoreError
 from asset2sim.runs.isolation.asset_attempt import FirstAttempt, failed_record, with_first_attempt, without_retry
 from asset2sim.runs.plan import records
 from asset2sim.runs.plan.records import KeptRecord
+from asset2sim.runs.plan.timeouts import with_left_alone
 from asset2sim.runs.remote.output import fetch_record
+from asset2sim.runs.spread.breaker import Breaker
 from asset2sim.runs.spread.job import Job, JobResult
-from asset2sim.runs.spread.progress import Report
 from asset2sim.runs.spread.spread import LostJob
 from schemas.asset import AssetRecord
 from schemas.settings import Settings
@@ -32,16 +33,18 @@ class Harvest:
     """Collected results. ``report`` is told of each last record. ``records``: asset id → record. ``dead``: asset id → a
     first attempt that died and awaits a second, in the order in which that became known; an asset in both has the first
     attempt's record. ``tried_again`` counts second attempts. ``out`` is the run's own folder, ``url`` what it mirrors,
-    if anything."""
+    if anything. ``timeouts``: asset id → runs in a row, until this one, in which it took too long."""
 
     out: Path
     run_id: str
     settings: Settings
-    report: Report
+    report: Callable[[AssetRecord], None]
     records: dict[str, AssetRecord] = field(default_factory=dict)
     dead: dict[str, FirstAttempt] = field(default_factory=dict)
     tried_again: int = 0
     url: str | None = None
+    timeouts: Mapping[str, int] = field(default_factory=dict)
+    breaker: Breaker = field(default_factory=lambda: Breaker(0))
 
     @property
     def place(self) -> Path | str:
@@ -75,7 +78,25 @@ def take(harvest: Harvest, job: Job, end: JobResult | LostJob | None) -> None:
         harvest.dead[asset_id] = FirstAttempt(kept.died, kept.record.calls)
     else:
         harvest.dead.pop(asset_id, None)
-        harvest.report(kept.record)
+        _end(harvest, kept.record)
+
+
+def _end(harvest: Harvest, record: AssetRecord) -> None:
+    """Collect and report the last record of an asset."""
+    record = with_left_alone(record, harvest.timeouts.get(record.ref.asset_id, 0), harvest.settings.run)
+    harvest.records[record.ref.asset_id] = record
+    harvest.breaker.see(record)
+    harvest.report(record)
+
+
+def finish_untried(harvest: Harvest, jobs: Iterable[Job]) -> None:
+    """A failed record for each asset without one that the broken circuit left out. No file is kept of it: the next run
+    tries the asset."""
+    reason = harvest.breaker.broken
+    for job in jobs if reason is not None else ():
+        if is_open(harvest, job):
+            record = failed_record(job.ref, harvest.settings, FailureMode.MODEL_ERROR, f"not tried: {reason}")
+            harvest.records[job.ref.asset_id] = record.model_copy(update={"content_hash": job.content_hash})
 
 
 def finish_without_retry(harvest: Harvest, job: Job) -> None:
@@ -83,8 +104,7 @@ def finish_without_retry(harvest: Harvest, job: Job) -> None:
     first = harvest.dead.pop(job.ref.asset_id)
     record = harvest.records.get(job.ref.asset_id) or _failed(harvest, job, first.died)
     record = without_retry(record, first, harvest.tried_again)
-    harvest.records[job.ref.asset_id] = _keep(harvest, job, record, "").record
-    harvest.report(record)
+    _end(harvest, _keep(harvest, job, record, "").record)
 
 
 def _find(harvest: Harvest, job: Job, end: JobResult | LostJob | None) -> KeptRecord | None:

@@ -3,7 +3,7 @@
 import logging
 import threading
 import uuid
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from functools import partial
@@ -20,11 +20,18 @@ from asset2sim.runs.plan.records import drop_record
 from asset2sim.runs.result import INTERRUPTED
 from asset2sim.runs.spread.cluster import concurrency, open_client
 from asset2sim.runs.spread.existing_cluster import RETURN_LIMIT_S
-from asset2sim.runs.spread.harvest import Harvest, finish_without_retry, is_open, second_attempt_jobs, take
+from asset2sim.runs.spread.harvest import (
+    Harvest,
+    finish_untried,
+    finish_without_retry,
+    is_open,
+    second_attempt_jobs,
+    take,
+)
 from asset2sim.runs.spread.job import Job, jobs_of, last_seconds
 from asset2sim.runs.spread.progress import progress
 from asset2sim.runs.spread.spread import IN_FLIGHT_PER_THREAD, InFlight, LostClusterError, RefineJob, spread
-from asset2sim.runs.spread.worker import refine_on_worker
+from asset2sim.runs.spread.worker import BEGUN, refine_on_worker
 from schemas.asset import AssetRecord, AssetRef, Unchanged
 from schemas.errors import UsageError
 from schemas.settings import Settings
@@ -37,8 +44,8 @@ logger = logging.getLogger(__name__)
 
 @dataclass(frozen=True)
 class RunRecords:
-    """Records of the finished assets, in the dataset's order; ``stopped`` says why some are missing, ``unchanged``
-    which assets needed no refinement."""
+    """Records of the finished assets, in the dataset's order; ``stopped`` says why some are missing or were not tried,
+    ``unchanged`` which assets needed no refinement."""
 
     records: tuple[AssetRecord, ...]
     stopped: str | None
@@ -72,9 +79,10 @@ def refine_all(
         if settings.run.scheduler is None:
             threading.Thread(target=load_litellm).start()
         with sigterm_as_interrupt(), progress(len(jobs)) as report:
-            harvest = Harvest(out, run_id, settings, report, records=records, url=url)
+            harvest = Harvest(out, run_id, settings, report, records=records, url=url, timeouts=plan.timeouts)
+            harvest.breaker.most = settings.run.max_model_errors
             work = partial(refine_on_worker, out=harvest.place, settings=settings, pipeline=pipeline, run_id=run_id)
-            stopped = _refine(jobs, work, harvest)
+            stopped = _refine(jobs, work, harvest, report.begun)
         if not plan.hashes:
             for job in jobs.values():
                 drop_record(out, job.content_hash)
@@ -82,9 +90,9 @@ def refine_all(
     return RunRecords(found, stopped, plan.unchanged)
 
 
-def _refine(jobs: Mapping[str, Job], work: RefineJob, harvest: Harvest) -> str | None:
-    """Run all jobs, then second attempts, on a cluster that may be lost and return. Returns why it stopped early, or
-    None."""
+def _refine(jobs: Mapping[str, Job], work: RefineJob, harvest: Harvest, begun: Callable[[str], None]) -> str | None:
+    """Run all jobs, then second attempts, on a cluster that may be lost and return; ``begun`` is told of each asset
+    that a worker begins. Returns why it stopped early, or None."""
     run, lost, patience_s = harvest.settings.run, None, 0.0
     bring_in = partial(take, harvest)
     while True:
@@ -93,7 +101,8 @@ def _refine(jobs: Mapping[str, Job], work: RefineJob, harvest: Harvest) -> str |
                 if lost is not None:
                     logger.warning("the Dask scheduler at %s is back", run.scheduler)
                     _collect_unreported(jobs.values(), harvest)
-                still_open = (job for job in jobs.values() if is_open(harvest, job))
+                still_open = (job for job in jobs.values() if is_open(harvest, job) and not harvest.breaker.broken)
+                client.subscribe_topic(BEGUN, lambda event: begun(event[1]))
                 spread(client, still_open, work, IN_FLIGHT_PER_THREAD * concurrency(client), in_flight, bring_in)
                 most = run.retries_alone - harvest.tried_again
                 for job in list(second_attempt_jobs(jobs, harvest.dead, harvest.records.__contains__, most)):
@@ -101,7 +110,8 @@ def _refine(jobs: Mapping[str, Job], work: RefineJob, harvest: Harvest) -> str |
                     spread(client, [job], work, 1, in_flight, bring_in)
                 for asset_id in list(harvest.dead):
                     finish_without_retry(harvest, jobs[asset_id])
-                return None
+                finish_untried(harvest, jobs.values())
+                return harvest.breaker.broken
         except LostClusterError as error:
             lost, patience_s = str(error), RETURN_LIMIT_S
             logger.warning("the Dask scheduler at %s went away; waiting %g s for it", run.scheduler, patience_s)
