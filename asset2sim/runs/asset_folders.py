@@ -24,8 +24,8 @@ def find_assets(tree: Tree) -> list[AssetRef]:
     """The asset folders at, one below or two below a folder, by name; a folder two below has its parent as category.
 
     A folder that cannot be listed, a link that leads nowhere, and a folder whose name cannot be an id are assets with a
-    ``fault``, and one that has lost its URDF is an asset: what was there yesterday must not vanish. Raises UsageError where there is no asset, nor
-    anything else than faults.
+    ``fault``, and one that has lost its URDF is an asset: what was there yesterday must not vanish. Raises UsageError
+    where there is no asset, nor anything else than faults.
     """
     if _holds_asset(tree, ""):
         return [_found(tree, "")]
