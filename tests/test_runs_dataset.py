@@ -274,6 +274,16 @@ def test_what_is_named_as_a_description_and_is_no_file_is_an_asset_that_fails(tm
     assert "write the ending of BOX.URDF in small letters" in said["capitals"]
 
 
+def test_a_folder_that_lost_its_urdf_is_an_asset_and_a_folder_of_notes_is_none(tmp_path: Path) -> None:
+    write_urdf(tmp_path / "good")
+    for name in ("lost", "Box/lost2"):
+        (tmp_path / name).mkdir(parents=True)
+        (tmp_path / name / "meta.json").write_text("{}")
+    (tmp_path / "notes").mkdir()
+    (tmp_path / "notes" / "todo.txt").write_text("")
+    assert set(listed(tmp_path)) == {"good", "lost", "lost2"}
+
+
 def test_pipes_are_not_waited_for(tmp_path: Path) -> None:
     write_urdf(tmp_path / "good")
     (tmp_path / "mjcf").mkdir()

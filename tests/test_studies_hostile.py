@@ -31,7 +31,7 @@ def test_what_leaks_is_found_in_tables_databases_names_and_links(tmp_path: Path)
     (tmp_path / CANARY).mkdir()
     (tmp_path / CANARY / f"{CANARY}.txt").write_text("")
     (tmp_path / "link").symlink_to(CANARY)
-    assert holding(tmp_path, CANARY) == [f"{CANARY}/{CANARY}.txt", "data.db", "link", "table.parquet"]
+    assert holding(tmp_path, CANARY) == sorted([f"{CANARY}/{CANARY}.txt", "data.db", "link", "table.parquet"])
 
 
 def test_every_change_of_the_surroundings_shows(tmp_path: Path) -> None:
@@ -67,7 +67,7 @@ def test_a_command_that_does_what_it_must_not_is_seen(tmp_path: Path) -> None:
 
 @pytest.mark.system
 def test_a_sample_of_all_kinds_is_handled(tmp_path: Path) -> None:
-    cases = sample(14)
+    cases = sample(13)
     assert len(cases) >= 30 and any(not case.modes for case in cases)
     wrong = [outcome for outcome in try_kind("sample", cases, tmp_path / "sample") if outcome.problems]
     assert not wrong, "\n".join(map(str, wrong))

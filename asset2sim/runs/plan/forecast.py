@@ -13,11 +13,11 @@ import pandas as pd
 from asset2sim.assets.urdf.reach import reach_of
 from asset2sim.catalog.query import packaged_sql
 from asset2sim.catalog.read import query, read_table
-from asset2sim.catalog.run import UNRECORDED_SETTINGS, git_state, without_credentials
+from asset2sim.catalog.run import UNRECORDED_SETTINGS, without_credentials
 from asset2sim.catalog.switch import find_catalog
 from asset2sim.checks.alignment.reference import Reference
 from asset2sim.models.gateway.prices import price_of
-from asset2sim.runs.plan.content_hash import CHECKOUT, IRRELEVANT_SETTINGS, package_versions
+from asset2sim.runs.plan.content_hash import IRRELEVANT_SETTINGS, package_versions
 from asset2sim.runs.plan.plan import Plan, Why, make_plan
 from asset2sim.runs.plan.state import changed_inputs, read_state
 from schemas.asset import AssetRef
@@ -98,12 +98,12 @@ def why_changed(refs: Sequence[AssetRef], out: Path, settings: Settings) -> dict
             for name in ("prompt", "subset"):
                 if (None if pd.isna(row[name]) else row[name]) != getattr(ref, name):
                     parts.insert(0, f"its {name}")
-            found[ref.asset_id] = f"changed: {', '.join(parts) or 'its manifest row, its files or the code'}"
+            found[ref.asset_id] = f"changed: {', '.join(parts) or 'the code, its manifest row or its files'}"
     return found
 
 
 def changed_of_run(run: Mapping[Hashable, Any], settings: Settings) -> list[str]:
-    """What all assets of an earlier run share and is another now: settings, packages, code."""
+    """What all assets of an earlier run share and is another now: settings and packages."""
     then, now = json.loads(run["settings_json"]), _recorded(settings)
     parts = []
     if names := sorted(name for name in then.keys() | now.keys() if then.get(name) != now.get(name)):
@@ -112,11 +112,7 @@ def changed_of_run(run: Mapping[Hashable, Any], settings: Settings) -> list[str]
         parts += [f"settings {_listed(nested or names)}"] if nested or any(not _is_irrelevant(n) for n in names) else []
     versions = json.loads(run["versions_json"])
     packages = [name for name, version in package_versions(settings.engine).items() if versions.get(name) != version]
-    parts += [f"packages {_listed(packages)}"] if packages else []
-    commit, dirty = git_state(CHECKOUT)
-    if commit != run["git_commit"] or dirty or run["git_dirty"] is True:
-        parts.append("the code")
-    return parts
+    return [*parts, f"packages {_listed(packages)}"] if packages else parts
 
 
 def expected(todo: Sequence[AssetRef], out: Path, settings: Settings) -> Expected:

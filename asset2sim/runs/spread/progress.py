@@ -33,15 +33,19 @@ class Report:
     failed: int = 0
     slowest: tuple[float, str] = (0.0, "")
     at_work: dict[str, float] = field(default_factory=dict)
+    ended: set[str] = field(default_factory=set)
 
     def begun(self, asset_id: str) -> None:
         """Note that a worker begins an asset, for the first or second time."""
-        self.at_work[asset_id] = time.monotonic()
+        # The cluster's word of a quick asset may come after its record.
+        if asset_id not in self.ended:
+            self.at_work[asset_id] = time.monotonic()
 
     def __call__(self, record: AssetRecord) -> None:
         """Note an asset's last record."""
         self.done += 1
         self.failed += record.status is Status.FAILED
+        self.ended.add(record.ref.asset_id)
         began = self.at_work.pop(record.ref.asset_id, None)
         if began is not None:
             self.slowest = max(self.slowest, (time.monotonic() - began, record.ref.asset_id))

@@ -50,8 +50,8 @@ def holding(folder: Path, text: str) -> list[str]:
 
 
 def _files(folder: Path) -> Iterator[Path]:
-    for place, _, names in os.walk(folder):
-        for name in names:
+    for place, folders, names in os.walk(folder):
+        for name in (*names, *folders):
             path = Path(place, name)
             if path.is_symlink() or path.is_file():
                 yield path

@@ -62,6 +62,15 @@ def cases_of(kind: str, every: int = 1) -> list[Case]:
     return found[::every]
 
 
+def sample(every: int) -> list[Case]:
+    """One of ``every`` so many cases of all kinds that share a command or need none of their own, each once by name."""
+    found: dict[str, Case] = {}
+    for kind in kind_names():
+        for case in [case for case in cases_of(kind) if not (case.row or case.words)][::every]:
+            found.setdefault(case.row_id, case)
+    return list(found.values())
+
+
 def try_kind(kind: str, cases: Sequence[Case], folder: Path) -> list[Outcome]:
     """Run all cases of a kind below ``folder``, which does not exist yet."""
     outcomes: list[Outcome] = []
