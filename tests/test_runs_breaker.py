@@ -8,7 +8,7 @@ from asset2sim.runs.plan.plan import make_plan
 from asset2sim.runs.spread.breaker import Breaker
 from asset2sim.runs.spread.refine_all import refine_all
 from flows import PIPELINE
-from schemas.asset import AssetRef
+from schemas.asset import AssetRecord, AssetRef
 from schemas.settings import EngineSettings, ModelSettings, RunSettings, Settings
 from schemas.vocabulary import Engine, FailureMode, Status
 from tests.assets import RAW
@@ -17,7 +17,7 @@ from tests.model_server import Reply, serve
 
 
 def test_equal_errors_in_a_row_break_it_and_an_answer_in_between_does_not() -> None:
-    def failed(asset_id: str, why: str = "down after {} s") -> object:
+    def failed(asset_id: str, why: str = "down after {} s") -> AssetRecord:
         reason = f"asset {asset_id}: {why.format(len(asset_id))}"
         return make_failure(asset_id, FailureMode.MODEL_ERROR, reason=reason)
 
@@ -31,7 +31,7 @@ def test_equal_errors_in_a_row_break_it_and_an_answer_in_between_does_not() -> N
     assert breaker.broken is not None and "3 assets in a row" in breaker.broken and "asset hhh: down" in breaker.broken
     never = Breaker(0)
     for _ in range(9):
-        never.see(failed("a"))  # type: ignore[arg-type]
+        never.see(failed("a"))
     assert never.broken is None
 
 

@@ -64,10 +64,10 @@ def environment() -> dict[str, str]:
 def run_command(words: Sequence[str], limit_s: float) -> Ended:
     """Run one command line, and kill it with all that it started after ``limit_s``, s."""
     program = [sys.executable, "-m", MODULE, *words]
-    pipes = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE}
     with subprocess.Popen(
-        program, stdin=subprocess.DEVNULL, env=environment(), start_new_session=True, **pipes
-    ) as process:
+        program, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.PIPE, env=environment(),
+        start_new_session=True,
+    ) as process:  # fmt: skip
         try:
             out, said = process.communicate(timeout=limit_s)
             return Ended(process.returncode, out.decode(errors="replace"), said.decode(errors="replace"))
