@@ -7,6 +7,7 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
+from asset2sim.assets.urdf.base import WORLD
 from asset2sim.checks.verdict import failures_of
 from asset2sim.engines.registry import require
 from asset2sim.runs.dataset import load_dataset
@@ -62,7 +63,8 @@ def check_as_json(record: AssetRecord, settings: Settings) -> dict[str, Any]:
         "status": record.status.value,
         "failure_mode": record.failure_mode.value,
         "reason": record.reason,
-        "mass_kg": overlay and overlay.mass_kg,
+        # The link that stands for the world weighs nothing, whatever engines invent for it.
+        "mass_kg": overlay and sum(link.mass_kg for link in overlay.links if link.name != WORLD),
         "support": overlay and overlay.support.kind.value,
         "initial_positions": overlay and overlay.initial_positions,
         "engines": {report.engine.value: _engine(record, report, settings) for report in record.reports},
