@@ -27,7 +27,9 @@ def test_mutants_come_of_their_seed_and_every_mutation_comes_up() -> None:
 
 @pytest.mark.system
 def test_every_mutant_is_a_clean_row(tmp_path: Path) -> None:
-    results = bench_of(tmp_path, 1).run(range(COUNT), VALIDATED, 1)
+    bench = bench_of(tmp_path, 1)
+    results = bench.run(range(COUNT), VALIDATED, 1)
+    assert bench.run(range(COUNT), VALIDATED, 1) == results, "what is done is not done again"
     assert [result for result in results if result.problem] == []
     assert len(results) == COUNT and len({result.code for result in results}) > 5
 

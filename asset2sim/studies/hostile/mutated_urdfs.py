@@ -139,19 +139,37 @@ class Bench:
                 kept = self.out / "unclean" / f"{index}.urdf"
                 kept.parent.mkdir(exist_ok=True)
                 shutil.copyfile(Path(ref.path) / "mobility.urdf", kept)
-            return Result(index, ref.asset_id, mutations, mode, code, problem, seconds)
+            result = Result(index, ref.asset_id, mutations, mode, code, problem, seconds)
+            with (self.out / done_file(pipeline)).open("a", encoding="utf-8") as stream:
+                stream.write(json.dumps(vars(result)) + "\n")
+            return result
         finally:
             places.put(place)
 
     def run(self, indices: Sequence[int], pipeline: str, jobs: int) -> list[Result]:
-        """What became of these mutants, ``jobs`` at a time."""
+        """What became of these mutants, ``jobs`` at a time; those that an interrupted run has tried are not tried
+        again."""
+        done = {item.index: item for item in results_in(self.out / done_file(pipeline))}
         places: Queue[Path] = Queue()
         for number in range(jobs):
             place = self.out / f"work-{number}"
             place.mkdir(parents=True, exist_ok=True)
             places.put(place)
         with ThreadPoolExecutor(jobs) as pool:
-            return list(pool.map(partial(self.tried, places, pipeline), indices))
+            left = [index for index in indices if index not in done]
+            done |= {item.index: item for item in pool.map(partial(self.tried, places, pipeline), left)}
+        return [done[index] for index in indices]
+
+
+def done_file(pipeline: str) -> str:
+    """Name of the file with a line for each mutant that went through a pipeline."""
+    return f"{pipeline.rpartition(':')[2]}.jsonl"
+
+
+def results_in(file: Path) -> list[Result]:
+    """The results that an earlier run has left."""
+    lines = file.read_text(encoding="utf-8").splitlines() if file.is_file() else []
+    return [Result(**{**item, "mutations": tuple(item["mutations"])}) for item in map(json.loads, lines)]
 
 
 def smuggled(place: Path) -> str:
@@ -185,7 +203,7 @@ def report(results: Sequence[Result]) -> str:
 
 
 def main(words: Sequence[str] | None = None) -> int:
-    """Try the mutants, write ``OUT/mutated.md`` and ``OUT/mutated.json``; 1 where a row is not clean."""
+    """Try the mutants, write ``OUT/mutated.md``, and a line for each as it is done; 1 where a row is not clean."""
     parser = argparse.ArgumentParser(prog="python -m asset2sim.studies.hostile.mutated_urdfs", description=__doc__)
     parser.add_argument("out", type=Path)
     for name, default in (("count", 5000), ("whole", 50), ("seed", 1), ("first", 0), ("jobs", 2)):
@@ -196,7 +214,6 @@ def main(words: Sequence[str] | None = None) -> int:
     results = bench.run(range(given.first, given.first + given.count), VALIDATED, given.jobs)
     results += bench.run(range(given.first, given.first + given.whole), REFINED, given.jobs)
     (given.out / "mutated.md").write_text(report(results), encoding="utf-8")
-    (given.out / "mutated.json").write_text(json.dumps([vars(item) for item in results], indent=1), encoding="utf-8")
     sys.stdout.write(report(results))
     return int(any(result.problem for result in results))
 
