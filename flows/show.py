@@ -86,6 +86,8 @@ def print_summary(result: RunResult) -> None:
     console.print(render_failures(failure_breakdown(result.out)))
     report = f"\nreport:  {result.shown_report}" if result.report else ""
     console.print(Text(f"assets:  {result.shown('assets')}\ncatalog: {result.shown('catalog')}{report}"))
+    for line in result.removed:
+        console.print(Text(line))
     sys.stdout.flush()
     for warning in result.warnings:
         sys.stderr.write(f"asset2sim: {warning}\n")

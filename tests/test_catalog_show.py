@@ -8,6 +8,7 @@ from rich.console import Console, RenderableType
 
 from asset2sim.catalog.run import start_run
 from asset2sim.catalog.show import describe_asset
+from asset2sim.catalog.summarize import summarize_all
 from asset2sim.catalog.summary import summary_table, totals_line
 from asset2sim.catalog.text import NOTHING, markdown_table, number
 from asset2sim.catalog.write import write_run
@@ -79,7 +80,7 @@ def test_an_unknown_id_names_the_closest(tmp_path: Path) -> None:
 def test_the_summary_keeps_every_number_at_every_width(width: int) -> None:
     records = [make_record(f"{100000 + i}", category="StorageFurniture") for i in range(147)]
     records[0] = make_failure("100000", FailureMode.INVALID_JOINT_CONFIGURATION)
-    lines = text_of(summary_table(records, Thresholds()), width).splitlines()
+    lines = text_of(summary_table(summarize_all(records), Thresholds()), width).splitlines()
     assert "…" not in "\n".join(lines) and max(map(len, lines)) <= width
     shown = [line for line in lines if line.startswith("100")]
     assert len(shown) == 147 and shown[-1].startswith("100000") and "invalid_joint_configuration" in shown[-1]
@@ -89,7 +90,7 @@ def test_the_summary_keeps_every_number_at_every_width(width: int) -> None:
 def test_totals() -> None:
     wild = make_measurement(penetration_m=0.0, joints=(make_motion("hinge", 0.5, 9),))
     records = [*make_run_records(3, [FailureMode.TIMEOUT]), make_record("wild", measurement=wild)]
-    totals = totals_line(records, Thresholds())
+    totals = totals_line(summarize_all(records), Thresholds())
     assert "4 of 5 ok (80.0 %)" in totals and "mean over 3 not zero 0.500 mm" in totals and "oscillation 3/4" in totals
     assert totals_line([], Thresholds()) == "no assets"
 

@@ -40,11 +40,12 @@ def kept(attempt: int = 1, died: str = "", run_id: str = "r", **changes: object)
     return KeptRecord(run_id=run_id, redo=Redo.CHANGED, record=record, attempt=attempt, died=died)
 
 
-def harvest(out: Path, **run_settings: object) -> Harvest:
-    return Harvest(out, "r", Settings(run=RunSettings.model_validate(run_settings)), lambda record: None)
+def harvest(out: Path, **run_settings: object) -> Harvest[AssetRecord]:
+    settings = Settings(run=RunSettings.model_validate(run_settings))
+    return Harvest(out, "r", settings, lambda record: None, lambda record: record)
 
 
-def taken(got: Harvest, job: Job, end: JobResult | LostJob | None) -> AssetRecord | None:
+def taken(got: Harvest[AssetRecord], job: Job, end: JobResult | LostJob | None) -> AssetRecord | None:
     """The record that is reported."""
     reported: list[AssetRecord] = []
     got.report = reported.append
@@ -94,7 +95,7 @@ def test_what_comes_in_is_read_from_the_output_folder(tmp_path: Path) -> None:
     dead = harvest(tmp_path)
     keep_record(tmp_path, kept(died="crashed"))
     assert taken(dead, JOB, JobResult("a", Status.FAILED, died="crashed")) is None
-    assert dead.dead == {"a": FirstAttempt("crashed", ())} and dead.records["a"].status is Status.FAILED
+    assert dead.dead == {"a": FirstAttempt("crashed", ())} and not dead.records and dead.first == {"a": None}
     second = Job(REF, HASH, dead.dead["a"])
     assert taken(dead, second, None) is None
     keep_record(tmp_path, kept(attempt=2))

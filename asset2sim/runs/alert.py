@@ -12,10 +12,12 @@ from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path
 
+from asset2sim.catalog.rows import run_cost
 from asset2sim.runs.result import INTERRUPTED, RunResult
-from schemas.asset import AssetRecord, Unchanged
+from schemas.asset import Unchanged
 from schemas.errors import DONE, FAILED, STOPPED, error_exit_code
 from schemas.settings import RunSettings
+from schemas.summary import AssetSummary
 from schemas.vocabulary import Status
 
 PREFIX = "ASSET2SIM_"
@@ -31,7 +33,7 @@ def exit_code(result: RunResult, strict: bool) -> int:
     """0; 130 for an interrupted run; 1 for one that stopped otherwise, and under ``strict`` if an asset failed."""
     if result.stopped is not None:
         return STOPPED if result.stopped == INTERRUPTED else FAILED
-    every: list[AssetRecord | Unchanged] = [*result.records, *result.unchanged]
+    every: list[AssetSummary | Unchanged] = [*result.records, *result.unchanged]
     return FAILED if strict and any(item.status is Status.FAILED for item in every) else DONE
 
 
@@ -58,9 +60,9 @@ def hook_values(result: RunResult, strict: bool) -> dict[str, object]:
 
     ``assets``, ``ok`` and ``failed`` count unchanged assets too, as the report, MLflow and the exit code do.
     """
-    every: list[AssetRecord | Unchanged] = [*result.records, *result.unchanged]
+    every: list[AssetSummary | Unchanged] = [*result.records, *result.unchanged]
     ok = sum(item.status is Status.OK for item in every)
-    paid = [call for record in result.records for call in record.calls if not call.cached]
+    cost = run_cost(result.records)
     changes = result.changes
     values: dict[str, object] = {
         "outcome": result.run.outcome,
@@ -75,8 +77,8 @@ def hook_values(result: RunResult, strict: bool) -> dict[str, object]:
         "failed": len(every) - ok,
         "new_failures": len(changes.new_failures) if changes else 0,
         "mended": len(changes.mended) if changes else 0,
-        "queries": len(paid),
-        "cost_usd": f"{sum(call.cost_usd for call in paid):.4f}",
+        "queries": cost["queries"],
+        "cost_usd": f"{cost['cost_usd']:.4f}",
         "seconds": f"{(result.run.finished_at - result.run.started_at).total_seconds():.0f}",
         "warnings": " · ".join(result.warnings),
     }

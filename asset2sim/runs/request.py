@@ -41,6 +41,7 @@ SETS: Mapping[str, str] = {
     "workers": "run.workers",
     "scheduler": "run.scheduler",
     "hook": "run.hook",
+    "keep_days": "run.keep_days",
 }
 """Option → the setting that it states."""
 

@@ -1,20 +1,22 @@
 """The plan of a run: which assets have to be refined, which are unchanged, and which a killed run had finished."""
 
 import sqlite3
-from collections.abc import Callable, Container, Mapping, Sequence
-from dataclasses import dataclass
+from collections import defaultdict
+from collections.abc import Callable, Collection, Container, Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
 from functools import partial
 from pathlib import Path
 
 from asset2sim.catalog.stored_tables import recorded_assets, recorded_run_ids
 from asset2sim.checks.alignment.reference import Reference
 from asset2sim.runs.plan.content_hash import content_hash, shared_hash
-from asset2sim.runs.plan.records import KeptRecord, drop_record, keep_record, kept_records
+from asset2sim.runs.plan.records import KeptRecord, drop_record, kept_records, read_record
 from asset2sim.runs.plan.state import folder_files_hash, forget_folders, note_folders, open_state, refined_folders
 from asset2sim.runs.plan.url_files import remote_content_hashes
 from schemas.asset import AssetRecord, AssetRef, Unchanged
 from schemas.location import is_url, location_of
 from schemas.settings import Settings
+from schemas.summary import AssetSummary
 from schemas.vocabulary import RETRIED_MODES, FailureMode, Redo, Status
 
 
@@ -26,12 +28,32 @@ def asset_files_hashes(state: sqlite3.Connection, refs: Sequence[AssetRef]) -> d
 
 
 @dataclass(frozen=True)
+class LeftRecords(Collection[AssetRecord]):
+    """Records that a killed run left for these assets, each read from its file as it is asked for."""
+
+    out: Path
+    refs: tuple[AssetRef, ...] = ()
+    hashes: Mapping[str, str] = field(default_factory=dict)
+
+    def __iter__(self) -> Iterator[AssetRecord]:
+        for ref in self.refs:
+            if (kept := read_record(self.out, self.hashes[ref.asset_id])) is not None:
+                yield kept.record.model_copy(update={"ref": ref})
+
+    def __len__(self) -> int:
+        return len(self.refs)
+
+    def __contains__(self, item: object) -> bool:
+        return any(record == item for record in self)
+
+
+@dataclass(frozen=True)
 class Plan:
     """The assets of a run: ``todo`` have to be refined, ``finished`` are records that a killed run left, ``unchanged``
     stay as they are. ``hashes`` maps the id of each to its content hash."""
 
     todo: tuple[AssetRef, ...]
-    finished: tuple[AssetRecord, ...]
+    finished: LeftRecords
     unchanged: tuple[Unchanged, ...]
     hashes: Mapping[str, str]
 
@@ -42,7 +64,6 @@ def make_plan(
     out: Path,
     settings: Settings,
     pipeline: str,
-    run_id: str,
     there: Container[str] | None = None,
 ) -> Plan:
     """Plan a run that holds ``lock_output(out)``; from here on it may write to the folders of ``todo``.
@@ -60,16 +81,23 @@ def make_plan(
             ref.asset_id: content_hash(ref, contents[ref.path], shared, references.get(ref.asset_id)) for ref in refs
         }
         state.commit()
-        left = unpublished_records(out, state)
+        known = {ref.asset_id: ref for ref in refs}
+        left, reusable = defaultdict[str, list[str]](list), set[str]()
+        for kept in unpublished_records(out, state):
+            asset_id = kept.record.ref.asset_id
+            if (ref := known.get(asset_id)) and is_reusable(kept, ref, hashes[asset_id], settings, lies):
+                reusable.add(asset_id)
+            else:
+                left[asset_id].append(kept.record.content_hash)
         folders = refined_folders(state)
         rows = recorded_assets(out, settings.method.value, settings.model.model)
         todo: list[AssetRef] = []
-        finished: list[AssetRecord] = []
+        finished: list[AssetRef] = []
         unchanged: list[Unchanged] = []
         for ref in refs:
-            content, row, kept = hashes[ref.asset_id], rows.get(ref.asset_id), left.get(ref.asset_id)
-            if kept is not None and is_reusable(kept, ref, content, settings, lies):
-                finished.append(kept.record.model_copy(update={"ref": ref}))
+            content, row = hashes[ref.asset_id], rows.get(ref.asset_id)
+            if ref.asset_id in reusable:
+                finished.append(ref)
             elif (
                 row is not None
                 and row.content_hash == content
@@ -81,32 +109,29 @@ def make_plan(
                 todo.append(ref)
         forget_folders(state, (ref.asset_id for ref in todo))
     for ref in todo:
-        if (kept := left.get(ref.asset_id)) is not None:
-            drop_record(out, kept.record.content_hash)
-    for record in finished:
-        keep_record(out, KeptRecord(run_id=run_id, redo=settings.run.redo, record=record))
-    return Plan(tuple(todo), tuple(finished), tuple(unchanged), hashes)
+        for stale in left[ref.asset_id]:
+            drop_record(out, stale)
+    return Plan(tuple(todo), LeftRecords(out, tuple(finished), hashes), tuple(unchanged), hashes)
 
 
-def mark_published(out: Path, records: Sequence[AssetRecord]) -> None:
+def mark_published(out: Path, records: Iterable[AssetRecord | AssetSummary]) -> None:
     """Note the refined folders of records that the catalog now holds, and delete the record files."""
+    hashes = {record.ref.asset_id: record.content_hash for record in records}
     with open_state(out) as state:
-        note_folders(state, {record.ref.asset_id: record.content_hash for record in records})
-    for record in records:
-        drop_record(out, record.content_hash)
+        note_folders(state, hashes)
+    for content in hashes.values():
+        drop_record(out, content)
 
 
-def unpublished_records(out: Path, state: sqlite3.Connection) -> dict[str, KeptRecord]:
-    """Asset id → record that a killed run left; those that it had published are noted and deleted instead."""
+def unpublished_records(out: Path, state: sqlite3.Connection) -> Iterator[KeptRecord]:
+    """The records that a killed run left, one at a time; those that it had published are noted and deleted instead."""
     runs = recorded_run_ids(out)
-    left: dict[str, KeptRecord] = {}
     for kept in kept_records(out):
         if kept.run_id in runs:
             note_folders(state, {kept.record.ref.asset_id: kept.record.content_hash})
             drop_record(out, kept.record.content_hash)
         else:
-            left[kept.record.ref.asset_id] = kept
-    return left
+            yield kept
 
 
 def must_redo(status: Status, mode: FailureMode, redo: Redo) -> bool:
