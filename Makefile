@@ -24,7 +24,7 @@ OPTIONS = --out "$(OUT)" $(if $(MODEL),--model "$(MODEL)") \
 	$(if $(BUDGET_TOKENS),--budget-tokens "$(BUDGET_TOKENS)") $(if $(ASSET_BUDGET_USD),--asset-budget-usd "$(ASSET_BUDGET_USD)") \
 	$(if $(ASSET_BUDGET_CALLS),--asset-budget-calls "$(ASSET_BUDGET_CALLS)") $(if $(RPM),--rpm "$(RPM)") \
 	$(if $(NO_ANSWER_CACHE),--no-answer-cache) $(if $(FORCE),--force) $(if $(RETRY_FAILED),--retry-failed) \
-	$(if $(HOOK),--hook "$$HOOK") $(FROM_FILE)
+	$(if $(KEEP_DAYS),--keep-days "$(KEEP_DAYS)") $(if $(HOOK),--hook "$$HOOK") $(FROM_FILE)
 
 # A file's tests stay in one process and in order.
 PARALLEL = --numprocesses $(if $(JOBS),$(JOBS),2) --dist loadfile
@@ -39,7 +39,7 @@ help: ## list the targets
 	@echo "  variables of flow and nightly: DATA OUT MODEL API_BASE SUBSET ASSETS LIMIT METHOD WORKERS SCHEDULER NO_VIEWS=1 VIEWS STRICT=1"
 	@echo "                                 ENGINES COLLISION DYNAMICS STATE UP EXPORT REFINEMENT_MODEL JUDGE_MODEL RPM"
 	@echo "                                 BUDGET_USD BUDGET_CALLS BUDGET_TOKENS ASSET_BUDGET_USD ASSET_BUDGET_CALLS NO_ANSWER_CACHE=1"
-	@echo "                                 FORCE=1 RETRY_FAILED=1 HOOK SETTINGS=settings.yaml"
+	@echo "                                 FORCE=1 RETRY_FAILED=1 KEEP_DAYS HOOK SETTINGS=settings.yaml"
 	@echo "  of compare, beside those: METHODS MODELS LEVELS JUDGE_MODEL NO_INTERACTION=1 README"
 	@echo "  for example: make flow DATA=../shared/partnet_mobility SUBSET=paper9 OUT=/tmp/paper9 WORKERS=2"
 

@@ -64,6 +64,8 @@ def run(data: Path, out: Path, settings: Settings = NO_VIEWS, make: Make = good,
     started = start_run(settings, str(data))
     plan = make_plan(refs, {}, out, settings, pipeline)
     records = list(plan.finished)
+    for record in records:
+        keep_record(out, KeptRecord(run_id=started.run_id, redo=settings.run.redo, record=record))
     for ref in plan.todo:
         record = refined(out, ref, make).model_copy(update={"content_hash": plan.hashes[ref.asset_id]})
         keep_record(out, KeptRecord(run_id=started.run_id, redo=settings.run.redo, record=record))

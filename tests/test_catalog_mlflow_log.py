@@ -2,6 +2,7 @@
 
 import threading
 import time
+from datetime import UTC, datetime, timedelta
 from pathlib import Path
 
 import pytest
@@ -10,7 +11,7 @@ from PIL import Image
 
 from asset2sim.catalog import mlflow_log
 from asset2sim.catalog.changes import Previous, find_changes
-from asset2sim.catalog.mlflow_log import EXPERIMENT, draw_failures, log_run, run_params
+from asset2sim.catalog.mlflow_log import EXPERIMENT, draw_failures, log_run, remove_old_artifacts, run_params
 from asset2sim.catalog.mlflow_store import PART, prepare_mlflow
 from asset2sim.catalog.parts import open_parts
 from asset2sim.catalog.report_file import write_report
@@ -156,3 +157,33 @@ def test_the_chart_is_a_picture(tmp_path: Path, records: list[AssetRecord]) -> N
     with Image.open(tmp_path / "chart.png") as picture:
         assert picture.format == "PNG" and min(picture.size) > 400
         assert len(picture.convert("RGB").getcolors(1 << 24) or []) > 10
+
+
+def test_artifacts_of_old_runs_are_removed_and_their_figures_and_the_newest_stay(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.delenv("MLFLOW_TRACKING_URI", raising=False)
+    records = make_run_records(1, [FailureMode.DRIFT])
+    runs = {}
+    for name, days, dataset in (
+        ("elsewhere", 90, "other"),
+        ("old", 80, "data"),
+        ("late", 20, "data"),
+        ("now", 0, "data"),
+    ):
+        started = datetime(2026, 3, 1, tzinfo=UTC) - timedelta(days=days)
+        run = start_run(Settings(), dataset).model_copy(
+            update={"run_id": name, "started_at": started, "finished_at": started}
+        )
+        assert logged_with_parts(tmp_path, run, records, Previous()) is None
+        runs[name] = run
+    said = remove_old_artifacts(tmp_path, runs["now"], 30)
+    assert said == "MLflow: removed the artifacts of 1 runs from before 2026-01-30"
+    client = MlflowClient(tracking_uri=f"sqlite:///{tmp_path / 'mlflow.db'}")
+    experiment = client.get_experiment_by_name(EXPERIMENT)
+    assert experiment is not None
+    logged = {found.info.run_name: found for found in client.search_runs([experiment.experiment_id])}
+    left = {name: bool(client.list_artifacts(logged[name].info.run_id)) for name in runs}
+    assert left == {"elsewhere": True, "old": False, "late": True, "now": True}
+    assert logged["old"].data.metrics["assets"] == 2 and "now" in logged["old"].data.tags["artifacts_removed"]
+    assert remove_old_artifacts(tmp_path, runs["now"], 30) is None

@@ -190,7 +190,7 @@ def test_what_a_killed_run_had_still_to_try_again_is_refined_anew(tmp_path: Path
         failed = make_failure(name, FailureMode.ENGINE_CRASH, content_hash=hashes[name])
         keep_record(out, KeptRecord(run_id="killed", redo=Redo.CHANGED, record=failed, attempt=attempt, died="crashed"))
     plan = run(data, out)
-    assert done(plan) == "acd" and [record.ref.asset_id for record in plan.finished] == ["b"]
+    assert done(plan) == "acd" and [ref.asset_id for ref in plan.finished.refs] == ["b"]
 
 
 def test_the_longest_of_last_time_go_first_and_the_unknown_before_them(tmp_path: Path) -> None:

@@ -115,11 +115,15 @@ def _merge_month(month: Path, files: list[Path], without: Collection[str] = ()) 
     ready, old = (month.with_name(f".{month.name}{ending}") for ending in (_READY, _OLD))
     staging.mkdir()
     removed = pa.array(sorted(without), type=pa.string())
-    with pq.ParquetWriter(staging / MERGED, HISTORY.schema, compression="zstd") as writer:
-        for rows in _by_start(files):
-            writer.write_table(rows.filter(pc.invert(pc.is_in(rows["run_id"], value_set=removed))))
-    sync(staging / MERGED)
-    sync(staging)
+    try:
+        with pq.ParquetWriter(staging / MERGED, HISTORY.schema, compression="zstd") as writer:
+            for rows in _by_start(files):
+                writer.write_table(rows.filter(pc.invert(pc.is_in(rows["run_id"], value_set=removed))))
+        sync(staging / MERGED)
+        sync(staging)
+    except BaseException:
+        shutil.rmtree(staging, ignore_errors=True)
+        raise
     replace_folder(staging, ready, month, old)
 
 

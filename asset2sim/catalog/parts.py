@@ -5,7 +5,7 @@ import logging
 import shutil
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import contextmanager, suppress
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TypeAlias
 
@@ -92,18 +92,17 @@ class Parts:
         self._held = _Held({}, held.filed | held.waiting.keys(), sources, held.parts + 1)
 
     def _merge_some(self, name: str) -> None:
-        """Merge parts of a table until no more than ``MOST_OPEN`` are left."""
-        while len(sources := self._held.sources.get(name, ())) > MOST_OPEN:
-            some, parts = sources[:MOST_OPEN], self._held.parts
-            path = self._folder / f"{name}.{parts}"
+        """Merge files of a table until no more than ``MOST_OPEN`` are left."""
+        while len(files := [item for item in self._held.sources.get(name, ()) if isinstance(item, Path)]) > MOST_OPEN:
+            held, some = self._held, files[:MOST_OPEN]
+            path = self._folder / f"{name}.{held.parts}"
             with pa.OSFile(str(path), "wb") as file, _writer(file, TABLES[name].schema) as writer:
                 for rows in merged([_read(source) for source in some], TABLES[name].key):
                     writer.write_table(rows, max_chunksize=BATCH_ROWS)
-            left = {**self._held.sources, name: (*sources[MOST_OPEN:], path)}
-            self._held = _Held(self._held.waiting, self._held.filed, left, parts + 1)
+            left = (*(item for item in held.sources[name] if not (isinstance(item, Path) and item in some)), path)
+            self._held = replace(held, sources={**held.sources, name: left}, parts=held.parts + 1)
             for source in some:
-                if isinstance(source, Path):
-                    source.unlink()
+                source.unlink()
 
     @staticmethod
     def _store(table: pa.Table, path: Path) -> Source:

@@ -73,7 +73,7 @@ def asset_row(run: RunRow, record: AssetRecord) -> Row:
         "seconds_total": float(total_seconds(record)),
         "content_hash": record.content_hash,
         "source_path": record.ref.path,
-        "refined_path": f"assets/{record.ref.asset_id}" if record.overlay is not None else None,
+        "refined_path": f"assets/{record.ref.asset_id}" if record.written else None,
     }
 
 
