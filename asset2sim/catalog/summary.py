@@ -1,6 +1,6 @@
 """The summary of a run for the terminal: one line per asset and a line of totals."""
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from statistics import fmean
 
 from rich import box
@@ -17,18 +17,31 @@ from schemas.vocabulary import Status
 _HEADINGS = ("scale", "mass\nkg", "Φ\nmm", "drift\nmm", "drift\nrad", "sims", "calls", "s")
 
 
-def summary_table(records: Sequence[AssetSummary], limits: Thresholds) -> Table:
-    """Table for terminals of at least 100 columns; failed assets come last, nearest to the prompt. The verdict column
-    holds the failure mode of an asset that failed; the caption holds the totals."""
+PAGE = 500
+"""Rows of one table: rich keeps some 7 kB of each until the table is printed."""
+
+
+def summary_tables(records: Sequence[AssetSummary], limits: Thresholds) -> Iterator[Table]:
+    """Tables of ``PAGE`` assets for terminals of at least 100 columns; failed assets come last, nearest to the prompt,
+    and the last table's caption holds the totals."""
+    ordered = sorted(records, key=lambda record: record.status is not Status.OK)
+    for first in range(0, max(1, len(ordered)), PAGE):
+        table = _table(ordered[first : first + PAGE])
+        if first + PAGE >= len(ordered):
+            table.caption = totals_line(records, limits)
+        yield table
+
+
+def _table(records: Sequence[AssetSummary]) -> Table:
+    """A row an asset; the verdict column holds the failure mode of one that failed."""
     table = Table(box=box.SIMPLE_HEAD, show_edge=False, pad_edge=False, padding=(0, 1, 0, 0), caption_justify="left")
-    table.caption = totals_line(records, limits)
     # Every failure mode fits and no number loses a digit: the first two columns give way.
     table.add_column("asset", overflow="fold", min_width=min(8, max((len(r.ref.asset_id) for r in records), default=0)))
     table.add_column("category", overflow="fold", min_width=8)
     table.add_column("verdict", no_wrap=True)
     for heading in _HEADINGS:
         table.add_column(heading, justify="right", no_wrap=True)
-    for record in sorted(records, key=lambda record: record.status is not Status.OK):
+    for record in records:
         passed = record.status is Status.OK
         verdict = Text(record.status if passed else record.failure_mode, style="green" if passed else "bold red")
         table.add_row(record.ref.asset_id, record.category, verdict, *_numbers(record))
