@@ -161,6 +161,19 @@ def test_a_table_that_somebody_else_sorted_is_merged_all_the_same(tmp_path: Path
     assert rows.num_rows == 27 * 4 and rows.equals(rows.sort_by([(name, "ascending") for name in TABLES["links"].key]))
 
 
+@pytest.mark.usefixtures("tiny")
+def test_an_asset_that_was_being_added_when_the_run_was_stopped_is_not_published(tmp_path: Path) -> None:
+    write_run(tmp_path, night(1), [make_record("07"), make_record("29")])
+    before = read_table(tmp_path, "links")
+    with open_parts(tmp_path, night(2)) as held:
+        refined = [held.add(sample(asset_id)) for asset_id in SHUFFLED]
+        write_parts(tmp_path, night(2), held, [item for item in refined if item.ref.asset_id not in ("07", "29")])
+    assets = read_table(tmp_path, "assets").set_index("asset_id")["run_id"]
+    assert (assets["07"], assets["29"], assets["01"]) == (night(1).run_id, night(1).run_id, night(2).run_id)
+    links = read_table(tmp_path, "links")
+    assert links[links["asset_id"].isin(["07", "29"])].reset_index(drop=True).equals(before)
+
+
 def test_what_a_killed_run_left_of_its_parts_is_removed(tmp_path: Path) -> None:
     (tmp_path / FOLDER).mkdir(parents=True)
     (tmp_path / FOLDER / "assets.0").write_bytes(b"half")
@@ -187,8 +200,9 @@ POOLS: list[pa.MemoryPool] = []
 """What was allocated must be freed where it came from."""
 
 
-def peaks(out: Path, assets: int) -> tuple[float, float]:
-    """Peaks of Python's and of Arrow's memory, bytes, while records are read from their files and published."""
+def peaks(out: Path, assets: int, kept: list[AssetRecord] | None = None) -> tuple[float, float]:
+    """Peaks of Python's and of Arrow's memory, bytes, while records are read from their files and published; ``kept``
+    collects the whole records."""
     run, ids = night(1), [f"{number:05}" for number in range(assets)]
     jobs = {}
     for asset_id in ids:
@@ -203,7 +217,8 @@ def peaks(out: Path, assets: int) -> tuple[float, float]:
     tracemalloc.start()
     try:
         with lock_output(out), open_parts(out, run) as held:
-            harvest = Harvest(out, run.run_id, Settings(), lambda record: None, held.add)
+            keep = (lambda record: None) if kept is None else kept.append
+            harvest = Harvest(out, run.run_id, Settings(), keep, held.add)
             for asset_id, job in jobs.items():
                 take(harvest, job, JobResult(asset_id, Status.OK))
             write_parts(out, run, held, tuple(harvest.records.values()))
@@ -229,3 +244,5 @@ def test_a_night_takes_hardly_more_memory_for_four_times_the_assets(
     grown = [(after - before) / (many - few) for before, after in zip(small, large, strict=True)]
     assert grown[0] < 0.15 * size and grown[1] < 0.15 * size, f"{grown} bytes an asset of {size} bytes"
     assert len(read_table(tmp_path / "many", "findings")) == 150 * many
+    whole = (peaks(tmp_path / "whole few", 10, [])[0], peaks(tmp_path / "whole many", 40, [])[0])
+    assert (whole[1] - whole[0]) / 30 > 0.5 * size, "whole records are not seen by this test"

@@ -3,13 +3,15 @@ killed run had finished is in its record files (``runs.plan.records``), from whi
 
 import logging
 import shutil
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass, field, replace
+from functools import reduce
 from pathlib import Path
 from typing import TypeAlias
 
 import pyarrow as pa
+import pyarrow.compute as pc
 
 from asset2sim.catalog.enforce import CatalogError, to_arrow
 from asset2sim.catalog.merge import merged
@@ -18,7 +20,7 @@ from asset2sim.catalog.run import RunRow
 from asset2sim.catalog.summarize import summarize
 from schemas.asset import AssetRecord
 from schemas.summary import AssetSummary
-from schemas.table import Row
+from schemas.table import ASSET_KEY, Row
 from schemas.tables import TABLES
 
 FOLDER = ".cache/parts"
@@ -68,14 +70,20 @@ class Parts:
                     self._file(self._store)
         return summarize(record, self._run.settings.thresholds)
 
-    def tables(self, name: str) -> list[Iterable[pa.Table]]:
-        """The rows of a table, a source a part, in each of which asset ids ascend. Raises CatalogError."""
+    @property
+    def keys(self) -> frozenset[Key]:
+        """The assets whose rows it has."""
+        return self._held.filed | self._held.waiting.keys()
+
+    def tables(self, name: str, without: Collection[Key] = ()) -> list[Iterable[pa.Table]]:
+        """The rows of a table, a source a part, in each of which asset ids ascend; ``without`` these assets, whose
+        record was being added when the run was stopped. Raises CatalogError."""
         if self._error is not None:
             raise self._error
         if self._held.waiting:
             self._file(lambda table, path: table)
         self._merge_some(name)
-        return [_read(source) for source in self._held.sources.get(name, ())]
+        return [_read(source, without) for source in self._held.sources.get(name, ())]
 
     def _file(self, store: Callable[[pa.Table, Path], Source]) -> None:
         held = self._held
@@ -134,10 +142,17 @@ def _writer(file: pa.NativeFile, schema: pa.Schema) -> pa.RecordBatchStreamWrite
     return pa.ipc.new_stream(file, schema, options=pa.ipc.IpcWriteOptions(compression="zstd"))
 
 
-def _read(source: Source) -> Iterator[pa.Table]:
+def _read(source: Source, without: Collection[Key] = ()) -> Iterator[pa.Table]:
     if isinstance(source, pa.Table):
-        yield source
+        yield _left(source, without)
         return
     with pa.OSFile(str(source), "rb") as file, pa.ipc.open_stream(file) as reader:
         for batch in reader:
-            yield pa.Table.from_batches([batch])
+            yield _left(pa.Table.from_batches([batch]), without)
+
+
+def _left(rows: pa.Table, without: Collection[Key]) -> pa.Table:
+    for key in without:
+        of_asset = [pc.equal(rows[column], value) for column, value in zip(ASSET_KEY, key, strict=True)]
+        rows = rows.filter(pc.invert(reduce(pc.and_, of_asset)))
+    return rows

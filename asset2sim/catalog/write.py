@@ -59,8 +59,10 @@ def write_parts(
     Raises CatalogError, and leaves the tables as they were, where rows or files that are there do not fit their schema.
     """
     runs = to_arrow(TABLES["runs"], [run_row(run, refined, unchanged)])
-    new = {name: parts.tables(name) for name, table in TABLES.items() if table.per_asset}
-    own = _keys((item.ref.asset_id, item.method.value, item.model) for item in refined)
+    keys = [(item.ref.asset_id, item.method.value, item.model) for item in refined]
+    half = parts.keys.difference(keys)
+    new = {name: parts.tables(name, half) for name, table in TABLES.items() if table.per_asset}
+    own = _keys(keys)
     check_key(TABLES["assets"], own)
     recover(out)
     recover_months(out)

@@ -117,9 +117,9 @@ def refine_and_keep(
 def _take_up(plan: Plan, harvest: Harvest[Kept]) -> None:
     """Keep the records that a killed run left, as records of this run."""
     for record in plan.finished:
+        harvest.records[record.ref.asset_id] = harvest.keep(record)
         kept = KeptRecord(run_id=harvest.run_id, redo=harvest.settings.run.redo, record=record)
         keep_record(harvest.out, kept)
-        harvest.records[record.ref.asset_id] = harvest.keep(record)
 
 
 def _refine(jobs: Mapping[str, Job], work: RefineJob, harvest: Harvest[Kept]) -> str | None:
