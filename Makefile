@@ -29,7 +29,7 @@ OPTIONS = --out "$(OUT)" $(if $(MODEL),--model "$(MODEL)") \
 	$(if $(ASSET_TIMEOUT),--asset-timeout "$(ASSET_TIMEOUT)") $(if $(MIN_SUCCESS),--min-success "$(MIN_SUCCESS)") \
 	$(if $(MAX_NEW_FAILURES),--max-new-failures "$(MAX_NEW_FAILURES)") $(if $(GATE),--gate "$(GATE)") \
 	$(if $(NO_ANSWER_CACHE),--no-answer-cache) $(if $(FORCE),--force) $(if $(RETRY_FAILED),--retry-failed) \
-	$(if $(DRY_RUN),--dry-run) $(if $(HOOK),--hook "$$HOOK") $(FROM_FILE)
+	$(if $(DRY_RUN),--dry-run) $(if $(KEEP_DAYS),--keep-days "$(KEEP_DAYS)") $(if $(HOOK),--hook "$$HOOK") $(FROM_FILE)
 
 # A file's tests stay in one process and in order.
 PARALLEL = --numprocesses $(if $(JOBS),$(JOBS),2) --dist loadfile
@@ -45,7 +45,7 @@ help: ## list the targets
 	@echo "                                 ENGINES COLLISION DYNAMICS STATE UP EXPORT REFINEMENT_MODEL JUDGE_MODEL RPM"
 	@echo "                                 PACKAGE=name=path ALLOW_OUTSIDE=1"
 	@echo "                                 BUDGET_USD BUDGET_CALLS BUDGET_TOKENS ASSET_BUDGET_USD ASSET_BUDGET_CALLS NO_ANSWER_CACHE=1"
-	@echo "                                 FORCE=1 RETRY_FAILED=1 HOOK SETTINGS=settings.yaml DRY_RUN=1 ASSET_TIMEOUT"
+	@echo "                                 FORCE=1 RETRY_FAILED=1 KEEP_DAYS HOOK SETTINGS=settings.yaml DRY_RUN=1 ASSET_TIMEOUT"
 	@echo "                                 MIN_SUCCESS MAX_NEW_FAILURES GATE (warn or error); of nightly: CRON='0 2 * * *' NOW=1"
 	@echo "  of compare, beside those: METHODS MODELS LEVELS JUDGE_MODEL NO_INTERACTION=1 PAGE"
 	@echo "  for example: make flow DATA=../shared/partnet_mobility SUBSET=paper9 OUT=/tmp/paper9 WORKERS=2"

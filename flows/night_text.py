@@ -41,7 +41,8 @@ def night_line(result: RunResult) -> str:
 
 def print_night(result: RunResult) -> None:
     """Print a night that came to a result, and its warnings."""
-    sys.stdout.write(f"run {result.run.run_id}: {night_line(result)}\n")
+    for line in (night_line(result), *result.removed):
+        sys.stdout.write(f"run {result.run.run_id}: {line}\n")
     sys.stdout.flush()
     for warning in result.warnings:
         complain(warning)

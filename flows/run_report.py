@@ -14,6 +14,7 @@ from asset2sim.catalog.report_file import write_report
 from asset2sim.catalog.run import RunRow
 from asset2sim.runs.spread.refine_all import RunRecords
 from flows.server.deployment import count_skipped_runs
+from schemas.summary import AssetSummary
 
 ARTIFACT = "report"
 """Key of the artifact: Prefect keeps the versions of one key together, a night each."""
@@ -31,7 +32,7 @@ class WrittenReport:
 def publish_report(
     out: Path,
     run: RunRow,
-    refined: RunRecords,
+    refined: RunRecords[AssetSummary],
     previous: Previous,
     chosen: int,
     died: str | None,
@@ -56,7 +57,7 @@ def publish_report(
     return WrittenReport(changes, path, tuple(warnings))
 
 
-def stopped_line(refined: RunRecords, chosen: int) -> str | None:
+def stopped_line(refined: RunRecords[AssetSummary], chosen: int) -> str | None:
     """Why the run stopped, where it did, and how far it came."""
     if refined.stopped is None:
         return None

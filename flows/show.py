@@ -80,11 +80,12 @@ def print_asset(out: Path | str, asset_id: str) -> None:
 
 def print_summary(result: RunResult) -> None:
     """Print every refined asset with its verdict, the failure modes, and where the output is."""
-    from asset2sim.catalog.summary import alignment_line, summary_table
+    from asset2sim.catalog.summary import alignment_line, summary_tables
 
     console = output()
     if result.records or not result.unchanged:
-        console.print(summary_table(result.records, result.run.settings.thresholds))
+        for table in summary_tables(result.records, result.run.settings.thresholds):
+            console.print(table)
         console.print()
     if result.unchanged:
         console.print(Text(_unchanged_line(result) + "\n"))
@@ -94,6 +95,8 @@ def print_summary(result: RunResult) -> None:
     console.print(render_failures(failure_breakdown(result.out)))
     report = f"\nreport:  {result.shown_report}" if result.report else ""
     console.print(Text(f"assets:  {result.shown('assets')}\ncatalog: {result.shown('catalog')}{report}"))
+    for line in result.removed:
+        console.print(Text(line))
     sys.stdout.flush()
     for warning in result.warnings:
         sys.stderr.write(f"asset2sim: {printable(warning)}\n")

@@ -74,5 +74,7 @@ class AssetRecord(Frozen):
     trace: tuple[TraceStep, ...] = ()
     findings: tuple[Finding, ...] = ()
     seconds: dict[str, float] = Field(default_factory=dict)
+    written: bool = False
+    """Whether its refined folder was written; a stage that fails leaves none, and so does a method that writes none."""
     content_hash: str = ""
     """What the result depends on, as one value; empty until a run's plan fills it in."""

@@ -64,6 +64,7 @@ _ASSETS: tuple[Column, ...] = (
     ("seconds_total!", REAL, "s", "Wall time of the asset"),
     ("content_hash!", TEXT, "", "Hash of all that the result depends on: files, request, settings, code, engines"),
     ("source_path!", TEXT, "", "Folder that the asset was read from"),
+    ("refined_path", TEXT, "", "Folder of the refined asset, relative to OUT; null where nothing was written"),
 )
 
 _LINKS: tuple[Column, ...] = (
@@ -157,7 +158,7 @@ _FINDINGS: tuple[Column, ...] = (
     ("joint", TEXT, "", "Joint concerned"),
     ("message!", TEXT, "", "What was found and what to do about it"),
     ("value", REAL, "as the message says", "Number found"),
-    ("limit", REAL, "as the message says", "Bound that it met"),
+    ("limit_value", REAL, "as the message says", "Bound that it met"),
 )
 
 _RUNS: tuple[Column, ...] = (

@@ -82,6 +82,7 @@ def run_stages(job: AssetJob, progress: Progress) -> Verdict:
                 Stage.MEASURE, measure_written, job, extraction, applied.urdf, refined.overlay, refined.reports
             )
             run(Stage.PUBLISH, publish_folder, job, folder, refined.overlay, measured.reports)
+        progress.written = proposal is not None
         return measured.verdict
     finally:
         extraction.triangles.keep()

@@ -71,6 +71,7 @@ class Progress:
     findings: list[Finding] = field(default_factory=list)
     seconds: dict[str, float] = field(default_factory=dict)
     stage: Stage = Stage.EXTRACT
+    written: bool = False
 
     def run(
         self, stage: Stage, function: Callable[Given, Result], *args: Given.args, **options: Given.kwargs
@@ -132,4 +133,5 @@ class Progress:
             trace=tuple(step.model_copy(update={"step": index}) for index, step in enumerate(self.trace)),
             findings=tuple(self.findings),
             seconds=dict(self.seconds),
+            written=self.written,
         )

@@ -7,6 +7,7 @@ from pathlib import Path
 import pytest
 
 from asset2sim.catalog.run import finish_run, start_run
+from asset2sim.catalog.summarize import summarize_all
 from asset2sim.catalog.write import write_run
 from asset2sim.runs.alert import exit_code
 from asset2sim.runs.request import RefineRequest
@@ -44,7 +45,7 @@ def published(out: Path, request: RefineRequest) -> RunResult:
     run = finish_run(start_run(request.settings, str(request.data)))
     out.mkdir(parents=True, exist_ok=True)
     write_run(out, run, records)
-    return RunResult(out, run, records, None, ("MLflow was away",))
+    return RunResult(out, run, summarize_all(records), None, ("MLflow was away",))
 
 
 @pytest.mark.parametrize(

@@ -15,6 +15,7 @@ from asset2sim.catalog.changes import Previous, find_changes
 from asset2sim.catalog.mlflow_log import run_params
 from asset2sim.catalog.rows import run_row
 from asset2sim.catalog.run import finish_run, start_run
+from asset2sim.catalog.summarize import summarize_all
 from asset2sim.runs.alert import MAX_VALUE, alert, alert_error, exit_code, hook_environment, hook_values, run_hook
 from asset2sim.runs.result import INTERRUPTED, RunResult
 from flows.nightly import code_of_state, state_of
@@ -38,8 +39,9 @@ def result_of(out: Path, hook: str | None, stopped: str | None = None) -> RunRes
     """A good, a mended and a newly failing asset, whose name is hostile."""
     records = (make_record("good"), make_record("mended"), make_failure(EVIL, FailureMode.DRIFT))
     run = finish_run(start_run(Settings(run=RunSettings(hook=hook)), "data"))
-    changes = find_changes(records, Previous({"good": "none", "mended": "drift"}))
-    return RunResult(out, run, records, stopped, (), report=out / "reports" / "day.md", changes=changes)
+    refined = summarize_all(records)
+    changes = find_changes(refined, Previous({"good": "none", "mended": "drift"}))
+    return RunResult(out, run, refined, stopped, (), report=out / "reports" / "day.md", changes=changes)
 
 
 def test_the_hook_is_told_everything_by_its_environment(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -20,7 +20,7 @@ def night(data: Path, out: Path, settings: Settings = NO_VIEWS, make: Make = goo
     """Run as the flow does; the assets in ``writes``, and those that pass, get a new folder."""
     out.mkdir(exist_ok=True)
     started, refs = start_run(settings, str(data)), load_dataset(data)
-    plan = make_plan(refs, {}, out, settings, "p", started.run_id)
+    plan = make_plan(refs, {}, out, settings, "p")
     records = []
     for ref in plan.todo:
         record = make(ref).model_copy(update={"content_hash": plan.hashes[ref.asset_id], "method": settings.method})
@@ -34,7 +34,7 @@ def night(data: Path, out: Path, settings: Settings = NO_VIEWS, make: Make = goo
                 folder.rename(out / "assets" / f".old-{ref.asset_id}-{started.run_id}")
             staged.rename(folder)
         records.append(record)
-    kept = set_aside(out, records, plan.owned)
+    kept = [set_aside(out, record, plan.owned.get(record.ref.asset_id)) for record in records]
     write_run(out, finish_run(started), kept, plan.unchanged)
     write_index(out)
     mark_published(out, kept)

@@ -14,8 +14,8 @@ from asset2sim.catalog.read import read_table
 from asset2sim.catalog.run import RunRow
 from asset2sim.catalog.stored_tables import recorded_assets
 from asset2sim.catalog.switch import find_catalog
-from schemas.asset import AssetRecord
 from schemas.errors import Asset2SimError
+from schemas.summary import AssetSummary
 from schemas.vocabulary import FailureMode, Status
 
 
@@ -52,7 +52,7 @@ class Previous:
 class AssetChange:
     """An asset of this run and its failure mode before, ``was``: None for an asset that is new in the catalog."""
 
-    record: AssetRecord
+    record: AssetSummary
     was: str | None
 
 
@@ -80,7 +80,7 @@ class Changes:
         return self.standing.get(FailureMode.NONE, 0)
 
 
-def find_changes(records: Sequence[AssetRecord], previous: Previous) -> Changes:
+def find_changes(records: Sequence[AssetSummary], previous: Previous) -> Changes:
     """Compare a run's records with the catalog before it. A failed asset that was not there is a new failure."""
     seen = [AssetChange(record, previous.modes.get(record.ref.asset_id)) for record in records]
     failed = [item for item in seen if item.record.status is Status.FAILED]

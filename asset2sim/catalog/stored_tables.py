@@ -11,6 +11,7 @@ import pyarrow.compute as pc
 import pyarrow.parquet as pq
 
 from asset2sim.catalog.enforce import CatalogError, conform
+from asset2sim.catalog.merge import ascends
 from asset2sim.catalog.switch import find_catalog
 from schemas.table import Table
 from schemas.tables import TABLES
@@ -66,9 +67,8 @@ def check_catalog(out: Path) -> None:
         if path is not None:
             with _reading(table, path), pq.ParquetFile(path) as file:
                 conform(table, file.schema_arrow.empty_table(), str(path))
-                # In batches: a large table read at once would set a run's peak memory.
-                for batch in file.iter_batches(ROWS_AT_ONCE, use_threads=False):
-                    conform(table, pa.Table.from_batches([batch]), str(path))
+            for _ in stored_batches(out, table):
+                pass
 
 
 def table_path(out: Path, table: Table) -> Path | None:
@@ -86,6 +86,32 @@ def stored_table(out: Path, table: Table) -> pa.Table:
     with _reading(table, path):
         found = pq.read_table(path)
     return conform(table, found, str(path))
+
+
+def stored_batches(out: Path, table: Table) -> Iterator[pa.Table]:
+    """The rows of the table in OUT, in today's schema, a few at a time: a large table read at once would set a run's
+    peak memory. Raises CatalogError."""
+    path = table_path(out, table)
+    if path is None:
+        return
+    with _reading(table, path), pq.ParquetFile(path) as file:
+        for batch in file.iter_batches(ROWS_AT_ONCE, use_threads=False):
+            yield conform(table, pa.Table.from_batches([batch]), str(path))
+
+
+def stored_by_asset(out: Path, table: Table) -> Iterator[pa.Table]:
+    """``stored_batches`` in which asset ids ascend, as they do in every table that a run wrote; a table that somebody
+    else wrote may have to be read at once and sorted."""
+    path = table_path(out, table)
+    if path is None:
+        return
+    with _reading(table, path), pq.ParquetFile(path) as file:
+        names = file.iter_batches(10 * ROWS_AT_ONCE, columns=["asset_id"], use_threads=False)
+        sorted_already = ascends(batch["asset_id"] for batch in names)
+    if sorted_already:
+        yield from stored_batches(out, table)
+    else:
+        yield stored_table(out, table).sort_by("asset_id")
 
 
 def stored_columns(out: Path, table: Table, names: Sequence[str]) -> pa.Table:

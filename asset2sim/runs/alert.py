@@ -12,11 +12,13 @@ from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path
 
+from asset2sim.catalog.rows import run_cost
 from asset2sim.runs.result import INTERRUPTED, RunResult
-from schemas.asset import AssetRecord, Unchanged
+from schemas.asset import Unchanged
 from schemas.errors import DONE, FAILED, GATE, STOPPED, error_exit_code
 from schemas.secret import REDACTED
 from schemas.settings import RunSettings
+from schemas.summary import AssetSummary
 from schemas.vocabulary import Gate, Status
 
 PREFIX = "ASSET2SIM_"
@@ -33,7 +35,7 @@ def exit_code(result: RunResult, strict: bool) -> int:
     one that missed a gate of severity ``error``."""
     if result.stopped is not None:
         return STOPPED if result.stopped == INTERRUPTED else FAILED
-    every: list[AssetRecord | Unchanged] = [*result.records, *result.unchanged]
+    every: list[AssetSummary | Unchanged] = [*result.records, *result.unchanged]
     if strict and any(item.status is Status.FAILED for item in every):
         return FAILED
     return GATE if missed_gates(result) and result.run.settings.run.gate is Gate.ERROR else DONE
@@ -42,7 +44,7 @@ def exit_code(result: RunResult, strict: bool) -> int:
 def missed_gates(result: RunResult) -> tuple[str, ...]:
     """A sentence for each gate of the run's settings that it missed."""
     run = result.run.settings.run
-    every: list[AssetRecord | Unchanged] = [*result.records, *result.unchanged]
+    every: list[AssetSummary | Unchanged] = [*result.records, *result.unchanged]
     ok, new = sum(item.status is Status.OK for item in every), _new_failures(result)
     missed = []
     # In whole assets: 0.95 of 20 is 19, whatever floating point makes of it.
@@ -90,9 +92,9 @@ def hook_values(result: RunResult, strict: bool) -> dict[str, object]:
 
     ``assets``, ``ok`` and ``failed`` count unchanged assets too, as the report, MLflow and the exit code do.
     """
-    every: list[AssetRecord | Unchanged] = [*result.records, *result.unchanged]
+    every: list[AssetSummary | Unchanged] = [*result.records, *result.unchanged]
     ok = sum(item.status is Status.OK for item in every)
-    paid = [call for record in result.records for call in record.calls if not call.cached]
+    cost = run_cost(result.records)
     changes = result.changes
     values: dict[str, object] = {
         "outcome": result.run.outcome,
@@ -108,8 +110,8 @@ def hook_values(result: RunResult, strict: bool) -> dict[str, object]:
         "new_failures": len(changes.new_failures) if changes else 0,
         "gate": " · ".join(missed_gates(result)),
         "mended": len(changes.mended) if changes else 0,
-        "queries": len(paid),
-        "cost_usd": f"{sum(call.cost_usd for call in paid):.4f}",
+        "queries": cost["queries"],
+        "cost_usd": f"{cost['cost_usd']:.4f}",
         "seconds": f"{(result.run.finished_at - result.run.started_at).total_seconds():.0f}",
         "warnings": " · ".join(result.warnings),
     }

@@ -201,6 +201,7 @@ class RefineOptions(ModelOptions, Selection):
     rpm: RATE | None = Field(None, description="the most requests a minute to one provider, over all workers")
     answer_cache: CliDualFlag[bool] = Field(True, description="take an answer again that models have given before")
     scheduler: URL | None = Field(None, description="tcp://…, a Dask scheduler to use instead of a cluster of our own")
+    keep_days: N | None = Field(None, description="remove what the history and MLflow hold of runs older than N days")
     force: CliToggleFlag[bool] = Field(False, description="refine unchanged assets again")
     retry_failed: CliToggleFlag[bool] = Field(False, description="refine unchanged assets again that failed")
     dry_run: CliToggleFlag[bool] = Field(

@@ -48,6 +48,7 @@ SETS: Mapping[str, str] = {
     "min_success": "run.min_success",
     "max_new_failures": "run.max_new_failures",
     "gate": "run.gate",
+    "keep_days": "run.keep_days",
 }
 """Option → the setting that it states."""
 

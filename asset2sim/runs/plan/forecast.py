@@ -66,7 +66,7 @@ def forecast(
     there: Mapping[str, str] | None = None,
 ) -> Forecast:
     """What a run over these assets would do to ``out``, a folder with OUT's tables; writes nothing."""
-    plan = make_plan(refs, references, out, settings, pipeline, "dry-run", there, dry=True)
+    plan = make_plan(refs, references, out, settings, pipeline, there, dry=True)
     reasons: dict[str, list[str]] = defaultdict(list)
     changed = [ref for ref in plan.todo if plan.why[ref.asset_id] is Why.CHANGED]
     found = why_changed(changed, out, settings) if changed else {}

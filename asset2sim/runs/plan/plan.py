@@ -3,7 +3,8 @@
 import logging
 import sqlite3
 import uuid
-from collections.abc import Callable, Mapping, Sequence
+from collections import defaultdict
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from enum import StrEnum
 from functools import partial
@@ -14,7 +15,7 @@ from asset2sim.catalog.stored_tables import RecordedResult, recorded_assets, rec
 from asset2sim.checks.alignment.reference import Reference
 from asset2sim.runs.plan.content_hash import content_hash, shared_hash
 from asset2sim.runs.plan.hand_changes import Changes, hand_changes, note_stored, note_written
-from asset2sim.runs.plan.records import KeptRecord, drop_record, keep_record, kept_records
+from asset2sim.runs.plan.records import KeptRecord, drop_record, kept_records, read_record
 from asset2sim.runs.plan.set_aside import Stamp, stamp
 from asset2sim.runs.plan.state import (
     folder_files_hash,
@@ -30,6 +31,7 @@ from schemas.asset import AssetRecord, AssetRef, Unchanged
 from schemas.inputs import InputSettings
 from schemas.location import is_url, location_of
 from schemas.settings import RunSettings, Settings
+from schemas.summary import AssetSummary
 from schemas.vocabulary import RETRIED_MODES, FailureMode, Redo, Status
 
 logger = logging.getLogger(__name__)
@@ -70,6 +72,26 @@ class Why(StrEnum):
 
 
 @dataclass(frozen=True)
+class LeftRecords(Collection[AssetRecord]):
+    """Records that a killed run left for these assets, each read from its file as it is asked for."""
+
+    out: Path
+    refs: tuple[AssetRef, ...] = ()
+    hashes: Mapping[str, str] = field(default_factory=dict)
+
+    def __iter__(self) -> Iterator[AssetRecord]:
+        for ref in self.refs:
+            if (kept := read_record(self.out, self.hashes[ref.asset_id])) is not None:
+                yield kept.record.model_copy(update={"ref": ref})
+
+    def __len__(self) -> int:
+        return len(self.refs)
+
+    def __contains__(self, item: object) -> bool:
+        return any(record == item for record in self)
+
+
+@dataclass(frozen=True)
 class Plan:
     """The assets of a run: ``todo`` have to be refined, ``finished`` are records that a killed run left, ``unchanged``
     stay as they are. ``hashes`` maps the id of each to its content hash, ``why`` the ids of ``todo`` and ``finished``
@@ -80,7 +102,7 @@ class Plan:
     """
 
     todo: tuple[AssetRef, ...]
-    finished: tuple[AssetRecord, ...]
+    finished: LeftRecords
     unchanged: tuple[Unchanged, ...]
     hashes: Mapping[str, str]
     by_hand: Changes = field(default_factory=dict)
@@ -95,7 +117,6 @@ def make_plan(
     out: Path,
     settings: Settings,
     pipeline: str,
-    run_id: str,
     there: Mapping[str, str] | None = None,
     *,
     dry: bool = False,
@@ -117,7 +138,14 @@ def make_plan(
             ref.asset_id: content_hash(ref, contents[ref.path], shared, references.get(ref.asset_id)) for ref in refs
         }
         state.commit()
-        left = unpublished_records(out, state, clean=not dry)
+        known = {ref.asset_id: ref for ref in refs}
+        left, reusable = defaultdict[str, list[str]](list), set[str]()
+        for kept in unpublished_records(out, state, clean=not dry):
+            asset_id = kept.record.ref.asset_id
+            if (ref := known.get(asset_id)) and is_reusable(kept, ref, hashes[asset_id], settings, lies):
+                reusable.add(asset_id)
+            else:
+                left[asset_id].append(kept.record.content_hash)
         folders = refined_folders(state)
         by_hand = hand_changes(state, out, hashes, there)
         keeps = settings.run.redo is not Redo.ALL
@@ -127,12 +155,12 @@ def make_plan(
         )
         why: dict[str, Why] = {}
         todo: list[AssetRef] = []
-        finished: list[AssetRecord] = []
+        finished: list[AssetRef] = []
         unchanged: list[Unchanged] = []
         for ref in refs:
-            content, row, kept = hashes[ref.asset_id], rows.get(ref.asset_id), left.get(ref.asset_id)
-            if kept is not None and is_reusable(kept, ref, content, settings, lies):
-                finished.append(kept.record.model_copy(update={"ref": ref}))
+            content, row = hashes[ref.asset_id], rows.get(ref.asset_id)
+            if ref.asset_id in reusable:
+                finished.append(ref)
                 why[ref.asset_id] = Why.LEFT
                 continue
             has_folder = folders.get(ref.asset_id) == content and lies(ref.asset_id)
@@ -150,14 +178,13 @@ def make_plan(
         }
         forget_folders(state, (ref.asset_id for ref in todo))
     counts = {name: times.count for name, times in late.items()}
-    plan = Plan(tuple(todo), tuple(finished), tuple(unchanged), hashes, by_hand, why, counts, owned)
+    records = LeftRecords(out, tuple(finished), hashes)
+    plan = Plan(tuple(todo), records, tuple(unchanged), hashes, by_hand, why, counts, owned)
     if dry:
         return plan
     for ref in todo:
-        if (kept := left.get(ref.asset_id)) is not None:
-            drop_record(out, kept.record.content_hash)
-    for record in finished:
-        keep_record(out, KeptRecord(run_id=run_id, redo=settings.run.redo, record=record))
+        for stale in left[ref.asset_id]:
+            drop_record(out, stale)
     return plan
 
 
@@ -178,32 +205,33 @@ def why_refined(
     return None if has_folder else Why.FOLDER
 
 
-def mark_published(out: Path, records: Sequence[AssetRecord], there: Mapping[str, str] | None = None) -> None:
+def mark_published(
+    out: Path, records: Iterable[AssetRecord | AssetSummary], there: Mapping[str, str] | None = None
+) -> None:
     """Note the refined folders of records that the catalog now holds, and delete the record files. ``there`` says how
     folders behind OUT's URL look; None: they lie in ``out``."""
+    hashes = {record.ref.asset_id: record.content_hash for record in records}
     with open_state(out) as state:
-        note_folders(state, {record.ref.asset_id: record.content_hash for record in records})
-        written = [record.ref.asset_id for record in records if record.overlay is not None]
+        note_folders(state, hashes)
         if there is None:
-            note_written(state, out, written)
+            note_written(state, out, hashes)
         else:
-            note_stored(state, there, written)
-    for record in records:
-        drop_record(out, record.content_hash)
+            note_stored(state, there, hashes)
+    for content in hashes.values():
+        drop_record(out, content)
 
 
-def unpublished_records(out: Path, state: sqlite3.Connection, *, clean: bool = True) -> dict[str, KeptRecord]:
-    """Asset id → record that a killed run left; those that it had published are noted, and deleted where ``clean``."""
+def unpublished_records(out: Path, state: sqlite3.Connection, *, clean: bool = True) -> Iterator[KeptRecord]:
+    """The records that a killed run left, one at a time; those that it had published are noted, and deleted where
+    ``clean``, instead."""
     runs = recorded_run_ids(out)
-    left: dict[str, KeptRecord] = {}
     for kept in kept_records(out, clean=clean):
         if kept.run_id in runs:
             note_folders(state, {kept.record.ref.asset_id: kept.record.content_hash})
             if clean:
                 drop_record(out, kept.record.content_hash)
         else:
-            left[kept.record.ref.asset_id] = kept
-    return left
+            yield kept
 
 
 def must_redo(status: Status, mode: FailureMode, redo: Redo) -> bool:

@@ -2,7 +2,6 @@
 
 import os
 import shutil
-from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from pathlib import Path
 
@@ -28,27 +27,25 @@ def stamp(folder: Path) -> Stamp | None:
     return found.st_ino, found.st_mtime_ns
 
 
-def set_aside(out: Path, records: Sequence[AssetRecord], before: Mapping[str, Stamp]) -> tuple[AssetRecord, ...]:
-    """Move the refined folders of failed assets that are as they were ``before`` the run out of ``assets``, and remove
-    what was set aside of assets that pass. Returns the records, with a finding where a folder was moved."""
-    return tuple(_set_aside(out, record, before.get(record.ref.asset_id)) for record in records)
-
-
-def _set_aside(out: Path, record: AssetRecord, before: Stamp | None) -> AssetRecord:
+def set_aside(out: Path, record: AssetRecord, before: Stamp | None) -> AssetRecord:
+    """Move the refined folder of a failed asset that is as it was ``before`` the run out of ``assets``, and remove what
+    was set aside of an asset that passes. Returns the record, with a finding where the folder was moved, also where
+    that was at an earlier call."""
     asset_id = record.ref.asset_id
     folder, place = out / "assets" / asset_id, out / FOLDER / asset_id
     if record.status is Status.OK:
         if place.exists():
             shutil.rmtree(place, ignore_errors=True)
         return record
-    if before is None or stamp(folder) != before:
+    if before is None or stamp(folder) not in (before, None):
         return record
     with suppress(OSError):
-        place.parent.mkdir(parents=True, exist_ok=True)
-        if place.exists():
-            shutil.rmtree(place)
-        os.rename(folder, place)
-    if folder.exists():
+        if folder.exists():
+            place.parent.mkdir(parents=True, exist_ok=True)
+            if place.exists():
+                shutil.rmtree(place)
+            os.rename(folder, place)
+    if folder.exists() or not place.exists():
         return record
     finding = Finding(
         stage=Stage.PUBLISH,
