@@ -5,6 +5,7 @@ from typing import Literal
 from pydantic import Field
 
 from schemas.base import Fraction, Frozen, NonNegative, Positive
+from schemas.inputs import InputSettings as InputSettings
 from schemas.model_names import ModelSettings as ModelSettings
 from schemas.support import SupportKind
 from schemas.thresholds import Thresholds as Thresholds
@@ -258,6 +259,7 @@ class Settings(Frozen):
     method: Method = Method.ASSET2SIM
     methods: MethodSettings = MethodSettings()
     model: ModelSettings = ModelSettings()
+    inputs: InputSettings = InputSettings()
     physics: PhysicsSettings = PhysicsSettings()
     engine: EngineSettings = EngineSettings()
     collision: CollisionSettings = CollisionSettings()

@@ -35,16 +35,16 @@ def extract_asset(job: AssetJob, *, correct_joints: bool) -> Extracted:
 
 def upright(job: AssetJob, *, find: bool) -> Extraction:
     """The asset as its file has it, turned where another axis than z is stated or, to ``find``, shown to point up."""
-    cache, stated = job.out / SHAPE_CACHE, job.ref.up or job.settings.up
+    cache, stated, inputs = job.out / SHAPE_CACHE, job.ref.up or job.settings.up, job.settings.inputs
     if stated is not None:
-        return extract(job.ref, cache, stated)
-    authored = extract(job.ref, cache)
+        return extract(job.ref, cache, stated, inputs)
+    authored = extract(job.ref, cache, inputs=inputs)
     up, told = find_up(authored) if find else (UpAxis.Z, None)
     if told is None:
         return authored
     if up is not UpAxis.Z:
         authored.triangles.keep()
-    extraction = authored if up is UpAxis.Z else extract(job.ref, cache, up)
+    extraction = authored if up is UpAxis.Z else extract(job.ref, cache, up, inputs)
     return replace(extraction, findings=(*extraction.findings, told))
 
 

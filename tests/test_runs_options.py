@@ -5,6 +5,7 @@ from pathlib import Path
 
 import pytest
 
+from asset2sim.runs.check_request import check_packages
 from asset2sim.runs.dataset import load_dataset
 from asset2sim.runs.doctor import check_model_answers
 from asset2sim.runs.options import parse
@@ -13,6 +14,7 @@ from asset2sim.runs.spread.refine_all import refine_all
 from asset2sim.runs.spread.worker import ask_settings
 from flows import PIPELINE
 from schemas.errors import UsageError
+from schemas.inputs import InputSettings
 from schemas.model_names import named_models, settings_for
 from schemas.settings import EngineSettings, MethodSettings, ModelSettings, RunSettings, Settings, ViewSettings
 from schemas.vocabulary import Engine, FailureMode, Method, Status, UpAxis
@@ -40,6 +42,32 @@ def test_the_options_become_settings() -> None:
     )  # fmt: skip
     plain = parse_request(["refine", "data", "--out", "out"])
     assert plain.settings.model == ModelSettings()
+
+
+def test_packages_and_leave_to_read_outside_are_settings(tmp_path: Path) -> None:
+    def inputs(*words: str) -> InputSettings:
+        return parse_request(["refine", "data", "--out", "out", *words]).settings.inputs
+
+    assert inputs() == InputSettings() and not inputs().allow_outside and inputs("--allow-outside").allow_outside
+    found = inputs("--package", f"kit={tmp_path}", "--package", "s3kit=s3://bucket/kit/")
+    assert found.package_folders == {"kit": str(tmp_path), "s3kit": "s3://bucket/kit"}
+    assert inputs("--package", f"a={tmp_path},b=here").package_folders == {
+        "a": str(tmp_path),
+        "b": str(Path("here").absolute()),
+    }
+    for wrong in ("kit", "=x", "kit=", "a/b=x"):
+        with pytest.raises(UsageError, match=r"argument --package: .*NAME=PATH"):
+            inputs("--package", wrong)
+
+
+def test_a_package_that_is_not_there_is_the_users_mistake(tmp_path: Path) -> None:
+    for place, said in (
+        (str(tmp_path / "gone"), "no such folder"),
+        ("s3://bucket/kit", "in the bucket of its dataset"),
+    ):
+        with pytest.raises(UsageError, match=f"--package kit=.*{said}"):
+            check_packages({"kit": place}, tmp_path)
+    check_packages({"kit": str(tmp_path), "more": "s3://bucket/kit"}, "s3://bucket/data")
 
 
 @pytest.mark.parametrize("words", [["--up=-y"], ["--up", "x"], []])

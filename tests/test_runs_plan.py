@@ -17,11 +17,12 @@ from typing import Any
 
 import pytest
 
+from asset2sim.assets.urdf.reach import Reach
 from asset2sim.catalog.read import read_table
 from asset2sim.checks.alignment.reference import Reference
 from asset2sim.runs.plan import content_hash as code
 from asset2sim.runs.plan import records, state
-from asset2sim.runs.plan.asset_files import AssetFile, asset_files, below
+from asset2sim.runs.plan.asset_files import AssetFile, asset_files
 from asset2sim.runs.plan.content_hash import content_hash, counted_files, package_versions, shared_hash
 from asset2sim.runs.plan.plan import asset_files_hashes, must_redo
 from asset2sim.runs.plan.state import folder_files_hash, open_state
@@ -37,7 +38,7 @@ from tests.incremental_runs import NAMES, NO_VIEWS, asking, dataset, done, faili
 
 def content(folder: Path, out: Path) -> str:
     with open_state(out) as opened:
-        return folder_files_hash(opened, folder)
+        return folder_files_hash(opened, folder, Reach((folder.parent,)))
 
 
 def test_any_file_that_changes_comes_or_goes_is_another_content(tmp_path: Path) -> None:
@@ -67,7 +68,7 @@ def test_a_mesh_from_elsewhere_belongs_to_the_asset(tmp_path: Path) -> None:
     package.mkdir()
     (package / "box.obj").write_text(box)
     (package / "look.mtl").write_text("newmtl red\n")
-    assert [file.name for file in asset_files(asset)] == [
+    assert [file.name for file in asset_files(asset, Reach((tmp_path,)))] == [
         "mobility.urdf",
         "package://things/box.obj box.obj",
         "package://things/box.obj look.mtl",
@@ -84,7 +85,7 @@ def test_pipes_and_circles_of_links_are_passed_by(tmp_path: Path) -> None:
     (tmp_path / "elsewhere").mkdir()
     (tmp_path / "elsewhere" / "a.obj").write_text("1")
     (asset / "meshes").symlink_to(tmp_path / "elsewhere")
-    assert [file.name for file in asset_files(asset)] == ["meshes/a.obj", "mobility.urdf"]
+    assert [file.name for file in asset_files(asset, Reach((tmp_path,)))] == ["meshes/a.obj", "mobility.urdf"]
 
 
 def test_links_are_followed_once_and_within_the_dataset_alone(tmp_path: Path) -> None:
@@ -100,7 +101,7 @@ def test_links_are_followed_once_and_within_the_dataset_alone(tmp_path: Path) ->
     (asset / "self").symlink_to("self")
     (asset / "beyond").symlink_to(beyond)
     (asset / "a.obj").symlink_to(beyond / "a.obj")
-    names = [file.name for file in asset_files(asset, below(asset, data))]
+    names = [file.name for file in asset_files(asset, Reach((data.resolve(),)))]
     assert {name for name in names if " -> " in name} == {
         f"{x} -> {beyond / y}" for x, y in (("beyond", ""), ("a.obj", "a.obj"))
     }
@@ -114,7 +115,7 @@ def test_links_are_followed_once_and_within_the_dataset_alone(tmp_path: Path) ->
 
 def folder_hash(asset: Path, root: Path, out: Path) -> str:
     with open_state(out) as opened:
-        return folder_files_hash(opened, asset, below(asset, root))
+        return folder_files_hash(opened, asset, Reach((root.resolve(),)))
 
 
 def test_folders_as_deep_as_paths_can_be_and_names_that_are_no_text_are_hashed(tmp_path: Path) -> None:
@@ -163,7 +164,7 @@ def test_reading_that_does_not_end_is_given_up_and_the_asset_refined(
     monkeypatch.setattr(state, "_digest", hanging)
     refs = [AssetRef(asset_id=folder.name, path=str(folder)) for folder in (slow, good)]
     with open_state(tmp_path / "out") as opened:
-        first, second = (asset_files_hashes(opened, refs, 0.2) for _ in range(2))
+        first, second = (asset_files_hashes(opened, refs, limit_s=0.2) for _ in range(2))
     over.set()
     assert first[str(slow)] != second[str(slow)] and first[str(good)] == second[str(good)]
     assert "asset slow: its files were not read within 0.2 s" in caplog.text

@@ -2,7 +2,7 @@
 
 import os
 import socket
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from urllib.parse import urlsplit
 
@@ -36,6 +36,7 @@ def check_request(
 def check_run(found: FoundAssets, data: Path | str, out: Path | str, settings: Settings) -> None:
     """Raise ``UsageError`` where these assets cannot be refined into ``out`` with these settings."""
     check_model(settings.model)
+    check_packages(settings.inputs.package_folders, data)
     for engine in settings.engine.verify or ():
         require(engine)
     if settings.exports:
@@ -49,6 +50,18 @@ def check_run(found: FoundAssets, data: Path | str, out: Path | str, settings: S
         if settings.views.write and settings.views.later:
             raise UsageError("--views later needs an --out that is a folder; leave it out, or choose --no-views")
         check_store(out)
+
+
+def check_packages(folders: Mapping[str, str], data: Path | str) -> None:
+    """Refuse a package whose folder is not there, or is a URL that does not lie beside the dataset's."""
+    for name, place in folders.items():
+        folder = location_of(place)
+        if not is_url(folder) and not folder.is_dir():
+            raise UsageError(
+                f"--package {name}={place}: there is no such folder; name the one that '{name}/' stands for"
+            )
+        if is_url(folder) and (not is_url(data) or folder.split("/")[:3] != data.split("/")[:3]):
+            raise UsageError(f"--package {name}={place}: a package behind a URL lies in the bucket of its dataset")
 
 
 def check_scheduler(address: str) -> None:

@@ -14,6 +14,7 @@ from asset2sim.runs.command_line import Options
 from asset2sim.runs.command_line import parse as parse_words
 from schemas.base import NonNegative, Positive
 from schemas.errors import UsageError
+from schemas.inputs import Package
 from schemas.location import Location
 from schemas.settings import ModelSettings
 from schemas.support import SupportKind
@@ -79,6 +80,7 @@ RUN = TypeAliasType("RUN", tuple[str, str])
 SHELL = TypeAliasType("SHELL", str)
 ENGINES = TypeAliasType("ENGINES", tuple[Engine, ...])
 FORMATS = TypeAliasType("FORMATS", tuple[Export, ...])
+PACKAGES = TypeAliasType("PACKAGES", tuple[Package, ...])
 GROUP = TypeAliasType("GROUP", Grouping)
 METHOD = TypeAliasType("METHOD", Method)
 MODE = TypeAliasType("MODE", CollisionMode)
@@ -173,6 +175,12 @@ class RefineOptions(ModelOptions, Selection):
     )
     up: AXIS | None = Field(
         None, description=f"{', '.join(UpAxis)}: the axis that points up in the files, --up=-y (default: found out)"
+    )
+    package: Listed[PACKAGES] = Field(
+        (), description="a folder outside data that is read as package://NAME/…, repeatable"
+    )
+    allow_outside: CliDualFlag[bool] = Field(
+        False, description="read files outside data that an asset names or links to"
     )
     export: Listed[FORMATS] = Field((), description=f"formats to write beside the URDF: {', '.join(Export)}")
     method: METHOD = Field(Method.ASSET2SIM, description=f"where the physics come from: {', '.join(Method)}")

@@ -22,6 +22,8 @@ SETS: Mapping[str, str] = {
     "support": "support",
     "base": "base",
     "up": "up",
+    "allow_outside": "inputs.allow_outside",
+    "package": "inputs.packages",
     "export": "exports",
     "model": "model.model",
     "api_base": "model.api_base",

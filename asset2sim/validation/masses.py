@@ -1,19 +1,22 @@
 """Masses, centres and inertias, completed for every link and bounded so that engines take them."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
+from numpy.linalg import LinAlgError
 
 from asset2sim.physics.arrays import Array
 from asset2sim.physics.inertia import PhysicalTensor, make_physical, tensor_of
 from asset2sim.physics.kinematics import link_to_root, transform, tree_of
+from asset2sim.physics.mass_matrix import JointSpace
 from asset2sim.validation.build import NOTHING_BUILT, Built, built_link
 from asset2sim.validation.notes import Notes
+from schemas.errors import AssetError
 from schemas.features import Features, LinkFeatures
 from schemas.overlay import LinkProposal
 from schemas.settings import PhysicsSettings
-from schemas.vocabulary import MassRule, Source
+from schemas.vocabulary import FailureMode, MassRule, Source
 
 BOX_MARGIN = 0.1
 """How far outside its link's box, as a share of the box, a proposed centre of mass may lie and be accepted."""
@@ -202,3 +205,17 @@ def finished(item: LinkMass, settings: PhysicsSettings, notes: Notes) -> LinkMas
     for change in mended.changes:
         notes.info("inertia_mended", f"link '{item.name}': {change}", link=item.name)
     return replace(item, inertia=mended.tensor)
+
+
+def check_mass_matrices(features: Features, spaces: Sequence[JointSpace]) -> None:
+    """Refuse an object whose lengths lie too far apart for numbers. Raises AssetError, with the largest link."""
+    try:
+        for space in spaces:
+            space.mobility  # noqa: B018 - computed once, and kept
+    except LinAlgError as error:
+        far, link = max((max(map(abs, (*link.box_min, *link.box_max))), link.name) for link in features.links)
+        message = (
+            f"its mass matrix has no inverse: link '{link}' reaches {far:.3g} m from its origin; mend origins, scales"
+        )
+        mode = FailureMode.INVALID_JOINT_CONFIGURATION
+        raise AssetError(mode, "mass_matrix_singular", message, link=link) from error

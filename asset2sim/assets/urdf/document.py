@@ -8,6 +8,13 @@ from lxml import etree
 from lxml.etree import _Element as Element
 
 from asset2sim.assets.urdf.mimic import drop_unusable_mimics
+from asset2sim.assets.urdf.numbers import (
+    check_numbers,
+    drop_unusable_inertials,
+    drop_unusable_shapes,
+    elements_of,
+    name_files,
+)
 from schemas.errors import AssetError
 from schemas.finding import Finding
 from schemas.vocabulary import FailureMode, Severity, Stage
@@ -42,15 +49,17 @@ def read_document(path: Path) -> Document:
     if not robot.get("name"):
         robot.set("name", path.resolve().parent.name)
         findings.append(info(code="robot_unnamed", message=f"<robot> has no name; it is called '{robot.get('name')}'"))
-    for element in (
-        inner for part in robot.iterchildren("link", "joint", "material") for inner in part.iter(etree.Element)
-    ):
+    for element in elements_of(robot):
         for key in LISTS:
             text = element.get(key)
             if text is not None and "," in text:
                 element.set(key, text.replace(",", " "))
     check_names(path, robot)
+    check_numbers(path, robot)
+    name_files(robot)
     findings += drop_unknown_shapes(robot)
+    findings += drop_unusable_shapes(path, robot)
+    findings += drop_unusable_inertials(robot)
     findings += settle_joint_types(path, robot)
     findings += complete_limits(robot)
     findings += drop_unusable_mimics(robot)

@@ -3,7 +3,7 @@
 import json
 import os
 import re
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from pathlib import Path, PurePath, PurePosixPath
 
 from asset2sim.assets.regular import NOT_THERE, file_problem, folder_problem, path_problem, read_regular
@@ -44,11 +44,12 @@ def candidates(names: Iterable[str]) -> list[str]:
     return []
 
 
-def find_source(folder: Path) -> Path:
+def find_source(folder: Path, within: Callable[[Path], bool] = lambda path: True) -> Path:
     """The file that describes an asset: ``mobility.urdf`` or its only URDF, else its xacro, SDF or MJCF file.
 
     Of several xacro files it is the ``.urdf.xacro``, or the one that no other includes; of several MJCF files the one
-    that includes none, since a scene includes its model.
+    that includes none, since a scene includes its model. Files that are not ``within`` are not looked into; one of
+    them is returned where there is no other.
     Raises AssetError (unreadable_asset) if there is none or more than one, or if it is no regular file.
     """
     problem = folder_problem(folder)
@@ -62,7 +63,8 @@ def find_source(folder: Path) -> Path:
         found = candidates(name for name in names if problems[name] is None)
         if not found and (unusable := candidates(names)):
             raise _unfit(folder, "not_a_file", f"{unusable[0]} {problems[unusable[0]]}; put the file itself there")
-        return _single(folder, [folder / name for name in found], names)
+        inside = [folder / name for name in found if within(folder / name)]
+        return folder / found[0] if found and not inside else _single(folder, inside, names)
     except OSError as error:
         raise _unfit(folder, "unreadable_file", f"{error.filename} {path_problem(folder, error)}; mend it") from error
 
@@ -128,18 +130,26 @@ def find_mesh(reference: str, folder: Path) -> Path | None:
     """The file of a mesh reference, or None. ``package://name/path``, ``model://name/path`` and ``file://`` references,
     and relative paths, are resolved next to the URDF's folder: each suffix of the path is tried there and up to two
     folders above."""
-    text = _path_in(reference)
-    if text.startswith("/") and Path(text).is_file():
+    text = path_in(reference)
+    if text.startswith("/") and is_regular(Path(text)):
         return Path(text)
     # Resolving asks the system for every folder on the way; only loose references are looked for above.
     above = folder.resolve().parents[:PARENTS_SEARCHED] if is_loose(reference) else ()
     candidates = map(Path, mesh_candidates(reference, folder, above))
-    return next((candidate for candidate in candidates if candidate.is_file()), None)
+    return next((candidate for candidate in candidates if is_regular(candidate)), None)
+
+
+def is_regular(path: Path) -> bool:
+    """Whether there is a file at a path; False for what cannot be asked, such as a name that is too long."""
+    try:
+        return path.is_file()
+    except (OSError, ValueError):
+        return False
 
 
 def mesh_candidates(reference: str, folder: PurePath, above: Sequence[PurePath]) -> Iterator[PurePath]:
     """Candidate paths of a mesh reference, the likeliest first, in the URDF's ``folder`` and in those ``above`` it."""
-    text = _path_in(reference)
+    text = path_in(reference)
     parts = [part for part in PurePosixPath(text).parts if part != "/"]
     if not parts:
         return
@@ -154,7 +164,8 @@ def is_loose(reference: str) -> bool:
     return "://" in reference.replace("\\", "/") or _FIND.search(reference) is not None
 
 
-def _path_in(reference: str) -> str:
+def path_in(reference: str) -> str:
+    """The path that a reference states, without its scheme, with forward slashes."""
     text = _FIND.sub(r"package://\1", reference.replace("\\", "/").strip())
     _, separator, rest = text.rpartition("://")
     return rest if separator else text
@@ -170,16 +181,14 @@ def _stays_inside(reference: str) -> bool:
     return not is_loose(reference) and not path.is_absolute() and ".." not in path.parts
 
 
-def read_semantics(folder: Path) -> dict[str, tuple[str, str]]:
-    """Link name → (joint kind, label) from ``semantics.txt``, where there is one; lines that do not fit are skipped."""
-    file = folder / "semantics.txt"
-    try:
-        text = read_regular(file, MOST_DESCRIBED).decode("utf-8", errors="replace")
-    except FileNotFoundError:
-        return {}
-    except OSError as error:
-        raise _unfit(folder, "unreadable_file", f"semantics.txt {path_problem(file, error)}; mend it") from error
+def read_semantics(file: Path | None) -> dict[str, tuple[str, str]]:
+    """Link name → (joint kind, label) from ``semantics.txt``, where there is one that can be read; lines that do not
+    fit are skipped."""
     labels: dict[str, tuple[str, str]] = {}
+    try:
+        text = "" if file is None else read_regular(file, MOST_DESCRIBED).decode("utf-8", errors="replace")
+    except OSError:
+        return labels
     for line in text.splitlines():
         words = line.split(maxsplit=2)
         if len(words) >= 2:
@@ -187,10 +196,10 @@ def read_semantics(folder: Path) -> dict[str, tuple[str, str]]:
     return labels
 
 
-def read_category(folder: Path) -> str:
+def read_category(file: Path | None) -> str:
     """The category that ``meta.json`` states as ``model_cat``, or an empty string."""
     try:
-        meta = json.loads(read_regular(folder / "meta.json", MOST_DESCRIBED).decode("utf-8"))
+        meta = None if file is None else json.loads(read_regular(file, MOST_DESCRIBED).decode("utf-8"))
     except (OSError, ValueError, RecursionError):
         return ""
     category = meta.get("model_cat") if isinstance(meta, dict) else None

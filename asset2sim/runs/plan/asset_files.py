@@ -2,23 +2,21 @@
 
 import os
 import stat
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
 from asset2sim.assets.regular import read_regular
-from asset2sim.assets.urdf.locate import MOST_DESCRIBED, find_mesh, find_source, outer_references
+from asset2sim.assets.urdf.locate import MOST_DESCRIBED, find_source, outer_references
 from asset2sim.assets.urdf.mesh_files import material_files
+from asset2sim.assets.urdf.reach import Reach, check_within, find_within
 from schemas.errors import AssetError
-
-OUTSIDE = -1_000_000
-"""In the place of a size: a link that leads outside and is not followed."""
 
 
 @dataclass(frozen=True)
 class AssetFile:
-    """One file: its name within the asset, its path, and the metadata that change with its content. A negative ``size``
-    is no file: a folder that cannot be listed, or a link that is not followed."""
+    """One file: its name within the asset, its path, and the metadata that change with its content. A link that is not
+    followed, since it leads outside, and a folder that cannot be listed have no path."""
 
     name: str
     path: str
@@ -28,32 +26,20 @@ class AssetFile:
     inode: int
 
 
-Allows = Callable[[Path], bool]
-
-
-def anywhere(path: Path) -> bool:
-    """That a link may lead to any path."""
-    return True
-
-
-def below(*folders: Path) -> Allows:
-    """Whether a resolved path is one of these folders, or lies in one."""
-    roots = [folder.resolve() for folder in folders]
-    return lambda path: any(path.is_relative_to(root) for root in roots)
-
-
-def asset_files(folder: Path, allows: Allows = anywhere) -> list[AssetFile]:
+def asset_files(folder: Path, reach: Reach) -> list[AssetFile]:
     """Every file in the asset's folder but hidden ones, by name, and those elsewhere that its URDF refers to, as far as
     they exist. Empty where there is no such folder.
 
-    A folder is entered once, and a link is followed only where its target, resolved, is one that ``allows``; for one
-    that is not, and for a folder that cannot be listed, there is an entry in the place of the files.
+    A folder is entered once, and a link is followed only within ``reach``; for one that leads outside, and for a folder
+    that cannot be listed, there is an entry in the place of the files.
     """
-    inner = sorted(_walk(folder, allows), key=lambda file: file.name)
-    return inner + _outer(folder)
+    if not reach.allows(folder):
+        return [_refused(str(folder))]
+    inner = sorted(_walk(folder, reach), key=lambda file: file.name)
+    return inner + _outer(folder, reach)
 
 
-def _walk(top: Path, allows: Allows) -> Iterator[AssetFile]:
+def _walk(top: Path, reach: Reach) -> Iterator[AssetFile]:
     """The regular files below a folder, each folder once."""
     try:
         home = top.resolve()
@@ -68,12 +54,12 @@ def _walk(top: Path, allows: Allows) -> Iterator[AssetFile]:
         except OSError as error:
             entries = []
             if prefix:
-                yield AssetFile(prefix, folder, -(error.errno or 1), 0, 0, 0)
+                yield _refused(f"{prefix} {error.strerror}")
         for entry in entries:
             name = f"{prefix}{entry.name}"
             if entry.name.startswith("."):
                 continue
-            if entry.is_symlink() and (beyond := _beyond(name, entry.path, home, allows)) is not None:
+            if entry.is_symlink() and (beyond := _beyond(name, entry.path, home, reach)) is not None:
                 yield from beyond
             elif os.path.isdir(entry.path):
                 left.append((f"{name}/", entry.path))
@@ -91,7 +77,7 @@ def _unseen(folder: str, seen: set[tuple[int, int]]) -> list[os.DirEntry[str]]:
         return list(entries)
 
 
-def _beyond(name: str, path: str, home: Path, allows: Allows) -> list[AssetFile] | None:
+def _beyond(name: str, path: str, home: Path, reach: Reach) -> list[AssetFile] | None:
     """None for a link that is followed, else what stands for it: nothing where it leads back, to a folder that holds
     the asset's own, and its target where it leads outside."""
     try:
@@ -100,15 +86,13 @@ def _beyond(name: str, path: str, home: Path, allows: Allows) -> list[AssetFile]
         return []
     if home.is_relative_to(target):
         return []
-    if allows(target):
-        return None
-    return [AssetFile(f"{name} -> {target}", path, OUTSIDE, 0, 0, 0)]
+    return None if reach.allows(target) else [_refused(f"{name} -> {target}")]
 
 
-def _outer(folder: Path) -> list[AssetFile]:
+def _outer(folder: Path, reach: Reach) -> list[AssetFile]:
     """Meshes that the asset takes from outside the asset's folder, with their materials and textures, by reference."""
     try:
-        urdf = find_source(folder)
+        urdf = check_within(find_source(folder, reach.allows), reach)
     except (AssetError, OSError):
         return []
     found: dict[str, AssetFile] = {}
@@ -123,16 +107,30 @@ def _outer(folder: Path) -> list[AssetFile]:
         except OSError:
             continue
         for reference in outer_references(text):
-            mesh = find_mesh(reference, source.parent)
+            mesh, outside = find_within(reference, source.parent, reach)
+            if outside is not None:
+                found[reference] = _refused(reference)
             if mesh is None or mesh.resolve().is_relative_to(folder.resolve()):
                 continue
             if mesh.suffix == ".xacro" and mesh not in read:
                 unread.append(mesh)
-            for path in (mesh, *material_files(mesh)):
-                name = f"{reference} {path.name}"
-                if (file := _file(name, str(path))) is not None:
-                    found[name] = file
+            found |= _with_materials(reference, mesh, reach)
     return list(found.values())
+
+
+def _with_materials(reference: str, mesh: Path, reach: Reach) -> dict[str, AssetFile]:
+    found = {}
+    for path in (mesh, *material_files(mesh, reach.allows)):
+        name = f"{reference} {path.name}"
+        file = _file(name, str(path)) if reach.allows(path) else _refused(name)
+        if file is not None:
+            found[name] = file
+    return found
+
+
+def _refused(name: str) -> AssetFile:
+    """A link that leads outside: that it is not followed is a part of what the asset is."""
+    return AssetFile(name, "", 0, 0, 0, 0)
 
 
 def _file(name: str, path: str) -> AssetFile | None:

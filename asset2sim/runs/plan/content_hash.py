@@ -93,6 +93,8 @@ def package_versions(settings: EngineSettings) -> dict[str, str]:
 
 IRRELEVANT_SETTINGS: Mapping[str, set[str] | bool] = {
     "run": True,
+    # What they let in or keep out is in the list of an asset's files.
+    "inputs": {"allow_outside", "packages"},
     # Picture size counts, since a model sees them; whether they are written is read from the folder.
     "views": {"write", "later"},
     "model": {"timeout_s", "max_attempts", "cache", "requests_per_minute", "concurrent_requests"}

@@ -8,42 +8,44 @@ from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 
+from asset2sim.assets.urdf.reach import reach_of
 from asset2sim.catalog.stored_tables import recorded_assets, recorded_run_ids
 from asset2sim.checks.alignment.reference import Reference
-from asset2sim.runs.plan.asset_files import Allows, anywhere, below
 from asset2sim.runs.plan.content_hash import content_hash, shared_hash
 from asset2sim.runs.plan.records import KeptRecord, drop_record, keep_record, kept_records
 from asset2sim.runs.plan.state import folder_files_hash, forget_folders, note_folders, open_state, refined_folders
-from asset2sim.runs.plan.url_files import remote_content_hashes
+from asset2sim.runs.plan.url_files import remote_content_hashes, url_reach
 from schemas.asset import AssetRecord, AssetRef, Unchanged
+from schemas.inputs import InputSettings
 from schemas.location import is_url, location_of
 from schemas.settings import RunSettings, Settings
 from schemas.vocabulary import RETRIED_MODES, FailureMode, Redo, Status
 
+INPUTS = InputSettings()
 logger = logging.getLogger(__name__)
 
 
 def asset_files_hashes(
-    state: sqlite3.Connection, refs: Sequence[AssetRef], limit_s: float = RunSettings().asset_time_limit_s
+    state: sqlite3.Connection,
+    refs: Sequence[AssetRef],
+    inputs: InputSettings = INPUTS,
+    limit_s: float = RunSettings().asset_time_limit_s,
 ) -> dict[str, str]:
-    """Asset path → hash of its files: local ones are read if they changed, of URLs only the store's listing. An asset
-    whose files take over ``limit_s``, s, has a hash that no run has again, so that it is refined."""
-    urls = [ref.path for ref in refs if is_url(location_of(ref.path))]
+    """Asset path → hash of the files that ``inputs`` let it be read from: local ones are read if they changed, of URLs
+    only the store's listing. An asset whose files take over ``limit_s``, s, has a hash that no run has again, so that
+    it is refined."""
+    urls = {ref.path: url_reach(ref, inputs) for ref in refs if is_url(location_of(ref.path))}
     found = remote_content_hashes(state, urls) if urls else {}
     for ref in refs:
         if ref.path in found:
             continue
         try:
-            found[ref.path] = "" if ref.fault else folder_files_hash(state, Path(ref.path), _reach(ref), limit_s)
+            reach = reach_of(ref, inputs)
+            found[ref.path] = "" if ref.fault else folder_files_hash(state, Path(ref.path), reach, limit_s)
         except TimeoutError:
             logger.warning("asset %s: its files were not read within %g s; it is refined again", ref.asset_id, limit_s)
             found[ref.path] = uuid.uuid4().hex
     return found
-
-
-def _reach(ref: AssetRef) -> Allows:
-    """Where links of an asset may lead: into its own folder and its dataset's."""
-    return below(Path(ref.path), Path(ref.root)) if ref.root is not None else anywhere
 
 
 @dataclass(frozen=True)
@@ -76,7 +78,7 @@ def make_plan(
     shared = shared_hash(settings, pipeline)
     lies = partial(_has_folder, out, settings) if there is None else there.__contains__
     with open_state(out) as state:
-        contents = asset_files_hashes(state, refs, settings.run.asset_time_limit_s)
+        contents = asset_files_hashes(state, refs, settings.inputs, settings.run.asset_time_limit_s)
         hashes = {
             ref.asset_id: content_hash(ref, contents[ref.path], shared, references.get(ref.asset_id)) for ref in refs
         }

@@ -12,7 +12,8 @@ from functools import partial
 from pathlib import Path
 from typing import TypeVar
 
-from asset2sim.runs.plan.asset_files import Allows, AssetFile, anywhere, asset_files
+from asset2sim.assets.urdf.reach import Reach
+from asset2sim.runs.plan.asset_files import AssetFile, asset_files
 
 FILE = ".cache/files.db"
 SETTLED_NS = 2_000_000_000
@@ -49,12 +50,12 @@ def open_state(out: Path) -> Iterator[sqlite3.Connection]:
 
 
 def folder_files_hash(
-    state: sqlite3.Connection, folder: Path, allows: Allows = anywhere, limit_s: float = threading.TIMEOUT_MAX
+    state: sqlite3.Connection, folder: Path, reach: Reach, limit_s: float = threading.TIMEOUT_MAX
 ) -> str:
-    """SHA-256 over names and contents of an asset's files; a file is read only if it changed since the last time.
-    ``allows`` bounds links, as in ``asset_files``. Raises TimeoutError where that takes over ``limit_s``, s."""
+    """SHA-256 over names and contents of an asset's files within ``reach``; a file is read only if it changed since the
+    last time. Raises TimeoutError where that takes over ``limit_s``, s."""
     end = time.monotonic() + limit_s
-    files = _started(partial(asset_files, folder, allows)).result(limit_s)
+    files = _started(partial(asset_files, folder, reach)).result(limit_s)
     known = _known(state, str(folder))
     digests = {file.name: known[file.name][1] for file in files if known.get(file.name, ("",))[0] == _seen(file)}
     changed = [file for file in files if file.name not in digests]
@@ -155,8 +156,6 @@ def _is_text(path: str) -> bool:
 
 
 def _digest(file: AssetFile) -> str:
-    if file.size < 0:
-        return UNREADABLE
     try:
         with open(file.path, "rb") as stream:
             return hashlib.file_digest(stream, "sha256").hexdigest()

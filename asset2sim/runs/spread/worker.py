@@ -27,7 +27,7 @@ from asset2sim.runs.plan.records import (
     read_record,
     write_record,
 )
-from asset2sim.runs.remote.fetch_asset import run_with_local_files
+from asset2sim.runs.remote.fetch_asset import run_with_local_files, with_local_packages
 from asset2sim.runs.remote.output import send_record
 from asset2sim.runs.spread.job import Job, JobResult
 from schemas.asset import AssetRef
@@ -60,7 +60,13 @@ def attempt_asset(
         return answer
 
     attempt = partial(
-        attempt_in_child, pipeline, out=folder, settings=settings, ask=ask_and_tell, owner=owner, fresh=fresh
+        attempt_in_child,
+        pipeline,
+        out=folder,
+        settings=with_local_packages(settings),
+        ask=ask_and_tell,
+        owner=owner,
+        fresh=fresh,
     )
     if is_url(out) or is_url(location_of(ref.path)):
         return run_with_local_files(ref, out, settings, attempt)
