@@ -36,7 +36,7 @@ def asset_files(folder: Path, reach: Reach) -> list[AssetFile]:
     if not reach.allows(folder):
         return [_refused(str(folder))]
     inner = sorted(_walk(folder, reach), key=lambda file: file.name)
-    return inner + _outer(folder, reach)
+    return inner + _outer(folder, reach, [Path(file.path) for file in inner if file.name.endswith(".xacro")])
 
 
 def _walk(top: Path, reach: Reach) -> Iterator[AssetFile]:
@@ -89,15 +89,16 @@ def _beyond(name: str, path: str, home: Path, reach: Reach) -> list[AssetFile] |
     return None if reach.allows(target) else [_refused(f"{name} -> {target}")]
 
 
-def _outer(folder: Path, reach: Reach) -> list[AssetFile]:
-    """Meshes that the asset takes from outside the asset's folder, with their materials and textures, by reference."""
+def _outer(folder: Path, reach: Reach, xacros: list[Path]) -> list[AssetFile]:
+    """Meshes that the asset takes from outside the asset's folder, with their materials and textures, by reference;
+    ``xacros`` are all such files in its folder."""
     try:
         urdf = check_within(find_source(folder, reach.allows), reach)
     except (AssetError, OSError):
         return []
     found: dict[str, AssetFile] = {}
     # What a xacro includes may lie outside as well, and refer to more.
-    unread = [urdf, *(folder.rglob("*.xacro") if urdf.suffix == ".xacro" else ())]
+    unread = [urdf, *(xacros if urdf.suffix == ".xacro" else ())]
     read: set[Path] = set()
     while unread:
         source = unread.pop()
@@ -129,7 +130,7 @@ def _with_materials(reference: str, mesh: Path, reach: Reach) -> dict[str, Asset
 
 
 def _refused(name: str) -> AssetFile:
-    """A link that leads outside: that it is not followed is a part of what the asset is."""
+    """A link that leads outside, or a folder that cannot be listed: that too is a part of what the asset is."""
     return AssetFile(name, "", 0, 0, 0, 0)
 
 
