@@ -9,7 +9,7 @@ from pydantic_settings import CliDualFlag, CliPositionalArg, CliToggleFlag
 from typing_extensions import TypeAliasType
 
 from asset2sim.runs.command_line import Options, parse
-from asset2sim.runs.options import Listed, N
+from asset2sim.runs.option_types import Listed, N
 from schemas.base import Frozen, NonNegative
 
 
