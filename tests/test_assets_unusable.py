@@ -192,6 +192,13 @@ def test_an_inertial_that_is_none_does_not_end_the_asset(tmp_path: Path, mass: s
     ].inertial is None
 
 
+def test_a_name_that_engines_die_of(tmp_path: Path) -> None:
+    assert read(written(tmp_path, robot(link("x" * 255, shape("1 1 1"))))).findings == ()
+    with pytest.raises(AssetError, match=r"mobility\.urdf: <link> 'xxx.*5000 characters.*shorten") as caught:
+        read(written(tmp_path, robot(link("x" * 5000, shape("1 1 1")))))
+    assert caught.value.code == "name_too_long"
+
+
 def test_a_mimic_is_said_and_honoured(tmp_path: Path) -> None:
     follow = '<mimic joint="one" multiplier="-2" offset="0.1"/>'
     urdf = robot(

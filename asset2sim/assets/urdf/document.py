@@ -23,6 +23,8 @@ SHAPES = ("box", "cylinder", "sphere", "capsule", "mesh")
 LISTS = ("xyz", "rpy", "size", "scale", "rgba")
 """Attributes that hold several numbers, which some exporters separate by commas."""
 NAMED = ("link", "joint")
+LONGEST_NAME = 255
+"""Longest name of a robot, link or joint, bytes, as of a file: PyBullet dies of one of 5000."""
 info = partial(Finding, stage=Stage.EXTRACT, severity=Severity.INFO)
 warning = partial(Finding, stage=Stage.EXTRACT, severity=Severity.WARNING)
 
@@ -84,11 +86,18 @@ def strip_namespace(robot: Element) -> None:
 
 
 def check_names(path: Path, robot: Element) -> None:
-    """Refuse links and joints without a name, and joints without a type, a parent or a child."""
+    """Refuse links and joints without a name or with one that is too long, and joints without a parent or a child."""
     for tag in NAMED:
         for number, element in enumerate(robot.findall(tag), start=1):
             if not element.get("name"):
                 raise unreadable(path, "unnamed", f"<{tag}> number {number} (line {element.sourceline}) has no name")
+    for element in (robot, *robot.findall("link"), *robot.findall("joint")):
+        name = str(element.get("name"))
+        if len(name.encode()) > LONGEST_NAME:
+            problem = (
+                f"<{element.tag}> '{name[:30]}…' has a name of {len(name)} characters; {LONGEST_NAME} bytes are read"
+            )
+            raise unreadable(path, "name_too_long", f"{problem}: shorten it")
     for joint in robot.findall("joint"):
         missing = [tag for tag in ("parent", "child") if (end := joint.find(tag)) is None or not end.get("link")]
         if missing:
