@@ -51,6 +51,13 @@ def once(names: object) -> object:
     return tuple(dict.fromkeys(names)) if isinstance(names, tuple) else names
 
 
+def some(names: tuple[str, ...]) -> tuple[str, ...]:
+    """The names. Raises ValueError for none: an empty variable must not stand for all."""
+    if not names:
+        raise ValueError("it names no asset; leave it out for all of them")
+    return names
+
+
 def utc(text: object) -> object:
     """A day or a time; what states no time zone is UTC. Raises ValueError."""
     try:
@@ -140,7 +147,9 @@ class Selection(Options):
     """Which assets of a dataset are taken, where they are verified, and how many at once."""
 
     subset: NAME | None = Field(None, description="only the manifest's rows of this subset")
-    assets: Listed[IDS] = Field((), description="only these assets, separated by commas")
+    assets: Annotated[Listed[IDS], AfterValidator(some)] = Field(
+        (), description="only these assets, separated by commas"
+    )
     limit: N | None = Field(None, description="only the first N of them")
     interaction: CliDualFlag[bool] = Field(
         True, description="drops, nudges, sweeps and resets beside the paper's tests"
