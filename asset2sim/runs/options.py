@@ -51,13 +51,6 @@ def once(names: object) -> object:
     return tuple(dict.fromkeys(names)) if isinstance(names, tuple) else names
 
 
-def some(names: tuple[str, ...]) -> tuple[str, ...]:
-    """The names. Raises ValueError for none: an empty variable must not stand for all."""
-    if not names:
-        raise ValueError("it names no asset; leave it out for all of them")
-    return names
-
-
 def utc(text: object) -> object:
     """A day or a time; what states no time zone is UTC. Raises ValueError."""
     try:
@@ -147,9 +140,7 @@ class Selection(Options):
     """Which assets of a dataset are taken, where they are verified, and how many at once."""
 
     subset: NAME | None = Field(None, description="only the manifest's rows of this subset")
-    assets: Annotated[Listed[IDS], AfterValidator(some)] = Field(
-        (), description="only these assets, separated by commas"
-    )
+    assets: Listed[IDS] = Field((), description="only these assets, separated by commas")
     limit: N | None = Field(None, description="only the first N of them")
     interaction: CliDualFlag[bool] = Field(
         True, description="drops, nudges, sweeps and resets beside the paper's tests"
@@ -202,7 +193,7 @@ class RefineOptions(ModelOptions, Selection):
     force: CliToggleFlag[bool] = Field(False, description="refine unchanged assets again")
     retry_failed: CliToggleFlag[bool] = Field(False, description="refine unchanged assets again that failed")
     dry_run: CliToggleFlag[bool] = Field(
-        False, description="say what would be refined, why, and what that takes by what it took before; write nothing"
+        False, description="say what would be refined, why, at what cost; write nothing"
     )
     asset_timeout: SECONDS | None = Field(None, description="most seconds that one asset may take (default: 300)")
     views: VIEWS = Field("now", description="now, or later: pictures are left to `asset2sim views`")
@@ -225,6 +216,8 @@ class RefineOptions(ModelOptions, Selection):
     def _one_redo(self) -> Self:
         exclusive(self, "force", "retry_failed")
         exclusive(self, "no_views", "views")
+        if "assets" in self.model_fields_set and not self.assets:
+            raise UsageError("argument --assets: it names no asset; leave it out for all of them")
         return self
 
 
