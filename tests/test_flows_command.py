@@ -57,6 +57,8 @@ def published(out: Path, request: RefineRequest) -> RunResult:
         (["refine", "{data}"], "required: --out"),
         (["refine", "{data}", "--out", "{out}", "--subset", "three"], "unknown subset 'three'; choose from: one, two"),
         (["refine", "{data}", "--out", "{out}", "--assets", "a,z"], "unknown asset 'z'; choose from: a, b"),
+        (["refine", "{data}", "--out", "{out}", "--assets", ""], "argument --assets: it names no asset"),
+        (["refine", "{data}", "--out", "{out}", "--assets", ","], "leave it out for all of them"),
         (["refine", "{data}", "--out", "{out}", "--method", "magic"], "choose from asset2sim"),
         (["refine", "{data}", "--out", "{out}", "--model", "prior/magic"], "choose from: prior/household"),
         (["refine", "{data}", "--out", "{out}", "--limit", "0"], "'0' is not a whole number from 1 on"),

@@ -165,7 +165,7 @@ class RefineOptions(ModelOptions, Selection):
     force: CliToggleFlag[bool] = Field(False, description="refine unchanged assets again")
     retry_failed: CliToggleFlag[bool] = Field(False, description="refine unchanged assets again that failed")
     dry_run: CliToggleFlag[bool] = Field(
-        False, description="say what would be refined, why, and what that takes by what it took before; write nothing"
+        False, description="say what would be refined, why, at what cost; write nothing"
     )
     asset_timeout: SECONDS | None = Field(None, description="most seconds that one asset may take (default: 300)")
     views: VIEWS = Field("now", description="now, or later: pictures are left to `asset2sim views`")
@@ -188,6 +188,8 @@ class RefineOptions(ModelOptions, Selection):
     def _one_redo(self) -> Self:
         exclusive(self, "force", "retry_failed")
         exclusive(self, "no_views", "views")
+        if "assets" in self.model_fields_set and not self.assets:
+            raise UsageError("argument --assets: it names no asset; leave it out for all of them")
         return self
 
 
