@@ -160,7 +160,7 @@ def test_two_runs_held_against_each_other(tmp_path: Path) -> None:
         find_run(tmp_path, "yesterday")
     elsewhere = night(3).model_copy(update={"dataset": "other"})
     write_run(tmp_path, elsewhere, ended(a=OK))
-    with pytest.raises(UsageError, match="is the first over its dataset"):
+    with pytest.raises(UsageError, match="is the first over this part of its dataset"):
         find_run(tmp_path, "previous")
 
 

@@ -1,5 +1,6 @@
 """Models, budgets and limits on the command line and in the Makefile, and how they reach the workers."""
 
+import os
 import subprocess
 from pathlib import Path
 
@@ -203,7 +204,9 @@ def test_an_empty_folder_is_a_mistake_and_not_the_current_one(word: str) -> None
 @pytest.mark.parametrize("variable", ["OUT", "DATA"])
 def test_make_refuses_an_empty_folder(variable: str) -> None:
     command = ["make", "--dry-run", "--old-file=.venv/.installed", "flow", f"{variable}="]
-    ran = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, timeout=30)
+    # As from a terminal, also where make runs these tests.
+    environment = {name: value for name, value in os.environ.items() if not name.startswith(("MAKE", "MFLAGS"))}
+    ran = subprocess.run(command, cwd=ROOT, env=environment, capture_output=True, text=True, timeout=30)
     assert ran.returncode == 2 and f"{variable} is empty; name a folder" in ran.stderr and ran.stdout == ""
 
 

@@ -48,6 +48,7 @@ from asset2sim.runs.option_types import (
     exclusive,
     nothing,
 )
+from schemas.errors import UsageError
 from schemas.location import Location
 from schemas.settings import ModelSettings
 from schemas.support import SupportKind
