@@ -112,7 +112,7 @@ judge: $(INSTALLED) .venv-judge/.installed ## an independent checker, simcheck, 
 .venv-judge/.installed:
 	@echo "installing simcheck into .venv-judge ..."
 	@$(BIN)/python -m venv --clear .venv-judge && \
-	.venv-judge/bin/python -m pip install --quiet --disable-pip-version-check "simcheck[all]"
+	.venv-judge/bin/python -m pip install --quiet --disable-pip-version-check "simcheck[all]" networkx  # which its mesh checks need
 	@touch $@
 
 rules: $(INSTALLED) ## refine DATA as it came, by the paper's rules and by ours, and write the table of docs/measured.md
