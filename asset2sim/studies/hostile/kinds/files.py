@@ -9,7 +9,8 @@ from pathlib import Path
 from asset2sim.studies.hostile.case import HANDLED, REFUSED, Case, Place
 from asset2sim.studies.hostile.tiny import BODY, LID, MESHES, URDF, Write, asset
 
-SPARSE_BYTES = 1024**3
+SPARSE_BYTES = 300 * 1024**2
+"""More than a mesh may have, and little enough to be read in seconds."""
 
 
 def _pipe(path: Path) -> None:

@@ -17,7 +17,9 @@ def cases() -> Sequence[Case]:
     handled = [Case(name, described(text), HANDLED) for name, text in _handled().items()]
     # What a xacro computes may take as long as it likes: its asset ends with its time.
     modes = {"xacro_power": HANDLED | {FailureMode.TIMEOUT}}
-    folders = [Case(name, write, modes.get(name, HANDLED)) for name, write in _folders().items()]
+    # A folder of assets may be meant: the inner one is the asset then.
+    ids = {"urdf_in_urdf_folder": "box.urdf"}
+    folders = [Case(key, write, modes.get(key, HANDLED), "", ids.get(key, "")) for key, write in _folders().items()]
     return [*refused, *handled, *folders]
 
 
