@@ -3,6 +3,7 @@
 import json
 import os
 import pickle
+import shutil
 import sqlite3
 import stat
 import subprocess
@@ -92,8 +93,8 @@ def test_with_a_settings_file_only_what_options_state_is_kept(tmp_path: Path, mo
 def test_no_file_of_a_run_holds_a_key(tmp_path: Path) -> None:
     """A whole run against an address where nobody listens: OUT, MLflow and Prefect, tables and databases decoded."""
     data, out, home = dataset(tmp_path / "data", ("a",)), tmp_path / "out", tmp_path / "home"
-    box = ROOT / "data" / "raw" / "Box" / "box_wooden"
-    (data / "manifest.csv").write_text(f"asset_id,path\na,{box}\n", encoding="utf-8")
+    shutil.copytree(ROOT / "data" / "raw" / "Box" / "box_wooden", data / "box")
+    (data / "manifest.csv").write_text("asset_id,path\na,box\n", encoding="utf-8")
     settings = tmp_path / "settings.yaml"
     settings.write_text("model: {max_attempts: 1}", encoding="utf-8")
     told = tmp_path / "told"

@@ -58,5 +58,5 @@ class Case:
 COLUMNS = ("asset_id", "path", "category", "prompt")
 """The columns of the manifest that cases with a row share."""
 
-RULES = ("--method", "asset2sim", "--collision", "hulls")
+RULES = ("--method", "asset2sim", "--collision", "repair")
 """Options for cases in which files are brought into the output."""
