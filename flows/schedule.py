@@ -7,7 +7,7 @@ from zoneinfo import ZoneInfo, ZoneInfoNotFoundError
 
 import yaml
 
-from schemas.errors import UsageError
+from schemas.errors import UsageError, printable
 
 CATALOG_FILE = Path(__file__).resolve().parents[1] / "catalog.yaml"
 
@@ -46,8 +46,9 @@ def nightly_schedule(path: Path, *, own: bool = True) -> tuple[str, str]:
 
 def check_cron(cron: str, where: str) -> str:
     """The cron line, if Prefect takes it and a day will come; else UsageError, which begins with ``where``."""
+    shown = printable(" ".join(cron.split()))
     if len(cron.split()) != 5:
-        raise UsageError(f"{where} '{cron}' needs five fields: minute, hour, day, month, weekday, as '0 2 * * *'")
+        raise UsageError(f"{where} '{shown}' needs five fields: minute, hour, day, month, weekday, as '0 2 * * *'")
     # Late: it takes a second, and the library that Prefect reads cron lines with is one that it carries along.
     from prefect.client.schemas.schedules import CronSchedule
 
@@ -56,7 +57,7 @@ def check_cron(cron: str, where: str) -> str:
         import_module("prefect._vendor.croniter").croniter(cron, datetime.now(UTC)).get_next()
     except ValueError as error:
         raise UsageError(
-            f"{where} '{cron}' is no schedule: minute 0 to 59, hour 0 to 23, day 1 to 31, month 1 to 12, weekday 0 "
+            f"{where} '{shown}' is no schedule: minute 0 to 59, hour 0 to 23, day 1 to 31, month 1 to 12, weekday 0 "
             "(Sunday) to 6, and such a day must come; '0 2 * * *' is every night at two"
         ) from error
     return cron

@@ -38,7 +38,7 @@ class Case:
     ``modes``: it has a row with one of these failure modes; empty: it has a dataset of its own, and the command says
     one line and exits with 2. ``says`` must stand in the row's reason or in the line. ``asset_id`` is its row's where
     it is not ``name``; ``row`` its line in a manifest of ``COLUMNS``, else its dataset has none. Cases with the same
-    ``words`` share a command.
+    ``words`` share a command. ``command``: what is run for a case of its own.
     """
 
     name: str
@@ -48,6 +48,7 @@ class Case:
     asset_id: str = ""
     row: str = ""
     words: tuple[str, ...] = ()
+    command: str = "refine"
 
     @property
     def row_id(self) -> str:

@@ -92,7 +92,7 @@ def _alone(kind: str, case: Case, base: Path, commands: Forked) -> Outcome:
     place = _prepare(base, "asset")
     case.write(place)
     before, start = listing(base), time.monotonic()
-    words = ["refine", str(place.data), "--out", str(base / "out"), *ALWAYS, *case.words]
+    words = [case.command, str(place.data), "--out", str(base / "out"), *ALWAYS, *case.words]
     ended = commands.run(words, base / "said", LINE_LIMIT_S)
     seconds = time.monotonic() - start
     problems = _said(ended)
@@ -117,7 +117,10 @@ def _together(kind: str, cases: Sequence[Case], base: Path, words: Sequence[str]
         lines = [",".join(COLUMNS), f"{GOOD},{GOOD},,", *(case.row for case in cases)]
         (place.data / "manifest.csv").write_text("\n".join(lines) + "\n", encoding="utf-8")
     settings = base / "settings.yaml"
-    settings.write_text(f"run:\n  asset_time_limit_s: {ASSET_LIMIT_S}\n  retries_alone: 0\n", encoding="utf-8")
+    settings.write_text(
+        f"model:\n  max_attempts: 1\nrun:\n  asset_time_limit_s: {ASSET_LIMIT_S}\n  retries_alone: 0\n",
+        encoding="utf-8",
+    )
     before, out, start = listing(base), base / "out", time.monotonic()
     limit_s = SHARED_LIMIT_S + EACH_LIMIT_S * len(cases)
     ended = run_command(
