@@ -8,6 +8,7 @@ from pathlib import Path
 import pytest
 
 from asset2sim.assets.extract import Extraction, extract
+from asset2sim.assets.formats.from_xacro import urdf_of_xacro
 from asset2sim.assets.formats.source import open_source
 from asset2sim.assets.urdf.mesh_files import copy_meshes
 from asset2sim.assets.urdf.reach import Reach, reach_of
@@ -344,3 +345,19 @@ def test_no_method_brings_anything_from_outside(tmp_path: Path, method: Method) 
     written_files = [path for path in (tmp_path / "out").rglob("*") if path.is_file()]
     assert not [path for path in written_files if b"o secret" in path.read_bytes() or path.is_symlink()]
     assert bool(list((tmp_path / "out").glob("assets/*/mobility.urdf"))) == (method is not Method.RAW)
+
+
+def test_a_xacro_does_not_learn_the_environment(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """It holds keys, and what a link is called comes into tables."""
+    monkeypatch.setenv("SOME_KEY", "sk-of-the-environment")
+    namespace = 'xmlns:xacro="http://www.ros.org/wiki/xacro"'
+    for text in ("$(env SOME_KEY)", "${__import__('os').environ['SOME_KEY']}"):
+        (tmp_path / "box.urdf.xacro").write_text(f'<robot name="a" {namespace}><link name="{text}"/></robot>')
+        with pytest.raises(AssetError) as caught:
+            urdf_of_xacro(tmp_path / "box.urdf.xacro", Reach((tmp_path,)))
+        assert "sk-of" not in str(caught.value)
+    (tmp_path / "box.urdf.xacro").write_text(
+        f'<robot name="a" {namespace}><link name="$(optenv SOME_KEY none)"/></robot>'
+    )
+    assert urdf_of_xacro(tmp_path / "box.urdf.xacro", Reach((tmp_path,))).robot[0].get("name") == "none"
+    assert urdf_of_xacro(tmp_path / "box.urdf.xacro").robot[0].get("name") == "sk-of-the-environment"

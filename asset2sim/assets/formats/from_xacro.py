@@ -1,9 +1,11 @@
 """xacro to URDF, by the package of that name, without ROS."""
 
+import os
 import re
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import xacro
@@ -35,19 +37,23 @@ def urdf_of_xacro(file: Path, reach: Reach = ANYWHERE) -> Converted:
 
 @contextmanager
 def _packages_beside(file: Path, substitution: Any, reach: Reach) -> Iterator[None]:
-    """While it lasts, ``$(find NAME)`` means a folder near the file, not a package that ROS has installed."""
+    """While it lasts, ``$(find NAME)`` means a folder near the file, not a package that ROS has installed, and
+    ``$(env NAME)`` finds nothing but where all may be read: the environment holds keys."""
     places = [file.resolve().parent, *file.resolve().parents[1 : PARENTS_SEARCHED + 1]]
     folders = [place for place in places if reach.allows(place)] or places[:1]
 
     def find(name: str) -> str:
         return str(reach.packages.get(name) or find_package(name, folders))
 
-    kept = substitution._eval_find
+    kept = substitution._eval_find, substitution.os
     substitution._eval_find = substitution._eval_dict["find"] = find
+    if not reach.anywhere:
+        substitution.os = SimpleNamespace(**{**vars(os), "environ": {}})
     try:
         yield
     finally:
-        substitution._eval_find = substitution._eval_dict["find"] = kept
+        substitution._eval_find = substitution._eval_dict["find"] = kept[0]
+        substitution.os = kept[1]
 
 
 @contextmanager
