@@ -444,3 +444,9 @@ def test_the_nightly_schedule_comes_from_catalog_yaml(tmp_path: Path) -> None:
             nightly_schedule(broken)
     with pytest.raises(UsageError, match="cannot read"):
         nightly_schedule(tmp_path / "absent.yaml")
+
+
+def test_half_a_surrogate_pair_in_a_text_is_an_escape_and_no_dead_run() -> None:
+    """As a category from JSON or a file's name may hold."""
+    row = asset_row(make_run("r"), make_record()) | {"category": "a\udcff"}
+    assert to_arrow(TABLES["assets"], [row]).column("category").to_pylist() == ["a\\udcff"]
