@@ -25,7 +25,7 @@ from schemas.settings import Settings
 from schemas.summary import AssetSummary
 from schemas.tables import TABLES
 from schemas.vocabulary import FailureMode, Redo, Severity, Status
-from tests.factories import make_failure, make_finding, make_record
+from tests.factories import make_call, make_failure, make_finding, make_record
 from tests.test_catalog_history import night
 
 SHUFFLED = [f"{(7 * number) % 30:02}" for number in range(30)]
@@ -141,11 +141,11 @@ def test_where_there_is_no_room_for_parts_the_rows_stay_in_memory(
 def test_rows_that_do_not_fit_are_an_error_at_the_end_and_leave_the_tables(tmp_path: Path) -> None:
     write_run(tmp_path, night(1), [make_record("a")])
     before = tables_of(tmp_path)
-    broken = make_record("b", reason="half a character: \ud800")
+    broken = make_record("b", calls=(make_call(attempt=2**63),))  # one more than the column holds
     with open_parts(tmp_path, night(2)) as held:
         refined = tuple(held.add(record) for record in (broken, *(sample(asset_id) for asset_id in SHUFFLED)))
         assert len(refined) == 31
-        with pytest.raises(CatalogError, match="table 'assets', column 'reason'"):
+        with pytest.raises(CatalogError, match="table 'model_calls', column 'attempt'"):
             write_parts(tmp_path, night(2), held, refined)
     assert all(rows.equals(before[name]) for name, rows in tables_of(tmp_path).items())
 
