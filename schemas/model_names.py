@@ -6,6 +6,7 @@ from pydantic import Field
 
 from schemas.base import Frozen, NonNegative, Positive
 from schemas.errors import UnknownChoiceError
+from schemas.secret import Address
 
 PRIOR_PROVIDER = "prior"
 PRIOR_MODELS: tuple[str, ...] = ("prior/household", "prior/noisy")
@@ -34,7 +35,7 @@ class ModelSettings(Frozen):
     """Proposes steps of the state; None stands for ``model``."""
     judge_model: str | None = None
     """Looks at the refined object and scores it against its prompt; None: no score."""
-    api_base: str | None = None
+    api_base: Address | None = None
     temperature: NonNegative = 0.0
     timeout_s: Positive = 120.0
     """Time limit of one request, s."""

@@ -17,6 +17,8 @@ RESEARCHER = [
     ("README.md", "asset2sim refine data/raw --out data/refined --dry-run"),
     ("README.md", "from asset2sim.load import describe, load"),
     ("data.md", "asset2sim refine data/raw --out refined --dry-run"),
+    ("data.md", "printf 'asset_id,size_m"),
+    ("data.md", "asset2sim check"),
     ("data.md", "asset2sim settings"),
     ("load.md", "from asset2sim.load import describe, load"),
     ("load.md", "import mujoco"),

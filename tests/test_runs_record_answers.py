@@ -48,7 +48,7 @@ def refined(out: Path, settings: Settings, asset_ids: tuple[str, ...], data: Pat
     """Refine samples as the flow does, without Prefect. Returns the plan."""
     out.mkdir(exist_ok=True)
     refs, started = load_dataset(data, asset_ids=asset_ids), start_run(settings, str(data))
-    plan = make_plan(refs, {}, out, settings, PIPELINE, started.run_id)
+    plan = make_plan(refs, {}, out, settings, PIPELINE)
     done = refine_all(refs, out, settings, PIPELINE, started.run_id, plan)
     write_run(out, finish_run(started), done.records, plan.unchanged)
     mark_published(out, done.records)

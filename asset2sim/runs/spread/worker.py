@@ -7,6 +7,8 @@ from dataclasses import replace
 from functools import partial
 from pathlib import Path
 
+from distributed import get_worker
+
 from asset2sim.catalog.storage.cache import working_folder
 from asset2sim.catalog.storage.objects import StoreError
 from asset2sim.models.gateway.ask import ask
@@ -27,7 +29,7 @@ from asset2sim.runs.plan.records import (
     read_record,
     write_record,
 )
-from asset2sim.runs.remote.fetch_asset import run_with_local_files
+from asset2sim.runs.remote.fetch_asset import run_with_local_files, with_local_packages
 from asset2sim.runs.remote.output import send_record
 from asset2sim.runs.spread.job import Job, JobResult
 from schemas.asset import AssetRef
@@ -35,6 +37,9 @@ from schemas.location import is_url, location_of
 from schemas.request import ModelAnswer, ModelCall, ModelRequest
 from schemas.settings import ModelSettings, Settings
 from schemas.vocabulary import Method
+
+BEGUN = "asset2sim-begun"
+"""Topic of Dask's events on which a worker tells that it begins an asset."""
 
 logger = logging.getLogger(__name__)
 
@@ -61,7 +66,13 @@ def attempt_asset(
         return answer
 
     attempt = partial(
-        attempt_in_child, pipeline, out=folder, settings=settings, ask=ask_and_tell, owner=owner, fresh=fresh
+        attempt_in_child,
+        pipeline,
+        out=folder,
+        settings=with_local_packages(settings),
+        ask=ask_and_tell,
+        owner=owner,
+        fresh=fresh,
     )
     if is_url(out) or is_url(location_of(ref.path)):
         return run_with_local_files(ref, out, settings, attempt)
@@ -91,6 +102,7 @@ def refine_on_worker(
     if before is not None and (before.run_id, before.attempt) == (run_id, job.attempt):
         # Dask submits a finished job again if its reply was lost with the worker.
         return JobResult(job.ref.asset_id, before.record.status, before.died)
+    _tell_begun(job.ref.asset_id)
     _keep_first_log(folder, job)
     lost = paid_calls(folder, job.content_hash)
     keep = call_writer(folder, job.content_hash)
@@ -107,6 +119,12 @@ def refine_on_worker(
         logger.warning("cannot keep what has finished in %s (%s)", out, error)
         return replace(done, record=record)
     return done
+
+
+def _tell_begun(asset_id: str) -> None:
+    """Tell the run that this worker begins an asset; outside a worker there is nobody to tell."""
+    with contextlib.suppress(ValueError):
+        get_worker().log_event(BEGUN, asset_id)
 
 
 def _keep_first_log(out: Path, job: Job) -> None:
