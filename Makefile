@@ -6,6 +6,9 @@ OUT ?= data/refined
 override HOOK := $(value HOOK)
 export HOOK
 
+# Set and empty, they would be the current folder.
+$(foreach folder,DATA OUT,$(if $(strip $($(folder))),,$(error $(folder) is empty; name a folder, or leave $(folder)= out)))
+
 VENV := .venv
 BIN := $(VENV)/bin
 INSTALLED := $(VENV)/.installed
@@ -17,14 +20,16 @@ OPTIONS = --out "$(OUT)" $(if $(MODEL),--model "$(MODEL)") \
 	$(if $(LIMIT),--limit "$(LIMIT)") $(if $(METHOD),--method "$(METHOD)") $(if $(WORKERS),--workers "$(WORKERS)") \
 	$(if $(SCHEDULER),--scheduler "$(SCHEDULER)") $(if $(NO_VIEWS),--no-views,$(if $(VIEWS),--views "$(VIEWS)")) $(if $(STRICT),--strict) \
 	$(if $(ENGINES),--engines "$(ENGINES)") $(if $(COLLISION),--collision "$(COLLISION)") $(if $(STATE),--state "$(STATE)") \
-	$(if $(UP),--up="$(UP)") \
+	$(if $(UP),--up="$(UP)") $(if $(PACKAGE),--package "$(PACKAGE)") $(if $(ALLOW_OUTSIDE),--allow-outside) \
 	$(if $(DYNAMICS),--dynamics "$(DYNAMICS)") $(if $(EXPORT),--export "$(EXPORT)") \
 	$(if $(REFINEMENT_MODEL),--refinement-model "$(REFINEMENT_MODEL)") $(if $(JUDGE_MODEL),--judge-model "$(JUDGE_MODEL)") \
 	$(if $(BUDGET_USD),--budget-usd "$(BUDGET_USD)") $(if $(BUDGET_CALLS),--budget-calls "$(BUDGET_CALLS)") \
 	$(if $(BUDGET_TOKENS),--budget-tokens "$(BUDGET_TOKENS)") $(if $(ASSET_BUDGET_USD),--asset-budget-usd "$(ASSET_BUDGET_USD)") \
 	$(if $(ASSET_BUDGET_CALLS),--asset-budget-calls "$(ASSET_BUDGET_CALLS)") $(if $(RPM),--rpm "$(RPM)") \
+	$(if $(ASSET_TIMEOUT),--asset-timeout "$(ASSET_TIMEOUT)") $(if $(MIN_SUCCESS),--min-success "$(MIN_SUCCESS)") \
+	$(if $(MAX_NEW_FAILURES),--max-new-failures "$(MAX_NEW_FAILURES)") $(if $(GATE),--gate "$(GATE)") \
 	$(if $(NO_ANSWER_CACHE),--no-answer-cache) $(if $(FORCE),--force) $(if $(RETRY_FAILED),--retry-failed) \
-	$(if $(HOOK),--hook "$$HOOK") $(FROM_FILE)
+	$(if $(DRY_RUN),--dry-run) $(if $(KEEP_DAYS),--keep-days "$(KEEP_DAYS)") $(if $(HOOK),--hook "$$HOOK") $(FROM_FILE)
 
 # A file's tests stay in one process and in order.
 PARALLEL = --numprocesses $(if $(JOBS),$(JOBS),2) --dist loadfile
@@ -38,8 +43,10 @@ help: ## list the targets
 	@echo
 	@echo "  variables of flow and nightly: DATA OUT MODEL API_BASE SUBSET ASSETS LIMIT METHOD WORKERS SCHEDULER NO_VIEWS=1 VIEWS STRICT=1"
 	@echo "                                 ENGINES COLLISION DYNAMICS STATE UP EXPORT REFINEMENT_MODEL JUDGE_MODEL RPM"
+	@echo "                                 PACKAGE=name=path ALLOW_OUTSIDE=1"
 	@echo "                                 BUDGET_USD BUDGET_CALLS BUDGET_TOKENS ASSET_BUDGET_USD ASSET_BUDGET_CALLS NO_ANSWER_CACHE=1"
-	@echo "                                 FORCE=1 RETRY_FAILED=1 HOOK SETTINGS=settings.yaml"
+	@echo "                                 FORCE=1 RETRY_FAILED=1 KEEP_DAYS HOOK SETTINGS=settings.yaml DRY_RUN=1 ASSET_TIMEOUT"
+	@echo "                                 MIN_SUCCESS MAX_NEW_FAILURES GATE (warn or error); of nightly: CRON='0 2 * * *' NOW=1"
 	@echo "  of compare, beside those: METHODS MODELS LEVELS JUDGE_MODEL NO_INTERACTION=1 PAGE"
 	@echo "  for example: make flow DATA=../shared/partnet_mobility SUBSET=paper9 OUT=/tmp/paper9 WORKERS=2"
 
@@ -89,11 +96,12 @@ doctor: $(INSTALLED) ## what works on this machine
 		$(if $(REFINEMENT_MODEL),--refinement-model "$(REFINEMENT_MODEL)") $(if $(JUDGE_MODEL),--judge-model "$(JUDGE_MODEL)") \
 		$(FROM_FILE)
 
-nightly: $(INSTALLED) ## refine DATA into OUT on the schedule of catalog.yaml, until interrupted; NOW=1: once, at once
-	@$(BIN)/python -m flows.command nightly "$(DATA)" $(OPTIONS) $(if $(NOW),--now)
+nightly: $(INSTALLED) ## refine DATA into OUT on the schedule of catalog.yaml or CRON, until interrupted; NOW=1: once, at once
+	@$(BIN)/python -m flows.command nightly "$(DATA)" $(OPTIONS) $(if $(CRON),--cron "$(CRON)") $(if $(NOW),--now)
 
-ui: $(INSTALLED) ## Prefect's and MLflow's pages, until interrupted
-	@$(BIN)/python -m flows.command ui --out "$(OUT)"
+ui: $(INSTALLED) ## Prefect's and MLflow's pages, until interrupted; PREFECT_PORT (4200), MLFLOW_PORT (5000)
+	@$(BIN)/python -m flows.command ui --out "$(OUT)" $(if $(PREFECT_PORT),--prefect-port "$(PREFECT_PORT)") \
+		$(if $(MLFLOW_PORT),--mlflow-port "$(MLFLOW_PORT)")
 
 samples: $(INSTALLED) ## make data/raw anew, byte for byte
 	@$(BIN)/python -m asset2sim.studies.samples.sample_dataset
@@ -104,7 +112,7 @@ judge: $(INSTALLED) .venv-judge/.installed ## an independent checker, simcheck, 
 .venv-judge/.installed:
 	@echo "installing simcheck into .venv-judge ..."
 	@$(BIN)/python -m venv --clear .venv-judge && \
-	.venv-judge/bin/python -m pip install --quiet --disable-pip-version-check "simcheck[all]"
+	.venv-judge/bin/python -m pip install --quiet --disable-pip-version-check "simcheck[all]" networkx  # which its mesh checks need
 	@touch $@
 
 rules: $(INSTALLED) ## refine DATA as it came, with the paper's ranges and by ours, and write the table of docs/measured.md

@@ -21,15 +21,17 @@ from asset2sim.studies.speed.history_rows import MODULE as QUERY
 from asset2sim.studies.speed.history_rows import write_history
 from asset2sim.studies.speed.measured import BenchMeasurements, BenchRequest, FlowTimes, QueryTimes, parse_request
 from asset2sim.studies.speed.process import evenly_spaced, machine, measure, one_core, time_checker
+from asset2sim.studies.speed.replay import leave_records, make_entries, write_samples
 from asset2sim.studies.speed.synthetic import make_unchanged
 from flows import PIPELINE
 from flows.bench_loop import run_loop
+from flows.bench_night import MODULE as NIGHT
 from flows.bench_run import MODULE as RUN
 from schemas.asset import AssetRecord
 from schemas.errors import DONE, FAILED, exit_code_of
 from schemas.vocabulary import Engine, Grouping
 
-ENGINES = {"one": (Engine.PYBULLET,), "both": (Engine.PYBULLET, Engine.MUJOCO)}
+ENGINES = {"one": (Engine.PYBULLET,), "both": (Engine.PYBULLET, Engine.MUJOCO), "all": tuple(Engine)}
 SAMPLE = "stapler_desk"
 """The sample object whose record and files the synthetic entries have."""
 
@@ -108,6 +110,30 @@ def synthetic(request: BenchRequest, found: BenchMeasurements) -> BenchMeasureme
     return found.model_copy(update={"synthetic": tuple(runs)})
 
 
+def night(request: BenchRequest, found: BenchMeasurements) -> BenchMeasurements:
+    """Measure nights that refine few and many entries, each of which hands back the record of a real sample object."""
+    samples = request.work / "samples"
+    if not samples.is_dir():
+        tell("refining the sample dataset, whose records the entries have")
+        raw = (checkout_folder() or Path()) / "data" / "raw"
+        words = command(request, raw, request.work / "sampled", 2, "all")
+        refs = load_dataset(raw)
+        out = (request.work / "sampled").resolve()
+        write_samples(refine_all(refs, out, parse_refine(words).settings, PIPELINE).records, samples)
+    runs = []
+    for count in (request.few, request.entries):
+        folder = request.work / "nights" / str(count)
+        shutil.rmtree(folder, ignore_errors=True)
+        tell(f"making {count:,} entries")
+        refs = make_entries(samples, folder / "data", count)
+        words = command(request, folder / "data", folder / "out", 2)
+        if request.left:
+            leave_records(refs, folder / "out", parse_refine(words).settings)
+        runs.append(measure(FlowTimes, NIGHT, words, request.work / "numbers" / f"night-{count}"))
+        tell(f"night of {count:,}: {runs[-1].flow_s:.1f} s, {runs[-1].peak_memory_mb:.0f} MB")
+    return found.model_copy(update={"nights": tuple(runs)})
+
+
 def sample_record(request: BenchRequest) -> AssetRecord:
     """The record of a real refinement of a sample object."""
     raw = (checkout_folder() or Path()) / "data" / "raw"
@@ -142,7 +168,14 @@ def checker(request: BenchRequest, found: BenchMeasurements) -> BenchMeasurement
     return found.model_copy(update={"both": both, "checked": checked})
 
 
-MEASURE = {"rates": rates, "unchanged": unchanged, "synthetic": synthetic, "history": history, "checker": checker}
+MEASURE = {
+    "rates": rates,
+    "unchanged": unchanged,
+    "synthetic": synthetic,
+    "night": night,
+    "history": history,
+    "checker": checker,
+}
 
 
 def bench(request: BenchRequest) -> BenchMeasurements:

@@ -11,7 +11,7 @@ from pydantic import Field
 from pydantic_settings import CliPositionalArg
 
 from asset2sim.runs.command_line import Options, parse
-from asset2sim.runs.options import Listed
+from asset2sim.runs.option_types import Listed
 from asset2sim.studies.defects.defect_results import passes, results_json, results_text
 from asset2sim.studies.defects.defects import DEFECTS
 from asset2sim.studies.defects.try_defects import SETTINGS, DefectBench, try_defects

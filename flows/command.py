@@ -48,6 +48,11 @@ def _dispatch(options: Options, refine: Refine, nightly: Nightly) -> int:
 
             sys.stdout.write(settings_text(settings_for_run(options.settings, {}), options.format))
             return DONE
+    return _print(options)
+
+
+def _print(options: Options) -> int:
+    """Run a command that only looks and prints. Returns the exit code."""
     from flows import show
 
     match options:
@@ -60,8 +65,17 @@ def _dispatch(options: Options, refine: Refine, nightly: Nightly) -> int:
         case asked.ViewsOptions():
             settings = settings_for_run(options.settings, stated_settings(options))
             return DONE if show.print_views(options.out, settings) else FAILED
+        case asked.RecordOptions():
+            show.print_recorded(options.out, options.folder)
+        case asked.AskOptions():
+            settings = settings_for_run(options.settings, stated_settings(options))
+            chosen = options.subset, options.assets, options.limit
+            return DONE if show.print_questions(options.data, options.folder, settings, *chosen) else FAILED
+        case asked.CheckOptions():
+            settings = settings_for_run(options.settings, stated_settings(options))
+            return DONE if show.print_checks(options.folders, settings, json=options.json_) else FAILED
         case asked.PagesOptions():
-            show.print_and_serve_pages(options.out)
+            show.print_and_serve_pages(options.out, options.prefect_port, options.mlflow_port)
         case asked.DoctorOptions():
             model = settings_for_run(options.settings, stated_settings(options)).model
             return DONE if show.print_doctor(options.out, model) else FAILED
@@ -84,11 +98,20 @@ def _run_refine(request: RefineRequest, refine: Refine) -> int:
     from asset2sim.runs.alert import alert, exit_code
 
     request = check(request)
+    if request.dry_run:
+        return _dry_run(request)
     result = alert(_refined(request, refine), request.strict)
     from flows.show import print_summary
 
     print_summary(result)
     return exit_code(result, request.strict)
+
+
+def _dry_run(request: RefineRequest) -> int:
+    from flows.dry_run import print_dry_run
+
+    print_dry_run(request)
+    return DONE
 
 
 def _refined(request: RefineRequest, refine: Refine) -> "RunResult":
@@ -109,10 +132,14 @@ def _refined(request: RefineRequest, refine: Refine) -> "RunResult":
 def _run_nightly(request: RefineRequest, nightly: Nightly) -> int:
     """Serve the flow on its schedule until interrupted, or with ``now`` run it at once. Returns the exit code."""
     from asset2sim.runs.interrupt import sigterm_as_interrupt
+    from flows.schedule import chosen_schedule
 
     request = check(request)
+    if request.dry_run:
+        return _dry_run(request)
     if request.now:
         return nightly(request)
+    chosen_schedule(request.cron)
     # A service manager stops what it runs by SIGTERM: that is the usual end of a nightly, as Ctrl-C is.
     with suppress(KeyboardInterrupt), sigterm_as_interrupt():
         nightly(request)
@@ -157,15 +184,22 @@ def ready(request: RefineRequest) -> Iterator[Refine]:
 def serve(request: RefineRequest) -> int:
     """Serve the nightly until interrupted, or have one night at once. Returns the exit code."""
     from flows.programs import run_together
+    from flows.server.night_secrets import remove_old_secrets, secrets_kept
     from flows.server.server import temporary_server
     from flows.server.serving import STOP_LIMIT_S, serving
 
     if request.now:
         return _night_now(request)
     with temporary_server(schedules=True) as address, serving(request.out, address):
-        server = [address] if address else []
-        program = [sys.executable, "-m", "flows.serve_nightly", request.model_dump_json(), *server]
-        run_together({"nightly": program}, STOP_LIMIT_S)
+        remove_old_secrets(request.out)
+        try:
+            with secrets_kept(request) as safe:
+                server = [address] if address else []
+                # Any user of the machine may read a command line.
+                program = [sys.executable, "-m", "flows.serve_nightly", safe.model_dump_json(), *server]
+                run_together({"nightly": program}, STOP_LIMIT_S)
+        finally:
+            remove_old_secrets(request.out)
     return DONE
 
 

@@ -12,7 +12,7 @@ from asset2sim.models.gateway.environment import quiet_environment
 from asset2sim.runs.check_request import check_run
 from asset2sim.runs.command_line import Options, parse
 from asset2sim.runs.dataset import load_dataset
-from asset2sim.runs.options import FILE
+from asset2sim.runs.option_types import FILE
 from asset2sim.runs.request import RefineRequest, usable_cores
 from asset2sim.studies.methods.rules import BLOCK, engine_results, rules_table, settings_of
 from asset2sim.studies.pages.blocks import check_page, write_block

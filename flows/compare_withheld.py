@@ -16,7 +16,7 @@ from asset2sim.models.language.csv_rows import LEFT_OUT_VARIABLE
 from asset2sim.runs.check_request import check_run
 from asset2sim.runs.command_line import Options, parse
 from asset2sim.runs.dataset import load_dataset
-from asset2sim.runs.options import FILE
+from asset2sim.runs.option_types import FILE
 from asset2sim.runs.request import RefineRequest, usable_cores
 from asset2sim.studies.methods.withheld import BLOCK, LEFT_OUT, UNLABELLED, WHOLE, withheld_table
 from asset2sim.studies.pages.blocks import check_page, write_block

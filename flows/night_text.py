@@ -7,6 +7,7 @@ from asset2sim.catalog.report import headline
 from asset2sim.catalog.text import output
 from asset2sim.runs.request import RefineRequest
 from asset2sim.runs.result import RunResult
+from schemas.errors import printable
 
 
 def print_served(request: RefineRequest, schedule: str, following: datetime | None, commands: list[str]) -> None:
@@ -40,7 +41,8 @@ def night_line(result: RunResult) -> str:
 
 def print_night(result: RunResult) -> None:
     """Print a night that came to a result, and its warnings."""
-    sys.stdout.write(f"run {result.run.run_id}: {night_line(result)}\n")
+    for line in (night_line(result), *result.removed):
+        sys.stdout.write(f"run {result.run.run_id}: {line}\n")
     sys.stdout.flush()
     for warning in result.warnings:
         complain(warning)
@@ -49,5 +51,5 @@ def print_night(result: RunResult) -> None:
 def complain(message: str) -> None:
     """Print one line on standard error."""
     sys.stdout.flush()
-    sys.stderr.write(f"asset2sim: {' '.join(message.split())}\n")
+    sys.stderr.write(f"asset2sim: {printable(' '.join(message.split()))}\n")
     sys.stderr.flush()

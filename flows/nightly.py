@@ -9,25 +9,29 @@ from prefect import Flow, flow
 from prefect.client.schemas.objects import FlowRun, State
 from prefect.states import Cancelled, Completed, Failed
 
-from asset2sim.runs.alert import alert_error, exit_code
+from asset2sim.runs.alert import alert_error, exit_code, missed_gates
 from asset2sim.runs.interrupt import sigterm_deferred
 from asset2sim.runs.request import settings_for_run
 from asset2sim.runs.result import INTERRUPTED, RunResult
 from flows.night_text import complain, night_line, print_night
 from flows.refine_dataset import refine_dataset
+from flows.server.night_secrets import with_secrets
 from flows.steps import alert, opaque
-from schemas.errors import DONE, FAILED, MISTAKE, STOPPED, Asset2SimError, UsageError, error_exit_code
+from schemas.errors import DONE, FAILED, GATE, MISTAKE, STOPPED, Asset2SimError, UsageError, error_exit_code
 from schemas.location import Location, location_of
 from schemas.settings import Settings
 
 REFUSED = "Refused"
 """Name of the state of a night that could not start as asked."""
+MISSED_GATE = "MissedGate"
+"""Name of the state of a night that finished and missed a gate."""
 
 
 def run_crash_hook(flow: Flow[..., Any], flow_run: FlowRun, state: State) -> None:
     """Run the hook for a night whose process ended without a result: killed, or out of memory."""
     settings = Settings.model_validate(flow_run.parameters.get("settings") or {})
     with suppress(UsageError):
+        settings = with_secrets(settings, flow_run.parameters.get("secrets"))
         settings = tonight(settings, flow_run.parameters.get("settings_file"))
     error = Asset2SimError(state.message or "the night's process ended without a word")
     warning = alert_error(location_of(flow_run.parameters["out"]), settings.run, error)
@@ -46,14 +50,15 @@ def nightly(
     limit: int | None = None,
     strict: bool = False,
     settings_file: Path | None = None,
+    secrets: str | None = None,
 ) -> State:
     """Refine ``data`` into ``out`` as ``refine_dataset`` does. The state's message is the night in one line.
-    ``settings_file`` is read now, and what ``settings`` states goes before it. The night fails where the run does, and
-    under ``strict`` where an asset does."""
+    ``settings_file`` is read now, and what ``settings`` states goes before it; ``secrets`` names where theirs are. The
+    night fails where the run does or a gate is missed, and under ``strict`` where an asset does."""
     chosen = settings or Settings()
     with sigterm_deferred():
         try:
-            chosen = tonight(chosen, settings_file)
+            chosen = tonight(with_secrets(chosen, secrets), settings_file)
             result = refine_dataset(data, out, chosen, subset, asset_ids, limit)
         except (Exception, KeyboardInterrupt) as error:
             return _state_without_result(out, chosen, error)
@@ -85,8 +90,10 @@ def _state_without_result(out: Location, settings: Settings, error: BaseExceptio
 
 def state_of(result: RunResult, strict: bool) -> State:
     """The Prefect state of a finished night."""
-    states = {DONE: Completed, STOPPED: Cancelled, FAILED: Failed}
-    return states[exit_code(result, strict)](message=night_line(result))
+    code = exit_code(result, strict)
+    if code == GATE:
+        return Failed(name=MISSED_GATE, message=" · ".join((*missed_gates(result), night_line(result))))
+    return {DONE: Completed, STOPPED: Cancelled, FAILED: Failed}[code](message=night_line(result))
 
 
 def code_of_state(state: State) -> int:
@@ -95,4 +102,4 @@ def code_of_state(state: State) -> int:
         return DONE
     if state.is_cancelled():
         return STOPPED
-    return MISTAKE if state.name == REFUSED else FAILED
+    return {REFUSED: MISTAKE, MISSED_GATE: GATE}.get(state.name or "", FAILED)

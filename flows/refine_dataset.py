@@ -2,16 +2,19 @@
 
 from prefect import flow
 
-from asset2sim.catalog.run import finish_run, remove_run_marker, start_run, write_run_marker
+from asset2sim.catalog.parts import open_parts
+from asset2sim.catalog.run import finish_run, remove_run_marker, selection_of, start_run, write_run_marker
 from asset2sim.catalog.storage.cache import working_folder
 from asset2sim.catalog.storage.disk import raise_disk_full
 from asset2sim.catalog.stored_tables import check_catalog
 from asset2sim.checks.alignment.expectations import unknown_assets
+from asset2sim.runs.plan.hand_changes import changes_text
 from asset2sim.runs.remote.output import open_output, send_rest
-from asset2sim.runs.result import RunResult
+from asset2sim.runs.result import INTERRUPTED, RunResult
+from asset2sim.runs.workers import bounded_by_memory
 from flows import PIPELINE
+from flows.night_text import complain
 from flows.steps import (
-    align,
     discover,
     find_expectations,
     find_previous,
@@ -21,6 +24,7 @@ from flows.steps import (
     plan,
     publish,
     refine_assets,
+    remove_old,
     report,
 )
 from schemas.asset import FoundAssets
@@ -45,7 +49,10 @@ def refine_dataset(
     ``found`` are the assets, where the caller has checked the request. An asset that fails is a row. Raises
     ``UsageError`` for a request that cannot be met, before anything is written.
     """
-    data, place, settings = absolute(data), absolute(out), settings or Settings()
+    data, place = absolute(data), absolute(out)
+    settings, fewer = bounded_by_memory(settings or Settings())
+    if fewer is not None:
+        complain(fewer)
     refs = discover(data, place, settings, subset, asset_ids, limit, found)
     references, expectations = find_references(data), find_expectations(data)
     # Only a run over the whole dataset can tell which assets were removed from it.
@@ -54,21 +61,44 @@ def refine_dataset(
     with raise_disk_full(working_folder(place)), open_output(place) as output:
         out = output.folder
         check_catalog(out)
-        started = start_run(settings, str(data), subset)
+        started = start_run(settings, str(data), subset, selection_of(asset_ids, limit))
         died = write_run_marker(out, started)
-        todo = plan(opaque(refs), opaque(references), opaque(expectations), output, settings, pipeline, started.run_id)
-        refined = refine_assets(opaque(refs), opaque(todo), output, settings, started.run_id, pipeline)
-        refined = align(opaque(refined), opaque(references), opaque(expectations))
-        run = finish_run(started, "interrupted" if refined.stopped else "finished")
-        previous = find_previous(out, run, opaque(present))
-        publish(output, run, opaque(refined), opaque(present))
-        remove_run_marker(out)
-        told = report(out, run, opaque(refined), opaque(previous), len(refs), died)
-        # After Ctrl-C the run ends without MLflow, which alone takes seconds.
-        warning = None if refined.stopped else log_run(out, run, opaque(refined), opaque(told.changes))
+        todo = plan(opaque(refs), opaque(references), opaque(expectations), output, settings, pipeline)
+        with open_parts(out, started) as parts:
+            refined = refine_assets(
+                opaque(refs),
+                opaque(todo),
+                opaque(references),
+                opaque(expectations),
+                output,
+                started,
+                opaque(parts),
+                pipeline,
+            )
+            run = finish_run(started, "interrupted" if refined.stopped else "finished")
+            previous = find_previous(out, run, opaque(present))
+            removed = [publish(output, run, opaque(parts), opaque(refined), opaque(present))]
+            remove_run_marker(out)
+            by_hand = changes_text(todo.by_hand, settings.run.redo)
+            told = report(out, run, opaque(refined), opaque(previous), len(refs), died, by_hand)
+            # After Ctrl-C the run ends without MLflow, which alone takes seconds.
+            warning = None
+            if refined.stopped != INTERRUPTED:
+                warning = log_run(out, run, opaque(refined), opaque(told.changes), opaque(parts))
+                if settings.run.keep_days is not None:
+                    removed.append(remove_old(out, run))
         send_rest(output)
     unknown = () if present is None else unknown_assets(expectations, present)
     warnings = (*told.warnings, *((warning,) if warning else ()), *unknown)
     return RunResult(
-        out, run, refined.records, refined.stopped, warnings, refined.unchanged, told.path, told.changes, place
+        out,
+        run,
+        refined.records,
+        refined.stopped,
+        warnings,
+        refined.unchanged,
+        told.path,
+        told.changes,
+        place,
+        tuple(line for line in removed if line is not None),
     )

@@ -14,6 +14,7 @@ from asset2sim.catalog.report_file import write_report
 from asset2sim.catalog.run import RunRow
 from asset2sim.runs.spread.refine_all import RunRecords
 from flows.server.deployment import count_skipped_runs
+from schemas.summary import AssetSummary
 
 ARTIFACT = "report"
 """Key of the artifact: Prefect keeps the versions of one key together, a night each."""
@@ -29,12 +30,19 @@ class WrittenReport:
 
 
 def publish_report(
-    out: Path, run: RunRow, refined: RunRecords, previous: Previous, chosen: int, died: str | None
+    out: Path,
+    run: RunRow,
+    refined: RunRecords[AssetSummary],
+    previous: Previous,
+    chosen: int,
+    died: str | None,
+    by_hand: str | None = None,
 ) -> WrittenReport:
     """Write the report and attach it to the flow run. A failure is a warning only: the tables hold the same data.
-    ``chosen`` counts the run's assets; ``died`` says what happened to the run before it, if that did not end."""
+    ``chosen`` counts the run's assets; ``died`` says what happened to the run before it, if that did not end;
+    ``by_hand`` which results people changed since."""
     changes = find_changes(refined.records, previous)
-    warnings = [problem for problem in (died, skipped_nights(run.started_at)) if problem]
+    warnings = [problem for problem in (died, by_hand, skipped_nights(run.started_at)) if problem]
     problems = [problem for problem in (stopped_line(refined, chosen), previous.problem, *warnings) if problem]
     text = report_markdown(run, refined.records, previous, changes, problems, refined.unchanged, str(out))
     path = None
@@ -49,12 +57,12 @@ def publish_report(
     return WrittenReport(changes, path, tuple(warnings))
 
 
-def stopped_line(refined: RunRecords, chosen: int) -> str | None:
+def stopped_line(refined: RunRecords[AssetSummary], chosen: int) -> str | None:
     """Why the run stopped, where it did, and how far it came."""
     if refined.stopped is None:
         return None
-    seen = len(refined.records) + len(refined.unchanged)
-    return f"{refined.stopped}: {chosen - seen} of {chosen} assets were not seen to"
+    unseen = chosen - len(refined.records) - len(refined.unchanged)
+    return f"{refined.stopped}: {unseen} of {chosen} assets were not seen to" if unseen else refined.stopped
 
 
 def skipped_nights(since: datetime) -> str | None:

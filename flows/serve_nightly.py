@@ -1,4 +1,4 @@
-"""Serve the nightly flow on the schedule that ``catalog.yaml`` holds, or have one night at once. As a program of its
+"""Serve the nightly flow on its schedule, or have one night at once. As a program of its
 own, ``python -m flows.serve_nightly REQUEST [SERVER]``, it is what ``asset2sim nightly`` starts and stops: once
 interrupted, Prefect's serving leaves threads behind that keep its process from ending."""
 
@@ -10,11 +10,8 @@ import sys
 import threading
 import time
 from contextlib import suppress
-from pathlib import Path
 from uuid import UUID
-from zoneinfo import ZoneInfo, ZoneInfoNotFoundError
 
-import yaml
 from prefect.client.schemas.objects import State
 from prefect.exceptions import TerminationSignal
 from prefect.runner import Runner
@@ -26,6 +23,7 @@ from asset2sim.catalog.text import output
 from asset2sim.runs.request import RefineRequest
 from flows.night_text import complain, print_served
 from flows.nightly import code_of_state, nightly, run_crash_hook
+from flows.schedule import chosen_schedule
 from flows.server.client import use_server
 from flows.server.deployment import (
     CRASHED_NIGHT_MESSAGE,
@@ -36,40 +34,15 @@ from flows.server.deployment import (
     next_run,
     run_and_wait,
 )
+from flows.server.night_secrets import secrets_kept
 from flows.server.serving import FLOW, STOP_LIMIT_S, deployment_name
 from schemas.errors import UsageError
 from schemas.location import absolute
 
-CATALOG_FILE = Path(__file__).resolve().parents[1] / "catalog.yaml"
-
-
-def nightly_schedule(path: Path) -> tuple[str, str]:
-    """(cron line of five fields, name of its time zone) from ``metadata: nightly:`` of a catalog file. Raises
-    UsageError, naming the file and what to put there, where either is missing or malformed."""
-    try:
-        content = yaml.safe_load(path.read_text(encoding="utf-8"))
-    except OSError as error:
-        raise UsageError(f"cannot read {path}: {error.strerror}") from error
-    except yaml.YAMLError as error:
-        raise UsageError(f"{path} is not YAML: {str(error).splitlines()[0]}") from error
-    found = content
-    for name in ("metadata", "nightly"):
-        found = found.get(name) if isinstance(found, dict) else None
-    if not isinstance(found, dict) or "cron" not in found:
-        raise UsageError(f'{path} has no schedule; add metadata: nightly: cron: "0 2 * * *"')
-    cron, zone = str(found["cron"]), str(found.get("timezone", "UTC"))
-    if len(cron.split()) != 5:
-        raise UsageError(f"{path}: cron '{cron}' needs five fields: minute, hour, day, month, weekday")
-    try:
-        ZoneInfo(zone)
-    except (ZoneInfoNotFoundError, ValueError) as error:
-        raise UsageError(f"{path}: unknown timezone '{zone}'; use a name such as UTC or Europe/Berlin") from error
-    return cron, zone
-
 
 def parameters(request: RefineRequest) -> dict[str, object]:
-    """The flow's parameters, as Prefect keeps them: JSON, and paths that mean the same from everywhere. With a settings
-    file they hold what the options state: each night reads the file as it is then."""
+    """The flow's parameters, as Prefect keeps them: JSON without secrets, and paths that mean the same from everywhere.
+    With a settings file they hold what the options state: each night reads the file as it is then."""
     told = request.model_dump(mode="json")
     return {
         "data": str(absolute(request.data)),
@@ -80,12 +53,13 @@ def parameters(request: RefineRequest) -> dict[str, object]:
         "asset_ids": list(request.asset_ids),
         "limit": request.limit,
         "strict": request.strict,
+        "secrets": request.secrets,
     }
 
 
 def serve_nightly(request: RefineRequest, address: str | None = None) -> None:
     """Start the flow on schedule, with the request's parameters, until interrupted. Needs a Prefect server."""
-    cron, timezone = nightly_schedule(CATALOG_FILE)
+    cron, timezone = chosen_schedule(request.cron)
     name = deployment_name(request.out)
     runner = Runner(name=name, pause_on_shutdown=True)
     schedule, told, kind = Cron(cron, timezone=timezone), parameters(request), EntrypointType.MODULE_PATH
@@ -94,6 +68,8 @@ def serve_nightly(request: RefineRequest, address: str | None = None) -> None:
     )
     deployment_id = UUID(str(added))
     for lost in clear_stale_runs(deployment_id):
+        # Its own secrets went with the process that served it.
+        lost = lost.model_copy(update={"parameters": {**lost.parameters, "secrets": request.secrets}})
         run_crash_hook(nightly, lost, lost.state or Crashed(message=CRASHED_NIGHT_MESSAGE))
     ours = f"asset2sim nightly {shlex.quote(str(request.data))} --out {shlex.quote(str(request.out))} --now"
     prefects = f"{f'PREFECT_API_URL={address} ' if address else ''}prefect deployment run {FLOW}/{name}"
@@ -134,7 +110,8 @@ def run_deployed_night(request: RefineRequest) -> int | None:
     if found is None or found.status != "READY":
         return None
     output().print(f"{FLOW}/{name} runs now; Ctrl-C stops the waiting, not the night", markup=False, soft_wrap=True)
-    run = run_and_wait(UUID(str(found.id)), parameters(request))
+    with secrets_kept(request) as safe:
+        run = run_and_wait(UUID(str(found.id)), parameters(safe))
     if never_began(run):
         raise UsageError(f"another night of {FLOW}/{name} is at work; wait until it ends, this one was left out")
     state = run.state or Crashed(message="it has no state")

@@ -1,9 +1,11 @@
 """The commands that print: what a catalog holds, what a run came to, what works here, and where the pages are."""
 
+import socket
 import sys
 from collections.abc import Sequence
 from contextlib import suppress
 from datetime import datetime
+from json import dumps, loads
 from pathlib import Path
 
 import pandas as pd
@@ -12,13 +14,18 @@ from rich.table import Table
 from rich.text import Text
 
 from asset2sim.catalog.failures import failure_breakdown, render_failures
-from asset2sim.catalog.text import NOTHING, output
+from asset2sim.catalog.storage.objects import open_store
+from asset2sim.catalog.text import NOTHING, cut, output
 from asset2sim.runs.result import RunResult
+from flows import PIPELINE
+from schemas.errors import UsageError, printable
+from schemas.location import is_url
 from schemas.settings import ModelSettings, Settings
 from schemas.vocabulary import Grouping, Status
 
-PREFECT_PORT = 4200
-MLFLOW_PORT = 5000
+CHECK_PIPELINE = "tasks.check:check_asset"
+SAID_BESIDE = ("changed_by_hand", "refined_state_unread", "refined_joint_unknown", "support_guessed")
+"""Codes of findings of a check that the terminal shows beside the verdict."""
 
 
 def print_failures(
@@ -45,7 +52,9 @@ def print_query(out: Path | str, sql: str, *, csv: bool) -> None:
 
     answer = query(out, sql)
     if csv:
-        output().print(Text(answer.to_csv(index=False).rstrip("\n")), soft_wrap=True)
+        text = answer.to_csv(index=False)
+        # A file or a program gets the values as they are; a terminal would obey escapes among them.
+        sys.stdout.write(printable(text) if sys.stdout.isatty() else text)
         return
     table = Table(box=box.SIMPLE_HEAD)
     for name in answer.columns:
@@ -60,7 +69,7 @@ def _cell(value: object) -> Text:
     if isinstance(value, float) and not pd.isna(value):
         return Text(f"{value:.6g}")
     missing = value is None or value is pd.NaT or (isinstance(value, float) and pd.isna(value)) or value is pd.NA
-    return Text(NOTHING if missing else str(value))
+    return Text(NOTHING if missing else cut(str(value)))
 
 
 def print_asset(out: Path | str, asset_id: str) -> None:
@@ -72,11 +81,12 @@ def print_asset(out: Path | str, asset_id: str) -> None:
 
 def print_summary(result: RunResult) -> None:
     """Print every refined asset with its verdict, the failure modes, and where the output is."""
-    from asset2sim.catalog.summary import alignment_line, expected_line, summary_table
+    from asset2sim.catalog.summary import alignment_line, expected_line, summary_tables
 
     console = output()
     if result.records or not result.unchanged:
-        console.print(summary_table(result.records, result.run.settings.thresholds))
+        for table in summary_tables(result.records, result.run.settings.thresholds):
+            console.print(table)
         console.print()
     if result.unchanged:
         console.print(Text(_unchanged_line(result) + "\n"))
@@ -86,11 +96,15 @@ def print_summary(result: RunResult) -> None:
     console.print(render_failures(failure_breakdown(result.out)))
     report = f"\nreport:  {result.shown_report}" if result.report else ""
     console.print(Text(f"assets:  {result.shown('assets')}\ncatalog: {result.shown('catalog')}{report}"))
+    for line in result.removed:
+        console.print(Text(line))
     sys.stdout.flush()
     for warning in result.warnings:
-        sys.stderr.write(f"asset2sim: {warning}\n")
+        sys.stderr.write(f"asset2sim: {printable(warning)}\n")
     if result.stopped is not None:
-        sys.stderr.write(f"asset2sim: {result.stopped}; {len(result.records)} finished assets are in the catalog\n")
+        sys.stderr.write(
+            f"asset2sim: {printable(result.stopped)}; {len(result.records)} finished assets are in the catalog\n"
+        )
 
 
 def _unchanged_line(result: RunResult) -> str:
@@ -117,6 +131,43 @@ def print_doctor(out: Path | str, model: ModelSettings) -> bool:
     return all(check.ok for check in checks if check.needed)
 
 
+def print_recorded(out: Path | str, folder: Path) -> None:
+    """Record the answers of the latest run in ``out``, and print what was recorded and what could not be."""
+    from asset2sim.runs.record_answers import record_answers
+
+    found = record_answers(out, folder)
+    models = ", ".join(dict.fromkeys(origin.model for origin in found.origins.values() if origin.model))
+    output().print(
+        Text(
+            f"{len(found.texts)} answers for {len(found.assets)} assets{models and f', of {models}'}\n"
+            f"run them again with --model recorded/{folder}"
+        )
+    )
+    sys.stdout.flush()
+    for line in found.lost:
+        sys.stderr.write(f"asset2sim: no answer recorded for {line}\n")
+
+
+def print_questions(
+    data: Path | str, folder: Path, settings: Settings, subset: str | None, asset_ids: Sequence[str], limit: int | None
+) -> bool:
+    """Write the questions about a dataset's assets, and print what was written; returns whether any was."""
+    from asset2sim.runs.dataset import load_dataset
+    from asset2sim.runs.write_questions import FOLDER, write_questions
+
+    written = write_questions(load_dataset(data, subset, asset_ids, limit), folder, settings, PIPELINE)
+    for asset_id, reason in written.failed.items():
+        sys.stderr.write(f"asset2sim: no question about asset {asset_id}: {reason}\n")
+    output().print(
+        Text(
+            f"{len(written.origins)} questions in {folder / FOLDER}, each a question.md with pictures, and a "
+            f"question.json for programs\nput the answers into {folder}, as {next(iter(written.origins), '…')}, and "
+            f"run them with --model recorded/{folder}"
+        )
+    )
+    return bool(written.origins)
+
+
 def print_views(out: Path | str, settings: Settings) -> bool:
     """Write the views that are missing in ``out``, and print how many; returns whether all could be drawn."""
     from asset2sim.runs.later_views import write_missing_views
@@ -125,36 +176,81 @@ def print_views(out: Path | str, settings: Settings) -> bool:
     output().print(Text(f"drew views of {sum(not problem for problem in drawn.values())} assets"))
     for asset_id, problem in drawn.items():
         if problem:
-            sys.stderr.write(f"asset2sim: no views of {asset_id}: {problem}\n")
+            sys.stderr.write(f"asset2sim: no views of {asset_id}: {printable(problem)}\n")
     return not any(drawn.values())
 
 
-def print_and_serve_pages(out: Path | str) -> None:
-    """Serve the pages of Prefect and MLflow for the runs in ``out`` until interrupted."""
-    from flows.programs import run_together
+def print_checks(folders: Sequence[Path | str], settings: Settings, *, json: bool) -> bool:
+    """Check URDF folders as they are, and print a row, or JSON, for each; returns whether all pass."""
+    from asset2sim.models.gateway.environment import quiet_environment
+    from asset2sim.runs.check_folders import check_as_json, check_folders, engine_verdict
 
+    quiet_environment()
+    records = check_folders(folders, settings, CHECK_PIPELINE)
+    passed = all(record.status is Status.OK for record in records)
+    if json:
+        told = dumps([check_as_json(record, settings) for record in records])
+        # What exploded has numbers that JSON does not.
+        sys.stdout.write(f"{dumps(loads(told, parse_constant=lambda _: None), indent=1)}\n")
+        return passed
+    engines = list(dict.fromkeys(report.engine for record in records for report in record.reports))
+    table = Table(box=box.SIMPLE_HEAD)
+    for name in ("asset", "verdict", *engines, "reason"):
+        table.add_column(name, overflow="fold", no_wrap=name in ("verdict", *engines))
+    for record in records:
+        seen = {report.engine: engine_verdict(record, report, settings) for report in record.reports}
+        ok = record.status is Status.OK
+        warned = [item.message for item in record.findings if item.code in SAID_BESIDE]
+        verdict = Text("ok", style="green") if ok else Text(record.failure_mode, style="bold red")
+        reason = "; ".join(([] if ok else [record.reason]) + warned)
+        table.add_row(
+            Text(record.ref.asset_id), verdict, *(Text(seen.get(name, NOTHING)) for name in engines), Text(reason)
+        )
+    output().print(table)
+    output().print(Text(f"{sum(record.status is Status.OK for record in records)} of {len(records)} ok"))
+    return passed
+
+
+def print_and_serve_pages(out: Path | str, prefect_port: int, mlflow_port: int) -> None:
+    """Serve the pages of Prefect and MLflow for the runs in ``out`` until interrupted, by Ctrl-C or SIGTERM. Raises
+    UsageError for a port that is in use or twice the same, and for a URL of no store."""
+    from asset2sim.runs.interrupt import sigterm_as_interrupt
+    from flows.programs import run_side_by_side
+
+    if is_url(out):
+        open_store(out)
+    ports = {"Prefect": prefect_port, "MLflow": mlflow_port}
+    for name, port in ports.items():
+        _check_port(name, port)
+    if prefect_port == mlflow_port:
+        raise UsageError(f"--prefect-port and --mlflow-port are both {prefect_port}; choose two")
     console = output()
-    for name, address in addresses().items():
-        console.print(f"{name}: {address}")
-    with suppress(KeyboardInterrupt):
-        run_together(commands(out))
+    for name, port in ports.items():
+        console.print(f"{name}: http://127.0.0.1:{port}")
+    with suppress(KeyboardInterrupt), sigterm_as_interrupt():
+        run_side_by_side(commands(out, prefect_port, mlflow_port))
 
 
-def commands(out: Path | str) -> dict[str, list[str]]:
+def _check_port(name: str, port: int) -> None:
+    try:
+        socket.create_server(("127.0.0.1", port)).close()
+    except OSError as error:
+        raise UsageError(
+            f"port {port} of 127.0.0.1 cannot be used for {name} ({error.strerror or error}); choose another with "
+            f"--{name.lower()}-port"
+        ) from error
+
+
+def commands(out: Path | str, prefect_port: int = 4200, mlflow_port: int = 5000) -> dict[str, list[str]]:
     """Name → command line of each server; both listen on 127.0.0.1 only. MLflow shows the runs of this machine."""
     from asset2sim.catalog.mlflow_store import tracking_uri
     from asset2sim.catalog.storage.cache import working_folder
 
     programs = Path(sys.executable).parent
     return {
-        "Prefect": [str(programs / "prefect"), "server", "start", "--host", "127.0.0.1", "--port", str(PREFECT_PORT)],
+        "Prefect": [str(programs / "prefect"), "server", "start", "--host", "127.0.0.1", "--port", str(prefect_port)],
         "MLflow": [
             *(str(programs / "mlflow"), "server", "--backend-store-uri", tracking_uri(working_folder(out))),
-            *("--host", "127.0.0.1", "--port", str(MLFLOW_PORT)),
+            *("--host", "127.0.0.1", "--port", str(mlflow_port)),
         ],
     }
-
-
-def addresses() -> dict[str, str]:
-    """Name → URL of its page."""
-    return {"Prefect": f"http://127.0.0.1:{PREFECT_PORT}", "MLflow": f"http://127.0.0.1:{MLFLOW_PORT}"}

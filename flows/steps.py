@@ -2,7 +2,6 @@
 
 import threading
 from collections.abc import Callable, Collection
-from dataclasses import replace
 from pathlib import Path
 from typing import ParamSpec, TypeVar, cast
 
@@ -12,24 +11,28 @@ from prefect.utilities.annotations import quote
 
 from asset2sim.catalog import mlflow_log
 from asset2sim.catalog.changes import Changes, read_previous
+from asset2sim.catalog.history import remove_old_history
 from asset2sim.catalog.index import write_index
 from asset2sim.catalog.mlflow_store import prepare_mlflow
+from asset2sim.catalog.parts import Parts
 from asset2sim.catalog.run import RunRow
-from asset2sim.catalog.write import write_run
+from asset2sim.catalog.write import write_parts
 from asset2sim.checks.alignment import expectations as expected
-from asset2sim.checks.alignment.align import align_all
+from asset2sim.checks.alignment.align import with_alignment
 from asset2sim.checks.alignment.expectations import Expectations
 from asset2sim.checks.alignment.reference import FILE, Reference, read_references
 from asset2sim.runs import alert as alerts
 from asset2sim.runs.check_request import check_request
 from asset2sim.runs.plan.plan import Plan, make_plan, mark_published
+from asset2sim.runs.plan.set_aside import set_aside
 from asset2sim.runs.remote.fetch_asset import local_file
 from asset2sim.runs.remote.output import Output, send_plan, send_tables, stored_asset_ids
-from asset2sim.runs.spread.refine_all import RunRecords, refine_all
+from asset2sim.runs.spread.refine_all import RunRecords, refine_and_keep
 from flows.run_report import publish_report
-from schemas.asset import AssetRef, FoundAssets
+from schemas.asset import AssetRecord, AssetRef, FoundAssets
 from schemas.location import Location, below
 from schemas.settings import Settings
+from schemas.summary import AssetSummary
 
 T = TypeVar("T")
 Arguments = ParamSpec("Arguments")
@@ -82,47 +85,64 @@ def plan(
     output: Output,
     settings: Settings,
     pipeline: str,
-    run_id: str,
 ) -> Plan:
     """The assets that the run must do, sent to the workers where the output is a URL."""
     there = stored_asset_ids(output, views=settings.views.in_run)
-    made = make_plan(refs, references, output.folder, settings, pipeline, run_id, there, expectations)
+    made = make_plan(refs, references, output.folder, settings, pipeline, there, expectations)
     send_plan(output, made)
     return made
 
 
 @step("refine-assets")
 def refine_assets(
-    refs: list[AssetRef], plan: Plan, output: Output, settings: Settings, run_id: str, pipeline: str
-) -> RunRecords:
-    """A record per asset that the plan has to do."""
+    refs: list[AssetRef],
+    plan: Plan,
+    references: dict[str, Reference],
+    expectations: Expectations,
+    output: Output,
+    run: RunRow,
+    parts: Parts,
+    pipeline: str,
+) -> RunRecords[AssetSummary]:
+    """Every asset that the plan has to do, in short; their rows are in ``parts``, with their alignment
+    and how they meet what is expected of them."""
+
+    def keep(record: AssetRecord) -> AssetSummary:
+        asset_id = record.ref.asset_id
+        judged = expected.with_expectations(with_alignment(record, references), expectations.get(asset_id, ()))
+        return parts.add(set_aside(output.folder, judged, plan.owned.get(asset_id)))
+
     if plan.todo:
         # MLflow, which the run's last step needs, loads beside the work.
         threading.Thread(target=prepare_mlflow, args=(output.folder,)).start()
-    return refine_all(refs, output.folder, settings, pipeline, run_id, plan, output.url)
-
-
-@step("align")
-def align(refined: RunRecords, references: dict[str, Reference], expectations: Expectations) -> RunRecords:
-    """The records with their alignment, and with how they meet what is expected of them."""
-    aligned = align_all(refined.records, references)
-    records = (expected.with_expectations(record, expectations.get(record.ref.asset_id, ())) for record in aligned)
-    return replace(refined, records=tuple(records))
+    return refine_and_keep(refs, output.folder, run.settings, pipeline, keep, run.run_id, plan, output.url)
 
 
 @step("publish")
-def publish(output: Output, run: RunRow, refined: RunRecords, present: Collection[str] | None) -> None:
+def publish(
+    output: Output, run: RunRow, parts: Parts, refined: RunRecords[AssetSummary], present: Collection[str] | None
+) -> str | None:
     """Write the run's rows to the Parquet tables, and the index of what can be loaded; ``present`` are all assets of
-    the dataset, where that is known."""
+    the dataset, where that is known. Returns a line that says what was removed of the history, if anything was."""
     folder = output.folder
     # Behind a URL, history is compacted after the upload: a store cannot switch a month's files at once.
-    write_run(folder, run, refined.records, refined.unchanged, present, compact=output.url is None)
+    write_parts(folder, run, parts, refined.records, refined.unchanged, present, compact=output.url is None)
+    days = run.settings.run.keep_days
+    removed = remove_old_history(folder, run.started_at, days) if days is not None else None
     send_tables(output, run.started_at)
     write_index(folder, output.url)
-    mark_published(folder, refined.records)
+    mark_published(folder, refined.records, stored_asset_ids(output, views=False))
+    return removed
 
 
 @step("log-run")
-def log_run(out: Path, run: RunRow, refined: RunRecords, changes: Changes) -> str | None:
+def log_run(out: Path, run: RunRow, refined: RunRecords[AssetSummary], changes: Changes, parts: Parts) -> str | None:
     """Log settings, figures and failures; returns a warning where MLflow could not take them."""
-    return mlflow_log.log_run(out, run, refined.records, changes, refined.unchanged)
+    return mlflow_log.log_run(out, run, refined.records, changes, refined.unchanged, parts)
+
+
+@step("remove-old")
+def remove_old(out: Path, run: RunRow) -> str | None:
+    """Remove MLflow's artifacts of runs that are too old; returns a line that says which, if any are."""
+    days = run.settings.run.keep_days
+    return mlflow_log.remove_old_artifacts(out, run, days) if days is not None else None

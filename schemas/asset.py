@@ -11,6 +11,7 @@ from schemas.finding import Finding, TraceStep
 from schemas.interaction import EngineReport, OverlapPair
 from schemas.measurement import Measurement
 from schemas.overlay import PhysicsOverlay
+from schemas.overrides import Overrides
 from schemas.request import ModelCall
 from schemas.support import SupportKind
 from schemas.vocabulary import FailureMode, Method, Status, UpAxis
@@ -26,7 +27,9 @@ class Unchanged(Frozen):
 
 class AssetRef(Frozen):
     """An asset's absolute folder, category, subset and user prompt. ``support``: what the manifest says carries it;
-    ``up``: which axis points up in its file; None: the run's, or what its geometry says."""
+    ``up``: which axis points up in its file; None: the run's, or what its geometry says. ``root``: the dataset's folder
+    or URL, below which its files may lie; None: its own folder. ``fault``: why it cannot be read, where that shows
+    before anything is read. ``overrides``: numbers of the user's own."""
 
     asset_id: str
     path: str
@@ -35,6 +38,9 @@ class AssetRef(Frozen):
     prompt: str | None = None
     support: SupportKind | None = None
     up: UpAxis | None = None
+    root: str | None = None
+    fault: str | None = None
+    overrides: Overrides | None = None
 
 
 class FoundAssets:
@@ -69,5 +75,7 @@ class AssetRecord(Frozen):
     trace: tuple[TraceStep, ...] = ()
     findings: tuple[Finding, ...] = ()
     seconds: dict[str, float] = Field(default_factory=dict)
+    written: bool = False
+    """Whether its refined folder was written; a stage that fails leaves none, and so does a method that writes none."""
     content_hash: str = ""
     """What the result depends on, as one value; empty until a run's plan fills it in."""

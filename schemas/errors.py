@@ -1,6 +1,7 @@
 """Errors. A bad asset is data: ``AssetError`` becomes a row. A user's mistake is a ``UsageError``: one line, exit 2."""
 
 import errno
+import re
 import sqlite3
 import sys
 from collections.abc import Callable, Iterable
@@ -8,8 +9,8 @@ from functools import partial
 
 from schemas.vocabulary import FailureMode
 
-DONE, FAILED, MISTAKE, STOPPED = 0, 1, 2, 130
-"""Exit codes: done, the run failed, the user's mistake, interrupted."""
+DONE, FAILED, MISTAKE, GATE, STOPPED = 0, 1, 2, 3, 130
+"""Exit codes: done, the run failed, the user's mistake, a gate was missed, interrupted."""
 
 
 class Asset2SimError(Exception):
@@ -59,6 +60,15 @@ def shortened(text: str, length: int) -> str:
     return text if len(text) <= length else text[:length] + "…"
 
 
+_UNPRINTABLE = re.compile("[\0-\x08\x0b-\x1f\x7f-\x9f\u200e\u200f\u202a-\u202e\u2066-\u2069\ud800-\udfff]")
+"""Control characters but line feed and tab, marks that reorder what is read, and halves of characters."""
+
+
+def printable(text: str) -> str:
+    """The text without what a terminal would obey rather than show: a dataset's names and prompts may hold escapes."""
+    return _UNPRINTABLE.sub("", text)
+
+
 FULL = (errno.ENOSPC, errno.EDQUOT)
 """Error numbers of a full disk and of an exhausted quota."""
 
@@ -90,5 +100,5 @@ def exit_code_of(program: str, run: Callable[[], int]) -> int:
         return run()
     except (Asset2SimError, KeyboardInterrupt) as error:
         sys.stdout.flush()
-        sys.stderr.write(f"{program}: {str(error) or 'interrupted'}\n")
+        sys.stderr.write(f"{program}: {printable(str(error)) or 'interrupted'}\n")
         return error_exit_code(error)

@@ -15,11 +15,16 @@ LOCAL_SCHEMES = ("file", "local")
 
 def location_of(value: object) -> Path | str:
     """A local folder as a ``Path``, a URL such as ``s3://bucket/prefix`` as text without a slash at its end.
-    ``file://`` URLs are local folders. Raises UsageError for a URL that names no bucket, chains several stores, or
-    holds a password: tables and logs would keep it."""
+    ``file://`` URLs are local folders. Raises UsageError for an empty name, and for a URL that names no bucket, chains
+    several stores, or holds a password: tables and logs would keep it."""
     if isinstance(value, Path):
         return value
     text = str(value)
+    if not text.isascii() and text != text.encode(errors="replace").decode():
+        shown = text.encode(errors="surrogateescape").decode(errors="backslashreplace")
+        raise UsageError(f"{shown}: a path must be text in UTF-8, which tables can hold; rename the folder")
+    if not text.strip():
+        raise UsageError("a folder's name is empty; name one, such as data/refined, or '.' for the current folder")
     scheme, separator, rest = text.partition("://")
     if not separator or "/" in scheme:
         return Path(text)
@@ -65,8 +70,16 @@ def local_folder(text: str) -> Path:
 
 
 def absolute(location: Path | str) -> Path | str:
-    """The location as an absolute path; a URL unchanged."""
-    return location if is_url(location) else Path(location).resolve()
+    """The location as an absolute path; a URL unchanged. Raises UsageError for a path that no file system can have."""
+    if is_url(location):
+        return location
+    try:
+        found = Path(location).resolve()
+        found.exists()
+        return found
+    except (OSError, RuntimeError) as error:  # a name that is too long; links that lead back to themselves
+        said = error.strerror if isinstance(error, OSError) else "its links lead in a circle"
+        raise UsageError(f"{location}: no folder can be there ({said}); name another") from error
 
 
 def nearest_existing(path: Path) -> Path:

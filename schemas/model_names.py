@@ -6,9 +6,13 @@ from pydantic import Field
 
 from schemas.base import Frozen, NonNegative, Positive
 from schemas.errors import UnknownChoiceError
+from schemas.secret import Address
 
 PRIOR_PROVIDER = "prior"
 PRIOR_MODELS: tuple[str, ...] = ("prior/household", "prior/noisy")
+RECORDED_PROVIDER = "recorded"
+RECORDED_FORM = "recorded/<folder>"
+"""Name of recorded answers: a folder of files, relative to where the run was started."""
 NOISY = "prior/noisy"
 NOISY_FORM = "prior/noisy[@LEVEL[:SEED]]"
 """Name of a simulated fallible model: its error level (0 to 10; 1, the default, is the paper's) and its seed."""
@@ -31,7 +35,7 @@ class ModelSettings(Frozen):
     """Proposes steps of the state; None stands for ``model``."""
     judge_model: str | None = None
     """Looks at the refined object and scores it against its prompt; None: no score."""
-    api_base: str | None = None
+    api_base: Address | None = None
     temperature: NonNegative = 0.0
     timeout_s: Positive = 120.0
     """Time limit of one request, s."""
@@ -58,6 +62,21 @@ class ModelSettings(Frozen):
 def is_prior(model: str) -> bool:
     """Whether the model runs in this process, whatever its name says after the slash."""
     return _prefix(model) == PRIOR_PROVIDER
+
+
+def is_recorded(model: str) -> bool:
+    """Whether the model is a folder of recorded answers."""
+    return _prefix(model) == RECORDED_PROVIDER
+
+
+def recorded_folder(model: str) -> str:
+    """The folder of a recorded model, as the user wrote it; empty where the name has none."""
+    return model.partition("/")[2]
+
+
+def is_local(model: str) -> bool:
+    """Whether no server is asked: the model runs in this process, or its answers are files."""
+    return is_prior(model) or is_recorded(model)
 
 
 def is_noisy(model: str) -> bool:
@@ -97,9 +116,9 @@ def named_models(settings: ModelSettings) -> tuple[str, ...]:
 
 def settings_for(settings: ModelSettings, model: str) -> ModelSettings:
     """The settings for a call of one of the named models. ``api_base`` is the address of one server, so it goes with
-    one provider: that of the first named model that does not run in this process. A model of another provider is asked
+    one provider: that of the first named model that is asked at a server. A model of another provider is asked
     at its default address."""
-    addressed = next((_prefix(name) for name in named_models(settings) if not is_prior(name)), None)
+    addressed = next((_prefix(name) for name in named_models(settings) if not is_local(name)), None)
     api_base = settings.api_base if _prefix(model) == addressed else None
     own = {"model": model, "api_base": api_base, "refinement_model": None, "judge_model": None}
     return settings.model_copy(update=own)

@@ -102,10 +102,11 @@ class Overlay(Frozen):
     """A model's whole proposal. ``scale`` is uniform; positions are radians, or metres at the authored scale.
 
     ``initial_joint_positions`` names only joints for which the user asks a state; every other joint starts closed or at
-    its authored zero. ``asked`` names what in the answer came from the user's words: ``scale``, or a joint's name.
-    ``sigmas`` is the model's own standard deviation of a number in the answer, in its unit, by path: ``scale``,
-    ``links.NAME.FIELD``, ``joints.NAME.FIELD``, ``initial_joint_positions.NAME``. ``mass_change`` says that the links'
-    masses were scaled together.
+    its authored zero. ``asked`` names what in the answer came from the user's words: ``scale``, or a joint's name; of
+    the user's own numbers also the path, ``links.NAME.mass_kg`` or ``initial_joint_positions.NAME``. ``sigmas`` is the
+    model's own standard deviation of a number in the answer, in its unit, by path: ``scale``, ``links.NAME.FIELD``,
+    ``joints.NAME.FIELD``, ``initial_joint_positions.NAME``. ``mass_change`` says that the links' masses were scaled
+    together.
     """
 
     scale: Positive
@@ -193,6 +194,8 @@ class JointPhysics(Frozen):
     solver bear a stiff spring on a part of a gram; the effective inertias do not contain it."""
     mimic: Mimic | None = None
     """What the joint follows, at the final scale; None for one with a position of its own."""
+    exact: bool = False
+    """Whether the user states the initial position as a number, which no search moves."""
 
     def following(self, leader: "JointPhysics") -> "JointPhysics":
         """The joint where its leader has it: position, range and ends."""

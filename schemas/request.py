@@ -19,6 +19,10 @@ class ModelCall(Frozen):
     cached: bool
     outcome: str
     prompt_hash: str
+    answer_file: str | None = None
+    """File that holds the answer: below OUT's folder of answers, or in that of a recorded model; None: not kept."""
+    answered_by: str | None = None
+    """Model that once gave a recorded answer; None for every other, and where the recording does not say."""
 
 
 class LabelledImage(Frozen):
@@ -72,7 +76,8 @@ class ModelRequest(Frozen):
 class ModelAnswer(Frozen):
     """The answer's text, or None with ``error`` saying why there is none; ``calls`` holds one row per attempt.
     ``tool_calls`` are the tools to run before the model continues. ``budget_spent`` says that a budget, not the model,
-    is why nothing was asked. ``without_images`` says why images that the request had were not sent."""
+    is why nothing was asked, ``unrecorded`` that a recorded model has no answer to this question. ``without_images``
+    says why images that the request had were not sent, ``other_question`` that a recorded answer is to another one."""
 
     content: str | None
     calls: tuple[ModelCall, ...]
@@ -80,6 +85,8 @@ class ModelAnswer(Frozen):
     tool_calls: tuple[ToolCall, ...] = ()
     budget_spent: bool = False
     without_images: str | None = None
+    unrecorded: bool = False
+    other_question: str | None = None
 
 
 ModelAsk = Callable[[ModelRequest], ModelAnswer]

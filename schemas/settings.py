@@ -5,10 +5,12 @@ from typing import Literal
 from pydantic import Field
 
 from schemas.base import Fraction, Frozen, NonNegative, Positive
+from schemas.inputs import InputSettings as InputSettings
 from schemas.model_names import ModelSettings as ModelSettings
+from schemas.run_settings import RunSettings as RunSettings
 from schemas.support import SupportKind
 from schemas.thresholds import Thresholds as Thresholds
-from schemas.vocabulary import BaseMode, CollisionMode, DynamicsRule, Engine, Export, Method, Redo, StateMode, UpAxis
+from schemas.vocabulary import BaseMode, CollisionMode, DynamicsRule, Engine, Export, Method, StateMode, UpAxis
 
 
 class PhysicsSettings(Frozen):
@@ -232,32 +234,13 @@ class ViewSettings(Frozen):
         return self.write and not self.later
 
 
-class RunSettings(Frozen):
-    """How a dataset is spread over processes, and what one asset may use."""
-
-    workers: int = Field(2, ge=1)
-    scheduler: str | None = None
-    asset_time_limit_s: Positive = 300.0
-    """Wall time of one asset, s: the slowest of the real objects, a keyboard of 115 keys, needs about a tenth of it."""
-    asset_memory_limit_mb: int = Field(4096, ge=256)
-    """Address space that one asset's process may add, MB."""
-    retries_alone: int = Field(20, ge=0)
-    """Most assets of a run that are tried once more, one after the other, after their process died: hundreds that hang
-    for five minutes each would take the night. The next run tries the others."""
-    hook: str | None = None
-    """A shell command to run after the run, with the run's figures in its environment; see ``asset2sim.runs.alert``."""
-    hook_time_limit_s: Positive = 60.0
-    """Wall time of the hook, s: enough for a slow mail server, and a run is not held up by one that never answers."""
-    redo: Redo = Redo.CHANGED
-    """Which assets are refined again although an earlier run has their result."""
-
-
 class Settings(Frozen):
     """Everything that steers a run."""
 
     method: Method = Method.ASSET2SIM
     methods: MethodSettings = MethodSettings()
     model: ModelSettings = ModelSettings()
+    inputs: InputSettings = InputSettings()
     physics: PhysicsSettings = PhysicsSettings()
     engine: EngineSettings = EngineSettings()
     collision: CollisionSettings = CollisionSettings()
@@ -266,6 +249,8 @@ class Settings(Frozen):
     state: StateMode = StateMode.DOCUMENT
     support: SupportKind | None = None
     """What carries every object whose manifest row does not say; None: found for each."""
+    prompt: str | None = None
+    """What is asked of the one asset of a run, whatever its manifest row asks; a run of several refuses it."""
     base: BaseMode = BaseMode.ROOT
     exports: tuple[Export, ...] = ()
     search: SearchSettings = SearchSettings()

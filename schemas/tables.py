@@ -21,7 +21,7 @@ _ASSETS: tuple[Column, ...] = (
     ("prompt", TEXT, "", "The user's guidance; null where there is none"),
     ("status!", TEXT, "", "ok or failed"),
     ("failure_mode!", TEXT, "", "Why it failed, none for ok; see schemas.vocabulary.FailureMode"),
-    ("paper_failure_mode", TEXT, "", "The paper's name for the failure mode; null for ok"),
+    ("paper_failure_mode", TEXT, "", "The paper's name for the failure mode; null for ok, and where it has none"),
     ("reason!", TEXT, "", "The verdict in a sentence"),
     ("scale", REAL, "1", "Uniform scale against the authored size"),
     ("scale_source", TEXT, "", "Where the scale came from"),
@@ -64,6 +64,7 @@ _ASSETS: tuple[Column, ...] = (
     ("seconds_total!", REAL, "s", "Wall time of the asset"),
     ("content_hash!", TEXT, "", "Hash of all that the result depends on: files, request, settings, code, engines"),
     ("source_path!", TEXT, "", "Folder that the asset was read from"),
+    ("refined_path", TEXT, "", "Folder of the refined asset, relative to OUT; null where nothing was written"),
 )
 
 _LINKS: tuple[Column, ...] = (
@@ -145,6 +146,8 @@ _MODEL_CALLS: tuple[Column, ...] = (
     ("cached!", FLAG, "", "Whether it was answered from the cache"),
     ("outcome!", TEXT, "", "ok, invalid_answer, provider_error or cached"),
     ("prompt_hash!", TEXT, "", "Hash of the request"),
+    ("answer_file", TEXT, "", "File of the answer, in OUT/.cache/answers or a recorded model's folder; null: not kept"),
+    ("answered_by", TEXT, "", "Model that once gave a recorded answer; null for any other, and where not known"),
 )
 
 _FINDINGS: tuple[Column, ...] = (
@@ -157,7 +160,7 @@ _FINDINGS: tuple[Column, ...] = (
     ("joint", TEXT, "", "Joint concerned"),
     ("message!", TEXT, "", "What was found and what to do about it"),
     ("value", REAL, "as the message says", "Number found"),
-    ("limit", REAL, "as the message says", "Bound that it met"),
+    ("limit_value", REAL, "as the message says", "Bound that it met"),
 )
 
 _RUNS: tuple[Column, ...] = (
@@ -167,6 +170,7 @@ _RUNS: tuple[Column, ...] = (
     ("outcome!", TEXT, "", "finished or interrupted"),
     ("dataset!", TEXT, "", "Dataset that was read"),
     ("subset", TEXT, "", "Subset that was asked for"),
+    ("selection", TEXT, "", "What --assets and --limit left of it; null for all, and in runs of older versions"),
     ("method!", TEXT, "", "Method"),
     ("model!", TEXT, "", "Model"),
     ("settings_json!", TEXT, "", "Every setting, as JSON"),

@@ -13,7 +13,7 @@ _OBJECTS: tuple[Column, ...] = (
     ("category!", TEXT, "", "What the object is"),
     ("ok!", FLAG, "", "Whether it passed every test that was run"),
     ("failure_mode!", TEXT, "", "Why it failed, none for ok"),
-    ("paper_failure_mode", TEXT, "", "The paper's name for the failure mode; null for ok"),
+    ("paper_failure_mode", TEXT, "", "The paper's name for the failure mode; null for ok, and where it has none"),
     ("penetration_mm", REAL, "mm", "Φ at the initial position; null where not measured"),
     ("drift_passes!", FLAG, "", "Whether it stayed where it was, untouched; not where not measured"),
     ("oscillation_passes!", FLAG, "", "Whether no joint oscillated; not where not measured"),

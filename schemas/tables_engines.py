@@ -34,7 +34,7 @@ INTERACTIONS: tuple[Column, ...] = (
     ("subject!", TEXT, "", "Joint, or which drop or start"),
     ("passed", FLAG, "", "Verdict; null for opening and closing efforts, which have none"),
     ("value", REAL, "as the reason says", "Number measured; null where there is none"),
-    ("limit", REAL, "as the reason says", "Bound that it met; null where there is none"),
+    ("limit_value", REAL, "as the reason says", "Bound that it met; null where there is none"),
     ("reason!", TEXT, "", "The verdict in a sentence, with units"),
 )
 

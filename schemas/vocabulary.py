@@ -38,11 +38,14 @@ _PAPER_FAILURES = {
     "drift or oscillation in simulation": (
         *(FailureMode.DRIFT, FailureMode.OSCILLATION, FailureMode.STANDS, FailureMode.DROP, FailureMode.NUDGE),
         *(FailureMode.HOLD, FailureMode.RELEASE, FailureMode.RESET, FailureMode.EFFORT),
-        *(FailureMode.ENGINE_CRASH, FailureMode.TIMEOUT, FailureMode.DISK_FULL),
+        FailureMode.ENGINE_CRASH,
     ),
 }
 PAPER_FAILURE_MODES = {mode: name for name, modes in _PAPER_FAILURES.items() for mode in modes}
-"""Our failure mode → the paper's name for it, as used for its large set."""
+"""Our failure mode → the paper's name for it, as used for its large set. The paper has none for a time limit and a full
+disk, which say nothing of the object."""
+NO_PAPER_MODE = "none of the paper's"
+"""What a chart says of a failure mode that the paper has no name for."""
 
 RETRIED_MODES = (
     *(FailureMode.TIMEOUT, FailureMode.ENGINE_CRASH, FailureMode.DISK_FULL),
@@ -184,6 +187,13 @@ class Grouping(StrEnum):
     METHOD = "method"
     MODEL = "model"
     ASSET = "asset_id"
+
+
+class Gate(StrEnum):
+    """What a run does that misses a gate: ``error`` exits with 3, ``warn`` says so and exits as without a gate."""
+
+    WARN = "warn"
+    ERROR = "error"
 
 
 class StateMode(StrEnum):

@@ -7,9 +7,10 @@ from asset2sim.assets.meshes.shape_cache import SHAPE_CACHE
 from asset2sim.validation.passage import find_blocked_joints
 from asset2sim.validation.stated import stated_findings
 from asset2sim.validation.upright import find_up
+from schemas.errors import AssetError
 from schemas.finding import Finding
 from schemas.settings import PhysicsSettings
-from schemas.vocabulary import UpAxis
+from schemas.vocabulary import FailureMode, UpAxis
 from tasks.job import AssetJob
 from tasks.progress import StageResult
 
@@ -24,6 +25,8 @@ class Extracted(StageResult):
 def extract_asset(job: AssetJob, *, correct_joints: bool) -> Extracted:
     """The asset upright, its joints corrected by our rules; for methods without rules as authored, and turned only if
     its up axis is stated. Raises AssetError."""
+    if job.ref.fault is not None:
+        raise AssetError(FailureMode.UNREADABLE_ASSET, "unreadable_entry", job.ref.fault)
     authored = upright(job, find=correct_joints)
     corrected, told = validate_authored(authored, job.settings.physics)
     extraction = corrected if correct_joints else authored
@@ -32,16 +35,16 @@ def extract_asset(job: AssetJob, *, correct_joints: bool) -> Extracted:
 
 def upright(job: AssetJob, *, find: bool) -> Extraction:
     """The asset as its file has it, turned where another axis than z is stated or, to ``find``, shown to point up."""
-    cache, stated = job.out / SHAPE_CACHE, job.ref.up or job.settings.up
+    cache, stated, inputs = job.out / SHAPE_CACHE, job.ref.up or job.settings.up, job.settings.inputs
     if stated is not None:
-        return extract(job.ref, cache, stated)
-    authored = extract(job.ref, cache)
+        return extract(job.ref, cache, stated, inputs)
+    authored = extract(job.ref, cache, inputs=inputs)
     up, told = find_up(authored) if find else (UpAxis.Z, None)
     if told is None:
         return authored
     if up is not UpAxis.Z:
         authored.triangles.keep()
-    extraction = authored if up is UpAxis.Z else extract(job.ref, cache, up)
+    extraction = authored if up is UpAxis.Z else extract(job.ref, cache, up, inputs)
     return replace(extraction, findings=(*extraction.findings, told))
 
 

@@ -75,7 +75,8 @@ def run_stages(job: AssetJob, progress: Progress) -> Verdict:
     if job.settings.method is Method.CONSTANT:
         job = replace(job, ask=ask_nobody)
     try:
-        proposal = run(Stage.SYNTHESIZE, method.synthesize, job, extraction).proposal
+        propose = synthesize.with_users_numbers
+        proposal = run(Stage.SYNTHESIZE, propose, method.synthesize, job, extraction).proposal
         overlay = run(Stage.VALIDATE, validate_overlay, job, extraction, proposal, rules=method.rules).overlay
         final = job.out / "assets" / job.ref.asset_id
         with nullcontext() if proposal is None else staged_folder(final) as folder:
@@ -85,6 +86,7 @@ def run_stages(job: AssetJob, progress: Progress) -> Verdict:
                 Stage.MEASURE, measure_written, job, extraction, applied.urdf, refined.overlay, refined.reports
             )
             run(Stage.PUBLISH, publish_folder, job, folder, refined.overlay, measured.reports)
+        progress.written = proposal is not None
         return measured.verdict
     finally:
         extraction.triangles.keep()

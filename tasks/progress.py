@@ -1,5 +1,6 @@
 """Run the stages of one asset: their wall time, and what each leaves behind for the asset's record."""
 
+import traceback
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from time import perf_counter
@@ -8,7 +9,7 @@ from typing import ParamSpec, TypeVar
 from asset2sim.checks.verdict import Verdict
 from asset2sim.models.ask_overlay import SynthesisError
 from schemas.asset import AssetRecord, AssetRef
-from schemas.errors import AssetError
+from schemas.errors import AssetError, is_disk_full, shortened
 from schemas.features import Features
 from schemas.finding import Finding, TraceStep
 from schemas.interaction import EngineReport, OverlapPair
@@ -38,6 +39,25 @@ Given = ParamSpec("Given")
 Result = TypeVar("Result", bound=StageResult)
 
 
+READING = (Stage.EXTRACT, Stage.VALIDATE, Stage.APPLY)
+"""Stages that work on the asset's own files and numbers alone: what they raise would come again every night."""
+READING_ERRORS = (
+    *(ArithmeticError, AssertionError, AttributeError, LookupError, RecursionError, TypeError, ValueError),
+    *(PermissionError, FileNotFoundError, IsADirectoryError, NotADirectoryError),
+)
+"""What they raise because of the asset; other errors of the system may be gone tomorrow."""
+
+
+def internal_error(stage: Stage, error: Exception) -> AssetError:
+    """The unreadable_asset error for what a stage raised that is no finding of its own."""
+    frames = traceback.extract_tb(error.__traceback__)
+    own = next((frame for frame in reversed(frames) if "site-packages" not in frame.filename), frames[-1])
+    text = shortened(" ".join(str(error).split()), 300)
+    message = f"{stage.value} failed at something in it that is not foreseen: {type(error).__name__}: {text} "
+    message += f"({own.name}, line {own.lineno}); its log has the details: mend the asset, or report this"
+    return AssetError(FailureMode.UNREADABLE_ASSET, "internal_error", message)
+
+
 @dataclass
 class Progress:
     """What one asset's stages have left behind so far: if a later one fails, this still reaches the record."""
@@ -51,14 +71,23 @@ class Progress:
     findings: list[Finding] = field(default_factory=list)
     seconds: dict[str, float] = field(default_factory=dict)
     stage: Stage = Stage.EXTRACT
+    written: bool = False
 
     def run(
         self, stage: Stage, function: Callable[Given, Result], *args: Given.args, **options: Given.kwargs
     ) -> Result:
-        """The stage's result, which is collected, as is its wall time; raises what the stage raises."""
+        """The stage's result, which is collected, as is its wall time; raises what the stage raises, and as AssetError
+        what stages raise that only read the asset."""
         self.stage, start = stage, perf_counter()
         try:
             result = function(*args, **options)
+        except READING_ERRORS as error:
+            # What apply cannot open lies in the output, which the user may mend before the next run.
+            writing = stage is Stage.APPLY and isinstance(error, OSError)
+            if stage not in READING or writing or is_disk_full(error):
+                raise
+            traceback.print_exc()  # into the asset's log
+            raise internal_error(stage, error) from error
         finally:
             self.seconds[stage] = self.seconds.get(stage, 0.0) + perf_counter() - start
         self.findings.extend(result.findings)
@@ -104,4 +133,5 @@ class Progress:
             trace=tuple(step.model_copy(update={"step": index}) for index, step in enumerate(self.trace)),
             findings=tuple(self.findings),
             seconds=dict(self.seconds),
+            written=self.written,
         )

@@ -5,6 +5,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
+from asset2sim.assets.checksums import write_checksums
 from asset2sim.assets.exports import write_exports
 from asset2sim.assets.exports.refined_object import read_object
 from asset2sim.assets.folder import URDF_NAME
@@ -53,6 +54,7 @@ def publish_folder(
         urdf.write_bytes(hung_from_world(urdf.read_bytes(), height))
     if settings.views.in_run:
         write_views(urdf, overlay.initial_positions, folder / "views", settings.views)
+    write_checksums(folder)
     return Published(overlay=overlay, findings=findings)
 
 

@@ -1,6 +1,7 @@
 """Synthesize: features and guidance → a proposed overlay; the stage at which methods differ (paper, "Synthesize")."""
 
-from dataclasses import dataclass
+from collections.abc import Callable
+from dataclasses import dataclass, replace
 
 from asset2sim.assets.extract import Extraction
 from asset2sim.assets.views.canonical import labelled_views
@@ -9,9 +10,11 @@ from asset2sim.baselines.ivw import ask_fused
 from asset2sim.baselines.reference import propose_reference
 from asset2sim.models.ask_overlay import ask_overlay, synthesize
 from asset2sim.models.prompts import DIRECT, overlay_request
+from asset2sim.validation.overrides import check_overrides, guidance_with_scale, overridden, prompt_findings
 from asset2sim.validation.sanity import sensible
+from schemas.finding import Finding
 from schemas.overlay import Overlay
-from schemas.vocabulary import Method
+from schemas.vocabulary import Method, Severity, Stage
 from tasks.job import AssetJob
 from tasks.progress import StageResult
 
@@ -21,6 +24,29 @@ class Synthesized(StageResult):
     """What the method proposes; None for an asset that is measured as it came."""
 
     proposal: Overlay | None
+
+
+def with_users_numbers(
+    method: Callable[[AssetJob, Extraction], Synthesized], job: AssetJob, extraction: Extraction
+) -> Synthesized:
+    """What the method proposes, with the user's own numbers in place of its own; they are checked before a model is
+    asked. Raises AssetError for names and numbers that cannot be, and what the method raises."""
+    stated, features = job.ref.overrides, extraction.features
+    told = () if job.settings.method is Method.RAW else prompt_findings(job.ref.prompt)
+    if stated is None:
+        done = method(job, extraction)
+        return replace(done, findings=(*told, *done.findings))
+    told += check_overrides(features, stated)
+    guided = job.ref.model_copy(update={"prompt": guidance_with_scale(features, job.ref.prompt, stated)})
+    done = method(replace(job, ref=guided), extraction)
+    if done.proposal is None:
+        message = (
+            f"the user's own numbers count for nothing: method {job.settings.method} measures the asset as it came"
+        )
+        unused = Finding(stage=Stage.SYNTHESIZE, severity=Severity.WARNING, code="overrides_unused", message=message)
+        return replace(done, findings=(*told, *done.findings, unused))
+    proposal, said = overridden(features, done.proposal, stated, job.settings.physics)
+    return replace(done, proposal=proposal, findings=(*told, *done.findings, *said))
 
 
 def by_rules(job: AssetJob, extraction: Extraction) -> Synthesized:

@@ -13,8 +13,10 @@ PAGES = (ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md")))
 RUN = ("sh", "python")
 """Languages of blocks that can be run."""
 _BLOCK = re.compile(r"^```(\w+)\n(.*?)^```$", re.MULTILINE | re.DOTALL)
-LINKED = (".venv", "asset2sim", "flows", "tasks", "schemas", "tests", "examples", "docs", "Makefile", "pyproject.toml")
-LINKED += ("constraints.txt", "catalog.yaml", "prefect.yaml")
+LINKED = (
+    *(".venv", "asset2sim", "flows", "tasks", "schemas", "tests", "examples", "docs", "Makefile", "pyproject.toml"),
+    *("constraints.txt", "catalog.yaml", "prefect.yaml"),
+)
 """What a walk sees of the checkout beside the samples; it writes into its own folder."""
 
 

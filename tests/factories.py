@@ -118,6 +118,7 @@ def make_record(asset_id: str = "100", **changes: object) -> AssetRecord:
                             accepted=True, evaluations=12, reason="Φ fell"),),
         "findings": (make_finding(Severity.WARNING, "link_completed"),),
         "seconds": {stage.value: 0.1 * (i + 1) for i, stage in enumerate(Stage) if stage is not Stage.PUBLISH},
+        "written": True,
         "content_hash": f"hash-{asset_id}",
     }  # fmt: skip
     return AssetRecord.model_validate(fields | changes)
@@ -139,7 +140,8 @@ def make_failure(asset_id: str, mode: FailureMode, code: str = "bad_file", **cha
         "status": Status.FAILED, "failure_mode": mode, "reason": f"{code}: cannot go on", "features": None,
         "overlay": None, "measurement": None, "alignment": None, "reports": (), "overlaps": (), "calls": (),
         "trace": (),
-        "findings": (make_finding(Severity.ERROR, code),), "seconds": {"extract": 0.05}, "content_hash": "",
+        "findings": (make_finding(Severity.ERROR, code),), "seconds": {"extract": 0.05}, "written": False,
+        "content_hash": "",
     }  # fmt: skip
     return make_record(asset_id, **(nothing | changes))
 

@@ -27,7 +27,7 @@ ASSETS = ("Stapler/stapler_desk", "Box/box_wooden", "Box/planted_flat_decal", "K
 
 
 def refine(source: Path, target: Path, scale: float = 0.25) -> None:
-    item = extract(AssetRef(asset_id=source.name, path=str(source)))
+    item = extract(AssetRef(asset_id=source.name, path=str(source), root=str(source.parent)))
     overlay, _ = validate(item, Overlay(scale=scale), Source.MODEL, 0.5, PHYSICS)
     write_folder(item, overlay, collision_hulls(item, overlay.scale), target, PHYSICS)
 

@@ -78,7 +78,7 @@ def test_a_leader_without_limits_gets_its_followers(tmp_path: Path) -> None:
     extraction = read(written(tmp_path, urdf))
     turn = extraction.features.joint("turn")
     assert (turn.type, turn.lower) == ("revolute", 0.0) and turn.upper == pytest.approx(2.0)
-    assert [item.code for item in extraction.findings] == ["mimic_limits"]
+    assert [item.code for item in extraction.findings] == ["mimic", "mimic_limits"]
 
 
 def test_a_capsule_is_a_cylinder_and_two_balls_at_its_ends() -> None:

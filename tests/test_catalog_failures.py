@@ -35,6 +35,9 @@ def test_counts_shares_causes_and_examples(tmp_path: Path) -> None:
     assert found["example_asset_ids"].iloc[0].tolist() == ["0", "1", "2", "3", "4"]
     text = rendered(tmp_path)
     assert "none (ok)" in text and "60.0" in text and "time_limit ×1" in text and MODEL in text
+    assert found.loc["missing_mesh", "reason"] == "mesh_absent: cannot go on"
+    assert "reason of the" in text and "mesh_absent: cannot" in text and "time_limit: cannot" in text
+    assert not isinstance(found.loc["timeout", "paper_failure_mode"], str), "the paper has no name for it"
 
 
 def test_models_are_counted_apart(tmp_path: Path) -> None:

@@ -12,7 +12,7 @@ import pytest
 
 from asset2sim.catalog import history, switch
 from asset2sim.catalog.failures import compare_runs, failures_by, find_run
-from asset2sim.catalog.history import compact_history, history_files
+from asset2sim.catalog.history import compact_history, history_files, remove_old_history
 from asset2sim.catalog.read import latest_rows, query, read_table
 from asset2sim.catalog.run import RunRow
 from asset2sim.catalog.write import write_run
@@ -160,7 +160,7 @@ def test_two_runs_held_against_each_other(tmp_path: Path) -> None:
         find_run(tmp_path, "yesterday")
     elsewhere = night(3).model_copy(update={"dataset": "other"})
     write_run(tmp_path, elsewhere, ended(a=OK))
-    with pytest.raises(UsageError, match="is the first over its dataset"):
+    with pytest.raises(UsageError, match="is the first over this part of its dataset"):
         find_run(tmp_path, "previous")
 
 
@@ -195,3 +195,35 @@ def test_the_latest_run_s_rows_are_those_of_unchanged_assets_too(tmp_path: Path)
     assert sorted(assets["asset_id"]) == ["a", "b"] and sorted(set(links["asset_id"])) == ["a", "b"]
     shutil.rmtree(tmp_path / "history")
     assert latest_rows(tmp_path, "assets")[0]["asset_id"].tolist() == ["a"]
+
+
+def test_what_is_too_old_is_removed_and_the_newest_of_each_dataset_is_not(tmp_path: Path) -> None:
+    other = night(1, 7).model_copy(update={"run_id": "other", "dataset": "elsewhere"})
+    write_run(tmp_path, other, ended(z=OK))
+    for month, day in ((7, 2), (8, 1), (8, 30), (10, 1), (10, 30)):
+        write_run(tmp_path, night(day, month), ended(a=OK, b=OK))
+    said = remove_old_history(tmp_path, night(1).started_at, 40)
+    assert said == "history: removed 6 rows of 3 runs from before 2026-09-22"
+    starts = [start for start, _ in kept(tmp_path, "run_id", "asset_id")]
+    assert starts == ["other", *["20261001T020000-aaaa"] * 2, *["20261030T020000-aaaa"] * 2]
+    assert [path.parent.name for path in history_files(tmp_path)] == ["month=2026-07", *["month=2026-10"] * 2]
+    assert remove_old_history(tmp_path, night(1).started_at, 40) is None
+    assert len(read_table(tmp_path, "runs")) == 6, "runs are small, and stay"
+    assert not list((tmp_path / "history").glob(".*"))
+    # A year in which nothing ran: the last night is still there to compare with.
+    assert remove_old_history(tmp_path, night(30, 12).started_at, 1) is not None
+    assert {run for run, _ in kept(tmp_path, "run_id", "asset_id")} == {"other", "20261030T020000-aaaa"}
+
+
+def test_months_are_merged_in_order_of_start_also_where_files_overlap(tmp_path: Path) -> None:
+    for day in (3, 1, 2):
+        write_run(tmp_path, night(day), ended(b=OK, a=OK))
+    compact_history(tmp_path, night(1, 12).started_at)
+    write_run(tmp_path, night(1), ended(c=OK))  # written again, into a month that is merged: it lies before the others
+    late = night(2).model_copy(update={"run_id": "twin"})
+    write_run(tmp_path, late, ended(d=OK))
+    compact_history(tmp_path, night(1, 12).started_at)
+    (merged,) = history_files(tmp_path)
+    rows = pq.read_table(merged, partitioning=None)
+    assert rows.num_rows == 8 and rows.equals(rows.sort_by([("started_at", "ascending"), ("asset_id", "ascending")]))
+    assert rows.schema.equals(HISTORY.schema, check_metadata=True)

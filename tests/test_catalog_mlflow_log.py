@@ -2,6 +2,7 @@
 
 import threading
 import time
+from datetime import UTC, datetime, timedelta
 from pathlib import Path
 
 import pytest
@@ -10,12 +11,14 @@ from PIL import Image
 
 from asset2sim.catalog import mlflow_log
 from asset2sim.catalog.changes import Previous, find_changes
-from asset2sim.catalog.mlflow_log import EXPERIMENT, draw_failures, log_run, run_params
+from asset2sim.catalog.mlflow_log import EXPERIMENT, draw_failures, log_run, remove_old_artifacts, run_params
 from asset2sim.catalog.mlflow_store import PART, prepare_mlflow
+from asset2sim.catalog.parts import open_parts
 from asset2sim.catalog.report_file import write_report
-from asset2sim.catalog.run import start_run
+from asset2sim.catalog.run import RunRow, start_run
 from asset2sim.catalog.run_figures import run_figures
-from asset2sim.catalog.write import write_run
+from asset2sim.catalog.summarize import summarize_all
+from asset2sim.catalog.write import write_parts
 from schemas.asset import AssetRecord
 from schemas.settings import ModelSettings, Settings, Thresholds
 from schemas.tables import TABLES
@@ -38,8 +41,16 @@ def records() -> list[AssetRecord]:
     ]
 
 
+def logged_with_parts(out: Path, run: RunRow, records: list[AssetRecord], previous: Previous) -> str | None:
+    """Publish and log a run as the flow does."""
+    with open_parts(out, run) as parts:
+        refined = tuple(parts.add(record) for record in records)
+        write_parts(out, run, parts, refined)
+        return log_run(out, run, refined, find_changes(refined, previous), (), parts)
+
+
 def test_figures(records: list[AssetRecord]) -> None:
-    figures = run_figures(records, LIMITS)
+    figures = run_figures(summarize_all(records), LIMITS)
     expected = {
         "assets": 4, "ok": 3, "success_rate": 0.75, "queries_per_asset": 0.75, "tokens_per_asset": 900.0,
         "failures_missing_mesh": 1, "failures_drift": 0, "measured": 3, "penetration_mm_mean": 2 / 3,
@@ -54,7 +65,7 @@ def test_figures(records: list[AssetRecord]) -> None:
 def test_figures_of_nothing_are_left_out() -> None:
     assert run_figures([], LIMITS)["assets"] == 0
     assert "success_rate" not in run_figures([], LIMITS)
-    assert "penetration_mm_mean" not in run_figures([make_failure("1", FailureMode.TIMEOUT)], LIMITS)
+    assert "penetration_mm_mean" not in run_figures(summarize_all([make_failure("1", FailureMode.TIMEOUT)]), LIMITS)
 
 
 def test_a_run_is_in_mlflow_with_settings_figures_tables_and_chart(
@@ -62,9 +73,8 @@ def test_a_run_is_in_mlflow_with_settings_figures_tables_and_chart(
 ) -> None:
     monkeypatch.delenv("MLFLOW_TRACKING_URI", raising=False)
     run = start_run(Settings(), "data/raw", "paper9")
-    write_run(tmp_path, run, records)
     report = write_report(tmp_path, run, "# fine\n")
-    assert log_run(tmp_path, run, records, find_changes(records, Previous({"4": "none", "9": "none"}))) is None
+    assert logged_with_parts(tmp_path, run, records, Previous({"4": "none", "9": "none"})) is None
     client = MlflowClient(tracking_uri=f"sqlite:///{tmp_path / 'mlflow.db'}")
     experiment = client.get_experiment_by_name(EXPERIMENT)
     assert experiment is not None
@@ -77,10 +87,10 @@ def test_a_run_is_in_mlflow_with_settings_figures_tables_and_chart(
     assert (logged.data.metrics["new_failures"], logged.data.metrics["standing_success_rate"]) == (1, 0.8)
     assert logged.data.params["search.target_phi_m"] == "0.0001" and logged.data.params["subset"] == "paper9"
     artifacts = {
-        file.path for folder in (None, "catalog") for file in client.list_artifacts(logged.info.run_id, folder)
+        file.path for folder in (None, "changed") for file in client.list_artifacts(logged.info.run_id, folder)
     }
-    tables = {f"catalog/{table.file}" for table in TABLES.values()}
-    assert artifacts == tables | {"catalog", "failure_modes.png", report.name}
+    tables = {f"changed/{table.file}" for table in TABLES.values() if table.per_asset}
+    assert artifacts == tables | {"changed", "failure_modes.png", "summary.json", report.name}
     assert (tmp_path / "mlartifacts").is_dir()
 
 
@@ -88,8 +98,8 @@ def test_a_server_that_is_not_there_costs_a_warning_and_seconds(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, records: list[AssetRecord]
 ) -> None:
     monkeypatch.setenv("MLFLOW_TRACKING_URI", "http://me:secret@127.0.0.1:9")
-    started = time.monotonic()
-    warning = log_run(tmp_path, start_run(Settings(), "data/raw"), records, find_changes(records, Previous()))
+    started, refined = time.monotonic(), summarize_all(records)
+    warning = log_run(tmp_path, start_run(Settings(), "data/raw"), refined, find_changes(refined, Previous()))
     assert time.monotonic() - started < 100.0, "MLflow itself would try for minutes"
     assert warning is not None and "MLflow does not hold run" in warning
     assert "\n" not in warning and "secret" not in warning
@@ -100,12 +110,11 @@ def test_what_a_night_costs_in_mlflow_does_not_grow_with_the_dataset(
 ) -> None:
     monkeypatch.delenv("MLFLOW_TRACKING_URI", raising=False)
     monkeypatch.setattr(mlflow_log, "MAX_CHILDREN", 2)
-    monkeypatch.setattr(mlflow_log, "MAX_TABLES_BYTES", 10)
+    monkeypatch.setattr(mlflow_log, "MAX_CHANGED_BYTES", 10)
     records = make_run_records(3, [FailureMode.DRIFT] * 4)
     run = start_run(Settings(), "data/raw")
-    write_run(tmp_path, run, records)
     was = {"bad0": "drift", "bad1": "drift", "bad2": "drift"}
-    assert log_run(tmp_path, run, records, find_changes(records, Previous(was))) is None
+    assert logged_with_parts(tmp_path, run, records, Previous(was)) is None
     client = MlflowClient(tracking_uri=f"sqlite:///{tmp_path / 'mlflow.db'}")
     experiment = client.get_experiment_by_name(EXPERIMENT)
     assert experiment is not None
@@ -113,7 +122,9 @@ def test_what_a_night_costs_in_mlflow_does_not_grow_with_the_dataset(
     assert runs.keys() == {run.run_id, "bad3", "bad0"}  # what is new comes first
     parent = runs[run.run_id]
     assert parent.data.metrics["failed"] == 4 and parent.data.tags["catalog"] == str(tmp_path / "catalog")
-    assert {file.path for file in client.list_artifacts(parent.info.run_id)} == {"failure_modes.png"}
+    artifacts = {file.path for file in client.list_artifacts(parent.info.run_id)}
+    assert artifacts == {"failure_modes.png", "summary.json", "changed"}
+    assert not client.list_artifacts(parent.info.run_id, "changed"), "rows for which there is no room"
 
 
 def test_the_file_is_made_beside_the_work_and_no_run_is_lost(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -132,7 +143,7 @@ def test_the_file_is_made_beside_the_work_and_no_run_is_lost(tmp_path: Path, mon
     assert experiment is not None
     (logged,) = client.search_runs([experiment.experiment_id])
     assert logged.info.run_name == run.run_id and not list(tmp_path.glob(f"{PART}*"))
-    assert not client.list_artifacts(logged.info.run_id), "a chart of nothing"
+    assert [file.path for file in client.list_artifacts(logged.info.run_id)] == ["summary.json"], "a chart of nothing"
 
 
 def test_params_are_flat_bounded_and_hold_no_password() -> None:
@@ -142,7 +153,37 @@ def test_params_are_flat_bounded_and_hold_no_password() -> None:
 
 
 def test_the_chart_is_a_picture(tmp_path: Path, records: list[AssetRecord]) -> None:
-    draw_failures(records, tmp_path / "chart.png", "How the assets ended")
+    draw_failures(summarize_all(records), tmp_path / "chart.png", "How the assets ended")
     with Image.open(tmp_path / "chart.png") as picture:
         assert picture.format == "PNG" and min(picture.size) > 400
         assert len(picture.convert("RGB").getcolors(1 << 24) or []) > 10
+
+
+def test_artifacts_of_old_runs_are_removed_and_their_figures_and_the_newest_stay(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.delenv("MLFLOW_TRACKING_URI", raising=False)
+    records = make_run_records(1, [FailureMode.DRIFT])
+    runs = {}
+    for name, days, dataset in (
+        ("elsewhere", 90, "other"),
+        ("old", 80, "data"),
+        ("late", 20, "data"),
+        ("now", 0, "data"),
+    ):
+        started = datetime(2026, 3, 1, tzinfo=UTC) - timedelta(days=days)
+        run = start_run(Settings(), dataset).model_copy(
+            update={"run_id": name, "started_at": started, "finished_at": started}
+        )
+        assert logged_with_parts(tmp_path, run, records, Previous()) is None
+        runs[name] = run
+    said = remove_old_artifacts(tmp_path, runs["now"], 30)
+    assert said == "MLflow: removed the artifacts of 1 runs from before 2026-01-30"
+    client = MlflowClient(tracking_uri=f"sqlite:///{tmp_path / 'mlflow.db'}")
+    experiment = client.get_experiment_by_name(EXPERIMENT)
+    assert experiment is not None
+    logged = {found.info.run_name: found for found in client.search_runs([experiment.experiment_id])}
+    left = {name: bool(client.list_artifacts(logged[name].info.run_id)) for name in runs}
+    assert left == {"elsewhere": True, "old": False, "late": True, "now": True}
+    assert logged["old"].data.metrics["assets"] == 2 and "now" in logged["old"].data.tags["artifacts_removed"]
+    assert remove_old_artifacts(tmp_path, runs["now"], 30) is None

@@ -8,9 +8,11 @@ from pathlib import Path
 import pytest
 
 from asset2sim.catalog.changes import Previous, PreviousRun, change_figures, find_changes, read_previous
+from asset2sim.catalog.failures import find_run
 from asset2sim.catalog.report import MAX_LISTED, escape, headline, report_markdown
 from asset2sim.catalog.report_file import report_path, write_report
-from asset2sim.catalog.run import MARK, RunRow, remove_run_marker, write_run_marker
+from asset2sim.catalog.run import MARK, RunRow, remove_run_marker, selection_of, write_run_marker
+from asset2sim.catalog.summarize import summarize_all
 from asset2sim.catalog.write import write_run
 from schemas.asset import AssetRecord, Unchanged
 from schemas.settings import ModelSettings, Settings
@@ -31,7 +33,8 @@ def make_run(run_id: str = "now", hours: float = 0.0, **changes: object) -> RunR
 
 
 def written(records: list[AssetRecord], previous: Previous, *problems: str, run: RunRow | None = None) -> str:
-    return report_markdown(run or make_run(), records, previous, find_changes(records, previous), problems)
+    refined = summarize_all(records)
+    return report_markdown(run or make_run(), refined, previous, find_changes(refined, previous), problems)
 
 
 def left(*modes: FailureMode) -> list[Unchanged]:
@@ -66,7 +69,7 @@ def previous() -> Previous:
 
 
 def test_what_a_run_changed(records: list[AssetRecord], previous: Previous) -> None:
-    changes = find_changes(records, previous)
+    changes = find_changes(summarize_all(records), previous)
     assert [(item.record.ref.asset_id, item.was) for item in changes.new_failures] == [
         ("broke", "none"),
         ("added", None),
@@ -161,7 +164,7 @@ def test_a_day_has_one_file_with_its_last_run_on_top(tmp_path: Path) -> None:
 
 
 def test_the_headline_counts() -> None:
-    records = make_run_records(2, [FailureMode.DRIFT])
+    records = summarize_all(make_run_records(2, [FailureMode.DRIFT]))
     assert headline(records, find_changes(records, Previous())) == "2 of 3 ok, 1 new failure"
     quiet = find_changes((), Previous({"0": "none", "1": "jam"}, gone=("2",)))
     assert headline((), quiet, left(OK, FailureMode.JAM)) == "1 of 2 ok, 0 new failures, 1 gone, 2 unchanged"
@@ -170,7 +173,7 @@ def test_the_headline_counts() -> None:
 def test_what_was_left_as_it_was_counts_and_its_failures_are_named(previous: Previous) -> None:
     unchanged = left(OK, OK, FailureMode.JAM, FailureMode.TIMEOUT)
     was = replace(previous, modes={item.asset_id: item.failure_mode.value for item in unchanged})
-    records = [make_failure("broke", FailureMode.JAM, "blocked")]
+    records = summarize_all([make_failure("broke", FailureMode.JAM, "blocked")])
     text = report_markdown(make_run(), records, was, find_changes(records, was), (), unchanged, "/my out")
     assert text.startswith("# 2 of 5 ok, 1 new failure, 4 unchanged\n")
     assert row(text, "ok")[1:] == ["2 (40.0 %)", "2 (50.0 %)"] and row(text, "refined in this run")[1:] == ["1", "3"]
@@ -195,7 +198,7 @@ def test_a_removed_asset_counts_nowhere_but_among_the_gone(tmp_path: Path) -> No
     write_run(tmp_path, make_run("a", -24), [*make_run_records(2, [FailureMode.DRIFT])])
     kept = read_previous(tmp_path, make_run(), {"1000", "new"})
     assert (dict(kept.modes), kept.gone) == ({"1000": "none"}, ("1001", "bad0"))
-    records = [make_record("new")]
+    records = summarize_all([make_record("new")])
     text = report_markdown(make_run(), records, kept, find_changes(records, kept), (), left(OK))
     assert text.startswith("# 2 of 2 ok, 0 new failures, 2 gone, 1 unchanged\n")
     assert row(text, "gone from the dataset")[1] == "2" and "others of this method" not in text
@@ -209,3 +212,16 @@ def test_a_run_that_never_came_to_its_end_is_found_by_the_next_one(tmp_path: Pat
     assert write_run_marker(tmp_path, make_run("good", 48)) is None
     (tmp_path / MARK).write_text("{")
     assert "the run before ended without a report" in str(write_run_marker(tmp_path, make_run("torn", 72)))
+
+
+def test_a_run_over_a_part_is_not_the_one_before_a_run_over_all(tmp_path: Path) -> None:
+    write_run(tmp_path, make_run("whole", -3.0), [make_record("a"), make_record("b")])
+    write_run(tmp_path, make_run("part", -2.0, selection=selection_of((), 1)), [make_record("a")])
+    write_run(tmp_path, make_run("one", -1.0, selection=selection_of(("b", "a"), None)), [make_record("a")])
+    found = read_previous(tmp_path, make_run("now")).run
+    assert found is not None and (found.run_id, found.assets) == ("whole", 2)
+    again = read_previous(tmp_path, make_run("now", selection=selection_of(("a", "b"), None))).run
+    assert again is not None and again.run_id == "one"
+    write_run(tmp_path, make_run("now"), [make_record("a"), make_record("b")])
+    assert (find_run(tmp_path, "latest"), find_run(tmp_path, "previous")) == ("now", "whole")
+    assert selection_of((), None) is None and len(str(selection_of([f"{n}" for n in range(999)], 5))) < 250

@@ -4,16 +4,18 @@ import io
 from pathlib import Path
 
 import pytest
-from rich.console import Console, RenderableType
+from rich.console import Console, Group, RenderableType
 
+from asset2sim.catalog import summary
 from asset2sim.catalog.run import start_run
 from asset2sim.catalog.show import describe_asset
-from asset2sim.catalog.summary import summary_table, totals_line
+from asset2sim.catalog.summarize import summarize_all
+from asset2sim.catalog.summary import summary_tables, totals_line
 from asset2sim.catalog.text import NOTHING, markdown_table, number
 from asset2sim.catalog.write import write_run
 from schemas.errors import UnknownChoiceError
 from schemas.settings import Settings, Thresholds
-from schemas.vocabulary import FailureMode
+from schemas.vocabulary import FailureMode, Status
 from tests.factories import make_failure, make_measurement, make_motion, make_record, make_run_records
 
 
@@ -79,17 +81,35 @@ def test_an_unknown_id_names_the_closest(tmp_path: Path) -> None:
 def test_the_summary_keeps_every_number_at_every_width(width: int) -> None:
     records = [make_record(f"{100000 + i}", category="StorageFurniture") for i in range(147)]
     records[0] = make_failure("100000", FailureMode.INVALID_JOINT_CONFIGURATION)
-    lines = text_of(summary_table(records, Thresholds()), width).splitlines()
+    lines = text_of(Group(*summary_tables(summarize_all(records), Thresholds())), width).splitlines()
     assert "…" not in "\n".join(lines) and max(map(len, lines)) <= width
     shown = [line for line in lines if line.startswith("100")]
     assert len(shown) == 147 and shown[-1].startswith("100000") and "invalid_joint_configuration" in shown[-1]
     assert shown[0].split()[-8:] == ["0.250", "3", "0.500", "0.100", "0.0010", "2/2", "1", "2.1"]
 
 
+def test_a_long_summary_is_several_tables_with_one_line_of_totals(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(summary, "PAGE", 50)
+    records = summarize_all(
+        make_failure(f"{i:03}", FailureMode.DRIFT) if i % 7 == 0 else make_record(f"{i:03}") for i in range(120)
+    )
+    tables = list(summary_tables(records, Thresholds()))
+    assert [table.row_count for table in tables] == [50, 50, 20] and [bool(table.caption) for table in tables][:2] == [
+        False,
+        False,
+    ]
+    text = text_of(Group(*tables), 120)
+    shown = [line.split()[0] for line in text.splitlines() if line[:3].isdigit() and " ok (" not in line]
+    good = [record.ref.asset_id for record in records if record.status is Status.OK]
+    assert shown == good + [record.ref.asset_id for record in records if record.status is not Status.OK]
+    assert text.count("102 of 120 ok") == 1
+    assert len(list(summary_tables((), Thresholds()))) == 1
+
+
 def test_totals() -> None:
     wild = make_measurement(penetration_m=0.0, joints=(make_motion("hinge", 0.5, 9),))
     records = [*make_run_records(3, [FailureMode.TIMEOUT]), make_record("wild", measurement=wild)]
-    totals = totals_line(records, Thresholds())
+    totals = totals_line(summarize_all(records), Thresholds())
     assert "4 of 5 ok (80.0 %)" in totals and "mean over 3 not zero 0.500 mm" in totals and "oscillation 3/4" in totals
     assert totals_line([], Thresholds()) == "no assets"
 

@@ -10,8 +10,9 @@ from PIL import Image
 
 from asset2sim.assets.urdf.bake import baked
 from asset2sim.catalog.rows_engines import alignment_rows
+from asset2sim.catalog.summarize import summarize_all
 from asset2sim.catalog.summary import alignment_line
-from asset2sim.checks.alignment.align import align, align_all, final_positions, initial_positions
+from asset2sim.checks.alignment.align import align, final_positions, initial_positions, with_alignment
 from asset2sim.checks.alignment.reference import Reference
 from asset2sim.checks.alignment.rubric import Rubric
 from asset2sim.checks.alignment.user_request import read_request
@@ -259,7 +260,7 @@ def test_the_pipeline_s_hook_keeps_score_and_calls_and_the_reference_comes_later
     assert found.alignment is not None and found.alignment.judged is not None
     assert found.alignment.judged.value == pytest.approx(0.75)
     assert len(found.calls) == len(record.calls) + 1 and found.calls[-1].purpose == "judge"
-    (late,) = align_all([found], {"1": Reference(0.5, "hinge", 0.0)})
+    late = with_alignment(found, {"1": Reference(0.5, "hinge", 0.0)})
     assert late.alignment is not None and late.alignment.judged == found.alignment.judged
     assert late.alignment.scale_deviation == pytest.approx(0.5)
 
@@ -278,7 +279,7 @@ def test_the_row_keeps_hinges_and_sliders_apart() -> None:
         ("hinge", "joint_deviation_rad", "joint_deviation_m"),
         ("slider", "joint_deviation_m", "joint_deviation_rad"),
     ):
-        (one,) = align_all([record], {"1": Reference(0.5, joint, 0.4)})
+        one = with_alignment(record, {"1": Reference(0.5, joint, 0.4)})
         (row,) = alignment_rows({}, one)
         assert row[filled] is not None and row[empty] is None
 
@@ -293,7 +294,7 @@ def made(value: float, off: float | None, stated: bool, joint: float | None, sli
 
 def test_the_line_leaves_unstated_scales_out_and_says_so() -> None:
     alignments = [made(1.0, 0.1, True, 0.2), made(0.5, 0.9, False, 0.03, slider=True), made(1.0, None, False, None)]
-    found = [make_record(f"{i}", alignment=item) for i, item in enumerate(alignments)]
+    found = summarize_all(make_record(f"{i}", alignment=item) for i, item in enumerate(alignments))
     assert alignment_line(found) == (
         "prompt alignment by rubric 83.3 % over 3 assets; off the expert reference: scale 10.0 % over 1 (50.0 % over "
         "2, those whose reference states no scale included); first joint position 0.2 rad over 1 hinges, 0.03 m over 1 "

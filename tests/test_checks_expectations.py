@@ -9,6 +9,7 @@ import pytest
 from asset2sim.assets.urdf.bake import baked
 from asset2sim.catalog.rows_engines import expectation_rows
 from asset2sim.catalog.run_figures import expected_counts, run_figures
+from asset2sim.catalog.summarize import summarize_all
 from asset2sim.catalog.summary import alignment_line, expected_line
 from asset2sim.checks.alignment.expectations import FILE, meet, read_expectations, unknown_assets, with_expectations
 from schemas.alignment import Expectation, Expected
@@ -155,7 +156,11 @@ def test_what_never_came_to_an_overlay_meets_nothing_and_is_not_lost() -> None:
     wanted = (stated("size", 1.0, 90.0, "cm"), stated("hinge", 0.0, 1.0, "rad"), Expectation(what="none", lines=(4,)))
     record = with_expectations(make_failure("1", FailureMode.MISSING_MESH), wanted)
     assert [verdicts(item) for item in record.expected] == [(False, None), (False, False), (None, None)]
-    assert expected_counts([record]) == {"sizes": (0, 1), "joints at the start": (0, 1), "joints at rest": (0, 1)}
+    assert expected_counts(summarize_all([record])) == {
+        "sizes": (0, 1),
+        "joints at the start": (0, 1),
+        "joints at rest": (0, 1),
+    }
 
 
 def test_a_line_that_fits_no_joint_is_a_finding_and_no_verdict() -> None:
@@ -182,15 +187,16 @@ def test_rows_figures_and_the_line_count_what_is_asked() -> None:
         ("size", True, None), ("hinge", True, False), ("slider", False, None),
     ]  # fmt: skip
     assert rows[1]["lows"] == [0.2] and (rows[1]["rest"], rows[1]["rest_engine"]) == (0.0, "mujoco")
-    figures = run_figures(records, Thresholds())
+    summaries = summarize_all(records)
+    figures = run_figures(summaries, Thresholds())
     assert figures["expected_sizes_share"] == 1.0 and figures["expected_joints_at_the_start_share"] == 0.5
-    assert expected_line(records) == (
+    assert expected_line(summaries) == (
         "as its readers expect: sizes 1 of 1, joints at the start 1 of 2, joints at rest 0 of 2"
     )
     # The rubric speaks for the object without expectations alone.
-    assert alignment_line(records).startswith("prompt alignment by rubric 75.0 % over 1 assets;")
-    assert alignment_line(records[:1]).startswith("prompt alignment by rubric: every asset has expectations instead;")
-    assert expected_line([make_record("2")]) == ""
+    assert alignment_line(summaries).startswith("prompt alignment by rubric 75.0 % over 1 assets;")
+    assert alignment_line(summaries[:1]).startswith("prompt alignment by rubric: every asset has expectations instead;")
+    assert expected_line(summaries[1:]) == ""
 
 
 # Blindness

@@ -7,6 +7,7 @@ from pathlib import Path
 import pytest
 
 from asset2sim.catalog.run import finish_run, start_run
+from asset2sim.catalog.summarize import summarize_all
 from asset2sim.catalog.write import write_run
 from asset2sim.runs.alert import exit_code
 from asset2sim.runs.request import RefineRequest
@@ -44,18 +45,23 @@ def published(out: Path, request: RefineRequest) -> RunResult:
     run = finish_run(start_run(request.settings, str(request.data)))
     out.mkdir(parents=True, exist_ok=True)
     write_run(out, run, records)
-    return RunResult(out, run, records, None, ("MLflow was away",))
+    return RunResult(out, run, summarize_all(records), None, ("MLflow was away",))
 
 
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
         ([], "COMMAND"),
-        (["refin"], "choose from refine, failures, query, show, views, ui, doctor, nightly, settings"),
+        (
+            ["refin"],
+            "choose from refine, failures, query, show, check, views, ui, doctor, nightly, ask, record, settings",
+        ),
         (["refine"], "required: DATA, --out"),
         (["refine", "{data}"], "required: --out"),
         (["refine", "{data}", "--out", "{out}", "--subset", "three"], "unknown subset 'three'; choose from: one, two"),
         (["refine", "{data}", "--out", "{out}", "--assets", "a,z"], "unknown asset 'z'; choose from: a, b"),
+        (["refine", "{data}", "--out", "{out}", "--assets", ""], "argument --assets: it names no asset"),
+        (["refine", "{data}", "--out", "{out}", "--assets", ","], "leave it out for all of them"),
         (["refine", "{data}", "--out", "{out}", "--method", "magic"], "choose from asset2sim"),
         (["refine", "{data}", "--out", "{out}", "--model", "prior/magic"], "choose from: prior/household"),
         (["refine", "{data}", "--out", "{out}", "--limit", "0"], "'0' is not a whole number from 1 on"),

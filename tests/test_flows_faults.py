@@ -130,7 +130,9 @@ def test_a_run_stopped_while_it_tries_the_dead_again_ends_at_once_with_all_recor
     second = start(place)
     _, errors = second.communicate(timeout=LIMIT_S)
     assert second.returncode == 2
-    assert errors.splitlines()[-1].startswith("asset2sim: another run (process ") and "Traceback" not in errors
+    # On a busy machine Prefect's threads may say something after it.
+    refused = [line for line in errors.splitlines() if line.startswith("asset2sim: ")]
+    assert len(refused) == 1 and refused[0].startswith("asset2sim: another run (process ") and "Traceback" not in errors
     os.kill(processes(place.out, "sleepy")[0], signal.SIGKILL)
     assert_met(run, place, "sleepy", 2)
     os.kill(run.pid, signal.SIGTERM)

@@ -1,5 +1,7 @@
 """Programs that end together."""
 
+import os
+import socket
 import subprocess
 import sys
 import time
@@ -7,8 +9,11 @@ from pathlib import Path
 
 import pytest
 
+from flows.command import main
 from flows.programs import ProgramError, run_together
-from flows.show import addresses, commands
+from flows.show import commands
+from tests.assets import ROOT
+from tests.processes import alive, wait_until
 
 SLEEPER = "import subprocess, sys, pathlib\nchild = subprocess.Popen(['sleep', '600'])\n"
 
@@ -38,8 +43,59 @@ def test_when_one_program_ends_the_others_do_with_all_that_they_started(tmp_path
 
 @pytest.mark.system
 def test_the_pages_programs_are_installed_and_listen_for_this_machine_alone(tmp_path: Path) -> None:
-    assert commands(tmp_path).keys() == addresses().keys()
+    assert commands(tmp_path).keys() == {"Prefect", "MLflow"}
     for command in commands(tmp_path).values():
         assert command[command.index("--host") + 1] == "127.0.0.1"
         shown = subprocess.run([command[0], "--help"], capture_output=True, text=True, timeout=120)
         assert shown.returncode == 0
+
+
+UI = """
+import sys
+import flows.show
+from flows.command import main
+import flows.programs
+flows.programs.STOP_LIMIT_S = 2.0
+flows.show.commands = lambda *_: {
+    "Prefect": [sys.executable, "-c", "import sys; sys.exit(5)"],
+    "MLflow": [sys.executable, "-c", "import subprocess; subprocess.run(['sleep', '600'])"],
+}
+sys.exit(main(sys.argv[1:]))
+"""
+
+
+def free_port() -> int:
+    with socket.create_server(("127.0.0.1", 0)) as free:
+        return int(free.getsockname()[1])
+
+
+@pytest.mark.system
+def test_one_page_that_fails_leaves_the_other_and_sigterm_ends_it(tmp_path: Path) -> None:
+    mark = f"asset2sim-ui-{tmp_path.name}-{os.getpid()}"
+    ports = ["--prefect-port", str(free_port()), "--mlflow-port", str(free_port())]
+    ui = subprocess.Popen(
+        [sys.executable, "-c", UI, "ui", "--out", str(tmp_path), *ports], cwd=ROOT, text=True, stderr=subprocess.PIPE,
+        stdout=subprocess.PIPE, env={**os.environ, "A_TEST": mark},
+    )  # fmt: skip
+    assert ui.stderr is not None and ui.stdout is not None
+    assert ui.stdout.readline() == f"Prefect: http://127.0.0.1:{ports[1]}\n"
+    assert "Prefect ended with exit code 5" in (line := ui.stderr.readline()) and line.endswith("; MLflow goes on\n")
+    assert ui.poll() is None and wait_until(lambda: len(alive(mark)) >= 3, 60.0)
+    ui.terminate()
+    assert ui.wait(timeout=60.0) == 0
+    assert wait_until(lambda: not alive(mark), 60.0), alive(mark)
+
+
+@pytest.mark.system
+def test_a_port_in_use_and_a_store_that_there_is_not_are_one_line(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    with socket.create_server(("127.0.0.1", 0)) as taken:
+        port = str(taken.getsockname()[1])
+        assert main(["ui", "--out", str(tmp_path), "--mlflow-port", port, "--prefect-port", str(free_port())]) == 2
+    assert f"port {port} of 127.0.0.1 cannot be used for MLflow" in (told := capsys.readouterr()).err
+    assert told.out == "" and told.err.count("\n") == 1
+    port = str(free_port())
+    assert main(["ui", "--out", str(tmp_path), "--mlflow-port", port, "--prefect-port", port]) == 2
+    assert main(["ui", "--out", "gopher://a/b"]) == 2
+    assert "no store is known by 'gopher'" in capsys.readouterr().err

@@ -13,7 +13,7 @@ import pytest
 from asset2sim.studies.pages import reference
 from asset2sim.studies.pages.blocks import markers, with_block
 from asset2sim.studies.samples.bad_assets import bad_assets
-from flows.serve_nightly import nightly_schedule
+from flows.schedule import nightly_schedule
 from schemas.failure_guide import FAILURE_GUIDE
 from schemas.vocabulary import FailureMode
 

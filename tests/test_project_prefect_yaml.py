@@ -10,7 +10,7 @@ from prefect.cli.deploy._models import PrefectYamlModel
 from prefect.client.schemas.objects import ConcurrencyLimitStrategy
 from prefect.flows import Flow, load_flow_from_entrypoint
 
-from flows.serve_nightly import nightly_schedule
+from flows.schedule import nightly_schedule
 from flows.server.deployment import ONE_AT_A_TIME
 from schemas.settings import Settings
 

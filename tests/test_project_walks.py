@@ -17,11 +17,15 @@ RESEARCHER = [
     ("README.md", "asset2sim refine data/raw --out data/refined --dry-run"),
     ("README.md", "from asset2sim.load import describe, load"),
     ("data.md", "asset2sim refine data/raw --out refined --dry-run"),
+    ("data.md", "printf 'asset_id,size_m"),
+    ("data.md", "asset2sim check"),
     ("data.md", "asset2sim settings"),
     ("load.md", "from asset2sim.load import describe, load"),
     ("load.md", "import mujoco"),
     ("load.md", "import numpy"),
     ("models.md", "python -m tests.scripted_server"),
+    ("models.md", "asset2sim record"),
+    ("models.md", "asset2sim ask"),
 ]
 ENGINEER = [
     ("README.md", "make nightly"),
@@ -82,6 +86,9 @@ def test_the_researcher(tmp_path: Path) -> None:
     assert "0.3" in json.dumps(overlay), "30 cm wide"
     assert "joint_0" in said[1]
     assert pd.read_parquet(folder / "asked/catalog/model_calls.parquet")["model"].eq("openai/scripted").all()
+    asked, again = (folder / name / "assets/laptop_silver/overlay.json" for name in ("asked", "again"))
+    assert again.read_bytes() == asked.read_bytes()
+    assert (folder / "mine/questions/laptop_silver/front.png").is_file()
 
 
 @pytest.mark.system

@@ -15,8 +15,10 @@ from asset2sim.catalog.changes import Previous, find_changes
 from asset2sim.catalog.mlflow_log import run_params
 from asset2sim.catalog.rows import run_row
 from asset2sim.catalog.run import finish_run, start_run
+from asset2sim.catalog.summarize import summarize_all
 from asset2sim.runs.alert import MAX_VALUE, alert, alert_error, exit_code, hook_environment, hook_values, run_hook
 from asset2sim.runs.result import INTERRUPTED, RunResult
+from flows.nightly import code_of_state, state_of
 from schemas.asset import Unchanged
 from schemas.errors import Asset2SimError, UsageError
 from schemas.settings import RunSettings, Settings
@@ -37,8 +39,9 @@ def result_of(out: Path, hook: str | None, stopped: str | None = None) -> RunRes
     """A good, a mended and a newly failing asset, whose name is hostile."""
     records = (make_record("good"), make_record("mended"), make_failure(EVIL, FailureMode.DRIFT))
     run = finish_run(start_run(Settings(run=RunSettings(hook=hook)), "data"))
-    changes = find_changes(records, Previous({"good": "none", "mended": "drift"}))
-    return RunResult(out, run, records, stopped, (), report=out / "reports" / "day.md", changes=changes)
+    refined = summarize_all(records)
+    changes = find_changes(refined, Previous({"good": "none", "mended": "drift"}))
+    return RunResult(out, run, refined, stopped, (), report=out / "reports" / "day.md", changes=changes)
 
 
 def test_the_hook_is_told_everything_by_its_environment(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -138,3 +141,41 @@ def test_make_hands_the_hook_over_as_it_stands(tmp_path: Path) -> None:
     command = ["make", "--silent", "--old-file=.venv/.installed", "flow", f"BIN={tmp_path}", f"HOOK={hook}"]
     shown = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=True, timeout=99).stdout.split("\0")
     assert shown[shown.index("--hook") + 1] == hook
+
+
+def gated(out: Path, **run: object) -> RunResult:
+    """Two of three assets pass, and one newly fails."""
+    result = result_of(out, None)
+    settings = Settings(run=RunSettings.model_validate(run))
+    return replace(result, run=result.run.model_copy(update={"settings": settings}))
+
+
+@pytest.mark.parametrize(
+    ("run", "code", "words"),
+    [
+        ({"min_success": 0.95}, 3, "2 of 3 assets are ok (66.7 %), the gate --min-success asks for 95 %"),
+        ({"min_success": 0.95, "gate": "warn"}, 0, "gate (warn): 2 of 3"),
+        ({"max_new_failures": 0}, 3, "1 new failure, the gate --max-new-failures allows 0"),
+        ({"min_success": 2 / 3, "max_new_failures": 1}, 0, ""),
+        ({}, 0, ""),
+    ],
+)
+def test_a_missed_gate_is_an_exit_code_of_its_own_or_a_warning(
+    tmp_path: Path, run: dict[str, object], code: int, words: str
+) -> None:
+    result = gated(tmp_path, **run)
+    assert exit_code(result, strict=False) == code and exit_code(result, strict=True) == 1
+    warnings = alert(result, strict=False).warnings
+    assert (words in warnings[0]) if words else warnings == ()
+    assert bool(hook_values(result, strict=False)["gate"]) == bool(words)
+    assert exit_code(replace(result, stopped=INTERRUPTED), strict=False) == 130
+    assert code_of_state(state_of(result, strict=False)) == code
+
+
+def test_a_hook_that_was_not_kept_does_not_run(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "a").write_text("touch ran", encoding="utf-8")
+    settings = Settings.model_validate_json(Settings(run=RunSettings(hook="touch ran")).model_dump_json())
+    assert settings.run.hook == "***"
+    assert "was not kept" in str(alert_error(tmp_path, settings.run, Asset2SimError("down")))
+    assert not (tmp_path / "ran").exists()

@@ -1,5 +1,6 @@
 """The doctor's checks find what is broken and pass what works."""
 
+import socket
 from pathlib import Path
 
 import pytest
@@ -9,6 +10,7 @@ from asset2sim.runs import doctor
 from schemas.settings import ModelSettings
 from schemas.vocabulary import Engine
 from tests.engine_worlds import every_engine
+from tests.model_server import ModelServer, Reply, serve
 
 
 @pytest.mark.system
@@ -53,3 +55,56 @@ def test_an_engine_that_is_not_sane_is_broken(monkeypatch: pytest.MonkeyPatch) -
     monkeypatch.setattr(doctor, "BALL_RADIUS_M", 0.2)
     with pytest.raises(doctor.DoctorError, match="not sane"):
         doctor.check_engine()
+
+
+def asked(server: ModelServer) -> ModelSettings:
+    return ModelSettings(model="openai/scripted", api_base=server.api_base)
+
+
+@pytest.mark.system
+def test_the_server_is_asked_once_and_briefly(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("OPENAI_API_KEY", "sk-right-key-of-a-test")
+    with serve([Reply('{"ok": true}')]) as server:
+        detail = doctor.check_model_answers(asked(server))
+    assert f"answers at {server.api_base} in " in detail and "18 tokens" in detail
+    (body,) = server.requests
+    assert (body.get("max_completion_tokens") or body.get("max_tokens")) == doctor.ASK_TOKENS
+    assert server.authorizations == ["Bearer sk-right-key-of-a-test"]
+    thinking = Reply("", finish_reason="length", completion_tokens=64)
+    with serve([thinking]) as server:
+        assert "answers at" in doctor.check_model_answers(asked(server))
+
+
+@pytest.mark.system
+@pytest.mark.parametrize(
+    ("reply", "words"),
+    [
+        (
+            Reply("Incorrect API key: sk-wrong-key-of-a-test", status=401),
+            "refused the key (401): check the key in OPENAI",
+        ),
+        (Reply("The model `scripted` does not exist", status=404), "check the model's name and api_base"),
+        (Reply("overloaded", status=503), "failed (503): try again later"),
+        (Reply("no credit: insufficient_quota", status=429), "no credit left"),
+    ],
+)
+def test_a_server_that_refuses_is_one_line_with_what_to_do(
+    reply: Reply, words: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("OPENAI_API_KEY", "sk-wrong-key-of-a-test")
+    with serve([reply]) as server, pytest.raises(doctor.DoctorError) as error:
+        doctor.check_model_answers(asked(server))
+    told = str(error.value)
+    assert words in told and "\n" not in told and "sk-wrong" not in told and len(server.requests) == 1
+
+
+@pytest.mark.system
+def test_no_server_is_one_line_with_what_to_do_and_no_key_of_the_address(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.delenv("OPENAI_API_KEY", raising=False)
+    with socket.create_server(("127.0.0.1", 0)) as free:
+        port = free.getsockname()[1]
+    settings = ModelSettings(model="openai/scripted", api_base=f"http://me:pass-word@127.0.0.1:{port}/v1?code=abc123")
+    with pytest.raises(doctor.DoctorError, match=r"could not be reached at .*check the network and api_base") as error:
+        doctor.check_model_answers(settings)
+    told = str(error.value)
+    assert "pass-word" not in told and "abc123" not in told and "\n" not in told

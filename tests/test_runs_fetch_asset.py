@@ -13,10 +13,17 @@ from asset2sim.runs.dataset import load_dataset
 from asset2sim.runs.isolation.asset_attempt import AssetAttempt
 from asset2sim.runs.plan.plan import asset_files_hashes
 from asset2sim.runs.plan.state import open_state
-from asset2sim.runs.remote.fetch_asset import fetch_asset, local_file, run_with_local_files
+from asset2sim.runs.remote.fetch_asset import (
+    fetch_asset,
+    fetched,
+    local_file,
+    run_with_local_files,
+    with_local_packages,
+)
 from asset2sim.runs.request import RefineRequest
 from schemas.asset import AssetRef
 from schemas.errors import UsageError
+from schemas.inputs import InputSettings
 from schemas.location import absolute, below, is_url, is_within, local_folder, location_of
 from schemas.vocabulary import FailureMode, Method, Status
 from tests.factories import make_finding, make_record
@@ -82,9 +89,9 @@ def test_a_dataset_is_found_as_on_this_machine(store: Store, tmp_path: Path, lay
     here, there = load_dataset(data), load_dataset(url)
     assert [ref.path for ref in there] == [ref.path.replace(str(data), url) for ref in here]
     if layout != "one asset":
-        assert [ref.model_copy(update={"path": ""}) for ref in there] == [
-            ref.model_copy(update={"path": ""}) for ref in here
-        ]
+        placeless = {"path": "", "root": ""}
+        assert [ref.model_copy(update=placeless) for ref in there] == [ref.model_copy(update=placeless) for ref in here]
+        assert {ref.root for ref in there} == {url} and {ref.root for ref in here} == {str(data)}
 
 
 def test_what_is_no_dataset_is_a_mistake_in_one_line(store: Store, tmp_path: Path) -> None:
@@ -165,6 +172,45 @@ def test_an_asset_is_fetched_as_far_as_it_changed(store: Store, tmp_path: Path) 
     store.files.pipe_file(f"{url}/reference.csv", b"asset_id\n")
     assert local_file(f"{url}/reference.csv").read_text() == "asset_id\n"
     assert fetch_asset(f"{url}/b", Method.REFERENCE).parent.joinpath("reference.csv").is_file()
+
+
+def test_what_lies_outside_a_dataset_in_its_bucket_is_not_fetched(store: Store, tmp_path: Path) -> None:
+    """As on this machine: neither fetched nor hashed, unless it is allowed or a named package's."""
+    url = f"{store.url}/set"
+    store.put(with_outer(tmp_path / "data"), url)
+    (asset,) = load_dataset(f"{url}/a")
+    whole = next(ref for ref in load_dataset(url) if ref.asset_id == "a")
+    allowed, named = InputSettings(allow_outside=True), InputSettings(packages=(f"kit={url}",))
+    assert (asset.root, whole.root) == (f"{url}/a", url)
+
+    def hashes(ref: AssetRef, inputs: InputSettings) -> str:
+        listing._kept.clear()
+        with open_state(tmp_path / "out") as state:
+            return asset_files_hashes(state, [ref], inputs)[ref.path]
+
+    def brought(ref: AssetRef, inputs: InputSettings) -> bool:
+        got = store.asked("GET", lambda: fetched(ref, NO_VIEWS.model_copy(update={"inputs": inputs})))
+        return any("shared" in name for name in got)
+
+    before = hashes(asset, InputSettings())
+    assert before not in {hashes(whole, InputSettings()), hashes(asset, allowed), hashes(asset, named)}
+    assert not brought(asset, InputSettings())
+    local = fetched(asset, NO_VIEWS)
+    assert local.root == local.path == str(data_root() / "s3" / f"{url}/a".removeprefix("s3://"))
+    assert brought(asset, named)
+    store.files.pipe_file(f"{url}/shared/part.obj", b"changed")
+    assert hashes(asset, InputSettings()) == before and brought(whole, InputSettings())
+    local_kit = with_local_packages(NO_VIEWS.model_copy(update={"inputs": named})).inputs.package_folders["kit"]
+    assert Path(local_kit, "shared", "part.obj").read_bytes() == b"changed"
+
+
+def test_an_asset_outside_its_dataset_is_not_fetched(store: Store, tmp_path: Path) -> None:
+    store.put(dataset(tmp_path / "data"), f"{store.url}/set")
+    store.files.pipe_file(f"{store.url}/list/manifest.csv", b"asset_id,path\na,../set/a\n")
+    (ref,) = load_dataset(f"{store.url}/list")
+    assert store.asked("GET", lambda: fetched(ref, NO_VIEWS)) == []
+    with open_state(tmp_path / "out") as state:
+        assert asset_files_hashes(state, [ref]) == {ref.path: "outside"}
 
 
 def test_what_cannot_be_fetched_is_the_assets_failure(store: Store, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -40,11 +40,12 @@ def kept(attempt: int = 1, died: str = "", run_id: str = "r", **changes: object)
     return KeptRecord(run_id=run_id, redo=Redo.CHANGED, record=record, attempt=attempt, died=died)
 
 
-def harvest(out: Path, **run_settings: object) -> Harvest:
-    return Harvest(out, "r", Settings(run=RunSettings.model_validate(run_settings)), lambda record: None)
+def harvest(out: Path, **run_settings: object) -> Harvest[AssetRecord]:
+    settings = Settings(run=RunSettings.model_validate(run_settings))
+    return Harvest(out, "r", settings, lambda record: None, lambda record: record)
 
 
-def taken(got: Harvest, job: Job, end: JobResult | LostJob | None) -> AssetRecord | None:
+def taken(got: Harvest[AssetRecord], job: Job, end: JobResult | LostJob | None) -> AssetRecord | None:
     """The record that is reported."""
     reported: list[AssetRecord] = []
     got.report = reported.append
@@ -94,7 +95,7 @@ def test_what_comes_in_is_read_from_the_output_folder(tmp_path: Path) -> None:
     dead = harvest(tmp_path)
     keep_record(tmp_path, kept(died="crashed"))
     assert taken(dead, JOB, JobResult("a", Status.FAILED, died="crashed")) is None
-    assert dead.dead == {"a": FirstAttempt("crashed", ())} and dead.records["a"].status is Status.FAILED
+    assert dead.dead == {"a": FirstAttempt("crashed", ())} and not dead.records and dead.first == {"a": None}
     second = Job(REF, HASH, dead.dead["a"])
     assert taken(dead, second, None) is None
     keep_record(tmp_path, kept(attempt=2))
@@ -189,7 +190,7 @@ def test_what_a_killed_run_had_still_to_try_again_is_refined_anew(tmp_path: Path
         failed = make_failure(name, FailureMode.ENGINE_CRASH, content_hash=hashes[name])
         keep_record(out, KeptRecord(run_id="killed", redo=Redo.CHANGED, record=failed, attempt=attempt, died="crashed"))
     plan = run(data, out)
-    assert done(plan) == "acd" and [record.ref.asset_id for record in plan.finished] == ["b"]
+    assert done(plan) == "acd" and [ref.asset_id for ref in plan.finished.refs] == ["b"]
 
 
 def test_the_longest_of_last_time_go_first_and_the_unknown_before_them(tmp_path: Path) -> None:

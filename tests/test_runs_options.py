@@ -1,21 +1,25 @@
 """Models, budgets and limits on the command line and in the Makefile, and how they reach the workers."""
 
+import os
 import subprocess
 from pathlib import Path
 
 import pytest
 
+from asset2sim.runs.check_request import check_packages
 from asset2sim.runs.dataset import load_dataset
 from asset2sim.runs.doctor import check_model_answers
 from asset2sim.runs.options import parse
 from asset2sim.runs.request import parse_request, settings_for_run, stated_settings
 from asset2sim.runs.spread.refine_all import refine_all
 from asset2sim.runs.spread.worker import ask_settings
+from asset2sim.runs.workers import bounded_by_memory, machine_memory_mb
 from flows import PIPELINE
 from schemas.errors import UsageError
+from schemas.inputs import InputSettings
 from schemas.model_names import named_models, settings_for
 from schemas.settings import EngineSettings, MethodSettings, ModelSettings, RunSettings, Settings, ViewSettings
-from schemas.vocabulary import Engine, FailureMode, Method, Status, UpAxis
+from schemas.vocabulary import Engine, FailureMode, Gate, Method, Status, UpAxis
 from tests.model_server import Reply, serve
 
 ROOT = Path(__file__).resolve().parents[1]
@@ -28,6 +32,10 @@ OPTIONS = {
     "ASSET_BUDGET_USD": ("--asset-budget-usd", "0"),
     "ASSET_BUDGET_CALLS": ("--asset-budget-calls", "4"),
     "RPM": ("--rpm", "30"),
+    "ASSET_TIMEOUT": ("--asset-timeout", "20"),
+    "MIN_SUCCESS": ("--min-success", "0.95"),
+    "MAX_NEW_FAILURES": ("--max-new-failures", "3"),
+    "GATE": ("--gate", "warn"),
 }
 
 
@@ -38,8 +46,37 @@ def test_the_options_become_settings() -> None:
         refinement_model="openai/two", judge_model="openai/three", run_usd=1.5, run_calls=0, run_tokens=90_000,
         asset_usd=0.0, asset_calls=4, requests_per_minute=30.0, cache=False,
     )  # fmt: skip
+    run = request.settings.run
+    assert (run.asset_time_limit_s, run.min_success, run.max_new_failures, run.gate) == (20.0, 0.95, 3, Gate.WARN)
     plain = parse_request(["refine", "data", "--out", "out"])
     assert plain.settings.model == ModelSettings()
+    assert (plain.settings.run.asset_time_limit_s, plain.settings.run.min_success) == (300.0, None)
+
+
+def test_packages_and_leave_to_read_outside_are_settings(tmp_path: Path) -> None:
+    def inputs(*words: str) -> InputSettings:
+        return parse_request(["refine", "data", "--out", "out", *words]).settings.inputs
+
+    assert inputs() == InputSettings() and not inputs().allow_outside and inputs("--allow-outside").allow_outside
+    found = inputs("--package", f"kit={tmp_path}", "--package", "s3kit=s3://bucket/kit/")
+    assert found.package_folders == {"kit": str(tmp_path), "s3kit": "s3://bucket/kit"}
+    assert inputs("--package", f"a={tmp_path},b=here").package_folders == {
+        "a": str(tmp_path),
+        "b": str(Path("here").absolute()),
+    }
+    for wrong in ("kit", "=x", "kit=", "a/b=x"):
+        with pytest.raises(UsageError, match=r"argument --package: .*NAME=PATH"):
+            inputs("--package", wrong)
+
+
+def test_a_package_that_is_not_there_is_the_users_mistake(tmp_path: Path) -> None:
+    for place, said in (
+        (str(tmp_path / "gone"), "no such folder"),
+        ("s3://bucket/kit", "in the bucket of its dataset"),
+    ):
+        with pytest.raises(UsageError, match=f"--package kit=.*{said}"):
+            check_packages({"kit": place}, tmp_path)
+    check_packages({"kit": str(tmp_path), "more": "s3://bucket/kit"}, "s3://bucket/data")
 
 
 @pytest.mark.parametrize("words", [["--up=-y"], ["--up", "x"], []])
@@ -68,6 +105,10 @@ def test_every_method_can_be_chosen(method: Method) -> None:
         ("--budget-tokens", "-3", "whole number from 0 on"),
         ("--rpm", "0", "'0' is not a number above 0"),
         ("--rpm", "inf", "not a number above 0"),
+        ("--asset-timeout", "0", "'0' is not a number above 0"),
+        ("--min-success", "95", "'95' is not a number from 0 to 1"),
+        ("--max-new-failures", "-1", "whole number from 0 on"),
+        ("--gate", "fatal", "choose from warn, error"),
     ],
 )
 def test_amounts_that_are_none_are_a_mistake(option: str, value: str, words: str) -> None:
@@ -151,3 +192,31 @@ def test_a_spent_run_budget_ends_each_remaining_asset_with_its_reason(
     (spent,) = again
     assert spent.failure_mode is FailureMode.BUDGET and spent.calls == ()
     assert "the run's budget of 3 model calls is spent: 3 made" in spent.reason
+
+
+@pytest.mark.parametrize("word", ["", " "])
+def test_an_empty_folder_is_a_mistake_and_not_the_current_one(word: str) -> None:
+    for words in (["refine", word, "--out", "out"], ["refine", "data", "--out", word], ["failures", "--out", word]):
+        with pytest.raises(UsageError, match="name is empty"):
+            parse(words)
+
+
+@pytest.mark.parametrize("variable", ["OUT", "DATA"])
+def test_make_refuses_an_empty_folder(variable: str) -> None:
+    command = ["make", "--dry-run", "--old-file=.venv/.installed", "flow", f"{variable}="]
+    # As from a terminal, also where make runs these tests.
+    environment = {name: value for name, value in os.environ.items() if not name.startswith(("MAKE", "MFLAGS"))}
+    ran = subprocess.run(command, cwd=ROOT, env=environment, capture_output=True, text=True, timeout=30)
+    assert ran.returncode == 2 and f"{variable} is empty; name a folder" in ran.stderr and ran.stdout == ""
+
+
+def test_workers_are_bounded_by_memory_with_a_sentence() -> None:
+    asked = Settings(run=RunSettings(workers=64))
+    settings, sentence = bounded_by_memory(asked, memory_mb=8192)
+    assert settings.run.workers == 8 and sentence is not None
+    assert "8 assets are refined at once, not 64: each takes up to 1024 MB, and this machine has 8192 MB" in sentence
+    assert bounded_by_memory(asked, memory_mb=65_536) == (asked, None)
+    assert bounded_by_memory(asked, memory_mb=100)[0].run.workers == 1
+    elsewhere = Settings(run=RunSettings(workers=64, scheduler="tcp://h:1"))
+    assert bounded_by_memory(elsewhere, memory_mb=100) == (elsewhere, None)
+    assert machine_memory_mb() > 256

@@ -1,12 +1,14 @@
 """Incremental runs: what changes an asset, and what is refined again."""
 
 import ast
+import errno
 import functools
 import json
 import os
 import shutil
 import subprocess
 import sys
+import threading
 import time
 from collections.abc import Callable
 from importlib import metadata
@@ -15,13 +17,14 @@ from typing import Any
 
 import pytest
 
+from asset2sim.assets.urdf.reach import Reach
 from asset2sim.catalog.read import read_table
 from asset2sim.checks.alignment.reference import Reference
 from asset2sim.runs.plan import content_hash as code
 from asset2sim.runs.plan import records, state
 from asset2sim.runs.plan.asset_files import AssetFile, asset_files
 from asset2sim.runs.plan.content_hash import content_hash, counted_files, package_versions, shared_hash
-from asset2sim.runs.plan.plan import must_redo
+from asset2sim.runs.plan.plan import asset_files_hashes, must_redo
 from asset2sim.runs.plan.state import folder_files_hash, open_state
 from schemas.asset import AssetRef
 from schemas.settings import EngineSettings, ModelSettings, PhysicsSettings, RunSettings, Settings, ViewSettings
@@ -35,7 +38,7 @@ from tests.incremental_runs import NAMES, NO_VIEWS, asking, dataset, done, faili
 
 def content(folder: Path, out: Path) -> str:
     with open_state(out) as opened:
-        return folder_files_hash(opened, folder)
+        return folder_files_hash(opened, folder, Reach((folder.parent,)))
 
 
 def test_any_file_that_changes_comes_or_goes_is_another_content(tmp_path: Path) -> None:
@@ -65,7 +68,7 @@ def test_a_mesh_from_elsewhere_belongs_to_the_asset(tmp_path: Path) -> None:
     package.mkdir()
     (package / "box.obj").write_text(box)
     (package / "look.mtl").write_text("newmtl red\n")
-    assert [file.name for file in asset_files(asset)] == [
+    assert [file.name for file in asset_files(asset, Reach((tmp_path,)))] == [
         "mobility.urdf",
         "package://things/box.obj box.obj",
         "package://things/box.obj look.mtl",
@@ -82,7 +85,89 @@ def test_pipes_and_circles_of_links_are_passed_by(tmp_path: Path) -> None:
     (tmp_path / "elsewhere").mkdir()
     (tmp_path / "elsewhere" / "a.obj").write_text("1")
     (asset / "meshes").symlink_to(tmp_path / "elsewhere")
-    assert [file.name for file in asset_files(asset)] == ["meshes/a.obj", "mobility.urdf"]
+    assert [file.name for file in asset_files(asset, Reach((tmp_path,)))] == ["meshes/a.obj", "mobility.urdf"]
+
+
+def test_links_are_followed_once_and_within_the_dataset_alone(tmp_path: Path) -> None:
+    data, beyond = tmp_path / "data", tmp_path / "beyond"
+    asset = written(data / "asset", "<robot/>")
+    for folder in (data / "shared", beyond):
+        folder.mkdir()
+        (folder / "a.obj").write_text("1")
+    (asset / "shared").symlink_to(data / "shared")
+    (asset / "again").symlink_to(data / "shared")
+    (asset / "up").symlink_to("..")
+    (asset / "root").symlink_to("/")
+    (asset / "self").symlink_to("self")
+    (asset / "beyond").symlink_to(beyond)
+    (asset / "a.obj").symlink_to(beyond / "a.obj")
+    names = [file.name for file in asset_files(asset, Reach((asset, data)))]
+    assert {name for name in names if " -> " in name} == {
+        f"{x} -> {beyond / y}" for x, y in (("beyond", ""), ("a.obj", "a.obj"))
+    }
+    assert sum(name.endswith("/a.obj") for name in names if " -> " not in name) == 1 and len(names) == 4
+    before = folder_hash(asset, data, tmp_path / "out")
+    (beyond / "a.obj").write_text("2")
+    assert folder_hash(asset, data, tmp_path / "out") == before
+    (data / "shared" / "a.obj").write_text("2")
+    assert folder_hash(asset, data, tmp_path / "out") != before
+
+
+def folder_hash(asset: Path, root: Path, out: Path) -> str:
+    with open_state(out) as opened:
+        return folder_files_hash(opened, asset, Reach((asset, root)))
+
+
+def test_folders_as_deep_as_paths_can_be_and_names_that_are_no_text_are_hashed(tmp_path: Path) -> None:
+    asset = written(tmp_path / "asset", "<robot/>", {os.fsdecode(b"\xff.obj"): "1"})
+    here = os.getcwd()
+    try:
+        os.chdir(asset)
+        for _ in range(1200):
+            os.mkdir("d")
+            os.chdir("d")
+        os.chdir(here)
+        assert content(asset, tmp_path / "out") == content(asset, tmp_path / "out")
+    finally:
+        os.chdir(here)
+        subprocess.run(["rm", "-rf", str(asset / "d")], check=True)  # deeper than Python, and pytest, can remove
+
+
+def test_a_folder_that_cannot_be_listed_is_part_of_the_content(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    asset = written(tmp_path / "asset", "<robot/>", {"meshes/a.obj": "1"})
+    before, scandir = content(asset, tmp_path / "out"), os.scandir
+
+    def refusing(path: Any) -> Any:
+        if str(path) == str(asset / "meshes"):
+            raise PermissionError(errno.EACCES, "Permission denied", str(path))
+        return scandir(path)
+
+    with monkeypatch.context() as patch:
+        patch.setattr(os, "scandir", refusing)
+        shut = content(asset, tmp_path / "out")
+        assert shut == content(asset, tmp_path / "out")
+    assert shut != before and content(asset, tmp_path / "out") == before
+
+
+def test_reading_that_does_not_end_is_given_up_and_the_asset_refined(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
+) -> None:
+    """As a network disk that does not answer."""
+    slow, good = written(tmp_path / "slow", "<robot/>"), written(tmp_path / "good", "<robot/>")
+    digest, over = state._digest, threading.Event()
+
+    def hanging(file: AssetFile) -> str:
+        if file.path.startswith(str(slow)):
+            over.wait()
+        return digest(file)
+
+    monkeypatch.setattr(state, "_digest", hanging)
+    refs = [AssetRef(asset_id=folder.name, path=str(folder)) for folder in (slow, good)]
+    with open_state(tmp_path / "out") as opened:
+        first, second = (asset_files_hashes(opened, refs, limit_s=0.2) for _ in range(2))
+    over.set()
+    assert first[str(slow)] != second[str(slow)] and first[str(good)] == second[str(good)]
+    assert "asset slow: its files were not read within 0.2 s" in caplog.text
 
 
 def test_a_file_is_read_once(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

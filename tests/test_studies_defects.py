@@ -158,7 +158,7 @@ def test_what_cannot_be_read_is_a_reason_and_no_end(box: tuple[CleanObject, Defe
 @pytest.mark.system
 def test_checking_as_it_is_writes_nothing(box: tuple[CleanObject, DefectBench], tmp_path: Path) -> None:
     clean, _ = box
-    ref = clean.ref.model_copy(update={"path": str(clean.kept.folder)})
+    ref = clean.ref.model_copy(update={"path": str(clean.kept.folder), "root": None})
     assert DefectBench(tmp_path, QUICK, PIPELINE).check_unrefined(ref, "out").status is Status.OK
     assert not (tmp_path / "out" / "assets").exists()
 

@@ -105,5 +105,5 @@ def test_two_objects_by_two_methods(tmp_path: Path) -> None:
     assert (raw["calls"] == 0).all() and raw["alignment"].mean() < ours["alignment"].mean()
     assert (out / "charts" / "failures_prior_household.png").stat().st_size > 10_000
     assert "**ours**" in (out / "compare.md").read_text(encoding="utf-8")
-    assert "docs/compare_failures.png" in page.read_text(encoding="utf-8")
+    assert "(compare_failures.png)" in page.read_text(encoding="utf-8")
     assert not (out / "asset2sim" / "prior_household" / "assets" / ours["asset_id"].iloc[0] / "views").exists()

@@ -175,6 +175,7 @@ class TestRunning:
         assert program.main([str(out)]) == 2
 
 
+@pytest.mark.system
 def test_simcheck_itself_finds_no_error_in_a_refined_sample(tmp_path: Path) -> None:
     from tasks.pipeline import refine_asset
 

@@ -52,6 +52,7 @@ def test_planted_defects_end_as_planned(done: tuple[dict[str, AssetRecord], Path
         assert errors[0] == record.reason
         # What was refined and measured can be looked at; what could not be refined leaves nothing.
         assert folder.exists() == (record.measurement is not None)
+    assert record.written == folder.exists()
 
 
 @pytest.mark.parametrize(

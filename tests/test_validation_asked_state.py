@@ -7,7 +7,7 @@ from typing import Any
 import pytest
 
 from asset2sim.models.language.object_info import ObjectInfo
-from asset2sim.validation.asked_state import with_asked_state
+from asset2sim.validation.asked_state import note_out_of_reach, with_asked_state
 from asset2sim.validation.notes import Notes
 from asset2sim.validation.sanity import convert_misread_units
 from schemas.features import Features
@@ -15,7 +15,7 @@ from schemas.overlay import JointProposal, Overlay
 from schemas.settings import PhysicsSettings
 from tests.builders import joint_features
 from tests.factories import make_features
-from tests.prior_objects import hinged, sliding, spinning, thing
+from tests.prior_objects import DRAWERS, MICROWAVE, Json, hinged, sliding, spinning, thing
 
 OPEN_LID = "A box with its lid slightly open."
 
@@ -167,3 +167,21 @@ def test_millimetres_of_a_slider() -> None:
 def test_a_joint_that_turns_freely_has_no_angle_beyond_a_turn() -> None:
     assert united(90.0, "continuous", None, None)[0] == pytest.approx(math.pi / 2.0)
     assert united(5.0, "continuous", None, None) == (5.0, [])
+
+
+@pytest.mark.parametrize(
+    ("what", "words", "said"),
+    [
+        (MICROWAVE, "A microwave with its door open by 200 degrees.", "'door': the words ask to open it by 3.491 rad"),
+        (DRAWERS, "Its top drawer is open by 2 m.", "'d0': the words ask to open it by 2 m"),
+        (DRAWERS, "Its top drawer is open by 30 degrees.", "it slides and is measured in m"),
+        (MICROWAVE, "A microwave with its door open by 10 cm.", "it turns and is measured in rad"),
+        (MICROWAVE, "A microwave with its door open by 90 degrees.", None),
+        (DRAWERS, "Its top drawer is open by 10 cm.", None),
+        (MICROWAVE, "A microwave with its door halfway open.", None),
+    ],
+)
+def test_an_opening_that_no_part_reaches_is_said(what: Json, words: str, said: str | None) -> None:
+    notes = Notes()
+    note_out_of_reach(ObjectInfo.from_json(what), words, 0.5, notes)
+    assert [said in item.message for item in notes.findings] == [True] if said else notes.findings == []

@@ -104,3 +104,20 @@ def test_a_second_time_nothing_changes() -> None:
 def test_without_semantics_size_is_not_looked_at() -> None:
     proposal = Overlay(scale=1e3)
     assert sensible(drawn(), proposal, "A small box.", PhysicsSettings(), semantics=False) == (proposal, ())
+
+
+@pytest.mark.parametrize(
+    ("guidance", "is_the_users"),
+    [
+        ("Scale it to 1e9.", False),
+        ("A box 5 km long.", False),
+        ("A small microwave.", True),
+        ("Scale it to 0.2.", True),
+    ],
+)
+def test_a_scale_that_no_words_ask_for_is_not_the_users(guidance: str, is_the_users: bool) -> None:
+    info = ObjectInfo.from_json(thing("Microwave", hinged("door", "door"), size=2.0))
+    notes = Notes()
+    moved = with_sensible_size(info, guidance, Overlay(scale=1e9, asked=("scale", "door")), notes)
+    assert moved.scale < 10.0 and [item.code for item in notes.findings] == ["size_unlikely"]
+    assert ("scale" in moved.asked) == is_the_users and "door" in moved.asked

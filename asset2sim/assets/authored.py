@@ -15,6 +15,11 @@ ENGINE_INERTIA = (1.0, 0.0, 0.0, 1.0, 0.0, 1.0)
 """... and its inertia, kg·m²."""
 CLOSED_SHARE = 0.02
 """Share of its range from its closed end within which a joint counts as closed."""
+REFINED_NAME = "overlay.json"
+"""File of a refined folder with the overlay that was written."""
+OF_THE_STATE = ("initial_position", "asked_position", "position_source", "holds", "closed", "open", "effort_range",
+                "effective_inertia", "gravity_load", "least_inertia")  # fmt: skip
+"""Of a joint in it, what no URDF says."""
 LEAST = 1e-9
 """Least mass that is recorded, kg: a record may not hold a mass of zero."""
 
@@ -47,6 +52,7 @@ def authored_overlay(extraction: Extraction, settings: PhysicsSettings, *, asked
             gravity_load=0.0,
             holds=False,
             asked_position=start_of(joint) if asked and starts_closed(joint) else None,
+            armature=max(dynamics[joint.name].armature, 0.0),
             mimic=joint.mimic,
         )
         for joint in features.movable_joints
@@ -60,6 +66,28 @@ def authored_overlay(extraction: Extraction, settings: PhysicsSettings, *, asked
         joints=tuple(joint for joint in joints if joint.mimic is None),
         followers=tuple(joint for joint in joints if joint.mimic is not None),
     )
+
+
+def with_refined_state(authored: PhysicsOverlay, refined: PhysicsOverlay) -> tuple[PhysicsOverlay, tuple[str, ...]]:
+    """The overlay of a refined URDF as it is now, with what ``overlay.json`` adds that a URDF cannot say: where joints
+    start and what is asked of them, friction and support; and in words what of it the URDF does not have."""
+    known = {joint.name: joint for joint in refined.all_joints}
+
+    def stated(joint: JointPhysics) -> JointPhysics:
+        return joint.model_copy(update={name: getattr(known[joint.name], name) for name in OF_THE_STATE})
+
+    whole = {
+        name: getattr(refined, name) for name in ("contact_friction", "rolling_friction_m", "turned_rad", "support")
+    }
+    joints = {
+        kind: tuple(stated(joint) if joint.name in known else joint for joint in getattr(authored, kind))
+        for kind in ("joints", "followers")
+    }
+    left = known.keys() - {joint.name for joint in authored.all_joints}
+    unknown = tuple(
+        f"{REFINED_NAME} states joint '{name}', which the URDF does not have or fixes" for name in sorted(left)
+    )
+    return authored.model_copy(update=whole | joints), unknown
 
 
 def start_of(joint: JointFeatures) -> float:

@@ -14,10 +14,12 @@ from asset2sim.assets.joints import limits_in_radians, read_joint, with_ends
 from asset2sim.assets.links import LinkGeometry, MeshReader, read_link
 from asset2sim.assets.meshes.shape_cache import read_shapes, write_shapes
 from asset2sim.assets.meshes.triangles import Triangles
+from asset2sim.assets.regular import NOT_THERE, file_problem
 from asset2sim.assets.urdf.document import read_document, textures_of
-from asset2sim.assets.urdf.locate import find_mesh, read_category, read_semantics
+from asset2sim.assets.urdf.locate import read_category, read_semantics
 from asset2sim.assets.urdf.mesh_files import material_files
 from asset2sim.assets.urdf.mimic import coupled, with_followed_ends
+from asset2sim.assets.urdf.reach import Reach, lies_outside, reach_of
 from asset2sim.assets.urdf.read import read_urdf, root_of
 from asset2sim.physics.arrays import Array, vector
 from asset2sim.physics.kinematics import apply, link_to_root, tree_of
@@ -26,7 +28,12 @@ from schemas.base import Vector3
 from schemas.errors import AssetError
 from schemas.features import Features, LinkFeatures
 from schemas.finding import Finding
+from schemas.inputs import InputSettings
 from schemas.vocabulary import FailureMode, Severity, Stage, UpAxis
+
+COMPANIONS = ("semantics.txt", "meta.json", "mobility_v2.json")
+"""PartNet-Mobility's files beside the URDF that stay true after scaling (its bounding box would not)."""
+INPUTS = InputSettings()
 
 
 def hash_files(files: Iterable[Path], *texts: str) -> str:
@@ -58,6 +65,8 @@ class Extraction:
     """Triangles of ``mesh_files``, loaded on demand; the last user calls ``keep`` to store them."""
 
     opened: Source | None = field(default=None, repr=False, compare=False)
+    companions: dict[str, Path] = field(default_factory=dict, repr=False, compare=False)
+    """PartNet-Mobility's files beside the URDF, by name."""
 
     @property
     def source(self) -> Path:
@@ -65,16 +74,19 @@ class Extraction:
         return self.urdf if self.opened is None else self.opened.file
 
 
-def extract(ref: AssetRef, cache: Path | None = None, up: UpAxis = UpAxis.Z) -> Extraction:
+def extract(
+    ref: AssetRef, cache: Path | None = None, up: UpAxis = UpAxis.Z, inputs: InputSettings = INPUTS
+) -> Extraction:
     """Features and geometry of one asset.
 
     ``cache`` is a folder in which the shapes and the triangles of its meshes are kept, so that those of unchanged files
     are not computed again; the result is the same with it and without. ``up`` is the axis that points up in its file.
+    Only files that ``inputs`` allow are read.
     Raises AssetError: unreadable_asset (no URDF, not XML, not a tree), missing_mesh (a link none of whose meshes is
     there), invalid_joint_configuration (joint numbers that make no sense).
     """
-    folder = Path(ref.path)
-    opened = open_source(folder, up)
+    folder, reach = Path(ref.path), reach_of(ref, inputs)
+    opened = open_source(folder, up, reach)
     urdf = opened.urdf
     robot = read_urdf(urdf)
     base = urdf.parent
@@ -82,8 +94,12 @@ def extract(ref: AssetRef, cache: Path | None = None, up: UpAxis = UpAxis.Z) -> 
     triangles = Triangles(cache / f"{ref.asset_id}.triangles.npz" if cache is not None else None)
     document = read_document(urdf)
     told = [*opened.findings, *document.findings]
-    reader = MeshReader(base, triangles, told, known=read_shapes(store) if store is not None else {})
-    labels = read_semantics(folder)
+    known = read_shapes(store) if store is not None else {}
+    reader = MeshReader(base, triangles, told, known=known, refused=opened.refused, reach=reach)
+    reader.largest_mb, reader.origin = inputs.max_mesh_mb, opened.file.parent
+    companions, left_out = companions_of(folder, reach)
+    told += left_out
+    labels = read_semantics(companions.get("semantics.txt"))
     links: list[LinkFeatures] = []
     geometry: dict[str, LinkGeometry] = {}
     for link in robot.links:
@@ -107,13 +123,13 @@ def extract(ref: AssetRef, cache: Path | None = None, up: UpAxis = UpAxis.Z) -> 
     joints = with_followed_ends([with_ends(joint, tree, root, points, rest, diagonal) for joint in joints])
     closed = {joint.name: joint.closed for joint in joints if joint.closed is not None}
     closed_low, closed_high = bounds(points, link_to_root(tree, root, closed))
-    told += find_textures(document.robot, base, reader.files)
+    told += find_textures(document.robot, base, reader)
     files = [path for path in reader.files.values() if path is not None]
     looks = [companion for file in files for companion in material_files(file)]
-    companions = [file for file in (folder / "semantics.txt", folder / "meta.json") if file.is_file()]
+    beside = [companions[name] for name in ("semantics.txt", "meta.json") if name in companions]
     features = Features(
         asset_id=ref.asset_id,
-        category=ref.category or read_category(folder),
+        category=ref.category or read_category(companions.get("meta.json")),
         urdf_file=opened.file.name,
         root=root,
         links=tuple(links),
@@ -122,23 +138,42 @@ def extract(ref: AssetRef, cache: Path | None = None, up: UpAxis = UpAxis.Z) -> 
         rest_box_max=vector(high),
         closed_size=vector(closed_high - closed_low),
         link_centers={name: box_center(rest[name], cloud) for name, cloud in points.items() if len(cloud)},
-        content_hash=hash_files([*opened.files, *files, *looks, *companions]),
+        content_hash=hash_files([*opened.files, *files, *looks, *beside]),
     )
     return Extraction(
-        folder, urdf, features, tuple(reader.findings), geometry, reader.files, triangles=triangles, opened=opened
-    )
+        folder, urdf, features, tuple(reader.findings), geometry, reader.files, triangles=triangles, opened=opened,
+        companions=companions,
+    )  # fmt: skip
 
 
-def find_textures(robot: "etree._Element", folder: Path, files: dict[str, Path | None]) -> list[Finding]:
-    """Look up the pictures of a URDF's materials and add them to ``files``, by reference; a finding for each that is
-    not there."""
+def companions_of(folder: Path, reach: Reach) -> tuple[dict[str, Path], list[Finding]]:
+    """The files beside the URDF that say more of the asset, by name; a finding for each that cannot be read or lies
+    outside, and is left out."""
+    found, findings = {name: folder / name for name in COMPANIONS}, []
+    for name, path in list(found.items()):
+        problem = file_problem(path)
+        code = "companion_unusable"
+        if problem is None and not reach.allows(path):
+            problem, code = lies_outside(path, reach), "outside_dataset"
+        if problem is not None:
+            del found[name]
+        if problem not in (None, NOT_THERE):
+            message = f"'{name}' {problem}; it is left out"
+            findings.append(Finding(stage=Stage.EXTRACT, severity=Severity.WARNING, code=code, message=message))
+    return found, findings
+
+
+def find_textures(robot: "etree._Element", folder: Path, reader: MeshReader) -> list[Finding]:
+    """Look up the pictures of a URDF's materials and add them to the reader's files, by reference; a finding for each
+    that is not there or lies outside."""
     findings = []
     for reference in dict.fromkeys(str(texture.get("filename")) for texture in textures_of(robot)):
-        files[reference] = find_mesh(reference, folder)
-        if files[reference] is None:
-            message = f"texture '{reference}' is not there; its material goes without: restore the file"
-            warning = Severity.WARNING
-            findings.append(Finding(stage=Stage.EXTRACT, severity=warning, code="missing_texture", message=message))
+        reader.files[reference], code, problem = reader.find(reference)
+        if problem:
+            named = reader.refused[reference].reference if reference in reader.refused else reference
+            message = f"texture '{named}' {problem}; its material goes without"
+            warning, code = Severity.WARNING, "missing_texture" if code == "missing_mesh" else code
+            findings.append(Finding(stage=Stage.EXTRACT, severity=warning, code=code, message=message))
     return findings
 
 

@@ -17,9 +17,6 @@ from schemas.vocabulary import CollisionMode
 
 URDF_NAME = "mobility.urdf"
 
-COMPANIONS = ("semantics.txt", "meta.json", "mobility_v2.json")
-"""PartNet-Mobility's files beside the URDF that stay true after scaling (its bounding box would not)."""
-
 
 @dataclass(frozen=True)
 class Folder:
@@ -53,9 +50,8 @@ def write_folder(
     files = extraction.mesh_files.items()
     wanted = {name: file for name, file in files if name in looks or Path(name).suffix.lower() in PICTURES}
     places = copy_meshes(wanted, extraction.source.parent, target)
-    for name in COMPANIONS:
-        if (extraction.folder / name).is_file():
-            shutil.copyfile(extraction.folder / name, target / name)
+    for name, file in extraction.companions.items():
+        shutil.copyfile(file, target / name)
     folder = replace_hulls(Folder(target, places, {}, mode), hulls)
     write_urdf(extraction, overlay, folder, settings)
     return folder

@@ -13,13 +13,16 @@ from asset2sim.assets.meshes.load import collada_header, primitive, scale_vector
 from asset2sim.assets.meshes.shape_cache import CachedMesh, mesh_key
 from asset2sim.assets.meshes.surface import NOTHING, Surface, joined_surfaces
 from asset2sim.assets.meshes.triangles import Triangles
+from asset2sim.assets.meshes.unusable import UnusableMeshError, check_mesh_file, check_size
 from asset2sim.assets.meshes.volume import Shape, Solid, combined, shape_of
 from asset2sim.assets.solids import PlacedShape, collision_mismatch, shapes_with_mass
 from asset2sim.assets.urdf.locate import find_mesh
+from asset2sim.assets.urdf.reach import ANYWHERE, Reach, Refused, why_missing
 from asset2sim.physics.arrays import Array, six, vector
 from schemas.errors import AssetError
 from schemas.features import LinkFeatures, LinkInertial, MeshFeatures
 from schemas.finding import Finding
+from schemas.inputs import InputSettings
 from schemas.vocabulary import FailureMode, Severity, Stage, VolumeSource
 
 HOLE_SHARE = 1e-3
@@ -47,6 +50,14 @@ class MeshReader:
     """Cached meshes of earlier extractions, by ``mesh_key``."""
     met: dict[str, CachedMesh] = field(default_factory=dict)
     """Meshes of this extraction, by ``mesh_key``."""
+    refused: Mapping[str, Refused] = field(default_factory=dict)
+    """References that are not read, since they mean files outside."""
+    reach: Reach = ANYWHERE
+    origin: Path | None = None
+    """The folder of the file that ``folder``'s URDF was made of, in which missing files are looked for in vain."""
+    largest_mb: float = InputSettings().max_mesh_mb
+    lost: dict[str, str] = field(default_factory=dict)
+    """Reference → why it cannot be read, in words."""
 
     def note(self, code: str, message: str, link: str) -> None:
         """Add a warning."""
@@ -70,10 +81,13 @@ class MeshReader:
         self.findings.append(finding)
 
     def read(self, path: Path, scale: Array) -> CachedMesh:
-        """The mesh of a file at this (3,) scale, from ``known`` if it is there. ValueError as from ``load_mesh``."""
+        """The mesh of a file at this (3,) scale, from ``known`` if it is there. UnusableMeshError as ``load_mesh``."""
+        if path not in self.triangles.keys:
+            check_mesh_file(path, self.largest_mb)
         key = mesh_key(self.triangles.key(path), scale)
         found = self.known.get(key) if key is not None else None
         if found is None:
+            check_size(self.triangles.of(path)[0], scale)
             mesh = self.triangles.mesh(path, scale)
             closed = bool(mesh.is_watertight)
             found = CachedMesh(
@@ -85,36 +99,48 @@ class MeshReader:
             self.met[key] = found
         return found
 
+    def find(self, reference: str) -> tuple[Path | None, str, str]:
+        """The file of a reference; None where there is none to be read, with a finding's code and why."""
+        if reference in self.refused:
+            return None, "outside_dataset", self.refused[reference].problem
+        found = find_mesh(reference, self.folder)
+        return found, "missing_mesh", "" if found else why_missing(reference, self.origin or self.folder, self.reach)
+
+    def lose(self, reference: str, code: str, problem: str, link: str) -> None:
+        """Say that a mesh is left out, and why."""
+        self.lost[reference] = problem
+        self.note(code, f"{problem}; it is left out", link)
+
     def shape(self, geometry: yourdfpy.Geometry, link: str) -> tuple[str, Shape | None]:
         """The reference and the shape of one geometry; None, with a finding, where there is nothing to read."""
         if geometry.mesh is None:
             mesh = primitive(geometry)
             return "primitive", None if mesh is None else shape_of(mesh)
-        reference = geometry.mesh.filename
-        named = f"mesh '{reference}' of link '{link}'"
+        reference = str(geometry.mesh.filename or "")
+        named = (
+            f"mesh '{self.refused[reference].reference if reference in self.refused else reference}' of link '{link}'"
+        )
         if reference not in self.files:
-            self.files[reference] = find_mesh(reference, self.folder)
-            if self.files[reference] is None:
-                message = f"{named} is not there; the reference is dropped: restore the file"
-                self.note("missing_mesh", message, link)
+            self.files[reference], code, problem = self.find(reference)
+            if problem:
+                self.lose(reference, code, f"{named} {problem}", link)
         path = self.files[reference]
         if path is None:
             return reference, None
-        if path.suffix.lower() == ".dae":
-            self.note_collada(path, named, link)
         scale = scale_vector(geometry.mesh)
         key = (reference, tuple(scale))
         if key not in self.shapes:
             try:
                 found = self.read(path, scale)
                 self.shapes[key] = found.shape
+                if path.suffix.lower() == ".dae":
+                    self.note_collada(path, named, link)
                 if found.holed:
                     self.holed.add(reference)
                 if found.inside_out:
                     self.note("inside_out", f"{named} is inside out; collision shapes are wound outwards", link)
-            except ValueError as error:
-                message = f"link '{link}': {error}; the reference is dropped: export the mesh again"
-                self.note("unreadable_mesh", message, link)
+            except UnusableMeshError as error:
+                self.lose(reference, "unreadable_mesh", f"{named} {error.problem}", link)
                 self.shapes[key] = self.files[reference] = None
         return reference, self.shapes[key]
 
@@ -147,19 +173,23 @@ def read_link(link: yourdfpy.Link, label: str, kind: str, reader: MeshReader) ->
     the link, else the visual's. Raises AssetError (missing_mesh) where the link refers to geometry and none of it can
     be read."""
     meshes: list[MeshFeatures] = []
+    names: list[str] = []
     placed: dict[str, list[PlacedShape]] = {"visual": [], "collision": []}
     wanted = {"visual": 0, "collision": 0}
     for role, items in (("visual", link.visuals), ("collision", link.collisions)):
         for item in items:
             wanted[role] += 1
             file, shape = reader.shape(item.geometry, link.name)
+            names.append(file)
             if shape is None:
                 continue
             meshes.append(mesh_features(file, role, shape))
             origin = np.eye(4) if item.origin is None else np.asarray(item.origin, dtype=float)
             placed[role].append(PlacedShape(shape, origin[:3, :3], origin[:3, 3], mesh_reference(item.geometry)))
     if any(wanted.values()) and not meshes:
+        causes = [reader.lost[name] for name in dict.fromkeys(names) if name in reader.lost]
         problem = f"none of its {sum(wanted.values())} meshes can be read; restore its files or remove the link"
+        problem += f" ({'; '.join(causes[:3])}{', …' if len(causes) > 3 else ''})" if causes else ""
         raise AssetError(FailureMode.MISSING_MESH, "missing_mesh", f"link '{link.name}': {problem}", link=link.name)
     lost = wanted["collision"] - len(placed["collision"])
     doubt = collision_mismatch(placed["collision"], placed["visual"], lost, reader.holed)

@@ -45,7 +45,13 @@ def as_proposed(extraction: Extraction, proposal: Overlay, source: Source, setti
         scale_source=Source.USER if "scale" in proposal.asked else source,
         contact_friction=contact_friction(proposal.contact_material, settings.physics),
         links=tuple(
-            link_as_proposed(link, links.get(link.name, LinkProposal(name=link.name)), scale, source)
+            link_as_proposed(
+                link,
+                links.get(link.name, LinkProposal(name=link.name)),
+                scale,
+                source,
+                Source.USER if f"links.{link.name}.mass_kg" in proposal.asked else source,
+            )
             for link in features.links
         ),
         joints=tuple(joint for joint in joints if joint.mimic is None),
@@ -54,8 +60,10 @@ def as_proposed(extraction: Extraction, proposal: Overlay, source: Source, setti
     )
 
 
-def link_as_proposed(link: LinkFeatures, proposal: LinkProposal, scale: float, source: Source) -> LinkPhysics:
-    """One link: the proposed numbers, and the engine's default for the rest."""
+def link_as_proposed(
+    link: LinkFeatures, proposal: LinkProposal, scale: float, source: Source, mass_by: Source
+) -> LinkPhysics:
+    """One link: the proposed numbers, and the engine's default for the rest; ``mass_by`` is whose its mass is."""
     authored = link_of(link)
     volume = (link.volume_m3 or link.hull_volume_m3) * scale**3
     material_m3 = volume * (1.0 if proposal.hollow_factor is None else proposal.hollow_factor)
@@ -79,7 +87,7 @@ def link_as_proposed(link: LinkFeatures, proposal: LinkProposal, scale: float, s
             "wall_m": proposal.wall_m or 0.0,
             "contents": proposal.contents,
             "mass_kg": authored.mass_kg if mass is None else mass,
-            "mass_source": authored.mass_source if mass is None else source,
+            "mass_source": authored.mass_source if mass is None else mass_by,
             "com": vector(np.asarray(com, dtype=float)),
             "com_source": authored.com_source if proposal.com is None else source,
             "inertia": inertia,

@@ -14,8 +14,8 @@ from asset2sim.catalog.read import read_table
 from asset2sim.catalog.run import RunRow
 from asset2sim.catalog.stored_tables import recorded_assets
 from asset2sim.catalog.switch import find_catalog
-from schemas.asset import AssetRecord
 from schemas.errors import Asset2SimError
+from schemas.summary import AssetSummary
 from schemas.vocabulary import FailureMode, Status
 
 
@@ -52,7 +52,7 @@ class Previous:
 class AssetChange:
     """An asset of this run and its failure mode before, ``was``: None for an asset that is new in the catalog."""
 
-    record: AssetRecord
+    record: AssetSummary
     was: str | None
 
 
@@ -80,7 +80,7 @@ class Changes:
         return self.standing.get(FailureMode.NONE, 0)
 
 
-def find_changes(records: Sequence[AssetRecord], previous: Previous) -> Changes:
+def find_changes(records: Sequence[AssetSummary], previous: Previous) -> Changes:
     """Compare a run's records with the catalog before it. A failed asset that was not there is a new failure."""
     seen = [AssetChange(record, previous.modes.get(record.ref.asset_id)) for record in records]
     failed = [item for item in seen if item.record.status is Status.FAILED]
@@ -111,7 +111,8 @@ def change_figures(changes: Changes) -> dict[str, float]:
 
 
 def read_previous(out: Path, run: RunRow, present: Collection[str] | None = None) -> Previous:
-    """How each asset of the run's method and model ended before it, and the last run over the same dataset and subset.
+    """How each asset of the run's method and model ended before it, and the last run over the same dataset, subset and
+    selection: a run over a part is not the one before a run over all.
 
     ``present`` names the assets that the dataset still has, None where the run does not know. Call it before the run is
     written. Empty where OUT has no catalog yet; where the catalog cannot be read, ``problem`` says why, and the run
@@ -125,13 +126,19 @@ def read_previous(out: Path, run: RunRow, present: Collection[str] | None = None
         runs = read_table(out, "runs")
     except (Asset2SimError, OSError, KeyError, ValueError, pa.ArrowException) as error:
         return Previous(problem=f"what was there before cannot be read, so every failure counts as new: {error}")
-    subset = runs["subset"].isna() if run.subset is None else runs["subset"] == run.subset
-    like = (runs["method"] == method) & (runs["model"] == model) & (runs["dataset"] == run.dataset) & subset
-    runs = runs[like & (runs["run_id"] != run.run_id)]
+    own = (run.dataset, method, model, run.subset or "", run.selection or "")
+    runs = runs[(compared(runs) == own).all(axis=1) & (runs["run_id"] != run.run_id)]
     modes = {name: row.failure_mode.value for name, row in before.items()}
     gone = () if present is None else tuple(sorted(name for name in modes if name not in present))
     modes = {name: mode for name, mode in modes.items() if present is None or name in present}
     return Previous(modes, None if runs.empty else _run(runs.sort_values("started_at").iloc[-1]), gone)
+
+
+def compared(runs: pd.DataFrame) -> pd.DataFrame:
+    """What two runs must have in common to be compared, a column each; "" for a subset or a selection of all."""
+    names = ["dataset", "method", "model", "subset", "selection"]
+    # A catalog that an earlier version wrote has no selection.
+    return runs.reindex(columns=names).astype(object).fillna("")
 
 
 def _run(row: "pd.Series[Any]") -> PreviousRun:

@@ -6,7 +6,7 @@ import pyarrow as pa
 import pyarrow.compute as pc
 
 from schemas.errors import Asset2SimError
-from schemas.table import Row, Table
+from schemas.table import Row, Table, with_names_of_today
 
 
 class CatalogError(Asset2SimError):
@@ -23,7 +23,7 @@ def to_arrow(table: Table, rows: Sequence[Row]) -> pa.Table:
             name = min(expected ^ row.keys())
             kind = "unknown" if name in row else "missing"
             raise CatalogError(f"table '{table.name}', column '{name}': {kind} in a row; add it to schemas/tables.py")
-    columns = [_column(table, field, [row[field.name] for row in rows]) for field in table.schema]
+    columns = [_column(table, field, [_storable(row[field.name]) for row in rows]) for field in table.schema]
     built = pa.Table.from_arrays(columns, schema=table.schema)
     check_key(table, built)
     return built
@@ -34,6 +34,7 @@ def conform(table: Table, found: pa.Table, where: str) -> pa.Table:
     rows. Raises CatalogError where that is not allowed, where a type cannot be converted, and where the file has
     columns that this version does not know: rewriting it would lose them."""
     remedy = f"in {where}: written by another version; use that one, or another output folder"
+    found = with_names_of_today(found)
     for name in found.schema.names:
         if name not in table.schema.names:
             raise CatalogError(f"table '{table.name}', column '{name}': unknown {remedy}")
@@ -73,6 +74,11 @@ def check_key(table: Table, rows: pa.Table) -> None:
         first = pc.index(keys, repeated[0]["values"]).as_py()
         values = ", ".join(f"{name}={rows.column(name)[first].as_py()!r}" for name in table.key)
         raise CatalogError(f"table '{table.name}', columns {', '.join(table.key)}: more than one row with {values}")
+
+
+def _storable(value: object) -> object:
+    """The value; of a text what no UTF-8 holds (half of a surrogate pair, from JSON or a file's name) is an escape."""
+    return value.encode(errors="backslashreplace").decode() if isinstance(value, str) else value
 
 
 def _column(table: Table, field: pa.Field, values: list[object]) -> pa.Array:

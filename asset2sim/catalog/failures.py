@@ -9,21 +9,25 @@ import pandas as pd
 from rich.table import Table
 from rich.text import Text
 
+from asset2sim.catalog.changes import compared
 from asset2sim.catalog.query import packaged_sql
 from asset2sim.catalog.read import query, read_table
-from asset2sim.catalog.text import NOTHING, titled_table
+from asset2sim.catalog.text import NOTHING, cut, titled_table
 from schemas.errors import UnknownChoiceError, UsageError
 from schemas.model_names import described
 from schemas.vocabulary import Grouping
 
 LATEST, PREVIOUS = "latest", "previous"
-"""Names of the last run, and of the one before it over the same dataset with the same method and model."""
+"""Names of the last run, and of the one before it over the same part of a dataset with the same method and model."""
 CHANGES = ("broke", "fails otherwise", "mended", "came", "went")
 """Kinds of change of an asset between two runs, the most important first."""
 _STYLES = {"broke": "bold red", "fails otherwise": "red", "mended": "green"}
-_SAME = ("dataset", "method", "model")
 _LATEST_ROWS = "(SELECT assets.*, runs.started_at FROM assets JOIN runs USING (run_id))"
 _ROWS_SINCE = "(SELECT * FROM asset_history WHERE started_at >= ?)"
+
+
+MAX_REASON = 200
+"""Characters of a reason in the table for the terminal."""
 
 
 def failure_breakdown(out: Path | str) -> pd.DataFrame:
@@ -38,19 +42,28 @@ def render_failures(breakdown: pd.DataFrame) -> Table:
     several = len(pairs) > 1
     only = f": {pairs[0][0]}, {described(pairs[0][1])}" if len(pairs) == 1 else ""
     table = titled_table(f"Failure modes{only}")
+    table.padding = (0, 1, 0, 0)
     for name in ("method", "model") if several else ():
         table.add_column(name)
     table.add_column("failure mode", no_wrap=True)
-    table.add_column("in the paper")
+    table.add_column("in the paper", max_width=16)
     table.add_column("assets", justify="right", no_wrap=True)
     table.add_column("share %", justify="right", no_wrap=True)
-    table.add_column("causes")
-    table.add_column("for example")
+    table.add_column("causes", overflow="fold", max_width=20)
+    table.add_column("for example", overflow="fold", max_width=16)
+    table.add_column("reason of the first", overflow="fold")
     for row in breakdown.to_dict("records"):
         passed = row["failure_mode"] == "none"
         mode = Text("none (ok)" if passed else str(row["failure_mode"]), style="green" if passed else "red")
         own = (str(row["method"]), described(str(row["model"]))) if several else ()
-        figures = (str(row["assets"]), f"{row['share_percent']:.1f}", _text(row["causes"]), _examples(row))
+        reason = Text("" if passed else cut(_text(row["reason"]), MAX_REASON))
+        figures = (
+            str(row["assets"]),
+            f"{row['share_percent']:.1f}",
+            _text(row["causes"]),
+            Text(_examples(row)),
+            reason,
+        )
         table.add_row(*own, mode, _text(row["paper_failure_mode"]), *figures)
     return table
 
@@ -75,12 +88,17 @@ def find_run(out: Path | str, name: str) -> str:
     """The id of the run that a user names. Raises UsageError."""
     runs = read_table(out, "runs").sort_values(["started_at", "run_id"])
     if name in (LATEST, PREVIOUS):
+        runs = runs.reset_index(drop=True)
         latest = runs.iloc[-1]
         if name == LATEST:
             return str(latest["run_id"])
-        like = runs[(runs[list(_SAME)] == latest[list(_SAME)]).all(axis=1)]
+        same = compared(runs)
+        like = runs[(same == same.iloc[-1]).all(axis=1)]
         if len(like) < 2:
-            raise UsageError(f"run {latest['run_id']} is the first over its dataset with its method and model")
+            raise UsageError(
+                f"run {latest['run_id']} is the first over this part of its dataset with its method and model; name "
+                "two runs by their ids"
+            )
         return str(like.iloc[-2]["run_id"])
     ids = [str(run_id) for run_id in runs["run_id"]]
     found = [name] if name in ids else [run_id for run_id in ids if name and run_id.startswith(name)]
@@ -103,7 +121,7 @@ def render_comparison(found: pd.DataFrame, earlier: str, later: str) -> Table:
         if row["change"] not in ("came", "went") or {before, after} - {"none", NOTHING}:
             change = Text(str(row["change"]), style=_STYLES.get(str(row["change"]), ""))
             names = (Text(str(row["asset_id"])), Text(str(row["category"])))
-            table.add_row(change, *names, before, after, Text(_text(row["reason"])))
+            table.add_row(change, *names, before, after, Text(cut(_text(row["reason"]))))
     return table
 
 

@@ -2,7 +2,8 @@
 --
 -- Reads two tables of the catalog, `assets` (one row per asset, method and model) and `findings` (one row per finding).
 -- `none` is the row of the assets that passed. `share_percent` is of all assets of that method and model. `causes` counts
--- the error findings behind each mode, the most frequent first; `example_asset_ids` names up to five assets.
+-- the error findings behind each mode, the most frequent first; `example_asset_ids` names up to five assets, and `reason` is
+-- that of the first of them.
 --
 -- By hand, from a catalog folder:
 --     duckdb -c "CREATE VIEW assets AS FROM 'assets.parquet'; CREATE VIEW findings AS FROM 'findings.parquet'" -f failures.sql
@@ -27,7 +28,8 @@ mode AS (
         any_value(paper_failure_mode) AS paper_failure_mode,
         count(*) AS assets,
         100.0 * count(*) / sum(count(*)) OVER (PARTITION BY method, model) AS share_percent,
-        list(asset_id ORDER BY asset_id)[1:5] AS example_asset_ids
+        list(asset_id ORDER BY asset_id)[1:5] AS example_asset_ids,
+        arg_min(reason, asset_id) AS reason
     FROM assets
     GROUP BY method, model, failure_mode
 )
@@ -39,7 +41,8 @@ SELECT
     mode.assets,
     mode.share_percent,
     causes.causes,
-    mode.example_asset_ids
+    mode.example_asset_ids,
+    mode.reason
 FROM mode
 LEFT JOIN causes USING (method, model, failure_mode)
 ORDER BY mode.method, mode.model, mode.failure_mode = 'none' DESC, mode.assets DESC, mode.failure_mode;

@@ -6,7 +6,9 @@ import logging
 import os
 import re
 import shutil
-from datetime import datetime
+from collections.abc import Collection, Iterator
+from datetime import UTC, datetime, timedelta
+from itertools import pairwise
 from pathlib import Path
 
 import pyarrow as pa
@@ -14,11 +16,12 @@ import pyarrow.compute as pc
 import pyarrow.parquet as pq
 
 from asset2sim.catalog.enforce import CatalogError, check_key, conform
+from asset2sim.catalog.merge import ROW_GROUP
 from asset2sim.catalog.run import RunRow
-from asset2sim.catalog.stored_tables import recorded_run_ids
+from asset2sim.catalog.stored_tables import recorded_run_ids, table_path
 from asset2sim.catalog.switch import replace_file, replace_folder, sync
 from schemas.table import ASSET_KEY, TIME
-from schemas.tables import COST_COLUMNS, HISTORY
+from schemas.tables import COST_COLUMNS, HISTORY, TABLES
 
 HISTORY_FOLDER = "history"
 PATTERN = f"{HISTORY_FOLDER}/month=*/*.parquet"
@@ -28,6 +31,8 @@ MAX_FILES = 64
 MERGED = "merged.parquet"
 _READY, _OLD = ".ready", ".old"
 _PART = re.compile(r"^\.(?P<run_id>.+)\.parquet\.part$")
+
+_NO_TIME = datetime.min.replace(tzinfo=UTC)
 
 logger = logging.getLogger(__name__)
 
@@ -104,12 +109,76 @@ def recover_months(out: Path) -> None:
             shutil.rmtree(folder, ignore_errors=True)
 
 
-def _merge_month(month: Path, files: list[Path]) -> None:
-    """Write the merged file to a new folder, and replace the month's folder with it."""
-    tables = [conform(HISTORY, pq.read_table(file, partitioning=None), str(file)) for file in files]
-    rows = pa.concat_tables(tables).sort_by([("started_at", "ascending"), ("asset_id", "ascending")])
+def _merge_month(month: Path, files: list[Path], without: Collection[str] = ()) -> None:
+    """Write the merged file, without the runs ``without``, to a new folder, and replace the month's folder with it."""
     staging = month.with_name(f".{month.name}")
     ready, old = (month.with_name(f".{month.name}{ending}") for ending in (_READY, _OLD))
     staging.mkdir()
-    write_synced(rows, staging / MERGED)
+    removed = pa.array(sorted(without), type=pa.string())
+    try:
+        with pq.ParquetWriter(staging / MERGED, HISTORY.schema, compression="zstd") as writer:
+            for rows in _by_start(files):
+                writer.write_table(rows.filter(pc.invert(pc.is_in(rows["run_id"], value_set=removed))))
+        sync(staging / MERGED)
+        sync(staging)
+    except BaseException:
+        shutil.rmtree(staging, ignore_errors=True)
+        raise
     replace_folder(staging, ready, month, old)
+
+
+def _by_start(files: list[Path]) -> Iterator[pa.Table]:
+    """The rows of files by start of the run and asset, some at a time: each file holds them in this order, and one's
+    runs began after the other's. Where they did not, all rows at once."""
+    spans = sorted((*_span(file), file) for file in files)
+    if any(later[0] <= earlier[1] for earlier, later in pairwise(spans)):
+        tables = [conform(HISTORY, pq.read_table(file, partitioning=None), str(file)) for file in files]
+        yield pa.concat_tables(tables).sort_by([("started_at", "ascending"), ("asset_id", "ascending")])
+        return
+    for *_, file in spans:
+        with pq.ParquetFile(file) as stored:
+            for batch in stored.iter_batches(ROW_GROUP, use_threads=False):
+                yield conform(HISTORY, pa.Table.from_batches([batch]), str(file))
+
+
+def _span(file: Path) -> tuple[datetime, datetime]:
+    """When the first and the last run in a file began; the earliest of times where it is empty."""
+    starts = pq.read_table(file, columns=["started_at"], partitioning=None)["started_at"]
+    ends = pc.min_max(starts).as_py()
+    return (ends["min"] or _NO_TIME, ends["max"] or _NO_TIME)
+
+
+def remove_old_history(out: Path, now: datetime, days: int) -> str | None:
+    """Remove the rows of runs that began over ``days`` days before ``now``; needs OUT's lock. The newest run over each
+    dataset and subset with its method and model stays. Returns a line that says what was removed, None for nothing."""
+    recover_months(out)
+    limit, newest = now - timedelta(days=days), newest_runs(out)
+    rows, runs = 0, set[str]()
+    for month in sorted((out / HISTORY_FOLDER).glob("month=*")):
+        files = sorted(month.glob("*.parquet"))
+        if month.name > f"month={limit:%Y-%m}" or not files:
+            continue
+        found = pa.concat_tables(
+            pq.read_table(file, columns=["run_id", "started_at"], partitioning=None) for file in files
+        )
+        old = found.filter(pc.less(found["started_at"], pa.scalar(limit, type=TIME)))["run_id"]
+        old = old.filter(pc.invert(pc.is_in(old, value_set=pa.array(sorted(newest), type=pa.string()))))
+        if not len(old):
+            continue
+        gone = set(pc.unique(old).to_pylist())
+        if len(old) == found.num_rows:
+            shutil.rmtree(month)
+        else:
+            _merge_month(month, files, gone)
+        rows, runs = rows + len(old), runs | gone
+    return f"history: removed {rows} rows of {len(runs)} runs from before {limit:%Y-%m-%d}" if runs else None
+
+
+def newest_runs(out: Path) -> frozenset[str]:
+    """Ids of the last run over each dataset and subset with its method and model."""
+    path = table_path(out, TABLES["runs"])
+    if path is None:
+        return frozenset()
+    same = ("dataset", "subset", "method", "model")
+    rows = pq.read_table(path, columns=["run_id", "started_at", *same]).sort_by("started_at").to_pylist()
+    return frozenset({tuple(row[name] for name in same): row["run_id"] for row in rows}.values())

@@ -12,7 +12,7 @@ from asset2sim.assets.exports.mjcf import MJCF_NAME
 from asset2sim.assets.exports.usd import USD_NAME
 from asset2sim.assets.folder import URDF_NAME
 from asset2sim.catalog.storage.objects import list_objects, send_objects
-from asset2sim.catalog.stored_tables import stored_table
+from asset2sim.catalog.stored_tables import stored_columns
 from asset2sim.catalog.switch import replace_file
 from schemas.tables import TABLES
 
@@ -21,6 +21,11 @@ INDEX_NAME, LOADER_NAME = "index.json", "load.py"
 OVERLAY_NAME = "overlay.json"
 VERSION = 1
 """Of the index's layout."""
+COLUMNS = (
+    *("asset_id", "run_id", "category", "status", "failure_mode", "support", "mass_kg", "n_joints"),
+    *(f"size_{axis}_m" for axis in "xyz"),
+)
+"""Of the table of assets, what the index has."""
 FORMATS = {"urdf": URDF_NAME, "mjcf": MJCF_NAME, "usd": USD_NAME}
 
 
@@ -29,7 +34,7 @@ def write_index(out: Path, url: str | None = None) -> None:
     the store that OUT mirrors, where its folders are. The caller holds OUT's lock and has written its tables."""
     folder = out / ASSETS_FOLDER
     there = stored_files(url) if url is not None else None
-    rows = latest_by_asset(stored_table(out, TABLES["assets"]).to_pylist())
+    rows = latest_by_asset(stored_columns(out, TABLES["assets"], COLUMNS).to_pylist())
     entries = []
     for asset_id, row in sorted(rows.items()):
         names = there.get(asset_id, ()) if there is not None else local_files(folder / asset_id)

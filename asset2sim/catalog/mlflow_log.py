@@ -1,24 +1,31 @@
 """Logging a run to MLflow: settings, figures, failures, report and chart. An error of MLflow is only a warning."""
 
+import json
 import os
 import tempfile
-from collections.abc import Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from datetime import datetime, timedelta
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from asset2sim.catalog.changes import Changes, change_figures
+from asset2sim.catalog.history import newest_runs
+from asset2sim.catalog.merge import merged, write_merged
 from asset2sim.catalog.mlflow_store import open_mlflow
+from asset2sim.catalog.parts import Parts
 from asset2sim.catalog.report_file import report_path
 from asset2sim.catalog.run import UNRECORDED_SETTINGS, RunRow, without_credentials
 from asset2sim.catalog.run_figures import all_asset_figures, failure_counts, run_figures
 from asset2sim.catalog.switch import find_catalog
-from schemas.asset import AssetRecord, Unchanged
+from schemas.asset import Unchanged
 from schemas.settings import Settings
+from schemas.summary import AssetSummary
 from schemas.tables import TABLES
-from schemas.vocabulary import PAPER_FAILURE_MODES, Status
+from schemas.vocabulary import NO_PAPER_MODE, PAPER_FAILURE_MODES, Status
 
 if TYPE_CHECKING:
     from mlflow import MlflowClient
+    from mlflow.entities import Run
 
 _OK = "#2f7d5b"
 _FAILED = "#c8553d"
@@ -33,23 +40,35 @@ _MAX_PARAMS = 100
 """Parameters of one request: the most that MLflow takes."""
 MAX_CHILDREN = 25
 """Failed assets of one run that become runs of their own: 25 take 2 s in SQLite, and the tables hold all."""
-MAX_TABLES_BYTES = 2 * 1024 * 1024
-"""Largest size of tables that are attached to a run: about 500 assets. A nightly run copies them 365 times a year."""
+MAX_CHANGED = 500
+"""Assets up to which the rows that a run wrote are attached, of every table; beyond, of ``assets`` alone ..."""
+MAX_CHANGED_BYTES = 2 * 1024 * 1024
+"""... and no more than this in all: the catalog holds them, and a nightly runs 365 times a year."""
+CHANGED, SUMMARY = "changed", "summary.json"
+"""Artifacts: the folder of the rows that a run wrote, and the run in figures."""
+_ABOUT = {"run_id", "started_at", "finished_at", "outcome", "dataset", "subset"}
+REMOVED = "artifacts_removed"
+"""Tag of a run whose artifacts were removed, and when."""
 
 
 def log_run(
-    out: Path, run: RunRow, records: Sequence[AssetRecord], changes: Changes, unchanged: Sequence[Unchanged] = ()
+    out: Path,
+    run: RunRow,
+    records: Sequence[AssetSummary],
+    changes: Changes,
+    unchanged: Sequence[Unchanged] = (),
+    parts: Parts | None = None,
 ) -> str | None:
-    """Logs one run; call it after ``write_run`` and ``write_report``, whose files it attaches.
+    """Logs one run; call it after ``write_run`` and ``write_report``, whose file it attaches.
 
     Its cost does not grow with the dataset: figures of the same names every night in one batch, a bounded number
-    of failed assets as children, and the tables only while they are small. Counts, success rate and failure modes are
-    of all the run's assets, calls, cost and seconds of those that it refined.
+    of failed assets as children, and of the tables what the run changed (``parts``) while that is little. Counts,
+    success rate and failure modes are of all the run's assets, calls, cost and seconds of those that it refined.
     Returns None, or a one-line warning that says why MLflow does not hold the run: the catalog does in any case.
     """
     try:
         with open_mlflow(out) as client:
-            _log(client, _experiment(client, out), out, run, records, changes, unchanged)
+            _log(client, _experiment(client, out), out, run, records, changes, unchanged, parts)
     except Exception as error:  # whatever a store or a server can raise
         lines = str(error).splitlines() or [type(error).__name__]
         return f"MLflow does not hold run {run.run_id}: {without_credentials(lines[0])[:300]}; the catalog is complete"
@@ -77,9 +96,10 @@ def _log(
     experiment: str,
     out: Path,
     run: RunRow,
-    records: Sequence[AssetRecord],
+    records: Sequence[AssetSummary],
     changes: Changes,
     unchanged: Sequence[Unchanged],
+    parts: Parts | None,
 ) -> None:
     from mlflow.entities import Metric, Param, RunTag
 
@@ -107,7 +127,7 @@ def _log(
         for first in range(_MAX_PARAMS, len(everything), _MAX_PARAMS):
             client.log_batch(identity, params=everything[first : first + _MAX_PARAMS])
         _log_failures(client, experiment, identity, run, changes)
-        _log_artifacts(client, identity, out, run, records)
+        _log_artifacts(client, identity, report_path(out, run), run, records, figures, parts)
         status = "FINISHED" if run.outcome == "finished" else "KILLED"
     finally:
         client.set_terminated(identity, status=status, end_time=finished)
@@ -133,22 +153,74 @@ def _log_failures(client: "MlflowClient", experiment: str, parent: str, run: Run
 
 
 def _log_artifacts(
-    client: "MlflowClient", identity: str, out: Path, run: RunRow, records: Sequence[AssetRecord]
+    client: "MlflowClient",
+    identity: str,
+    report: Path,
+    run: RunRow,
+    records: Sequence[AssetSummary],
+    figures: Mapping[str, float],
+    parts: Parts | None,
 ) -> None:
-    catalog = find_catalog(out)
-    tables = [catalog / table.file for table in TABLES.values()] if catalog else []
-    tables = [path for path in tables if path.is_file()]
-    if sum(path.stat().st_size for path in tables) <= MAX_TABLES_BYTES:
-        for path in tables:
-            client.log_artifact(identity, str(path), "catalog")
-    report = report_path(out, run)
+    with tempfile.TemporaryDirectory() as name:
+        folder = Path(name)
+        about = run.model_dump(mode="json", include=_ABOUT)
+        text = json.dumps(about | {"figures": dict(figures)}, indent=1)
+        (folder / SUMMARY).write_text(text, encoding="utf-8")
+        if records:
+            draw_failures(records, folder / "failure_modes.png", f"How {len(records)} assets ended: run {run.run_id}")
+        if records and parts is not None:
+            _write_changed(parts, folder / CHANGED, [*TABLES] if len(records) <= MAX_CHANGED else ["assets"])
+        client.log_artifacts(identity, name)
     if report.is_file():
         client.log_artifact(identity, str(report))
-    if records:
-        with tempfile.TemporaryDirectory() as name:
-            chart = Path(name) / "failure_modes.png"
-            draw_failures(records, chart, f"How {len(records)} assets ended: run {run.run_id}")
-            client.log_artifact(identity, str(chart))
+
+
+def _write_changed(parts: Parts, folder: Path, names: Sequence[str]) -> None:
+    """Write the rows that a run wrote, a file a table, as far as there is room for them."""
+    folder.mkdir()
+    left = MAX_CHANGED_BYTES
+    for name in names:
+        if sources := parts.tables(name):
+            path = folder / TABLES[name].file
+            write_merged(merged(sources, TABLES[name].key), TABLES[name], path)
+            left -= path.stat().st_size
+            if left < 0:
+                path.unlink()
+                return
+
+
+def remove_old_artifacts(out: Path, run: RunRow, days: int) -> str | None:
+    """Remove MLflow's artifacts of OUT's runs that began over ``days`` days before this one; figures stay. The newest
+    run over each dataset and subset with its method and model keeps its own. Returns a line that says what was removed,
+    or why it could not be; None for nothing."""
+    limit, newest = run.started_at - timedelta(days=days), newest_runs(out) | {run.run_id}
+    count = 0
+    try:
+        with open_mlflow(out) as client:
+            from mlflow.store.artifact.artifact_repository_registry import get_artifact_repository
+
+            for old in _runs_before(client, _experiment(client, out), limit):
+                tags = old.data.tags
+                if tags.get("catalog") != str(find_catalog(out)) or REMOVED in tags or tags["run_id"] in newest:
+                    continue
+                get_artifact_repository(old.info.artifact_uri).delete_artifacts()
+                client.set_tag(old.info.run_id, REMOVED, f"{run.started_at:%Y-%m-%d}, in run {run.run_id}")
+                count += 1
+    except Exception as error:  # whatever a store or a server can raise
+        lines = str(error).splitlines() or [type(error).__name__]
+        return f"MLflow: cannot remove artifacts of old runs: {without_credentials(lines[0])[:300]}"
+    return f"MLflow: removed the artifacts of {count} runs from before {limit:%Y-%m-%d}" if count else None
+
+
+def _runs_before(client: "MlflowClient", experiment: str, limit: datetime) -> Iterator["Run"]:
+    """Runs, without the children that failed assets are, that began before a time."""
+    token = None
+    while True:
+        asked = f"attributes.start_time < {int(1000 * limit.timestamp())} AND tags.catalog LIKE '%'"
+        page = client.search_runs([experiment], asked, max_results=500, page_token=token)
+        yield from page
+        if not (token := page.token):
+            return
 
 
 def _flat(value: Any, prefix: str = "") -> list[tuple[str, Any]]:
@@ -157,7 +229,7 @@ def _flat(value: Any, prefix: str = "") -> list[tuple[str, Any]]:
     return [item for name, inner in value.items() for item in _flat(inner, f"{prefix}.{name}" if prefix else name)]
 
 
-def draw_failures(records: Sequence[AssetRecord], path: Path, title: str) -> None:
+def draw_failures(records: Sequence[AssetSummary], path: Path, title: str) -> None:
     """Write a PNG with a bar for the assets that passed and one for each failure mode, the most frequent on top."""
     # Imported late: it takes most of a second, and only the flow's last step draws. Figure needs no display.
     from matplotlib.backends.backend_agg import FigureCanvasAgg
@@ -166,7 +238,10 @@ def draw_failures(records: Sequence[AssetRecord], path: Path, title: str) -> Non
 
     total, ok = len(records), sum(record.status is Status.OK for record in records)
     modes = sorted(failure_counts(records).items(), key=lambda item: -item[1])
-    labels = ["ok", *(f"{mode.value.replace('_', ' ')}\n({PAPER_FAILURE_MODES[mode]})" for mode, _ in modes)]
+    labels = [
+        "ok",
+        *(f"{mode.value.replace('_', ' ')}\n({PAPER_FAILURE_MODES.get(mode, NO_PAPER_MODE)})" for mode, _ in modes),
+    ]
     counts = [ok, *(count for _, count in modes)]
 
     figure = Figure(figsize=(9.0, 0.9 + 0.42 * len(labels)), dpi=150, layout="constrained")

@@ -11,11 +11,13 @@ from importlib import resources
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+import pyarrow.parquet as pq
+
 from asset2sim.catalog.history import PATTERN, history_files
 from asset2sim.catalog.read_remote import local_tables
 from asset2sim.catalog.switch import find_catalog, no_catalog_error
 from schemas.errors import UsageError
-from schemas.table import Table
+from schemas.table import RENAMED, Table
 from schemas.tables import HISTORY, PUBLISHED, TABLES
 
 if TYPE_CHECKING:
@@ -46,7 +48,9 @@ def make_views(connection: "duckdb.DuckDBPyConnection", out: Path, folder: Path)
     for table in TABLES.values():
         path = folder / table.file
         if path.is_file():
-            connection.execute(f"CREATE VIEW {table.name} AS SELECT * FROM read_parquet({_text(path)})")
+            old = [f'"{name}" AS {RENAMED[name]}' for name in pq.read_schema(path).names if name in RENAMED]
+            renamed = f" RENAME ({', '.join(old)})" if old else ""
+            connection.execute(f"CREATE VIEW {table.name} AS SELECT *{renamed} FROM read_parquet({_text(path)})")
         else:
             connection.register(table.name, table.schema.empty_table())
     if history_files(out):

@@ -17,7 +17,7 @@ from asset2sim.catalog.query import make_views, query_error
 from asset2sim.catalog.read_remote import local_tables
 from asset2sim.catalog.switch import find_catalog, no_catalog_error
 from schemas.errors import UnknownChoiceError, UsageError
-from schemas.table import ASSET_KEY
+from schemas.table import ASSET_KEY, with_names_of_today
 from schemas.tables import HISTORY, PUBLISHED, TABLES
 
 Result = TypeVar("Result")
@@ -70,7 +70,7 @@ def _frame(path: Path, filters: list[tuple[str, str, str]] | None = None) -> pd.
     # A catalog that an earlier version wrote may lack a table that was added since.
     added = not path.exists() and path.with_name(TABLES["runs"].file).exists()
     table = TABLES[path.stem].schema.empty_table() if added else pq.read_table(path, filters=filters)
-    frame: pd.DataFrame = table.to_pandas(types_mapper=_NULLABLE.get)
+    frame: pd.DataFrame = with_names_of_today(table).to_pandas(types_mapper=_NULLABLE.get)
     return frame
 
 
@@ -120,7 +120,7 @@ def _identity(out: Path, folder: Path) -> tuple[int, int, tuple[Path, ...]] | No
     return stat.st_ino, stat.st_mtime_ns, tuple(history_files(out))
 
 
-def latest_rows(out: Path, *names: str) -> tuple[pd.DataFrame, ...]:
+def latest_rows(out: str | os.PathLike[str], *names: str) -> tuple[pd.DataFrame, ...]:
     """Rows of these per-asset tables for the assets of the latest run; unchanged assets have rows of earlier runs.
     Raises UsageError where OUT has no run."""
     runs = read_table(out, "runs")

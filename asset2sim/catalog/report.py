@@ -8,13 +8,14 @@ from collections.abc import Callable, Sequence
 from datetime import UTC, datetime
 
 from asset2sim.catalog.changes import AssetChange, Changes, Previous
-from asset2sim.catalog.rows import queries, run_cost, total_seconds
+from asset2sim.catalog.rows import run_cost
 from asset2sim.catalog.run import RunRow
 from asset2sim.catalog.text import NOTHING, markdown_table, number
-from schemas.asset import AssetRecord, Unchanged
+from schemas.asset import Unchanged
 from schemas.errors import shortened
 from schemas.model_names import described
-from schemas.vocabulary import RETRIED_MODES, FailureMode, Severity, Stage, Status
+from schemas.summary import AssetSummary
+from schemas.vocabulary import RETRIED_MODES, FailureMode, Stage, Status
 
 MAX_LISTED = 50
 """Assets that one list names; the tables hold all."""
@@ -28,7 +29,7 @@ _SPECIAL = re.compile(r"([\\`*\[\]<>|~]|(?<![A-Za-z0-9])_|_(?![A-Za-z0-9]))")
 
 def report_markdown(
     run: RunRow,
-    records: Sequence[AssetRecord],
+    records: Sequence[AssetSummary],
     previous: Previous,
     changes: Changes,
     problems: Sequence[str] = (),
@@ -55,9 +56,9 @@ def report_markdown(
     return "\n\n".join(part for part in parts if part) + "\n"
 
 
-def headline(records: Sequence[AssetRecord], changes: Changes, unchanged: Sequence[Unchanged] = ()) -> str:
+def headline(records: Sequence[AssetSummary], changes: Changes, unchanged: Sequence[Unchanged] = ()) -> str:
     """One line: assets that pass (unchanged ones included), new failures, mended, gone and unchanged assets."""
-    every: list[AssetRecord | Unchanged] = [*records, *unchanged]
+    every: list[AssetSummary | Unchanged] = [*records, *unchanged]
     parts = [f"{_passing(every)} of {len(every)} ok"] if every else ["no assets"]
     new = len(changes.new_failures)
     parts.append(f"{new} new failure{'' if new == 1 else 's'}")
@@ -65,7 +66,7 @@ def headline(records: Sequence[AssetRecord], changes: Changes, unchanged: Sequen
     return ", ".join([*parts, *(f"{count} {what}" for what, count in others if count)])
 
 
-def _passing(items: Sequence[AssetRecord | Unchanged]) -> int:
+def _passing(items: Sequence[AssetSummary | Unchanged]) -> int:
     return sum(item.status is Status.OK for item in items)
 
 
@@ -86,11 +87,11 @@ def _about(run: RunRow) -> str:
 
 
 def _counts(
-    run: RunRow, records: Sequence[AssetRecord], previous: Previous, changes: Changes, unchanged: Sequence[Unchanged]
+    run: RunRow, records: Sequence[AssetSummary], previous: Previous, changes: Changes, unchanged: Sequence[Unchanged]
 ) -> str:
-    every: list[AssetRecord | Unchanged] = [*records, *unchanged]
+    every: list[AssetSummary | Unchanged] = [*records, *unchanged]
     ok, cost, before = _passing(every), run_cost(records), previous.run
-    cached = sum(call.cached for record in records for call in record.calls)
+    cached = sum(record.cached_calls for record in records)
     now = {
         "assets": f"{len(every)}",
         "ok": _share(ok, len(every)),
@@ -104,7 +105,7 @@ def _counts(
         "tokens": f"{cost['prompt_tokens'] + cost['completion_tokens']}",
         "cost, USD": f"{cost['cost_usd']:.2f}",
         "time, s": f"{(run.finished_at - run.started_at).total_seconds():.0f}",
-        "work on assets, s": f"{sum(total_seconds(record) for record in records):.0f}",
+        "work on assets, s": f"{sum(record.total_seconds for record in records):.0f}",
     }
     then = {}
     if before is not None:
@@ -144,7 +145,7 @@ def _mended(item: AssetChange) -> tuple[str, str, str]:
     return escape(item.record.ref.asset_id), escape(item.record.category), _was(item.was)
 
 
-def _modes(records: Sequence[AssetRecord], unchanged: Sequence[Unchanged]) -> str:
+def _modes(records: Sequence[AssetSummary], unchanged: Sequence[Unchanged]) -> str:
     """Table of failure modes, the most frequent first: assets, unchanged ones among them, error findings of the
     refined ones, and examples."""
     failed = [record for record in records if record.status is Status.FAILED]
@@ -156,8 +157,7 @@ def _modes(records: Sequence[AssetRecord], unchanged: Sequence[Unchanged]) -> st
     for mode, count in modes.most_common():
         mine = [record for record in failed if record.failure_mode is mode]
         others = [item.asset_id for item in left if item.failure_mode is mode]
-        errors = [{found.code for found in record.findings if found.severity is Severity.ERROR} for record in mine]
-        codes = Counter(code for found in errors for code in found)
+        codes = Counter(code for record in mine for code in record.error_codes)
         causes = ", ".join(f"{escape(code)} ×{times}" for code, times in codes.most_common(MAX_EXAMPLES))
         names = [*(record.ref.asset_id for record in mine), *others]
         share = f"{100.0 * count / (len(records) + len(unchanged)):.1f} %"
@@ -167,19 +167,19 @@ def _modes(records: Sequence[AssetRecord], unchanged: Sequence[Unchanged]) -> st
     return f"## Failure modes\n\n{markdown_table(headings, rows, right=(1, 2, 3))}"
 
 
-def _slowest(records: Sequence[AssetRecord]) -> str:
-    timed = sorted(records, key=total_seconds, reverse=True)[:MAX_SLOWEST]
+def _slowest(records: Sequence[AssetSummary]) -> str:
+    timed = sorted(records, key=lambda record: record.total_seconds, reverse=True)[:MAX_SLOWEST]
     if not timed:
         return ""
     rows = [
-        (escape(r.ref.asset_id), escape(r.category), f"{total_seconds(r):.1f}", _longest_stage(r), f"{queries(r)}")
+        (escape(r.ref.asset_id), escape(r.category), f"{r.total_seconds:.1f}", _longest_stage(r), f"{r.queries}")
         for r in timed
     ]
     table = markdown_table(("asset", "category", "s", "most of it in", "calls"), rows, right=(2, 4))
     return f"## Slowest assets\n\n{table}"
 
 
-def _longest_stage(record: AssetRecord) -> str:
+def _longest_stage(record: AssetSummary) -> str:
     stages = [(record.seconds[stage.value], stage.value) for stage in Stage if stage.value in record.seconds]
     if not stages:
         return NOTHING
@@ -199,7 +199,7 @@ def _standing(seen: int, changes: Changes) -> str:
 
 
 def _next(
-    run: RunRow, records: Sequence[AssetRecord], changes: Changes, unchanged: Sequence[Unchanged], out: str
+    run: RunRow, records: Sequence[AssetSummary], changes: Changes, unchanged: Sequence[Unchanged], out: str
 ) -> str:
     """What to do next, the most urgent first; empty where nothing failed and nothing is left to do."""
     place = shlex.quote(out)
@@ -211,7 +211,7 @@ def _next(
             f"What is known of a failure: `asset2sim show ASSET --out {place}`; what broke since the last run: "
             f"`asset2sim failures --compare previous latest --out {place}`."
         )
-    every: list[AssetRecord | Unchanged] = [*records, *unchanged]
+    every: list[AssetSummary | Unchanged] = [*records, *unchanged]
     failed = [item for item in every if item.status is Status.FAILED]
     passing = sum(item.failure_mode in RETRIED_MODES for item in failed)
     if passing:

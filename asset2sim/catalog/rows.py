@@ -6,64 +6,52 @@ from collections.abc import Iterable, Sequence
 
 import asset2sim.catalog.rows_engines as rows_engines
 from asset2sim.catalog.run import UNRECORDED_SETTINGS, RunRow, without_credentials
+from asset2sim.catalog.summarize import summarize, total_seconds
 from asset2sim.checks.verdict import oscillates
 from schemas.asset import AssetRecord, Unchanged
 from schemas.measurement import Measurement
 from schemas.overlay import PhysicsOverlay
 from schemas.settings import Thresholds
+from schemas.summary import AssetSummary
 from schemas.table import Row
-from schemas.tables import TABLES
 from schemas.vocabulary import PAPER_FAILURE_MODES, Severity, Stage, Status
 
 
-def table_rows(
-    run: RunRow, records: Sequence[AssetRecord], unchanged: Sequence[Unchanged] = ()
-) -> dict[str, list[Row]]:
-    """Table name → rows, for every table in ``schemas.tables.TABLES``."""
-    rows: dict[str, list[Row]] = {name: [] for name in TABLES}
-    limits = run.settings.thresholds
-    for record in records:
-        key = asset_key(run, record)
-        rows["assets"].append(asset_row(run, record))
-        rows["links"] += link_rows(key, record)
-        rows["joints"] += joint_rows(key, record, limits)
-        rows["model_calls"] += call_rows(key, record)
-        rows["trace"] += trace_rows(key, record)
-        rows["findings"] += finding_rows(key, record)
-        rows["measurements"] += rows_engines.measurement_rows(key, record, limits)
-        rows["interactions"] += rows_engines.interaction_rows(key, record, limits)
-        rows["link_overlaps"] += rows_engines.overlap_rows(key, record)
-        rows["alignment"] += rows_engines.alignment_rows(key, record)
-        rows["expectations"] += rows_engines.expectation_rows(key, record)
-    return rows | {"runs": [run_row(run, records, unchanged)]}
-
-
-def run_cost(records: Iterable[AssetRecord]) -> dict[str, float]:
-    """Model calls that were not answered from the cache, their tokens and their cost, by column."""
-    paid = [call for record in records for call in record.calls if not call.cached]
+def asset_rows(run: RunRow, record: AssetRecord) -> dict[str, list[Row]]:
+    """Table name → an asset's rows, for every table but ``runs``."""
+    key, limits = asset_key(run, record), run.settings.thresholds
     return {
-        "queries": len(paid),
-        "prompt_tokens": sum(call.prompt_tokens for call in paid),
-        "completion_tokens": sum(call.completion_tokens for call in paid),
-        "cost_usd": float(sum(call.cost_usd for call in paid)),
+        "assets": [asset_row(run, record)],
+        "links": link_rows(key, record),
+        "joints": joint_rows(key, record, limits),
+        "model_calls": call_rows(key, record),
+        "trace": trace_rows(key, record),
+        "findings": finding_rows(key, record),
+        "measurements": rows_engines.measurement_rows(key, record, limits),
+        "interactions": rows_engines.interaction_rows(key, record, limits),
+        "link_overlaps": rows_engines.overlap_rows(key, record),
+        "alignment": rows_engines.alignment_rows(key, record),
+        "expectations": rows_engines.expectation_rows(key, record),
     }
 
 
-def queries(record: AssetRecord) -> int:
-    """Model calls that were not answered from the cache."""
-    return sum(not call.cached for call in record.calls)
-
-
-def total_seconds(record: AssetRecord) -> float:
-    """Wall time of the asset, s: the stages added up, or ``total`` where the record states one."""
-    stages = sum(record.seconds.get(stage.value, 0.0) for stage in Stage)
-    return record.seconds.get("total", stages)
+def run_cost(assets: Iterable[AssetSummary]) -> dict[str, float]:
+    """Model calls that were not answered from the cache, their tokens and their cost, by column."""
+    every = list(assets)
+    return {
+        "queries": sum(asset.queries for asset in every),
+        "prompt_tokens": sum(asset.prompt_tokens for asset in every),
+        "completion_tokens": sum(asset.completion_tokens for asset in every),
+        # Call by call, in the dataset's order: sums of sums are rounded otherwise.
+        "cost_usd": float(sum(cost for asset in every for cost in asset.call_costs_usd)),
+    }
 
 
 def asset_row(run: RunRow, record: AssetRecord) -> Row:
     """The row of ``assets``."""
     severities = Counter(finding.severity for finding in record.findings)
     sliders = rows_engines.prismatic_joints(record)
+    summary = summarize(record, run.settings.thresholds)
     return asset_key(run, record) | {
         "category": record.category,
         "subset": record.ref.subset,
@@ -75,8 +63,8 @@ def asset_row(run: RunRow, record: AssetRecord) -> Row:
         **_shape_columns(record),
         **_measured_columns(record.measurement),
         **rows_engines.motion_columns(record.measurement, sliders, run.settings.thresholds),
-        **run_cost([record]),
-        "cached_calls": sum(call.cached for call in record.calls),
+        **run_cost([summary]),
+        "cached_calls": summary.cached_calls,
         "refine_steps": len(record.trace),
         "refine_accepted": sum(step.accepted for step in record.trace),
         "phi_evaluations": sum(step.evaluations for step in record.trace),
@@ -86,6 +74,7 @@ def asset_row(run: RunRow, record: AssetRecord) -> Row:
         "seconds_total": float(total_seconds(record)),
         "content_hash": record.content_hash,
         "source_path": record.ref.path,
+        "refined_path": f"assets/{record.ref.asset_id}" if record.written else None,
     }
 
 
@@ -119,10 +108,10 @@ def joint_rows(key: Row, record: AssetRecord, limits: Thresholds) -> list[Row]:
     features = {joint.name: joint for joint in record.features.joints} if record.features else {}
     motions = {motion.name: motion for motion in record.measurement.joints} if record.measurement else {}
     settled = record.measurement.settle_motion if record.measurement else {}
-    rows = []
+    rows, elsewhere = [], {"name", "least_inertia", "effort_range", "mimic", "exact"}
     for joint in record.overlay.all_joints:
         seen, motion = features.get(joint.name), motions.get(joint.name)
-        row = key | {"joint": joint.name} | joint.model_dump(exclude={"name", "least_inertia", "effort_range", "mimic"})
+        row = key | {"joint": joint.name} | joint.model_dump(exclude=elsewhere)
         expected = joint.effort_range
         row |= {
             "position_unit": "m" if joint.type == "prismatic" else "rad",
@@ -168,12 +157,15 @@ def trace_rows(key: Row, record: AssetRecord) -> list[Row]:
 
 def finding_rows(key: Row, record: AssetRecord) -> list[Row]:
     """Rows of ``findings``."""
-    return [key | {"finding_index": index} | finding.model_dump() for index, finding in enumerate(record.findings)]
+    return [
+        key | {"finding_index": index, "limit_value": finding.limit} | finding.model_dump(exclude={"limit"})
+        for index, finding in enumerate(record.findings)
+    ]
 
 
-def run_row(run: RunRow, records: Sequence[AssetRecord], unchanged: Sequence[Unchanged] = ()) -> Row:
+def run_row(run: RunRow, refined: Sequence[AssetSummary], unchanged: Sequence[Unchanged] = ()) -> Row:
     """The row of ``runs``: results count all of the run's assets, costs only those that it refined."""
-    every: list[AssetRecord | Unchanged] = [*records, *unchanged]
+    every: list[AssetSummary | Unchanged] = [*refined, *unchanged]
     ok = sum(item.status is Status.OK for item in every)
     return {
         "run_id": run.run_id,
@@ -182,6 +174,7 @@ def run_row(run: RunRow, records: Sequence[AssetRecord], unchanged: Sequence[Unc
         "outcome": run.outcome,
         "dataset": run.dataset,
         "subset": run.subset,
+        "selection": run.selection,
         "method": run.settings.method.value,
         "model": run.settings.model.model,
         "settings_json": without_credentials(run.settings.model_dump_json(exclude=UNRECORDED_SETTINGS)),
@@ -193,9 +186,9 @@ def run_row(run: RunRow, records: Sequence[AssetRecord], unchanged: Sequence[Unc
         "failed": len(every) - ok,
         "unchanged": len(unchanged),
         "failure_modes_json": json.dumps(Counter(item.failure_mode.value for item in every), sort_keys=True),
-        **run_cost(records),
+        **run_cost(refined),
         "seconds": (run.finished_at - run.started_at).total_seconds(),
-        "asset_seconds": float(sum(total_seconds(record) for record in records)),
+        "asset_seconds": float(sum(asset.total_seconds for asset in refined)),
     }
 
 

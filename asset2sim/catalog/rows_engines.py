@@ -74,7 +74,9 @@ def interaction_rows(key: Row, record: AssetRecord, limits: Thresholds) -> list[
     rows: list[Row] = []
     for report in record.reports:
         own = key | {"engine": report.engine.value}
-        rows += [own | asdict(check) for check in check_verdicts(report, record.overlay, limits)]
+        for check in check_verdicts(report, record.overlay, limits):
+            columns = asdict(check)
+            rows.append(own | {"limit_value": columns.pop("limit")} | columns)
         rows += _effort_rows(own, report, prismatic_joints(record))
     return rows
 
@@ -87,8 +89,8 @@ def _effort_rows(key: Row, report: EngineReport, prismatic: frozenset[str]) -> l
         for way, effort in (("opening", item.opening), ("closing", item.closing)):
             said = "is at that end, or does not move" if effort is None else f"takes {effort:.3g} {unit}"
             reason = f"{way} joint '{item.joint}' {said}"
-            own = {"test": way, "subject": item.joint, "passed": None, "value": effort, "limit": None, "reason": reason}
-            rows.append(key | own)
+            own = {"test": way, "subject": item.joint, "passed": None, "value": effort, "limit_value": None}
+            rows.append(key | own | {"reason": reason})
     return rows
 
 

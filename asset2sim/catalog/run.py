@@ -1,10 +1,12 @@
 """The record of one dataset run: what was run, with which settings and versions, from when to when."""
 
+import hashlib
 import json
 import platform
 import re
 import subprocess
 import uuid
+from collections.abc import Sequence
 from datetime import UTC, datetime
 from importlib import metadata
 from pathlib import Path
@@ -30,17 +32,22 @@ UNRECORDED_SETTINGS = {"run": {"hook"}}
 MARK = Path(".cache") / "running.json"
 """Marker of a run that has not finished, relative to OUT."""
 
+MAX_SELECTION = 200
+"""Characters of the ids that ``RunRow.selection`` names."""
+
 _CREDENTIALS_IN_URL = re.compile(r"://[^/@\s\"]+@")
 
 
 class RunRow(Frozen):
-    """One run over a dataset. ``finished_at`` equals ``started_at`` until ``finish_run``."""
+    """One run over a dataset, or over the part of it that ``subset`` and ``selection`` say. ``finished_at`` equals
+    ``started_at`` until ``finish_run``."""
 
     run_id: str
     started_at: AwareDatetime
     finished_at: AwareDatetime
     dataset: str
     subset: str | None = None
+    selection: str | None = None
     settings: Settings = Settings()
     git_commit: str | None = None
     git_dirty: bool | None = None
@@ -48,7 +55,17 @@ class RunRow(Frozen):
     outcome: Outcome = "finished"
 
 
-def start_run(settings: Settings, dataset: str, subset: str | None = None) -> RunRow:
+def selection_of(asset_ids: Sequence[str], limit: int | None) -> str | None:
+    """What ``--assets`` and ``--limit`` leave of a dataset, as text; None for all of it. Runs of different selections
+    cannot be compared."""
+    digest = hashlib.sha256("\0".join(sorted(asset_ids)).encode(errors="surrogateescape")).hexdigest()
+    listed = ",".join(sorted(asset_ids))
+    shown = listed if len(listed) <= MAX_SELECTION else f"{listed[:MAX_SELECTION]}… ({len(asset_ids)}, {digest[:8]})"
+    parts = [f"--assets {shown}"] if asset_ids else []
+    return " ".join([*parts, *([f"--limit {limit}"] if limit is not None else [])]) or None
+
+
+def start_run(settings: Settings, dataset: str, subset: str | None = None, selection: str | None = None) -> RunRow:
     """A run that starts now, with an id that sorts by time, and the commit and versions that it runs on."""
     now = datetime.now(UTC)
     commit, dirty = git_state(Path(__file__).resolve().parent)
@@ -58,6 +75,7 @@ def start_run(settings: Settings, dataset: str, subset: str | None = None) -> Ru
         finished_at=now,
         dataset=dataset,
         subset=subset,
+        selection=selection,
         settings=settings,
         git_commit=commit,
         git_dirty=dirty,

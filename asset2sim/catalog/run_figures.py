@@ -4,17 +4,15 @@ from collections import Counter
 from collections.abc import Callable, Iterable, Sequence
 from statistics import fmean, median
 
-from asset2sim.catalog.rows import run_cost, total_seconds
-from asset2sim.catalog.rows_engines import prismatic_joints
-from asset2sim.checks.verdict import oscillating_joints
+from asset2sim.catalog.rows import run_cost
 from schemas.alignment import NOTHING, SIZE, Alignment
-from schemas.asset import AssetRecord, Unchanged
-from schemas.measurement import Measurement
+from schemas.asset import Unchanged
 from schemas.settings import Thresholds
+from schemas.summary import AlignmentSummary, AssetSummary, MotionSummary
 from schemas.vocabulary import FailureMode, Stage, Status
 
 
-def run_figures(records: Sequence[AssetRecord], limits: Thresholds) -> dict[str, float]:
+def run_figures(records: Sequence[AssetSummary], limits: Thresholds) -> dict[str, float]:
     """Name → figure, if it has a value. Shares (0 to 1) are of measured assets, ``success_rate`` of all."""
     ok = sum(record.status is Status.OK for record in records)
     figures = {"assets": len(records), "ok": ok, "failed": len(records) - ok, **run_cost(records)}
@@ -26,10 +24,10 @@ def run_figures(records: Sequence[AssetRecord], limits: Thresholds) -> dict[str,
     return figures | _penetration(records) | _shares(records, limits) | _semantics(records) | _seconds(records)
 
 
-def all_asset_figures(records: Sequence[AssetRecord], unchanged: Sequence[Unchanged]) -> dict[str, float]:
+def all_asset_figures(records: Sequence[AssetSummary], unchanged: Sequence[Unchanged]) -> dict[str, float]:
     """Counts of all assets of a run, unchanged ones included, under the names of ``run_figures``: comparable between
     runs that refined different parts of one dataset."""
-    every: list[AssetRecord | Unchanged] = [*records, *unchanged]
+    every: list[AssetSummary | Unchanged] = [*records, *unchanged]
     ok = sum(item.status is Status.OK for item in every)
     figures: dict[str, float] = {"assets": len(every), "ok": ok, "failed": len(every) - ok}
     figures |= {"refined": len(records), "unchanged": len(unchanged)}
@@ -38,18 +36,18 @@ def all_asset_figures(records: Sequence[AssetRecord], unchanged: Sequence[Unchan
     return figures | {f"failures_{mode.value}": count for mode, count in failure_counts(every).items()}
 
 
-def failure_counts(items: Sequence[AssetRecord | Unchanged]) -> dict[FailureMode, int]:
+def failure_counts(items: Sequence[AssetSummary | Unchanged]) -> dict[FailureMode, int]:
     """Failure mode → assets, every mode but ``none``, in the order of the enumeration."""
     counted = Counter(item.failure_mode for item in items)
     return {mode: counted[mode] for mode in FailureMode if mode is not FailureMode.NONE}
 
 
-def drift_passes(measured: Measurement, limits: Thresholds) -> bool:
+def drift_passes(measured: MotionSummary, limits: Thresholds) -> bool:
     """Whether the untouched object drifted by no more than the limits."""
     return measured.finite and measured.drift_m <= limits.drift_m and measured.drift_rad <= limits.drift_rad
 
 
-def _penetration(records: Sequence[AssetRecord]) -> dict[str, float]:
+def _penetration(records: Sequence[AssetSummary]) -> dict[str, float]:
     values = [1000.0 * record.measurement.penetration_m for record in records if record.measurement]
     figures = _spread("penetration_mm", values, {"mean": fmean, "median": median, "max": max})
     touching = [value for value in values if value > 0.0]
@@ -58,21 +56,19 @@ def _penetration(records: Sequence[AssetRecord]) -> dict[str, float]:
     return figures | {"penetrating_assets": len(touching)}
 
 
-def _shares(records: Sequence[AssetRecord], limits: Thresholds) -> dict[str, float]:
-    measured = [(record, record.measurement) for record in records if record.measurement]
+def _shares(records: Sequence[AssetSummary], limits: Thresholds) -> dict[str, float]:
+    measured = [record.measurement for record in records if record.measurement]
     if not measured:
         return {"measured": 0}
     return {
         "measured": len(measured),
-        "penetration_pass_share": fmean(m.penetration_m <= limits.penetration_m for _, m in measured),
-        "drift_pass_share": fmean(drift_passes(m, limits) for _, m in measured),
-        "oscillation_pass_share": fmean(
-            m.finite and not oscillating_joints(m, prismatic_joints(r), limits) for r, m in measured
-        ),
+        "penetration_pass_share": fmean(m.penetration_m <= limits.penetration_m for m in measured),
+        "drift_pass_share": fmean(drift_passes(m, limits) for m in measured),
+        "oscillation_pass_share": fmean(m.finite and not m.oscillating_joints for m in measured),
     }
 
 
-def _semantics(records: Sequence[AssetRecord]) -> dict[str, float]:
+def _semantics(records: Sequence[AssetSummary]) -> dict[str, float]:
     found = [record.alignment for record in records if record.alignment is not None]
     figures = _spread("alignment", [item.value for item in found], {"mean": fmean})
     figures |= _spread("judged", [item.judged.value for item in found if item.judged is not None], {"mean": fmean})
@@ -85,7 +81,7 @@ def _semantics(records: Sequence[AssetRecord]) -> dict[str, float]:
     return figures
 
 
-def expected_counts(records: Sequence[AssetRecord]) -> dict[str, tuple[int, int]]:
+def expected_counts(records: Sequence[AssetSummary]) -> dict[str, tuple[int, int]]:
     """Sizes, and asked joints at the start and at rest: how many are as expected, and of how many; {} where the dataset
     has no expectations. What swings counts at rest as it was at the start."""
     every = [item for record in records for item in record.expected]
@@ -101,18 +97,18 @@ def expected_counts(records: Sequence[AssetRecord]) -> dict[str, tuple[int, int]
     return {name: (sum(found), len(found)) for name, found in known.items()}
 
 
-def joint_deviations(found: Iterable[Alignment], *, slider: bool) -> list[float]:
+def joint_deviations(found: Iterable[Alignment | AlignmentSummary], *, slider: bool) -> list[float]:
     """Deviations of those joints of interest that are sliders, m, or hinges, rad."""
     of_kind = [item.joint_deviation for item in found if item.joint_is_slider is slider]
     return [value for value in of_kind if value is not None]
 
 
-def _seconds(records: Sequence[AssetRecord]) -> dict[str, float]:
+def _seconds(records: Sequence[AssetSummary]) -> dict[str, float]:
     figures: dict[str, float] = {}
     for stage in Stage:
         values = [record.seconds[stage.value] for record in records if stage.value in record.seconds]
         figures |= _spread(f"seconds_{stage.value}", values, {"mean": fmean, "median": median})
-    every = [total_seconds(record) for record in records]
+    every = [record.total_seconds for record in records]
     return figures | _spread("seconds_asset", every, {"mean": fmean, "median": median, "max": max})
 
 

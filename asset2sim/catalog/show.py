@@ -11,7 +11,7 @@ from rich.text import Text
 
 from asset2sim.catalog.read import read_asset
 from asset2sim.catalog.show_physics import FrameRow, engine_tables, measurement_table, physics_tables
-from asset2sim.catalog.text import NOTHING, number, number_table, numbers
+from asset2sim.catalog.text import NOTHING, cut, number, number_table, numbers
 from schemas.location import below, is_url, location_of
 from schemas.model_names import described
 from schemas.settings import Thresholds
@@ -52,9 +52,9 @@ def _heading(asset: FrameRow) -> RenderableType:
     lines = Text()
     lines.append(f"{asset['asset_id']}  {asset['category']}  ", style="bold")
     lines.append(verdict, style="bold green" if passed else "bold red")
-    lines.append(f"  {asset['reason']}\n" if asset["reason"] else "\n")
+    lines.append(f"  {cut(asset['reason'])}\n" if asset["reason"] else "\n")
     if asset["prompt"]:
-        lines.append(f"asked      {asset['prompt']}\n")
+        lines.append(f"asked      {cut(asset['prompt'])}\n")
     lines.append(f"refined    by {asset['method']} with {described(str(asset['model']))} in run {asset['run_id']}\n")
     lines.append(f"read from  {asset['source_path']}")
     return lines

@@ -11,6 +11,7 @@ import pyarrow.compute as pc
 import pyarrow.parquet as pq
 
 from asset2sim.catalog.enforce import CatalogError, conform
+from asset2sim.catalog.merge import ascends
 from asset2sim.catalog.switch import find_catalog
 from schemas.table import Table
 from schemas.tables import TABLES
@@ -22,11 +23,14 @@ ROWS_AT_ONCE = 1_000
 
 @dataclass(frozen=True)
 class RecordedResult:
-    """Status, failure mode and content hash of an asset, from its row."""
+    """Status, failure mode, content hash and run of an asset, from its row. ``alone``: no other method or model has a
+    row of it, so what lies in its folder is this row's."""
 
     status: Status
     failure_mode: FailureMode
     content_hash: str
+    run_id: str = ""
+    alone: bool = True
 
 
 def recorded_assets(out: Path, method: str, model: str) -> dict[str, RecordedResult]:
@@ -34,11 +38,19 @@ def recorded_assets(out: Path, method: str, model: str) -> dict[str, RecordedRes
     path = table_path(out, TABLES["assets"])
     if path is None:
         return {}
-    table = pq.read_table(path, columns=["asset_id", "method", "model", "status", "failure_mode", "content_hash"])
-    mine = table.filter(pc.and_(pc.equal(table["method"], method), pc.equal(table["model"], model)))
+    own = ["asset_id", "status", "failure_mode", "content_hash", "run_id"]
+    table = pq.read_table(path, columns=[*own, "method", "model"])
+    is_mine = pc.and_(pc.equal(table["method"], method), pc.equal(table["model"], model))
+    others = set(table.filter(pc.invert(is_mine))["asset_id"].to_pylist())
     return {
-        row["asset_id"]: RecordedResult(Status(row["status"]), FailureMode(row["failure_mode"]), row["content_hash"])
-        for row in mine.select(["asset_id", "status", "failure_mode", "content_hash"]).to_pylist()
+        row["asset_id"]: RecordedResult(
+            Status(row["status"]),
+            FailureMode(row["failure_mode"]),
+            row["content_hash"],
+            row["run_id"],
+            row["asset_id"] not in others,
+        )
+        for row in table.filter(is_mine).select(own).to_pylist()
     }
 
 
@@ -55,9 +67,8 @@ def check_catalog(out: Path) -> None:
         if path is not None:
             with _reading(table, path), pq.ParquetFile(path) as file:
                 conform(table, file.schema_arrow.empty_table(), str(path))
-                # In batches: a large table read at once would set a run's peak memory.
-                for batch in file.iter_batches(ROWS_AT_ONCE, use_threads=False):
-                    conform(table, pa.Table.from_batches([batch]), str(path))
+            for _ in stored_batches(out, table):
+                pass
 
 
 def table_path(out: Path, table: Table) -> Path | None:
@@ -75,6 +86,32 @@ def stored_table(out: Path, table: Table) -> pa.Table:
     with _reading(table, path):
         found = pq.read_table(path)
     return conform(table, found, str(path))
+
+
+def stored_batches(out: Path, table: Table) -> Iterator[pa.Table]:
+    """The rows of the table in OUT, in today's schema, a few at a time: a large table read at once would set a run's
+    peak memory. Raises CatalogError."""
+    path = table_path(out, table)
+    if path is None:
+        return
+    with _reading(table, path), pq.ParquetFile(path) as file:
+        for batch in file.iter_batches(ROWS_AT_ONCE, use_threads=False):
+            yield conform(table, pa.Table.from_batches([batch]), str(path))
+
+
+def stored_by_asset(out: Path, table: Table) -> Iterator[pa.Table]:
+    """``stored_batches`` in which asset ids ascend, as they do in every table that a run wrote; a table that somebody
+    else wrote may have to be read at once and sorted."""
+    path = table_path(out, table)
+    if path is None:
+        return
+    with _reading(table, path), pq.ParquetFile(path) as file:
+        names = file.iter_batches(10 * ROWS_AT_ONCE, columns=["asset_id"], use_threads=False)
+        sorted_already = ascends(batch["asset_id"] for batch in names)
+    if sorted_already:
+        yield from stored_batches(out, table)
+    else:
+        yield stored_table(out, table).sort_by("asset_id")
 
 
 def stored_columns(out: Path, table: Table, names: Sequence[str]) -> pa.Table:

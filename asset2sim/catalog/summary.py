@@ -1,42 +1,53 @@
 """The summary of a run for the terminal: one line per asset and a line of totals."""
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from statistics import fmean
 
 from rich import box
 from rich.table import Table
 from rich.text import Text
 
-from asset2sim.catalog.rows import queries, total_seconds
 from asset2sim.catalog.run_figures import expected_counts, joint_deviations, run_figures
 from asset2sim.catalog.text import NOTHING, number
-from asset2sim.checks.verdict import report_verdict
-from schemas.asset import AssetRecord
 from schemas.settings import Thresholds
+from schemas.summary import AssetSummary
 from schemas.vocabulary import Status
 
 _HEADINGS = ("scale", "mass\nkg", "Φ\nmm", "drift\nmm", "drift\nrad", "sims", "calls", "s")
 
 
-def summary_table(records: Sequence[AssetRecord], limits: Thresholds) -> Table:
-    """Table for terminals of at least 100 columns; failed assets come last, nearest to the prompt. The verdict column
-    holds the failure mode of an asset that failed; the caption holds the totals."""
+PAGE = 500
+"""Rows of one table: rich keeps some 7 kB of each until the table is printed."""
+
+
+def summary_tables(records: Sequence[AssetSummary], limits: Thresholds) -> Iterator[Table]:
+    """Tables of ``PAGE`` assets for terminals of at least 100 columns; failed assets come last, nearest to the prompt,
+    and the last table's caption holds the totals."""
+    ordered = sorted(records, key=lambda record: record.status is not Status.OK)
+    for first in range(0, max(1, len(ordered)), PAGE):
+        table = _table(ordered[first : first + PAGE])
+        if first + PAGE >= len(ordered):
+            table.caption = totals_line(records, limits)
+        yield table
+
+
+def _table(records: Sequence[AssetSummary]) -> Table:
+    """A row an asset; the verdict column holds the failure mode of one that failed."""
     table = Table(box=box.SIMPLE_HEAD, show_edge=False, pad_edge=False, padding=(0, 1, 0, 0), caption_justify="left")
-    table.caption = totals_line(records, limits)
     # Every failure mode fits and no number loses a digit: the first two columns give way.
     table.add_column("asset", overflow="fold", min_width=min(8, max((len(r.ref.asset_id) for r in records), default=0)))
     table.add_column("category", overflow="fold", min_width=8)
     table.add_column("verdict", no_wrap=True)
     for heading in _HEADINGS:
         table.add_column(heading, justify="right", no_wrap=True)
-    for record in sorted(records, key=lambda record: record.status is not Status.OK):
+    for record in records:
         passed = record.status is Status.OK
         verdict = Text(record.status if passed else record.failure_mode, style="green" if passed else "bold red")
-        table.add_row(record.ref.asset_id, record.category, verdict, *_numbers(record, limits))
+        table.add_row(record.ref.asset_id, record.category, verdict, *_numbers(record))
     return table
 
 
-def totals_line(records: Sequence[AssetRecord], limits: Thresholds) -> str:
+def totals_line(records: Sequence[AssetSummary], limits: Thresholds) -> str:
     """Totals of a run in one line."""
     if not records:
         return "no assets"
@@ -50,32 +61,24 @@ def totals_line(records: Sequence[AssetRecord], limits: Thresholds) -> str:
             parts.append(f"{name} {figures[f'{name}_pass_share'] * measured:.0f}/{measured:.0f}")
     tokens = figures["prompt_tokens"] + figures["completion_tokens"]
     parts += [f"{figures['queries_per_asset']:.2f} calls an asset", f"{tokens:.0f} tokens"]
-    parts += [f"{figures['cost_usd']:.2f} USD", f"{sum(map(total_seconds, records)):.0f} s of work"]
+    parts += [f"{figures['cost_usd']:.2f} USD", f"{sum(record.total_seconds for record in records):.0f} s of work"]
     return " · ".join(parts)
 
 
-def _numbers(record: AssetRecord, limits: Thresholds) -> list[str]:
+def _numbers(record: AssetSummary) -> list[str]:
     """(8,) cells in the order of ``_HEADINGS``."""
-    overlay, measured = record.overlay, record.measurement
+    measured = record.measurement
     moved = measured if measured and measured.finite else None
     return [
-        number(overlay.scale if overlay else None),
-        number(overlay.mass_kg if overlay else None),
+        number(record.scale),
+        number(record.mass_kg),
         _fixed(1000.0 * measured.penetration_m if measured else None, 3),
         _fixed(1000.0 * moved.drift_m if moved else None, 3),
         _fixed(moved.drift_rad if moved else None, 4),
-        _engines(record, limits),
-        str(queries(record)),
-        f"{total_seconds(record):.1f}",
+        f"{record.engines[0]}/{record.engines[1]}" if record.engines else NOTHING,
+        str(record.queries),
+        f"{record.total_seconds:.1f}",
     ]
-
-
-def _engines(record: AssetRecord, limits: Thresholds) -> str:
-    """Number of engines in which every check passed, of those that ran, as n/m."""
-    if record.overlay is None or not record.reports:
-        return NOTHING
-    passed = sum(report_verdict(report, record.overlay, limits).passed for report in record.reports)
-    return f"{passed}/{len(record.reports)}"
 
 
 def _fixed(value: float | None, decimals: int) -> str:
@@ -85,7 +88,7 @@ def _fixed(value: float | None, decimals: int) -> str:
     return f"{value:.{decimals}f}" if abs(value) < 1e5 else f"{value:.1e}"
 
 
-def expected_line(records: Sequence[AssetRecord]) -> str:
+def expected_line(records: Sequence[AssetSummary]) -> str:
     """How many sizes and asked joints are as the dataset's expectations have them; "" without any."""
     met = expected_counts(records)
     if not met:
@@ -94,7 +97,7 @@ def expected_line(records: Sequence[AssetRecord]) -> str:
     return f"as its readers expect: {', '.join(parts) or 'nothing that could be told'}"
 
 
-def alignment_line(records: Sequence[AssetRecord]) -> str:
+def alignment_line(records: Sequence[AssetSummary]) -> str:
     """Prompt alignment by rubric of the assets without expectations, and mean deviations from the expert reference
     where there is one; "" without assets."""
     found = [record.alignment for record in records if record.alignment is not None]

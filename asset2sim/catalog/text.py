@@ -5,10 +5,13 @@ import re
 from collections.abc import Collection, Iterable, Sequence
 
 from rich import box
-from rich.console import Console
+from rich.console import Console, ConsoleOptions, ConsoleRenderable, RenderHook, RenderResult
 from rich.markup import escape
+from rich.segment import Segment
 from rich.table import Table
 from rich.text import Text
+
+from schemas.errors import printable
 
 NOTHING = "–"
 """Placeholder for a missing value."""
@@ -18,10 +21,41 @@ _BAR = re.compile(r"(?<!\\)\|")
 _BLANK = re.compile(r"[ \t\r\n]+")
 
 
+MAX_CELL = 500
+"""Characters of a text that a table for the terminal shows: a prompt may have a million."""
+
+
 def output() -> Console:
-    """Standard output: as wide as the terminal, or ``WIDE`` columns in a file or a pipe."""
+    """Standard output: as wide as the terminal, or ``WIDE`` columns in a file or a pipe. What it prints is shown, never
+    obeyed: escapes in a prompt or a name are left out."""
     console = Console(highlight=False)
-    return console if console.is_terminal else Console(highlight=False, width=WIDE)
+    console = console if console.is_terminal else Console(highlight=False, width=WIDE)
+    console.push_render_hook(_OnlyPrintable())
+    return console
+
+
+def cut(text: str, most: int = MAX_CELL) -> str:
+    """The text, at most so many characters of it, and then how many there are."""
+    return text if len(text) <= most else f"{text[:most]}… ({len(text)} characters)"
+
+
+class _OnlyPrintable(RenderHook):
+    """Takes control characters out of whatever is rendered; styles are added after that."""
+
+    def process_renderables(self, renderables: list[ConsoleRenderable]) -> list[ConsoleRenderable]:
+        """The renderables, each without control characters."""
+        return [_Printable(renderable) for renderable in renderables]
+
+
+class _Printable:
+    """A renderable without its control characters; they take no width, so tables stay as they are."""
+
+    def __init__(self, renderable: ConsoleRenderable) -> None:
+        self._renderable = renderable
+
+    def __rich_console__(self, console: Console, options: ConsoleOptions) -> RenderResult:
+        for segment in console.render(self._renderable, options):
+            yield segment if segment.control else Segment(printable(segment.text), segment.style)
 
 
 def number(value: object, unit: str = "", digits: int = 3) -> str:
@@ -71,5 +105,5 @@ def number_table(title: str, headings: Iterable[str], rows: Iterable[Iterable[ob
     for index, heading in enumerate(headings):
         table.add_column(heading, justify="left" if index < left else "right", overflow="fold")
     for row in rows:
-        table.add_row(*(cell if isinstance(cell, Text) else escape(str(cell)) for cell in row))
+        table.add_row(*(cell if isinstance(cell, Text) else escape(cut(str(cell))) for cell in row))
     return table

@@ -1,6 +1,6 @@
 """Writing a run into the catalog: merge by key, enforce the schema, switch all tables at once, and keep the history."""
 
-from collections.abc import Collection, Sequence
+from collections.abc import Collection, Iterable, Iterator, Sequence
 from pathlib import Path
 
 import pyarrow as pa
@@ -9,11 +9,14 @@ import pyarrow.parquet as pq
 
 from asset2sim.catalog.enforce import check_key, row_keys, to_arrow
 from asset2sim.catalog.history import commit_history, compact_history, history_rows, recover_months, stage_history
-from asset2sim.catalog.rows import table_rows
+from asset2sim.catalog.merge import merged, write_merged
+from asset2sim.catalog.parts import Parts, open_parts
+from asset2sim.catalog.rows import run_row
 from asset2sim.catalog.run import RunRow
-from asset2sim.catalog.stored_tables import stored_columns, stored_table, table_path
+from asset2sim.catalog.stored_tables import stored_by_asset, stored_columns, stored_table, table_path
 from asset2sim.catalog.switch import recover, replace_catalog
 from schemas.asset import AssetRecord, Unchanged
+from schemas.summary import AssetSummary
 from schemas.table import ASSET_KEY, Table
 from schemas.tables import HISTORY, TABLES
 
@@ -29,7 +32,24 @@ def write_run(
     *,
     compact: bool = True,
 ) -> None:
-    """Merge a run's records into OUT/catalog and OUT/history; the caller holds ``lock_output(out)``.
+    """Merge records into OUT/catalog and OUT/history as ``write_parts`` does, which has their rows already."""
+    with open_parts(out, run) as parts:
+        refined = tuple(parts.add(record) for record in records)
+        write_parts(out, run, parts, refined, unchanged, present, compact=compact)
+
+
+def write_parts(
+    out: Path,
+    run: RunRow,
+    parts: Parts,
+    refined: Sequence[AssetSummary],
+    unchanged: Sequence[Unchanged] = (),
+    present: Collection[str] | None = None,
+    *,
+    compact: bool = True,
+) -> None:
+    """Merge a run's ``parts`` into OUT/catalog and OUT/history; the caller holds ``lock_output(out)``. ``refined`` are
+    the assets whose rows the parts have. Memory grows with the number of assets, not with their rows.
 
     An asset's rows replace its earlier ones of the same method and model in every per-asset table; all other rows stay,
     those of the run's ``unchanged`` assets among them. ``present`` holds the ids of all assets in the dataset, None for
@@ -38,60 +58,79 @@ def write_run(
     Without ``compact`` the files of the history are not merged.
     Raises CatalogError, and leaves the tables as they were, where rows or files that are there do not fit their schema.
     """
-    new = {name: to_arrow(TABLES[name], rows) for name, rows in table_rows(run, records, unchanged).items()}
+    runs = to_arrow(TABLES["runs"], [run_row(run, refined, unchanged)])
+    keys = [(item.ref.asset_id, item.method.value, item.model) for item in refined]
+    half = parts.keys.difference(keys)
+    new = {name: parts.tables(name, half) for name, table in TABLES.items() if table.per_asset}
+    own = _keys(keys)
+    check_key(TABLES["assets"], own)
     recover(out)
     recover_months(out)
     commit_history(out)
-    replaced = _replaced(out, run, new["assets"], present)
+    replaced = _replaced(out, run, own, present)
     with replace_catalog(out) as folder:
         for table in TABLES.values():
-            if _needs_no_rewrite(out, table, new[table.name], replaced):
-                merged = stored_columns(out, table, HISTORY.schema.names) if table.name == "assets" else None
-            else:
-                merged = _merge(table, stored_table(out, table), new[table.name], replaced)
-                pq.write_table(merged, folder / table.file, compression="zstd")
-            if table.name == "assets" and merged is not None:
-                stage_history(out, run, history_rows(run, merged, _is_of_run(merged, run, new["assets"], unchanged)))
+            if not table.per_asset:
+                pq.write_table(
+                    _with_run(table, stored_table(out, table), runs), folder / table.file, compression="zstd"
+                )
+            elif new[table.name] or not _needs_no_rewrite(out, table, replaced):
+                rows = merged([_kept(out, table, replaced), *new[table.name]], table.key)
+                write_merged(rows, table, folder / table.file)
+        written = folder / TABLES["assets"].file
+        if written.is_file():
+            names = [name for name in TABLES["assets"].schema.names if name in HISTORY.schema.names]
+            assets = pq.read_table(written, columns=names)
+        else:
+            assets = stored_columns(out, TABLES["assets"], HISTORY.schema.names)
+        stage_history(out, run, history_rows(run, assets, _is_of_run(assets, run, own, unchanged)))
     commit_history(out)
     if compact:
         compact_history(out, run.started_at)
 
 
-def _replaced(out: Path, run: RunRow, assets: pa.Table, present: Collection[str] | None) -> pa.Array:
+def _replaced(out: Path, run: RunRow, own: pa.Table, present: Collection[str] | None) -> pa.Array:
     """(n,) string: keys of the assets whose old rows are removed: the run has new ones, or they left the dataset."""
-    new = row_keys(assets, ASSET_KEY).combine_chunks()
+    new = row_keys(own, ASSET_KEY).combine_chunks()
     if present is None:
         return new
     old, runs = stored_columns(out, TABLES["assets"], (*ASSET_KEY, "run_id")), stored_table(out, TABLES["runs"])
-    own = runs.filter(pc.equal(runs["dataset"], run.dataset))["run_id"].combine_chunks()
+    same = runs.filter(pc.equal(runs["dataset"], run.dataset))["run_id"].combine_chunks()
     known = pa.array(sorted(present), type=pa.string())
-    gone = pc.and_(pc.is_in(old["run_id"], value_set=own), pc.invert(pc.is_in(old["asset_id"], value_set=known)))
+    gone = pc.and_(pc.is_in(old["run_id"], value_set=same), pc.invert(pc.is_in(old["asset_id"], value_set=known)))
     return pa.concat_arrays([new, row_keys(old.filter(gone), ASSET_KEY).combine_chunks()])
 
 
-def _is_of_run(assets: pa.Table, run: RunRow, new: pa.Table, unchanged: Sequence[Unchanged]) -> pa.ChunkedArray:
+def _is_of_run(assets: pa.Table, run: RunRow, own: pa.Table, unchanged: Sequence[Unchanged]) -> pa.ChunkedArray:
     """(n,) bool: which rows of ``assets`` are of the run's assets."""
     settings = run.settings
-    same = {"method": settings.method.value, "model": settings.model.model}
-    left = pa.Table.from_pylist([{"asset_id": item.asset_id} | same for item in unchanged] or [], schema=_KEYS)
-    own = pa.concat_arrays([row_keys(table, ASSET_KEY).combine_chunks() for table in (new, left)])
-    return pc.is_in(row_keys(assets, ASSET_KEY), value_set=own)
+    left = _keys((item.asset_id, settings.method.value, settings.model.model) for item in unchanged)
+    every = pa.concat_arrays([row_keys(table, ASSET_KEY).combine_chunks() for table in (own, left)])
+    return pc.is_in(row_keys(assets, ASSET_KEY), value_set=every)
 
 
-def _needs_no_rewrite(out: Path, table: Table, new: pa.Table, replaced: pa.Array) -> bool:
-    """Whether the table's file needs no rewrite: no row is added or removed, and it has today's schema."""
+def _keys(keys: Iterable[tuple[str, str, str]]) -> pa.Table:
+    """Keys of assets, a row each."""
+    return pa.Table.from_pylist([dict(zip(ASSET_KEY, key, strict=True)) for key in keys], schema=_KEYS)
+
+
+def _needs_no_rewrite(out: Path, table: Table, replaced: pa.Array) -> bool:
+    """Whether the file of a table without new rows needs no rewrite: none is removed, and it has today's schema."""
     path = table_path(out, table)
-    if new.num_rows or len(replaced) or path is None:
+    if len(replaced) or path is None:
         return False
     return bool(pq.read_schema(path).equals(table.schema, check_metadata=True))
 
 
-def _merge(table: Table, old: pa.Table, new: pa.Table, replaced: pa.Array) -> pa.Table:
-    """Old rows whose asset (or run) is not replaced, and the new rows, sorted by key."""
-    if table.per_asset:
-        gone = pc.is_in(row_keys(old, ASSET_KEY), value_set=replaced)
-    else:
-        gone = pc.is_in(row_keys(old, table.key), value_set=row_keys(new, table.key).combine_chunks())
-    merged = pa.concat_tables([old.filter(pc.invert(gone)), new])
-    check_key(table, merged)
-    return merged.sort_by([(name, "ascending") for name in table.key]).combine_chunks()
+def _kept(out: Path, table: Table, replaced: pa.Array) -> Iterator[pa.Table]:
+    """The rows in OUT whose asset is not replaced."""
+    for old in stored_by_asset(out, table):
+        yield old.filter(pc.invert(pc.is_in(row_keys(old, ASSET_KEY), value_set=replaced)))
+
+
+def _with_run(table: Table, old: pa.Table, new: pa.Table) -> pa.Table:
+    """The rows of ``runs`` with this run's, in the place of one that it has already, sorted by key."""
+    gone = pc.is_in(row_keys(old, table.key), value_set=row_keys(new, table.key).combine_chunks())
+    every = pa.concat_tables([old.filter(pc.invert(gone)), new])
+    check_key(table, every)
+    return every.sort_by([(name, "ascending") for name in table.key]).combine_chunks()

@@ -56,12 +56,16 @@ def ask_overlay(first: ModelRequest, features: Features, ask: ModelAsk) -> Synth
     ``budget`` where a budget is spent, ``model_error`` where the provider fails, ``no_valid_estimate`` where the second
     answer does not fit either."""
     said = ask_until_valid(first, ask, lambda text: parse_overlay(text, features))
-    if said.answers[-1].content is None:
-        raise no_answer_error(said.answers[-1], said.calls)
+    last = said.answers[-1]
+    if last.content is None and last.unrecorded and said.refused:
+        message = f"the recorded answer does not fit: {said.refused[-1]}; {last.error}"
+        raise SynthesisError(FailureMode.NO_VALID_ESTIMATE, "invalid_answer", message, said.calls)
+    if last.content is None:
+        raise no_answer_error(last, said.calls)
     if said.value is None:
         message = f"the model answered {MAX_ASKS} times and no answer fits: {said.refused[-1]}"
         raise SynthesisError(FailureMode.NO_VALID_ESTIMATE, "invalid_answer", message, said.calls)
-    return said.value, said.calls, (*images_not_sent(said.answers[0]), *map(_refusal, said.refused))
+    return said.value, said.calls, (*remarks(said.answers[0]), *map(_refusal, said.refused))
 
 
 def ask_until_valid(
@@ -93,6 +97,13 @@ def no_answer_error(answer: ModelAnswer, calls: Sequence[ModelCall]) -> Synthesi
     if answer.budget_spent:
         return SynthesisError(FailureMode.BUDGET, "budget_spent", answer.error or "the budget is spent", calls)
     return SynthesisError(FailureMode.MODEL_ERROR, "model_error", answer.error or "the model failed", calls)
+
+
+def remarks(answer: ModelAnswer) -> tuple[Finding, ...]:
+    """Findings on the first answer: images that were not sent, or a recorded answer to another question."""
+    if answer.other_question is None:
+        return images_not_sent(answer)
+    return (*images_not_sent(answer), _warning("other_question", f"the recorded answer {answer.other_question}"))
 
 
 def images_not_sent(answer: ModelAnswer) -> tuple[Finding, ...]:

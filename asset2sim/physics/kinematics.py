@@ -128,10 +128,10 @@ def link_to_root(tree: Sequence[TreeJoint], root: str, positions: Mapping[str, f
 
 def beyond(tree: Sequence[TreeJoint], joint: str) -> tuple[str, ...]:
     """The links that turn or slide with the named joint as one: its child and everything beyond."""
-    moved: list[str] = []
+    moved: dict[str, None] = {}  # in order, and found at once in a chain of a thousand links
     for item in tree:
         if item.name == joint or item.parent in moved:
-            moved.append(item.child)
+            moved[item.child] = None
     return tuple(moved)
 
 

@@ -16,7 +16,7 @@ from schemas.errors import AssetError, InvalidAnswerError
 from schemas.features import Features
 from schemas.finding import Finding
 from schemas.measurement import ContactPair
-from schemas.model_names import REFINEMENT_PURPOSE, is_prior, model_for
+from schemas.model_names import REFINEMENT_PURPOSE, is_local, model_for
 from schemas.overlay import PhysicsOverlay
 from schemas.request import LabelledImage, ModelAnswer, ModelAsk, ModelCall, ModelRequest
 from schemas.settings import Settings
@@ -136,8 +136,8 @@ def next_pose(
 
 
 def pictures(scene: QuestionContext, pose: Pose) -> Sequence[LabelledImage]:
-    """Four labelled views of a pose; none for a prior, or where no model call is left."""
-    if is_prior(model_for(scene.settings.model, REFINEMENT_PURPOSE)) or scene.questions.left <= 0:
+    """Four labelled views of a pose; none for a model of tables or files, or where no model call is left."""
+    if is_local(model_for(scene.settings.model, REFINEMENT_PURPOSE)) or scene.questions.left <= 0:
         return ()
     try:
         views = render_views(scene.urdf, pose, scene.settings.views)

@@ -73,8 +73,12 @@ ROUNDING_SHARE = 1e-6
 
 
 def band_of(joint: JointPhysics, tolerance: float, closed_tolerance: float) -> Band:
-    """Band that still counts as the requested state: a share of the range to either side, within the limits."""
+    """Band that still counts as the requested state: a share of the range to either side, within the limits; nothing
+    beside a position that the user states as a number."""
     position = joint.initial_position
+    if joint.exact:
+        span = 1.0 if joint.lower is None or joint.upper is None else joint.upper - joint.lower
+        return Band(position, position, position, span)
     if joint.lower is None or joint.upper is None:
         return Band(position, position - tolerance, position + tolerance, 1.0)
     span = joint.upper - joint.lower

@@ -12,11 +12,14 @@ from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path
 
+from asset2sim.catalog.rows import run_cost
 from asset2sim.runs.result import INTERRUPTED, RunResult
-from schemas.asset import AssetRecord, Unchanged
-from schemas.errors import DONE, FAILED, STOPPED, error_exit_code
+from schemas.asset import Unchanged
+from schemas.errors import DONE, FAILED, GATE, STOPPED, error_exit_code
+from schemas.secret import REDACTED
 from schemas.settings import RunSettings
-from schemas.vocabulary import Status
+from schemas.summary import AssetSummary
+from schemas.vocabulary import Gate, Status
 
 PREFIX = "ASSET2SIM_"
 MAX_VALUE = 4096
@@ -28,16 +31,47 @@ REAP_LIMIT_S = 5.0
 
 
 def exit_code(result: RunResult, strict: bool) -> int:
-    """0; 130 for an interrupted run; 1 for one that stopped otherwise, and under ``strict`` if an asset failed."""
+    """0; 130 for an interrupted run; 1 for one that stopped otherwise, and under ``strict`` if an asset failed; 3 for
+    one that missed a gate of severity ``error``."""
     if result.stopped is not None:
         return STOPPED if result.stopped == INTERRUPTED else FAILED
-    every: list[AssetRecord | Unchanged] = [*result.records, *result.unchanged]
-    return FAILED if strict and any(item.status is Status.FAILED for item in every) else DONE
+    every: list[AssetSummary | Unchanged] = [*result.records, *result.unchanged]
+    if strict and any(item.status is Status.FAILED for item in every):
+        return FAILED
+    return GATE if missed_gates(result) and result.run.settings.run.gate is Gate.ERROR else DONE
+
+
+def missed_gates(result: RunResult) -> tuple[str, ...]:
+    """A sentence for each gate of the run's settings that it missed."""
+    run = result.run.settings.run
+    every: list[AssetSummary | Unchanged] = [*result.records, *result.unchanged]
+    ok, new = sum(item.status is Status.OK for item in every), _new_failures(result)
+    missed = []
+    # In whole assets: 0.95 of 20 is 19, whatever floating point makes of it.
+    if run.min_success is not None and every and ok / len(every) < run.min_success - 1e-9:
+        share = f"{ok} of {len(every)} assets are ok ({100.0 * ok / len(every):.1f} %)"
+        missed.append(f"{share}, the gate --min-success asks for {100.0 * run.min_success:g} %")
+    if run.max_new_failures is not None and new > run.max_new_failures:
+        missed.append(
+            f"{new} new failure{'' if new == 1 else 's'}, the gate --max-new-failures allows {run.max_new_failures}"
+        )
+    return tuple(missed)
+
+
+def _new_failures(result: RunResult) -> int:
+    """Assets that failed and did not before; without a comparison every failure counts."""
+    if result.changes is not None:
+        return len(result.changes.new_failures)
+    return sum(record.status is Status.FAILED for record in result.records)
 
 
 def alert(result: RunResult, strict: bool) -> RunResult:
-    """Run the hook of the run's settings, if there is one; its failure is one more warning of the result."""
+    """Run the hook of the run's settings, if there is one; its failure and the gates that the run missed are more
+    warnings of the result."""
     settings = result.run.settings.run
+    missed = tuple(f"gate ({settings.gate}): {sentence}" for sentence in missed_gates(result))
+    if missed:
+        result = replace(result, warnings=(*result.warnings, *missed))
     if settings.hook is None:
         return result
     warning = run_hook(settings.hook, hook_values(result, strict), settings.hook_time_limit_s)
@@ -58,9 +92,9 @@ def hook_values(result: RunResult, strict: bool) -> dict[str, object]:
 
     ``assets``, ``ok`` and ``failed`` count unchanged assets too, as the report, MLflow and the exit code do.
     """
-    every: list[AssetRecord | Unchanged] = [*result.records, *result.unchanged]
+    every: list[AssetSummary | Unchanged] = [*result.records, *result.unchanged]
     ok = sum(item.status is Status.OK for item in every)
-    paid = [call for record in result.records for call in record.calls if not call.cached]
+    cost = run_cost(result.records)
     changes = result.changes
     values: dict[str, object] = {
         "outcome": result.run.outcome,
@@ -74,9 +108,10 @@ def hook_values(result: RunResult, strict: bool) -> dict[str, object]:
         "ok": ok,
         "failed": len(every) - ok,
         "new_failures": len(changes.new_failures) if changes else 0,
+        "gate": " · ".join(missed_gates(result)),
         "mended": len(changes.mended) if changes else 0,
-        "queries": len(paid),
-        "cost_usd": f"{sum(call.cost_usd for call in paid):.4f}",
+        "queries": cost["queries"],
+        "cost_usd": f"{cost['cost_usd']:.4f}",
         "seconds": f"{(result.run.finished_at - result.run.started_at).total_seconds():.0f}",
         "warnings": " · ".join(result.warnings),
     }
@@ -89,6 +124,8 @@ def run_hook(command: str, values: Mapping[str, object], limit_s: float) -> str 
     Returns None, or a one-line warning where it failed; its standard error is passed on, not kept. A hook that takes
     too long, or whose run is interrupted meanwhile, is killed with every process that it started.
     """
+    if command == REDACTED:
+        return "the hook did not run: what it is was not kept; start `asset2sim nightly` again"
     try:
         process = subprocess.Popen(
             ["/bin/sh", "-c", command],
@@ -125,7 +162,7 @@ def _kill(process: subprocess.Popen[bytes]) -> None:
 
 
 _EMPTY: dict[str, object] = {
-    **dict.fromkeys(("outcome", "exit", "error", "out", "run_id", "report", "warnings"), ""),
+    **dict.fromkeys(("outcome", "exit", "error", "out", "run_id", "report", "gate", "warnings"), ""),
     **dict.fromkeys(("assets", "unchanged", "ok", "failed", "new_failures", "mended"), 0),
     **dict.fromkeys(("queries", "cost_usd", "seconds"), 0),
 }

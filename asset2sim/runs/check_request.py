@@ -2,13 +2,14 @@
 
 import os
 import socket
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from urllib.parse import urlsplit
 
 from asset2sim.engines.registry import require
 from asset2sim.models.gateway.choices import check_model
 from asset2sim.runs.dataset import load_dataset
+from asset2sim.runs.overrides import with_prompt
 from asset2sim.runs.remote.output import check_store
 from schemas.asset import AssetRef, FoundAssets
 from schemas.errors import UsageError
@@ -28,7 +29,7 @@ def check_request(
     limit: int | None,
 ) -> FoundAssets:
     """The assets to refine, as ``load_dataset`` has them. Raises ``UsageError`` for what cannot be done as asked."""
-    found = FoundAssets(load_dataset(data, subset, asset_ids, limit))
+    found = FoundAssets(with_prompt(load_dataset(data, subset, asset_ids, limit), settings.prompt))
     check_run(found, data, out, settings)
     return found
 
@@ -36,6 +37,7 @@ def check_request(
 def check_run(found: FoundAssets, data: Path | str, out: Path | str, settings: Settings) -> None:
     """Raise ``UsageError`` where these assets cannot be refined into ``out`` with these settings."""
     check_model(settings.model)
+    check_packages(settings.inputs.package_folders, data)
     for engine in settings.engine.verify or ():
         require(engine)
     if settings.exports:
@@ -49,6 +51,18 @@ def check_run(found: FoundAssets, data: Path | str, out: Path | str, settings: S
         if settings.views.write and settings.views.later:
             raise UsageError("--views later needs an --out that is a folder; leave it out, or choose --no-views")
         check_store(out)
+
+
+def check_packages(folders: Mapping[str, str], data: Path | str) -> None:
+    """Refuse a package whose folder is not there, or is a URL that does not lie beside the dataset's."""
+    for name, place in folders.items():
+        folder = location_of(place)
+        if not is_url(folder) and not folder.is_dir():
+            raise UsageError(
+                f"--package {name}={place}: there is no such folder; name the one that '{name}/' stands for"
+            )
+        if is_url(folder) and (not is_url(data) or folder.split("/")[:3] != data.split("/")[:3]):
+            raise UsageError(f"--package {name}={place}: a package behind a URL lies in the bucket of its dataset")
 
 
 def check_scheduler(address: str) -> None:

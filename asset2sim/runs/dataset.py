@@ -1,25 +1,24 @@
 """A dataset is a list of asset references: from a manifest, a folder of asset folders, or one asset folder."""
 
-import csv
-import io
 import posixpath
-from collections import Counter
 from collections.abc import Iterable, Sequence
 from pathlib import Path
 
-from asset2sim.assets.urdf.locate import NOT_MODELS, SUFFIXES, is_mjcf
+from asset2sim.assets.regular import NOT_THERE, folder_problem, path_problem, printable
 from asset2sim.catalog.storage.tree import Tree, local_tree, remote_tree
+from asset2sim.runs.asset_folders import MANIFEST as MANIFEST
+from asset2sim.runs.asset_folders import check_asset_id as check_asset_id
+from asset2sim.runs.asset_folders import find_assets, refuse_twice
+from asset2sim.runs.overrides import NUMBERS, PREFIXES, read_overrides, with_overrides
+from asset2sim.runs.table_file import MAX_TABLE_BYTES, Columns, read_rows
 from schemas.asset import AssetRef
 from schemas.errors import UnknownChoiceError, UsageError
 from schemas.location import is_url, nearest_existing
 from schemas.support import SupportKind
 from schemas.vocabulary import UpAxis
 
-MANIFEST = "manifest.csv"
 REQUIRED_COLUMNS = ("asset_id", "path")
 COLUMNS = ("asset_id", "category", "path", "subset", "prompt", "support", "up")
-MAX_ID_LENGTH = 200
-"""Characters of an asset's id: it names a folder, and file systems stop at 255 bytes."""
 
 
 def load_dataset(
@@ -33,12 +32,17 @@ def load_dataset(
     subset or an asset that it does not have.
     """
     tree = remote_tree(data) if is_url(data) else _local(Path(data))
-    refs = read_manifest(tree) if MANIFEST in tree.files("") else find_assets(tree)
+    try:
+        has_manifest = MANIFEST in (*tree.files(""), *tree.folders(""))
+        refs = with_overrides(tree, read_manifest(tree) if has_manifest else find_assets(tree))
+    except OSError as error:
+        raise UsageError(f"{error.filename or data} {path_problem(Path(data), error)}") from error
     if subset is not None:
         known = {ref.subset for ref in refs if ref.subset is not None}
         refs = [ref for ref in refs if ref.subset == subset]
         if not refs:
             raise UnknownChoiceError("subset", subset, known)
+    refs = [ref.model_copy(update={"root": str(tree.place)}) for ref in refs]
     known = {ref.asset_id for ref in refs}
     for asset_id in asset_ids:
         if asset_id not in known:
@@ -52,81 +56,34 @@ def load_dataset(
 
 def read_manifest(tree: Tree) -> list[AssetRef]:
     """The rows of a dataset's manifest, paths relative to its folder. Raises ``UsageError`` that names the line."""
-    manifest = tree.at(MANIFEST)
+    manifest = str(tree.at(MANIFEST))
     try:
-        reader = csv.DictReader(io.StringIO(tree.read(MANIFEST).decode("utf-8-sig"), newline=""), skipinitialspace=True)
-        columns = [name.strip() for name in reader.fieldnames or ()]
-        missing = [name for name in REQUIRED_COLUMNS if name not in columns]
-        if missing:
-            raise UsageError(
-                f"{manifest}: column {_listed(missing)} missing; it has {_listed(columns)}, "
-                f"and columns may be {_listed(COLUMNS)}"
-            )
-        reader.fieldnames = columns
-        refs = [_row(tree, f"{manifest}, line {reader.line_num}", row) for row in reader]
-    except (UnicodeDecodeError, csv.Error) as error:
-        raise UsageError(f"{manifest}: not a comma-separated table in UTF-8 ({error})") from error
+        content = tree.read(MANIFEST, MAX_TABLE_BYTES + 1)
     except OSError as error:
-        raise UsageError(f"{manifest}: {error.strerror}") from error
+        raise UsageError(f"{manifest}: it {path_problem(Path(manifest), error)}") from error
+    columns = Columns(REQUIRED_COLUMNS, (*COLUMNS, *NUMBERS), PREFIXES, prose=("prompt",))
+    refs = [_row(tree, f"{manifest}, line {line}", row) for line, row in read_rows(content, manifest, columns)]
     if not refs:
         raise UsageError(f"{manifest}: no rows under the heading; add a row per asset")
-    _refuse_twice((ref.asset_id for ref in refs), str(manifest))
+    refuse_twice((ref.asset_id for ref in refs), manifest)
     return refs
 
 
-def find_assets(tree: Tree) -> list[AssetRef]:
-    """The asset folders at, one below or two below a folder, by name; a folder two below has its parent as category."""
-    if _holds_asset(tree, ""):
-        return [_found(tree, "")]
-    refs: list[AssetRef] = []
-    for folder in tree.folders(""):
-        if _holds_asset(tree, folder):
-            refs.append(_found(tree, folder))
-            continue
-        for inner in tree.folders(folder):
-            name = f"{folder}/{inner}"
-            if _holds_asset(tree, name):
-                refs.append(_found(tree, name, None if "meta.json" in tree.files(name) else folder))
-    if not refs:
-        raise UsageError(
-            f"{tree.place}: neither {MANIFEST}, nor a URDF, xacro, SDF or MJCF file here or in a folder one or two "
-            "levels down; name a dataset folder or one asset folder"
-        )
-    _refuse_twice((ref.asset_id for ref in refs), str(tree.place))
-    return refs
-
-
-def check_asset_id(asset_id: str, where: str) -> str:
-    """The id, if it can name a folder of the output; else ``UsageError``."""
-    unsafe = [character for character in asset_id if character in '/\\:*?"<>|' or not character.isprintable()]
-    if unsafe:
-        raise UsageError(
-            f"{where}: asset_id {asset_id!r} holds {unsafe[0]!r}; it names a folder of the output, "
-            "so use letters, digits, '.', '_', '-' and spaces"
-        )
-    if not asset_id or asset_id != asset_id.strip() or asset_id.startswith("."):
-        raise UsageError(
-            f"{where}: asset_id {asset_id!r} names a folder of the output; it may not be empty or start with '.'"
-        )
-    if len(asset_id.encode()) > MAX_ID_LENGTH:
-        raise UsageError(f"{where}: asset_id '{asset_id[:20]}…' has over {MAX_ID_LENGTH} bytes; it names a folder")
-    return asset_id
-
-
-def _row(tree: Tree, where: str, row: dict[str, str | None]) -> AssetRef:
-    if None in row:
-        raise UsageError(f"{where}: more cells than columns; put quotes round a text that holds a comma")
-    cells = {name: (row.get(name) or "").strip() for name in COLUMNS}
+def _row(tree: Tree, where: str, row: dict[str, str]) -> AssetRef:
+    cells = {name: row.get(name, "") for name in COLUMNS}
     if not cells["path"]:
         raise UsageError(f"{where}: asset '{cells['asset_id']}' has no path; give its folder, relative to {tree.place}")
+    path, fault = _folder_of(tree.place, cells["path"], where)
     return AssetRef(
         asset_id=check_asset_id(cells["asset_id"], where),
-        path=str(_folder_of(tree.place, cells["path"], where)),
+        path=str(path),
         category=cells["category"] or None,
         subset=cells["subset"] or None,
         prompt=cells["prompt"] or None,
         support=_support(cells["support"], where),
         up=_up(cells["up"], where),
+        fault=fault,
+        overrides=read_overrides(row, where),
     )
 
 
@@ -144,48 +101,28 @@ def _up(cell: str, where: str) -> UpAxis | None:
     return UpAxis(cell) if cell else None
 
 
-def _folder_of(place: Path | str, path: str, where: str) -> Path | str:
+def _folder_of(place: Path | str, path: str, where: str) -> tuple[Path | str, str | None]:
+    """The folder of a row, absolute, and why it cannot be found, if so."""
     if not is_url(place):
-        return (Path(place) / path).resolve()
+        whole = Path(place) / path
+        try:
+            return whole.resolve(), None
+        except (OSError, RuntimeError) as error:
+            return whole, f"{where}: its path '{path}' {path_problem(whole, error)}; mend the path, or the link"
     scheme, _, key = place.partition("://")
     found = posixpath.normpath(posixpath.join(f"/{key}", path))
     if path.startswith("/") or found.split("/")[1] != key.split("/")[0]:
         raise UsageError(f"{where}: path '{path}' leaves the bucket of {place}; give a folder relative to it")
-    return f"{scheme}:/{found}"
-
-
-def _found(tree: Tree, folder: str, category: str | None = None) -> AssetRef:
-    path = str(tree.at(folder))
-    asset_id = check_asset_id(posixpath.basename(path), path)
-    return AssetRef(asset_id=asset_id, path=path, category=category)
-
-
-def _refuse_twice(asset_ids: Iterable[str], where: str) -> None:
-    twice = [asset_id for asset_id, count in Counter(asset_ids).items() if count > 1]
-    if twice:
-        raise UsageError(f"{where}: asset_id {_listed(twice[:10])} more than once; each names one folder of the output")
-
-
-def _holds_asset(tree: Tree, folder: str) -> bool:
-    """Whether the folder is an asset's: a file that describes it lies in it, or in its ``urdf`` folder, as ROS packages
-    have it."""
-    inner = f"{folder}/urdf" if folder else "urdf"
-    for place in (folder, inner):
-        names = tree.files(place)
-        if any(name.endswith(SUFFIXES[:-1]) for name in names):
-            return True
-        for name in names:
-            file = f"{place}/{name}" if place else name
-            if name.endswith(SUFFIXES[-1]) and name not in NOT_MODELS and is_mjcf(tree.read(file)):
-                return True
-    return False
+    return f"{scheme}:/{found}", None
 
 
 def _local(data: Path) -> Tree:
-    if not data.exists():
+    problem = folder_problem(data)
+    if problem == NOT_THERE:
         raise UsageError(f"no dataset at {data}: {_neighbours(data)}")
-    if not data.is_dir():
-        raise UsageError(f"{data} is a file; name the folder that holds {MANIFEST}, asset folders, or one asset's URDF")
+    if problem is not None:
+        what = f"name the folder that holds {MANIFEST}, asset folders, or one asset's URDF"
+        raise UsageError(f"{printable(data)} {problem}; {what}")
     return local_tree(data.resolve())
 
 
@@ -196,5 +133,7 @@ def _listed(names: Iterable[str]) -> str:
 def _neighbours(data: Path) -> str:
     """Text that lists the folders beside a missing one."""
     parent = nearest_existing(data.parent)
-    found = local_tree(parent).folders("")[:20]
-    return f"{parent} has the folders {_listed(found)}"
+    try:
+        return f"{parent} has the folders {_listed(local_tree(parent).folders('')[:20])}"
+    except OSError as error:
+        return f"{parent} {path_problem(parent, error)}"

@@ -7,6 +7,7 @@ import shutil
 import socket
 import sys
 import tempfile
+import time
 import uuid
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -21,17 +22,23 @@ from asset2sim.catalog.storage.objects import StoreError, list_objects, remove_o
 from asset2sim.engines.registry import HOW_TO_INSTALL, engine_version, installed, open_world
 from asset2sim.models.gateway.choices import check_model
 from asset2sim.models.gateway.environment import quiet_environment
+from asset2sim.models.gateway.recorded import check_recorded
 from asset2sim.runs.isolation import Ending, run_isolated
 from asset2sim.runs.request import usable_cores
 from schemas.errors import Asset2SimError, UsageError
 from schemas.location import is_url, nearest_existing
-from schemas.model_names import described, is_prior, named_models, settings_for
+from schemas.model_names import described, is_prior, is_recorded, named_models, settings_for
 from schemas.request import ModelRequest
+from schemas.secret import redacted_address
 from schemas.settings import ModelSettings, RunSettings
 from schemas.vocabulary import Engine
 
 BALL_RADIUS_M = 0.1
 BALL_TOLERANCE_M = 0.005
+ASK_LIMIT_S = 30.0
+"""Time in which a model must answer the doctor, s: a server of one's own may have to load it first."""
+ASK_TOKENS = 64
+"""Most tokens of that answer: a call costs a hundredth of a cent."""
 MIN_FREE_DISK_GB = 1.0
 """Room that a run needs, GB: 150 refined objects with their meshes and views take about a third of it."""
 
@@ -191,19 +198,31 @@ def drop_ball(engine: Engine, folder: str) -> float:
 
 
 def check_model_answers(settings: ModelSettings) -> str:
-    """The prior answers a question; any other provider is known and has its key. No request leaves this machine."""
+    """The model answers a question of a few words; a recorded model has answers in its folder. A provider's model is
+    asked once, over the network, with its key."""
     try:
         check_model(settings)
     except UsageError as error:
         raise DoctorError(str(error)) from error
-    if not is_prior(settings.model):
-        return "its provider is known and its key is set; no request was sent"
+    if is_recorded(settings.model):
+        return check_recorded(settings.model)
     from asset2sim.models.gateway.ask import ask
 
-    answer = ask(ModelRequest(purpose="doctor", system="Answer in JSON.", text="A box."), settings)
-    if answer.content is None:
+    brief = {"timeout_s": min(settings.timeout_s, ASK_LIMIT_S), "max_attempts": 1, "max_completion_tokens": ASK_TOKENS}
+    prior = is_prior(settings.model)
+    started = time.monotonic()
+    request = ModelRequest(purpose="doctor", system="Answer in JSON.", text="A box." if prior else 'Say {"ok": true}.')
+    answer = ask(request, settings if prior else settings.model_copy(update=brief))
+    (call,) = answer.calls[-1:] or (None,)
+    if prior and answer.content is not None:
+        return f"answers in this process, {len(answer.content)} characters"
+    # A model that thinks before it answers may have spent its few tokens on that: it has been reached, and said so.
+    if answer.content is None and (prior or call is None or not call.completion_tokens):
         raise DoctorError(answer.error or "no answer")
-    return f"answers in this process, {len(answer.content)} characters"
+    place = f" at {redacted_address(settings.api_base)}" if settings.api_base else ""
+    tokens = f"{call.prompt_tokens + call.completion_tokens} tokens" if call else "no tokens"
+    cost = f", {call.cost_usd:.5f} USD" if call and call.cost_usd else ""
+    return f"answers{place} in {time.monotonic() - started:.1f} s ({tokens}{cost})"
 
 
 def check_dask() -> str:

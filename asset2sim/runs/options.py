@@ -1,18 +1,53 @@
 """The options of the command ``asset2sim``, a model for each of its commands."""
 
 from collections.abc import Sequence
-from datetime import UTC, datetime
 from pathlib import Path
-from typing import Annotated, Literal, Self, TypeVar
+from typing import Annotated, Self
 
-from pydantic import AfterValidator, BeforeValidator, Field, model_validator
-from pydantic_settings import CliDualFlag, CliPositionalArg, CliSubCommand, CliToggleFlag, CliVariadicArg, NoDecode
+from pydantic import AfterValidator, Field, model_validator
+from pydantic_settings import CliDualFlag, CliPositionalArg, CliSubCommand, CliToggleFlag, CliVariadicArg
 from pydantic_settings import get_subcommand as chosen_command
-from typing_extensions import TypeAliasType
 
 from asset2sim.runs.command_line import Options
 from asset2sim.runs.command_line import parse as parse_words
-from schemas.base import NonNegative, Positive
+from asset2sim.runs.option_types import (
+    AXIS,
+    BASE,
+    COUNT,
+    CRON,
+    DAY,
+    ENGINES,
+    FILE,
+    FOLDERS,
+    FORMAT,
+    FORMATS,
+    GATE,
+    GROUP,
+    IDS,
+    METHOD,
+    MODE,
+    NAME,
+    OUT,
+    PACKAGES,
+    PORT,
+    RATE,
+    RULE,
+    RUN,
+    SECONDS,
+    SHARE,
+    SHELL,
+    STATE,
+    SUPPORT,
+    TEXT,
+    URL,
+    USD,
+    VIEWS,
+    Listed,
+    N,
+    Words,
+    exclusive,
+    nothing,
+)
 from schemas.errors import UsageError
 from schemas.location import Location
 from schemas.settings import ModelSettings
@@ -23,6 +58,7 @@ from schemas.vocabulary import (
     DynamicsRule,
     Engine,
     Export,
+    Gate,
     Grouping,
     Method,
     StateMode,
@@ -36,71 +72,6 @@ for example:
   asset2sim settings > settings.yaml
   asset2sim failures --out OUT --compare previous latest
 """
-
-
-def split(text: object) -> object:
-    """The names in a comma-separated list, in its order. Raises ValueError for an option without a value."""
-    if text == []:
-        raise ValueError("expected at least one argument")
-    return tuple(name.strip() for name in text.split(",") if name.strip()) if isinstance(text, str) else text
-
-
-def once(names: object) -> object:
-    """The names of a list, each once."""
-    return tuple(dict.fromkeys(names)) if isinstance(names, tuple) else names
-
-
-def utc(text: object) -> object:
-    """A day or a time; what states no time zone is UTC. Raises ValueError."""
-    try:
-        found = datetime.fromisoformat(str(text))
-    except ValueError:
-        raise ValueError(f"'{text}' is not a day or a time such as 2026-11-01 or 2026-11-01T02:00") from None
-    return found if found.tzinfo is not None else found.replace(tzinfo=UTC)
-
-
-Kind = TypeVar("Kind")
-Words = Annotated[Kind, NoDecode, BeforeValidator(split)]
-"""The type of an option that takes several names: with commas between them, or each a word of its own."""
-Listed = Words[Annotated[Kind, BeforeValidator(once)]]
-
-# A type's name is what the help shows in the place of a value.
-FILE = TypeAliasType("FILE", Path)
-OUT = TypeAliasType("OUT", Location)
-NAME = TypeAliasType("NAME", str)
-IDS = TypeAliasType("IDS", tuple[str, ...])
-N = TypeAliasType("N", Annotated[int, Field(ge=1)])
-COUNT = TypeAliasType("COUNT", Annotated[int, Field(ge=0)])
-RATE = TypeAliasType("RATE", Positive)
-USD = TypeAliasType("USD", NonNegative)
-URL = TypeAliasType("URL", str)
-DAY = TypeAliasType("DAY", Annotated[datetime, BeforeValidator(utc)])
-RUN = TypeAliasType("RUN", tuple[str, str])
-SHELL = TypeAliasType("SHELL", str)
-ENGINES = TypeAliasType("ENGINES", tuple[Engine, ...])
-FORMATS = TypeAliasType("FORMATS", tuple[Export, ...])
-GROUP = TypeAliasType("GROUP", Grouping)
-METHOD = TypeAliasType("METHOD", Method)
-MODE = TypeAliasType("MODE", CollisionMode)
-RULE = TypeAliasType("RULE", DynamicsRule)
-STATE = TypeAliasType("STATE", StateMode)
-SUPPORT = TypeAliasType("SUPPORT", SupportKind)
-BASE = TypeAliasType("BASE", BaseMode)
-AXIS = TypeAliasType("AXIS", UpAxis)
-VIEWS = TypeAliasType("VIEWS", Literal["now", "later"])
-FORMAT = TypeAliasType("FORMAT", Literal["yaml", "toml"])
-
-
-def nothing(value: Kind) -> Kind | None:
-    """The value, or None for an empty list or text."""
-    return value or None
-
-
-def exclusive(options: Options, one: str, other: str) -> None:
-    """Refuse two options together; the library would put them into a group, and the group into their names."""
-    if {one, other} <= options.model_fields_set and getattr(options, one) and getattr(options, other):
-        names = [f"--{name.replace('_', '-')}" for name in (other, one)]
-        raise UsageError(f"argument {names[0]}: not allowed with argument {names[1]}")
 
 
 class FileOptions(Options):
@@ -118,7 +89,7 @@ class SettingsOptions(FileOptions):
 class ModelOptions(FileOptions):
     """Which models are asked."""
 
-    model: NAME = Field(ModelSettings().model, description="any LiteLLM model")
+    model: NAME = Field(ModelSettings().model, description="any LiteLLM model, or recorded/FOLDER")
     api_base: URL | None = Field(None, description="the address of a server of your own for that model")
     refinement_model: NAME | None = Field(None, description="another model for steps of the state")
     judge_model: NAME | None = Field(None, description="a vision model that scores the result against its prompt")
@@ -167,12 +138,19 @@ class RefineOptions(ModelOptions, Selection):
     support: SUPPORT | None = Field(
         None, description=f"{', '.join(SupportKind)}: what carries objects whose manifest row does not say"
     )
+    prompt: TEXT | None = Field(None, description="what is asked of it, where DATA is one asset: 'its lid half open'")
     base: BASE = Field(
         BaseMode.ROOT,
         description=f"{', '.join(BaseMode)}: hold a fixed object's root by the loader's flag, or by a link 'world'",
     )
     up: AXIS | None = Field(
         None, description=f"{', '.join(UpAxis)}: the axis that points up in the files, --up=-y (default: found out)"
+    )
+    package: Listed[PACKAGES] = Field(
+        (), description="a folder outside data that is read as package://NAME/…, repeatable"
+    )
+    allow_outside: CliDualFlag[bool] = Field(
+        False, description="read files outside data that an asset names or links to"
     )
     export: Listed[FORMATS] = Field((), description=f"formats to write beside the URDF: {', '.join(Export)}")
     method: METHOD = Field(Method.ASSET2SIM, description=f"where the physics come from: {', '.join(Method)}")
@@ -184,11 +162,25 @@ class RefineOptions(ModelOptions, Selection):
     rpm: RATE | None = Field(None, description="the most requests a minute to one provider, over all workers")
     answer_cache: CliDualFlag[bool] = Field(True, description="take an answer again that models have given before")
     scheduler: URL | None = Field(None, description="tcp://…, a Dask scheduler to use instead of a cluster of our own")
+    keep_days: N | None = Field(None, description="remove what the history and MLflow hold of runs older than N days")
     force: CliToggleFlag[bool] = Field(False, description="refine unchanged assets again")
     retry_failed: CliToggleFlag[bool] = Field(False, description="refine unchanged assets again that failed")
+    dry_run: CliToggleFlag[bool] = Field(
+        False, description="say what would be refined, why, at what cost; write nothing"
+    )
+    asset_timeout: SECONDS | None = Field(None, description="most seconds that one asset may take (default: 300)")
     views: VIEWS = Field("now", description="now, or later: pictures are left to `asset2sim views`")
     no_views: CliToggleFlag[bool] = Field(False, description="write no pictures")
     strict: CliToggleFlag[bool] = Field(False, description="exit with 1 if an asset failed")
+    min_success: SHARE | None = Field(
+        None, description="gate: least share of the run's assets that must pass, unchanged ones included, as 0.95"
+    )
+    max_new_failures: COUNT | None = Field(
+        None, description="gate: most assets that may fail and did not before; on a first run every failure is new"
+    )
+    gate: GATE = Field(
+        Gate.ERROR, description=f"{', '.join(Gate)}: a run that misses a gate says so, and with error exits with 3"
+    )
     hook: Annotated[SHELL | None, AfterValidator(nothing)] = Field(
         None, description="a shell command to run after the run; ASSET2SIM_… variables say how it went"
     )
@@ -197,6 +189,8 @@ class RefineOptions(ModelOptions, Selection):
     def _one_redo(self) -> Self:
         exclusive(self, "force", "retry_failed")
         exclusive(self, "no_views", "views")
+        if "assets" in self.model_fields_set and not self.assets:
+            raise UsageError("argument --assets: it names no asset; leave it out for all of them")
         return self
 
 
@@ -206,6 +200,9 @@ class NightlyOptions(RefineOptions):
     now: CliToggleFlag[bool] = Field(
         False,
         description="one night at once: by the nightly that serves OUT, or here where none does; exits as refine does",
+    )
+    cron: CRON | None = Field(
+        None, description="another schedule, 'minute hour day month weekday', in the time zone of catalog.yaml"
     )
 
 
@@ -249,8 +246,47 @@ class ViewsOptions(CatalogOptions, FileOptions):
     workers: N | None = Field(None, description="assets drawn at once (default: all cores)")
 
 
+class RecordOptions(CatalogOptions):
+    """Keep a run's answers as a recorded model: files that anybody can run again without a key."""
+
+    folder: CliPositionalArg[Path] = Field(description="the folder to write to, then --model recorded/FOLDER")
+
+
+class AskOptions(FileOptions):
+    """Write the questions of a run as files, for a person or another program to answer."""
+
+    data: CliPositionalArg[Location] = Field(description="a dataset, as asset2sim refine takes it")
+    folder: CliPositionalArg[Path] = Field(description="the folder to write to, then --model recorded/FOLDER")
+    subset: NAME | None = Field(None, description="only the manifest's rows of this subset")
+    assets: Listed[IDS] = Field((), description="only these assets, separated by commas")
+    limit: N | None = Field(None, description="only the first N of them")
+    method: METHOD = Field(Method.ASSET2SIM, description="whose question: asset2sim, direct or no-semantics")
+    workers: N | None = Field(None, description="assets at work at once (default: all cores)")
+
+
+class CheckOptions(FileOptions):
+    """Check URDF folders as they are: refined, edited by hand, or of somebody else. Exits with 1 if one fails."""
+
+    folders: CliPositionalArg[FOLDERS] = Field(description="asset folders, or folders of asset folders")
+    engines: Annotated[Listed[ENGINES | None], AfterValidator(nothing)] = Field(
+        None, description=f"engines to check in: {', '.join(Engine)} (default: all installed)"
+    )
+    interaction: CliDualFlag[bool] = Field(
+        True, description="drops, nudges, sweeps and resets beside the paper's tests"
+    )
+    support: SUPPORT | None = Field(
+        None, description=f"{', '.join(SupportKind)}: what carries them (default: their overlay.json, else found)"
+    )
+    up: AXIS | None = Field(None, description=f"{', '.join(UpAxis)}: the axis that points up in the files (default: z)")
+    json_: CliToggleFlag[bool] = Field(False, alias="json", description="JSON instead of a table")
+    workers: N | None = Field(None, description="assets checked at once (default: all cores)")
+
+
 class PagesOptions(CatalogOptions):
     """Serve the pages of Prefect and MLflow."""
+
+    prefect_port: PORT = Field(4200, description="port of 127.0.0.1 for Prefect's pages")
+    mlflow_port: PORT = Field(5000, description="port of 127.0.0.1 for MLflow's pages")
 
 
 class Command(Options):
@@ -260,10 +296,13 @@ class Command(Options):
     failures: CliSubCommand[FailuresOptions] = Field(description="the failure modes of a refined dataset")
     query: CliSubCommand[QueryOptions] = Field(description="SQL over the tables and the history of all runs")
     show: CliSubCommand[ShowOptions] = Field(description="one refined asset")
+    check: CliSubCommand[CheckOptions] = Field(description="the checks alone, on any URDF folder")
     views: CliSubCommand[ViewsOptions] = Field(description="the pictures that refine --views later left out")
     ui: CliSubCommand[PagesOptions] = Field(description="the pages of Prefect and MLflow")
     doctor: CliSubCommand[DoctorOptions] = Field(description="what works here, and what does not")
     nightly: CliSubCommand[NightlyOptions] = Field(description="refine a dataset on the schedule of catalog.yaml")
+    ask: CliSubCommand[AskOptions] = Field(description="the questions of a run as files, to be answered by hand")
+    record: CliSubCommand[RecordOptions] = Field(description="a run's answers as files, for --model recorded/FOLDER")
     settings: CliSubCommand[SettingsOptions] = Field(description="every setting, as a file for --settings")
 
 

@@ -20,8 +20,11 @@ SETS: Mapping[str, str] = {
     "method": "method",
     "state": "state",
     "support": "support",
+    "prompt": "prompt",
     "base": "base",
     "up": "up",
+    "allow_outside": "inputs.allow_outside",
+    "package": "inputs.packages",
     "export": "exports",
     "model": "model.model",
     "api_base": "model.api_base",
@@ -41,6 +44,11 @@ SETS: Mapping[str, str] = {
     "workers": "run.workers",
     "scheduler": "run.scheduler",
     "hook": "run.hook",
+    "asset_timeout": "run.asset_time_limit_s",
+    "min_success": "run.min_success",
+    "max_new_failures": "run.max_new_failures",
+    "gate": "run.gate",
+    "keep_days": "run.keep_days",
 }
 """Option → the setting that it states."""
 
@@ -50,7 +58,8 @@ class RefineRequest(Frozen):
 
     ``settings`` is what ``settings_file`` and the options come to now; ``stated`` is what the options state, nested as
     in a file: a nightly reads the file again each night. ``strict`` makes a run that holds a failed asset fail; ``now``
-    asks for one night at once instead of the schedule.
+    asks for one night at once instead of the schedule, ``cron`` is one to use instead of ``catalog.yaml``'s, and
+    ``dry_run`` asks what a run would do. ``secrets`` names where those of the settings are, where they are redacted.
     """
 
     data: Location
@@ -63,6 +72,9 @@ class RefineRequest(Frozen):
     stated: dict[str, Any] = Field(default_factory=dict)
     strict: bool = False
     now: bool = False
+    cron: str | None = None
+    dry_run: bool = False
+    secrets: str | None = None
     found: InstanceOf[FoundAssets] | None = Field(default=None, exclude=True)
 
 
@@ -88,6 +100,8 @@ def refine_request(options: RefineOptions) -> RefineRequest:
         stated=stated,
         strict=options.strict,
         now=isinstance(options, NightlyOptions) and options.now,
+        cron=options.cron if isinstance(options, NightlyOptions) else None,
+        dry_run=options.dry_run,
     )
 
 

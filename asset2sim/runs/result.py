@@ -5,8 +5,9 @@ from pathlib import Path
 
 from asset2sim.catalog.changes import Changes
 from asset2sim.catalog.run import RunRow
-from schemas.asset import AssetRecord, Unchanged
+from schemas.asset import Unchanged
 from schemas.location import below
+from schemas.summary import AssetSummary
 
 INTERRUPTED = "interrupted"
 """Value of ``RunResult.stopped`` for a run that the user stopped."""
@@ -17,17 +18,18 @@ class RunResult:
     """A run that is in the catalog. ``stopped`` says why not every asset is; ``warnings`` what else went wrong;
     ``unchanged`` are the assets not refined again, ``report`` is the file with the run's report, and ``changes`` the
     differences from the catalog before it. ``out`` is the folder in which the run worked; ``place`` is the output as
-    the user named it, None if that is ``out``."""
+    the user named it, None if that is ``out``; ``removed`` are lines that say what was too old to keep."""
 
     out: Path
     run: RunRow
-    records: tuple[AssetRecord, ...]
+    records: tuple[AssetSummary, ...]
     stopped: str | None
     warnings: tuple[str, ...]
     unchanged: tuple[Unchanged, ...] = ()
     report: Path | None = None
     changes: Changes | None = None
     place: Path | str | None = None
+    removed: tuple[str, ...] = ()
 
     def shown(self, *parts: str) -> Path | str:
         """Path or URL of the output as the user named it, or of ``parts`` below it."""

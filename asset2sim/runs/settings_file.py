@@ -17,6 +17,7 @@ from pydantic import BaseModel, ValidationError
 
 from asset2sim.runs.mistakes import first_mistake, schema_at
 from schemas.errors import UsageError
+from schemas.secret import WHOLE
 from schemas.settings import Settings
 
 DEFAULTS = Settings()
@@ -94,7 +95,7 @@ def _unknown(place: tuple[int | str, ...]) -> str:
 
 def _fields(model: BaseModel, form: str, indent: str) -> Iterator[str]:
     reasons = _reasons(type(model))
-    for name, value in json.loads(model.model_dump_json()).items():
+    for name, value in json.loads(model.model_dump_json(context={WHOLE: True})).items():
         if isinstance(value, dict):
             continue
         yield from _comment(reasons.get(name, ""), indent)

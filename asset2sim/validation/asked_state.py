@@ -64,6 +64,28 @@ def with_asked_state(
     return overlay.model_copy(update={"initial_joint_positions": positions, "asked": tuple(asked)})
 
 
+def note_out_of_reach(info: ObjectInfo, guidance: str, scale: float, notes: Notes) -> None:
+    """A warning for each state whose number its joint cannot take: degrees of a slide, more than its whole range."""
+    size, _ = identify(info, guidance)
+    asked = asked_states(info, parts_of(info, size.category), segments(guidance, size.category), scale)
+    joints = {joint.name: joint for joint in info.joints}
+    for name, state in asked.states.items():
+        joint, measure = joints[name], state.measure
+        if measure is None or joint.range == 0.0 or joint.motion == "spin":
+            continue
+        slides = joint.motion == "slider"
+        unit, reach = ("m", joint.range * scale) if slides else ("rad", joint.range)
+        said = f"{measure.number:.4g} {'m' if measure.kind == 'length' else 'rad'}"
+        if slides != (measure.kind == "length"):
+            why = f"it {'slides' if slides else 'turns'} and is measured in {unit}"
+        elif measure.number > reach * (1.0 + BEYOND):
+            why = f"it opens by {reach:.4g} {unit} at most"
+        else:
+            continue
+        message = f"joint '{name}': the words ask to open it by {said}, which cannot be met: {why}"
+        notes.warn("state_out_of_reach", message, joint=name, value=measure.number, limit=reach)
+
+
 def read_states(
     info: ObjectInfo, guidance: str, scale: float, settings: PhysicsSettings
 ) -> tuple[frozenset[str], dict[str, RequestedState]]:

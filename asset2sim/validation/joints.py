@@ -11,6 +11,7 @@ from asset2sim.physics.terms import JointLoad, JointTerms, Term
 from asset2sim.validation.handling import Handling, bounded_press, standing_part
 from asset2sim.validation.holding import NO_BALANCE, Holding, counterbalance, holding
 from asset2sim.validation.limits import Range
+from asset2sim.validation.masses import check_mass_matrices
 from asset2sim.validation.notes import Notes
 from asset2sim.validation.positions import Start, turned
 from schemas.features import Features
@@ -72,6 +73,7 @@ def joint_physics(
     stiffness stays that of a free base, which is less: somebody may free it."""
     spaces = [joint_space(tree, features.root, bodies, pose) for pose in spanning_poses(starts)]
     space = spaces[0]
+    check_mass_matrices(features, spaces)
     inertias = space.inertia_on_held_base() if base_held else space.effective_inertia()
     held = space.held_inertia()
     pulls = dict(zip(space.names, space.pulls, strict=True))
@@ -146,6 +148,7 @@ def joint_physics(
                 effort_range=handled[name].range,
                 armature=terms.armature,
                 mimic=mimics.get(name),
+                exact=f"initial_joint_positions.{name}" in asked,
             )
         )
     if settings.dynamics is DynamicsRule.PAPER:

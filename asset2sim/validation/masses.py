@@ -1,19 +1,22 @@
 """Masses, centres and inertias, completed for every link and bounded so that engines take them."""
 
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
+from numpy.linalg import LinAlgError
 
 from asset2sim.physics.arrays import Array
 from asset2sim.physics.inertia import PhysicalTensor, make_physical, tensor_of
 from asset2sim.physics.kinematics import link_to_root, transform, tree_of
+from asset2sim.physics.mass_matrix import JointSpace
 from asset2sim.validation.build import NOTHING_BUILT, Built, built_link
 from asset2sim.validation.notes import Notes
+from schemas.errors import AssetError
 from schemas.features import Features, LinkFeatures
 from schemas.overlay import LinkProposal
 from schemas.settings import PhysicsSettings
-from schemas.vocabulary import MassRule, Source
+from schemas.vocabulary import FailureMode, MassRule, Source
 
 BOX_MARGIN = 0.1
 """How far outside its link's box, as a share of the box, a proposed centre of mass may lie and be accepted."""
@@ -41,12 +44,23 @@ def link_masses(
     source: Source,
     settings: PhysicsSettings,
     notes: Notes,
+    theirs: Collection[str] = (),
 ) -> dict[str, LinkMass]:
-    """Mass properties of every link; links without geometry take a share of their neighbour's."""
+    """Mass properties of every link; links without geometry take a share of their neighbour's. ``theirs`` names the
+    links whose proposed masses are the user's."""
     solid = [link for link in features.links if link.has_geometry]
     at_rest = link_to_root(tree_of(features.joints), features.root, {})
     masses = {
-        link.name: link_mass(link, proposals.get(link.name), scale, source, settings, notes, at_rest[link.name][:3, :3])
+        link.name: link_mass(
+            link,
+            proposals.get(link.name),
+            scale,
+            source,
+            settings,
+            notes,
+            at_rest[link.name][:3, :3],
+            mass_by=Source.USER if link.name in theirs else source,
+        )
         for link in solid
     }
     for link in features.links:
@@ -64,13 +78,15 @@ def link_mass(
     settings: PhysicsSettings,
     notes: Notes,
     to_root: Array | None = None,
+    mass_by: Source | None = None,
 ) -> LinkMass:
     """Mass properties of one link with geometry; missing values come from the URDF, else from a fallback material.
-    ``to_root`` is the (3, 3) rotation into the root link's frame at rest, by which contents are placed."""
+    ``to_root`` is the (3, 3) rotation into the root link's frame at rest, by which contents are placed; ``mass_by`` is
+    whose the proposed mass is, if not of ``source``."""
     made = built_link(link, proposal, scale, settings, np.eye(3) if to_root is None else to_root)
     mass, rule, mass_source = made.mass, made.rule, Source.RULE
     if proposal is not None and (proposal.density_kg_m3 is not None or proposal.mass_kg is not None):
-        mass_source = source
+        mass_source = mass_by or source
     if proposal is not None and proposal.mass_kg is not None:
         mass, rule = proposal.mass_kg, MassRule.STATED
     elif mass_source is Source.RULE and link.inertial is not None and link.inertial.mass_kg > settings.min_mass_kg:
@@ -202,3 +218,17 @@ def finished(item: LinkMass, settings: PhysicsSettings, notes: Notes) -> LinkMas
     for change in mended.changes:
         notes.info("inertia_mended", f"link '{item.name}': {change}", link=item.name)
     return replace(item, inertia=mended.tensor)
+
+
+def check_mass_matrices(features: Features, spaces: Sequence[JointSpace]) -> None:
+    """Refuse an object whose lengths lie too far apart for numbers. Raises AssetError, with the largest link."""
+    try:
+        for space in spaces:
+            space.mobility  # noqa: B018 - computed once, and kept
+    except LinAlgError as error:
+        far, link = max((max(map(abs, (*link.box_min, *link.box_max))), link.name) for link in features.links)
+        message = (
+            f"its mass matrix has no inverse: link '{link}' reaches {far:.3g} m from its origin; mend origins, scales"
+        )
+        mode = FailureMode.INVALID_JOINT_CONFIGURATION
+        raise AssetError(mode, "mass_matrix_singular", message, link=link) from error

@@ -4,7 +4,7 @@ import math
 
 from asset2sim.assets.extract import Extraction
 from asset2sim.models.language.object_facts import told_object
-from asset2sim.validation.asked_state import with_asked_state
+from asset2sim.validation.asked_state import note_out_of_reach, with_asked_state
 from asset2sim.validation.notes import Notes
 from asset2sim.validation.size import with_sensible_size
 from schemas.features import Features, JointFeatures
@@ -79,4 +79,5 @@ def sensible(
         info = told_object(extraction.features)
         overlay = with_sensible_size(info, words, overlay, notes)
         overlay = with_asked_state(info, words, overlay, settings, notes)
+        note_out_of_reach(info, words, overlay.scale, notes)
     return overlay, tuple(notes.findings)

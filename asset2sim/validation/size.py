@@ -33,12 +33,13 @@ DIMENSIONS = {"longest": "longest edge", "height": "height", "body": "body"}
 @dataclass(frozen=True)
 class Bounds:
     """Smallest and largest allowed final ``dimension`` of the object, m, and ``why``; ``exact`` is the size that the
-    user states, None where there is none."""
+    user states, None where there is none; ``said``: the user says something of the size at all."""
 
     low_m: float
     high_m: float
     why: str
     exact: float | None = None
+    said: bool = True
 
 
 def with_sensible_size(info: ObjectInfo, guidance: str, overlay: Overlay, notes: Notes) -> Overlay:
@@ -59,7 +60,9 @@ def with_sensible_size(info: ObjectInfo, guidance: str, overlay: Overlay, notes:
         f"allows {bounds.low_m:.3g} to {bounds.high_m:.3g} m; set to {scale:.4g}, {nearest:.3g} m"
     )
     notes.warn("size_unlikely", message, value=proposed, limit=nearest)
-    return overlay.model_copy(update={"scale": scale})
+    # A number that no words ask for is not the user's, whatever the answer says.
+    asked = overlay.asked if bounds.said else tuple(name for name in overlay.asked if name != "scale")
+    return overlay.model_copy(update={"scale": scale, "asked": asked})
 
 
 def size_bounds(info: ObjectInfo, size: Size, guidance: str, statements: Sequence[Segment]) -> Bounds:
@@ -81,4 +84,4 @@ def size_bounds(info: ObjectInfo, size: Size, guidance: str, statements: Sequenc
     low, high = min(size.min_m, (1.0 - KEEP_WITHIN) * widest) * factor, min(size.max_m, widest) * factor
     if factor < 1.0:
         low = min(low, HAND_M)
-    return Bounds(low, high, f"'{word}' of {kind}" if word else kind)
+    return Bounds(low, high, f"'{word}' of {kind}" if word else kind, said=bool(word))

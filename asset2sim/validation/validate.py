@@ -7,6 +7,9 @@ from types import MappingProxyType
 import numpy as np
 
 from asset2sim.assets.extract import Extraction
+from asset2sim.models.language.amounts import LARGEST_M as LARGEST_M
+from asset2sim.models.language.amounts import SMALLEST_M as SMALLEST_M
+from asset2sim.models.language.amounts import stated_mass
 from asset2sim.models.language.tables import materials
 from asset2sim.physics.arrays import six, vector
 from asset2sim.physics.kinematics import locked, tree_of
@@ -26,8 +29,8 @@ from schemas.settings import PhysicsSettings
 from schemas.support import Support
 from schemas.vocabulary import Source
 
-SMALLEST_M, LARGEST_M = 0.005, 5.0
-"""The longest edge that a household object may have after scaling, m: a button cell to a wardrobe wall."""
+WEIGHED_SHARE = 0.05
+"""How far an object's mass may be from the one that its user's words state without a finding."""
 
 
 def validate(
@@ -48,7 +51,8 @@ def validate(
     scale, scale_source = bounded_scale(overlay, max(features.rest_size), source, notes)
     note_mass_change(overlay, notes)
     links = {proposal.name: proposal for proposal in overlay.links}
-    masses = link_masses(features, links, scale, source, settings, notes)
+    weighed = {link.name for link in features.links if f"links.{link.name}.mass_kg" in asked}
+    masses = link_masses(features, links, scale, source, settings, notes, weighed)
     masses = with_armature(masses, features, settings, notes)
     masses = bound_inertia_by_extent(masses, extraction, scale, settings, notes)
     spans = {joint.name: joint_range(joint, scale, notes) for joint in features.joints}
@@ -84,6 +88,12 @@ def validate(
         followers=tuple(joint for joint in joints if joint.mimic is not None),
         notes=overlay.notes,
     )
+    said_kg = stated_mass(guidance) if overlay.mass_change is not None and overlay.mass_change.asked else None
+    if said_kg is not None and abs(complete.mass_kg / said_kg - 1.0) > WEIGHED_SHARE:
+        message = (
+            f"the user's words ask for {said_kg:.4g} kg; of its size and materials it weighs {complete.mass_kg:.4g} kg"
+        )
+        notes.warn("mass_unmet", message, value=said_kg, limit=complete.mass_kg)
     return complete, tuple(notes.findings)
 
 

@@ -14,18 +14,23 @@ from scipy.spatial.transform import Rotation
 
 from asset2sim.assets.formats.converted import Converted, add, add_inertial, add_origin, unconvertible
 from asset2sim.assets.urdf.edit import words
+from asset2sim.assets.urdf.locate import is_regular
+from asset2sim.assets.urdf.reach import ANYWHERE, Reach, lies_outside
 from asset2sim.physics.arrays import Array
 from schemas.errors import AssetError
 
+FOLDERS = ("meshdir", "texturedir", "assetdir")
+"""Attributes of MJCF's compiler that name folders of files."""
 BASE = "base"
 """Link that stands for MuJoCo's world where several bodies, or a joint, hang from it."""
 SHOWN_GROUPS = (0, 1, 2)
 """Groups of geoms that MuJoCo's viewer shows; by custom 3 and above are collision shapes."""
 
 
-def urdf_of_mjcf(file: Path, work: Path) -> Converted:
+def urdf_of_mjcf(file: Path, work: Path, reach: Reach = ANYWHERE) -> Converted:
     """The URDF of an MJCF file; its meshes are written into ``work``. Raises AssetError (unreadable_asset) where MuJoCo
-    refuses the file, and for joints that a URDF does not have."""
+    refuses the file, where it names files outside ``reach``, and for joints that a URDF does not have."""
+    check_files(file, reach)
     try:
         import mujoco
     except ModuleNotFoundError as error:
@@ -39,6 +44,31 @@ def urdf_of_mjcf(file: Path, work: Path) -> Converted:
     except (ValueError, OSError) as error:
         raise unconvertible(file, "mjcf_refused", f"MuJoCo refuses it: {' '.join(str(error).split())}") from error
     return _Model(file, work, mujoco, spec, model).converted()
+
+
+def check_files(file: Path, reach: Reach) -> None:
+    """Refuse an MJCF file that names a file outside ``reach``, itself or in what it includes: MuJoCo reads them all."""
+    unread, read = [file], set[Path]()
+    folders = {file.parent}
+    while unread and not reach.anywhere:
+        source = unread.pop()
+        read.add(source)
+        try:
+            root = etree.parse(str(source)).getroot()
+        except (etree.XMLSyntaxError, OSError):
+            continue  # MuJoCo says what is wrong
+        for compiler in root.iter("compiler"):
+            folders |= {base / str(compiler.get(key)) for base in (file.parent, source.parent) for key in FOLDERS
+                        if compiler.get(key)}  # fmt: skip
+        named = {str(text) for item in root.iter(etree.Element) for key, text in item.attrib.items()
+                 if str(key).startswith("file") and item.tag != "joint"}  # fmt: skip
+        for path in (folder / name for name in sorted(named) for folder in sorted({*folders, source.parent})):
+            if not is_regular(path):
+                continue
+            if not reach.allows(path):
+                raise unconvertible(file, "outside_dataset", f"'{path.name}' {lies_outside(path, reach)}")
+            if path.suffix == ".xml" and path not in read:
+                unread.append(path)
 
 
 class _Model:

@@ -1,9 +1,11 @@
 """xacro to URDF, by the package of that name, without ROS."""
 
+import os
 import re
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import xacro
@@ -12,17 +14,18 @@ from xacro import substitution_args
 
 from asset2sim.assets.formats.converted import Converted, unconvertible
 from asset2sim.assets.urdf.locate import PARENTS_SEARCHED
+from asset2sim.assets.urdf.reach import ANYWHERE, Reach, lies_outside
 from schemas.errors import AssetError
 
 PACKAGE_FOLDERS = ("urdf", "xacro", "robots", "robot", "description")
 """Folders of a ROS package in which its xacro files lie."""
 
 
-def urdf_of_xacro(file: Path) -> Converted:
+def urdf_of_xacro(file: Path, reach: Reach = ANYWHERE) -> Converted:
     """The URDF of a xacro file, its arguments at their defaults. Raises AssetError (unreadable_asset) that names the
-    file and, where it can be told, the line."""
+    file and, where it can be told, the line; also for what it includes that lies outside ``reach``."""
     xacro.all_includes.clear()
-    with _packages_beside(file, substitution_args):
+    with _packages_beside(file, substitution_args, reach), _only_within(reach, xacro):
         try:
             document = xacro.process_file(str(file.resolve()))
         except Exception as error:  # xacro evaluates Python: an expression may raise anything
@@ -33,19 +36,47 @@ def urdf_of_xacro(file: Path) -> Converted:
 
 
 @contextmanager
-def _packages_beside(file: Path, substitution: Any) -> Iterator[None]:
-    """While it lasts, ``$(find NAME)`` means a folder near the file, not a package that ROS has installed."""
-    folders = [file.resolve().parent, *file.resolve().parents[1 : PARENTS_SEARCHED + 1]]
+def _packages_beside(file: Path, substitution: Any, reach: Reach) -> Iterator[None]:
+    """While it lasts, ``$(find NAME)`` means a folder near the file, not a package that ROS has installed, and
+    ``$(env NAME)`` finds nothing but where all may be read: the environment holds keys."""
+    places = [file.resolve().parent, *file.resolve().parents[1 : PARENTS_SEARCHED + 1]]
+    folders = [place for place in places if reach.allows(place)] or places[:1]
 
     def find(name: str) -> str:
-        return str(find_package(name, folders))
+        return str(reach.packages.get(name) or find_package(name, folders))
 
-    kept = substitution._eval_find
+    kept = substitution._eval_find, substitution.os
     substitution._eval_find = substitution._eval_dict["find"] = find
+    if not reach.anywhere:
+        substitution.os = SimpleNamespace(**{**vars(os), "environ": {}})
     try:
         yield
     finally:
-        substitution._eval_find = substitution._eval_dict["find"] = kept
+        substitution._eval_find = substitution._eval_dict["find"] = kept[0]
+        substitution.os = kept[1]
+
+
+@contextmanager
+def _only_within(reach: Reach, module: Any) -> Iterator[None]:
+    """While it lasts, xacro opens no file outside ``reach``: neither what it includes nor what it loads."""
+    kept = module.abs_filename_spec, module.parse
+
+    def within(path: str) -> str:
+        if not reach.allows(Path(path)):
+            raise ValueError(f"'{path}' {lies_outside(Path(path), reach)}")
+        return path
+
+    def named(path: str) -> str:
+        return str(within(kept[0](path)))
+
+    def parsed(inp: Any, filename: str | None = None) -> Any:
+        return kept[1](inp, filename if filename is None else within(filename))
+
+    module.abs_filename_spec, module.parse = named, parsed
+    try:
+        yield
+    finally:
+        module.abs_filename_spec, module.parse = kept
 
 
 def find_package(name: str, folders: list[Path]) -> Path:
@@ -57,7 +88,7 @@ def find_package(name: str, folders: list[Path]) -> Path:
             return folder
         if (folder / name).is_dir():
             return folder / name
-    return folders[1] if folders[0].name in PACKAGE_FOLDERS else folders[0]
+    return folders[1] if folders[0].name in PACKAGE_FOLDERS and len(folders) > 1 else folders[0]
 
 
 def _states(manifest: Path, name: str) -> bool:

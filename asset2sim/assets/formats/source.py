@@ -1,7 +1,7 @@
 """An asset's description, whatever its format and up axis: found in its folder and brought to a URDF that is read."""
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from shutil import copyfile
 from tempfile import TemporaryDirectory
@@ -10,10 +10,12 @@ import numpy as np
 from lxml import etree
 from scipy.spatial.transform import Rotation
 
+from asset2sim.assets.formats.confine import confine, rename
 from asset2sim.assets.formats.converted import Converted
 from asset2sim.assets.urdf.document import unreadable
 from asset2sim.assets.urdf.edit import serialised, turn_root
-from asset2sim.assets.urdf.locate import find_mesh, find_source
+from asset2sim.assets.urdf.locate import find_source, is_regular
+from asset2sim.assets.urdf.reach import ANYWHERE, Reach, Refused, check_within
 from schemas.finding import Finding
 from schemas.vocabulary import Severity, Stage, UpAxis
 
@@ -42,33 +44,36 @@ class Source:
     urdf: Path
     files: tuple[Path, ...]
     findings: tuple[Finding, ...] = ()
+    refused: Mapping[str, Refused] = field(default_factory=dict)
+    """Reference in ``urdf`` that is not read, since it means a file outside the dataset → what it was, and why."""
     work: TemporaryDirectory[str] | None = field(default=None, repr=False, compare=False)
     """The folder of a URDF that was made; it is deleted with the last reference to it."""
 
 
-def open_source(folder: Path, up: UpAxis = UpAxis.Z) -> Source:
-    """The asset's description as a URDF, turned upright where another axis than z points up in it.
+def open_source(folder: Path, up: UpAxis = UpAxis.Z, reach: Reach = ANYWHERE) -> Source:
+    """The asset's description as a URDF whose files lie within ``reach``, turned upright where another axis than z
+    points up in it.
 
-    Raises AssetError where it is missing or cannot be converted."""
-    file = find_source(folder)
-    if file.suffix == ".urdf" and up is UpAxis.Z:
-        return Source(file, file, (file,))
+    Raises AssetError where it is missing, lies outside or cannot be converted."""
+    file = check_within(find_source(check_within(folder, reach), reach.allows), reach)
     work = TemporaryDirectory(prefix="asset2sim-source-")
     place = Path(work.name)
-    converted = CONVERTERS[file.suffix](file, place)
+    converted = CONVERTERS[file.suffix](file, place, reach)
     robot = converted.robot
-    for mesh in robot.iter("mesh"):
-        found = find_mesh(str(mesh.get("filename")), file.parent)
-        if found is not None:
-            mesh.set("filename", str(found.resolve()))
+    confined = confine(robot, file, replace(reach, roots=(*reach.roots, place.resolve())), place)
+    if file.suffix == ".urdf" and up is UpAxis.Z and not confined.moved:
+        return Source(file, file, (file,))
+    rename(robot, confined)
+    if not robot.get("name"):
+        robot.set("name", file.resolve().parent.name)
     if up is not UpAxis.Z:
         turn_upright(robot, up, partnet=(folder / "semantics.txt").is_file())
     for name in BESIDE:
-        if (folder / name).is_file():
+        if is_regular(folder / name) and reach.allows(folder / name):
             copyfile(folder / name, place / name)
     urdf = place / (file.name if file.suffix == ".urdf" else f"{file.name}.urdf")
     urdf.write_bytes(serialised(robot))
-    findings = []
+    findings = list(confined.findings)
     if up is not UpAxis.Z:
         message = f"its file has {up} up; what is written is turned about the root's origin so that z is up"
         findings.append(Finding(stage=Stage.EXTRACT, severity=Severity.INFO, code="up_axis", message=message))
@@ -77,7 +82,8 @@ def open_source(folder: Path, up: UpAxis = UpAxis.Z) -> Source:
         message = f"read from {file.name}, of which a URDF was made{said}"
         code = f"converted_{converted.kind}"
         findings.append(Finding(stage=Stage.EXTRACT, severity=Severity.INFO, code=code, message=message))
-    return Source(file, urdf, (file, *converted.files), tuple(findings), work)
+    files = (file, *(path for path in converted.files if reach.allows(path)))
+    return Source(file, urdf, files, tuple(findings), confined.refused, work)
 
 
 def turn_upright(robot: "etree._Element", up: UpAxis, *, partnet: bool) -> None:
@@ -91,7 +97,7 @@ def turn_upright(robot: "etree._Element", up: UpAxis, *, partnet: bool) -> None:
         turn_root(robot, root, turn)
 
 
-def parsed_urdf(file: Path, work: Path) -> Converted:
+def parsed_urdf(file: Path, work: Path, reach: Reach) -> Converted:
     """The URDF itself. Raises AssetError: unreadable_asset."""
     try:
         return Converted(etree.parse(str(file)).getroot(), "urdf")
@@ -99,24 +105,24 @@ def parsed_urdf(file: Path, work: Path) -> Converted:
         raise unreadable(file, "not_xml", f"not readable as XML ({error}); export the URDF again") from error
 
 
-def _xacro(file: Path, work: Path) -> Converted:
+def _xacro(file: Path, work: Path, reach: Reach) -> Converted:
     from asset2sim.assets.formats.from_xacro import urdf_of_xacro
 
-    return urdf_of_xacro(file)
+    return urdf_of_xacro(file, reach)
 
 
-def _sdf(file: Path, work: Path) -> Converted:
+def _sdf(file: Path, work: Path, reach: Reach) -> Converted:
     from asset2sim.assets.formats.from_sdf import urdf_of_sdf
 
     return urdf_of_sdf(file)
 
 
-def _mjcf(file: Path, work: Path) -> Converted:
+def _mjcf(file: Path, work: Path, reach: Reach) -> Converted:
     from asset2sim.assets.formats.from_mjcf import urdf_of_mjcf  # late: an optional package, and half a second
 
-    return urdf_of_mjcf(file, work)
+    return urdf_of_mjcf(file, work, reach)
 
 
-CONVERTERS: Mapping[str, Callable[[Path, Path], Converted]] = {
+CONVERTERS: Mapping[str, Callable[[Path, Path, Reach], Converted]] = {
     ".urdf": parsed_urdf, ".xacro": _xacro, ".sdf": _sdf, ".xml": _mjcf,
 }  # fmt: skip

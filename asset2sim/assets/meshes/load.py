@@ -10,6 +10,7 @@ import trimesh
 import yourdfpy
 from trimesh.units import unit_conversion
 
+from asset2sim.assets.meshes.unusable import AGAIN, UnusableMeshError, check_geometry, why_unreadable
 from asset2sim.assets.urdf.capsule import Capsule
 from asset2sim.physics.arrays import Array
 
@@ -18,23 +19,32 @@ METRES = "meters"
 
 def load_mesh(path: Path) -> trimesh.Trimesh:
     """The file's triangles in metres as one mesh with merged vertices, without materials. Scenes (COLLADA, glTF) are
-    flattened by their nodes' transforms. Raises ValueError, naming the file, if it is unreadable or has no triangle."""
+    flattened by their nodes' transforms. Raises UnusableMeshError, a ValueError, with the cause and the remedy."""
+    try:
+        return _merged(path)
+    except UnusableMeshError as error:
+        raise UnusableMeshError(error.problem, path.name) from error
+
+
+def _merged(path: Path) -> trimesh.Trimesh:
     try:
         mesh = obj_mesh(path) if path.suffix.lower() == ".obj" else None
         if mesh is None:
             mesh = load_scene(path, skip_materials=True, process=False).to_mesh()
+    except (UnusableMeshError, MemoryError):
+        raise
     except Exception as error:  # a loader raises whatever its format's parser raises
-        raise ValueError(f"{path.name}: cannot be read as a mesh ({type(error).__name__}: {error})") from error
-    if not isinstance(mesh, trimesh.Trimesh) or len(mesh.faces) == 0:
-        raise ValueError(f"{path.name}: holds no triangle")
-    if not np.isfinite(mesh.vertices).all():
-        raise ValueError(f"{path.name}: has vertices that are not finite")
-    bare = trimesh.Trimesh(vertices=mesh.vertices, faces=mesh.faces, process=False)
-    bare.merge_vertices()
-    bare.update_faces(bare.nondegenerate_faces())
-    bare.remove_unreferenced_vertices()
+        raise UnusableMeshError(why_unreadable(path, error)) from error
+    if not isinstance(mesh, trimesh.Trimesh):
+        raise UnusableMeshError(f"holds no triangle: {AGAIN} with its faces")
+    check_geometry(np.asarray(mesh.vertices), np.asarray(mesh.faces))
+    with np.errstate(over="ignore", invalid="ignore"):
+        bare = trimesh.Trimesh(vertices=mesh.vertices, faces=mesh.faces, process=False)
+        bare.merge_vertices()
+        bare.update_faces(bare.nondegenerate_faces())
+        bare.remove_unreferenced_vertices()
     if len(bare.faces) == 0:
-        raise ValueError(f"{path.name}: every triangle is degenerate")
+        raise UnusableMeshError(f"has no area: every triangle is degenerate; {AGAIN}")
     return bare
 
 
@@ -70,6 +80,8 @@ def obj_mesh(path: Path) -> trimesh.Trimesh | None:
     if not groups:
         return None
     starts = np.cumsum([0, *(len(group["vertices"]) for group in groups[:-1])])
+    for group in groups:
+        check_geometry(np.asarray(group["vertices"]), np.asarray(group["faces"]))
     faces = np.vstack([group["faces"] + start for group, start in zip(groups, starts, strict=True)])
     return trimesh.Trimesh(np.vstack([group["vertices"] for group in groups]), faces, process=False)
 

@@ -9,6 +9,7 @@ import trimesh
 
 from asset2sim.assets.meshes.array_file import read_arrays, write_arrays
 from asset2sim.assets.meshes.load import load_mesh
+from asset2sim.assets.meshes.unusable import UnusableMeshError
 from asset2sim.physics.arrays import Array, Faces
 
 Mesh = tuple[Array, Faces]
@@ -46,7 +47,8 @@ class Triangles:
             try:
                 self.keys[path] = file_key(path)
             except OSError as error:
-                raise ValueError(f"{path.name}: cannot be read ({error.strerror})") from error
+                problem = f"cannot be read ({error.strerror}): restore the file"
+                raise UnusableMeshError(problem, path.name) from error
         return self.keys[path]
 
     def of(self, path: Path) -> Mesh:

@@ -8,6 +8,13 @@ from lxml import etree
 from lxml.etree import _Element as Element
 
 from asset2sim.assets.urdf.mimic import drop_unusable_mimics
+from asset2sim.assets.urdf.numbers import (
+    check_numbers,
+    drop_unusable_inertials,
+    drop_unusable_shapes,
+    elements_of,
+    name_files,
+)
 from schemas.errors import AssetError
 from schemas.finding import Finding
 from schemas.vocabulary import FailureMode, Severity, Stage
@@ -16,6 +23,8 @@ SHAPES = ("box", "cylinder", "sphere", "capsule", "mesh")
 LISTS = ("xyz", "rpy", "size", "scale", "rgba")
 """Attributes that hold several numbers, which some exporters separate by commas."""
 NAMED = ("link", "joint")
+LONGEST_NAME = 255
+"""Longest name of a robot, link or joint, bytes, as of a file: PyBullet dies of one of 5000."""
 info = partial(Finding, stage=Stage.EXTRACT, severity=Severity.INFO)
 warning = partial(Finding, stage=Stage.EXTRACT, severity=Severity.WARNING)
 
@@ -42,15 +51,17 @@ def read_document(path: Path) -> Document:
     if not robot.get("name"):
         robot.set("name", path.resolve().parent.name)
         findings.append(info(code="robot_unnamed", message=f"<robot> has no name; it is called '{robot.get('name')}'"))
-    for element in (
-        inner for part in robot.iterchildren("link", "joint", "material") for inner in part.iter(etree.Element)
-    ):
+    for element in elements_of(robot):
         for key in LISTS:
             text = element.get(key)
             if text is not None and "," in text:
                 element.set(key, text.replace(",", " "))
     check_names(path, robot)
+    check_numbers(path, robot)
+    name_files(robot)
     findings += drop_unknown_shapes(robot)
+    findings += drop_unusable_shapes(path, robot)
+    findings += drop_unusable_inertials(robot)
     findings += settle_joint_types(path, robot)
     findings += complete_limits(robot)
     findings += drop_unusable_mimics(robot)
@@ -75,11 +86,18 @@ def strip_namespace(robot: Element) -> None:
 
 
 def check_names(path: Path, robot: Element) -> None:
-    """Refuse links and joints without a name, and joints without a type, a parent or a child."""
+    """Refuse links and joints without a name or with one that is too long, and joints without a parent or a child."""
     for tag in NAMED:
         for number, element in enumerate(robot.findall(tag), start=1):
             if not element.get("name"):
                 raise unreadable(path, "unnamed", f"<{tag}> number {number} (line {element.sourceline}) has no name")
+    for element in (robot, *robot.findall("link"), *robot.findall("joint")):
+        name = str(element.get("name"))
+        if len(name.encode()) > LONGEST_NAME:
+            problem = (
+                f"<{element.tag}> '{name[:30]}…' has a name of {len(name)} characters; {LONGEST_NAME} bytes are read"
+            )
+            raise unreadable(path, "name_too_long", f"{problem}: shorten it")
     for joint in robot.findall("joint"):
         missing = [tag for tag in ("parent", "child") if (end := joint.find(tag)) is None or not end.get("link")]
         if missing:

@@ -1,9 +1,13 @@
 """Bringing an asset's mesh files, with their materials and textures, into a self-contained folder."""
 
+import json
 import re
 import shutil
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from pathlib import Path, PurePosixPath
+from urllib.parse import unquote
+
+from asset2sim.assets.urdf.locate import is_regular
 
 OUTSIDE = "outside"
 """Folder for meshes that lie outside the asset's own folder."""
@@ -15,6 +19,7 @@ PICTURES = (".png", ".jpg", ".jpeg", ".bmp", ".tga", ".tif", ".tiff", ".gif", ".
 
 MATERIAL_LINE = re.compile(r"^\s*mtllib\s+(.+?)\s*$", re.MULTILINE)
 TEXTURE_LINE = re.compile(r"^\s*(?:map_\w+|bump|disp|decal|norm)\s+(.+?)\s*$", re.MULTILINE | re.IGNORECASE)
+COLLADA_PICTURE = re.compile(rb"<(?:init_from|ref)>\s*([^<]+?)\s*<")
 
 
 def copy_meshes(references: Mapping[str, Path | None], source: Path, target: Path) -> dict[str, str]:
@@ -69,25 +74,66 @@ def copy_materials(obj: Path, folder: Path, target: Path) -> None:
                 copy(file.parent / name, texture_place)
 
 
-def material_files(file: Path) -> list[Path]:
-    """The material libraries and textures that an OBJ's looks depend on; none for other formats."""
-    if file.suffix.lower() != ".obj":
+def material_files(file: Path, within: Callable[[Path], bool] = lambda path: True) -> list[Path]:
+    """The material libraries and pictures that a mesh's looks depend on, as far as they exist. A library that is not
+    ``within`` is listed and not read. None of a file that cannot be read."""
+    try:
+        return _material_files(file, within)
+    except OSError:
         return []
-    libraries = [file.parent / name for name in libraries_of(file)]
-    return libraries + [library.parent / name for library in libraries for name in textures_of(library)]
+
+
+def _material_files(file: Path, within: Callable[[Path], bool]) -> list[Path]:
+    kind = file.suffix.lower()
+    if kind == ".obj":
+        libraries = [file.parent / name for name in libraries_of(file)]
+        return libraries + [
+            library.parent / name for library in libraries if within(library) for name in textures_of(library)
+        ]
+    names = collada_names(file) if kind == ".dae" else gltf_names(file) if kind in (".gltf", ".glb") else []
+    return [path for name in names if (path := named_file(name, file.parent)) is not None]
+
+
+def collada_names(file: Path) -> list[str]:
+    """What a COLLADA file takes its pictures from."""
+    return [name.decode(errors="replace") for name in COLLADA_PICTURE.findall(file.read_bytes())]
+
+
+def gltf_names(file: Path) -> list[str]:
+    """What a glTF file takes its buffers and pictures from, without those that it holds; none where it is broken."""
+    content = file.read_bytes()
+    if content[:4] == b"glTF":
+        content = content[20 : 20 + int.from_bytes(content[12:16], "little")]
+    try:
+        tree = json.loads(content)
+        parts = [part for kind in ("buffers", "images") for part in tree.get(kind, ())]
+        return [str(part["uri"]) for part in parts if "uri" in part and not str(part["uri"]).startswith("data:")]
+    except (ValueError, AttributeError, TypeError, RecursionError):
+        return []
+
+
+def named_file(name: str, folder: Path) -> Path | None:
+    """The file that a mesh in ``folder`` means by a path or a URI; None where there is none."""
+    path = folder / unquote(name.strip().replace("\\", "/").removeprefix("file://"))
+    return path if is_regular(path) else None
+
+
+def without_materials(obj: bytes) -> bytes:
+    """An OBJ without the lines that name material libraries."""
+    return re.sub(rb"^[ \t]*mtllib\b[^\n]*$", b"", obj, flags=re.MULTILINE)
 
 
 def libraries_of(obj: Path) -> list[str]:
     """Names of an OBJ's material libraries that exist, as the OBJ writes them."""
-    return [name for name in MATERIAL_LINE.findall(read_head(obj)) if (obj.parent / name).is_file()]
+    return [name for name in MATERIAL_LINE.findall(read_head(obj)) if is_regular(obj.parent / name)]
 
 
 def textures_of(library: Path) -> list[str]:
     """Names of a material library's textures that exist, as it writes them, without the options before the name."""
     names = []
     for line in TEXTURE_LINE.findall(library.read_text(encoding="utf-8", errors="replace")):
-        name = line if (library.parent / line).is_file() else line.split()[-1]
-        if (library.parent / name).is_file():
+        name = line if is_regular(library.parent / line) else line.split()[-1]
+        if is_regular(library.parent / name):
             names.append(name)
     return names
 

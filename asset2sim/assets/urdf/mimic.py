@@ -11,8 +11,11 @@ from schemas.finding import Finding
 from schemas.vocabulary import Severity, Stage
 
 MOVING = ("revolute", "continuous", "prismatic")
+LEAST_RATIO, LARGEST_RATIO = 1e-9, 1e9
+"""Bounds of a mimic's multiplier and, above, of its offset, rad or m."""
 SAME_SHARE = 1e-3
 """Share of a leader's range by which a follower's limits may fall short of it by rounding."""
+info = partial(Finding, stage=Stage.EXTRACT, severity=Severity.INFO)
 warning = partial(Finding, stage=Stage.EXTRACT, severity=Severity.WARNING)
 
 
@@ -32,7 +35,7 @@ def resolved(name: str, joints: Mapping[str, Element]) -> Mimic | str:
             ratio, shift = (float(mimic.get(key) or default) for key, default in (("multiplier", 1), ("offset", 0)))
         except ValueError:
             return f"the mimic of '{at}' has a multiplier or offset that is no number"
-        if not (math.isfinite(ratio) and math.isfinite(shift) and ratio != 0.0):
+        if not (LEAST_RATIO <= abs(ratio) <= LARGEST_RATIO and abs(shift) <= LARGEST_RATIO):
             return f"the mimic of '{at}' has the multiplier {ratio:g} and the offset {shift:g}"
         if leader not in joints:
             return f"'{leader}' is no joint"
@@ -57,7 +60,8 @@ def has_no_range(joint: Element) -> bool:
 
 
 def drop_unusable_mimics(robot: Element) -> list[Finding]:
-    """Remove the mimics that mean nothing, for engines refuse or misread the file; a finding for each."""
+    """Remove the mimics that mean nothing, for engines refuse or misread the file; a finding for each of them, and for
+    each that is honoured."""
     joints = {str(joint.get("name")): joint for joint in robot.findall("joint")}
     found = {name: resolved(name, joints) for name, joint in joints.items() if joint.find("mimic") is not None}
     findings = []
@@ -69,6 +73,10 @@ def drop_unusable_mimics(robot: Element) -> list[Finding]:
             message = f"joint '{name}' is to follow '{mimic.get('joint')}', but {problem}"
             message += "; it moves by itself: mend its <mimic>"
             findings.append(warning(code="mimic_unusable", message=message, joint=name))
+        else:
+            moved = f"{problem.multiplier:g} × '{problem.joint}'" + (f" + {problem.offset:g}" if problem.offset else "")
+            message = f"joint '{name}' follows: its position is {moved}, here and in what is written"
+            findings.append(info(code="mimic", message=message, joint=name))
     return findings
 
 

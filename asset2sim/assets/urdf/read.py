@@ -3,7 +3,6 @@
 import io
 import logging
 import math
-import re
 from collections import Counter
 from dataclasses import dataclass
 from pathlib import Path
@@ -17,8 +16,6 @@ from asset2sim.assets.urdf.document import invalid, read_document, unreadable
 from asset2sim.assets.urdf.mimic import read_mimics
 from asset2sim.physics.arrays import Array
 from asset2sim.physics.kinematics import TreeJoint, transform
-from schemas.errors import AssetError
-from schemas.vocabulary import FailureMode
 
 JOINT_TYPES = ("revolute", "continuous", "prismatic", "fixed")
 """The joint types that PyBullet, MuJoCo and PhysX all load; ``read_document`` says what becomes of others."""
@@ -32,7 +29,6 @@ def read_urdf(path: Path) -> yourdfpy.Robot:
     unreadable_asset if the file is not XML, not a URDF or not one tree of known joint types;
     invalid_joint_configuration where a joint's numbers make no sense."""
     document = read_document(path).robot
-    check_numbers(path, document)
     try:
         graphs = {"build_scene_graph": False, "build_collision_scene_graph": False}
         content = io.BytesIO(etree.tostring(as_cylinders(document)))
@@ -84,26 +80,6 @@ def element_joint(element: "etree._Element") -> TreeJoint:
         element_pose(element),
         axis / max(float(np.linalg.norm(axis)), 1e-12),
     )
-
-
-def check_numbers(path: Path, document: "etree._Element") -> None:
-    """Refuse numbers that are not finite, naming the element; yourdfpy would carry a NaN into every stage. Those of an
-    inertial are left to extraction, which goes on as if it were not there."""
-    for element in document.iter("origin", "axis", "limit", "mesh", "box", "dynamics"):
-        parent = element.getparent()
-        if parent is not None and parent.tag == "inertial":
-            continue
-        for key, value in element.attrib.items():
-            if key == "filename":
-                continue
-            for word in str(value).replace(",", " ").split():
-                if re.fullmatch(r"[+-]?(nan|inf|infinity)", word, flags=re.IGNORECASE):
-                    owner = element.getparent()
-                    while owner is not None and owner.get("name") is None:
-                        owner = owner.getparent()
-                    name = "?" if owner is None else owner.get("name")
-                    message = f"{path.name}: <{element.tag!s} {key!s}='{word}'> of '{name!s}' is not finite"
-                    raise AssetError(FailureMode.INVALID_JOINT_CONFIGURATION, "not_finite", message, joint=name)
 
 
 def check_tree(path: Path, robot: yourdfpy.Robot) -> None:

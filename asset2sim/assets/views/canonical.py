@@ -14,7 +14,7 @@ from asset2sim.assets.views.batch import batches_of
 from asset2sim.assets.views.camera import NARROW_FOV, WIDE_FOV, directions, fit
 from asset2sim.assets.views.renderer import Frame, render
 from asset2sim.assets.views.scene import load_scene, nothing_to_draw
-from schemas.model_names import is_prior
+from schemas.model_names import is_local
 from schemas.request import LabelledImage
 from schemas.settings import Settings, ViewSettings
 
@@ -86,8 +86,9 @@ def write_views(
 
 
 def labelled_views(extraction: Extraction, settings: Settings) -> dict[str, LabelledImage]:
-    """View name → labelled picture of the authored asset; empty for a prior, which takes no images."""
-    if is_prior(settings.model.model):
+    """View name → labelled picture of the authored asset; empty for a model that takes no images, being tables
+    or files."""
+    if is_local(settings.model.model):
         return {}
     views = render_views(extraction.urdf, {}, settings.views)
     return {name: LabelledImage(label=name, png=png_bytes(image)) for name, image in views.items()}

@@ -59,7 +59,8 @@ def open_store(url: str) -> Any:
         known = known_implementations.get(scheme)
         if known is None:
             raise UsageError(f"{url}: no store is known by '{scheme}'; use a folder, s3:// or gs://") from error
-        package = known["class"].partition(".")[0]
+        # fsspec's own file systems may lack a package that they need: SFTP wants paramiko.
+        package = getattr(error, "name", None) or known["class"].partition(".")[0]
         raise UsageError(f"{url}: {scheme}:// needs the package {package}; `pip install {package}`") from error
 
 

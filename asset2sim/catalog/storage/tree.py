@@ -6,6 +6,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
+from asset2sim.assets.regular import link_problem, read_regular
 from asset2sim.catalog.storage.listing import listing_of, objects_below
 from asset2sim.catalog.storage.objects import StoreError, object_info, read_object, store_usage_error
 from schemas.errors import UsageError
@@ -14,13 +15,16 @@ from schemas.location import below
 
 @dataclass(frozen=True)
 class Tree:
-    """The folders and files below ``place``. ``folders`` (no hidden ones) and ``files`` list the names in a folder,
-    sorted; "" is ``place`` itself. ``read`` gives a file's bytes, and raises OSError where there is none."""
+    """The folders and files below ``place``. ``folders`` (no hidden ones) and ``files`` (whatever is no folder) list
+    the names in a folder, sorted, none where it is not there; "" is ``place`` itself. ``broken`` has the links in a
+    folder that lead nowhere, no hidden ones, each with what is wrong, in words that follow its name. ``read`` gives the
+    first so many bytes of a regular file. Each raises OSError where a folder or a file cannot be read."""
 
     place: Path | str
     folders: Callable[[str], list[str]]
     files: Callable[[str], list[str]]
-    read: Callable[[str], bytes]
+    broken: Callable[[str], dict[str, str]]
+    read: Callable[[str, int], bytes]
 
     def at(self, name: str) -> Path | str:
         """Path or URL of a folder or a file."""
@@ -30,18 +34,27 @@ class Tree:
 def local_tree(root: Path) -> Tree:
     """Tree of a local folder."""
 
-    def names(folder: str, *, folders: bool) -> list[str]:
+    def scan(folder: str) -> dict[str, bool]:
+        """Name → whether it is a folder."""
         try:
             with os.scandir(root / folder) as entries:
-                return sorted(entry.name for entry in entries if entry.is_dir() == folders)
-        except OSError:
-            return []
+                return {
+                    entry.name: os.path.isdir(entry.path) for entry in sorted(entries, key=lambda entry: entry.name)
+                }
+        except (FileNotFoundError, NotADirectoryError):
+            return {}
+
+    def broken(folder: str) -> dict[str, str]:
+        places = {name: root / folder / name for name, is_folder in scan(folder).items() if not is_folder}
+        links = {name: place for name, place in places.items() if not name.startswith(".") and place.is_symlink()}
+        return {name: said for name, place in links.items() if (said := link_problem(place)) is not None}
 
     return Tree(
         root,
-        lambda folder: [name for name in names(folder, folders=True) if not name.startswith(".")],
-        lambda folder: names(folder, folders=False),
-        lambda file: (root / file).read_bytes(),
+        lambda folder: [name for name, is_folder in scan(folder).items() if is_folder and not name.startswith(".")],
+        lambda folder: [name for name, is_folder in scan(folder).items() if not is_folder],
+        broken,
+        lambda file, most: read_regular(root / file, most),
     )
 
 
@@ -62,9 +75,9 @@ def remote_tree(url: str) -> Tree:
         for depth, folder in enumerate(above):
             folders["/".join(above[:depth])].add(folder)
 
-    def read(name: str) -> bytes:
+    def read(name: str, most: int) -> bytes:
         try:
-            return read_object(f"{url}/{name}")
+            return read_object(f"{url}/{name}")[:most]
         except StoreError as error:
             raise store_usage_error(error) from error
 
@@ -72,5 +85,6 @@ def remote_tree(url: str) -> Tree:
         url,
         lambda folder: sorted(name for name in folders.get(folder, ()) if not name.startswith(".")),
         lambda folder: sorted(files.get(folder, ())),
+        lambda folder: {},
         read,
     )

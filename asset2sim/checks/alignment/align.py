@@ -1,7 +1,7 @@
 """The alignment of one record: rubric, and distance from an expert's choice. Pure over the record."""
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 
 from asset2sim.checks.alignment.reference import Reference
 from asset2sim.checks.alignment.rubric import score_scale, score_state
@@ -65,12 +65,9 @@ def align(record: AssetRecord, reference: Reference | None) -> Alignment | None:
     )
 
 
-def align_all(records: Sequence[AssetRecord], references: Mapping[str, Reference]) -> tuple[AssetRecord, ...]:
-    """The records with their alignment."""
-    return tuple(
-        record.model_copy(update={"alignment": align(record, references.get(record.ref.asset_id))})
-        for record in records
-    )
+def with_alignment(record: AssetRecord, references: Mapping[str, Reference]) -> AssetRecord:
+    """The record with its alignment."""
+    return record.model_copy(update={"alignment": align(record, references.get(record.ref.asset_id))})
 
 
 def _deviations(record: AssetRecord, reference: Reference) -> dict[str, float | bool | None]:

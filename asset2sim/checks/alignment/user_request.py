@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from asset2sim.models.language import tables
+from asset2sim.models.language.amounts import plain
 from asset2sim.models.language.lexicon import Segment, longest_spans, segments
 from asset2sim.models.language.object_facts import object_info
 from asset2sim.models.language.object_info import ObjectInfo
@@ -21,10 +22,12 @@ ABOUT_PARTS = frozenset(("part", "parts", "open", "closed"))
 ABOUT_MOTION = frozenset(("damping", "damped", "friction", "spring", "stops", "turns"))
 """Kinds of phrases by which a word of size is about how a part moves ("a little friction")."""
 REAL = re.compile(r"\b(?:real|actual|true|life|original|full)[ -]siz\w*")
-SCALE = re.compile(r"\bscale[ds]?\s*(?:factor|of|to|by|is|[:=])?\s*(\d+(?:\.\d+)?)(?![\d.]*\s*(?:cm|mm|m|%)\b)")
+SCALE = re.compile(r"\bscale[ds]?\s*(?:(?:factor|of|to|by|is|it|[:=])\s*)*(\d+(?:\.\d+)?)(?![\d.]*\s*(?:cm|mm|m|%)\b)")
 EDGES = {"tall": "z", "high": "z", "height": "z", "wide": "side", "width": "side", "deep": "depth", "depth": "depth"}
 """Word after a stated length → the edge that it is about; any other word means the longest."""
-LONGEST = frozenset(("long", "length", "across", "diameter", "size", "sized", "measures", "measuring"))
+LONGEST = frozenset(
+    ("long", "length", "across", "diameter", "size", "sized", "measures", "measuring", "scale", "scaled")
+)
 
 OPENING = ("main", "cap")
 """Roles of the parts that open and close; wheels, buttons and knobs have no open or closed state."""
@@ -126,7 +129,7 @@ def _word(statements: Sequence[Segment]) -> tuple[str, float]:
 
 def _stated(size_m: Vector3, guidance: str, statements: Sequence[Segment]) -> float | None:
     """The scale that the user states, or that a stated length of the object gives."""
-    stated = SCALE.search(guidance.lower())
+    stated = SCALE.search(plain(guidance))
     if stated and float(stated.group(1)) > 0.0:
         return float(stated.group(1))
     x, y, z = size_m

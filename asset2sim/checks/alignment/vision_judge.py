@@ -8,7 +8,9 @@ from time import perf_counter
 from PIL import Image
 from pydantic import ValidationError
 
+from asset2sim.assets.formats.source import open_source
 from asset2sim.assets.urdf.locate import find_source
+from asset2sim.assets.urdf.reach import reach_of
 from asset2sim.assets.views import png_bytes, render_views
 from asset2sim.checks.alignment.align import align, final_positions
 from asset2sim.models.ask_overlay import MAX_ASKS, ask_until_valid
@@ -148,7 +150,10 @@ def with_judge_score(
     start = perf_counter()
     written = out / "assets" / record.ref.asset_id
     try:
-        urdf = find_source(written if written.is_dir() else Path(record.ref.path))
+        came = None
+        if not written.is_dir():
+            came = open_source(Path(record.ref.path), reach=reach_of(record.ref, settings.inputs))
+        urdf = find_source(written) if came is None else came.urdf
         views = render_views(urdf, record.overlay.initial_positions, settings.views)
     except AssetError:
         views = {}

@@ -12,8 +12,8 @@ from urllib.parse import urlsplit
 
 from pydantic import ValidationError
 
-from schemas.base import Frozen
 from schemas.model_names import is_prior
+from schemas.recording import AnswerOrigin
 from schemas.request import LabelledImage, ModelRequest, ToolCall
 from schemas.settings import ModelSettings
 
@@ -25,8 +25,8 @@ MAX_FILE_BYTES = 16_000_000
 """Larger files are not read: this program writes none."""
 
 
-class StoredAnswer(Frozen):
-    """A cached answer. The question is not stored: its digest is the file's name."""
+class StoredAnswer(AnswerOrigin):
+    """A cached answer. The question is not stored: its digest is the file's name, and its time that of the file."""
 
     model: str
     purpose: str
@@ -74,9 +74,14 @@ def tables_digest() -> str:
     return digest.hexdigest()
 
 
+def answer_file(key: str) -> str:
+    """Name of the file that keeps the answer of a key."""
+    return f"{key}.json"
+
+
 def read_answer(folder: Path, key: str) -> StoredAnswer | None:
     """The answer kept under a key; None where there is none, or the file is damaged."""
-    path = folder / f"{key}.json"
+    path = folder / answer_file(key)
     try:
         if path.stat().st_size > MAX_FILE_BYTES:
             return None
@@ -94,7 +99,7 @@ def store_answer(folder: Path, key: str, answer: StoredAnswer) -> None:
         try:
             with os.fdopen(handle, "w", encoding="utf-8", errors="replace") as file:
                 file.write(answer.model_dump_json())
-            os.replace(name, folder / f"{key}.json")
+            os.replace(name, folder / answer_file(key))
         except BaseException:
             with contextlib.suppress(OSError):
                 os.unlink(name)

@@ -1,6 +1,7 @@
 """One question to any model, through LiteLLM: cached, retried and counted; failures are returned, not raised."""
 
 import hashlib
+import re
 import sqlite3
 import time
 from dataclasses import dataclass
@@ -8,29 +9,35 @@ from typing import Any
 
 from asset2sim.models.gateway import abilities, provider_errors
 from asset2sim.models.gateway.abilities import AttemptOptions
-from asset2sim.models.gateway.answer_cache import StoredAnswer, answer_key, read_answer, store_answer
+from asset2sim.models.gateway.answer_cache import StoredAnswer, answer_file, answer_key, read_answer, store_answer
 from asset2sim.models.gateway.budget import BudgetSpentError
 from asset2sim.models.gateway.chat_messages import downscaled
 from asset2sim.models.gateway.litellm_call import attempt
 from asset2sim.models.gateway.prices import Amount, cost_usd
 from asset2sim.models.gateway.rate_limits import RunStoppedError, never_stopped
+from asset2sim.models.gateway.recorded import RecordingError, UnrecordedError, find_answer
 from asset2sim.models.gateway.secrets import listed, missing_variables, redact, redact_answer
 from asset2sim.models.gateway.session import GatewaySession, call_permit, delay_provider_calls, pause
-from schemas.model_names import model_for, settings_for
+from schemas.model_names import is_recorded, model_for, recorded_folder, settings_for
 from schemas.request import ModelAnswer, ModelCall, ModelRequest, ToolCall
 from schemas.settings import ModelSettings
+
+_TITLE = re.compile(r"Prompt: (.{1,100})\n")
 
 
 def ask(request: ModelRequest, settings: ModelSettings, session: GatewaySession | None = None) -> ModelAnswer:
     """The answer of the model that the settings name for the request's purpose, with a ``ModelCall`` per attempt.
 
-    An answer in the cache of ``session`` is returned at no cost. Otherwise the model is asked at most
+    A recorded model answers from its folder, at what the answer once cost; no budget holds for it. Any other answer in
+    the cache of ``session`` is returned at no cost. Otherwise the model is asked at most
     ``max_attempts`` times, again only where the provider answers 429, 5xx or not at all, after a jittered wait. Where a
     server refuses images or an answer format as such (400, 415, 422), it is asked once more without, beyond those
     attempts. Every failure comes back as ``error``, one line that names the model, the cause and the remedy; a spent
     budget as ``budget_spent`` too.
     """
     settings = settings_for(settings, model_for(settings, request.purpose))
+    if is_recorded(settings.model):
+        return _recorded(request, settings, session)
     start = time.monotonic()
     sees = abilities.model_abilities(settings.model).images
     if sees:
@@ -42,21 +49,68 @@ def ask(request: ModelRequest, settings: ModelSettings, session: GatewaySession 
     stored = read_answer(answers, key)
     if stored is not None:
         call = _call(request, settings, time.monotonic() - start, "cached")
+        call = call.model_copy(update={"answer_file": answer_file(key)})
         return ModelAnswer(
             content=stored.content, calls=(call,), tool_calls=stored.tool_calls, without_images=stored.without_images
         )
     answer = _ask_provider(request, settings, session)
     if answer.content or answer.tool_calls:
+        last = answer.calls[-1]
         kept = StoredAnswer(
             model=settings.model,
             purpose=request.purpose,
+            prompt=prompt_title(request),
             prompt_hash=prompt_hash(request),
             content=answer.content,
             tool_calls=answer.tool_calls,
             without_images=answer.without_images,
+            prompt_tokens=last.prompt_tokens,
+            completion_tokens=last.completion_tokens,
+            cost_usd=last.cost_usd,
         )
         store_answer(answers, key, kept)
+        last = last.model_copy(update={"answer_file": answer_file(key)})
+        answer = answer.model_copy(update={"calls": (*answer.calls[:-1], last)})
     return answer
+
+
+def prompt_title(request: ModelRequest) -> str | None:
+    """Name and version of the prompt, as its first line has them; None for a text without."""
+    found = _TITLE.match(request.system)
+    return found.group(1) if found else None
+
+
+def _recorded(request: ModelRequest, settings: ModelSettings, session: GatewaySession | None) -> ModelAnswer:
+    """The recorded answer to the next question of the request's purpose, as a call that took what is recorded."""
+    start = time.monotonic()
+    try:
+        if session is None:
+            raise RecordingError("recorded answers are of assets, and no asset is asked about")
+        number = session.count_question(settings.model, request.purpose)
+        folder = session.recordings / recorded_folder(settings.model)
+        found = find_answer(folder, session.budget.asset_id, request, number)
+    except RecordingError as error:
+        message, missing = f"model '{settings.model}': {error}", isinstance(error, UnrecordedError)
+        return ModelAnswer(content=None, calls=(), error=message, unrecorded=missing)
+    origin = found.origin
+    spent = {
+        "prompt_tokens": origin.prompt_tokens or 0,
+        "completion_tokens": origin.completion_tokens or 0,
+        "cost_usd": origin.cost_usd or 0.0,
+        "answer_file": found.file,
+        "answered_by": origin.model,
+    }
+    call = _call(request, settings, time.monotonic() - start, "ok").model_copy(update=spent)
+    other = None
+    if origin.prompt_hash not in (None, prompt_hash(request)):
+        other = f"{found.file} answers another question ({origin.prompt}) than is asked now ({prompt_title(request)})"
+    return ModelAnswer(
+        content=found.content,
+        calls=(call,),
+        tool_calls=found.tool_calls,
+        without_images=origin.without_images,
+        other_question=other,
+    )
 
 
 def prompt_hash(request: ModelRequest) -> str:

@@ -3,24 +3,34 @@
 from urllib.parse import urlsplit
 
 from asset2sim.models.gateway.prices import price_of
+from asset2sim.models.gateway.recorded import check_recorded
 from asset2sim.models.gateway.secrets import find_provider, listed, missing_variables
 from schemas.errors import UnknownChoiceError, UsageError
-from schemas.model_names import PRIOR_MODELS, is_prior, named_models, noise_parameters, settings_for
+from schemas.model_names import (
+    PRIOR_MODELS,
+    RECORDED_FORM,
+    is_prior,
+    is_recorded,
+    named_models,
+    noise_parameters,
+    settings_for,
+)
 from schemas.settings import ModelSettings
 
 _SHOWN_CHOICES = (
-    *PRIOR_MODELS, "anthropic/<model>", "azure/<deployment>", "bedrock/<model>", "gemini/<model>",
+    *PRIOR_MODELS, RECORDED_FORM, "anthropic/<model>", "azure/<deployment>", "bedrock/<model>", "gemini/<model>",
     "hosted_vllm/<model>", "mistral/<model>", "ollama/<model>", "openai/<model>", "openrouter/<model>",
     "vertex_ai/<model>", "or any other provider's prefix that LiteLLM knows",
 )  # fmt: skip
 
 
 def check_model(settings: ModelSettings) -> None:
-    """Refuse models that cannot be asked, or whose budget cannot be kept. Costs nothing for priors; imports LiteLLM for
-    every other model.
+    """Refuse models that cannot be asked, or whose budget cannot be kept. Costs nothing for priors and recorded
+    models; imports LiteLLM for every other.
 
     Every named model is checked. Raises ``UnknownChoiceError`` for a name of no provider and ``UsageError`` for a
-    missing key, a malformed address, or a budget in USD for a model that LiteLLM knows no price of.
+    missing key, a malformed address, a recorded model without answers, or a budget in USD for a model that LiteLLM
+    knows no price of.
     """
     if settings.api_base is not None:
         _check_address(settings.api_base)
@@ -32,6 +42,9 @@ def _check_named(settings: ModelSettings) -> None:
     model = settings.model
     if is_prior(model):
         noise_parameters(model)
+        return
+    if is_recorded(model):
+        check_recorded(model)
         return
     if find_provider(model) is None:
         raise UnknownChoiceError("model", model, _SHOWN_CHOICES)

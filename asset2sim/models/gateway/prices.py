@@ -6,7 +6,7 @@ from typing import Any
 
 from asset2sim.models.gateway.lite import load_litellm
 from asset2sim.models.gateway.secrets import runs_without_key
-from schemas.model_names import is_prior
+from schemas.model_names import is_local, is_prior
 from schemas.request import ModelRequest
 from schemas.settings import ModelSettings
 
@@ -36,9 +36,9 @@ class Price:
 
 
 def price_of(settings: ModelSettings) -> Price | None:
-    """The price of ``settings.model``: zero where it runs in this process, or on a local server and is not in LiteLLM's
-    list; None where it is not known."""
-    listed = Price(0.0, 0.0) if is_prior(settings.model) else _listed_price(settings.model)
+    """The price of ``settings.model``: zero where it runs in this process, is recorded, or is on a local server and
+    not in LiteLLM's list; None where it is not known."""
+    listed = Price(0.0, 0.0) if is_local(settings.model) else _listed_price(settings.model)
     return Price(0.0, 0.0) if listed is None and runs_without_key(settings) else listed
 
 

@@ -9,6 +9,7 @@ from typing import Any
 
 from asset2sim.models.gateway.secrets import key_variable, listed, redact, unset_variables
 from schemas.errors import UnreadableAnswerError, shortened
+from schemas.secret import REDACTED, redacted_address, secret_parts
 from schemas.settings import ModelSettings
 
 BACKOFF_FIRST_S = 0.5
@@ -96,12 +97,15 @@ def describe(error: BaseException, settings: ModelSettings, attempts: int) -> st
     refused = unreadable_answer(error)
     if refused is not None:
         return f"model '{settings.model}': {refused}{tries}"
-    return f"model '{settings.model}': {_cause_and_remedy(error, settings)}{tries}; provider said: {cause(error)}"
+    said = cause(error)
+    for part in secret_parts(settings.api_base):
+        said = said.replace(part, REDACTED)
+    return f"model '{settings.model}': {_cause_and_remedy(error, settings)}{tries}; provider said: {said}"
 
 
 def _cause_and_remedy(error: BaseException, settings: ModelSettings) -> str:
     status = status_of(error)
-    place = f" at {redact(settings.api_base)}" if settings.api_base else ""
+    place = f" at {redact(redacted_address(settings.api_base))}" if settings.api_base else ""
     if status in (401, 403):
         unset = unset_variables(settings.model)
         if unset:

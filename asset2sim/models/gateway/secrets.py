@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from urllib.parse import urlsplit
 
 from asset2sim.models.gateway.lite import load_litellm
-from schemas.model_names import is_prior
+from schemas.model_names import is_local
 from schemas.settings import ModelSettings
 
 _AMBIENT_PROVIDERS = ("azure", "azure_ai", "bedrock", "sagemaker", "vertex_ai", "vertex_ai_beta")
@@ -101,7 +101,7 @@ def runs_without_key(settings: ModelSettings) -> bool:
     """Whether the model is served from this machine or its own network, where servers mostly ask for no key."""
     host = urlsplit(settings.api_base or "").hostname
     if host is None:
-        return is_prior(settings.model) or settings.model.startswith(("ollama/", "ollama_chat/"))
+        return is_local(settings.model) or settings.model.startswith(("ollama/", "ollama_chat/"))
     if host == "localhost" or host.endswith((".local", ".internal")):
         return True
     try:

@@ -1,6 +1,7 @@
 """State that the model calls of all assets share: the answer cache, budgets and rate limits."""
 
 import contextlib
+from collections import Counter
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -21,24 +22,39 @@ RESERVATION_POLL_S = 0.05
 
 @dataclass(frozen=True)
 class GatewaySession:
-    """The answer cache (None: off), the budget, and the files that all workers share. Made once per asset, on the
-    worker; ``stopped`` tells whether the run was stopped, which ends every wait."""
+    """The answer cache (None: off), the budget, and the files that all workers share. Made once per attempt at an
+    asset, on the worker; ``stopped`` tells whether the run was stopped, which ends every wait. ``recordings`` is the
+    folder from which those of recorded models count."""
 
     answers: Path | None
     budget: Budget
     ledger: Path
     slots: Path
     stopped: Stopped = never_stopped
+    recordings: Path = Path()
+    asked: Counter[tuple[str, str]] = field(default_factory=Counter)
+
+    def count_question(self, model: str, purpose: str) -> int:
+        """The number of this question among those that the asset asked a model for a purpose, from 1 on."""
+        self.asked[model, purpose] += 1
+        return self.asked[model, purpose]
 
 
 def open_gateway_session(
-    out: Path, run_id: str, asset_id: str, settings: ModelSettings, stopped: Stopped = never_stopped
+    out: Path,
+    run_id: str,
+    asset_id: str,
+    settings: ModelSettings,
+    stopped: Stopped = never_stopped,
+    recordings: Path = Path(),
 ) -> GatewaySession:
     """The shared state for one asset of a run that writes to ``out``; files are made when they are needed."""
     answers = out / answer_cache.FOLDER if settings.cache else None
     ledger = out / rate_limits.LEDGER
     budget = budget_of(ledger, run_id, asset_id, settings)
-    return GatewaySession(answers, budget, ledger, slots=out / rate_limits.SLOTS, stopped=stopped)
+    return GatewaySession(
+        answers, budget, ledger, slots=out / rate_limits.SLOTS, stopped=stopped, recordings=recordings
+    )
 
 
 @dataclass

@@ -5,6 +5,7 @@ import re
 from dataclasses import dataclass
 
 from asset2sim.models.language import tables
+from asset2sim.models.language.amounts import plain
 
 _TOKEN = re.compile(r"\d+(?:[.,]\d+)?|[a-z]+n't|[a-z]+|[%°;:,.!?()]")
 _COUNTED = re.compile(r"\b(?:\d+|one|two|three|four|five|six|seven|eight|nine|ten)-(?!third|quarter|half)[a-z]+")
@@ -74,8 +75,9 @@ class Segment:
 
 
 def tokenize(guidance: str) -> tuple[str, ...]:
-    """Lower-case words, numbers and separators, without "two-drawer" and the like, which only count parts."""
-    text = guidance.lower().replace("\u2019", "'")
+    """Lower-case words, numbers and separators, without "two-drawer" and the like, which only count parts, and without
+    numbers that cannot be met."""
+    text = plain(guidance)
     text = re.sub(r"\b(\d)(st|nd|rd|th)\b", lambda m: _ORDINAL_NAMES.get(m.group(1), m.group(1)), text)
     return tuple(_TOKEN.findall(_COUNTED.sub(" ", text)))
 

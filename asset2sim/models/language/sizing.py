@@ -7,6 +7,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from asset2sim.models.language import tables
+from asset2sim.models.language.amounts import LEAST_SCALE, MOST_SCALE, plain
 from asset2sim.models.language.lexicon import Segment, longest_spans, noun_spans, tokenize
 from asset2sim.models.language.object_info import ObjectInfo
 from asset2sim.models.language.tables import Size
@@ -24,8 +25,7 @@ _GENERIC = ("", "*", "Furniture")
 _OF_MOTION = frozenset(("damping", "damped", "friction"))
 _OF_PARTS = _OF_MOTION | {"part", "parts"}
 _NUMBERS = frozenset(("number", "mass"))
-_SCALE = re.compile(r"\bscal(?:e|ed)(?:\s+(?:factor|of|to|by|is|it))*\s*[:=]?\s*(\d+(?:\.\d+)?)(?!\s*(?:cm|mm|m)\b)")
-_MIN_SCALE, _MAX_SCALE = 1e-4, 1e4
+_SCALE = re.compile(r"\bscal(?:e|ed)(?:\s+(?:factor|of|to|by|is|it))*\s*[:=]?\s*(\d++(?:\.\d++)?+)(?!\s*(?:cm|mm|m)\b)")
 
 
 @dataclass(frozen=True)
@@ -80,7 +80,7 @@ def propose_scale(info: ObjectInfo, size: Size, guidance: str, statements: Seque
     fits, target = fits and authored <= widest, min(target, widest, tabletop_limit(info, size, phrase) * factor)
     if fits and size.category != "*":
         return Scale(1.0, bool(phrase) or real, authored, f"scale 1: {authored:.3g} m is plausible for {size.category}")
-    value = min(max(target / authored, _MIN_SCALE), _MAX_SCALE)
+    value = min(max(target / authored, LEAST_SCALE), MOST_SCALE)
     word = f", '{phrase}' × {factor:g}" if phrase else ""
     note = f"scale: {size.category} {size.dimension} {target / factor:.3g} m{word}, authored {authored:.3g} m"
     return Scale(float(f"{value:.4g}"), bool(phrase) or real, authored * value, note)
@@ -153,7 +153,8 @@ def _label_votes(info: ObjectInfo) -> list[str]:
     for label, category in (("key", "Keyboard"), ("door_frame", "Door"), ("glasses_body", "Eyeglasses")):
         votes[category] += 3 if label in labels else 0
     votes["Furniture"] += 1 if {"drawer", "furniture_body"} & labels else 0
-    return [category for category, count in votes.most_common() if count > 0]
+    # A study may have left out the rows of a category.
+    return [category for category, count in votes.most_common() if count > 0 and category in tables.sizes()]
 
 
 def asks_real_size(guidance: str) -> bool:
@@ -186,8 +187,8 @@ def size_word(guidance: str, statements: Sequence[Segment]) -> tuple[str, float]
 
 def stated_scale(info: ObjectInfo, guidance: str, statements: Sequence[Segment]) -> tuple[float, str] | None:
     """The scale that the guidance states in numbers, as such or as a length of the object, and how; None without."""
-    scale = _SCALE.search(guidance.lower())
-    if scale and _MIN_SCALE <= float(scale.group(1)) <= _MAX_SCALE:
+    scale = _SCALE.search(plain(guidance))
+    if scale and LEAST_SCALE <= float(scale.group(1)) <= MOST_SCALE:
         return float(scale.group(1)), f"scale {scale.group(1)}: as the guidance states"
     for segment in statements:
         if segment.of("part", "parts", "open", "closed"):
@@ -196,7 +197,7 @@ def stated_scale(info: ObjectInfo, guidance: str, statements: Sequence[Segment])
             word = segment.tokens[item.end - segment.start :][:1]
             authored = _extent(info, word[0] if word else "", segment)
             if authored > 0.0 and item.number > 0.0:
-                value = min(max(item.number / authored, _MIN_SCALE), _MAX_SCALE)
+                value = min(max(item.number / authored, LEAST_SCALE), MOST_SCALE)
                 return (value, f"scale: {item.number:.3g} m {word[0] if word else 'in size'}, as the guidance states")
     return None
 
@@ -210,5 +211,5 @@ def _extent(info: ObjectInfo, word: str, segment: Segment) -> float:
         return max(x, y)
     if word in ("deep", "depth"):
         return min(x, y)
-    stated = {"size", "sized", "measures", "measuring"} & set(segment.tokens)
+    stated = {"size", "sized", "measures", "measuring", "scale", "scaled"} & set(segment.tokens)
     return max(x, y, z) if stated or word in ("long", "length", "across", "diameter") else 0.0

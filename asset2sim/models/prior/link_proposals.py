@@ -1,10 +1,10 @@
 """How each link is built: a wall or a solid, of what, and what is inside; the object's mass follows from its parts."""
 
-import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 from asset2sim.models.language import tables
+from asset2sim.models.language.amounts import stated_mass
 from asset2sim.models.language.lexicon import Segment, singular
 from asset2sim.models.language.object_info import LinkInfo, ObjectInfo
 from asset2sim.models.language.parts import MovablePart, front, part_name, parts_named
@@ -182,9 +182,8 @@ def _weighted(pieces: list[_Piece], parts: Sequence[MovablePart], statements: Se
 def _mass_range(
     size: Size, pieces: Sequence[_Piece], guidance: str, ratio: float, scale: float
 ) -> tuple[float, float, str]:
-    stated = re.search(r"(\d+(?:\.\d+)?)\s*(kg|kilograms?|kilos?|g|grams?)\b", guidance.lower())
-    if stated and float(stated.group(1)) > 0.0:
-        mass = float(stated.group(1)) * (1.0 if stated.group(2).startswith("k") else 1e-3)
+    mass = stated_mass(guidance)
+    if mass is not None:
         return mass, mass, STATED
     least = LEAST_EXPONENT if scale == 1.0 else SHRUNK_EXPONENT
     ends = (ratio**least, ratio**MOST_EXPONENT)

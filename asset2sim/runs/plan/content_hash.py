@@ -24,12 +24,12 @@ ROOMS = (
     *("asset2sim/physics", "asset2sim/assets", "asset2sim/models", "asset2sim/validation", "asset2sim/engines"),
     *("asset2sim/checks", "asset2sim/refinement", "asset2sim/baselines"),
     # An asset's rows, and the records of those that fail outside the pipeline.
-    *("asset2sim/catalog/rows.py", "asset2sim/catalog/rows_engines.py"),
+    *("asset2sim/catalog/rows.py", "asset2sim/catalog/rows_engines.py", "asset2sim/catalog/summarize.py"),
     *("asset2sim/runs/isolation", "asset2sim/runs/remote/fetch_asset.py", "asset2sim/runs/spread/worker.py"),
 )
 """Folders and modules, relative to the checkout, that decide an asset's result or its rows."""
-IRRELEVANT_SOURCES = ("schemas/tables_compare.py",)
-"""Sources within them that do not: tables of a study."""
+IRRELEVANT_SOURCES = ("schemas/tables_compare.py", "tasks/check.py")
+"""Sources within them that do not: tables of a study, and what only looks."""
 DATA_SUFFIXES = (".csv", ".md")
 """Endings of data files that decide results: the offline model's tables, and prompts."""
 
@@ -94,6 +94,10 @@ def package_versions(settings: EngineSettings) -> dict[str, str]:
 
 IRRELEVANT_SETTINGS: Mapping[str, set[str] | bool] = {
     "run": True,
+    # It is the asset's own, as if its row said it.
+    "prompt": True,
+    # What they let in or keep out is in the list of an asset's files.
+    "inputs": {"allow_outside", "packages"},
     # Picture size counts, since a model sees them; whether they are written is read from the folder.
     "views": {"write", "later"},
     "model": {"timeout_s", "max_attempts", "cache", "requests_per_minute", "concurrent_requests"}
@@ -111,10 +115,17 @@ def shared_hash(settings: Settings, pipeline: str) -> str:
 
 
 def content_hash(
-    ref: AssetRef, files: str, shared: str, reference: Reference | None, expectations: Sequence[Expectation] = ()
+    ref: AssetRef,
+    files: str,
+    shared: str,
+    reference: Reference | None,
+    answers: str = "",
+    expectations: Sequence[Expectation] = (),
 ) -> str:
-    """SHA-256 over an asset's manifest row, its files' digest, what the run's assets share, and the expert's choice
-    and the expectations that its alignment is held against; 64 hex digits."""
-    material = [ref.model_dump(mode="json", exclude={"path"}), files, shared, repr(reference)]
+    """SHA-256 over an asset's manifest row, its files' digest, what the run's assets share, the digest of its recorded
+    answers, and the expert's choice and the expectations that it is held against; 64 hex digits."""
+    # Where a number stands decides nothing.
+    row = ref.model_dump(mode="json", exclude={"path": True, "root": True, "overrides": {"where"}})
+    material = [row, files, shared, repr(reference), answers]
     material += [item.model_dump_json(exclude={"lines"}) for item in expectations]
     return hashlib.sha256(json.dumps(material, sort_keys=True).encode()).hexdigest()

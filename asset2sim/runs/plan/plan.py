@@ -1,41 +1,117 @@
 """The plan of a run: which assets have to be refined, which are unchanged, and which a killed run had finished."""
 
+import logging
 import sqlite3
-from collections.abc import Callable, Container, Mapping, Sequence
-from dataclasses import dataclass
+import uuid
+from collections import defaultdict
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
+from enum import StrEnum
 from functools import partial
 from pathlib import Path
 from types import MappingProxyType
 
-from asset2sim.catalog.stored_tables import recorded_assets, recorded_run_ids
+from asset2sim.assets.urdf.reach import reach_of
+from asset2sim.catalog.stored_tables import RecordedResult, recorded_assets, recorded_run_ids
 from asset2sim.checks.alignment.expectations import Expectations
 from asset2sim.checks.alignment.reference import Reference
+from asset2sim.models.gateway.recorded import answer_digests
 from asset2sim.runs.plan.content_hash import content_hash, shared_hash
-from asset2sim.runs.plan.records import KeptRecord, drop_record, keep_record, kept_records
-from asset2sim.runs.plan.state import folder_files_hash, forget_folders, note_folders, open_state, refined_folders
-from asset2sim.runs.plan.url_files import remote_content_hashes
+from asset2sim.runs.plan.hand_changes import Changes, hand_changes, note_stored, note_written
+from asset2sim.runs.plan.records import KeptRecord, drop_record, kept_records, read_record
+from asset2sim.runs.plan.set_aside import Stamp, stamp
+from asset2sim.runs.plan.state import (
+    folder_files_hash,
+    forget_folders,
+    note_folders,
+    open_state,
+    read_state,
+    refined_folders,
+)
+from asset2sim.runs.plan.timeouts import is_left, timed_out, timeouts_in_a_row
+from asset2sim.runs.plan.url_files import remote_content_hashes, url_reach
 from schemas.asset import AssetRecord, AssetRef, Unchanged
+from schemas.inputs import InputSettings
 from schemas.location import is_url, location_of
-from schemas.settings import Settings
+from schemas.settings import RunSettings, Settings
+from schemas.summary import AssetSummary
 from schemas.vocabulary import RETRIED_MODES, FailureMode, Redo, Status
 
+logger = logging.getLogger(__name__)
+RUN, INPUTS = RunSettings(), InputSettings()
 
-def asset_files_hashes(state: sqlite3.Connection, refs: Sequence[AssetRef]) -> dict[str, str]:
-    """Asset path → hash of its files: local ones are read if they changed, of URLs only the store's listing."""
-    urls = [ref.path for ref in refs if is_url(location_of(ref.path))]
+
+def asset_files_hashes(
+    state: sqlite3.Connection, refs: Sequence[AssetRef], inputs: InputSettings = INPUTS,
+    limit_s: float = RUN.asset_time_limit_s,
+) -> dict[str, str]:  # fmt: skip
+    """Asset path → hash of the files that ``inputs`` let it be read from: local ones are read if they changed, of URLs
+    only the store's listing. An asset whose files take over ``limit_s``, s, has a hash that no run has again and
+    is refined."""
+    urls = {ref.path: url_reach(ref, inputs) for ref in refs if is_url(location_of(ref.path))}
     found = remote_content_hashes(state, urls) if urls else {}
-    return found | {ref.path: folder_files_hash(state, Path(ref.path)) for ref in refs if ref.path not in found}
+    for ref in refs:
+        if ref.path in found:
+            continue
+        try:
+            reach = reach_of(ref, inputs)
+            found[ref.path] = "" if ref.fault else folder_files_hash(state, Path(ref.path), reach, limit_s)
+        except TimeoutError:
+            logger.warning("asset %s: its files were not read within %g s; it is refined again", ref.asset_id, limit_s)
+            found[ref.path] = uuid.uuid4().hex
+    return found
+
+
+class Why(StrEnum):
+    """Why an asset is refined."""
+
+    NEW = "new"
+    CHANGED = "changed"
+    ALL = "--force"
+    FAILED = "failed, and --retry-failed"
+    AGAIN = "failed in a way that may pass"
+    FOLDER = "its refined folder is not there, or another method or run wrote it"
+    LEFT = "an interrupted run refined it: it is only published"
+
+
+@dataclass(frozen=True)
+class LeftRecords(Collection[AssetRecord]):
+    """Records that a killed run left for these assets, each read from its file as it is asked for."""
+
+    out: Path
+    refs: tuple[AssetRef, ...] = ()
+    hashes: Mapping[str, str] = field(default_factory=dict)
+
+    def __iter__(self) -> Iterator[AssetRecord]:
+        for ref in self.refs:
+            if (kept := read_record(self.out, self.hashes[ref.asset_id])) is not None:
+                yield kept.record.model_copy(update={"ref": ref})
+
+    def __len__(self) -> int:
+        return len(self.refs)
+
+    def __contains__(self, item: object) -> bool:
+        return any(record == item for record in self)
 
 
 @dataclass(frozen=True)
 class Plan:
     """The assets of a run: ``todo`` have to be refined, ``finished`` are records that a killed run left, ``unchanged``
-    stay as they are. ``hashes`` maps the id of each to its content hash."""
+    stay as they are. ``hashes`` maps the id of each to its content hash, ``why`` the ids of ``todo`` and ``finished``
+    to the reason. ``by_hand`` says what in refined folders is not as it was written: of these an asset is in ``todo``
+    only if ``redo`` is ``all``, and in none of the three if it has no row of this method and model. ``timeouts``: asset
+    id → runs in a row, the last ones, in which this content took too long. ``owned``: ids of ``todo`` whose refined
+    folder is of the row that the run replaces → what tells it from a new one.
+    """
 
     todo: tuple[AssetRef, ...]
-    finished: tuple[AssetRecord, ...]
+    finished: LeftRecords
     unchanged: tuple[Unchanged, ...]
     hashes: Mapping[str, str]
+    by_hand: Changes = field(default_factory=dict)
+    why: Mapping[str, Why] = field(default_factory=dict)
+    timeouts: Mapping[str, int] = field(default_factory=dict)
+    owned: Mapping[str, Stamp] = field(default_factory=dict)
 
 
 def make_plan(
@@ -44,75 +120,131 @@ def make_plan(
     out: Path,
     settings: Settings,
     pipeline: str,
-    run_id: str,
-    there: Container[str] | None = None,
+    there: Mapping[str, str] | None = None,
     expectations: Expectations = MappingProxyType({}),
+    *,
+    dry: bool = False,
 ) -> Plan:
-    """Plan a run that holds ``lock_output(out)``; from here on it may write to the folders of ``todo``.
+    """Plan a run that holds ``lock_output(out)``; from here on it may write to the folders of ``todo``. A ``dry`` plan
+    needs no lock and writes nothing.
 
     An asset is unchanged if its row of this method and model has its content hash, its refined folder is that row's and
     there, and it did not fail in a way that ``settings.run.redo`` or ``RETRIED_MODES`` retries. A failed asset
-    needs no folder. ``there`` are the ids of assets whose folder lies behind OUT's URL, with pictures if the
-    settings ask for them; None: the folders lie in ``out``.
+    needs no folder. One that took too long in ``max_timeouts`` runs in a row is not retried. What was changed by hand
+    is kept, whatever else changed, unless ``redo`` is ``all``. ``there`` are the ids of assets whose folder lies behind
+    OUT's URL, with pictures if the settings ask for them, and how each looks; None: the folders lie in ``out``.
     """
     shared = shared_hash(settings, pipeline)
     lies = partial(_has_folder, out, settings) if there is None else there.__contains__
-    with open_state(out) as state:
-        contents = asset_files_hashes(state, refs)
+    with read_state(out) if dry else open_state(out) as state:
+        contents = asset_files_hashes(state, refs, settings.inputs, settings.run.asset_time_limit_s)
+        answers = answer_digests(settings.model, (ref.asset_id for ref in refs))
         hashes = {
             ref.asset_id: content_hash(
-                ref, contents[ref.path], shared, references.get(ref.asset_id), expectations.get(ref.asset_id, ())
+                ref,
+                contents[ref.path],
+                shared,
+                references.get(ref.asset_id),
+                answers.get(ref.asset_id, ""),
+                expectations.get(ref.asset_id, ()),
             )
             for ref in refs
         }
         state.commit()
-        left = unpublished_records(out, state)
+        known = {ref.asset_id: ref for ref in refs}
+        left, reusable = defaultdict[str, list[str]](list), set[str]()
+        for kept in unpublished_records(out, state, clean=not dry):
+            asset_id = kept.record.ref.asset_id
+            if (ref := known.get(asset_id)) and is_reusable(kept, ref, hashes[asset_id], settings, lies):
+                reusable.add(asset_id)
+            else:
+                left[asset_id].append(kept.record.content_hash)
         folders = refined_folders(state)
+        by_hand = hand_changes(state, out, hashes, there)
+        keeps = settings.run.redo is not Redo.ALL
         rows = recorded_assets(out, settings.method.value, settings.model.model)
+        late = timeouts_in_a_row(
+            out, settings, {name for name, row in rows.items() if timed_out(row, hashes.get(name))}
+        )
+        why: dict[str, Why] = {}
         todo: list[AssetRef] = []
-        finished: list[AssetRecord] = []
+        finished: list[AssetRef] = []
         unchanged: list[Unchanged] = []
         for ref in refs:
-            content, row, kept = hashes[ref.asset_id], rows.get(ref.asset_id), left.get(ref.asset_id)
-            if kept is not None and is_reusable(kept, ref, content, settings, lies):
-                finished.append(kept.record.model_copy(update={"ref": ref}))
-            elif (
-                row is not None
-                and row.content_hash == content
-                and not must_redo(row.status, row.failure_mode, settings.run.redo)
-                and (row.status is Status.FAILED or (folders.get(ref.asset_id) == content and lies(ref.asset_id)))
-            ):
-                unchanged.append(Unchanged(asset_id=ref.asset_id, status=row.status, failure_mode=row.failure_mode))
-            else:
+            content, row = hashes[ref.asset_id], rows.get(ref.asset_id)
+            if ref.asset_id in reusable:
+                finished.append(ref)
+                why[ref.asset_id] = Why.LEFT
+                continue
+            has_folder = folders.get(ref.asset_id) == content and lies(ref.asset_id)
+            reason = why_refined(row, content, settings.run.redo, has_folder, is_left(late.get(ref.asset_id), settings))
+            if reason is not None and not (keeps and ref.asset_id in by_hand):
                 todo.append(ref)
+                why[ref.asset_id] = reason
+            elif row is not None:
+                unchanged.append(Unchanged(asset_id=ref.asset_id, status=row.status, failure_mode=row.failure_mode))
+        owned = {
+            ref.asset_id: found
+            for ref in todo
+            if (row := rows.get(ref.asset_id)) and (row.alone or folders.get(ref.asset_id) == row.content_hash)
+            if (found := stamp(out / "assets" / ref.asset_id)) is not None
+        }
         forget_folders(state, (ref.asset_id for ref in todo))
+    counts = {name: times.count for name, times in late.items()}
+    records = LeftRecords(out, tuple(finished), hashes)
+    plan = Plan(tuple(todo), records, tuple(unchanged), hashes, by_hand, why, counts, owned)
+    if dry:
+        return plan
     for ref in todo:
-        if (kept := left.get(ref.asset_id)) is not None:
-            drop_record(out, kept.record.content_hash)
-    for record in finished:
-        keep_record(out, KeptRecord(run_id=run_id, redo=settings.run.redo, record=record))
-    return Plan(tuple(todo), tuple(finished), tuple(unchanged), hashes)
+        for stale in left[ref.asset_id]:
+            drop_record(out, stale)
+    return plan
 
 
-def mark_published(out: Path, records: Sequence[AssetRecord]) -> None:
-    """Note the refined folders of records that the catalog now holds, and delete the record files."""
+def why_refined(
+    row: RecordedResult | None, content: str, redo: Redo, has_folder: bool, is_left_alone: bool
+) -> Why | None:
+    """Why an asset with this row is refined; None where it is unchanged."""
+    if row is None:
+        return Why.NEW
+    if row.content_hash != content:
+        return Why.CHANGED
+    if redo is Redo.ALL:
+        return Why.ALL
+    if row.status is Status.FAILED:
+        if redo is Redo.FAILED:
+            return Why.FAILED
+        return Why.AGAIN if must_redo(row.status, row.failure_mode, redo) and not is_left_alone else None
+    return None if has_folder else Why.FOLDER
+
+
+def mark_published(
+    out: Path, records: Iterable[AssetRecord | AssetSummary], there: Mapping[str, str] | None = None
+) -> None:
+    """Note the refined folders of records that the catalog now holds, and delete the record files. ``there`` says how
+    folders behind OUT's URL look; None: they lie in ``out``."""
+    hashes = {record.ref.asset_id: record.content_hash for record in records}
     with open_state(out) as state:
-        note_folders(state, {record.ref.asset_id: record.content_hash for record in records})
-    for record in records:
-        drop_record(out, record.content_hash)
+        note_folders(state, hashes)
+        if there is None:
+            note_written(state, out, hashes)
+        else:
+            note_stored(state, there, hashes)
+    for content in hashes.values():
+        drop_record(out, content)
 
 
-def unpublished_records(out: Path, state: sqlite3.Connection) -> dict[str, KeptRecord]:
-    """Asset id → record that a killed run left; those that it had published are noted and deleted instead."""
+def unpublished_records(out: Path, state: sqlite3.Connection, *, clean: bool = True) -> Iterator[KeptRecord]:
+    """The records that a killed run left, one at a time; those that it had published are noted, and deleted where
+    ``clean``, instead."""
     runs = recorded_run_ids(out)
-    left: dict[str, KeptRecord] = {}
-    for kept in kept_records(out):
+    for kept in kept_records(out, clean=clean):
         if kept.run_id in runs:
             note_folders(state, {kept.record.ref.asset_id: kept.record.content_hash})
-            drop_record(out, kept.record.content_hash)
+            if clean:
+                drop_record(out, kept.record.content_hash)
         else:
-            left[kept.record.ref.asset_id] = kept
-    return left
+            yield kept
 
 
 def must_redo(status: Status, mode: FailureMode, redo: Redo) -> bool:

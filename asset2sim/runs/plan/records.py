@@ -108,16 +108,16 @@ def await_record(out: Path, content_hash: str, run_id: str, attempt: int, limit_
         _refresh_listing(out / RECORDS_FOLDER)
 
 
-def kept_records(out: Path) -> Iterator[KeptRecord]:
-    """The records that earlier runs left; what is damaged or of another version is removed."""
+def kept_records(out: Path, *, clean: bool = True) -> Iterator[KeptRecord]:
+    """The records that earlier runs left; what is damaged or of another version is removed where ``clean``."""
     folder = out / RECORDS_FOLDER
     for file in sorted(folder.iterdir()) if folder.is_dir() else ():
         kept = read_record(out, file.stem) if file.suffix == ".json" else None
         if kept is not None:
             yield kept
-            continue
-        with contextlib.suppress(OSError):
-            file.unlink()
+        elif clean:
+            with contextlib.suppress(OSError):
+                file.unlink()
 
 
 def drop_record(out: Path, content_hash: str) -> None:

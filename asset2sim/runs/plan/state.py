@@ -3,12 +3,16 @@
 import hashlib
 import os
 import sqlite3
+import threading
 import time
-from collections.abc import Iterable, Iterator, Mapping
-from concurrent.futures import ThreadPoolExecutor
-from contextlib import contextmanager
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from concurrent.futures import Future
+from contextlib import closing, contextmanager, suppress
+from functools import partial
 from pathlib import Path
+from typing import TypeVar
 
+from asset2sim.assets.urdf.reach import Reach
 from asset2sim.runs.plan.asset_files import AssetFile, asset_files
 
 FILE = ".cache/files.db"
@@ -20,12 +24,15 @@ UNREADABLE = "unreadable"
 HASHING_THREADS = 2
 """Threads that hash: a disk is seldom faster than two cores are."""
 
+T = TypeVar("T")
+
 _TABLES = """
 CREATE TABLE IF NOT EXISTS files (
     asset TEXT, name TEXT, path TEXT, size INTEGER, mtime_ns INTEGER, ctime_ns INTEGER, inode INTEGER, sha256 TEXT,
     PRIMARY KEY (asset, name)
 ) WITHOUT ROWID;
 CREATE TABLE IF NOT EXISTS folders (asset_id TEXT PRIMARY KEY, content_hash TEXT) WITHOUT ROWID;
+CREATE TABLE IF NOT EXISTS outputs (asset_id TEXT PRIMARY KEY, look TEXT) WITHOUT ROWID;
 """
 
 
@@ -43,23 +50,75 @@ def open_state(out: Path) -> Iterator[sqlite3.Connection]:
         connection.close()
 
 
-def folder_files_hash(state: sqlite3.Connection, folder: Path) -> str:
-    """SHA-256 over names and contents of an asset's files; a file is read only if it changed since the last time."""
-    files = asset_files(folder)
+@contextmanager
+def read_state(out: Path) -> Iterator[sqlite3.Connection]:
+    """A copy of OUT's database in memory, for who writes nothing; empty where there is none, or a damaged one."""
+    copy = sqlite3.connect(":memory:")
+    try:
+        with (
+            suppress(sqlite3.Error),
+            closing(sqlite3.connect(f"{(out / FILE).absolute().as_uri()}?mode=ro", uri=True)) as stored,
+        ):
+            stored.backup(copy)
+        if copy.execute("PRAGMA quick_check(1)").fetchone() != ("ok",):
+            copy.close()
+            copy = sqlite3.connect(":memory:")
+        copy.executescript(_TABLES)
+        yield copy
+    finally:
+        copy.close()
+
+
+def changed_inputs(state: sqlite3.Connection, folder: Path, reach: Reach) -> tuple[str, ...]:
+    """Names of an asset's files that are not as they were when they were last hashed; empty where they never were."""
+    known = _known(state, str(folder))
+    if not known:
+        return ()
+    now = {file.name: file for file in asset_files(folder, reach)}
+    same = {name for name, file in now.items() if name in known and known[name][0] == _seen(file)}
+    others = {name for name in now.keys() & known.keys() - same if _digest(now[name]) != known[name][1]}
+    return tuple(sorted(others | (now.keys() ^ known.keys())))
+
+
+def folder_files_hash(
+    state: sqlite3.Connection, folder: Path, reach: Reach, limit_s: float = threading.TIMEOUT_MAX
+) -> str:
+    """SHA-256 over names and contents of an asset's files within ``reach``; a file is read only if it changed since the
+    last time. Raises TimeoutError where that takes over ``limit_s``, s."""
+    end = time.monotonic() + limit_s
+    files = _started(partial(asset_files, folder, reach)).result(limit_s)
     known = _known(state, str(folder))
     digests = {file.name: known[file.name][1] for file in files if known.get(file.name, ("",))[0] == _seen(file)}
     changed = [file for file in files if file.name not in digests]
-    if changed:
-        with ThreadPoolExecutor(HASHING_THREADS) as pool:
-            fresh = dict(zip((file.name for file in changed), pool.map(_digest, changed), strict=True))
-        digests |= fresh
-        _remember(state, str(folder), changed, fresh)
+    parts = [changed[place::HASHING_THREADS] for place in range(HASHING_THREADS)]
+    for part in [_started(partial(_digests, part)) for part in parts if part]:
+        digests |= part.result(max(end - time.monotonic(), 0.0))
+    _remember(state, str(folder), changed, digests)
     if gone := [(str(folder), name) for name in known if name not in digests]:
         state.executemany("DELETE FROM files WHERE asset = ? AND name = ?", gone)
     whole = hashlib.sha256()
     for file in files:
         whole.update(f"{file.name}\0{digests[file.name]}\n".encode(errors="surrogateescape"))
     return whole.hexdigest()
+
+
+def _started(work: Callable[[], T]) -> Future[T]:
+    """The future of work in a thread of its own, which does not keep the process from ending: reading from a disk that
+    does not answer cannot be interrupted."""
+    future: Future[T] = Future()
+
+    def run() -> None:
+        try:
+            future.set_result(work())
+        except BaseException as error:
+            future.set_exception(error)
+
+    threading.Thread(target=run, name="asset2sim-hash", daemon=True).start()
+    return future
+
+
+def _digests(files: Sequence[AssetFile]) -> dict[str, str]:
+    return {file.name: _digest(file) for file in files}
 
 
 def refined_folders(state: sqlite3.Connection) -> dict[str, str]:
@@ -73,8 +132,11 @@ def note_folders(state: sqlite3.Connection, hashes: Mapping[str, str]) -> None:
 
 
 def forget_folders(state: sqlite3.Connection, asset_ids: Iterable[str]) -> None:
-    """Forget which refinements lie in the folders of these assets, which are about to be refined. Commits."""
-    state.executemany("DELETE FROM folders WHERE asset_id = ?", ((asset_id,) for asset_id in asset_ids))
+    """Forget which refinements lie in the folders of these assets, which are about to be refined, and how those look.
+    Commits."""
+    gone = [(asset_id,) for asset_id in asset_ids]
+    for table in ("folders", "outputs"):
+        state.executemany(f"DELETE FROM {table} WHERE asset_id = ?", gone)
     state.commit()
 
 
@@ -117,12 +179,19 @@ def _remember(state: sqlite3.Connection, asset: str, files: Iterable[AssetFile],
     rows = [
         (asset, file.name, *_seen(file), digests[file.name])
         for file in files
-        if max(file.mtime_ns, file.ctime_ns) < settled and digests[file.name] != UNREADABLE
+        if max(file.mtime_ns, file.ctime_ns) < settled and digests[file.name] != UNREADABLE and _is_text(file.path)
     ]
     state.executemany("INSERT OR REPLACE INTO files VALUES (?, ?, ?, ?, ?, ?, ?, ?)", rows)
 
 
+def _is_text(path: str) -> bool:
+    """Whether a path is UTF-8, as what SQLite keeps must be."""
+    return path.isascii() or path == path.encode(errors="replace").decode()
+
+
 def _digest(file: AssetFile) -> str:
+    if file.size < 0:
+        return UNREADABLE
     try:
         with open(file.path, "rb") as stream:
             return hashlib.file_digest(stream, "sha256").hexdigest()

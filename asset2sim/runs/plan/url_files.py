@@ -6,15 +6,29 @@ import posixpath
 import sqlite3
 from collections import defaultdict
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
 from functools import partial
 from pathlib import PurePosixPath
 
-from asset2sim.assets.urdf.locate import PARENTS_SEARCHED, candidates, mesh_candidates, outer_references
+from asset2sim.assets.urdf.locate import (
+    PARENTS_SEARCHED,
+    candidates,
+    is_loose,
+    mesh_candidates,
+    outer_references,
+    path_in,
+)
 from asset2sim.catalog.storage.listing import Listing, cached_listing, covers, fetch_listing, listing_of, objects_below
 from asset2sim.catalog.storage.objects import Stored, StoreError, key_of, list_objects, object_info, read_objects
+from schemas.asset import AssetRef
+from schemas.inputs import InputSettings
+from schemas.location import is_url, is_within, location_of
 
 LOOKS = (".mtl", ".bmp", ".gif", ".jpeg", ".jpg", ".png", ".tga", ".tif", ".tiff")
 """File endings of an OBJ's materials and textures: taken from its own folder, where exporters put them."""
+
+OUTSIDE = "outside"
+"""The hash of an asset that is not read, since its folder lies outside the dataset."""
 
 FindObject = Callable[[str], Stored | None]
 ListFolder = Callable[[str], Mapping[str, Stored]]
@@ -32,10 +46,38 @@ def choose_urdf_name(names: Mapping[str, Stored]) -> str | None:
     return found[0] if len(found) == 1 else None
 
 
+@dataclass(frozen=True)
+class UrlReach:
+    """The URLs of folders below which an asset's objects may lie, those of packages by name; no ``roots``: the whole
+    bucket."""
+
+    roots: tuple[str, ...] = ()
+    packages: Mapping[str, str] = field(default_factory=dict)
+
+    def allows(self, url: str) -> bool:
+        """Whether an object's URL lies below one of the folders."""
+        return not self.roots or any(is_within(url, folder) for folder in (*self.roots, *self.packages.values()))
+
+
+BUCKET = UrlReach()
+
+
+def url_reach(ref: AssetRef, inputs: InputSettings) -> UrlReach:
+    """Where the objects of an asset may lie: as ``reach_of``, within its bucket."""
+    packages = {name: place for name, place in inputs.package_folders.items() if is_url(location_of(place))}
+    return UrlReach(() if inputs.allow_outside else (ref.root or ref.path,), packages)
+
+
 def outer_objects(
-    folder: str, inner: Mapping[str, Stored], urdf: str, references: list[str], find: FindObject, below: ListFolder
+    folder: str,
+    inner: Mapping[str, Stored],
+    urdf: str,
+    references: list[str],
+    find: FindObject,
+    below: ListFolder,
+    reach: UrlReach = BUCKET,
 ) -> dict[str, Stored]:
-    """URL → object that a reference names outside the asset's folder, within its bucket.
+    """URL → object that a reference names outside the asset's folder, within its bucket and ``reach``.
 
     ``urdf`` is among the names in ``inner``; ``find`` looks an object up by its URL, ``below`` lists a folder's.
     """
@@ -44,7 +86,7 @@ def outer_objects(
     above = list(base.parents)[:PARENTS_SEARCHED]
     found: dict[str, Stored] = {}
     for reference in references:
-        for candidate in mesh_candidates(reference, base, above):
+        for candidate in (*_in_package(reference, reach), *mesh_candidates(reference, base, above)):
             path = posixpath.normpath(str(candidate))
             if path.split("/")[1] != key.split("/")[0] or path.count("/") < 2:
                 continue
@@ -53,12 +95,20 @@ def outer_objects(
                     break
                 continue
             url = f"{scheme}:/{path}"
+            if not reach.allows(url):
+                continue
             stored = find(url)
             if stored is not None:
                 found[url] = stored
                 found |= _looks(url, below)
                 break
     return found
+
+
+def _in_package(reference: str, reach: UrlReach) -> list[PurePosixPath]:
+    package, _, rest = path_in(reference).partition("/")
+    place = reach.packages.get(package) if is_loose(reference) else None
+    return [] if place is None else [PurePosixPath("/", place.partition("://")[2], rest)]
 
 
 def _looks(mesh: str, below: ListFolder) -> dict[str, Stored]:
@@ -80,15 +130,16 @@ CREATE TABLE IF NOT EXISTS urdfs (url TEXT PRIMARY KEY, version TEXT, outer_refe
 """
 
 
-def remote_content_hashes(state: sqlite3.Connection, folders: Sequence[str]) -> dict[str, str]:
-    """Folder's URL → SHA-256 over the names, sizes and versions of its asset's objects.
+def remote_content_hashes(state: sqlite3.Connection, folders: Mapping[str, UrlReach]) -> dict[str, str]:
+    """Folder's URL → SHA-256 over the names, sizes and versions of its asset's objects; ``folders`` says of each where
+    they may lie. One that lies outside itself has none.
 
     ``state`` remembers what a URDF of one version refers to outside its folder, so each is read once. Raises StoreError
     where a store does not answer.
     """
     state.execute(_TABLE)
     found: dict[str, str] = {}
-    for group in _groups(folders):
+    for group in _groups([url for url, reach in folders.items() if reach.allows(url)]):
         whole = _whole(group)
         listings = {url: whole if whole is not None else fetch_listing(url) for url in group}
         inner = {url: visible(objects_below(listings[url], url)) for url in group}
@@ -99,11 +150,10 @@ def remote_content_hashes(state: sqlite3.Connection, folders: Sequence[str]) -> 
             name = choose_urdf_name(inner[url])
             outer = references.get(f"{url}/{name}", []) if name else []
             if name and outer:
-                objects |= outer_objects(
-                    url, inner[url], name, outer, partial(_find, listings[url]), partial(_below, listings[url])
-                )
+                look_up = partial(_find, listings[url]), partial(_below, listings[url])
+                objects |= outer_objects(url, inner[url], name, outer, *look_up, folders[url])
             found[url] = _digest(objects)
-    return found
+    return {url: found.get(url, OUTSIDE) for url in folders}
 
 
 def _digest(objects: dict[str, Stored]) -> str:

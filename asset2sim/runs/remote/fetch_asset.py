@@ -22,7 +22,7 @@ from asset2sim.catalog.storage.objects import (
 from asset2sim.checks.alignment.reference import FILE as REFERENCE
 from asset2sim.models.gateway.refused_answers import answers_file
 from asset2sim.runs.isolation.asset_attempt import AssetAttempt, failed_record, first_log_file, log_file
-from asset2sim.runs.plan.url_files import choose_urdf_name, outer_objects, visible
+from asset2sim.runs.plan.url_files import BUCKET, UrlReach, choose_urdf_name, outer_objects, url_reach, visible
 from schemas.asset import AssetRecord, AssetRef
 from schemas.errors import is_disk_full
 from schemas.location import is_url, location_of
@@ -35,9 +35,12 @@ def local_copy_path(url: str) -> Path:
     return data_root() / scheme_of(url) / key_of(url)
 
 
-def fetch_asset(folder: str, method: Method) -> Path:
-    """The local copy of an asset's folder, with the files elsewhere that its URDF refers to, as they are now; for a URL
-    without objects it does not exist. Raises StoreError where an object cannot be read."""
+def fetch_asset(folder: str, method: Method, reach: UrlReach = BUCKET) -> Path:
+    """The local copy of an asset's folder, with the files elsewhere within ``reach`` that its URDF refers to, as they
+    are now; for a URL without objects, or outside, it does not exist. Raises StoreError where an object cannot be
+    read."""
+    if not reach.allows(folder):
+        return local_copy_path(folder)
     inner = visible(list_objects(folder))
     bring({f"{folder}/{name}": stored for name, stored in inner.items()})
     place = local_copy_path(folder)
@@ -45,7 +48,7 @@ def fetch_asset(folder: str, method: Method) -> Path:
     urdf = choose_urdf_name(inner)
     if urdf is not None:
         references = outer_references((place / urdf).read_text(encoding="utf-8", errors="replace"))
-        bring(outer_objects(folder, inner, urdf, references, object_info, list_objects))
+        bring(outer_objects(folder, inner, urdf, references, object_info, list_objects, reach))
     if method is Method.REFERENCE and REFERENCE not in inner:
         _bring_reference(folder)
     return place
@@ -98,7 +101,7 @@ def run_with_local_files(
     """
     place = location_of(ref.path)
     try:
-        local = ref.model_copy(update={"path": str(fetch_asset(place, settings.method))}) if is_url(place) else ref
+        local = fetched(ref, settings) if is_url(place) else ref
     except StoreError as error:
         return AssetAttempt(failed_record(ref, settings, _mode_of(error), str(error)))
     attempt = work(local)
@@ -112,6 +115,21 @@ def run_with_local_files(
             failed = failed_record(ref, settings, mode, reason, seconds=record.seconds, calls=record.calls)
             return replace(attempt, record=failed)
     return replace(attempt, record=record)
+
+
+def fetched(ref: AssetRef, settings: Settings) -> AssetRef:
+    """The reference of the local copy of an asset behind a URL, its dataset's folder being the copy of the dataset's.
+    Raises StoreError where an object cannot be read."""
+    root = location_of(ref.root or ref.path)
+    path = fetch_asset(ref.path, settings.method, url_reach(ref, settings.inputs))
+    return ref.model_copy(update={"path": str(path), "root": str(local_copy_path(root) if is_url(root) else root)})
+
+
+def with_local_packages(settings: Settings) -> Settings:
+    """The settings with the local copies of those packages' folders that are behind URLs."""
+    found = ((name, location_of(place)) for name, place in settings.inputs.package_folders.items())
+    packages = tuple(f"{name}={local_copy_path(place) if is_url(place) else place}" for name, place in found)
+    return settings.model_copy(update={"inputs": settings.inputs.model_copy(update={"packages": packages})})
 
 
 def send_asset(out: str, asset_id: str) -> None:

@@ -16,7 +16,9 @@ for the end of it (``catalog.read_remote``). A run that is killed there leaves i
 from the records and finishes.
 """
 
+import hashlib
 import shutil
+from collections import defaultdict
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
@@ -26,10 +28,11 @@ from pathlib import Path
 from asset2sim.catalog.history import HISTORY_FOLDER, MERGED, compact_history
 from asset2sim.catalog.read_remote import repair_history
 from asset2sim.catalog.report_file import REPORTS_FOLDER
-from asset2sim.catalog.storage.cache import working_folder
+from asset2sim.catalog.storage.cache import reading_folder, working_folder
 from asset2sim.catalog.storage.lock import lock_output, lock_url
 from asset2sim.catalog.storage.mirror import INCOMING_PREFIX, fetch, local_names, look, pull, push
 from asset2sim.catalog.storage.objects import (
+    Stored,
     StoreError,
     list_objects,
     object_info,
@@ -94,13 +97,33 @@ def check_store(out: str) -> None:
         raise store_usage_error(error) from error
 
 
-def stored_asset_ids(output: Output, *, views: bool) -> frozenset[str] | None:
-    """Ids of the assets whose refined folder, with pictures if ``views``, is in the store; None for a local output,
-    where the caller looks for the folders itself."""
-    if output.url is None:
-        return None
-    names = (name.split("/") for name in list_objects(f"{output.url}/assets"))
-    return frozenset(parts[0] for parts in names if len(parts) > 1 and (not views or parts[1] == "views"))
+def view_output(url: str, *, views: bool) -> tuple[Path, dict[str, str]]:
+    """A local copy of the state behind a URL, for who writes nothing there, and ``stored_ids`` of it."""
+    folder = reading_folder(url)
+    with lock_output(folder, wait=True):
+        pull(url, folder, SHARED)
+        repair_history(folder)
+    return folder, stored_ids(url, views=views)
+
+
+def stored_asset_ids(output: Output, *, views: bool) -> dict[str, str] | None:
+    """``stored_ids`` of an output behind a URL; None for a local one, where the caller looks for the folders itself."""
+    return None if output.url is None else stored_ids(output.url, views=views)
+
+
+def stored_ids(url: str, *, views: bool) -> dict[str, str]:
+    """Ids of the assets whose refined folder, with pictures if ``views``, is in the store, each with a digest of its
+    files' names, sizes and versions."""
+    folders: dict[str, dict[str, Stored]] = defaultdict(dict)
+    for name, stored in list_objects(f"{url}/assets").items():
+        asset_id, inside, inner = name.partition("/")
+        if inside:
+            folders[asset_id][inner] = stored
+    return {
+        asset_id: hashlib.sha256("\n".join(f"{name} {item}" for name, item in files.items()).encode()).hexdigest()
+        for asset_id, files in folders.items()
+        if not views or any(name.startswith("views/") for name in files)
+    }
 
 
 def send_plan(output: Output, plan: Plan) -> None:

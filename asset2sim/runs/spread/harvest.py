@@ -1,21 +1,26 @@
 """Records that a run has collected from the output folder so far, and the assets that await a second attempt."""
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import suppress
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import Generic, TypeVar
 
 from asset2sim.catalog.storage.objects import StoreError
 from asset2sim.runs.isolation.asset_attempt import FirstAttempt, failed_record, with_first_attempt, without_retry
 from asset2sim.runs.plan import records
 from asset2sim.runs.plan.records import KeptRecord
+from asset2sim.runs.plan.timeouts import with_left_alone
 from asset2sim.runs.remote.output import fetch_record
+from asset2sim.runs.spread.breaker import Breaker
 from asset2sim.runs.spread.job import Job, JobResult
-from asset2sim.runs.spread.progress import Report
 from asset2sim.runs.spread.spread import LostJob
 from schemas.asset import AssetRecord
 from schemas.settings import Settings
 from schemas.vocabulary import FailureMode
+
+Kept = TypeVar("Kept")
+"""What a run keeps in memory of a record."""
 
 
 def second_attempt_jobs(
@@ -28,20 +33,25 @@ def second_attempt_jobs(
 
 
 @dataclass
-class Harvest:
-    """Collected results. ``report`` is told of each last record. ``records``: asset id → record. ``dead``: asset id → a
-    first attempt that died and awaits a second, in the order in which that became known; an asset in both has the first
-    attempt's record. ``tried_again`` counts second attempts. ``out`` is the run's own folder, ``url`` what it mirrors,
-    if anything."""
+class Harvest(Generic[Kept]):
+    """Collected results. ``report`` is told of each last record, and ``keep`` makes of it what the run remembers;
+    ``records``: asset id → that. ``dead``: asset id → a first attempt that died and awaits a second, in the order in
+    which that became known. ``first``: asset id → a dead first attempt's record, None where its file holds it.
+    ``tried_again`` counts second attempts. ``out`` is the run's own folder, ``url`` what it mirrors, if anything.
+    ``timeouts``: asset id → runs in a row, until this one, in which it took too long."""
 
     out: Path
     run_id: str
     settings: Settings
-    report: Report
-    records: dict[str, AssetRecord] = field(default_factory=dict)
+    report: Callable[[AssetRecord], None]
+    keep: Callable[[AssetRecord], Kept]
+    records: dict[str, Kept] = field(default_factory=dict)
     dead: dict[str, FirstAttempt] = field(default_factory=dict)
+    first: dict[str, AssetRecord | None] = field(default_factory=dict)
     tried_again: int = 0
     url: str | None = None
+    timeouts: Mapping[str, int] = field(default_factory=dict)
+    breaker: Breaker = field(default_factory=lambda: Breaker(0))
 
     @property
     def place(self) -> Path | str:
@@ -49,16 +59,16 @@ class Harvest:
         return self.url or self.out
 
 
-def is_open(harvest: Harvest, job: Job) -> bool:
+def is_open(harvest: Harvest[Kept], job: Job) -> bool:
     """Whether the job's asset has neither a record nor a dead first attempt."""
     return job.ref.asset_id not in harvest.records and job.ref.asset_id not in harvest.dead
 
 
-def take(harvest: Harvest, job: Job, end: JobResult | LostJob | None) -> None:
+def take(harvest: Harvest[Kept], job: Job, end: JobResult | LostJob | None) -> None:
     """Collect a job's record, and report it if this was the asset's last attempt. Where no end was reported (None), the
     job need not have a record."""
     asset_id = job.ref.asset_id
-    if end is None and asset_id in harvest.records and asset_id not in harvest.dead:
+    if end is None and asset_id in harvest.records:
         return
     kept = _find(harvest, job, end)
     if kept is None and end is not None:
@@ -70,24 +80,61 @@ def take(harvest: Harvest, job: Job, end: JobResult | LostJob | None) -> None:
             kept = _keep(harvest, job, with_first_attempt(_failed(harvest, job, died), job.first, died), died)
     if kept is None:
         return
-    harvest.records[asset_id] = kept.record
     if kept.died and kept.attempt == 1:
+        harvest.first[asset_id] = end.record if isinstance(end, JobResult) else None
         harvest.dead[asset_id] = FirstAttempt(kept.died, kept.record.calls)
     else:
-        harvest.dead.pop(asset_id, None)
-        harvest.report(kept.record)
+        _finish(harvest, kept.record)
 
 
-def finish_without_retry(harvest: Harvest, job: Job) -> None:
+def finish_untried(harvest: Harvest[Kept], jobs: Iterable[Job]) -> None:
+    """A failed record for each asset without one that the broken circuit left out. No file is kept of it: the next run
+    tries the asset."""
+    reason = harvest.breaker.broken
+    for job in jobs if reason is not None else ():
+        if is_open(harvest, job):
+            record = failed_record(job.ref, harvest.settings, FailureMode.MODEL_ERROR, f"not tried: {reason}")
+            record = record.model_copy(update={"content_hash": job.content_hash})
+            harvest.records[job.ref.asset_id] = harvest.keep(record)
+
+
+def finish_without_retry(harvest: Harvest[Kept], job: Job) -> None:
     """Report the record of a dead asset that the limit on second attempts left out."""
-    first = harvest.dead.pop(job.ref.asset_id)
-    record = harvest.records.get(job.ref.asset_id) or _failed(harvest, job, first.died)
+    first = harvest.dead[job.ref.asset_id]
+    record = _first_record(harvest, job) or _failed(harvest, job, first.died)
     record = without_retry(record, first, harvest.tried_again)
-    harvest.records[job.ref.asset_id] = _keep(harvest, job, record, "").record
+    _finish(harvest, _keep(harvest, job, record, "").record)
+
+
+def finish_stopped(harvest: Harvest[Kept], jobs: Mapping[str, Job]) -> None:
+    """Keep the first attempts' records of dead assets that a run which stopped could not try again."""
+    for asset_id in harvest.dead:
+        if (record := _first_record(harvest, jobs[asset_id])) is not None:
+            harvest.records[asset_id] = harvest.keep(record)
+
+
+def _finish(harvest: Harvest[Kept], record: AssetRecord) -> None:
+    """Remember and report an asset's last record."""
+    asset_id = record.ref.asset_id
+    record = with_left_alone(record, harvest.timeouts.get(asset_id, 0), harvest.settings.run)
+    harvest.records[asset_id] = harvest.keep(record)
+    harvest.dead.pop(asset_id, None)
+    harvest.first.pop(asset_id, None)
+    harvest.breaker.see(record)
     harvest.report(record)
 
 
-def _find(harvest: Harvest, job: Job, end: JobResult | LostJob | None) -> KeptRecord | None:
+def _first_record(harvest: Harvest[Kept], job: Job) -> AssetRecord | None:
+    """The record of an asset's dead first attempt; None where there is none, since its worker was lost."""
+    if job.ref.asset_id not in harvest.first:
+        return None
+    if (record := harvest.first[job.ref.asset_id]) is not None:
+        return record
+    kept = records.read_record(harvest.out, job.content_hash)
+    return kept.record if kept is not None else None
+
+
+def _find(harvest: Harvest[Kept], job: Job, end: JobResult | LostJob | None) -> KeptRecord | None:
     """The record with which the job ended, or may have ended."""
     if isinstance(end, LostJob):
         return None
@@ -99,13 +146,13 @@ def _find(harvest: Harvest, job: Job, end: JobResult | LostJob | None) -> KeptRe
     return records.await_record(harvest.out, job.content_hash, harvest.run_id, job.attempt, limit_s)
 
 
-def _failed(harvest: Harvest, job: Job, reason: str) -> AssetRecord:
+def _failed(harvest: Harvest[Kept], job: Job, reason: str) -> AssetRecord:
     record = failed_record(job.ref, harvest.settings, FailureMode.ENGINE_CRASH, reason)
     paid = records.paid_calls(harvest.out, job.content_hash)
     return record.model_copy(update={"content_hash": job.content_hash, "calls": paid})
 
 
-def _keep(harvest: Harvest, job: Job, record: AssetRecord, died: str) -> KeptRecord:
+def _keep(harvest: Harvest[Kept], job: Job, record: AssetRecord, died: str) -> KeptRecord:
     kept = KeptRecord(
         run_id=harvest.run_id, redo=harvest.settings.run.redo, record=record, attempt=job.attempt, died=died
     )

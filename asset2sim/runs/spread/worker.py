@@ -7,6 +7,8 @@ from dataclasses import replace
 from functools import partial
 from pathlib import Path
 
+from distributed import get_worker
+
 from asset2sim.catalog.storage.cache import working_folder
 from asset2sim.catalog.storage.objects import StoreError
 from asset2sim.models.gateway.ask import ask
@@ -27,7 +29,7 @@ from asset2sim.runs.plan.records import (
     read_record,
     write_record,
 )
-from asset2sim.runs.remote.fetch_asset import run_with_local_files
+from asset2sim.runs.remote.fetch_asset import run_with_local_files, with_local_packages
 from asset2sim.runs.remote.output import send_record
 from asset2sim.runs.spread.job import Job, JobResult
 from schemas.asset import AssetRef
@@ -35,6 +37,9 @@ from schemas.location import is_url, location_of
 from schemas.request import ModelAnswer, ModelCall, ModelRequest
 from schemas.settings import ModelSettings, Settings
 from schemas.vocabulary import Method
+
+BEGUN = "asset2sim-begun"
+"""Topic of Dask's events on which a worker tells that it begins an asset."""
 
 logger = logging.getLogger(__name__)
 
@@ -47,12 +52,13 @@ def attempt_asset(
     run_id: str,
     made: Callable[[Iterable[ModelCall]], None],
     fresh: bool,
+    recordings: str = "",
 ) -> AssetAttempt:
     """Attempt one asset in a child process, into ``out``, a folder or a URL. Model calls are made in this process and
-    passed to ``made``. A ``fresh`` child has refined nothing before."""
+    passed to ``made``. A ``fresh`` child has refined nothing before; ``recordings``: see ``GatewaySession``."""
     folder, owner = working_folder(out), str(out)
     stopped = partial(is_stopped, owner)
-    books = open_gateway_session(folder, run_id, ref.asset_id, settings.model, stopped)
+    books = open_gateway_session(folder, run_id, ref.asset_id, settings.model, stopped, Path(recordings))
 
     def ask_and_tell(request: ModelRequest) -> ModelAnswer:
         answer = ask_for_asset(request, settings, books)
@@ -60,7 +66,13 @@ def attempt_asset(
         return answer
 
     attempt = partial(
-        attempt_in_child, pipeline, out=folder, settings=settings, ask=ask_and_tell, owner=owner, fresh=fresh
+        attempt_in_child,
+        pipeline,
+        out=folder,
+        settings=with_local_packages(settings),
+        ask=ask_and_tell,
+        owner=owner,
+        fresh=fresh,
     )
     if is_url(out) or is_url(location_of(ref.path)):
         return run_with_local_files(ref, out, settings, attempt)
@@ -79,18 +91,22 @@ def ask_settings(settings: Settings, purpose: str) -> ModelSettings:
     return settings.model
 
 
-def refine_on_worker(job: Job, out: Path | str, settings: Settings, pipeline: str, run_id: str) -> JobResult:
+def refine_on_worker(
+    job: Job, out: Path | str, settings: Settings, pipeline: str, run_id: str, recordings: str = ""
+) -> JobResult:
     """Refine one asset and keep its record, also of a failure, in ``out``, a folder or a URL; ``pipeline`` is a
-    ``module:function`` name. The model calls count towards the budget of the run ``run_id``."""
+    ``module:function`` name. The model calls count towards the budget of the run ``run_id``. ``recordings`` is
+    the folder from which those of recorded models count; empty: the working folder."""
     folder = working_folder(out)
     before = read_record(folder, job.content_hash)
     if before is not None and (before.run_id, before.attempt) == (run_id, job.attempt):
         # Dask submits a finished job again if its reply was lost with the worker.
         return JobResult(job.ref.asset_id, before.record.status, before.died)
+    _tell_begun(job.ref.asset_id)
     _keep_first_log(folder, job)
     lost = paid_calls(folder, job.content_hash)
     keep = call_writer(folder, job.content_hash)
-    attempt = attempt_asset(job.ref, out, settings, pipeline, run_id, keep, fresh=job.first is not None)
+    attempt = attempt_asset(job.ref, out, settings, pipeline, run_id, keep, job.first is not None, recordings)
     record = attempt.record if job.first is None else with_first_attempt(attempt.record, job.first, attempt.died)
     record = record.model_copy(update={"content_hash": job.content_hash, "calls": (*lost, *record.calls)})
     done = JobResult(job.ref.asset_id, record.status, attempt.died)
@@ -103,6 +119,12 @@ def refine_on_worker(job: Job, out: Path | str, settings: Settings, pipeline: st
         logger.warning("cannot keep what has finished in %s (%s)", out, error)
         return replace(done, record=record)
     return done
+
+
+def _tell_begun(asset_id: str) -> None:
+    """Tell the run that this worker begins an asset; outside a worker there is nobody to tell."""
+    with contextlib.suppress(ValueError):
+        get_worker().log_event(BEGUN, asset_id)
 
 
 def _keep_first_log(out: Path, job: Job) -> None:

@@ -158,7 +158,7 @@ def passage_left(clean: RefinedAsset, mended: RefinedAsset, at: Target) -> str:
     slack = NEAR_SHARE * (high - low)
     if lower > low + slack or upper < high - slack:
         return f"'{at.joint}' goes from {lower:.3g} to {upper:.3g}, less than the clean one"
-    ref = mended.record.ref.model_copy(update={"path": str(mended.folder)})
+    ref = mended.record.ref.model_copy(update={"path": str(mended.folder), "root": None})
     blocked = find_blocked_joints(extract(ref))[1]
     return next((finding.message for finding in blocked if finding.joint == at.joint), "")
 

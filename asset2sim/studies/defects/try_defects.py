@@ -85,7 +85,7 @@ def clean_object(ref: AssetRef, bench: DefectBench) -> CleanObject:
 
     if kept.record.status is not Status.OK:
         return unclean("refined", kept.record)
-    as_it_is = ref.model_copy(update={"path": str(kept.folder)})
+    as_it_is = ref.model_copy(update={"path": str(kept.folder), "root": None})
     raw = bench.check_unrefined(as_it_is, "clean_raw")
     if raw.status is not Status.OK:
         return unclean("checked as refined", raw)
@@ -104,7 +104,7 @@ def try_defect(defect: Defect, clean: CleanObject, bench: DefectBench) -> Defect
     shutil.copytree(clean.kept.folder, folder, dirs_exist_ok=True)
     planted = defect.plant(folder, defect.target)
     about = concerned(planted, clean.kept.record)
-    ref = clean.ref.model_copy(update={"path": str(folder)})
+    ref = clean.ref.model_copy(update={"path": str(folder), "root": None})
     raw = bench.check_unrefined(ref, f"unrefined/{name}")
     mended = bench.refine(ref, f"mended/{name}")
     symptoms = {*raw_symptoms(raw, bench.settings.thresholds), *early_symptoms(mended.record)}

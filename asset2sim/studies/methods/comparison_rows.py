@@ -12,13 +12,13 @@ from asset2sim.physics.arrays import Array
 from asset2sim.studies.methods.figure_specs import STABILITY, SUCCESS, FigureSpec, stated
 from asset2sim.studies.methods.method_runs import NO_MODEL, level_of
 from asset2sim.studies.methods.statistics import Estimate, estimate, paired_difference
-from schemas.vocabulary import PAPER_FAILURE_MODES, Method
+from schemas.vocabulary import NO_PAPER_MODE, PAPER_FAILURE_MODES, Method
 
 Row = dict[str, object]
 OURS = Method.ASSET2SIM
 OK = "ok"
-OUTCOMES = (OK, *dict.fromkeys(PAPER_FAILURE_MODES.values()))
-"""Outcomes of an asset: ok, or one of the paper's failure modes."""
+OUTCOMES = (OK, *dict.fromkeys(PAPER_FAILURE_MODES.values()), NO_PAPER_MODE)
+"""Outcomes of an asset: ok, one of the paper's failure modes, or one that it has no name for."""
 RTOL = 1e-9
 """Relative difference below which two figures are the same one."""
 NO_ESTIMATE = Estimate(None, None, None, 0)
@@ -87,7 +87,7 @@ def failure_rows(objects: pd.DataFrame) -> list[Row]:
     rows: list[Row] = []
     for method, model in methods_and_models(objects):
         own = objects[(objects["method"] == method.value) & (objects["model"] == model)]
-        ended = np.where(own["ok"], OK, own["paper_failure_mode"].fillna(OK))
+        ended = np.where(own["ok"], OK, own["paper_failure_mode"].fillna(NO_PAPER_MODE))
         for outcome in OUTCOMES:
             modes = Counter(str(mode) for mode in own.loc[ended == outcome, "failure_mode"])
             count = int((ended == outcome).sum())

@@ -66,7 +66,7 @@ def failures_page() -> str:
     modes = [
         (
             f"`{mode.value}`" + (" ↻" if mode in RETRIED_MODES else ""),
-            PAPER_FAILURE_MODES[mode],
+            PAPER_FAILURE_MODES.get(mode, NOTHING),
             guide.cause,
             guide.remedy,
         )

@@ -28,7 +28,7 @@ from asset2sim.catalog.read import latest_rows
 from asset2sim.catalog.switch import find_catalog
 from asset2sim.catalog.text import output, percent
 from asset2sim.runs.command_line import Options, parse
-from asset2sim.runs.options import IDS, Listed, N
+from asset2sim.runs.option_types import IDS, Listed, N
 from asset2sim.studies.simcheck.findings import ObjectReport, SimcheckSummary, read_report, summarize
 from schemas.base import Positive
 from schemas.errors import UnknownChoiceError, UsageError

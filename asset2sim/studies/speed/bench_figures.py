@@ -73,6 +73,7 @@ def figures(found: BenchMeasurements) -> list[FigureLine]:
         *_around(found.one, found.stages),
         *([_rerun(f"unchanged re-run of {found.again.assets}", found.again, MAX_UNCHANGED_S)] if found.again else []),
         *_synthetic(found.synthetic),
+        *_growth(found.nights, "refined in one night"),
         *(_query(times) for times in found.queries),
         *_checker(found.both, found.checked),
     ]
@@ -123,11 +124,15 @@ def _around(one: FlowTimes | None, stages: Mapping[str, tuple[float, float]]) ->
 def _synthetic(runs: tuple[FlowTimes, ...]) -> Iterator[FigureLine]:
     if not runs:
         return
-    few, many = runs[0], runs[-1]
-    yield _rerun(f"unchanged re-run of {many.assets:,} synthetic entries", many, MAX_SYNTHETIC_S)
-    if many.assets > few.assets:
+    yield _rerun(f"unchanged re-run of {runs[-1].assets:,} synthetic entries", runs[-1], MAX_SYNTHETIC_S)
+    yield from _growth(runs, "entries")
+
+
+def _growth(runs: tuple[FlowTimes, ...], what: str) -> Iterator[FigureLine]:
+    if runs and runs[-1].assets > runs[0].assets:
+        few, many = runs[0], runs[-1]
         grown, each = memory_growth_mb(few, many)
-        name = f"growth of the driver's peak memory from {few.assets:,} to {many.assets:,} entries"
+        name = f"growth of the driver's peak memory from {few.assets:,} to {many.assets:,} {what}"
         said = f"{grown:.0f} MB ({few.peak_memory_mb:.0f} to {many.peak_memory_mb:.0f} MB; {each:.1f} MB per 1000)"
         yield FigureLine(name, f"≤ {MAX_MEMORY_GROWTH_MB:g} MB", said, grown <= MAX_MEMORY_GROWTH_MB)
 

@@ -9,7 +9,7 @@ from pydantic_settings import CliDualFlag, CliPositionalArg, CliToggleFlag
 from typing_extensions import TypeAliasType
 
 from asset2sim.runs.command_line import Options, parse
-from asset2sim.runs.options import Listed, N
+from asset2sim.runs.option_types import Listed, N
 from schemas.base import Frozen, NonNegative
 
 
@@ -73,13 +73,15 @@ class BenchMeasurements(Frozen):
     again: FlowTimes | None = None
     synthetic: tuple[FlowTimes, ...] = ()
     """Unchanged runs over synthetic entries, few and many."""
+    nights: tuple[FlowTimes, ...] = ()
+    """Nights that refined synthetic entries, few and many."""
     queries: tuple[QueryTimes, ...] = ()
     checked: CheckerTimes | None = None
     both: FlowTimes | None = None
     """The objects that simcheck checked, refined in the same two engines on one core."""
 
 
-Part = Literal["rates", "unchanged", "synthetic", "history", "checker"]
+Part = Literal["rates", "unchanged", "synthetic", "night", "history", "checker"]
 PARTS: tuple[Part, ...] = get_args(Part)
 NAMES = TypeAliasType("NAMES", tuple[Part, ...])
 
@@ -94,6 +96,9 @@ class BenchRequest(Options):
     limit: N | None = Field(None, description="only the dataset's first N objects")
     entries: N = Field(10_000, description="synthetic entries")
     few: N = Field(1_000, description="... against so many, for the memory")
+    left: CliToggleFlag[bool] = Field(
+        False, description="nights that take up what a killed one had finished: no process is started, so much faster"
+    )
     rows: N = Field(1_000_000, description="rows of history")
     objects: N = Field(20, description="objects to check")
     interaction: CliDualFlag[bool] = Field(True, description="interaction tests; without them to try the bench out")

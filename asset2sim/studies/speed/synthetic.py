@@ -12,6 +12,7 @@ from asset2sim.catalog.changes import Previous, find_changes
 from asset2sim.catalog.mlflow_log import log_run
 from asset2sim.catalog.run import finish_run, start_run
 from asset2sim.catalog.storage.lock import lock_output
+from asset2sim.catalog.summarize import summarize_all
 from asset2sim.catalog.write import write_run
 from asset2sim.runs.dataset import COLUMNS, MANIFEST, load_dataset
 from asset2sim.runs.plan.plan import make_plan, mark_published
@@ -70,8 +71,7 @@ def publish_entries(
     out.mkdir(parents=True)
     dataset = str(data.resolve())
     with lock_output(out):
-        started = start_run(settings, dataset)
-        hashes = make_plan(refs, {}, out, settings, pipeline, started.run_id).hashes
+        hashes = make_plan(refs, {}, out, settings, pipeline).hashes
         for first in range(0, len(refs), BATCH):
             batch = [renamed(record, ref, hashes[ref.asset_id]) for ref in refs[first : first + BATCH]]
             for item in batch:
@@ -80,8 +80,9 @@ def publish_entries(
             write_run(out, run, batch)
             mark_published(out, batch)
         # MLflow makes its database in a first run, which takes it seconds.
-        warning = log_run(out, run, batch[:1], find_changes(batch[:1], Previous()))
-        left = make_plan(refs, {}, out, settings, pipeline, "check").todo
+        few = summarize_all(batch[:1])
+        warning = log_run(out, run, few, find_changes(few, Previous()))
+        left = make_plan(refs, {}, out, settings, pipeline).todo
     if warning is not None:
         raise BenchError(warning)
     if left:

@@ -1,0 +1,161 @@
+"""The numbers of a URDF: every one that a reader needs is there, is a number, and is one that can be computed with."""
+
+import math
+from functools import partial
+from pathlib import Path
+
+from lxml import etree
+from lxml.etree import _Element as Element
+
+from schemas.errors import AssetError
+from schemas.finding import Finding
+from schemas.vocabulary import FailureMode, Severity, Stage
+
+LARGEST = 1e9
+"""Largest length, m, and largest angle, rad, that are taken for such: sums with larger ones lose all else."""
+LARGEST_LIMIT = 1e20
+"""Largest other number: limits of 1e16 and the like stand for none."""
+COUNTS: dict[str, dict[str, tuple[int, ...]]] = {
+    "origin": {"xyz": (3,), "rpy": (3,)},
+    "axis": {"xyz": (3,)},
+    "limit": dict.fromkeys(("lower", "upper", "effort", "velocity"), (1,)),
+    "dynamics": dict.fromkeys(("damping", "friction", "spring_stiffness", "spring_reference", "armature"), (1,)),
+    "safety_controller": dict.fromkeys(("soft_lower_limit", "soft_upper_limit", "k_position", "k_velocity"), (1,)),
+    "calibration": dict.fromkeys(("rising", "falling"), (1,)),
+    "color": {"rgba": (3, 4)},
+}
+"""Element → attribute → how many numbers it holds. Those of an inertial are left to extraction, which goes on without
+it, those of a mimic and of shapes to what drops them."""
+SIZES = {"box": {"size": 3}, "sphere": {"radius": 1}, "cylinder": {"radius": 1, "length": 1},
+         "capsule": {"radius": 1, "length": 1}}  # fmt: skip
+"""Shape → the attributes that it must state, and how many positive numbers each holds."""
+warning = partial(Finding, stage=Stage.EXTRACT, severity=Severity.WARNING)
+
+
+def check_numbers(path: Path, robot: Element) -> None:
+    """Refuse attributes that hold no number, another count of them, or one that is not finite or too large. Raises
+    AssetError, which names the element: invalid_joint_configuration of a joint, else unreadable_asset."""
+    for part in robot.iterchildren("link", "joint", "material"):
+        for element in part.iter(*COUNTS):
+            parent = element.getparent()
+            if parent is not None and parent.tag == "inertial":
+                continue
+            for key, counts in COUNTS[str(element.tag)].items():
+                text = element.get(key)
+                largest = LARGEST if element.tag in ("origin", "axis") else LARGEST_LIMIT
+                if text is not None and (problem := problem_of(text, counts, largest)) is not None:
+                    raise bad_number(
+                        path, part, f"<{element.tag} {key}='{shown(text)}'> of '{part.get('name')}'", *problem
+                    )
+
+
+def bad_number(path: Path, part: Element, what: str, code: str, problem: str) -> AssetError:
+    """The error for an attribute of a link or a joint."""
+    joint, name = part.tag == "joint", str(part.get("name"))
+    mode = FailureMode.INVALID_JOINT_CONFIGURATION if joint else FailureMode.UNREADABLE_ASSET
+    owner = {"joint": name} if joint else {"link": name} if part.tag == "link" else {}
+    return AssetError(mode, code, f"{path.name}: {what} {problem}", **owner)
+
+
+def problem_of(text: str, counts: tuple[int, ...], largest: float) -> tuple[str, str] | None:
+    """A finding's code and what is wrong with an attribute's numbers; None where they can be used."""
+    try:
+        values = [float(word) for word in text.split()]
+    except ValueError:
+        return "not_a_number", "is not a number: state one" if counts == (1,) else "are not numbers: state them"
+    if len(values) not in counts:
+        wanted = " or ".join(map(str, counts))
+        return "not_a_number", f"holds {len(values)} numbers: state {wanted}"
+    if not all(math.isfinite(value) for value in values):
+        return "not_finite", "is not finite: state a number"
+    if max(map(abs, values)) > largest:
+        return "too_large", f"is larger than {largest:g}: state metres and radians"
+    return None
+
+
+def shown(text: str) -> str:
+    """An attribute's text for a message."""
+    return text if len(text) <= 60 else f"{text[:60]}…"
+
+
+def drop_unusable_shapes(path: Path, robot: Element) -> list[Finding]:
+    """Remove visuals and collisions whose shape has no size, or whose mesh has a scale that leaves nothing of it; a
+    finding for each. Raises AssetError (missing_mesh) where nothing is left of a link."""
+    findings = []
+    for link in robot.findall("link"):
+        for item in [*link.findall("visual"), *link.findall("collision")]:
+            shape = item.find("geometry/*")
+            problem = None if shape is None else problem_of_shape(shape)
+            if problem is None:
+                continue
+            name = str(link.get("name"))
+            message = f"link '{name}': {problem}; its {item.tag} is left out"
+            code = "mesh_scale" if shape is not None and shape.tag == "mesh" else "shape_size"
+            findings.append(warning(code=code, message=message, link=name))
+            link.remove(item)
+            if link.find("visual") is None and link.find("collision") is None:
+                message = f"{path.name}: {message}, and nothing is left of the link"
+                raise AssetError(FailureMode.MISSING_MESH, code, message, link=name)
+    return findings
+
+
+def problem_of_shape(shape: Element) -> str | None:
+    """What is wrong with the size of a shape or the scale of a mesh, with the remedy; None where they can be used."""
+    if shape.tag == "mesh":
+        text = shape.get("scale")
+        if not text or not text.strip() or is_scale(text):
+            return None
+        named = f"mesh '{shown(str(shape.get('filename')))}' has the scale '{shown(text)}'"
+        return f"{named}: state one number or three, finite and none of them 0"
+    for key, count in SIZES.get(str(shape.tag), {}).items():
+        text = shape.get(key, "")
+        if problem_of(text, (count,), LARGEST) is not None or min(map(float, text.split())) <= 0.0:
+            wanted = "a number above 0" if count == 1 else f"{count} numbers above 0"
+            return f"its <{shape.tag}> has the {key} '{shown(text)}': state {wanted}, in metres"
+    return None
+
+
+def is_scale(text: str) -> bool:
+    """Whether a text is a mesh's scale: one number or three, finite and none of them 0."""
+    return problem_of(text, (1, 3), math.inf) is None and all(float(word) for word in text.split())
+
+
+INERTIALS = {"origin": {"xyz": 3, "rpy": 3}, "mass": {"value": 1},
+             "inertia": dict.fromkeys(("ixx", "ixy", "ixz", "iyy", "iyz", "izz"), 1)}  # fmt: skip
+
+
+def drop_unusable_inertials(robot: Element) -> list[Finding]:
+    """Remove inertials that hold no numbers, or ones that are not finite or too large; a finding for each."""
+    findings = []
+    for link in robot.findall("link"):
+        for inertial in link.findall("inertial"):
+            stated = [
+                (element, key, str(element.get(key)), count)
+                for element in inertial.iter(*INERTIALS)
+                for key, count in INERTIALS[str(element.tag)].items()
+                if element.get(key) is not None
+            ]
+            bad = next((item for item in stated if problem_of(item[2], (item[3],), LARGEST) is not None), None)
+            if bad is None:
+                continue
+            name, (element, key, text, count) = str(link.get("name")), bad
+            _, problem = problem_of(text, (count,), LARGEST) or ("", "")
+            message = (
+                f"link '{name}': its inertial counts as none, since <{element.tag} {key}='{shown(text)}'> {problem}"
+            )
+            findings.append(warning(code="inertial_unusable", message=message, link=name))
+            link.remove(inertial)
+    return findings
+
+
+def name_files(robot: Element) -> None:
+    """Give meshes and textures that name no file an empty name."""
+    for part in robot.iterchildren("link", "joint", "material"):
+        for element in part.iter("mesh", "texture"):
+            if element.get("filename") is None:
+                element.set("filename", "")
+
+
+def elements_of(robot: Element) -> list[Element]:
+    """The elements within links, joints and materials."""
+    return [inner for part in robot.iterchildren("link", "joint", "material") for inner in part.iter(etree.Element)]

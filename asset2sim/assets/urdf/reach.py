@@ -1,0 +1,139 @@
+"""Which files an asset may be read from: those below its dataset and the packages that were named."""
+
+import os
+import stat
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field
+from pathlib import Path, PurePosixPath
+
+from asset2sim.assets.urdf.locate import PARENTS_SEARCHED, is_loose, is_regular, mesh_candidates, path_in
+from schemas.asset import AssetRef
+from schemas.errors import AssetError
+from schemas.inputs import InputSettings
+from schemas.location import location_of
+from schemas.vocabulary import FailureMode
+
+WEB = ("http", "https", "ftp", "s3", "gs")
+OUTSIDE_REMEDY = "bring it into the dataset, name its folder by --package NAME=PATH, or allow it by --allow-outside"
+
+
+@dataclass(frozen=True)
+class Reach:
+    """The folders (links followed) below which an asset's files may lie, and those of named packages; ``anywhere``
+    stands for all folders."""
+
+    roots: tuple[Path, ...] = ()
+    packages: Mapping[str, Path] = field(default_factory=dict)
+    anywhere: bool = False
+
+    def allows(self, path: Path) -> bool:
+        """Whether a path, links followed, lies below one of the folders."""
+        if self.anywhere:
+            return True
+        try:
+            real = path.resolve()
+        except (OSError, RuntimeError, ValueError):  # a loop of links, a name that no file can have
+            return False
+        return any(real.is_relative_to(folder) for folder in (*self.roots, *self.packages.values()))
+
+
+ANYWHERE = Reach(anywhere=True)
+
+
+def reach_of(ref: AssetRef, inputs: InputSettings) -> Reach:
+    """Where the files of an asset may lie: below its dataset's folder, or its own where it comes from none."""
+    folders = {name: Path(place).resolve() for name, place in inputs.package_folders.items()}
+    return Reach((Path(location_of(ref.root or ref.path)).resolve(),), folders, inputs.allow_outside)
+
+
+@dataclass(frozen=True)
+class Refused:
+    """A reference that is not read: as its file has it, and why, with a remedy."""
+
+    reference: str
+    problem: str
+
+
+def find_within(reference: str, folder: Path, reach: Reach) -> tuple[Path | None, Path | None]:
+    """The file that a reference in ``folder`` means, as ``find_mesh`` has it but within ``reach``, with a named
+    package's file first; None where there is none, and then the file outside that it would be, if that is there."""
+    outside = None
+    for candidate in _candidates(reference, folder, reach):
+        if not is_regular(candidate):
+            continue
+        if reach.allows(candidate):
+            return candidate, None
+        outside = outside or candidate
+    return None, outside
+
+
+def _candidates(reference: str, folder: Path, reach: Reach) -> Iterator[Path]:
+    text = path_in(reference)
+    parts = [part for part in PurePosixPath(text).parts if part != "/"]
+    if is_loose(reference) and parts and parts[0] in reach.packages:
+        yield reach.packages[parts[0]].joinpath(*parts[1:])
+    if text.startswith("/"):
+        yield Path(text)
+    above = folder.resolve().parents[:PARENTS_SEARCHED] if is_loose(reference) else ()
+    yield from map(Path, mesh_candidates(reference, folder, above))
+
+
+def lies_outside(path: Path, reach: Reach) -> str:
+    """Why a file is not read that lies elsewhere, with the remedies."""
+    real = path.resolve()
+    through = f", a link to {real}," if path.is_symlink() else ""
+    roots = ", ".join(map(str, reach.roots))
+    return f"is {path}{through} and lies outside the dataset {roots}: {OUTSIDE_REMEDY}"
+
+
+def check_within(path: Path, reach: Reach) -> Path:
+    """The path. Raises AssetError (unreadable_asset) where it lies outside the dataset."""
+    if reach.allows(path):
+        return path
+    message = f"'{path.name}' {lies_outside(path, reach)}"
+    raise AssetError(FailureMode.UNREADABLE_ASSET, "outside_dataset", message)
+
+
+def why_missing(reference: str, folder: Path, reach: Reach) -> str:
+    """Why a reference that ``find_within`` does not find means no file, in words, with what to do about it."""
+    text, (scheme, separator, _) = path_in(reference), reference.strip().partition("://")
+    if separator and scheme.lower() in WEB:
+        return "is a web address, and none is fetched: download the file and name it by its path beside the URDF"
+    if not text.strip("/. "):
+        return "names no file: state its path, relative to the URDF"
+    for candidate in _candidates(reference, folder, reach):
+        if (problem := _problem_of(candidate, reach)) is not None:
+            return problem
+    if not is_loose(reference) and not reach.allows(plain := folder / text):
+        return f"means {plain}, which lies outside the dataset: {OUTSIDE_REMEDY}"
+    package = text.split("/")[0]
+    if is_loose(reference) and separator and scheme.lower() in ("package", "model") and package not in reach.packages:
+        return f"is not there: restore the file, or say where its package lies by --package {package}=PATH"
+    return "is not there: restore the file"
+
+
+def _problem_of(path: Path, reach: Reach) -> str | None:
+    """What keeps one candidate from being a file that can be read; None where there is nothing of its name."""
+    try:
+        mode = os.stat(path).st_mode
+    except (FileNotFoundError, NotADirectoryError):
+        if path.is_symlink():
+            return f"is a link to {os.readlink(path)}, which is not there: restore that file, or replace the link by it"
+        return _spelt_otherwise(path) if reach.allows(path.parent) else None
+    except (OSError, ValueError) as error:
+        reason = getattr(error, "strerror", None) or str(error)
+        return f"cannot be opened ({reason}): rename it, or give the user that runs this the right to read it"
+    if stat.S_ISDIR(mode):
+        return "is a folder: name a file in it"
+    if not stat.S_ISREG(mode):
+        return "is a pipe, a socket or a device: replace it by a file"
+    return None
+
+
+def _spelt_otherwise(path: Path) -> str | None:
+    try:
+        names = os.listdir(path.parent)
+    except OSError:
+        return None
+    other = next((name for name in names if name.casefold() == path.name.casefold()), None)
+    return None if other is None else f"is not there, but '{other}' is: mend the case of its letters, restore the file"

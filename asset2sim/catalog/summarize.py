@@ -1,0 +1,79 @@
+"""An asset's record in short: what a run keeps in memory of it."""
+
+import sys
+from collections.abc import Iterable
+
+from asset2sim.catalog.rows_engines import prismatic_joints
+from asset2sim.checks.verdict import oscillating_joints, report_verdict
+from schemas.alignment import Alignment
+from schemas.asset import AssetRecord
+from schemas.measurement import Measurement
+from schemas.settings import Thresholds
+from schemas.summary import AlignmentSummary, AssetSummary, MotionSummary
+from schemas.vocabulary import Severity, Stage
+
+
+def summarize(record: AssetRecord, limits: Thresholds) -> AssetSummary:
+    """The record in short, judged by these thresholds."""
+    overlay, paid = record.overlay, [call for call in record.calls if not call.cached]
+    verdicts = [report_verdict(report, overlay, limits) for report in record.reports] if overlay else []
+    return AssetSummary(
+        ref=record.ref,
+        category=shared(record.category),
+        method=record.method,
+        model=shared(record.model),
+        status=record.status,
+        failure_mode=record.failure_mode,
+        reason=shared(record.reason),
+        content_hash=record.content_hash,
+        seconds={shared(stage): seconds for stage, seconds in record.seconds.items()},
+        total_seconds=total_seconds(record),
+        call_costs_usd=tuple(call.cost_usd for call in paid),
+        prompt_tokens=sum(call.prompt_tokens for call in paid),
+        completion_tokens=sum(call.completion_tokens for call in paid),
+        cached_calls=len(record.calls) - len(paid),
+        error_codes=tuple(sorted({shared(f.code) for f in record.findings if f.severity is Severity.ERROR})),
+        scale=overlay.scale if overlay else None,
+        mass_kg=overlay.mass_kg if overlay else None,
+        measurement=_motion(record, record.measurement, limits) if record.measurement else None,
+        alignment=_alignment(record.alignment) if record.alignment else None,
+        expected=record.expected,
+        engines=(sum(verdict.passed for verdict in verdicts), len(verdicts)) if verdicts else None,
+    )
+
+
+def summarize_all(records: Iterable[AssetRecord], limits: Thresholds | None = None) -> tuple[AssetSummary, ...]:
+    """The records in short, in their order."""
+    return tuple(summarize(record, limits or Thresholds()) for record in records)
+
+
+def shared(text: str) -> str:
+    """The one copy of a text that thousands of assets have."""
+    return sys.intern(str(text))
+
+
+def total_seconds(record: AssetRecord) -> float:
+    """Wall time of the asset, s: the stages added up, or ``total`` where the record states one."""
+    stages = sum(record.seconds.get(stage.value, 0.0) for stage in Stage)
+    return record.seconds.get("total", stages)
+
+
+def _motion(record: AssetRecord, measured: Measurement, limits: Thresholds) -> MotionSummary:
+    return MotionSummary(
+        penetration_m=measured.penetration_m,
+        drift_m=measured.drift_m,
+        drift_rad=measured.drift_rad,
+        finite=measured.finite,
+        oscillating_joints=len(oscillating_joints(measured, prismatic_joints(record), limits)),
+    )
+
+
+def _alignment(found: Alignment) -> AlignmentSummary:
+    return AlignmentSummary(
+        value=found.value,
+        judged=found.judged,
+        scale_deviation=found.scale_deviation,
+        reference_states_scale=found.reference_states_scale,
+        joint_deviation=found.joint_deviation,
+        joint_is_slider=found.joint_is_slider,
+    )

@@ -1,0 +1,158 @@
+"""Numbers in the guidance: each rewritten in the plain units that the rules read, or, if it cannot be met, left out and
+named."""
+
+import re
+from dataclasses import dataclass
+from decimal import Decimal
+from functools import lru_cache
+
+SMALLEST_M, LARGEST_M = 0.005, 5.0
+"""The longest edge that a household object may have after scaling, m: a button cell to a wardrobe wall."""
+LEAST_SCALE, MOST_SCALE = 1e-4, 1e4
+"""Uniform scales that can be meant: metres for a tenth of a millimetre, and the reverse."""
+MOST_KG = 1e4
+"""The most that an object may be said to weigh, kg: a safe of ``LARGEST_M`` has a tenth of it."""
+
+NEAR = 60
+"""Characters before and after a number that say what it is about."""
+
+_METRES = {
+    "km": 1e3, "kilometres?": 1e3, "kilometers?": 1e3, "miles?": 1609.344, "yards?": 0.9144, "yd": 0.9144,
+    "feet": 0.3048, "foot": 0.3048, "ft": 0.3048, "dm": 0.1, "decimet(?:re|er)s?": 0.1, "µm": 1e-6, "um": 1e-6,
+    "microns?": 1e-6, "nm": 1e-9, r"in(?=\s+(?:long|wide|tall|high|deep|thick|across)\b)": 0.0254,
+}  # fmt: skip
+_KILOGRAMS = {
+    "lbs?": 0.45359237, "pounds?": 0.45359237, "ounces?": 0.028349523125, "oz": 0.028349523125, "tons?": 1e3,
+    "tonnes?": 1e3, "mg": 1e-6, "stones?": 6.35029318,
+}  # fmt: skip
+_PLAIN = {
+    "m": {"m": 1.0, "met(?:re|er)s?": 1.0, "cm": 0.01, "centimet(?:re|er)s?": 0.01, "mm": 0.001,
+          "millimet(?:re|er)s?": 0.001, "inch(?:es)?": 0.0254},
+    "kg": {"kg": 1.0, "kilograms?": 1.0, "kilos?": 1.0, "g": 0.001, "grams?": 0.001},
+    "rad": {"deg(?:rees?)?": 0.0174532925199, "°": 0.0174532925199, "rad(?:ians?)?": 1.0},
+    "%": {"%": 0.01, "percent": 0.01},
+}  # fmt: skip
+"""Units that the rules read themselves, by the SI unit in which they measure: these are left as they stand."""
+_UNITS = "|".join((*_METRES, *_KILOGRAMS, *(unit for units in _PLAIN.values() for unit in units)))
+_AMOUNT = re.compile(
+    r"(?P<sign>(?<![\w.,%°)])[-−–](?=\d)|\bminus\s+)?(?<![\w.,])"
+    r"(?P<digits>\d++(?:[.,]\d++)*+)(?P<power>e[-+]?\d++|\^[-+]?\d++|[⁻⁰¹²³⁴-⁹]++)?+(?P<ratio>:\d++)?+"
+    rf"(?:(?P<space>\s*-?\s*)(?P<unit>{_UNITS})(?![a-z0-9]))?"
+)
+_SCALED = re.compile(r"\bscal(?:e|ed|ing)(?:\s+(?:factor|of|to|by|is|it|up|down))*\s*[:=]?\s*$")
+_SIZED = re.compile(r"[\s-]*(?:long|wide|tall|high|deep|across|in\s+(?:length|width|height|depth|diameter))\b")
+_OPENED = re.compile(r"[\s-]*(?:open|closed|shut|of\s+the\s+way)\b")
+_OPENS = re.compile(r"\bopen(?:ed)?(?:\s+(?:by|to|at))?\s*$")
+_THOUSANDS = re.compile(r"[1-9]\d{0,2}(?:,\d{3})+")
+_NUMBER = re.compile(rf"\d+(?:[.,]\d+)?|{_THOUSANDS.pattern}")
+_RAISED = str.maketrans("⁻⁰¹²³⁴⁵⁶⁷⁸⁹", "-0123456789")
+_MASS = re.compile(r"(\d++(?:\.\d++)?+)\s*(kg|kilograms?|kilos?|g|grams?)\b")
+
+
+@dataclass(frozen=True)
+class Unmet:
+    """A number of the guidance that no object can have, in the user's ``words``, and ``why``."""
+
+    words: str
+    why: str
+
+
+def plain(guidance: str) -> str:
+    """The guidance in lower case, its numbers without exponents, decimal commas and units that no rule reads ("1e-1 m"
+    and "3 ft" become "0.1 m" and "0.9144 m"), and without those that cannot be met."""
+    return _read(guidance)[0]
+
+
+def unmet_numbers(guidance: str) -> tuple[Unmet, ...]:
+    """The numbers that no object can have: negative ones, sizes of kilometres, scales of a billion."""
+    return _read(guidance)[1]
+
+
+def stated_mass(guidance: str) -> float | None:
+    """The mass that the guidance states, kg; None without one."""
+    found = _MASS.search(plain(guidance))
+    if found is None or float(found.group(1)) <= 0.0:
+        return None
+    return float(found.group(1)) * (1.0 if found.group(2).startswith("k") else 1e-3)
+
+
+@lru_cache(maxsize=64)
+def _read(guidance: str) -> tuple[str, tuple[Unmet, ...]]:
+    text, pieces, unmet, end = guidance.lower().replace("\u2019", "'"), list[str](), list[Unmet](), 0
+    for found in _AMOUNT.finditer(text):
+        before, after = text[max(found.start() - NEAR, 0) : found.start()], text[found.end() : found.end() + NEAR]
+        word, why = _rewritten(found, before, after)
+        if why:
+            scaled, rest = _SCALED.search(before), _SIZED.match(after) or _OPENED.match(after)
+            words = (scaled.group() if scaled else "") + found.group() + (rest.group() if rest else "")
+            unmet.append(Unmet(words.strip(), why))
+        pieces += [text[end : found.start()], word]
+        end = found.end()
+    return "".join((*pieces, text[end:])), tuple(unmet)
+
+
+def _rewritten(found: "re.Match[str]", before: str, after: str) -> tuple[str, str]:
+    """An amount in plain words, "" if it cannot be met, and then why."""
+    scales = _SCALED.search(before) is not None
+    if (found["ratio"] and not scales) or not _NUMBER.fullmatch(found["digits"]):
+        return found.group(), ""  # a time, a version, a list
+    value, (unit, factor) = _value(found["digits"], found["power"]), _unit(found["unit"])
+    # "10 -20 cm" is a range.
+    if found["sign"] is not None and not before.rstrip()[-1:].isdigit():
+        return "", "no amount is negative"
+    if value is None:
+        return "", "it is beyond all numbers"
+    if scales and found["ratio"]:
+        return "", "a ratio is no scale of a file; state the size, as in 20 cm long"
+    scale = scales and unit in ("", "%")
+    why = _too_much("scale" if scale else unit, value * factor, before, after)
+    if why:
+        return "", why
+    if scale:
+        return _decimal(value * factor), ""
+    if unit and not any(re.fullmatch(name, found["unit"]) for units in _PLAIN.values() for name in units):
+        return f"{_decimal(value * factor)} {unit}", ""
+    space = " " if "-" in (found["space"] or "") else found["space"] or ""
+    return f"{_decimal(value)}{space}{found['unit'] or ''}", ""
+
+
+def _too_much(unit: str, amount: float, before: str, after: str) -> str:
+    """Why no object has an amount, which is in ``unit``; empty where one may."""
+    if unit == "scale" and not LEAST_SCALE <= amount <= MOST_SCALE:
+        return f"a scale is {LEAST_SCALE:g} to {MOST_SCALE:g}"
+    if unit == "m" and (amount > LARGEST_M or (amount < SMALLEST_M and _SIZED.match(after))):
+        return f"objects are {1e3 * SMALLEST_M:g} mm to {LARGEST_M:g} m"
+    if unit == "kg" and not 0.0 < amount <= MOST_KG:
+        return f"objects weigh more than nothing and at most {MOST_KG:g} kg"
+    if unit == "%" and amount > 1.0 and (_OPENED.match(after) or _OPENS.search(before)):
+        return "fully open is 100 %"
+    return ""
+
+
+def _unit(name: str | None) -> tuple[str, float]:
+    """SI unit of a unit's name, and its factor; "" for none."""
+    if name is None:
+        return "", 1.0
+    for unit, units in (("m", _METRES), ("kg", _KILOGRAMS), *_PLAIN.items()):
+        for pattern, factor in units.items():
+            if re.fullmatch(pattern.partition("(?=")[0], name):
+                return unit, factor
+    return "", 1.0
+
+
+def _value(digits: str, power: str | None) -> float | None:
+    """The number as written; None where it is beyond what a float holds."""
+    digits = digits.replace(",", "") if _THOUSANDS.fullmatch(digits) else digits.replace(",", ".")
+    try:
+        value = float(digits)
+        if power and power[0] == "e":
+            value = float(digits + power)
+        elif power:
+            value = value ** int(power.translate(_RAISED).lstrip("^"))
+    except (OverflowError, ValueError, ZeroDivisionError):
+        return None
+    return value if value < 1e300 else None
+
+
+def _decimal(value: float) -> str:
+    return format(Decimal(f"{value:.10g}"), "f")

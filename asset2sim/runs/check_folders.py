@@ -1,0 +1,106 @@
+"""The checks alone, on URDF folders as they are: refined, edited by hand, or of somebody else."""
+
+import tempfile
+from collections.abc import Sequence
+from concurrent.futures import ThreadPoolExecutor
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+from asset2sim.assets.urdf.base import WORLD
+from asset2sim.checks.verdict import failures_of
+from asset2sim.engines.registry import require
+from asset2sim.runs.dataset import load_dataset
+from asset2sim.runs.isolation import stop_children
+from asset2sim.runs.isolation.asset_attempt import attempt_in_child
+from asset2sim.runs.isolation.children import warm_up
+from schemas.asset import AssetRecord, AssetRef
+from schemas.errors import UsageError
+from schemas.interaction import EngineReport
+from schemas.location import is_url
+from schemas.request import ModelAnswer, ModelRequest
+from schemas.settings import Settings
+from schemas.vocabulary import Method, Severity
+
+
+def check_settings(settings: Settings) -> Settings:
+    """The settings under which folders are checked: nothing is proposed and no picture drawn."""
+    views = settings.views.model_copy(update={"write": False})
+    return settings.model_copy(update={"method": Method.RAW, "views": views})
+
+
+def check_folders(folders: Sequence[Path | str], settings: Settings, pipeline: str) -> list[AssetRecord]:
+    """A record of each asset in the folders (asset folders, or folders of those), in their order, each from a killable
+    child that runs ``pipeline`` (``module:function``). Raises UsageError for a folder without assets, a URL, and an
+    engine that is not installed."""
+    for engine in settings.engine.verify or ():
+        require(engine)
+    refs: dict[str, AssetRef] = {}
+    for folder in folders:
+        if is_url(folder):
+            raise UsageError(f"{folder}: folders are checked here; copy it first")
+        refs |= {ref.path: ref for ref in load_dataset(folder)}
+    warm_up(pipeline)
+    with tempfile.TemporaryDirectory(prefix="asset2sim-check-") as place:
+        # Two folders may hold assets of one name.
+        places = [Path(place, str(number)) for number in range(len(refs))]
+        pool = ThreadPoolExecutor(settings.run.workers)
+        try:
+            return list(pool.map(partial(_check, pipeline, check_settings(settings), place), refs.values(), places))
+        except KeyboardInterrupt:
+            stop_children(place)
+            raise
+        finally:
+            pool.shutdown(cancel_futures=True)
+
+
+def check_as_json(record: AssetRecord, settings: Settings) -> dict[str, Any]:
+    """One asset's record as JSON values: verdict, state, what each engine failed, and warnings and errors."""
+    overlay = record.overlay
+    return {
+        "asset_id": record.ref.asset_id,
+        "path": record.ref.path,
+        "status": record.status.value,
+        "failure_mode": record.failure_mode.value,
+        "reason": record.reason,
+        # The link that stands for the world weighs nothing, whatever engines invent for it.
+        "mass_kg": overlay and sum(link.mass_kg for link in overlay.links if link.name != WORLD),
+        "support": overlay and overlay.support.kind.value,
+        "initial_positions": overlay and overlay.initial_positions,
+        "engines": {report.engine.value: _engine(record, report, settings) for report in record.reports},
+        "findings": [
+            item.model_dump(mode="json", exclude_none=True)
+            for item in record.findings
+            if item.severity is not Severity.INFO
+        ],
+    }
+
+
+def engine_verdict(record: AssetRecord, report: EngineReport, settings: Settings) -> str:
+    """The first failure in one engine, or ok."""
+    assert record.overlay is not None, "what was measured has an overlay"
+    found = failures_of(report, record.overlay, settings.thresholds)
+    return found[0].mode.value if found else "ok"
+
+
+def _engine(record: AssetRecord, report: EngineReport, settings: Settings) -> dict[str, Any]:
+    assert record.overlay is not None, "what was measured has an overlay"
+    failed = failures_of(report, record.overlay, settings.thresholds)
+    return {
+        "version": report.engine_version,
+        "passed": not failed,
+        "failures": [
+            {"check": item.mode.value, "subject": item.subject, "reason": item.reason, "value": item.value,
+             "limit": item.limit}
+            for item in failed
+        ],
+    }  # fmt: skip
+
+
+def _check(pipeline: str, settings: Settings, owner: str, ref: AssetRef, place: Path) -> AssetRecord:
+    place.mkdir()
+    return attempt_in_child(pipeline, ref, place, settings, _never, owner=owner).record
+
+
+def _never(request: ModelRequest) -> ModelAnswer:
+    return ModelAnswer(content=None, error="checks ask no model", calls=())

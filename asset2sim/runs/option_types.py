@@ -1,0 +1,100 @@
+"""Types of options: their names are what the help shows in the place of a value."""
+
+from datetime import UTC, datetime
+from pathlib import Path
+from typing import Annotated, Literal, TypeVar
+
+from pydantic import BeforeValidator, Field
+from pydantic_settings import NoDecode
+from typing_extensions import TypeAliasType
+
+from asset2sim.runs.command_line import Options
+from schemas.base import Fraction, NonNegative, Positive
+from schemas.errors import UsageError
+from schemas.inputs import Package
+from schemas.location import Location
+from schemas.support import SupportKind
+from schemas.vocabulary import (
+    BaseMode,
+    CollisionMode,
+    DynamicsRule,
+    Engine,
+    Export,
+    Gate,
+    Grouping,
+    Method,
+    StateMode,
+    UpAxis,
+)
+
+
+def split(text: object) -> object:
+    """The names in a comma-separated list, in its order. Raises ValueError for an option without a value."""
+    if text == []:
+        raise ValueError("expected at least one argument")
+    return tuple(name.strip() for name in text.split(",") if name.strip()) if isinstance(text, str) else text
+
+
+def once(names: object) -> object:
+    """The names of a list, each once."""
+    return tuple(dict.fromkeys(names)) if isinstance(names, tuple) else names
+
+
+def utc(text: object) -> object:
+    """A day or a time; what states no time zone is UTC. Raises ValueError."""
+    try:
+        found = datetime.fromisoformat(str(text))
+    except ValueError:
+        raise ValueError(f"'{text}' is not a day or a time such as 2026-11-01 or 2026-11-01T02:00") from None
+    return found if found.tzinfo is not None else found.replace(tzinfo=UTC)
+
+
+Kind = TypeVar("Kind")
+Words = Annotated[Kind, NoDecode, BeforeValidator(split)]
+"""The type of an option that takes several names: with commas between them, or each a word of its own."""
+Listed = Words[Annotated[Kind, BeforeValidator(once)]]
+
+FILE = TypeAliasType("FILE", Path)
+OUT = TypeAliasType("OUT", Location)
+FOLDERS = TypeAliasType("FOLDERS", tuple[Location, ...])
+NAME = TypeAliasType("NAME", str)
+IDS = TypeAliasType("IDS", tuple[str, ...])
+N = TypeAliasType("N", Annotated[int, Field(ge=1)])
+COUNT = TypeAliasType("COUNT", Annotated[int, Field(ge=0)])
+RATE = TypeAliasType("RATE", Positive)
+SECONDS = TypeAliasType("SECONDS", Positive)
+SHARE = TypeAliasType("SHARE", Fraction)
+PORT = TypeAliasType("PORT", Annotated[int, Field(ge=1, le=65_535)])
+CRON = TypeAliasType("CRON", str)
+USD = TypeAliasType("USD", NonNegative)
+URL = TypeAliasType("URL", str)
+TEXT = TypeAliasType("TEXT", str)
+DAY = TypeAliasType("DAY", Annotated[datetime, BeforeValidator(utc)])
+RUN = TypeAliasType("RUN", tuple[str, str])
+SHELL = TypeAliasType("SHELL", str)
+ENGINES = TypeAliasType("ENGINES", tuple[Engine, ...])
+FORMATS = TypeAliasType("FORMATS", tuple[Export, ...])
+PACKAGES = TypeAliasType("PACKAGES", tuple[Package, ...])
+GROUP = TypeAliasType("GROUP", Grouping)
+METHOD = TypeAliasType("METHOD", Method)
+MODE = TypeAliasType("MODE", CollisionMode)
+RULE = TypeAliasType("RULE", DynamicsRule)
+STATE = TypeAliasType("STATE", StateMode)
+SUPPORT = TypeAliasType("SUPPORT", SupportKind)
+BASE = TypeAliasType("BASE", BaseMode)
+GATE = TypeAliasType("GATE", Gate)
+AXIS = TypeAliasType("AXIS", UpAxis)
+VIEWS = TypeAliasType("VIEWS", Literal["now", "later"])
+FORMAT = TypeAliasType("FORMAT", Literal["yaml", "toml"])
+
+
+def nothing(value: Kind) -> Kind | None:
+    """The value, or None for an empty list or text."""
+    return value or None
+
+
+def exclusive(options: Options, one: str, other: str) -> None:
+    """Refuse two options together; the library would put them into a group, and the group into their names."""
+    if {one, other} <= options.model_fields_set and getattr(options, one) and getattr(options, other):
+        names = [f"--{name.replace('_', '-')}" for name in (other, one)]
+        raise UsageError(f"argument {names[0]}: not allowed with argument {names[1]}")

@@ -1,0 +1,107 @@
+"""Refined folders that are not as a run wrote them: edited by hand, truncated, or with files gone."""
+
+import hashlib
+import sqlite3
+import time
+from collections.abc import Iterable, Mapping
+from pathlib import Path
+
+from asset2sim.assets.checksums import FILE, changed_files
+from asset2sim.runs.plan.asset_files import AssetFile, files_below
+from asset2sim.runs.plan.state import SETTLED_NS
+from schemas.vocabulary import Redo
+
+MOST_NAMED = 10
+"""Assets, and files of each, that a message names."""
+
+Changes = Mapping[str, tuple[str, ...]]
+"""Asset id → what became of its files."""
+
+
+def hand_changes(
+    state: sqlite3.Connection, out: Path, asset_ids: Iterable[str], there: Mapping[str, str] | None
+) -> dict[str, tuple[str, ...]]:
+    """The changes in these assets' folders since they were written, in ``out``, or in a store (``there``: asset id →
+    digest of how its folder looks)."""
+    if there is None:
+        return find_changes(state, out, asset_ids)
+    return find_changes_in_store(state, {name: there[name] for name in asset_ids if name in there})
+
+
+def find_changes(state: sqlite3.Connection, out: Path, asset_ids: Iterable[str]) -> dict[str, tuple[str, ...]]:
+    """The changes in these assets' folders since they were written. Files are read only where a size or a time is
+    another than when they were last looked at."""
+    known, found, looks = _known(state), dict[str, tuple[str, ...]](), dict[str, str]()
+    for asset_id in asset_ids:
+        folder = out / "assets" / asset_id
+        files = list(files_below(folder))
+        look = _look(files)
+        if not files or look == known.get(asset_id):
+            continue
+        changed = changed_files(folder)
+        if changed is None and asset_id in known:
+            changed = (f"{FILE} removed",)
+        if changed:
+            found[asset_id] = changed
+        elif changed is not None and _settled(files):
+            looks[asset_id] = look
+    _note(state, looks)
+    return found
+
+
+def find_changes_in_store(state: sqlite3.Connection, there: Mapping[str, str]) -> dict[str, tuple[str, ...]]:
+    """The same of folders in a store, from its listing alone (``there``: asset id → digest of names, sizes and
+    versions): which file it was is not known."""
+    known = _known(state)
+    return {name: ("files in the store changed",) for name, look in there.items() if known.get(name, look) != look}
+
+
+def note_written(state: sqlite3.Connection, out: Path, asset_ids: Iterable[str]) -> None:
+    """Remember how the folders look that a run has just written. Where a file is younger than the folder's checksums,
+    or so young that it may change unseen, the next look reads it."""
+    looks = {}
+    for asset_id in asset_ids:
+        files = list(files_below(out / "assets" / asset_id))
+        written = next((file.mtime_ns for file in files if file.name == FILE), None)
+        if written is not None and _settled(files) and all(file.mtime_ns <= written for file in files):
+            looks[asset_id] = _look(files)
+    _note(state, looks)
+
+
+def note_stored(state: sqlite3.Connection, there: Mapping[str, str], asset_ids: Iterable[str]) -> None:
+    """Remember how the folders look in the store that a run has just written."""
+    _note(state, {asset_id: there[asset_id] for asset_id in asset_ids if asset_id in there})
+
+
+def changes_text(changes: Changes, redo: Redo) -> str | None:
+    """A sentence on what was changed by hand and what becomes of it; None where nothing was."""
+    if not changes:
+        return None
+    named = [f"{asset_id} ({_named(files)})" for asset_id, files in list(changes.items())[:MOST_NAMED]]
+    more = f" and {len(changes) - MOST_NAMED} more" if len(changes) > MOST_NAMED else ""
+    then = "refined anew with --force" if redo is Redo.ALL else "kept; --force refines them anew"
+    return f"changed by hand since they were refined: {', '.join(named)}{more}: {then}"
+
+
+def _named(files: tuple[str, ...]) -> str:
+    more = f" and {len(files) - MOST_NAMED} more" if len(files) > MOST_NAMED else ""
+    return f"{', '.join(files[:MOST_NAMED])}{more}"
+
+
+def _known(state: sqlite3.Connection) -> dict[str, str]:
+    return dict(state.execute("SELECT asset_id, look FROM outputs"))
+
+
+def _note(state: sqlite3.Connection, looks: Mapping[str, str]) -> None:
+    state.executemany("INSERT OR REPLACE INTO outputs VALUES (?, ?)", looks.items())
+
+
+def _look(files: Iterable[AssetFile]) -> str:
+    """Digest of names, sizes and times."""
+    text = "\n".join(sorted(f"{file.name}\0{file.size}\0{file.mtime_ns}\0{file.ctime_ns}" for file in files))
+    return hashlib.sha256(text.encode(errors="surrogateescape")).hexdigest()
+
+
+def _settled(files: Iterable[AssetFile]) -> bool:
+    latest = max((max(file.mtime_ns, file.ctime_ns) for file in files), default=0)
+    return latest < time.time_ns() - SETTLED_NS

@@ -1,0 +1,56 @@
+"""What an earlier run refined, where a later one failed: it does not stay under the failed row, and is not lost."""
+
+import os
+import shutil
+from contextlib import suppress
+from pathlib import Path
+
+from schemas.asset import AssetRecord
+from schemas.finding import Finding
+from schemas.vocabulary import Severity, Stage, Status
+
+FOLDER = "set_aside"
+"""Under the output folder: the last refinement of each asset that has failed since."""
+CODE = "set_aside"
+"""Code of the finding that says where an asset's earlier refinement is."""
+
+Stamp = tuple[int, int]
+"""What tells one folder of a name from another: its inode, and when its list of files last changed, ns."""
+
+
+def stamp(folder: Path) -> Stamp | None:
+    """The stamp of a folder; None where there is none."""
+    try:
+        found = os.stat(folder)
+    except OSError:
+        return None
+    return found.st_ino, found.st_mtime_ns
+
+
+def set_aside(out: Path, record: AssetRecord, before: Stamp | None) -> AssetRecord:
+    """Move the refined folder of a failed asset that is as it was ``before`` the run out of ``assets``, and remove what
+    was set aside of an asset that passes. Returns the record, with a finding where the folder was moved, also where
+    that was at an earlier call."""
+    asset_id = record.ref.asset_id
+    folder, place = out / "assets" / asset_id, out / FOLDER / asset_id
+    if record.status is Status.OK:
+        if place.exists():
+            shutil.rmtree(place, ignore_errors=True)
+        return record
+    if before is None or stamp(folder) not in (before, None):
+        return record
+    with suppress(OSError):
+        if folder.exists():
+            place.parent.mkdir(parents=True, exist_ok=True)
+            if place.exists():
+                shutil.rmtree(place)
+            os.rename(folder, place)
+    if folder.exists() or not place.exists():
+        return record
+    finding = Finding(
+        stage=Stage.PUBLISH,
+        severity=Severity.INFO,
+        code=CODE,
+        message=f"asset {asset_id}: this run failed, and what an earlier one refined is in {FOLDER}/{asset_id} now",
+    )
+    return record.model_copy(update={"findings": (*record.findings, finding)})

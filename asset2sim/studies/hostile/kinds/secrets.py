@@ -1,0 +1,35 @@
+"""Keys where people put them, in addresses and hooks: they come into no table, log or database."""
+
+from collections.abc import Sequence
+
+from asset2sim.studies.hostile.case import KEY, Case
+from asset2sim.studies.hostile.tiny import asset
+from schemas.vocabulary import FailureMode
+
+ADDRESSES = {
+    "user": f"http://{KEY}@127.0.0.1:1/v1",
+    "password": f"http://user:{KEY}@127.0.0.1:1/v1",
+    "query": f"http://127.0.0.1:1/v1?api_key={KEY}",
+    "path_and_query": f"http://127.0.0.1:1/v1/x?a=1&token={KEY}",
+    "both": f"https://user:{KEY}@127.0.0.1:1/v1?key={KEY}",
+}
+WRONG = {
+    "hostless": ("--model", "openai/x", "--api-base", f"http://user:{KEY}@"),
+    "no_scheme": ("--model", "openai/x", "--api-base", f"user:{KEY}@127.0.0.1/v1"),
+    "scheme": ("--model", "openai/x", "--api-base", f"gopher://{KEY}@127.0.0.1/v1"),
+    "scheduler": ("--scheduler", f"http://user:{KEY}@127.0.0.1:1"),
+}
+
+
+def cases() -> Sequence[Case]:
+    """Addresses at which nobody listens, hooks, and mistakes in what holds a key."""
+    asked = [
+        Case(f"base_{name}", asset(), frozenset({FailureMode.MODEL_ERROR}),
+             words=("--method", "direct", "--model", "openai/x", "--api-base", base))
+        for name, base in ADDRESSES.items()
+    ]  # fmt: skip
+    hooks = [
+        Case(f"hook_{name}", asset(), frozenset(FailureMode), words=("--method", "raw", "--hook", hook))
+        for name, hook in (("url", f"true http://127.0.0.1:1/{KEY}"), ("fails", f"false {KEY}"), ("none", f"/{KEY}"))
+    ]
+    return [*asked, *hooks, *(Case(f"wrong_{name}", asset(), words=words) for name, words in WRONG.items())]

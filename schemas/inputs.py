@@ -1,0 +1,38 @@
+"""Which files of a dataset are read, and from where."""
+
+from typing import Annotated
+
+from pydantic import AfterValidator
+
+from schemas.base import Frozen, Positive
+from schemas.location import is_url, location_of
+
+
+def _package(text: str) -> str:
+    name, separator, place = text.partition("=")
+    if not (name.strip() and separator and place.strip()) or "/" in name:
+        raise ValueError(f"'{text}' is not of the form NAME=PATH, a package's name and its folder")
+    folder = location_of(place.strip())
+    return f"{name.strip()}={folder if is_url(folder) else folder.expanduser().absolute()}"
+
+
+Package = Annotated[str, AfterValidator(_package)]
+"""A package's name and its folder or URL, as NAME=PATH; a relative path is one of the working folder."""
+
+
+class InputSettings(Frozen):
+    """Which files are read."""
+
+    allow_outside: bool = False
+    """Whether files outside the dataset's folder are read: meshes, textures and what a file includes, named by paths
+    that leave it or by symbolic links."""
+    packages: tuple[Package, ...] = ()
+    """Folders outside it that are read all the same, as NAME=PATH: ``package://NAME/...`` means a file below PATH."""
+    max_mesh_mb: Positive = 256.0
+    """Largest mesh file that is read, MB: an OBJ of this size holds four million triangles, and reading it takes ten
+    times its size in memory."""
+
+    @property
+    def package_folders(self) -> dict[str, str]:
+        """Package's name → its folder, or its URL."""
+        return {name: place for name, _, place in (package.partition("=") for package in self.packages)}

@@ -1,0 +1,63 @@
+"""Values that may hold a key: whole in this process and in the pickles between its workers, redacted as JSON, which is
+what tables, logs and Prefect keep."""
+
+import re
+from typing import Annotated
+from urllib.parse import urlsplit
+
+from pydantic import PlainSerializer, SerializationInfo
+
+REDACTED = "***"
+WHOLE = "whole"
+"""Key of a serialization context that asks for the values as they are: ``model_dump_json(context={WHOLE: True})``."""
+_KEY_SEGMENT = re.compile(r"(?=[^/]*\d)(?=[^/]*[A-Za-z])[\w.~+=-]{20,}")
+"""A part of a path that looks like a key: letters and digits, 20 and more."""
+
+
+def redacted_address(address: str) -> str:
+    """A URL without its user, query and fragment, and without parts of its path that look like keys."""
+    try:
+        parts = urlsplit(address)
+    except ValueError:
+        return REDACTED
+    user, at, host = parts.netloc.rpartition("@")
+    path = "/".join(REDACTED if _KEY_SEGMENT.fullmatch(part) else part for part in parts.path.split("/"))
+    more = f"?{REDACTED}" if parts.query else ""
+    scheme = f"{parts.scheme}://" if parts.scheme else ""
+    return f"{scheme}{REDACTED if user else ''}{at}{host}{path}{more}{f'#{REDACTED}' if parts.fragment else ''}"
+
+
+def secret_parts(address: str | None) -> tuple[str, ...]:
+    """The texts that ``redacted_address`` hides, longest first."""
+    try:
+        parts = urlsplit(address or "")
+    except ValueError:
+        return (address or "",)
+    user = parts.netloc.rpartition("@")[0]
+    keys = (part for part in parts.path.split("/") if _KEY_SEGMENT.fullmatch(part))
+    values = (pair.partition("=")[2] for pair in parts.query.split("&"))
+    found = {user, *user.split(":", 1)[1:], parts.query, *values, parts.fragment, *keys}
+    return tuple(sorted((text for text in found if len(text) > 2), key=lambda text: (-len(text), text)))
+
+
+def is_redacted(value: object) -> bool:
+    """Whether a text is what is left of a secret."""
+    return isinstance(value, str) and REDACTED in value
+
+
+def _hidden(value: str | None, info: SerializationInfo) -> str | None:
+    return value if value is None or _is_whole(info) else REDACTED
+
+
+def _hidden_parts(value: str | None, info: SerializationInfo) -> str | None:
+    return value if value is None or _is_whole(info) else redacted_address(value)
+
+
+def _is_whole(info: SerializationInfo) -> bool:
+    return bool(isinstance(info.context, dict) and info.context.get(WHOLE))
+
+
+Secret = Annotated[str, PlainSerializer(_hidden, return_type=str, when_used="json")]
+"""A text that is a secret as a whole, such as a hook with the address of a chat room."""
+Address = Annotated[str, PlainSerializer(_hidden_parts, return_type=str, when_used="json")]
+"""A URL that may hold a secret."""

@@ -1,0 +1,90 @@
+"""Check: any URDF folder, measured and judged as it is; nothing is proposed, changed or written."""
+
+from pathlib import Path
+
+from pydantic import ValidationError
+
+from asset2sim.assets.authored import REFINED_NAME, authored_overlay, with_refined_state
+from asset2sim.assets.checksums import changed_files
+from asset2sim.assets.extract import Extraction
+from asset2sim.checks.verdict import Verdict
+from asset2sim.validation.support import carried, forced_support
+from schemas.asset import AssetRecord, AssetRef
+from schemas.errors import AssetError
+from schemas.finding import Finding
+from schemas.overlay import PhysicsOverlay
+from schemas.request import ModelAsk
+from schemas.settings import Settings
+from schemas.vocabulary import Severity, Source, Stage
+from tasks.extract import extract_asset
+from tasks.job import AssetJob
+from tasks.measure import measure_written
+from tasks.progress import Progress, StageResult
+from tasks.validate import Validated
+
+STATE_READ = "refined_state"
+"""Code of the finding that says that the state is that of the folder's ``overlay.json``."""
+
+
+def check_asset(ref: AssetRef, out: Path, settings: Settings, ask: ModelAsk) -> AssetRecord:
+    """Record of one folder as it is; ``out`` takes what is computed on the way, and ``ask`` is never called."""
+    progress = Progress()
+    job = AssetJob(ref, out, settings, ask)
+    try:
+        verdict = _run_checks(job, progress)
+    except AssetError as error:
+        verdict = progress.failed(error)
+    return progress.record(ref, settings, verdict)
+
+
+def _run_checks(job: AssetJob, progress: Progress) -> Verdict:
+    progress.run(Stage.EXTRACT, compare_with_checksums, Path(job.ref.path))
+    extraction = progress.run(Stage.EXTRACT, extract_asset, job, correct_joints=False).extraction
+    overlay = progress.run(Stage.VALIDATE, overlay_as_it_is, job, extraction).overlay
+    return progress.run(Stage.MEASURE, measure_written, job, extraction, extraction.urdf, overlay, None).verdict
+
+
+def compare_with_checksums(folder: Path) -> StageResult:
+    """A finding for each file of a refined folder that is not as it was written."""
+    changed = changed_files(folder) or ()
+    return StageResult(
+        findings=tuple(_finding("changed_by_hand", f"not as it was refined: {text}") for text in changed)
+    )
+
+
+def overlay_as_it_is(job: AssetJob, extraction: Extraction) -> Validated:
+    """What the URDF states, in the state, with the friction and on the support that a refined folder's ``overlay.json``
+    adds; without one, joints at zero or their nearest limit, and the support that is found."""
+    overlay = authored_overlay(extraction, job.settings.physics)
+    told = list[Finding]()
+    refined, problem = read_refined(Path(job.ref.path))
+    if problem:
+        told.append(_finding("refined_state_unread", problem))
+    forced = forced_support(job.ref.support or job.settings.support)
+    if refined is None:
+        overlay = carried(overlay, extraction, None, Source.RULE, job.ref.prompt or "")
+    else:
+        overlay, unknown = with_refined_state(overlay, refined)
+        told += [_finding("refined_joint_unknown", text) for text in unknown]
+        told.append(
+            _finding(STATE_READ, f"initial state, friction and support are those of {REFINED_NAME}", Severity.INFO)
+        )
+    return Validated(
+        overlay=overlay if forced is None else overlay.model_copy(update={"support": forced}), findings=tuple(told)
+    )
+
+
+def read_refined(folder: Path) -> tuple[PhysicsOverlay | None, str]:
+    """The overlay of a refined folder, None without one, and why it cannot be read, empty where it can."""
+    file = folder / REFINED_NAME
+    if not file.is_file():
+        return None, ""
+    try:
+        return PhysicsOverlay.model_validate_json(file.read_text(encoding="utf-8")), ""
+    except (OSError, ValueError, ValidationError) as error:
+        first = str(error).splitlines()[0]
+        return None, f"{REFINED_NAME} cannot be read ({first}): joints start at zero or their nearest limit"
+
+
+def _finding(code: str, message: str, severity: Severity = Severity.WARNING) -> Finding:
+    return Finding(stage=Stage.VALIDATE, severity=severity, code=code, message=message)

@@ -1,0 +1,85 @@
+"""Numbers in prompts: read in any usual unit, and never another number than the one that stands there."""
+
+import pytest
+
+from asset2sim.checks.alignment.user_request import read_request
+from asset2sim.models.language.amounts import plain, stated_mass, unmet_numbers
+from asset2sim.models.language.lexicon import tokenize
+from tests import prior_objects as known
+from tests.factories import make_features
+
+
+@pytest.mark.parametrize(
+    ("words", "left", "named"),
+    [
+        ("A box 5 km long.", "a box  long.", "5 km long"),
+        ("a box that weighs -3 kg", "a box that weighs ", "-3 kg"),
+        ("a box that weighs −3 kg", "a box that weighs ", "−3 kg"),
+        ("minus 3 kg", "", "minus 3 kg"),
+        ("scale to 1e9", "scale to ", "scale to 1e9"),
+        ("scale to 10^9", "scale to ", "scale to 10^9"),
+        ("scale 0", "scale ", "scale 0"),
+        ("a scale of 1:10", "a scale of ", "scale of 1:10"),
+        ("1e999 kg", "", "1e999 kg"),
+        ("0 kg", "", "0 kg"),
+        ("0.1 mm long", " long", "0.1 mm long"),
+        ("its door 120% open", "its door  open", "120% open"),
+        ("its door opened by -30 degrees", "its door opened by ", "-30 degrees"),
+    ],
+)
+def test_a_number_that_cannot_be_met_is_left_out_and_named(words: str, left: str, named: str) -> None:
+    assert plain(words) == left
+    assert [item.words for item in unmet_numbers(words)] == [named]
+
+
+@pytest.mark.parametrize(
+    ("words", "meant"),
+    [
+        ("3 ft tall", "0.9144 m tall"),
+        ("12 in wide", "0.3048 m wide"),
+        ("a 30-cm-wide box", "a 30 cm-wide box"),
+        ("1e-1 m long", "0.1 m long"),
+        ("1,000 kg", "1000 kg"),
+        ("1,5 kg", "1.5 kg"),
+        ("scale it to 50%", "scale it to 0.5"),
+        ("10-20 cm", "10-20 cm"),
+        ("a box - 3 kg", "a box - 3 kg"),
+        (
+            "a two-drawer desk, 2-drawer, 3 in 1, v1.2.3, at 10:30",
+            "a two-drawer desk, 2-drawer, 3 in 1, v1.2.3, at 10:30",
+        ),
+        ("its lid 2 mm open", "its lid 2 mm open"),
+    ],
+)
+def test_other_numbers_keep_their_meaning(words: str, meant: str) -> None:
+    assert plain(words) == meant
+    assert unmet_numbers(words) == ()
+
+
+def test_masses_are_read_with_their_units() -> None:
+    said = ("10 lbs", "1,5 kg", "1,000 kg", "250 g", "-3 kg", "heavy")
+    assert [stated_mass(words) for words in said] == [4.5359237, 1.5, 1000.0, 0.25, None, None]
+
+
+def test_no_rule_sees_a_number_that_cannot_be_met() -> None:
+    assert "3" not in tokenize("it weighs -3 kg") and "5" not in tokenize("5 km long")
+
+
+@pytest.mark.parametrize("words", ["A box 5 km long.", "Scale it to 1e9.", "A box, -3 kg."])
+def test_the_prior_takes_no_part_of_such_a_number(words: str) -> None:
+    bare, said = known.ask(known.BOX, "A box."), known.ask(known.BOX, words)
+    assert said["scale"] == bare["scale"] and "scale" not in said["asked"]
+    assert not (said.get("mass_change") or {}).get("asked")
+
+
+def test_a_scale_that_is_a_length_is_one() -> None:
+    assert known.ask(known.BOX, "Scale it to 10 cm.")["scale"] == pytest.approx(0.1 / 1.6)
+
+
+def test_alignment_holds_nobody_to_a_number_that_cannot_be_met() -> None:
+    asked = [read_request(make_features("a"), words, 1.0).size.scale for words in ("scale to 1e9", "scale it to 0.5")]
+    assert asked == [None, 0.5]
+
+
+def test_long_prompts_of_numbers_are_read_in_no_time() -> None:
+    assert len(unmet_numbers("-3 kg " * 20_000)) == 20_000

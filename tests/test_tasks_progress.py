@@ -1,0 +1,58 @@
+"""What a stage raises: an error of reading an asset is a finding of the stage, another one the program's own."""
+
+import errno
+
+import pytest
+
+from asset2sim.models.ask_overlay import SynthesisError
+from schemas.errors import AssetError
+from schemas.vocabulary import FailureMode, Stage
+from tasks.progress import Progress, StageResult
+
+
+def running(stage: Stage, error: Exception) -> None:
+    def fail() -> StageResult:
+        raise error
+
+    Progress().run(stage, fail)
+
+
+@pytest.mark.parametrize(
+    "error",
+    [
+        IndexError("list index out of range"), RecursionError("too deep"),
+        UnicodeDecodeError("utf-8", b"\xff", 0, 1, "invalid start byte"), ValueError("Out of range float values\nare"),
+        ZeroDivisionError("division by zero"), AttributeError("'NoneType' object has no attribute 'get'"),
+    ],
+)  # fmt: skip
+@pytest.mark.parametrize("stage", [Stage.EXTRACT, Stage.VALIDATE, Stage.APPLY])
+def test_an_error_of_its_numbers_fails_the_asset_for_good(stage: Stage, error: Exception) -> None:
+    with pytest.raises(AssetError) as caught:
+        running(stage, error)
+    assert (caught.value.mode, caught.value.code) == (FailureMode.UNREADABLE_ASSET, "internal_error")
+    said = str(caught.value)
+    assert stage.value in said and type(error).__name__ in said and "\n" not in said and "report" in said
+
+
+def test_a_file_that_cannot_be_opened_fails_the_asset_for_good() -> None:
+    with pytest.raises(AssetError, match="Permission denied"):
+        running(Stage.EXTRACT, PermissionError(13, "Permission denied", "a.obj"))
+
+
+@pytest.mark.parametrize(
+    ("stage", "error"),
+    [
+        (Stage.MEASURE, IndexError("x")),
+        (Stage.SYNTHESIZE, ValueError("x")),
+        (Stage.EXTRACT, MemoryError()),
+        (Stage.EXTRACT, OSError(errno.EMFILE, "Too many open files")),
+        (Stage.APPLY, PermissionError(13, "Permission denied", "out")),
+        (Stage.APPLY, OSError(errno.ENOSPC, "No space left on device")),
+        (Stage.EXTRACT, AssetError(FailureMode.MISSING_MESH, "missing_mesh", "x")),
+        (Stage.VALIDATE, SynthesisError(FailureMode.BUDGET, "budget", "x", ())),
+    ],
+)
+def test_other_errors_stay_what_they_are(stage: Stage, error: Exception) -> None:
+    with pytest.raises(type(error)) as caught:
+        running(stage, error)
+    assert caught.value is error
