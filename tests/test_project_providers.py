@@ -39,6 +39,7 @@ def test_the_variables_are_those_that_litellm_reads(provider: Provider, monkeypa
 @pytest.mark.parametrize(
     "provider", [p for p in PROVIDERS if any(n.endswith("_API_KEY") for n in p.variables)], ids=lambda p: p.name
 )
+@pytest.mark.system  # as above
 def test_a_missing_key_is_a_usage_error_that_names_it(provider: Provider) -> None:
     if provider.name == "Azure OpenAI":
         pytest.skip("a login may stand for its key")
