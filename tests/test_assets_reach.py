@@ -10,7 +10,7 @@ import pytest
 from asset2sim.assets.extract import Extraction, extract
 from asset2sim.assets.formats.from_xacro import urdf_of_xacro
 from asset2sim.assets.formats.source import open_source
-from asset2sim.assets.urdf.mesh_files import copy_meshes
+from asset2sim.assets.urdf.mesh_files import MAX_LIBRARY_BYTES, copy_meshes
 from asset2sim.assets.urdf.reach import Reach, reach_of
 from asset2sim.runs.dataset import load_dataset
 from asset2sim.runs.plan.plan import asset_files_hashes
@@ -38,9 +38,9 @@ def dataset(root: Path, reference: str, files: dict[str, str | bytes] | None = N
     return load_dataset(root / "data")[0]
 
 
-def told(item: Extraction) -> Finding:
-    """The one finding of what lies outside."""
-    (found,) = [finding for finding in item.findings if finding.code == "outside_dataset"]
+def told(item: Extraction, code: str = "outside_dataset") -> Finding:
+    """The one finding of what is not read."""
+    (found,) = [finding for finding in item.findings if finding.code == code]
     return found
 
 
@@ -126,6 +126,26 @@ def test_what_a_mesh_names_outside_is_not_read(tmp_path: Path, what: str) -> Non
     broken = what.startswith("gltf")
     assert max(item.features.rest_size) == pytest.approx(1.0 if broken else 2.0), "a mesh without looks is a mesh"
     assert (None in item.mesh_files.values()) == broken
+
+
+@pytest.mark.parametrize("what", ["library", "picture", "picture after options", "large library"])
+def test_materials_that_no_engine_could_finish_reading_are_left_out(tmp_path: Path, what: str) -> None:
+    ref = dataset(tmp_path, "b.obj", {"b.obj": box_obj((0, 0, 0), (2, 2, 2), "mtllib b.mtl\n")})
+    library, pipe = Path(ref.path) / "b.mtl", Path(ref.path) / "p.png"
+    os.mkfifo(library if what == "library" else pipe)
+    if what != "library":
+        options = "-bm 1 " if what == "picture after options" else ""
+        library.write_text(f"newmtl m\nmap_Kd {options}p.png\n" if what != "large library" else "")
+    if what == "large library":
+        os.truncate(library, MAX_LIBRARY_BYTES + 1)
+    item = extract(ref)
+    name, why = {"library": ("b.mtl", "is a pipe"), "large library": ("b.mtl", "over 16 MiB")}.get(
+        what, ("p.png", "is a pipe")
+    )
+    found = told(item, "materials_unusable")
+    assert found.link == "body" and f"'{name}' " in found.message and why in found.message
+    assert b"mtllib" not in copied(item, tmp_path / "out")
+    assert max(item.features.rest_size) == pytest.approx(2.0), "a mesh without looks is a mesh"
 
 
 def collada(picture: str) -> str:

@@ -7,8 +7,9 @@ from pathlib import Path, PurePosixPath
 from lxml import etree
 from lxml.etree import _Element as Element
 
+from asset2sim.assets.regular import file_problem
 from asset2sim.assets.urdf.locate import find_mesh, path_in
-from asset2sim.assets.urdf.mesh_files import convert, material_files, without_materials
+from asset2sim.assets.urdf.mesh_files import convert, is_there, library_problem, material_files, without_materials
 from asset2sim.assets.urdf.reach import Reach, Refused, find_within, lies_outside
 from schemas.finding import Finding
 from schemas.vocabulary import Severity, Stage
@@ -69,9 +70,11 @@ def rename(robot: Element, confined: Confined) -> None:
 
 
 def leave_materials(element: Element, reference: str, mesh: Path, reach: Reach, work: Path, confined: Confined) -> None:
-    """Have a mesh whose materials or pictures lie outside replaced by a copy without them, and say so."""
-    outside = [] if reach.anywhere else [path for path in material_files(mesh, reach.allows) if not reach.allows(path)]
-    if not outside:
+    """Have a mesh replaced by a copy without its materials, and say so, where these or pictures of theirs lie outside,
+    or are pipes, devices or the like, at which engines would read for ever."""
+    looks = material_files(mesh, reach.allows, is_there)
+    path, code, problem = next((found for item in looks if (found := unfit(item, reach)) is not None), (mesh, "", ""))
+    if not problem:
         return
     place = work / "meshes" / str(len(confined.names)) / mesh.name
     place.parent.mkdir(parents=True, exist_ok=True)
@@ -82,16 +85,21 @@ def leave_materials(element: Element, reference: str, mesh: Path, reach: Reach, 
             # trimesh reads what a mesh names in the mesh's own folder alone.
             place = work / convert(mesh, work, place.relative_to(work).as_posix())
         except Exception:  # a loader raises whatever its format's parser raises: it does not do without what is outside
-            problem = f"needs '{outside[0].name}', which {lies_outside(outside[0], reach)}"
-            confined.refuse(reference, problem)
+            confined.refuse(reference, f"needs '{path.name}', which {problem}")
             return
     confined.names[reference], confined.moved = str(place), True
     link = next(
         (str(item.get("name")) for item in element.iterancestors() if etree.QName(item).localname == "link"), None
     )
-    message = f"mesh '{reference}' of link '{link}' goes without materials: '{outside[0].name}' "
-    message += lies_outside(outside[0], reach)
-    warning = Finding(
-        stage=Stage.EXTRACT, severity=Severity.WARNING, code="outside_dataset", message=message, link=link
-    )
+    message = f"mesh '{reference}' of link '{link}' goes without materials: '{path.name}' {problem}"
+    warning = Finding(stage=Stage.EXTRACT, severity=Severity.WARNING, code=code, message=message, link=link)
     confined.findings.append(warning)
+
+
+def unfit(path: Path, reach: Reach) -> tuple[Path, str, str] | None:
+    """A material library or picture that must not be read, with a finding's code and why, in words that follow its
+    name; None for one that may."""
+    if not reach.allows(path):
+        return path, "outside_dataset", lies_outside(path, reach)
+    problem = library_problem(path) if path.suffix.lower() == ".mtl" else file_problem(path)
+    return None if problem is None else (path, "materials_unusable", f"{problem}: replace it by a file")

@@ -7,6 +7,7 @@ from collections.abc import Callable, Mapping
 from pathlib import Path, PurePosixPath
 from urllib.parse import unquote
 
+from asset2sim.assets.regular import file_problem
 from asset2sim.assets.urdf.locate import is_regular
 
 OUTSIDE = "outside"
@@ -19,6 +20,8 @@ PICTURES = (".png", ".jpg", ".jpeg", ".bmp", ".tga", ".tif", ".tiff", ".gif", ".
 
 MATERIAL_LINE = re.compile(r"^\s*mtllib\s+(.+?)\s*$", re.MULTILINE)
 TEXTURE_LINE = re.compile(r"^\s*(?:map_\w+|bump|disp|decal|norm)\s+(.+?)\s*$", re.MULTILINE | re.IGNORECASE)
+MAX_LIBRARY_BYTES = 16 * 1024**2
+"""A larger material library is none: real ones have kilobytes, and engines read them whole."""
 COLLADA_PICTURE = re.compile(rb"<(?:init_from|ref)>\s*([^<]+?)\s*<")
 
 
@@ -67,6 +70,8 @@ def copy_materials(obj: Path, folder: Path, target: Path) -> None:
         file, place = obj.parent / library, inside(folder / library, target)
         if place is None or place.is_file():
             continue
+        if library_problem(file) is not None:
+            continue
         copy(file, place)
         for name in textures_of(file):
             texture_place = inside(place.parent / name, target)
@@ -74,24 +79,43 @@ def copy_materials(obj: Path, folder: Path, target: Path) -> None:
                 copy(file.parent / name, texture_place)
 
 
-def material_files(file: Path, within: Callable[[Path], bool] = lambda path: True) -> list[Path]:
-    """The material libraries and pictures that a mesh's looks depend on, as far as they exist. A library that is not
-    ``within`` is listed and not read. None of a file that cannot be read."""
+Counts = Callable[[Path], bool]
+"""Whether a path counts as a file that is there."""
+
+
+def material_files(file: Path, within: Counts = lambda path: True, counts: Counts = is_regular) -> list[Path]:
+    """The material libraries and pictures that a mesh's looks depend on, as far as they exist: as ``counts`` has it. A
+    library that is not ``within``, or that ``library_problem`` refuses, is listed and not read. None of a file that
+    cannot be read."""
     try:
-        return _material_files(file, within)
+        return _material_files(file, within, counts)
     except OSError:
         return []
 
 
-def _material_files(file: Path, within: Callable[[Path], bool]) -> list[Path]:
+def is_there(path: Path) -> bool:
+    """Whether anything but a folder is at a path, links followed: a file, or a pipe, a socket or a device."""
+    try:
+        return path.exists() and not path.is_dir()
+    except (OSError, ValueError):
+        return False
+
+
+def library_problem(path: Path) -> str | None:
+    """Why a path is no material library that can be read, in words that follow its name; None where it is one."""
+    if (problem := file_problem(path)) is not None:
+        return problem
+    return None if path.stat().st_size <= MAX_LIBRARY_BYTES else f"has over {MAX_LIBRARY_BYTES >> 20} MiB"
+
+
+def _material_files(file: Path, within: Counts, counts: Counts) -> list[Path]:
     kind = file.suffix.lower()
     if kind == ".obj":
-        libraries = [file.parent / name for name in libraries_of(file)]
-        return libraries + [
-            library.parent / name for library in libraries if within(library) for name in textures_of(library)
-        ]
+        libraries = [file.parent / name for name in libraries_of(file, counts)]
+        read = [library for library in libraries if within(library) and library_problem(library) is None]
+        return libraries + [library.parent / name for library in read for name in textures_of(library, counts)]
     names = collada_names(file) if kind == ".dae" else gltf_names(file) if kind in (".gltf", ".glb") else []
-    return [path for name in names if (path := named_file(name, file.parent)) is not None]
+    return [path for name in names if (path := named_file(name, file.parent, counts)) is not None]
 
 
 def collada_names(file: Path) -> list[str]:
@@ -112,10 +136,10 @@ def gltf_names(file: Path) -> list[str]:
         return []
 
 
-def named_file(name: str, folder: Path) -> Path | None:
+def named_file(name: str, folder: Path, counts: Counts = is_regular) -> Path | None:
     """The file that a mesh in ``folder`` means by a path or a URI; None where there is none."""
     path = folder / unquote(name.strip().replace("\\", "/").removeprefix("file://"))
-    return path if is_regular(path) else None
+    return path if counts(path) else None
 
 
 def without_materials(obj: bytes) -> bytes:
@@ -123,17 +147,17 @@ def without_materials(obj: bytes) -> bytes:
     return re.sub(rb"^[ \t]*mtllib\b[^\n]*$", b"", obj, flags=re.MULTILINE)
 
 
-def libraries_of(obj: Path) -> list[str]:
+def libraries_of(obj: Path, counts: Counts = is_regular) -> list[str]:
     """Names of an OBJ's material libraries that exist, as the OBJ writes them."""
-    return [name for name in MATERIAL_LINE.findall(read_head(obj)) if is_regular(obj.parent / name)]
+    return [name for name in MATERIAL_LINE.findall(read_head(obj)) if counts(obj.parent / name)]
 
 
-def textures_of(library: Path) -> list[str]:
+def textures_of(library: Path, counts: Counts = is_regular) -> list[str]:
     """Names of a material library's textures that exist, as it writes them, without the options before the name."""
     names = []
     for line in TEXTURE_LINE.findall(library.read_text(encoding="utf-8", errors="replace")):
-        name = line if is_regular(library.parent / line) else line.split()[-1]
-        if is_regular(library.parent / name):
+        name = line if counts(library.parent / line) else line.split()[-1]
+        if counts(library.parent / name):
             names.append(name)
     return names
 
