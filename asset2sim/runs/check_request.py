@@ -14,6 +14,7 @@ from asset2sim.runs.remote.output import check_store
 from schemas.asset import AssetRef, FoundAssets
 from schemas.errors import UsageError
 from schemas.location import absolute, below, is_url, is_within, location_of, nearest_existing
+from schemas.secret import redacted_address
 from schemas.settings import Settings
 
 CONNECT_LIMIT_S = 5.0
@@ -66,14 +67,17 @@ def check_packages(folders: Mapping[str, str], data: Path | str) -> None:
 
 
 def check_scheduler(address: str) -> None:
-    """Refuse the address of a Dask scheduler at which nothing listens."""
+    """Refuse the address of a Dask scheduler at which nothing listens, or one with more than host and port, which might
+    be a key and would be printed and kept."""
     parts = urlsplit(address)
     try:
         host, port = parts.hostname, parts.port
     except ValueError:
         host, port = None, None
-    if parts.scheme not in ("tcp", "tls") or host is None or port is None:
-        raise UsageError(f"--scheduler {address}: write it as tcp://host:port, as `dask scheduler` prints it")
+    plain = parts.scheme in ("tcp", "tls") and address.rstrip("/") == f"{parts.scheme}://{parts.netloc}"
+    if not plain or host is None or port is None or "@" in parts.netloc:
+        where = redacted_address(address)
+        raise UsageError(f"--scheduler {where}: write it as tcp://host:port, as `dask scheduler` prints it")
     try:
         with socket.create_connection((host, port), timeout=CONNECT_LIMIT_S):
             return
