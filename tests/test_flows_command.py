@@ -66,6 +66,7 @@ def published(out: Path, request: RefineRequest) -> RunResult:
         (["refine", "{data}", "--out", "{out}", "--model", "prior/magic"], "choose from: prior/household"),
         (["refine", "{data}", "--out", "{out}", "--limit", "0"], "'0' is not a whole number from 1 on"),
         (["refine", "{data}", "--out", "{out}", "--workers", "two"], "'two' is not a whole number from 1 on"),
+        (["refine", "{data}", "--out", "{out}", "--hook", "https://chat/KEY"], "not a command; call it, as in"),
         (["refine", "{data}", "--out", "{out}", "--scheduler", "localhost"], "tcp://host:port"),
         (["refine", "{data}", "--out", "{out}", "--scheduler", "tcp://me:key@localhost:1"], "tcp://***@localhost:1: "),
         (["refine", "{data}", "--out", "{out}", "--scheduler", "tcp://localhost:1?a=b"], "tcp://localhost:1?***: "),

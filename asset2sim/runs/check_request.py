@@ -47,11 +47,22 @@ def check_run(found: FoundAssets, data: Path | str, out: Path | str, settings: S
         require_exports(settings.exports)
     if settings.run.scheduler is not None:
         check_scheduler(settings.run.scheduler)
+    if settings.run.hook is not None and is_web_address(settings.run.hook):
+        # The shell would print it, key and all, as a command that it does not find.
+        raise UsageError(
+            "--hook is a web address, not a command; call it, as in --hook 'curl -d \"$FAILED\" https://…'"
+        )
     check_output(absolute(out), absolute(data), found.refs)
     if is_url(out):
         if settings.views.write and settings.views.later:
             raise UsageError("--views later needs an --out that is a folder; leave it out, or choose --no-views")
         check_store(out)
+
+
+def is_web_address(command: str) -> bool:
+    """Whether a shell command is nothing but a web address."""
+    words = command.split()
+    return len(words) == 1 and words[0].lower().startswith(("http://", "https://"))
 
 
 def check_packages(folders: Mapping[str, str], data: Path | str) -> None:
