@@ -103,8 +103,9 @@ def test_no_spring_and_a_spring_that_is_felt_stay_as_they_are() -> None:
 
 def button_load() -> JointLoad:
     """A button of 10 g with 5 mm of travel on a level slide."""
+    level = Pull(0.0, 0.0, prismatic=True)
     return JointLoad(
-        prismatic=True, inertia=0.01, least=0.01, held=0.01, pull=Pull(0.0, 0.0, prismatic=True), lower=0.0, upper=0.005, closed=0.0,
+        prismatic=True, inertia=0.01, least=0.01, held=0.01, pull=level, lower=0.0, upper=0.005, closed=0.0,
         open=0.005, rest=0.0,
     )  # fmt: skip
 
