@@ -78,9 +78,9 @@ def refine_by_model(scene: QuestionContext, evaluator: Evaluator) -> ModelWalk:
                 ended = proposed.reason
                 break
         solved = parted(pairs, search.pairs()) if tried and tried[-1].accepted else ()
-    if search.phi <= settings.target_phi_m:
+    if not ended and search.phi <= settings.target_phi_m:
         ended = "that is as low as wanted"
-    elif search.evaluator.spent:
+    elif not ended and search.evaluator.spent:
         ended = f"the {settings.max_evaluations} evaluations of Φ are spent"
     ended = ended or f"the limit of {settings.max_iterations} iterations is reached"
     good = search.phi <= scene.settings.thresholds.penetration_m
