@@ -37,7 +37,7 @@ PARALLEL = --numprocesses $(if $(JOBS),$(JOBS),2) --dist loadfile
 
 .DEFAULT_GOAL := help
 .DELETE_ON_ERROR:
-.PHONY: help install flow test test-fast lint typecheck failures settings views doctor nightly ui judge rules withheld compare bench-defects samples questions summary loaders held weights docs picture clean bench
+.PHONY: help install flow test test-fast lint typecheck failures settings views doctor nightly ui judge rules withheld proposers compare bench-defects samples questions summary loaders held weights docs picture clean bench
 
 help: ## list the targets
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / { printf "  %-14s %s\n", $$1, $$2 }' Makefile
@@ -121,6 +121,10 @@ rules: $(INSTALLED) ## refine DATA as it came, with the paper's ranges and by ou
 
 withheld: $(INSTALLED) ## DATA without labels, and with each category left out of the tables: a table of docs/measured.md
 	@$(BIN)/python -m flows.compare_withheld "$(DATA)" "$(OUT)" docs/measured.md
+
+proposers: $(INSTALLED) ## a search first, or a model at every step, on what overlaps: a table of docs/method.md; MODELS, ASSETS
+	@$(BIN)/python -m flows.compare_proposers "$(DATA)" $(if $(filter file,$(origin DATA)),,data/raw) --out "$(OUT)" --page docs/method.md \
+		$(if $(MODELS),--models "$(MODELS)") $(if $(ASSETS),--assets "$(ASSETS)")
 
 compare: $(INSTALLED) ## methods and models on the same objects: the paper's tables and charts, into OUT
 	@$(BIN)/python -m flows.compare_methods "$(DATA)" "$(OUT)" $(if $(SUBSET),--subset "$(SUBSET)") \

@@ -19,8 +19,6 @@ WRONG_STATE_STEP = 0.25
 
 MARGIN = 1.15
 """How much further than what is said to part two links a joint goes: contacts shift as it moves."""
-LAST_TRY = 3
-"""Refusals after which nothing more is proposed."""
 
 
 @dataclass(frozen=True)
@@ -96,37 +94,57 @@ def parting(collisions: Sequence[Mapping[str, object]]) -> tuple[dict[str, float
 def refinement_step(phi_m: float, joints: Sequence[FocusJoint]) -> dict[str, object]:
     """state_ok, approved, and deltas (rad or m) that keep every joint within its limits.
 
-    Joints out of the asked state go back to it. While parts overlap, the cheapest joints that part them go as far as
-    the prompt says that it takes; after two refusals all joints that part some pair go, and at last by half.
+    Joints out of the asked state go back to it. While parts overlap, the joints that part them go as far as the prompt
+    says that it takes; after a refusal in another of ``parting_ways``, while there are any.
     Where the prompt names none, joints go towards open (doors, drawers and lids overlap with their body when they are
     closed too far), and back to the asked position once they are as open as its tolerance allows. A joint that fell
-    moves away from where it settled, within the tolerance. After a refusal the step goes the other way, once.
+    moves away from where it settled, within the tolerance. After a refusal such a step goes the other way, once; then
+    nothing is proposed.
     """
     fell = any(_off(joint, joint.settled) for joint in joints)
     state_ok = not fell and not any(_off(joint, joint.position) for joint in joints)
     approved = state_ok and phi_m <= APPROVE_M
     deltas: dict[str, float] = {}
-    told = any(joint.apart for joint in joints)
+    if state_ok and not approved and any(joint.apart for joint in joints):
+        refused = max(len(joint.tried) for joint in joints)
+        deltas = next(iter(parting_ways(joints)[refused:]), {})
+        return {"state_ok": state_ok, "approved": approved, "deltas": deltas}
     for joint in joints:
         span = joint.upper - joint.lower
-        if approved or span <= 0.0 or len(joint.tried) > (LAST_TRY if told and state_ok else 1):
+        if approved or span <= 0.0 or len(joint.tried) > 1:
             continue
         if joint.settled is not None and _off(joint, joint.settled):
             step = math.copysign(STATE_TOLERANCE * span, joint.position - joint.settled)
         elif _off(joint, joint.position):
             gap = joint.desired - joint.position
             step = math.copysign(min(abs(gap), WRONG_STATE_STEP * span), gap)
-        elif told:
-            step = _parting_step(joint)
         else:
             step = _opening_step(joint, span, phi_m)
-        if len(joint.tried) == 1:
-            step = -step
-        low, high = max(joint.lower, joint.reach[0]), min(joint.upper, joint.reach[1])
-        target = min(max(joint.position + step, low), high)
-        if target != joint.position:
-            deltas[joint.name] = target - joint.position
+        deltas |= _within(joint, -step if joint.tried else step)
     return {"state_ok": state_ok, "approved": approved, "deltas": deltas}
+
+
+def parting_ways(joints: Sequence[FocusJoint]) -> list[dict[str, float]]:
+    """Steps worth a try while parts overlap, the best first, each of which leads somewhere: the cheapest joint of each
+    collision as far as it takes, all that part some, the first by half, and the first the other way."""
+    first = {joint.name: MARGIN * joint.apart for joint in joints if joint.first}
+    every = {joint.name: MARGIN * joint.apart for joint in joints}
+    half, back = ({name: share * step for name, step in first.items()} for share in (0.5, -1.0))
+    found: list[dict[str, float]] = []
+    for way in (first, every, half, back):
+        deltas: dict[str, float] = {}
+        for joint in joints:
+            deltas |= _within(joint, way.get(joint.name, 0.0))
+        if deltas and deltas not in found:
+            found.append(deltas)
+    return found
+
+
+def _within(joint: FocusJoint, step: float) -> dict[str, float]:
+    """The joint's step, cut off at its limits and its reach; empty where nothing is left of it."""
+    low, high = max(joint.lower, joint.reach[0]), min(joint.upper, joint.reach[1])
+    target = min(max(joint.position + step, low), high)
+    return {joint.name: target - joint.position} if target != joint.position else {}
 
 
 def _off(joint: FocusJoint, position: float | None) -> bool:
@@ -135,14 +153,6 @@ def _off(joint: FocusJoint, position: float | None) -> bool:
     if position is None or span <= 0.0 or not joint.asked:
         return False
     return abs(position - joint.desired) > (STATE_TOLERANCE + ROUNDING) * span
-
-
-def _parting_step(joint: FocusJoint) -> float:
-    """The change that parts what the joint can part, with a margin: of the cheapest joints alone until two proposals
-    were refused, then of all."""
-    if not (joint.first or len(joint.tried) > 1):
-        return 0.0
-    return joint.apart * MARGIN * (0.5 if len(joint.tried) == LAST_TRY else 1.0)
 
 
 def _opening_step(joint: FocusJoint, span: float, phi_m: float) -> float:
