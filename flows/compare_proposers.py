@@ -25,7 +25,7 @@ from asset2sim.studies.methods.proposers import (
 from asset2sim.studies.pages.blocks import check_page, write_block
 from flows.command import refine
 from schemas.asset import FoundAssets
-from schemas.errors import DONE, exit_code_of
+from schemas.errors import DONE, STOPPED, exit_code_of
 from schemas.location import Location
 from schemas.settings import RunSettings, Settings, ViewSettings
 from schemas.vocabulary import Proposer
@@ -53,7 +53,11 @@ def compare_proposers(options: ProposerOptions) -> int:
     runs: list[ProposerRun] = []
     for model in options.models:
         for data in options.data:
-            runs.extend(both_proposers(options.out, data, model, options.assets, base))
+            found = both_proposers(options.out, data, model, options.assets, base)
+            if found is None:
+                sys.stderr.write("stopped; run it again to go on\n")
+                return STOPPED
+            runs.extend(found)
     if options.page is None:
         sys.stdout.write(f"{proposers_table(runs)}\n")
     else:
@@ -61,30 +65,35 @@ def compare_proposers(options: ProposerOptions) -> int:
     return DONE
 
 
-def both_proposers(out: Path, data: Location, model: str, chosen: Sequence[str], base: Settings) -> list[ProposerRun]:
-    """Both proposers' runs of one model over the objects of one dataset that overlap; empty where none does."""
+def both_proposers(
+    out: Path, data: Location, model: str, chosen: Sequence[str], base: Settings
+) -> list[ProposerRun] | None:
+    """Both proposers' runs of one model over the objects of one dataset that overlap; empty where none does, None where
+    a run was stopped."""
     known = [ref.asset_id for ref in load_dataset(data, None, (), None)]
     known = [asset_id for asset_id in known if asset_id in chosen or not chosen]
     folder = out / Path(str(data)).name / model.replace("/", "_")
     ids = answered(model, known)
     if not ids:
         return []
-    refine_some(data, folder / "found", settings_with(base, model, None), ids)
+    if not refine_some(data, folder / "found", settings_with(base, model, None), ids):
+        return None
     (trace,) = latest_rows(folder / "found", "trace")
     ids = overlapping_at_start(trace, 1e3 * base.search.target_phi_m)
     runs = []
     for proposer in Proposer if ids else ():
-        refine_some(data, folder / proposer.value, settings_with(base, model, proposer), ids)
+        if not refine_some(data, folder / proposer.value, settings_with(base, model, proposer), ids):
+            return None
         tables = latest_rows(folder / proposer.value, "assets", "joints", "trace", "model_calls", "findings")
         runs.append(ProposerRun(model, proposer, *tables))
     return runs
 
 
-def refine_some(data: Location, out: Path, settings: Settings, asset_ids: Sequence[str]) -> None:
-    """Refine these assets of a dataset into ``out``."""
+def refine_some(data: Location, out: Path, settings: Settings, asset_ids: Sequence[str]) -> bool:
+    """Refine these assets of a dataset into ``out``; whether the run came to its end."""
     found = FoundAssets(load_dataset(data, None, tuple(asset_ids), None))
     check_run(found, data, out, settings)
-    refine(RefineRequest(data=data, out=out, settings=settings, found=found))
+    return refine(RefineRequest(data=data, out=out, settings=settings, found=found)).stopped is None
 
 
 def main(words: Sequence[str]) -> int:

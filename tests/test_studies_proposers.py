@@ -31,7 +31,8 @@ TRACE = frame(
     ("b", 0, "request", 2.0, 2.0), ("b", 1, "line", 2.0, 0.05), ("c", 0, "request", 0.1, 0.1),
 )  # fmt: skip
 FINDINGS = frame(
-    "asset_id code joint value limit", ("a", "state_moved", "lid", 0.3, 0.5), ("b", "state_moved", "drawer", 0.01, 0.0),
+    "asset_id code joint value limit_value", ("a", "state_moved", "lid", 0.3, 0.5),
+    ("b", "state_moved", "drawer", 0.01, 0.0),
     ("b", "mended", None, 1.0, 0.0),
 )  # fmt: skip
 JOINTS = frame("asset_id joint type", ("a", "lid", "revolute"), ("b", "drawer", "prismatic"), ("b", "lid", "revolute"))

@@ -37,12 +37,13 @@ class ProposerRun:
 
 
 def settings_with(base: Settings, model: str, proposer: Proposer | None) -> Settings:
-    """Settings of a run. Recorded answers have none for states; the simulated fallible model gives these. Without a
-    proposer, those of the quick run that finds out which objects overlap at the start."""
+    """Settings of a run, checked in PyBullet, in which states are refined. Recorded answers have none for states; the
+    simulated fallible model gives these. Without a proposer, those of the quick run that finds out which objects
+    overlap at the start."""
     chosen = {"model": model, "refinement_model": NOISY if is_recorded(model) else None}
-    changes: dict[str, object] = {"model": base.model.model_copy(update=chosen)}
+    engine = EngineSettings(verify=(Engine.PYBULLET,), interact=proposer is not None)
+    changes: dict[str, object] = {"model": base.model.model_copy(update=chosen), "engine": engine}
     if proposer is None:
-        changes["engine"] = EngineSettings(verify=(Engine.PYBULLET,), interact=False)
         changes["search"] = base.search.model_copy(update={"mend_rounds": 0})
     else:
         changes["search"] = base.search.model_copy(update={"proposer": proposer})
@@ -106,7 +107,7 @@ def figures(runs: Sequence[ProposerRun]) -> list[str]:
 def distances(findings: pd.DataFrame, joints: pd.DataFrame) -> pd.DataFrame:
     """A row for each joint that does not start where it was asked to: ``distance`` (rad, or m where it ``slides``)."""
     moved = findings[findings["code"] == "state_moved"].merge(joints[["asset_id", "joint", "type"]])
-    away = (moved["value"] - moved["limit"]).abs()
+    away = (moved["value"] - moved["limit_value"]).abs()
     return pd.DataFrame({"distance": away, "slides": moved["type"] == "prismatic"})
 
 
