@@ -204,6 +204,21 @@ def test_the_same_loop_again_asks_nothing_and_ends_the_same(folder: Path, tmp_pa
     assert walk == first.walk and [call.outcome for call in questions.calls] == ["cached"] * 2
 
 
+def test_recorded_answers_are_taken_in_their_order_and_one_that_is_missing_ends_the_loop(
+    folder: Path, tmp_path: Path
+) -> None:
+    for number, delta in enumerate((0.004, 0.003), start=1):
+        (tmp_path / f"two.refinement.{number}.json").write_text(str(step(delta).content), encoding="utf-8")
+    recorded = ModelSettings(model=f"recorded/{tmp_path}")
+    session = open_gateway_session(tmp_path / "out", "run", "two", recorded)
+    settings = NO_VIEWS.model_copy(update={"model": recorded, "search": BY_MODEL})
+    walk, questions = walk_with(folder, settings, lambda request: ask(request, recorded, session))
+    rows = [row for row in walk.trace if row.proposer == "model"]
+    assert [row.accepted for row in rows] == [True, True, False] and near(rows[1].moved["slide"], ASKED + 0.007)
+    assert "two.refinement.3.json" in rows[2].reason
+    assert [finding.code for finding in questions.findings] == ["refinement_unanswered"]
+
+
 # The whole pipeline
 
 
