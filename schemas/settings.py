@@ -10,7 +10,17 @@ from schemas.model_names import ModelSettings as ModelSettings
 from schemas.run_settings import RunSettings as RunSettings
 from schemas.support import SupportKind
 from schemas.thresholds import Thresholds as Thresholds
-from schemas.vocabulary import BaseMode, CollisionMode, DynamicsRule, Engine, Export, Method, StateMode, UpAxis
+from schemas.vocabulary import (
+    BaseMode,
+    CollisionMode,
+    DynamicsRule,
+    Engine,
+    Export,
+    Method,
+    Proposer,
+    StateMode,
+    UpAxis,
+)
 
 
 class PhysicsSettings(Frozen):
@@ -199,9 +209,14 @@ class SearchSettings(Frozen):
     rolling_resistance: NonNegative = 0.02
     """Least friction of a joint that moves untouched, as a share of the object's weight on a lever of the part's own
     size: castors on a hard floor have 0.01 to 0.03."""
+    proposer: Proposer = Proposer.SEARCH
+    """What proposes states: a search first, or a model at every step (paper, "Refine the state")."""
+    max_iterations: int = Field(25, ge=0)
+    """Most iterations of the loop in which a model proposes every step, and most model calls about an asset's state
+    there, repeats included (the paper: 25)."""
     max_model_calls: int = Field(2, ge=0)
-    """Most model calls about an asset's state, repeats included: where the search left overlap or the requested state,
-    or a joint fell."""
+    """Most model calls about an asset's state where the search proposes, repeats included: where it left overlap or the
+    requested state, or a joint fell."""
 
 
 class MethodSettings(Frozen):

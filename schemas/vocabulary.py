@@ -175,6 +175,14 @@ class DynamicsRule(StrEnum):
     PAPER = "paper"
 
 
+class Proposer(StrEnum):
+    """What lowers Φ by joint positions: a ``search``, which asks a model only where overlap is left, or the ``model``
+    at every step (the paper's loop)."""
+
+    SEARCH = "search"
+    MODEL = "model"
+
+
 class Redo(StrEnum):
     """Which assets a run refines again: those that ``changed``, those that ``failed`` too, or ``all``."""
 

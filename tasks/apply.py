@@ -40,5 +40,6 @@ def apply_overlay(
     if not rules or proposal is None:
         written = write_folder(extraction, overlay, {}, folder, job.settings.physics, CollisionMode.KEEP)
         return Applied(urdf=written.urdf)
-    refinement = RefinementJob(extraction, proposal, overlay, job.source, folder, job.out / PIECE_CACHE, job.settings)
+    cache, guidance = job.out / PIECE_CACHE, job.ref.prompt
+    refinement = RefinementJob(extraction, proposal, overlay, job.source, folder, cache, job.settings, guidance)
     return Applied(urdf=folder / URDF_NAME, to_refine=(refinement, shape_folder(refinement)))

@@ -249,6 +249,17 @@ def test_joint_position_moves_the_part(tmp_path: Path) -> None:
     assert columns[-0.35] - columns[0.0] == pytest.approx(-step, abs=1.5)
 
 
+def test_the_top_view_has_the_front_at_its_lower_edge(tmp_path: Path) -> None:
+    write_painted_box(tmp_path)
+    urdf = write_urdf(tmp_path, f'<link name="a">{visual("box.obj")}</link>')
+    images = render_views(urdf, {}, SMALL, ("top", "front"))
+    assert tuple(images) == ("top", "front") and hue(middle(images["top"])) == "white"
+    forward = write_urdf(tmp_path, SLIDER.replace('<axis xyz="0 1 0"/>', '<axis xyz="1 0 0"/>'), file="forward.urdf")
+    # The part comes out of the box's front, which it leaves behind it in the upper part of the picture.
+    rows, columns = np.nonzero(reddish(render_views(forward, {"slide": 0.35}, SMALL, ("top",))["top"]))
+    assert rows.min() > 40 and columns.mean() == pytest.approx(31.5, abs=1.0)
+
+
 def test_mimicking_joint_follows(tmp_path: Path) -> None:
     follower = SLIDER.replace(
         '<axis xyz="0 1 0"/>', '<axis xyz="0 1 0"/><mimic joint="lead" multiplier="-2" offset="0.1"/>'

@@ -22,7 +22,7 @@ CHOSEN = "103755"
 """A suitcase, whose lid falls shut from where it is asked to be: a model is asked for its state as well."""
 LIMIT_S = 900
 VIEWS = ["front", "back", "left", "right", "perspective"]
-STATE_VIEWS = ["front", "left", "right", "perspective"]
+STATE_VIEWS = ["perspective", "front", "right", "top"]
 
 
 def test_an_object_of_the_paper_with_a_model_that_looks(tmp_path: Path) -> None:

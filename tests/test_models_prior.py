@@ -324,6 +324,41 @@ def test_what_fell_goes_the_other_way_as_far_as_the_state_allows_and_what_was_re
     assert refine(0.0, 0.5, 0.5, 2 * refused, settled=0.0)["deltas"] == {}
 
 
+def parted(tried: Sequence[Json] = (), **changes: object) -> Json:
+    """The answer for a lid and a drawer that are 10 mm in each other, which either parts, and a knob that does not."""
+    names = {"lid": (0.0, 1.0), "drawer": (0.0, 0.4), "knob": (0.0, 3.0)}
+    focus = [
+        {"name": name, "type": "revolute", "lower": low, "upper": high, "closed": low, "open": high, "position": 0.1,
+         "desired": 0.1, "reach": [0.0, 0.3], **changes} for name, (low, high) in names.items()
+    ]  # fmt: skip
+    collision = {"link_a": "a", "link_b": "b", "depth_mm": 10.0, "parted_by": [
+        {"joint": "lid", "change": 0.04, "toward": "open"}, {"joint": "drawer", "change": -0.08, "toward": "closed"},
+    ]}  # fmt: skip
+    information = {"purpose": "refinement", "phi_m": 0.04, "collisions": [collision], "focus_joints": focus}
+    deltas: Json = json.loads(answer(prompt({**information, "tried": list(tried)}, "")))["deltas"]
+    return deltas
+
+
+def test_what_the_prompt_says_parts_them_is_done_and_after_refusals_in_another_way() -> None:
+    refused = {"positions": {"lid": 0.146}, "phi_m": 0.05}
+    assert parted() == pytest.approx({"lid": 0.046})
+    assert parted([refused]) == pytest.approx({"lid": 0.046, "drawer": -0.092})
+    assert parted(2 * [refused]) == pytest.approx({"lid": 0.023})
+    assert parted(3 * [refused]) == pytest.approx({"lid": -0.046})
+    assert parted(4 * [refused]) == {}
+    assert parted([refused, {**refused, "accepted": True}]) == pytest.approx({"lid": 0.046}), "anew from there"
+
+
+def test_no_way_leads_beyond_the_reach_and_what_leads_nowhere_is_left_out() -> None:
+    assert parted(reach=[0.1, 0.12]) == pytest.approx({"lid": 0.02})
+    assert parted([{"positions": {}, "phi_m": 0.1}], reach=[0.1, 0.12]) == {}, "no further way is left"
+    assert parted(reach=[0.0, 0.1]) == pytest.approx({"drawer": -0.092})
+
+
+def test_what_nobody_asked_for_is_never_in_the_wrong_state() -> None:
+    assert refine(0.05, 0.9, 0.3, asked=False)["state_ok"] and not refine(0.05, 0.9, 0.3)["state_ok"]
+
+
 # Anything at all
 
 _SCRAPS = st.sampled_from(
@@ -362,8 +397,9 @@ def test_any_text_gives_a_valid_overlay(text: str) -> None:
 
 
 @settings(max_examples=60, deadline=None)
-@given(st.dictionaries(st.sampled_from(["asset_id", "category", "size_m", "size_closed_m", "links", "joints", "phi_m",
-    "focus_joints", "pairs"]), _JSON), st.sampled_from(["synthesis", "refinement"]), st.text(max_size=30))  # fmt: skip
+@given(st.dictionaries(st.sampled_from(["asset_id", "category", "size_m", "size_closed_m", "links", "joints",
+    "phi_m", "tried", "focus_joints", "collisions"]), _JSON), st.sampled_from(["synthesis", "refinement"]),
+    st.text(max_size=30))  # fmt: skip
 def test_malformed_information_never_raises(fields: dict[str, object], purpose: str, guidance: str) -> None:
     found = json.loads(answer(prompt({**fields, "purpose": purpose}, guidance)))
     assert ("scale" in found) == (purpose == "synthesis")

@@ -10,10 +10,12 @@ import pytest
 from asset2sim.models.prompts import overlay_request, system_text, with_validation_errors
 from asset2sim.models.refinement_prompt import (
     MAX_PAIRS,
-    RefusedProposal,
+    OverlapPlace,
     StateProblem,
+    TriedProposal,
     refinement_request,
     refinement_schema,
+    severity,
 )
 from schemas.features import Features
 from schemas.measurement import ContactPair
@@ -42,7 +44,7 @@ def pair(a: str, b: str, depth: float) -> ContactPair:
 
 
 def facts(request: ModelRequest) -> Mapping[str, Any]:
-    """The one block of the request."""
+    """The block of the request that is not the user's words."""
     (text,) = re.findall(r"^<structured_information>\n(.*)\n</structured_information>", request.text)
     value = json.loads(text)
     assert isinstance(value, dict)
@@ -65,17 +67,56 @@ def test_it_states_focus_joints_and_worst_pairs_first() -> None:
     assert request.images == (image,) and request.answer_schema == refinement_schema()
     told = facts(request)
     assert (told["purpose"], told["problem"], told["phi_m"]) == ("refinement", "overlap", 0.012346)
-    assert len(told["pairs"]) == MAX_PAIRS
-    assert told["pairs"][0] == {"link_a": "body", "link_b": "link_24", "penetration_m": 0.024}
+    assert told["severity"] == "moderate: 12.3 mm" and len(told["collisions"]) == MAX_PAIRS
+    assert told["collisions"][0] == {
+        "link_a": "body", "link_b": "link_24", "label_a": "body", "label_b": "", "depth_mm": 24.0,
+        "penetration_m": 0.024,
+    }  # fmt: skip
     assert told["focus_joints"] == [{
         "name": "slider", "type": "prismatic", "label": "door", "parent": "body", "child": "drawer", "position": 0.25,
-        "desired": 0.1, "lower": 0.0, "upper": 1.0, "closed": 0.0, "open": 1.0, "reach": [0.0, 0.2],
+        "desired": 0.1, "asked": True, "lower": 0.0, "upper": 1.0, "closed": 0.0, "open": 1.0, "reach": [0.0, 0.2],
     }]  # fmt: skip
-    assert "tried" not in told and "desired_phi_m" not in told
+    assert not {"tried", "desired_phi_m", "solved_pairs"} & told.keys()
+
+
+def test_it_states_the_users_words_where_parts_overlap_what_parts_them_and_what_is_solved() -> None:
+    place = OverlapPlace("front top", "back", "front", {"slider": -0.02, "hinge": 0.3})
+    tried = (TriedProposal({"hinge": 0.2, "slider": 0.1}, 0.02, accepted=True),)
+    situation = StateProblem(
+        "overlap", {"hinge": 0.1, "slider": 0.1}, 0.01, (pair("door", "drawer", 0.01),), tried=tried,
+        places={("door", "drawer"): place}, solved=(("body", "door"),),
+    )  # fmt: skip
+    reach = dict.fromkeys(("slider", "hinge"), (0.0, 0.4))
+    words = "a chest, 'its lid' slightly open"
+    request = refinement_request(
+        make_features("7"), overlay("hinge", "slider"), situation, ("slider", "hinge"), reach, (), words
+    )
+    only_data(request, ["structured_information", "user_guidance"])
+    assert json.loads(re.findall(r"<user_guidance>\n(.*)\n</user_guidance>", request.text)[0]) == words
+    told = facts(request)
+    (collision,) = told["collisions"]
+    assert (collision["at_a"], collision["at_b"], collision["a_leaves"]) == ("front top", "back", "front")
+    assert collision["depth_mm"] == 10.0 and collision["parted_by"] == [
+        {"joint": "slider", "change": -0.02, "toward": "closed"}, {"joint": "hinge", "change": 0.3, "toward": "open"},
+    ]  # fmt: skip
+    assert told["solved_pairs"] == [["body", "door"]]
+    assert told["tried"] == [{"positions": {"hinge": 0.2, "slider": 0.1}, "phi_m": 0.02, "accepted": True}]
+    system = system_text("refinement")
+    for key in {*told, *collision, *collision["parted_by"][0], "accepted", "user_guidance"} - {"purpose", "asset_id"}:
+        assert f"`{key}`" in system or f"`<{key}>`" in system or key in ("category", "joint", "link_b"), key
+
+
+@pytest.mark.parametrize(
+    ("phi_m", "word"),
+    [(0.03, "severe: 30 mm"), (0.02, "moderate: 20 mm"), (0.01, "small: 10 mm"), (0.002, "slight: 2 mm"),
+     (1e-4, "none: 0.1 mm"), (0.0, "none: 0 mm")],
+)  # fmt: skip
+def test_severity_has_a_word_and_millimetres(phi_m: float, word: str) -> None:
+    assert severity(phi_m) == word
 
 
 def test_it_states_what_was_refused_and_where_joints_came_to_rest() -> None:
-    tried = RefusedProposal({"hinge": 0.3, "slider": 0.1}, 0.004, {"hinge": 0.01})
+    tried = TriedProposal({"hinge": 0.3, "slider": 0.1}, 0.004, {"hinge": 0.01})
     situation = StateProblem("fell", {"hinge": 0.1, "slider": 0.1}, 0.0, settled={"hinge": 0.0}, tried=(tried,))
     told = facts(asked(situation, "hinge"))
     assert told["focus_joints"][0]["settled"] == 0.0 and told["problem"] == "fell"
@@ -90,7 +131,7 @@ def test_the_system_text_has_the_papers_steps_and_every_word_of_the_block() -> N
         assert words in system, words
     situation = StateProblem(
         "fell", {"hinge": 0.1, "slider": 0.1}, 0.0, settled={"hinge": 0.0}, desired_phi_m=0.1,
-        tried=(RefusedProposal({"hinge": 0.3}, 0.1),),
+        tried=(TriedProposal({"hinge": 0.3}, 0.1),),
     )  # fmt: skip
     told = facts(asked(situation, "hinge"))
     for key in {*told, *told["focus_joints"][0]} - {"purpose", "asset_id", "category", "name", "type", "label"}:
@@ -160,8 +201,8 @@ def test_an_instruction_in_a_state_stays_data(place: str) -> None:
     else:
         pairs = [pair(EVIL, "b", 0.1)]
     positions = {focus: 0.1, "slider": 0.1}
-    situation = StateProblem("overlap", positions, 0.1, pairs, tried=(RefusedProposal(positions, 0.2),))
+    situation = StateProblem("overlap", positions, 0.1, pairs, tried=(TriedProposal(positions, 0.2),))
     request = refinement_request(features, physics, situation, [focus], {focus: (0.0, 1.0)})
-    only_data(request, ["structured_information"])
+    only_data(request, ["structured_information", "user_guidance"])
     assert facts(request)["focus_joints"][0]["name"] == focus
     assert request.system == system_text("refinement") and request.answer_schema == refinement_schema()

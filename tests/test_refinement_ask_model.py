@@ -5,6 +5,7 @@ from pathlib import Path
 
 import pytest
 
+from asset2sim.models.answers import RefinementAnswer
 from asset2sim.models.refinement_prompt import StateProblem
 from asset2sim.refinement.ask_model import QuestionContext, Questions, next_pose
 from asset2sim.refinement.bands import joints_outside_state, reaches
@@ -53,7 +54,7 @@ def test_an_answer_is_taken_and_never_asked_for_again() -> None:
     script = Script(said(STEP))
     questions = Questions(script, 2)
     first = questions.answer(REQUEST, ("hinge",))
-    assert first is not None and first.deltas == {"hinge": 0.05}
+    assert isinstance(first, RefinementAnswer) and first.deltas == {"hinge": 0.05}
     assert questions.answer(REQUEST, ("hinge",)) == first and len(script.asked) == 1
     assert outcomes(questions) == ["ok"] and codes(questions) == [] and questions.left == 1 and questions.wanted
 
@@ -61,7 +62,7 @@ def test_an_answer_is_taken_and_never_asked_for_again() -> None:
 def test_a_refused_answer_is_asked_for_once_more_with_its_errors() -> None:
     script = Script(said(WRONG), said(STEP))
     questions = Questions(script, 2)
-    assert questions.answer(REQUEST, ("hinge",)) is not None
+    assert isinstance(questions.answer(REQUEST, ("hinge",)), RefinementAnswer)
     assert outcomes(questions) == ["invalid_answer", "ok"] and codes(questions) == ["invalid_answer"]
     assert "'door' is not a focus joint; focus joints are: hinge" in script.asked[1].text
 
@@ -70,7 +71,7 @@ def test_a_refused_answer_is_asked_for_once_more_with_its_errors() -> None:
 def test_no_more_is_asked_than_is_allowed(most: int) -> None:
     script = Script(said("I cannot say."))
     questions = Questions(script, most)
-    assert questions.answer(REQUEST, ("hinge",)) is None and questions.wanted
+    assert isinstance(questions.answer(REQUEST, ("hinge",)), str) and questions.wanted
     assert len(script.asked) == min(most, 2) and outcomes(questions) == ["invalid_answer"] * min(most, 2)
     assert ("refinement_unanswered" in codes(questions)) == (most > 0)
     assert codes(questions).count("invalid_answer") == (1 if most > 1 else 0), "said only where it was asked again"
@@ -87,7 +88,7 @@ def test_no_more_is_asked_than_is_allowed(most: int) -> None:
 )  # fmt: skip
 def test_whatever_does_not_fit_is_refused_and_raises_nothing(content: str) -> None:
     questions = Questions(Script(said(content)), 2)
-    assert questions.answer(REQUEST, ("hinge",)) is None
+    assert str(questions.answer(REQUEST, ("hinge",))).startswith("no answer of the model fits: ")
     assert outcomes(questions) == ["invalid_answer"] * 2
     assert codes(questions) == ["invalid_answer", "refinement_unanswered"]
 
@@ -102,8 +103,8 @@ def test_whatever_does_not_fit_is_refused_and_raises_nothing(content: str) -> No
 def test_a_provider_that_fails_and_a_spent_budget_end_the_asking(answer: ModelAnswer, code: str) -> None:
     script = Script(answer)
     questions = Questions(script, 5)
-    assert questions.answer(REQUEST, ("hinge",)) is None
-    assert questions.answer(REQUEST.model_copy(update={"text": "two"}), ("hinge",)) is None
+    assert questions.answer(REQUEST, ("hinge",)) == answer.error
+    assert questions.answer(REQUEST.model_copy(update={"text": "two"}), ("hinge",)) == "no model call is left"
     assert len(script.asked) == 1 and codes(questions) == [code] and questions.calls == list(answer.calls)
     assert str(answer.error) in questions.findings[0].message
 

@@ -8,7 +8,7 @@ import pytest
 
 from asset2sim.engines.contacts import ContactPoint, penetration
 from asset2sim.engines.pybullet_object import contacts_at
-from asset2sim.models.refinement_prompt import RefusedProposal
+from asset2sim.models.refinement_prompt import TriedProposal
 from asset2sim.refinement.bands import Band, Evaluator, band_of, objective
 from asset2sim.refinement.search_state import Ask, refine_state
 from asset2sim.refinement.state_proposals import focus_joints
@@ -184,24 +184,18 @@ def test_a_joint_that_nobody_asked_for_may_start_at_its_authored_zero() -> None:
 
 
 def test_a_models_pose_that_gains_too_little_is_refused_and_told() -> None:
-    asked: list[tuple[tuple[ContactPair, ...], tuple[str, ...], tuple[RefusedProposal, ...]]] = []
+    asked: list[tuple[tuple[str, ...], tuple[TriedProposal, ...]]] = []
 
-    def ask(
-        best: Pose,
-        phi: float,
-        pairs: tuple[ContactPair, ...],
-        focus: tuple[str, ...],
-        tried: tuple[RefusedProposal, ...],
-    ) -> Pose:
-        assert best == {"a": 0.0, "b": 0.0} and phi == 0.5
-        asked.append((pairs, focus, tried))
+    def ask(best: Pose, focus: tuple[str, ...], tried: tuple[TriedProposal, ...]) -> Pose:
+        assert best == {"a": 0.0, "b": 0.0}
+        asked.append((focus, tried))
         return {"a": 0.1, "b": 0.05}
 
     # Every line search is cut off by the gain it must bring, so that the model is asked at the requested pose.
     pose, phi, trace = found(Overlap(0.5), SearchSettings(least_gain=0.5), ask=ask)
     assert len(asked) == SearchSettings().max_model_calls == 2
-    assert asked[0][1] == ("a", "b") and asked[0][0][0].link_a == "left" and asked[0][2] == ()
-    (refused,) = asked[1][2]
+    assert asked[0] == (("a", "b"), ())
+    (refused,) = asked[1][1]
     assert refused.positions == {"a": 0.1, "b": 0.05} and near(refused.phi_m, 0.35), "it is told what came of it"
     assert pose == {"a": 0.0, "b": 0.0} and phi == 0.5, "it gains too little"
     assert [(step.proposer, step.accepted, step.moved) for step in trace[-2:]] == [("model", False, {})] * 2

@@ -283,7 +283,7 @@ def test_views_go_with_every_question(run: Run) -> None:
         if asked.purpose == "synthesis":
             assert labels == ["front", "back", "left", "right", "perspective"]
         else:
-            assert asked.purpose == "refinement" and labels == ["front", "left", "right", "perspective"]
+            assert asked.purpose == "refinement" and labels == ["perspective", "front", "right", "top"]
         assert {(width, height) for _, width, height, _ in asked.images} == {(48, 48)}
 
 

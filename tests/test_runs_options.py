@@ -18,14 +18,23 @@ from flows import PIPELINE
 from schemas.errors import UsageError
 from schemas.inputs import InputSettings
 from schemas.model_names import named_models, settings_for
-from schemas.settings import EngineSettings, MethodSettings, ModelSettings, RunSettings, Settings, ViewSettings
-from schemas.vocabulary import Engine, FailureMode, Gate, Method, Status, UpAxis
+from schemas.settings import (
+    EngineSettings,
+    MethodSettings,
+    ModelSettings,
+    RunSettings,
+    SearchSettings,
+    Settings,
+    ViewSettings,
+)
+from schemas.vocabulary import Engine, FailureMode, Gate, Method, Proposer, Status, UpAxis
 from tests.model_server import Reply, serve
 
 ROOT = Path(__file__).resolve().parents[1]
 OPTIONS = {
     "REFINEMENT_MODEL": ("--refinement-model", "openai/two"),
     "JUDGE_MODEL": ("--judge-model", "openai/three"),
+    "PROPOSER": ("--proposer", "model"),
     "BUDGET_USD": ("--budget-usd", "1.5"),
     "BUDGET_CALLS": ("--budget-calls", "0"),
     "BUDGET_TOKENS": ("--budget-tokens", "90000"),
@@ -46,10 +55,11 @@ def test_the_options_become_settings() -> None:
         refinement_model="openai/two", judge_model="openai/three", run_usd=1.5, run_calls=0, run_tokens=90_000,
         asset_usd=0.0, asset_calls=4, requests_per_minute=30.0, cache=False,
     )  # fmt: skip
+    assert request.settings.search == SearchSettings(proposer=Proposer.MODEL)
     run = request.settings.run
     assert (run.asset_time_limit_s, run.min_success, run.max_new_failures, run.gate) == (20.0, 0.95, 3, Gate.WARN)
     plain = parse_request(["refine", "data", "--out", "out"])
-    assert plain.settings.model == ModelSettings()
+    assert plain.settings.model == ModelSettings() and plain.settings.search.proposer is Proposer.SEARCH
     assert (plain.settings.run.asset_time_limit_s, plain.settings.run.min_success) == (300.0, None)
 
 

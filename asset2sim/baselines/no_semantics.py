@@ -17,9 +17,12 @@ from schemas.errors import InvalidAnswerError
 from schemas.features import Features
 from schemas.request import ModelAnswer, ModelAsk, ModelRequest, Turn
 
-WITHHELD = ("asset_id", "category", "label", "labels", "joint_kind", "material", "materials", "mesh", "meshes", "file")
+WITHHELD = (
+    *("asset_id", "category", "label", "labels", "label_a", "label_b", "joint_kind", "material", "materials", "mesh"),
+    *("meshes", "file"),
+)
 """Request fields whose value reveals what something is: left empty."""
-PLAIN = ("purpose", "type", "volume_source", "view", "problem")
+PLAIN = (*("purpose", "type", "volume_source", "view", "problem"), *("severity", "at_a", "at_b", "a_leaves", "toward"))
 """Fields whose value is our vocabulary: left unchanged even where a part of the asset has the same name."""
 GUIDANCE = "user_guidance"
 ANYTHING = "part"

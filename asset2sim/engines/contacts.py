@@ -3,6 +3,7 @@
 from collections.abc import Iterable
 from dataclasses import dataclass
 
+from schemas.base import Vector3
 from schemas.measurement import ContactPair
 
 
@@ -13,6 +14,15 @@ class ContactPoint:
     link_a: str
     link_b: str
     separation_m: float
+
+
+@dataclass(frozen=True)
+class LocatedContact(ContactPoint):
+    """A contact point with its place in the root link's frame, m, and the unit normal there, from ``link_b`` to
+    ``link_a``: along it ``link_a`` leaves ``link_b``."""
+
+    place: Vector3
+    normal: Vector3
 
 
 def penetration(points: Iterable[ContactPoint]) -> float:

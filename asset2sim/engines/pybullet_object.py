@@ -19,7 +19,7 @@ from pybullet_utils.bullet_client import BulletClient
 from asset2sim.assets.urdf.mimic import read_mimics
 from asset2sim.assets.urdf.read import Dynamics, read_dynamics
 from asset2sim.engines.child import captured_console
-from asset2sim.engines.contacts import ContactPoint, penetration
+from asset2sim.engines.contacts import ContactPoint, LocatedContact, penetration
 from asset2sim.physics.arrays import Array
 from asset2sim.physics.kinematics import followed
 from asset2sim.physics.mass_matrix import GRAVITY_M_S2
@@ -83,6 +83,20 @@ class PyBulletObject:
             ContactPoint(names[point[3]], names[point[4]], float(point[8]))
             for point in self.client.getContactPoints(self.body, self.body)
         ]
+
+    def located_contacts(self) -> list[LocatedContact]:
+        """``contacts`` with places and normals; in the world's frame, which a held root link shares."""
+        self.client.performCollisionDetection()
+        names = self.link_names
+        return [
+            LocatedContact(names[point[3]], names[point[4]], float(point[8]), tuple(point[6]), tuple(point[7]))
+            for point in self.client.getContactPoints(self.body, self.body)
+        ]
+
+    def boxes(self) -> dict[str, tuple[Array, Array]]:
+        """Link → lowest and highest corner, (3,) each, m, of its collision shapes' box along the world's axes."""
+        found = {name: self.client.getAABB(self.body, index) for index, name in self.link_names.items()}
+        return {name: (np.array(low), np.array(high)) for name, (low, high) in found.items()}
 
     def _joint_states(self, column: int) -> Array:
         # Asked for no joints, PyBullet answers None.

@@ -1,4 +1,4 @@
-"""The request for a refinement step: what is wrong with the joint state, in numbers, as one block of data."""
+"""The request for a refinement step: what is wrong with the joint state, in numbers and words, as blocks of data."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
@@ -11,30 +11,48 @@ from schemas.measurement import ContactPair
 from schemas.model_names import REFINEMENT_PURPOSE
 from schemas.overlay import JointPhysics, PhysicsOverlay
 from schemas.request import LabelledImage, ModelRequest
+from schemas.vocabulary import Source
 
 MAX_PAIRS = 20
 """Overlapping pairs that a prompt lists, worst first."""
+SEVERITIES = ((0.02, "severe"), (0.01, "moderate"), (0.002, "small"), (1e-4, "slight"))
+"""(Φ above which, m, word): the paper's steps change at 20 and 10 mm, and it approves at 2 mm."""
+MM_PER_M = 1e3
 
 Problem = Literal["overlap", "moved", "fell"]
-"""Why a model is asked: parts overlap in every state near the desired one, the search had to leave the desired state,
-or joints that must stay where they are put do not."""
+"""Why a model is asked: parts overlap in the present state, the search had to leave the desired state, or joints that
+must stay where they are put do not."""
 
 
 @dataclass(frozen=True)
-class RefusedProposal:
-    """A refused proposal: its joint positions (rad or m), the Φ measured there (m), and where the joints settled, if
-    the problem is that they moved by themselves."""
+class TriedProposal:
+    """An earlier proposal: its joint positions (rad or m), the Φ measured there (m), whether it was accepted, and where
+    the joints settled, if the problem is that they moved by themselves."""
 
     positions: Mapping[str, float]
     phi_m: float
     settled: Mapping[str, float] = field(default_factory=dict)
+    accepted: bool = False
+
+
+@dataclass(frozen=True)
+class OverlapPlace:
+    """Where two links overlap, in words: on which side of each, and the way in which ``link_a`` leaves ``link_b``.
+    ``parted_by`` maps joints to the change of position, rad or m, that about ends the overlap, least of its range
+    first."""
+
+    at_a: str
+    at_b: str
+    a_leaves: str
+    parted_by: Mapping[str, float]
 
 
 @dataclass(frozen=True)
 class StateProblem:
     """A joint state to improve: joint name → position in rad, or m at the final scale, its Φ (m) and colliding pairs.
-    ``settled`` maps joints to where they settled untouched, for the problem "fell". ``desired_phi_m`` is Φ in the
-    desired state, for the problem "moved"."""
+    ``places`` maps pairs of links to where they overlap. ``solved`` are pairs that the last step parted. ``settled``
+    maps joints to where they settled untouched, for the problem "fell". ``desired_phi_m`` is Φ in the desired state,
+    for the problem "moved". ``tried`` are earlier proposals, oldest first."""
 
     problem: Problem
     positions: dict[str, float]
@@ -42,7 +60,9 @@ class StateProblem:
     pairs: Sequence[ContactPair] = ()
     settled: Mapping[str, float] = field(default_factory=dict)
     desired_phi_m: float | None = None
-    tried: Sequence[RefusedProposal] = ()
+    tried: Sequence[TriedProposal] = ()
+    places: Mapping[tuple[str, str], OverlapPlace] = field(default_factory=dict)
+    solved: Sequence[tuple[str, str]] = ()
 
 
 def refinement_request(
@@ -52,20 +72,25 @@ def refinement_request(
     focus: Sequence[str],
     reach: Mapping[str, tuple[float, float]],
     images: Sequence[LabelledImage] = (),
+    guidance: str | None = None,
 ) -> ModelRequest:
     """The question for a step of the focus joints (paper, "Refine the state"). ``overlay`` holds the desired state;
-    ``reach`` maps each focus joint to the positions between which it may be put."""
+    ``reach`` maps each focus joint to the positions between which it may be put; ``guidance`` is the user's words."""
     joints = {joint.name: joint for joint in overlay.joints}
     worst = sorted(situation.pairs, key=lambda pair: -pair.penetration_m)[:MAX_PAIRS]
+    labels = {link.name: link.label for link in features.links}
     information: dict[str, object] = {
         "purpose": REFINEMENT_PURPOSE,
         "asset_id": features.asset_id,
         "category": features.category,
         "problem": situation.problem,
         "phi_m": situation.phi_m,
-        "pairs": [{"link_a": p.link_a, "link_b": p.link_b, "penetration_m": p.penetration_m} for p in worst],
+        "severity": severity(situation.phi_m),
+        "collisions": [_collision(pair, labels, joints, situation.places) for pair in worst],
         "focus_joints": [_focus_joint(joints[n], features.joint(n), situation, reach[n]) for n in focus],
     }
+    if situation.solved:
+        information["solved_pairs"] = [list(pair) for pair in situation.solved]
     if situation.desired_phi_m is not None:
         information["desired_phi_m"] = situation.desired_phi_m
     if situation.tried:
@@ -73,7 +98,7 @@ def refinement_request(
     return ModelRequest(
         purpose=REFINEMENT_PURPOSE,
         system=system_text(REFINEMENT_PURPOSE),
-        text=data_block("structured_information", information),
+        text=f"{data_block('structured_information', information)}\n\n{data_block('user_guidance', guidance or '')}",
         images=tuple(images),
         answer_schema=refinement_schema(),
     )
@@ -83,6 +108,40 @@ def refinement_schema() -> dict[str, object]:
     """The JSON Schema of the answer; it names no joint, so that it is the same for every asset."""
     schema: dict[str, object] = trimmed(RefinementAnswer.model_json_schema(), frozenset())
     return schema
+
+
+def severity(phi_m: float) -> str:
+    """How bad an overlap of Φ (m) is, in a word and in mm."""
+    word = next((word for above, word in SEVERITIES if phi_m > above), "none")
+    return f"{word}: {MM_PER_M * phi_m:.3g} mm"
+
+
+def _collision(
+    pair: ContactPair,
+    labels: Mapping[str, str],
+    joints: Mapping[str, JointPhysics],
+    places: Mapping[tuple[str, str], OverlapPlace],
+) -> dict[str, object]:
+    told: dict[str, object] = {
+        "link_a": pair.link_a,
+        "link_b": pair.link_b,
+        "label_a": labels.get(pair.link_a, ""),
+        "label_b": labels.get(pair.link_b, ""),
+        "depth_mm": MM_PER_M * pair.depth_m,
+        "penetration_m": pair.penetration_m,
+    }
+    place = places.get((pair.link_a, pair.link_b))
+    if place is None:
+        return told
+    parted = [
+        {"joint": name, "change": change, "toward": _toward(joints[name], change)}
+        for name, change in place.parted_by.items()
+    ]
+    return {**told, "at_a": place.at_a, "at_b": place.at_b, "a_leaves": place.a_leaves, "parted_by": parted}
+
+
+def _toward(joint: JointPhysics, change: float) -> str:
+    return "open" if change * (joint.open - joint.closed) >= 0.0 else "closed"
 
 
 def _focus_joint(
@@ -97,6 +156,7 @@ def _focus_joint(
         "child": authored.child,
         "position": situation.positions[joint.name],
         "desired": joint.initial_position,
+        "asked": joint.position_source is not Source.RULE,
         **settled,
         "lower": joint.lower,
         "upper": joint.upper,
@@ -106,9 +166,10 @@ def _focus_joint(
     }
 
 
-def _tried(item: RefusedProposal, focus: Sequence[str]) -> dict[str, object]:
+def _tried(item: TriedProposal, focus: Sequence[str]) -> dict[str, object]:
     told: dict[str, object] = {
         "positions": {name: value for name, value in item.positions.items() if name in focus},
         "phi_m": item.phi_m,
     }
-    return {**told, "settled": dict(item.settled)} if item.settled else told
+    accepted = {"accepted": True} if item.accepted else {}
+    return {**told, **accepted, "settled": dict(item.settled)} if item.settled else {**told, **accepted}

@@ -8,14 +8,14 @@ from asset2sim.assets.views import png_bytes, render_views
 from asset2sim.models.answers import InvalidFieldsError, RefinementAnswer, parse_refinement
 from asset2sim.models.ask_overlay import images_not_sent, marked_invalid
 from asset2sim.models.prompts import with_validation_errors
-from asset2sim.models.refinement_prompt import RefusedProposal, StateProblem, refinement_request
+from asset2sim.models.refinement_prompt import StateProblem, TriedProposal, refinement_request
 from asset2sim.refinement.bands import Band, Pose
 from asset2sim.refinement.context import warning
+from asset2sim.refinement.locate_overlaps import locate_overlaps
 from asset2sim.refinement.search_state import Ask
 from schemas.errors import AssetError, InvalidAnswerError
 from schemas.features import Features
 from schemas.finding import Finding
-from schemas.measurement import ContactPair
 from schemas.model_names import REFINEMENT_PURPOSE, is_local, model_for
 from schemas.overlay import PhysicsOverlay
 from schemas.request import LabelledImage, ModelAnswer, ModelAsk, ModelCall, ModelRequest
@@ -33,17 +33,17 @@ class Questions:
     left: int
     calls: list[ModelCall] = field(default_factory=list)
     findings: list[Finding] = field(default_factory=list)
-    known: dict[str, RefinementAnswer | None] = field(default_factory=dict)
+    known: dict[str, RefinementAnswer | str] = field(default_factory=dict)
     wanted: bool = False
 
-    def answer(self, request: ModelRequest, focus: tuple[str, ...]) -> RefinementAnswer | None:
-        """The model's step of the focus joints; None where it has none. An invalid answer does not raise."""
+    def answer(self, request: ModelRequest, focus: tuple[str, ...]) -> RefinementAnswer | str:
+        """The model's step of the focus joints, or why there is none. An invalid answer does not raise."""
         self.wanted = True
         if request.text not in self.known:
             self.known[request.text] = self._ask(request, focus)
         return self.known[request.text]
 
-    def _ask(self, request: ModelRequest, focus: tuple[str, ...]) -> RefinementAnswer | None:
+    def _ask(self, request: ModelRequest, focus: tuple[str, ...]) -> RefinementAnswer | str:
         asked, refused = request, ""
         for first in (True, False):
             if self.left <= 0:
@@ -54,8 +54,7 @@ class Questions:
                 self._note_images(answer)
             if answer.content is None:
                 self.calls.extend(answer.calls)
-                self._give_up(answer)
-                return None
+                return self._give_up(answer)
             try:
                 step = parse_refinement(answer.content, focus)
             except InvalidAnswerError as error:
@@ -70,14 +69,15 @@ class Questions:
             return step
         if refused:
             self._note("refinement_unanswered", f"the search goes on without a step from the model: {refused}")
-        return None
+        return f"no answer of the model fits: {refused}" if refused else "no model call is left"
 
-    def _give_up(self, answer: ModelAnswer) -> None:
-        """Ask no more: the budget is spent, or the provider failed in all its attempts."""
+    def _give_up(self, answer: ModelAnswer) -> str:
+        """Ask no more, and say why: the budget is spent, or the provider failed in all its attempts."""
         self.left = 0
         code = "budget_spent" if answer.budget_spent else "refinement_unanswered"
         why = answer.error or ("the budget is spent" if answer.budget_spent else "the model failed")
         self._note(code, f"the search goes on without the model: {why}")
+        return why
 
     def _note_images(self, answer: ModelAnswer) -> None:
         if all(finding.code != "images_not_sent" for finding in self.findings):
@@ -87,14 +87,14 @@ class Questions:
         self.findings.append(warning(code=code, message=message))
 
 
-MODEL_VIEWS = ("front", "left", "right", "perspective")
-"""The four views of the state that a model is shown (paper, "Refine the state")."""
+MODEL_VIEWS = ("perspective", "front", "right", "top")
+"""The four views of the state that a model is shown: perspective, front, side and top (paper, "Refine the state")."""
 
 
 @dataclass(frozen=True)
 class QuestionContext:
     """Inputs shared by all questions about one asset: the overlay with the requested state, the URDF to render, each
-    joint's allowed band (rad or m), and the questions asked so far."""
+    joint's allowed band (rad or m), the questions asked so far, and the user's words."""
 
     features: Features
     overlay: PhysicsOverlay
@@ -102,19 +102,32 @@ class QuestionContext:
     urdf: Path
     reach: Mapping[str, Band]
     questions: Questions
+    guidance: str | None = None
+
+    def overlap(self, pose: Pose, tried: Sequence[TriedProposal], solved: Sequence[tuple[str, str]]) -> StateProblem:
+        """The problem of links that overlap at a pose, with where they do, as a fresh world has it."""
+        found = locate_overlaps(self.features, self.overlay, self.urdf, pose, self.settings.engine)
+        return StateProblem(
+            "overlap", pose, found.phi_m, found.pairs, tried=tuple(tried), places=found.places, solved=tuple(solved)
+        )
+
+
+@dataclass(frozen=True)
+class ProposedPose:
+    """The pose that a model proposes, every joint within its reach; None without one, ``reason`` saying why, and
+    ``approved`` where the model takes the present state for good. ``answered``: whether there was a valid answer."""
+
+    pose: Pose | None
+    reason: str = ""
+    approved: bool = False
+    answered: bool = True
 
 
 def model_asker(scene: QuestionContext) -> Ask:
     """Callback that asks the model for a step while links overlap."""
 
-    def propose(
-        best: Pose,
-        phi: float,
-        pairs: tuple[ContactPair, ...],
-        focus: tuple[str, ...],
-        tried: tuple[RefusedProposal, ...],
-    ) -> Pose | None:
-        return next_pose(scene, StateProblem("overlap", best, phi, pairs, tried=tried), focus)
+    def propose(best: Pose, focus: tuple[str, ...], tried: tuple[TriedProposal, ...]) -> Pose | None:
+        return next_pose(scene, scene.overlap(best, tried, ()), focus)
 
     return propose
 
@@ -122,17 +135,28 @@ def model_asker(scene: QuestionContext) -> Ask:
 def next_pose(
     scene: QuestionContext, situation: StateProblem, focus: tuple[str, ...], shown: Pose | None = None
 ) -> Pose | None:
-    """Pose after the model's step, every joint within its reach; None where the model has no step or the call limit is
-    reached. ``shown`` is the pose to render, by default the present one."""
+    """Pose after the model's step; None where the model has no step or the call limit is reached."""
+    return propose_pose(scene, situation, focus, shown).pose
+
+
+def propose_pose(
+    scene: QuestionContext, situation: StateProblem, focus: tuple[str, ...], shown: Pose | None = None
+) -> ProposedPose:
+    """What the model proposes for the focus joints. ``shown`` is the pose to render, by default the present one."""
     present = situation.positions
     reach = {name: (scene.reach[name].low, scene.reach[name].high) for name in focus}
     views = pictures(scene, shown or present)
-    request = refinement_request(scene.features, scene.overlay, situation, focus, reach, views)
+    request = refinement_request(scene.features, scene.overlay, situation, focus, reach, views, scene.guidance)
     step = scene.questions.answer(request, focus)
-    if step is None or step.approved:
-        return None
+    if isinstance(step, str):
+        return ProposedPose(None, step, answered=False)
+    if step.approved:
+        return ProposedPose(None, "the model approves the state", approved=True)
     pose = {**present, **{name: scene.reach[name].clamp(present[name] + d) for name, d in step.deltas.items()}}
-    return None if pose == present else pose
+    if pose != present:
+        return ProposedPose(pose)
+    kept = any(step.deltas.values())
+    return ProposedPose(None, "the step leads beyond the requested state" if kept else "the model proposes no step")
 
 
 def pictures(scene: QuestionContext, pose: Pose) -> Sequence[LabelledImage]:
@@ -140,7 +164,7 @@ def pictures(scene: QuestionContext, pose: Pose) -> Sequence[LabelledImage]:
     if is_local(model_for(scene.settings.model, REFINEMENT_PURPOSE)) or scene.questions.left <= 0:
         return ()
     try:
-        views = render_views(scene.urdf, pose, scene.settings.views)
+        views = render_views(scene.urdf, pose, scene.settings.views, MODEL_VIEWS)
     except AssetError:  # nothing to draw: the numbers alone still say what is wrong
         return ()
     return tuple(LabelledImage(label=name, png=png_bytes(views[name])) for name in MODEL_VIEWS)

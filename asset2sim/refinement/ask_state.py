@@ -9,13 +9,12 @@ from asset2sim.assets.folder import Folder
 from asset2sim.checks.interaction_verdict import hold_bound
 from asset2sim.checks.rest import measure
 from asset2sim.engines.child import in_child
-from asset2sim.engines.contacts import by_pair
-from asset2sim.engines.pybullet_object import contacts_at
-from asset2sim.models.refinement_prompt import RefusedProposal, StateProblem
+from asset2sim.models.refinement_prompt import StateProblem, TriedProposal
 from asset2sim.refinement.ask_model import QuestionContext, next_pose
 from asset2sim.refinement.bands import Pose, distance, joints_outside_state, moved_joints
 from asset2sim.refinement.collision.part_links import CutAttempt, cut_attempt
 from asset2sim.refinement.context import RefinementContext, trace_step
+from asset2sim.refinement.locate_overlaps import locate_overlaps
 from schemas.finding import TraceStep
 from schemas.interaction import EngineReport
 from schemas.measurement import Measurement
@@ -66,7 +65,7 @@ def ask_lasting_state(
     allowed = max(settings.search.target_phi_m, phi)
     shown = {**present, **resting(measured, present)}
     steps: list[TraceStep] = []
-    tried: list[RefusedProposal] = []
+    tried: list[TriedProposal] = []
     for _ in range(settings.search.max_model_calls):
         rest = resting(measured, names)
         situation = StateProblem("fell", present, phi, measured.pairs, settled=rest, tried=tuple(tried))
@@ -84,7 +83,7 @@ def ask_lasting_state(
         steps.append(model_step(phi, found.penetration_m, present, pose, accepted, why))
         if accepted:
             return LastingState(pose, tuple(steps))
-        tried.append(RefusedProposal(pose, found.penetration_m, resting(found, names)))
+        tried.append(TriedProposal(pose, found.penetration_m, resting(found, names)))
     return LastingState(None, tuple(steps))
 
 
@@ -116,14 +115,16 @@ def nearer_to_request(
     """The attempt, or one at a model's pose that is nearer to the requested state, where Φ is at most its target or no
     higher than before. ``desired_phi_m`` is Φ (m) in the requested state."""
     search = loop.settings.search
-    tried: list[RefusedProposal] = []
+    tried: list[TriedProposal] = []
     for _ in range(search.max_model_calls):
         focus = joints_outside_state(loop.overlay, best.positions, search)
         if not focus:
             break
         here, phi = best.positions, best.phi
-        pairs = by_pair(contacts_at(folder.urdf, here, loop.settings.engine))
-        situation = StateProblem("moved", here, phi, pairs, desired_phi_m=desired_phi_m, tried=tuple(tried))
+        there = locate_overlaps(scene.features, scene.overlay, folder.urdf, here, loop.settings.engine)
+        situation = StateProblem(
+            "moved", here, phi, there.pairs, desired_phi_m=desired_phi_m, tried=tuple(tried), places=there.places
+        )
         pose = next_pose(scene, situation, focus)
         if pose is None:
             break
@@ -137,5 +138,5 @@ def nearer_to_request(
             best = again
             tried.clear()
         else:
-            tried.append(RefusedProposal(pose, again.phi))
+            tried.append(TriedProposal(pose, again.phi))
     return best

@@ -47,7 +47,8 @@ class Log:
 
 @dataclass(frozen=True)
 class RefinementContext:
-    """Inputs shared by all steps of one asset's loop; ``overlay`` holds the requested state."""
+    """Inputs shared by all steps of one asset's loop; ``overlay`` holds the requested state, ``guidance`` the user's
+    words."""
 
     extraction: Extraction
     proposal: Overlay
@@ -56,3 +57,4 @@ class RefinementContext:
     hulls: Hulls
     settings: Settings
     log: Log
+    guidance: str | None = None

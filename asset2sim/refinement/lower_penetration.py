@@ -11,12 +11,13 @@ from asset2sim.refinement.bands import Evaluator, Pose, band_of, moved_joints, r
 from asset2sim.refinement.collision.let_joints_move import let_joints_move
 from asset2sim.refinement.collision.part_links import CutAttempt, cut_attempt
 from asset2sim.refinement.context import RefinementContext, trace_step
+from asset2sim.refinement.model_loop import refine_by_model
 from asset2sim.refinement.notes import move_findings, note_shapes
 from asset2sim.refinement.search_state import refine_state
 from asset2sim.validation.validate import validate
 from schemas.finding import Finding, TraceStep
 from schemas.overlay import PhysicsOverlay
-from schemas.vocabulary import CollisionMode, Source
+from schemas.vocabulary import CollisionMode, Proposer, Source
 
 
 @dataclass(frozen=True)
@@ -32,19 +33,18 @@ class RefinedState:
 def lower_penetration(loop: RefinementContext, folder: Folder, questions: Questions) -> RefinedState:
     """Lower Φ: first by joint positions near the requested state; where that fails, by cutting collision hulls.
 
-    Joint dynamics are derived again for joints that moved. A model is asked where links still overlap, and where
-    separating them needed another state than the requested one (paper, "Refine the state").
+    Joint dynamics are derived again for joints that moved. A search proposes first, and a model is asked where links
+    still overlap, and where separating them needed another state than the requested one; or the model proposes every
+    step (paper, "Refine the state").
     """
     overlay, settings = loop.overlay, loop.settings
     requested, reach = overlay.initial_positions, reaches(overlay, settings.search)
-    scene = QuestionContext(loop.extraction.features, overlay, settings, folder.urdf, reach, questions)
-    tolerance = settings.search.closed_tolerance
-    found = search_state(loop, folder, tolerance)
-    best = cut_attempt(loop, folder, found)
-    # Where hulls must be cut anyway, keep the requested state if its Φ is as low.
-    if best.changed and found != requested:
-        kept = cut_attempt(loop, folder, requested)
-        best = kept if kept.phi <= max(best.phi, settings.search.target_phi_m) else best
+    features = loop.extraction.features
+    scene = QuestionContext(features, overlay, settings, folder.urdf, reach, questions, loop.guidance)
+    if settings.search.proposer is Proposer.MODEL:
+        return write_best(loop, folder, cut_or_kept(loop, folder, model_state(loop, folder, scene)))
+    found = search_state(loop, folder, settings.search.closed_tolerance)
+    best = cut_or_kept(loop, folder, found)
     tried = [found, requested]
     # Open a closed part slightly, and ask a model, only where smaller changes do not separate the links.
     for asked in (None, scene):
@@ -58,6 +58,15 @@ def lower_penetration(loop: RefinementContext, folder: Folder, questions: Questi
     if best.positions != requested:
         best = nearer_to_request(scene, loop, folder, best, phi_at(folder.urdf, requested, settings.engine))
     return write_best(loop, folder, best)
+
+
+def cut_or_kept(loop: RefinementContext, folder: Folder, found: Pose) -> CutAttempt:
+    """The attempt at this pose; where hulls must be cut anyway, that at the requested state if its Φ is as low."""
+    best, requested = cut_attempt(loop, folder, found), loop.overlay.initial_positions
+    if not best.changed or found == requested:
+        return best
+    kept = cut_attempt(loop, folder, requested)
+    return kept if kept.phi <= max(best.phi, loop.settings.search.target_phi_m) else best
 
 
 def write_best(loop: RefinementContext, folder: Folder, best: CutAttempt) -> RefinedState:
@@ -97,6 +106,25 @@ def search_state(
         )
     for step in trace:
         loop.log.step(step)
+    return lower_in_fresh_world(loop, folder, found)
+
+
+def model_state(loop: RefinementContext, folder: Folder, scene: QuestionContext) -> Pose:
+    """Pose near the requested one to which a model's steps led, and a finding for how they ended; the requested one
+    where Φ in a fresh world is no lower."""
+    with static_object(folder.urdf, loop.settings.engine) as item:
+        evaluator = Evaluator(lambda pose: contact_points(item, pose), loop.settings.search.max_evaluations)
+        walk = refine_by_model(scene, evaluator)
+    for step in walk.trace:
+        loop.log.step(step)
+    if walk.iterations:
+        loop.log.findings.append(walk.finding)
+    return lower_in_fresh_world(loop, folder, walk.pose)
+
+
+def lower_in_fresh_world(loop: RefinementContext, folder: Folder, found: Pose) -> Pose:
+    """The pose found, or the requested one where Φ in a fresh world is no lower."""
+    requested, engine = loop.overlay.initial_positions, loop.settings.engine
     if found == requested:
         return requested
     # The search ran in one world, whose contact cache changes Φ a little; a fresh world decides.

@@ -23,7 +23,7 @@ from schemas.interaction import EngineReport
 from schemas.overlay import Overlay, PhysicsOverlay
 from schemas.request import ModelAsk, ModelCall
 from schemas.settings import Settings
-from schemas.vocabulary import NOT_MEASURED, CollisionMode, Engine, FailureMode, Source, Stage
+from schemas.vocabulary import NOT_MEASURED, CollisionMode, Engine, FailureMode, Proposer, Source, Stage
 
 DECOMPOSED = "collision_decomposed"
 """Code of the finding for a link decomposed into convex pieces."""
@@ -43,6 +43,8 @@ class RefinementJob:
     path: Path
     cache: Path
     settings: Settings
+    guidance: str | None = None
+    """The user's words, for questions to a model."""
     known: Known = field(default_factory=dict)
     """Engine reports on the asset so far, for all shapes and states tried."""
 
@@ -88,7 +90,8 @@ def shape_folder(job: RefinementJob) -> ShapedFolder:
 
 def refine(job: RefinementJob, shaped: ShapedFolder, ask: ModelAsk) -> RefinementResult:
     """Refine an asset written by ``shape_folder``; the result lists all model calls of all attempts."""
-    questions = Questions(ask, job.settings.search.max_model_calls)
+    search = job.settings.search
+    questions = Questions(ask, search.max_iterations if by_model(job) else search.max_model_calls)
     chosen, best = attempt_pieces_then_hulls(job, shaped, questions)
     best = with_lasting_state(chosen, best, questions)
     return RefinementResult(
@@ -108,15 +111,16 @@ def attempt_pieces_then_hulls(
 
     Pieces keep hollows open but can block parts that move between them; hulls fill hollows and block nothing. A model
     is asked only where neither passes without one; without pieces there is no choice, and the first attempt may ask.
+    Where the model proposes every step, all attempts ask, and one that is repeated gets the same answers.
     """
     if all(finding.code != DECOMPOSED for finding in shaped.findings):
         return job, attempt(job, shaped, questions)
-    pieces, open_question = attempt_without_model(job, shaped, questions.ask)
+    pieces, open_question = first_attempt(job, shaped, questions)
     phi = largest_phi(pieces)
     if pieces.verdict.passed and phi <= GOOD_PHI_M:
         return job, attempt_again(job, questions) if open_question and questions.left > 0 else pieces
     plain = in_mode(job, CollisionMode.REPAIR)
-    hulls, _ = attempt_without_model(plain, shape_folder(plain), questions.ask, unmendable(pieces, job.settings))
+    hulls, _ = first_attempt(plain, shape_folder(plain), questions, unmendable(pieces, job.settings))
     if hulls.verdict.passed and not (pieces.verdict.passed and phi <= largest_phi(hulls)):
         why = f"Φ is {1e3 * phi:.3g} mm" if pieces.verdict.passed else pieces.verdict.reason
         text = f"collision shapes are plain hulls, which fill hollows: with convex pieces {why}"
@@ -140,7 +144,7 @@ def with_lasting_state(job: RefinementJob, tried: Attempt, questions: Questions)
     if measured is None or not names:
         return tried
     urdf, reach = tried.state.folder.urdf, reaches(job.overlay, job.settings.search)
-    scene = QuestionContext(job.extraction.features, job.overlay, job.settings, urdf, reach, questions)
+    scene = QuestionContext(job.extraction.features, job.overlay, job.settings, urdf, reach, questions, job.guidance)
     found = ask_lasting_state(scene, tried.mended.overlay, measured, names)
     if found.pose is None:
         return with_steps(tried, found.steps)
@@ -185,14 +189,24 @@ def in_mode(job: RefinementJob, mode: CollisionMode) -> RefinementJob:
 
 def context_of(job: RefinementJob, hulls: Hulls) -> RefinementContext:
     """What the steps of one attempt share, with an empty log."""
-    return RefinementContext(job.extraction, job.proposal, job.overlay, job.source, hulls, job.settings, Log())
+    return RefinementContext(
+        job.extraction, job.proposal, job.overlay, job.source, hulls, job.settings, Log(), job.guidance
+    )
 
 
-def attempt_without_model(
-    job: RefinementJob, shaped: ShapedFolder, ask: ModelAsk, doubts: tuple[FailureMode, ...] = ()
+def by_model(job: RefinementJob) -> bool:
+    """Whether a model proposes every step of the state."""
+    return job.settings.search.proposer is Proposer.MODEL
+
+
+def first_attempt(
+    job: RefinementJob, shaped: ShapedFolder, questions: Questions, doubts: tuple[FailureMode, ...] = ()
 ) -> tuple[Attempt, bool]:
-    """An attempt without model calls, and whether there was a question; ``doubts`` are failures to look for first."""
-    no_calls = Questions(ask, 0)
+    """An attempt without model calls, unless a model proposes every step, and whether a question was left open;
+    ``doubts`` are failures to look for first."""
+    if by_model(job):
+        return attempt(job, shaped, questions, doubts), False
+    no_calls = Questions(questions.ask, 0)
     return attempt(job, shaped, no_calls, doubts), no_calls.wanted
 
 

@@ -5,7 +5,7 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 
 from asset2sim.engines.contacts import by_pair, penetration
-from asset2sim.models.refinement_prompt import RefusedProposal
+from asset2sim.models.refinement_prompt import TriedProposal
 from asset2sim.refinement.bands import Band, Evaluator, Pose, moved_joints, objective
 from asset2sim.refinement.context import Log, trace_step
 from asset2sim.refinement.state_proposals import along, around, focus_joints, grid, in_groups
@@ -18,9 +18,8 @@ ROUNDS = 6
 """Rounds of line searches, each on the worst pair left; real objects rarely have more than three pairs."""
 BISECTIONS = 6
 """Bisections of the way back to the requested position: 10 % of a range becomes 0.2 %."""
-Ask = Callable[[Pose, float, tuple[ContactPair, ...], tuple[str, ...], tuple[RefusedProposal, ...]], Pose | None]
-"""Asks a model for a pose: (best pose, Φ, colliding pairs, focus joints, poses refused so far) → proposed pose within
-reach, or None."""
+Ask = Callable[[Pose, tuple[str, ...], tuple[TriedProposal, ...]], Pose | None]
+"""Asks a model for a pose: (best pose, focus joints, poses refused so far) → proposed pose within reach, or None."""
 
 
 @dataclass
@@ -92,8 +91,7 @@ def refine_state(
     still above ``acceptable_m`` (m) after that, and its poses are accepted by the same rule.
     """
     start = penetration(evaluator.points(requested))
-    seed = int.from_bytes(hashlib.sha256(asset_id.encode()).digest()[:4], "big")
-    search = Search(joints, bands, evaluator, settings, seed, dict(requested), start)
+    search = Search(joints, bands, evaluator, settings, seed_of(asset_id), dict(requested), start)
     search.record("request", search.best, start, 1, True, "the requested state")
     search_focus(search)
     try_alternative_starts(search, alternatives)
@@ -102,22 +100,26 @@ def refine_state(
     return search.best, search.phi, tuple(search.log.trace)
 
 
+def seed_of(asset_id: str) -> int:
+    """Seed of an asset's perturbations."""
+    return int.from_bytes(hashlib.sha256(asset_id.encode()).digest()[:4], "big")
+
+
 def ask_model(search: Search, ask: Ask, acceptable_m: float) -> None:
     """Accept a model's poses while they lower Φ; the next question lists refused poses with their Φ."""
-    tried: list[RefusedProposal] = []
+    tried: list[TriedProposal] = []
     for _ in range(search.settings.max_model_calls):
         if search.done or search.phi <= acceptable_m:
             break
-        pairs = search.pairs()
-        focus = focus_joints(search.joints, pairs, list(search.bands))
-        proposed = ask(search.best, search.phi, pairs, focus, tuple(tried)) if focus else None
+        focus = focus_joints(search.joints, search.pairs(), list(search.bands))
+        proposed = ask(search.best, focus, tuple(tried)) if focus else None
         if proposed is None:
             break
         if search.consider("model", iter([proposed])):
             tried.clear()
             search_focus(search)
         else:
-            tried.append(RefusedProposal(proposed, search.evaluator.phi(proposed)))
+            tried.append(TriedProposal(proposed, search.evaluator.phi(proposed)))
 
 
 def search_focus(search: Search) -> None:

@@ -23,6 +23,7 @@ from schemas.vocabulary import (
     Gate,
     Grouping,
     Method,
+    Proposer,
     StateMode,
     UpAxis,
 )
@@ -79,6 +80,7 @@ GROUP = TypeAliasType("GROUP", Grouping)
 METHOD = TypeAliasType("METHOD", Method)
 MODE = TypeAliasType("MODE", CollisionMode)
 RULE = TypeAliasType("RULE", DynamicsRule)
+PROPOSER = TypeAliasType("PROPOSER", Proposer)
 STATE = TypeAliasType("STATE", StateMode)
 SUPPORT = TypeAliasType("SUPPORT", SupportKind)
 BASE = TypeAliasType("BASE", BaseMode)

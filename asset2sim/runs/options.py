@@ -30,6 +30,7 @@ from asset2sim.runs.option_types import (
     OUT,
     PACKAGES,
     PORT,
+    PROPOSER,
     RATE,
     RULE,
     RUN,
@@ -61,6 +62,7 @@ from schemas.vocabulary import (
     Gate,
     Grouping,
     Method,
+    Proposer,
     StateMode,
     UpAxis,
 )
@@ -130,6 +132,10 @@ class RefineOptions(ModelOptions, Selection):
     dynamics: RULE = Field(
         DynamicsRule.INERTIA,
         description=f"{', '.join(DynamicsRule)}: joint dynamics from what a joint moves, or the paper's ranges",
+    )
+    proposer: PROPOSER = Field(
+        Proposer.SEARCH,
+        description=f"{', '.join(Proposer)}: what parts overlapping links, a search first or a model at every step",
     )
     state: STATE = Field(
         StateMode.DOCUMENT,

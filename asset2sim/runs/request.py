@@ -38,6 +38,7 @@ SETS: Mapping[str, str] = {
     "rpm": "model.requests_per_minute",
     "answer_cache": "model.cache",
     "dynamics": "physics.dynamics",
+    "proposer": "search.proposer",
     "engines": "engine.verify",
     "interaction": "engine.interact",
     "collision": "collision.mode",

@@ -1,4 +1,4 @@
-"""Directions and distances of the five cameras."""
+"""Directions and distances of the cameras."""
 
 from dataclasses import dataclass
 
@@ -15,6 +15,8 @@ WIDE_FOV = np.radians(26.0)
 CENTERINGS = 3
 """How often distance and centre are adjusted to each other; each round leaves about a tenth of the error."""
 UP = np.array([0.0, 0.0, 1.0])
+BESIDE_UP = 1e-6
+"""How far the top view's camera stands to the front: it says what is up in the picture."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -30,7 +32,8 @@ class Camera:
 
 def directions(front: Floats) -> dict[str, Floats]:
     """View name → (3,) unit vector from the object to the camera, its front facing ``front``, z up. Left and right are
-    those of a viewer who faces the front. The perspective view is from front and right, 30° up."""
+    those of a viewer who faces the front. The perspective view is from front and right, 30° up; the top view has the
+    front at its lower edge."""
     left = np.cross(front, UP)
     elevation, azimuth = np.radians(30.0), np.radians(35.0)
     level = np.cos(azimuth) * front - np.sin(azimuth) * left
@@ -39,6 +42,7 @@ def directions(front: Floats) -> dict[str, Floats]:
         "back": -front,
         "left": left,
         "right": -left,
+        "top": unit((UP + BESIDE_UP * front)[None])[0],
         "perspective": np.cos(elevation) * level + np.sin(elevation) * UP,
     }
 

@@ -3,7 +3,7 @@
 import io
 import os
 import tempfile
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 import numpy as np
@@ -26,8 +26,11 @@ BACKGROUND_TOP, BACKGROUND_BOTTOM = (244.0, 246.0, 249.0), (224.0, 228.0, 234.0)
 """Background colours, RGB: light, and never quite white, so that white objects keep an outline."""
 
 
-def render_views(urdf_file: Path, positions: Mapping[str, float], settings: ViewSettings) -> dict[str, Image.Image]:
-    """View name → RGB picture of the asset at these joint positions (radians or metres; joints not named are at zero).
+def render_views(
+    urdf_file: Path, positions: Mapping[str, float], settings: ViewSettings, names: Sequence[str] = VIEW_NAMES
+) -> dict[str, Image.Image]:
+    """View name → RGB picture of the asset at these joint positions (radians or metres; joints not named are at zero);
+    besides the canonical views there is ``top``.
     Meshes that are missing are left out. Raises AssetError: unreadable_asset or invalid_joint_configuration if the URDF
     is refused, missing_mesh if nothing is left to draw."""
     scene = load_scene(urdf_file, positions)
@@ -39,9 +42,10 @@ def render_views(urdf_file: Path, positions: Mapping[str, float], settings: View
     cameras = {
         name: fit(points, towards, WIDE_FOV if name == "perspective" else NARROW_FOV, aspect)
         for name, towards in directions(scene.front).items()
+        if name in names
     }
     frames = render(batches, cameras, round(OVERSAMPLING * settings.width), round(OVERSAMPLING * settings.height))
-    return {name: finish(frames[name], settings.width, settings.height) for name in VIEW_NAMES}
+    return {name: finish(frames[name], settings.width, settings.height) for name in names}
 
 
 def finish(frame: Frame, width: int, height: int) -> Image.Image:

@@ -110,6 +110,11 @@ def pieces_of(
     return loaded[path], scale_vector(geometry.mesh)
 
 
+def front_direction(urdf_file: Path) -> Floats:
+    """(3,) the horizontal direction in the root frame that the front of a URDF's object faces. Raises AssetError."""
+    return front_of(read_urdf(urdf_file), urdf_file)
+
+
 def front_of(robot: yourdfpy.Robot, urdf_file: Path) -> Floats:
     """(3,) the horizontal direction in the root frame that the object's front faces. PartNet-Mobility's objects face -x
     once its root joint has turned them z-up; an object is taken for one of them by that joint, by its robot's name or

@@ -9,17 +9,24 @@ from asset2sim.models.language.object_info import dicts, number, number_or_none,
 APPROVE_M = 0.002
 """Φ at which the paper approves a state, m."""
 STATE_TOLERANCE = 0.10
-"""Share of its range that a joint may be off the asked position."""
+"""Share of its range that a joint may be off the asked position ..."""
+ROUNDING = 1e-4
+"""... and how much beyond, since a prompt's numbers are rounded."""
 STEPS = ((0.02, 0.15), (0.01, 0.08), (0.0, 0.03))
 """(Φ above which, share of the range): the paper moves 5 to 25 % above 0.02 m, and little under 0.01 m."""
 WRONG_STATE_STEP = 0.25
 """Share of the range that a joint in the wrong state moves (paper: 10 to 40 %)."""
 
+MARGIN = 1.15
+"""How much further than what is said to part two links a joint goes: contacts shift as it moves."""
+
 
 @dataclass(frozen=True)
 class FocusJoint:
     """A joint under refinement: where it is, where it was asked to be, where it came to rest (None: not watched), the
-    positions that earlier refused proposals gave it, and its range; rad or m."""
+    positions that refused proposals gave it since the last accepted one, its range, and its reach; rad or m. ``apart``
+    is the change of position that parts the worst of the collisions that it can part, 0 for none, ``first`` whether it
+    is the cheapest joint to do so. Nobody asked for the ``desired`` position of one that is not ``asked``."""
 
     name: str
     position: float
@@ -30,18 +37,29 @@ class FocusJoint:
     open: float
     settled: float | None = None
     tried: tuple[float, ...] = ()
+    reach: tuple[float, float] = (-math.inf, math.inf)
+    apart: float = 0.0
+    first: bool = False
+    asked: bool = True
 
 
 def read_refinement(data: Mapping[str, object]) -> tuple[float, tuple[FocusJoint, ...]]:
     """Φ in m and the joints to move, from a refinement prompt; joints without limits are given a full turn."""
     joints = []
-    tried = [places for item in dicts(data.get("tried")) if isinstance(places := item.get("positions"), dict)]
+    history = dicts(data.get("tried"))
+    kept = [index for index, item in enumerate(history) if item.get("accepted") is True]
+    since = history[kept[-1] + 1 :] if kept else history
+    tried = [places for item in since if isinstance(places := item.get("positions"), dict)]
+    apart, first = parting(dicts(data.get("collisions")))
     for item in dicts(data.get("focus_joints")):
         position = number(item.get("position"), 0.0)
+        name = text_or_empty(item.get("name"))
         lower, upper = number(item.get("lower"), -math.pi), number(item.get("upper"), math.pi)
+        ends = item.get("reach")
+        low, high = ends if isinstance(ends, list) and len(ends) == 2 else (None, None)
         joints.append(
             FocusJoint(
-                name=text_or_empty(item.get("name")),
+                name=name,
                 position=position,
                 desired=number(item.get("desired"), position),
                 lower=min(lower, upper),
@@ -49,46 +67,92 @@ def read_refinement(data: Mapping[str, object]) -> tuple[float, tuple[FocusJoint
                 closed=number(item.get("closed"), lower),
                 open=number(item.get("open"), upper),
                 settled=number_or_none(item.get("settled")),
-                tried=tuple(number(places.get(text_or_empty(item.get("name"))), position) for places in tried),
+                tried=tuple(number(places.get(name), position) for places in tried),
+                reach=(number(low, -math.inf), number(high, math.inf)),
+                apart=apart.get(name, 0.0),
+                first=name in first,
+                asked=item.get("asked") is not False,
             )
         )
     return number(data.get("phi_m"), 0.0), unique(joints)
 
 
+def parting(collisions: Sequence[Mapping[str, object]]) -> tuple[dict[str, float], frozenset[str]]:
+    """Joint → change of position (rad or m) that parts the worst collision which it can part, and the cheapest joint of
+    each collision."""
+    apart: dict[str, float] = {}
+    first: set[str] = set()
+    for collision in collisions:
+        for place, item in enumerate(dicts(collision.get("parted_by"))):
+            name = text_or_empty(item.get("joint"))
+            apart.setdefault(name, number(item.get("change"), 0.0))
+            if place == 0:
+                first.add(name)
+    return apart, frozenset(first)
+
+
 def refinement_step(phi_m: float, joints: Sequence[FocusJoint]) -> dict[str, object]:
     """state_ok, approved, and deltas (rad or m) that keep every joint within its limits.
 
-    Joints out of the asked state go back to it. While parts overlap, the others go towards open (doors, drawers and
-    lids overlap with their body when they are closed too far), and back to the asked position once they are as open as
-    its tolerance allows. A joint that fell moves away from where it settled, within the tolerance. After a
-    refusal the step goes the other way, once; then nothing is proposed.
+    Joints out of the asked state go back to it. While parts overlap, the joints that part them go as far as the prompt
+    says that it takes; after a refusal in another of ``parting_ways``, while there are any.
+    Where the prompt names none, joints go towards open (doors, drawers and lids overlap with their body when they are
+    closed too far), and back to the asked position once they are as open as its tolerance allows. A joint that fell
+    moves away from where it settled, within the tolerance. After a refusal such a step goes the other way, once; then
+    nothing is proposed.
     """
-    fell = any(_off(joint, joint.settled) > STATE_TOLERANCE for joint in joints)
-    state_ok = not fell and all(_off(joint, joint.position) <= STATE_TOLERANCE for joint in joints)
+    fell = any(_off(joint, joint.settled) for joint in joints)
+    state_ok = not fell and not any(_off(joint, joint.position) for joint in joints)
     approved = state_ok and phi_m <= APPROVE_M
     deltas: dict[str, float] = {}
+    if state_ok and not approved and any(joint.apart for joint in joints):
+        refused = max(len(joint.tried) for joint in joints)
+        deltas = next(iter(parting_ways(joints)[refused:]), {})
+        return {"state_ok": state_ok, "approved": approved, "deltas": deltas}
     for joint in joints:
         span = joint.upper - joint.lower
         if approved or span <= 0.0 or len(joint.tried) > 1:
             continue
-        if joint.settled is not None and _off(joint, joint.settled) > STATE_TOLERANCE:
+        if joint.settled is not None and _off(joint, joint.settled):
             step = math.copysign(STATE_TOLERANCE * span, joint.position - joint.settled)
-        elif _off(joint, joint.position) > STATE_TOLERANCE:
+        elif _off(joint, joint.position):
             gap = joint.desired - joint.position
             step = math.copysign(min(abs(gap), WRONG_STATE_STEP * span), gap)
         else:
             step = _opening_step(joint, span, phi_m)
-        if joint.tried:
-            step = -step
-        target = min(max(joint.position + step, joint.lower), joint.upper)
-        if target != joint.position:
-            deltas[joint.name] = target - joint.position
+        deltas |= _within(joint, -step if joint.tried else step)
     return {"state_ok": state_ok, "approved": approved, "deltas": deltas}
 
 
-def _off(joint: FocusJoint, position: float | None) -> float:
+def parting_ways(joints: Sequence[FocusJoint]) -> list[dict[str, float]]:
+    """Steps worth a try while parts overlap, the best first, each of which leads somewhere: the cheapest joint of each
+    collision as far as it takes, all that part some, the first by half, and the first the other way."""
+    first = {joint.name: MARGIN * joint.apart for joint in joints if joint.first}
+    every = {joint.name: MARGIN * joint.apart for joint in joints}
+    half, back = ({name: share * step for name, step in first.items()} for share in (0.5, -1.0))
+    found: list[dict[str, float]] = []
+    for way in (first, every, half, back):
+        deltas: dict[str, float] = {}
+        for joint in joints:
+            deltas |= _within(joint, way.get(joint.name, 0.0))
+        if deltas and deltas not in found:
+            found.append(deltas)
+    return found
+
+
+def _within(joint: FocusJoint, step: float) -> dict[str, float]:
+    """The joint's step, cut off at its limits and its reach; empty where nothing is left of it."""
+    low, high = max(joint.lower, joint.reach[0]), min(joint.upper, joint.reach[1])
+    target = min(max(joint.position + step, low), high)
+    return {joint.name: target - joint.position} if target != joint.position else {}
+
+
+def _off(joint: FocusJoint, position: float | None) -> bool:
+    """Whether a position lies outside the state that is asked."""
     span = joint.upper - joint.lower
-    return abs(position - joint.desired) / span if position is not None and span > 0.0 else 0.0
+    if position is None or span <= 0.0 or not joint.asked:
+        return False
+    return abs(position - joint.desired) > (STATE_TOLERANCE + ROUNDING) * span
 
 
 def _opening_step(joint: FocusJoint, span: float, phi_m: float) -> float:
