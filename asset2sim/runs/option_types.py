@@ -17,6 +17,7 @@ from schemas.support import SupportKind
 from schemas.vocabulary import (
     BaseMode,
     CollisionMode,
+    Correction,
     DynamicsRule,
     Engine,
     Export,
@@ -80,6 +81,7 @@ METHOD = TypeAliasType("METHOD", Method)
 MODE = TypeAliasType("MODE", CollisionMode)
 RULE = TypeAliasType("RULE", DynamicsRule)
 STATE = TypeAliasType("STATE", StateMode)
+CORRECT = TypeAliasType("CORRECT", Correction)
 SUPPORT = TypeAliasType("SUPPORT", SupportKind)
 BASE = TypeAliasType("BASE", BaseMode)
 GATE = TypeAliasType("GATE", Gate)
