@@ -116,10 +116,11 @@ def size_doubts(
     edges = " × ".join(f"{100.0 * answer.scale * edge:.3g}" for edge in features.closed_size)
     weighs = "" if made is None else f", {made.mass_kg:.3g} kg"
     seems = "small" if answer.scale < usual else "large"
-    why = f"{seems} for what is asked" if bounds.exact is None else "not the size that the user's words state"
+    why = f"{seems} for such a thing, asked for in these words"
+    why = why if bounds.exact is None else "not to be the size that the user's words state"
     told = (
-        f"scale {answer.scale:.4g} makes the closed object {edges} cm (x, y, z; z is up){weighs}; you said "
-        f"{_stated(answer, SCALE, ' of it')}. That seems {why}: is it what such a thing has, asked for in these words?"
+        f"scale {answer.scale:.4g} ({_sigma(answer, SCALE)}) makes the closed object {edges} cm (x, y, z; z is up)"
+        f"{weighs}: that seems {why}"
     )
     return [Doubt(SCALE, told)]
 
@@ -132,16 +133,16 @@ def state_doubts(want: RequestedState, answer: Overlay, features: Features, sett
         if not want.by_name:
             return []
         told = (
-            f"the user's words seem to ask that {called} is {want.words}; you gave it no position, so it starts closed"
+            f"the user's words seem to ask that {called} is {want.words}, and the answer gives it no position: it "
+            "starts closed"
         )
         return [Doubt(name, told)]
     if abs(at - want.position) <= position_sigma(answer, name, want.travel, settings):
         return []
-    unit = "m at scale 1" if want.joint.motion == "slider" else f"rad ({math.degrees(at - want.joint.closed):+.0f}°)"
+    turned = f", {math.degrees(abs(at - want.joint.closed)):.0f}°"
     told = (
-        f"you set {called} to {at:.4g} {unit}, closed being {want.joint.closed:.4g} and open {want.joint.open:.4g}: "
-        f"that is {share_of(want.joint, at):.0%} of its travel from closed; you said {_stated(answer, name, '')}. "
-        f"The user's words seem to ask: {want.words}"
+        f"{called} at {at:.4g} ({_sigma(answer, name)}) is {share_of(want.joint, at):.0%} of its travel from closed"
+        f"{'' if want.joint.motion == 'slider' else turned}, where the user's words seem to ask: {want.words}"
     )
     return [Doubt(name, told)]
 
@@ -165,10 +166,10 @@ def fallen(joint: JointPhysics, share: float) -> float | None:
 def fall_doubt(joint: JointPhysics, end: float, features: Features) -> Doubt:
     """The doubt of a position that does not last, with where the part goes (rad or m at the final scale)."""
     towards = "shut" if abs(end - joint.closed) < abs(end - joint.open) else "open"
-    held = "you gave it a spring that is too weak" if joint.stiffness > 0.0 else "you said that it does not hold"
+    held = "its spring is too weak" if joint.stiffness > 0.0 else "the answer says that it does not hold"
     told = (
-        f"at the position that you gave {part_name(joint.name, features)}, {joint.initial_position:.4g}, gravity moves "
-        f"it {towards} to {end:.4g} unless it holds, and {held}: it does not stay where it is asked to be"
+        f"gravity moves {part_name(joint.name, features)} from where the answer puts it, {joint.initial_position:.4g}, "
+        f"{towards} to {end:.4g}: {held}"
     )
     return Doubt(joint.name, told)
 
@@ -190,8 +191,8 @@ def part_name(joint: str, features: Features) -> str:
     return f"{joint} ({label.replace('_', ' ')})" if label else joint
 
 
-def _stated(answer: Overlay, what: str, of: str) -> str:
+def _sigma(answer: Overlay, what: str) -> str:
     sigma = answer.uncertainty.get(what)
     if sigma is None:
-        return "nothing of how sure you are"
-    return f"σ {sigma:.0%}{of}" if what == SCALE else f"σ {sigma:.3g}"
+        return "σ not stated"
+    return f"σ {sigma:.0%}" if what == SCALE else f"σ {sigma:.3g}"

@@ -52,7 +52,7 @@ def reconsidered(request: ModelRequest, first: Synthesized, asked: Asked, ask: M
     if found.doubts:
         told = tuple(doubt.consequence for doubt in found.doubts)
         shown = answer.model_dump(mode="json", exclude_defaults=True)
-        again = with_consequences(request, shown, told, pictures(asked, answer, found))
+        again = with_consequences(request, shown, told, pictures(asked, found))
         second, why = _next_answer(again, asked, ask, said)
         if second is None:
             said.note(
@@ -109,12 +109,12 @@ def differences(before: Overlay, after: Overlay) -> list[str]:
     return found
 
 
-def pictures(asked: Asked, answer: Overlay, found: Outcome) -> tuple[LabelledImage, ...]:
-    """Pictures of the object as an answer has it, where it starts and where gravity leaves it; none for a model that
-    does not look."""
-    if is_local(asked.settings.model.model):
+def pictures(asked: Asked, found: Outcome) -> tuple[LabelledImage, ...]:
+    """Pictures of the object as an answer has it, where it starts and where gravity leaves it; none for a model of
+    tables or files."""
+    if is_local(asked.settings.model.model) or not found.starts:
         return ()
-    poses = {"the result of your answer, as it starts": found.starts or answer.initial_joint_positions}
+    poses = {"the result of your answer, as it starts": found.starts}
     if found.ends:
         poses["the result of your answer, where gravity leaves it"] = {**found.starts, **found.ends}
     try:
