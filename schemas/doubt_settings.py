@@ -19,10 +19,10 @@ class DoubtSettings(Frozen):
     """Temperature at which the others are asked: at zero they would all be the same."""
     scale_sigma: Positive = 0.35
     """Relative σ of a scale for which a model states none: one answer of the paper's models is 35 % off."""
-    least_scale_sigma: Positive = 0.17
-    """Least that counts: what the offline prior, which is the expectation, is itself off."""
+    prior_scale_sigma: Positive = 0.17
+    """σ of the expected scale, which is the offline prior's: what that is off itself. Both count for the difference."""
     position_sigma: Fraction = 0.15
     """σ of an asked position for which a model states none, as a share of the part's useful travel: half the way from
     slightly open to half open, beyond which a state reads as another word ..."""
-    least_position_sigma: Fraction = 0.1
-    """... and the least that counts: what the search may move a joint by without leaving the state."""
+    prior_position_sigma: Fraction = 0.1
+    """... and that of the expected one: what the search may move a joint by without leaving the state."""

@@ -12,7 +12,7 @@ import pytest
 from asset2sim.assets.extract import Extraction
 from asset2sim.models.ask_overlay import ask_overlay
 from asset2sim.models.prompts import synthesis_request
-from asset2sim.validation.doubts import Asked, outcome
+from asset2sim.validation.doubts import Asked, completed, fallen, outcome
 from asset2sim.validation.reconsider import reconsidered
 from schemas.finding import Finding
 from schemas.overlay import JointProposal, Overlay
@@ -87,7 +87,7 @@ def test_what_is_as_expected_is_not_doubted() -> None:
         (said(SMALL), "scale", "7 × 7 × 4.9 cm"),
         (said(2.0), "scale", "seems large"),
         (
-            said(RIGHT, 0.95),
+            said(RIGHT, 1.9),
             "lid_hinge",
             "95% of its travel from closed, 109°, where the user's words seem to ask: slightly",
         ),
@@ -199,3 +199,14 @@ def test_a_budget_that_ends_amid_samples_leaves_the_median_of_those_that_came() 
     )
     assert answer.scale == pytest.approx(0.31) and len(calls) == 2 and len(model.requests) == 3
     assert [finding.code for finding in findings] == ["samples_missing", "samples_taken"]
+
+
+def test_a_lid_that_is_slightly_open_of_a_wide_travel_falls_all_the_way() -> None:
+    """A tenth of the whole travel is all that it is open."""
+    about = asked()
+    made = completed(about, said(RIGHT, 0.19, holds=False))
+    assert made is not None
+    (lid,) = made.joints
+    assert fallen(lid, about.settings.search.state_tolerance) == pytest.approx(0.0)
+    held = completed(about, said(RIGHT, 0.19))
+    assert held is not None and fallen(held.joints[0], 0.1) is None

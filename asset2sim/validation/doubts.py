@@ -15,7 +15,7 @@ from asset2sim.models.language.object_facts import told_object
 from asset2sim.models.language.object_info import ObjectInfo
 from asset2sim.models.language.sizing import dimension, identify, propose_scale
 from asset2sim.validation.asked_state import RequestedState, read_states, share_of
-from asset2sim.validation.holding import STOP_SHARE
+from asset2sim.validation.joints import HELD_STATE
 from asset2sim.validation.size import STATED_SHARE, size_bounds
 from asset2sim.validation.validate import contact_friction, validate
 from schemas.errors import AssetError
@@ -148,8 +148,8 @@ def state_doubts(want: RequestedState, answer: Overlay, features: Features, sett
 
 
 def fallen(joint: JointPhysics, share: float) -> float | None:
-    """Where gravity takes a joint that is asked to stand somewhere, by more than this share of its range, rad or m at
-    the final scale; None where it stays."""
+    """Where gravity takes a joint that is asked to stand somewhere, by more than this share of how far it is open (of
+    its range where it is closed), rad or m at the final scale; None where it stays."""
     if joint.asked_position is None or joint.mimic is not None or joint.lower is None or joint.upper is None:
         return None
     at, span = joint.initial_position, joint.upper - joint.lower
@@ -160,7 +160,8 @@ def fallen(joint: JointPhysics, share: float) -> float | None:
     if joint.stiffness > 0.0:
         moved = math.copysign((abs(force) - joint.friction) / joint.stiffness, force)
         end = min(max(at + moved, joint.lower), joint.upper)
-    return end if abs(end - at) > max(share, STOP_SHARE) * span else None
+    opened = abs(at - joint.closed)
+    return end if abs(end - at) > share * (opened if opened > HELD_STATE * span else span) else None
 
 
 def fall_doubt(joint: JointPhysics, end: float, features: Features) -> Doubt:
@@ -175,14 +176,14 @@ def fall_doubt(joint: JointPhysics, end: float, features: Features) -> Doubt:
 
 
 def scale_sigma(answer: Overlay, settings: DoubtSettings) -> float:
-    """Relative σ of the scale that counts."""
-    return max(answer.uncertainty.get(SCALE, settings.scale_sigma), settings.least_scale_sigma)
+    """Relative σ of the difference of the answer's scale and the expected one."""
+    return math.hypot(answer.uncertainty.get(SCALE, settings.scale_sigma), settings.prior_scale_sigma)
 
 
 def position_sigma(answer: Overlay, joint: str, travel: float, settings: DoubtSettings) -> float:
-    """σ of a joint's position that counts, in the unit of its useful ``travel``."""
+    """σ of the difference of a joint's position and the expected one, in the unit of its useful ``travel``."""
     stated = answer.uncertainty.get(joint, settings.position_sigma * travel)
-    return max(stated, settings.least_position_sigma * travel)
+    return math.hypot(stated, settings.prior_position_sigma * travel)
 
 
 def part_name(joint: str, features: Features) -> str:
