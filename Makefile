@@ -38,7 +38,7 @@ PARALLEL = --numprocesses $(if $(JOBS),$(JOBS),2) --dist loadfile
 
 .DEFAULT_GOAL := help
 .DELETE_ON_ERROR:
-.PHONY: help install flow test test-fast lint typecheck failures settings views doctor nightly ui judge rules withheld compare bench-defects samples questions summary loaders held weights docs picture clean bench
+.PHONY: help install flow test test-fast lint typecheck failures settings views doctor nightly ui judge rules withheld corrections compare bench-defects samples questions summary loaders held weights docs picture clean bench
 
 help: ## list the targets
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / { printf "  %-14s %s\n", $$1, $$2 }' Makefile
@@ -123,6 +123,10 @@ rules: $(INSTALLED) ## refine DATA as it came, with the paper's ranges and by ou
 
 withheld: $(INSTALLED) ## DATA without labels, and with each category left out of the tables: a table of docs/measured.md
 	@$(BIN)/python -m flows.compare_withheld "$(DATA)" "$(OUT)" docs/measured.md
+
+corrections: $(INSTALLED) ## answers of MODELS over SUBSET as they are, corrected, asked again: a table of docs/measured.md
+	@$(BIN)/python -m flows.compare_corrections "$(DATA)" "$(OUT)" $(if $(MODELS),--models "$(MODELS)") \
+		$(if $(SUBSET),--subset "$(SUBSET)") --page docs/measured.md
 
 compare: $(INSTALLED) ## methods and models on the same objects: the paper's tables and charts, into OUT
 	@$(BIN)/python -m flows.compare_methods "$(DATA)" "$(OUT)" $(if $(SUBSET),--subset "$(SUBSET)") \
