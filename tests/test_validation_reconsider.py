@@ -11,6 +11,8 @@ import pytest
 
 from asset2sim.assets.extract import Extraction
 from asset2sim.models.ask_overlay import ask_overlay
+from asset2sim.models.gateway.ask import ask
+from asset2sim.models.gateway.session import open_gateway_session
 from asset2sim.models.prompts import synthesis_request
 from asset2sim.validation.doubts import Asked, completed, fallen, outcome
 from asset2sim.validation.reconsider import reconsidered
@@ -210,3 +212,22 @@ def test_a_lid_that_is_slightly_open_of_a_wide_travel_falls_all_the_way() -> Non
     assert fallen(lid, about.settings.search.state_tolerance) == pytest.approx(0.0)
     held = completed(about, said(RIGHT, 0.19))
     assert held is not None and fallen(held.joints[0], 0.1) is None
+
+
+@pytest.mark.parametrize("recorded", [1, 2])
+def test_a_recording_answers_a_second_time_where_it_has_an_answer(tmp_path: Path, recorded: int) -> None:
+    """By a second file, through the gateway; without one the first stands, and the asset does not fail."""
+    for name, answer in list(zip(("box.json", "box.synthesis.2.json"), (said(SMALL), said(RIGHT)), strict=True))[
+        :recorded
+    ]:
+        (tmp_path / name).write_text(answer.model_dump_json(exclude_defaults=True))
+    model = ModelSettings(model=f"recorded/{tmp_path}")
+    session = open_gateway_session(tmp_path / "out", "run", "box", model)
+    request = synthesis_request(box().features, WORDS)
+
+    def answers(question: ModelRequest) -> ModelAnswer:
+        return ask(question, model, session)
+
+    answer, calls, findings = reconsidered(request, ask_overlay(request, box().features, answers), asked(), answers)
+    assert answer.scale == (RIGHT if recorded == 2 else SMALL) and len(calls) == recorded
+    assert [finding.code for finding in findings] == ["asked_again" if recorded == 2 else "second_answer_missing"]
