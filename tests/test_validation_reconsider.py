@@ -102,6 +102,12 @@ def test_each_measured_mistake_is_told_with_its_consequence(answer: Overlay, wha
     assert doubt.what == what and words in doubt.consequence, doubt.consequence
 
 
+@pytest.mark.parametrize("scale", [5e-324, 1e308])
+def test_a_scale_at_the_end_of_all_numbers_is_doubted_like_any_other(scale: float) -> None:
+    assert doubted(said(scale)) == ["scale"]
+    assert taken(Model(said(scale), said(RIGHT)), asked(samples=2))[0].scale == RIGHT
+
+
 def test_a_models_own_sigma_says_what_is_far_off() -> None:
     """A scale 1.3 times the expected is within what goes for an unsure model, and beyond what a sure one says."""
     answer = said(1.3 * RIGHT)

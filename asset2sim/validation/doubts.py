@@ -111,7 +111,7 @@ def size_doubts(
     if size.category == UNKNOWN and bounds.exact is None:
         usual = min(max(answer.scale, bounds.low_m / authored), bounds.high_m / authored)
     sigma = scale_sigma(answer, settings) if bounds.exact is None else STATED_SHARE
-    if abs(math.log(answer.scale / usual)) <= sigma:
+    if abs(math.log(answer.scale) - math.log(usual)) <= sigma:
         return []
     edges = " × ".join(f"{100.0 * answer.scale * edge:.3g}" for edge in features.closed_size)
     weighs = "" if made is None else f", {made.mass_kg:.3g} kg"

@@ -84,7 +84,7 @@ def unsure(asked: Asked, answers: Sequence[Overlay]) -> bool:
     if len(answers) < 2:
         return False
     before = answers[0].initial_joint_positions
-    return abs(math.log(last.scale / answers[0].scale)) > scale_sigma(last, settings) or any(
+    return abs(math.log(last.scale) - math.log(answers[0].scale)) > scale_sigma(last, settings) or any(
         name not in before
         or abs(last.initial_joint_positions[name] - before[name]) > position_sigma(last, name, travel, settings)
         for name, travel in travels.items()
