@@ -25,6 +25,8 @@ OPTIONS = --out "$(OUT)" $(if $(MODEL),--model "$(MODEL)") \
 	$(if $(REFINEMENT_MODEL),--refinement-model "$(REFINEMENT_MODEL)") $(if $(JUDGE_MODEL),--judge-model "$(JUDGE_MODEL)") \
 	$(if $(PROPOSER),--proposer "$(PROPOSER)") \
 	$(if $(BUDGET_USD),--budget-usd "$(BUDGET_USD)") $(if $(BUDGET_CALLS),--budget-calls "$(BUDGET_CALLS)") \
+	$(if $(CORRECT),--correct "$(CORRECT)") $(if $(SAMPLES),--samples "$(SAMPLES)") \
+	$(if $(ASK_AGAIN),--ask-again) $(if $(NO_ASK_AGAIN),--no-ask-again) \
 	$(if $(BUDGET_TOKENS),--budget-tokens "$(BUDGET_TOKENS)") $(if $(ASSET_BUDGET_USD),--asset-budget-usd "$(ASSET_BUDGET_USD)") \
 	$(if $(ASSET_BUDGET_CALLS),--asset-budget-calls "$(ASSET_BUDGET_CALLS)") $(if $(RPM),--rpm "$(RPM)") \
 	$(if $(ASSET_TIMEOUT),--asset-timeout "$(ASSET_TIMEOUT)") $(if $(MIN_SUCCESS),--min-success "$(MIN_SUCCESS)") \
@@ -37,13 +39,14 @@ PARALLEL = --numprocesses $(if $(JOBS),$(JOBS),2) --dist loadfile
 
 .DEFAULT_GOAL := help
 .DELETE_ON_ERROR:
-.PHONY: help install flow test test-fast lint typecheck failures settings views doctor nightly ui judge rules withheld proposers compare first bench-defects samples questions summary loaders held weights docs picture clean bench
+.PHONY: help install flow test test-fast lint typecheck failures settings views doctor nightly ui judge rules withheld proposers corrections compare first bench-defects samples questions summary loaders held weights docs picture clean bench
 
 help: ## list the targets
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / { printf "  %-14s %s\n", $$1, $$2 }' Makefile
 	@echo
 	@echo "  variables of flow and nightly: DATA OUT MODEL API_BASE SUBSET ASSETS LIMIT METHOD WORKERS SCHEDULER NO_VIEWS=1 VIEWS STRICT=1"
 	@echo "                                 ENGINES COLLISION DYNAMICS STATE UP EXPORT REFINEMENT_MODEL PROPOSER JUDGE_MODEL RPM"
+	@echo "                                 CORRECT SAMPLES ASK_AGAIN=1 NO_ASK_AGAIN=1"
 	@echo "                                 PACKAGE=name=path ALLOW_OUTSIDE=1"
 	@echo "                                 BUDGET_USD BUDGET_CALLS BUDGET_TOKENS ASSET_BUDGET_USD ASSET_BUDGET_CALLS NO_ANSWER_CACHE=1"
 	@echo "                                 FORCE=1 RETRY_FAILED=1 KEEP_DAYS HOOK SETTINGS=settings.yaml DRY_RUN=1 ASSET_TIMEOUT"
@@ -125,6 +128,10 @@ withheld: $(INSTALLED) ## DATA without labels, and with each category left out o
 proposers: $(INSTALLED) ## a search first, or a model at every step, on what overlaps: a table of docs/method.md; MODELS, ASSETS
 	@$(BIN)/python -m flows.compare_proposers "$(DATA)" $(if $(filter file,$(origin DATA)),,data/raw) --out "$(OUT)" --page docs/method.md \
 		$(if $(MODELS),--models "$(MODELS)") $(if $(ASSETS),--assets "$(ASSETS)")
+
+corrections: $(INSTALLED) ## answers of MODELS over SUBSET as they are, corrected, asked again: a table of docs/measured.md
+	@$(BIN)/python -m flows.compare_corrections "$(DATA)" "$(OUT)" $(if $(MODELS),--models "$(MODELS)") \
+		$(if $(SUBSET),--subset "$(SUBSET)") --page docs/measured.md
 
 compare: $(INSTALLED) ## methods and models on the same objects: the paper's tables and charts, into OUT
 	@$(BIN)/python -m flows.compare_methods "$(DATA)" "$(OUT)" $(if $(SUBSET),--subset "$(SUBSET)") \

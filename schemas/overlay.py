@@ -105,8 +105,9 @@ class Overlay(Frozen):
     its authored zero. ``asked`` names what in the answer came from the user's words: ``scale``, or a joint's name; of
     the user's own numbers also the path, ``links.NAME.mass_kg`` or ``initial_joint_positions.NAME``. ``sigmas`` is the
     model's own standard deviation of a number in the answer, in its unit, by path: ``scale``, ``links.NAME.FIELD``,
-    ``joints.NAME.FIELD``, ``initial_joint_positions.NAME``. ``mass_change`` says that the links' masses were scaled
-    together.
+    ``joints.NAME.FIELD``, ``initial_joint_positions.NAME``. ``uncertainty`` is that of the numbers that it may be asked
+    about again: ``scale`` → relative, a joint's name → of its asked position, rad or m at the authored scale.
+    ``mass_change`` says that the links' masses were scaled together.
     """
 
     scale: Positive
@@ -117,6 +118,7 @@ class Overlay(Frozen):
     initial_joint_positions: dict[str, Finite] = Field(default_factory=dict)
     asked: tuple[str, ...] = ()
     sigmas: dict[str, NonNegative] = Field(default_factory=dict)
+    uncertainty: dict[str, NonNegative] = Field(default_factory=dict)
     mass_change: MassChange | None = None
     notes: tuple[str, ...] = ()
 

@@ -5,14 +5,17 @@ from typing import Literal
 from pydantic import Field
 
 from schemas.base import Fraction, Frozen, NonNegative, Positive
+from schemas.doubt_settings import DoubtSettings as DoubtSettings
 from schemas.inputs import InputSettings as InputSettings
 from schemas.model_names import ModelSettings as ModelSettings
+from schemas.model_names import is_prior
 from schemas.run_settings import RunSettings as RunSettings
 from schemas.support import SupportKind
 from schemas.thresholds import Thresholds as Thresholds
 from schemas.vocabulary import (
     BaseMode,
     CollisionMode,
+    Correction,
     DynamicsRule,
     Engine,
     Export,
@@ -255,6 +258,10 @@ class Settings(Frozen):
     method: Method = Method.ASSET2SIM
     methods: MethodSettings = MethodSettings()
     model: ModelSettings = ModelSettings()
+    correct: Correction | None = None
+    """How far our rules move a model's answer; null: semantic for the offline prior, whose tables they are, and
+    units for every other model. What users state as numbers of their own is never moved."""
+    doubt: DoubtSettings = DoubtSettings()
     inputs: InputSettings = InputSettings()
     physics: PhysicsSettings = PhysicsSettings()
     engine: EngineSettings = EngineSettings()
@@ -272,3 +279,19 @@ class Settings(Frozen):
     thresholds: Thresholds = Thresholds()
     views: ViewSettings = ViewSettings()
     run: RunSettings = RunSettings()
+
+    @property
+    def correction(self) -> Correction:
+        """How far the answer is moved; names and words count for nothing where they are withheld."""
+        chosen = self.correct or (Correction.SEMANTIC if is_prior(self.model.model) else Correction.UNITS)
+        return Correction.UNITS if chosen is Correction.SEMANTIC and not self._semantics else chosen
+
+    @property
+    def asks_again(self) -> bool:
+        """Whether a doubtful answer is asked about once more."""
+        usual = not is_prior(self.model.model) and self.correction is not Correction.SEMANTIC
+        return self._semantics and (usual if self.doubt.ask_again is None else self.doubt.ask_again)
+
+    @property
+    def _semantics(self) -> bool:
+        return self.method is not Method.NO_SEMANTICS

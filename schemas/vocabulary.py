@@ -209,6 +209,16 @@ class Gate(StrEnum):
     ERROR = "error"
 
 
+class Correction(StrEnum):
+    """How far rules move what a model says: ``off`` only where no engine could step it, ``units`` also numbers that are
+    plainly in another unit, ``semantic`` also the scale to the offline prior's table of sizes and the state to its
+    reading of the words."""
+
+    OFF = "off"
+    UNITS = "units"
+    SEMANTIC = "semantic"
+
+
 class StateMode(StrEnum):
     """How the initial state is written: ``document`` keeps the authored zero and states the positions beside it;
     ``bake`` writes a URDF whose zero is the state."""

@@ -8,10 +8,19 @@ from asset2sim.assets.views.canonical import labelled_views
 from asset2sim.baselines.constant import propose_constant
 from asset2sim.baselines.ivw import ask_fused
 from asset2sim.baselines.reference import propose_reference
-from asset2sim.models.ask_overlay import ask_overlay, synthesize
-from asset2sim.models.prompts import DIRECT, overlay_request
-from asset2sim.validation.overrides import check_overrides, guidance_with_scale, overridden, prompt_findings
+from asset2sim.models.ask_overlay import ask_overlay
+from asset2sim.models.prompts import DIRECT, overlay_request, synthesis_request
+from asset2sim.validation.doubts import Asked
+from asset2sim.validation.overrides import (
+    check_overrides,
+    guidance_with_scale,
+    overridden,
+    prompt_findings,
+    stated_things,
+)
+from asset2sim.validation.reconsider import reconsidered
 from asset2sim.validation.sanity import sensible
+from asset2sim.validation.support import forced_support
 from schemas.finding import Finding
 from schemas.overlay import Overlay
 from schemas.vocabulary import Method, Severity, Stage
@@ -55,11 +64,19 @@ def with_users_numbers(
 
 
 def by_rules(job: AssetJob, extraction: Extraction) -> Synthesized:
-    """Asset2Sim: a model's answer, its scale and state corrected where they cannot be meant. Raises SynthesisError."""
-    images = tuple(labelled_views(extraction, job.settings).values())
-    proposal, calls, findings = synthesize(extraction.features, job.ref.prompt, job.ask, images)
-    semantics = job.settings.method is not Method.NO_SEMANTICS
-    proposal, corrected = sensible(extraction, proposal, job.ref.prompt, job.settings.physics, semantics=semantics)
+    """Asset2Sim: a model's answer, asked about again where it is doubtful, and corrected as far as settings say. Raises
+    SynthesisError."""
+    images, settings, words = tuple(labelled_views(extraction, job.settings).values()), job.settings, job.ref.prompt
+    request = synthesis_request(extraction.features, words, images)
+    first = ask_overlay(request, extraction.features, job.ask)
+    forced = forced_support(job.ref.support or settings.support)
+    stated = () if job.ref.overrides is None else stated_things(job.ref.overrides)
+    asked = Asked(extraction, words or "", job.source, settings, forced, stated)
+    proposal, calls, findings = reconsidered(request, first, asked, job.ask)
+    semantics = settings.method is not Method.NO_SEMANTICS
+    proposal, corrected = sensible(
+        extraction, proposal, words, settings.physics, settings.correction, semantics=semantics
+    )
     return Synthesized(proposal=proposal, calls=calls, findings=(*findings, *corrected))
 
 

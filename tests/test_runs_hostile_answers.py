@@ -137,7 +137,10 @@ CASES: dict[str, Case] = {
     "unknown-field": Case(
         [edited(lambda o: o.update(urdf="<robot/>"))], [REFUSED] * 2, NO_ESTIMATE, ["invalid_answer"]
     ),
-    "missing-joint": Case([edited(lambda o: o.update(joints=[], initial_joint_positions={}, asked=[]))], [OK]),
+    "missing-joint": Case(
+        [edited(lambda o: o.update(joints=[], initial_joint_positions={}, asked=[]))], [OK, OK],
+        findings=["asked_again"],
+    ),
     "missing-links": Case([edited(lambda o: o.update(links=[]))], [OK]),
     "absurd-mass": Case([edited(lambda o: o["links"][0].update(mass_kg=1e300))], [OK]),
     "ten-megabytes": Case([ten_megabytes], [FAILED], MODEL_ERROR, ["model_error"]),
@@ -281,7 +284,8 @@ def test_views_go_with_every_question(run: Run) -> None:
     for asked in run.server.asked:
         labels = [label for label, *_ in asked.images]
         if asked.purpose == "synthesis":
-            assert labels == ["front", "back", "left", "right", "perspective"]
+            assert labels[:5] == ["front", "back", "left", "right", "perspective"]
+            assert bool(labels[5:]) == ("<consequences>" in asked.text)
         else:
             assert asked.purpose == "refinement" and labels == ["perspective", "front", "right", "top"]
         assert {(width, height) for _, width, height, _ in asked.images} == {(48, 48)}

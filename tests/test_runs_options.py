@@ -27,7 +27,7 @@ from schemas.settings import (
     Settings,
     ViewSettings,
 )
-from schemas.vocabulary import Engine, FailureMode, Gate, Method, Proposer, Status, UpAxis
+from schemas.vocabulary import Correction, Engine, FailureMode, Gate, Method, Proposer, Status, UpAxis
 from tests.model_server import Reply, serve
 
 ROOT = Path(__file__).resolve().parents[1]
@@ -35,6 +35,8 @@ OPTIONS = {
     "REFINEMENT_MODEL": ("--refinement-model", "openai/two"),
     "JUDGE_MODEL": ("--judge-model", "openai/three"),
     "PROPOSER": ("--proposer", "model"),
+    "CORRECT": ("--correct", "units"),
+    "SAMPLES": ("--samples", "3"),
     "BUDGET_USD": ("--budget-usd", "1.5"),
     "BUDGET_CALLS": ("--budget-calls", "0"),
     "BUDGET_TOKENS": ("--budget-tokens", "90000"),
@@ -56,11 +58,33 @@ def test_the_options_become_settings() -> None:
         asset_usd=0.0, asset_calls=4, requests_per_minute=30.0, cache=False,
     )  # fmt: skip
     assert request.settings.search == SearchSettings(proposer=Proposer.MODEL)
+    assert (request.settings.correct, request.settings.doubt.samples) == (Correction.UNITS, 3)
     run = request.settings.run
     assert (run.asset_time_limit_s, run.min_success, run.max_new_failures, run.gate) == (20.0, 0.95, 3, Gate.WARN)
     plain = parse_request(["refine", "data", "--out", "out"])
     assert plain.settings.model == ModelSettings() and plain.settings.search.proposer is Proposer.SEARCH
     assert (plain.settings.run.asset_time_limit_s, plain.settings.run.min_success) == (300.0, None)
+
+
+@pytest.mark.parametrize(
+    ("words", "correction", "again"),
+    [
+        ("", Correction.SEMANTIC, False),
+        ("--model prior/noisy@2", Correction.SEMANTIC, False),
+        ("--model openai/gpt-4o", Correction.UNITS, True),
+        ("--model recorded/answers", Correction.UNITS, True),
+        ("--model openai/gpt-4o --correct semantic", Correction.SEMANTIC, False),
+        ("--model openai/gpt-4o --correct off", Correction.OFF, True),
+        ("--model openai/gpt-4o --no-ask-again", Correction.UNITS, False),
+        ("--correct semantic --ask-again", Correction.SEMANTIC, True),
+        ("--method no-semantics --ask-again", Correction.UNITS, False),
+    ],
+)
+def test_a_models_meaning_is_its_own_and_the_priors_is_its_tables(
+    words: str, correction: Correction, again: bool
+) -> None:
+    settings = parse_request(["refine", "data", "--out", "out", *words.split()]).settings
+    assert (settings.correction, settings.asks_again) == (correction, again)
 
 
 def test_packages_and_leave_to_read_outside_are_settings(tmp_path: Path) -> None:
@@ -177,6 +201,7 @@ def test_the_doctor_checks_each_named_model(monkeypatch: pytest.MonkeyPatch) -> 
 def test_repeats_are_asked_at_a_temperature_and_nothing_else_is() -> None:
     settings = Settings(method=Method.IVW, methods=MethodSettings(ivw_temperature=0.4))
     assert ask_settings(settings, "ivw").temperature == 0.4
+    assert ask_settings(settings, "synthesis", sample=2).temperature == settings.doubt.sample_temperature > 0.0
     assert ask_settings(settings, "judge").temperature == 0.0 == ask_settings(Settings(), "synthesis").temperature
 
 

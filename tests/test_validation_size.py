@@ -1,5 +1,6 @@
 """A scale by which an object is larger or smaller than its kind can be, by the user's words, is moved to a bound."""
 
+import math
 import tempfile
 from functools import cache
 from pathlib import Path
@@ -14,7 +15,7 @@ from asset2sim.validation.sanity import sensible
 from asset2sim.validation.size import HAND_M, with_sensible_size
 from schemas.overlay import Overlay
 from schemas.settings import PhysicsSettings
-from schemas.vocabulary import Severity
+from schemas.vocabulary import Correction, Severity
 from tests.assets import cabinet, read, written
 from tests.prior_objects import ask, hinged, thing
 
@@ -99,6 +100,26 @@ def test_a_second_time_nothing_changes() -> None:
     first, findings = sensible(drawn(), Overlay(scale=1e3), "A small box.", PhysicsSettings())
     assert [finding.code for finding in findings] == ["size_unlikely"]
     assert sensible(drawn(), first, "A small box.", PhysicsSettings()) == (first, ())
+
+
+@pytest.mark.parametrize("correction", [Correction.OFF, Correction.UNITS])
+def test_only_semantic_correction_moves_a_scale_or_a_state(correction: Correction) -> None:
+    """A size that no box has, and a lid that is shut where the words say open: a model may know better."""
+    proposal = Overlay(scale=1e3, initial_joint_positions={"lid_hinge": 0.0}, asked=("lid_hinge",))
+    words = "A small box with its lid fully open."
+    assert sensible(drawn(), proposal, words, PhysicsSettings(), correction) == (proposal, ())
+    moved, findings = sensible(drawn(), proposal, words, PhysicsSettings())
+    assert moved.scale < 1.0 and moved.initial_joint_positions["lid_hinge"] != 0.0
+    assert [item.code for item in findings] == ["size_unlikely", "state_at_wrong_end"]
+
+
+def test_without_any_correction_degrees_stay() -> None:
+    proposal = Overlay(scale=0.1, initial_joint_positions={"lid_hinge": 45.0}, asked=("lid_hinge",))
+    assert sensible(drawn(), proposal, None, PhysicsSettings(), Correction.OFF)[0] == proposal
+    turned, (finding,) = sensible(drawn(), proposal, None, PhysicsSettings(), Correction.UNITS)
+    assert turned.initial_joint_positions["lid_hinge"] == pytest.approx(math.radians(45.0))
+    assert finding.code == "position_in_degrees" and finding.value == 45.0
+    assert finding.limit == pytest.approx(math.radians(45.0))
 
 
 def test_without_semantics_size_is_not_looked_at() -> None:

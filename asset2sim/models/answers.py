@@ -63,6 +63,7 @@ def parse_overlay(text: str, features: Features) -> Overlay:
         *_name_violations("links", [link.name for link in overlay.links], "link", links),
         *_name_violations("joints", [joint.name for joint in overlay.joints], "joint", joints),
         *_key_violations("initial_joint_positions", positions, "movable joint", movable),
+        *_key_violations("uncertainty", overlay.uncertainty, "movable joint, or scale", ("scale", *movable)),
         *(
             f"asked[{index}]: '{_quoted(name)}' is neither 'scale' nor a joint; joints are: {_listed(joints)}"
             for index, name in enumerate(overlay.asked)
@@ -162,8 +163,8 @@ OWN_FIELDS = ("mass_change",)
 
 WITHOUT: dict[str, tuple[str, ...]] = {
     "synthesis": ("sigmas", *OWN_FIELDS),
-    "direct": ("sigmas", "support", *OWN_FIELDS, *RULE_FIELDS),
-    "ivw": ("support", *OWN_FIELDS, *RULE_FIELDS),
+    "direct": ("sigmas", "uncertainty", "support", *OWN_FIELDS, *RULE_FIELDS),
+    "ivw": ("uncertainty", "support", *OWN_FIELDS, *RULE_FIELDS),
 }
 """Purpose → fields of an overlay that its prompt does not ask for."""
 

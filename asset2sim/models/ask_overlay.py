@@ -5,12 +5,12 @@ from dataclasses import dataclass
 from typing import Generic, TypeVar
 
 from asset2sim.models.answers import InvalidFieldsError, parse_overlay
-from asset2sim.models.prompts import synthesis_request, with_validation_errors
+from asset2sim.models.prompts import with_validation_errors
 from schemas.errors import AssetError, InvalidAnswerError
 from schemas.features import Features
 from schemas.finding import Finding
 from schemas.overlay import Overlay
-from schemas.request import LabelledImage, ModelAnswer, ModelAsk, ModelCall, ModelRequest
+from schemas.request import ModelAnswer, ModelAsk, ModelCall, ModelRequest
 from schemas.vocabulary import FailureMode, Severity, Stage
 
 MAX_ASKS = 2
@@ -42,13 +42,6 @@ class SynthesisError(AssetError):
 
     def __reduce__(self) -> tuple[object, ...]:
         return SynthesisError, (self.mode, self.code, str(self), self.calls)
-
-
-def synthesize(
-    features: Features, guidance: str | None, ask: ModelAsk, images: Sequence[LabelledImage] = ()
-) -> Synthesized:
-    """A model's overlay for one object by the synthesis prompt; returns and raises what ``ask_overlay`` does."""
-    return ask_overlay(synthesis_request(features, guidance, images), features, ask)
 
 
 def ask_overlay(first: ModelRequest, features: Features, ask: ModelAsk) -> Synthesized:

@@ -47,6 +47,15 @@ def with_validation_errors(request: ModelRequest, errors: Iterable[str]) -> Mode
     return request.model_copy(update={"text": f"{request.text}\n\n{data_block('validation_errors', list(errors))}"})
 
 
+def with_consequences(
+    request: ModelRequest, answered: object, consequences: Sequence[str], images: Sequence[LabelledImage]
+) -> ModelRequest:
+    """The same request, with an answer to it and what that comes to as further blocks of data, and pictures of it."""
+    blocks = (data_block("your_answer", answered), data_block("consequences", list(consequences)))
+    text = "\n\n".join((request.text, *blocks))
+    return request.model_copy(update={"text": text, "images": (*request.images, *images)})
+
+
 def data_block(tag: str, value: object) -> str:
     """A value as compact JSON between tags, which nothing inside it can close. Angle brackets and ampersands are
     written as JSON escapes, so that the block still parses to the same value."""

@@ -17,6 +17,7 @@ from schemas.support import SupportKind
 from schemas.vocabulary import (
     BaseMode,
     CollisionMode,
+    Correction,
     DynamicsRule,
     Engine,
     Export,
@@ -82,6 +83,7 @@ MODE = TypeAliasType("MODE", CollisionMode)
 RULE = TypeAliasType("RULE", DynamicsRule)
 PROPOSER = TypeAliasType("PROPOSER", Proposer)
 STATE = TypeAliasType("STATE", StateMode)
+CORRECT = TypeAliasType("CORRECT", Correction)
 SUPPORT = TypeAliasType("SUPPORT", SupportKind)
 BASE = TypeAliasType("BASE", BaseMode)
 GATE = TypeAliasType("GATE", Gate)

@@ -8,6 +8,7 @@ from pydantic import AfterValidator, Field, model_validator
 from pydantic_settings import CliDualFlag, CliPositionalArg, CliSubCommand, CliToggleFlag, CliVariadicArg
 from pydantic_settings import get_subcommand as chosen_command
 
+from asset2sim.runs.answer_options import AnswerOptions
 from asset2sim.runs.command_line import Options
 from asset2sim.runs.command_line import parse as parse_words
 from asset2sim.runs.option_types import (
@@ -115,7 +116,7 @@ class Selection(Options):
     workers: N | None = Field(None, description="assets at work at once (default: all cores)")
 
 
-class RefineOptions(ModelOptions, Selection):
+class RefineOptions(AnswerOptions, ModelOptions, Selection):
     """Refine a dataset."""
 
     data: CliPositionalArg[Location] = Field(

@@ -10,7 +10,7 @@ from asset2sim.models.language.lexicon import segments
 from asset2sim.models.language.object_info import JointInfo, ObjectInfo
 from asset2sim.models.language.parts import parts_of
 from asset2sim.models.language.sizing import identify
-from asset2sim.models.language.states import asked_states
+from asset2sim.models.language.states import asked_states, useful_travel
 from asset2sim.validation.notes import Notes
 from schemas.overlay import Overlay
 from schemas.settings import PhysicsSettings
@@ -30,12 +30,15 @@ WHOLE = "state: object "
 @dataclass(frozen=True)
 class RequestedState:
     """The state that the words ask of a joint: ``share`` from closed (0) to open (1), and the position, rad or m at the
-    authored scale. ``by_name``: the words name the part, not only the whole object ("an open box")."""
+    authored scale. ``by_name``: the words name the part, not only the whole object ("an open box"). ``words`` says the
+    state ("slightly open"), ``travel`` how far the part is opened in use."""
 
     joint: JointInfo
     share: float
     position: float
     by_name: bool
+    words: str
+    travel: float
 
 
 def with_asked_state(
@@ -95,8 +98,12 @@ def read_states(
     by a name that is not known here.
     """
     size, _ = identify(info, guidance)
-    asked = asked_states(info, parts_of(info, size.category), segments(guidance, size.category), scale)
-    joints = {joint.name: joint for joint in info.joints}
+    parts = parts_of(info, size.category)
+    asked = asked_states(info, parts, segments(guidance, size.category), scale)
+    joints, used = (
+        {joint.name: joint for joint in info.joints},
+        {part.joint.name: useful_travel(part) for part in parts},
+    )
     wanted: dict[str, RequestedState] = {}
     if any("has no" in note for note in asked.notes):
         return frozenset(asked.positions), wanted
@@ -108,7 +115,9 @@ def read_states(
         clear = (kind == "open" and sure) or (kind in ("up", "down") and upright)
         if clear and joint.range > 0.0 and joint.motion != "spin":
             whole = any(note.startswith(WHOLE) and note.endswith(f" {name}") for note in asked.notes)
-            wanted[name] = RequestedState(joint, share_of(joint, position), position, not whole)
+            words = asked.states[name].describe()
+            share = share_of(joint, position)
+            wanted[name] = RequestedState(joint, share, position, not whole, words, used[name])
     return frozenset(asked.positions), wanted
 
 

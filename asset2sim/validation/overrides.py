@@ -71,6 +71,12 @@ def check_overrides(features: Features, stated: Overrides) -> tuple[Finding, ...
     return tuple(told)
 
 
+def stated_things(stated: Overrides) -> tuple[str, ...]:
+    """What the user states as a number: ``scale``, and joints."""
+    sized = stated.scale is not None or stated.size_m is not None
+    return (*(("scale",) if sized else ()), *stated.joints)
+
+
 def stated_scale(features: Features, stated: Overrides) -> float | None:
     """The uniform scale that the user states, or that gives the closed object's longest edge; None without either."""
     if stated.size_m is None:

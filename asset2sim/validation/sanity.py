@@ -1,16 +1,18 @@
-"""Convert positions that were given in degrees to radians, and in millimetres to metres."""
+"""Correct a proposal: numbers that are plainly in another unit, and, where asked for, size and state."""
 
 import math
 
 from asset2sim.assets.extract import Extraction
 from asset2sim.models.language.object_facts import told_object
 from asset2sim.validation.asked_state import note_out_of_reach, with_asked_state
+from asset2sim.validation.link_units import convert_link_units
 from asset2sim.validation.notes import Notes
 from asset2sim.validation.size import with_sensible_size
 from schemas.features import Features, JointFeatures
 from schemas.finding import Finding
 from schemas.overlay import Overlay
 from schemas.settings import PhysicsSettings
+from schemas.vocabulary import Correction
 
 OUTSIDE_SHARE = 0.1
 """Share of the range outside its joint's limits from which a position is no rounding error."""
@@ -69,15 +71,24 @@ def misread(joint: JointFeatures, at: float, instead: float) -> bool:
 
 
 def sensible(
-    extraction: Extraction, overlay: Overlay, guidance: str | None, settings: PhysicsSettings, *, semantics: bool = True
+    extraction: Extraction,
+    overlay: Overlay,
+    guidance: str | None,
+    settings: PhysicsSettings,
+    correction: Correction = Correction.SEMANTIC,
+    *,
+    semantics: bool = True,
 ) -> tuple[Overlay, tuple[Finding, ...]]:
-    """The proposal with its evident mistakes corrected, and a finding for each; idempotent. Without ``semantics`` only
-    units are corrected: the object's category and part names are withheld then."""
+    """The proposal corrected as far as ``correction`` says, and a finding for each change; idempotent. Without
+    ``semantics`` the object's category and part names are withheld, and neither size nor state is looked at."""
     notes, words = Notes(), guidance or ""
-    overlay = convert_misread_units(extraction.features, overlay, notes)
+    if correction is not Correction.OFF:
+        overlay = convert_link_units(extraction.features, overlay, notes)
+        overlay = convert_misread_units(extraction.features, overlay, notes)
     if semantics:
         info = told_object(extraction.features)
-        overlay = with_sensible_size(info, words, overlay, notes)
-        overlay = with_asked_state(info, words, overlay, settings, notes)
+        if correction is Correction.SEMANTIC:
+            overlay = with_sensible_size(info, words, overlay, notes)
+            overlay = with_asked_state(info, words, overlay, settings, notes)
         note_out_of_reach(info, words, overlay.scale, notes)
     return overlay, tuple(notes.findings)

@@ -81,13 +81,15 @@ def attempt_asset(
 
 def ask_for_asset(request: ModelRequest, settings: Settings, books: GatewaySession) -> ModelAnswer:
     """The answer to one model request of an asset, asked with the settings of its purpose."""
-    return ask(request, ask_settings(settings, request.purpose), books)
+    return ask(request, ask_settings(settings, request.purpose, request.sample), books)
 
 
-def ask_settings(settings: Settings, purpose: str) -> ModelSettings:
-    """Model settings of a purpose: IVW repeats one question to measure the spread, so it has a temperature."""
+def ask_settings(settings: Settings, purpose: str, sample: int = 0) -> ModelSettings:
+    """Model settings of a question: one that is repeated to measure the spread has a temperature."""
     if purpose == Method.IVW:
         return settings.model.model_copy(update={"temperature": settings.methods.ivw_temperature})
+    if sample > 0:
+        return settings.model.model_copy(update={"temperature": settings.doubt.sample_temperature})
     return settings.model
 
 
