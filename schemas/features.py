@@ -114,6 +114,15 @@ class JointFeatures(Frozen):
         return self.type == "prismatic"
 
 
+class RestOverlap(Frozen):
+    """Two links that overlap as drawn, every joint at position 0, and how deep at most, as a share of the closed
+    object's longest edge; None: deeper than was looked for."""
+
+    link_a: str
+    link_b: str
+    depth_share: NonNegative | None
+
+
 class Features(Frozen):
     """All extracted features of one asset (I = {M, G, S, A}; the views V are rendered on demand).
 

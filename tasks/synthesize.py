@@ -4,15 +4,19 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 from asset2sim.assets.extract import Extraction
+from asset2sim.assets.rest_overlaps import rest_overlaps
 from asset2sim.assets.views.canonical import labelled_views
+from asset2sim.assets.views.marked import question_pictures
 from asset2sim.baselines.constant import propose_constant
 from asset2sim.baselines.ivw import ask_fused
+from asset2sim.baselines.no_semantics import name_aliases
 from asset2sim.baselines.reference import propose_reference
 from asset2sim.models.ask_overlay import ask_overlay, synthesize
 from asset2sim.models.prompts import DIRECT, overlay_request
 from asset2sim.validation.overrides import check_overrides, guidance_with_scale, overridden, prompt_findings
 from asset2sim.validation.sanity import sensible
 from schemas.finding import Finding
+from schemas.model_names import is_prior
 from schemas.overlay import Overlay
 from schemas.vocabulary import Method, Severity, Stage
 from tasks.job import AssetJob
@@ -51,9 +55,13 @@ def with_users_numbers(
 
 def by_rules(job: AssetJob, extraction: Extraction) -> Synthesized:
     """Asset2Sim: a model's answer, its scale and state corrected where they cannot be meant. Raises SynthesisError."""
-    images = tuple(labelled_views(extraction, job.settings).values())
-    proposal, calls, findings = synthesize(extraction.features, job.ref.prompt, job.ask, images)
     semantics = job.settings.method is not Method.NO_SEMANTICS
+    images = question_pictures(
+        extraction, job.settings, None if semantics else name_aliases(extraction.features).aliases
+    )
+    # The offline prior reads no overlaps, and to find them takes longer than all else that it does.
+    overlaps = () if is_prior(job.settings.model.model) else rest_overlaps(extraction)
+    proposal, calls, findings = synthesize(extraction.features, job.ref.prompt, job.ask, images, overlaps)
     proposal, corrected = sensible(extraction, proposal, job.ref.prompt, job.settings.physics, semantics=semantics)
     return Synthesized(proposal=proposal, calls=calls, findings=(*findings, *corrected))
 

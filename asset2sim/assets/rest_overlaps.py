@@ -1,26 +1,16 @@
 """Where links overlap as drawn, every joint at position 0."""
 
-from dataclasses import dataclass
-
 import numpy as np
 
 from asset2sim.assets.authored_overlap import DEPTHS_M, AuthoredShapes, authored_depth
 from asset2sim.assets.extract import Extraction
 from asset2sim.physics.kinematics import apply, link_to_root, tree_of
+from schemas.features import RestOverlap
 
 MOST = 12
 """Overlapping pairs that are reported: the deepest."""
 MOST_PAIRS = 200
 """Pairs of links that are looked at, those whose boxes share most: a keyboard has thousands."""
-
-
-@dataclass(frozen=True)
-class RestOverlap:
-    """Two links that overlap, and at least how deep, as a share of the closed object's longest edge."""
-
-    link_a: str
-    link_b: str
-    depth_share: float
 
 
 def rest_overlaps(extraction: Extraction) -> tuple[RestOverlap, ...]:
@@ -46,5 +36,5 @@ def rest_overlaps(extraction: Extraction) -> tuple[RestOverlap, ...]:
         between[:3, 3] /= longest
         depth = authored_depth(shapes, first, second, between)
         if depth > DEPTHS_M[1]:
-            found.append(RestOverlap(first, second, min(depth, 2.0 * DEPTHS_M[-1])))
-    return tuple(sorted(found, key=lambda item: -item.depth_share)[:MOST])
+            found.append(RestOverlap(link_a=first, link_b=second, depth_share=depth if depth <= DEPTHS_M[-1] else None))
+    return tuple(sorted(found, key=lambda item: -(item.depth_share or 1.0))[:MOST])

@@ -19,7 +19,10 @@ from schemas.request import ModelAnswer, ModelAsk, ModelRequest, Turn
 
 WITHHELD = ("asset_id", "category", "label", "labels", "joint_kind", "material", "materials", "mesh", "meshes", "file")
 """Request fields whose value reveals what something is: left empty."""
-PLAIN = ("purpose", "type", "volume_source", "view", "problem")
+PLAIN = (
+    "purpose", "type", "volume_source", "view", "problem", "directions", "color", "volume_means", "opens",
+    "gravity", "depth",
+)  # fmt: skip
 """Fields whose value is our vocabulary: left unchanged even where a part of the asset has the same name."""
 GUIDANCE = "user_guidance"
 ANYTHING = "part"

@@ -160,10 +160,13 @@ RULE_FIELDS = (
 OWN_FIELDS = ("mass_change",)
 """Fields that only the offline prior fills."""
 
+REASONED = ("look", "size_reason", "contact_friction", "restitution", "findings")
+"""Fields that only the synthesis asks for: what was seen, why, and what is stated of contacts."""
+
 WITHOUT: dict[str, tuple[str, ...]] = {
-    "synthesis": ("sigmas", *OWN_FIELDS),
-    "direct": ("sigmas", "support", *OWN_FIELDS, *RULE_FIELDS),
-    "ivw": ("support", *OWN_FIELDS, *RULE_FIELDS),
+    "synthesis": ("sigmas", "notes", *OWN_FIELDS),
+    "direct": ("sigmas", "support", *OWN_FIELDS, *RULE_FIELDS, *REASONED),
+    "ivw": ("support", *OWN_FIELDS, *RULE_FIELDS, *REASONED),
 }
 """Purpose → fields of an overlay that its prompt does not ask for."""
 

@@ -5,9 +5,10 @@ from dataclasses import dataclass
 from typing import Generic, TypeVar
 
 from asset2sim.models.answers import InvalidFieldsError, parse_overlay
+from asset2sim.models.model_findings import model_findings
 from asset2sim.models.prompts import synthesis_request, with_validation_errors
 from schemas.errors import AssetError, InvalidAnswerError
-from schemas.features import Features
+from schemas.features import Features, RestOverlap
 from schemas.finding import Finding
 from schemas.overlay import Overlay
 from schemas.request import LabelledImage, ModelAnswer, ModelAsk, ModelCall, ModelRequest
@@ -45,10 +46,14 @@ class SynthesisError(AssetError):
 
 
 def synthesize(
-    features: Features, guidance: str | None, ask: ModelAsk, images: Sequence[LabelledImage] = ()
+    features: Features,
+    guidance: str | None,
+    ask: ModelAsk,
+    images: Sequence[LabelledImage] = (),
+    overlaps: Sequence[RestOverlap] = (),
 ) -> Synthesized:
     """A model's overlay for one object by the synthesis prompt; returns and raises what ``ask_overlay`` does."""
-    return ask_overlay(synthesis_request(features, guidance, images), features, ask)
+    return ask_overlay(synthesis_request(features, guidance, images, overlaps), features, ask)
 
 
 def ask_overlay(first: ModelRequest, features: Features, ask: ModelAsk) -> Synthesized:
@@ -65,7 +70,8 @@ def ask_overlay(first: ModelRequest, features: Features, ask: ModelAsk) -> Synth
     if said.value is None:
         message = f"the model answered {MAX_ASKS} times and no answer fits: {said.refused[-1]}"
         raise SynthesisError(FailureMode.NO_VALID_ESTIMATE, "invalid_answer", message, said.calls)
-    return said.value, said.calls, (*remarks(said.answers[0]), *map(_refusal, said.refused))
+    told = model_findings(said.value, features)
+    return said.value, said.calls, (*remarks(said.answers[0]), *map(_refusal, said.refused), *told)
 
 
 def ask_until_valid(

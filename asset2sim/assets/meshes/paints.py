@@ -1,4 +1,4 @@
-"""What a link is painted with, in words: the materials of its OBJ files (MTL) and of its URDF, by the area they cover."""
+"""What covers a link, in words: the materials of its OBJ files (MTL) and of its URDF, by the area they cover."""
 
 import colorsys
 import re
@@ -20,7 +20,9 @@ CLEAR = 0.95
 """Opacity below which a paint is called see-through."""
 SHINY = 0.3
 """Specular level from which a paint is called shiny; exporters write less without meaning it."""
-_NO_NAME = re.compile(r"(?:materials?|mat|color|colour|default|initialshadinggroup|lambert|blinn|phong|none|foo)?[\W\d_]*$", re.I)
+_NO_NAME = re.compile(
+    r"(?:materials?|mat|color|colour|default|initialshadinggroup|lambert|blinn|phong|none|foo)?[\W\d_]*$", re.I
+)
 """Names that exporters give."""
 _NO_PART = re.compile(r"(?:objs?|mesh|original|visual|shape|new)?[\W\d_]*$", re.I)
 

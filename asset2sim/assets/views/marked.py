@@ -1,22 +1,23 @@
 """Pictures for a model that is asked about an asset: its looks with every edge drawn, and its links in colours of their
 own with their names beside them, as it stands, closed and open."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
+from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 from PIL import Image
 
 from asset2sim.assets.extract import Extraction
+from asset2sim.assets.marks import GREY, PALETTE, mark_names
 from asset2sim.assets.views.batch import batches_of
 from asset2sim.assets.views.camera import NARROW_FOV, WIDE_FOV, Camera, directions, fit
 from asset2sim.assets.views.canonical import finish, png_bytes
-from asset2sim.assets.views.marks import GREY, PALETTE, mark_names
 from asset2sim.assets.views.name_tags import with_names
 from asset2sim.assets.views.renderer import Frame, Pixels, render, render_bodies
 from asset2sim.assets.views.scene import Scene, load_scene, nothing_to_draw
-from asset2sim.assets.views.surface import Batch, Floats, Paint, Surface, unit
+from asset2sim.assets.views.surface import Batch, Floats, Paint, Surface
 from asset2sim.physics.kinematics import apply, link_to_root, tree_of
 from schemas.features import Features, JointFeatures
 from schemas.model_names import is_local
@@ -26,13 +27,13 @@ from schemas.settings import Settings
 OVERSAMPLING = 1.25
 """Pixels drawn per pixel shown, along each side; the edges that are drawn hide the steps of more."""
 LOOKS = ("perspective", "front", "left", "back")
-"""Views of the looks; the perspective is from the front right and above, so that it shows the right side and the top."""
+"""Views of the looks; the perspective is from the front right and above: it shows the right side and the top."""
 CREASE = 0.5
 """Change of a surface's slope from one pixel to the next from which an edge is drawn: that of a bend by 27°."""
 MOVED = 0.03
 """Distance that a link must move, as a share of the object's longest edge, for a picture of its own."""
-HIDDEN_PX = 60
-"""Pixels of a link below which it is looked for from behind."""
+HIDDEN_PX, MUCH_MORE = 60, 3.0
+"""Pixels of a link below which it is looked for from behind, and how much more must be seen of it there."""
 Links = NDArray[np.int64]
 
 
@@ -59,15 +60,19 @@ def question_pictures(
     if is_local(settings.model.model):
         return ()
     side = settings.model.image_side_px
-    loaded: dict[object, tuple[Surface, ...]] = {}
+    loaded: dict[Path, tuple[Surface, ...]] = {}
     scene = load_scene(extraction.urdf, {}, loaded)
-    pictures = {**looks(scene, extraction, side)}
+    pictures = looks(scene, extraction, side)
     names = {link: link for link in mark_names(extraction.features)} if names is None else names
-    views = {"parts": (scene, False)}
     parts = marked(scene, extraction.features, side)
     behind = marked(scene, extraction.features, side, behind=True)
     pictures["parts"] = with_names(parts.image, parts.shown, shown_names(parts, extraction.features, names))
-    hidden = [link for link in behind.links if parts.seen_px(link) < HIDDEN_PX <= behind.seen_px(link)]
+    colors = mark_names(extraction.features)
+    hidden = [
+        link
+        for link in behind.links
+        if colors[link] in PALETTE and parts.seen_px(link) < HIDDEN_PX <= behind.seen_px(link) / MUCH_MORE
+    ]
     if hidden:
         pictures["parts_behind"] = with_names(
             behind.image, behind.shown, shown_names(behind, extraction.features, names)

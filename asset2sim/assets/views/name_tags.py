@@ -41,28 +41,28 @@ def with_names(image: Image.Image, shown: Links, names: Mapping[int, tuple[str, 
         name, color = names[number]
         inside = distance_transform_edt(np.pad(shown == number, 1))[1:-1, 1:-1]
         y, x = (int(v) for v in np.unravel_index(int(inside.argmax()), inside.shape))
-        left, top, right, bottom = (int(v) for v in draw.textbbox((0, 0), name, font=font))
+        left, _, right, bottom = (int(v) for v in draw.textbbox((0, 0), name, font=font))
         size = (right - left + 2 * MARGIN, bottom + 2 * MARGIN)
         box = place((x, y), size, weight, placed)
         if box is None:
             continue
         placed.append(box)
         tags.append((box, (x, y), name, tuple(int(255 * level) for level in color)))
-    for box, at, _, color in tags:
+    for box, at, _, paint in tags:
         nearest = (min(max(at[0], box[0]), box[2]), min(max(at[1], box[1]), box[3]))
         if nearest != at:
             draw.line((nearest, at), fill=(255, 255, 255), width=4)
             draw.line((nearest, at), fill=(0, 0, 0), width=2)
-            draw.ellipse((at[0] - 4, at[1] - 4, at[0] + 4, at[1] + 4), fill=color, outline=(0, 0, 0))
-    for box, _, name, color in tags:
+            draw.ellipse((at[0] - 4, at[1] - 4, at[0] + 4, at[1] + 4), fill=paint, outline=(0, 0, 0))
+    for box, _, name, paint in tags:
         draw.rectangle(box, fill=(255, 255, 255), outline=(0, 0, 0), width=1)
-        draw.rectangle((box[0] + 1, box[1] + 1, box[2] - 1, box[3] - 1), outline=color, width=2)
+        draw.rectangle((box[0] + 1, box[1] + 1, box[2] - 1, box[3] - 1), outline=paint, width=2)
         draw.text((box[0] + MARGIN, box[1] + MARGIN - 1), name, fill=(0, 0, 0), font=font)
     return canvas
 
 
 def place(at: tuple[int, int], size: tuple[int, int], weight: Floats, placed: list[Box]) -> Box | None:
-    """The box (left, top, right, bottom) of a tag of this ``size`` near a point, px: on no other tag, and where it hides
+    """The box (left, top, right, bottom) of a tag of this ``size`` near a point, px: on no other tag, where it hides
     least; None where there is no room. ``weight`` is what hiding each pixel costs."""
     height, width = weight.shape
     best: tuple[float, Box | None] = (np.inf, None)

@@ -29,8 +29,8 @@ LAMP = (-0.35, 0.75, 1.0)
 
 @dataclass(frozen=True, eq=False)
 class Frame:
-    """One picture: ``color`` (h, w, 3) float 0 to 255, ``drawn`` (h, w) bool, where it shows the object, and ``nearness``
-    (h, w), one over the distance along the view, 1/m, which over a plane is linear; 0 where nothing is drawn."""
+    """One picture: ``color`` (h, w, 3) float 0 to 255, ``drawn`` (h, w) bool, where it shows the object, ``nearness``
+    (h, w), one over the distance along the view, 1/m: over a plane it is linear, and 0 where nothing is drawn."""
 
     color: Pixels
     drawn: NDArray[np.bool_]

@@ -113,4 +113,3 @@ def pieces_of(
     if path not in loaded:
         loaded[path] = load_surfaces(path)
     return loaded[path], scale_vector(geometry.mesh)
-

@@ -69,6 +69,7 @@ def direction_words(vector: Array, front: Sequence[float], words: Sequence[str])
 
 
 MOVES = ("up", "down", "forward", "backward", "to the left", "to the right")
+PLACES = ("higher", "lower", "further forward", "further back", "further left", "further right")
 SIDES = ("top", "bottom", "front", "back", "left", "right")
 
 
@@ -124,8 +125,8 @@ def opening_words(
     pivot = np.eye(4)
     pivot[:3, :3] = motion(TreeJoint("", "revolute", "", "", np.eye(4), axis), opened - closed)[:3, :3]
     end = (apply(pivot, edge) - edge).mean(axis=0)
-    begins, ends = (direction_words(vector, features.front, MOVES) for vector in (start, end))
-    return f"{sure}turns {turn} about {line} at its {side}; its free edge sets off {begins}, ends {ends} of where it was"
+    begins, ends = direction_words(start, features.front, MOVES), direction_words(end, features.front, PLACES)
+    return f"{sure}turns {turn} about {line} at its {side}; its free edge sets off {begins}, ends {ends}"
 
 
 def mass_models(features: Features) -> tuple[dict[str, Body], dict[str, Body]]:
@@ -139,9 +140,7 @@ def mass_models(features: Features) -> tuple[dict[str, Body], dict[str, Body]]:
     return solid, shell
 
 
-def pulls(
-    features: Features, tree: Sequence[TreeJoint], bodies: Mapping[str, Body]
-) -> dict[str, tuple[Pull, float]]:
+def pulls(features: Features, tree: Sequence[TreeJoint], bodies: Mapping[str, Body]) -> dict[str, tuple[Pull, float]]:
     """Joint → gravity's pull on it, and the largest that it could be in any direction of gravity."""
     space = joint_space(tree, features.root, bodies, {})
     return dict(zip(space.names, zip(space.pulls, space.largest_gravity.tolist(), strict=True), strict=True))
@@ -186,7 +185,7 @@ def fate(at: float, joint: JointFeatures, pull: tuple[Pull, float], other: tuple
     if abs(shares[0]) <= BALANCED:
         return "stays"
     if shares[0] * shares[1] < 0.0:
-        return "unclear"
+        return "unclear, near its balance"
     if shares[0] > 0.0:
         return "stays open" if at == opened else "falls open"
     return "stays shut" if at == closed else "falls shut"
@@ -203,8 +202,10 @@ def turning_words(pull: Pull, most: float, closed: float, opened: float) -> str:
         at = first + turn * math.pi
         if low < at < high:
             upright = float(pull.at(at + 1e-3)) > 0.0
-            said += f"; balances at {at:.3g} rad and falls away from there to either side" if upright else (
-                f"; hangs at {at:.3g} rad"
+            said += (
+                f"; balances at {at:.3g} rad and falls away from there to either side"
+                if upright
+                else (f"; hangs at {at:.3g} rad")
             )
     return said
 

@@ -5,13 +5,12 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from asset2sim.assets.rest_overlaps import RestOverlap
-from asset2sim.assets.views.marks import mark_names
+from asset2sim.assets.marks import mark_names
 from asset2sim.models.language.motion_facts import joint_motions
 from asset2sim.models.language.object_facts import object_facts, rounded
 from asset2sim.physics.arrays import Array, vector
 from asset2sim.physics.kinematics import apply, link_to_root, tree_of
-from schemas.features import Features, LinkFeatures
+from schemas.features import Features, LinkFeatures, RestOverlap
 from schemas.vocabulary import VolumeSource
 
 LONGEST_CM = (5.0, 10.0, 15.0, 20.0, 30.0, 45.0, 70.0, 110.0, 180.0)
@@ -20,6 +19,8 @@ FILLED = 0.85
 """Share of its hull from which a closed mesh shows no walls: it is drawn as a block."""
 WATER_KG_M3 = 1000.0
 ALIKE = ("opens", "gravity")
+SHAPE = ("box_m", "center_m", "volume_m3", "hull_volume_m3", "volume_source", "area_m2", "outer_m2")
+"""What is told of a link's shape, if it has one."""
 
 
 def synthesis_facts(features: Features, overlaps: Sequence[RestOverlap] = ()) -> dict[str, object]:
@@ -49,15 +50,19 @@ def synthesis_facts(features: Features, overlaps: Sequence[RestOverlap] = ()) ->
         joints.append(without_nothing(item))
     told["joints"] = joints
     told["overlaps_at_rest"] = [
-        {"links": [item.link_a, item.link_b], "deep_cm_at_longest_1m": item.depth_share * 100.0} for item in overlaps
+        {
+            "links": [item.link_a, item.link_b],
+            "depth": "over 1 %" if item.depth_share is None else f"up to {100.0 * item.depth_share:.2g} %",
+        }
+        for item in overlaps
     ]
     return told
 
 
 def directions(features: Features) -> str:
     """Which axes of the root frame are up, to the front and to the left."""
-    ahead = features.front[0] > 0.0
-    return f"up is +z, front is {'+' if ahead else '-'}x, left (to someone who stands before it) is {'-' if ahead else '+'}y"
+    front, left = ("+x", "-y") if features.front[0] > 0.0 else ("-x", "+y")
+    return f"up is +z, front is {front}, left (to someone who stands before it) is {left}"
 
 
 def sizes(features: Features) -> list[dict[str, object]]:
@@ -75,7 +80,7 @@ def sizes(features: Features) -> list[dict[str, object]]:
 def more_of_link(link: LinkFeatures, color: str | None, pose: Array, longest_m: float) -> dict[str, object]:
     """What is told of a link besides; ``pose`` is its (4, 4) link-to-root transform at rest."""
     if not link.has_geometry or longest_m <= 0.0:
-        return {"volume_means": None, "volume_source": None, "area_m2": None}
+        return dict.fromkeys(SHAPE)
     center = link.center if link.volume_source is VolumeSource.SIGNED else link.shell_center
     return {
         "color": color,
