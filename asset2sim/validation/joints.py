@@ -9,7 +9,7 @@ from asset2sim.physics.kinematics import TreeJoint, mimics_of, subtree
 from asset2sim.physics.mass_matrix import Body, JointSpace, Pull, joint_space
 from asset2sim.physics.terms import JointLoad, JointTerms, Term
 from asset2sim.validation.handling import Handling, bounded_press, standing_part
-from asset2sim.validation.holding import NO_BALANCE, Holding, counterbalance, holding, on_stop
+from asset2sim.validation.holding import NO_BALANCE, Holding, counterbalance, holding, leaves
 from asset2sim.validation.limits import Range
 from asset2sim.validation.masses import check_mass_matrices
 from asset2sim.validation.notes import Notes
@@ -49,8 +49,6 @@ def at_share(span: Range, share: float) -> float:
     return span.lower + share * (span.upper - span.lower)
 
 
-BALANCED = 0.05
-"""Share of a part's largest pull by gravity below which its hinge's own friction keeps it."""
 HELD_STATE = 0.05
 """Share of its range beyond the closed end from which a requested state counts as open, and so must be held."""
 
@@ -199,13 +197,6 @@ def report_holding(name: str, held_by: Holding, kind: Handling, notes: Notes) ->
             "hand could not move it, or the object would tip over or slide before"
         )
         notes.info("friction_handled", message, joint=name, value=held_by.wanted, limit=held_by.friction)
-
-
-def leaves(start: Start, pull: Pull, largest_gravity: float) -> bool:
-    """Whether gravity alone would move the joint away from where it starts: it is not near its balance, and no stop is
-    in its way. ``largest_gravity`` (N·m or N) is gravity's largest pull on it in any direction."""
-    load = float(pull.at(start.position))
-    return abs(load) > BALANCED * largest_gravity and not on_stop(start, load)
 
 
 def is_open(start: Start) -> bool:

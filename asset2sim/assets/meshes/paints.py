@@ -63,7 +63,7 @@ def color_words(rgb: tuple[float, float, float]) -> str:
     hues = ((15, "red"), (42, "orange"), (70, "yellow"), (165, "green"), (195, "turquoise"), (260, "blue"),
             (290, "purple"), (340, "pink"))  # fmt: skip
     word = next((word for most, word in hues if degrees < most), "red")
-    return f"dark {word}" if value < 0.45 else f"light {word}" if saturation < 0.4 else word
+    return f"dark {word}" if value < 0.45 else f"light {word}" if saturation < 0.45 else word
 
 
 def mean_color(picture: Path) -> tuple[float, float, float] | None:

@@ -5,7 +5,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from asset2sim.assets.marks import mark_names
+from asset2sim.assets.marks import OTHERS, mark_names
 from asset2sim.models.language.motion_facts import joint_motions
 from asset2sim.models.language.object_facts import object_facts, rounded
 from asset2sim.physics.arrays import Array, vector
@@ -46,7 +46,7 @@ def synthesis_facts(features: Features, overlaps: Sequence[RestOverlap] = ()) ->
             words = (found.opens, found.gravity)
             same = known.setdefault(words, str(item["name"]))
             said = dict(zip(ALIKE, words, strict=True)) if same == item["name"] else {"moves_like": same}
-            item |= {"origin_m": rounded(found.origin.tolist(), 3)} | said
+            item |= {"origin_m": rounded(np.round(found.origin, 6).tolist(), 3)} | said
         joints.append(without_nothing(item))
     told["joints"] = joints
     told["overlaps_at_rest"] = [
@@ -82,11 +82,11 @@ def more_of_link(link: LinkFeatures, color: str | None, pose: Array, longest_m: 
     if not link.has_geometry or longest_m <= 0.0:
         return dict.fromkeys(SHAPE)
     center = link.center if link.volume_source is VolumeSource.SIGNED else link.shell_center
-    return {
+    told: dict[str, object] = {"volume_source": None, "area_m2": None, "volume_means": volume_means(link)}
+    if color == OTHERS:
+        return told
+    return told | {
         "color": color,
-        "volume_source": None,
-        "area_m2": None,
-        "volume_means": volume_means(link),
         "com_m": rounded(vector(apply(pose, np.asarray([center]))[0]), 3),
         "kg_at_longest_1m": {
             "solid": rounded(WATER_KG_M3 * link.volume_m3 / longest_m**3, 3),
