@@ -45,11 +45,11 @@ class LinkProposal(Frozen):
     ``wall_m`` is the thickness of the wall over the link's outer area, m at the final scale; it counts before
     ``hollow_factor``, the share of the link's volume that is material: solid 0.8 to 1, shelled 0.4 to 0.8, thin shell
     0.2 to 0.5, less for hulls that enclose an interior. ``inertia`` and ``com`` are at the final scale, in the link's
-    frame. ``look`` is what was seen of it (shine, thickness, whether light passes), from which its material was read.
+    frame. ``appearance`` is what was seen of it: shine, thickness, whether light passes.
     """
 
     name: str
-    look: str | None = None
+    appearance: str | None = None
     material: str | None = None
     density_kg_m3: Positive | None = None
     hollow_factor: Fraction | None = None

@@ -1,4 +1,4 @@
-"""Pictures for a question: links in colours that the facts name, with names, at rest and at the ends of their travel."""
+"""Pictures for a question: links in colours that the facts name, with names, at rest and at the ends of travel."""
 
 import io
 from pathlib import Path

@@ -38,7 +38,7 @@ def lid(limit: str) -> tuple[str, str]:
 def test_a_lid_that_falls_shut(tmp_path: Path) -> None:
     found = motion(tmp_path, *lid("0 1.2"))
     assert found.opens == (
-        "turns by 69° about a left-to-right line at its back; its free edge sets off up, ends higher and further back"
+        "turns by 69° about a left-to-right line at its back; its far edge sets off up, ends higher and further back"
     )
     assert found.gravity == "closed: stays shut; half open: falls shut; fully open: falls shut"
     assert found.origin == pytest.approx([0.5, 0.0, 1.0])
@@ -60,7 +60,7 @@ def test_a_flap_at_the_bottom_falls_open(tmp_path: Path) -> None:
         link("lid", shape("0.02 1 1", xyz="-0.01 0 0.5")),
         joint("j", "revolute", "body", "lid", xyz="-0.5 0 0", axis="0 -1 0", limit="0 1.4"),
     )
-    assert "left-to-right line at its bottom; its free edge sets off forward, ends" in found.opens
+    assert "left-to-right line at its bottom; its far edge sets off forward, ends" in found.opens
     assert "half open: falls open; fully open: stays open" in found.gravity
 
 
@@ -80,9 +80,7 @@ def test_a_hinge_at_the_left_opens_to_the_front(tmp_path: Path) -> None:
         link("door", shape("0.02 1 1", xyz="-0.01 -0.5 0.5")),
         joint("j", "revolute", "body", "door", xyz="-0.5 0.5 0", axis="0 0 -1", limit="0 1.5"),
     )
-    assert found.opens.startswith(
-        "turns by 86° about an upright line at its left; its free edge sets off forward, ends"
-    )
+    assert found.opens.startswith("turns by 86° about an upright line at its left; its far edge sets off forward, ends")
     assert found.gravity == "stays wherever it is left"
 
 

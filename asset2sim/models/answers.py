@@ -160,7 +160,7 @@ RULE_FIELDS = (
 OWN_FIELDS = ("mass_change",)
 """Fields that only the offline prior fills."""
 
-REASONED = ("look", "size_reason", "contact_friction", "restitution", "findings")
+REASONED = ("appearance", "size_reason", "contact_friction", "restitution", "findings")
 """Fields that only the synthesis asks for: what was seen, why, and what is stated of contacts."""
 
 WITHOUT: dict[str, tuple[str, ...]] = {

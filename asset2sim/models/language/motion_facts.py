@@ -126,7 +126,7 @@ def opening_words(
     pivot[:3, :3] = motion(TreeJoint("", "revolute", "", "", np.eye(4), axis), opened - closed)[:3, :3]
     end = (apply(pivot, edge) - edge).mean(axis=0)
     begins, ends = direction_words(start, features.front, MOVES), direction_words(end, features.front, PLACES)
-    return f"{sure}turns {turn} about {line} at its {side}; its free edge sets off {begins}, ends {ends}"
+    return f"{sure}turns {turn} about {line} at its {side}; its far edge sets off {begins}, ends {ends}"
 
 
 def mass_models(features: Features) -> tuple[dict[str, Body], dict[str, Body]]:
