@@ -203,9 +203,9 @@ def turning_words(pull: Pull, most: float, closed: float, opened: float) -> str:
         if low < at < high:
             upright = float(pull.at(at + 1e-3)) > 0.0
             said += (
-                f"; balances at {at:.3g} rad and falls away from there to either side"
+                f"; balances at {round(at, 3) + 0.0:g} rad and falls away from there to either side"
                 if upright
-                else (f"; hangs at {at:.3g} rad")
+                else (f"; hangs at {round(at, 3) + 0.0:g} rad")
             )
     return said
 
