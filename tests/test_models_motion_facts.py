@@ -1,6 +1,7 @@
 """What is said of how parts move and fall, of objects whose answers are known by hand; front is -x, left is +y."""
 
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -10,7 +11,7 @@ from asset2sim.assets.rest_overlaps import rest_overlaps
 from asset2sim.models.language.motion_facts import Motion, joint_motions
 from asset2sim.models.language.synthesis_facts import synthesis_facts
 from schemas.asset import AssetRef
-from schemas.features import Features
+from schemas.features import Features, RestOverlap
 from tests.assets import box_obj, joint, link, robot, shape
 
 BODY = link("body", shape("1 1 1", xyz="0 0 0.5"))
@@ -21,6 +22,10 @@ def features(folder: Path, *parts: str) -> Features:
     (folder / "model.urdf").write_text(robot(BODY, *parts))
     (folder / "semantics.txt").write_text("body free box_body\n")
     return extract(AssetRef(asset_id="7", path=str(folder))).features
+
+
+def told_of(item: Features, overlaps: tuple[RestOverlap, ...] = ()) -> dict[str, Any]:
+    return synthesis_facts(item, overlaps)
 
 
 def motion(folder: Path, *parts: str) -> Motion:
@@ -94,15 +99,24 @@ def test_a_handle_without_limits_hangs(tmp_path: Path) -> None:
     assert found.gravity.startswith("swings until it hangs at") and "3.14" in found.gravity
 
 
+def test_a_seat_that_folds_about_its_middle(tmp_path: Path) -> None:
+    found = motion(
+        tmp_path,
+        link("seat", shape("0.8 0.6 0.1")),
+        joint("j", "revolute", "body", "seat", xyz="0 0 1.2", axis="0 1 0", limit="0 1.2"),
+    )
+    assert found.opens.endswith("left-to-right line through its own middle; its front edge sets off up")
+
+
 def test_what_faces_forward_along_x_has_its_left_there(tmp_path: Path) -> None:
     (tmp_path / "model.urdf").write_text(robot(BODY))
-    facts = synthesis_facts(extract(AssetRef(asset_id="7", path=str(tmp_path))).features)
+    facts = told_of(extract(AssetRef(asset_id="7", path=str(tmp_path))).features)
     assert facts["directions"] == "up is +z, front is +x, left (to someone who stands before it) is -y"
 
 
 def test_sizes_and_weights_are_those_of_the_shapes(tmp_path: Path) -> None:
     found = features(tmp_path, *lid("0 2.8"))
-    facts = synthesis_facts(found)
+    facts = told_of(found)
     for row in facts["sizes"]:
         edges = np.asarray(found.closed_size) * row["scale"] * 100.0
         assert row["depth_width_height_cm"] == pytest.approx(edges, rel=0.01)
@@ -126,7 +140,7 @@ def test_words_that_an_earlier_joint_has_are_not_repeated(tmp_path: Path) -> Non
             ),
         )
     ]
-    first, second = synthesis_facts(features(tmp_path, *drawers))["joints"]
+    first, second = told_of(features(tmp_path, *drawers))["joints"]
     assert first["gravity"] == "stays wherever it is left" and second["moves_like"] == "j0" and "opens" not in second
 
 
@@ -137,5 +151,5 @@ def test_overlaps_are_of_the_meshes_as_drawn(tmp_path: Path, x: float, depth: st
     second = joint("j", "prismatic", "a", "b", xyz=f"{x} 0.1 0.1", axis="1 0 0", limit="0 1")
     (tmp_path / "model.urdf").write_text(robot(link("a", mesh), link("b", mesh), second))
     extraction = extract(AssetRef(asset_id="7", path=str(tmp_path)))
-    told = synthesis_facts(extraction.features, rest_overlaps(extraction))["overlaps_at_rest"]
+    told = told_of(extraction.features, rest_overlaps(extraction))["overlaps_at_rest"]
     assert told == ([] if depth is None else [{"links": ["a", "b"], "depth": depth}])

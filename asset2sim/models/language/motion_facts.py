@@ -116,7 +116,8 @@ def opening_words(
     line = f"{axis_words(axis)} line"
     turn = "without end" if joint.type == "continuous" else f"by {math.degrees(abs(opened - closed)):.0f}°"
     if float(np.linalg.norm(middle)) < CENTRAL * float(reach.max()):
-        return f"{sure}turns {turn} about {line} through its own middle"
+        said = f"{sure}turns {turn} about {line} through its own middle"
+        return said if joint.type == "continuous" else said + middle_edge_words(arms, way * axis, features.front)
     side = direction_words(-middle, features.front, SIDES)
     if joint.type == "continuous":
         return f"turns {turn} about {line} at its {side}"
@@ -127,6 +128,16 @@ def opening_words(
     end = (apply(pivot, edge) - edge).mean(axis=0)
     begins, ends = direction_words(start, features.front, MOVES), direction_words(end, features.front, PLACES)
     return f"{sure}turns {turn} about {line} at its {side}; its far edge sets off {begins}, ends {ends}"
+
+
+def middle_edge_words(arms: Array, axis: Array, front: Sequence[float]) -> str:
+    """Which way an edge goes of a part that opens about its own middle. ``arms`` are the (n, 3) corners from the axis,
+    ``axis`` the unit axis about which it opens right-handedly."""
+    ways = [np.asarray(front, dtype=float), np.cross(np.asarray(front, dtype=float), UP), UP]
+    way = max(ways, key=lambda item: float((arms @ item).max()))
+    edge = arms[arms @ way >= FAR_EDGE * float((arms @ way).max())]
+    goes = direction_words(np.cross(axis, edge).mean(axis=0), front, MOVES)
+    return f"; its {direction_words(way, front, SIDES)} edge sets off {goes}" if goes else ""
 
 
 def mass_models(features: Features) -> tuple[dict[str, Body], dict[str, Body]]:
