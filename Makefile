@@ -36,7 +36,7 @@ PARALLEL = --numprocesses $(if $(JOBS),$(JOBS),2) --dist loadfile
 
 .DEFAULT_GOAL := help
 .DELETE_ON_ERROR:
-.PHONY: help install flow test test-fast lint typecheck failures settings views doctor nightly ui judge rules withheld compare bench-defects samples questions summary loaders held weights docs picture clean bench
+.PHONY: help install flow test test-fast lint typecheck failures settings views doctor nightly ui judge rules withheld compare first bench-defects samples questions summary loaders held weights docs picture clean bench
 
 help: ## list the targets
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / { printf "  %-14s %s\n", $$1, $$2 }' Makefile
@@ -47,7 +47,7 @@ help: ## list the targets
 	@echo "                                 BUDGET_USD BUDGET_CALLS BUDGET_TOKENS ASSET_BUDGET_USD ASSET_BUDGET_CALLS NO_ANSWER_CACHE=1"
 	@echo "                                 FORCE=1 RETRY_FAILED=1 KEEP_DAYS HOOK SETTINGS=settings.yaml DRY_RUN=1 ASSET_TIMEOUT"
 	@echo "                                 MIN_SUCCESS MAX_NEW_FAILURES GATE (warn or error); of nightly: CRON='0 2 * * *' NOW=1"
-	@echo "  of compare, beside those: METHODS MODELS LEVELS JUDGE_MODEL NO_INTERACTION=1 PAGE"
+	@echo "  of compare, beside those: METHODS MODELS LEVELS JUDGE_MODEL NO_INTERACTION=1 PAGE FIRST"
 	@echo "  for example: make flow DATA=../shared/partnet_mobility SUBSET=paper9 OUT=/tmp/paper9 WORKERS=2"
 
 install: $(INSTALLED) ## make .venv with the tested versions; needs Python 3.11 (or PYTHON=/path/to/python3.11)
@@ -127,7 +127,12 @@ compare: $(INSTALLED) ## methods and models on the same objects: the paper's tab
 		$(if $(MODELS),--models "$(MODELS)") $(if $(LEVELS),--levels "$(LEVELS)") $(if $(ENGINES),--engines "$(ENGINES)") \
 		$(if $(API_BASE),--api-base "$(API_BASE)") $(if $(JUDGE_MODEL),--judge-model "$(JUDGE_MODEL)") \
 		$(if $(NO_INTERACTION),--no-interaction) $(if $(WORKERS),--workers "$(WORKERS)") $(if $(PAGE),--page "$(PAGE)") \
-		$(FROM_FILE)
+		$(if $(FIRST),--first "$(FIRST)") $(FROM_FILE)
+
+first: $(INSTALLED) ## the README table: models and methods on the paper's nine, into OUT; SHARED (../shared)
+	@$(BIN)/python -m flows.compare_methods "$(or $(SHARED),../shared)/partnet_mobility" "$(OUT)" --subset paper9 \
+		--methods asset2sim,direct,constant,reference --engines pybullet,mujoco,sapien --first README.md \
+		--models "prior/household,prior/noisy,recorded/$(or $(SHARED),../shared)/vlm_answers"
 
 bench-defects: $(INSTALLED) ## plant known defects in clean objects: what share is caught, and what is mended
 	@$(BIN)/python -m flows.bench_defects "$(OUT)"

@@ -9,10 +9,11 @@ from asset2sim.runs.check_request import check_run
 from asset2sim.runs.dataset import load_dataset
 from asset2sim.runs.isolation.children import warm_up
 from asset2sim.studies.methods.comparison import BLOCK, compare, write_comparison, write_page
+from asset2sim.studies.methods.first_table import FIRST, first_table
 from asset2sim.studies.methods.meaning import experts_apart
 from asset2sim.studies.methods.method_runs import CompareRequest, parse_request, planned_runs
 from asset2sim.studies.methods.object_rows import read_objects
-from asset2sim.studies.pages.blocks import check_page
+from asset2sim.studies.pages.blocks import check_page, write_block
 from flows import PIPELINE
 from flows.server.server import temporary_server
 from schemas.asset import FoundAssets
@@ -27,6 +28,8 @@ def compare_methods(request: CompareRequest) -> int:
     chosen = (request.subset, request.asset_ids, request.limit)
     if request.page is not None:
         check_page(request.page, BLOCK)
+    if request.first is not None:
+        check_page(request.first, FIRST)
     found = FoundAssets(load_dataset(request.data, *chosen))
     for run in runs:
         check_run(found, request.data, run.folder, run.settings(base))
@@ -46,6 +49,8 @@ def compare_methods(request: CompareRequest) -> int:
     report = write_comparison(request.out, runs, compared)
     if request.page is not None:
         write_page(request.page, request.out, compared)
+    if request.first is not None:
+        write_block(request.first, FIRST, first_table(compared.objects, request.subset, request.engines))
     console.print(f"tables and charts: {report}", markup=False)
     return DONE
 

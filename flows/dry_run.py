@@ -4,6 +4,8 @@ from rich.text import Text
 
 from asset2sim.catalog.storage.cache import working_folder
 from asset2sim.catalog.text import number, output, titled_table
+from asset2sim.checks.alignment import expectations as expected
+from asset2sim.checks.alignment.expectations import read_expectations
 from asset2sim.checks.alignment.reference import FILE, read_references
 from asset2sim.runs.check_request import check_request
 from asset2sim.runs.plan.forecast import Expected, Forecast, forecast
@@ -26,8 +28,9 @@ def print_dry_run(request: RefineRequest) -> None:
     data, out = absolute(request.data), absolute(request.out)
     found = request.found or check_request(data, out, settings, request.subset, request.asset_ids, request.limit)
     references = read_references(local_file(below(data, FILE)))
+    expectations = read_expectations(local_file(below(data, expected.FILE)))
     folder, there = view_output(out, views=settings.views.in_run) if is_url(out) else (working_folder(out), None)
-    told = forecast(found.refs, references, folder, settings, PIPELINE, there)
+    told = forecast(found.refs, references, folder, settings, PIPELINE, there, expectations)
     console = output()
     console.print(Text(f"dry run: {request.data} into {request.out}; nothing is written\n"))
     if told.reasons:

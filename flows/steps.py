@@ -27,6 +27,7 @@ from asset2sim.runs.plan.plan import Plan, make_plan, mark_published
 from asset2sim.runs.plan.set_aside import set_aside
 from asset2sim.runs.remote.fetch_asset import local_file
 from asset2sim.runs.remote.output import Output, send_plan, send_tables, stored_asset_ids
+from asset2sim.runs.remote.set_aside_stored import set_aside_stored
 from asset2sim.runs.spread.refine_all import RunRecords, refine_and_keep
 from flows.run_report import publish_report
 from schemas.asset import AssetRecord, AssetRef, FoundAssets
@@ -110,7 +111,10 @@ def refine_assets(
     def keep(record: AssetRecord) -> AssetSummary:
         asset_id = record.ref.asset_id
         judged = expected.with_expectations(with_alignment(record, references), expectations.get(asset_id, ()))
-        return parts.add(set_aside(output.folder, judged, plan.owned.get(asset_id)))
+        before = plan.owned.get(asset_id)
+        if output.url is None:
+            return parts.add(set_aside(output.folder, judged, before))
+        return parts.add(set_aside_stored(output.url, judged, before))
 
     if plan.todo:
         # MLflow, which the run's last step needs, loads beside the work.

@@ -77,6 +77,10 @@ FAILURE_GUIDE = {
         "Opening it takes more or less than people expect of its kind, or tips it over first",
         "the reason has the force and the range (`efforts.csv`); say `stiff` or `light` in the guidance, or fix it",
     ),
+    FailureMode.ENGINE_REFUSED: Guide(
+        "An engine does not load the object as it is written: the reason has its words",
+        "mend what it names; with `--method raw` and `asset2sim check` files are as they came: refining mends most",
+    ),
     FailureMode.ENGINE_CRASH: Guide(
         "The process that worked on it died: a crash of an engine, or memory beyond its limit",
         "tried again each run; `OUT/logs/<asset_id>.log` has its last words; `--workers` fewer where memory is short",

@@ -212,7 +212,7 @@ class Interaction(Frozen):
 
 
 class EngineReport(Frozen):
-    """One engine's measurements of one asset. ``problem`` says why a part is missing: the engine refused the asset,
+    """One engine's measurements of one asset. ``problem`` says why a part is missing: the engine ``refused`` the asset,
     or its process ``died``, by a crash or a hang (``timed_out``)."""
 
     engine: Engine
@@ -222,4 +222,5 @@ class EngineReport(Frozen):
     problem: str | None = None
     timed_out: bool = False
     died: bool = False
+    refused: bool = False
     seconds: NonNegative = 0.0

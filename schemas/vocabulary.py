@@ -23,6 +23,7 @@ class FailureMode(StrEnum):
     RELEASE = "release"
     RESET = "reset"
     EFFORT = "effort"
+    ENGINE_REFUSED = "engine_refused"
     ENGINE_CRASH = "engine_crash"
     TIMEOUT = "timeout"
     DISK_FULL = "disk_full"
@@ -38,7 +39,7 @@ _PAPER_FAILURES = {
     "drift or oscillation in simulation": (
         *(FailureMode.DRIFT, FailureMode.OSCILLATION, FailureMode.STANDS, FailureMode.DROP, FailureMode.NUDGE),
         *(FailureMode.HOLD, FailureMode.RELEASE, FailureMode.RESET, FailureMode.EFFORT),
-        FailureMode.ENGINE_CRASH,
+        *(FailureMode.ENGINE_REFUSED, FailureMode.ENGINE_CRASH),
     ),
 }
 PAPER_FAILURE_MODES = {mode: name for name, modes in _PAPER_FAILURES.items() for mode in modes}
@@ -53,6 +54,10 @@ RETRIED_MODES = (
 )
 """Failure modes that may come of the machine, the provider or the day, not of the asset: tried again in every run. All
 others would come out as they did."""
+
+
+NOT_MEASURED = (FailureMode.ENGINE_REFUSED, FailureMode.ENGINE_CRASH, FailureMode.TIMEOUT)
+"""Failure modes of an engine that measured nothing."""
 
 
 class Status(StrEnum):

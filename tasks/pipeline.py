@@ -75,6 +75,7 @@ def run_stages(job: AssetJob, progress: Progress) -> Verdict:
     if job.settings.method is Method.CONSTANT:
         job = replace(job, ask=ask_nobody)
     try:
+        run(Stage.SYNTHESIZE, synthesize.check_users_numbers, job, extraction)
         propose = synthesize.with_users_numbers
         proposal = run(Stage.SYNTHESIZE, propose, method.synthesize, job, extraction).proposal
         overlay = run(Stage.VALIDATE, validate_overlay, job, extraction, proposal, rules=method.rules).overlay

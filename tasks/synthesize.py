@@ -30,17 +30,22 @@ class Synthesized(StageResult):
     proposal: Overlay | None
 
 
+def check_users_numbers(job: AssetJob, extraction: Extraction) -> StageResult:
+    """Findings on the user's prompt and own numbers, before a model is asked. Raises AssetError for names and numbers
+    that cannot be."""
+    told = () if job.settings.method is Method.RAW else prompt_findings(job.ref.prompt)
+    stated = job.ref.overrides
+    return StageResult(findings=told if stated is None else (*told, *check_overrides(extraction.features, stated)))
+
+
 def with_users_numbers(
     method: Callable[[AssetJob, Extraction], Synthesized], job: AssetJob, extraction: Extraction
 ) -> Synthesized:
-    """What the method proposes, with the user's own numbers in place of its own; they are checked before a model is
-    asked. Raises AssetError for names and numbers that cannot be, and what the method raises."""
+    """What the method proposes, with the user's own numbers, which are checked, in place of its own. Raises what the
+    method raises."""
     stated, features = job.ref.overrides, extraction.features
-    told = () if job.settings.method is Method.RAW else prompt_findings(job.ref.prompt)
     if stated is None:
-        done = method(job, extraction)
-        return replace(done, findings=(*told, *done.findings))
-    told += check_overrides(features, stated)
+        return method(job, extraction)
     guided = job.ref.model_copy(update={"prompt": guidance_with_scale(features, job.ref.prompt, stated)})
     done = method(replace(job, ref=guided), extraction)
     if done.proposal is None:
@@ -48,9 +53,9 @@ def with_users_numbers(
             f"the user's own numbers count for nothing: method {job.settings.method} measures the asset as it came"
         )
         unused = Finding(stage=Stage.SYNTHESIZE, severity=Severity.WARNING, code="overrides_unused", message=message)
-        return replace(done, findings=(*told, *done.findings, unused))
+        return replace(done, findings=(*done.findings, unused))
     proposal, said = overridden(features, done.proposal, stated, job.settings.physics)
-    return replace(done, proposal=proposal, findings=(*told, *done.findings, *said))
+    return replace(done, proposal=proposal, findings=(*done.findings, *said))
 
 
 def by_rules(job: AssetJob, extraction: Extraction) -> Synthesized:

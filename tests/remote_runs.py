@@ -14,6 +14,7 @@ from asset2sim.runs.isolation.asset_attempt import AssetAttempt, failed_record
 from asset2sim.runs.plan.plan import Plan, make_plan, mark_published
 from asset2sim.runs.plan.records import read_record
 from asset2sim.runs.remote.output import open_output, send_plan, send_rest, send_tables, stored_asset_ids
+from asset2sim.runs.remote.set_aside_stored import set_aside_stored
 from asset2sim.runs.spread import worker
 from asset2sim.runs.spread.job import Job
 from asset2sim.runs.spread.refine_all import refine_all
@@ -78,6 +79,8 @@ def night(data: Path | str, out: Path | str, settings: Settings = NO_VIEWS, *, d
                 kept = read_record(folder, job.content_hash)
                 assert kept is not None
                 records.append(kept.record)
+        if output.url is not None:
+            records = [set_aside_stored(output.url, item, plan.owned.get(item.ref.asset_id)) for item in records]
         write_run(
             folder, finish_run(run), records, plan.unchanged, {ref.asset_id for ref in refs}, compact=not is_url(out)
         )

@@ -12,8 +12,10 @@ from asset2sim.runs.dataset import load_dataset
 from asset2sim.runs.plan.asset_files import asset_files
 from schemas.asset import AssetRef
 from schemas.errors import AssetError
-from schemas.vocabulary import FailureMode, UpAxis
-from tests.assets import near, read
+from schemas.settings import EngineSettings, Settings
+from schemas.vocabulary import Engine, FailureMode, Method, UpAxis
+from tasks.pipeline import refine_asset
+from tests.assets import near, prior, read
 from tests.cabinets import AXES, CENTERS, FORMATS, MJCF, RANGES, SIZE, XACRO, dae, sdf, written_cabinet
 
 pytest.importorskip("mujoco")  # it reads MJCF; imported here, since importing it starts a program
@@ -41,6 +43,19 @@ def test_the_same_cabinet_comes_of_every_format(tmp_path: Path, kind: str) -> No
     )
     assert all(found.source.name in finding.message for finding in told)
     assert found.features.urdf_file == found.source.name and found.source.is_relative_to(tmp_path)
+
+
+@pytest.mark.system
+@pytest.mark.parametrize("encoding", ["iso-8859-1", "utf-16"])
+def test_names_in_another_encoding_are_engines_too(tmp_path: Path, encoding: str) -> None:
+    folder = written_cabinet(tmp_path / "cabinet", "urdf")
+    file = folder / "thing.urdf"
+    text = f"<?xml version='1.0' encoding='{encoding}'?>" + file.read_text(encoding="utf-8").split("?>")[-1]
+    file.write_bytes(text.replace('"door_hinge"', '"t\u00fcr"').encode(encoding))
+    settings = Settings(method=Method.RAW, engine=EngineSettings(verify=(Engine.PYBULLET,), interact=False))
+    record = refine_asset(AssetRef(asset_id="a", path=str(folder)), tmp_path / "out", settings, prior)
+    assert record.reports[0].problem is None, record.reason
+    assert record.measurement is not None and "t\u00fcr" in [joint.name for joint in record.measurement.joints]
 
 
 @pytest.mark.parametrize("kind", ["urdf", "xacro", "sdf", "mjcf"])

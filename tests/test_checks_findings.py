@@ -40,6 +40,8 @@ def test_an_engine_that_died_fails_with_what_became_of_it() -> None:
     dead = make_report(Engine.SAPIEN, measurement=None, interaction=None, problem="sapien crashed: killed by SIGSEGV")
     (failure,) = failures_of(dead, overlay(), LIMITS)
     assert (failure.mode, failure.reason) == (FailureMode.ENGINE_CRASH, dead.problem)
+    refused = dead.model_copy(update={"refused": True})
+    assert failures_of(refused, overlay(), LIMITS)[0].mode is FailureMode.ENGINE_REFUSED, "it would come again"
     late = dead.model_copy(update={"timed_out": True})
     assert failures_of(late, overlay(), LIMITS)[0].mode is FailureMode.TIMEOUT
     verdict = overall_verdict((make_report(Engine.PYBULLET), dead), overlay(), LIMITS)

@@ -59,11 +59,12 @@ def test_a_hang_in_c_is_killed_in_time(capfd: pytest.CaptureFixture[str]) -> Non
 
 
 def refuse() -> None:
-    raise AssetError(FailureMode.ENGINE_CRASH, "engine_refused", "MuJoCo refuses x.urdf")
+    raise AssetError(FailureMode.ENGINE_REFUSED, "engine_refused", "MuJoCo refuses x.urdf")
 
 
 def test_an_asset_error_is_a_problem_in_its_own_words() -> None:
-    assert in_child(ENGINE, refuse, time_limit_s=60.0).problem == "pybullet says: MuJoCo refuses x.urdf"
+    said = in_child(ENGINE, refuse, time_limit_s=60.0)
+    assert said == ChildOutcome(None, "pybullet says: MuJoCo refuses x.urdf", refused=True)
 
 
 def test_any_other_error_is_a_problem_and_leaves_a_traceback(capfd: pytest.CaptureFixture[str]) -> None:

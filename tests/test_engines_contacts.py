@@ -251,7 +251,7 @@ def test_an_object_without_collision_shapes_cannot_stand(tmp_path: Path, engine:
     refusal = pytest.raises(AssetError, match="no link has a collision shape")
     with refusal as caught, on_plane(engine, write_urdf(tmp_path, [UrdfLink("ghost")])):
         pass
-    assert caught.value.mode is FailureMode.ENGINE_CRASH
+    assert caught.value.mode is FailureMode.ENGINE_REFUSED
 
 
 @every_engine

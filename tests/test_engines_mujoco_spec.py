@@ -44,7 +44,7 @@ def test_a_moving_link_without_mass_is_refused_and_none_is_made_up(tmp_path: Pat
     refusal = pytest.raises(AssetError, match=r"MuJoCo refuses object\.urdf and says: .*mass")
     with refusal as caught, on_plane(Engine.MUJOCO, tmp_path / "object.urdf"):
         pass
-    assert caught.value.mode is FailureMode.ENGINE_CRASH
+    assert caught.value.mode is FailureMode.ENGINE_REFUSED
 
 
 def test_a_missing_mesh_is_refused_with_its_name(tmp_path: Path) -> None:

@@ -149,7 +149,7 @@ def test_a_file_that_pybullet_refuses_is_an_asset_error_with_what_it_printed(tmp
     refusal = pytest.raises(AssetError, match=r"refuses object\.urdf and says: .*Link.*part")
     with refusal as caught, loaded(urdf, fixed_base=True, timestep_s=STEP):
         pass
-    assert caught.value.mode is FailureMode.ENGINE_CRASH
+    assert caught.value.mode is FailureMode.ENGINE_REFUSED
 
 
 def test_clients_are_apart_and_empty_after_their_block(tmp_path: Path) -> None:

@@ -92,6 +92,18 @@ def test_a_recorded_answer_to_another_question_is_a_finding(folder: Path, tmp_pa
     assert [finding.code for finding in findings] == ["other_question"] and "version 2" in findings[0].message
 
 
+def test_the_direct_method_takes_the_answer_to_the_synthesis_and_says_so(folder: Path, tmp_path: Path) -> None:
+    folder.joinpath("7.json").write_text('{"scale": 0.5}', encoding="utf-8")
+    answer = ask(about("direct"), SETTINGS, books(tmp_path))
+    assert answer.content == '{"scale": 0.5}' and answer.other_question is not None
+    assert "7.json was given to the question for synthesis" in answer.other_question
+    folder.joinpath("7.direct.json").write_text('{"scale": 0.25}', encoding="utf-8")
+    own = ask(about("direct"), SETTINGS, books(tmp_path))
+    assert own.content == '{"scale": 0.25}' and own.other_question is None
+    missing = ask(about("direct"), SETTINGS, books(tmp_path, "8"))
+    assert missing.error is not None and "8.direct.json" in missing.error
+
+
 def test_answers_that_call_tools_come_back_as_they_were(folder: Path, tmp_path: Path) -> None:
     call = ToolCall(call_id="call_1", name="render", arguments='{"a": "ü"}')
     folder.joinpath("7.agent.json").write_text(answer_text("I look.", (call,)), encoding="utf-8")

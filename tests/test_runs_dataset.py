@@ -227,7 +227,7 @@ def test_a_link_that_leads_nowhere_or_to_itself_is_an_asset_and_takes_no_other_a
     assert not found["good"] and not found["100"]
     assert "is a link that leads back to itself" in found["self"] and "leads back to itself" in found["101"]
     assert "is a link to" in found["gone"] and "which is not there" in found["gone"]
-    assert "File name too long" in found["long"]
+    assert "is a link to a name that is too long" in found["long"]
 
 
 def test_a_folder_that_cannot_be_listed_is_an_asset(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

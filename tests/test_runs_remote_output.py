@@ -22,6 +22,7 @@ from asset2sim.runs.remote import output
 from asset2sim.runs.remote.output import fetch_record
 from asset2sim.runs.request import RefineRequest
 from asset2sim.runs.spread import worker
+from flows.dry_run import print_dry_run
 from schemas.asset import AssetRef
 from schemas.errors import UsageError
 from schemas.settings import RunSettings, Settings
@@ -132,6 +133,41 @@ def test_a_folder_that_somebody_removed_is_made_again(store: Store, data: Path) 
     store.files.rm(f"{out}/assets/d/views", recursive=True)
     assert done(night(data, out)) == ""
     assert done(night(data, out, Settings())) == "d"
+
+
+def test_what_an_earlier_run_refined_is_set_aside_where_a_later_one_fails(store: Store, data: Path) -> None:
+    out = f"{store.url}/out"
+    night(data, out)
+    first, urdf = store.files.cat_file(f"{out}/assets/b/refined.urdf"), data / "b" / "mobility.urdf"
+    text = urdf.read_text()
+    urdf.unlink()
+    for said in (["b"], []):  # a second failure keeps it
+        night(data, out, NO_VIEWS.model_copy(update={"run": RunSettings(redo=Redo.ALL)}))
+        assert not [name for name in store.keys(out) if name.startswith("assets/b/")]
+        assert store.files.cat_file(f"{out}/set_aside/b/refined.urdf") == first
+        found = read_table(out, "findings").query("code == 'set_aside'")
+        assert found["asset_id"].tolist() == said and all("set_aside/b" in text for text in found["message"])
+    urdf.write_text(text + " ")
+    night(data, out)
+    kept = store.keys(out)
+    assert "assets/b/refined.urdf" in kept and not [name for name in kept if name.startswith("set_aside/")]
+
+
+def test_a_dry_run_behind_a_url_writes_nothing_there(
+    store: Store, data: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    url, out = f"{store.url}/data", f"{store.url}/out"
+    store.put(data, url)
+
+    def dry() -> str:
+        before = store.keys(store.url)
+        print_dry_run(RefineRequest.model_validate({"data": url, "out": out, "settings": NO_VIEWS}))
+        assert store.keys(store.url) == before
+        return capsys.readouterr().out
+
+    assert "4 of 4 assets would be refined" in dry()
+    night(url, out)
+    assert "would be refined" in dry() and "nothing is written" in dry()
 
 
 def test_a_second_run_is_refused(store: Store, data: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -17,6 +17,7 @@ from asset2sim.studies.methods.charts import growth_chart, spread_labels
 from asset2sim.studies.methods.comparison import compare, write_comparison, write_page
 from asset2sim.studies.methods.comparison_rows import OUTCOMES, Row, failure_rows, figure_rows, growth_rows
 from asset2sim.studies.methods.figure_specs import COST, STABILITY, SUCCESS, TABLE_1, stated
+from asset2sim.studies.methods.first_table import first_table
 from asset2sim.studies.methods.markdown import (
     agreement_sentences,
     failure_table,
@@ -31,6 +32,7 @@ from asset2sim.studies.pages.blocks import markers
 from schemas.alignment import Expectation
 from schemas.asset import AssetRecord, AssetRef
 from schemas.errors import UsageError
+from schemas.model_names import described
 from schemas.settings import ModelSettings, Settings, Thresholds
 from schemas.vocabulary import FailureMode, Method
 from tests.factories import make_alignment, make_call, make_failure, make_measurement, make_record
@@ -65,6 +67,9 @@ OBJECTS = pd.DataFrame(
         one(Method.RAW, "1", NO_MODEL, calls=0, scale_deviation=3.0, penetration_mm=9.0),
     ]
 )  # fmt: skip
+
+
+MODEL_NAME = described(MODEL)
 
 
 def found(rows: list[Row], method: Method, figure: str) -> Row:
@@ -106,6 +111,27 @@ def test_the_rubric_speaks_only_where_nobody_wrote_what_to_expect() -> None:
     table = meaning_table(objects, MODEL).splitlines()
     assert table[2:] == ["| **ours** | 1 of 2 | 4 of 5 | 2 of 5 | 2 |", "| as it came | 0 of 1 | 0 of 4 | 0 of 4 | 1 |"]
     assert meaning_table(OBJECTS, MODEL) == ""
+
+
+def test_the_first_table_says_who_proposed_and_what_readers_expect() -> None:
+    asked = {"size_met": True, "joints_asked": 2, "joints_met_at_start": 2, "joints_met": 1}
+    objects = pd.DataFrame(
+        [
+            one(Method.ASSET2SIM, "1", **asked),
+            one(Method.ASSET2SIM, "2", scale_deviation=0.3, **failed("drift", "x")),
+            one(Method.ASSET2SIM, "1", "recorded/answers", joint_deviation_rad=np.nan, calls=3),
+            one(Method.CONSTANT, "1", NO_MODEL, calls=0),
+        ]
+    )  # fmt: skip
+    lines = first_table(objects, "paper9", "pybullet").splitlines()
+    rows = [[cell.strip() for cell in line.strip("|").split("|")] for line in lines if line.startswith("|")][2:]
+    assert rows[0][1:] == [
+        MODEL_NAME, "1 of 2", "1", "1 of 1", "2 of 2", "1 of 2", "20 % of 2", "0.20 of 2", "1.00",
+    ]  # fmt: skip
+    assert rows[1][1:3] == ["recorded/answers", "1 of 1"] and rows[1][4:9] == ["–", "–", "–", "10 % of 1", "–"]
+    assert rows[2][:2] == ["one constant scale, a tenth open", "–"]
+    assert [row[1] for row in rows[3:]] == ["Gemini 2.5 Flash"] * 2 and rows[4][7:9] == ["33 %", "0.40"]
+    assert "Gemini" not in first_table(objects, None, "pybullet"), "the paper's figures are of its nine"
 
 
 def test_an_agent_without_a_model_is_called_scripted() -> None:

@@ -2,17 +2,21 @@
 
 import math
 from collections.abc import Mapping
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
 from asset2sim.physics.arrays import Array
+from asset2sim.physics.dynamics import joint_terms
 from asset2sim.physics.kinematics import TreeJoint
-from asset2sim.physics.mass_matrix import Body
-from asset2sim.validation.handling import Handling, bounded_press, handlings
+from asset2sim.physics.mass_matrix import Body, Pull
+from asset2sim.physics.terms import JointLoad, JointTerms
+from asset2sim.validation.handling import Handling, bounded_press, felt_press, handlings
 from asset2sim.validation.notes import Notes
 from schemas.overlay import JointProposal
 from schemas.settings import PhysicsSettings
+from schemas.vocabulary import Source
 from tests.builders import corners, tree_joint
 from tests.factories import make_features
 
@@ -71,3 +75,40 @@ def test_a_press_that_is_too_strong_is_lowered_in_proportion_with_a_finding() ->
     assert lowered.press_start == pytest.approx(0.6 * most) and lowered.press_end == pytest.approx(most)
     (finding,) = notes.findings
     assert (finding.code, finding.joint, finding.value) == ("press_bounded", "part", 25.0)
+
+
+@pytest.mark.parametrize("spring", [{"returns_s": 0.25}, {"spring_hz": 2.0}])
+def test_a_spring_stated_by_its_time_alone_is_made_to_be_felt(spring: dict[str, float]) -> None:
+    kind, notes = handled(BUTTON_POINTS, BUTTON), Notes()
+    kind = replace(kind, range=kind.range.model_copy(update={"least_n": 0.5}))
+    moved = button_load()
+    proposal = JointProposal(name="part", spring_rest=0.0, **spring)
+    made = felt_press(proposal, kind, terms_of(proposal, moved), moved, notes)
+    assert made is not None and made.press_start == pytest.approx(0.625)
+    felt = terms_of(made, moved)
+    assert felt.stiffness.value * abs(moved.rest - felt.spring_reference) == pytest.approx(0.625)
+    (finding,) = notes.findings
+    assert (finding.code, finding.joint) == ("press_assumed", "part") and finding.limit == pytest.approx(0.625)
+    assert felt_press(made, kind, felt, moved, notes) is None, "what a press states stays"
+
+
+def test_no_spring_and_a_spring_that_is_felt_stay_as_they_are() -> None:
+    kind, notes, moved = handled(BUTTON_POINTS, BUTTON), Notes(), button_load()
+    none = JointProposal(name="part", coast_s=0.1)
+    assert felt_press(none, kind, terms_of(none, moved), moved, notes) is None
+    kind = replace(kind, range=kind.range.model_copy(update={"least_n": 0.0}))
+    soft = JointProposal(name="part", spring_rest=0.0, spring_hz=2.0)
+    assert felt_press(soft, kind, terms_of(soft, moved), moved, notes) is None and not notes.findings
+
+
+def button_load() -> JointLoad:
+    """A button of 10 g with 5 mm of travel on a level slide."""
+    level = Pull(0.0, 0.0, prismatic=True)
+    return JointLoad(
+        prismatic=True, inertia=0.01, least=0.01, held=0.01, pull=level, lower=0.0, upper=0.005, closed=0.0,
+        open=0.005, rest=0.0,
+    )  # fmt: skip
+
+
+def terms_of(proposal: JointProposal, moved: JointLoad) -> JointTerms:
+    return joint_terms(proposal, moved, holds=False, source=Source.MODEL, authored_damping=None, settings=SETTINGS)

@@ -16,10 +16,12 @@ from schemas.asset import AssetRef
 from schemas.errors import AssetError
 from schemas.overlay import JointPhysics, LinkProposal, Overlay, PhysicsOverlay
 from schemas.overrides import Overrides
+from schemas.request import ModelAnswer, ModelRequest
 from schemas.settings import Settings
 from schemas.vocabulary import FailureMode, Method, Source
 from tasks.job import AssetJob
-from tasks.synthesize import Synthesized, with_users_numbers
+from tasks.pipeline import refine_asset
+from tasks.synthesize import Synthesized, check_users_numbers, with_users_numbers
 from tests.assets import cabinet, joint, link, read, robot, saying, shape, written
 
 PHYSICS = Settings().physics
@@ -181,12 +183,24 @@ def job(thing: Extraction, method: Method = Method.ASSET2SIM, prompt: str = "", 
     return AssetJob(ref, thing.folder, Settings(method=method), saying({}))
 
 
-def test_a_wrong_name_costs_no_model_call(thing: Extraction) -> None:
-    def never(job: AssetJob, extraction: Extraction) -> Synthesized:
-        raise AssertionError("a model was asked")
-
+def test_a_wrong_name_is_refused(thing: Extraction) -> None:
     with pytest.raises(AssetError, match="did you mean 'lid_hinge'"):
-        with_users_numbers(never, job(thing, joint_lid="open"), thing)
+        check_users_numbers(job(thing, joint_lid="open"), thing)
+
+
+def test_a_wrong_name_costs_no_model_call_and_a_failing_model_no_finding(thing: Extraction, tmp_path: Path) -> None:
+    asked: list[ModelRequest] = []
+
+    def fail(request: ModelRequest) -> ModelAnswer:
+        asked.append(request)
+        return ModelAnswer(content=None, calls=(), error="nobody is there")
+
+    ref = job(thing, prompt="-3 kg", joint_lid="open").ref
+    wrong = refine_asset(ref, tmp_path / "out", Settings(), fail)
+    assert wrong.failure_mode is FailureMode.NO_VALID_ESTIMATE and not asked, wrong.reason
+    failed = refine_asset(ref.model_copy(update={"overrides": None}), tmp_path / "out", Settings(), fail)
+    assert failed.failure_mode is FailureMode.MODEL_ERROR and asked
+    assert "prompt_number_unmet" in [finding.code for finding in failed.findings]
 
 
 def test_raw_measures_the_asset_as_it_came_and_says_so(thing: Extraction) -> None:
@@ -200,5 +214,5 @@ def test_numbers_of_the_prompt_that_cannot_be_met_are_findings(thing: Extraction
     told = prompt_findings("A box 5 km long, -3 kg, scale to 1e9.")
     assert [item.code for item in told] == ["prompt_number_unmet"] * 3
     assert "'5 km long' in the prompt cannot be met: objects are 5 mm to 5 m" in told[0].message
-    done = with_users_numbers(lambda job, extraction: Synthesized(proposal=PROPOSAL), job(thing, prompt="-3 kg"), thing)
+    done = check_users_numbers(job(thing, prompt="-3 kg"), thing)
     assert [item.code for item in done.findings] == ["prompt_number_unmet"]

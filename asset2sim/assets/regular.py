@@ -57,6 +57,8 @@ def path_problem(path: Path, error: OSError | RuntimeError | ValueError) -> str:
     # ``Path.resolve`` raises RuntimeError for a circle of links.
     if code == errno.ELOOP or isinstance(error, RuntimeError):
         return "is a link that leads back to itself"
+    if code == errno.ENAMETOOLONG and os.path.islink(path):
+        return "is a link to a name that is too long"
     if code in (errno.EINVAL, errno.EISDIR, errno.ENXIO):
         return file_problem(path) or f"cannot be read ({error})"
     if isinstance(error, OSError):

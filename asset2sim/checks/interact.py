@@ -90,7 +90,7 @@ def examine(
     needs, without the paper's measurement.
 
     ``limits`` state how deep an overlap stops a sweep, and which records are worth a second, single run; verdicts are
-    made in ``interaction_verdict``. Raises AssetError (engine_crash) where the engine refuses the file.
+    made in ``interaction_verdict``. Raises AssetError (engine_refused) where the engine refuses the file.
     """
     item, clouds = mechanism(urdf, overlay), point_clouds(urdf)
     seen, support, measured = Interaction(engine=engine), None, None

@@ -24,7 +24,7 @@ def overlap_pairs(
     """Every pair of links that overlaps at these joint positions (rad, m), the worst first, each with its cause.
 
     A link and its parent are left out where the joint between them is fixed: they are one body. Raises AssetError
-    (engine_crash) where PyBullet, whose hulls and contact points these are, refuses the file.
+    (engine_refused) where PyBullet, whose hulls and contact points these are, refuses the file.
     """
     with loaded(urdf, fixed_base=True, timestep_s=settings.timestep_s, flags=FLAGS) as item:
         item.place(positions)

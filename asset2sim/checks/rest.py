@@ -122,7 +122,7 @@ def measure(
     held: bool = False,
 ) -> Measurement:
     """One engine's record of one refined asset in its initial state: Φ there, then rest on a plane (paper, section 1),
-    or with its root ``held``. Raises AssetError (engine_crash) where the engine refuses the asset,
+    or with its root ``held``. Raises AssetError (engine_refused) where the engine refuses the asset,
     UsageError where it is not installed."""
     points = contacts_at(engine, urdf, positions, settings)
     seen = observe(engine, urdf, positions, contact_friction, settings.drop_height_m, settings, held=held)

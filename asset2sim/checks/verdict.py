@@ -98,8 +98,7 @@ class Failure:
 def failures_of(report: EngineReport, overlay: PhysicsOverlay, limits: Thresholds) -> tuple[Failure, ...]:
     """All failures in one engine: the paper's checks first, then the interaction checks in their order."""
     if report.problem is not None:
-        mode = FailureMode.TIMEOUT if report.timed_out else FailureMode.ENGINE_CRASH
-        return (Failure(report.engine, mode, "", report.problem, None, None),)
+        return (Failure(report.engine, _mode_of_problem(report), "", report.problem, None, None),)
     failed: list[Failure] = []
     if report.measurement is not None:
         sliders = frozenset(joint.name for joint in overlay.all_joints if joint.type == "prismatic")
@@ -114,6 +113,12 @@ def failures_of(report: EngineReport, overlay: PhysicsOverlay, limits: Threshold
         if not test.passed
     ]
     return tuple(failed)
+
+
+def _mode_of_problem(report: EngineReport) -> FailureMode:
+    if report.timed_out:
+        return FailureMode.TIMEOUT
+    return FailureMode.ENGINE_REFUSED if report.refused and not report.died else FailureMode.ENGINE_CRASH
 
 
 def report_verdict(report: EngineReport, overlay: PhysicsOverlay, limits: Thresholds) -> Verdict:

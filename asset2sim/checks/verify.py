@@ -77,6 +77,7 @@ def verify_in(
         problem=measured.problem or touched.problem,
         timed_out=measured.timed_out or touched.timed_out,
         died=measured.died or touched.died,
+        refused=measured.refused or touched.refused,
         seconds=perf_counter() - start,
     )
 

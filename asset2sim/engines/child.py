@@ -18,7 +18,7 @@ from dataclasses import dataclass
 from typing import Generic, NoReturn, TypeVar
 
 from asset2sim.assets.child_process import dump_traceback, end_with_parent
-from schemas.errors import Asset2SimError
+from schemas.errors import Asset2SimError, AssetError
 from schemas.vocabulary import Engine
 
 CHUNK = 1 << 20
@@ -29,12 +29,13 @@ T = TypeVar("T")
 @dataclass(frozen=True)
 class ChildOutcome(Generic[T]):
     """Outcome of a child: a value, or a ``problem``, one sentence that names the engine. ``died``: the engine crashed
-    or hung, and so reported nothing itself."""
+    or hung, and so reported nothing itself; ``refused``: it was raised as an error of the asset, and would be again."""
 
     value: T | None
     problem: str | None = None
     timed_out: bool = False
     died: bool = False
+    refused: bool = False
 
 
 def in_child(engine: Engine, function: Callable[..., T], *args: object, time_limit_s: float) -> ChildOutcome[T]:
@@ -89,25 +90,25 @@ def _work(writer: int, parent: int, function: Callable[..., T], args: tuple[obje
 
 
 def _attempt(function: Callable[..., T], args: tuple[object, ...]) -> bytes:
-    """The pickled (value, problem) of a call."""
+    """The pickled (value, problem, refused) of a call."""
     try:
-        return pickle.dumps((function(*args), None))
+        return pickle.dumps((function(*args), None, False))
     except Asset2SimError as error:
-        return pickle.dumps((None, f"says: {error}"))
+        return pickle.dumps((None, f"says: {error}", isinstance(error, AssetError)))
     except MemoryError:
-        return pickle.dumps((None, "needed more memory than an asset may use"))
+        return pickle.dumps((None, "needed more memory than an asset may use", False))
     except Exception as error:  # whatever is raised in here costs this engine's report alone
         traceback.print_exc()
-        return pickle.dumps((None, f"failed: {type(error).__name__}: {error}"))
+        return pickle.dumps((None, f"failed: {type(error).__name__}: {error}", False))
 
 
 def _unpickled(engine: Engine, said: bytes) -> ChildOutcome[T]:
     """The outcome that the child sent; ``died`` where it is cut short."""
     try:
-        value, problem = pickle.loads(said)
+        value, problem, refused = pickle.loads(said)
     except (pickle.UnpicklingError, EOFError, AttributeError, ValueError) as error:
         return ChildOutcome(None, f"{engine} died while it answered ({error})", died=True)
-    return ChildOutcome(value, None if problem is None else f"{engine} {problem}")
+    return ChildOutcome(value, None if problem is None else f"{engine} {problem}", refused=refused)
 
 
 def _read(reader: int, deadline: float) -> bytes | None:

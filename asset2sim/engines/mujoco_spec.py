@@ -84,8 +84,8 @@ def object_spec(urdf: Path, *, free: bool, contact_friction: float) -> mujoco.Mj
     coefficient
     ``contact_friction`` (MuJoCo takes the larger of two). ``free`` puts a free joint on the root, which is held
     otherwise; links next to each other in the tree do not collide either way. Mesh bytes are in ``assets`` under their
-    paths relative to the URDF's folder. Visuals are left out. Raises AssetError (engine_crash) where MuJoCo cannot read
-    it.
+    paths relative to the URDF's folder. Visuals are left out. Raises AssetError (engine_refused) where MuJoCo cannot
+    read it.
     """
     root = prepared(urdf)
     try:
@@ -218,6 +218,6 @@ def give_options(spec: mujoco.MjSpec, timestep_s: float, gravity_m_s2: float) ->
 
 
 def refused(urdf: Path, error: Exception) -> AssetError:
-    """AssetError (engine_crash) with MuJoCo's message."""
+    """AssetError (engine_refused) with MuJoCo's message."""
     said = " ".join(str(error).split())[:400]
-    return AssetError(FailureMode.ENGINE_CRASH, "engine_refused", f"MuJoCo refuses {urdf.name} and says: {said}")
+    return AssetError(FailureMode.ENGINE_REFUSED, "engine_refused", f"MuJoCo refuses {urdf.name} and says: {said}")

@@ -117,7 +117,7 @@ def loaded(
     urdf: Path, *, fixed_base: bool, timestep_s: float, gravity_m_s2: float = GRAVITY_M_S2, flags: int = FLAGS
 ) -> Iterator[PyBulletObject]:
     """Load a URDF into a client of its own, gravity along -z, joint dynamics applied, until the block ends.
-    Raises AssetError (engine_crash) where PyBullet refuses the file, with what it printed."""
+    Raises AssetError (engine_refused) where PyBullet refuses the file, with what it printed."""
     with empty_client() as client:
         client.setTimeStep(timestep_s)
         client.setGravity(0.0, 0.0, -gravity_m_s2)
@@ -133,7 +133,7 @@ def loaded(
         if body < 0:
             said = "; ".join(line for line in console if "argv" not in line)[-400:] or "nothing"
             message = f"PyBullet refuses {urdf.name} and says: {said}"
-            raise AssetError(FailureMode.ENGINE_CRASH, "engine_refused", message)
+            raise AssetError(FailureMode.ENGINE_REFUSED, "engine_refused", message)
         yield prepared(client, body, read_dynamics(urdf), tuple(console), read_mimics(etree.parse(str(urdf)).getroot()))
 
 

@@ -93,7 +93,7 @@ def loaded(
         except RuntimeError as error:
             said = " ".join(str(error).split())[:400]
             message = f"SAPIEN refuses {urdf.name} and says: {said}"
-            raise AssetError(FailureMode.ENGINE_CRASH, "engine_refused", message) from error
+            raise AssetError(FailureMode.ENGINE_REFUSED, "engine_refused", message) from error
         if plane:
             scene.add_entity(ground(sapien, physx, material, timestep_s))
         for _, entity in built.links:
@@ -199,7 +199,9 @@ def give_mass(builder: Builder, link: yourdfpy.Link, body: Any, needed: bool) ->
         if not needed:
             return
         message = f"link '{link.name}' moves and has no positive mass and inertia; give it an inertial"
-        raise AssetError(FailureMode.ENGINE_CRASH, "engine_refused", f"{builder.urdf.name}: {message}", link=link.name)
+        raise AssetError(
+            FailureMode.ENGINE_REFUSED, "engine_refused", f"{builder.urdf.name}: {message}", link=link.name
+        )
     if np.linalg.det(axes) < 0.0:
         axes[:, 2] *= -1.0
     turned = np.eye(4)

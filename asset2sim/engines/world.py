@@ -81,7 +81,7 @@ class World(Protocol):
 
 
 class Opener(Protocol):
-    """Opens a world for one URDF; raises AssetError (engine_crash) where the engine refuses it."""
+    """Opens a world for one URDF; raises AssetError (engine_refused) where the engine refuses it."""
 
     def __call__(
         self, urdf: Path, *, plane: bool, timestep_s: float, contact_friction: float, gravity_m_s2: float = GRAVITY_M_S2
@@ -98,8 +98,8 @@ def with_followers(mimics: Mapping[str, Mimic], velocities: Mapping[str, float])
 
 
 def nothing_collides() -> AssetError:
-    """AssetError (engine_crash) for an object that cannot stand on a plane."""
-    return AssetError(FailureMode.ENGINE_CRASH, "nothing_collides", "no link has a collision shape; add one")
+    """AssetError (engine_refused) for an object that cannot stand on a plane."""
+    return AssetError(FailureMode.ENGINE_REFUSED, "nothing_collides", "no link has a collision shape; add one")
 
 
 def contact_distance_m(timestep_s: float) -> float:

@@ -23,7 +23,7 @@ from schemas.interaction import EngineReport
 from schemas.overlay import Overlay, PhysicsOverlay
 from schemas.request import ModelAsk, ModelCall
 from schemas.settings import Settings
-from schemas.vocabulary import CollisionMode, Engine, FailureMode, Source, Stage
+from schemas.vocabulary import NOT_MEASURED, CollisionMode, Engine, FailureMode, Source, Stage
 
 DECOMPOSED = "collision_decomposed"
 """Code of the finding for a link decomposed into convex pieces."""
@@ -129,7 +129,7 @@ def unmendable(tried: Attempt, settings: Settings) -> tuple[FailureMode, ...]:
     """Failures that no change of dynamics can mend, such as a jam: other collision shapes must avoid them."""
     failed = all_failures(tried.mended.overlay, tried.mended.reports, settings)
     modes = dict.fromkeys(failure.mode for failure in failed if failure.mode not in REMEDIES)
-    return tuple(mode for mode in modes if mode not in (FailureMode.ENGINE_CRASH, FailureMode.TIMEOUT))
+    return tuple(mode for mode in modes if mode not in NOT_MEASURED)
 
 
 def with_lasting_state(job: RefinementJob, tried: Attempt, questions: Questions) -> Attempt:

@@ -14,6 +14,7 @@ from asset2sim.runs.remote.output import check_store
 from schemas.asset import AssetRef, FoundAssets
 from schemas.errors import UsageError
 from schemas.location import absolute, below, is_url, is_within, location_of, nearest_existing
+from schemas.secret import redacted_address
 from schemas.settings import Settings
 
 CONNECT_LIMIT_S = 5.0
@@ -46,11 +47,22 @@ def check_run(found: FoundAssets, data: Path | str, out: Path | str, settings: S
         require_exports(settings.exports)
     if settings.run.scheduler is not None:
         check_scheduler(settings.run.scheduler)
+    if settings.run.hook is not None and is_web_address(settings.run.hook):
+        # The shell would print it, key and all, as a command that it does not find.
+        raise UsageError(
+            "--hook is a web address, not a command; call it, as in --hook 'curl -d \"$FAILED\" https://…'"
+        )
     check_output(absolute(out), absolute(data), found.refs)
     if is_url(out):
         if settings.views.write and settings.views.later:
             raise UsageError("--views later needs an --out that is a folder; leave it out, or choose --no-views")
         check_store(out)
+
+
+def is_web_address(command: str) -> bool:
+    """Whether a shell command is nothing but a web address."""
+    words = command.split()
+    return len(words) == 1 and words[0].lower().startswith(("http://", "https://"))
 
 
 def check_packages(folders: Mapping[str, str], data: Path | str) -> None:
@@ -66,14 +78,17 @@ def check_packages(folders: Mapping[str, str], data: Path | str) -> None:
 
 
 def check_scheduler(address: str) -> None:
-    """Refuse the address of a Dask scheduler at which nothing listens."""
+    """Refuse the address of a Dask scheduler at which nothing listens, or one with more than host and port, which might
+    be a key and would be printed and kept."""
     parts = urlsplit(address)
     try:
         host, port = parts.hostname, parts.port
     except ValueError:
         host, port = None, None
-    if parts.scheme not in ("tcp", "tls") or host is None or port is None:
-        raise UsageError(f"--scheduler {address}: write it as tcp://host:port, as `dask scheduler` prints it")
+    plain = parts.scheme in ("tcp", "tls") and address.rstrip("/") == f"{parts.scheme}://{parts.netloc}"
+    if not plain or host is None or port is None or "@" in parts.netloc:
+        where = redacted_address(address)
+        raise UsageError(f"--scheduler {where}: write it as tcp://host:port, as `dask scheduler` prints it")
     try:
         with socket.create_connection((host, port), timeout=CONNECT_LIMIT_S):
             return

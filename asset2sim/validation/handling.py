@@ -9,10 +9,12 @@ import numpy as np
 from asset2sim.models.language.parts import part_name
 from asset2sim.models.language.tables import part_effort
 from asset2sim.physics.arrays import Array
+from asset2sim.physics.felt import press_forces
 from asset2sim.physics.grip import grip_on
 from asset2sim.physics.kinematics import TreeJoint, beyond, link_to_root
 from asset2sim.physics.mass_matrix import Body
 from asset2sim.physics.support_polygon import DOWNWARD, SupportPolygon, standing_on
+from asset2sim.physics.terms import JointLoad, JointTerms
 from asset2sim.validation.notes import Notes
 from schemas.features import Features, JointFeatures
 from schemas.overlay import EffortRange, JointProposal
@@ -25,6 +27,8 @@ SAFE_SHARE = 0.9
 engines and statics differ by some percent, and feet are not where hulls say."""
 STANDING_PART_N = 1e6
 """Force that no hand has, N: a part on which the object stands is not moved by hand."""
+FELT_MARGIN = 1.25
+"""Press that a spring is made for where nobody states one, over the least of its part's kind: engines differ."""
 FIRMER, LIGHTER = 1.5, 0.75
 """What words for high and low damping do to the largest force that a part may take."""
 
@@ -137,6 +141,24 @@ def bearable(support: SupportPolygon, point: Array, direction: Array, friction: 
     """The force (N) at a (3,) point along a (3,) unit direction at which the object tips over or slides."""
     limits = (support.tips_at(point, direction), support.slides_at(direction, friction))
     return min((limit for limit in limits if limit is not None), default=math.inf)
+
+
+def felt_press(
+    proposal: JointProposal, kind: Handling, terms: JointTerms, moved: JointLoad, notes: Notes
+) -> JointProposal | None:
+    """The proposal with the press of a part of its kind, where it states a spring by other terms, such as how fast it
+    returns, and that spring is too weak to be felt; None where it has none, or one that is felt."""
+    stiffness, least = terms.stiffness.value, kind.range.least_n
+    starts_at = stiffness * abs(moved.rest - terms.spring_reference) / moved.reach
+    if stiffness <= 0.0 or starts_at >= least or press_forces(proposal) is not None:
+        return None
+    start = FELT_MARGIN * least
+    message = (
+        f"joint '{proposal.name}': its spring, as stated, presses with {starts_at:.3g} N where it starts; a "
+        f"{kind.range.kind} takes at least {least:.3g} N, so that it is made for {start:.3g} N"
+    )
+    notes.info("press_assumed", message, joint=proposal.name, value=starts_at, limit=start)
+    return proposal.model_copy(update={"press_start": start, "returns_s": None, "spring_hz": None, "stiffness": None})
 
 
 def bounded_press(

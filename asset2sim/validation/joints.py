@@ -2,13 +2,14 @@
 
 import math
 from collections.abc import Mapping, Sequence
+from functools import partial
 from itertools import product
 
 from asset2sim.physics.dynamics import joint_terms
 from asset2sim.physics.kinematics import TreeJoint, mimics_of, subtree
 from asset2sim.physics.mass_matrix import Body, JointSpace, Pull, joint_space
 from asset2sim.physics.terms import JointLoad, JointTerms, Term
-from asset2sim.validation.handling import Handling, bounded_press, standing_part
+from asset2sim.validation.handling import Handling, bounded_press, felt_press, standing_part
 from asset2sim.validation.holding import NO_BALANCE, Holding, counterbalance, holding, leaves
 from asset2sim.validation.limits import Range
 from asset2sim.validation.masses import check_mass_matrices
@@ -120,7 +121,12 @@ def joint_physics(
         )
         proposal = bounded_press(proposal, handled[name], moved.far, settings, notes)
         by, authored = Source.USER if f"{name}.dynamics" in asked else source, joint.damping
-        terms = joint_terms(proposal, moved, holds=holds, source=by, authored_damping=authored, settings=settings)
+        terms_of = partial(joint_terms, moved=moved, holds=holds, authored_damping=authored, settings=settings)
+        terms = terms_of(proposal, source=by)
+        if by is not Source.USER and settings.dynamics is not DynamicsRule.PAPER:
+            felt = felt_press(proposal, handled[name], terms, moved, notes)
+            if felt is not None:
+                terms = terms_of(bounded_press(felt, handled[name], moved.far, settings, notes), source=Source.RULE)
         stiffness, reference = terms.stiffness, terms.spring_reference
         if held_by.balance.stiffness > 0.0:
             stiffness, reference = Term(held_by.balance.stiffness, Source.RULE), held_by.balance.reference

@@ -61,7 +61,7 @@ def open_source(folder: Path, up: UpAxis = UpAxis.Z, reach: Reach = ANYWHERE) ->
     converted = CONVERTERS[file.suffix](file, place, reach)
     robot = converted.robot
     confined = confine(robot, file, replace(reach, roots=(*reach.roots, place.resolve())), place)
-    if file.suffix == ".urdf" and up is UpAxis.Z and not confined.moved:
+    if file.suffix == ".urdf" and up is UpAxis.Z and not confined.moved and is_utf8(robot):
         return Source(file, file, (file,))
     rename(robot, confined)
     if not robot.get("name"):
@@ -84,6 +84,12 @@ def open_source(folder: Path, up: UpAxis = UpAxis.Z, reach: Reach = ANYWHERE) ->
         findings.append(Finding(stage=Stage.EXTRACT, severity=Severity.INFO, code=code, message=message))
     files = (file, *(path for path in converted.files if reach.allows(path)))
     return Source(file, urdf, files, tuple(findings), confined.refused, work)
+
+
+def is_utf8(robot: "etree._Element") -> bool:
+    """Whether a URDF is encoded so that engines read its names, of whose declarations they take no notice."""
+    encoding = robot.getroottree().docinfo.encoding
+    return (encoding or "utf-8").lower() in ("utf-8", "utf8", "us-ascii", "ascii")
 
 
 def turn_upright(robot: "etree._Element", up: UpAxis, *, partnet: bool) -> None:

@@ -102,7 +102,9 @@ def _recorded(request: ModelRequest, settings: ModelSettings, session: GatewaySe
     }
     call = _call(request, settings, time.monotonic() - start, "ok").model_copy(update=spent)
     other = None
-    if origin.prompt_hash not in (None, prompt_hash(request)):
+    if found.purpose != request.purpose:
+        other = f"{found.file} was given to the question for {found.purpose}, and is asked now for {request.purpose}"
+    elif origin.prompt_hash not in (None, prompt_hash(request)):
         other = f"{found.file} answers another question ({origin.prompt}) than is asked now ({prompt_title(request)})"
     return ModelAnswer(
         content=found.content,

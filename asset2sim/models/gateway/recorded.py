@@ -1,6 +1,7 @@
 """Recorded models, ``recorded/<folder>``: answers from files, by asset and purpose, in place of a model's.
 
-``<asset_id>.json`` answers the synthesis, ``<asset_id>.<purpose>.json`` another purpose's first question, and
+``<asset_id>.json`` answers the synthesis (and, where it has no answer of its own, the direct method, whose answers have
+the same fields), ``<asset_id>.<purpose>.json`` another purpose's first question, and
 ``<asset_id>.<purpose>.<n>.json`` the n-th, whatever it asks. A file holds the model's answer as it was; where that
 called tools, it is a JSON object with ``tool_calls``. ``recording.json`` says where the answers came from, and may be
 missing.
@@ -17,7 +18,7 @@ from pathlib import Path
 from pydantic import Field, ValidationError
 
 from asset2sim.models.gateway.answer_cache import MAX_FILE_BYTES
-from asset2sim.models.prompts import SYNTHESIS
+from asset2sim.models.prompts import DIRECT, SYNTHESIS
 from schemas.base import Frozen
 from schemas.errors import ModelError, UsageError
 from schemas.model_names import RECORDED_FORM, is_recorded, named_models, recorded_folder
@@ -45,9 +46,10 @@ class ToolAnswer(Frozen):
 
 @dataclass(frozen=True)
 class RecordedAnswer:
-    """An answer from ``file``, and where it came from."""
+    """An answer from ``file`` to a question of ``purpose``, and where it came from."""
 
     file: str
+    purpose: str
     origin: AnswerOrigin
     content: str | None
     tool_calls: tuple[ToolCall, ...] = ()
@@ -68,6 +70,10 @@ def find_answer(folder: Path, asset_id: str, request: ModelRequest, number: int)
     ``UnrecordedError`` where there is none, ``RecordingError`` for files that cannot be used."""
     names = answer_names(asset_id, request.purpose, number)
     there = [name for name in names if (folder / name).is_file()]
+    purpose = request.purpose
+    if not there and purpose == DIRECT:
+        purpose = SYNTHESIS
+        there = [name for name in answer_names(asset_id, purpose, number) if (folder / name).is_file()]
     if not there and not folder.is_dir():
         raise RecordingError(f"{folder} is not a folder on this machine, which asks; make it visible here")
     if not there:
@@ -84,8 +90,8 @@ def find_answer(folder: Path, asset_id: str, request: ModelRequest, number: int)
             answer = ToolAnswer.model_validate_json(text)
         except ValidationError as error:
             raise RecordingError(f"{there[0]}: {_first(error)}") from None
-        return RecordedAnswer(there[0], origin, answer.content, answer.tool_calls)
-    return RecordedAnswer(there[0], origin, text)
+        return RecordedAnswer(there[0], purpose, origin, answer.content, answer.tool_calls)
+    return RecordedAnswer(there[0], purpose, origin, text)
 
 
 def answer_text(content: str | None, tool_calls: tuple[ToolCall, ...] = ()) -> str:

@@ -13,7 +13,7 @@ from schemas.finding import Finding, TraceStep
 from schemas.interaction import EngineReport
 from schemas.overlay import PhysicsOverlay
 from schemas.settings import Settings
-from schemas.vocabulary import Engine, FailureMode
+from schemas.vocabulary import NOT_MEASURED, Engine, FailureMode
 
 MOVING_AMPLITUDE = 1e-4
 """Amplitude during the rest check from which a joint counts as moving untouched, rad or m."""
@@ -154,7 +154,7 @@ def concerned_joints(overlay: PhysicsOverlay, reports: Reports, target: Failure,
 
 def improves(target: Failure, now: Sequence[Failure]) -> bool:
     """Whether the failing check passes now, or its value is closer to its bound."""
-    if any(item.mode in (FailureMode.ENGINE_CRASH, FailureMode.TIMEOUT) for item in now):
+    if any(item.mode in NOT_MEASURED for item in now):
         return False
     same = next((item for item in now if item.key == target.key), None)
     if same is None:

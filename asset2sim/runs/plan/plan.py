@@ -111,7 +111,7 @@ class Plan:
     by_hand: Changes = field(default_factory=dict)
     why: Mapping[str, Why] = field(default_factory=dict)
     timeouts: Mapping[str, int] = field(default_factory=dict)
-    owned: Mapping[str, Stamp] = field(default_factory=dict)
+    owned: Mapping[str, Stamp | str] = field(default_factory=dict)
 
 
 def make_plan(
@@ -187,7 +187,7 @@ def make_plan(
             ref.asset_id: found
             for ref in todo
             if (row := rows.get(ref.asset_id)) and (row.alone or folders.get(ref.asset_id) == row.content_hash)
-            if (found := stamp(out / "assets" / ref.asset_id)) is not None
+            if (found := _seen(out, ref.asset_id, there)) is not None
         }
         forget_folders(state, (ref.asset_id for ref in todo))
     counts = {name: times.count for name, times in late.items()}
@@ -199,6 +199,11 @@ def make_plan(
         for stale in left[ref.asset_id]:
             drop_record(out, stale)
     return plan
+
+
+def _seen(out: Path, asset_id: str, there: Mapping[str, str] | None) -> Stamp | str | None:
+    """What tells a refined folder from a new one: its stamp, or its digest ``there``; None where there is none."""
+    return stamp(out / "assets" / asset_id) if there is None else there.get(asset_id)
 
 
 def why_refined(

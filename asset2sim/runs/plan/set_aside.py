@@ -27,7 +27,7 @@ def stamp(folder: Path) -> Stamp | None:
     return found.st_ino, found.st_mtime_ns
 
 
-def set_aside(out: Path, record: AssetRecord, before: Stamp | None) -> AssetRecord:
+def set_aside(out: Path, record: AssetRecord, before: Stamp | str | None) -> AssetRecord:
     """Move the refined folder of a failed asset that is as it was ``before`` the run out of ``assets``, and remove what
     was set aside of an asset that passes. Returns the record, with a finding where the folder was moved, also where
     that was at an earlier call."""
@@ -47,10 +47,12 @@ def set_aside(out: Path, record: AssetRecord, before: Stamp | None) -> AssetReco
             os.rename(folder, place)
     if folder.exists() or not place.exists():
         return record
-    finding = Finding(
-        stage=Stage.PUBLISH,
-        severity=Severity.INFO,
-        code=CODE,
-        message=f"asset {asset_id}: this run failed, and what an earlier one refined is in {FOLDER}/{asset_id} now",
-    )
+    return with_finding(record)
+
+
+def with_finding(record: AssetRecord) -> AssetRecord:
+    """The failed record with the finding that says where its asset's earlier refinement is."""
+    asset_id = record.ref.asset_id
+    message = f"asset {asset_id}: this run failed, and what an earlier one refined is in {FOLDER}/{asset_id} now"
+    finding = Finding(stage=Stage.PUBLISH, severity=Severity.INFO, code=CODE, message=message)
     return record.model_copy(update={"findings": (*record.findings, finding)})

@@ -19,7 +19,7 @@ from the records and finishes.
 import hashlib
 import shutil
 from collections import defaultdict
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass
 from datetime import datetime
@@ -120,10 +120,15 @@ def stored_ids(url: str, *, views: bool) -> dict[str, str]:
         if inside:
             folders[asset_id][inner] = stored
     return {
-        asset_id: hashlib.sha256("\n".join(f"{name} {item}" for name, item in files.items()).encode()).hexdigest()
+        asset_id: digest_of(files)
         for asset_id, files in folders.items()
         if not views or any(name.startswith("views/") for name in files)
     }
+
+
+def digest_of(files: Mapping[str, Stored]) -> str:
+    """SHA-256 over the names, sizes and versions of a refined folder's files; 64 hex digits."""
+    return hashlib.sha256("\n".join(f"{name} {item}" for name, item in files.items()).encode()).hexdigest()
 
 
 def send_plan(output: Output, plan: Plan) -> None:

@@ -37,7 +37,7 @@ SETTINGS = Settings(
 """One engine and no pictures: what is tried is what the numbers do, not what engines make of them. The time limit is a
 run's own."""
 PLANTED = "planted_"
-CRASHES = (FailureMode.ENGINE_CRASH, FailureMode.TIMEOUT, FailureMode.DISK_FULL)
+CRASHES = (FailureMode.ENGINE_REFUSED, FailureMode.ENGINE_CRASH, FailureMode.TIMEOUT, FailureMode.DISK_FULL)
 SECRET = "o secret\n" + "".join(f"v {x} {y} {z}\n" for x in (0, 7) for y in (0, 7) for z in (0, 7)) + "f 1 2 4 3\n" * 4
 """A mesh outside the dataset, 7 m large, which no asset may have read."""
 

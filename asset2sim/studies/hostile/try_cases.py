@@ -13,7 +13,7 @@ import pyarrow.parquet as pq
 from asset2sim.assets.regular import printable
 from asset2sim.catalog.switch import find_catalog
 from asset2sim.studies.hostile import kinds as package
-from asset2sim.studies.hostile.case import CANARY, COLUMNS, KEY, Case, Place
+from asset2sim.studies.hostile.case import CANARY, COLUMNS, KEY, RULES, Case, Place
 from asset2sim.studies.hostile.commands import TIMED_OUT, Ended, Forked, forked_commands, run_command
 from asset2sim.studies.hostile.left_behind import holding, listing
 from asset2sim.studies.hostile.tiny import asset, write_outside
@@ -146,7 +146,8 @@ def _row(kind: str, case: Case, rows: dict[str, tuple[str, str]]) -> Outcome:
         return Outcome(kind, case.name, "no row", ("no row",))
     mode, reason = rows[case.row_id]
     problems = []
-    if mode not in case.modes:
+    ours = mode == FailureMode.ENGINE_REFUSED and case.words == RULES
+    if mode not in case.modes or ours:  # what we write, engines load
         problems.append(f"{mode}: {printable(reason[:300])}")
     elif case.says not in reason:
         problems.append(f"says: {printable(reason[:300])}")

@@ -12,6 +12,7 @@ from asset2sim.catalog.enforce import to_arrow
 from asset2sim.studies.methods.charts import failure_chart, growth_chart
 from asset2sim.studies.methods.comparison_rows import Row, failure_rows, figure_rows, growth_rows
 from asset2sim.studies.methods.figure_specs import COST, STABILITY, SUCCESS
+from asset2sim.studies.methods.first_table import first_table
 from asset2sim.studies.methods.markdown import (
     agreement_sentences,
     by_model,
@@ -78,7 +79,7 @@ def write_comparison(out: Path, runs: Sequence[Run], found: Comparison) -> Path:
     for table, rows in _tables(found):
         pq.write_table(to_arrow(table, rows), tables / table.file, compression="zstd")
     charts = write_charts(out / "charts", found)
-    parts = ["# Methods compared"]
+    parts = ["# Methods compared", first_table(found.objects, found.subset, found.engines)]
     for model in by_model(found.stability):
         parts += model_section(found, model, f"charts/{charts[model].name}")
     if found.growth:

@@ -102,6 +102,7 @@ class CompareRequest(Frozen):
     models: tuple[str, ...] = (NOISY,)
     settings: Settings = Settings()
     page: Path | None = None
+    first: Path | None = None
 
     @property
     def engines(self) -> str:
@@ -125,6 +126,7 @@ class CompareOptions(Selection, FileOptions):
     api_base: URL | None = Field(None, description="the address of a server of your own for the models")
     judge_model: NAME | None = Field(None, description="a vision model that scores every asset against its prompt")
     page: FILE | None = Field(None, description="write the tables and charts between this file's markers")
+    first: FILE | None = Field(None, description="write one table over all methods and models between this file's")
 
 
 def parse_request(words: Sequence[str]) -> CompareRequest:
@@ -145,6 +147,7 @@ def parse_request(words: Sequence[str]) -> CompareRequest:
         models=tuple(dict.fromkeys((*models, *levels))),
         settings=settings_for_run(options.settings, stated, below),
         page=options.page,
+        first=options.first,
     )
 
 

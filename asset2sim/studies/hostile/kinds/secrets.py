@@ -17,6 +17,7 @@ WRONG = {
     "hostless": ("--model", "openai/x", "--api-base", f"http://user:{KEY}@"),
     "no_scheme": ("--model", "openai/x", "--api-base", f"user:{KEY}@127.0.0.1/v1"),
     "scheme": ("--model", "openai/x", "--api-base", f"gopher://{KEY}@127.0.0.1/v1"),
+    "hook": ("--hook", f"https://127.0.0.1:1/services/{KEY}"),
     "scheduler": ("--scheduler", f"http://user:{KEY}@127.0.0.1:1"),
 }
 
@@ -30,6 +31,10 @@ def cases() -> Sequence[Case]:
     ]  # fmt: skip
     hooks = [
         Case(f"hook_{name}", asset(), frozenset(FailureMode), words=("--method", "raw", "--hook", hook))
-        for name, hook in (("url", f"true http://127.0.0.1:1/{KEY}"), ("fails", f"false {KEY}"), ("none", f"/{KEY}"))
+        for name, hook in (
+            ("url", f"true http://127.0.0.1:1/{KEY}"),
+            ("fails", f"false {KEY}"),
+            ("none", f"/nowhere/hook {KEY}"),
+        )
     ]
     return [*asked, *hooks, *(Case(f"wrong_{name}", asset(), words=words) for name, words in WRONG.items())]
