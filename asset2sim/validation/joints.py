@@ -94,8 +94,7 @@ def joint_physics(
         holds = proposal.holds is True or (proposal.holds is None and start.requested and is_open(start))
         if holds and proposal.holds is None and leaves(start, pull, largest_gravity[name]):
             message = (
-                f"joint '{name}': it is asked to stand at {start.position:.4g}, where its weight would move it, and "
-                "nothing is said of whether it holds; it does"
+                f"joint '{name}': asked to stand at {start.position:.4g}, where its weight would move it: it holds"
             )
             notes.info("holds_implied", message, joint=name, value=start.position)
         least = min(found[name] for found in everywhere)
