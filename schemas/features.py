@@ -27,7 +27,7 @@ class LinkFeatures(Frozen):
     inertia about ``center`` divided by the mass (m²), of the link's own shape at uniform density; ``volume_m3`` is the
     sum over its convex pieces or watertight meshes. ``shell_center`` and ``shell_inertia`` are the same of a wall of
     even thickness along its faces, and ``outer_m2`` the area that it shows to the outside, a sheet with both sides. All
-    at the authored scale."""
+    at the authored scale. ``materials`` says what covers it, in words: part, colour, share of its area."""
 
     name: str
     label: str
@@ -114,12 +114,22 @@ class JointFeatures(Frozen):
         return self.type == "prismatic"
 
 
+class RestOverlap(Frozen):
+    """Two links that overlap as drawn, every joint at position 0, and how deep at most, as a share of the closed
+    object's longest edge; None: deeper than was looked for."""
+
+    link_a: str
+    link_b: str
+    depth_share: NonNegative | None
+
+
 class Features(Frozen):
     """All extracted features of one asset (I = {M, G, S, A}; the views V are rendered on demand).
 
     ``rest_box_min`` and ``rest_box_max`` bound the object at its rest pose in the root link's frame, m.
     ``closed_size`` is the edges of its box with every joint closed, m; ``link_centers`` maps each link with geometry to
-    the centre of its box at rest in the root link's frame, m. All at the authored scale.
+    the centre of its box at rest in the root link's frame, m. All at the authored scale. ``front`` is the horizontal
+    unit direction in the root link's frame that the object faces.
     """
 
     asset_id: str
@@ -133,6 +143,7 @@ class Features(Frozen):
     closed_size: Vector3
     link_centers: dict[str, Vector3]
     content_hash: str
+    front: Vector3 = (-1.0, 0.0, 0.0)
 
     @property
     def rest_size(self) -> Vector3:

@@ -1,7 +1,7 @@
 """The overlay: what a model proposes for one asset (``Overlay``), and what validation makes of it
 (``PhysicsOverlay``)."""
 
-from typing import Literal
+from typing import Annotated, Literal
 
 from pydantic import Field
 
@@ -12,6 +12,19 @@ from schemas.vocabulary import MassRule, Source, VolumeSource
 
 Level = Literal["super low", "low", "medium", "high", "super high"]
 """The paper's words for a place in a range."""
+
+
+NoteKind = Literal["size", "mass", "motion", "state", "support", "data", "unmet"]
+"""What a model's remark is about: ``data`` is what is odd about the object as it was given, ``unmet`` what the user
+asked for that cannot be done."""
+
+
+class ModelNote(Frozen):
+    """A model's remark on its answer, kept as a finding: its kind, the link or joint that it is ``about``, and why."""
+
+    kind: NoteKind
+    about: str | None = None
+    text: str
 
 
 class Content(Frozen):
@@ -32,10 +45,11 @@ class LinkProposal(Frozen):
     ``wall_m`` is the thickness of the wall over the link's outer area, m at the final scale; it counts before
     ``hollow_factor``, the share of the link's volume that is material: solid 0.8 to 1, shelled 0.4 to 0.8, thin shell
     0.2 to 0.5, less for hulls that enclose an interior. ``inertia`` and ``com`` are at the final scale, in the link's
-    frame.
+    frame. ``appearance`` is what was seen of it: shine, thickness, whether light passes.
     """
 
     name: str
+    appearance: str | None = None
     material: str | None = None
     density_kg_m3: Positive | None = None
     hollow_factor: Fraction | None = None
@@ -107,11 +121,15 @@ class Overlay(Frozen):
     model's own standard deviation of a number in the answer, in its unit, by path: ``scale``, ``links.NAME.FIELD``,
     ``joints.NAME.FIELD``, ``initial_joint_positions.NAME``. ``uncertainty`` is that of the numbers that it may be asked
     about again: ``scale`` → relative, a joint's name → of its asked position, rad or m at the authored scale.
-    ``mass_change`` says that the links' masses were scaled together.
+    ``mass_change`` says that the links' masses were scaled together. ``size_reason`` is how the scale was found,
+    ``findings`` are remarks by kind. ``contact_friction`` and ``restitution`` are stated only where the user does.
     """
 
+    size_reason: str | None = None
     scale: Positive
     contact_material: str | None = None
+    contact_friction: Annotated[float, Field(gt=0.0, le=2.0)] | None = None
+    restitution: Fraction | None = None
     support: SupportProposal | None = None
     links: tuple[LinkProposal, ...] = ()
     joints: tuple[JointProposal, ...] = ()
@@ -121,6 +139,7 @@ class Overlay(Frozen):
     uncertainty: dict[str, NonNegative] = Field(default_factory=dict)
     mass_change: MassChange | None = None
     notes: tuple[str, ...] = ()
+    findings: tuple[ModelNote, ...] = ()
 
 
 class LinkPhysics(Frozen):

@@ -4,9 +4,12 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 from asset2sim.assets.extract import Extraction
+from asset2sim.assets.rest_overlaps import rest_overlaps
 from asset2sim.assets.views.canonical import labelled_views
+from asset2sim.assets.views.marked import question_pictures
 from asset2sim.baselines.constant import propose_constant
 from asset2sim.baselines.ivw import ask_fused
+from asset2sim.baselines.no_semantics import name_aliases
 from asset2sim.baselines.reference import propose_reference
 from asset2sim.models.ask_overlay import ask_overlay
 from asset2sim.models.prompts import DIRECT, overlay_request, synthesis_request
@@ -22,6 +25,7 @@ from asset2sim.validation.reconsider import reconsidered
 from asset2sim.validation.sanity import sensible
 from asset2sim.validation.support import forced_support
 from schemas.finding import Finding
+from schemas.model_names import is_prior
 from schemas.overlay import Overlay
 from schemas.vocabulary import Method, Severity, Stage
 from tasks.job import AssetJob
@@ -66,14 +70,17 @@ def with_users_numbers(
 def by_rules(job: AssetJob, extraction: Extraction) -> Synthesized:
     """Asset2Sim: a model's answer, asked about again where it is doubtful, and corrected as far as settings say. Raises
     SynthesisError."""
-    images, settings, words = tuple(labelled_views(extraction, job.settings).values()), job.settings, job.ref.prompt
-    request = synthesis_request(extraction.features, words, images)
-    first = ask_overlay(request, extraction.features, job.ask)
+    settings, words, features = job.settings, job.ref.prompt, extraction.features
+    semantics = settings.method is not Method.NO_SEMANTICS
+    images = question_pictures(extraction, settings, None if semantics else name_aliases(features).aliases)
+    # The offline prior reads no overlaps, and to find them takes longer than all else that it does.
+    overlaps = () if is_prior(settings.model.model) else rest_overlaps(extraction)
+    request = synthesis_request(features, words, images, overlaps)
+    first = ask_overlay(request, features, job.ask)
     forced = forced_support(job.ref.support or settings.support)
     stated = () if job.ref.overrides is None else stated_things(job.ref.overrides)
     asked = Asked(extraction, words or "", job.source, settings, forced, stated)
     proposal, calls, findings = reconsidered(request, first, asked, job.ask)
-    semantics = settings.method is not Method.NO_SEMANTICS
     proposal, corrected = sensible(
         extraction, proposal, words, settings.physics, settings.correction, semantics=semantics
     )

@@ -24,7 +24,7 @@ def validate_overlay(job: AssetJob, extraction: Extraction, proposal: Overlay | 
     physics, guidance = job.settings.physics, job.ref.prompt or ""
     forced = forced_support(job.ref.support or job.settings.support)
     if rules and proposal is not None:
-        friction = contact_friction(proposal.contact_material, physics)
+        friction = proposal.contact_friction or contact_friction(proposal.contact_material, physics)
         overlay, findings = validate(extraction, proposal, job.source, friction, physics, forced, guidance=guidance)
         return Validated(overlay=overlay, findings=(*findings, *support_findings(overlay.support)))
     if proposal is None:

@@ -21,7 +21,7 @@ pytestmark = [
 CHOSEN = "103755"
 """A suitcase, whose lid falls shut from where it is asked to be: a model is asked for its state as well."""
 LIMIT_S = 900
-VIEWS = ["front", "back", "left", "right", "perspective"]
+VIEWS = ["perspective", "front", "left", "back", "parts", "parts_closed", "parts_open"]
 STATE_VIEWS = ["perspective", "front", "right", "top"]
 
 

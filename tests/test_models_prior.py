@@ -256,7 +256,7 @@ def test_a_dishwashers_rack_is_wire_and_then_not_inside_the_body() -> None:
 
 def test_a_link_without_geometry_is_left_out() -> None:
     information = json.loads(json.dumps(known.BOX))
-    empty = {**link("base"), "volume_m3": 0.0, "hull_volume_m3": 0.0, "area_m2": 0.0}
+    empty = {**link("base"), "volume_m3": 0.0, "hull_volume_m3": 0.0, "outer_m2": 0.0}
     information["links"].append(empty)
     assert "base" not in {item["name"] for item in ask(information)["links"]}
 
@@ -271,7 +271,7 @@ def test_keys_spring_and_doors_hold() -> None:
 
 
 def test_a_helper_link_is_named_after_what_hangs_from_it() -> None:
-    bare = {**link("helper"), "volume_m3": 0.0, "hull_volume_m3": 0.0, "area_m2": 0.0}
+    bare = {**link("helper"), "volume_m3": 0.0, "hull_volume_m3": 0.0, "outer_m2": 0.0}
     information = thing("Kettle", (bare, known.joint("slide", "helper", "prismatic", upper=0.2)))
     information["links"].append(link("top", "lid"))
     information["joints"].append(known.joint("turn", "top", "continuous", parent="helper"))

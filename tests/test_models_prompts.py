@@ -42,18 +42,21 @@ def test_synthesis_states_the_object_and_the_words_in_two_blocks() -> None:
     )
     facts = block(request, "structured_information")
     assert isinstance(facts, dict)
-    assert list(facts) == ["purpose", "asset_id", "category", "size_m", "size_closed_m", "links", "joints"]
+    assert list(facts) == [
+        "purpose", "directions", "asset_id", "category", "size_m", "size_closed_m", "sizes", "links", "joints",
+        "overlaps_at_rest",
+    ]  # fmt: skip
     assert (facts["purpose"], facts["asset_id"], facts["size_m"]) == ("synthesis", "7", [1.0, 1.0, 1.0])
     assert facts["size_closed_m"] == [1.0, 1.0, 0.66667]
     assert [link["name"] for link in facts["links"]] == ["base", "body", "door", "drawer"]
-    assert facts["links"][1]["center_m"] == [0.0, 0.0, 0.33333] and facts["links"][0]["center_m"] is None
+    assert facts["links"][1]["center_m"] == [0.0, 0.0, 0.33333] and "center_m" not in facts["links"][0]
     assert set(facts["links"][1]) == {
-        "name", "label", "joint_kind", "box_m", "center_m", "volume_m3", "hull_volume_m3", "volume_source", "area_m2",
-        "outer_m2",
-        "materials", "mass_kg",
-    }  # fmt: skip
+        "name", "label", "joint_kind", "box_m", "center_m", "volume_m3", "hull_volume_m3", "volume_means", "outer_m2",
+        "materials", "mass_kg", "color", "com_m", "kg_at_longest_1m",
+    } - {key for key in ("label", "joint_kind", "materials", "mass_kg") if key not in facts["links"][1]}  # fmt: skip
     assert set(facts["joints"][1]) == {
-        "name", "type", "parent", "child", "axis", "lower", "upper", "closed", "open", "open_confidence",
+        "name", "type", "parent", "child", "axis", "lower", "upper", "closed", "open", "open_confidence", "origin_m",
+        "opens", "gravity",
     }  # fmt: skip
     assert block(request, "user_guidance") == "a small box, slightly open"
 

@@ -16,6 +16,7 @@ from asset2sim.assets.meshes.shape_cache import read_shapes, write_shapes
 from asset2sim.assets.meshes.triangles import Triangles
 from asset2sim.assets.regular import NOT_THERE, file_problem
 from asset2sim.assets.urdf.document import read_document, textures_of
+from asset2sim.assets.urdf.front import front_of
 from asset2sim.assets.urdf.locate import read_category, read_semantics
 from asset2sim.assets.urdf.mesh_files import material_files
 from asset2sim.assets.urdf.mimic import coupled, with_followed_ends
@@ -139,6 +140,7 @@ def extract(
         closed_size=vector(closed_high - closed_low),
         link_centers={name: box_center(rest[name], cloud) for name, cloud in points.items() if len(cloud)},
         content_hash=hash_files([*opened.files, *files, *looks, *beside]),
+        front=vector(front_of(robot, urdf)),
     )
     return Extraction(
         folder, urdf, features, tuple(reader.findings), geometry, reader.files, triangles=triangles, opened=opened,

@@ -10,6 +10,7 @@ import yourdfpy
 
 from asset2sim.assets.meshes.hull import hull_area, hull_vertices, hull_volume
 from asset2sim.assets.meshes.load import collada_header, primitive, scale_vector
+from asset2sim.assets.meshes.paints import link_paints
 from asset2sim.assets.meshes.shape_cache import CachedMesh, mesh_key
 from asset2sim.assets.meshes.surface import NOTHING, Surface, joined_surfaces
 from asset2sim.assets.meshes.triangles import Triangles
@@ -175,6 +176,7 @@ def read_link(link: yourdfpy.Link, label: str, kind: str, reader: MeshReader) ->
     meshes: list[MeshFeatures] = []
     names: list[str] = []
     placed: dict[str, list[PlacedShape]] = {"visual": [], "collision": []}
+    painted: list[tuple[yourdfpy.Visual, Path | None, float]] = []
     wanted = {"visual": 0, "collision": 0}
     for role, items in (("visual", link.visuals), ("collision", link.collisions)):
         for item in items:
@@ -184,6 +186,8 @@ def read_link(link: yourdfpy.Link, label: str, kind: str, reader: MeshReader) ->
             if shape is None:
                 continue
             meshes.append(mesh_features(file, role, shape))
+            if role == "visual":
+                painted.append((item, reader.files.get(file), shape.area))
             origin = np.eye(4) if item.origin is None else np.asarray(item.origin, dtype=float)
             placed[role].append(PlacedShape(shape, origin[:3, :3], origin[:3, 3], mesh_reference(item.geometry)))
     if any(wanted.values()) and not meshes:
@@ -228,7 +232,7 @@ def read_link(link: yourdfpy.Link, label: str, kind: str, reader: MeshReader) ->
         unit_inertia=six(body.inertia / (body.volume if own else 1.0)),
         shell_center=vector(walls.center),
         shell_inertia=six(walls.inertia / (walls.area or 1.0)),
-        materials=tuple(sorted({v.material.name for v in link.visuals if v.material and v.material.name})),
+        materials=link_paints(painted),
         inertial=inertial,
     )
     return features, LinkGeometry(points, tuple(mesh_part(item, *item.mesh) for item in own if item.mesh is not None))

@@ -22,7 +22,10 @@ WITHHELD = (
     *("meshes", "file"),
 )
 """Request fields whose value reveals what something is: left empty."""
-PLAIN = (*("purpose", "type", "volume_source", "view", "problem"), *("severity", "at_a", "at_b", "a_leaves", "toward"))
+PLAIN = (
+    *("purpose", "type", "volume_source", "view", "problem", "severity", "at_a", "at_b", "a_leaves", "toward"),
+    *("directions", "color", "volume_means", "opens", "gravity", "depth"),
+)
 """Fields whose value is our vocabulary: left unchanged even where a part of the asset has the same name."""
 GUIDANCE = "user_guidance"
 ANYTHING = "part"

@@ -161,10 +161,13 @@ RULE_FIELDS = (
 OWN_FIELDS = ("mass_change",)
 """Fields that only the offline prior fills."""
 
+REASONED = ("appearance", "size_reason", "contact_friction", "restitution", "findings")
+"""Fields that only the synthesis asks for: what was seen, why, and what is stated of contacts."""
+
 WITHOUT: dict[str, tuple[str, ...]] = {
-    "synthesis": ("sigmas", *OWN_FIELDS),
-    "direct": ("sigmas", "uncertainty", "support", *OWN_FIELDS, *RULE_FIELDS),
-    "ivw": ("uncertainty", "support", *OWN_FIELDS, *RULE_FIELDS),
+    "synthesis": ("sigmas", "notes", *OWN_FIELDS),
+    "direct": ("sigmas", "uncertainty", "support", *OWN_FIELDS, *RULE_FIELDS, *REASONED),
+    "ivw": ("uncertainty", "support", *OWN_FIELDS, *RULE_FIELDS, *REASONED),
 }
 """Purpose → fields of an overlay that its prompt does not ask for."""
 

@@ -5,6 +5,7 @@ from dataclasses import dataclass
 from typing import Generic, TypeVar
 
 from asset2sim.models.answers import InvalidFieldsError, parse_overlay
+from asset2sim.models.model_findings import model_findings
 from asset2sim.models.prompts import with_validation_errors
 from schemas.errors import AssetError, InvalidAnswerError
 from schemas.features import Features
@@ -58,7 +59,8 @@ def ask_overlay(first: ModelRequest, features: Features, ask: ModelAsk) -> Synth
     if said.value is None:
         message = f"the model answered {MAX_ASKS} times and no answer fits: {said.refused[-1]}"
         raise SynthesisError(FailureMode.NO_VALID_ESTIMATE, "invalid_answer", message, said.calls)
-    return said.value, said.calls, (*remarks(said.answers[0]), *map(_refusal, said.refused))
+    told = model_findings(said.value, features)
+    return said.value, said.calls, (*remarks(said.answers[0]), *map(_refusal, said.refused), *told)
 
 
 def ask_until_valid(

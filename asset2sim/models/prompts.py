@@ -7,7 +7,8 @@ from pathlib import Path
 
 from asset2sim.models.answers import overlay_schema
 from asset2sim.models.language.object_facts import object_facts, rounded
-from schemas.features import Features
+from asset2sim.models.language.synthesis_facts import synthesis_facts
+from schemas.features import Features, RestOverlap
 from schemas.request import LabelledImage, ModelRequest
 
 SYNTHESIS = "synthesis"
@@ -17,9 +18,11 @@ IVW = "ivw"
 _ESCAPES = str.maketrans({"<": "\\u003c", ">": "\\u003e", "&": "\\u0026"})
 
 
-def synthesis_request(features: Features, guidance: str | None, images: Sequence[LabelledImage] = ()) -> ModelRequest:
-    """The request for an overlay by our method; see ``overlay_request``."""
-    return overlay_request(SYNTHESIS, features, guidance, images)
+def synthesis_request(
+    features: Features, guidance: str | None, images: Sequence[LabelledImage] = (), overlaps: Sequence[RestOverlap] = ()
+) -> ModelRequest:
+    """The request for an overlay by our method, with ``overlaps`` of the object as drawn; see ``overlay_request``."""
+    return overlay_request(SYNTHESIS, features, guidance, images, overlaps=overlaps)
 
 
 def overlay_request(
@@ -28,10 +31,12 @@ def overlay_request(
     guidance: str | None,
     images: Sequence[LabelledImage] = (),
     view: str | None = None,
+    overlaps: Sequence[RestOverlap] = (),
 ) -> ModelRequest:
     """The request for an overlay; ``purpose`` names the prompt, which says which terms are wanted. ``view`` names the
     one view that the question is about, where it is about one."""
-    information = {"purpose": purpose, **object_facts(features), **({} if view is None else {"view": view})}
+    facts = synthesis_facts(features, overlaps) if purpose == SYNTHESIS else object_facts(features)
+    information = {"purpose": purpose, **facts, **({} if view is None else {"view": view})}
     text = f"{data_block('structured_information', information)}\n\n{data_block('user_guidance', guidance or '')}"
     return ModelRequest(
         purpose=purpose,

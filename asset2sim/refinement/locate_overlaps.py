@@ -7,7 +7,6 @@ from pathlib import Path
 
 import numpy as np
 
-from asset2sim.assets.views.scene import front_direction
 from asset2sim.engines.contacts import LocatedContact, by_pair
 from asset2sim.engines.pybullet_object import static_object
 from asset2sim.models.refinement_prompt import OverlapPlace
@@ -45,7 +44,7 @@ def locate_overlaps(
         contacts, boxes = item.located_contacts(), item.boxes()
     tree = tree_of(written_joints(features, overlay), overlay.scale)
     poses = link_to_root(tree, features.root, pose)
-    sides = side_rows(front_direction(urdf))
+    sides = side_rows(np.asarray(features.front))
     spans = {joint.name: span_of(joint) for joint in overlay.joints}
     pairs, places = by_pair(contacts), {}
     for pair in pairs:

@@ -20,6 +20,8 @@ AHEAD_SHARE = 0.05
 """Share of its range from its closed end beyond which a door starts open."""
 LIFTING_SHARE = 1.1
 """Largest share of an open door's weight that its springs carry: its hinges' friction keeps it down."""
+BALANCED = 0.05
+"""Share of a part's largest pull by gravity below which its hinge's own friction keeps it."""
 LEFT_SAMPLES = 17
 """Positions between them at which its load is taken."""
 
@@ -122,3 +124,10 @@ def on_stop(start: Start, load: float) -> bool:
     """Whether the joint starts at the stop against which its load (N·m or N) presses it."""
     stop = start.range.upper if load > 0.0 else start.range.lower
     return stop is not None and abs(start.position - stop) <= STOP_SHARE * start.range.span
+
+
+def leaves(start: Start, pull: Pull, largest_gravity: float) -> bool:
+    """Whether gravity alone would move the joint away from where it starts: it is not near its balance, and no stop is
+    in its way. ``largest_gravity`` (N·m or N) is gravity's largest pull on it in any direction."""
+    load = float(pull.at(start.position))
+    return abs(load) > BALANCED * largest_gravity and not on_stop(start, load)

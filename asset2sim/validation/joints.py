@@ -10,7 +10,7 @@ from asset2sim.physics.kinematics import TreeJoint, mimics_of, subtree
 from asset2sim.physics.mass_matrix import Body, JointSpace, Pull, joint_space
 from asset2sim.physics.terms import JointLoad, JointTerms, Term
 from asset2sim.validation.handling import Handling, bounded_press, felt_press, standing_part
-from asset2sim.validation.holding import NO_BALANCE, Holding, counterbalance, holding
+from asset2sim.validation.holding import NO_BALANCE, Holding, counterbalance, holding, leaves
 from asset2sim.validation.limits import Range
 from asset2sim.validation.masses import check_mass_matrices
 from asset2sim.validation.notes import Notes
@@ -92,6 +92,11 @@ def joint_physics(
                 "joint_completed", f"joint '{name}': the overlay omits it; dynamics from time constants", joint=name
             )
         holds = proposal.holds is True or (proposal.holds is None and start.requested and is_open(start))
+        if holds and proposal.holds is None and leaves(start, pull, largest_gravity[name]):
+            message = (
+                f"joint '{name}': asked to stand at {start.position:.4g}, where its weight would move it: it holds"
+            )
+            notes.info("holds_implied", message, joint=name, value=start.position)
         least = min(found[name] for found in everywhere)
         heavier = sum(bodies[link].mass for link in subtree(tree, name)) > total / 2.0 and not base_held
         kind = standing_part(handled[name]) if heavier else handled[name]

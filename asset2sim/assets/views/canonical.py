@@ -12,7 +12,7 @@ from PIL import Image
 from asset2sim.assets.extract import Extraction
 from asset2sim.assets.views.batch import batches_of
 from asset2sim.assets.views.camera import NARROW_FOV, WIDE_FOV, directions, fit
-from asset2sim.assets.views.renderer import Frame, render
+from asset2sim.assets.views.renderer import Frame, Pixels, render
 from asset2sim.assets.views.scene import load_scene, nothing_to_draw
 from schemas.model_names import is_local
 from schemas.request import LabelledImage
@@ -24,6 +24,8 @@ OVERSAMPLING = 1.5
 """Pixels drawn per pixel shown, along each side: TinyRenderer smooths no edges, and its time goes with the square."""
 BACKGROUND_TOP, BACKGROUND_BOTTOM = (244.0, 246.0, 249.0), (224.0, 228.0, 234.0)
 """Background colours, RGB: light, and never quite white, so that white objects keep an outline."""
+DARK, LIGHTER, DARKER = 70.0, 90.0, 0.75
+"""Level (0 to 255) below which a pixel is dark; by how much its edges are lighter; share by which others are darker."""
 
 
 def render_views(
@@ -48,11 +50,15 @@ def render_views(
     return {name: finish(frames[name], settings.width, settings.height) for name in names}
 
 
-def finish(frame: Frame, width: int, height: int) -> Image.Image:
-    """The frame over the background, averaged down to ``width`` by ``height`` pixels."""
+def finish(frame: Frame, width: int, height: int, outlines: Pixels | None = None) -> Image.Image:
+    """The frame over the background, averaged down to ``width`` by ``height`` pixels. ``outlines``: (h, w), 0 to 1, how
+    strongly each pixel is drawn as an edge: darker, and lighter where it is dark itself."""
     rows = np.linspace(0.0, 1.0, frame.color.shape[0], dtype=np.float32)[:, None, None]
     top, bottom = np.array(BACKGROUND_TOP, dtype=np.float32), np.array(BACKGROUND_BOTTOM, dtype=np.float32)
     color = np.where(frame.drawn[..., None], frame.color, top + rows * (bottom - top))
+    if outlines is not None:
+        dark = (color.mean(axis=2) < DARK)[..., None]
+        color = color + outlines[..., None] * np.where(dark, LIGHTER, -DARKER * color)
     image = Image.fromarray(np.clip(color + 0.5, 0.0, 255.0).astype(np.uint8), "RGB")
     if image.size != (width, height):
         image = image.resize((width, height), Image.Resampling.BOX)

@@ -29,10 +29,12 @@ LAMP = (-0.35, 0.75, 1.0)
 
 @dataclass(frozen=True, eq=False)
 class Frame:
-    """One picture: ``color`` (h, w, 3) float 0 to 255, and ``drawn`` (h, w) bool, where it shows the object."""
+    """One picture: ``color`` (h, w, 3) float 0 to 255, ``drawn`` (h, w) bool, where it shows the object, ``nearness``
+    (h, w), one over the distance along the view, 1/m: over a plane it is linear, and 0 where nothing is drawn."""
 
     color: Pixels
     drawn: NDArray[np.bool_]
+    nearness: Pixels
 
 
 @dataclass(frozen=True, eq=False)
@@ -68,6 +70,21 @@ def render(batches: Sequence[Batch], cameras: Mapping[str, Camera], width: int, 
             return blend_translucent(shots, cameras, glass, client)
     finally:
         pybullet.disconnect(client)
+
+
+def render_bodies(batches: Sequence[Batch], camera: Camera, width: int, height: int) -> tuple[Frame, Bodies]:
+    """The batches in their colours without textures, all opaque, and the (h, w) index of the batch in each pixel, -1
+    for none."""
+    client = pybullet.connect(pybullet.DIRECT)
+    try:
+        numbers = {add(batch, None, client, Path(), {}): index for index, batch in enumerate(batches)}
+        frame, bodies = take(camera, client, width, height)
+    finally:
+        pybullet.disconnect(client)
+    index = np.full(max(numbers, default=0) + 2, -1, dtype=np.int64)
+    for body, number in numbers.items():
+        index[body] = number
+    return frame, index[bodies]
 
 
 def add(batch: Batch, skin: DecodedTexture | None, client: int, folder: Path, numbers: dict[int, int]) -> int:
@@ -111,7 +128,9 @@ def take(camera: Camera, client: int, width: int, height: int, ambient: float = 
     answer = pybullet.getCameraImage(width, height, view, lens, **light, **drawing)
     color = np.asarray(answer[2], dtype=np.uint8).reshape(height, width, 4)[..., :3].astype(np.float32)
     bodies = np.asarray(answer[4], dtype=np.int64).reshape(height, width)
-    return Frame(color, bodies >= 0), bodies
+    depth = np.asarray(answer[3], dtype=np.float32).reshape(height, width)
+    nearness = (camera.far - (camera.far - camera.near) * depth) / (camera.far * camera.near)
+    return Frame(color, bodies >= 0, np.where(bodies >= 0, nearness, 0.0).astype(np.float32)), bodies
 
 
 def blend_translucent(
@@ -149,4 +168,5 @@ def mix(behind: Frame, front: Frame, share: Pixels) -> Frame:
     """``share`` (h, w), 0 to 1, of the front picture over the other; over empty background glass keeps its colour."""
     share = np.where(front.drawn & ~behind.drawn & (share > INVISIBLE), 1.0, share)
     color = share[..., None] * front.color + (1.0 - share[..., None]) * behind.color
-    return Frame(color, behind.drawn | (front.drawn & (share > INVISIBLE)))
+    nearness = np.where(share > INVISIBLE, front.nearness, behind.nearness)
+    return Frame(color, behind.drawn | (front.drawn & (share > INVISIBLE)), nearness)

@@ -9,6 +9,7 @@ import yourdfpy
 from PIL import Image
 
 from asset2sim.assets.meshes.load import primitive, scale_vector
+from asset2sim.assets.urdf.front import front_of
 from asset2sim.assets.urdf.locate import find_mesh
 from asset2sim.assets.urdf.read import read_urdf, root_of, tree_joint
 from asset2sim.assets.views.load import from_mesh, load_surfaces
@@ -17,20 +18,22 @@ from asset2sim.physics.kinematics import link_to_root, parents_first
 from schemas.errors import AssetError
 from schemas.vocabulary import FailureMode
 
-Y_UP_TO_Z_UP = np.array([[0.0, 0.0, -1.0], [-1.0, 0.0, 0.0], [0.0, 1.0, 0.0]])
-"""The rotation of PartNet-Mobility's fixed root joint: its objects are authored y-up and facing +z."""
-
 
 @dataclass(frozen=True, eq=False)
 class Scene:
-    """The surfaces to draw, in the root frame (z up), and the (3,) unit direction that the object's front faces."""
+    """The surfaces to draw, in the root frame (z up), the link of each, and the (3,) unit direction that the object's
+    front faces."""
 
     surfaces: tuple[Surface, ...]
+    links: tuple[str, ...]
     front: Floats
 
 
-def load_scene(urdf_file: Path, positions: Mapping[str, float]) -> Scene:
+def load_scene(
+    urdf_file: Path, positions: Mapping[str, float], loaded: dict[Path, tuple[Surface, ...]] | None = None
+) -> Scene:
     """The asset at these joint positions (radians or metres; joints not named are at zero, mimicking joints follow).
+    ``loaded`` remembers files already read, for further positions of the same asset.
 
     Meshes that do not exist or cannot be read are left out. Links are drawn by their visuals, or, where no link of the
     asset has one, by their collision shapes. Raises AssetError: unreadable_asset or invalid_joint_configuration if the
@@ -39,8 +42,9 @@ def load_scene(urdf_file: Path, positions: Mapping[str, float]) -> Scene:
     robot = read_urdf(urdf_file)
     poses = poses_of(robot, positions)
     materials = {material.name: material for material in robot.materials}
-    loaded: dict[Path, tuple[Surface, ...]] = {}
+    loaded = {} if loaded is None else loaded
     surfaces: list[Surface] = []
+    names: list[str] = []
     for role in ("visuals", "collisions"):
         for link in robot.links:
             for shape in getattr(link, role):
@@ -48,8 +52,9 @@ def load_scene(urdf_file: Path, positions: Mapping[str, float]) -> Scene:
                 fallback = shape_paint(getattr(shape, "material", None), materials, urdf_file.parent)
                 pieces, scale = pieces_of(shape.geometry, urdf_file.parent, loaded)
                 surfaces.extend(posed(piece, shape_to_root, scale, fallback) for piece in pieces)
+                names.extend(link.name for _ in pieces)
         if surfaces:
-            return Scene(tuple(surfaces), front_of(robot, urdf_file))
+            return Scene(tuple(surfaces), tuple(names), front_of(robot, urdf_file))
     raise nothing_to_draw(urdf_file)
 
 
@@ -108,24 +113,3 @@ def pieces_of(
     if path not in loaded:
         loaded[path] = load_surfaces(path)
     return loaded[path], scale_vector(geometry.mesh)
-
-
-def front_direction(urdf_file: Path) -> Floats:
-    """(3,) the horizontal direction in the root frame that the front of a URDF's object faces. Raises AssetError."""
-    return front_of(read_urdf(urdf_file), urdf_file)
-
-
-def front_of(robot: yourdfpy.Robot, urdf_file: Path) -> Floats:
-    """(3,) the horizontal direction in the root frame that the object's front faces. PartNet-Mobility's objects face -x
-    once its root joint has turned them z-up; an object is taken for one of them by that joint, by its robot's name or
-    by the ``semantics.txt`` beside it. Others follow the ROS custom: x forward."""
-    root = root_of(robot)
-    turned = any(
-        joint.parent == root
-        and joint.type == "fixed"
-        and joint.origin is not None
-        and np.allclose(np.asarray(joint.origin)[:3, :3], Y_UP_TO_Z_UP, atol=1e-3)
-        for joint in robot.joints
-    )
-    named = (robot.name or "").startswith("partnet_") or (urdf_file.parent / "semantics.txt").is_file()
-    return np.array([-1.0 if turned or named else 1.0, 0.0, 0.0])

@@ -68,7 +68,8 @@ def _joint(joint: JointFeatures) -> dict[str, object]:
         "type": joint.type,
         "parent": joint.parent,
         "child": joint.child,
-        "axis": joint.axis_in_root,
+        # Rounding leaves 1e-17 where there is nothing.
+        "axis": tuple(round(value, 9) + 0.0 for value in joint.axis_in_root),
         # Validation swaps inverted limits; a model is told the range that it will have.
         "lower": min(limits, default=None),
         "upper": max(limits, default=None),

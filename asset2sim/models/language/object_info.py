@@ -46,13 +46,12 @@ class LinkInfo:
     center_m: Vector
     volume_m3: float
     hull_volume_m3: float
-    area_m2: float
     outer_m2: float
 
     @property
     def has_geometry(self) -> bool:
         """Whether the link has a volume or an area."""
-        return self.volume_m3 > 0.0 or self.hull_volume_m3 > 0.0 or self.area_m2 > 0.0
+        return self.volume_m3 > 0.0 or self.hull_volume_m3 > 0.0 or self.outer_m2 > 0.0
 
 
 @dataclass(frozen=True)
@@ -165,7 +164,6 @@ def _link(item: Mapping[str, Json]) -> LinkInfo:
         center_m=_vector(item.get("center_m"), signed=True),
         volume_m3=max(number(item.get("volume_m3"), 0.0), 0.0),
         hull_volume_m3=max(number(item.get("hull_volume_m3"), 0.0), 0.0),
-        area_m2=area,
         outer_m2=max(number(item.get("outer_m2"), area), 0.0),
     )
 
