@@ -18,10 +18,10 @@ pytestmark = [
     pytest.mark.skipif(not OBJECTS.is_dir(), reason="../shared/partnet_mobility is absent"),
 ]
 
-CHOSEN = "103755"
-"""A suitcase, whose lid falls shut from where it is asked to be: a model is asked for its state as well."""
+CHOSEN = "19179"
+"""A cabinet, whose drawers overlap what is around them as they are drawn: a model is asked for its state as well."""
 LIMIT_S = 900
-VIEWS = ["perspective", "front", "left", "back", "parts", "parts_closed", "parts_open"]
+VIEWS = ["perspective", "front", "left", "back", "parts", "parts_open"]
 STATE_VIEWS = ["perspective", "front", "right", "top"]
 
 
@@ -34,17 +34,17 @@ def test_an_object_of_the_paper_with_a_model_that_looks(tmp_path: Path) -> None:
         command = [
             sys.executable, "-m", "flows.command", "refine", str(OBJECTS), "--out", str(out), "--subset", "paper9",
             "--assets", CHOSEN, "--model", "openai/scripted", "--api-base", server.api_base,
-            "--engines", "pybullet", "--no-interaction", "--no-views", "--workers", "1", "--strict",
+            "--engines", "pybullet", "--proposer", "model", "--no-interaction", "--no-views", "--workers", "1",
+            "--strict",
         ]  # fmt: skip
         done = subprocess.run(command, cwd=ROOT, env=environment, text=True, capture_output=True, timeout=LIMIT_S)
     assert done.returncode == 0, done.stdout + done.stderr
     rows = [json.loads(line) for line in log.read_text(encoding="utf-8").splitlines()]
-    # Without the interaction checks nothing lays the suitcase on its back, and the model is asked where its lid stays.
     purposes = [row["purpose"] for row in rows if row["asset_id"] == CHOSEN]
-    assert purposes == ["synthesis", *["refinement"] * (len(rows) - 1)] and 2 <= len(rows) <= 3
+    assert purposes == ["synthesis", *["refinement"] * (len(rows) - 1)] and len(rows) >= 2
     for row in rows:
         labels = VIEWS if row["purpose"] == "synthesis" else STATE_VIEWS
-        assert [image["label"] for image in row["images"]] == labels
+        assert [image["label"] for image in row["images"]] == labels, row["purpose"]
         assert all(200 <= image["width"] <= 512 and image["bytes"] > 1000 for image in row["images"])
     calls = read_table(out, "model_calls")
     assert len(calls) == len(rows) and set(calls["outcome"]) == {"ok"}

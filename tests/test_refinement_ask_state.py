@@ -191,4 +191,4 @@ def test_a_real_suitcase_that_its_lid_pulls_over_is_laid_on_its_back_and_keeps_t
     assert report.interaction is not None and lid.asked_position is not None
     (seen,) = [item for item in report.interaction.settled if item.joint == "joint_1"]
     assert seen.share <= settings.thresholds.state_share and seen.asked == lid.asked_position
-    assert "laid on its back" in {step.reason.split(":")[0] for step in record.trace if step.accepted}
+    assert any(step.reason.startswith("laid ") for step in record.trace if step.accepted)
