@@ -8,9 +8,9 @@ from pydantic import AfterValidator, Field, model_validator
 from pydantic_settings import CliDualFlag, CliPositionalArg, CliSubCommand, CliToggleFlag, CliVariadicArg
 from pydantic_settings import get_subcommand as chosen_command
 
-from asset2sim.runs.answer_options import AnswerOptions
 from asset2sim.runs.command_line import Options
 from asset2sim.runs.command_line import parse as parse_words
+from asset2sim.runs.option_groups import AnswerOptions, CatalogOptions, FileOptions, ModelOptions, Selection
 from asset2sim.runs.option_types import (
     AXIS,
     BASE,
@@ -18,7 +18,6 @@ from asset2sim.runs.option_types import (
     CRON,
     DAY,
     ENGINES,
-    FILE,
     FOLDERS,
     FORMAT,
     FORMATS,
@@ -52,7 +51,6 @@ from asset2sim.runs.option_types import (
 )
 from schemas.errors import UsageError
 from schemas.location import Location
-from schemas.settings import ModelSettings
 from schemas.support import SupportKind
 from schemas.vocabulary import (
     BaseMode,
@@ -77,43 +75,16 @@ for example:
 """
 
 
-class FileOptions(Options):
-    """The option for a settings file."""
-
-    settings: FILE | None = Field(None, description="a YAML or TOML file of settings; what an option says goes first")
-
-
 class SettingsOptions(FileOptions):
     """Print every setting, with its unit and its reason: a file for --settings."""
 
     format: FORMAT = Field("yaml", description="yaml or toml")
 
 
-class ModelOptions(FileOptions):
-    """Which models are asked."""
-
-    model: NAME = Field(ModelSettings().model, description="any LiteLLM model, or recorded/FOLDER")
-    api_base: URL | None = Field(None, description="the address of a server of your own for that model")
-    refinement_model: NAME | None = Field(None, description="another model for steps of the state")
-    judge_model: NAME | None = Field(None, description="a vision model that scores the result against its prompt")
-
-
 class DoctorOptions(ModelOptions):
     """Check what works here, and what does not."""
 
     out: OUT = Field(Path("data/refined"), description="where it would go")
-
-
-class Selection(Options):
-    """Which assets of a dataset are taken, where they are verified, and how many at once."""
-
-    subset: NAME | None = Field(None, description="only the manifest's rows of this subset")
-    assets: Listed[IDS] = Field((), description="only these assets, separated by commas")
-    limit: N | None = Field(None, description="only the first N of them")
-    interaction: CliDualFlag[bool] = Field(
-        True, description="drops, nudges, sweeps and resets beside the paper's tests"
-    )
-    workers: N | None = Field(None, description="assets at work at once (default: all cores)")
 
 
 class RefineOptions(AnswerOptions, ModelOptions, Selection):
@@ -211,12 +182,6 @@ class NightlyOptions(RefineOptions):
     cron: CRON | None = Field(
         None, description="another schedule, 'minute hour day month weekday', in the time zone of catalog.yaml"
     )
-
-
-class CatalogOptions(Options):
-    """Read what a run wrote."""
-
-    out: OUT = Field(description="a run's folder or URL")
 
 
 class FailuresOptions(CatalogOptions):

@@ -11,8 +11,9 @@ from schemas.errors import AssetError
 from schemas.finding import Finding
 from schemas.vocabulary import FailureMode, Severity, Stage
 
-LARGEST = 1e9
-"""Largest length, m, and largest angle, rad, that are taken for such: sums with larger ones lose all else."""
+LARGEST = 1e7
+"""Largest length, m, and largest angle, rad, that are taken for such: a metre in micrometres is 1e6, and sums with
+larger ones lose all else."""
 LARGEST_LIMIT = 1e20
 """Largest other number: limits of 1e16 and the like stand for none."""
 COUNTS: dict[str, dict[str, tuple[int, ...]]] = {

@@ -12,8 +12,8 @@ from typing_extensions import TypeAliasType
 
 from asset2sim.models.prior.noise_level import noise_of
 from asset2sim.runs.command_line import parse
+from asset2sim.runs.option_groups import FileOptions, Selection
 from asset2sim.runs.option_types import ENGINES, FILE, NAME, URL, Listed, nothing
-from asset2sim.runs.options import FileOptions, Selection
 from asset2sim.runs.request import merged, settings_for_run, stated_settings
 from schemas.base import Frozen
 from schemas.errors import UsageError
