@@ -142,7 +142,7 @@ def test_questions_are_written_and_answered_by_hand(
     assert "laptop_silver.json" in said.out and "recorded/mine" in said.out
     assert "no question about asset planted_not_xml" in said.err
     folder = tmp_path / "mine" / "questions" / "laptop_silver"
-    views = ["back.png", "front.png", "left.png", "perspective.png", "right.png"]
+    views = ["back.png", "front.png", "left.png", "parts.png", "parts_closed.png", "parts_open.png", "perspective.png"]
     assert sorted(path.name for path in folder.iterdir()) == sorted([*views, "question.json", "question.md"])
     assert all((folder / name).read_bytes().startswith(b"\x89PNG") for name in views)
     text = (folder / "question.md").read_text(encoding="utf-8")

@@ -37,7 +37,7 @@ def trash_can() -> Blueprint:
         Link("lid", "lid", lid, hinge("body", (0.0, 1.1 + GAP / 2, -0.57), (-1.0, 0.0, 0.0), 1.4)),
         Link("body", "trashcan_body", body),
     )
-    prompt = "A very small personal trash can with its lid slightly open. "
+    prompt = "A small personal trash can with its lid slightly open. "
     prompt += "The hinge has low damping and holds its position."
     return Blueprint("trashcan_pedal", "TrashCan", prompt, parts)
 
