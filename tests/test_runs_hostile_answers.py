@@ -284,11 +284,13 @@ def test_views_go_with_every_question(run: Run) -> None:
     for asked in run.server.asked:
         labels = [label for label, *_ in asked.images]
         if asked.purpose == "synthesis":
-            assert labels[:5] == ["front", "back", "left", "right", "perspective"]
-            assert bool(labels[5:]) == ("<consequences>" in asked.text)
+            assert labels[:4] == ["perspective", "front", "left", "back"] and "parts" in labels
+            of_the_answer = [label for label in labels if label.startswith("the result of your answer")]
+            assert bool(of_the_answer) == ("<consequences>" in asked.text)
         else:
             assert asked.purpose == "refinement" and labels == ["perspective", "front", "right", "top"]
-        assert {(width, height) for _, width, height, _ in asked.images} == {(48, 48)}
+        # The question's own pictures have their size; those of a state have that of the settings.
+        assert {(width, height) for _, width, height, _ in asked.images} <= {(48, 48), (512, 512)}
 
 
 def test_what_a_model_leaves_out_or_overstates_is_made_good(run: Run) -> None:
