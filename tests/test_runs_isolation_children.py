@@ -2,6 +2,8 @@
 
 import os
 import signal
+import subprocess
+import sys
 import threading
 from collections.abc import Callable
 from pathlib import Path
@@ -136,3 +138,31 @@ def test_work_at_the_same_time_is_in_children_of_their_own(work: Callable[..., O
         thread.join(300.0)
     assert {outcome.ending for outcome in endings} == {Ending.RETURNED}
     assert len(endings) == 6
+
+
+INTERRUPTED_WHILE_IT_LOADS = """
+import os, signal, time
+from multiprocessing import forkserver
+from asset2sim.runs.isolation import children
+
+children.warm_up("slow_to_load")
+server = forkserver._forkserver._forkserver_pid
+while not os.path.exists("loading"):
+    time.sleep(0.01)
+os.kill(server, signal.SIGINT)
+print(signal.SIGINT in signal.pthread_sigmask(signal.SIG_BLOCK, ()))
+while not os.path.exists("loaded") and os.waitid(os.P_PID, server, os.WEXITED | os.WNOHANG | os.WNOWAIT) is None:
+    time.sleep(0.01)
+"""
+
+
+def test_ctrl_c_while_the_fork_server_loads_is_its_parents_affair(tmp_path: Path) -> None:
+    (tmp_path / "slow_to_load.py").write_text(
+        "import time, pathlib\npathlib.Path('loading').touch()\ntime.sleep(2)\npathlib.Path('loaded').touch()\n"
+    )
+    root = str(Path(__file__).parents[1])
+    done = subprocess.run(
+        [sys.executable, "-c", INTERRUPTED_WHILE_IT_LOADS], cwd=tmp_path, capture_output=True, text=True, timeout=300,
+        env={**os.environ, "PYTHONPATH": os.pathsep.join((str(tmp_path), root))},
+    )  # fmt: skip
+    assert (done.stdout, done.stderr, done.returncode) == ("False\n", "", 0)

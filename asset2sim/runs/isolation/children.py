@@ -3,12 +3,13 @@ a process that has used them (on 30 real objects of about 1 s each, a fresh proc
 
 import multiprocessing
 import os
+import signal
 import sys
 import threading
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass
-from multiprocessing import connection
+from multiprocessing import connection, resource_tracker
 from multiprocessing.connection import Connection
 from multiprocessing.context import ForkServerContext, ForkServerProcess
 
@@ -37,7 +38,7 @@ def preload(pipeline: str) -> None:
 def warm_up(pipeline: str) -> None:
     """Start the fork server, which loads the engines and the pipeline meanwhile. Returns at once."""
     preload(pipeline)
-    with PROCESS_LOCK, _environment(_server_environment), _without_main():
+    with PROCESS_LOCK, _environment(_server_environment), _without_main(), _without_interrupts():
         from multiprocessing import forkserver
 
         _context()
@@ -51,7 +52,7 @@ def start_child() -> tuple[ForkServerProcess, Connection]:
     parent_end, child_end = context.Pipe()
     process = context.Process(target=child_main, args=(child_end,))
     try:
-        with PROCESS_LOCK, _environment(_server_environment), _without_main():
+        with PROCESS_LOCK, _environment(_server_environment), _without_main(), _without_interrupts():
             process.start()
     finally:
         child_end.close()
@@ -100,6 +101,19 @@ def _without_main() -> Iterator[None]:
         main.__spec__ = spec
         if file is not None:
             main.__file__ = file
+
+
+@contextmanager
+def _without_interrupts() -> Iterator[None]:
+    """Block Ctrl-C for the time of a block, and for ever in the fork server if it starts there: interrupted while it
+    loads the engines it would print where it was. An interruption is the parent's to answer."""
+    # Where it has to start its own helper first, that unblocks the signal again.
+    resource_tracker.ensure_running()
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, (signal.SIGINT,))
+    try:
+        yield
+    finally:
+        signal.pthread_sigmask(signal.SIG_SETMASK, before)
 
 
 BEGIN_LIMIT_S = 10.0
