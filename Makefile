@@ -167,12 +167,13 @@ held: $(INSTALLED) ## what holds in every engine, by its own URDF loader and thr
 	@$(MAKE) --no-print-directory .venv-load/.installed || echo "Drake, Genesis or Newton cannot be installed; their rows will say so" >&2
 	@$(BIN)/python -m asset2sim.studies.loaders.held_table "$(OUT)" docs/load.md
 
-# Engines that asset2sim.load knows and we do not run: Newton's solver pins another MuJoCo, Genesis brings torch (of the CPU).
+# Engines that asset2sim.load knows and we do not run: Newton's solver pins another MuJoCo, Genesis brings torch
+# (TORCH_INDEX is an index of its CPU builds, where yours has none).
 .venv-load/.installed:
 	@echo "installing Drake, Newton and Genesis into .venv-load ..."
 	@$(BIN)/python -m venv --clear .venv-load && \
 	.venv-load/bin/python -m pip install --quiet --disable-pip-version-check \
-		--extra-index-url https://download.pytorch.org/whl/cpu drake "newton[sim]" genesis-world "torch==2.13.0"
+		$(if $(TORCH_INDEX),--extra-index-url "$(TORCH_INDEX)") drake "newton[sim]" genesis-world "torch==2.13.0"
 	@touch $@
 
 weights: $(INSTALLED) ## weigh the objects of SHARED (../shared) beside published weights, into docs/masses.md
