@@ -2,7 +2,7 @@
 
 from collections.abc import Sequence
 
-from schemas.alignment import Alignment, Score
+from schemas.alignment import Alignment, Expectation, Expected, Score
 from schemas.asset import AssetRecord, AssetRef
 from schemas.features import Features, JointFeatures, LinkFeatures, MeshFeatures
 from schemas.finding import Finding, TraceStep
@@ -113,6 +113,7 @@ def make_record(asset_id: str = "100", **changes: object) -> AssetRecord:
         "reports": (make_report(Engine.PYBULLET), make_report(Engine.MUJOCO)),
         "overlaps": (OverlapPair(pair=make_measurement().pairs[0], related=True, cause=OverlapCause.HULL),),
         "alignment": make_alignment(),
+        "expected": (make_expected(),),
         "calls": (make_call(), make_call(purpose="state", cached=True, outcome="cached")),
         "trace": (TraceStep(step=1, proposer="model", phi_before_m=0.004, phi_after_m=0.0005, moved={"hinge": 0.1},
                             accepted=True, evaluations=12, reason="Φ fell"),),
@@ -132,6 +133,13 @@ def make_alignment(**changes: object) -> Alignment:
         "scale_deviation": 0.25, "reference_states_scale": True, "joint_deviation": 0.2,
     }  # fmt: skip
     return Alignment.model_validate(fields | changes)
+
+
+def make_expected() -> Expected:
+    return Expected(
+        expectation=Expectation(what="hinge", ranges=((0.2, 0.4), (1.0, 1.2)), unit="rad", lines=(2, 3)),
+        at_start=True, start=0.3, at_rest=False, rest=0.5, rest_engine="mujoco",
+    )  # fmt: skip
 
 
 def make_failure(asset_id: str, mode: FailureMode, code: str = "bad_file", **changes: object) -> AssetRecord:

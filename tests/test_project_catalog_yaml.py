@@ -8,7 +8,6 @@ import yaml
 
 from asset2sim.catalog.read import read_table
 from asset2sim.catalog.write import write_run
-from schemas.alignment import Expectation, Expected
 from schemas.tables import PUBLISHED
 from schemas.vocabulary import FailureMode
 from tests.factories import make_failure, make_record
@@ -17,18 +16,13 @@ from tests.test_catalog_history import night
 intake = pytest.importorskip("intake", reason="intake is not installed: it comes with the extra dev")
 FILE = Path(__file__).resolve().parents[1] / "catalog.yaml"
 
-EXPECTED = Expected(
-    expectation=Expectation(what="hinge", ranges=((0.2, 0.4), (1.0, 1.2)), unit="rad", lines=(2, 3)),
-    at_start=True, start=0.3, at_rest=False, rest=0.5, rest_engine="mujoco",
-)  # fmt: skip
-
 
 @pytest.fixture(scope="module")
 def out(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """Three nights in two months; the folder has a space in its name."""
     folder = tmp_path_factory.mktemp("my out")
     write_run(folder, night(29), [make_record("a"), make_record("b")])
-    write_run(folder, night(30), [make_record("a", expected=(EXPECTED,)), make_failure("b", FailureMode.MISSING_MESH)])
+    write_run(folder, night(30), [make_record("a"), make_failure("b", FailureMode.MISSING_MESH)])
     write_run(folder, night(1, 12), [make_record("b")])
     return folder
 

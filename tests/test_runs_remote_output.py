@@ -225,10 +225,6 @@ def test_runs_is_the_last_table_that_is_sent(store: Store, data: Path, monkeypat
     assert merged.endswith("/merged.parquet") and len(read_table(out, "asset_history")) == 3 * len(NAMES)
 
 
-HERE = 30
-"""The request at which a run is killed that is started again where it was, at once."""
-
-
 @pytest.mark.system
 def test_a_run_that_is_killed_anywhere_is_finished_by_another_machine(
     store: Store, data: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
@@ -236,10 +232,18 @@ def test_a_run_that_is_killed_anywhere_is_finished_by_another_machine(
     monkeypatch.setattr(read, "UPLOAD_WAIT_S", 0.0)
     url = f"{store.url}/data"
     store.put(data, url)
+    store.requests.clear()
     night(url, f"{store.url}/undisturbed")
     expected = timeless(f"{store.url}/undisturbed")
+    changed = [path for method, path in store.requests if method in ("PUT", "POST", "DELETE")]
+
+    def first(part: str) -> int:
+        return next(number for number, path in enumerate(changed, 1) if f"/undisturbed/{part}" in path)
+
+    # In the second asset, in its history, between tables, after the last table and at the very end.
+    among_tables, last_table = first("catalog/") + 6, first("catalog/runs.parquet")
     taken_up = []
-    for requests in (8, 23, HERE, 35, 36):
+    for requests in (first("assets/b"), first("history/"), among_tables, last_table + 1, last_table + 2):
         out = f"{store.url}/out-{requests}"
         listing._kept.clear()
         store.requests.clear()
@@ -256,7 +260,8 @@ def test_a_run_that_is_killed_anywhere_is_finished_by_another_machine(
         left = store.keys(out)
         before = len(read_table(out, "runs")) if "catalog/runs.parquet" in left else 0
         assert ".lock" in left
-        if requests != HERE:
+        # One is started again where it was, at once.
+        if requests != among_tables:
             # As if the time had passed after which nobody believes in it.
             store.files.rm(f"{out}/.lock")
             another_machine(monkeypatch, tmp_path)
@@ -268,7 +273,7 @@ def test_a_run_that_is_killed_anywhere_is_finished_by_another_machine(
         assert past == {run_id: list(NAMES) for run_id in read_table(out, "runs")["run_id"]}
         assert len(past) == before + 1
         assert not [name for name in store.keys(out) if name.startswith((RECORDS_FOLDER, ".lock"))]
-    assert taken_up == [1, 4, 4, 0, 0], "in the second asset, history, tables, after `runs`, at the very end"
+    assert taken_up == [1, 4, 4, 0, 0]
 
 
 def test_workers_on_another_machine_answer_through_the_store(store: Store, data: Path, tmp_path: Path) -> None:
