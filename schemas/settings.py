@@ -79,10 +79,13 @@ class PhysicsSettings(Frozen):
     """Speed at which a hand lets a drawer go, m/s: where ``stops_within`` starts from ..."""
     usual_speed_rad_s: Positive = 1.0
     """... and a door or lid, rad/s."""
-    hold_margin: Positive = 1.5
-    """Friction over the gravity load for a joint that must stay where it is placed ..."""
+    hold_margin: Positive = 2.0
+    """Friction over the gravity load for a joint that must stay where it is placed: at 1.5 a laptop's screen creeps
+    in solvers whose contacts are stiffer than their dry friction ..."""
     least_hold_margin: Positive = 1.25
     """... and at least, where more would be too hard for a hand or tip the object over."""
+    preload_margin: Positive = 1.5
+    """Force of a spring over the weight of the part that it presses on its stop: without it a key sags."""
     bump_share: Fraction = 0.25
     """Share of gravity, sideways, that such a joint must bear as well: ground that slopes, and a bump."""
     free_bump_share: Fraction = 0.05

@@ -102,7 +102,7 @@ def test_a_loaded_spring_is_preloaded_against_its_stop() -> None:
     found = terms(0.1, spring_hz=2.0, load=-0.4, rest=0.2, upper=0.2)
     # At rest the spring alone then pushes with 1.5 times what gravity pulls; without a stop, with just as much.
     push = found.stiffness.value * (found.spring_reference - 0.2)
-    assert push == pytest.approx(SETTINGS.hold_margin * 0.4)
+    assert push == pytest.approx(SETTINGS.preload_margin * 0.4)
     free = terms(0.1, spring_hz=2.0, load=-0.4, rest=0.2)
     assert free.stiffness.value * (free.spring_reference - 0.2) == pytest.approx(0.4)
     assert terms(0.1, load=-0.4, rest=0.2).spring_reference == 0.2
@@ -238,7 +238,7 @@ def test_whatever_is_proposed_the_terms_are_simulable_and_honest(
     holds: bool,
 ) -> None:
     found = terms(
-        inertia, load=load, hold_friction=1.5 * abs(load) if holds else 0.0, holds=holds,
+        inertia, load=load, hold_friction=SETTINGS.hold_margin * abs(load) if holds else 0.0, holds=holds,
         damping=damping, coast_s=coast, stiffness=stiffness, spring_hz=hertz, friction=friction,
         closes_s=closes, stops_within=stops, returns_s=returns,
     )  # fmt: skip

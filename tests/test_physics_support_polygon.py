@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from asset2sim.physics.grip import grip_on
-from asset2sim.physics.support_polygon import standing_on
+from asset2sim.physics.support_polygon import LEANING_RAD, leaning_on, standing_on
 from tests.builders import corners
 
 UP = np.array([0.0, 0.0, 1.0])
@@ -37,6 +37,23 @@ def test_its_margin_is_the_angle_at_which_its_centre_of_mass_is_over_the_edge() 
     assert beyond.margin_rad == 0.0 and beyond.tips_at(np.array([0.1, 0.0, 0.6]), np.array([1.0, 0.0, 0.0])) == 0.0
     needle = standing_on(np.array([(0.0, 0.0, 0.0), (0.0, 0.0, 0.3)]), np.array([0.0, 0.0, 0.1]), 1.0, UP)
     assert needle.margin_rad == needle.rise == 0.0
+
+
+def test_on_feet_at_its_front_alone_it_leans_back_onto_its_rear_edge_and_no_further() -> None:
+    """A box 40 cm deep on feet 1 cm high under its front; the rear ones are missing."""
+    box = block(0.4, 0.6, 0.2) + np.array([0.0, 0.0, 0.01])
+    feet = np.array([(x, y, 0.0) for x in (0.15, 0.2) for y in (-0.3, 0.3)])
+    points, center = np.vstack([box, feet]), np.array([0.0, 0.0, 0.11])
+    assert standing_on(points, center, 5.0, UP).nearest == 0.0
+    leans = leaning_on(points, center, 5.0, UP)
+    angle = math.atan2(0.01, 0.15 + 0.2)
+    assert math.acos(leans.up @ UP) == pytest.approx(angle) and angle < LEANING_RAD
+    # Its rear edge along the floor that it leans to, from under its centre of mass; its front feet are further.
+    assert leans.nearest == pytest.approx(0.2 * math.cos(angle) - 0.1 * math.sin(angle))
+    high = points + np.vstack([np.tile([0.0, 0.0, 0.05], (8, 1)), np.zeros((4, 3))])
+    assert leaning_on(high, center, 5.0, UP).nearest == 0.0, "with feet of 6 cm it would tip over"
+    stands = block(0.2, 0.4, 0.6)
+    assert leaning_on(stands, np.array([0.0, 0.0, 0.3]), 5.0, UP).up is UP
 
 
 def test_it_slides_at_the_friction_of_its_weight_and_less_where_the_push_lifts() -> None:

@@ -39,6 +39,7 @@ def test_an_unknown_model_is_broken_and_names_the_choices() -> None:
         doctor.check_model_answers(ModelSettings(model="prior/magic"))
 
 
+@pytest.mark.system  # the first import of LiteLLM opens a socket
 def test_a_missing_key_is_broken_and_names_its_variable(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.delenv("OPENAI_API_KEY", raising=False)
     with pytest.raises(doctor.DoctorError, match="OPENAI_API_KEY"):

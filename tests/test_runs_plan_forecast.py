@@ -40,7 +40,7 @@ def test_every_asset_has_its_reason_and_nothing_is_written(tmp_path: Path, monke
     assert "files mobility.urdf" in b and "its prompt" in a
     assert told(data, out, asking(Redo.FAILED)).reasons["failed, and --retry-failed"] == ["c", "d"]
     assert told(data, out, asking(Redo.ALL)).reasons["--force"] == ["c", "d"]
-    other = NO_VIEWS.model_copy(update={"physics": PhysicsSettings(hold_margin=2.0)})
+    other = NO_VIEWS.model_copy(update={"physics": PhysicsSettings(hold_margin=2.5)})
     (c,) = (why for why, ids in told(data, out, other).reasons.items() if "c" in ids)
     assert c.startswith("changed: settings physics.hold_margin")
     assert tree(out) == before

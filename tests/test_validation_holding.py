@@ -51,9 +51,9 @@ def friction(position: float, kind: Handling, pull: Pull, bump: float = 0.0) -> 
 
 
 def test_a_lid_is_held_where_it_is_asked_to_stand_and_not_for_the_worst_of_its_range() -> None:
-    assert friction(1.2, LID, lid_pull(1.2)) == pytest.approx(1.5 * LOAD * math.cos(1.2))
+    assert friction(1.2, LID, lid_pull(1.2)) == pytest.approx(2.0 * LOAD * math.cos(1.2))
     worst = friction(1.2, SCREEN, lid_pull(1.2))
-    assert worst == pytest.approx(1.5 * LOAD * math.cos(math.pi / 8)), "a screen is left anywhere"
+    assert worst == pytest.approx(2.0 * LOAD * math.cos(math.pi / 8)), "a screen is left anywhere"
 
 
 def test_what_rests_on_its_stop_needs_no_friction() -> None:
@@ -69,7 +69,7 @@ def test_a_hand_can_move_it_unless_it_would_not_stand_where_it_is_asked_to() -> 
     weaker = Handling(ANY, anywhere=False, counterbalanced=False, tips_upward=1.2 / SAFE_SHARE, tips_downward=9.0)
     assert friction(1.0, weaker, lid_pull(1.0)) == pytest.approx(SETTINGS.least_hold_margin * here)
     held = holding(start(1.0), lid_pull(1.0), LOAD, weak, NO_BALANCE, bump_share=0.0, settings=SETTINGS)
-    assert held.cut and held.wanted == pytest.approx(1.5 * here)
+    assert held.cut and held.wanted == pytest.approx(2.0 * here)
 
 
 def test_springs_carry_most_of_a_door_that_drops_open_and_nothing_of_others() -> None:

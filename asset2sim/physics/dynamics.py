@@ -48,7 +48,7 @@ def joint_terms(
         if felt.friction > friction.value and proposal.friction is None:
             friction = Term(felt.friction, Source.RULE)
         return JointTerms(damping, friction, stiffness, felt.reference, armature=felt.armature)
-    margin, brake = settings.hold_margin, None
+    margin, brake = settings.preload_margin, None
     unmet: UnmetWishes = ()
     # Damping that is stated outright counts before any wish.
     if stiffness.value > 0.0 and proposal.returns_s is not None and proposal.damping is None:

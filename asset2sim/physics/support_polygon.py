@@ -15,6 +15,8 @@ HOUSNER_RAD = 0.7
 """Margin up to which a body rocks, rad: beyond, the first impact takes nearly all of its energy."""
 STANDING_M = 3e-3
 """Height over the lowest point within which points stand on the floor, m: engines' margins, and uneven feet."""
+LEANING_RAD = math.radians(5.0)
+"""How far an object leans at most until it stands on more of its feet; beyond, it tips over (``Thresholds``)."""
 
 
 @dataclass(frozen=True)
@@ -111,3 +113,21 @@ def standing_on(points: Array, center: Array, mass: float, up: Array) -> Support
     except (QhullError, ValueError):
         edges = np.zeros((0, 3))
     return SupportPolygon(up, mass, center, floor, edges[:, :2] @ across, edges[:, 2])
+
+
+def leaning_on(points: Array, center: Array, mass: float, up: Array) -> SupportPolygon:
+    """The support of a body where it comes to rest: as it is (``standing_on``), or where its centre of mass is beyond
+    its feet, on the nearest side of its convex hull that bears it, within ``LEANING_RAD``, with ``up`` leaning."""
+    stands = standing_on(points, center, mass, up)
+    if stands.nearest > 0.0:
+        return stands
+    try:
+        sides = ConvexHull(points).equations[:, :3]
+    except (QhullError, ValueError):
+        return stands
+    near = sides[sides @ up < -math.cos(LEANING_RAD)]
+    for side in near[np.argsort(near @ up)]:
+        leaning = standing_on(points, center, mass, -side)
+        if leaning.nearest > 0.0:
+            return leaning
+    return stands

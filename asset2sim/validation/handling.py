@@ -13,7 +13,7 @@ from asset2sim.physics.felt import press_forces
 from asset2sim.physics.grip import grip_on
 from asset2sim.physics.kinematics import TreeJoint, beyond, link_to_root
 from asset2sim.physics.mass_matrix import Body
-from asset2sim.physics.support_polygon import DOWNWARD, SupportPolygon, standing_on
+from asset2sim.physics.support_polygon import DOWNWARD, SupportPolygon, leaning_on
 from asset2sim.physics.terms import JointLoad, JointTerms
 from asset2sim.validation.notes import Notes
 from schemas.features import Features, JointFeatures
@@ -105,7 +105,7 @@ def handlings(
     clouds = {name: cloud @ poses[name][:3, :3].T + poses[name][:3, 3] for name, cloud in points.items() if len(cloud)}
     mass = sum(body.mass for body in bodies.values())
     center = sum(body.mass * (poses[n][:3, :3] @ body.com + poses[n][:3, 3]) for n, body in bodies.items()) / mass
-    support = standing_on(np.vstack(list(clouds.values())), np.asarray(center), mass, UP)
+    support = leaning_on(np.vstack(list(clouds.values())), np.asarray(center), mass, UP)
     joints = {joint.name: joint for joint in tree}
     found: dict[str, Handling] = {}
     for name in positions:
