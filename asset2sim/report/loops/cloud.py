@@ -1,0 +1,244 @@
+"""An object as coloured points, as dense as its pictures need them: what the loops are drawn from."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from PIL import Image
+
+from asset2sim.assets.views.batch import LIFT, QUANTUM, mixed, with_lifts
+from asset2sim.assets.views.renderer import INVISIBLE, SHEEN
+from asset2sim.assets.views.scene import Scene
+from asset2sim.assets.views.surface import PLAIN, Bools, Floats, Ints, Paint, Surface, Texture
+from asset2sim.assets.views.textures import decode_texture
+from asset2sim.report.loops.zbuffer import Lens, Singles, seen_in
+
+COARSE = 3
+"""Edge of a cell in spacings: whether a cell is seen is found out by one point of it."""
+SLACK = 0.7
+"""How far behind what is seen a cell still counts as seen, in its edges: cells on slopes are at several depths."""
+MOST_CELLS = 400_000
+"""Cells of an object, about; beyond it they, and the points, are set further apart."""
+LIFT_POINTS = 1.0
+"""How far the smallest flat surface is lifted off what it lies on, in spacings: the nearest point of a pixel wins, and
+two layers closer than that would speckle."""
+
+
+@dataclass(frozen=True, eq=False)
+class Cloud:
+    """Points of an object's surfaces. ``points`` (3, n) float32, in the root frame at the positions that it was read at,
+    m; ``facing`` (n,) the number of each one's normal in ``DIRECTIONS`` plus as many times its link's number;
+    ``colors`` (n, 3) float32, 0 to 255; ``opacity`` (n,) float32. Those of ``links[i]`` are ``starts[i]`` to
+    ``starts[i + 1]``."""
+
+    points: Singles
+    facing: Ints
+    colors: Singles
+    opacity: Singles
+    links: tuple[str, ...]
+    starts: tuple[int, ...]
+
+
+@dataclass(frozen=True, eq=False)
+class Faces:
+    """An object's triangles, none twice, those of ``links[i]`` together. (m, 3, 3) ``corners``, m, and ``normals``,
+    which are zero where the file has none, (m, 3, 2) ``uv``, (m, 3) ``flat`` normals, and (m,) ``surface``, the index
+    in ``surfaces`` of the one that each is of, ``lift`` from what it lies on, 0 to 1, and ``link``."""
+
+    corners: Floats
+    normals: Floats
+    uv: Floats
+    flat: Floats
+    surface: Ints
+    lift: Floats
+    link: Ints
+    surfaces: tuple[Surface, ...]
+    links: tuple[str, ...]
+
+    @property
+    def size_m(self) -> float:
+        """The longest edge of its box, m."""
+        return float(np.ptp(self.corners.reshape(-1, 3), axis=0).max())
+
+
+@dataclass(frozen=True, eq=False)
+class Cells:
+    """Triangles cut into rows along their longest edge (``base``, the number of its first corner), and these into cells;
+    (n,) each: the ``face``, its ``row`` of ``rows`` and ``column`` of ``columns``, and the cell's ``width`` and
+    ``height``, m."""
+
+    face: Ints
+    base: Ints
+    row: Ints
+    rows: Ints
+    column: Ints
+    columns: Ints
+    width: Floats
+    height: Floats
+
+    def pick(self, chosen: Bools | Ints) -> "Cells":
+        """These of the cells."""
+        return Cells(*(array[chosen] for array in vars(self).values()))
+
+    def weights(self, across: Floats, upwards: Floats) -> Floats:
+        """(n, 3) weights of the faces' corners at a point of each cell, shares of its width and height."""
+        up = (self.row + upwards) / self.rows
+        along = (1.0 - up) * (self.column + across) / self.columns
+        found = np.empty((len(up), 3))
+        place = np.arange(len(up))
+        found[place, self.base] = 1.0 - up - along
+        found[place, (self.base + 1) % 3] = along
+        found[place, (self.base + 2) % 3] = up
+        return found
+
+
+def faces_of(scene: Scene) -> Faces:
+    """The scene's triangles. Of those that lie exactly on each other, the smallest surface's is kept."""
+    link_of = {id(surface): link for surface, link in zip(scene.surfaces, scene.links, strict=True)}
+    links = tuple(dict.fromkeys(scene.links))
+    number = {name: place for place, name in enumerate(links)}
+    layers = with_lifts(scene.surfaces)
+    surfaces = tuple(surface for surface, _ in layers)
+    corners = np.concatenate([item.vertices[item.faces] for item in surfaces])
+    normals = np.concatenate(
+        [np.zeros((*item.faces.shape, 3)) if item.normals is None else item.normals[item.faces] for item in surfaces]
+    )
+    uv = np.concatenate([np.zeros((*item.faces.shape, 2)) if item.uv is None else item.uv[item.faces] for item in surfaces])
+    index = np.repeat(np.arange(len(surfaces)), [len(item.faces) for item in surfaces])
+    size = float(np.ptp(corners.reshape(-1, 3), axis=0).max()) or 1.0
+    grid = np.rint(corners / (QUANTUM * size)).astype(np.int64)
+    points = mixed(mixed(mixed(grid[..., 0]) + grid[..., 1]) + grid[..., 2])
+    _, first = np.unique(points.sum(axis=1), return_index=True)
+    link = np.array([number[link_of[id(surface)]] for surface in surfaces])[index]
+    kept = first[np.lexsort((first, link[first]))]
+    corners, index = corners[kept], index[kept]
+    flat = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    flat /= np.maximum(np.linalg.norm(flat, axis=1, keepdims=True), 1e-30)
+    lift = np.array([lift for _, lift in layers])[index] / (LIFT * size)
+    return Faces(corners, normals[kept], uv[kept], flat, index, lift, link[kept], surfaces, links)
+
+
+def cells_of(corners: Floats, edge: float) -> Cells:
+    """(m, 3, 3) triangles cut into cells whose edges are no longer than ``edge``, m."""
+    edges = corners[:, [1, 2, 0]] - corners
+    lengths = np.linalg.norm(edges, axis=2)
+    base = lengths.argmax(axis=1)
+    length = lengths[np.arange(len(corners)), base]
+    double_area = np.linalg.norm(np.cross(edges[:, 0], edges[:, 1]), axis=1)
+    height = double_area / np.maximum(length, 1e-30)
+    rows = np.maximum(1, np.ceil(height / edge)).astype(np.int64)
+    if len(corners) > MOST_CELLS:
+        # Most triangles are far smaller than a pixel then: as many as their area asks for are enough.
+        due = np.floor(np.cumsum(double_area / edge**2))
+        rows[(rows == 1) & (length < edge) & (np.diff(due, prepend=0.0) == 0.0)] = 0
+    face, row = spread(rows)
+    wide = length[face] * (1.0 - row / rows[face])
+    columns = np.maximum(1, np.ceil(wide / edge)).astype(np.int64)
+    line, column = spread(columns)
+    face = face[line]
+    sizes = (wide / columns)[line], (height[face] / rows[face])
+    return Cells(face, base[face], row[line], rows[face], column, columns[line], *sizes)
+
+
+def spread(counts: Ints) -> tuple[Ints, Ints]:
+    """For counts 2, 0, 3: the entry of each unit, 0 0 2 2 2, and its number within that, 0 1 0 1 2."""
+    entry = np.repeat(np.arange(len(counts)), counts)
+    return entry, np.arange(len(entry)) - np.repeat(np.cumsum(counts) - counts, counts)
+
+
+def starts_of(link: Ints, links: Sequence[str]) -> tuple[int, ...]:
+    """Where the points of each link start among those of sorted links, and the number of all."""
+    return tuple(np.searchsorted(link, np.arange(len(links) + 1)).tolist())
+
+
+def cloud_of(faces: Faces, spacing: float, views: Sequence[tuple[Singles, Lens]]) -> Cloud:
+    """The points, ``spacing`` m apart, that are seen in any of these views ((links, 3, 4) transforms to a world in which
+    the object is one unit long, and a lens), and their surroundings."""
+    area = 0.5 * float(np.linalg.norm(np.cross(*np.moveaxis(np.diff(faces.corners, axis=1), 1, 0)), axis=1).sum())
+    edge = max(COARSE * spacing, (area / MOST_CELLS) ** 0.5)
+    cells = cells_of(faces.corners, edge)
+    middle = np.full(len(cells.face), 0.5)
+    centers = np.einsum("nk,nkj->jn", cells.weights(middle, middle), faces.corners[cells.face]).astype(np.float32)
+    if views:
+        starts = starts_of(faces.link[cells.face], faces.links)
+        small = [(motion, lens.shrunk(COARSE)) for motion, lens in views]
+        cells = cells.pick(seen_in(centers, starts, small, SLACK * edge / faces.size_m))
+    spacing = edge / COARSE
+    across, upwards = (np.maximum(1, np.ceil(side / spacing)).astype(np.int64) for side in (cells.width, cells.height))
+    cell, place = spread(across * upwards)
+    fine = cells.pick(cell)
+    weights = fine.weights((place % across[cell] + 0.5) / across[cell], (place // across[cell] + 0.5) / upwards[cell])
+    face = fine.face
+    points = np.einsum("nk,nkj->nj", weights, faces.corners[face])
+    points += (LIFT_POINTS * spacing * faces.lift[face])[:, None] * faces.flat[face]
+    colors = painted(faces, face, weights)
+    clear = colors[:, 3] >= INVISIBLE
+    # An exporter that writes an opacity of zero everywhere did not mean an invisible object.
+    if not clear.any():
+        clear[:], colors[:, 3] = True, 1.0
+    link = faces.link[face]
+    facing = link * len(DIRECTIONS) + direction_of(smooth_normals(faces, face, weights))
+    rgb = 255.0 * (SHEEN + (1.0 - SHEEN) * colors[:, :3])
+    places, shades, opacity = (
+        np.ascontiguousarray(array, dtype=np.float32) for array in (points[clear].T, rgb[clear], colors[clear, 3])
+    )
+    return Cloud(places, facing[clear], shades, opacity, faces.links, starts_of(link[clear], faces.links))
+
+
+def direction_of(normals: Floats) -> Ints:
+    """(n,) the numbers in ``DIRECTIONS`` of (n, 3) unit vectors, of which a vector and its opposite are the same."""
+    upward = normals * np.where(normals[:, 2:] < 0.0, -1.0, 1.0)
+    flat = upward[:, :2] / np.maximum(np.abs(upward).sum(axis=1, keepdims=True), 1e-12)
+    across, along = np.clip(((flat + 1.0) * (0.5 * STEPS)).astype(np.int64), 0, STEPS - 1).T
+    return across * STEPS + along
+
+
+def octahedron() -> Singles:
+    """(STEPS², 3) unit vectors of the upper half of an octahedron, in squares."""
+    x, y = ((np.indices((STEPS, STEPS)).reshape(2, -1) + 0.5) * (2.0 / STEPS) - 1.0).astype(np.float32)
+    found = np.stack([x, y, np.maximum(1.0 - np.abs(x) - np.abs(y), 0.0)], axis=1)
+    return found / np.linalg.norm(found, axis=1, keepdims=True)
+
+
+STEPS = 64
+DIRECTIONS = octahedron()
+
+
+def smooth_normals(faces: Faces, face: Ints, weights: Floats) -> Floats:
+    """(n, 3) unit normals of points on these faces: the file's own, or the face's where those stray from it."""
+    own = np.einsum("nk,nkj->nj", weights, faces.normals[face])
+    flat = faces.flat[face]
+    length = np.maximum(np.linalg.norm(own, axis=1), 1e-9)
+    stray = np.abs(np.einsum("nj,nj->n", own, flat)) < 0.2 * length
+    return np.where(stray[:, None], flat, own / length[:, None])
+
+
+def painted(faces: Faces, face: Ints, weights: Floats) -> Floats:
+    """(n, 4) colours and opacities, 0 to 1, of points on these faces."""
+    paints = [item.paint or Paint(PLAIN) for item in faces.surfaces]
+    surface = faces.surface[face]
+    colors = np.array([paint.color for paint in paints])[surface]
+    pictures: dict[Texture, Floats | None] = {}
+    for index, paint in enumerate(paints):
+        if paint.texture is None or faces.surfaces[index].uv is None:
+            continue
+        if paint.texture not in pictures:
+            pictures[paint.texture] = texels(paint.texture.image)
+        picture = pictures[paint.texture]
+        if picture is not None:
+            chosen = np.flatnonzero(surface == index)
+            height, width = picture.shape[:2]
+            u, v = (np.einsum("nk,nkj->jn", weights[chosen], faces.uv[face[chosen]])) % 1.0
+            colors[chosen] *= picture[((1.0 - v) * height).astype(int) % height, (u * width).astype(int) % width]
+    return colors
+
+
+def texels(image: Image.Image) -> Floats | None:
+    """(h, w, 4) colours and opacities of a texture, 0 to 1; None where it is broken."""
+    try:
+        skin = decode_texture(image)
+    except (OSError, ValueError, SyntaxError, Image.DecompressionBombError):  # what Pillow raises on a bad picture
+        return None
+    color = np.asarray(skin.color, dtype=float) / 255.0
+    mask = np.ones(color.shape[:2]) if skin.opacity is None else np.asarray(skin.opacity, dtype=float)[..., 0] / 255.0
+    return np.dstack([color, mask])

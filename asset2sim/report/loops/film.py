@@ -1,0 +1,131 @@
+"""The loops and the size picture of one object: raw beside refined, from the same view, in step."""
+
+import io
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from PIL import Image, ImageDraw, ImageFont
+
+from asset2sim.assets.views.camera import directions
+from asset2sim.report.loops.cloud import Cloud, cloud_of
+from asset2sim.report.loops.draw import Picture, background, pictures
+from asset2sim.report.loops.figure import Figure
+from asset2sim.report.loops.zbuffer import FOV, Lens, Singles, changes, lens_for
+
+SIDE = 256
+"""Edge of one of the two pictures side by side, pixels."""
+OVERSAMPLING = 1.25
+"""Pixels drawn per pixel shown, along each side."""
+SPACING = 0.75
+"""Distance between two points, in drawn pixels: any pixel of a surface has one."""
+KEYS = 5
+"""Frames of each picture at which is found out what is seen."""
+ROOM = np.array([1.2, 1.2, 1.7])
+"""How far from where it starts a raw object is followed, in its longest edges: what explodes leaves the picture."""
+QUALITY, METHOD = 70, 2
+"""WebP's quality, and effort, 0 to 6."""
+INK, SOFT_INK = (62, 70, 82), (120, 128, 140)
+GAP = 2
+"""Width of the line between the two pictures, pixels."""
+
+
+@dataclass(frozen=True, eq=False)
+class Act:
+    """What one of the two pictures of a loop shows: a figure at (frames, links, 3, 4) transforms to the world that is
+    drawn, and a word if something ended it."""
+
+    figure: Figure
+    motions: Singles
+    word: str = ""
+
+
+@dataclass(frozen=True, eq=False)
+class Scenes:
+    """One loop: its ``name``, who plays in it, raw first, None where there is none, the time between two frames, s, 0
+    where there is no clock, and how long each is shown, ms."""
+
+    name: str
+    acts: tuple[Act | None, Act]
+    step_s: float
+    shown_ms: int
+
+
+def lens_of(scenes: Scenes) -> Lens:
+    """The lens that shows everything that happens in a loop, but what flies away."""
+    points = []
+    for act in scenes.acts:
+        if act is not None:
+            found = act.figure.spanned(act.motions[changes(act.motions)])
+            points.append(np.clip(found, [-ROOM[0], -ROOM[1], -0.15], ROOM))
+    side = round(SIDE * OVERSAMPLING)
+    towards = directions(scenes.acts[1].figure.front)["perspective"]
+    return lens_for(np.concatenate(points).astype(np.float32), towards.astype(np.float32), side, side)
+
+
+def clouds_of(films: Sequence[Scenes], lenses: Sequence[Lens]) -> dict[int, Cloud]:
+    """The cloud of each figure's triangles, by their ``id``, for all loops that they are in."""
+    views: dict[int, list[tuple[Singles, Lens]]] = {}
+    figures: dict[int, Figure] = {}
+    finest: dict[int, float] = {}
+    for scenes, lens in zip(films, lenses, strict=True):
+        for act in scenes.acts:
+            if act is None:
+                continue
+            key = id(act.figure.faces)
+            figures[key] = act.figure
+            chosen = changes(act.motions)
+            keys = [chosen[round(share * (len(chosen) - 1))] for share in np.linspace(0.0, 1.0, min(KEYS, len(chosen)))]
+            views.setdefault(key, []).extend((act.motions[frame], lens) for frame in keys)
+            nearest = float(lens.project(act.figure.spanned(act.motions[keys]).T.astype(np.float32))[2].min())
+            pixels = 0.5 * lens.height / np.tan(0.5 * FOV) / max(nearest, 0.5)
+            finest[key] = min(finest.get(key, np.inf), SPACING / pixels)
+    return {
+        key: cloud_of(figure.faces, finest[key] * figure.faces.size_m, views[key]) for key, figure in figures.items()
+    }
+
+
+def filmed(scenes: Scenes, lens: Lens, clouds: dict[int, Cloud]) -> bytes:
+    """A loop as an animated WebP."""
+    frames = len(scenes.acts[1].motions)
+    sheets = [Image.new("RGB", (2 * SIDE + GAP, SIDE), (255, 255, 255)) for _ in range(frames)]
+    for place, (act, name) in enumerate(zip(scenes.acts, ("raw", "refined"), strict=True)):
+        left = place * (SIDE + GAP)
+        if act is None:
+            empty = captioned(Image.new("RGB", (SIDE, SIDE), (226, 230, 236)), name, "cannot be shown")
+            for sheet in sheets:
+                sheet.paste(empty, (left, 0))
+            continue
+        last: tuple[Picture, Image.Image] | None = None
+        ground = background(lens, disc=True)
+        for number, picture in enumerate(pictures(clouds[id(act.figure.faces)], act.motions, lens, ground)):
+            if last is None or last[0] is not picture:
+                small = Image.fromarray(picture).resize((SIDE, SIDE), Image.Resampling.BOX)
+                last = picture, captioned(small, name, act.word)
+            sheets[number].paste(last[1], (left, 0))
+    if scenes.step_s:
+        for number, sheet in enumerate(sheets):
+            text(sheet, (2 * SIDE + GAP - 8, SIDE - 8), f"{number * scenes.step_s:.2f} s", 12, SOFT_INK, "rs")
+    durations = [6 * scenes.shown_ms, *[scenes.shown_ms] * (frames - 2), 12 * scenes.shown_ms]
+    stream = io.BytesIO()
+    options = {"save_all": True, "append_images": sheets[1:], "duration": durations, "loop": 0}
+    sheets[0].save(stream, "WEBP", quality=QUALITY, method=METHOD, **options)
+    return stream.getvalue()
+
+
+def captioned(image: Image.Image, name: str, word: str) -> Image.Image:
+    """The picture with a name at its upper left, and a word below that."""
+    text(image, (9, 20), name, 13, INK, "ls")
+    if word:
+        text(image, (9, 36), word, 11, SOFT_INK, "ls")
+    return image
+
+
+FONTS: dict[int, ImageFont.FreeTypeFont | ImageFont.ImageFont] = {}
+
+
+def text(image: Image.Image, xy: tuple[float, float], words: str, size: int, ink: tuple[int, int, int], anchor: str) -> None:
+    """Write words on a picture."""
+    if size not in FONTS:
+        FONTS[size] = ImageFont.load_default(size=size)
+    ImageDraw.Draw(image).text(xy, words, fill=ink, font=FONTS[size], anchor=anchor)

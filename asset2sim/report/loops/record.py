@@ -1,0 +1,95 @@
+"""What an object does in PyBullet, for the loops: let fall, and its parts let go, as poses at even times."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from scipy.spatial.transform import Rotation
+
+from asset2sim.engines.contacts import penetration
+from asset2sim.engines.pybullet_world import PyBulletWorld, open_pybullet
+from asset2sim.physics.arrays import Array
+from schemas.settings import EngineSettings
+
+FRAMES = 30
+"""Frames of a loop."""
+DROP_STEP_S, RELEASE_STEP_S = 1.0 / 30.0, 1.0 / 15.0
+"""Time between two frames, s: a fall takes 0.1 s, a door that closes by itself two seconds."""
+TRIED = 12
+"""Joints that are opened half way before they are let go of, at most."""
+
+
+@dataclass(frozen=True, eq=False)
+class Recording:
+    """Poses at even times: the root link's (frames, 4, 4) frame in the world, whose floor is z = 0, and (frames,) joint
+    positions by name, rad or m. ``finite``: whether every number stayed so; the poses stop where they did not."""
+
+    root: Array
+    joints: dict[str, Array]
+    finite: bool = True
+
+
+def let_fall(urdf: Path, positions: Mapping[str, float], friction: float, settings: EngineSettings) -> Recording:
+    """The drop check's fall on a plane, the object tilted as in perturbed starts. Raises AssetError (engine_refused)
+    where PyBullet refuses the file."""
+    tilt = settings.reset_rad
+    with open_pybullet(urdf, plane=True, timestep_s=settings.timestep_s, contact_friction=friction) as world:
+        # What the pose of PyBullet's root is at, the inertial frame, when the root link's own is the world's.
+        inertial = pose(np.array(world.authored), np.array(world.upright))
+        world.place(positions, height_m=settings.fall_height_m, tilt_rad=(tilt, -tilt, 0.0))
+        return follow(world, inertial, DROP_STEP_S)
+
+
+def let_go(urdf: Path, positions: Mapping[str, float], friction: float, settings: EngineSettings) -> Recording:
+    """Its joints let go of at these positions, the root held. Raises AssetError as ``let_fall``."""
+    with open_pybullet(urdf, plane=False, timestep_s=settings.timestep_s, contact_friction=friction) as world:
+        inertial = pose(np.array(world.authored), np.array(world.upright))
+        world.place(positions)
+        return follow(world, inertial, RELEASE_STEP_S)
+
+
+def half_open(
+    urdf: Path, start: Mapping[str, float], half: Mapping[str, float], settings: EngineSettings
+) -> dict[str, float]:
+    """``start`` with these joints half open as far as nothing then overlaps that did not before: a rack is not pulled
+    out against a closed door."""
+    found = dict(start)
+    with open_pybullet(
+        urdf, plane=False, timestep_s=settings.timestep_s, contact_friction=0.0, gravity_m_s2=0.0
+    ) as world:
+        world.place(found)
+        allowed = penetration(world.contacts()) + 1e-3
+        for name, position in list(half.items())[:TRIED]:
+            world.place(found | {name: position})
+            if penetration(world.contacts()) <= allowed:
+                found[name] = position
+    return found
+
+
+def follow(world: PyBulletWorld, inertial: Array, step_s: float) -> Recording:
+    """Run the world and read its poses."""
+    stride = max(1, round(step_s / world.timestep_s))
+    roots, joints, finite = [], [], True
+    for frame in range(FRAMES):
+        if frame:
+            world.step(stride)
+        position, orientation = world.root_pose()
+        positions = world.positions()
+        finite = all(np.isfinite(array).all() for array in (position, orientation, positions))
+        if not finite:
+            break
+        roots.append(pose(position, orientation) @ np.linalg.inv(inertial))
+        joints.append(positions)
+    missing = FRAMES - len(roots)
+    roots, joints = roots + roots[-1:] * missing, joints + joints[-1:] * missing
+    table = np.array(joints).reshape(FRAMES, -1)
+    return Recording(np.array(roots), dict(zip(world.joint_names, table.T, strict=True)), finite)
+
+
+def pose(position: Array, orientation: Array) -> Array:
+    """(4, 4) transform of a position and an xyzw quaternion."""
+    matrix = np.eye(4)
+    matrix[:3, :3] = Rotation.from_quat(orientation).as_matrix()
+    matrix[:3, 3] = position
+    return matrix

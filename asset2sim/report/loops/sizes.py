@@ -1,0 +1,137 @@
+"""The size picture: raw and refined at their true relative size beside a cube of 10 cm, in parallel projection."""
+
+import io
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import trimesh
+from PIL import Image
+
+from asset2sim.assets.views.camera import axes, directions
+from asset2sim.assets.views.load import from_mesh
+from asset2sim.assets.views.scene import Scene
+from asset2sim.assets.views.surface import Paint, Surface
+from asset2sim.physics.arrays import Array
+from asset2sim.report.loops.cloud import DIRECTIONS, Cloud, cloud_of, faces_of
+from asset2sim.report.loops.draw import background, pictures
+from asset2sim.report.loops.figure import Figure
+from asset2sim.report.loops.film import INK, OVERSAMPLING, QUALITY, SOFT_INK, SPACING, text
+from asset2sim.report.loops.record import Recording
+from asset2sim.report.loops.zbuffer import Lens, Singles
+
+WIDTH, HEIGHT = 640, 320
+"""Pixels of the picture."""
+TOP, BOTTOM, GAP = 16, 48, 28
+"""Pixels above the highest object, for the words below, and between two objects."""
+SLOT = 96
+"""Least width that an object has, for its words, pixels."""
+CUBE_M = 0.1
+CUBE_COLOR = (0.90, 0.45, 0.13, 1.0)
+
+
+@dataclass(frozen=True, eq=False)
+class Item:
+    """Something that stands in the picture: (links, 3, 4) transforms of a figure's triangles to a world in m, of its own,
+    whose floor is z = 0, and the words below it."""
+
+    figure: Figure
+    motion: Array
+    words: tuple[str, str]
+
+
+def cube() -> Item:
+    """The cube."""
+    box = from_mesh(trimesh.creation.box((CUBE_M, CUBE_M, CUBE_M)))
+    surface = Surface(box.vertices, box.faces, None, None, Paint(CUBE_COLOR))
+    faces = faces_of(Scene((surface,), ("cube",), np.array([1.0, 0.0, 0.0])))
+    figure = Figure((), "cube", {}, np.array([1.0, 0.0, 0.0]), faces, {"cube": np.eye(4)}, CUBE_M)
+    lifted = np.eye(4)[None, :3].copy()
+    lifted[0, 2, 3] = 0.5 * CUBE_M
+    return Item(figure, lifted, ("cube", "10 cm"))
+
+
+def standing(figure: Figure, recording: Recording, name: str) -> Item:
+    """An object as it is in a recording's first frame, its lowest point on the floor."""
+    placed = figure.placed(recording)[0]
+    points = figure.spanned(placed[None])
+    low, high = points.min(axis=0), points.max(axis=0)
+    motion = placed[:, :3].copy()
+    motion[:, :2, 3] -= 0.5 * (low + high)[:2]
+    motion[:, 2, 3] -= low[2]
+    return Item(figure, motion, (name, length_text(float((high - low).max()))))
+
+
+def length_text(length_m: float) -> str:
+    """A length in words: 4 mm, 23 cm, 1.74 m, 170 m."""
+    if length_m < 0.0095:
+        return f"{1e3 * length_m:.2g} mm"
+    if length_m < 0.995:
+        return f"{1e2 * length_m:.2g} cm"
+    return f"{length_m:.3g} m"
+
+
+def scale_of(boxes: Sequence[tuple[float, float]]) -> float:
+    """Pixels a metre at which objects of these widths and heights in the picture's plane, m, fit side by side."""
+    free = WIDTH - GAP * (len(boxes) + 1)
+    scale = (HEIGHT - TOP - BOTTOM) / max(height for _, height in boxes)
+    while sum(max(width * scale, SLOT) for width, _ in boxes) > free:
+        scale *= 0.98
+    return scale
+
+
+def size_picture(items: Sequence[Item]) -> bytes:
+    """The items side by side, as they stand, as a WebP picture."""
+    front = items[0].figure.front
+    right, up, back = axes(directions(front)["perspective"])
+    spans = [item.figure.spanned(item.motion[None]) @ np.stack([right, up]).T for item in items]
+    boxes = [(float(np.ptp(span[:, 0])), float(np.ptp(span[:, 1]))) for span in spans]
+    scale = scale_of(boxes)
+    slots = [max(width * scale, SLOT) for width, _ in boxes]
+    left = 0.5 * (WIDTH - sum(slots) - GAP * (len(items) - 1))
+    lowest = min(float(span[:, 1].min()) for span in spans)
+    centers, motions, clouds = [], [], []
+    unit = max(item.figure.size_m for item in items)
+    pixels = scale * unit * OVERSAMPLING
+    rows = np.stack([pixels * right, -pixels * up, -back])
+    base = (HEIGHT - BOTTOM) * OVERSAMPLING + pixels * lowest / unit
+    offset = np.array([0.0, base, 4.0])
+    lens = Lens(
+        np.concatenate([rows, offset[:, None]], axis=1).astype(np.float32),
+        *(round(WIDTH * OVERSAMPLING), round(HEIGHT * OVERSAMPLING)),
+        back.astype(np.float32),
+        flat=True,
+    )
+    for item, span, slot in zip(items, spans, slots, strict=True):
+        centers.append(left + 0.5 * slot)
+        left += slot + GAP
+        shift = centers[-1] / scale - 0.5 * (span[:, 0].min() + span[:, 0].max())
+        motion = item.motion.copy()
+        motion[:, :, 3] += shift * right
+        motions.append((motion / unit).astype(np.float32))
+        # Its triangles may be of another size than the figure.
+        spacing = SPACING / pixels * unit * item.figure.scale
+        clouds.append(cloud_of(item.figure.faces, spacing, [(motions[-1], lens)]))
+    ground = background(lens, disc=False)
+    drawn = next(pictures(merged(clouds), np.concatenate(motions)[None], lens, ground))
+    image = Image.fromarray(drawn).resize((WIDTH, HEIGHT), Image.Resampling.BOX)
+    for center, item in zip(centers, items, strict=True):
+        text(image, (center, HEIGHT - 22), item.words[0], 14, INK, "ms")
+        text(image, (center, HEIGHT - 7), item.words[1], 12, SOFT_INK, "ms")
+    stream = io.BytesIO()
+    image.save(stream, "WEBP", quality=QUALITY + 10, method=4)
+    return stream.getvalue()
+
+
+def merged(clouds: Sequence[Cloud]) -> Cloud:
+    """Several clouds as one, whose links are those of all, in their order."""
+    links: tuple[str, ...] = ()
+    starts: tuple[int, ...] = (0,)
+    facing: list[Singles] = []
+    for cloud in clouds:
+        facing.append(cloud.facing + len(links) * len(DIRECTIONS))
+        links += cloud.links
+        starts += tuple(starts[-1] + start for start in cloud.starts[1:])
+    points = np.concatenate([cloud.points for cloud in clouds], axis=1)
+    colors, opacity = (np.concatenate([getattr(cloud, name) for cloud in clouds]) for name in ("colors", "opacity"))
+    return Cloud(points, np.concatenate(facing), colors, opacity, links, starts)
