@@ -4,6 +4,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 from PIL import Image
 
 from asset2sim.assets.views.batch import LIFT, QUANTUM, mixed, with_lifts
@@ -11,12 +12,18 @@ from asset2sim.assets.views.renderer import INVISIBLE, SHEEN
 from asset2sim.assets.views.scene import Scene
 from asset2sim.assets.views.surface import PLAIN, Bools, Floats, Ints, Paint, Surface, Texture
 from asset2sim.assets.views.textures import decode_texture
-from asset2sim.report.loops.zbuffer import Lens, Singles, seen_in
+from asset2sim.report.loops.zbuffer import Lens, Singles, Words, seen_in
 
-COARSE = 3
+Bytes = NDArray[np.uint8]
+
+COARSE = 4
 """Edge of a cell in spacings: whether a cell is seen is found out by one point of it."""
 SLACK = 0.7
 """How far behind what is seen a cell still counts as seen, in its edges: cells on slopes are at several depths."""
+STRETCH = 0.3
+"""By how many spacings the points of a cell may be too few: most cells are of triangles of few points."""
+PERSPECTIVE = 0.15
+"""By how much more of a surface's edge may be seen than a parallel view from the middle of the picture shows."""
 MOST_CELLS = 400_000
 """Cells of an object, about; beyond it they, and the points, are set further apart."""
 LIFT_POINTS = 1.0
@@ -27,14 +34,14 @@ two layers closer than that would speckle."""
 @dataclass(frozen=True, eq=False)
 class Cloud:
     """Points of an object's surfaces. ``points`` (3, n) float32, in the root frame at the positions that it was read at,
-    m; ``facing`` (n,) the number of each one's normal in ``DIRECTIONS`` plus as many times its link's number;
-    ``colors`` (n, 3) float32, 0 to 255; ``opacity`` (n,) float32. Those of ``links[i]`` are ``starts[i]`` to
-    ``starts[i + 1]``."""
+    m; ``facing`` (n,) int32 the number of each one's normal in ``DIRECTIONS``, plus as many times its link's number;
+    ``colors`` (n, 4) uint8, RGB and opacity. Those of ``links[i]`` are ``starts[i]`` to ``starts[i + 1]``.
+    ``spacing_m`` is the distance between neighbours at most, m."""
 
     points: Singles
-    facing: Ints
-    colors: Singles
-    opacity: Singles
+    facing: Words
+    colors: Bytes
+    spacing_m: float
     links: tuple[str, ...]
     starts: tuple[int, ...]
 
@@ -80,11 +87,11 @@ class Cells:
         """These of the cells."""
         return Cells(*(array[chosen] for array in vars(self).values()))
 
-    def weights(self, across: Floats, upwards: Floats) -> Floats:
+    def weights(self, across: Floats, upwards: Floats) -> Singles:
         """(n, 3) weights of the faces' corners at a point of each cell, shares of its width and height."""
         up = (self.row + upwards) / self.rows
         along = (1.0 - up) * (self.column + across) / self.columns
-        found = np.empty((len(up), 3))
+        found = np.empty((len(up), 3), dtype=np.float32)
         place = np.arange(len(up))
         found[place, self.base] = 1.0 - up - along
         found[place, (self.base + 1) % 3] = along
@@ -158,38 +165,75 @@ def cloud_of(faces: Faces, spacing: float, views: Sequence[tuple[Singles, Lens]]
     edge = max(COARSE * spacing, (area / MOST_CELLS) ** 0.5)
     cells = cells_of(faces.corners, edge)
     middle = np.full(len(cells.face), 0.5)
-    centers = np.einsum("nk,nkj->jn", cells.weights(middle, middle), faces.corners[cells.face]).astype(np.float32)
-    if views:
-        starts = starts_of(faces.link[cells.face], faces.links)
-        small = [(motion, lens.shrunk(COARSE)) for motion, lens in views]
-        cells = cells.pick(seen_in(centers, starts, small, SLACK * edge / faces.size_m))
+    centers = at(cells.weights(middle, middle), faces.corners.astype(np.float32), cells.face).T
+    starts = starts_of(faces.link[cells.face], faces.links)
+    slack = SLACK * edge / faces.size_m
+    seen = np.zeros(len(cells.face), dtype=bool)
+    for motion, lens in views:
+        seen |= seen_in(centers, starts, motion, lens.shrunk(COARSE), slack)
+    cells = cells.pick(seen)
     spacing = edge / COARSE
-    across, upwards = (np.maximum(1, np.ceil(side / spacing)).astype(np.int64) for side in (cells.width, cells.height))
+    shares = foreshortened(faces, cells, views)
+    across, upwards = (
+        np.maximum(1, np.ceil(side * share / spacing - STRETCH)).astype(np.int64)
+        for side, share in zip((cells.width, cells.height), shares, strict=True)
+    )
     cell, place = spread(across * upwards)
     fine = cells.pick(cell)
     weights = fine.weights((place % across[cell] + 0.5) / across[cell], (place // across[cell] + 0.5) / upwards[cell])
     face = fine.face
-    points = np.einsum("nk,nkj->nj", weights, faces.corners[face])
-    points += (LIFT_POINTS * spacing * faces.lift[face])[:, None] * faces.flat[face]
+    points = at(weights, faces.corners.astype(np.float32), face)
+    points += (LIFT_POINTS * spacing * faces.lift[face])[:, None].astype(np.float32) * faces.flat[face]
     colors = painted(faces, face, weights)
     clear = colors[:, 3] >= INVISIBLE
     # An exporter that writes an opacity of zero everywhere did not mean an invisible object.
     if not clear.any():
         clear[:], colors[:, 3] = True, 1.0
+    colors[:, :3] = SHEEN + (1.0 - SHEEN) * colors[:, :3]
     link = faces.link[face]
     facing = link * len(DIRECTIONS) + direction_of(smooth_normals(faces, face, weights))
-    rgb = 255.0 * (SHEEN + (1.0 - SHEEN) * colors[:, :3])
-    places, shades, opacity = (
-        np.ascontiguousarray(array, dtype=np.float32) for array in (points[clear].T, rgb[clear], colors[clear, 3])
-    )
-    return Cloud(places, facing[clear], shades, opacity, faces.links, starts_of(link[clear], faces.links))
+    places, facing, link = np.ascontiguousarray(points[clear].T), facing[clear].astype(np.int32), link[clear]
+    shades = (255.0 * colors[clear] + 0.5).astype(np.uint8)
+    return Cloud(places, facing, shades, spacing, faces.links, starts_of(link, faces.links))
 
 
-def direction_of(normals: Floats) -> Ints:
+def foreshortened(faces: Faces, cells: Cells, views: Sequence[tuple[Singles, Lens]]) -> tuple[Singles, Singles]:
+    """Of each cell's width and height, the share that is seen at most in any of the views: what is seen at a slant needs
+    fewer points."""
+    number = np.arange(len(faces.corners))
+    base = np.zeros(len(number), dtype=np.int64)
+    base[cells.face] = cells.base
+    wide = faces.corners[number, (base + 1) % 3] - faces.corners[number, base]
+    wide /= np.maximum(np.linalg.norm(wide, axis=1, keepdims=True), 1e-30)
+    sides = wide, np.cross(faces.flat, wide)
+    most = [np.zeros(len(number)) for _ in sides]
+    bounds = np.searchsorted(faces.link, np.arange(len(faces.links) + 1))
+    for link in range(len(faces.links)):
+        turns = np.array([motion[link, :, :3].T @ lens.towards for motion, lens in views]).reshape(-1, 3)
+        turns = np.unique(np.round(turns / np.maximum(np.linalg.norm(turns, axis=1, keepdims=True), 1e-9), 2), axis=0)
+        part = slice(bounds[link], bounds[link + 1])
+        for towards in turns:
+            for side, share in zip(sides, most, strict=True):
+                seen = np.sqrt(np.maximum(1.0 - (side[part] @ towards) ** 2, 0.0))
+                np.maximum(share[part], seen, out=share[part])
+    # Perspective, and the views between these, see it less at a slant.
+    wider, higher = (np.minimum(share + PERSPECTIVE, 1.0).astype(np.float32)[cells.face] for share in most)
+    return wider, higher
+
+
+def at(weights: Singles, corners: Singles, face: Ints) -> Singles:
+    """(n, k) values at points of these faces, of (m, 3, k) values at the faces' corners."""
+    found: Singles = weights[:, :1] * corners[face, 0]
+    found += weights[:, 1:2] * corners[face, 1]
+    found += weights[:, 2:] * corners[face, 2]
+    return found
+
+
+def direction_of(normals: Singles) -> Words:
     """(n,) the numbers in ``DIRECTIONS`` of (n, 3) unit vectors, of which a vector and its opposite are the same."""
     upward = normals * np.where(normals[:, 2:] < 0.0, -1.0, 1.0)
     flat = upward[:, :2] / np.maximum(np.abs(upward).sum(axis=1, keepdims=True), 1e-12)
-    across, along = np.clip(((flat + 1.0) * (0.5 * STEPS)).astype(np.int64), 0, STEPS - 1).T
+    across, along = np.minimum(((flat + 1.0) * (0.5 * STEPS)).astype(np.int32), STEPS - 1).T
     return across * STEPS + along
 
 
@@ -200,25 +244,27 @@ def octahedron() -> Singles:
     return found / np.linalg.norm(found, axis=1, keepdims=True)
 
 
-STEPS = 64
+STEPS = 48
 DIRECTIONS = octahedron()
 
 
-def smooth_normals(faces: Faces, face: Ints, weights: Floats) -> Floats:
+def smooth_normals(faces: Faces, face: Ints, weights: Singles) -> Singles:
     """(n, 3) unit normals of points on these faces: the file's own, or the face's where those stray from it."""
-    own = np.einsum("nk,nkj->nj", weights, faces.normals[face])
-    flat = faces.flat[face]
-    length = np.maximum(np.linalg.norm(own, axis=1), 1e-9)
-    stray = np.abs(np.einsum("nj,nj->n", own, flat)) < 0.2 * length
+    flat = faces.flat.astype(np.float32)[face]
+    if not faces.normals.any():
+        return flat
+    own = at(weights, faces.normals.astype(np.float32), face)
+    length = np.maximum(np.sqrt(np.einsum("nj,nj->n", own, own)), np.float32(1e-9))
+    stray = np.abs(np.einsum("nj,nj->n", own, flat)) < np.float32(0.2) * length
     return np.where(stray[:, None], flat, own / length[:, None])
 
 
-def painted(faces: Faces, face: Ints, weights: Floats) -> Floats:
+def painted(faces: Faces, face: Ints, weights: Singles) -> Singles:
     """(n, 4) colours and opacities, 0 to 1, of points on these faces."""
     paints = [item.paint or Paint(PLAIN) for item in faces.surfaces]
     surface = faces.surface[face]
-    colors = np.array([paint.color for paint in paints])[surface]
-    pictures: dict[Texture, Floats | None] = {}
+    colors = np.array([paint.color for paint in paints], dtype=np.float32)[surface]
+    pictures: dict[Texture, Singles | None] = {}
     for index, paint in enumerate(paints):
         if paint.texture is None or faces.surfaces[index].uv is None:
             continue
@@ -228,17 +274,17 @@ def painted(faces: Faces, face: Ints, weights: Floats) -> Floats:
         if picture is not None:
             chosen = np.flatnonzero(surface == index)
             height, width = picture.shape[:2]
-            u, v = (np.einsum("nk,nkj->jn", weights[chosen], faces.uv[face[chosen]])) % 1.0
+            u, v = at(weights[chosen], faces.uv.astype(np.float32), face[chosen]).T % 1.0
             colors[chosen] *= picture[((1.0 - v) * height).astype(int) % height, (u * width).astype(int) % width]
     return colors
 
 
-def texels(image: Image.Image) -> Floats | None:
+def texels(image: Image.Image) -> Singles | None:
     """(h, w, 4) colours and opacities of a texture, 0 to 1; None where it is broken."""
     try:
         skin = decode_texture(image)
     except (OSError, ValueError, SyntaxError, Image.DecompressionBombError):  # what Pillow raises on a bad picture
         return None
-    color = np.asarray(skin.color, dtype=float) / 255.0
-    mask = np.ones(color.shape[:2]) if skin.opacity is None else np.asarray(skin.opacity, dtype=float)[..., 0] / 255.0
-    return np.dstack([color, mask])
+    color = np.asarray(skin.color, dtype=np.float32) / 255.0
+    mask = np.ones_like(color) if skin.opacity is None else np.asarray(skin.opacity, dtype=np.float32) / 255.0
+    return np.dstack([color, mask[..., :1]])

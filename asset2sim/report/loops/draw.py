@@ -18,8 +18,9 @@ WALL, FLOOR = (236.0, 239.0, 243.0), (216.0, 221.0, 228.0)
 """Colours at the top and at the bottom of the background, RGB: light enough beside white pages, not glaring on black."""
 DISC, DISC_RADIUS = (228.0, 232.0, 238.0), 0.95
 """Colour of the round floor under the object, and its radius as a share of the object's longest edge."""
-SHADOW, SHADOW_POINTS, SHADOW_SHRINK = 0.5, 5000, 4
-"""How dark the shadow is; the points that cast it; by how much smaller it is drawn before it is blurred."""
+SHADE, SHADOW, SHADOW_POINTS, SHADOW_SHRINK = (92, 97, 106), 205, 3000, 4
+"""Colour of the shadow and its opacity, to 255; the points that cast it; by how much smaller it is drawn before it is
+blurred."""
 SUN = np.array([0.25, 0.15], dtype=np.float32)
 """How far the shadow of something moves along x and y for each unit that it is above the floor."""
 OPAQUE = 0.95
@@ -29,40 +30,37 @@ CREASE, CREASE_DEPTH, CREASE_PIXELS = 0.45, (0.01, 0.07), 5
 many pixels."""
 
 
-def pictures(cloud: Cloud, motions: Singles, lens: Lens, ground: Singles) -> Iterator[Picture]:
+def pictures(cloud: Cloud, motions: Singles, lens: Lens, ground: Picture) -> Iterator[Picture]:
     """The cloud with its links at (frames, links, 3, 4) transforms from where they are in it to a world in which it is
-    about one unit long and the floor is z = 0: (h, w, 3) pictures over the ``ground``. Links that never move are drawn
+    about one unit long and the floor is z = 0: (h, w, 3) pictures over the (h, w, 3) ``ground``. Links that never move are drawn
     once, and a frame in which nothing moves is the one before."""
     motions = motions.astype(np.float32)
     still = np.abs(motions - motions[:1]).max(axis=(0, 2, 3)) < ALIKE
     base = Layers.empty(lens)
     for link, first, last in together(cloud.starts, motions[0], still):
         splat(base, cloud.points, first, last, motions[0][link], lens)
-    link_of = np.repeat(np.arange(len(cloud.links)), np.diff(cloud.starts))
     before: tuple[Singles, Picture] | None = None
     for motion in motions:
         if before is None or np.abs(motion - before[0]).max() > ALIKE:
             layers = base.copy()
             for link, first, last in together(cloud.starts, motion, ~still):
                 splat(layers, cloud.points, first, last, motion[link], lens)
-            below = shadowed(ground, cloud, motion, link_of, lens)
-            before = motion, shaded(cloud, layers, motion, link_of, lens, below)
+            before = motion, shaded(cloud, layers, motion, lens, shadowed(ground, cloud, motion, lens))
         yield before[1]
 
 
-def shaded(
-    cloud: Cloud, layers: Layers, motion: Singles, link_of: NDArray[np.int64], lens: Lens, ground: Singles
-) -> Picture:
-    """The z-buffer's points lit by the lamp, over the ground, which is drawn upon."""
+def shaded(cloud: Cloud, layers: Layers, motion: Singles, lens: Lens, ground: Picture) -> Picture:
+    """The z-buffer's points lit by the lamp, drawn on the ground."""
     inner = (slice(1, -1), slice(1, -1))
     shape = (lens.height + 2, lens.width + 2)
     point = layers.point.reshape(shape)[inner].ravel()
     place = np.flatnonzero(point >= 0)
     index = point[place]
     light = lit(motion, lens)[cloud.facing[index]]
-    light *= 1.0 - CREASE * creases(layers.depth.reshape(shape)[inner]).ravel()[place]
-    ground.reshape(-1, 3)[place] = cloud.colors[index] * light[:, None]
-    return np.minimum(ground, np.float32(255.0)).astype(np.uint8)
+    light *= np.float32(1.0) - creases(layers.depth.reshape(shape)[inner]).ravel()[place]
+    color = cloud.colors.view(np.uint32).ravel()[index].view(np.uint8).reshape(-1, 4)[:, :3] * light[:, None]
+    ground.reshape(-1, 3)[place] = np.minimum(color, np.float32(255.0)).astype(np.uint8)
+    return ground
 
 
 def lit(motion: Singles, lens: Lens) -> Singles:
@@ -70,30 +68,30 @@ def lit(motion: Singles, lens: Lens) -> Singles:
     turn = motion[:, :, :3] / np.maximum(np.linalg.norm(motion[:, :, :1], axis=1, keepdims=True), 1e-9)
     lamp = np.array(LAMP) @ axes(lens.towards.astype(float))
     both = np.stack([lamp / np.linalg.norm(lamp), lens.towards]).astype(np.float32)
-    _, first, group = np.unique(np.round(turn, 4), axis=0, return_index=True, return_inverse=True)
-    lamps, viewers = np.einsum("ljk,dj->dlk", turn[first], both)
-    facing = (lamps @ DIRECTIONS.T) * np.sign(viewers @ DIRECTIONS.T)
+    lamps, viewers = np.einsum("ljk,dj->dlk", turn, both)
+    facing = np.copysign(lamps @ DIRECTIONS.T, (lamps @ DIRECTIONS.T) * (viewers @ DIRECTIONS.T))
     bright: Singles = np.float32(AMBIENT) + np.float32(DIFFUSE) * np.maximum(facing, np.float32(0.0))
-    return bright[group.ravel()].ravel()
+    return bright.ravel()
 
 
 def creases(depth: Singles) -> Singles:
-    """(h, w) how far each pixel lies behind its surroundings, 0 to 1: light finds its way there less."""
+    """(h, w) how much darker each pixel is, 0 to 1, for lying behind its surroundings, where light comes less."""
     half = depth[::2, ::2]
     drawn = half < FAR
     if not drawn.any():
         return np.zeros_like(depth)
     behind = np.where(drawn, half, half[drawn].max())
-    least, most = CREASE_DEPTH
+    least, most = (np.float32(bound) for bound in CREASE_DEPTH)
     deeper = np.clip((behind - uniform_filter(behind, CREASE_PIXELS) - least) / (most - least), 0.0, 1.0)
-    return np.asarray(deeper.repeat(2, axis=0).repeat(2, axis=1)[: depth.shape[0], : depth.shape[1]])
+    shade = np.float32(CREASE) * deeper.repeat(2, axis=0).repeat(2, axis=1)
+    return np.asarray(shade[: depth.shape[0], : depth.shape[1]])
 
 
-def background(lens: Lens, *, disc: bool) -> Singles:
+def background(lens: Lens, *, disc: bool) -> Picture:
     """(h, w, 3) ground for pictures: a gradient, and with ``disc`` a round floor of the plane z = 0 about its origin."""
     share = np.linspace(0.0, 1.0, lens.height, dtype=np.float32)[:, None, None]
     wall, floor = np.array(WALL, dtype=np.float32), np.array(FLOOR, dtype=np.float32)
-    image = np.repeat(wall + share * (floor - wall), lens.width, axis=1)
+    image = np.repeat((wall + share * (floor - wall)).astype(np.uint8), lens.width, axis=1)
     if not disc:
         return image
     turn = np.linspace(0.0, 2.0 * np.pi, 97)
@@ -104,17 +102,22 @@ def background(lens: Lens, *, disc: bool) -> Singles:
     return image
 
 
-def shadowed(ground: Singles, cloud: Cloud, motion: Singles, link_of: NDArray[np.int64], lens: Lens) -> Singles:
+def shadowed(ground: Picture, cloud: Cloud, motion: Singles, lens: Lens) -> Picture:
     """A copy of the ground with the shadow that the object casts on the plane z = 0, soft."""
     stride = max(1, cloud.points.shape[1] // SHADOW_POINTS)
-    chosen = motion[link_of[::stride]]
-    place = np.einsum("njk,kn->jn", chosen[:, :, :3], cloud.points[:, ::stride]) + chosen[:, :, 3].T
+    everything = np.ones(len(cloud.links), dtype=bool)
+    parts = [
+        motion[link, :, :3] @ cloud.points[:, first:last:stride] + motion[link, :, 3:]
+        for link, first, last in together(cloud.starts, motion, everything)
+    ]
+    place = np.concatenate(parts, axis=1)
     place[:2] -= SUN[:, None] * place[2]
     place[2] = 0.0
     x, y = (lens.project(place)[:2] / SHADOW_SHRINK).astype(np.int32)
     mask = np.zeros((-(-lens.height // SHADOW_SHRINK), -(-lens.width // SHADOW_SHRINK)), dtype=np.uint8)
     inside = (x >= 0) & (y >= 0) & (x < mask.shape[1]) & (y < mask.shape[0])
-    mask[y[inside], x[inside]] = 255
+    mask[y[inside], x[inside]] = SHADOW
     soft = Image.fromarray(mask).filter(ImageFilter.GaussianBlur(1.6))
-    share = np.asarray(soft.resize((lens.width, lens.height), Image.Resampling.BILINEAR), dtype=np.float32)
-    return ground * (1.0 - share * np.float32(SHADOW / 255.0))[..., None]
+    image = Image.fromarray(ground)
+    image.paste(SHADE, mask=soft.resize(image.size, Image.Resampling.BILINEAR))
+    return np.array(image)

@@ -8,6 +8,7 @@ import numpy as np
 from PIL import Image, ImageDraw, ImageFont
 
 from asset2sim.assets.views.camera import directions
+from asset2sim.physics.arrays import Array
 from asset2sim.report.loops.cloud import Cloud, cloud_of
 from asset2sim.report.loops.draw import Picture, background, pictures
 from asset2sim.report.loops.figure import Figure
@@ -19,15 +20,21 @@ OVERSAMPLING = 1.25
 """Pixels drawn per pixel shown, along each side."""
 SPACING = 0.75
 """Distance between two points, in drawn pixels: any pixel of a surface has one."""
-KEYS = 5
+KEYS = 4
 """Frames of each picture at which is found out what is seen."""
 ROOM = np.array([1.2, 1.2, 1.7])
 """How far from where it starts a raw object is followed, in its longest edges: what explodes leaves the picture."""
-QUALITY, METHOD = 70, 2
-"""WebP's quality, and effort, 0 to 6."""
+QUALITIES, METHOD = (42, 25), 1
+"""WebP's quality, the second where the file is else too large, and effort, 0 to 6."""
+MOST_BYTES = 150_000
 INK, SOFT_INK = (62, 70, 82), (120, 128, 140)
 GAP = 2
 """Width of the line between the two pictures, pixels."""
+
+
+ROLES = ("raw", "refined")
+Clouds = dict[int, Cloud]
+"""The ``id`` of a figure's triangles → the cloud of them."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -42,12 +49,12 @@ class Act:
 
 @dataclass(frozen=True, eq=False)
 class Scenes:
-    """One loop: its ``name``, who plays in it, raw first, None where there is none, the time between two frames, s, 0
+    """One loop: its ``name``, who plays in it, raw first, None where there is none, the times of its frames, s, None
     where there is no clock, and how long each is shown, ms."""
 
     name: str
     acts: tuple[Act | None, Act]
-    step_s: float
+    times_s: Array | None
     shown_ms: int
 
 
@@ -63,8 +70,9 @@ def lens_of(scenes: Scenes) -> Lens:
     return lens_for(np.concatenate(points).astype(np.float32), towards.astype(np.float32), side, side)
 
 
-def clouds_of(films: Sequence[Scenes], lenses: Sequence[Lens]) -> dict[int, Cloud]:
-    """The cloud of each figure's triangles, by their ``id``, for all loops that they are in."""
+def clouds_of(films: Sequence[Scenes], lenses: Sequence[Lens], still: Sequence[tuple[Figure, Singles, Lens]]) -> Clouds:
+    """The clouds of everyone's triangles for the loops, and of who is in none for a still picture, in which each is at
+    (links, 3, 4) transforms."""
     views: dict[int, list[tuple[Singles, Lens]]] = {}
     figures: dict[int, Figure] = {}
     finest: dict[int, float] = {}
@@ -80,16 +88,27 @@ def clouds_of(films: Sequence[Scenes], lenses: Sequence[Lens]) -> dict[int, Clou
             nearest = float(lens.project(act.figure.spanned(act.motions[keys]).T.astype(np.float32))[2].min())
             pixels = 0.5 * lens.height / np.tan(0.5 * FOV) / max(nearest, 0.5)
             finest[key] = min(finest.get(key, np.inf), SPACING / pixels)
+    for figure, motion, lens in still:
+        key = id(figure.faces)
+        if key not in figures:
+            figures[key] = figure
+            finest[key] = SPACING / (lengthening(lens, motion) * figure.faces.size_m)
+            views[key] = [(motion, lens)]
     return {
         key: cloud_of(figure.faces, finest[key] * figure.faces.size_m, views[key]) for key, figure in figures.items()
     }
 
 
-def filmed(scenes: Scenes, lens: Lens, clouds: dict[int, Cloud]) -> bytes:
+def lengthening(lens: Lens, motion: Singles) -> float:
+    """Pixels a metre of triangles that are drawn at these (links, 3, 4) transforms through a ``flat`` lens."""
+    return float(np.linalg.norm(lens.matrix[0, :3]) * np.cbrt(np.linalg.det(motion[0, :, :3])))
+
+
+def filmed(scenes: Scenes, lens: Lens, clouds: Clouds) -> bytes:
     """A loop as an animated WebP."""
     frames = len(scenes.acts[1].motions)
     sheets = [Image.new("RGB", (2 * SIDE + GAP, SIDE), (255, 255, 255)) for _ in range(frames)]
-    for place, (act, name) in enumerate(zip(scenes.acts, ("raw", "refined"), strict=True)):
+    for place, (act, name) in enumerate(zip(scenes.acts, ROLES, strict=True)):
         left = place * (SIDE + GAP)
         if act is None:
             empty = captioned(Image.new("RGB", (SIDE, SIDE), (226, 230, 236)), name, "cannot be shown")
@@ -97,19 +116,22 @@ def filmed(scenes: Scenes, lens: Lens, clouds: dict[int, Cloud]) -> bytes:
                 sheet.paste(empty, (left, 0))
             continue
         last: tuple[Picture, Image.Image] | None = None
-        ground = background(lens, disc=True)
-        for number, picture in enumerate(pictures(clouds[id(act.figure.faces)], act.motions, lens, ground)):
+        cloud = clouds[id(act.figure.faces)]
+        for number, picture in enumerate(pictures(cloud, act.motions, lens, background(lens, disc=True))):
             if last is None or last[0] is not picture:
                 small = Image.fromarray(picture).resize((SIDE, SIDE), Image.Resampling.BOX)
                 last = picture, captioned(small, name, act.word)
             sheets[number].paste(last[1], (left, 0))
-    if scenes.step_s:
-        for number, sheet in enumerate(sheets):
-            text(sheet, (2 * SIDE + GAP - 8, SIDE - 8), f"{number * scenes.step_s:.2f} s", 12, SOFT_INK, "rs")
+    if scenes.times_s is not None:
+        for sheet, time in zip(sheets, scenes.times_s, strict=True):
+            text(sheet, (2 * SIDE + GAP - 8, SIDE - 8), f"{time:.2f} s", 12, SOFT_INK, "rs")
     durations = [6 * scenes.shown_ms, *[scenes.shown_ms] * (frames - 2), 12 * scenes.shown_ms]
-    stream = io.BytesIO()
-    options = {"save_all": True, "append_images": sheets[1:], "duration": durations, "loop": 0}
-    sheets[0].save(stream, "WEBP", quality=QUALITY, method=METHOD, **options)
+    for quality in QUALITIES:
+        stream = io.BytesIO()
+        options = {"save_all": True, "append_images": sheets[1:], "duration": durations, "loop": 0}
+        sheets[0].save(stream, "WEBP", quality=quality, method=METHOD, **options)
+        if stream.tell() <= MOST_BYTES:
+            break
     return stream.getvalue()
 
 

@@ -3,6 +3,7 @@
 import filecmp
 import os
 from collections.abc import Mapping
+from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
@@ -10,11 +11,12 @@ import numpy as np
 from asset2sim.assets.folder import URDF_NAME
 from asset2sim.assets.formats.source import open_source
 from asset2sim.assets.views.surface import Surface
+from asset2sim.checks.mechanism import span_of
 from asset2sim.engines.child import in_child
 from asset2sim.report.loops.figure import Figure, read_alike, read_figure, sweep
 from asset2sim.report.loops.film import Act, Scenes, clouds_of, filmed, lens_of
-from asset2sim.report.loops.record import DROP_STEP_S, FRAMES, RELEASE_STEP_S, Recording, half_open, let_fall, let_go
-from asset2sim.report.loops.sizes import cube, size_picture, standing
+from asset2sim.report.loops.record import DROP_TIMES_S, FRAMES, RELEASE_TIMES_S, Recording, half_open, let_fall, let_go
+from asset2sim.report.loops.sizes import cube, in_a_row, size_picture, standing
 from schemas.errors import AssetError
 from schemas.overlay import PhysicsOverlay
 from schemas.settings import EngineSettings
@@ -22,9 +24,9 @@ from schemas.vocabulary import Engine
 
 SWEEP, DROP, RELEASE, SIZE = "sweep", "drop", "release", "size"
 NAMES = (SWEEP, DROP, RELEASE, SIZE)
-SHOWN_MS = {SWEEP: 80, DROP: 80, RELEASE: 67}
+SHOWN_MS = {SWEEP: 80, DROP: 80, RELEASE: 83}
 """How long a frame is shown, ms: a release at its own speed, a fall at under half of it."""
-STEPS_S = {SWEEP: 0.0, DROP: DROP_STEP_S, RELEASE: RELEASE_STEP_S}
+TIMES_S = {SWEEP: None, DROP: DROP_TIMES_S, RELEASE: RELEASE_TIMES_S}
 LEAST_FRAMES = 10
 """Frames that a joint is given for its range, at least."""
 RAW_FRICTION = 0.5
@@ -42,15 +44,9 @@ def make_loops(refined: Path, raw_urdf: Path | None, to: Path) -> list[str]:
     urdf, settings, loaded = refined / URDF_NAME, EngineSettings(), dict[Path, tuple[Surface, ...]]()
     start = overlay.initial_positions
     figure = read_figure(urdf, start, loaded)
-    half = {
-        joint.name: 0.5 * (joint.closed + joint.open)
-        for joint in overlay.joints
-        if joint.asked_position is None and joint.lower is not None
-    }
     names = [joint.name for joint in overlay.joints]
-    go_from = half_open(urdf, start, half, settings) if names else None
-    fall_from = None if overlay.support.fixed else start
-    played = play(urdf, fall_from, go_from, overlay.contact_friction, settings)
+    starts = starts_of(urdf, overlay, settings)
+    played = play(urdf, starts, overlay.contact_friction, settings)
     if names:
         played[SWEEP] = sweep(figure, start, names, FRAMES, LEAST_FRAMES)
     resting = Recording(np.eye(4)[None], {name: np.array([value]) for name, value in start.items()})
@@ -58,43 +54,70 @@ def make_loops(refined: Path, raw_urdf: Path | None, to: Path) -> list[str]:
     raw: dict[str, Act] = {}
     source = None if raw_urdf is None or raw_urdf.suffix == ".urdf" else open_source(raw_urdf.parent)
     raw_urdf = raw_urdf if source is None else source.urdf
-    as_raw = {name: value for name, value in unscaled(start, overlay).items()}
+    as_raw = unscaled(start, overlay)
     try:
         if raw_urdf is not None:
             remember_twins(loaded, refined, raw_urdf.parent)
             before = read_alike(raw_urdf, as_raw, loaded, figure, overlay.scale)
-            raw = raw_acts(raw_urdf, before, overlay, played, go_from, settings)
+            raw = raw_acts(raw_urdf, before, overlay, played, starts, settings)
             items.insert(0, standing(before, at_rest({}, 1), "raw"))
     except AssetError:
         pass  # nothing of it can be drawn; its picture says so
     films = [
-        Scenes(name, (raw.get(name), act(figure, name, played[name])), STEPS_S[name], SHOWN_MS[name])
+        Scenes(name, (raw.get(name), act(figure, name, played[name])), TIMES_S[name], SHOWN_MS[name])
         for name in (SWEEP, DROP, RELEASE)
         if name in played
     ]
     lenses = [lens_of(film) for film in films]
-    clouds = clouds_of(films, lenses)
+    row = in_a_row(items)
+    stills = [(item.figure, motion, row.lens) for item, motion in zip(row.items, row.motions, strict=True)]
+    clouds = clouds_of(films, lenses, stills)
     to.mkdir(parents=True, exist_ok=True)
     written = {film.name: filmed(film, lens, clouds) for film, lens in zip(films, lenses, strict=True)}
-    written[SIZE] = size_picture(items)
+    written[SIZE] = size_picture(row, clouds)
     for name in NAMES:
         save(to / f"{name}.webp", written.get(name))
     return [f"{name}.webp" for name in NAMES if name in written]
 
 
-def play(
-    urdf: Path,
-    fall_from: Mapping[str, float] | None,
-    go_from: Mapping[str, float] | None,
-    friction: float,
-    settings: EngineSettings,
-) -> dict[str, Recording]:
-    """One object's recordings: let fall with its joints at these positions, and let go of at those; none where None."""
+@dataclass(frozen=True)
+class Starts:
+    """Where an object's motions start: joint positions, rad or m, from which it is let fall, or None, and at which it is
+    let go of, or None, with these ``speeds``, rad/s or m/s."""
+
+    fall: Mapping[str, float] | None
+    go: Mapping[str, float] | None
+    speeds: Mapping[str, float]
+
+
+def starts_of(urdf: Path, overlay: PhysicsOverlay, settings: EngineSettings) -> Starts:
+    """Of the refined object: let fall as it is, but for a fixed one; let go of where a position is asked, else half open
+    as far as that is free, with a nudge towards the further end."""
+    start, joints = overlay.initial_positions, overlay.joints
+    fall = None if overlay.support.fixed else start
+    if not joints:
+        return Starts(fall, None, {})
+    half = {
+        joint.name: 0.5 * (joint.closed + joint.open)
+        for joint in joints
+        if joint.asked_position is None and joint.lower is not None
+    }
+    go = half_open(urdf, start, half, settings)
+    speeds = {}
+    for joint in joints:
+        speed = settings.nudge_m_s if joint.type == "prismatic" else settings.nudge_rad_s
+        lower, upper = span_of(joint)
+        speeds[joint.name] = speed if upper - go[joint.name] > go[joint.name] - lower else -speed
+    return Starts(fall, go, speeds)
+
+
+def play(urdf: Path, starts: Starts, friction: float, settings: EngineSettings) -> dict[str, Recording]:
+    """One object's recordings, of the motions that have a start."""
     found = {}
-    if fall_from is not None:
-        found[DROP] = let_fall(urdf, fall_from, friction, settings)
-    if go_from is not None:
-        found[RELEASE] = let_go(urdf, go_from, friction, settings)
+    if starts.fall is not None:
+        found[DROP] = let_fall(urdf, starts.fall, friction, settings)
+    if starts.go is not None:
+        found[RELEASE] = let_go(urdf, starts.go, starts.speeds, friction, settings)
     return found
 
 
@@ -103,16 +126,14 @@ def raw_acts(
     figure: Figure,
     overlay: PhysicsOverlay,
     refined: Recordings,
-    go_from: Mapping[str, float] | None,
+    starts: Starts,
     settings: EngineSettings,
 ) -> dict[str, Act]:
     """What the raw object shows in the loops of the refined one: let fall as it came, let go of where the refined one
     is. Where the engine refuses it, dies or hangs, it stands still, and a word says so."""
-    let_go_from = None if go_from is None else unscaled(go_from, overlay)
-    fall_from: Mapping[str, float] | None = {} if DROP in refined else None
-    outcome = in_child(
-        Engine.PYBULLET, play, urdf, fall_from, let_go_from, RAW_FRICTION, settings, time_limit_s=RAW_LIMIT_S
-    )
+    go = None if starts.go is None else unscaled(starts.go, overlay)
+    own = Starts(None if starts.fall is None else {}, go, unscaled(starts.speeds, overlay))
+    outcome = in_child(Engine.PYBULLET, play, urdf, own, RAW_FRICTION, settings, time_limit_s=RAW_LIMIT_S)
     found: dict[str, Act] = {}
     for name in refined:
         if name == SWEEP:
@@ -121,7 +142,7 @@ def raw_acts(
         elif outcome.value is not None:
             found[name] = act(figure, name, outcome.value[name])
         else:
-            still = at_rest({} if name == DROP else let_go_from or {}, FRAMES)
+            still = at_rest({} if name == DROP else go or {}, FRAMES)
             word = "the engine dies of it" if outcome.died else "the engine refuses it"
             found[name] = Act(figure, figure.normalised(figure.placed(still), floor=True), word)
     return found
@@ -140,7 +161,7 @@ def at_rest(positions: Mapping[str, float], frames: int) -> Recording:
 
 
 def unscaled(positions: Mapping[str, float], overlay: PhysicsOverlay) -> dict[str, float]:
-    """These joint positions of the refined object at the authored scale."""
+    """These joint positions or speeds of the refined object at the authored scale."""
     sliders = {joint.name for joint in overlay.all_joints if joint.type == "prismatic"}
     return {name: value / overlay.scale if name in sliders else value for name, value in positions.items()}
 

@@ -12,10 +12,12 @@ from asset2sim.engines.pybullet_world import PyBulletWorld, open_pybullet
 from asset2sim.physics.arrays import Array
 from schemas.settings import EngineSettings
 
-FRAMES = 30
+FRAMES = 24
 """Frames of a loop."""
-DROP_STEP_S, RELEASE_STEP_S = 1.0 / 30.0, 1.0 / 15.0
-"""Time between two frames, s: a fall takes 0.1 s, a door that closes by itself two seconds."""
+DROP_TIMES_S = np.concatenate([np.arange(11) / 80.0, 1.0 / 8.0 + np.arange(1, FRAMES - 10) / 15.0])
+"""Times of a drop's frames, s: it takes 0.064 s, what comes of it one second."""
+RELEASE_TIMES_S = np.arange(FRAMES) / 12.0
+"""Times of a release's frames, s: a door that closes by itself takes two seconds."""
 TRIED = 12
 """Joints that are opened half way before they are let go of, at most."""
 
@@ -31,22 +33,30 @@ class Recording:
 
 
 def let_fall(urdf: Path, positions: Mapping[str, float], friction: float, settings: EngineSettings) -> Recording:
-    """The drop check's fall on a plane, the object tilted as in perturbed starts. Raises AssetError (engine_refused)
-    where PyBullet refuses the file."""
+    """The object's fall on a plane from a perturbed start, as in the reset check: as high and as tilted as any of them.
+    Raises AssetError (engine_refused) where PyBullet refuses the file."""
     tilt = settings.reset_rad
     with open_pybullet(urdf, plane=True, timestep_s=settings.timestep_s, contact_friction=friction) as world:
         # What the pose of PyBullet's root is at, the inertial frame, when the root link's own is the world's.
         inertial = pose(np.array(world.authored), np.array(world.upright))
-        world.place(positions, height_m=settings.fall_height_m, tilt_rad=(tilt, -tilt, 0.0))
-        return follow(world, inertial, DROP_STEP_S)
+        world.place(positions, height_m=settings.reset_m, tilt_rad=(tilt, -tilt, 0.0))
+        return follow(world, inertial, DROP_TIMES_S)
 
 
-def let_go(urdf: Path, positions: Mapping[str, float], friction: float, settings: EngineSettings) -> Recording:
-    """Its joints let go of at these positions, the root held. Raises AssetError as ``let_fall``."""
+def let_go(
+    urdf: Path,
+    positions: Mapping[str, float],
+    speeds: Mapping[str, float],
+    friction: float,
+    settings: EngineSettings,
+) -> Recording:
+    """Its joints let go of at these positions with these speeds, rad/s or m/s, the root held. Raises AssetError as
+    ``let_fall``."""
     with open_pybullet(urdf, plane=False, timestep_s=settings.timestep_s, contact_friction=friction) as world:
         inertial = pose(np.array(world.authored), np.array(world.upright))
         world.place(positions)
-        return follow(world, inertial, RELEASE_STEP_S)
+        world.kick({name: speed for name, speed in speeds.items() if name in world.joint_names})
+        return follow(world, inertial, RELEASE_TIMES_S)
 
 
 def half_open(
@@ -67,13 +77,12 @@ def half_open(
     return found
 
 
-def follow(world: PyBulletWorld, inertial: Array, step_s: float) -> Recording:
-    """Run the world and read its poses."""
-    stride = max(1, round(step_s / world.timestep_s))
+def follow(world: PyBulletWorld, inertial: Array, times_s: Array) -> Recording:
+    """Run the world and read its poses at these times."""
     roots, joints, finite = [], [], True
-    for frame in range(FRAMES):
-        if frame:
-            world.step(stride)
+    counts = np.diff(np.rint(times_s / world.timestep_s).astype(int), prepend=0)
+    for count in counts.tolist():
+        world.step(count)
         position, orientation = world.root_pose()
         positions = world.positions()
         finite = all(np.isfinite(array).all() for array in (position, orientation, positions))
@@ -81,9 +90,9 @@ def follow(world: PyBulletWorld, inertial: Array, step_s: float) -> Recording:
             break
         roots.append(pose(position, orientation) @ np.linalg.inv(inertial))
         joints.append(positions)
-    missing = FRAMES - len(roots)
+    missing = len(times_s) - len(roots)
     roots, joints = roots + roots[-1:] * missing, joints + joints[-1:] * missing
-    table = np.array(joints).reshape(FRAMES, -1)
+    table = np.array(joints).reshape(len(times_s), -1)
     return Recording(np.array(roots), dict(zip(world.joint_names, table.T, strict=True)), finite)
 
 

@@ -13,12 +13,12 @@ from asset2sim.assets.views.load import from_mesh
 from asset2sim.assets.views.scene import Scene
 from asset2sim.assets.views.surface import Paint, Surface
 from asset2sim.physics.arrays import Array
-from asset2sim.report.loops.cloud import DIRECTIONS, Cloud, cloud_of, faces_of
+from asset2sim.report.loops.cloud import DIRECTIONS, Cloud, faces_of
 from asset2sim.report.loops.draw import background, pictures
 from asset2sim.report.loops.figure import Figure
-from asset2sim.report.loops.film import INK, OVERSAMPLING, QUALITY, SOFT_INK, SPACING, text
+from asset2sim.report.loops.film import INK, METHOD, Clouds, OVERSAMPLING, SOFT_INK, SPACING, lengthening, text
 from asset2sim.report.loops.record import Recording
-from asset2sim.report.loops.zbuffer import Lens, Singles
+from asset2sim.report.loops.zbuffer import Lens, Singles, Words
 
 WIDTH, HEIGHT = 640, 320
 """Pixels of the picture."""
@@ -80,46 +80,53 @@ def scale_of(boxes: Sequence[tuple[float, float]]) -> float:
     return scale
 
 
-def size_picture(items: Sequence[Item]) -> bytes:
-    """The items side by side, as they stand, as a WebP picture."""
-    front = items[0].figure.front
-    right, up, back = axes(directions(front)["perspective"])
+@dataclass(frozen=True, eq=False)
+class Row:
+    """The items' places in the picture: the x of each one's middle, pixels, their (links, 3, 4) transforms to one world
+    whose unit is the longest of them, and the lens, in pixels that are shown."""
+
+    items: tuple[Item, ...]
+    centers: tuple[float, ...]
+    motions: tuple[Singles, ...]
+    lens: Lens
+
+
+def in_a_row(items: Sequence[Item]) -> Row:
+    """The items side by side, from the left."""
+    right, up, back = axes(directions(items[0].figure.front)["perspective"])
     spans = [item.figure.spanned(item.motion[None]) @ np.stack([right, up]).T for item in items]
     boxes = [(float(np.ptp(span[:, 0])), float(np.ptp(span[:, 1]))) for span in spans]
-    scale = scale_of(boxes)
+    scale, unit = scale_of(boxes), max(item.figure.size_m for item in items)
     slots = [max(width * scale, SLOT) for width, _ in boxes]
     left = 0.5 * (WIDTH - sum(slots) - GAP * (len(items) - 1))
-    lowest = min(float(span[:, 1].min()) for span in spans)
-    centers, motions, clouds = [], [], []
-    unit = max(item.figure.size_m for item in items)
-    pixels = scale * unit * OVERSAMPLING
-    rows = np.stack([pixels * right, -pixels * up, -back])
-    base = (HEIGHT - BOTTOM) * OVERSAMPLING + pixels * lowest / unit
-    offset = np.array([0.0, base, 4.0])
-    lens = Lens(
-        np.concatenate([rows, offset[:, None]], axis=1).astype(np.float32),
-        *(round(WIDTH * OVERSAMPLING), round(HEIGHT * OVERSAMPLING)),
-        back.astype(np.float32),
-        flat=True,
-    )
+    centers, motions = [], []
     for item, span, slot in zip(items, spans, slots, strict=True):
         centers.append(left + 0.5 * slot)
         left += slot + GAP
-        shift = centers[-1] / scale - 0.5 * (span[:, 0].min() + span[:, 0].max())
         motion = item.motion.copy()
-        motion[:, :, 3] += shift * right
+        motion[:, :, 3] += (centers[-1] / scale - 0.5 * (span[:, 0].min() + span[:, 0].max())) * right
         motions.append((motion / unit).astype(np.float32))
-        # Its triangles may be of another size than the figure.
-        spacing = SPACING / pixels * unit * item.figure.scale
-        clouds.append(cloud_of(item.figure.faces, spacing, [(motions[-1], lens)]))
-    ground = background(lens, disc=False)
-    drawn = next(pictures(merged(clouds), np.concatenate(motions)[None], lens, ground))
-    image = Image.fromarray(drawn).resize((WIDTH, HEIGHT), Image.Resampling.BOX)
-    for center, item in zip(centers, items, strict=True):
+    pixels = scale * unit
+    bottom = HEIGHT - BOTTOM + scale * min(float(span[:, 1].min()) for span in spans)
+    matrix = np.column_stack([np.stack([pixels * right, -pixels * up, -back]), [0.0, bottom, 4.0]])
+    lens = Lens(matrix.astype(np.float32), WIDTH, HEIGHT, back.astype(np.float32), flat=True)
+    return Row(tuple(items), tuple(centers), tuple(motions), lens)
+
+
+def size_picture(row: Row, clouds: Clouds) -> bytes:
+    """The picture as WebP, drawn from these clouds."""
+    chosen = [clouds[id(item.figure.faces)] for item in row.items]
+    density = [
+        SPACING / (cloud.spacing_m * lengthening(row.lens, motion)) for cloud, motion in zip(chosen, row.motions, strict=True)
+    ]
+    lens = row.lens.shrunk(1.0 / min(OVERSAMPLING, *density))
+    drawn = next(pictures(merged(chosen), np.concatenate(row.motions)[None], lens, background(lens, disc=False)))
+    image = Image.fromarray(drawn).resize((WIDTH, HEIGHT), Image.Resampling.LANCZOS)
+    for center, item in zip(row.centers, row.items, strict=True):
         text(image, (center, HEIGHT - 22), item.words[0], 14, INK, "ms")
         text(image, (center, HEIGHT - 7), item.words[1], 12, SOFT_INK, "ms")
     stream = io.BytesIO()
-    image.save(stream, "WEBP", quality=QUALITY + 10, method=4)
+    image.save(stream, "WEBP", quality=80, method=METHOD)
     return stream.getvalue()
 
 
@@ -127,11 +134,11 @@ def merged(clouds: Sequence[Cloud]) -> Cloud:
     """Several clouds as one, whose links are those of all, in their order."""
     links: tuple[str, ...] = ()
     starts: tuple[int, ...] = (0,)
-    facing: list[Singles] = []
+    facing: list[Words] = []
     for cloud in clouds:
-        facing.append(cloud.facing + len(links) * len(DIRECTIONS))
+        facing.append(cloud.facing + np.int32(len(links) * len(DIRECTIONS)))
         links += cloud.links
         starts += tuple(starts[-1] + start for start in cloud.starts[1:])
     points = np.concatenate([cloud.points for cloud in clouds], axis=1)
-    colors, opacity = (np.concatenate([getattr(cloud, name) for cloud in clouds]) for name in ("colors", "opacity"))
-    return Cloud(points, np.concatenate(facing), colors, opacity, links, starts)
+    colors, spacing = np.concatenate([cloud.colors for cloud in clouds]), max(cloud.spacing_m for cloud in clouds)
+    return Cloud(points, np.concatenate(facing), colors, spacing, links, starts)
