@@ -5,14 +5,11 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from PIL import Image
 
-from asset2sim.assets.views.batch import LIFT, QUANTUM, mixed, with_lifts
 from asset2sim.assets.views.renderer import INVISIBLE, SHEEN
-from asset2sim.assets.views.scene import Scene
-from asset2sim.assets.views.surface import PLAIN, Bools, Floats, Ints, Paint, Surface, Texture
-from asset2sim.assets.views.textures import decode_texture
-from asset2sim.report.loops.zbuffer import Lens, Singles, Words, seen_in
+from asset2sim.assets.views.surface import Floats, Ints
+from asset2sim.report.loops.faces import Faces, at, painted, smooth_normals
+from asset2sim.report.loops.zbuffer import Bools, Lens, Singles, Words, seen_in
 
 Bytes = NDArray[np.uint8]
 
@@ -20,6 +17,11 @@ COARSE = 4
 """Edge of a cell in spacings: whether a cell is seen is found out by one point of it."""
 SLACK = 0.7
 """How far behind what is seen a cell still counts as seen, in its edges: cells on slopes are at several depths."""
+OPAQUE = 0.95
+"""Opacity from which a point is opaque."""
+SIEVE, LEAST, GOLDEN = 0.7, 0.3, 0.6180339887
+"""Share of the points that are drawn of a surface, times its opacity; the least share; and the step along [0, 1) whose
+multiples fill it most evenly."""
 STRETCH = 0.3
 """By how many spacings the points of a cell may be too few: most cells are of triangles of few points."""
 PERSPECTIVE = 0.15
@@ -33,10 +35,10 @@ two layers closer than that would speckle."""
 
 @dataclass(frozen=True, eq=False)
 class Cloud:
-    """Points of an object's surfaces. ``points`` (3, n) float32, in the root frame at the positions that it was read at,
-    m; ``facing`` (n,) int32 the number of each one's normal in ``DIRECTIONS``, plus as many times its link's number;
-    ``colors`` (n, 4) uint8, RGB and opacity. Those of ``links[i]`` are ``starts[i]`` to ``starts[i + 1]``.
-    ``spacing_m`` is the distance between neighbours at most, m."""
+    """Points of an object's surfaces. ``points`` (3, n) float32, in the frame of their triangles, m; ``facing`` (n,)
+    int32, the number of each one's normal in ``DIRECTIONS``, plus as many times its link's number; ``colors`` (n, 4)
+    uint8, RGBA. Those of ``links[i]`` are ``starts[i]`` to ``starts[i + 1]``. ``spacing_m`` is the distance between
+    neighbours at most, m."""
 
     points: Singles
     facing: Words
@@ -47,31 +49,9 @@ class Cloud:
 
 
 @dataclass(frozen=True, eq=False)
-class Faces:
-    """An object's triangles, none twice, those of ``links[i]`` together. (m, 3, 3) ``corners``, m, and ``normals``,
-    which are zero where the file has none, (m, 3, 2) ``uv``, (m, 3) ``flat`` normals, and (m,) ``surface``, the index
-    in ``surfaces`` of the one that each is of, ``lift`` from what it lies on, 0 to 1, and ``link``."""
-
-    corners: Floats
-    normals: Floats
-    uv: Floats
-    flat: Floats
-    surface: Ints
-    lift: Floats
-    link: Ints
-    surfaces: tuple[Surface, ...]
-    links: tuple[str, ...]
-
-    @property
-    def size_m(self) -> float:
-        """The longest edge of its box, m."""
-        return float(np.ptp(self.corners.reshape(-1, 3), axis=0).max())
-
-
-@dataclass(frozen=True, eq=False)
 class Cells:
-    """Triangles cut into rows along their longest edge (``base``, the number of its first corner), and these into cells;
-    (n,) each: the ``face``, its ``row`` of ``rows`` and ``column`` of ``columns``, and the cell's ``width`` and
+    """Triangles cut into rows along their longest edge (``base``, the number of its first corner), and these into
+    cells; (n,) each: the ``face``, its ``row`` of ``rows`` and ``column`` of ``columns``, and the cell's ``width`` and
     ``height``, m."""
 
     face: Ints
@@ -97,32 +77,6 @@ class Cells:
         found[place, (self.base + 1) % 3] = along
         found[place, (self.base + 2) % 3] = up
         return found
-
-
-def faces_of(scene: Scene) -> Faces:
-    """The scene's triangles. Of those that lie exactly on each other, the smallest surface's is kept."""
-    link_of = {id(surface): link for surface, link in zip(scene.surfaces, scene.links, strict=True)}
-    links = tuple(dict.fromkeys(scene.links))
-    number = {name: place for place, name in enumerate(links)}
-    layers = with_lifts(scene.surfaces)
-    surfaces = tuple(surface for surface, _ in layers)
-    corners = np.concatenate([item.vertices[item.faces] for item in surfaces])
-    normals = np.concatenate(
-        [np.zeros((*item.faces.shape, 3)) if item.normals is None else item.normals[item.faces] for item in surfaces]
-    )
-    uv = np.concatenate([np.zeros((*item.faces.shape, 2)) if item.uv is None else item.uv[item.faces] for item in surfaces])
-    index = np.repeat(np.arange(len(surfaces)), [len(item.faces) for item in surfaces])
-    size = float(np.ptp(corners.reshape(-1, 3), axis=0).max()) or 1.0
-    grid = np.rint(corners / (QUANTUM * size)).astype(np.int64)
-    points = mixed(mixed(mixed(grid[..., 0]) + grid[..., 1]) + grid[..., 2])
-    _, first = np.unique(points.sum(axis=1), return_index=True)
-    link = np.array([number[link_of[id(surface)]] for surface in surfaces])[index]
-    kept = first[np.lexsort((first, link[first]))]
-    corners, index = corners[kept], index[kept]
-    flat = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
-    flat /= np.maximum(np.linalg.norm(flat, axis=1, keepdims=True), 1e-30)
-    lift = np.array([lift for _, lift in layers])[index] / (LIFT * size)
-    return Faces(corners, normals[kept], uv[kept], flat, index, lift, link[kept], surfaces, links)
 
 
 def cells_of(corners: Floats, edge: float) -> Cells:
@@ -159,8 +113,8 @@ def starts_of(link: Ints, links: Sequence[str]) -> tuple[int, ...]:
 
 
 def cloud_of(faces: Faces, spacing: float, views: Sequence[tuple[Singles, Lens]]) -> Cloud:
-    """The points, ``spacing`` m apart, that are seen in any of these views ((links, 3, 4) transforms to a world in which
-    the object is one unit long, and a lens), and their surroundings."""
+    """The points, ``spacing`` m apart, that are seen in any of these views, (links, 3, 4) transforms to a world in
+    which the object is one unit long, and a lens; and their surroundings."""
     area = 0.5 * float(np.linalg.norm(np.cross(*np.moveaxis(np.diff(faces.corners, axis=1), 1, 0)), axis=1).sum())
     edge = max(COARSE * spacing, (area / MOST_CELLS) ** 0.5)
     cells = cells_of(faces.corners, edge)
@@ -189,6 +143,9 @@ def cloud_of(faces: Faces, spacing: float, views: Sequence[tuple[Singles, Lens]]
     # An exporter that writes an opacity of zero everywhere did not mean an invisible object.
     if not clear.any():
         clear[:], colors[:, 3] = True, 1.0
+    # Translucent surfaces are drawn as a sieve: a translucent point more or less, evenly.
+    share = np.maximum(SIEVE * colors[:, 3], LEAST)
+    clear &= (colors[:, 3] >= OPAQUE) | (np.arange(len(colors)) * GOLDEN % 1.0 < share)
     colors[:, :3] = SHEEN + (1.0 - SHEEN) * colors[:, :3]
     link = faces.link[face]
     facing = link * len(DIRECTIONS) + direction_of(smooth_normals(faces, face, weights))
@@ -198,8 +155,8 @@ def cloud_of(faces: Faces, spacing: float, views: Sequence[tuple[Singles, Lens]]
 
 
 def foreshortened(faces: Faces, cells: Cells, views: Sequence[tuple[Singles, Lens]]) -> tuple[Singles, Singles]:
-    """Of each cell's width and height, the share that is seen at most in any of the views: what is seen at a slant needs
-    fewer points."""
+    """Of each cell's width and height, the share that is seen at most in any of the views: what is seen at a slant
+    needs fewer points."""
     number = np.arange(len(faces.corners))
     base = np.zeros(len(number), dtype=np.int64)
     base[cells.face] = cells.base
@@ -221,14 +178,6 @@ def foreshortened(faces: Faces, cells: Cells, views: Sequence[tuple[Singles, Len
     return wider, higher
 
 
-def at(weights: Singles, corners: Singles, face: Ints) -> Singles:
-    """(n, k) values at points of these faces, of (m, 3, k) values at the faces' corners."""
-    found: Singles = weights[:, :1] * corners[face, 0]
-    found += weights[:, 1:2] * corners[face, 1]
-    found += weights[:, 2:] * corners[face, 2]
-    return found
-
-
 def direction_of(normals: Singles) -> Words:
     """(n,) the numbers in ``DIRECTIONS`` of (n, 3) unit vectors, of which a vector and its opposite are the same."""
     upward = normals * np.where(normals[:, 2:] < 0.0, -1.0, 1.0)
@@ -246,45 +195,3 @@ def octahedron() -> Singles:
 
 STEPS = 48
 DIRECTIONS = octahedron()
-
-
-def smooth_normals(faces: Faces, face: Ints, weights: Singles) -> Singles:
-    """(n, 3) unit normals of points on these faces: the file's own, or the face's where those stray from it."""
-    flat = faces.flat.astype(np.float32)[face]
-    if not faces.normals.any():
-        return flat
-    own = at(weights, faces.normals.astype(np.float32), face)
-    length = np.maximum(np.sqrt(np.einsum("nj,nj->n", own, own)), np.float32(1e-9))
-    stray = np.abs(np.einsum("nj,nj->n", own, flat)) < np.float32(0.2) * length
-    return np.where(stray[:, None], flat, own / length[:, None])
-
-
-def painted(faces: Faces, face: Ints, weights: Singles) -> Singles:
-    """(n, 4) colours and opacities, 0 to 1, of points on these faces."""
-    paints = [item.paint or Paint(PLAIN) for item in faces.surfaces]
-    surface = faces.surface[face]
-    colors = np.array([paint.color for paint in paints], dtype=np.float32)[surface]
-    pictures: dict[Texture, Singles | None] = {}
-    for index, paint in enumerate(paints):
-        if paint.texture is None or faces.surfaces[index].uv is None:
-            continue
-        if paint.texture not in pictures:
-            pictures[paint.texture] = texels(paint.texture.image)
-        picture = pictures[paint.texture]
-        if picture is not None:
-            chosen = np.flatnonzero(surface == index)
-            height, width = picture.shape[:2]
-            u, v = at(weights[chosen], faces.uv.astype(np.float32), face[chosen]).T % 1.0
-            colors[chosen] *= picture[((1.0 - v) * height).astype(int) % height, (u * width).astype(int) % width]
-    return colors
-
-
-def texels(image: Image.Image) -> Singles | None:
-    """(h, w, 4) colours and opacities of a texture, 0 to 1; None where it is broken."""
-    try:
-        skin = decode_texture(image)
-    except (OSError, ValueError, SyntaxError, Image.DecompressionBombError):  # what Pillow raises on a bad picture
-        return None
-    color = np.asarray(skin.color, dtype=np.float32) / 255.0
-    mask = np.ones_like(color) if skin.opacity is None else np.asarray(skin.opacity, dtype=np.float32) / 255.0
-    return np.dstack([color, mask[..., :1]])

@@ -15,7 +15,7 @@ from asset2sim.report.loops.zbuffer import ALIKE, FAR, Layers, Lens, Singles, sp
 Picture = NDArray[np.uint8]
 
 WALL, FLOOR = (236.0, 239.0, 243.0), (216.0, 221.0, 228.0)
-"""Colours at the top and at the bottom of the background, RGB: light enough beside white pages, not glaring on black."""
+"""Colours at the top and at the bottom of the background, RGB: light beside white pages, and not glaring on black."""
 DISC, DISC_RADIUS = (228.0, 232.0, 238.0), 0.95
 """Colour of the round floor under the object, and its radius as a share of the object's longest edge."""
 SHADE, SHADOW, SHADOW_POINTS, SHADOW_SHRINK = (92, 97, 106), 205, 3000, 4
@@ -23,8 +23,6 @@ SHADE, SHADOW, SHADOW_POINTS, SHADOW_SHRINK = (92, 97, 106), 205, 3000, 4
 blurred."""
 SUN = np.array([0.25, 0.15], dtype=np.float32)
 """How far the shadow of something moves along x and y for each unit that it is above the floor."""
-OPAQUE = 0.95
-"""Opacity from which a point is drawn as opaque."""
 CREASE, CREASE_DEPTH, CREASE_PIXELS = 0.45, (0.01, 0.07), 5
 """How much darker is drawn what lies the deeper behind its surroundings, from and to, units of the world, of twice so
 many pixels."""
@@ -32,8 +30,8 @@ many pixels."""
 
 def pictures(cloud: Cloud, motions: Singles, lens: Lens, ground: Picture) -> Iterator[Picture]:
     """The cloud with its links at (frames, links, 3, 4) transforms from where they are in it to a world in which it is
-    about one unit long and the floor is z = 0: (h, w, 3) pictures over the (h, w, 3) ``ground``. Links that never move are drawn
-    once, and a frame in which nothing moves is the one before."""
+    about one unit long and the floor is z = 0: (h, w, 3) pictures over the (h, w, 3) ``ground``. Links that never move
+    are drawn once, and a frame in which nothing moves is the one before."""
     motions = motions.astype(np.float32)
     still = np.abs(motions - motions[:1]).max(axis=(0, 2, 3)) < ALIKE
     base = Layers.empty(lens)
@@ -88,7 +86,7 @@ def creases(depth: Singles) -> Singles:
 
 
 def background(lens: Lens, *, disc: bool) -> Picture:
-    """(h, w, 3) ground for pictures: a gradient, and with ``disc`` a round floor of the plane z = 0 about its origin."""
+    """(h, w, 3) ground of pictures: a gradient, and with ``disc`` a round floor in the plane z = 0 about its origin."""
     share = np.linspace(0.0, 1.0, lens.height, dtype=np.float32)[:, None, None]
     wall, floor = np.array(WALL, dtype=np.float32), np.array(FLOOR, dtype=np.float32)
     image = np.repeat((wall + share * (floor - wall)).astype(np.uint8), lens.width, axis=1)

@@ -14,7 +14,7 @@ from asset2sim.assets.views.scene import load_scene
 from asset2sim.assets.views.surface import Surface
 from asset2sim.physics.arrays import Array
 from asset2sim.physics.kinematics import TreeJoint, link_to_root, parents_first
-from asset2sim.report.loops.cloud import Faces, faces_of
+from asset2sim.report.loops.faces import Faces, faces_of
 from asset2sim.report.loops.record import Recording
 from asset2sim.report.loops.zbuffer import Singles
 
@@ -26,9 +26,9 @@ EXTREMES = np.array([(x, y, z) for x in (-1, 0, 1) for y in (-1, 0, 1) for z in 
 
 @dataclass(frozen=True, eq=False)
 class Figure:
-    """An object and how it is drawn. ``faces`` are of the object, or of one of the same shape that is ``scale`` times as
-    large, in the root frame at the positions at which its links are at ``links_to_root``. ``size_m`` is the longest edge
-    of its box there, m; ``limits`` the (lower, upper) of joints that have any, rad or m."""
+    """An object and how it is drawn. ``faces`` are of the object, or of one of the same shape that is ``scale`` times
+    as large, in the root frame at the positions at which its links are at ``links_to_root``. ``size_m`` is the longest
+    edge of its box there, m; ``limits`` the (lower, upper) of joints that have any, rad or m."""
 
     tree: tuple[TreeJoint, ...]
     root: str
@@ -83,7 +83,9 @@ def read_figure(urdf: Path, positions: Mapping[str, float], loaded: dict[Path, t
     return Figure(tree, root_of(robot), limits_of(robot), scene.front, faces, poses, faces.size_m)
 
 
-def read_alike(urdf: Path, positions: Mapping[str, float], loaded: dict[Path, tuple[Surface, ...]], other: Figure, scale: float) -> Figure:
+def read_alike(
+    urdf: Path, positions: Mapping[str, float], loaded: dict[Path, tuple[Surface, ...]], other: Figure, scale: float
+) -> Figure:
     """As ``read_figure``, drawn from the triangles of the ``other`` object where that has the same, ``scale`` times as
     large: one cloud of points is made then, not two."""
     own = read_figure(urdf, positions, loaded)
@@ -166,8 +168,9 @@ def swept(start: float, lower: float, upper: float, frames: int) -> Array:
     legs = np.abs(np.diff(ends))
     if legs.sum() <= 0.0:
         return np.full(frames, start)
-    times = np.concatenate([[0.0], np.cumsum(legs / legs.sum())])
-    now = np.linspace(0.0, 1.0, frames)
-    leg = np.clip(np.searchsorted(times, now, side="right") - 1, 0, 2)
-    share = np.clip((now - times[leg]) / np.maximum(times[leg + 1] - times[leg], 1e-12), 0.0, 1.0)
-    return np.asarray(ends[leg] + (0.5 - 0.5 * np.cos(math.pi * share)) * np.diff(ends)[leg])
+    turns = np.rint(np.concatenate([[0.0], np.cumsum(legs / legs.sum())]) * (frames - 1)).astype(int)
+    found = np.full(frames, start)
+    for first, last, here, there in zip(turns[:-1], turns[1:], ends[:-1], ends[1:], strict=True):
+        share = 0.5 - 0.5 * np.cos(np.linspace(0.0, math.pi, last - first + 1))
+        found[first : last + 1] = here + share * (there - here)
+    return found

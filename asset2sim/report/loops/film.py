@@ -1,7 +1,7 @@
 """The loops and the size picture of one object: raw beside refined, from the same view, in step."""
 
 import io
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -24,15 +24,16 @@ KEYS = 4
 """Frames of each picture at which is found out what is seen."""
 ROOM = np.array([1.2, 1.2, 1.7])
 """How far from where it starts a raw object is followed, in its longest edges: what explodes leaves the picture."""
-QUALITIES, METHOD = (42, 25), 1
+QUALITIES, METHOD = (46, 25), 1
 """WebP's quality, the second where the file is else too large, and effort, 0 to 6."""
 MOST_BYTES = 150_000
 INK, SOFT_INK = (62, 70, 82), (120, 128, 140)
-GAP = 2
-"""Width of the line between the two pictures, pixels."""
+LINE, EMPTY = (255, 255, 255), (226, 230, 236)
+"""Colours of the line between the two pictures, and of one that shows nothing."""
+FIRST, LAST = 6, 10
+"""How many times as long as the others the first and the last frame are shown."""
 
 
-ROLES = ("raw", "refined")
 Clouds = dict[int, Cloud]
 """The ``id`` of a figure's triangles → the cloud of them."""
 
@@ -107,32 +108,39 @@ def lengthening(lens: Lens, motion: Singles) -> float:
 def filmed(scenes: Scenes, lens: Lens, clouds: Clouds) -> bytes:
     """A loop as an animated WebP."""
     frames = len(scenes.acts[1].motions)
-    sheets = [Image.new("RGB", (2 * SIDE + GAP, SIDE), (255, 255, 255)) for _ in range(frames)]
-    for place, (act, name) in enumerate(zip(scenes.acts, ROLES, strict=True)):
-        left = place * (SIDE + GAP)
-        if act is None:
-            empty = captioned(Image.new("RGB", (SIDE, SIDE), (226, 230, 236)), name, "cannot be shown")
-            for sheet in sheets:
-                sheet.paste(empty, (left, 0))
-            continue
-        last: tuple[Picture, Image.Image] | None = None
-        cloud = clouds[id(act.figure.faces)]
-        for number, picture in enumerate(pictures(cloud, act.motions, lens, background(lens, disc=True))):
-            if last is None or last[0] is not picture:
-                small = Image.fromarray(picture).resize((SIDE, SIDE), Image.Resampling.BOX)
-                last = picture, captioned(small, name, act.word)
-            sheets[number].paste(last[1], (left, 0))
-    if scenes.times_s is not None:
-        for sheet, time in zip(sheets, scenes.times_s, strict=True):
-            text(sheet, (2 * SIDE + GAP - 8, SIDE - 8), f"{time:.2f} s", 12, SOFT_INK, "rs")
-    durations = [6 * scenes.shown_ms, *[scenes.shown_ms] * (frames - 2), 12 * scenes.shown_ms]
+    sheets = [Image.new("RGB", (2 * SIDE, SIDE)) for _ in range(frames)]
+    for left, act, name in zip((0, SIDE), scenes.acts, ("raw", "refined"), strict=True):
+        for sheet, picture in zip(sheets, panels(act, name, lens, clouds, frames), strict=True):
+            sheet.paste(picture, (left, 0))
+    for number, sheet in enumerate(sheets):
+        ImageDraw.Draw(sheet).line([(SIDE, 0), (SIDE, SIDE)], fill=LINE, width=2)
+        if scenes.times_s is not None:
+            text(sheet, (2 * SIDE - 8, SIDE - 8), f"{scenes.times_s[number]:.2f} s", 12, SOFT_INK, "rs")
+    shown = scenes.shown_ms
+    durations = [FIRST * shown, *[shown] * (frames - 2), LAST * shown]
+    found = b""
     for quality in QUALITIES:
         stream = io.BytesIO()
         options = {"save_all": True, "append_images": sheets[1:], "duration": durations, "loop": 0}
         sheets[0].save(stream, "WEBP", quality=quality, method=METHOD, **options)
-        if stream.tell() <= MOST_BYTES:
+        found = stream.getvalue()
+        if len(found) <= MOST_BYTES:
             break
-    return stream.getvalue()
+    return found
+
+
+def panels(act: Act | None, name: str, lens: Lens, clouds: Clouds, frames: int) -> Iterator[Image.Image]:
+    """One of the two pictures of a loop, frame by frame."""
+    if act is None:
+        empty = Image.new("RGB", (SIDE, SIDE), EMPTY)
+        yield from [captioned(empty, name, "cannot be shown")] * frames
+        return
+    before: Picture | None = None
+    for picture in pictures(clouds[id(act.figure.faces)], act.motions, lens, background(lens, disc=True)):
+        if picture is not before:
+            small = Image.fromarray(picture).resize((SIDE, SIDE), Image.Resampling.BOX)
+            panel, before = captioned(small, name, act.word), picture
+        yield panel
 
 
 def captioned(image: Image.Image, name: str, word: str) -> Image.Image:
@@ -146,7 +154,9 @@ def captioned(image: Image.Image, name: str, word: str) -> Image.Image:
 FONTS: dict[int, ImageFont.FreeTypeFont | ImageFont.ImageFont] = {}
 
 
-def text(image: Image.Image, xy: tuple[float, float], words: str, size: int, ink: tuple[int, int, int], anchor: str) -> None:
+def text(
+    image: Image.Image, xy: tuple[float, float], words: str, size: int, ink: tuple[int, int, int], anchor: str
+) -> None:
     """Write words on a picture."""
     if size not in FONTS:
         FONTS[size] = ImageFont.load_default(size=size)

@@ -15,7 +15,7 @@ from asset2sim.checks.mechanism import span_of
 from asset2sim.engines.child import in_child
 from asset2sim.report.loops.figure import Figure, read_alike, read_figure, sweep
 from asset2sim.report.loops.film import Act, Scenes, clouds_of, filmed, lens_of
-from asset2sim.report.loops.record import DROP_TIMES_S, FRAMES, RELEASE_TIMES_S, Recording, half_open, let_fall, let_go
+from asset2sim.report.loops.record import DROP_TIMES_S, RELEASE_TIMES_S, Recording, half_open, let_fall, let_go
 from asset2sim.report.loops.sizes import cube, in_a_row, size_picture, standing
 from schemas.errors import AssetError
 from schemas.overlay import PhysicsOverlay
@@ -24,8 +24,9 @@ from schemas.vocabulary import Engine
 
 SWEEP, DROP, RELEASE, SIZE = "sweep", "drop", "release", "size"
 NAMES = (SWEEP, DROP, RELEASE, SIZE)
-SHOWN_MS = {SWEEP: 80, DROP: 80, RELEASE: 83}
-"""How long a frame is shown, ms: a release at its own speed, a fall at under half of it."""
+SHOWN_MS = {SWEEP: 80, DROP: 100, RELEASE: 100}
+"""How long a frame is shown, ms: a release at its own speed, a fall at an eighth of it until it is over."""
+SWEEP_FRAMES = 24
 TIMES_S = {SWEEP: None, DROP: DROP_TIMES_S, RELEASE: RELEASE_TIMES_S}
 LEAST_FRAMES = 10
 """Frames that a joint is given for its range, at least."""
@@ -48,7 +49,7 @@ def make_loops(refined: Path, raw_urdf: Path | None, to: Path) -> list[str]:
     starts = starts_of(urdf, overlay, settings)
     played = play(urdf, starts, overlay.contact_friction, settings)
     if names:
-        played[SWEEP] = sweep(figure, start, names, FRAMES, LEAST_FRAMES)
+        played[SWEEP] = sweep(figure, start, names, SWEEP_FRAMES, LEAST_FRAMES)
     resting = Recording(np.eye(4)[None], {name: np.array([value]) for name, value in start.items()})
     items = [standing(figure, resting, "refined"), cube()]
     raw: dict[str, Act] = {}
@@ -82,8 +83,8 @@ def make_loops(refined: Path, raw_urdf: Path | None, to: Path) -> list[str]:
 
 @dataclass(frozen=True)
 class Starts:
-    """Where an object's motions start: joint positions, rad or m, from which it is let fall, or None, and at which it is
-    let go of, or None, with these ``speeds``, rad/s or m/s."""
+    """Where an object's motions start: joint positions, rad or m, at which it is let fall, or None, and at which its
+    joints are let go of, or None, with these ``speeds``, rad/s or m/s."""
 
     fall: Mapping[str, float] | None
     go: Mapping[str, float] | None
@@ -91,8 +92,8 @@ class Starts:
 
 
 def starts_of(urdf: Path, overlay: PhysicsOverlay, settings: EngineSettings) -> Starts:
-    """Of the refined object: let fall as it is, but for a fixed one; let go of where a position is asked, else half open
-    as far as that is free, with a nudge towards the further end."""
+    """Of the refined object: let fall as it is, but for a fixed one; let go of where a position is asked, else half
+    open as far as that is free, with a nudge towards the further end."""
     start, joints = overlay.initial_positions, overlay.joints
     fall = None if overlay.support.fixed else start
     if not joints:
@@ -122,12 +123,7 @@ def play(urdf: Path, starts: Starts, friction: float, settings: EngineSettings) 
 
 
 def raw_acts(
-    urdf: Path,
-    figure: Figure,
-    overlay: PhysicsOverlay,
-    refined: Recordings,
-    starts: Starts,
-    settings: EngineSettings,
+    urdf: Path, figure: Figure, overlay: PhysicsOverlay, refined: Recordings, starts: Starts, settings: EngineSettings
 ) -> dict[str, Act]:
     """What the raw object shows in the loops of the refined one: let fall as it came, let go of where the refined one
     is. Where the engine refuses it, dies or hangs, it stands still, and a word says so."""
@@ -138,11 +134,11 @@ def raw_acts(
     for name in refined:
         if name == SWEEP:
             names = [joint.name for joint in overlay.joints]
-            found[name] = act(figure, name, sweep(figure, {}, names, FRAMES, LEAST_FRAMES))
+            found[name] = act(figure, name, sweep(figure, {}, names, SWEEP_FRAMES, LEAST_FRAMES))
         elif outcome.value is not None:
             found[name] = act(figure, name, outcome.value[name])
         else:
-            still = at_rest({} if name == DROP else go or {}, FRAMES)
+            still = at_rest({} if name == DROP else go or {}, len(refined[name].root))
             word = "the engine dies of it" if outcome.died else "the engine refuses it"
             found[name] = Act(figure, figure.normalised(figure.placed(still), floor=True), word)
     return found

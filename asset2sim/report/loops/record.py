@@ -12,11 +12,9 @@ from asset2sim.engines.pybullet_world import PyBulletWorld, open_pybullet
 from asset2sim.physics.arrays import Array
 from schemas.settings import EngineSettings
 
-FRAMES = 24
-"""Frames of a loop."""
-DROP_TIMES_S = np.concatenate([np.arange(11) / 80.0, 1.0 / 8.0 + np.arange(1, FRAMES - 10) / 15.0])
-"""Times of a drop's frames, s: it takes 0.064 s, what comes of it one second."""
-RELEASE_TIMES_S = np.arange(FRAMES) / 12.0
+DROP_TIMES_S = np.concatenate([np.arange(9) / 80.0, 0.1 + np.arange(1, 11) / 10.0])
+"""Times of a drop's frames, s: the fall takes 0.064 s, what comes of it one second."""
+RELEASE_TIMES_S = np.arange(20) / 10.0
 """Times of a release's frames, s: a door that closes by itself takes two seconds."""
 TRIED = 12
 """Joints that are opened half way before they are let go of, at most."""
@@ -44,11 +42,7 @@ def let_fall(urdf: Path, positions: Mapping[str, float], friction: float, settin
 
 
 def let_go(
-    urdf: Path,
-    positions: Mapping[str, float],
-    speeds: Mapping[str, float],
-    friction: float,
-    settings: EngineSettings,
+    urdf: Path, positions: Mapping[str, float], speeds: Mapping[str, float], friction: float, settings: EngineSettings
 ) -> Recording:
     """Its joints let go of at these positions with these speeds, rad/s or m/s, the root held. Raises AssetError as
     ``let_fall``."""

@@ -13,16 +13,17 @@ from asset2sim.assets.views.load import from_mesh
 from asset2sim.assets.views.scene import Scene
 from asset2sim.assets.views.surface import Paint, Surface
 from asset2sim.physics.arrays import Array
-from asset2sim.report.loops.cloud import DIRECTIONS, Cloud, faces_of
+from asset2sim.report.loops.cloud import DIRECTIONS, Cloud
 from asset2sim.report.loops.draw import background, pictures
+from asset2sim.report.loops.faces import faces_of
 from asset2sim.report.loops.figure import Figure
-from asset2sim.report.loops.film import INK, METHOD, Clouds, OVERSAMPLING, SOFT_INK, SPACING, lengthening, text
+from asset2sim.report.loops.film import INK, METHOD, OVERSAMPLING, SOFT_INK, SPACING, Clouds, lengthening, text
 from asset2sim.report.loops.record import Recording
 from asset2sim.report.loops.zbuffer import Lens, Singles, Words
 
 WIDTH, HEIGHT = 640, 320
 """Pixels of the picture."""
-TOP, BOTTOM, GAP = 16, 48, 28
+TOP, BOTTOM, GAP = 16, 58, 28
 """Pixels above the highest object, for the words below, and between two objects."""
 SLOT = 96
 """Least width that an object has, for its words, pixels."""
@@ -32,8 +33,8 @@ CUBE_COLOR = (0.90, 0.45, 0.13, 1.0)
 
 @dataclass(frozen=True, eq=False)
 class Item:
-    """Something that stands in the picture: (links, 3, 4) transforms of a figure's triangles to a world in m, of its own,
-    whose floor is z = 0, and the words below it."""
+    """Something that stands in the picture: (links, 3, 4) transforms of a figure's triangles to a world of its own, in
+    m, whose floor is z = 0, and the words below it."""
 
     figure: Figure
     motion: Array
@@ -117,7 +118,8 @@ def size_picture(row: Row, clouds: Clouds) -> bytes:
     """The picture as WebP, drawn from these clouds."""
     chosen = [clouds[id(item.figure.faces)] for item in row.items]
     density = [
-        SPACING / (cloud.spacing_m * lengthening(row.lens, motion)) for cloud, motion in zip(chosen, row.motions, strict=True)
+        SPACING / (cloud.spacing_m * lengthening(row.lens, motion))
+        for cloud, motion in zip(chosen, row.motions, strict=True)
     ]
     lens = row.lens.shrunk(1.0 / min(OVERSAMPLING, *density))
     drawn = next(pictures(merged(chosen), np.concatenate(row.motions)[None], lens, background(lens, disc=False)))

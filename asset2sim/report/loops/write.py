@@ -27,7 +27,7 @@ VERSION = 1
 LIMIT_S = 60.0
 """Wall time that one object's loops may take, s: they take one or two of a core that is free."""
 SHOWN = re.compile(r"  (mobility\.urdf|overlay\.json|(?!views/).*/.*)\n")
-"""The lines of a refined folder's checksums that count: not what was measured of it, nor its other forms and pictures."""
+"""The lines of a refined folder's checksums that count: not what was measured of it, nor other forms and pictures."""
 REFERENCE = re.compile(rb"filename\s*=\s*[\"']([^\"']+)[\"']")
 
 log = logging.getLogger(__name__)
@@ -55,15 +55,17 @@ def is_current(refined: Path, raw_urdf: Path | None, to: Path) -> bool:
     """Whether the loops in the folder ``to`` are there and are of the object as it is now."""
     try:
         record = json.loads((to / RECORD).read_text(encoding="utf-8"))
-        return bool(record["key"] == loops_key(refined, raw_urdf)) and all((to / name).is_file() for name in record["files"])
+        return bool(record["key"] == loops_key(refined, raw_urdf)) and all(
+            (to / name).is_file() for name in record["files"]
+        )
     except (OSError, ValueError, KeyError, TypeError):
         return False
 
 
 def write_loops(refined: Path, raw_urdf: Path | None, to: Path, owner: str = "") -> list[str]:
     """Write an object's loops and size picture into the folder ``to``, in a child process that may crash or hang; the
-    names of the files, none where that failed, which is a warning in the log. ``raw_urdf``: the URDF that it was refined
-    from, None where it is no longer at hand. ``stop_children(owner)`` ends it."""
+    names of the files, none where that failed, which is a warning in the log. ``raw_urdf``: the URDF that it was
+    refined from, None where it is no longer at hand. ``stop_children(owner)`` ends it."""
     to.mkdir(parents=True, exist_ok=True)
     key = loops_key(refined, raw_urdf)
     with tempfile.TemporaryDirectory(prefix="asset2sim-loops-") as place:

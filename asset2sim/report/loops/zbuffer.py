@@ -42,7 +42,7 @@ class Lens:
 
     def shrunk(self, factor: float) -> "Lens":
         """The same view in a picture that is smaller by this factor."""
-        matrix = self.matrix / np.array([[factor], [factor], [1.0]], dtype=np.float32)
+        matrix = (self.matrix / np.array([[factor], [factor], [1.0]])).astype(np.float32)
         width, height = round(self.width / factor), round(self.height / factor)
         return Lens(matrix, width, height, self.towards, self.flat)
 
@@ -59,8 +59,8 @@ def lens_for(points: Singles, towards: Singles, width: int, height: int) -> Lens
 
 @dataclass(frozen=True, eq=False)
 class Layers:
-    """Z-buffer of one picture with a border of one pixel, flat arrays: ``depth``, and ``point``, the number of the point
-    that is seen there, -1 for none."""
+    """Z-buffer of one picture with a border of one pixel, flat arrays: ``depth``, and ``point``, the number of the
+    point that is seen there, -1 for none."""
 
     depth: Singles
     point: Words
@@ -76,7 +76,9 @@ class Layers:
         return Layers(self.depth.copy(), self.point.copy())
 
 
-def splat(layers: Layers, points: Singles, first: int, last: int, to_world: Singles, lens: Lens) -> tuple[Words, Singles]:
+def splat(
+    layers: Layers, points: Singles, first: int, last: int, to_world: Singles, lens: Lens
+) -> tuple[Words, Singles]:
     """Draw the points ``first`` to ``last`` of (3, n), moved by a (3, 4) transform; the pixel and depth of each."""
     linear = lens.matrix[:, :3] @ to_world[:, :3]
     offset = lens.matrix[:, :3] @ to_world[:, 3] + lens.matrix[:, 3]
@@ -114,16 +116,14 @@ def together(starts: Sequence[int], motion: Singles, links: Bools) -> Iterator[t
 
 def seen_in(points: Singles, starts: Sequence[int], motion: Singles, lens: Lens, slack: float) -> Bools:
     """(n,) whether each of (3, n) points is seen in a view, (links, 3, 4) transforms and a lens, or lies less than
-    ``slack`` (units of the world) behind what is seen in a pixel beside it."""
-    layers, found = Layers.empty(lens), np.empty(points.shape[1], dtype=bool)
-    drawn = [
-        (first, last, *splat(layers, points, first, last, motion[link], lens))
-        for link, first, last in together(starts, motion, np.ones(len(starts) - 1, dtype=bool))
-    ]
-    front = layers.depth.reshape(lens.height + 2, lens.width + 2)
-    reach = maximum_filter(front, size=3).ravel() + slack
-    for first, last, pixel, depth in drawn:
-        found[first:last] = depth <= reach[pixel]
+    ``slack`` (units of the world) behind what is seen in a pixel beside it. Links hide nothing of each other that does
+    not move with them: in the next view it may be seen."""
+    found = np.empty(points.shape[1], dtype=bool)
+    for link, first, last in together(starts, motion, np.ones(len(starts) - 1, dtype=bool)):
+        layers = Layers.empty(lens)
+        pixel, depth = splat(layers, points, first, last, motion[link], lens)
+        front = layers.depth.reshape(lens.height + 2, lens.width + 2)
+        found[first:last] = depth <= maximum_filter(front, size=3).ravel()[pixel] + slack
     return found
 
 
