@@ -27,8 +27,8 @@ EXTREMES = np.array([(x, y, z) for x in (-1, 0, 1) for y in (-1, 0, 1) for z in 
 @dataclass(frozen=True, eq=False)
 class Figure:
     """An object and how it is drawn. ``faces`` are of the object, or of one of the same shape that is ``scale`` times
-    as large, in the root frame at the positions at which its links are at ``links_to_root``. ``size_m`` is the longest
-    edge of its box there, m; ``limits`` the (lower, upper) of joints that have any, rad or m."""
+    as large, in the root frame, where the links of that are at ``links_to_root``. ``size_m`` is the longest edge of
+    its box as it was read, m; ``limits`` the (lower, upper) of joints that have any, rad or m."""
 
     tree: tuple[TreeJoint, ...]
     root: str
@@ -53,7 +53,7 @@ class Figure:
         """(frames, links, 4, 4) transforms of its triangles to the recording's world, m."""
         poses = link_poses(self.tree, self.root, recording.joints, len(recording.root))
         shrink = np.diag([1.0 / self.scale] * 3 + [1.0])
-        links = [poses[link] @ (np.linalg.inv(self.links_to_root[link]) @ shrink) for link in self.faces.links]
+        links = [poses[link] @ (shrink @ np.linalg.inv(self.links_to_root[link])) for link in self.faces.links]
         return np.asarray(recording.root[:, None] @ np.stack(links, axis=1))
 
     def normalised(self, placed: Array, *, floor: bool) -> Singles:
@@ -97,7 +97,7 @@ def read_alike(
     )
     if not same:
         return own
-    return Figure(own.tree, own.root, own.limits, own.front, other.faces, own.links_to_root, own.size_m, scale)
+    return Figure(own.tree, own.root, own.limits, own.front, other.faces, other.links_to_root, own.size_m, scale)
 
 
 def in_links(figure: Figure) -> dict[str, Array]:
