@@ -19,9 +19,6 @@ SLACK = 0.7
 """How far behind what is seen a cell still counts as seen, in its edges: cells on slopes are at several depths."""
 OPAQUE = 0.95
 """Opacity from which a point is opaque."""
-SIEVE, LEAST, GOLDEN = 0.7, 0.3, 0.6180339887
-"""Share of the points that are drawn of a surface, times its opacity; the least share; and the step along [0, 1) whose
-multiples fill it most evenly."""
 STRETCH = 0.3
 """By how many spacings the points of a cell may be too few: most cells are of triangles of few points."""
 PERSPECTIVE = 0.15
@@ -46,6 +43,8 @@ class Cloud:
     spacing_m: float
     links: tuple[str, ...]
     starts: tuple[int, ...]
+    glass: "Cloud | None" = None
+    """The translucent points, if there are any; they are not among the others."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -139,19 +138,22 @@ def cloud_of(faces: Faces, spacing: float, views: Sequence[tuple[Singles, Lens]]
     points = at(weights, faces.corners.astype(np.float32), face)
     points += (LIFT_POINTS * spacing * faces.lift[face])[:, None].astype(np.float32) * faces.flat[face]
     colors = painted(faces, face, weights)
-    clear = colors[:, 3] >= INVISIBLE
+    seen = colors[:, 3] >= INVISIBLE
     # An exporter that writes an opacity of zero everywhere did not mean an invisible object.
-    if not clear.any():
-        clear[:], colors[:, 3] = True, 1.0
-    # Translucent surfaces are drawn as a sieve: a translucent point more or less, evenly.
-    share = np.maximum(SIEVE * colors[:, 3], LEAST)
-    clear &= (colors[:, 3] >= OPAQUE) | (np.arange(len(colors)) * GOLDEN % 1.0 < share)
+    if not seen.any():
+        seen[:], colors[:, 3] = True, 1.0
     colors[:, :3] = SHEEN + (1.0 - SHEEN) * colors[:, :3]
-    link = faces.link[face]
-    facing = link * len(DIRECTIONS) + direction_of(smooth_normals(faces, face, weights))
-    places, facing, link = np.ascontiguousarray(points[clear].T), facing[clear].astype(np.int32), link[clear]
-    shades = (255.0 * colors[clear] + 0.5).astype(np.uint8)
-    return Cloud(places, facing, shades, spacing, faces.links, starts_of(link, faces.links))
+    link, opaque = faces.link[face], colors[:, 3] >= OPAQUE
+    facing = (link * len(DIRECTIONS) + direction_of(smooth_normals(faces, face, weights))).astype(np.int32)
+    shades = (255.0 * colors + 0.5).astype(np.uint8)
+
+    def part(chosen: Bools, glass: Cloud | None) -> Cloud:
+        starts = starts_of(link[chosen], faces.links)
+        places = np.ascontiguousarray(points[chosen].T)
+        return Cloud(places, facing[chosen], shades[chosen], spacing, faces.links, starts, glass)
+
+    translucent = seen & ~opaque
+    return part(seen & opaque, part(translucent, None) if translucent.any() else None)
 
 
 def foreshortened(faces: Faces, cells: Cells, views: Sequence[tuple[Singles, Lens]]) -> tuple[Singles, Singles]:

@@ -43,12 +43,22 @@ def pictures(cloud: Cloud, motions: Singles, lens: Lens, ground: Picture) -> Ite
             layers = base.copy()
             for link, first, last in together(cloud.starts, motion, ~still):
                 splat(layers, cloud.points, first, last, motion[link], lens)
-            before = motion, shaded(cloud, layers, motion, lens, shadowed(ground, cloud, motion, lens))
+            picture = shaded(cloud, layers, motion, lens, shadowed(ground, cloud, motion, lens))
+            before = motion, picture if cloud.glass is None else glazed(cloud.glass, layers, motion, lens, picture)
         yield before[1]
 
 
+def glazed(glass: Cloud, behind: Layers, motion: Singles, lens: Lens, picture: Picture) -> Picture:
+    """The picture with translucent points blended over it where they are nearer than what it shows, one layer deep."""
+    layers = Layers.empty(lens)
+    for link, first, last in together(glass.starts, motion, np.ones(len(glass.links), dtype=bool)):
+        splat(layers, glass.points, first, last, motion[link], lens)
+    front = np.where(layers.depth < behind.depth, layers.point, np.int32(-1))
+    return shaded(glass, Layers(layers.depth, front), motion, lens, picture)
+
+
 def shaded(cloud: Cloud, layers: Layers, motion: Singles, lens: Lens, ground: Picture) -> Picture:
-    """The z-buffer's points lit by the lamp, drawn on the ground."""
+    """The z-buffer's points lit by the lamp, drawn on the ground, through which translucent ones let see."""
     inner = (slice(1, -1), slice(1, -1))
     shape = (lens.height + 2, lens.width + 2)
     point = layers.point.reshape(shape)[inner].ravel()
@@ -56,8 +66,13 @@ def shaded(cloud: Cloud, layers: Layers, motion: Singles, lens: Lens, ground: Pi
     index = point[place]
     light = lit(motion, lens)[cloud.facing[index]]
     light *= np.float32(1.0) - creases(layers.depth.reshape(shape)[inner]).ravel()[place]
-    color = cloud.colors.view(np.uint32).ravel()[index].view(np.uint8).reshape(-1, 4)[:, :3] * light[:, None]
-    ground.reshape(-1, 3)[place] = np.minimum(color, np.float32(255.0)).astype(np.uint8)
+    rgba = cloud.colors.view(np.uint32).ravel()[index].view(np.uint8).reshape(-1, 4)
+    color = np.minimum(rgba[:, :3] * light[:, None], np.float32(255.0))
+    flat = ground.reshape(-1, 3)
+    if (rgba[:, 3] < 255).any():
+        share = rgba[:, 3:].astype(np.float32) / np.float32(255.0)
+        color = share * color + (np.float32(1.0) - share) * flat[place]
+    flat[place] = color.astype(np.uint8)
     return ground
 
 

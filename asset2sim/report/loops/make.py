@@ -12,7 +12,7 @@ from asset2sim.assets.folder import URDF_NAME
 from asset2sim.assets.formats.source import open_source
 from asset2sim.assets.views.surface import Surface
 from asset2sim.checks.mechanism import span_of
-from asset2sim.engines.child import in_child
+from asset2sim.engines.child import ChildOutcome, in_child
 from asset2sim.report.loops.figure import Figure, read_alike, read_figure, sweep
 from asset2sim.report.loops.film import Act, Scenes, clouds_of, filmed, lens_of
 from asset2sim.report.loops.record import DROP_TIMES_S, RELEASE_TIMES_S, Recording, half_open, let_fall, let_go
@@ -28,6 +28,8 @@ SHOWN_MS = {SWEEP: 80, DROP: 100, RELEASE: 100}
 """How long a frame is shown, ms: a release at its own speed, a fall at an eighth of it until it is over."""
 SWEEP_FRAMES = 24
 TIMES_S = {SWEEP: None, DROP: DROP_TIMES_S, RELEASE: RELEASE_TIMES_S}
+MANY_JOINTS = 40
+"""Joints beyond which an object is shown without an engine: a step of a keyboard of 115 takes 30 ms."""
 LEAST_FRAMES = 10
 """Frames that a joint is given for its range, at least."""
 RAW_FRICTION = 0.5
@@ -93,8 +95,10 @@ class Starts:
 
 def starts_of(urdf: Path, overlay: PhysicsOverlay, settings: EngineSettings) -> Starts:
     """Of the refined object: let fall as it is, but for a fixed one; let go of where a position is asked, else half
-    open as far as that is free, with a nudge towards the further end."""
+    open as far as that is free, with a nudge towards the further end. None of it where it has too many joints."""
     start, joints = overlay.initial_positions, overlay.joints
+    if len(joints) > MANY_JOINTS:
+        return Starts(None, None, {})
     fall = None if overlay.support.fixed else start
     if not joints:
         return Starts(fall, None, {})
@@ -129,7 +133,9 @@ def raw_acts(
     is. Where the engine refuses it, dies or hangs, it stands still, and a word says so."""
     go = None if starts.go is None else unscaled(starts.go, overlay)
     own = Starts(None if starts.fall is None else {}, go, unscaled(starts.speeds, overlay))
-    outcome = in_child(Engine.PYBULLET, play, urdf, own, RAW_FRICTION, settings, time_limit_s=RAW_LIMIT_S)
+    outcome: ChildOutcome[dict[str, Recording]] = in_child(
+        Engine.PYBULLET, play, urdf, own, RAW_FRICTION, settings, time_limit_s=RAW_LIMIT_S
+    )
     found: dict[str, Act] = {}
     for name in refined:
         if name == SWEEP:

@@ -143,4 +143,13 @@ def merged(clouds: Sequence[Cloud]) -> Cloud:
         starts += tuple(starts[-1] + start for start in cloud.starts[1:])
     points = np.concatenate([cloud.points for cloud in clouds], axis=1)
     colors, spacing = np.concatenate([cloud.colors for cloud in clouds]), max(cloud.spacing_m for cloud in clouds)
-    return Cloud(points, np.concatenate(facing), colors, spacing, links, starts)
+    glass = None
+    if any(cloud.glass is not None for cloud in clouds):
+        glass = merged([cloud.glass or empty_like(cloud) for cloud in clouds])
+    return Cloud(points, np.concatenate(facing), colors, spacing, links, starts, glass)
+
+
+def empty_like(cloud: Cloud) -> Cloud:
+    """A cloud of the same links without a point."""
+    none, starts = cloud.facing[:0], (0,) * len(cloud.starts)
+    return Cloud(cloud.points[:, :0], none, cloud.colors[:0], cloud.spacing_m, cloud.links, starts)
