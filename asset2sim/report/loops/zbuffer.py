@@ -2,6 +2,7 @@
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
@@ -116,10 +117,10 @@ def together(starts: Sequence[int], motion: Singles, links: Bools) -> Iterator[t
 
 def seen_in(points: Singles, starts: Sequence[int], motion: Singles, lens: Lens, slack: float) -> Bools:
     """(n,) whether each of (3, n) points is seen in a view, (links, 3, 4) transforms and a lens, or lies less than
-    ``slack`` (units of the world) behind what is seen in a pixel beside it. Links hide nothing of each other that does
-    not move with them: in the next view it may be seen."""
+    ``slack`` (units of the world) behind what is seen in a pixel beside it. Links hide nothing of each other: in
+    a view between these they may stand apart."""
     found = np.empty(points.shape[1], dtype=bool)
-    for link, first, last in together(starts, motion, np.ones(len(starts) - 1, dtype=bool)):
+    for link, (first, last) in enumerate(pairwise(starts)):
         layers = Layers.empty(lens)
         pixel, depth = splat(layers, points, first, last, motion[link], lens)
         front = layers.depth.reshape(lens.height + 2, lens.width + 2)
