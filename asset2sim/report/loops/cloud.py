@@ -191,14 +191,16 @@ def direction_of(normals: Singles) -> Words:
     upward = normals * np.where(normals[:, 2:] < 0.0, -1.0, 1.0)
     flat = upward[:, :2] / np.maximum(np.abs(upward).sum(axis=1, keepdims=True), 1e-12)
     across, along = np.minimum(((flat + 1.0) * (0.5 * STEPS)).astype(np.int32), STEPS - 1).T
-    return across * STEPS + along
+    found: Words = across * STEPS + along
+    return found
 
 
 def octahedron() -> Singles:
     """(STEPS², 3) unit vectors of the upper half of an octahedron, in squares."""
     x, y = ((np.indices((STEPS, STEPS)).reshape(2, -1) + 0.5) * (2.0 / STEPS) - 1.0).astype(np.float32)
     found = np.stack([x, y, np.maximum(1.0 - np.abs(x) - np.abs(y), 0.0)], axis=1)
-    return found / np.linalg.norm(found, axis=1, keepdims=True)
+    unit: Singles = found / np.linalg.norm(found, axis=1, keepdims=True)
+    return unit
 
 
 STEPS = 48

@@ -24,9 +24,9 @@ from schemas.vocabulary import Engine
 
 SWEEP, DROP, RELEASE, SIZE = "sweep", "drop", "release", "size"
 NAMES = (SWEEP, DROP, RELEASE, SIZE)
-SHOWN_MS = {SWEEP: 80, DROP: 100, RELEASE: 100}
-"""How long a frame is shown, ms: a release at its own speed, a fall at an eighth of it until it is over."""
-SWEEP_FRAMES = 24
+SHOWN_MS = {SWEEP: 90, DROP: 125, RELEASE: 125}
+"""How long a frame is shown, ms: a release at its own speed, a fall at a tenth of it until it is over."""
+SWEEP_FRAMES = 22
 TIMES_S = {SWEEP: None, DROP: DROP_TIMES_S, RELEASE: RELEASE_TIMES_S}
 MANY_JOINTS = 40
 """Joints beyond which an object is shown without an engine: a step of a keyboard of 115 takes 30 ms."""

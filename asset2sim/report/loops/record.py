@@ -12,9 +12,9 @@ from asset2sim.engines.pybullet_world import PyBulletWorld, open_pybullet
 from asset2sim.physics.arrays import Array
 from schemas.settings import EngineSettings
 
-DROP_TIMES_S = np.concatenate([np.arange(9) / 80.0, 0.1 + np.arange(1, 11) / 10.0])
+DROP_TIMES_S = np.concatenate([np.arange(9) / 80.0, 0.1 + np.arange(1, 9) / 8.0])
 """Times of a drop's frames, s: the fall takes 0.064 s, what comes of it one second."""
-RELEASE_TIMES_S = np.arange(20) / 10.0
+RELEASE_TIMES_S = np.arange(17) / 8.0
 """Times of a release's frames, s: a door that closes by itself takes two seconds."""
 TRIED = 12
 """Joints that are opened half way before they are let go of, at most."""

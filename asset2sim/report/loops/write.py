@@ -89,19 +89,19 @@ def write_loops(refined: Path, raw_urdf: Path | None, to: Path, owner: str = "")
 def write_all(out: Path, raw_urdfs: Mapping[str, Path | None], workers: int = 1) -> dict[str, list[str]]:
     """Write the loops of an output's refined objects that have none of today's object, so many at once; asset id → the
     names written, empty where that failed. ``raw_urdfs``: asset id → the URDF that it was refined from."""
-    due: dict[str, tuple[Path, Path | None, Path]] = {}
+    due: dict[str, tuple[Path, Path | None, Path, str]] = {}
     for refined in sorted((out / "assets").iterdir()):
         raw, to = raw_urdfs.get(refined.name), out / FOLDER / refined.name
         if (refined / "overlay.json").is_file() and not is_current(refined, raw, to):
-            due[refined.name] = refined, raw, to
+            due[refined.name] = refined, raw, to, str(out)
     if due:
         warm_up(f"{make_loops.__module__}:{make_loops.__name__}")
-    pool, owner = ThreadPoolExecutor(workers), str(out)
+    pool = ThreadPoolExecutor(workers)
     try:
-        written = pool.map(lambda item: write_loops(*item, owner=owner), due.values())
+        written = pool.map(lambda item: write_loops(*item), due.values())
         return dict(zip(due, written, strict=True))
     except KeyboardInterrupt:
-        stop_children(owner)
+        stop_children(str(out))
         raise
     finally:
         pool.shutdown(cancel_futures=True)
