@@ -25,7 +25,7 @@ PERSPECTIVE = 0.15
 """By how much more of a surface's edge may be seen than a parallel view from the middle of the picture shows."""
 MOST_CELLS = 400_000
 """Cells of an object, about; beyond it they, and the points, are set further apart."""
-MOST_POINTS = 400_000
+MOST_POINTS = 360_000
 """Points of an object, about: each costs 20 ns a frame."""
 THICKER = 0.35
 """How far every surface is moved outwards, in spacings: the far side of a thin plate else speckles the near one."""
@@ -134,9 +134,10 @@ def cloud_of(faces: Faces, spacing: float, views: Sequence[tuple[Singles, Lens]]
         side * share
         for side, share in zip((cells.width, cells.height), foreshortened(faces, cells, views), strict=True)
     ]
-    needed = float(np.maximum(sides[0] / spacing, 1.0) @ np.maximum(sides[1] / spacing, 1.0))
-    spacing *= max(1.0, (needed / MOST_POINTS) ** 0.5)
-    across, upwards = (np.maximum(1, np.ceil(side / spacing - STRETCH)).astype(np.int64) for side in sides)
+    across, upwards = counts(sides, spacing)
+    for _ in range(2):  # rounding up leaves too many the first time
+        spacing *= max(1.0, float(across @ upwards) / MOST_POINTS) ** 0.5
+        across, upwards = counts(sides, spacing)
     cell, place = spread(across * upwards)
     fine = cells.pick(cell)
     weights = fine.weights((place % across[cell] + 0.5) / across[cell], (place // across[cell] + 0.5) / upwards[cell])
@@ -160,6 +161,12 @@ def cloud_of(faces: Faces, spacing: float, views: Sequence[tuple[Singles, Lens]]
 
     translucent = seen & ~opaque
     return part(seen & opaque, part(translucent, None) if translucent.any() else None)
+
+
+def counts(sides: Sequence[Floats], spacing: float) -> tuple[Ints, Ints]:
+    """How many points each cell has along its width and its height."""
+    across, upwards = (np.maximum(1, np.ceil(side / spacing - STRETCH)).astype(np.int64) for side in sides)
+    return across, upwards
 
 
 def foreshortened(faces: Faces, cells: Cells, views: Sequence[tuple[Singles, Lens]]) -> tuple[Singles, Singles]:

@@ -64,11 +64,15 @@ def lens_of(scenes: Scenes) -> Lens:
     points = []
     for act in scenes.acts:
         if act is not None:
-            found = act.figure.spanned(act.motions[changes(act.motions)])
-            points.append(np.clip(found, [-ROOM[0], -ROOM[1], -0.15], ROOM))
+            points.append(in_room(act.figure.spanned(act.motions[changes(act.motions)])))
     side = round(SIDE * OVERSAMPLING)
     towards = directions(scenes.acts[1].figure.front)["perspective"]
     return lens_for(np.concatenate(points).astype(np.float32), towards.astype(np.float32), side, side)
+
+
+def in_room(points: Array) -> Array:
+    """(n, 3) points, those that are further off than an object is followed moved to the border of that."""
+    return np.clip(points, [-ROOM[0], -ROOM[1], -0.15], ROOM)
 
 
 def clouds_of(films: Sequence[Scenes], lenses: Sequence[Lens], still: Sequence[tuple[Figure, Singles, Lens]]) -> Clouds:
@@ -86,8 +90,9 @@ def clouds_of(films: Sequence[Scenes], lenses: Sequence[Lens], still: Sequence[t
             chosen = changes(act.motions)
             keys = [chosen[round(share * (len(chosen) - 1))] for share in np.linspace(0.0, 1.0, min(KEYS, len(chosen)))]
             views.setdefault(key, []).extend((act.motions[frame], lens) for frame in keys)
-            nearest = float(lens.project(act.figure.spanned(act.motions[keys]).T.astype(np.float32))[2].min())
-            pixels = 0.5 * lens.height / np.tan(0.5 * FOV) / max(nearest, 0.5)
+            spanned = in_room(act.figure.spanned(act.motions[keys]))
+            nearest = float(lens.project(spanned.T.astype(np.float32))[2].min())
+            pixels = 0.5 * lens.height / np.tan(0.5 * FOV) / nearest
             finest[key] = min(finest.get(key, np.inf), SPACING / pixels)
     for figure, motion, lens in still:
         key = id(figure.faces)

@@ -16,6 +16,9 @@ DROP_TIMES_S = np.concatenate([np.arange(9) / 80.0, 0.1 + np.arange(1, 9) / 8.0]
 """Times of a drop's frames, s: the fall takes 0.064 s, what comes of it one second."""
 RELEASE_TIMES_S = np.arange(17) / 8.0
 """Times of a release's frames, s: a door that closes by itself takes two seconds."""
+STILL, STILL_FRAMES = 1e-4, 3
+"""Change of any number of a pose (m, rad) from frame to frame below which nothing moves, and for how many frames until
+nothing will."""
 TRIED = 12
 """Joints that are opened half way before they are let go of, at most."""
 
@@ -73,9 +76,8 @@ def half_open(
 
 def follow(world: PyBulletWorld, inertial: Array, times_s: Array) -> Recording:
     """Run the world and read its poses at these times."""
-    roots, joints, finite = [], [], True
-    counts = np.diff(np.rint(times_s / world.timestep_s).astype(int), prepend=0)
-    for count in counts.tolist():
+    roots, joints, finite, still = [], [], True, 0
+    for count in np.diff(np.rint(times_s / world.timestep_s).astype(int), prepend=0).tolist():
         world.step(count)
         position, orientation = world.root_pose()
         positions = world.positions()
@@ -84,6 +86,10 @@ def follow(world: PyBulletWorld, inertial: Array, times_s: Array) -> Recording:
             break
         roots.append(pose(position, orientation) @ np.linalg.inv(inertial))
         joints.append(positions)
+        moved = max(np.ptp(states[-2:], axis=0).max(initial=0.0) for states in (roots, joints))
+        still = still + 1 if len(roots) > 1 and moved < STILL else 0
+        if still == STILL_FRAMES:
+            break
     missing = len(times_s) - len(roots)
     roots, joints = roots + roots[-1:] * missing, joints + joints[-1:] * missing
     table = np.array(joints).reshape(len(times_s), -1)
