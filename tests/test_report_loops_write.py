@@ -87,7 +87,7 @@ def test_a_fall_begins_as_high_as_it_says(refined: Path) -> None:
 
 
 @pytest.mark.system
-def test_a_raw_object_that_the_engine_refuses_or_dies_of_stands_still(
+def test_a_raw_object_that_cannot_be_read_loaded_or_borne_moves_nothing(
     refined: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     refused = tmp_path / "refused"
@@ -106,7 +106,9 @@ def test_a_raw_object_that_the_engine_refuses_or_dies_of_stands_still(
 
     monkeypatch.setattr(make, "play", dies)
     make_loops(refined, raw_of("scissors_paper"), tmp_path / "two")
-    for place in ("one", "two"):
+    (refused / "mobility.urdf").write_text("no URDF")
+    assert make_loops(refined, refused / "mobility.urdf", tmp_path / "three") == [*LOOPS, "size.webp"]
+    for place in ("one", "two", "three"):
         drop = frames(tmp_path / place / "drop.webp")
         changed = np.abs(drop - drop[0]).mean(axis=(0, 1, 3))
         assert 5.0 * changed[: SIDE - 4].mean() < changed[SIDE + 4 :].mean()

@@ -1,1 +1,1 @@
-"""The report of a run: pages that people look at, and what is drawn for them."""
+"""The report of a run for people: an index and a page an object, static HTML made from the catalog's tables."""

@@ -18,6 +18,8 @@ from asset2sim.report.loops.faces import Faces, faces_of
 from asset2sim.report.loops.record import Recording
 from asset2sim.report.loops.zbuffer import Singles
 
+WIDEST = 4.0 * math.pi
+"""Widest range of a joint, rad or m, that counts as one: beyond it URDFs mean that there is no limit."""
 SAME = 1e-3
 """Difference of two objects' corners, as a share of their size, up to which they are drawn from the same points."""
 EXTREMES = np.array([(x, y, z) for x in (-1, 0, 1) for y in (-1, 0, 1) for z in (-1, 0, 1) if x or y or z], dtype=float)
@@ -111,12 +113,14 @@ def in_links(figure: Figure) -> dict[str, Array]:
 
 
 def limits_of(robot: yourdfpy.Robot) -> dict[str, tuple[float, float]]:
-    """Joint → (lower, upper) of those that a URDF gives both, rad or m."""
+    """Joint → (lower, upper) of those whose URDF gives them a range that can be shown, rad or m."""
     found = {}
     for joint in robot.joints:
         limit = joint.limit
         if joint.type in ("revolute", "prismatic") and limit is not None and None not in (limit.lower, limit.upper):
-            found[joint.name] = (float(limit.lower), float(limit.upper))
+            lower, upper = float(limit.lower), float(limit.upper)
+            if 0.0 <= upper - lower <= WIDEST:
+                found[joint.name] = (lower, upper)
     return found
 
 
@@ -151,10 +155,11 @@ def sweep(figure: Figure, start: Mapping[str, float], names: Sequence[str], fram
     Where there are many they overlap, so that each has ``least`` of the frames."""
     still = {name: np.full(frames, value) for name, value in start.items()}
     each = max(frames // max(len(names), 1), least)
-    moved = {}
+    moved, sliders = {}, {joint.name for joint in figure.tree if joint.type == "prismatic"}
     for number, name in enumerate(names):
         at = start.get(name, 0.0)
-        lower, upper = figure.limits.get(name, (at - math.pi, at + math.pi))
+        reach = 0.5 * figure.size_m if name in sliders else math.pi
+        lower, upper = figure.limits.get(name, (at - reach, at + reach))
         first = round(number * (frames - each) / max(len(names) - 1, 1))
         path = np.full(frames, at)
         path[first : first + each] = swept(min(max(at, lower), upper), lower, upper, each)

@@ -1,6 +1,7 @@
 """Making the loops and the size picture of one object: read, record, draw, and write."""
 
 import filecmp
+import logging
 import os
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -39,6 +40,8 @@ RAW_LIMIT_S = 10.0
 
 Recordings = Mapping[str, Recording]
 
+log = logging.getLogger(__name__)
+
 
 def make_loops(refined: Path, raw_urdf: Path | None, to: Path) -> list[str]:
     """Write the loops and the size picture of one refined object into a folder, each whole or not at all; the names
@@ -55,17 +58,16 @@ def make_loops(refined: Path, raw_urdf: Path | None, to: Path) -> list[str]:
     resting = Recording(np.eye(4)[None], {name: np.array([value]) for name, value in start.items()})
     items = [standing(figure, resting, "refined"), cube()]
     raw: dict[str, Act] = {}
-    source = None if raw_urdf is None or raw_urdf.suffix == ".urdf" else open_source(raw_urdf.parent)
-    raw_urdf = raw_urdf if source is None else source.urdf
-    as_raw = unscaled(start, overlay)
     try:
         if raw_urdf is not None:
+            source = None if raw_urdf.suffix == ".urdf" else open_source(raw_urdf.parent)
+            raw_urdf = raw_urdf if source is None else source.urdf
             remember_twins(loaded, refined, raw_urdf.parent)
-            before = read_alike(raw_urdf, as_raw, loaded, figure, overlay.scale)
+            before = read_alike(raw_urdf, unscaled(start, overlay), loaded, figure, overlay.scale)
             raw = raw_acts(raw_urdf, before, overlay, played, starts, settings)
             items.insert(0, standing(before, at_rest({}, 1), "raw"))
-    except AssetError:
-        pass  # nothing of it can be drawn; its picture says so
+    except (AssetError, ValueError) as error:  # it cannot be drawn, and its picture says so
+        log.warning("raw %s: %s", raw_urdf, error)
     films = [
         Scenes(name, (raw.get(name), act(figure, name, played[name])), TIMES_S[name], SHOWN_MS[name])
         for name in (SWEEP, DROP, RELEASE)
