@@ -23,7 +23,7 @@ from asset2sim.report.loops.zbuffer import Lens, Singles, Words
 
 WIDTH, HEIGHT = 640, 320
 """Pixels of the picture."""
-TOP, BOTTOM, GAP = 16, 58, 28
+TOP, BOTTOM, GAP = 14, 70, 28
 """Pixels above the highest object, for the words below, and between two objects."""
 SLOT = 96
 """Least width that an object has, for its words, pixels."""
