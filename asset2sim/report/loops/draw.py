@@ -1,0 +1,136 @@
+"""Drawing clouds of points: shaded, over a floor with the object's shadow."""
+
+from collections.abc import Iterator
+
+import numpy as np
+from numpy.typing import NDArray
+from PIL import Image, ImageDraw, ImageFilter
+from scipy.ndimage import uniform_filter
+
+from asset2sim.assets.views.camera import axes
+from asset2sim.assets.views.renderer import AMBIENT, DIFFUSE, LAMP
+from asset2sim.report.loops.cloud import DIRECTIONS, Cloud
+from asset2sim.report.loops.zbuffer import ALIKE, FAR, Layers, Lens, Singles, splat, together
+
+Picture = NDArray[np.uint8]
+
+WALL, FLOOR = (236.0, 239.0, 243.0), (216.0, 221.0, 228.0)
+"""Colours at the top and at the bottom of the background, RGB: light beside white pages, and not glaring on black."""
+DISC, DISC_RADIUS = (228.0, 232.0, 238.0), 0.95
+"""Colour of the round floor under the object, and its radius as a share of the object's longest edge."""
+SHADE, SHADOW, SHADOW_POINTS, SHADOW_SHRINK = (92, 97, 106), 205, 3000, 4
+"""Colour of the shadow and its opacity, to 255; the points that cast it; by how much smaller it is drawn before it is
+blurred."""
+SUN = np.array([0.25, 0.15], dtype=np.float32)
+"""How far the shadow of something moves along x and y for each unit that it is above the floor."""
+CREASE, CREASE_DEPTH, CREASE_PIXELS = 0.45, (0.01, 0.07), 5
+"""How much darker is drawn what lies the deeper behind its surroundings, from and to, units of the world, of twice so
+many pixels."""
+
+
+def pictures(cloud: Cloud, motions: Singles, lens: Lens, ground: Picture) -> Iterator[Picture]:
+    """The cloud with its links at (frames, links, 3, 4) transforms from where they are in it to a world in which it is
+    about one unit long and the floor is z = 0: (h, w, 3) pictures over the (h, w, 3) ``ground``. Links that never move
+    are drawn once, and a frame in which nothing moves is the one before."""
+    motions = motions.astype(np.float32)
+    still = np.abs(motions - motions[:1]).max(axis=(0, 2, 3)) < ALIKE
+    base = Layers.empty(lens)
+    for link, first, last in together(cloud.starts, motions[0], still):
+        splat(base, cloud.points, first, last, motions[0][link], lens)
+    before: tuple[Singles, Picture] | None = None
+    for motion in motions:
+        if before is None or np.abs(motion - before[0]).max() > ALIKE:
+            layers = base.copy()
+            for link, first, last in together(cloud.starts, motion, ~still):
+                splat(layers, cloud.points, first, last, motion[link], lens)
+            picture = shaded(cloud, layers, motion, lens, shadowed(ground, cloud, motion, lens))
+            before = motion, picture if cloud.glass is None else glazed(cloud.glass, layers, motion, lens, picture)
+        yield before[1]
+
+
+def glazed(glass: Cloud, behind: Layers, motion: Singles, lens: Lens, picture: Picture) -> Picture:
+    """The picture with translucent points blended over it where they are nearer than what it shows, one layer deep."""
+    layers = Layers.empty(lens)
+    for link, first, last in together(glass.starts, motion, np.ones(len(glass.links), dtype=bool)):
+        splat(layers, glass.points, first, last, motion[link], lens)
+    front = np.where(layers.depth < behind.depth, layers.point, np.int32(-1))
+    return shaded(glass, Layers(layers.depth, front), motion, lens, picture)
+
+
+def shaded(cloud: Cloud, layers: Layers, motion: Singles, lens: Lens, ground: Picture) -> Picture:
+    """The z-buffer's points lit by the lamp, drawn on the ground, through which translucent ones let see."""
+    inner = (slice(1, -1), slice(1, -1))
+    shape = (lens.height + 2, lens.width + 2)
+    point = layers.point.reshape(shape)[inner].ravel()
+    place = np.flatnonzero(point >= 0)
+    index = point[place]
+    light = lit(motion, lens)[cloud.facing[index]]
+    light *= np.float32(1.0) - creases(layers.depth.reshape(shape)[inner]).ravel()[place]
+    rgba = cloud.colors.view(np.uint32).ravel()[index].view(np.uint8).reshape(-1, 4)
+    color = np.minimum(rgba[:, :3] * light[:, None], np.float32(255.0))
+    flat = ground.reshape(-1, 3)
+    if (rgba[:, 3] < 255).any():
+        share = rgba[:, 3:].astype(np.float32) / np.float32(255.0)
+        color = share * color + (np.float32(1.0) - share) * flat[place]
+    flat[place] = color.astype(np.uint8)
+    return ground
+
+
+def lit(motion: Singles, lens: Lens) -> Singles:
+    """How brightly a surface of each link is lit that faces either way along each of ``DIRECTIONS``, flat."""
+    turn = motion[:, :, :3] / np.maximum(np.linalg.norm(motion[:, :, :1], axis=1, keepdims=True), 1e-9)
+    lamp = np.array(LAMP) @ axes(lens.towards.astype(float))
+    both = np.stack([lamp / np.linalg.norm(lamp), lens.towards]).astype(np.float32)
+    lamps, viewers = np.einsum("ljk,dj->dlk", turn, both)
+    facing = np.copysign(lamps @ DIRECTIONS.T, (lamps @ DIRECTIONS.T) * (viewers @ DIRECTIONS.T))
+    bright: Singles = np.float32(AMBIENT) + np.float32(DIFFUSE) * np.maximum(facing, np.float32(0.0))
+    return bright.ravel()
+
+
+def creases(depth: Singles) -> Singles:
+    """(h, w) how much darker each pixel is, 0 to 1, for lying behind its surroundings, where light comes less."""
+    half = depth[::2, ::2]
+    drawn = half < FAR
+    if not drawn.any():
+        return np.zeros_like(depth)
+    behind = np.where(drawn, half, half[drawn].max())
+    least, most = (np.float32(bound) for bound in CREASE_DEPTH)
+    deeper = np.clip((behind - uniform_filter(behind, CREASE_PIXELS) - least) / (most - least), 0.0, 1.0)
+    shade = np.float32(CREASE) * deeper.repeat(2, axis=0).repeat(2, axis=1)
+    return np.asarray(shade[: depth.shape[0], : depth.shape[1]])
+
+
+def background(lens: Lens, *, disc: bool) -> Picture:
+    """(h, w, 3) ground of pictures: a gradient, and with ``disc`` a round floor in the plane z = 0 about its origin."""
+    share = np.linspace(0.0, 1.0, lens.height, dtype=np.float32)[:, None, None]
+    wall, floor = np.array(WALL, dtype=np.float32), np.array(FLOOR, dtype=np.float32)
+    image = np.repeat((wall + share * (floor - wall)).astype(np.uint8), lens.width, axis=1)
+    if not disc:
+        return image
+    turn = np.linspace(0.0, 2.0 * np.pi, 97)
+    rim = np.stack([DISC_RADIUS * np.cos(turn), DISC_RADIUS * np.sin(turn), 0.0 * turn]).astype(np.float32)
+    mask = Image.new("L", (lens.width, lens.height), 0)
+    ImageDraw.Draw(mask).polygon([(x, y) for x, y in lens.project(rim)[:2].T.tolist()], fill=255)
+    image[np.asarray(mask) > 0] = DISC
+    return image
+
+
+def shadowed(ground: Picture, cloud: Cloud, motion: Singles, lens: Lens) -> Picture:
+    """A copy of the ground with the shadow that the object casts on the plane z = 0, soft."""
+    stride = max(1, cloud.points.shape[1] // SHADOW_POINTS)
+    everything = np.ones(len(cloud.links), dtype=bool)
+    parts = [
+        motion[link, :, :3] @ cloud.points[:, first:last:stride] + motion[link, :, 3:]
+        for link, first, last in together(cloud.starts, motion, everything)
+    ]
+    place = np.concatenate(parts, axis=1)
+    place[:2] -= SUN[:, None] * place[2]
+    place[2] = 0.0
+    x, y = (lens.project(place)[:2] / SHADOW_SHRINK).astype(np.int32)
+    mask = np.zeros((-(-lens.height // SHADOW_SHRINK), -(-lens.width // SHADOW_SHRINK)), dtype=np.uint8)
+    inside = (x >= 0) & (y >= 0) & (x < mask.shape[1]) & (y < mask.shape[0])
+    mask[y[inside], x[inside]] = SHADOW
+    soft = Image.fromarray(mask).filter(ImageFilter.GaussianBlur(1.6))
+    image = Image.fromarray(ground)
+    image.paste(SHADE, mask=soft.resize(image.size, Image.Resampling.BILINEAR))
+    return np.array(image)

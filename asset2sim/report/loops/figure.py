@@ -1,0 +1,181 @@
+"""An object that moves, ready to be drawn: its triangles, and where its links are at each frame."""
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+
+import numpy as np
+import yourdfpy
+
+from asset2sim.assets.urdf.read import read_urdf, root_of, tree_joint
+from asset2sim.assets.views.scene import load_scene
+from asset2sim.assets.views.surface import Surface
+from asset2sim.physics.arrays import Array
+from asset2sim.physics.kinematics import TreeJoint, link_to_root, parents_first
+from asset2sim.report.loops.faces import Faces, faces_of
+from asset2sim.report.loops.record import Recording
+from asset2sim.report.loops.zbuffer import Singles
+
+WIDEST = 4.0 * math.pi
+"""Widest range of a joint, rad or m, that counts as one: beyond it URDFs mean that there is no limit."""
+SAME = 1e-3
+"""Difference of two objects' corners, as a share of their size, up to which they are drawn from the same points."""
+EXTREMES = np.array([(x, y, z) for x in (-1, 0, 1) for y in (-1, 0, 1) for z in (-1, 0, 1) if x or y or z], dtype=float)
+"""Directions in which a link's furthest points are looked for, to know what must fit into the picture."""
+
+
+@dataclass(frozen=True, eq=False)
+class Figure:
+    """An object and how it is drawn. ``faces`` are of the object, or of one of the same shape that is ``scale`` times
+    as large, in the root frame, where the links of that are at ``links_to_root``. ``size_m`` is the longest edge of
+    its box as it was read, m; ``limits`` the (lower, upper) of joints that have any, rad or m."""
+
+    tree: tuple[TreeJoint, ...]
+    root: str
+    limits: dict[str, tuple[float, float]]
+    front: Array
+    faces: Faces
+    links_to_root: dict[str, Array]
+    size_m: float
+    scale: float = 1.0
+
+    @cached_property
+    def extremes(self) -> Array:
+        """(links, k, 4) points that span each link's triangles, homogeneous, in the frame of ``faces``."""
+        found = []
+        for index in range(len(self.faces.links)):
+            points = self.faces.corners[self.faces.link == index].reshape(-1, 3)
+            found.append(points[(points @ EXTREMES.T).argmax(axis=0)] if len(points) else np.zeros((26, 3)))
+        spans = np.array(found)
+        return np.concatenate([spans, np.ones((*spans.shape[:2], 1))], axis=2)
+
+    def placed(self, recording: Recording) -> Array:
+        """(frames, links, 4, 4) transforms of its triangles to the recording's world, m."""
+        poses = link_poses(self.tree, self.root, recording.joints, len(recording.root))
+        shrink = np.diag([1.0 / self.scale] * 3 + [1.0])
+        links = [poses[link] @ (shrink @ np.linalg.inv(self.links_to_root[link])) for link in self.faces.links]
+        return np.asarray(recording.root[:, None] @ np.stack(links, axis=1))
+
+    def normalised(self, placed: Array, *, floor: bool) -> Singles:
+        """(frames, links, 3, 4) of such transforms, to a world in which the object is one unit long, starts about the
+        origin, and stands on z = 0: the recording's plane, or with ``floor``, wherever its lowest point is at first."""
+        points = self.spanned(placed[:1])
+        low, high = points.min(axis=0), points.max(axis=0)
+        moved = placed[..., :3, :] / self.size_m
+        moved[..., :2, 3] -= 0.5 * (low + high)[:2] / self.size_m
+        if floor:
+            moved[..., 2, 3] -= low[2] / self.size_m
+        return np.asarray(moved, dtype=np.float32)
+
+    def spanned(self, transforms: Array | Singles) -> Array:
+        """(n, 3) points that span the object in all frames of (frames, links, 3 or 4, 4) transforms."""
+        return np.asarray(np.einsum("fljk,lpk->flpj", transforms[..., :3, :], self.extremes).reshape(-1, 3))
+
+
+def read_figure(urdf: Path, positions: Mapping[str, float], loaded: dict[Path, tuple[Surface, ...]]) -> Figure:
+    """A URDF's object, read at these joint positions (rad or m). ``loaded`` remembers mesh files. Raises AssetError as
+    ``load_scene`` does."""
+    robot = read_urdf(urdf)
+    scene = load_scene(urdf, positions, loaded)
+    faces = faces_of(scene)
+    tree = parents_first([tree_joint(joint) for joint in robot.joints])
+    poses = link_to_root(tree, root_of(robot), positions)
+    return Figure(tree, root_of(robot), limits_of(robot), scene.front, faces, poses, faces.size_m)
+
+
+def read_alike(
+    urdf: Path, positions: Mapping[str, float], loaded: dict[Path, tuple[Surface, ...]], other: Figure, scale: float
+) -> Figure:
+    """As ``read_figure``, drawn from the triangles of the ``other`` object where that has the same, ``scale`` times as
+    large: one cloud of points is made then, not two."""
+    own = read_figure(urdf, positions, loaded)
+    mine, theirs = in_links(own), in_links(other)
+    same = mine.keys() == theirs.keys() and all(
+        mine[link].shape == theirs[link].shape
+        and np.abs(mine[link] * scale - theirs[link]).max(initial=0.0) <= SAME * other.size_m
+        for link in mine
+    )
+    if not same:
+        return own
+    return Figure(own.tree, own.root, own.limits, own.front, other.faces, other.links_to_root, own.size_m, scale)
+
+
+def in_links(figure: Figure) -> dict[str, Array]:
+    """Link → (n, 3) corners of its triangles in the link's frame, m."""
+    found = {}
+    for index, link in enumerate(figure.faces.links):
+        to_root = figure.links_to_root[link]
+        points = figure.faces.corners[figure.faces.link == index].reshape(-1, 3)
+        found[link] = (points - to_root[:3, 3]) @ to_root[:3, :3]
+    return found
+
+
+def limits_of(robot: yourdfpy.Robot) -> dict[str, tuple[float, float]]:
+    """Joint → (lower, upper) of those whose URDF gives them a range that can be shown, rad or m."""
+    found = {}
+    for joint in robot.joints:
+        limit = joint.limit
+        if joint.type in ("revolute", "prismatic") and limit is not None and None not in (limit.lower, limit.upper):
+            lower, upper = float(limit.lower), float(limit.upper)
+            if 0.0 <= upper - lower <= WIDEST:
+                found[joint.name] = (lower, upper)
+    return found
+
+
+def link_poses(tree: Sequence[TreeJoint], root: str, joints: Mapping[str, Array], frames: int) -> dict[str, Array]:
+    """Link → (frames, 4, 4) link-to-root transforms at (frames,) joint positions, rad or m; joints not named are at
+    zero, and those that follow others where these have them."""
+    poses = {root: np.broadcast_to(np.eye(4), (frames, 4, 4))}
+    for joint in tree:
+        leader = joint.name if joint.mimic is None else joint.mimic.joint
+        at = joints.get(leader, np.zeros(frames))
+        if joint.mimic is not None:
+            at = joint.mimic.multiplier * at + joint.mimic.offset
+        poses[joint.child] = poses[joint.parent] @ (joint.child_to_parent @ motions(joint, at))
+    return poses
+
+
+def motions(joint: TreeJoint, positions: Array) -> Array:
+    """(frames, 4, 4) transforms of a joint's own motion, as ``kinematics.motion``."""
+    found = np.tile(np.eye(4), (len(positions), 1, 1))
+    x, y, z = joint.axis
+    if joint.type in ("revolute", "continuous"):
+        cross = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
+        sine, rest = np.sin(positions)[:, None, None], (1.0 - np.cos(positions))[:, None, None]
+        found[:, :3, :3] += sine * cross + rest * (cross @ cross)
+    elif joint.type == "prismatic":
+        found[:, :3, 3] = positions[:, None] * joint.axis
+    return found
+
+
+def sweep(figure: Figure, start: Mapping[str, float], names: Sequence[str], frames: int, least: int) -> Recording:
+    """Its joints moved one after another, from ``start`` to one end of the range, to the other and back, the root held.
+    Where there are many they overlap, so that each has ``least`` of the frames."""
+    still = {name: np.full(frames, value) for name, value in start.items()}
+    each = max(frames // max(len(names), 1), least)
+    moved, sliders = {}, {joint.name for joint in figure.tree if joint.type == "prismatic"}
+    for number, name in enumerate(names):
+        at = start.get(name, 0.0)
+        reach = 0.5 * figure.size_m if name in sliders else math.pi
+        lower, upper = figure.limits.get(name, (at - reach, at + reach))
+        first = round(number * (frames - each) / max(len(names) - 1, 1))
+        path = np.full(frames, at)
+        path[first : first + each] = swept(min(max(at, lower), upper), lower, upper, each)
+        moved[name] = path
+    return Recording(np.tile(np.eye(4), (frames, 1, 1)), still | moved)
+
+
+def swept(start: float, lower: float, upper: float, frames: int) -> Array:
+    """(frames,) positions from ``start`` to one end, to the other, and back, slow at each."""
+    ends = np.array([start, lower, upper, start])
+    legs = np.abs(np.diff(ends))
+    if legs.sum() <= 0.0:
+        return np.full(frames, start)
+    turns = np.rint(np.concatenate([[0.0], np.cumsum(legs / legs.sum())]) * (frames - 1)).astype(int)
+    found = np.full(frames, start)
+    for first, last, here, there in zip(turns[:-1], turns[1:], ends[:-1], ends[1:], strict=True):
+        share = 0.5 - 0.5 * np.cos(np.linspace(0.0, math.pi, last - first + 1))
+        found[first : last + 1] = here + share * (there - here)
+    return found

@@ -1,0 +1,168 @@
+"""The loops and the size picture of one object: raw beside refined, from the same view, in step."""
+
+import io
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from PIL import Image, ImageDraw, ImageFont
+
+from asset2sim.assets.views.camera import directions
+from asset2sim.physics.arrays import Array
+from asset2sim.report.loops.cloud import Cloud, cloud_of
+from asset2sim.report.loops.draw import Picture, background, pictures
+from asset2sim.report.loops.figure import Figure
+from asset2sim.report.loops.zbuffer import FOV, Lens, Singles, changes, lens_for
+
+SIDE = 256
+"""Edge of one of the two pictures side by side, pixels."""
+OVERSAMPLING = 1.25
+"""Pixels drawn per pixel shown, along each side."""
+SPACING = 0.75
+"""Distance between two points, in drawn pixels: any pixel of a surface has one."""
+KEYS = 4
+"""Frames of each picture at which is found out what is seen."""
+ROOM = np.array([1.2, 1.2, 1.7])
+"""How far from where it starts a raw object is followed, in its longest edges: what explodes leaves the picture."""
+QUALITIES, METHOD = (46, 25), 1
+"""WebP's quality, the second where the file is else too large, and effort, 0 to 6."""
+MOST_BYTES = 150_000
+INK, SOFT_INK = (62, 70, 82), (120, 128, 140)
+LINE, EMPTY = (255, 255, 255), (226, 230, 236)
+"""Colours of the line between the two pictures, and of one that shows nothing."""
+FIRST, LAST = 6, 10
+"""How many times as long as the others the first and the last frame are shown."""
+
+
+Clouds = dict[int, Cloud]
+"""The ``id`` of a figure's triangles → the cloud of them."""
+
+
+@dataclass(frozen=True, eq=False)
+class Act:
+    """What one of the two pictures of a loop shows: a figure at (frames, links, 3, 4) transforms to the world that is
+    drawn, and a word if something ended it."""
+
+    figure: Figure
+    motions: Singles
+    word: str = ""
+
+
+@dataclass(frozen=True, eq=False)
+class Scenes:
+    """One loop: its ``name``, who plays in it, raw first, None where there is none, the times of its frames, s, None
+    where there is no clock, and how long each is shown, ms."""
+
+    name: str
+    acts: tuple[Act | None, Act]
+    times_s: Array | None
+    shown_ms: int
+
+
+def lens_of(scenes: Scenes) -> Lens:
+    """The lens that shows everything that happens in a loop, but what flies away."""
+    points = []
+    for act in scenes.acts:
+        if act is not None:
+            points.append(in_room(act.figure.spanned(act.motions[changes(act.motions)])))
+    side = round(SIDE * OVERSAMPLING)
+    towards = directions(scenes.acts[1].figure.front)["perspective"]
+    return lens_for(np.concatenate(points).astype(np.float32), towards.astype(np.float32), side, side)
+
+
+def in_room(points: Array) -> Array:
+    """(n, 3) points, those that are further off than an object is followed moved to the border of that."""
+    return np.clip(points, [-ROOM[0], -ROOM[1], -0.15], ROOM)
+
+
+def clouds_of(films: Sequence[Scenes], lenses: Sequence[Lens], still: Sequence[tuple[Figure, Singles, Lens]]) -> Clouds:
+    """The clouds of everyone's triangles for the loops, and of who is in none for a still picture, in which each is at
+    (links, 3, 4) transforms."""
+    views: dict[int, list[tuple[Singles, Lens]]] = {}
+    figures: dict[int, Figure] = {}
+    finest: dict[int, float] = {}
+    for scenes, lens in zip(films, lenses, strict=True):
+        for act in scenes.acts:
+            if act is None:
+                continue
+            key = id(act.figure.faces)
+            figures[key] = act.figure
+            chosen = changes(act.motions)
+            keys = [chosen[round(share * (len(chosen) - 1))] for share in np.linspace(0.0, 1.0, min(KEYS, len(chosen)))]
+            views.setdefault(key, []).extend((act.motions[frame], lens) for frame in keys)
+            spanned = in_room(act.figure.spanned(act.motions[keys]))
+            nearest = float(lens.project(spanned.T.astype(np.float32))[2].min())
+            pixels = 0.5 * lens.height / np.tan(0.5 * FOV) / nearest
+            finest[key] = min(finest.get(key, np.inf), SPACING / pixels)
+    for figure, motion, lens in still:
+        key = id(figure.faces)
+        if key not in figures:
+            figures[key] = figure
+            finest[key] = SPACING / (lengthening(lens, motion) * figure.faces.size_m)
+            views[key] = [(motion, lens)]
+    return {
+        key: cloud_of(figure.faces, finest[key] * figure.faces.size_m, views[key]) for key, figure in figures.items()
+    }
+
+
+def lengthening(lens: Lens, motion: Singles) -> float:
+    """Pixels a metre of triangles that are drawn at these (links, 3, 4) transforms through a ``flat`` lens."""
+    return float(np.linalg.norm(lens.matrix[0, :3]) * np.cbrt(np.linalg.det(motion[0, :, :3])))
+
+
+def filmed(scenes: Scenes, lens: Lens, clouds: Clouds) -> bytes:
+    """A loop as an animated WebP."""
+    frames = len(scenes.acts[1].motions)
+    sheets = [Image.new("RGB", (2 * SIDE, SIDE)) for _ in range(frames)]
+    for left, act, name in zip((0, SIDE), scenes.acts, ("raw", "refined"), strict=True):
+        for sheet, picture in zip(sheets, panels(act, name, lens, clouds, frames), strict=True):
+            sheet.paste(picture, (left, 0))
+    for number, sheet in enumerate(sheets):
+        ImageDraw.Draw(sheet).line([(SIDE, 0), (SIDE, SIDE)], fill=LINE, width=2)
+        if scenes.times_s is not None:
+            text(sheet, (2 * SIDE - 8, SIDE - 8), f"{scenes.times_s[number]:.2f} s", 12, SOFT_INK, "rs")
+    shown = scenes.shown_ms
+    durations = [FIRST * shown, *[shown] * (frames - 2), LAST * shown]
+    found = b""
+    for quality in QUALITIES:
+        stream = io.BytesIO()
+        options = {"save_all": True, "append_images": sheets[1:], "duration": durations, "loop": 0}
+        sheets[0].save(stream, "WEBP", quality=quality, method=METHOD, **options)
+        found = stream.getvalue()
+        if len(found) <= MOST_BYTES:
+            break
+    return found
+
+
+def panels(act: Act | None, name: str, lens: Lens, clouds: Clouds, frames: int) -> Iterator[Image.Image]:
+    """One of the two pictures of a loop, frame by frame."""
+    if act is None:
+        empty = Image.new("RGB", (SIDE, SIDE), EMPTY)
+        yield from [captioned(empty, name, "cannot be shown")] * frames
+        return
+    before: Picture | None = None
+    for picture in pictures(clouds[id(act.figure.faces)], act.motions, lens, background(lens, disc=True)):
+        if picture is not before:
+            small = Image.fromarray(picture).resize((SIDE, SIDE), Image.Resampling.BOX)
+            panel, before = captioned(small, name, act.word), picture
+        yield panel
+
+
+def captioned(image: Image.Image, name: str, word: str) -> Image.Image:
+    """The picture with a name at its upper left, and a word below that."""
+    text(image, (9, 20), name, 13, INK, "ls")
+    if word:
+        text(image, (9, 36), word, 11, SOFT_INK, "ls")
+    return image
+
+
+FONTS: dict[int, ImageFont.FreeTypeFont | ImageFont.ImageFont] = {}
+
+
+def text(
+    image: Image.Image, xy: tuple[float, float], words: str, size: int, ink: tuple[int, int, int], anchor: str
+) -> None:
+    """Write words on a picture."""
+    if size not in FONTS:
+        FONTS[size] = ImageFont.load_default(size=size)
+    ImageDraw.Draw(image).text(xy, words, fill=ink, font=FONTS[size], anchor=anchor)

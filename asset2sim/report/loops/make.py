@@ -1,0 +1,189 @@
+"""Making the loops and the size picture of one object: read, record, draw, and write."""
+
+import filecmp
+import logging
+import os
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from asset2sim.assets.folder import URDF_NAME
+from asset2sim.assets.formats.source import open_source
+from asset2sim.assets.views.surface import Surface
+from asset2sim.checks.mechanism import span_of
+from asset2sim.engines.child import ChildOutcome, in_child
+from asset2sim.report.loops.figure import Figure, read_alike, read_figure, sweep
+from asset2sim.report.loops.film import Act, Scenes, clouds_of, filmed, lens_of
+from asset2sim.report.loops.record import DROP_TIMES_S, RELEASE_TIMES_S, Recording, half_open, let_fall, let_go
+from asset2sim.report.loops.sizes import cube, in_a_row, size_picture, standing
+from schemas.errors import AssetError
+from schemas.overlay import PhysicsOverlay
+from schemas.settings import EngineSettings
+from schemas.vocabulary import Engine
+
+SWEEP, DROP, RELEASE, SIZE = "sweep", "drop", "release", "size"
+NAMES = (SWEEP, DROP, RELEASE, SIZE)
+SHOWN_MS = {SWEEP: 90, DROP: 125, RELEASE: 125}
+"""How long a frame is shown, ms: a release at its own speed, a fall at a tenth of it until it is over."""
+SWEEP_FRAMES = 22
+TIMES_S = {SWEEP: None, DROP: DROP_TIMES_S, RELEASE: RELEASE_TIMES_S}
+MANY_JOINTS = 40
+"""Joints beyond which an object is shown without an engine: a step of a keyboard of 115 takes 30 ms."""
+LEAST_FRAMES = 10
+"""Frames that a joint is given for its range, at least."""
+RAW_FRICTION = 0.5
+"""PyBullet's default friction coefficient, which raw objects have."""
+RAW_LIMIT_S = 10.0
+"""Wall time that a raw object is given in the engine, s."""
+
+Recordings = Mapping[str, Recording]
+
+log = logging.getLogger(__name__)
+
+
+def make_loops(refined: Path, raw_urdf: Path | None, to: Path) -> list[str]:
+    """Write the loops and the size picture of one refined object into a folder, each whole or not at all; the names
+    written. Raises AssetError where the refined object cannot be read or loaded."""
+    overlay = PhysicsOverlay.model_validate_json((refined / "overlay.json").read_text(encoding="utf-8"))
+    urdf, settings, loaded = refined / URDF_NAME, EngineSettings(), dict[Path, tuple[Surface, ...]]()
+    start = overlay.initial_positions
+    figure = read_figure(urdf, start, loaded)
+    names = [joint.name for joint in overlay.joints]
+    starts = starts_of(urdf, overlay, settings)
+    played = play(urdf, starts, overlay.contact_friction, settings)
+    if names:
+        played[SWEEP] = sweep(figure, start, names, SWEEP_FRAMES, LEAST_FRAMES)
+    resting = Recording(np.eye(4)[None], {name: np.array([value]) for name, value in start.items()})
+    items = [standing(figure, resting, "refined"), cube()]
+    raw: dict[str, Act] = {}
+    try:
+        if raw_urdf is not None:
+            source = None if raw_urdf.suffix == ".urdf" else open_source(raw_urdf.parent)
+            raw_urdf = raw_urdf if source is None else source.urdf
+            remember_twins(loaded, refined, raw_urdf.parent)
+            before = read_alike(raw_urdf, unscaled(start, overlay), loaded, figure, overlay.scale)
+            raw = raw_acts(raw_urdf, before, overlay, played, starts, settings)
+            items.insert(0, standing(before, at_rest({}, 1), "raw"))
+    except (AssetError, ValueError) as error:  # it cannot be drawn, and its picture says so
+        log.warning("raw %s: %s", raw_urdf, error)
+    films = [
+        Scenes(name, (raw.get(name), act(figure, name, played[name])), TIMES_S[name], SHOWN_MS[name])
+        for name in (SWEEP, DROP, RELEASE)
+        if name in played
+    ]
+    lenses = [lens_of(film) for film in films]
+    row = in_a_row(items)
+    stills = [(item.figure, motion, row.lens) for item, motion in zip(row.items, row.motions, strict=True)]
+    clouds = clouds_of(films, lenses, stills)
+    to.mkdir(parents=True, exist_ok=True)
+    written = {film.name: filmed(film, lens, clouds) for film, lens in zip(films, lenses, strict=True)}
+    written[SIZE] = size_picture(row, clouds)
+    for name in NAMES:
+        save(to / f"{name}.webp", written.get(name))
+    return [f"{name}.webp" for name in NAMES if name in written]
+
+
+@dataclass(frozen=True)
+class Starts:
+    """Where an object's motions start: joint positions, rad or m, at which it is let fall, or None, and at which its
+    joints are let go of, or None, with these ``speeds``, rad/s or m/s."""
+
+    fall: Mapping[str, float] | None
+    go: Mapping[str, float] | None
+    speeds: Mapping[str, float]
+
+
+def starts_of(urdf: Path, overlay: PhysicsOverlay, settings: EngineSettings) -> Starts:
+    """Of the refined object: let fall as it is, but for a fixed one; let go of where a position is asked, else half
+    open as far as that is free, with a nudge towards the further end. None of it where it has too many joints."""
+    start, joints = overlay.initial_positions, overlay.joints
+    if len(joints) > MANY_JOINTS:
+        return Starts(None, None, {})
+    fall = None if overlay.support.fixed else start
+    if not joints:
+        return Starts(fall, None, {})
+    half = {
+        joint.name: 0.5 * (joint.closed + joint.open)
+        for joint in joints
+        if joint.asked_position is None and joint.lower is not None
+    }
+    go = half_open(urdf, start, half, settings)
+    speeds = {}
+    for joint in joints:
+        speed = settings.nudge_m_s if joint.type == "prismatic" else settings.nudge_rad_s
+        lower, upper = span_of(joint)
+        speeds[joint.name] = speed if upper - go[joint.name] > go[joint.name] - lower else -speed
+    return Starts(fall, go, speeds)
+
+
+def play(urdf: Path, starts: Starts, friction: float, settings: EngineSettings) -> dict[str, Recording]:
+    """One object's recordings, of the motions that have a start."""
+    found = {}
+    if starts.fall is not None:
+        found[DROP] = let_fall(urdf, starts.fall, friction, settings)
+    if starts.go is not None:
+        found[RELEASE] = let_go(urdf, starts.go, starts.speeds, friction, settings)
+    return found
+
+
+def raw_acts(
+    urdf: Path, figure: Figure, overlay: PhysicsOverlay, refined: Recordings, starts: Starts, settings: EngineSettings
+) -> dict[str, Act]:
+    """What the raw object shows in the loops of the refined one: let fall as it came, let go of where the refined one
+    is. Where the engine refuses it, dies or hangs, it stands still, and a word says so."""
+    go = None if starts.go is None else unscaled(starts.go, overlay)
+    own = Starts(None if starts.fall is None else {}, go, unscaled(starts.speeds, overlay))
+    outcome: ChildOutcome[dict[str, Recording]] = in_child(
+        Engine.PYBULLET, play, urdf, own, RAW_FRICTION, settings, time_limit_s=RAW_LIMIT_S
+    )
+    found: dict[str, Act] = {}
+    for name in refined:
+        if name == SWEEP:
+            names = [joint.name for joint in overlay.joints]
+            found[name] = act(figure, name, sweep(figure, {}, names, SWEEP_FRAMES, LEAST_FRAMES))
+        elif outcome.value is not None:
+            found[name] = act(figure, name, outcome.value[name])
+        else:
+            still = at_rest({} if name == DROP else go or {}, len(refined[name].root))
+            word = "the engine dies of it" if outcome.died else "the engine refuses it"
+            found[name] = Act(figure, figure.normalised(figure.placed(still), floor=True), word)
+    return found
+
+
+def act(figure: Figure, name: str, recording: Recording) -> Act:
+    """What a recording shows."""
+    motions = figure.normalised(figure.placed(recording), floor=name != DROP)
+    return Act(figure, motions, "" if recording.finite else "explodes")
+
+
+def at_rest(positions: Mapping[str, float], frames: int) -> Recording:
+    """An object that does not move."""
+    joints = {name: np.full(frames, value) for name, value in positions.items()}
+    return Recording(np.tile(np.eye(4), (frames, 1, 1)), joints)
+
+
+def unscaled(positions: Mapping[str, float], overlay: PhysicsOverlay) -> dict[str, float]:
+    """These joint positions or speeds of the refined object at the authored scale."""
+    sliders = {joint.name for joint in overlay.all_joints if joint.type == "prismatic"}
+    return {name: value / overlay.scale if name in sliders else value for name, value in positions.items()}
+
+
+def remember_twins(loaded: dict[Path, tuple[Surface, ...]], refined: Path, raw: Path) -> None:
+    """Note that mesh files of the raw object with the same content as the refined one's are read already."""
+    for file, surfaces in list(loaded.items()):
+        if file.is_relative_to(refined):
+            twin = raw / file.relative_to(refined)
+            if twin.is_file() and filecmp.cmp(file, twin, shallow=False):
+                loaded[twin] = surfaces
+
+
+def save(path: Path, content: bytes | None) -> None:
+    """Write a file whole, or remove it where there is no content."""
+    if content is None:
+        path.unlink(missing_ok=True)
+        return
+    temporary = path.with_name(f".{path.name}.new")
+    temporary.write_bytes(content)
+    os.replace(temporary, path)

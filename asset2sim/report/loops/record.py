@@ -1,0 +1,104 @@
+"""What an object does in PyBullet, for the loops: let fall, and its parts let go, as poses at even times."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from scipy.spatial.transform import Rotation
+
+from asset2sim.engines.contacts import penetration
+from asset2sim.engines.pybullet_world import PyBulletWorld, open_pybullet
+from asset2sim.physics.arrays import Array
+from schemas.settings import EngineSettings
+
+DROP_TIMES_S = np.concatenate([np.arange(9) / 80.0, 0.1 + np.arange(1, 9) / 8.0])
+"""Times of a drop's frames, s: the fall takes 0.064 s, what comes of it one second."""
+RELEASE_TIMES_S = np.arange(17) / 8.0
+"""Times of a release's frames, s: a door that closes by itself takes two seconds."""
+STILL, STILL_FRAMES = 1e-4, 3
+"""Change of any number of a pose (m, rad) from frame to frame below which nothing moves, and for how many frames until
+nothing will."""
+TRIED = 12
+"""Joints that are opened half way before they are let go of, at most."""
+
+
+@dataclass(frozen=True, eq=False)
+class Recording:
+    """Poses at even times: the root link's (frames, 4, 4) frame in the world, whose floor is z = 0, and (frames,) joint
+    positions by name, rad or m. ``finite``: whether every number stayed so; the poses stop where they did not."""
+
+    root: Array
+    joints: dict[str, Array]
+    finite: bool = True
+
+
+def let_fall(urdf: Path, positions: Mapping[str, float], friction: float, settings: EngineSettings) -> Recording:
+    """The object's fall on a plane from a perturbed start, as in the reset check: as high and as tilted as any of them.
+    Raises AssetError (engine_refused) where PyBullet refuses the file."""
+    tilt = settings.reset_rad
+    with open_pybullet(urdf, plane=True, timestep_s=settings.timestep_s, contact_friction=friction) as world:
+        # What the pose of PyBullet's root is at, the inertial frame, when the root link's own is the world's.
+        inertial = pose(np.array(world.authored), np.array(world.upright))
+        world.place(positions, height_m=settings.reset_m, tilt_rad=(tilt, -tilt, 0.0))
+        return follow(world, inertial, DROP_TIMES_S)
+
+
+def let_go(
+    urdf: Path, positions: Mapping[str, float], speeds: Mapping[str, float], friction: float, settings: EngineSettings
+) -> Recording:
+    """Its joints let go of at these positions with these speeds, rad/s or m/s, the root held. Raises AssetError as
+    ``let_fall``."""
+    with open_pybullet(urdf, plane=False, timestep_s=settings.timestep_s, contact_friction=friction) as world:
+        inertial = pose(np.array(world.authored), np.array(world.upright))
+        world.place(positions)
+        world.kick({name: speed for name, speed in speeds.items() if name in world.joint_names})
+        return follow(world, inertial, RELEASE_TIMES_S)
+
+
+def half_open(
+    urdf: Path, start: Mapping[str, float], half: Mapping[str, float], settings: EngineSettings
+) -> dict[str, float]:
+    """``start`` with these joints half open as far as nothing then overlaps that did not before: a rack is not pulled
+    out against a closed door."""
+    found = dict(start)
+    with open_pybullet(
+        urdf, plane=False, timestep_s=settings.timestep_s, contact_friction=0.0, gravity_m_s2=0.0
+    ) as world:
+        world.place(found)
+        allowed = penetration(world.contacts()) + 1e-3
+        for name, position in list(half.items())[:TRIED]:
+            world.place(found | {name: position})
+            if penetration(world.contacts()) <= allowed:
+                found[name] = position
+    return found
+
+
+def follow(world: PyBulletWorld, inertial: Array, times_s: Array) -> Recording:
+    """Run the world and read its poses at these times."""
+    roots, joints, finite, still = [], [], True, 0
+    for count in np.diff(np.rint(times_s / world.timestep_s).astype(int), prepend=0).tolist():
+        world.step(count)
+        position, orientation = world.root_pose()
+        positions = world.positions()
+        finite = all(np.isfinite(array).all() for array in (position, orientation, positions))
+        if not finite:
+            break
+        roots.append(pose(position, orientation) @ np.linalg.inv(inertial))
+        joints.append(positions)
+        moved = max(np.ptp(states[-2:], axis=0).max(initial=0.0) for states in (roots, joints))
+        still = still + 1 if len(roots) > 1 and moved < STILL else 0
+        if still == STILL_FRAMES:
+            break
+    missing = len(times_s) - len(roots)
+    roots, joints = roots + roots[-1:] * missing, joints + joints[-1:] * missing
+    table = np.array(joints).reshape(len(times_s), -1)
+    return Recording(np.array(roots), dict(zip(world.joint_names, table.T, strict=True)), finite)
+
+
+def pose(position: Array, orientation: Array) -> Array:
+    """(4, 4) transform of a position and an xyzw quaternion."""
+    matrix = np.eye(4)
+    matrix[:3, :3] = Rotation.from_quat(orientation).as_matrix()
+    matrix[:3, 3] = position
+    return matrix

@@ -1,0 +1,123 @@
+"""Loops of a whole output: each object's in a killable child, and only where the object is another than it was."""
+
+import hashlib
+import json
+import logging
+import re
+import tempfile
+from collections.abc import Mapping
+from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
+
+from asset2sim.assets.checksums import FILE
+from asset2sim.assets.folder import URDF_NAME
+from asset2sim.engines.registry import engine_version
+from asset2sim.report.loops.make import make_loops, save
+from asset2sim.runs.isolation import Ending, run_isolated, stop_children
+from asset2sim.runs.isolation.children import warm_up
+from schemas.settings import RunSettings
+from schemas.vocabulary import Engine
+
+FOLDER = "report/objects"
+"""Where an output has its objects' pages, and beside each its loops."""
+RECORD = "loops.json"
+"""The file beside the loops that says of what they are."""
+VERSION = 1
+"""Raised when loops are drawn otherwise, so that all are made anew."""
+LIMIT_S = 60.0
+"""Wall time that one object's loops may take, s: they take one or two of a core that is free."""
+SHOWN = re.compile(r"  (mobility\.urdf|overlay\.json|(?!views/).*/.*)\n")
+"""The lines of a refined folder's checksums that count: not what was measured of it, nor other forms and pictures."""
+REFERENCE = re.compile(rb"filename\s*=\s*[\"']([^\"']+)[\"']")
+
+log = logging.getLogger(__name__)
+
+
+def loops_key(refined: Path, raw_urdf: Path | None) -> str:
+    """SHA-256 over what an object's loops show: the refined files by their checksums, the raw URDF and the sizes of the
+    files that it names, and the engine's version; 64 hex digits. No file's time counts."""
+    digest = hashlib.sha256(f"{VERSION} {engine_version(Engine.PYBULLET)}\n".encode())
+    try:
+        sums = (refined / FILE).read_text(encoding="utf-8", errors="surrogateescape")
+        digest.update("".join(line for line in sums.splitlines(True) if SHOWN.search(line)).encode(errors="replace"))
+    except OSError:  # written by hand, or by an earlier version
+        for name in (URDF_NAME, "overlay.json"):
+            digest.update(content_of(refined / name))
+    if raw_urdf is not None:
+        content = content_of(raw_urdf)
+        digest.update(b"\nraw\n" + content)
+        for name in sorted(set(REFERENCE.findall(content))):
+            digest.update(name + b" %d\n" % size_of(raw_urdf.parent / name.decode(errors="replace")))
+    return digest.hexdigest()
+
+
+def is_current(refined: Path, raw_urdf: Path | None, to: Path) -> bool:
+    """Whether the loops in the folder ``to`` are there and are of the object as it is now."""
+    try:
+        record = json.loads((to / RECORD).read_text(encoding="utf-8"))
+        return bool(record["key"] == loops_key(refined, raw_urdf)) and all(
+            (to / name).is_file() for name in record["files"]
+        )
+    except (OSError, ValueError, KeyError, TypeError):
+        return False
+
+
+def write_loops(refined: Path, raw_urdf: Path | None, to: Path, owner: str = "") -> list[str]:
+    """Write an object's loops and size picture into the folder ``to``, in a child process that may crash or hang; the
+    names of the files, none where that failed, which is a warning in the log. ``raw_urdf``: the URDF that it was
+    refined from, None where it is no longer at hand. ``stop_children(owner)`` ends it."""
+    to.mkdir(parents=True, exist_ok=True)
+    key = loops_key(refined, raw_urdf)
+    with tempfile.TemporaryDirectory(prefix="asset2sim-loops-") as place:
+        outcome = run_isolated(
+            make_loops,
+            (refined, raw_urdf, to),
+            time_limit_s=LIMIT_S,
+            memory_limit_mb=RunSettings().asset_memory_limit_mb,
+            services={},
+            log_path=Path(place, "loops.log"),
+            owner=owner,
+        )
+    if outcome.ending is not Ending.RETURNED or not isinstance(outcome.value, list):
+        log.warning("%s: no loops of it: %s", refined.name, outcome.reason)
+        return []
+    names = [str(name) for name in outcome.value]
+    save(to / RECORD, (json.dumps({"key": key, "files": names}) + "\n").encode())
+    return names
+
+
+def write_all(out: Path, raw_urdfs: Mapping[str, Path | None], workers: int = 1) -> dict[str, list[str]]:
+    """Write the loops of an output's refined objects that have none of today's object, so many at once; asset id → the
+    names written, empty where that failed. ``raw_urdfs``: asset id → the URDF that it was refined from."""
+    due: dict[str, tuple[Path, Path | None, Path, str]] = {}
+    for refined in sorted((out / "assets").iterdir()):
+        raw, to = raw_urdfs.get(refined.name), out / FOLDER / refined.name
+        if (refined / "overlay.json").is_file() and not is_current(refined, raw, to):
+            due[refined.name] = refined, raw, to, str(out)
+    if due:
+        warm_up(f"{make_loops.__module__}:{make_loops.__name__}")
+    pool = ThreadPoolExecutor(workers)
+    try:
+        written = pool.map(lambda item: write_loops(*item), due.values())
+        return dict(zip(due, written, strict=True))
+    except KeyboardInterrupt:
+        stop_children(str(out))
+        raise
+    finally:
+        pool.shutdown(cancel_futures=True)
+
+
+def content_of(file: Path) -> bytes:
+    """A file's content; empty where there is none."""
+    try:
+        return file.read_bytes()
+    except OSError:
+        return b""
+
+
+def size_of(file: Path) -> int:
+    """A file's size; -1 where there is none."""
+    try:
+        return file.stat().st_size
+    except (OSError, ValueError):
+        return -1

@@ -1,0 +1,116 @@
+"""Clouds of points cover what they are of, links are where the joints have them, and sizes are true to the pixel."""
+
+import io
+import math
+from pathlib import Path
+
+import numpy as np
+import pytest
+from PIL import Image
+
+from asset2sim.physics.kinematics import link_to_root, tree_of
+from asset2sim.report.loops.cloud import cloud_of
+from asset2sim.report.loops.draw import background, pictures
+from asset2sim.report.loops.figure import Figure, link_poses, read_alike, read_figure, sweep
+from asset2sim.report.loops.film import clouds_of
+from asset2sim.report.loops.record import Recording
+from asset2sim.report.loops.sizes import BOTTOM, HEIGHT, TOP, cube, in_a_row, length_text, size_picture, standing
+from asset2sim.report.loops.zbuffer import Layers, lens_for, splat, together
+from tests.assets import cabinet, joint, link, read, robot, shape, written
+
+BOX = robot(link("box", shape("0.4 0.5 0.6")))
+
+
+def still() -> Recording:
+    return Recording(np.eye(4)[None], {})
+
+
+def test_no_pixel_of_a_surface_is_without_a_point(tmp_path: Path) -> None:
+    figure = read_figure(written(tmp_path, BOX) / "mobility.urdf", {}, {})
+    motions = figure.normalised(figure.placed(still()), floor=True)
+    lens = lens_for(figure.spanned(motions).astype(np.float32), np.array([0.5, 0.4, 0.77], dtype=np.float32), 200, 200)
+    nearest = float(lens.project(figure.spanned(motions).T.astype(np.float32))[2].min())
+    spacing = 0.75 * nearest * 2.0 * math.tan(math.radians(12.0)) / 200.0
+    cloud = cloud_of(figure.faces, spacing * figure.size_m, [(motions[0], lens)])
+    layers = Layers.empty(lens)
+    for number, first, last in together(cloud.starts, motions[0], np.ones(1, dtype=bool)):
+        splat(layers, cloud.points, first, last, motions[0][number], lens)
+    drawn = layers.point.reshape(202, 202)[1:-1, 1:-1] >= 0
+    assert drawn.mean() > 0.3
+    rows = [np.flatnonzero(row) for row in drawn if row.any()]
+    # A box is convex: between two pixels of a row there is no hole, but along its edges in one pixel of a thousand.
+    assert sum(len(row) for row in rows) >= 0.999 * sum(row[-1] - row[0] + 1 for row in rows)
+    assert cloud.points.shape[1] < 12 * drawn.sum(), "the three sides that are turned away are left out"
+
+
+def test_links_are_where_the_joints_have_them(tmp_path: Path) -> None:
+    extraction = read(written(tmp_path, cabinet()))
+    tree, start = tree_of(extraction.features.joints), {"lid_hinge": 0.3, "drawer_slide": 0.1}
+    figure = read_figure(extraction.urdf, start, {})
+    played = sweep(figure, start, ("lid_hinge", "drawer_slide", "knob_turn"), 24, 10)
+    ends = {"lid_hinge": (0.0, 1.0), "drawer_slide": (0.0, 0.4), "knob_turn": (-math.pi, math.pi)}
+    for name, path in played.joints.items():
+        assert (path.min(), path.max()) == pytest.approx(ends[name])
+    poses = link_poses(figure.tree, figure.root, played.joints, 24)
+    for frame in range(24):
+        positions = {name: float(path[frame]) for name, path in played.joints.items()}
+        for name, pose in link_to_root(tree, "body", positions).items():
+            assert np.allclose(poses[name][frame], pose)
+    assert all(path[0] == path[-1] == start.get(name, 0.0) for name, path in played.joints.items())
+    assert np.flatnonzero(played.joints["lid_hinge"] != 0.3)[0] < np.flatnonzero(played.joints["knob_turn"])[0]
+
+
+def test_the_same_object_at_another_scale_is_drawn_from_the_same_points(tmp_path: Path) -> None:
+    small = robot(link("a", shape("0.2 0.1 0.1")), link("b", shape("0.1 0.1 0.1")),
+                  joint("hinge", "revolute", "a", "b", xyz="0.2 0 0", axis="0 0 1", limit="0 1"))  # fmt: skip
+    large = robot(link("a", shape("2 1 1")), link("b", shape("1 1 1")),
+                  joint("hinge", "revolute", "a", "b", xyz="2 0 0", axis="0 0 1", limit="0 1"))  # fmt: skip
+    other = large.replace("1 1 1", "1 1 1.1")
+    figure = read_figure(written(tmp_path / "small", small) / "mobility.urdf", {}, {})
+    alike, unlike = (
+        read_alike(written(tmp_path / name, urdf) / "mobility.urdf", {"hinge": 0.5}, {}, figure, 0.1)
+        for name, urdf in (("large", large), ("other", other))
+    )
+    assert alike.faces is figure.faces and unlike.faces is not figure.faces
+    ends = alike.spanned(alike.placed(still()))
+    assert np.ptp(ends, axis=0) == pytest.approx([3.5, 1.0, 1.0]), "drawn in its own metres"
+    assert alike.size_m == pytest.approx(unlike.size_m, rel=0.1)
+
+
+def orange(picture: bytes) -> np.ndarray:
+    """The rows and columns that the cube takes, from and to, pixels."""
+    rgb = np.asarray(Image.open(io.BytesIO(picture)).convert("RGB"), dtype=int)
+    rows, columns = np.nonzero(rgb[..., 0] > rgb[..., 2] + 60)
+    return np.array([np.ptp(rows) + 1, np.ptp(columns) + 1])
+
+
+def test_the_cube_of_the_size_picture_is_as_large_as_it_must_be(tmp_path: Path) -> None:
+    figure = read_figure(written(tmp_path, BOX) / "mobility.urdf", {}, {})
+    row = in_a_row([standing(figure, still(), "refined"), cube()])
+    clouds = clouds_of(
+        [], [], [(item.figure, motion, row.lens) for item, motion in zip(row.items, row.motions, strict=True)]
+    )
+    found = orange(size_picture(row, clouds))
+    # Seen from 35° beside its front and 30° above, its height alone decides the scale: see camera.directions.
+    sine, cosine, up, level = math.sin(math.radians(35)), math.cos(math.radians(35)), math.cos(math.pi / 6), 0.5
+    height = 0.6 * up + (0.4 * cosine + 0.5 * sine) * level
+    scale = (HEIGHT - TOP - BOTTOM) / height
+    cube_m = 0.1 * up + 0.1 * (cosine + sine) * level, 0.1 * (cosine + sine)
+    assert found == pytest.approx(scale * np.array(cube_m), abs=2.5)
+    assert row.items[0].words == ("refined", "60 cm")
+
+
+def test_lengths_in_words() -> None:
+    lengths = (0.004, 0.0098, 0.23, 0.994, 1.736, 170.4)
+    assert [length_text(length) for length in lengths] == ["4 mm", "0.98 cm", "23 cm", "99 cm", "1.74 m", "170 m"]
+
+
+def test_a_link_that_turns_changes_the_picture_and_one_at_rest_does_not(tmp_path: Path) -> None:
+    figure: Figure = read_figure(written(tmp_path, cabinet()) / "mobility.urdf", {}, {})
+    turn = np.array([0.0, 0.0, 0.8])
+    placed = figure.placed(Recording(np.tile(np.eye(4), (3, 1, 1)), {"lid_hinge": turn}))
+    motions = figure.normalised(placed, floor=True)
+    lens = lens_for(figure.spanned(motions).astype(np.float32), np.array([0.6, -0.5, 0.62], dtype=np.float32), 96, 96)
+    cloud = cloud_of(figure.faces, 0.01, [(motion, lens) for motion in motions])
+    first, second, third = pictures(cloud, motions, lens, background(lens, disc=True))
+    assert first is second and np.abs(third.astype(int) - first).max() > 30

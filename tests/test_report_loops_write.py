@@ -1,0 +1,165 @@
+"""Loops show raw and refined in step, are made anew for another object alone, and cost no report where they fail."""
+
+import json
+import logging
+import os
+import shutil
+import signal
+from pathlib import Path
+
+import numpy as np
+import pytest
+from PIL import Image
+
+from asset2sim.assets.checksums import write_checksums
+from asset2sim.report.loops import is_current, loops_key, make, write, write_all
+from asset2sim.report.loops.figure import read_figure
+from asset2sim.report.loops.film import MOST_BYTES, SIDE
+from asset2sim.report.loops.make import SWEEP_FRAMES, make_loops
+from asset2sim.report.loops.record import DROP_TIMES_S, RELEASE_TIMES_S, let_fall
+from asset2sim.report.loops.sizes import HEIGHT, WIDTH
+from schemas.overlay import PhysicsOverlay
+from schemas.settings import EngineSettings, Settings, ViewSettings
+from schemas.vocabulary import Engine
+from tasks.pipeline import refine_asset
+from tests.assets import cabinet, prior, sample, written
+
+SETTINGS = Settings(views=ViewSettings(write=False), engine=EngineSettings(verify=(Engine.PYBULLET,), interact=False))
+LOOPS = {"sweep.webp": SWEEP_FRAMES, "drop.webp": len(DROP_TIMES_S), "release.webp": len(RELEASE_TIMES_S)}
+
+
+@pytest.fixture(scope="module")
+def refined(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    out = tmp_path_factory.mktemp("out")
+    refine_asset(sample("scissors_paper"), out, SETTINGS, prior)
+    return out / "assets" / "scissors_paper"
+
+
+def raw_of(asset_id: str) -> Path:
+    return Path(sample(asset_id).path) / "mobility.urdf"
+
+
+def frames(file: Path) -> np.ndarray:
+    """(n, h, w, 3) pixels of an animation."""
+    with Image.open(file) as image:
+        found = []
+        for number in range(image.n_frames):  # type: ignore[attr-defined]
+            image.seek(number)
+            found.append(np.asarray(image.convert("RGB"), dtype=int))
+    return np.array(found)
+
+
+@pytest.mark.system
+def test_loops_have_their_frames_and_move(refined: Path, tmp_path: Path) -> None:
+    assert make_loops(refined, raw_of("scissors_paper"), tmp_path) == [*LOOPS, "size.webp"]
+    for name, count in LOOPS.items():
+        found = frames(tmp_path / name)
+        assert found.shape == (count, SIDE, 2 * SIDE, 3)
+        assert (tmp_path / name).stat().st_size <= MOST_BYTES
+        for half in (found[:, :, :SIDE], found[:, :, SIDE:]):
+            moved = np.abs(half - half[0]).max(axis=(1, 2, 3))
+            assert name == "release.webp" or moved.max() > 60
+        # The sweep ends where it begins.
+        assert (
+            name != "sweep.webp"
+            or np.abs(found[-1] - found[0]).mean() < 0.2 * np.abs(found - found[0]).mean(axis=(1, 2, 3)).max()
+        )
+    with Image.open(tmp_path / "size.webp") as image:
+        assert image.size == (WIDTH, HEIGHT)
+
+
+@pytest.mark.system
+def test_raw_and_refined_are_in_step(refined: Path, tmp_path: Path) -> None:
+    make_loops(refined, refined / "mobility.urdf", tmp_path)
+    both = frames(tmp_path / "release.webp")[:, 40 : SIDE - 24, :]  # without the words
+    assert np.abs(both[..., 4 : SIDE - 4, :] - both[..., SIDE + 4 : -4, :]).mean() < 1.0, "the same object twice"
+    assert np.abs(both - both[0]).max() > 60, "which moves"
+
+
+@pytest.mark.system
+def test_a_fall_begins_as_high_as_it_says(refined: Path) -> None:
+    overlay = PhysicsOverlay.model_validate_json((refined / "overlay.json").read_text())
+    figure = read_figure(refined / "mobility.urdf", overlay.initial_positions, {})
+    settings = EngineSettings()
+    seen = let_fall(refined / "mobility.urdf", overlay.initial_positions, 0.5, settings)
+    height = figure.spanned(figure.placed(seen)[:1])[:, 2].min(), figure.spanned(figure.placed(seen)[-1:])[:, 2].min()
+    assert height == pytest.approx((settings.reset_m, 0.0), abs=2e-3)
+
+
+@pytest.mark.system
+def test_a_raw_object_that_cannot_be_read_loaded_or_borne_moves_nothing(
+    refined: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    refused = tmp_path / "refused"
+    shutil.copytree(raw_of("scissors_paper").parent, refused)
+    text = (refused / "mobility.urdf").read_text()
+    for number, mesh in enumerate(sorted({line.split('"')[1] for line in text.splitlines() if "<mesh" in line})):
+        if number == 0:
+            (refused / mesh).unlink()
+    assert set(LOOPS) < set(make_loops(refined, refused / "mobility.urdf", tmp_path / "one"))
+    real, parent = make.play, os.getpid()
+
+    def dies(*args: object) -> object:
+        if os.getpid() != parent:
+            os.kill(os.getpid(), signal.SIGKILL)
+        return real(*args)  # type: ignore[arg-type]
+
+    monkeypatch.setattr(make, "play", dies)
+    make_loops(refined, raw_of("scissors_paper"), tmp_path / "two")
+    (refused / "mobility.urdf").write_text("no URDF")
+    assert make_loops(refined, refused / "mobility.urdf", tmp_path / "three") == [*LOOPS, "size.webp"]
+    for place in ("one", "two", "three"):
+        drop = frames(tmp_path / place / "drop.webp")
+        changed = np.abs(drop - drop[0]).mean(axis=(0, 1, 3))
+        assert 5.0 * changed[: SIDE - 4].mean() < changed[SIDE + 4 :].mean()
+
+
+def dies(*args: object) -> None:
+    """What an engine does that crashes."""
+    os.kill(os.getpid(), signal.SIGKILL)
+
+
+@pytest.mark.system
+def test_what_fails_is_an_empty_list_and_a_line_in_the_log(
+    refined: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
+) -> None:
+    out = tmp_path / "out"
+    torn, whole = out / "assets" / "torn", out / "assets" / "whole"
+    for folder in (torn, whole):
+        shutil.copytree(refined, folder)
+    shutil.rmtree(torn / "textured_objs")
+    raws: dict[str, Path | None] = {"torn": None, "whole": raw_of("scissors_paper")}
+    with caplog.at_level(logging.WARNING):
+        assert write_all(out, raws, workers=2) == {"torn": [], "whole": [*LOOPS, "size.webp"]}
+    assert [record.message.partition(":")[0] for record in caplog.records] == ["torn"]
+    assert "cannot find 'textured_objs" in caplog.text
+    monkeypatch.setattr(write, "make_loops", dies)
+    assert write_all(out, raws).keys() == {"torn"}, "made only for what changed"
+    (whole / "mobility.urdf").write_text((whole / "mobility.urdf").read_text().replace('effort="', 'effort="1'))
+    write_checksums(whole)
+    assert write_all(out, raws) == {"torn": [], "whole": []}
+    assert "SIGKILL" in caplog.text
+
+
+def test_the_key_is_the_object_s_and_not_the_time_s(tmp_path: Path) -> None:
+    refined, raw = written(tmp_path / "refined", cabinet(), {"overlay.json": "{}", "measurement.json": "[]"}), tmp_path
+    raw = written(tmp_path / "raw", cabinet().replace("<box", '<mesh filename="a.obj"/><box', 1), {"a.obj": "v 0 0 0"})
+    write_checksums(refined)
+    key = loops_key(refined, raw / "mobility.urdf")
+    os.utime(refined / "mobility.urdf", (1, 1))
+    (refined / "measurement.json").write_text("[1]")
+    write_checksums(refined)
+    assert loops_key(refined, raw / "mobility.urdf") == key
+    keys = {key, loops_key(refined, None)}
+    (raw / "a.obj").write_text("v 0 0 0\nv 1 0 0")
+    keys.add(loops_key(refined, raw / "mobility.urdf"))
+    for file in ("overlay.json", "mobility.urdf"):
+        (refined / file).write_text((refined / file).read_text() + " ")
+        write_checksums(refined)
+        keys.add(loops_key(refined, raw / "mobility.urdf"))
+    assert len(keys) == 5
+    record = {"key": loops_key(refined, None), "files": ["sweep.webp"]}
+    (tmp_path / "loops.json").write_text(json.dumps(record))
+    assert not is_current(refined, None, tmp_path), "what it names is not there"
+    (tmp_path / "sweep.webp").write_bytes(b"")
+    assert is_current(refined, None, tmp_path) and not is_current(refined, raw / "mobility.urdf", tmp_path)
