@@ -57,11 +57,14 @@ def _print(options: Options) -> int:
 
     match options:
         case asked.FailuresOptions():
-            show.print_failures(options.out, options.by, options.since, options.compare)
+            show.print_failures(options.out, options.by, options.since, options.compare, reviewed=options.reviewed)
         case asked.QueryOptions():
             show.print_query(options.out, options.sql, csv=options.csv)
         case asked.ShowOptions():
             show.print_asset(options.out, options.asset_id)
+        case asked.ViewOptions():
+            settings = settings_for_run(options.settings, {})
+            show.serve_viewer(options.out, options.asset_id, options.engine, options.host, options.port, settings)
         case asked.ViewsOptions():
             settings = settings_for_run(options.settings, stated_settings(options))
             return DONE if show.print_views(options.out, settings) else FAILED
