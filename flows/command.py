@@ -48,6 +48,12 @@ def _dispatch(options: Options, refine: Refine, nightly: Nightly) -> int:
 
             sys.stdout.write(settings_text(settings_for_run(options.settings, {}), options.format))
             return DONE
+        case asked.ViewOptions():
+            from flows.show import serve_viewer
+
+            settings = settings_for_run(options.settings, {})
+            serve_viewer(options.out, options.asset_id, options.engine, options.host, options.port, settings)
+            return DONE
     return _print(options)
 
 
@@ -62,9 +68,6 @@ def _print(options: Options) -> int:
             show.print_query(options.out, options.sql, csv=options.csv)
         case asked.ShowOptions():
             show.print_asset(options.out, options.asset_id)
-        case asked.ViewOptions():
-            settings = settings_for_run(options.settings, {})
-            show.serve_viewer(options.out, options.asset_id, options.engine, options.host, options.port, settings)
         case asked.ViewsOptions():
             settings = settings_for_run(options.settings, stated_settings(options))
             return DONE if show.print_views(options.out, settings) else FAILED

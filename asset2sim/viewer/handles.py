@@ -1,4 +1,4 @@
-"""What the viewer needs of a world beyond ``World``: link poses, a force on a link, gravity, contacts in place, energy."""
+"""What the viewer needs of a world beyond ``World``: poses of links, a force on one, gravity, contacts, energy."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass

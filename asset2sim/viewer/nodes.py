@@ -12,7 +12,7 @@ from asset2sim.physics.arrays import Array
 from asset2sim.viewer.handles import Touch
 from asset2sim.viewer.shapes import Inertial, Shapes
 
-COM_COLOR, BOX_COLOR = (22, 152, 200), (214, 120, 20)
+COM_COLOR, BOX_COLOR = (20, 120, 255), (214, 120, 20)
 DEEP_COLOR, TOUCH_COLOR, HAND_COLOR = (220, 40, 40), (60, 160, 80), (235, 70, 120)
 DEEP_M = 1e-4
 """Depth from which a contact is drawn as an overlap, m."""
@@ -91,7 +91,11 @@ class ObjectNodes:
         """Draw these overlays, made when they are first asked for; looks are see-through beside any of them."""
         self.overlays = overlays
         for kind, wanted, make in (
-            ("ghosts", overlays.within, lambda: list(self._glbs("ghosts", self.shapes.ghosts).values())),
+            (
+                "ghosts",
+                overlays.within and not overlays.pieces,
+                lambda: list(self._glbs("ghosts", self.shapes.ghosts).values()),
+            ),
             ("pieces", overlays.pieces, lambda: list(self._glbs("pieces", self.shapes.pieces).values())),
             ("centers", overlays.centers, self._centers),
             ("boxes", overlays.boxes, self._boxes),
@@ -128,7 +132,7 @@ class ObjectNodes:
                 )
 
     def show_hand(self, held: Array | None, target: Array, force_n: float) -> None:
-        """Draw the hand's spring from the place held to its other end, and its force; nothing where ``held`` is None."""
+        """Draw the hand's spring from the place held to its other end, and its force; nothing where none is held."""
         for node in (self.spring, self.grip, self.force):
             node.visible = held is not None
         if held is not None:
@@ -170,7 +174,7 @@ class ObjectNodes:
             self.server.scene.add_icosphere(
                 f"{self._link(link)}/com",
                 # A volume like the mass, but never too small to be seen.
-                self.size * 0.02 * max((item.mass_kg / heaviest) ** (1 / 3), 0.3),
+                self.size * 0.03 * max((item.mass_kg / heaviest) ** (1 / 3), 0.3),
                 color=COM_COLOR,
                 position=item.center,
             )

@@ -1,6 +1,5 @@
 """The page's controls: which asset, hands on it, what is drawn, its review. They say what a person wants, no more."""
 
-import getpass
 import math
 import time
 from collections.abc import Callable, Mapping, Sequence
@@ -12,13 +11,12 @@ from asset2sim.viewer.nodes import Overlays
 from asset2sim.viewer.side import Readings
 from asset2sim.viewer.subject import Movable
 from asset2sim.viewer.walk import Said, Show, Stop
+from asset2sim.viewer.words import choice, ends, labels, plain, shown, table, user_name
 from schemas.vocabulary import Engine
 
 ENGINES = (Engine.PYBULLET, Engine.MUJOCO)
 AT_ONCE = 8
 """Joints whose sliders are open; those of the others are folded away."""
-FASTEST = 3
-"""Joints whose speed is shown, the fastest."""
 TOUCHED_S = 0.8
 """Time after a person's touch in which a slider does not follow its joint, s."""
 TILT_DEG = 30.0
@@ -27,6 +25,11 @@ STEPS = 100
 """Least steps of a slider."""
 DIGITS = 3
 """Digits after the point of what a slider shows."""
+PHONE_STYLE = """<style>@media (max-width: 36em) {
+div[style*="max-height: 60%"], div[style*="max-height: 60%"] div[style*="width: 20em"] { width: 100% !important; }
+div[style*="max-height: 60%"] { max-height: 50% !important; }
+}</style>"""
+"""On a phone viser's sheet is narrower than the page, and covers more than half of it."""
 NOBODY = "(none)"
 """What the list offers where there is nothing to walk through."""
 PREVIOUS, NEXT = "← Previous", "Next →"
@@ -65,7 +68,7 @@ class Wishes(Protocol):
         """Draw the overlays that the panel says."""
 
     def review(self, verdict: str) -> None:
-        """Store a review with the panel's note and name."""
+        """Store a review of ``Panel.stop`` with the panel's note and name."""
 
 
 class Panel:
@@ -75,6 +78,7 @@ class Panel:
         self.server, self.wishes = server, wishes
         gui = server.gui
         gui.main_panel.dock_right()
+        gui.add_html(PHONE_STYLE)
         self.head = gui.add_markdown("")
         self.problem = gui.add_markdown("", visible=False)
         steps = gui.add_button_group("Asset", (PREVIOUS, NEXT), hint="keys P and N")
@@ -88,6 +92,8 @@ class Panel:
             self._look_tab()
         with tabs.add_tab("Review"):
             self._review_tab()
+        self.stop: Stop | None = None
+        self.told: tuple[str, ...] = ()
         self.choices: dict[str, str] = {}
         self.more: Any = None
         self.sliders: dict[str, tuple[Movable, Any, Any]] = {}
@@ -163,9 +169,11 @@ class Panel:
 
     def tell(self, problems: Sequence[str]) -> None:
         """Show what went wrong, a line each."""
+        if tuple(problems) == self.told:
+            return
+        self.told = tuple(problems)
         self.problem.visible = bool(problems)
-        if problems:
-            self.problem.content = "\n".join(f"- ⚠ {plain(line)}" for line in problems)
+        self.problem.content = "\n".join(f"- ⚠ {plain(line)}" for line in problems)
 
     def list(self, stops: Sequence[Stop], now: str | None) -> None:
         """Offer these assets, and show which one is open."""
@@ -177,6 +185,7 @@ class Panel:
 
     def fill(self, stop: Stop, place: str, said: Said | None, joints: Sequence[Movable]) -> None:
         """Show one asset: who it is, its review, and a slider of each kind for every joint."""
+        self.stop = stop
         verdict = f"**{stop.failure_mode}**: {plain(stop.reason)}" if stop.failed else "passes every check"
         new = " (new)" if stop.new else ""
         prompt = f"\n\n*“{plain(stop.prompt)}”*" if stop.prompt else ""
@@ -264,59 +273,3 @@ class Panel:
                 act()
 
         (control.on_click if hasattr(control, "on_click") else control.on_update)(called)
-
-
-def ends(joint: Movable) -> tuple[float, float]:
-    """Its range, rad or m."""
-    return joint.lower, joint.upper
-
-
-def shown(joint: Movable, position: float | None = None) -> float:
-    """A position (or its start), rad or m, as people read it: degrees or cm."""
-    value = joint.start if position is None else position
-    return 100.0 * value if joint.slides else math.degrees(value)
-
-
-def labels(joints: Sequence[Movable]) -> dict[str, str]:
-    """Joint → its label with its unit; with the joint's name where two have the same label."""
-    said = [joint.label for joint in joints]
-    return {
-        joint.name: (joint.label if said.count(joint.label) == 1 else f"{joint.label} {joint.name}")
-        + (", cm" if joint.slides else ", °")
-        for joint in joints
-    }
-
-
-def choice(stop: Stop) -> str:
-    """An asset in the list."""
-    return f"{stop.asset_id} {stop.category}" + (f", {stop.failure_mode}" if stop.failed else "")
-
-
-def table(readings: Mapping[str, Readings], names: Mapping[str, str], pace: float) -> str:
-    """The live numbers in Markdown, a column an object; ``names`` of joints with the unit of their speeds."""
-    rows = [
-        ("Φ, mm", [f"{1000.0 * item.phi_m:.2f}" for item in readings.values()]),
-        ("kinetic energy, mJ", [f"{1000.0 * item.kinetic_j:.2f}" for item in readings.values()]),
-        ("hand, N", [f"{item.hand_n:.1f}" for item in readings.values()]),
-    ]
-    first = next(iter(readings.values()))
-    fastest = sorted(first.speeds, key=lambda name: -abs(first.speeds[name]))[:FASTEST]
-    for name in sorted(fastest):
-        speeds = [f"{item.speeds[name]:.3f}" if name in item.speeds else "–" for item in readings.values()]
-        rows.append((plain(names.get(name, name)), speeds))
-    head = f"| | {' | '.join(readings)} |\n|---|{'---:|' * len(readings)}\n"
-    slow = "" if pace > 0.9 else f"\n\n*{pace:.2f} of real time*"
-    return head + "\n".join(f"| {name} | {' | '.join(values)} |" for name, values in rows) + slow
-
-
-def plain(text: str) -> str:
-    """Text from a dataset, so that it means nothing in Markdown."""
-    return "".join(f"\\{char}" if char in "\\`*_{}[]<>#|~$" else char for char in text)
-
-
-def user_name() -> str:
-    """Who reviews: the user of this machine."""
-    try:
-        return getpass.getuser()
-    except (OSError, KeyError):  # a container may have users without names
-        return "unknown"

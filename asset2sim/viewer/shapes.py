@@ -23,9 +23,9 @@ Part = TypeVar("Part")
 
 TEXTURE_SIDE = 1024
 """Longer side to which a texture is shrunk, pixels."""
-GHOST_ALPHA = 0.25
+GHOST_ALPHA = 0.15
 """Opacity of looks through which something inside is shown."""
-PIECE_ALPHA = 0.55
+PIECE_ALPHA = 0.7
 """Opacity of a collision piece."""
 PIECE_COLORS = ((228, 87, 86), (76, 120, 168), (84, 162, 75), (238, 202, 59), (178, 121, 162), (114, 183, 178),
                 (255, 157, 166), (157, 117, 93))  # fmt: skip
@@ -56,8 +56,9 @@ class Shapes:
 
 
 def shapes_of(urdf: Path, scale: float = 1.0) -> Shapes:
-    """The shapes of a URDF, drawn ``scale`` times as large. Links are drawn by their visuals, or, where none has one, by their collision shapes; meshes
-    that are missing or unreadable are left out. Raises AssetError for a URDF that cannot be read."""
+    """The shapes of a URDF, drawn ``scale`` times as large. Links are drawn by their visuals, or, where none has one, by
+    their collision shapes; meshes that are missing or unreadable are left out. Raises AssetError for a URDF that cannot
+    be read."""
     robot = read_urdf(urdf)
     names = tuple(str(link.name) for link in robot.links)
     loaded: dict[Path, tuple[Surface, ...]] = {}

@@ -17,10 +17,12 @@ from asset2sim.viewer.subject import Movable, Subject
 from schemas.settings import EngineSettings
 from schemas.vocabulary import Engine
 
-HAND_HZ = 2.5
+HAND_HZ = 1.5
 """Frequency at which a free part would swing on the hand's spring, Hz: it follows a mouse and does not ring."""
 HAND_REACH_M = 0.05
 """How far a hand is drawn away, m, until it moves a joint whose friction, load or spring is larger than that takes."""
+HAND_MOST_N = 200.0
+"""The most that a hand pulls, N."""
 HAND_STEP = 0.1
 """Largest stiffness · Δt² / m of the hand: an explicit spring is unstable from 4 on."""
 HAND_DAMPING = 0.7
@@ -194,7 +196,8 @@ class Side:
         held, point = self.grip, self.held_at()
         assert held is not None and point is not None, "only what is held is pulled"
         slowing = held.damping_n_s_m * self.handle.point_velocity(held.link, point)
-        self.force = held.stiffness_n_m * (held.target - point) - slowing
+        force = held.stiffness_n_m * (held.target - point) - slowing
+        self.force = force * min(1.0, HAND_MOST_N / max(float(np.linalg.norm(force)), 1e-12))
         self.handle.pull(held.link, point, self.force)
 
     def _lever(self, joint: Movable, link: str, point: Array) -> float:

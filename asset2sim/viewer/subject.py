@@ -29,8 +29,8 @@ LEAST_EFFORT = {"prismatic": 1.0, "revolute": 0.1, "continuous": 0.1}
 @dataclass(frozen=True)
 class Movable:
     """One movable joint: its range (rad or m), its start, and the effort (N·m or N) at the end of its slider.
-    ``inertia`` is what an effort on it accelerates (kg·m² or kg; 0 where not known), ``needed`` the effort that friction,
-    gravity and spring together may ask of a hand."""
+    ``inertia`` is what an effort on it accelerates (kg·m² or kg; 0 where not known), ``needed`` the effort that
+    friction, gravity and spring together may ask of a hand."""
 
     tree: TreeJoint
     label: str
@@ -64,8 +64,8 @@ class Movable:
 
 @dataclass(frozen=True)
 class Subject:
-    """A URDF with the state in which it starts: ``held`` says that its root is fixed to the world,
-    ``scale`` by what its authored size was multiplied. ``source`` keeps a URDF alive that was made of another format."""
+    """A URDF with the state in which it starts: ``held`` says that its root is fixed to the world, ``scale``
+    by what its authored size was multiplied; ``source`` keeps a URDF alive that was made of another format."""
 
     urdf: Path
     root: str

@@ -2,24 +2,20 @@
 
 import logging
 import math
-import queue
 import threading
 import time
 from collections.abc import Callable
 from datetime import UTC, datetime
 from pathlib import Path
-from typing import Any
 
-import numpy as np
 import viser
 
 from asset2sim.catalog.reviews import Review, ReviewFile
 from asset2sim.physics.arrays import Array
-from asset2sim.physics.kinematics import link_to_root
-from asset2sim.viewer.nodes import ObjectNodes
+from asset2sim.viewer.commands import Commands
 from asset2sim.viewer.panel import DROP, NUDGE, RESET, Panel
 from asset2sim.viewer.session import RAW, REFINED, Session, one_line
-from asset2sim.viewer.shapes import shapes_of
+from asset2sim.viewer.stage import Stage
 from asset2sim.viewer.subject import Subject
 from asset2sim.viewer.walk import Stop, chosen, raw_of, refined_of, reviews_of, stops_of
 from schemas.errors import Asset2SimError, UnknownChoiceError, UsageError
@@ -34,20 +30,12 @@ READ_S = 0.2
 """Time between two readings of the numbers, s."""
 CHUNK = 4
 """Steps between two looks at the clock."""
-GAP = 0.35
-"""Room between the two objects, as a share of the larger one."""
-LOOK_FROM = np.array([-1.0, -0.55, 0.55])
-"""Where the camera stands, seen from the object: PartNet-Mobility's objects face -x."""
-FOV_RAD = math.radians(40.0)
-"""The camera's vertical field of view."""
-LEAST_ASPECT = 0.5
-"""Width over height of the narrowest page that the camera's distance is suited to."""
 
 logger = logging.getLogger(__name__)
 
 
 class Viewer:
-    """One OUT on one server. ``Wishes`` puts commands into a queue; all else is of the simulation's thread."""
+    """One OUT on one server. What the page wants becomes commands; all else is of the simulation's thread."""
 
     def __init__(
         self, out: Path | str, server: viser.ViserServer, asset_id: str | None, engine: Engine, settings: EngineSettings
@@ -62,9 +50,9 @@ class Viewer:
             raise UnknownChoiceError("asset", asset_id, self.by_id)
         self.said = reviews_of(out, self.stops)
         self.reviews = ReviewFile(out)
-        self.wishes: queue.SimpleQueue[Callable[[], None]] = queue.SimpleQueue()
+        self.commands = Commands()
         self.session: Session | None = None
-        self.nodes: dict[str, ObjectNodes] = {}
+        self.stage = Stage(server, self.grabbed)
         self.problems: list[str] = []
         self.now: Stop = self.by_id[asset_id] if asset_id is not None else self.stops[0]
         self.pace = 1.0
@@ -95,32 +83,15 @@ class Viewer:
         self.ended.set()
         self.thread.join()
 
-    def ask(self, question: Callable[[], Any], timeout_s: float = 60.0) -> Any:
-        """The answer to a question that is asked in the simulation's thread, between two steps. Raises what it
-        raises."""
-        answer: queue.SimpleQueue[tuple[Any, Exception | None]] = queue.SimpleQueue()
-
-        def put() -> None:
-            try:
-                answer.put((question(), None))
-            except Exception as error:
-                answer.put((None, error))
-
-        self.wishes.put(put)
-        value, error = answer.get(timeout=timeout_s)
-        if error is not None:
-            raise error
-        return value
-
     # What the page wants.
 
     def go(self, asset_id: str) -> None:
         """See ``Wishes``."""
-        self.wishes.put(lambda: self._open(self.by_id[asset_id]))
+        self.commands.put(lambda: self._open(self.by_id[asset_id]))
 
     def walk(self, by: int) -> None:
         """See ``Wishes``."""
-        self.wishes.put(lambda: self._walk(by))
+        self.commands.put(lambda: self._walk(by))
 
     def choose(self) -> None:
         """See ``Wishes``."""
@@ -133,11 +104,11 @@ class Viewer:
             if not found:
                 self._tell([f"no {self.panel.show} here"])
 
-        self.wishes.put(begin)
+        self.commands.put(begin)
 
     def again(self) -> None:
         """See ``Wishes``."""
-        self.wishes.put(lambda: self._open(self.now))
+        self.commands.put(lambda: self._open(self.now))
 
     def act(self, name: str) -> None:
         """See ``Wishes``."""
@@ -146,30 +117,34 @@ class Viewer:
             session = self._session()
             {RESET: session.reset, DROP: session.drop, NUDGE: session.nudge}[name]()
             if name == RESET:
+                self.problems = []
                 self.panel.rest()
 
-        self.wishes.put(done)
+        self.commands.put(done)
 
     def tilt(self) -> None:
         """See ``Wishes``."""
         x, y = (math.radians(slider.value) for slider in self.panel.tilts)
-        self.wishes.put(lambda: self._session().tilt(x, y))
+        self.commands.put(lambda: self._session().tilt(x, y))
 
     def put(self, joint: str) -> None:
         """See ``Wishes``."""
-        self.wishes.put(lambda: self._session().set_position(joint, self.panel.share(joint)))
+        self.commands.put(lambda: self._session().set_position(joint, self.panel.share(joint)))
 
     def press(self, joint: str) -> None:
         """See ``Wishes``."""
-        self.wishes.put(lambda: self._session().set_effort(joint, self.panel.effort(joint)))
+        self.commands.put(lambda: self._session().set_effort(joint, self.panel.effort(joint)))
 
     def draw(self) -> None:
         """See ``Wishes``."""
-        self.wishes.put(lambda: [nodes.show(self.panel.overlays) for nodes in self.nodes.values()] and None)
+        self.commands.put(lambda: self.stage.overlay(self.panel.overlays))
 
     def review(self, verdict: str) -> None:
         """See ``Wishes``."""
-        self.wishes.put(lambda: self._review(verdict))
+        # Of what the page shows now: when it is the command's turn, another asset may be open.
+        stop, note, who = self.panel.stop, self.panel.note.value.strip(), self.panel.who.value.strip() or "unknown"
+        if stop is not None:
+            self.commands.put(lambda: self._review(stop, verdict, note, who))
 
     def grabbed(self, side: str, phase: str, link: str, held: Array, target: Array) -> None:
         """A part is dragged on the page: see ``Grabbed``."""
@@ -181,40 +156,34 @@ class Viewer:
             if phase == "end":
                 self._session().release()
 
-        self.wishes.put(done)
+        self.commands.put(done)
 
     # The simulation's thread.
 
     def _run(self) -> None:
         before, read_at, late = time.perf_counter(), 0.0, 0.0
         while not self.ended.is_set():
-            self._obey()
+            self.commands.obey(self._failed)
             began = time.perf_counter()
             late, before = late + began - before, began
             try:
                 late = self._advance(late, began)
-                self._draw()
+                if self.session is not None:
+                    self.stage.move(self.session)
                 if began - read_at > READ_S:
                     read_at = began
                     self._read()
             except Exception as error:  # whatever an engine or a page does, the viewer goes on
-                logger.exception("viewer")
-                self._tell([one_line(error)])
+                self._failed(error)
             self.ended.wait(max(0.0, began + FRAME_S - time.perf_counter()))
         self._close()
 
-    def _obey(self) -> None:
-        while True:
-            try:
-                wish = self.wishes.get_nowait()
-            except queue.Empty:
-                return
-            try:
-                wish()
-            except Exception as error:  # see above
-                if not isinstance(error, Asset2SimError):
-                    logger.exception("viewer")
-                self._tell([one_line(error)])
+    def _failed(self, error: Exception) -> None:
+        """Say it in a line on the page, and, of what is nobody's mistake, all in the log, once."""
+        line = one_line(error)
+        if not isinstance(error, Asset2SimError) and line not in self.problems:
+            logger.error("the viewer goes on", exc_info=error)
+        self._tell([line])
 
     def _advance(self, late: float, began: float) -> float:
         """Simulate ``late`` seconds, as far as there is time; what is left of less than a step, s."""
@@ -231,18 +200,6 @@ class Viewer:
             self.pace = 0.9 * self.pace + 0.1 * done / count
         return left
 
-    def _draw(self) -> None:
-        if self.session is None:
-            return
-        for name, side in self.session.moving().items():
-            nodes = self.nodes.get(name)
-            if nodes is not None:
-                nodes.move(side.poses())
-                grip = side.grip
-                nodes.show_hand(
-                    side.held_at(), np.zeros(3) if grip is None else grip.target, float(np.linalg.norm(side.force))
-                )
-
     def _read(self) -> None:
         if self.session is None:
             return
@@ -253,9 +210,7 @@ class Viewer:
             {} if first is None else first.positions(),
             self.pace,
         )
-        for name, nodes in self.nodes.items():
-            if nodes.overlays.contacts and name in moving:
-                nodes.show_contacts(moving[name].touches())
+        self.stage.touch(self.session)
         self._tell(self.problems)
 
     def _open(self, stop: Stop) -> None:
@@ -271,16 +226,17 @@ class Viewer:
         for name, subject in found.items():
             if isinstance(subject, Subject):
                 try:
-                    self._show(name, subject, scale if name == RAW else 1.0)
+                    side = self.session.moving().get(name)
+                    self.stage.show(name, subject, side, scale if name == RAW else 1.0, self.panel.overlays)
                 except Exception as error:  # an object that cannot be drawn can be simulated
                     self.problems.append(f"{name}: {one_line(error)}")
-        self._arrange()
+        self.stage.arrange(found)
         said = self.said.get(stop.asset_id)
         stops = self._chosen()
         self.panel.list(stops if stop in stops else (*stops, stop), stop.asset_id)
         place = f"{stops.index(stop) + 1} of {len(stops)}" if stop in stops else f"of {len(self.stops)}"
-        side = self.session.sides.get(REFINED)
-        self.panel.fill(stop, place, said, [] if side is None else list(side.joints.values()))
+        first = self.session.sides.get(REFINED)
+        self.panel.fill(stop, place, said, [] if first is None else list(first.joints.values()))
         self.tilt()
         self._tell(self.problems)
 
@@ -290,62 +246,8 @@ class Viewer:
         except Exception as error:  # a failed asset may fail here in as many ways
             return one_line(error)
 
-    def _show(self, name: str, subject: Subject, scale: float) -> None:
-        assert self.session is not None, "an open asset has a session"
-        side = self.session.moving().get(name)
-        poses = link_to_root(subject.tree, subject.root, subject.start) if side is None else side.poses()
-        nodes = ObjectNodes(self.server, name, shapes_of(subject.urdf, scale), poses, self.grabbed, scale)
-        larger = f", drawn {100.0 * scale:.0f} % as large" if abs(scale - 1.0) > 1e-3 else ""
-        nodes.label(f"{name}{larger}")
-        nodes.show(self.panel.overlays)
-        self.nodes[name] = nodes
-
-    def _arrange(self) -> None:
-        """Stand the objects beside each other, the raw one on the left, and look at them."""
-        if not self.nodes:
-            return
-        size = max(nodes.size for nodes in self.nodes.values())
-        left = 0.0
-        for name in (REFINED, RAW):
-            nodes = self.nodes.get(name)
-            if nodes is None:
-                continue
-            low, high = nodes.box
-            middle = (low + high) / 2.0
-            # On a plane the ground is at zero; what is held hangs anywhere.
-            side = self.session.sides.get(name) if self.session is not None else None
-            floor = low[2] if side is None or side.subject.held else 0.0
-            nodes.stand_at(np.array([-middle[0], left - low[1], -floor]))
-            left += high[1] - low[1] + GAP * size
-        self.across = left - GAP * size
-        self.height = max(nodes.box[1, 2] - nodes.box[0, 2] for nodes in self.nodes.values())
-        self.deep = max(nodes.box[1, 0] - nodes.box[0, 0] for nodes in self.nodes.values())
-        self.server.scene.add_grid(
-            "/ground",
-            infinite_grid=True,
-            cell_size=0.1,
-            section_size=1.0,
-            fade_distance=6.0 * size,
-            position=(0.0, 0.0, -1e-3),
-        )
-        for client in self.server.get_clients().values():
-            self._look(client)
-
     def _connected(self, client: viser.ClientHandle) -> None:
-        self.wishes.put(lambda: self._look(client))
-
-    def _look(self, client: viser.ClientHandle) -> None:
-        if not self.nodes:
-            return
-        target = np.array([0.0, self.across / 2.0, self.height / 2.0])
-        aspect = max(client.camera.aspect, LEAST_ASPECT)
-        radius = max(self.height / 2.0 + 0.3 * self.deep, (self.across / 2.0 + 0.3 * self.deep) / aspect)
-        away = 1.35 * radius / math.tan(FOV_RAD / 2.0) + self.deep / 2.0
-        with client.atomic():
-            client.camera.fov = FOV_RAD
-            # In this order: a camera that is moved goes on looking the same way.
-            client.camera.position = target + away * LOOK_FROM / np.linalg.norm(LOOK_FROM)
-            client.camera.look_at = target
+        self.commands.put(lambda: self.stage.look(client))
 
     def _walk(self, by: int) -> None:
         stops = self._chosen()
@@ -364,15 +266,14 @@ class Viewer:
     def _chosen(self) -> tuple[Stop, ...]:
         return chosen(self.stops, self.said, self.panel.show)
 
-    def _review(self, verdict: str) -> None:
-        stop = self.now
-        note, who = self.panel.note.value.strip(), self.panel.who.value.strip() or "unknown"
+    def _review(self, stop: Stop, verdict: str, note: str, who: str) -> None:
         review = Review(stop.run_id, stop.asset_id, stop.method, stop.model, datetime.now(UTC), who, verdict, note)
         self.reviews.add(review)
         self.said = reviews_of(self.out, self.stops)
-        self.panel.review(self.said.get(stop.asset_id))
-        if self.panel.on.value:
+        if self.panel.on.value and self.now is stop:
             self._walk(1)
+        elif self.now is stop:
+            self.panel.review(self.said.get(stop.asset_id))
 
     def _session(self) -> Session:
         if self.session is None:
@@ -385,9 +286,7 @@ class Viewer:
         self.panel.tell([*problems, *(f"{name}: {line}" for name, line in inner.items())])
 
     def _close(self) -> None:
-        for nodes in self.nodes.values():
-            nodes.remove()
-        self.nodes = {}
+        self.stage.clear()
         if self.session is not None:
             self.session.__exit__(None, None, None)
             self.session = None
