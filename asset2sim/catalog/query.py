@@ -19,7 +19,8 @@ from asset2sim.catalog.stored_reviews import REVIEWS_PATTERN, review_files
 from asset2sim.catalog.switch import find_catalog, no_catalog_error
 from schemas.errors import UsageError
 from schemas.table import RENAMED, Table
-from schemas.tables import HISTORY, PUBLISHED, REVIEWS, TABLES
+from schemas.tables import HISTORY, PUBLISHED, TABLES
+from schemas.tables_reviews import REVIEWS
 
 if TYPE_CHECKING:
     import duckdb

@@ -19,7 +19,8 @@ from asset2sim.catalog.stored_reviews import stored_reviews
 from asset2sim.catalog.switch import find_catalog, no_catalog_error
 from schemas.errors import UnknownChoiceError, UsageError
 from schemas.table import ASSET_KEY, with_names_of_today
-from schemas.tables import HISTORY, PUBLISHED, REVIEWS, TABLES
+from schemas.tables import HISTORY, PUBLISHED, TABLES
+from schemas.tables_reviews import REVIEWS
 
 Result = TypeVar("Result")
 

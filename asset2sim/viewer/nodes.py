@@ -16,6 +16,8 @@ COM_COLOR, BOX_COLOR = (20, 120, 255), (214, 120, 20)
 DEEP_COLOR, TOUCH_COLOR, HAND_COLOR = (220, 40, 40), (60, 160, 80), (235, 70, 120)
 DEEP_M = 1e-4
 """Depth from which a contact is drawn as an overlap, m."""
+STILL = 2e-5
+"""Change of a pose below which it is not drawn again, m or a direction's component."""
 LABELLED = 5
 """Contacts whose depth is written beside them, the deepest."""
 EDGES = ((0, 1), (2, 3), (4, 5), (6, 7), (0, 2), (1, 3), (4, 6), (5, 7), (0, 4), (1, 5), (2, 6), (3, 7))
@@ -65,6 +67,7 @@ class ObjectNodes:
             for number, link in enumerate(shapes.links)
         }
         self.looks = self._glbs("looks", shapes.looks)
+        self.drawn: dict[str, Array] = {}
         self.inner: dict[str, list[Any]] = {}
         self.labels: list[Any] = []
         scene, hand = server.scene, f"/{name}/hand"
@@ -83,7 +86,9 @@ class ObjectNodes:
     def move(self, poses: Mapping[str, Array]) -> None:
         """Draw every link at its (4, 4) pose."""
         for link, frame in self.frames.items():
-            if link in poses:
+            # What stays still is not sent again: browsers draw only what changes.
+            if link in poses and np.abs(poses[link] - self.drawn.get(link, np.inf)).max() > STILL:
+                self.drawn[link] = poses[link]
                 x, y, z, w = Rotation.from_matrix(poses[link][:3, :3]).as_quat()
                 frame.wxyz, frame.position = (w, x, y, z), self.scale * poses[link][:3, 3]
 
@@ -134,7 +139,8 @@ class ObjectNodes:
     def show_hand(self, held: Array | None, target: Array, force_n: float) -> None:
         """Draw the hand's spring from the place held to its other end, and its force; nothing where none is held."""
         for node in (self.spring, self.grip, self.force):
-            node.visible = held is not None
+            if node.visible != (held is not None):
+                node.visible = held is not None
         if held is not None:
             held, target = self.scale * held, self.scale * target
             self.spring.points = np.array([[held, target]], dtype=np.float32)

@@ -3,6 +3,7 @@
 import math
 import time
 from collections.abc import Callable, Mapping, Sequence
+from functools import partial
 from typing import Any, Protocol
 
 import viser
@@ -83,7 +84,7 @@ class Panel:
         self.problem = gui.add_markdown("", visible=False)
         steps = gui.add_button_group("Asset", (PREVIOUS, NEXT), hint="keys P and N")
         self.show_list = gui.add_dropdown("Show", tuple(Show), initial_value=Show.ALL.value)
-        self.asset = gui.add_dropdown("Go to", ("",), hint=f"of {count}")
+        self.asset: Any = gui.add_dropdown("Go to", ("",), hint=f"of {count}")
         self.numbers = gui.add_markdown("")
         tabs = gui.add_tab_group()
         with tabs.add_tab("Move"):
@@ -145,7 +146,7 @@ class Panel:
     def _review_tab(self) -> None:
         gui = self.server.gui
         self.said = gui.add_markdown("")
-        self.note = gui.add_text("Note", "", multiline=True)
+        self.note: Any = gui.add_text("Note", "", multiline=True)
         self.who = gui.add_text("By", user_name())
         self.on = gui.add_checkbox("Then the next", True)
         verdicts = gui.add_button_group("It is", (GOOD, BAD), hint="Stores the review in the table reviews")
@@ -208,8 +209,8 @@ class Panel:
             with self.efforts:
                 unit = "N" if joint.slides else "N·m"
                 effort = self._slider(f"{names[joint.name]}, {unit}", 0.0, [-joint.effort, joint.effort])
-            self._when(position, lambda name=joint.name: self._put(name))
-            self._when(effort, lambda name=joint.name: self.wishes.press(name))
+            self._when(position, partial(self._put, joint.name))
+            self._when(effort, partial(self.wishes.press, joint.name))
             self.sliders[joint.name] = (joint, position, effort)
 
     def review(self, said: Said | None) -> None:
