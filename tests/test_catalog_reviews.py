@@ -26,10 +26,11 @@ def review(asset_id: str, run_id: str, verdict: str = "bad", note: str = "", min
     return Review(run_id, asset_id, "asset2sim", MODEL, NOW + timedelta(minutes=minutes), "ann", verdict, note)
 
 
-def two_nights(out: Path | str) -> None:
+def two_nights(out: Path) -> None:
     """``b`` breaks in the second night, and ``c`` goes on failing."""
-    write_run(out, night(1), [make_record("a"), make_record("b"), make_failure("c", FailureMode.JAM)])  # type: ignore[arg-type]
-    write_run(out, night(2), [make_record("a"), make_failure("b", FailureMode.DRIFT), make_failure("c", FailureMode.JAM)])  # type: ignore[arg-type]  # fmt: skip
+    jam = make_failure("c", FailureMode.JAM)
+    write_run(out, night(1), [make_record("a"), make_record("b"), jam])
+    write_run(out, night(2), [make_record("a"), make_failure("b", FailureMode.DRIFT), jam])
 
 
 def test_the_next_run_neither_loses_nor_rewrites_reviews(tmp_path: Path) -> None:

@@ -26,7 +26,9 @@ def out(tmp_path_factory: pytest.TempPathFactory) -> Path:
     write_run(folder, night(29), [make_record("a"), make_record("b")])
     write_run(folder, night(30), [make_record("a"), make_failure("b", FailureMode.MISSING_MESH)])
     write_run(folder, night(1, 12), [make_record("b")])
-    ReviewFile(folder).add(Review("r", "b", "asset2sim", MODEL, datetime(2026, 12, 1, tzinfo=UTC), "ann", "bad", "sticks"))
+    ReviewFile(folder).add(
+        Review("r", "b", "asset2sim", MODEL, datetime(2026, 12, 1, tzinfo=UTC), "ann", "bad", "sticks")
+    )
     return folder
 
 

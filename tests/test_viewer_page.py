@@ -1,4 +1,4 @@
-"""The viewer's page in headless Chromium: what a person does there is measured in the server and stored in the catalog."""
+"""The viewer's page in headless Chromium: what a person does there is measured in the server."""
 
 import shutil
 import tempfile

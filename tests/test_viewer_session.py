@@ -11,9 +11,11 @@ import pytest
 
 from asset2sim.physics.arrays import Array
 from asset2sim.physics.kinematics import link_to_root
+from asset2sim.viewer.serve import open_viewer
 from asset2sim.viewer.session import RAW, REFINED, Session
 from asset2sim.viewer.side import HAND_MOST_N, Side, open_side
 from asset2sim.viewer.subject import Subject, raw_subject, refined_subject
+from schemas.errors import UsageError
 from schemas.settings import EngineSettings
 from schemas.vocabulary import Engine
 from tests.assets import RAW as DATA
@@ -26,9 +28,10 @@ STEP = SETTINGS.timestep_s
 G = 9.81
 MASS, FRICTION, DAMPING = 2.0, 3.0, 4.0
 """Of the drawer, kg, N and N·s/m."""
-CASE = UrdfLink("case", mass=20.0, com=(0.05, 0.02, 0.1), inertia=ball_inertia(1.0), shapes=((box(0.4, 0.4, 0.1), (0.0, 0.0, 0.0)),))  # fmt: skip
-DRAWER = UrdfLink("drawer", mass=MASS, com=(0.1, 0.0, 0.0), inertia=ball_inertia(0.02), shapes=((box(0.1, 0.1, 0.05), (0.1, 0.0, 0.0)),))  # fmt: skip
-SLIDE = UrdfJoint("slide", "prismatic", "case", "drawer", axis=(1.0, 0.0, 0.0), xyz=(0.0, 0.0, 0.3), lower=0.0, upper=0.6, damping=DAMPING, friction=FRICTION)  # fmt: skip
+CASE_BOX, DRAWER_BOX = (box(0.4, 0.4, 0.1), (0.0, 0.0, 0.0)), (box(0.1, 0.1, 0.05), (0.1, 0.0, 0.0))
+CASE = UrdfLink("case", mass=20.0, com=(0.05, 0.02, 0.1), inertia=ball_inertia(1.0), shapes=(CASE_BOX,))
+DRAWER = UrdfLink("drawer", mass=MASS, com=(0.1, 0.0, 0.0), inertia=ball_inertia(0.02), shapes=(DRAWER_BOX,))
+SLIDE = UrdfJoint("slide", "prismatic", "case", "drawer", (1.0, 0.0, 0.0), (0.0, 0.0, 0.3), 0.0, 0.6, DAMPING, FRICTION)
 BOTH = pytest.mark.parametrize("engine", [Engine.PYBULLET, Engine.MUJOCO])
 
 
@@ -65,7 +68,7 @@ def test_a_drawer_follows_the_hand_s_spring_over_its_friction_and_mass(engine: E
     with opened(engine, tmp_path) as side:
         place = middle(side)
         side.grab("drawer", place, stiffness_n_m=stiffness, damping=0.0)
-        side.drag(place + (reach, 0.0, 0.0))
+        side.drag(place + np.array([reach, 0.0, 0.0]))
         for count in (12, 36, 72, 96):
             while side.seconds < (count - 0.5) * STEP:
                 side.step()
@@ -85,10 +88,10 @@ def test_a_hand_that_pulls_less_than_friction_moves_nothing(engine: Engine, tmp_
     with opened(engine, tmp_path) as side:
         place = middle(side)
         side.grab("drawer", place, stiffness_n_m=100.0, damping=0.0)
-        side.drag(place + (0.9 * FRICTION / 100.0, 0.0, 0.0))
+        side.drag(place + np.array([0.9 * FRICTION / 100.0, 0.0, 0.0]))
         side.step(240)
         assert abs(side.positions()["slide"]) < 2e-4
-        side.drag(place + (1.5 * FRICTION / 100.0, 0.0, 0.0))
+        side.drag(place + np.array([1.5 * FRICTION / 100.0, 0.0, 0.0]))
         side.step(240)
         assert side.positions()["slide"] > 4e-3
 
@@ -100,10 +103,10 @@ def test_a_hand_of_its_own_strength_opens_the_drawer_and_never_pulls_more_than_a
     with opened(engine, tmp_path) as side:
         place = middle(side)
         side.grab("drawer", place)
-        side.drag(place + (0.3, 0.0, 0.0))
+        side.drag(place + np.array([0.3, 0.0, 0.0]))
         side.step(480)
         assert side.positions()["slide"] == pytest.approx(0.3, abs=0.05)
-        side.drag(place + (50.0, 0.0, 0.0))
+        side.drag(place + np.array([50.0, 0.0, 0.0]))
         side.step()
         assert float(np.linalg.norm(side.force)) <= HAND_MOST_N * (1.0 + 1e-9)
 
@@ -118,7 +121,7 @@ def test_a_hand_at_a_lever_turns_a_door(engine: Engine, tmp_path: Path) -> None:
     with open_side(replace(refined_subject(tmp_path), held=True), engine, SETTINGS) as side:
         edge = np.array([lever, 0.0, 0.3]) + side.poses()["case"][:3, 3]
         side.grab("door", edge, stiffness_n_m=force, damping=0.0)
-        side.drag(edge + (0.0, 1.0, 0.0))
+        side.drag(edge + np.array([0.0, 1.0, 0.0]))
         side.step(10)
         assert side.readings().speeds["hinge"] == pytest.approx(force * lever / inertia * 10 * STEP, rel=0.02)
 
@@ -166,7 +169,7 @@ def test_kinetic_energy_effort_and_speed(engine: Engine, tmp_path: Path) -> None
 @BOTH
 def test_overlap_and_contacts_are_read_where_they_are(engine: Engine, tmp_path: Path) -> None:
     # The lower drawer is 5 cm high, and the other one 4 cm above it.
-    other = UrdfLink("other", mass=1.0, inertia=ball_inertia(0.01), shapes=((box(0.1, 0.1, 0.05), (0.1, 0.0, 0.0)),))
+    other = UrdfLink("other", mass=1.0, inertia=ball_inertia(0.01), shapes=(DRAWER_BOX,))
     above = replace(SLIDE, name="above", child="other", xyz=(0.0, 0.0, 0.34))
     refined(tmp_path, [CASE, DRAWER, other], [SLIDE, above])
     with open_side(refined_subject(tmp_path), engine, SETTINGS) as side:
@@ -184,15 +187,16 @@ def test_a_hand_on_a_free_object_drags_all_of_it(tmp_path: Path) -> None:
     with opened(Engine.PYBULLET, tmp_path, held=False) as side:
         side.step(60)
         before = side.poses()["case"][0, 3]
-        place = side.poses()["case"][:3, 3] + (0.0, 0.0, 0.01)
+        place = side.poses()["case"][:3, 3] + np.array([0.0, 0.0, 0.01])
         side.grab("case", place)
-        side.drag(place + (0.5, 0.0, 0.0))
+        side.drag(place + np.array([0.5, 0.0, 0.0]))
         side.step(480)
         assert side.poses()["case"][0, 3] - before > 0.1
 
 
 def test_the_raw_object_goes_in_step_and_one_that_is_refused_costs_itself_alone(tmp_path: Path) -> None:
-    subjects: dict[str, Subject | str] = {REFINED: chest(tmp_path / "r"), RAW: raw_subject(DATA / "Table/table_two_drawers", held=False)}  # fmt: skip
+    raw_table = raw_subject(DATA / "Table/table_two_drawers", held=False)
+    subjects: dict[str, Subject | str] = {REFINED: chest(tmp_path / "r"), RAW: raw_table}
     with Session(subjects, Engine.PYBULLET, SETTINGS) as session:
         session.step(24)
         assert not session.problems and all(side.seconds == pytest.approx(0.1) for side in session.sides.values())
@@ -224,6 +228,13 @@ def test_a_python_error_of_an_engine_is_a_line(tmp_path: Path, monkeypatch: pyte
         monkeypatch.setattr(session.sides[REFINED].world, "step", lambda count=1: 1 / 0)
         session.step()
         assert session.problems[REFINED] == "ZeroDivisionError: division by zero"
+
+
+def test_without_viser_a_line_says_what_to_install(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("asset2sim.viewer.serve.find_spec", lambda name: None)
+    opening = open_viewer(tmp_path, None, engine=Engine.PYBULLET, host="127.0.0.1", port=8080, settings=SETTINGS)
+    with pytest.raises(UsageError, match=r"needs viser, which is not installed; pip install .*\[view\]"), opening:
+        pass
 
 
 def test_a_position_is_a_share_of_each_object_s_own_range(tmp_path: Path) -> None:

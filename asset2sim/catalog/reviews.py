@@ -23,7 +23,7 @@ from asset2sim.catalog.storage.objects import StoreError, send_objects, store_us
 from asset2sim.catalog.stored_reviews import REVIEWS_FOLDER, write_reviews
 from asset2sim.catalog.text import NOTHING, cut, titled_table
 from schemas.errors import UsageError
-from schemas.location import is_url
+from schemas.location import is_url, location_of
 from schemas.tables_reviews import REVIEWS
 
 VERDICTS = ("good", "bad")
@@ -47,7 +47,7 @@ class ReviewFile:
     """The file of one viewer's reviews in OUT, a folder or a URL; written anew, in one step, with each of them."""
 
     def __init__(self, out: Path | str) -> None:
-        self.out = out
+        self.out = location_of(out)
         self.name = f"{datetime.now(UTC):%Y%m%dT%H%M%S}-{uuid.uuid4().hex[:8]}.parquet"
         self.reviews: tuple[Review, ...] = ()
 
@@ -73,7 +73,7 @@ class ReviewFile:
                 pq.write_table(rows, staged, compression="zstd")
                 send_objects({f"{self.out}/{REVIEWS_FOLDER}/{self.name}": staged})
             return
-        write_reviews(Path(self.out), self.name, rows)
+        write_reviews(self.out, self.name, rows)
 
 
 def reviewed_failures(out: Path | str) -> pd.DataFrame:

@@ -231,7 +231,7 @@ class Panel:
         for name, (joint, slider, _) in self.sliders.items():
             if name in positions and now - self.touched.get(name, 0.0) > TOUCHED_S:
                 low, high = (shown(joint, end) for end in ends(joint))
-                slider.value = round(min(max(shown(joint, positions[name]), low), high), DIGITS)
+                slider.value = round(min(max(shown(joint, positions[name]), low), high), DIGITS) + 0.0
 
     def share(self, joint: str) -> float:
         """Where a joint's slider is in its range, 0 to 1."""

@@ -46,7 +46,8 @@ def open_viewer(
         finally:
             viewer.stop()
     finally:
-        server.stop()
+        with redirect_stdout(io.StringIO()):
+            server.stop()
 
 
 def no_share(*_: Any, **__: Any) -> None:

@@ -3,6 +3,7 @@
 import io
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import cached_property
 from pathlib import Path
 from typing import TypeVar
 
@@ -44,21 +45,35 @@ class Inertial:
 
 @dataclass(frozen=True, eq=False)
 class Shapes:
-    """By link: GLB of the looks, solid and see-through, and of the collision pieces; inertials; corners of the box of
-    what is seen, (8, 3). A link without one of these is not in it."""
+    """By link: surfaces as they are seen, and those of each collision piece; inertials; corners of the box of what is
+    seen, (8, 3). A link without one of these is not in it."""
 
-    looks: dict[str, bytes]
-    ghosts: dict[str, bytes]
-    pieces: dict[str, bytes]
+    seen: dict[str, list[Surface]]
+    hulls: dict[str, list[list[Surface]]]
     inertials: dict[str, Inertial]
     corners: dict[str, Array]
     links: tuple[str, ...]
 
+    @cached_property
+    def looks(self) -> dict[str, bytes]:
+        """GLB of what is seen."""
+        return _glbs(self.seen, lambda parts: painted(parts, 1.0))
+
+    @cached_property
+    def ghosts(self) -> dict[str, bytes]:
+        """The same, see-through."""
+        return _glbs(self.seen, lambda parts: painted(parts, GHOST_ALPHA))
+
+    @cached_property
+    def pieces(self) -> dict[str, bytes]:
+        """GLB of the collision pieces, in colours."""
+        return _glbs(self.hulls, coloured)
+
 
 def shapes_of(urdf: Path, scale: float = 1.0) -> Shapes:
-    """The shapes of a URDF, drawn ``scale`` times as large. Links are drawn by their visuals, or, where none has one, by
-    their collision shapes; meshes that are missing or unreadable are left out. Raises AssetError for a URDF that cannot
-    be read."""
+    """The shapes of a URDF, drawn ``scale`` times as large. Links are drawn by their visuals, or, where none has any,
+    by their collision shapes; meshes that are missing or unreadable are left out. Raises AssetError for a URDF that
+    cannot be read."""
     robot = read_urdf(urdf)
     names = tuple(str(link.name) for link in robot.links)
     loaded: dict[Path, tuple[Surface, ...]] = {}
@@ -77,13 +92,11 @@ def shapes_of(urdf: Path, scale: float = 1.0) -> Shapes:
     role = "visuals" if any(link.visuals for link in robot.links) else "collisions"
     seen = {str(link.name): [one for shape in surfaces(link, role) for one in shape] for link in robot.links}
     hulls = {str(link.name): surfaces(link, "collisions") for link in robot.links}
-    corners = {name: box_corners(parts) for name, parts in seen.items() if parts}
     return Shapes(
-        looks=_glbs(seen, lambda parts: painted(parts, 1.0)),
-        ghosts=_glbs(seen, lambda parts: painted(parts, GHOST_ALPHA)),
-        pieces=_glbs(hulls, coloured),
+        seen=seen,
+        hulls=hulls,
         inertials={str(link.name): inertial_of(link.inertial, scale) for link in robot.links if _weighs(link.inertial)},
-        corners=corners,
+        corners={name: box_corners(parts) for name, parts in seen.items() if parts},
         links=names,
     )
 
@@ -134,6 +147,9 @@ def readable(image: Image.Image) -> Image.Image | None:
     except (OSError, ValueError, SyntaxError, Image.DecompressionBombError):  # what Pillow raises on a bad picture
         return None
     whole.thumbnail((TEXTURE_SIDE, TEXTURE_SIDE))
+    if whole.mode == "RGB":
+        # trimesh writes a picture as its format says, and PNG takes ten times as long.
+        whole.format = "JPEG"
     return whole
 
 

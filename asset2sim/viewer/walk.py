@@ -126,11 +126,12 @@ def refined_of(out: Path | str, stop: Stop) -> Subject:
     """The refined object, downloaded where OUT is a URL. Raises AssetError or StoreError."""
     if stop.refined is None:
         raise FileNotFoundError(f"nothing was written of it: {stop.reason}")
-    if is_url(out):
-        folder = reading_folder(out)
-        pull(out, folder, (f"{ASSETS_FOLDER}/{stop.asset_id}/",))
+    place = location_of(out)
+    if is_url(place):
+        folder = reading_folder(place)
+        pull(place, folder, (f"{ASSETS_FOLDER}/{stop.asset_id}/",))
         return refined_subject(folder / ASSETS_FOLDER / stop.asset_id)
-    return refined_subject(Path(out) / stop.refined)
+    return refined_subject(place / stop.refined)
 
 
 def raw_of(stop: Stop, *, held: bool) -> Subject:
