@@ -35,7 +35,7 @@ OPTIONS = --out "$(OUT)" $(if $(MODEL),--model "$(MODEL)") \
 	$(if $(DRY_RUN),--dry-run) $(if $(KEEP_DAYS),--keep-days "$(KEEP_DAYS)") $(if $(HOOK),--hook "$$HOOK") $(FROM_FILE)
 
 # A file's tests stay in one process and in order.
-PARALLEL = --numprocesses $(if $(JOBS),$(JOBS),2) --dist loadfile
+PARALLEL = --numprocesses $(if $(JOBS),$(JOBS),2) --dist loadfile --no-loadscope-reorder
 
 .DEFAULT_GOAL := help
 .DELETE_ON_ERROR:

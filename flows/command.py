@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING
 
 from asset2sim.runs import options as asked
 from asset2sim.runs.command_line import Options
+from asset2sim.runs.interrupt import lost_interrupts_repeated, sigterm_as_interrupt
 from asset2sim.runs.options import parse
 from asset2sim.runs.request import RefineRequest, refine_request, settings_for_run, stated_settings
 from flows import PIPELINE
@@ -25,7 +26,8 @@ Nightly = Callable[[RefineRequest], int]
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run one command line and return its exit code."""
-    return run_command(sys.argv[1:] if arguments is None else arguments, refine=refine, nightly=serve)
+    with lost_interrupts_repeated():
+        return run_command(sys.argv[1:] if arguments is None else arguments, refine=refine, nightly=serve)
 
 
 def run_command(arguments: Sequence[str], *, refine: Refine, nightly: Nightly) -> int:
@@ -137,7 +139,6 @@ def _refined(request: RefineRequest, refine: Refine) -> "RunResult":
 
 def _run_nightly(request: RefineRequest, nightly: Nightly) -> int:
     """Serve the flow on its schedule until interrupted, or with ``now`` run it at once. Returns the exit code."""
-    from asset2sim.runs.interrupt import sigterm_as_interrupt
     from flows.schedule import chosen_schedule
 
     request = check(request)

@@ -23,7 +23,7 @@ def print_served(request: RefineRequest, schedule: str, following: datetime | No
 
 
 def moment(following: datetime | None, now: datetime | None = None) -> str:
-    """A coming moment, and how far off it is; None is one that nobody has planned."""
+    """A coming moment, and how far off it is; None: no run is planned."""
     if following is None:
         return "none is planned: does the Prefect server run its scheduler?"
     minutes = max(0, round((following - (now or datetime.now(UTC))).total_seconds() / 60.0))

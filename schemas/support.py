@@ -31,7 +31,7 @@ class Mount(StrEnum):
 class Support(Frozen):
     """What carries an object, with where that was read (``source``), how sure it is (0 to 1), and why in words.
 
-    ``mount`` is None unless the object is fixed, and may be None where it is: fixed to what, nobody said.
+    ``mount`` is None unless the object is fixed, and may be None where it is: what it is fixed to is then not known.
     """
 
     kind: SupportKind = SupportKind.FREESTANDING

@@ -11,7 +11,7 @@ from pathlib import Path
 
 from asset2sim.assets.extract import Extraction
 from asset2sim.assets.folder import staged_folder
-from asset2sim.baselines.constant import ask_nobody
+from asset2sim.baselines.constant import without_model
 from asset2sim.baselines.no_semantics import unlabelled, without_semantics
 from asset2sim.checks.alignment.vision_judge import with_judge_score
 from asset2sim.checks.verdict import Verdict
@@ -73,7 +73,7 @@ def run_stages(job: AssetJob, progress: Progress) -> Verdict:
         job = replace(job, ask=without_semantics(job.ask, extraction.features))
         extraction = replace(extraction, features=unlabelled(extraction.features))
     if job.settings.method is Method.CONSTANT:
-        job = replace(job, ask=ask_nobody)
+        job = replace(job, ask=without_model)
     try:
         run(Stage.SYNTHESIZE, synthesize.check_users_numbers, job, extraction)
         propose = synthesize.with_users_numbers

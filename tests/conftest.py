@@ -65,11 +65,23 @@ def network_attempts() -> Iterator[list[str]]:
     assert not _attempts, f"the test tried to reach the network: {', '.join(_attempts)}"
 
 
+SLOWEST_FIRST = (
+    "test_project_walks", "test_flows_faults", "test_tasks_ask_again", "test_flows_serve_nightly",
+    "test_flows_refine_dataset", "test_runs_settings_file", "test_studies_speed", "test_runs_plan",
+    "test_runs_remote_output", "test_flows_serving", "test_flows_remote", "test_runs_hostile_answers",
+    "test_catalog_history",
+)  # fmt: skip
+"""Files of tests that take a minute or more."""
+
+
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    """Mark ``system`` what uses the object store, which is a server."""
+    """Mark ``system`` what uses the object store, which is a server; the files that take minutes come first, so that
+    no worker has one of them left at the end."""
     for item in items:
         if "store_server" in getattr(item, "fixturenames", ()):
             item.add_marker("system")
+    first = {name: place for place, name in enumerate(SLOWEST_FIRST)}
+    items.sort(key=lambda item: first.get(item.path.stem, len(first)))
 
 
 @pytest.hookimpl(wrapper=True, tryfirst=True)

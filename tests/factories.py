@@ -113,7 +113,6 @@ def make_record(asset_id: str = "100", **changes: object) -> AssetRecord:
         "reports": (make_report(Engine.PYBULLET), make_report(Engine.MUJOCO)),
         "overlaps": (OverlapPair(pair=make_measurement().pairs[0], related=True, cause=OverlapCause.HULL),),
         "alignment": make_alignment(),
-        "expected": (make_expected(),),
         "calls": (make_call(), make_call(purpose="state", cached=True, outcome="cached")),
         "trace": (TraceStep(step=1, proposer="model", phi_before_m=0.004, phi_after_m=0.0005, moved={"hinge": 0.1},
                             accepted=True, evaluations=12, reason="Φ fell"),),
@@ -136,6 +135,7 @@ def make_alignment(**changes: object) -> Alignment:
 
 
 def make_expected() -> Expected:
+    """A hinge that was asked for, met at the start and not at rest."""
     return Expected(
         expectation=Expectation(what="hinge", ranges=((0.2, 0.4), (1.0, 1.2)), unit="rad", lines=(2, 3)),
         at_start=True, start=0.3, at_rest=False, rest=0.5, rest_engine="mujoco",

@@ -38,7 +38,7 @@ from schemas.table import Table
 from schemas.tables import HISTORY, PUBLISHED, TABLES
 from schemas.tables_reviews import REVIEWS
 from schemas.vocabulary import FailureMode, Grouping
-from tests.factories import make_failure, make_measurement, make_motion, make_record, make_run_records
+from tests.factories import make_expected, make_failure, make_measurement, make_motion, make_record, make_run_records
 from tests.killing import killed_at
 
 CATALOG_FILE = Path(__file__).resolve().parents[1] / "catalog.yaml"
@@ -279,7 +279,7 @@ def test_a_killed_switch_leaves_the_whole_old_or_the_whole_new_folder(
 
 @pytest.mark.system
 def test_a_killed_run_leaves_the_tables_of_one_run_and_the_next_adds_to_them(tmp_path: Path) -> None:
-    records = [make_record("1"), make_record("2")]
+    records = [make_record("1", expected=(make_expected(),)), make_record("2")]
     old, new = {(name, "old") for name in TABLES}, {(name, "new") for name in TABLES} | {("runs", "old")}
     write_run(tmp_path / "template", make_run("old"), records)
     seen = []
@@ -291,7 +291,7 @@ def test_a_killed_run_leaves_the_tables_of_one_run_and_the_next_adds_to_them(tmp
         assert seen[-1] in (old, new), f"killed before line {line}"
         if not killed:
             break
-        write_run(out, make_run("next"), [make_record("3")])
+        write_run(out, make_run("next"), [make_record("3", expected=(make_expected(),))])
         assert state(out) == seen[-1] | {(name, "next") for name in TABLES}
     assert len(seen) > 3 and seen[0] == old and seen[-1] == new
 

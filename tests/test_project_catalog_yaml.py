@@ -12,7 +12,7 @@ from asset2sim.catalog.reviews import Review, ReviewFile
 from asset2sim.catalog.write import write_run
 from schemas.tables import PUBLISHED
 from schemas.vocabulary import FailureMode
-from tests.factories import MODEL, make_failure, make_record
+from tests.factories import MODEL, make_expected, make_failure, make_record
 from tests.test_catalog_history import night
 
 intake = pytest.importorskip("intake", reason="intake is not installed: it comes with the extra dev")
@@ -23,9 +23,9 @@ FILE = Path(__file__).resolve().parents[1] / "catalog.yaml"
 def out(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """Three nights in two months, and a review; the folder has a space in its name."""
     folder = tmp_path_factory.mktemp("my out")
-    write_run(folder, night(29), [make_record("a"), make_record("b")])
+    write_run(folder, night(29), [make_record("a", expected=(make_expected(),)), make_record("b")])
     write_run(folder, night(30), [make_record("a"), make_failure("b", FailureMode.MISSING_MESH)])
-    write_run(folder, night(1, 12), [make_record("b")])
+    write_run(folder, night(1, 12), [make_record("b", expected=(make_expected(),))])
     ReviewFile(folder).add(
         Review("r", "b", "asset2sim", MODEL, datetime(2026, 12, 1, tzinfo=UTC), "ann", "bad", "sticks")
     )

@@ -48,6 +48,7 @@ def test_a_missing_key_is_a_usage_error_that_names_it(provider: Provider) -> Non
 
 
 @pytest.mark.parametrize("provider", [p for p in PROVIDERS if not p.variables], ids=lambda provider: provider.name)
+@pytest.mark.system  # as above
 def test_servers_of_ones_own_need_none(provider: Provider) -> None:
     address = None if provider.name == "Ollama" else LOCAL
     check_model(ModelSettings(model=provider.example, api_base=address))

@@ -1,11 +1,14 @@
-"""Being told to stop by SIGTERM: the first counts, later ones cut nothing, and one that comes early waits."""
+"""Being told to stop by SIGTERM: the first counts, later ones cut nothing, and one that comes early waits.
+A Ctrl-C counts wherever it comes."""
 
 import os
 import signal
+import sys
+import time
 
 import pytest
 
-from asset2sim.runs.interrupt import sigterm_as_interrupt, sigterm_deferred
+from asset2sim.runs.interrupt import lost_interrupts_repeated, sigterm_as_interrupt, sigterm_deferred
 
 
 def stop() -> None:
@@ -34,3 +37,31 @@ def test_one_that_comes_before_the_work_stops_it_and_one_after_it_nothing() -> N
     with sigterm_as_interrupt():
         pass
     assert signal.getsignal(signal.SIGTERM) is before
+
+
+class InterruptedAsItGoes:
+    """Ctrl-C comes while this is destroyed, where Python drops exceptions."""
+
+    def __init__(self, error: bool = False) -> None:
+        self.error = error
+
+    def __del__(self) -> None:
+        if self.error:
+            raise ValueError("of a destructor")
+        signal.raise_signal(signal.SIGINT)
+
+
+def test_ctrl_c_in_a_destructor_comes_again_and_prints_nothing(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    seen = list[object]()
+    monkeypatch.setattr(sys, "unraisablehook", lambda lost: seen.append(lost.exc_value))
+    with lost_interrupts_repeated():
+        InterruptedAsItGoes()
+        with pytest.raises(KeyboardInterrupt):
+            time.sleep(60)
+        InterruptedAsItGoes(error=True)
+    assert [type(value) for value in seen] == [ValueError], "other errors are still told"
+    InterruptedAsItGoes()
+    assert [type(value) for value in seen] == [ValueError, KeyboardInterrupt], "and all, after the block"
+    assert capsys.readouterr().err == ""

@@ -81,7 +81,10 @@ def run(refs: list[AssetRef], expectations: Expectations, out: Path, seed: int, 
     model = MistakenModel(expectations, seed=seed)
     with scripted(model) as server:
         settings = Settings(
-            model=ModelSettings(model="openai/scripted", api_base=server.api_base, max_attempts=1, cache=False),
+            # This model does not look at its pictures: small ones are made sooner.
+            model=ModelSettings(
+                model="openai/scripted", api_base=server.api_base, max_attempts=1, cache=False, image_side_px=64
+            ),
             doubt=DoubtSettings.model_validate(doubt),
             views=ViewSettings(width=64, height=64),
         )

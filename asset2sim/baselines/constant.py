@@ -24,6 +24,6 @@ def propose_constant(features: Features) -> Overlay:
     return Overlay(scale=SCALE, initial_joint_positions=positions, notes=(note,))
 
 
-def ask_nobody(request: ModelRequest) -> ModelAnswer:
+def without_model(request: ModelRequest) -> ModelAnswer:
     """No answer: this method asks no model, not even for a step of the state."""
     return ModelAnswer(content=None, calls=(), error=f"no model is asked for {request.purpose}")

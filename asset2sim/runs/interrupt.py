@@ -1,9 +1,11 @@
-"""SIGTERM handling that tolerates repeated signals: Prefect's runner, for one, may send two to stop a night."""
+"""SIGTERM that may come again and again (Prefect's runner, for one, may send two to stop a night), and Ctrl-C that is
+never lost."""
 
 import signal
+import sys
 import threading
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from types import FrameType
 
 _waiting = threading.Event()
@@ -27,6 +29,28 @@ def sigterm_as_interrupt() -> Iterator[None]:
             _waiting.clear()
             interrupt()
         yield
+
+
+@contextmanager
+def lost_interrupts_repeated() -> Iterator[None]:
+    """Send Ctrl-C again where Python dropped it within the block: in a destructor or the garbage collector's callback
+    it would only print a traceback, and the program would go on."""
+    before = sys.unraisablehook
+    main_thread = threading.main_thread().ident
+
+    def repeat(lost: "sys.UnraisableHookArgs") -> None:
+        if not isinstance(lost.exc_value, KeyboardInterrupt):
+            before(lost)
+        elif main_thread is not None:
+            # Later: this hook is called within what dropped it. While Python ends there are no new threads.
+            with suppress(RuntimeError):
+                threading.Timer(0.05, signal.pthread_kill, (main_thread, signal.SIGINT)).start()
+
+    sys.unraisablehook = repeat
+    try:
+        yield
+    finally:
+        sys.unraisablehook = before
 
 
 @contextmanager

@@ -26,8 +26,8 @@ from schemas.vocabulary import Method
 FOLDER = "questions"
 METHODS = (Method.ASSET2SIM, Method.NO_SEMANTICS, Method.DIRECT)
 """Methods whose question can be written ahead: the others ask on from the answers, many times, or not."""
-NOBODY = "nobody/yet"
-"""Model of the settings with which questions are made: one that looks at pictures."""
+ANY_MODEL = "any/model"
+"""Model of the settings with which questions are made: a name that stands for one that looks at pictures."""
 
 
 @dataclass
@@ -51,7 +51,7 @@ def write_questions(refs: Sequence[AssetRef], folder: Path, settings: Settings, 
         recording = read_recording(folder)
     except RecordingError as error:
         raise UsageError(str(error)) from error
-    model = settings.model.model_copy(update={"model": NOBODY, "refinement_model": None, "judge_model": None})
+    model = settings.model.model_copy(update={"model": ANY_MODEL, "refinement_model": None, "judge_model": None})
     settings = settings.model_copy(update={"model": model})
     written = Questions()
     with (

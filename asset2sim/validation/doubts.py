@@ -1,5 +1,5 @@
-"""What an answer comes to where that is not what words, kind and gravity lead one to expect: told to the model that
-gave it, and changed by nobody else.
+"""What is unexpected in an answer (size, state, what falls shut), measured, as sentences for the model that gave it.
+Rules do not change these values.
 
 The expectation is the offline prior's. It is told without its numbers, so that a model decides by what it sees; what
 counts as far from it is the model's own σ.

@@ -28,7 +28,7 @@ engines and statics differ by some percent, and feet are not where hulls say."""
 STANDING_PART_N = 1e6
 """Force that no hand has, N: a part on which the object stands is not moved by hand."""
 FELT_MARGIN = 1.25
-"""Press that a spring is made for where nobody states one, over the least of its part's kind: engines differ."""
+"""Press that a spring is made for where no prompt states one, over the least of its part's kind: engines differ."""
 FIRMER, LIGHTER = 1.5, 0.75
 """What words for high and low damping do to the largest force that a part may take."""
 

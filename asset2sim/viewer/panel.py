@@ -24,8 +24,9 @@ TILT_DEG = 30.0
 """Largest tilt of gravity about an axis, degrees."""
 STEPS = 100
 """Least steps of a slider."""
-DIGITS = 3
-"""Digits after the point of what a slider shows."""
+DIGITS = {"m": 3, "rad": 1}
+"""Digits after the point of a position, in cm or degrees, by the unit of the joint's."""
+EFFORT_DIGITS = 3
 PHONE_STYLE = """<style>@media (max-width: 36em) {
 div[style*="max-height: 60%"], div[style*="max-height: 60%"] div[style*="width: 20em"] { width: 100% !important; }
 div[style*="max-height: 60%"] { max-height: 50% !important; }
@@ -205,10 +206,11 @@ class Panel:
         names = labels(joints)
         for number, joint in enumerate(joints):
             with self.joints if number < AT_ONCE else self.more:
-                position = self._slider(names[joint.name], shown(joint), [shown(joint, end) for end in ends(joint)])
+                span = [shown(joint, end) for end in ends(joint)]
+                position = self._slider(names[joint.name], shown(joint), span, DIGITS[joint.unit])
             with self.efforts:
                 unit = "N" if joint.slides else "N·m"
-                effort = self._slider(f"{names[joint.name]}, {unit}", 0.0, [-joint.effort, joint.effort])
+                effort = self._slider(f"{names[joint.name]}, {unit}", 0.0, [-joint.effort, joint.effort], EFFORT_DIGITS)
             self._when(position, partial(self._put, joint.name))
             self._when(effort, partial(self.wishes.press, joint.name))
             self.sliders[joint.name] = (joint, position, effort)
@@ -231,7 +233,7 @@ class Panel:
         for name, (joint, slider, _) in self.sliders.items():
             if name in positions and now - self.touched.get(name, 0.0) > TOUCHED_S:
                 low, high = (shown(joint, end) for end in ends(joint))
-                slider.value = round(min(max(shown(joint, positions[name]), low), high), DIGITS) + 0.0
+                slider.value = round(min(max(shown(joint, positions[name]), low), high), DIGITS[joint.unit]) + 0.0
 
     def share(self, joint: str) -> float:
         """Where a joint's slider is in its range, 0 to 1."""
@@ -256,10 +258,11 @@ class Panel:
         if self.asset.value in self.choices:
             self.wishes.go(self.choices[self.asset.value])
 
-    def _slider(self, label: str, value: float, span: Sequence[float]) -> Any:
-        low, high = (round(end, DIGITS) for end in span)
-        step = 10.0 ** max(math.floor(math.log10(max(high - low, 1e-9) / STEPS)), -DIGITS)
-        return self.server.gui.add_slider(label, low, high, step, round(min(max(value, low), high), DIGITS))
+    def _slider(self, label: str, value: float, span: Sequence[float], digits: int) -> Any:
+        low, high = (round(end, digits) for end in span)
+        high = max(high, low + 10.0**-digits)
+        step = 10.0 ** max(math.floor(math.log10((high - low) / STEPS)), -digits)
+        return self.server.gui.add_slider(label, low, high, step, round(min(max(value, low), high), digits))
 
     def _command(self, label: str, key: Any, act: Callable[[], None]) -> None:
         async def called(_: Any) -> None:

@@ -26,7 +26,8 @@ class FocusJoint:
     """A joint under refinement: where it is, where it was asked to be, where it came to rest (None: not watched), the
     positions that refused proposals gave it since the last accepted one, its range, and its reach; rad or m. ``apart``
     is the change of position that parts the worst of the collisions that it can part, 0 for none, ``first`` whether it
-    is the cheapest joint to do so. Nobody asked for the ``desired`` position of one that is not ``asked``."""
+    is the cheapest joint to do so. ``asked`` is false
+    where the prompt says nothing of the joint; its ``desired`` position is then only where it started."""
 
     name: str
     position: float

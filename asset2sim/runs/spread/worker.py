@@ -124,7 +124,7 @@ def refine_on_worker(
 
 
 def _tell_begun(asset_id: str) -> None:
-    """Tell the run that this worker begins an asset; outside a worker there is nobody to tell."""
+    """Tell the run that this worker begins an asset; outside a worker this does nothing."""
     with contextlib.suppress(ValueError):
         get_worker().log_event(BEGUN, asset_id)
 

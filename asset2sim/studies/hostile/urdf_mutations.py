@@ -145,7 +145,7 @@ def axis_and_limits(robot: Element, rng: Random) -> None:
 
 
 def mimic(robot: Element, rng: Random) -> None:
-    """Joints that follow others, themselves, nobody, or in a circle."""
+    """Joints that follow others, themselves, a joint that is missing, or each other in a circle."""
     names = [str(joint.get("name")) for joint in elements(robot, "joint")] + ["ghost", ""]
     for joint in rng.sample(elements(robot, "joint"), min(len(names) - 2, rng.choice((1, 2, 3)))):
         follower = etree.SubElement(joint, "mimic", joint=rng.choice(names))

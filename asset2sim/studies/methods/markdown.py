@@ -65,7 +65,7 @@ def difference_table(rows: Sequence[Row], figures: Sequence[FigureSpec], model: 
 
 
 def meaning_table(objects: pd.DataFrame, model: str) -> str:
-    """How many sizes and asked joints each method has as readers expect; "" where nobody wrote what to expect."""
+    """How many sizes and asked joints each method has as readers expect; "" without written expectations."""
     own = objects[objects["model"].isin([model, NO_MODEL]) & objects["joints_asked"].notna()]
     if own.empty:
         return ""

@@ -23,7 +23,7 @@ WRONG = {
 
 
 def cases() -> Sequence[Case]:
-    """Addresses at which nobody listens, hooks, and mistakes in what holds a key."""
+    """Model addresses where no server runs, hooks, and mistakes in what holds a key."""
     asked = [
         Case(f"base_{name}", asset(), frozenset({FailureMode.MODEL_ERROR}),
              words=("--method", "direct", "--model", "openai/x", "--api-base", base))
