@@ -99,7 +99,7 @@ class Stage:
         target = np.array([0.0, self.across / 2.0, self.height / 2.0])
         aspect, slope = client.camera.aspect, math.tan(FOV_RAD / 2.0)
         radius = max(self.height / 2.0 + 0.3 * self.deep, (self.across / 2.0 + 0.3 * self.deep) / aspect)
-        away = 1.2 * radius / slope + self.deep / 2.0
+        away = 1.3 * radius / slope + self.deep / 2.0
         if aspect < PORTRAIT:
             # The controls cover the lower half.
             target[2] -= 0.5 * away * slope
