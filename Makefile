@@ -39,7 +39,7 @@ PARALLEL = --numprocesses $(if $(JOBS),$(JOBS),2) --dist loadfile --no-loadscope
 
 .DEFAULT_GOAL := help
 .DELETE_ON_ERROR:
-.PHONY: help install flow test test-fast lint typecheck failures settings views doctor nightly ui judge rules withheld proposers corrections compare first bench-defects samples questions summary loaders held weights docs picture clean bench
+.PHONY: help install flow test test-fast lint typecheck failures settings view views doctor nightly ui judge rules withheld proposers corrections compare first bench-defects samples questions summary loaders held weights docs picture clean bench
 
 help: ## list the targets
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / { printf "  %-14s %s\n", $$1, $$2 }' Makefile
@@ -67,7 +67,7 @@ $(INSTALLED): pyproject.toml constraints.txt
 	fi; \
 	echo "installing into $(VENV) with $$python ..."; \
 	"$$python" -m venv --clear $(VENV) && \
-	$(BIN)/python -m pip install --quiet --disable-pip-version-check --constraint constraints.txt --editable '.[dev,engines,usd,s3]'
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check --constraint constraints.txt --editable '.[dev,engines,usd,s3,view]'
 	@touch $@
 
 flow: $(INSTALLED) ## refine DATA (data/raw) into OUT (data/refined)
@@ -86,8 +86,11 @@ lint: $(INSTALLED) ## ruff, and the contract on imports
 typecheck: $(INSTALLED) ## mypy, strict
 	@$(BIN)/mypy
 
-failures: $(INSTALLED) ## the failure modes in OUT
-	@$(BIN)/python -m flows.command failures --out "$(OUT)"
+failures: $(INSTALLED) ## the failure modes in OUT; REVIEWED=1: each failure with its review
+	@$(BIN)/python -m flows.command failures --out "$(OUT)" $(if $(REVIEWED),--reviewed)
+
+view: $(INSTALLED) ## look at OUT's objects, touch and review them, on a page; ASSET, PORT (8080)
+	@$(BIN)/python -m flows.command view $(if $(ASSET),"$(ASSET)") --out "$(OUT)" $(if $(PORT),--port "$(PORT)") $(FROM_FILE)
 
 settings: $(INSTALLED) ## every setting with its unit and its reason, as a file for SETTINGS=
 	@$(BIN)/python -m flows.command settings $(FROM_FILE)

@@ -50,6 +50,12 @@ def _dispatch(options: Options, refine: Refine, nightly: Nightly) -> int:
 
             sys.stdout.write(settings_text(settings_for_run(options.settings, {}), options.format))
             return DONE
+        case asked.ViewOptions():
+            from flows.show import serve_viewer
+
+            settings = settings_for_run(options.settings, {})
+            serve_viewer(options.out, options.asset_id, options.engine, options.host, options.port, settings)
+            return DONE
     return _print(options)
 
 
@@ -59,7 +65,7 @@ def _print(options: Options) -> int:
 
     match options:
         case asked.FailuresOptions():
-            show.print_failures(options.out, options.by, options.since, options.compare)
+            show.print_failures(options.out, options.by, options.since, options.compare, reviewed=options.reviewed)
         case asked.QueryOptions():
             show.print_query(options.out, options.sql, csv=options.csv)
         case asked.ShowOptions():

@@ -21,7 +21,7 @@ from flows import PIPELINE
 from schemas.errors import UsageError, printable
 from schemas.location import is_url
 from schemas.settings import ModelSettings, Settings
-from schemas.vocabulary import Grouping, Status
+from schemas.vocabulary import Engine, Grouping, Status
 
 CHECK_PIPELINE = "tasks.check:check_asset"
 SAID_BESIDE = ("changed_by_hand", "refined_state_unread", "refined_joint_unknown", "support_guessed")
@@ -33,15 +33,24 @@ def print_failures(
     by: Grouping = Grouping.FAILURE_MODE,
     since: datetime | None = None,
     compare: Sequence[str] | None = None,
+    *,
+    reviewed: bool = False,
 ) -> None:
-    """Print the failures in ``out``: the latest of each asset, all since a time, or two runs compared."""
+    """Print the failures in ``out``: the latest of each asset, all since a time, each ``reviewed`` or not, or two runs
+    compared."""
     from asset2sim.catalog.failures import compare_runs, failures_by, find_run, render_comparison, render_failures_by
+    from asset2sim.catalog.reviews import render_reviewed, reviewed_failures, unreviewed_line
 
-    if compare is not None:
+    if reviewed:
+        output().print(render_reviewed(reviewed_failures(out)))
+    elif compare is not None:
         earlier, later = (find_run(out, name) for name in compare)
         output().print(render_comparison(compare_runs(out, earlier, later), earlier, later))
     elif since is None and by is Grouping.FAILURE_MODE:
         output().print(render_failures(failure_breakdown(out)))
+        left = unreviewed_line(reviewed_failures(out))
+        if left:
+            output().print(Text(f"{left}; look at them: asset2sim view --out {out}"))
     else:
         output().print(render_failures_by(failures_by(out, by, since), by, since))
 
@@ -166,6 +175,21 @@ def print_questions(
         )
     )
     return bool(written.origins)
+
+
+def serve_viewer(
+    out: Path | str, asset_id: str | None, engine: Engine, host: str, port: int, settings: Settings
+) -> None:
+    """Serve the viewer until interrupted, by Ctrl-C or SIGTERM. Raises UsageError for a port that is in use, an unknown
+    asset, and where viser is not installed."""
+    from asset2sim.runs.interrupt import sigterm_as_interrupt
+    from asset2sim.viewer.serve import open_viewer
+
+    opened = open_viewer(out, asset_id, engine=engine, host=host, port=port, settings=settings.engine)
+    with suppress(KeyboardInterrupt), sigterm_as_interrupt(), opened as viewer:
+        output().print(Text(f"viewer: {viewer.address}, until Ctrl-C"))
+        sys.stdout.flush()
+        viewer.wait()
 
 
 def print_views(out: Path | str, settings: Settings) -> bool:

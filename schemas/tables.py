@@ -2,6 +2,7 @@
 
 from schemas.table import ASSET_COLUMNS, ASSET_KEY, BY_TYPE, COUNT, FLAG, POSITION, REAL, TEXT, TIME, Column, make_table
 from schemas.tables_engines import ALIGNMENTS, EXPECTATIONS, INTERACTIONS, MEASUREMENTS, OVERLAPS, TRACE
+from schemas.tables_reviews import REVIEWS
 from schemas.vocabulary import Stage
 
 OUTCOME_COLUMNS = (
@@ -236,5 +237,5 @@ HISTORY = make_table(
 )  # fmt: skip
 """History of all runs: an append-only folder of files by month of the run's start."""
 
-PUBLISHED = {**TABLES, HISTORY.name: HISTORY}
+PUBLISHED = {**TABLES, HISTORY.name: HISTORY, REVIEWS.name: REVIEWS}
 """Every table that can be read, by name."""

@@ -36,6 +36,7 @@ from schemas.errors import UnknownChoiceError, UsageError
 from schemas.settings import ModelSettings, Settings, Thresholds
 from schemas.table import Table
 from schemas.tables import HISTORY, PUBLISHED, TABLES
+from schemas.tables_reviews import REVIEWS
 from schemas.vocabulary import FailureMode, Grouping
 from tests.factories import make_expected, make_failure, make_measurement, make_motion, make_record, make_run_records
 from tests.killing import killed_at
@@ -383,7 +384,8 @@ def test_tables_on_disk_are_read_by_every_command_and_taken_up_by_the_next_run(t
         pq.write_table(pa.Table.from_pylist(some, schema=HISTORY.schema), file)
 
     check_catalog(tmp_path)
-    assert {name: len(read_table(tmp_path, name)) for name in PUBLISHED} == dict.fromkeys(TABLES, 2) | {HISTORY.name: 4}
+    assert {name: len(read_table(tmp_path, name)) for name in PUBLISHED} == dict.fromkeys(TABLES, 2) | {
+        HISTORY.name: 4, REVIEWS.name: 0}  # fmt: skip
     assert failure_breakdown(tmp_path)[["failure_mode", "assets"]].values.tolist() == [["none", 1], ["jam", 1]]
     assert failures_by(tmp_path, Grouping.CATEGORY)["failures"].tolist() == [1]
     assert compare_runs(tmp_path, "previous", "latest")[["change", "asset_id"]].values.tolist() == [["broke", "a"]]
@@ -435,7 +437,7 @@ def test_catalog_yaml_lists_every_table_with_grain_and_key() -> None:
         entry = content["entries"][name]
         assert entry["metadata"] == {"description": table.description, "grain": table.grain, "key": list(table.key)}
         assert entry["kwargs"]["args"] == [f"{{data({name}_file)}}"]
-        place = "history" if table is HISTORY else f"catalog/{table.file}"
+        place = {"asset_history": "history", "reviews": "reviews"}.get(name, f"catalog/{table.file}")
         assert content["data"][f"{name}_file"]["kwargs"]["url"] == f"{{out}}/{place}"
 
 

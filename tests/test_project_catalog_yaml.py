@@ -1,5 +1,6 @@
 """``catalog.yaml`` opens with intake: every table, as ``read_table`` gives it, from a folder or its address."""
 
+from datetime import UTC, datetime
 from pathlib import Path
 
 import pandas as pd
@@ -7,10 +8,11 @@ import pytest
 import yaml
 
 from asset2sim.catalog.read import read_table
+from asset2sim.catalog.reviews import Review, ReviewFile
 from asset2sim.catalog.write import write_run
 from schemas.tables import PUBLISHED
 from schemas.vocabulary import FailureMode
-from tests.factories import make_expected, make_failure, make_record
+from tests.factories import MODEL, make_expected, make_failure, make_record
 from tests.test_catalog_history import night
 
 intake = pytest.importorskip("intake", reason="intake is not installed: it comes with the extra dev")
@@ -19,11 +21,14 @@ FILE = Path(__file__).resolve().parents[1] / "catalog.yaml"
 
 @pytest.fixture(scope="module")
 def out(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """Three nights in two months; the folder has a space in its name."""
+    """Three nights in two months, and a review; the folder has a space in its name."""
     folder = tmp_path_factory.mktemp("my out")
     write_run(folder, night(29), [make_record("a", expected=(make_expected(),)), make_record("b")])
     write_run(folder, night(30), [make_record("a"), make_failure("b", FailureMode.MISSING_MESH)])
     write_run(folder, night(1, 12), [make_record("b", expected=(make_expected(),))])
+    ReviewFile(folder).add(
+        Review("r", "b", "asset2sim", MODEL, datetime(2026, 12, 1, tzinfo=UTC), "ann", "bad", "sticks")
+    )
     return folder
 
 

@@ -67,7 +67,8 @@ def test_the_tables_are_those_of_a_folder(
     # The objects are the files that are there otherwise, and nothing of the work is left but what the next run needs.
     base = tmp_path / "here"
     files = {path.relative_to(base).as_posix() for path in base.rglob("*") if path.is_file()}
-    kept = {name for name in files if name.startswith(("catalog/", "assets/", "logs/"))} | {".cache/files.db"}
+    parts = ("catalog/", "assets/", "logs/", "reviews/")
+    kept = {name for name in files if name.startswith(parts)} | {".cache/files.db"}
     assert {name for name in store.keys(out) if not name.startswith("history/")} == kept
     assert not list((working_folder(out) / "assets").iterdir())
     # Unchanged from this machine and from another, where nothing but tables and notes is asked for.

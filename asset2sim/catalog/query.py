@@ -15,10 +15,12 @@ import pyarrow.parquet as pq
 
 from asset2sim.catalog.history import PATTERN, history_files
 from asset2sim.catalog.read_remote import local_tables
+from asset2sim.catalog.stored_reviews import REVIEWS_PATTERN, review_files
 from asset2sim.catalog.switch import find_catalog, no_catalog_error
 from schemas.errors import UsageError
 from schemas.table import RENAMED, Table
 from schemas.tables import HISTORY, PUBLISHED, TABLES
+from schemas.tables_reviews import REVIEWS
 
 if TYPE_CHECKING:
     import duckdb
@@ -53,12 +55,16 @@ def make_views(connection: "duckdb.DuckDBPyConnection", out: Path, folder: Path)
             connection.execute(f"CREATE VIEW {table.name} AS SELECT *{renamed} FROM read_parquet({_text(path)})")
         else:
             connection.register(table.name, table.schema.empty_table())
-    if history_files(out):
-        # Files of older versions may lack columns.
-        files = f"read_parquet({_text(out / PATTERN)}, union_by_name = true, hive_partitioning = false)"
-        connection.execute(f"CREATE VIEW {HISTORY.name} AS SELECT * FROM {files}")
-    else:
-        connection.register(HISTORY.name, HISTORY.schema.empty_table())
+    for table, pattern, there in (
+        (HISTORY, PATTERN, history_files(out)),
+        (REVIEWS, REVIEWS_PATTERN, review_files(out)),
+    ):
+        if there:
+            # Files of older versions may lack columns.
+            files = f"read_parquet({_text(out / pattern)}, union_by_name = true, hive_partitioning = false)"
+            connection.execute(f"CREATE VIEW {table.name} AS SELECT * FROM {files}")
+        else:
+            connection.register(table.name, table.schema.empty_table())
     for table in PUBLISHED.values():
         _comment(connection, table)
 

@@ -15,10 +15,12 @@ from asset2sim.catalog.enforce import conform
 from asset2sim.catalog.history import history_files
 from asset2sim.catalog.query import make_views, query_error
 from asset2sim.catalog.read_remote import local_tables
+from asset2sim.catalog.stored_reviews import stored_reviews
 from asset2sim.catalog.switch import find_catalog, no_catalog_error
 from schemas.errors import UnknownChoiceError, UsageError
 from schemas.table import ASSET_KEY, with_names_of_today
 from schemas.tables import HISTORY, PUBLISHED, TABLES
+from schemas.tables_reviews import REVIEWS
 
 Result = TypeVar("Result")
 
@@ -32,6 +34,8 @@ def read_table(out: str | os.PathLike[str], name: str) -> pd.DataFrame:
     if name not in PUBLISHED:
         raise UnknownChoiceError("table", name, PUBLISHED)
     out = local_tables(out)
+    if name == REVIEWS.name:
+        return _read_consistent(out, lambda _: _pandas(stored_reviews(out)))
     if name == HISTORY.name:
         return _read_consistent(out, lambda _: _history_frame(out))
     return _read_consistent(out, lambda folder: _frame(folder / TABLES[name].file))
@@ -70,14 +74,17 @@ def _frame(path: Path, filters: list[tuple[str, str, str]] | None = None) -> pd.
     # A catalog that an earlier version wrote may lack a table that was added since.
     added = not path.exists() and path.with_name(TABLES["runs"].file).exists()
     table = TABLES[path.stem].schema.empty_table() if added else pq.read_table(path, filters=filters)
-    frame: pd.DataFrame = with_names_of_today(table).to_pandas(types_mapper=_NULLABLE.get)
-    return frame
+    return _pandas(with_names_of_today(table))
 
 
 def _history_frame(out: Path) -> pd.DataFrame:
     tables = [conform(HISTORY, pq.read_table(path, partitioning=None), str(path)) for path in history_files(out)]
     whole = pa.concat_tables(tables) if tables else HISTORY.schema.empty_table()
-    frame: pd.DataFrame = whole.to_pandas(types_mapper=_NULLABLE.get)
+    return _pandas(whole)
+
+
+def _pandas(table: pa.Table) -> pd.DataFrame:
+    frame: pd.DataFrame = table.to_pandas(types_mapper=_NULLABLE.get)
     return frame
 
 

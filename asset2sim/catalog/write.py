@@ -13,6 +13,7 @@ from asset2sim.catalog.merge import merged, write_merged
 from asset2sim.catalog.parts import Parts, open_parts
 from asset2sim.catalog.rows import run_row
 from asset2sim.catalog.run import RunRow
+from asset2sim.catalog.stored_reviews import make_reviews
 from asset2sim.catalog.stored_tables import stored_by_asset, stored_columns, stored_table, table_path
 from asset2sim.catalog.switch import recover, replace_catalog
 from schemas.asset import AssetRecord, Unchanged
@@ -85,6 +86,7 @@ def write_parts(
             assets = stored_columns(out, TABLES["assets"], HISTORY.schema.names)
         stage_history(out, run, history_rows(run, assets, _is_of_run(assets, run, own, unchanged)))
     commit_history(out)
+    make_reviews(out)
     if compact:
         compact_history(out, run.started_at)
 

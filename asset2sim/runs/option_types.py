@@ -4,7 +4,7 @@ from datetime import UTC, datetime
 from pathlib import Path
 from typing import Annotated, Literal, TypeVar
 
-from pydantic import BeforeValidator, Field
+from pydantic import AfterValidator, BeforeValidator, Field
 from pydantic_settings import NoDecode
 from typing_extensions import TypeAliasType
 
@@ -35,6 +35,13 @@ def split(text: object) -> object:
     if text == []:
         raise ValueError("expected at least one argument")
     return tuple(name.strip() for name in text.split(",") if name.strip()) if isinstance(text, str) else text
+
+
+def viewed(engine: Engine) -> Engine:
+    """An engine of the viewer. Raises ValueError."""
+    if engine not in VIEWED:
+        raise ValueError(f"the viewer runs {' and '.join(VIEWED)}")
+    return engine
 
 
 def once(names: object) -> object:
@@ -75,6 +82,9 @@ DAY = TypeAliasType("DAY", Annotated[datetime, BeforeValidator(utc)])
 RUN = TypeAliasType("RUN", tuple[str, str])
 SHELL = TypeAliasType("SHELL", str)
 ENGINES = TypeAliasType("ENGINES", tuple[Engine, ...])
+VIEWED = (Engine.PYBULLET, Engine.MUJOCO)
+"""Engines of the viewer."""
+ENGINE = TypeAliasType("ENGINE", Annotated[Engine, AfterValidator(viewed)])
 FORMATS = TypeAliasType("FORMATS", tuple[Export, ...])
 PACKAGES = TypeAliasType("PACKAGES", tuple[Package, ...])
 GROUP = TypeAliasType("GROUP", Grouping)

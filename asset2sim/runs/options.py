@@ -17,6 +17,7 @@ from asset2sim.runs.option_types import (
     COUNT,
     CRON,
     DAY,
+    ENGINE,
     ENGINES,
     FOLDERS,
     FORMAT,
@@ -42,6 +43,7 @@ from asset2sim.runs.option_types import (
     TEXT,
     URL,
     USD,
+    VIEWED,
     VIEWS,
     Listed,
     N,
@@ -192,10 +194,15 @@ class FailuresOptions(CatalogOptions):
     compare: CliVariadicArg[Words[RUN | None]] = Field(
         None, description="what broke and what got mended between two runs: ids or their beginnings, latest, previous"
     )
+    reviewed: CliToggleFlag[bool] = Field(
+        False, description="each failure with what people said of it in the viewer, the unreviewed first"
+    )
 
     @model_validator(mode="after")
     def _one_period(self) -> Self:
         exclusive(self, "since", "compare")
+        for other in ("by", "since", "compare"):
+            exclusive(self, other, "reviewed")
         return self
 
 
@@ -210,6 +217,15 @@ class ShowOptions(CatalogOptions):
     """Show one refined asset."""
 
     asset_id: CliPositionalArg[str] = Field(description="an asset's id, as the manifest has it")
+
+
+class ViewOptions(CatalogOptions, FileOptions):
+    """Look at refined objects and touch them, beside the raw ones, and review them: a page on this machine."""
+
+    asset_id: CliPositionalArg[NAME | None] = Field(None, description="the asset to begin with (default: the first)")
+    engine: ENGINE = Field(Engine.PYBULLET, description=f"the engine to begin with: {', '.join(VIEWED)}")
+    host: NAME = Field("127.0.0.1", description="the address to serve on; others let any machine that reaches it in")
+    port: PORT = Field(8080, description="the port to serve on")
 
 
 class ViewsOptions(CatalogOptions, FileOptions):
@@ -268,6 +284,7 @@ class Command(Options):
     failures: CliSubCommand[FailuresOptions] = Field(description="the failure modes of a refined dataset")
     query: CliSubCommand[QueryOptions] = Field(description="SQL over the tables and the history of all runs")
     show: CliSubCommand[ShowOptions] = Field(description="one refined asset")
+    view: CliSubCommand[ViewOptions] = Field(description="refined objects live, to be touched and reviewed")
     check: CliSubCommand[CheckOptions] = Field(description="the checks alone, on any URDF folder")
     views: CliSubCommand[ViewsOptions] = Field(description="the pictures that refine --views later left out")
     ui: CliSubCommand[PagesOptions] = Field(description="the pages of Prefect and MLflow")

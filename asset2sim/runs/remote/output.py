@@ -40,6 +40,7 @@ from asset2sim.catalog.storage.objects import (
     send_objects,
     store_usage_error,
 )
+from asset2sim.catalog.stored_reviews import EMPTY, REVIEWS_FOLDER
 from asset2sim.catalog.switch import CATALOG, OLD, READY, STAGING
 from asset2sim.runs.plan.plan import Plan
 from asset2sim.runs.plan.records import RECORDS_FOLDER, read_record
@@ -155,12 +156,12 @@ def send_tables(output: Output, now: datetime) -> None:
 
 
 def send_rest(output: Output) -> None:
-    """Upload reports and state, and remove records that the tables hold (step 5)."""
+    """Upload reports, state and the file of reviews that has none, and remove records that the tables hold (step 5)."""
     url, folder = output.url, output.folder
     if url is None:
         return
     output.check()
-    push(url, folder, local_names(folder, [REPORTS, STATE]))
+    push(url, folder, local_names(folder, [REPORTS, STATE, f"{REVIEWS_FOLDER}/{EMPTY}"]))
     _remove_gone(url, folder, [f"{RECORDS_FOLDER}/"])
 
 

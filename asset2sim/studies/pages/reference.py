@@ -19,9 +19,10 @@ from schemas.vocabulary import PAPER_FAILURE_MODES, RETRIED_MODES
 
 MADE = "*Made by `make docs` from the schemas; do not edit.*"
 DICTIONARY = """\
-Every table is a Parquet file in `OUT/catalog`, `asset_history` a folder of them in `OUT/history`. The same words are in
-the files' metadata and, through `connect`, in DuckDB's comments: `SELECT column_name, comment FROM duckdb_columns()`. A
-column that is *required* is never null; a number that was never measured is null, never 0."""
+Every table is a Parquet file in `OUT/catalog`, `asset_history` a folder of them in `OUT/history`, `reviews` one in
+`OUT/reviews`. The same words are in the files' metadata and, through `connect`, in DuckDB's comments:
+`SELECT column_name, comment FROM duckdb_columns()`. A column that is *required* is never null; a number that was never
+measured is null, never 0."""
 MODES = """\
 The column `failure_mode` of the table `assets` says why an asset failed, `reason` says it in a sentence with numbers.
 Modes with ↻ may be the machine's, the provider's or the day's fault: such assets are tried again in every run."""

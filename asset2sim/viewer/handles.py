@@ -1,0 +1,72 @@
+"""What the viewer needs of a world beyond ``World``: poses of links, a force on one, gravity, contacts, energy."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Protocol
+
+import numpy as np
+from scipy.spatial.transform import Rotation
+
+from asset2sim.engines.contacts import ContactPoint
+from asset2sim.engines.world import World
+from asset2sim.physics.arrays import Array
+from schemas.errors import UsageError
+from schemas.vocabulary import Engine
+
+GROUND = ""
+"""Name of the plane in a contact."""
+
+
+@dataclass(frozen=True, eq=False)
+class Touch(ContactPoint):
+    """A contact point with its (3,) ``place`` in the world, m; ``link_b`` is ``GROUND`` where it is the plane's."""
+
+    place: Array
+
+
+class Handle(Protocol):
+    """Reads and touches one object of an engine, in the world's frame."""
+
+    def poses(self) -> dict[str, Array]:
+        """Link → (4, 4) link-to-world transform."""
+
+    def masses(self) -> dict[str, float]:
+        """Link → its mass in the engine, kg: what a raw URDF does not state, the engine invents."""
+
+    def point_velocity(self, link: str, point: Array) -> Array:
+        """(3,) velocity of the link's material at the (3,) ``point`` in the world, m/s."""
+
+    def pull(self, link: str, point: Array, force: Array) -> None:
+        """Apply a (3,) ``force`` (N) on a link at a (3,) ``point`` in the world in the next step. Call it again before
+        every step, and with no force to let go."""
+
+    def set_gravity(self, gravity: Sequence[float]) -> None:
+        """Set the (3,) gravity, m/s²."""
+
+    def touches(self) -> list[Touch]:
+        """Contact points of the last step, of the object with itself and with the plane."""
+
+    def kinetic_energy(self) -> float:
+        """Kinetic energy of all links, J."""
+
+
+def handle_of(world: World) -> Handle:
+    """The handle of a world that ``open_world`` has opened. Raises UsageError for an engine that the viewer has none
+    for."""
+    if world.engine is Engine.PYBULLET:
+        from asset2sim.viewer.handle_pybullet import PyBulletHandle
+
+        return PyBulletHandle(world)
+    if world.engine is Engine.MUJOCO:
+        from asset2sim.viewer.handle_mujoco import MuJoCoHandle
+
+        return MuJoCoHandle(world)
+    raise UsageError(f"the viewer runs pybullet and mujoco, not {world.engine}")
+
+
+def pose_of(position: Sequence[float], xyzw: Sequence[float]) -> Array:
+    """(4, 4) transform of a position and an orientation."""
+    matrix = np.eye(4)
+    matrix[:3, :3] = Rotation.from_quat(xyzw).as_matrix()
+    matrix[:3, 3] = position
+    return matrix

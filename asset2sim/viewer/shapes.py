@@ -1,0 +1,192 @@
+"""What the page draws of a URDF, in its links' frames: looks and collision pieces as GLB, centres of mass, boxes."""
+
+import io
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+from typing import TypeVar
+
+import numpy as np
+import trimesh
+import yourdfpy
+from PIL import Image
+from trimesh.visual.material import PBRMaterial
+from trimesh.visual.texture import TextureVisuals
+
+from asset2sim.assets.exports.looks import together
+from asset2sim.assets.urdf.read import read_urdf
+from asset2sim.assets.views.scene import pieces_of, shape_paint
+from asset2sim.assets.views.surface import Paint, Surface, posed
+from asset2sim.physics.arrays import Array
+
+Part = TypeVar("Part")
+
+TEXTURE_SIDE = 1024
+"""Longer side to which a texture is shrunk, pixels."""
+GHOST_ALPHA = 0.15
+"""Opacity of looks through which something inside is shown."""
+PIECE_ALPHA = 0.7
+"""Opacity of a collision piece."""
+PIECE_COLORS = ((228, 87, 86), (76, 120, 168), (84, 162, 75), (238, 202, 59), (178, 121, 162), (114, 183, 178),
+                (255, 157, 166), (157, 117, 93))  # fmt: skip
+"""Colours of collision pieces, in turn."""
+
+
+@dataclass(frozen=True, eq=False)
+class Inertial:
+    """A link's mass (kg), (3,) centre of mass, and the box of its mass and inertia: a (4, 4) pose and (3,) edges, m."""
+
+    mass_kg: float
+    center: Array
+    box_to_link: Array
+    edges: Array
+
+
+@dataclass(frozen=True, eq=False)
+class Shapes:
+    """By link: surfaces as they are seen, and those of each collision piece; inertials; corners of the box of what is
+    seen, (8, 3). A link without one of these is not in it."""
+
+    seen: dict[str, list[Surface]]
+    hulls: dict[str, list[list[Surface]]]
+    inertials: dict[str, Inertial]
+    corners: dict[str, Array]
+    links: tuple[str, ...]
+
+    @cached_property
+    def looks(self) -> dict[str, bytes]:
+        """GLB of what is seen."""
+        return _glbs(self.seen, lambda parts: painted(parts, 1.0))
+
+    @cached_property
+    def ghosts(self) -> dict[str, bytes]:
+        """The same, see-through."""
+        return _glbs(self.seen, lambda parts: painted(parts, GHOST_ALPHA))
+
+    @cached_property
+    def pieces(self) -> dict[str, bytes]:
+        """GLB of the collision pieces, in colours."""
+        return _glbs(self.hulls, coloured)
+
+
+def shapes_of(urdf: Path, scale: float = 1.0) -> Shapes:
+    """The shapes of a URDF, drawn ``scale`` times as large. Links are drawn by their visuals, or, where none has any,
+    by their collision shapes; meshes that are missing or unreadable are left out. Raises AssetError for a URDF that
+    cannot be read."""
+    robot = read_urdf(urdf)
+    names = tuple(str(link.name) for link in robot.links)
+    loaded: dict[Path, tuple[Surface, ...]] = {}
+    materials = {material.name: material for material in robot.materials}
+
+    def surfaces(link: yourdfpy.Link, role: str) -> list[list[Surface]]:
+        found = []
+        for shape in getattr(link, role):
+            pose = np.eye(4) if shape.origin is None else np.array(shape.origin, dtype=float)
+            pose[:3, 3] *= scale
+            paint = shape_paint(getattr(shape, "material", None), materials, urdf.parent)
+            pieces, factors = pieces_of(shape.geometry, urdf.parent, loaded)
+            found.append([posed(piece, pose, scale * factors, paint) for piece in pieces])
+        return found
+
+    role = "visuals" if any(link.visuals for link in robot.links) else "collisions"
+    seen = {str(link.name): [one for shape in surfaces(link, role) for one in shape] for link in robot.links}
+    hulls = {str(link.name): surfaces(link, "collisions") for link in robot.links}
+    return Shapes(
+        seen=seen,
+        hulls=hulls,
+        inertials={str(link.name): inertial_of(link.inertial, scale) for link in robot.links if _weighs(link.inertial)},
+        corners={name: box_corners(parts) for name, parts in seen.items() if parts},
+        links=names,
+    )
+
+
+def box_corners(parts: list[Surface]) -> Array:
+    """(8, 3) corners of the box of surfaces along their frame's axes."""
+    points = np.concatenate([part.vertices for part in parts])
+    ends = np.array([points.min(axis=0), points.max(axis=0)])
+    return np.array([[ends[i, 0], ends[j, 1], ends[k, 2]] for i in (0, 1) for j in (0, 1) for k in (0, 1)])
+
+
+def painted(parts: list[Surface], opacity: float) -> list[trimesh.Trimesh]:
+    """A mesh for every paint of the surfaces, ``opacity`` times as opaque."""
+    by_paint: dict[Paint | None, list[Surface]] = {}
+    for part in parts:
+        by_paint.setdefault(part.paint, []).append(part)
+    found = []
+    for paint, same in by_paint.items():
+        paint = paint or Paint((0.72, 0.72, 0.74, 1.0))
+        whole = together(same, paint)
+        if whole is not None:
+            found.append(_mesh(whole, paint, opacity))
+    return found
+
+
+def _mesh(surface: Surface, paint: Paint, opacity: float) -> trimesh.Trimesh:
+    image = None
+    if surface.uv is not None and paint.texture is not None:
+        image = readable(paint.texture.image)
+    alpha = paint.color[3] * opacity
+    clear = alpha < 1.0 or (image is not None and image.mode == "RGBA")
+    material = PBRMaterial(
+        baseColorFactor=[*paint.color[:3], alpha],
+        baseColorTexture=image,
+        metallicFactor=0.0,
+        roughnessFactor=0.7,
+        doubleSided=True,
+        alphaMode="BLEND" if clear else "OPAQUE",
+    )
+    visual = TextureVisuals(uv=surface.uv if image is not None else None, material=material)
+    return trimesh.Trimesh(surface.vertices, surface.faces, visual=visual, process=False)
+
+
+def readable(image: Image.Image) -> Image.Image | None:
+    """The picture, decoded and shrunk; None where it cannot be decoded."""
+    try:
+        whole = image.convert("RGBA" if image.mode in ("RGBA", "LA", "PA") else "RGB")
+    except (OSError, ValueError, SyntaxError, Image.DecompressionBombError):  # what Pillow raises on a bad picture
+        return None
+    whole.thumbnail((TEXTURE_SIDE, TEXTURE_SIDE))
+    if whole.mode == "RGB":
+        # trimesh writes a picture as its format says, and PNG takes ten times as long.
+        whole.format = "JPEG"
+    return whole
+
+
+def coloured(shapes: list[list[Surface]]) -> list[trimesh.Trimesh]:
+    """A mesh for each of the ``PIECE_COLORS``, of the shapes that have it in turn."""
+    found = []
+    for number, color in enumerate(PIECE_COLORS):
+        parts = [part for shape in shapes[number :: len(PIECE_COLORS)] for part in shape]
+        paint = Paint((color[0] / 255, color[1] / 255, color[2] / 255, 1.0))
+        whole = together(parts, paint) if parts else None
+        if whole is not None:
+            found.append(_mesh(whole, paint, PIECE_ALPHA))
+    return found
+
+
+def _glbs(parts: dict[str, list[Part]], meshes: Callable[[list[Part]], list[trimesh.Trimesh]]) -> dict[str, bytes]:
+    made = {name: meshes(some) for name, some in parts.items() if some}
+    return {name: _glb(found) for name, found in made.items() if found}
+
+
+def _glb(meshes: list[trimesh.Trimesh]) -> bytes:
+    buffer = io.BytesIO()
+    trimesh.Scene(meshes).export(buffer, file_type="glb")
+    return buffer.getvalue()
+
+
+def _weighs(inertial: "yourdfpy.Inertial | None") -> bool:
+    return inertial is not None and inertial.inertia is not None and bool(inertial.mass)
+
+
+def inertial_of(inertial: yourdfpy.Inertial, scale: float = 1.0) -> Inertial:
+    """The mass, and the solid box that has this mass and these principal moments, ``scale`` times as large."""
+    pose = np.eye(4) if inertial.origin is None else np.array(inertial.origin, dtype=float)
+    pose[:3, 3] *= scale
+    moments, axes = np.linalg.eigh(np.asarray(inertial.inertia, dtype=float))
+    axes[:, 2] *= np.sign(np.linalg.det(axes))
+    edges = scale * np.sqrt(np.maximum(6.0 * (moments.sum() - 2.0 * moments) / inertial.mass, 0.0))
+    box = pose.copy()
+    box[:3, :3] = pose[:3, :3] @ axes
+    return Inertial(float(inertial.mass), pose[:3, 3], box, edges)

@@ -1,0 +1,292 @@
+"""The viewer: a thread that simulates in real time, does what the page wants, and draws."""
+
+import logging
+import math
+import threading
+import time
+from collections.abc import Callable
+from datetime import UTC, datetime
+from pathlib import Path
+
+import viser
+
+from asset2sim.catalog.reviews import Review, ReviewFile
+from asset2sim.physics.arrays import Array
+from asset2sim.viewer.commands import Commands
+from asset2sim.viewer.panel import DROP, NUDGE, RESET, Panel
+from asset2sim.viewer.session import RAW, REFINED, Session, one_line
+from asset2sim.viewer.stage import Stage
+from asset2sim.viewer.subject import Subject
+from asset2sim.viewer.walk import Stop, chosen, raw_of, refined_of, reviews_of, stops_of
+from schemas.errors import Asset2SimError, UnknownChoiceError, UsageError
+from schemas.settings import EngineSettings
+from schemas.vocabulary import Engine
+
+FRAME_S = 1.0 / 30.0
+"""Time between two pictures, s."""
+STEPPING_S = 0.8 * FRAME_S
+"""Time of that which may go into steps, s: a slow simulation gets slower, the page does not."""
+READ_S = 0.2
+"""Time between two readings of the numbers, s."""
+CHUNK = 4
+"""Steps between two looks at the clock."""
+
+logger = logging.getLogger(__name__)
+
+
+class Viewer:
+    """One OUT on one server. What the page wants becomes commands; all else is of the simulation's thread."""
+
+    def __init__(
+        self, out: Path | str, server: viser.ViserServer, asset_id: str | None, engine: Engine, settings: EngineSettings
+    ) -> None:
+        """Raises UsageError where OUT has no catalog, or no such asset."""
+        self.out, self.server, self.settings = out, server, settings
+        self.stops = stops_of(out)
+        if not self.stops:
+            raise UsageError(f"{out}: its catalog has no asset; refine a dataset into it first")
+        self.by_id = {stop.asset_id: stop for stop in self.stops}
+        if asset_id is not None and asset_id not in self.by_id:
+            raise UnknownChoiceError("asset", asset_id, self.by_id)
+        self.said = reviews_of(out, self.stops)
+        self.reviews = ReviewFile(out)
+        self.commands = Commands()
+        self.session: Session | None = None
+        self.stage = Stage(server, self.grabbed)
+        self.problems: list[str] = []
+        self.now: Stop = self.by_id[asset_id] if asset_id is not None else self.stops[0]
+        self.pace = 1.0
+        self.ended = threading.Event()
+        self.panel = Panel(server, self, engine, len(self.stops))
+        self.panel.theme()
+        server.on_client_connect(self._connected)
+        self.thread = threading.Thread(target=self._run, name="asset2sim-viewer", daemon=True)
+
+    @property
+    def address(self) -> str:
+        """Where the page is."""
+        return f"http://{self.server.get_host()}:{self.server.get_port()}"
+
+    def start(self) -> None:
+        """Open the first asset and simulate, in a thread."""
+        self.go(self.now.asset_id)
+        self.thread.start()
+
+    def wait(self) -> None:
+        """Until it is stopped."""
+        # Waiting without an end would not hear Ctrl-C on every system.
+        while not self.ended.wait(1.0):
+            pass
+
+    def stop(self) -> None:
+        """End the thread."""
+        self.ended.set()
+        self.thread.join()
+
+    # What the page wants.
+
+    def go(self, asset_id: str) -> None:
+        """See ``Wishes``."""
+        self.commands.put(lambda: self._open(self.by_id[asset_id]))
+
+    def walk(self, by: int) -> None:
+        """See ``Wishes``."""
+        self.commands.put(lambda: self._walk(by))
+
+    def choose(self) -> None:
+        """See ``Wishes``."""
+
+        def begin() -> None:
+            found = self._chosen()
+            if found and self.now not in found:
+                self._open(found[0])
+            self.panel.list(found, self.now.asset_id)
+            if not found:
+                self._tell([f"no {self.panel.show} here"])
+
+        self.commands.put(begin)
+
+    def again(self) -> None:
+        """See ``Wishes``."""
+        self.commands.put(lambda: self._open(self.now))
+
+    def act(self, name: str) -> None:
+        """See ``Wishes``."""
+
+        def done() -> None:
+            session = self._session()
+            {RESET: session.reset, DROP: session.drop, NUDGE: session.nudge}[name]()
+            if name == RESET:
+                self.problems = []
+                self.panel.rest()
+
+        self.commands.put(done)
+
+    def tilt(self) -> None:
+        """See ``Wishes``."""
+        x, y = (math.radians(slider.value) for slider in self.panel.tilts)
+        self.commands.put(lambda: self._session().tilt(x, y))
+
+    def put(self, joint: str) -> None:
+        """See ``Wishes``."""
+        self.commands.put(lambda: self._session().set_position(joint, self.panel.share(joint)))
+
+    def press(self, joint: str) -> None:
+        """See ``Wishes``."""
+        self.commands.put(lambda: self._session().set_effort(joint, self.panel.effort(joint)))
+
+    def draw(self) -> None:
+        """See ``Wishes``."""
+        self.commands.put(lambda: self.stage.overlay(self.panel.overlays))
+
+    def review(self, verdict: str) -> None:
+        """See ``Wishes``."""
+        # Of what the page shows now: when it is the command's turn, another asset may be open.
+        stop, note, who = self.panel.stop, self.panel.note.value.strip(), self.panel.who.value.strip() or "unknown"
+        if stop is not None:
+            self.commands.put(lambda: self._review(stop, verdict, note, who))
+
+    def grabbed(self, side: str, phase: str, link: str, held: Array, target: Array) -> None:
+        """A part is dragged on the page: see ``Grabbed``."""
+
+        def done() -> None:
+            if phase == "start":
+                self._session().grab(side, link, held)
+            self._session().drag(target)
+            if phase == "end":
+                self._session().release()
+
+        self.commands.put(done)
+
+    # The simulation's thread.
+
+    def _run(self) -> None:
+        before, read_at, late = time.perf_counter(), 0.0, 0.0
+        while not self.ended.is_set():
+            self.commands.obey(self._failed)
+            began = time.perf_counter()
+            late, before = late + began - before, began
+            try:
+                late = self._advance(late, began)
+                if self.session is not None:
+                    self.stage.move(self.session)
+                if began - read_at > READ_S:
+                    read_at = began
+                    self._read()
+            except Exception as error:  # whatever an engine or a page does, the viewer goes on
+                self._failed(error)
+            self.ended.wait(max(0.0, began + FRAME_S - time.perf_counter()))
+        self._close()
+
+    def _failed(self, error: Exception) -> None:
+        """Say it in a line on the page, and, of what is nobody's mistake, all in the log, once."""
+        line = one_line(error)
+        if not isinstance(error, Asset2SimError) and line not in self.problems:
+            logger.error("the viewer goes on", exc_info=error)
+        self._tell([line])
+
+    def _advance(self, late: float, began: float) -> float:
+        """Simulate ``late`` seconds, as far as there is time; what is left of less than a step, s."""
+        if self.session is None or not self.panel.run.value or late > 1.0:
+            return 0.0
+        count = math.floor(late / self.settings.timestep_s)
+        left = late - count * self.settings.timestep_s
+        done = 0
+        while done < count and time.perf_counter() - began < STEPPING_S:
+            some = min(CHUNK, count - done)
+            self.session.step(some)
+            done += some
+        if count:
+            self.pace = 0.9 * self.pace + 0.1 * done / count
+        return left
+
+    def _read(self) -> None:
+        if self.session is None:
+            return
+        moving = self.session.moving()
+        first = moving.get(REFINED)
+        self.panel.read(
+            {name: side.readings() for name, side in moving.items()},
+            {} if first is None else first.positions(),
+            self.pace,
+        )
+        self.stage.touch(self.session)
+        self._tell(self.problems)
+
+    def _open(self, stop: Stop) -> None:
+        self._close()
+        self.now, self.problems = stop, []
+        found: dict[str, Subject | str] = {REFINED: self._subject(lambda: refined_of(self.out, stop))}
+        refined = found[REFINED]
+        if self.panel.beside.value:
+            held = isinstance(refined, Subject) and refined.held
+            found[RAW] = self._subject(lambda: raw_of(stop, held=held))
+        self.session = Session(found, Engine(self.panel.engine.value), self.settings)
+        scale = refined.scale if isinstance(refined, Subject) and not self.panel.true_size.value else 1.0
+        for name, subject in found.items():
+            if isinstance(subject, Subject):
+                try:
+                    side = self.session.moving().get(name)
+                    self.stage.show(name, subject, side, scale if name == RAW else 1.0, self.panel.overlays)
+                except Exception as error:  # an object that cannot be drawn can be simulated
+                    self.problems.append(f"{name}: {one_line(error)}")
+        self.stage.arrange(found)
+        said = self.said.get(stop.asset_id)
+        stops = self._chosen()
+        self.panel.list(stops if stop in stops else (*stops, stop), stop.asset_id)
+        place = f"{stops.index(stop) + 1} of {len(stops)}" if stop in stops else f"of {len(self.stops)}"
+        first = self.session.sides.get(REFINED)
+        self.panel.fill(stop, place, said, [] if first is None else list(first.joints.values()))
+        self.tilt()
+        self._tell(self.problems)
+
+    def _subject(self, make: Callable[[], Subject]) -> Subject | str:
+        try:
+            return make()
+        except Exception as error:  # a failed asset may fail here in as many ways
+            return one_line(error)
+
+    def _connected(self, client: viser.ClientHandle) -> None:
+        self.commands.put(lambda: self.stage.look(client))
+
+    def _walk(self, by: int) -> None:
+        stops = self._chosen()
+        if not stops:
+            self._tell([f"no {self.panel.show} here"])
+            return
+        # Reviewed, the open one may have left the list: go on from where it stood.
+        ids = [stop.asset_id for stop in stops]
+        if self.now in stops:
+            place = stops.index(self.now) + by
+        else:
+            after = sum(asset_id < self.now.asset_id for asset_id in ids)
+            place = after if by > 0 else after - 1
+        self._open(stops[place % len(stops)])
+
+    def _chosen(self) -> tuple[Stop, ...]:
+        return chosen(self.stops, self.said, self.panel.show)
+
+    def _review(self, stop: Stop, verdict: str, note: str, who: str) -> None:
+        review = Review(stop.run_id, stop.asset_id, stop.method, stop.model, datetime.now(UTC), who, verdict, note)
+        self.reviews.add(review)
+        self.said = reviews_of(self.out, self.stops)
+        if self.panel.on.value and self.now is stop:
+            self._walk(1)
+        elif self.now is stop:
+            self.panel.review(self.said.get(stop.asset_id))
+
+    def _session(self) -> Session:
+        if self.session is None:
+            raise UsageError("nothing is open")
+        return self.session
+
+    def _tell(self, problems: list[str]) -> None:
+        self.problems = problems
+        inner = {} if self.session is None else self.session.problems
+        self.panel.tell([*problems, *(f"{name}: {line}" for name, line in inner.items())])
+
+    def _close(self) -> None:
+        self.stage.clear()
+        if self.session is not None:
+            self.session.__exit__(None, None, None)
+            self.session = None

@@ -1,0 +1,147 @@
+"""The assets of an OUT in the order in which a person walks through them, and what is known of each."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from datetime import datetime
+from enum import StrEnum
+from pathlib import Path
+
+import pandas as pd
+
+from asset2sim.catalog.index import ASSETS_FOLDER, latest_by_asset
+from asset2sim.catalog.read import read_table
+from asset2sim.catalog.storage.cache import reading_folder
+from asset2sim.catalog.storage.mirror import pull
+from asset2sim.runs.remote.fetch_asset import fetch_asset
+from asset2sim.viewer.subject import Subject, raw_subject, refined_subject
+from schemas.location import is_url, location_of
+from schemas.vocabulary import Method, Status
+
+
+class Show(StrEnum):
+    """Which assets to walk through."""
+
+    ALL = "all"
+    FAILURES = "failures"
+    NEW = "new failures"
+    """Those of the latest run that did not fail in the run before."""
+    UNREVIEWED = "unreviewed failures"
+
+
+@dataclass(frozen=True)
+class Stop:
+    """An asset as it is in the catalog. ``new``: it fails in the latest run and did not before."""
+
+    asset_id: str
+    method: str
+    model: str
+    run_id: str
+    category: str
+    failed: bool
+    failure_mode: str
+    reason: str
+    prompt: str
+    refined: str | None
+    source: str
+    new: bool
+
+
+@dataclass(frozen=True)
+class Said:
+    """The latest review of an asset; ``current``: of the asset as it is now."""
+
+    verdict: str
+    note: str
+    reviewer: str
+    at: datetime
+    current: bool
+
+
+def stops_of(out: Path | str) -> tuple[Stop, ...]:
+    """Every asset of OUT by its id, as the latest run of any method and model left it. Raises UsageError where OUT has
+    no catalog."""
+    assets, history = read_table(out, "assets"), read_table(out, "asset_history")
+    new = new_failures(history)
+    rows = latest_by_asset([{str(name): value for name, value in row.items()} for row in assets.to_dict("records")])
+    return tuple(
+        Stop(
+            asset_id=asset_id,
+            method=row["method"],
+            model=row["model"],
+            run_id=row["run_id"],
+            category=row["category"],
+            failed=row["status"] == Status.FAILED,
+            failure_mode=row["failure_mode"],
+            reason=row["reason"],
+            prompt=_text(row["prompt"]),
+            refined=_text(row["refined_path"]) or None,
+            source=row["source_path"],
+            new=(asset_id, row["method"], row["model"]) in new,
+        )
+        for asset_id, row in sorted(rows.items())
+    )
+
+
+def new_failures(history: pd.DataFrame) -> set[tuple[str, str, str]]:
+    """Keys of the assets that fail in the latest run and, in the last run before it that had them, did not."""
+    if history.empty:
+        return set()
+    ordered = history.sort_values("started_at")
+    latest = ordered.iloc[-1]["run_id"]
+    key = ["asset_id", "method", "model"]
+    before = ordered[ordered["run_id"] != latest].groupby(key)["status"].last()
+    failed = ordered[(ordered["run_id"] == latest) & (ordered["status"] == Status.FAILED)]
+    keys = [(str(a), str(b), str(c)) for a, b, c in failed[key].itertuples(index=False, name=None)]
+    return {item for item in keys if before.get(item) != Status.FAILED}
+
+
+def reviews_of(out: Path | str, stops: Sequence[Stop]) -> dict[str, Said]:
+    """Asset id → the latest review of it."""
+    found = {}
+    runs = {(stop.asset_id, stop.method, stop.model): stop.run_id for stop in stops}
+    for row in read_table(out, "reviews").sort_values("reviewed_at").to_dict("records"):
+        run_id = runs.get((row["asset_id"], row["method"], row["model"]))
+        if run_id is not None:
+            at = row["reviewed_at"].to_pydatetime()
+            found[str(row["asset_id"])] = Said(
+                row["verdict"], row["note"], row["reviewer"], at, row["run_id"] == run_id
+            )
+    return found
+
+
+def chosen(stops: Sequence[Stop], said: dict[str, Said], show: Show) -> tuple[Stop, ...]:
+    """The stops that are to be walked through."""
+    match show:
+        case Show.FAILURES:
+            return tuple(stop for stop in stops if stop.failed)
+        case Show.NEW:
+            return tuple(stop for stop in stops if stop.new)
+        case Show.UNREVIEWED:
+            done = {asset_id for asset_id, review in said.items() if review.current}
+            return tuple(stop for stop in stops if stop.failed and stop.asset_id not in done)
+    return tuple(stops)
+
+
+def refined_of(out: Path | str, stop: Stop) -> Subject:
+    """The refined object, downloaded where OUT is a URL. Raises AssetError or StoreError."""
+    if stop.refined is None:
+        raise FileNotFoundError(f"nothing was written of it: {stop.reason}")
+    place = location_of(out)
+    if is_url(place):
+        folder = reading_folder(place)
+        pull(place, folder, (f"{ASSETS_FOLDER}/{stop.asset_id}/",))
+        return refined_subject(folder / ASSETS_FOLDER / stop.asset_id)
+    return refined_subject(place / stop.refined)
+
+
+def raw_of(stop: Stop, *, held: bool) -> Subject:
+    """The object as it came, downloaded where its dataset is behind a URL. Raises AssetError or StoreError."""
+    source = location_of(stop.source)
+    folder = fetch_asset(source, Method(stop.method)) if is_url(source) else source
+    if not folder.is_dir():
+        raise FileNotFoundError(f"{folder} is not here: run the viewer from the folder of the run")
+    return raw_subject(folder, held=held)
+
+
+def _text(value: object) -> str:
+    return value if isinstance(value, str) else ""
