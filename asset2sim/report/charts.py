@@ -33,7 +33,7 @@ theme.tick_font_char_height, theme.tick_font_char_width = 11, 6
 theme.axis_title_gap, theme.margin = 5, 0.025
 
 
-class Straight(Scale):
+class Straight(Scale):  # type: ignore[misc]
     """A linear scale without leather's search for ticks, which takes most of a chart's time."""
 
     def __init__(self, low: float, high: float) -> None:

@@ -98,13 +98,16 @@ def _share(name: str, now: Row, then: Row | None, column: str, better: int) -> F
     if then is None:
         return Figure(name, shown, change=percent(now[column], now["assets"]) if now["assets"] else "")
     step = now[column] - then[column]
-    return Figure(
-        name, shown, f"{then[column]} of {then['assets']}", f"{step:+d}" if step else "same", (step * better > 0) if step else None
-    )  # fmt: skip
+    change, improved = (f"{step:+d}", step * better > 0) if step else ("same", None)
+    return Figure(name, shown, f"{then[column]} of {then['assets']}", change, improved)
 
 
 def _count(
-    name: str, now: Row, then: Row | None, of: Callable[[Row], float], shown: Callable[[float], str] = lambda v: f"{v:,}"
+    name: str,
+    now: Row,
+    then: Row | None,
+    of: Callable[[Row], float],
+    shown: Callable[[float], str] = lambda v: f"{v:,}",
 ) -> Figure:
     return Figure(name, shown(of(now)), NOTHING if then is None else shown(of(then)))
 
@@ -189,7 +192,10 @@ def distributions(found: Snapshot, assets: Sequence[Row], efforts: Mapping[tuple
         ("Time", "s", [row["seconds_total"] for row in assets], "to refine an object"),
         ("Cost", "USD", costs, "of an object's model calls"),
     ]
-    made = [Chart(title, histogram(values, unit, f"{title}: objects by {unit}"), note) for title, unit, values, note in charts]
+    made = [
+        Chart(title, histogram(values, unit, f"{title}: objects by {unit}"), note)
+        for title, unit, values, note in charts
+    ]
     return [chart for chart in made if chart.svg]
 
 
@@ -203,7 +209,8 @@ def opening_efforts(interactions: pd.DataFrame) -> dict[tuple[str, ...], float]:
     """(asset, method, model) → the force that its hardest joint takes to open at its part's edge, N."""
     opening = (interactions["test"] == "effort") & interactions["reason"].str.startswith("opening")
     grouped = interactions[opening].groupby(list(ASSET_KEY))["value"].max()
-    return {tuple(map(str, key)): float(value) for key, value in grouped.items() if np.isfinite(value)}
+    found: dict[Any, float] = grouped.to_dict()
+    return {key: value for key, value in found.items() if np.isfinite(value)}
 
 
 def columns(

@@ -1,5 +1,6 @@
 """What an object's page shows: its row and all that belongs to it, in the words of people who handle objects."""
 
+import re
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -54,7 +55,9 @@ class Picture:
     caption: str
 
 
-def object_page(asset: Row, own: Rows, others: Sequence[Row], files: Collection[str], calls: Sequence[Exchange]) -> dict[str, Any]:
+def object_page(
+    asset: Row, own: Rows, others: Sequence[Row], files: Collection[str], calls: Sequence[Exchange]
+) -> dict[str, Any]:
     """The template's values for the page of an asset; ``own`` are its rows by table, ``others`` its other refinements,
     ``files`` what lies beside the page."""
     checks = own["interactions"]
@@ -68,8 +71,8 @@ def object_page(asset: Row, own: Rows, others: Sequence[Row], files: Collection[
         "pictures": pictures(asset, files),
         "loops": loops(asset, files),
         "asked": asked(asset, own),
-        "links": own["links"],
-        "joints": [joint_words(joint, checks) for joint in own["joints"]],
+        "links": in_order(own["links"], "link"),
+        "joints": [joint_words(joint, checks) for joint in in_order(own["joints"], "joint")],
         "findings": sorted(own["findings"], key=lambda item: SEVERITIES.index(item["severity"])),
         "phi": phi_plot(own["trace"]),
         "trace": own["trace"],
@@ -82,6 +85,11 @@ def object_page(asset: Row, own: Rows, others: Sequence[Row], files: Collection[
         "sources": SOURCES,
         "loaders": LOADERS if asset["refined_path"] else (),
     }
+
+
+def in_order(items: Sequence[Row], name: str) -> list[Row]:
+    """Rows by a name's words and numbers: ``joint_2`` before ``joint_10``."""
+    return sorted(items, key=lambda row: [(len(word), word) for word in re.split(r"(\d+)", str(row[name]))])
 
 
 def facts(asset: Row) -> list[tuple[str, str, str]]:
@@ -159,18 +167,25 @@ def asked(asset: Row, own: Rows) -> list[tuple[str, str, bool | None]]:
 def joint_words(joint: Row, checks: Sequence[Row]) -> dict[str, Any]:
     """A joint for the table: its triplet with units and sources, where it is, and what that means to a hand."""
     slides, units = joint["position_unit"] == "m", UNITS[joint["position_unit"]]
-    limits = "turns for ever" if joint["lower"] is None else f"{position(joint['lower'], slides)} to {position(joint['upper'], slides)}"
+    limits = (
+        "turns for ever"
+        if joint["lower"] is None
+        else f"{position(joint['lower'], slides)} to {position(joint['upper'], slides)}"
+    )
     return {
         "joint": joint["joint"],
         "type": joint["type"],
         "label": joint["label"],
         "terms": [
-            (name, number(joint[name], units[name]), joint[f"{name}_source"]) for name in ("damping", "friction", "stiffness")
+            (name, number(joint[name], units[name]), joint[f"{name}_source"])
+            for name in ("damping", "friction", "stiffness")
         ],
         "start": position(joint["initial_position"], slides),
         "start_source": joint["position_source"],
         "limits": limits,
-        "open": f"{position(joint['closed'], slides)} → {position(joint['open'], slides)}",
+        "open": ""
+        if joint["closed"] == joint["open"]
+        else f"{position(joint['closed'], slides)} → {position(joint['open'], slides)}",
         "felt": felt(joint, [row for row in checks if row["subject"] == joint["joint"]]),
     }
 
@@ -182,7 +197,8 @@ def phi_plot(trace: Sequence[Row]) -> str:
         return ""
     kept = [row["phi_after_mm"] if row["accepted"] else row["phi_before_mm"] for row in steps]
     told = [
-        f"step {row['step']}, {row['proposer']}: {number(value, 'mm')}, {'kept' if row['accepted'] else 'refused'}: {row['reason']}"
+        f"step {row['step']}, {row['proposer']}: {number(value, 'mm')}, "
+        f"{'kept' if row['accepted'] else 'refused'}: {row['reason']}"
         for row, value in zip(steps, kept, strict=True)
     ]
     points = [(float(index), float(value)) for index, value in enumerate(kept)]
@@ -204,13 +220,19 @@ def engines(own: Rows) -> dict[str, Any]:
         if any(value is not None for value in values):
             lines.append((what, [(number(value, unit), None) for value in values]))
     for test, words in CHECKS.items():
-        counts = []
-        for row in measured:
-            mine = [item["passed"] for item in own["interactions"]
-                    if item["engine"] == row["engine"] and item["test"] == test and item["passed"] is not None]  # fmt: skip
-            counts.append((f"{sum(mine)} of {len(mine)}", all(mine)) if mine else (NOTHING, None))
-        if any(passed is not None for _, passed in counts):
-            lines.append((words, counts))
+        mine = [row for row in own["interactions"] if row["test"] == test and row["passed"] is not None]
+        if mine:
+            lines.append(
+                (words, [_passed([item for item in mine if item["engine"] == row["engine"]]) for row in measured])
+            )
     lines.append(("time to verify", [(number(row["seconds"], "s"), None) for row in measured]))
-    return {"names": [f"{row['engine']} {row['engine_version']}" for row in measured], "lines": lines if measured else [],
-            "problems": [f"{row['engine']}: {row['problem']}" for row in measured if row["problem"]]}  # fmt: skip
+    return {
+        "names": [f"{row['engine']} {row['engine_version']}" for row in measured],
+        "lines": lines if measured else [],
+        "problems": [f"{row['engine']}: {row['problem']}" for row in measured if row["problem"]],
+    }
+
+
+def _passed(checks: Sequence[Row]) -> tuple[str, bool | None]:
+    passed = sum(bool(check["passed"]) for check in checks)
+    return (f"{passed} of {len(checks)}", passed == len(checks)) if checks else (NOTHING, None)

@@ -53,4 +53,3 @@ def write_before(raw: Path, reach: Reach, to: Path, log: Path) -> bool:
         logger.warning("no picture of %s as it came: %s", raw, outcome.reason)
     logger.debug("%s drawn in %.2f s", raw, time.monotonic() - start)
     return outcome.ending is Ending.RETURNED
-

@@ -3,40 +3,37 @@
 import hashlib
 import json
 import logging
-import os
 import shutil
 from collections.abc import Collection, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
-from typing import Any
-from urllib.parse import quote
 
-import pandas as pd
-from jinja2 import Environment, PackageLoader, StrictUndefined
 from markupsafe import Markup
 
 from asset2sim.assets.urdf.reach import Reach
+from asset2sim.catalog.read_remote import PARTS, repair_history
+from asset2sim.catalog.report_file import SITE_FOLDER as FOLDER
+from asset2sim.catalog.storage.cache import working_folder
 from asset2sim.catalog.storage.lock import lock_output
-from asset2sim.catalog.storage.mirror import push
-from asset2sim.catalog.storage.objects import StoreError, fetch_objects, remove_objects
-from asset2sim.catalog.text import number
+from asset2sim.catalog.storage.mirror import pull, push
+from asset2sim.catalog.storage.objects import StoreError, fetch_objects, remove_objects, store_usage_error
 from asset2sim.report.exchanges import exchanges_of
-from asset2sim.report.index_page import duration, index_page
+from asset2sim.report.index_page import index_page
 from asset2sim.report.object_page import object_page
+from asset2sim.report.page_files import render, source, write_text
 from asset2sim.report.pictures import BEFORE, LOOPS, SIZE, THUMB, write_after, write_before
 from asset2sim.report.snapshot import Row, Snapshot, newest, read_snapshot, rows, rows_of
-from schemas.errors import printable
 from schemas.inputs import InputSettings
 from schemas.location import is_url, location_of
 from schemas.table import ASSET_KEY
 from schemas.tables import TABLES
 
-FOLDER, OBJECTS, INDEX = "report", "objects", "index.html"
+OBJECTS, INDEX = "objects", "index.html"
 STATE = "pages.json"
 """Asset id → what its pictures and its page were made of."""
-ASSETS = ("report.css", "index.js")
+STYLE, SCRIPT = "report.css", "index.js"
 VIEW = "views/perspective.png"
 
 logger = logging.getLogger(__name__)
@@ -51,14 +48,24 @@ class Site:
     pages: int
 
 
-def page_path(asset_id: str) -> str:
-    """The address of an object's page, relative to the report's folder."""
-    return f"{OBJECTS}/{quote(asset_id, safe='')}/{INDEX}"
+def write_report_of(out: Path | str, *, workers: int = 1, anew: bool = False) -> Site:
+    """Write the report of OUT, a folder or a URL, behind which it then lies too. Raises UsageError where there is no
+    catalog or no store."""
+    place = location_of(out)
+    if not is_url(place):
+        return write_site(place, workers=workers, anew=anew)
+    # The folder in which runs of this machine work: there the answers of its models are.
+    folder = working_folder(place)
+    try:
+        with lock_output(folder, shown=place):
+            pull(place, folder, PARTS)
+            repair_history(folder)
+            return write_site(folder, place, workers=workers, anew=anew)
+    except StoreError as error:
+        raise store_usage_error(error) from error
 
 
-def write_site(
-    out: Path, url: str | None = None, *, workers: int = 1, before: bool = True, anew: bool = False
-) -> Site:
+def write_site(out: Path, url: str | None = None, *, workers: int = 1, before: bool = True, anew: bool = False) -> Site:
     """Write the report of OUT; ``out`` is the folder of this machine with its tables, ``url`` the URL that this
     mirrors, if it does. ``before`` draws objects as they came, where their files are here; ``anew`` makes every page
     anew. Raises UsageError where there is no catalog, OSError and StoreError where files cannot be written."""
@@ -76,20 +83,31 @@ def write_site(
         _write_pages(found, {name: assets[name] for name in changed}, out)
         for gone in state.keys() - assets.keys():
             shutil.rmtree(_object_folder(folder, gone), ignore_errors=True)
-        here = {name for name in assets if _object_folder(folder, name).joinpath(THUMB).is_file() or _had_thumb(state, name, url)}
-        _write(folder / INDEX, _render("index.html.jinja", index_page(found, here), ""))
-        for name in ASSETS:
-            _write(folder / name, _source(name))
+        here = {
+            name
+            for name in assets
+            if _object_folder(folder, name).joinpath(THUMB).is_file() or _had_thumb(state, name, url)
+        }
+        # The index holds all that it needs but pictures: it is sent alone, too.
+        whole = {"style": Markup(source(STYLE)), "script": Markup(source(SCRIPT))}
+        write_text(folder / INDEX, render("index.html.jinja", index_page(found, here) | whole, ""))
+        write_text(folder / STYLE, source(STYLE))
         thumbs = {name: "thumb" if name in here else "" for name in assets}
-        _write(folder / STATE, json.dumps({name: [drawn[name], pages[name], thumbs[name]] for name in assets}))
+        write_text(folder / STATE, json.dumps({name: [drawn[name], pages[name], thumbs[name]] for name in assets}))
         if url is not None:
             _send(url, out, changed, state.keys() - assets.keys())
     return Site(folder / INDEX, len(changed), len(assets))
 
 
 def _draw(
-    found: Snapshot, assets: Mapping[str, Row], out: Path, url: str | None, state: Mapping[str, Sequence[str]], workers: int, before: bool
-) -> dict[str, str]:  # fmt: skip
+    found: Snapshot,
+    assets: Mapping[str, Row],
+    out: Path,
+    url: str | None,
+    state: Mapping[str, Sequence[str]],
+    workers: int,
+    before: bool,
+) -> dict[str, str]:
     """Draw the pictures of what changed; asset id → what its pictures are made of now."""
     keys = {name: _picture_key(row, out, before) for name, row in assets.items()}
     todo = [name for name in assets if state.get(name, [""])[0] != keys[name]]
@@ -168,7 +186,7 @@ def _write_pages(found: Snapshot, assets: Mapping[str, Row], out: Path) -> None:
         calls = exchanges_of(out, mine["model_calls"])
         systems |= {call.question.system for call in calls if call.question is not None}
         values = object_page(asset, mine, others, {path.name for path in folder.iterdir()}, calls)
-        _write(folder / INDEX, _render("object.html.jinja", values, "../../"))
+        write_text(folder / INDEX, render("object.html.jinja", values, "../../"))
     _copy_systems(out, systems)
 
 
@@ -221,43 +239,12 @@ def _send(url: str, out: Path, changed: Sequence[str], gone: Collection[str]) ->
     folder = out / FOLDER
     names = [path for asset in changed for path in sorted(_object_folder(folder, asset).iterdir())]
     names += sorted((folder / "prompts").glob("*.txt"))
-    names += [folder / name for name in (*ASSETS, INDEX, STATE)]
+    names += [folder / name for name in (STYLE, INDEX, STATE)]
     push(url, out, [path.relative_to(out).as_posix() for path in names])
-    remove_objects([f"{url}/{FOLDER}/{OBJECTS}/{name}/{file}" for name in gone for file in (INDEX, BEFORE, "after.webp", THUMB, *LOOPS, SIZE)])
-
-
-def _write(path: Path, text: str) -> None:
-    """Write a file in one step; one that is the same stays."""
-    content = printable(text).encode("utf-8", "replace")
-    if path.is_file() and path.stat().st_size == len(content) and path.read_bytes() == content:
-        return
-    path.parent.mkdir(parents=True, exist_ok=True)
-    staged = path.with_name(f".{path.name}.new")
-    staged.write_bytes(content)
-    os.replace(staged, path)
-
-
-def _source(name: str) -> str:
-    return (Path(__file__).parent / "templates" / name).read_text(encoding="utf-8")
-
-
-def _render(template: str, values: Mapping[str, Any], root: str) -> str:
-    return _environment().get_template(template).render({**values, "root": root})
-
-
-@cache
-def _environment() -> Environment:
-    loader = PackageLoader("asset2sim.report")
-    made = Environment(loader=loader, autoescape=True, undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True)
-    made.filters |= {"number": number, "duration": duration, "page": page_path, "columns": _json, "moment": _moment, "svg": Markup}
-    return made
-
-
-def _json(value: object) -> Markup:
-    """JSON that can stand in a script element."""
-    text = json.dumps(value, separators=(",", ":"), ensure_ascii=False)
-    return Markup(text.replace("&", "\\u0026").replace("<", "\\u003c").replace(">", "\\u003e"))
-
-
-def _moment(time: pd.Timestamp) -> str:
-    return f"{time:%Y-%m-%d %H:%M} UTC"
+    remove_objects(
+        [
+            f"{url}/{FOLDER}/{OBJECTS}/{name}/{file}"
+            for name in gone
+            for file in (INDEX, BEFORE, "after.webp", THUMB, *LOOPS, SIZE)
+        ]
+    )

@@ -12,6 +12,9 @@ Row = Mapping[str, Any]
 ENDLESS_S = 600.0
 """Time to stop beyond which a joint is said not to, s."""
 
+UNFELT_N = 0.01
+"""Force that no hand feels, N: the weight of a gram."""
+
 
 def stopping_time_s(speed: float, inertia: float, damping: float, friction: float) -> float:
     """Time (s) in which damping and dry friction stop ``inertia`` from ``speed`` on a level path, to a twentieth where
@@ -57,7 +60,12 @@ def _opening(joint: Row, checks: Sequence[Row]) -> list[tuple[str, str]]:
         if rows:
             low, high = (least(row["value"] for row in rows) for least in (min, max))
             # Engines agree within a few per cent: one number where they do.
-            value = number(high, "N", 2) if high - low <= 0.1 * high else f"{number(low, digits=2)} to {number(high, 'N', 2)}"
+            value = (
+                number(high, "N", 2)
+                if high - low <= 0.1 * high
+                else f"{number(low, digits=2)} to {number(high, 'N', 2)}"
+            )
+            value = f"less than {number(UNFELT_N, 'N')}, which no hand feels," if high < UNFELT_N else value
             found.append((f"{way} takes", f"{value} at its edge{_usual(joint) if way == 'opening' else ''}"))
     return found
 

@@ -37,7 +37,9 @@ def keep_question(folder: Path, prompt_hash: str, request: ModelRequest) -> None
     """Write a question under its hash, and its system part, which all assets share, once. Of a conversation, whose
     questions have one hash, the longest is kept. Disk errors are ignored."""
     turns = tuple(
-        AskedTurn(role=turn.role, content=turn.content, tools=tuple(f"{c.name}({c.arguments})" for c in turn.tool_calls))
+        AskedTurn(
+            role=turn.role, content=turn.content, tools=tuple(f"{c.name}({c.arguments})" for c in turn.tool_calls)
+        )
         for turn in request.turns
     )
     system = hashlib.sha256(request.system.encode("utf-8", "replace")).hexdigest()[:16]

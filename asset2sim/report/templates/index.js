@@ -85,6 +85,7 @@ function card(i) {
     const image = new Image(72, 72);
     image.loading = "lazy";
     image.alt = "";
+    image.onerror = () => image.replaceWith(element("span", "blank", "no picture")); // the index was sent alone
     image.src = `objects/${encodeURIComponent(data.id[i])}/thumb.webp`;
     link.append(image);
   } else {
