@@ -61,8 +61,8 @@ class DottedLine(Line):  # type: ignore[misc]
         return group
 
 
-def histogram(values: Sequence[float], unit: str, title: str) -> str:
-    """Histogram of positive values, in bins of 1, 2, 5, 10, …; ``""`` where there are none."""
+def histogram(values: Sequence[float | None], unit: str, title: str, what: str = "object") -> str:
+    """Histogram of positive values, in bins of 1, 2, 5, 10, …; ``""`` where there are none. ``what`` is counted."""
     found = [value for value in values if value is not None and math.isfinite(value) and value > 0.0]
     if not found:
         return ""
@@ -71,9 +71,9 @@ def histogram(values: Sequence[float], unit: str, title: str) -> str:
     counts = [0] * (high - low + 1)
     for value in found:
         counts[_bin_of(value) - low] += 1
-    names = [number(edge) for edge in edges[:-1]]
+    names = [f"{edge:g}" for edge in edges[:-1]]
     told = [
-        f"{name} to {number(after, unit)}: {_objects(count)}"
+        f"{name} to {after:g} {unit}: {counted(count, what)}"
         for name, after, count in zip(names, edges[1:], counts, strict=True)
     ]
     every = max(1, math.ceil(len(names) / 9))
@@ -137,8 +137,9 @@ def _edge(index: int) -> float:
     return float(f"{10.0 ** (index // 3) * DECADE[index % 3]:.6g}")
 
 
-def _objects(count: int) -> str:
-    return "1 object" if count == 1 else f"{count} objects"
+def counted(count: int, what: str) -> str:
+    """A count of things: "1 object", "2 objects"."""
+    return f"1 {what}" if count == 1 else f"{count} {what}s"
 
 
 def _svg(chart: Any, title: str, told: Sequence[str]) -> str:

@@ -136,7 +136,10 @@ def failure_tables(assets: Sequence[Row], runs: Sequence[Row]) -> list[Table]:
     methods = _table("by method and model", "method", assets, method_of)
     months: dict[str, Row] = {f"{run['started_at']:%Y-%m}": run for run in runs}
     counted = {month: json.loads(run["failure_modes_json"]) for month, run in months.items()}
-    modes = tuple(dict.fromkeys(m for month in counted.values() for m in month if m != FailureMode.NONE))
+    every = Counter[str]()
+    for modes_of in counted.values():
+        every.update(modes_of)
+    modes = tuple(mode for mode, _ in every.most_common() if mode != FailureMode.NONE)
     lines = tuple(
         (month, run["assets"], percent(run["ok"], run["assets"]) if run["assets"] else NOTHING,
          tuple(counted[month].get(mode, 0) for mode in modes))
@@ -182,19 +185,18 @@ def distributions(found: Snapshot, assets: Sequence[Row], efforts: Mapping[tuple
     """Histograms of what was given and measured, without those that have nothing to show."""
     joints = found.tables["joints"]
     sliders = joints["position_unit"] == "m"
-    costs = [row["cost_usd"] for row in assets]
-    charts = [
-        ("Mass", "kg", [row["mass_kg"] for row in assets], "of whole objects"),
-        ("Size", "m", [longest(row) for row in assets], "longest edge of an object"),
-        ("Damping of hinges", "N·m·s/rad", joints.loc[~sliders, "damping"].tolist(), "of every hinge"),
-        ("Damping of sliders", "N·s/m", joints.loc[sliders, "damping"].tolist(), "of every drawer, key and button"),
-        ("Opening effort", "N", list(efforts.values()), "the hardest joint of an object, at its part's edge"),
-        ("Time", "s", [row["seconds_total"] for row in assets], "to refine an object"),
-        ("Cost", "USD", costs, "of an object's model calls"),
-    ]
+    charts = (
+        ("Mass", "kg", [row["mass_kg"] for row in assets], "object", "of whole objects"),
+        ("Size", "m", [longest(row) for row in assets], "object", "longest edge of an object"),
+        ("Damping of hinges", "N·m·s/rad", joints.loc[~sliders, "damping"].tolist(), "hinge", "of every hinge"),
+        ("Damping of sliders", "N·s/m", joints.loc[sliders, "damping"].tolist(), "slider", "drawers, keys, buttons"),
+        ("Opening effort", "N", list(efforts.values()), "object", "the hardest joint of an object, at its part's edge"),
+        ("Time", "s", [row["seconds_total"] for row in assets], "object", "to refine an object"),
+        ("Cost", "USD", [row["cost_usd"] for row in assets], "object", "of an object's model calls"),
+    )
     made = [
-        Chart(title, histogram(values, unit, f"{title}: objects by {unit}"), note)
-        for title, unit, values, note in charts
+        Chart(title, histogram(values, unit, f"{title}, {unit}: how many {what}s have it", what), note)
+        for title, unit, values, what, note in charts
     ]
     return [chart for chart in made if chart.svg]
 

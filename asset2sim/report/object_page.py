@@ -87,6 +87,11 @@ def object_page(
     }
 
 
+def visible(value: float | None, unit: str) -> str:
+    """A number with its unit; what is too small to matter as less than a thousandth."""
+    return f"< 0.001 {unit}" if value is not None and 0.0 < value < 1e-3 else number(value, unit)
+
+
 def in_order(items: Sequence[Row], name: str) -> list[Row]:
     """Rows by a name's words and numbers: ``joint_2`` before ``joint_10``."""
     return sorted(items, key=lambda row: [(len(word), word) for word in re.split(r"(\d+)", str(row[name]))])
@@ -105,7 +110,7 @@ def facts(asset: Row) -> list[tuple[str, str, str]]:
         ("support", f"{asset['support'] or NOTHING}{mount}", asset["support_source"]),
         ("contact friction", number(asset["contact_friction"]), ""),
         ("overlap Φ", number(asset["penetration_mm"], "mm"), ""),
-        ("drift", number(None if asset["drift_m"] is None else 1e3 * asset["drift_m"], "mm"), ""),
+        ("drift", visible(None if asset["drift_m"] is None else 1e3 * asset["drift_m"], "mm"), ""),
         ("links, joints", f"{asset['n_links']}, {asset['n_joints']}", ""),
     ]
     return [(what, value, source or "") for what, value, source in found]
@@ -218,7 +223,7 @@ def engines(own: Rows) -> dict[str, Any]:
     ):  # fmt: skip
         values = [None if row[column] is None else factor * row[column] for row in measured]
         if any(value is not None for value in values):
-            lines.append((what, [(number(value, unit), None) for value in values]))
+            lines.append((what, [(visible(value, unit), None) for value in values]))
     for test, words in CHECKS.items():
         mine = [row for row in own["interactions"] if row["test"] == test and row["passed"] is not None]
         if mine:

@@ -14,6 +14,7 @@ from markupsafe import Markup
 from asset2sim.catalog.report_file import page_path
 from asset2sim.catalog.storage.cache import cache_root
 from asset2sim.catalog.text import number
+from asset2sim.report.charts import counted
 from asset2sim.report.index_page import duration
 from schemas.errors import printable
 
@@ -62,6 +63,7 @@ def _environment() -> Environment:
     )
     made.filters |= {
         "number": number,
+        "counted": counted,
         "duration": duration,
         "page": page_path,
         "columns": _json,

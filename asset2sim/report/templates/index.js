@@ -97,7 +97,8 @@ function card(i) {
   const what = [data.words.category[data.category[i]], data.words.support[data.support[i]]];
   if (data.words.method.length > 1) what.push(data.words.method[data.method[i]]);
   if (data.change[i]) what.push(data.change[i] === 1 ? "new failure" : "mended");
-  const numbers = [figure(data.size[i], "m"), figure(data.mass[i], "kg"), figure(data.effort[i], "N"), figure(data.seconds[i], "s")];
+  const force = data.effort[i] === null ? null : `opens at ${data.effort[i] < 0.01 ? "< 0.01" : data.effort[i]} N`;
+  const numbers = [figure(data.size[i], "m"), figure(data.mass[i], "kg"), force];
   link.append(name, element("span", "line", what.join(" · ")), element("span", "line", numbers.filter(Boolean).join(" · ")));
   if (data.reason[i]) link.append(element("span", "reason", data.reason[i]));
   item.append(link);
