@@ -200,7 +200,14 @@ def test_thousands_of_objects_are_a_small_page_that_answers_at_once(tab: Tab, la
         });
         return times.sort((a, b) => a - b)[2];
     }"""
-    asked = [("category", "Kind 7"), ("category", ""), ("status", "failed"), ("status", ""), ("q", "small 12"), ("q", "")]
+    asked = [
+        ("category", "Kind 7"),
+        ("category", ""),
+        ("status", "failed"),
+        ("status", ""),
+        ("q", "small 12"),
+        ("q", ""),
+    ]
     took = {f"{name}={value}": page.evaluate(measure, [name, value]) for name, value in asked}
     took |= {f"sort={name}": page.evaluate(measure, ["sort", name]) for name in ("mass", "id", "effort")}
     # The middle of five: other work on the machine delays one.

@@ -64,6 +64,7 @@ def _environment() -> Environment:
     made.filters |= {
         "number": number,
         "counted": counted,
+        "place": _place,
         "duration": duration,
         "page": page_path,
         "columns": _json,
@@ -85,6 +86,13 @@ def _code_words(text: str) -> Markup:
     return Markup("").join(
         Markup("<code>{}</code>").format(part) if index % 2 else part for index, part in enumerate(text.split("`"))
     )
+
+
+def _place(path: str, parts: int = 2) -> Markup:
+    """The end of a path, which says what it is; all of it where somebody points at it."""
+    words = path.rstrip("/").split("/")
+    shown = path if len(words) <= parts + 1 else "…/" + "/".join(words[-parts:])
+    return Markup('<code title="{}">{}</code>').format(path, shown)
 
 
 def _moment(time: pd.Timestamp) -> str:

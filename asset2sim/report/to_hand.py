@@ -12,6 +12,10 @@ Row = Mapping[str, Any]
 ENDLESS_S = 600.0
 """Time to stop beyond which a joint is said not to, s."""
 
+NO_MOTION = 1e-6
+"""Position, m or rad, that is 0 to anybody."""
+AT_ONCE_S = 0.02
+"""Time that nobody sees, s."""
 UNFELT_N = 0.01
 """Force that no hand feels, N: the weight of a gram."""
 
@@ -50,7 +54,8 @@ def _coasting(joint: Row) -> str:
         return f"{given} it coasts on: nothing brakes it"
     way = glide(speed, inertia / damping, friction / inertia) if damping > 0.0 and inertia > 0.0 else None
     far = "" if way is None else f", after {position(way, slides)}"
-    return f"{given} on the level it stops in {number(seconds, 's', 2)}{far}"
+    when = "at once" if seconds < AT_ONCE_S else f"in {number(seconds, 's', 2)}"
+    return f"{given} on the level it stops {when}{far}"
 
 
 def _opening(joint: Row, checks: Sequence[Row]) -> list[tuple[str, str]]:
@@ -104,4 +109,5 @@ def position(value: float | None, slides: bool) -> str:
     """A joint position for people: mm for a slider, degrees for a hinge."""
     if value is None:
         return "–"
+    value = 0.0 if abs(value) < NO_MOTION else value
     return number(1e3 * value, "mm", 3) if slides else f"{number(math.degrees(value), digits=3)}°"
