@@ -65,9 +65,10 @@ def test_the_figures_stand_beside_those_of_the_run_before_over_the_same(tmp_path
     values = index_page(read_snapshot(tmp_path), set())
     data = values["data"]
     assert dict(zip(data["id"], data["change"], strict=True)) == {"a": 1, "b": 2, "x": 0}
-    categories, _, months = values["tables"]
-    assert categories.modes == ("drift",) and categories.lines[0][:2] == ("Box", 3)
-    assert months.lines[0][0] == f"{datetime.now(UTC):%Y-%m}" and months.lines[0][3] == (1,)
+    categories, methods, months = values["groups"]
+    assert values["modes"] == ("drift",) and categories.lines == (("Box", 3, "66.7 %", (1,)),)
+    assert methods.lines == (("asset2sim, prior/household", 3, "66.7 %", (1,)),)
+    assert months.lines == ((f"{datetime.now(UTC):%Y-%m}", 2, "50.0 %", (1,)),)
 
 
 def test_of_several_methods_the_page_is_of_the_last_and_the_index_has_all(tmp_path: Path) -> None:

@@ -39,14 +39,13 @@ class Chart(NamedTuple):
     note: str
 
 
-class Table(NamedTuple):
-    """Failures counted by something: the modes that occur, and a line for each value."""
+class Group(NamedTuple):
+    """Failures counted by something: a line for each of its values, (value, objects, share that passes, failures of
+    each mode). ``by`` is its name in the list's filter, "" where it has none."""
 
     title: str
     by: str
-    modes: tuple[str, ...]
     lines: tuple[tuple[str, int, str, tuple[int, ...]], ...]
-    """Value, objects, share that passes, failures of each mode."""
     rest: int = 0
     """Values without a failure, which have no line."""
 
@@ -60,7 +59,8 @@ def index_page(found: Snapshot, pictures: Collection[str]) -> dict[str, Any]:
         "before": found.before,
         "model": described(str(found.run["model"])),
         "figures": figures(found),
-        "tables": failure_tables(assets, found.runs),
+        "modes": (modes := failure_modes(assets, found.runs)),
+        "groups": failure_groups(assets, found.runs, modes),
         "history": history(found.runs),
         "charts": distributions(found, assets, efforts),
         "data": columns(found, assets, efforts, pictures),
@@ -83,12 +83,12 @@ def figures(found: Snapshot) -> list[Figure]:
         figures += [Figure("new failures", str(changes["new"]), better=changes["new"] == 0 or None)]
         figures += [Figure("mended", str(changes["mended"]), better=True if changes["mended"] else None)]
     figures += [
-        _count("refined in this run", now, then, lambda run: run["assets"] - (run["unchanged"] or 0)),
+        _count("refined", now, then, lambda run: run["assets"] - (run["unchanged"] or 0)),
         _count("model calls", now, then, lambda run: run["queries"]),
         _count("tokens", now, then, lambda run: run["prompt_tokens"] + run["completion_tokens"]),
         _count("cost, USD", now, then, lambda run: run["cost_usd"], lambda value: f"{value:.2f}"),
         _count("wall time", now, then, lambda run: run["seconds"], duration),
-        _count("work on objects", now, then, lambda run: run["asset_seconds"], duration),
+        _count("work", now, then, lambda run: run["asset_seconds"], duration),
     ]
     return figures
 
@@ -130,38 +130,51 @@ def _changes(found: Snapshot) -> dict[tuple[str, ...], str]:
     return {key: "new" if was == ok else "mended" for key, (was, _) in changed.items()}
 
 
-def failure_tables(assets: Sequence[Row], runs: Sequence[Row]) -> list[Table]:
+def failure_modes(assets: Sequence[Row], runs: Sequence[Row]) -> tuple[str, ...]:
+    """The failure modes of the objects as they are, the most frequent first, and then those of earlier months."""
+    every = Counter(row["failure_mode"] for row in assets)
+    earlier = Counter[str]()
+    for run in _months(runs).values():
+        earlier.update(json.loads(run["failure_modes_json"]))
+    named = dict.fromkeys(mode for counted in (every, earlier) for mode, _ in counted.most_common())
+    return tuple(mode for mode in named if mode != FailureMode.NONE)
+
+
+def failure_groups(assets: Sequence[Row], runs: Sequence[Row], modes: Sequence[str]) -> list[Group]:
     """Failures by category and by method, of all objects as they are, and by month, of each month's last run."""
-    found = [_table("by category", "category", assets, lambda row: row["category"] or "none stated")]
-    methods = _table("by method and model", "method", assets, method_of)
-    months: dict[str, Row] = {f"{run['started_at']:%Y-%m}": run for run in runs}
-    counted = {month: json.loads(run["failure_modes_json"]) for month, run in months.items()}
-    every = Counter[str]()
-    for modes_of in counted.values():
-        every.update(modes_of)
-    modes = tuple(mode for mode, _ in every.most_common() if mode != FailureMode.NONE)
-    lines = tuple(
-        (month, run["assets"], percent(run["ok"], run["assets"]) if run["assets"] else NOTHING,
-         tuple(counted[month].get(mode, 0) for mode in modes))
-        for month, run in sorted(months.items(), reverse=True)
-    )  # fmt: skip
-    return [*found, methods, Table("by month, at its last run", "", modes, lines)]
+    months = {month: Counter[str](json.loads(run["failure_modes_json"])) for month, run in _months(runs).items()}
+    newest = dict(sorted(months.items(), reverse=True))
+    return [
+        _group("by category", "category", _counted(assets, lambda row: row["category"] or "none stated"), modes),
+        _group("by method and model", "method", _counted(assets, method_of), modes, every=True),
+        Group("by month, at its last run", "", tuple(_line(*item, modes) for item in newest.items())),
+    ]
 
 
-def _table(title: str, by: str, assets: Sequence[Row], of: Callable[[Row], str]) -> Table:
+def _months(runs: Sequence[Row]) -> dict[str, Row]:
+    return {f"{run['started_at']:%Y-%m}": run for run in runs}
+
+
+def _counted(assets: Sequence[Row], of: Callable[[Row], str]) -> dict[str, Counter[str]]:
     counted: dict[str, Counter[str]] = defaultdict(Counter)
     for row in assets:
         counted[of(row)][row["failure_mode"]] += 1
-    ok = FailureMode.NONE.value
-    every = Counter(row["failure_mode"] for row in assets)
-    modes = tuple(mode for mode, _ in every.most_common() if mode != ok)
-    failing = {name: modes_of for name, modes_of in counted.items() if modes_of.total() > modes_of[ok]}
-    shown = failing or (counted if len(counted) == 1 else {})
-    lines = tuple(
-        (name, of_it.total(), percent(of_it[ok], of_it.total()), tuple(of_it[mode] for mode in modes))
-        for name, of_it in sorted(shown.items(), key=lambda item: (item[1][ok] - item[1].total(), item[0]))
-    )
-    return Table(title, by, modes, lines, len(counted) - len(lines))
+    return counted
+
+
+def _group(
+    title: str, by: str, counted: Mapping[str, Counter[str]], modes: Sequence[str], every: bool = False
+) -> Group:
+    """A group with the values that have failures, or ``every`` value, most failures first."""
+    failures = {name: of_it.total() - of_it[FailureMode.NONE.value] for name, of_it in counted.items()}
+    shown = sorted((name for name in counted if every or failures[name]), key=lambda name: (-failures[name], name))
+    return Group(title, by, tuple(_line(name, counted[name], modes) for name in shown), len(counted) - len(shown))
+
+
+def _line(name: str, counted: Counter[str], modes: Sequence[str]) -> tuple[str, int, str, tuple[int, ...]]:
+    total = counted.total()
+    share = percent(counted[FailureMode.NONE.value], total) if total else NOTHING
+    return name, total, share, tuple(counted[mode] for mode in modes)
 
 
 def history(runs: Sequence[Row]) -> Chart | None:

@@ -38,7 +38,7 @@ def take(report: Path, folder: Path, asset_id: str = SHOWN) -> list[Path]:
         from playwright.sync_api import sync_playwright
     except ImportError as error:
         raise UsageError("Playwright is not installed; the extra 'browser' has it") from error
-    pages = {"report_index.webp": "index.html", "report_object.webp": page_path(asset_id)}
+    pages = {"report_index.webp": "index.html#figures", "report_object.webp": page_path(asset_id)}
     with tempfile.TemporaryDirectory() as profile, sync_playwright() as program:
         browser = program.chromium.launch_persistent_context(
             profile, executable_path=chromium(), args=list(ARGUMENTS), viewport={"width": WIDTH, "height": HEIGHT}
@@ -54,4 +54,5 @@ def take(report: Path, folder: Path, asset_id: str = SHOWN) -> list[Path]:
 
 
 if __name__ == "__main__":
-    sys.exit(exit_code_of("screenshots", lambda: 0 if take(*map(Path, sys.argv[1:3]), *sys.argv[3:]) else 1))
+    source, pictures, *chosen = sys.argv[1:]
+    sys.exit(exit_code_of("screenshots", lambda: 0 if take(Path(source), Path(pictures), *chosen) else 1))
