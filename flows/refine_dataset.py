@@ -101,4 +101,5 @@ def refine_dataset(
         told.changes,
         place,
         tuple(line for line in removed if line is not None),
+        told.index,
     )

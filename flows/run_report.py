@@ -79,11 +79,8 @@ def _publish_site(
     try:
         site = write_site(out, url, workers=run.settings.run.workers, before=run.settings.views.in_run)
     except Exception as error:  # whatever is wrong with it, the run's results are there
-        lines = str(error).splitlines() or [type(error).__name__]
-        return (
-            None,
-            f"the report of run {run.run_id} for people was not written: {lines[0]}; asset2sim report tries again",
-        )
+        why = (str(error).splitlines() or [type(error).__name__])[0]
+        return None, f"the report of run {run.run_id} for people was not written: {why}; asset2sim report tries again"
     return site.index, None
 
 

@@ -5,6 +5,7 @@ from datetime import UTC, datetime
 from pathlib import Path
 
 import pytest
+from PIL import Image
 
 from asset2sim.catalog.run import finish_run, start_run
 from asset2sim.catalog.write import write_run
@@ -12,7 +13,7 @@ from asset2sim.models.gateway import questions
 from asset2sim.models.gateway.answer_cache import FOLDER, StoredAnswer, store_answer
 from asset2sim.models.gateway.questions import keep_question, read_question
 from asset2sim.report.index_page import figures, index_page
-from asset2sim.report.site import write_site
+from asset2sim.report.site import write_report_of, write_site
 from asset2sim.report.snapshot import read_snapshot
 from schemas.asset import AssetRecord
 from schemas.errors import UsageError
@@ -20,6 +21,7 @@ from schemas.request import LabelledImage, ModelRequest, Turn
 from schemas.settings import Settings
 from schemas.vocabulary import FailureMode, Method
 from tests.factories import make_call, make_failure, make_record
+from tests.object_store import Store
 
 REQUEST = ModelRequest(purpose="synthesis", system="Answer <b>well</b>.", text="Box & lid <script>alert(1)</script>")
 
@@ -125,3 +127,67 @@ def test_a_damaged_state_makes_all_anew_and_a_folder_without_runs_is_an_error(tm
     assert write_site(tmp_path).written == 1 and "a" in json.loads((tmp_path / "report/pages.json").read_text())
     with pytest.raises(UsageError, match="no catalog"):
         write_site(tmp_path / "empty")
+
+
+def view(out: Path, asset_id: str, colour: str) -> Path:
+    file = out / "assets" / asset_id / "views/perspective.png"
+    file.parent.mkdir(parents=True, exist_ok=True)
+    Image.new("RGB", (32, 32), colour).save(file)
+    return file
+
+
+def pictures(out: Path, asset_id: str) -> set[str]:
+    return {path.name for path in (out / "report/objects" / asset_id).glob("*.webp")}
+
+
+def test_pictures_are_made_of_the_views_that_are_there_and_again_when_those_change(tmp_path: Path) -> None:
+    published(tmp_path, make_record("a"), make_record("b"))
+    view(tmp_path, "a", "red")
+    write_site(tmp_path, before=False)
+    assert (pictures(tmp_path, "a"), pictures(tmp_path, "b")) == ({"after.webp", "thumb.webp"}, set())
+    assert "No pictures" in page(tmp_path, "b") and '"picture":[1,0]' in (tmp_path / "report/index.html").read_text()
+    red = (tmp_path / "report/objects/a/thumb.webp").read_bytes()
+    view(tmp_path, "a", "blue")
+    view(tmp_path, "b", "blue")
+    write_site(tmp_path, before=False)
+    assert (tmp_path / "report/objects/a/thumb.webp").read_bytes() != red
+    assert 'src="after.webp"' in page(tmp_path, "b"), "drawn later"
+
+
+def test_a_run_without_pictures_of_what_came_leaves_those_that_there_are(tmp_path: Path) -> None:
+    published(tmp_path, make_record("a"))
+    view(tmp_path, "a", "red")
+    write_site(tmp_path, before=True)
+    came = tmp_path / "report/objects/a/before.webp"
+    came.write_bytes(b"as it came")
+    write_site(tmp_path, before=False)
+    assert came.is_file()
+    published(tmp_path, make_record("a"))
+    write_site(tmp_path, before=False)
+    assert not came.exists(), "another refinement, perhaps of other files"
+
+
+@pytest.mark.system
+def test_the_report_of_a_bucket_lies_in_the_bucket_whichever_machine_writes_it(
+    store: Store, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    here, there = tmp_path / "here", f"{store.url}/out"
+    published(here, make_record("a"), make_record("b"))
+    view(here, "a", "red")
+    store.put(here, there)
+    for machine in ("one", "another"):
+        monkeypatch.setenv("ASSET2SIM_CACHE", str(tmp_path / machine))
+        site = write_report_of(there)
+        assert site.written == (2 if machine == "one" else 0)
+    kept = {name.removeprefix("report/") for name in store.keys(there) if name.startswith("report/")}
+    assert kept >= {"index.html", "report.css", "objects/a/thumb.webp", "objects/b/index.html"}
+    index = store.files.cat_file(f"{there}/report/index.html").decode()
+    assert '"picture":[1,0]' in index
+    write_run(here, finish_run(start_run(Settings(), "dataset")), [make_record("a")], present={"a"})
+    store.put(here / "catalog", f"{there}/catalog")
+    store.put(here / "history", f"{there}/history")
+    write_report_of(there)
+    left = {name for name in store.keys(there) if name.startswith("report/objects/")}
+    assert not any(name.startswith("report/objects/b/") for name in left)
+    text = store.files.cat_file(f"{there}/report/objects/a/index.html").decode()
+    assert 'src="after.webp"' in text and "report/objects/a/after.webp" in left

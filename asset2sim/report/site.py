@@ -18,13 +18,14 @@ from asset2sim.catalog.report_file import SITE_FOLDER as FOLDER
 from asset2sim.catalog.storage.cache import working_folder
 from asset2sim.catalog.storage.lock import lock_output
 from asset2sim.catalog.storage.mirror import pull, push
-from asset2sim.catalog.storage.objects import StoreError, fetch_objects, remove_objects, store_usage_error
+from asset2sim.catalog.storage.objects import StoreError, fetch_objects, list_objects, remove_objects, store_usage_error
 from asset2sim.report.exchanges import exchanges_of
 from asset2sim.report.index_page import index_page
 from asset2sim.report.object_page import object_page
 from asset2sim.report.page_files import render, source, write_text
-from asset2sim.report.pictures import BEFORE, LOOPS, SIZE, THUMB, write_after, write_before
+from asset2sim.report.pictures import AFTER, BEFORE, LOOPS, PICTURES, SIZE, THUMB, write_after, write_before
 from asset2sim.report.snapshot import Row, Snapshot, newest, read_snapshot, rows, rows_of
+from asset2sim.runs.remote.fetch_asset import local_copy_path
 from schemas.inputs import InputSettings
 from schemas.location import is_url, location_of
 from schemas.table import ASSET_KEY
@@ -35,6 +36,8 @@ STATE = "pages.json"
 """Asset id → what its pictures and its page were made of."""
 STYLE, SCRIPT = "report.css", "index.js"
 VIEW = "views/perspective.png"
+WHOLE = "+"
+"""Ending of the key of pictures among which is the object as it came."""
 
 logger = logging.getLogger(__name__)
 
@@ -78,9 +81,9 @@ def write_site(out: Path, url: str | None = None, *, workers: int = 1, before: b
         state = {} if anew else _read_state(folder)
         assets = {row["asset_id"]: row for row in rows(newest(found.tables["assets"], found.tables["runs"]))}
         drawn = _draw(found, assets, out, url, state, workers, before)
-        pages = {name: _page_key(row, folder) for name, row in assets.items()}
+        pages = {name: _page_key(row, None if url else folder) for name, row in assets.items()}
         changed = [name for name, key in pages.items() if state.get(name, ["", ""])[1] != key]
-        _write_pages(found, {name: assets[name] for name in changed}, out)
+        _write_pages(found, {name: assets[name] for name in changed}, out, url)
         for gone in state.keys() - assets.keys():
             shutil.rmtree(_object_folder(folder, gone), ignore_errors=True)
         here = {
@@ -109,8 +112,11 @@ def _draw(
     before: bool,
 ) -> dict[str, str]:
     """Draw the pictures of what changed; asset id → what its pictures are made of now."""
-    keys = {name: _picture_key(row, out, before) for name, row in assets.items()}
-    todo = [name for name in assets if state.get(name, [""])[0] != keys[name]]
+    keys = {name: _picture_key(row, None if url else out) for name, row in assets.items()}
+    had = {name: state[name][0] for name in assets if name in state}
+    # A run without pictures of objects as they came leaves those that there are.
+    kept = {name: had[name] for name, key in keys.items() if had.get(name) in {key + WHOLE, *([] if before else [key])}}
+    todo = [name for name in assets if name not in kept]
     reaches = {row["run_id"]: reach_of_run(row) for row in rows(found.tables["runs"])}
 
     def draw(name: str) -> None:
@@ -120,14 +126,14 @@ def _draw(
         if url is not None and asset["refined_path"]:
             _fetch(url, {f"assets/{name}/{VIEW}": view})
         seen = write_after(view, folder)
-        raw = location_of(asset["source_path"])
+        raw = _here(asset["source_path"])
         (folder / BEFORE).unlink(missing_ok=True)
-        if before and seen and not is_url(raw) and raw.is_dir():
+        if before and seen and raw.is_dir():
             write_before(raw, reaches[asset["run_id"]], folder / BEFORE, out / "logs" / f"{name}.report.log")
 
     with ThreadPoolExecutor(max(1, workers)) as pool:
         list(pool.map(draw, todo))
-    return keys
+    return {name: kept.get(name, key + WHOLE * before) for name, key in keys.items()}
 
 
 def reach_of_run(run: Row) -> Reach:
@@ -137,26 +143,35 @@ def reach_of_run(run: Row) -> Reach:
     except (KeyError, TypeError, ValueError):
         inputs = InputSettings()
     packages = {name: Path(place).resolve() for name, place in inputs.package_folders.items()}
-    return Reach((Path(run["dataset"]).resolve(),), packages, inputs.allow_outside)
+    return Reach((_here(run["dataset"]).resolve(),), packages, inputs.allow_outside)
 
 
-def _picture_key(asset: Row, out: Path, before: bool) -> str:
-    view = out / "assets" / asset["asset_id"] / VIEW
-    return _digest(_identity(asset), _stamp(view), str(before))
+def _here(place: str) -> Path:
+    """A folder of a dataset on this machine: the copy that runs made, where it is a URL's."""
+    found = location_of(place)
+    return local_copy_path(found) if is_url(found) else found
 
 
-def _page_key(asset: Row, folder: Path) -> str:
-    place = _object_folder(folder, asset["asset_id"])
-    return _digest(_identity(asset), _code(), *(_stamp(place / name) for name in (BEFORE, *LOOPS, SIZE)))
+def _picture_key(asset: Row, out: Path | None) -> str:
+    """What an object's pictures are made of: its row, and where OUT is a folder the view that was drawn of it."""
+    return _digest(_identity(asset), _stamp(out and out / "assets" / asset["asset_id"] / VIEW))
+
+
+def _page_key(asset: Row, folder: Path | None) -> str:
+    """What an object's page is made of, the pictures that are there among it; behind a URL they may be on another
+    machine, and do not count."""
+    place = folder and _object_folder(folder, asset["asset_id"])
+    shown = [name for name in (*PICTURES, *LOOPS, SIZE) if place and place.joinpath(name).is_file()]
+    return _digest(_identity(asset), _code(), *shown)
 
 
 def _identity(asset: Row) -> str:
     return "\n".join(str(asset[name]) for name in (*ASSET_KEY, "run_id", "content_hash"))
 
 
-def _stamp(file: Path) -> str:
+def _stamp(file: Path | None) -> str:
     try:
-        return str(file.stat().st_mtime_ns)
+        return "" if file is None else str(file.stat().st_mtime_ns)
     except OSError:
         return ""
 
@@ -172,7 +187,7 @@ def _digest(*parts: str) -> str:
     return hashlib.sha256("\0".join(parts).encode("utf-8", "replace")).hexdigest()[:16]
 
 
-def _write_pages(found: Snapshot, assets: Mapping[str, Row], out: Path) -> None:
+def _write_pages(found: Snapshot, assets: Mapping[str, Row], out: Path, url: str | None) -> None:
     """Write the pages of these assets; ``out`` is the folder in which the answers are kept too."""
     if not assets:
         return
@@ -185,7 +200,11 @@ def _write_pages(found: Snapshot, assets: Mapping[str, Row], out: Path) -> None:
         others = [row for row in own["assets"].get(name, ()) if not _same(row, asset)]
         calls = exchanges_of(out, mine["model_calls"])
         systems |= {call.question.system for call in calls if call.question is not None}
-        values = object_page(asset, mine, others, {path.name for path in folder.iterdir()}, calls)
+        files = {path.name for path in folder.iterdir()}
+        if url is not None and AFTER not in files:
+            # Drawn by another machine.
+            files |= set(list_objects(f"{url}/{FOLDER}/{OBJECTS}/{name}"))
+        values = object_page(asset, mine, others, files, calls)
         write_text(folder / INDEX, render("object.html.jinja", values, "../../"))
     _copy_systems(out, systems)
 
@@ -242,9 +261,5 @@ def _send(url: str, out: Path, changed: Sequence[str], gone: Collection[str]) ->
     names += [folder / name for name in (STYLE, INDEX, STATE)]
     push(url, out, [path.relative_to(out).as_posix() for path in names])
     remove_objects(
-        [
-            f"{url}/{FOLDER}/{OBJECTS}/{name}/{file}"
-            for name in gone
-            for file in (INDEX, BEFORE, "after.webp", THUMB, *LOOPS, SIZE)
-        ]
+        [f"{url}/{FOLDER}/{OBJECTS}/{name}/{file}" for name in gone for file in (INDEX, *PICTURES, *LOOPS, SIZE)]
     )
