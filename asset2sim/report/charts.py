@@ -126,7 +126,7 @@ def ticks_of(low: float, high: float) -> list[float]:
     way = high - low
     steps = (10.0**power * step for power in range(math.floor(math.log10(way)) - 1, 20) for step in DECADE)
     step = next(step for step in steps if math.ceil(high / step) - math.floor(low / step) < MOST_TICKS)
-    return [index * step for index in range(math.floor(low / step), max(math.ceil(high / step), 1) + 1)]
+    return [index * step for index in range(math.floor(low / step), math.ceil(high / step) + 1)]
 
 
 def _bin_of(value: float) -> int:
