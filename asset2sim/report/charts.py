@@ -122,7 +122,7 @@ def line(
 
 def ticks_of(low: float, high: float) -> list[float]:
     """Round values from at or below ``low`` to at or above ``high``, ``MOST_TICKS`` at most."""
-    high = high if high > low else low + 1.0
+    high = high if high - low > max(1e-12, 1e-9 * abs(low)) else low + 1.0
     way = high - low
     steps = (10.0**power * step for power in range(math.floor(math.log10(way)) - 1, 20) for step in DECADE)
     step = next(step for step in steps if math.ceil(high / step) - math.floor(low / step) < MOST_TICKS)
