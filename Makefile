@@ -32,14 +32,14 @@ OPTIONS = --out "$(OUT)" $(if $(MODEL),--model "$(MODEL)") \
 	$(if $(ASSET_TIMEOUT),--asset-timeout "$(ASSET_TIMEOUT)") $(if $(MIN_SUCCESS),--min-success "$(MIN_SUCCESS)") \
 	$(if $(MAX_NEW_FAILURES),--max-new-failures "$(MAX_NEW_FAILURES)") $(if $(GATE),--gate "$(GATE)") \
 	$(if $(NO_ANSWER_CACHE),--no-answer-cache) $(if $(FORCE),--force) $(if $(RETRY_FAILED),--retry-failed) \
-	$(if $(DRY_RUN),--dry-run) $(if $(KEEP_DAYS),--keep-days "$(KEEP_DAYS)") $(if $(HOOK),--hook "$$HOOK") $(FROM_FILE)
+	$(if $(NO_REPORT),--no-report) $(if $(DRY_RUN),--dry-run) $(if $(KEEP_DAYS),--keep-days "$(KEEP_DAYS)") $(if $(HOOK),--hook "$$HOOK") $(FROM_FILE)
 
 # A file's tests stay in one process and in order.
 PARALLEL = --numprocesses $(if $(JOBS),$(JOBS),2) --dist loadfile --no-loadscope-reorder
 
 .DEFAULT_GOAL := help
 .DELETE_ON_ERROR:
-.PHONY: help install flow test test-fast lint typecheck failures settings view views doctor nightly ui judge rules withheld proposers corrections compare first bench-defects samples questions summary loaders held weights docs picture clean bench
+.PHONY: help install flow test test-fast lint typecheck failures report screenshots settings view views doctor nightly ui judge rules withheld proposers corrections compare first bench-defects samples questions summary loaders held weights docs picture clean bench
 
 help: ## list the targets
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / { printf "  %-14s %s\n", $$1, $$2 }' Makefile
@@ -49,7 +49,7 @@ help: ## list the targets
 	@echo "                                 CORRECT SAMPLES ASK_AGAIN=1 NO_ASK_AGAIN=1"
 	@echo "                                 PACKAGE=name=path ALLOW_OUTSIDE=1"
 	@echo "                                 BUDGET_USD BUDGET_CALLS BUDGET_TOKENS ASSET_BUDGET_USD ASSET_BUDGET_CALLS NO_ANSWER_CACHE=1"
-	@echo "                                 FORCE=1 RETRY_FAILED=1 KEEP_DAYS HOOK SETTINGS=settings.yaml DRY_RUN=1 ASSET_TIMEOUT"
+	@echo "                                 FORCE=1 RETRY_FAILED=1 NO_REPORT=1 KEEP_DAYS HOOK SETTINGS=settings.yaml DRY_RUN=1 ASSET_TIMEOUT"
 	@echo "                                 MIN_SUCCESS MAX_NEW_FAILURES GATE (warn or error); of nightly: CRON='0 2 * * *' NOW=1"
 	@echo "  of compare, beside those: METHODS MODELS LEVELS JUDGE_MODEL NO_INTERACTION=1 PAGE FIRST"
 	@echo "  for example: make flow DATA=../shared/partnet_mobility SUBSET=paper9 OUT=/tmp/paper9 WORKERS=2"
@@ -67,7 +67,7 @@ $(INSTALLED): pyproject.toml constraints.txt
 	fi; \
 	echo "installing into $(VENV) with $$python ..."; \
 	"$$python" -m venv --clear $(VENV) && \
-	$(BIN)/python -m pip install --quiet --disable-pip-version-check --constraint constraints.txt --editable '.[dev,engines,usd,s3,view]'
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check --constraint constraints.txt --editable '.[dev,browser,engines,usd,s3,view]'
 	@touch $@
 
 flow: $(INSTALLED) ## refine DATA (data/raw) into OUT (data/refined)
@@ -92,6 +92,9 @@ failures: $(INSTALLED) ## the failure modes in OUT; REVIEWED=1: each failure wit
 view: $(INSTALLED) ## look at OUT's objects, touch and review them, on a page; ASSET, PORT (8080)
 	@$(BIN)/python -m flows.command view $(if $(ASSET),"$(ASSET)") --out "$(OUT)" $(if $(PORT),--port "$(PORT)") $(FROM_FILE)
 
+report: $(INSTALLED) ## write the report for people, OUT/report, as a run does at its end; FORCE=1: every page anew
+	@$(BIN)/python -m flows.command report --out "$(OUT)" $(if $(WORKERS),--workers "$(WORKERS)") $(if $(FORCE),--force) $(FROM_FILE)
+
 settings: $(INSTALLED) ## every setting with its unit and its reason, as a file for SETTINGS=
 	@$(BIN)/python -m flows.command settings $(FROM_FILE)
 
@@ -106,8 +109,8 @@ doctor: $(INSTALLED) ## what works on this machine
 nightly: $(INSTALLED) ## refine DATA into OUT on the schedule of catalog.yaml or CRON, until interrupted; NOW=1: once, at once
 	@$(BIN)/python -m flows.command nightly "$(DATA)" $(OPTIONS) $(if $(CRON),--cron "$(CRON)") $(if $(NOW),--now)
 
-ui: $(INSTALLED) ## Prefect's and MLflow's pages, until interrupted; PREFECT_PORT (4200), MLFLOW_PORT (5000)
-	@$(BIN)/python -m flows.command ui --out "$(OUT)" $(if $(PREFECT_PORT),--prefect-port "$(PREFECT_PORT)") \
+ui: $(INSTALLED) ## the report, Prefect's and MLflow's pages, until interrupted; REPORT_PORT (4100), PREFECT_PORT (4200), MLFLOW_PORT (5000)
+	@$(BIN)/python -m flows.command ui --out "$(OUT)" $(if $(REPORT_PORT),--report-port "$(REPORT_PORT)") $(if $(PREFECT_PORT),--prefect-port "$(PREFECT_PORT)") \
 		$(if $(MLFLOW_PORT),--mlflow-port "$(MLFLOW_PORT)")
 
 samples: $(INSTALLED) ## make data/raw anew, byte for byte
@@ -189,6 +192,9 @@ docs: $(INSTALLED) ## the documentation: its pages from the schemas, then HTML i
 picture: $(INSTALLED) ## draw the README's before-and-after picture from data/raw and data/refined
 	@$(BIN)/python -m asset2sim.studies.pages.picture data/raw data/refined docs/before_after.png \
 		laptop_silver box_wooden storage_sideboard trashcan_pedal toilet_white
+
+screenshots: $(INSTALLED) ## take the README's two pictures of the report of data/refined, with the system's Chromium
+	@$(BIN)/python -m asset2sim.studies.pages.screenshots data/refined/report docs
 
 clean: ## remove the environment, the caches and data/refined
 	rm -rf $(VENV) .venv-judge .venv-load .prefect data/refined .hypothesis .import_linter_cache .mypy_cache .pytest_cache .ruff_cache

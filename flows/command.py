@@ -56,6 +56,11 @@ def _dispatch(options: Options, refine: Refine, nightly: Nightly) -> int:
             settings = settings_for_run(options.settings, {})
             serve_viewer(options.out, options.asset_id, options.engine, options.host, options.port, settings)
             return DONE
+        case asked.ReportOptions():
+            from flows.show import print_site
+
+            print_site(options.out, settings_for_run(options.settings, stated_settings(options)), options.force)
+            return DONE
     return _print(options)
 
 
@@ -83,7 +88,8 @@ def _print(options: Options) -> int:
             settings = settings_for_run(options.settings, stated_settings(options))
             return DONE if show.print_checks(options.folders, settings, json=options.json_) else FAILED
         case asked.PagesOptions():
-            show.print_and_serve_pages(options.out, options.prefect_port, options.mlflow_port)
+            ports = options.report_port, options.prefect_port, options.mlflow_port
+            show.print_and_serve_pages(options.out, *ports)
         case asked.DoctorOptions():
             model = settings_for_run(options.settings, stated_settings(options)).model
             return DONE if show.print_doctor(options.out, model) else FAILED

@@ -80,11 +80,11 @@ def refine_dataset(
             removed = [publish(output, run, opaque(parts), opaque(refined), opaque(present))]
             remove_run_marker(out)
             by_hand = changes_text(todo.by_hand, settings.run.redo)
-            told = report(out, run, opaque(refined), opaque(previous), len(refs), died, by_hand)
+            told = report(out, run, opaque(refined), opaque(previous), len(refs), died, by_hand, output.url)
             # After Ctrl-C the run ends without MLflow, which alone takes seconds.
             warning = None
             if refined.stopped != INTERRUPTED:
-                warning = log_run(out, run, opaque(refined), opaque(told.changes), opaque(parts))
+                warning = log_run(out, run, opaque(refined), opaque(told.changes), opaque(parts), told.index)
                 if settings.run.keep_days is not None:
                     removed.append(remove_old(out, run))
         send_rest(output)
@@ -101,4 +101,5 @@ def refine_dataset(
         told.changes,
         place,
         tuple(line for line in removed if line is not None),
+        told.index,
     )

@@ -5,6 +5,7 @@ import sys
 from collections.abc import Sequence
 from contextlib import suppress
 from datetime import datetime
+from itertools import combinations
 from json import dumps, loads
 from pathlib import Path
 
@@ -19,7 +20,7 @@ from asset2sim.catalog.text import NOTHING, cut, output
 from asset2sim.runs.result import RunResult
 from flows import PIPELINE
 from schemas.errors import UsageError, printable
-from schemas.location import is_url
+from schemas.location import below, is_url, location_of
 from schemas.settings import ModelSettings, Settings
 from schemas.vocabulary import Engine, Grouping, Status
 
@@ -104,6 +105,7 @@ def print_summary(result: RunResult) -> None:
             console.print(Text(line + "\n"))
     console.print(render_failures(failure_breakdown(result.out)))
     report = f"\nreport:  {result.shown_report}" if result.report else ""
+    report += f"\npages:   {result.shown_index}" if result.index else ""
     console.print(Text(f"assets:  {result.shown('assets')}\ncatalog: {result.shown('catalog')}{report}"))
     for line in result.removed:
         console.print(Text(line))
@@ -235,24 +237,38 @@ def print_checks(folders: Sequence[Path | str], settings: Settings, *, json: boo
     return passed
 
 
-def print_and_serve_pages(out: Path | str, prefect_port: int, mlflow_port: int) -> None:
-    """Serve the pages of Prefect and MLflow for the runs in ``out`` until interrupted, by Ctrl-C or SIGTERM. Raises
-    UsageError for a port that is in use or twice the same, and for a URL of no store."""
+def print_site(out: Path | str, settings: Settings, anew: bool) -> None:
+    """Write the report of ``out``, and print where it is and how many pages were made."""
+    from asset2sim.report.site import write_report_of
+
+    site = write_report_of(out, workers=settings.run.workers, anew=anew)
+    made = f"{site.written} of {site.pages} objects' pages made anew"
+    output().print(Text(f"report: {below(location_of(out), *site.index.parts[-2:])}\n{made}"))
+
+
+def print_and_serve_pages(out: Path | str, report_port: int, prefect_port: int, mlflow_port: int) -> None:
+    """Serve the report and the pages of Prefect and MLflow for the runs in ``out`` until interrupted, by Ctrl-C or
+    SIGTERM. Raises UsageError for a port that is in use or twice the same, and for a URL of no store."""
     from asset2sim.runs.interrupt import sigterm_as_interrupt
     from flows.programs import run_side_by_side
 
     if is_url(out):
         open_store(out)
     ports = {"Prefect": prefect_port, "MLflow": mlflow_port}
+    reported = report_folder(out).is_dir()
+    ports |= {"report": report_port} if reported else {}
     for name, port in ports.items():
         _check_port(name, port)
-    if prefect_port == mlflow_port:
-        raise UsageError(f"--prefect-port and --mlflow-port are both {prefect_port}; choose two")
+    for (name, port), (other, same) in combinations(ports.items(), 2):
+        if port == same:
+            raise UsageError(f"--{name.lower()}-port and --{other.lower()}-port are both {port}; choose two")
     console = output()
     for name, port in ports.items():
         console.print(f"{name}: http://127.0.0.1:{port}")
+    if not reported:
+        console.print(f"report: none in {report_folder(out)}; asset2sim report --out {out} writes it", soft_wrap=True)
     with suppress(KeyboardInterrupt), sigterm_as_interrupt():
-        run_side_by_side(commands(out, prefect_port, mlflow_port))
+        run_side_by_side(commands(out, prefect_port, mlflow_port, report_port))
 
 
 def _check_port(name: str, port: int) -> None:
@@ -265,16 +281,28 @@ def _check_port(name: str, port: int) -> None:
         ) from error
 
 
-def commands(out: Path | str, prefect_port: int = 4200, mlflow_port: int = 5000) -> dict[str, list[str]]:
-    """Name → command line of each server; both listen on 127.0.0.1 only. MLflow shows the runs of this machine."""
+def report_folder(out: Path | str) -> Path:
+    """The folder of this machine in which the report of ``out`` lies, where there is one."""
+    from asset2sim.catalog.report_file import SITE_FOLDER
+    from asset2sim.catalog.storage.cache import working_folder
+
+    return working_folder(location_of(out)) / SITE_FOLDER
+
+
+def commands(
+    out: Path | str, prefect_port: int = 4200, mlflow_port: int = 5000, report_port: int = 4100
+) -> dict[str, list[str]]:
+    """Name → command line of each server; all listen on 127.0.0.1 only. MLflow shows the runs of this machine; the
+    report is served where there is one."""
     from asset2sim.catalog.mlflow_store import tracking_uri
     from asset2sim.catalog.storage.cache import working_folder
 
-    programs = Path(sys.executable).parent
+    programs, folder = Path(sys.executable).parent, report_folder(out)
+    served = [sys.executable, "-m", "http.server", "--bind", "127.0.0.1", "--directory", str(folder), str(report_port)]
     return {
         "Prefect": [str(programs / "prefect"), "server", "start", "--host", "127.0.0.1", "--port", str(prefect_port)],
         "MLflow": [
             *(str(programs / "mlflow"), "server", "--backend-store-uri", tracking_uri(working_folder(out))),
             *("--host", "127.0.0.1", "--port", str(mlflow_port)),
         ],
-    }
+    } | ({"report": served} if folder.is_dir() else {})

@@ -140,9 +140,11 @@ def publish(
 
 
 @step("log-run")
-def log_run(out: Path, run: RunRow, refined: RunRecords[AssetSummary], changes: Changes, parts: Parts) -> str | None:
-    """Log settings, figures and failures; returns a warning where MLflow could not take them."""
-    return mlflow_log.log_run(out, run, refined.records, changes, refined.unchanged, parts)
+def log_run(
+    out: Path, run: RunRow, refined: RunRecords[AssetSummary], changes: Changes, parts: Parts, index: Path | None
+) -> str | None:
+    """Log settings, figures, failures and the report's index; returns a warning where MLflow could not take them."""
+    return mlflow_log.log_run(out, run, refined.records, changes, refined.unchanged, parts, index)
 
 
 @step("remove-old")

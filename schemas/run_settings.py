@@ -37,6 +37,8 @@ class RunSettings(Frozen):
     """A shell command to run after the run, with the run's figures in its environment; see ``asset2sim.runs.alert``."""
     hook_time_limit_s: Positive = 60.0
     """Wall time of the hook, s: enough for a slow mail server, and a run is not held up by one that never answers."""
+    report: bool = True
+    """Whether a run writes its report for people, ``OUT/report``; of objects that it left unchanged nothing is made."""
     keep_days: int | None = Field(None, ge=1)
     """How long the history's rows and MLflow's artifacts of a run are kept, days; None for ever. The newest run over
     each dataset stays in any case."""

@@ -97,6 +97,7 @@ def test_a_bucket_is_refined_into_a_bucket_as_a_folder_into_a_folder(store: Stor
     assert {name for name in kept if name.startswith("assets/")} == files and len(files) > 10
     for name in files - {name for name in files if name.endswith((".json", ".png"))}:
         assert store.files.cat_file(f"{there}/{name}") == (here / name).read_bytes(), name
+    assert {"report/index.html", "report/objects/planted_not_xml/index.html"} <= set(kept)
     assert sum(name.startswith("history/") for name in kept) == 2 and ".lock" not in kept
 
     written = {name: store.files.cat_file(f"{there}/{name}") for name in kept}

@@ -36,6 +36,7 @@ DATA_PERSON = [
     ("README.md", "asset2sim refine data/raw --out data/refined --dry-run"),
     ("README.md", "asset2sim failures"),
     ("catalog.md", "asset2sim failures"),
+    ("report.md", "asset2sim report"),
     ("catalog.md", "from asset2sim.catalog.query import connect"),
     ("catalog.md", "import pandas"),
     ("catalog.md", "import intake"),
@@ -105,6 +106,7 @@ def test_the_engineer(tmp_path: Path) -> None:
 def test_the_data_person(tmp_path: Path) -> None:
     folder, said = walk(DATA_PERSON, tmp_path)
     assert "asset_id,mass_kg" in (folder / "masses.csv").read_text(encoding="utf-8")
-    assert "[kg]" in said[3] or "comment" in said[3]
-    assert "laptop_silver" in said[5]
-    assert "FINISHED" in said[6]
+    assert (folder / "data/refined/report/objects/laptop_silver/before.webp").is_file()
+    assert "[kg]" in said[4] or "comment" in said[4]
+    assert "laptop_silver" in said[6]
+    assert "FINISHED" in said[7]

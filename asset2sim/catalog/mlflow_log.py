@@ -13,7 +13,7 @@ from asset2sim.catalog.history import newest_runs
 from asset2sim.catalog.merge import merged, write_merged
 from asset2sim.catalog.mlflow_store import open_mlflow
 from asset2sim.catalog.parts import Parts
-from asset2sim.catalog.report_file import report_path
+from asset2sim.catalog.report_file import SITE_FOLDER, report_path
 from asset2sim.catalog.run import UNRECORDED_SETTINGS, RunRow, without_credentials
 from asset2sim.catalog.run_figures import all_asset_figures, failure_counts, run_figures
 from asset2sim.catalog.switch import find_catalog
@@ -58,8 +58,10 @@ def log_run(
     changes: Changes,
     unchanged: Sequence[Unchanged] = (),
     parts: Parts | None = None,
+    index: Path | None = None,
 ) -> str | None:
-    """Logs one run; call it after ``write_run`` and ``write_report``, whose file it attaches.
+    """Logs one run; call it after ``write_run`` and ``write_report``, whose file it attaches, as it does ``index``, the
+    report for people, without its objects' pages: those are in OUT, and nights are many.
 
     Its cost does not grow with the dataset: figures of the same names every night in one batch, a bounded number
     of failed assets as children, and of the tables what the run changed (``parts``) while that is little. Counts,
@@ -68,7 +70,7 @@ def log_run(
     """
     try:
         with open_mlflow(out) as client:
-            _log(client, _experiment(client, out), out, run, records, changes, unchanged, parts)
+            _log(client, _experiment(client, out), out, run, records, changes, unchanged, parts, index)
     except Exception as error:  # whatever a store or a server can raise
         lines = str(error).splitlines() or [type(error).__name__]
         return f"MLflow does not hold run {run.run_id}: {without_credentials(lines[0])[:300]}; the catalog is complete"
@@ -100,6 +102,7 @@ def _log(
     changes: Changes,
     unchanged: Sequence[Unchanged],
     parts: Parts | None,
+    index: Path | None,
 ) -> None:
     from mlflow.entities import Metric, Param, RunTag
 
@@ -127,7 +130,7 @@ def _log(
         for first in range(_MAX_PARAMS, len(everything), _MAX_PARAMS):
             client.log_batch(identity, params=everything[first : first + _MAX_PARAMS])
         _log_failures(client, experiment, identity, run, changes)
-        _log_artifacts(client, identity, report_path(out, run), run, records, figures, parts)
+        _log_artifacts(client, identity, report_path(out, run), run, records, figures, parts, index)
         status = "FINISHED" if run.outcome == "finished" else "KILLED"
     finally:
         client.set_terminated(identity, status=status, end_time=finished)
@@ -160,6 +163,7 @@ def _log_artifacts(
     records: Sequence[AssetSummary],
     figures: Mapping[str, float],
     parts: Parts | None,
+    index: Path | None,
 ) -> None:
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
@@ -171,6 +175,8 @@ def _log_artifacts(
         if records and parts is not None:
             _write_changed(parts, folder / CHANGED, [*TABLES] if len(records) <= MAX_CHANGED else ["assets"])
         client.log_artifacts(identity, name)
+    if index is not None:
+        client.log_artifact(identity, str(index), SITE_FOLDER)
     if report.is_file():
         client.log_artifact(identity, str(report))
 

@@ -59,6 +59,20 @@ def read_asset(out: str | os.PathLike[str], asset_id: str) -> dict[str, pd.DataF
     return _read_consistent(local_tables(out), lambda folder: _asset_frames(folder, asset_id))
 
 
+def read_tables(
+    out: str | os.PathLike[str], of_history: Callable[[pd.DataFrame], Sequence[str]]
+) -> dict[str, pd.DataFrame]:
+    """Table name → all its rows, and the history's rows of the runs that ``of_history`` chooses of the table ``runs``;
+    all from one state of OUT. Raises UsageError where OUT has no catalog."""
+    out = local_tables(out)
+
+    def read(folder: Path) -> dict[str, pd.DataFrame]:
+        frames = {name: _frame(folder / table.file) for name, table in TABLES.items()}
+        return frames | {HISTORY.name: _history_frame(out, of_history(frames["runs"]))}
+
+    return _read_consistent(out, read)
+
+
 def _asset_frames(folder: Path, asset_id: str) -> dict[str, pd.DataFrame]:
     path = folder / TABLES["assets"].file
     known = pq.read_table(path, columns=["asset_id"]).column("asset_id").unique().to_pylist()
@@ -77,8 +91,11 @@ def _frame(path: Path, filters: list[tuple[str, str, str]] | None = None) -> pd.
     return _pandas(with_names_of_today(table))
 
 
-def _history_frame(out: Path) -> pd.DataFrame:
-    tables = [conform(HISTORY, pq.read_table(path, partitioning=None), str(path)) for path in history_files(out)]
+def _history_frame(out: Path, runs: Sequence[str] | None = None) -> pd.DataFrame:
+    """The history's rows, of all runs or of these."""
+    mine = None if runs is None else [("run_id", "in", list(runs))]
+    found = {path: pq.read_table(path, partitioning=None, filters=mine) for path in history_files(out)}
+    tables = [conform(HISTORY, table, str(path)) for path, table in found.items()]
     whole = pa.concat_tables(tables) if tables else HISTORY.schema.empty_table()
     return _pandas(whole)
 

@@ -6,8 +6,10 @@ import shlex
 from collections import Counter
 from collections.abc import Callable, Sequence
 from datetime import UTC, datetime
+from functools import partial
 
 from asset2sim.catalog.changes import AssetChange, Changes, Previous
+from asset2sim.catalog.report_file import page_path
 from asset2sim.catalog.rows import run_cost
 from asset2sim.catalog.run import RunRow
 from asset2sim.catalog.text import NOTHING, markdown_table, number
@@ -35,21 +37,24 @@ def report_markdown(
     problems: Sequence[str] = (),
     unchanged: Sequence[Unchanged] = (),
     out: str = "OUT",
+    pages: str | None = None,
 ) -> str:
     """Report in Markdown: counts beside the last run's, new failures, mended assets, failure modes, slowest assets.
     ``changes`` is ``find_changes(records, previous)``; ``problems`` lists other errors, first the reason why the run
-    stopped; ``unchanged`` are the assets not refined again, and ``out`` is the folder to name in commands."""
+    stopped; ``unchanged`` are the assets not refined again, and ``out`` is the folder to name in commands. ``pages`` is
+    where the report for people is, relative to this one: assets are links to their pages then."""
     stopped = "" if run.outcome == "finished" else f"{run.outcome.capitalize()}: "
+    broken = partial(_broken, pages)
     parts = [
         f"# {stopped}{headline(records, changes, unchanged)}",
         _about(run),
         *(f"> **{escape(problem)}**" for problem in problems),
         _counts(run, records, previous, changes, unchanged),
-        _list("New failures", changes.new_failures, ("asset", "category", "failure mode", "was", "why"), _broken),
-        _list("Mended", changes.mended, ("asset", "category", "was"), _mended),
-        _modes(records, unchanged),
-        _list("Failing as before", changes.still_failing, ("asset", "category", "failure mode", "was", "why"), _broken),
-        _slowest(records),
+        _list("New failures", changes.new_failures, ("asset", "category", "failure mode", "was", "why"), broken),
+        _list("Mended", changes.mended, ("asset", "category", "was"), partial(_mended, pages)),
+        _modes(records, unchanged, pages),
+        _list("Failing as before", changes.still_failing, ("asset", "category", "failure mode", "was", "why"), broken),
+        _slowest(records, pages),
         _standing(len(records) + len(unchanged), changes),
         _next(run, records, changes, unchanged, out),
     ]
@@ -135,17 +140,22 @@ def _list(
     return f"## {title}: {len(items)}\n\n{markdown_table(headings, [cells(item) for item in items[:MAX_LISTED]])}{more}"
 
 
-def _broken(item: AssetChange) -> tuple[str, ...]:
-    asset, category, was = _mended(item)
+def _broken(pages: str | None, item: AssetChange) -> tuple[str, ...]:
+    asset, category, was = _mended(pages, item)
     mode, reason = item.record.failure_mode.value, shortened(item.record.reason, MAX_REASON)
     return asset, category, f"`{mode}`", was, escape(reason)
 
 
-def _mended(item: AssetChange) -> tuple[str, str, str]:
-    return escape(item.record.ref.asset_id), escape(item.record.category), _was(item.was)
+def _mended(pages: str | None, item: AssetChange) -> tuple[str, str, str]:
+    return _name(item.record.ref.asset_id, pages), escape(item.record.category), _was(item.was)
 
 
-def _modes(records: Sequence[AssetSummary], unchanged: Sequence[Unchanged]) -> str:
+def _name(asset_id: str, pages: str | None) -> str:
+    """An asset's name in the report; a link to its page where there are ``pages``."""
+    return escape(asset_id) if pages is None else f"[{escape(asset_id)}]({pages}/{page_path(asset_id)})"
+
+
+def _modes(records: Sequence[AssetSummary], unchanged: Sequence[Unchanged], pages: str | None) -> str:
     """Table of failure modes, the most frequent first: assets, unchanged ones among them, error findings of the
     refined ones, and examples."""
     failed = [record for record in records if record.status is Status.FAILED]
@@ -161,18 +171,20 @@ def _modes(records: Sequence[AssetSummary], unchanged: Sequence[Unchanged]) -> s
         causes = ", ".join(f"{escape(code)} ×{times}" for code, times in codes.most_common(MAX_EXAMPLES))
         names = [*(record.ref.asset_id for record in mine), *others]
         share = f"{100.0 * count / (len(records) + len(unchanged)):.1f} %"
-        examples = ", ".join(map(escape, names[:MAX_EXAMPLES])) + (", …" if count > MAX_EXAMPLES else "")
+        examples = ", ".join(_name(name, pages) for name in names[:MAX_EXAMPLES]) + (
+            ", …" if count > MAX_EXAMPLES else ""
+        )
         rows.append((f"`{mode.value}`", f"{count}", share, f"{len(others)}", causes or NOTHING, examples))
     headings = ("failure mode", "assets", "share", "unchanged", "causes", "for example")
     return f"## Failure modes\n\n{markdown_table(headings, rows, right=(1, 2, 3))}"
 
 
-def _slowest(records: Sequence[AssetSummary]) -> str:
+def _slowest(records: Sequence[AssetSummary], pages: str | None) -> str:
     timed = sorted(records, key=lambda record: record.total_seconds, reverse=True)[:MAX_SLOWEST]
     if not timed:
         return ""
     rows = [
-        (escape(r.ref.asset_id), escape(r.category), f"{r.total_seconds:.1f}", _longest_stage(r), f"{r.queries}")
+        (_name(r.ref.asset_id, pages), escape(r.category), f"{r.total_seconds:.1f}", _longest_stage(r), f"{r.queries}")
         for r in timed
     ]
     table = markdown_table(("asset", "category", "s", "most of it in", "calls"), rows, right=(2, 4))

@@ -2,11 +2,14 @@
 
 import re
 from pathlib import Path
+from urllib.parse import quote
 
 from asset2sim.catalog.run import RunRow
 from asset2sim.catalog.switch import replace_file
 
 REPORTS_FOLDER = "reports"
+SITE_FOLDER = "report"
+"""Folder of the report for people, relative to OUT."""
 
 _MARK = re.compile(r"^<!-- run (\S+) -->\n", re.MULTILINE)
 
@@ -14,6 +17,11 @@ _MARK = re.compile(r"^<!-- run (\S+) -->\n", re.MULTILINE)
 def report_path(out: Path, run: RunRow) -> Path:
     """Report file of the day on which the run started, in this machine's time zone."""
     return out / REPORTS_FOLDER / f"{run.started_at.astimezone():%Y-%m-%d}.md"
+
+
+def page_path(asset_id: str) -> str:
+    """Address of an asset's page in the report for people, relative to its folder."""
+    return f"objects/{quote(asset_id, safe='')}/index.html"
 
 
 def write_report(out: Path, run: RunRow, text: str) -> Path:

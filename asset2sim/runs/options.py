@@ -151,6 +151,7 @@ class RefineOptions(AnswerOptions, ModelOptions, Selection):
     asset_timeout: SECONDS | None = Field(None, description="most seconds that one asset may take (default: 300)")
     views: VIEWS = Field("now", description="now, or later: pictures are left to `asset2sim views`")
     no_views: CliToggleFlag[bool] = Field(False, description="write no pictures")
+    report: CliDualFlag[bool] = Field(True, description="write the report for people, OUT/report, after the run")
     strict: CliToggleFlag[bool] = Field(False, description="exit with 1 if an asset failed")
     min_success: SHARE | None = Field(
         None, description="gate: least share of the run's assets that must pass, unchanged ones included, as 0.95"
@@ -270,9 +271,17 @@ class CheckOptions(FileOptions):
     workers: N | None = Field(None, description="assets checked at once (default: all cores)")
 
 
-class PagesOptions(CatalogOptions):
-    """Serve the pages of Prefect and MLflow."""
+class ReportOptions(CatalogOptions, FileOptions):
+    """Write the report for people, OUT/report: an index and a page an object, as a run does at its end."""
 
+    workers: N | None = Field(None, description="objects drawn at once (default: all cores)")
+    force: CliToggleFlag[bool] = Field(False, description="make every page anew")
+
+
+class PagesOptions(CatalogOptions):
+    """Serve the report and the pages of Prefect and MLflow."""
+
+    report_port: PORT = Field(4100, description="port of 127.0.0.1 for the report")
     prefect_port: PORT = Field(4200, description="port of 127.0.0.1 for Prefect's pages")
     mlflow_port: PORT = Field(5000, description="port of 127.0.0.1 for MLflow's pages")
 
@@ -287,7 +296,8 @@ class Command(Options):
     view: CliSubCommand[ViewOptions] = Field(description="refined objects live, to be touched and reviewed")
     check: CliSubCommand[CheckOptions] = Field(description="the checks alone, on any URDF folder")
     views: CliSubCommand[ViewsOptions] = Field(description="the pictures that refine --views later left out")
-    ui: CliSubCommand[PagesOptions] = Field(description="the pages of Prefect and MLflow")
+    report: CliSubCommand[ReportOptions] = Field(description="the report for people: an index and a page an object")
+    ui: CliSubCommand[PagesOptions] = Field(description="the report and the pages of Prefect and MLflow")
     doctor: CliSubCommand[DoctorOptions] = Field(description="what works here, and what does not")
     nightly: CliSubCommand[NightlyOptions] = Field(description="refine a dataset on the schedule of catalog.yaml")
     ask: CliSubCommand[AskOptions] = Field(description="the questions of a run as files, to be answered by hand")

@@ -53,6 +53,7 @@ SETS: Mapping[str, str] = {
     "max_new_failures": "run.max_new_failures",
     "gate": "run.gate",
     "keep_days": "run.keep_days",
+    "report": "run.report",
 }
 """Option → the setting that it states."""
 

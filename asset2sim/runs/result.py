@@ -30,6 +30,8 @@ class RunResult:
     changes: Changes | None = None
     place: Path | str | None = None
     removed: tuple[str, ...] = ()
+    index: Path | None = None
+    """The index of the report for people, where there is one."""
 
     def shown(self, *parts: str) -> Path | str:
         """Path or URL of the output as the user named it, or of ``parts`` below it."""
@@ -39,3 +41,8 @@ class RunResult:
     def shown_report(self) -> Path | str | None:
         """Path or URL of the report, below the output as the user named it."""
         return None if self.report is None else self.shown(*self.report.relative_to(self.out).parts)
+
+    @property
+    def shown_index(self) -> Path | str | None:
+        """Path or URL of the index of the report for people, likewise."""
+        return None if self.index is None else self.shown(*self.index.relative_to(self.out).parts)

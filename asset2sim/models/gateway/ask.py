@@ -14,6 +14,7 @@ from asset2sim.models.gateway.budget import BudgetSpentError
 from asset2sim.models.gateway.chat_messages import downscaled
 from asset2sim.models.gateway.litellm_call import attempt
 from asset2sim.models.gateway.prices import Amount, cost_usd
+from asset2sim.models.gateway.questions import keep_question
 from asset2sim.models.gateway.rate_limits import RunStoppedError, never_stopped
 from asset2sim.models.gateway.recorded import RecordingError, UnrecordedError, find_answer
 from asset2sim.models.gateway.secrets import listed, missing_variables, redact, redact_answer
@@ -36,6 +37,8 @@ def ask(request: ModelRequest, settings: ModelSettings, session: GatewaySession 
     budget as ``budget_spent`` too.
     """
     settings = settings_for(settings, model_for(settings, request.purpose))
+    if session is not None and session.questions is not None:
+        keep_question(session.questions, prompt_hash(request), request)
     if is_recorded(settings.model):
         return _recorded(request, settings, session)
     start = time.monotonic()

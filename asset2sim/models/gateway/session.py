@@ -6,7 +6,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from asset2sim.models.gateway import answer_cache, rate_limits
+from asset2sim.models.gateway import answer_cache, questions, rate_limits
 from asset2sim.models.gateway.budget import Budget, BudgetSpentError, budget_of, check_budget, record_spent, reserve
 from asset2sim.models.gateway.prices import Amount, expected_amount, largest_amount, price_of
 from asset2sim.models.gateway.rate_limits import Stopped, never_stopped, provider_name, sleep
@@ -33,6 +33,8 @@ class GatewaySession:
     stopped: Stopped = never_stopped
     recordings: Path = Path()
     asked: Counter[tuple[str, str]] = field(default_factory=Counter)
+    questions: Path | None = None
+    """The folder in which questions are kept for people; None: they are not."""
 
     def count_question(self, model: str, purpose: str) -> int:
         """The number of this question among those that the asset asked a model for a purpose, from 1 on."""
@@ -53,7 +55,13 @@ def open_gateway_session(
     ledger = out / rate_limits.LEDGER
     budget = budget_of(ledger, run_id, asset_id, settings)
     return GatewaySession(
-        answers, budget, ledger, slots=out / rate_limits.SLOTS, stopped=stopped, recordings=recordings
+        answers,
+        budget,
+        ledger,
+        slots=out / rate_limits.SLOTS,
+        stopped=stopped,
+        recordings=recordings,
+        questions=out / questions.FOLDER,
     )
 
 

@@ -1,0 +1,243 @@
+"""What an object's page shows: its row and all that belongs to it, in the words of people who handle objects."""
+
+import re
+from collections.abc import Collection, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from asset2sim.catalog.text import NOTHING, number
+from asset2sim.report.charts import line
+from asset2sim.report.exchanges import Exchange
+from asset2sim.report.index_page import longest, method_of
+from asset2sim.report.pictures import AFTER, BEFORE, LOOPS, SIZE
+from asset2sim.report.snapshot import Row
+from asset2sim.report.to_hand import felt, position
+from schemas.failure_guide import FAILURE_GUIDE
+from schemas.vocabulary import FailureMode, Source, Stage
+
+Rows = Mapping[str, Sequence[Row]]
+
+SOURCES = {
+    Source.USER: "stated by the user: guidance, manifest or overrides.csv",
+    Source.MODEL: "proposed by the model",
+    Source.PRIOR: "proposed by the offline model's tables",
+    Source.RULE: "computed or bounded by a rule",
+    Source.SEARCH: "found by the search, or by a mend of a failing check",
+    Source.AUTHORED: "as the asset's own file has it",
+}
+"""Where a number may come from, in words."""
+UNITS = {
+    "m": {"damping": "N·s/m", "friction": "N", "stiffness": "N/m"},
+    "rad": {"damping": "N·m·s/rad", "friction": "N·m", "stiffness": "N·m/rad"},
+}
+CHECKS = {
+    "stands": "stands as set down",
+    "state": "joints stay where asked",
+    "drop": "dropped from 5 cm",
+    "nudge": "a nudged joint settles",
+    "jam": "joints move freely",
+    "hold": "holds where placed",
+    "release": "returns when let go",
+    "reset": "bears a perturbed start",
+    "effort": "opens with a hand's force",
+}
+"""Interaction checks in words, in their order."""
+LOADERS = ("pybullet", "mujoco", "sapien", "drake", "genesis", "newton")
+SEVERITIES = ("error", "warning", "info")
+
+
+@dataclass(frozen=True)
+class Picture:
+    """A picture or loop of the page, with its alternative text and its caption."""
+
+    file: str
+    alt: str
+    caption: str
+
+
+def object_page(
+    asset: Row, own: Rows, others: Sequence[Row], files: Collection[str], calls: Sequence[Exchange]
+) -> dict[str, Any]:
+    """The template's values for the page of an asset; ``own`` are its rows by table, ``others`` its other refinements,
+    ``files`` what lies beside the page."""
+    checks = own["interactions"]
+    mode = FailureMode(asset["failure_mode"]) if asset["failure_mode"] in set(FailureMode) else FailureMode.NONE
+    return {
+        "asset": asset,
+        "ok": asset["status"] == "ok",
+        "guide": FAILURE_GUIDE.get(mode),
+        "method": method_of(asset),
+        "facts": facts(asset),
+        "pictures": pictures(asset, files),
+        "loops": loops(asset, files),
+        "asked": asked(asset, own),
+        "links": in_order(own["links"], "link"),
+        "joints": [joint_words(joint, checks) for joint in in_order(own["joints"], "joint")],
+        "findings": sorted(own["findings"], key=lambda item: SEVERITIES.index(item["severity"])),
+        "phi": phi_plot(own["trace"]),
+        "trace": own["trace"],
+        "engines": engines(own),
+        "failed_checks": [row for row in checks if row["passed"] is False],
+        "overlaps": own["link_overlaps"],
+        "calls": calls,
+        "stages": [(stage.value, asset[f"seconds_{stage.value}"]) for stage in Stage],
+        "others": others,
+        "sources": SOURCES,
+        "loaders": LOADERS if asset["refined_path"] else (),
+    }
+
+
+def visible(value: float | None, unit: str) -> str:
+    """A number with its unit; what is too small to matter as less than a thousandth."""
+    return f"< 0.001 {unit}" if value is not None and 0.0 < value < 1e-3 else number(value, unit)
+
+
+def in_order(items: Sequence[Row], name: str) -> list[Row]:
+    """Rows by a name's words and numbers: ``joint_2`` before ``joint_10``."""
+    return sorted(items, key=lambda row: [(len(word), word) for word in re.split(r"(\d+)", str(row[name]))])
+
+
+def facts(asset: Row) -> list[tuple[str, str, str]]:
+    """The object in figures: (what, value, where it came from)."""
+    if asset["scale"] is None:
+        return []
+    sizes = " × ".join(number(asset[f"size_{axis}_m"]) for axis in "xyz")
+    mount = f" ({asset['support_mount']})" if asset["support_mount"] else ""
+    found = [
+        ("size", f"{sizes} m", ""),
+        ("scale", number(asset["scale"]), asset["scale_source"]),
+        ("mass", number(asset["mass_kg"], "kg"), ""),
+        ("support", f"{asset['support'] or NOTHING}{mount}", asset["support_source"]),
+        ("contact friction", number(asset["contact_friction"]), ""),
+        ("overlap Φ", number(asset["penetration_mm"], "mm"), ""),
+        ("drift", visible(None if asset["drift_m"] is None else 1e3 * asset["drift_m"], "mm"), ""),
+        ("links, joints", f"{asset['n_links']}, {asset['n_joints']}", ""),
+    ]
+    return [(what, value, source or "") for what, value, source in found]
+
+
+def pictures(asset: Row, files: Collection[str]) -> list[Picture]:
+    """Before and after from the same view, and both at their true relative size, as far as they are there."""
+    what, size, scale = asset["category"] or "object", longest(asset), asset["scale"]
+    raw = "" if size is None or not scale else f", {number(size / scale, 'm')} long as it is written"
+    now = "" if size is None else f", {number(size, 'm')} long"
+    state = "in the state that it starts in"
+    shown = (
+        Picture(BEFORE, f"{what} {asset['asset_id']} before: as it came, every joint at zero", f"as it came{raw}"),
+        Picture(AFTER, f"{what} {asset['asset_id']} after: refined, {state}", f"refined, {state}{now}"),
+        Picture(SIZE, f"{what} {asset['asset_id']} as it came and refined, beside a cube of 10 cm",
+                "both at their true relative size, beside a cube of 10 cm"),
+    )  # fmt: skip
+    return [picture for picture in shown if picture.file in files]
+
+
+def loops(asset: Row, files: Collection[str]) -> list[Picture]:
+    """The loops that are there: raw on the left, refined on the right, in step."""
+    what = asset["category"] or "object"
+    return [
+        Picture(file, f"{what} {asset['asset_id']}, {words}: as it came on the left, refined on the right", words)
+        for file, words in LOOPS.items()
+        if file in files
+    ]
+
+
+def asked(asset: Row, own: Rows) -> list[tuple[str, str, bool | None]]:
+    """What was asked or expected of the object, what came of it, and whether that meets it."""
+    found: list[tuple[str, str, bool | None]] = []
+    for joint in own["joints"]:
+        if joint["asked_position"] is None:
+            continue
+        slides = joint["position_unit"] == "m"
+        states = [row for row in own["interactions"] if row["test"] == "state" and row["subject"] == joint["joint"]]
+        met = None if not states else all(row["passed"] for row in states)
+        words = [f"asked at {position(joint['asked_position'], slides)}"]
+        words += [f"starts at {position(joint['initial_position'], slides)}"]
+        if joint["final_position"] is not None:
+            words += [f"rests at {position(joint['final_position'], slides)}"]
+        found.append((f"{joint['label'] or 'joint'} ({joint['joint']})", ", ".join(words), met))
+    for row in own["alignment"]:
+        found.append(("scale", row["scale_reason"], row["scale_score"] >= 1.0))
+        found.append(("state", row["state_reason"], row["state_score"] >= 1.0))
+        if row["judged"] is not None:
+            found.append(("judged by a model", f"{number(row['judged'])}: {row['judged_reason']}", None))
+    for row in own["expectations"]:
+        spans = " or ".join(f"{low:g} to {high:g}" for low, high in zip(row["lows"], row["highs"], strict=True))
+        met = row["met_at_start"] if row["met_at_rest"] is None else row["met_at_start"] and row["met_at_rest"]
+        rest = "" if row["rest"] is None else f", {number(row['rest'])} at rest"
+        words_of = f"{spans} {row['unit']}; is {number(row['start'])}{rest}. {row['why']}" if spans else row["why"]
+        found.append((f"a reader expects: {row['what']}", row["reason"] or words_of, met))
+    return found
+
+
+def joint_words(joint: Row, checks: Sequence[Row]) -> dict[str, Any]:
+    """A joint for the table: its triplet with units and sources, where it is, and what that means to a hand."""
+    slides, units = joint["position_unit"] == "m", UNITS[joint["position_unit"]]
+    limits = (
+        "turns for ever"
+        if joint["lower"] is None
+        else f"{position(joint['lower'], slides)} to {position(joint['upper'], slides)}"
+    )
+    return {
+        "joint": joint["joint"],
+        "type": joint["type"],
+        "label": joint["label"],
+        "terms": [
+            (name, number(joint[name], units[name]), joint[f"{name}_source"])
+            for name in ("damping", "friction", "stiffness")
+        ],
+        "start": position(joint["initial_position"], slides),
+        "start_source": joint["position_source"],
+        "limits": limits,
+        "open": ""
+        if joint["closed"] == joint["open"]
+        else f"{position(joint['closed'], slides)} → {position(joint['open'], slides)}",
+        "felt": felt(joint, [row for row in checks if row["subject"] == joint["joint"]]),
+    }
+
+
+def phi_plot(trace: Sequence[Row]) -> str:
+    """Φ after each step over the state, mm; "" where nothing ever overlapped."""
+    steps = [row for row in trace if row["test"] is None]
+    if len(steps) < 2 or not any(row["phi_before_mm"] or row["phi_after_mm"] for row in steps):
+        return ""
+    kept = [row["phi_after_mm"] if row["accepted"] else row["phi_before_mm"] for row in steps]
+    told = [
+        f"step {row['step']}, {row['proposer']}: {number(value, 'mm')}, "
+        f"{'kept' if row['accepted'] else 'refused'}: {row['reason']}"
+        for row, value in zip(steps, kept, strict=True)
+    ]
+    points = [(float(index), float(value)) for index, value in enumerate(kept)]
+    title = f"Φ from {number(kept[0], 'mm')} to {number(kept[-1], 'mm')} over {len(points)} steps"
+    return line(points, told, title, lambda x: f"{x:.0f}", lambda y: number(y), (0.0, max(kept)), "step")
+
+
+def engines(own: Rows) -> dict[str, Any]:
+    """Engines side by side: their names, and for each measure its words and each engine's (value, passed)."""
+    measured = own["measurements"]
+    lines: list[tuple[str, list[tuple[str, bool | None]]]] = [
+        ("verdict", [("ok" if row["passed"] else row["failure_mode"], row["passed"]) for row in measured])
+    ]
+    for what, column, unit, factor in (
+        ("overlap Φ", "penetration_mm", "mm", 1.0), ("drift", "drift_m", "mm", 1e3), ("turn", "drift_rad", "rad", 1.0),
+        ("peak speed", "peak_speed_m_s", "m/s", 1.0), ("margin to tip over", "tip_margin_deg", "°", 1.0),
+    ):  # fmt: skip
+        values = [None if row[column] is None else factor * row[column] for row in measured]
+        if any(value is not None for value in values):
+            lines.append((what, [(visible(value, unit), None) for value in values]))
+    for test, words in CHECKS.items():
+        mine = [row for row in own["interactions"] if row["test"] == test and row["passed"] is not None]
+        if mine:
+            lines.append(
+                (words, [_passed([item for item in mine if item["engine"] == row["engine"]]) for row in measured])
+            )
+    lines.append(("time to verify", [(number(row["seconds"], "s"), None) for row in measured]))
+    return {
+        "names": [f"{row['engine']} {row['engine_version']}" for row in measured],
+        "lines": lines if measured else [],
+        "problems": [f"{row['engine']}: {row['problem']}" for row in measured if row["problem"]],
+    }
+
+
+def _passed(checks: Sequence[Row]) -> tuple[str, bool | None]:
+    passed = sum(bool(check["passed"]) for check in checks)
+    return (f"{passed} of {len(checks)}", passed == len(checks)) if checks else (NOTHING, None)

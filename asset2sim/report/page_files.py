@@ -1,0 +1,99 @@
+"""Pages from templates, and files that are written only where they differ."""
+
+import json
+import os
+from collections.abc import Mapping
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+import pandas as pd
+from jinja2 import Environment, FileSystemBytecodeCache, PackageLoader, StrictUndefined
+from markupsafe import Markup
+
+from asset2sim.catalog.report_file import page_path
+from asset2sim.catalog.storage.cache import cache_root
+from asset2sim.catalog.text import number
+from asset2sim.report.charts import counted
+from asset2sim.report.index_page import duration
+from schemas.errors import printable
+
+
+def write_text(path: Path, text: str) -> None:
+    """Write a file in one step; one that is the same stays."""
+    content = printable(text).encode("utf-8", "replace")
+    if path.is_file() and path.stat().st_size == len(content) and path.read_bytes() == content:
+        return
+    path.parent.mkdir(parents=True, exist_ok=True)
+    staged = path.with_name(f".{path.name}.new")
+    staged.write_bytes(content)
+    os.replace(staged, path)
+
+
+def source(name: str) -> str:
+    """The text of a file beside the templates."""
+    return (Path(__file__).parent / "templates" / name).read_text(encoding="utf-8")
+
+
+def render(template: str, values: Mapping[str, Any], root: str) -> str:
+    """A page from its template; ``root`` leads from it to the report's folder."""
+    return _environment().get_template(template).render({**values, "root": root})
+
+
+def _compiled() -> FileSystemBytecodeCache | None:
+    """Compiled templates of earlier processes: compiling takes longer than a small report. None where there is no room
+    for them."""
+    folder = cache_root() / "templates"
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError:
+        return None
+    return FileSystemBytecodeCache(str(folder))
+
+
+@cache
+def _environment() -> Environment:
+    made = Environment(
+        loader=PackageLoader("asset2sim.report"),
+        bytecode_cache=_compiled(),
+        autoescape=True,
+        undefined=StrictUndefined,
+        trim_blocks=True,
+        lstrip_blocks=True,
+    )
+    made.filters |= {
+        "number": number,
+        "counted": counted,
+        "place": _place,
+        "duration": duration,
+        "page": page_path,
+        "columns": _json,
+        "moment": _moment,
+        "svg": Markup,
+        "code": _code_words,
+    }
+    return made
+
+
+def _json(value: object) -> Markup:
+    """JSON that can stand in a script element."""
+    text = json.dumps(value, separators=(",", ":"), ensure_ascii=False)
+    return Markup(text.replace("&", "\\u0026").replace("<", "\\u003c").replace(">", "\\u003e"))
+
+
+def _code_words(text: str) -> Markup:
+    """The text with what stands in backticks as code."""
+    return Markup("").join(
+        Markup("<code>{}</code>").format(part) if index % 2 else part for index, part in enumerate(text.split("`"))
+    )
+
+
+def _place(path: str, parts: int = 2) -> Markup:
+    """The end of a path, which says what it is; all of it where somebody points at it."""
+    words = path.rstrip("/").split("/")
+    shown = path if len(words) <= parts + 1 else "…/" + "/".join(words[-parts:])
+    return Markup('<code title="{}">{}</code>').format(path, shown)
+
+
+def _moment(time: pd.Timestamp) -> str:
+    return f"{time:%Y-%m-%d %H:%M} UTC"

@@ -1,0 +1,55 @@
+"""The pictures of an object's page: the refined object as its run drew it, and the same object as it came."""
+
+import logging
+import time
+from collections.abc import Mapping
+from pathlib import Path
+
+from PIL import Image
+
+from asset2sim.assets.urdf.reach import Reach
+from asset2sim.runs.isolation import Ending, run_isolated
+from schemas.settings import RunSettings
+
+BEFORE, AFTER, THUMB = "before.webp", "after.webp", "thumb.webp"
+PICTURES = (BEFORE, AFTER, THUMB)
+LOOPS: Mapping[str, str] = {
+    "sweep.webp": "every joint swept over its range",
+    "drop.webp": "dropped from 5 cm",
+    "release.webp": "let go away from rest",
+}
+"""Loops that may lie beside an object's page, and what they show."""
+SIZE = "size.webp"
+"""Both at their true relative size."""
+THUMB_PX = 96
+QUALITY = 82
+TIME_LIMIT_S = 60.0
+"""Time in which an object as it came is drawn, s: the largest real ones take 3."""
+
+logger = logging.getLogger(__name__)
+
+
+def write_after(view: Path, folder: Path) -> bool:
+    """Write ``after.webp`` and ``thumb.webp`` of a view that a run drew; returns whether there is one."""
+    try:
+        with Image.open(view) as image:
+            picture = image.convert("RGB")
+    except (OSError, ValueError, Image.DecompressionBombError):
+        return False
+    picture.save(folder / AFTER, quality=QUALITY)
+    picture.resize((THUMB_PX, THUMB_PX), Image.Resampling.LANCZOS).save(folder / THUMB, quality=QUALITY)
+    return True
+
+
+def write_before(raw: Path, reach: Reach, to: Path, log: Path) -> bool:
+    """Draw an asset as it came, every joint at zero, into ``to``, in a child process that may crash or hang: whether
+    that went well. What went wrong is a line in the log."""
+    start = time.monotonic()
+    outcome = run_isolated(
+        "asset2sim.report.draw:draw_before", (raw, reach, to, QUALITY), time_limit_s=TIME_LIMIT_S,
+        memory_limit_mb=RunSettings().asset_memory_limit_mb, services={}, log_path=log,
+    )  # fmt: skip
+    if outcome.ending is not Ending.RETURNED:
+        logger.warning("no picture of %s as it came: %s", raw, outcome.reason)
+    logger.debug("%s drawn in %.2f s", raw, time.monotonic() - start)
+    return outcome.ending is Ending.RETURNED

@@ -1,0 +1,265 @@
+"""Writing the report: ``OUT/report/``, of which only the pages of what changed are made anew."""
+
+import hashlib
+import json
+import logging
+import shutil
+from collections.abc import Collection, Mapping, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass
+from functools import cache
+from pathlib import Path
+
+from markupsafe import Markup
+
+from asset2sim.assets.urdf.reach import Reach
+from asset2sim.catalog.read_remote import PARTS, repair_history
+from asset2sim.catalog.report_file import SITE_FOLDER as FOLDER
+from asset2sim.catalog.storage.cache import working_folder
+from asset2sim.catalog.storage.lock import lock_output
+from asset2sim.catalog.storage.mirror import pull, push
+from asset2sim.catalog.storage.objects import StoreError, fetch_objects, list_objects, remove_objects, store_usage_error
+from asset2sim.report.exchanges import exchanges_of
+from asset2sim.report.index_page import index_page
+from asset2sim.report.object_page import object_page
+from asset2sim.report.page_files import render, source, write_text
+from asset2sim.report.pictures import AFTER, BEFORE, LOOPS, PICTURES, SIZE, THUMB, write_after, write_before
+from asset2sim.report.snapshot import Row, Snapshot, newest, read_snapshot, rows, rows_of
+from asset2sim.runs.remote.fetch_asset import local_copy_path
+from schemas.inputs import InputSettings
+from schemas.location import is_url, location_of
+from schemas.table import ASSET_KEY
+from schemas.tables import TABLES
+
+OBJECTS, INDEX = "objects", "index.html"
+STATE = "pages.json"
+"""Asset id → what its pictures and its page were made of."""
+STYLE, SCRIPT = "report.css", "index.js"
+VIEW = "views/perspective.png"
+WHOLE = "+"
+"""Ending of the key of pictures among which is the object as it came."""
+
+logger = logging.getLogger(__name__)
+
+
+@dataclass(frozen=True)
+class Site:
+    """A report: its index, and how many pages of objects were made anew and are there in all."""
+
+    index: Path
+    written: int
+    pages: int
+
+
+def write_report_of(out: Path | str, *, workers: int = 1, anew: bool = False) -> Site:
+    """Write the report of OUT, a folder or a URL, behind which it then lies too. Raises UsageError where there is no
+    catalog or no store."""
+    place = location_of(out)
+    if not is_url(place):
+        return write_site(place, workers=workers, anew=anew)
+    # The folder in which runs of this machine work: there the answers of its models are.
+    folder = working_folder(place)
+    try:
+        with lock_output(folder, shown=place):
+            pull(place, folder, PARTS)
+            repair_history(folder)
+            return write_site(folder, place, workers=workers, anew=anew)
+    except StoreError as error:
+        raise store_usage_error(error) from error
+
+
+def write_site(out: Path, url: str | None = None, *, workers: int = 1, before: bool = True, anew: bool = False) -> Site:
+    """Write the report of OUT; ``out`` is the folder of this machine with its tables, ``url`` the URL that this
+    mirrors, if it does. ``before`` draws objects as they came, where their files are here; ``anew`` makes every page
+    anew. Raises UsageError where there is no catalog, OSError and StoreError where files cannot be written."""
+    found = read_snapshot(out)
+    folder = out / FOLDER
+    # A run and a command, or two commands, may write the same report.
+    with lock_output(folder, wait=True):
+        if url is not None:
+            _fetch(url, {f"{FOLDER}/{STATE}": folder / STATE})
+        state = {} if anew else _read_state(folder)
+        assets = {row["asset_id"]: row for row in rows(newest(found.tables["assets"], found.tables["runs"]))}
+        drawn = _draw(found, assets, out, url, state, workers, before)
+        pages = {name: _page_key(row, None if url else folder) for name, row in assets.items()}
+        changed = [name for name, key in pages.items() if state.get(name, ["", ""])[1] != key]
+        _write_pages(found, {name: assets[name] for name in changed}, out, url)
+        for gone in state.keys() - assets.keys():
+            shutil.rmtree(_object_folder(folder, gone), ignore_errors=True)
+        here = {
+            name
+            for name in assets
+            if _object_folder(folder, name).joinpath(THUMB).is_file() or _had_thumb(state, name, url)
+        }
+        # The index holds all that it needs but pictures: it is sent alone, too.
+        whole = {"style": Markup(source(STYLE)), "script": Markup(source(SCRIPT))}
+        write_text(folder / INDEX, render("index.html.jinja", index_page(found, here) | whole, ""))
+        write_text(folder / STYLE, source(STYLE))
+        thumbs = {name: "thumb" if name in here else "" for name in assets}
+        write_text(folder / STATE, json.dumps({name: [drawn[name], pages[name], thumbs[name]] for name in assets}))
+        if url is not None:
+            _send(url, out, changed, state.keys() - assets.keys())
+    return Site(folder / INDEX, len(changed), len(assets))
+
+
+def _draw(
+    found: Snapshot,
+    assets: Mapping[str, Row],
+    out: Path,
+    url: str | None,
+    state: Mapping[str, Sequence[str]],
+    workers: int,
+    before: bool,
+) -> dict[str, str]:
+    """Draw the pictures of what changed; asset id → what its pictures are made of now."""
+    keys = {name: _picture_key(row, None if url else out) for name, row in assets.items()}
+    had = {name: state[name][0] for name in assets if name in state}
+    # A run without pictures of objects as they came leaves those that there are.
+    kept = {name: had[name] for name, key in keys.items() if had.get(name) in {key + WHOLE, *([] if before else [key])}}
+    todo = [name for name in assets if name not in kept]
+    reaches = {row["run_id"]: reach_of_run(row) for row in rows(found.tables["runs"])}
+
+    def draw(name: str) -> None:
+        asset, folder = assets[name], _object_folder(out / FOLDER, name)
+        folder.mkdir(parents=True, exist_ok=True)
+        view = out / "assets" / name / VIEW
+        if url is not None and asset["refined_path"]:
+            _fetch(url, {f"assets/{name}/{VIEW}": view})
+        seen = write_after(view, folder)
+        raw = _here(asset["source_path"])
+        (folder / BEFORE).unlink(missing_ok=True)
+        if before and seen and raw.is_dir():
+            write_before(raw, reaches[asset["run_id"]], folder / BEFORE, out / "logs" / f"{name}.report.log")
+
+    with ThreadPoolExecutor(max(1, workers)) as pool:
+        list(pool.map(draw, todo))
+    return {name: kept.get(name, key + WHOLE * before) for name, key in keys.items()}
+
+
+def reach_of_run(run: Row) -> Reach:
+    """Where the files of a run's assets may lie: below its dataset, and as its settings say."""
+    try:
+        inputs = InputSettings.model_validate(json.loads(run["settings_json"])["inputs"])
+    except (KeyError, TypeError, ValueError):
+        inputs = InputSettings()
+    packages = {name: Path(place).resolve() for name, place in inputs.package_folders.items()}
+    return Reach((_here(run["dataset"]).resolve(),), packages, inputs.allow_outside)
+
+
+def _here(place: str) -> Path:
+    """A folder of a dataset on this machine: the copy that runs made, where it is a URL's."""
+    found = location_of(place)
+    return local_copy_path(found) if is_url(found) else found
+
+
+def _picture_key(asset: Row, out: Path | None) -> str:
+    """What an object's pictures are made of: its row, and where OUT is a folder the view that was drawn of it."""
+    return _digest(_identity(asset), _stamp(out and out / "assets" / asset["asset_id"] / VIEW))
+
+
+def _page_key(asset: Row, folder: Path | None) -> str:
+    """What an object's page is made of, the pictures that are there among it; behind a URL they may be on another
+    machine, and do not count."""
+    place = folder and _object_folder(folder, asset["asset_id"])
+    shown = [name for name in (*PICTURES, *LOOPS, SIZE) if place and place.joinpath(name).is_file()]
+    return _digest(_identity(asset), _code(), *shown)
+
+
+def _identity(asset: Row) -> str:
+    return "\n".join(str(asset[name]) for name in (*ASSET_KEY, "run_id", "content_hash"))
+
+
+def _stamp(file: Path | None) -> str:
+    try:
+        return "" if file is None else str(file.stat().st_mtime_ns)
+    except OSError:
+        return ""
+
+
+@cache
+def _code() -> str:
+    """Digest of all that decides what a page looks like: another version makes the pages anew."""
+    sources = sorted(path for path in Path(__file__).parent.rglob("*") if path.suffix in (".py", ".jinja"))
+    return _digest(*(path.read_text(encoding="utf-8") for path in sources))
+
+
+def _digest(*parts: str) -> str:
+    return hashlib.sha256("\0".join(parts).encode("utf-8", "replace")).hexdigest()[:16]
+
+
+def _write_pages(found: Snapshot, assets: Mapping[str, Row], out: Path, url: str | None) -> None:
+    """Write the pages of these assets; ``out`` is the folder in which the answers are kept too."""
+    if not assets:
+        return
+    own = {name: rows_of(found.tables[name], assets) for name, table in TABLES.items() if table.per_asset}
+    systems: set[str] = set()
+    for name, asset in assets.items():
+        folder = _object_folder(out / FOLDER, name)
+        folder.mkdir(parents=True, exist_ok=True)
+        mine = {table: [row for row in of.get(name, ()) if _same(row, asset)] for table, of in own.items()}
+        others = [row for row in own["assets"].get(name, ()) if not _same(row, asset)]
+        calls = exchanges_of(out, mine["model_calls"])
+        systems |= {call.question.system for call in calls if call.question is not None}
+        files = {path.name for path in folder.iterdir()}
+        if url is not None and AFTER not in files:
+            # Drawn by another machine.
+            files |= set(list_objects(f"{url}/{FOLDER}/{OBJECTS}/{name}"))
+        values = object_page(asset, mine, others, files, calls)
+        write_text(folder / INDEX, render("object.html.jinja", values, "../../"))
+    _copy_systems(out, systems)
+
+
+def _copy_systems(out: Path, names: Collection[str]) -> None:
+    """Copy the questions' system parts, which many objects share, into the report."""
+    from asset2sim.models.gateway.questions import FOLDER as QUESTIONS
+
+    for name in sorted(names):
+        source, place = out / QUESTIONS / f"{name}.txt", out / FOLDER / "prompts" / f"{name}.txt"
+        if source.is_file() and not place.is_file():
+            place.parent.mkdir(parents=True, exist_ok=True)
+            shutil.copyfile(source, place)
+
+
+def _same(row: Row, asset: Row) -> bool:
+    return all(row[name] == asset[name] for name in ASSET_KEY)
+
+
+def _object_folder(folder: Path, asset_id: str) -> Path:
+    return folder / OBJECTS / asset_id
+
+
+def _had_thumb(state: Mapping[str, Sequence[str]], name: str, url: str | None) -> bool:
+    """Whether a report behind a URL has a thumbnail that this machine has not."""
+    return url is not None and state.get(name, ["", "", ""])[-1] == "thumb"
+
+
+def _read_state(folder: Path) -> dict[str, list[str]]:
+    try:
+        state: dict[str, list[str]] = json.loads((folder / STATE).read_text(encoding="utf-8"))
+    except (OSError, ValueError):
+        return {}
+    return state
+
+
+def _fetch(url: str, files: Mapping[str, Path]) -> None:
+    """Download what is there of these files below a URL; what is not is removed here."""
+    for name, place in files.items():
+        place.parent.mkdir(parents=True, exist_ok=True)
+        try:
+            fetch_objects({f"{url}/{name}": place})
+        except StoreError as error:
+            if not error.missing:
+                raise
+            place.unlink(missing_ok=True)
+
+
+def _send(url: str, out: Path, changed: Sequence[str], gone: Collection[str]) -> None:
+    """Upload what changed of the report, its index last."""
+    folder = out / FOLDER
+    names = [path for asset in changed for path in sorted(_object_folder(folder, asset).iterdir())]
+    names += sorted((folder / "prompts").glob("*.txt"))
+    names += [folder / name for name in (STYLE, INDEX, STATE)]
+    push(url, out, [path.relative_to(out).as_posix() for path in names])
+    remove_objects(
+        [f"{url}/{FOLDER}/{OBJECTS}/{name}/{file}" for name in gone for file in (INDEX, *PICTURES, *LOOPS, SIZE)]
+    )

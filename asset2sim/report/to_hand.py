@@ -1,0 +1,113 @@
+"""What a joint's damping, friction and stiffness mean to a hand: how soon it stops, what opens it, what it holds."""
+
+import math
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+from asset2sim.catalog.text import number
+from asset2sim.physics.timing import glide
+from schemas.settings import PhysicsSettings
+
+Row = Mapping[str, Any]
+ENDLESS_S = 600.0
+"""Time to stop beyond which a joint is said not to, s."""
+
+NO_MOTION = 1e-6
+"""Position, m or rad, that is 0 to anybody."""
+AT_ONCE_S = 0.02
+"""Time that nobody sees, s."""
+UNFELT_N = 0.01
+"""Force that no hand feels, N: the weight of a gram."""
+
+
+def stopping_time_s(speed: float, inertia: float, damping: float, friction: float) -> float:
+    """Time (s) in which damping and dry friction stop ``inertia`` from ``speed`` on a level path, to a twentieth where
+    only damping brakes it; inf where nothing does."""
+    if speed <= 0.0 or inertia <= 0.0:
+        return 0.0
+    decay = inertia / damping if damping > 0.0 else math.inf
+    if friction <= 0.0:
+        return 3.0 * decay
+    deceleration = friction / inertia
+    # Without damping to speak of the logarithm's first term is all there is.
+    if decay > 1e6 * speed / deceleration:
+        return speed / deceleration
+    return decay * math.log1p(speed / (deceleration * decay))
+
+
+def felt(joint: Row, checks: Sequence[Row]) -> list[tuple[str, str]]:
+    """What a hand feels at a joint, as (what, words): its coasting, its opening force, its hold, its return.
+    ``checks`` are the joint's rows of the table ``interactions``."""
+    opened = _opening(joint, checks)
+    held, returned = _hold(joint), _return(checks)
+    return [("let go moving", _coasting(joint)), *opened, *held, *returned]
+
+
+def _coasting(joint: Row) -> str:
+    slides, settings = joint["position_unit"] == "m", PhysicsSettings()
+    speed = settings.usual_speed_m_s if slides else settings.usual_speed_rad_s
+    inertia, damping, friction = (float(joint[name]) for name in ("effective_inertia", "damping", "friction"))
+    inertia += float(joint.get("armature") or 0.0)
+    seconds = stopping_time_s(speed, inertia, damping, friction)
+    given = f"from {number(speed)} m/s" if slides else f"from {number(math.degrees(speed), digits=2)}°/s"
+    if seconds > ENDLESS_S:
+        return f"{given} it coasts on: nothing brakes it"
+    way = glide(speed, inertia / damping, friction / inertia) if damping > 0.0 and inertia > 0.0 else None
+    far = "" if way is None else f", after {position(way, slides)}"
+    when = "at once" if seconds < AT_ONCE_S else f"in {number(seconds, 's', 2)}"
+    return f"{given} on the level it stops {when}{far}"
+
+
+def _opening(joint: Row, checks: Sequence[Row]) -> list[tuple[str, str]]:
+    found = []
+    for way in ("opening", "closing"):
+        rows = [row for row in checks if row["test"] == "effort" and str(row["reason"]).startswith(way)]
+        if rows:
+            low, high = (least(row["value"] for row in rows) for least in (min, max))
+            # Engines agree within a few per cent: one number where they do.
+            value = (
+                number(high, "N", 2)
+                if high - low <= 0.1 * high
+                else f"{number(low, digits=2)} to {number(high, 'N', 2)}"
+            )
+            value = f"less than {number(UNFELT_N, 'N')}, which no hand feels," if high < UNFELT_N else value
+            found.append((f"{way} takes", f"{value} at its edge{_usual(joint) if way == 'opening' else ''}"))
+    return found
+
+
+def _usual(joint: Row) -> str:
+    kind, least, most = (joint.get(name) for name in ("effort_kind", "effort_least_n", "effort_most_n"))
+    if kind is None or most is None:
+        return ""
+    span = f"up to {number(most, 'N', 3)}" if not least else f"{number(least, digits=3)} to {number(most, 'N', 3)}"
+    return f"; a {kind} takes {span}"
+
+
+def _hold(joint: Row) -> list[tuple[str, str]]:
+    unit = "N" if joint["position_unit"] == "m" else "N·m"
+    load, friction, spring = abs(float(joint["gravity_load"])), float(joint["friction"]), float(joint["stiffness"])
+    if joint["holds"]:
+        if load < 1e-9 * max(friction, 1e-9) or load == 0.0:
+            return [("holds", f"stays where it is put: gravity does not pull it, friction is {number(friction, unit)}")]
+        return [
+            ("holds", f"stays where it is put: friction {number(friction, unit)} bears gravity's {number(load, unit)}, "
+             f"{number(friction / load, digits=2)} times over")
+        ]  # fmt: skip
+    if spring > 0.0:
+        return [("does not hold", "its spring brings it back")]
+    if load > friction:
+        return [("does not hold", f"gravity moves it: {number(load, unit)} against friction {number(friction, unit)}")]
+    return [("moves freely", f"friction {number(friction, unit)} is all that stops it")]
+
+
+def _return(checks: Sequence[Row]) -> list[tuple[str, str]]:
+    rows = [row for row in checks if row["test"] == "release"]
+    return [("let go away from rest", str(rows[0]["reason"]))] if rows else []
+
+
+def position(value: float | None, slides: bool) -> str:
+    """A joint position for people: mm for a slider, degrees for a hinge."""
+    if value is None:
+        return "–"
+    value = 0.0 if abs(value) < NO_MOTION else value
+    return number(1e3 * value, "mm", 3) if slides else f"{number(math.degrees(value), digits=3)}°"

@@ -1,0 +1,193 @@
+"""The report's files: which are made anew, from where, and what becomes of bad ones."""
+
+import json
+from datetime import UTC, datetime
+from pathlib import Path
+
+import pytest
+from PIL import Image
+
+from asset2sim.catalog.run import finish_run, start_run
+from asset2sim.catalog.write import write_run
+from asset2sim.models.gateway import questions
+from asset2sim.models.gateway.answer_cache import FOLDER, StoredAnswer, store_answer
+from asset2sim.models.gateway.questions import keep_question, read_question
+from asset2sim.report.index_page import figures, index_page
+from asset2sim.report.site import write_report_of, write_site
+from asset2sim.report.snapshot import read_snapshot
+from schemas.asset import AssetRecord
+from schemas.errors import UsageError
+from schemas.request import LabelledImage, ModelRequest, Turn
+from schemas.settings import Settings
+from schemas.vocabulary import FailureMode, Method
+from tests.factories import make_call, make_failure, make_record
+from tests.object_store import Store
+
+REQUEST = ModelRequest(purpose="synthesis", system="Answer <b>well</b>.", text="Box & lid <script>alert(1)</script>")
+
+
+def published(out: Path, *records: AssetRecord, dataset: str = "dataset") -> None:
+    write_run(out, finish_run(start_run(Settings(), dataset)), list(records))
+
+
+def stamps(out: Path) -> dict[str, int]:
+    return {path.parent.name: path.stat().st_mtime_ns for path in (out / "report/objects").glob("*/index.html")}
+
+
+def page(out: Path, asset_id: str) -> str:
+    return (out / "report/objects" / asset_id / "index.html").read_text(encoding="utf-8")
+
+
+def test_only_pages_of_what_changed_are_made_anew_and_those_of_what_is_gone_go(tmp_path: Path) -> None:
+    published(tmp_path, *(make_record(name) for name in "abc"))
+    assert (write_site(tmp_path).written, write_site(tmp_path).written) == (3, 0)
+    before = stamps(tmp_path)
+    published(tmp_path, make_failure("b", FailureMode.TIMEOUT))
+    site = write_site(tmp_path)
+    after = stamps(tmp_path)
+    assert site.written == 1 and site.pages == 3 and {name for name in after if after[name] != before[name]} == {"b"}
+    assert "timeout" in page(tmp_path, "b")
+    (tmp_path / "report/objects/c/drop.webp").write_bytes(b"a loop")
+    assert write_site(tmp_path).written == 1 and 'src="drop.webp"' in page(tmp_path, "c")
+    run = finish_run(start_run(Settings(), "dataset"))
+    write_run(tmp_path, run, [make_record("a")], present={"a", "b"})
+    write_site(tmp_path)
+    assert set(stamps(tmp_path)) == {"a", "b"} and not (tmp_path / "report/objects/c").exists()
+    assert write_site(tmp_path, anew=True).written == 2
+
+
+def test_the_figures_stand_beside_those_of_the_run_before_over_the_same(tmp_path: Path) -> None:
+    published(tmp_path, make_record("a"), make_failure("b", FailureMode.TIMEOUT))
+    assert {figure.name for figure in figures(read_snapshot(tmp_path))} & {"new failures", "mended"} == set()
+    published(tmp_path, make_record("x"), dataset="another")
+    published(tmp_path, make_failure("a", FailureMode.DRIFT), make_record("b"))
+    found = {figure.name: figure for figure in figures(read_snapshot(tmp_path))}
+    assert found["pass"].now == "1 of 2" and found["pass"].then == "1 of 2" and found["pass"].change == "same"
+    assert found["new failures"].now == found["mended"].now == "1"
+    values = index_page(read_snapshot(tmp_path), set())
+    data = values["data"]
+    assert dict(zip(data["id"], data["change"], strict=True)) == {"a": 1, "b": 2, "x": 0}
+    categories, methods, months = values["groups"]
+    assert values["modes"] == ("drift",) and categories.lines == (("Box", 3, "66.7 %", (1,)),)
+    assert methods.lines == (("asset2sim, prior/household", 3, "66.7 %", (1,)),)
+    assert months.lines == ((f"{datetime.now(UTC):%Y-%m}", 2, "50.0 %", (1,)),)
+
+
+def test_of_several_methods_the_page_is_of_the_last_and_the_index_has_all(tmp_path: Path) -> None:
+    published(tmp_path, make_record("a", method=Method.DIRECT, reason="by the first"))
+    published(tmp_path, make_record("a"))
+    write_site(tmp_path)
+    assert "Also refined by" in page(tmp_path, "a") and "direct" in page(tmp_path, "a")
+    assert len(index_page(read_snapshot(tmp_path), set())["data"]["id"]) == 2
+
+
+def test_questions_and_answers_are_shown_word_for_word_and_never_obeyed(tmp_path: Path) -> None:
+    call = make_call(prompt_hash="0123456789abcdef", answer_file=f"{'7' * 64}.json")
+    keep_question(tmp_path / questions.FOLDER, call.prompt_hash, REQUEST)
+    kept = StoredAnswer(model=call.model, purpose="synthesis", prompt_hash=call.prompt_hash, content='{"scale": 0.5}')
+    store_answer(tmp_path / FOLDER, "7" * 64, kept)
+    evil = "<img src=x onerror=alert(1)></script><script>alert(2)</script>"
+    published(tmp_path, make_record("a", calls=(call,), category=evil), make_record("b"))
+    write_site(tmp_path)
+    text = page(tmp_path, "a")
+    assert "Box &amp; lid &lt;script&gt;" in text and "&#34;scale&#34;: 0.5" in text
+    (system,) = (tmp_path / "report/prompts").glob("*.txt")
+    assert system.read_text(encoding="utf-8") == REQUEST.system and f"prompts/{system.name}" in text
+    assert "Not kept here" in page(tmp_path, "b")
+    index = (tmp_path / "report/index.html").read_text(encoding="utf-8")
+    assert "<img src=x" not in index + text and index.count("</script>") == 2
+
+
+def test_of_a_conversation_the_longest_question_is_kept(tmp_path: Path) -> None:
+    longer = REQUEST.model_copy(
+        update={"turns": (Turn(role="assistant", content="first"), Turn(role="user", content="?"))}
+    )
+    for asked in (REQUEST, longer, REQUEST):
+        keep_question(tmp_path, "abc", asked)
+    found = read_question(tmp_path, "abc")
+    assert found is not None and [turn.content for turn in found.turns] == ["first", "?"]
+    pictured = longer.model_copy(update={"images": (LabelledImage(label="front", png=b"png"),)})
+    keep_question(tmp_path, "abc", pictured)
+    assert (found := read_question(tmp_path, "abc")) is not None and found.images == ("front",)
+    (tmp_path / "abc.json").write_text("{")
+    assert read_question(tmp_path, "abc") is None
+
+
+def test_names_of_any_kind_have_pages_that_the_index_finds(tmp_path: Path) -> None:
+    names = ("a b", "100%", "ü#1")
+    published(tmp_path, *(make_record(name) for name in names))
+    write_site(tmp_path)
+    assert set(stamps(tmp_path)) == set(names)
+
+
+def test_a_damaged_state_makes_all_anew_and_a_folder_without_runs_is_an_error(tmp_path: Path) -> None:
+    published(tmp_path, make_record("a"))
+    write_site(tmp_path)
+    (tmp_path / "report/pages.json").write_text("{")
+    assert write_site(tmp_path).written == 1 and "a" in json.loads((tmp_path / "report/pages.json").read_text())
+    with pytest.raises(UsageError, match="no catalog"):
+        write_site(tmp_path / "empty")
+
+
+def view(out: Path, asset_id: str, colour: str) -> Path:
+    file = out / "assets" / asset_id / "views/perspective.png"
+    file.parent.mkdir(parents=True, exist_ok=True)
+    Image.new("RGB", (32, 32), colour).save(file)
+    return file
+
+
+def pictures(out: Path, asset_id: str) -> set[str]:
+    return {path.name for path in (out / "report/objects" / asset_id).glob("*.webp")}
+
+
+def test_pictures_are_made_of_the_views_that_are_there_and_again_when_those_change(tmp_path: Path) -> None:
+    published(tmp_path, make_record("a"), make_record("b"))
+    view(tmp_path, "a", "red")
+    write_site(tmp_path, before=False)
+    assert (pictures(tmp_path, "a"), pictures(tmp_path, "b")) == ({"after.webp", "thumb.webp"}, set())
+    assert "No pictures" in page(tmp_path, "b") and '"picture":[1,0]' in (tmp_path / "report/index.html").read_text()
+    red = (tmp_path / "report/objects/a/thumb.webp").read_bytes()
+    view(tmp_path, "a", "blue")
+    view(tmp_path, "b", "blue")
+    write_site(tmp_path, before=False)
+    assert (tmp_path / "report/objects/a/thumb.webp").read_bytes() != red
+    assert 'src="after.webp"' in page(tmp_path, "b"), "drawn later"
+
+
+def test_a_run_without_pictures_of_what_came_leaves_those_that_there_are(tmp_path: Path) -> None:
+    published(tmp_path, make_record("a"))
+    view(tmp_path, "a", "red")
+    write_site(tmp_path, before=True)
+    came = tmp_path / "report/objects/a/before.webp"
+    came.write_bytes(b"as it came")
+    write_site(tmp_path, before=False)
+    assert came.is_file()
+    published(tmp_path, make_record("a"))
+    write_site(tmp_path, before=False)
+    assert not came.exists(), "another refinement, perhaps of other files"
+
+
+@pytest.mark.system
+def test_the_report_of_a_bucket_lies_in_the_bucket_whichever_machine_writes_it(
+    store: Store, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    here, there = tmp_path / "here", f"{store.url}/out"
+    published(here, make_record("a"), make_record("b"))
+    view(here, "a", "red")
+    store.put(here, there)
+    for machine in ("one", "another"):
+        monkeypatch.setenv("ASSET2SIM_CACHE", str(tmp_path / machine))
+        site = write_report_of(there)
+        assert site.written == (2 if machine == "one" else 0)
+    kept = {name.removeprefix("report/") for name in store.keys(there) if name.startswith("report/")}
+    assert kept >= {"index.html", "report.css", "objects/a/thumb.webp", "objects/b/index.html"}
+    index = store.files.cat_file(f"{there}/report/index.html").decode()
+    assert '"picture":[1,0]' in index
+    write_run(here, finish_run(start_run(Settings(), "dataset")), [make_record("a")], present={"a"})
+    store.put(here / "catalog", f"{there}/catalog")
+    store.put(here / "history", f"{there}/history")
+    write_report_of(there)
+    left = {name for name in store.keys(there) if name.startswith("report/objects/")}
+    assert not any(name.startswith("report/objects/b/") for name in left)
+    text = store.files.cat_file(f"{there}/report/objects/a/index.html").decode()
+    assert 'src="after.webp"' in text and "report/objects/a/after.webp" in left
