@@ -1,22 +1,28 @@
 """The pictures of an object's page: the refined object as its run drew it, and the same object as it came."""
 
 import logging
+import tempfile
 import time
 from collections.abc import Mapping
 from pathlib import Path
 
 from PIL import Image
 
+from asset2sim.assets.urdf.locate import find_source, outer_references
 from asset2sim.assets.urdf.reach import Reach
+from asset2sim.catalog.storage.objects import fetch_objects, list_objects
+from asset2sim.report.loops import is_current, write_loops
+from asset2sim.report.loops.write import REFERENCE
 from asset2sim.runs.isolation import Ending, run_isolated
+from schemas.errors import AssetError
 from schemas.settings import RunSettings
 
 BEFORE, AFTER, THUMB = "before.webp", "after.webp", "thumb.webp"
 PICTURES = (BEFORE, AFTER, THUMB)
 LOOPS: Mapping[str, str] = {
     "sweep.webp": "every joint swept over its range",
-    "drop.webp": "dropped from 5 cm",
-    "release.webp": "let go away from rest",
+    "drop.webp": "let fall 2 cm, tilted by 2°",
+    "release.webp": "every joint pushed and let go, the base held",
 }
 """Loops that may lie beside an object's page, and what they show."""
 SIZE = "size.webp"
@@ -53,3 +59,32 @@ def write_before(raw: Path, reach: Reach, to: Path, log: Path) -> bool:
         logger.warning("no picture of %s as it came: %s", raw, outcome.reason)
     logger.debug("%s drawn in %.2f s", raw, time.monotonic() - start)
     return outcome.ending is Ending.RETURNED
+
+
+def write_motion(refined: Path | str, raw: Path, reach: Reach, folder: Path, owner: str) -> None:
+    """Write the loops and the size picture of a refined object into ``folder``, where those there are of another;
+    ``refined`` is its folder, or the URL of one, which is fetched. The object as it came is beside it where its files
+    are here and name none outside. ``stop_children(owner)`` ends it. Raises StoreError."""
+    with tempfile.TemporaryDirectory(prefix="asset2sim-report-") as place:
+        if isinstance(refined, str):
+            here = Path(place, refined.rpartition("/")[2])
+            files = {f"{refined}/{name}": here / name for name in list_objects(refined)}
+            for file in files.values():
+                file.parent.mkdir(parents=True, exist_ok=True)
+            fetch_objects(files)
+            refined = here
+        urdf = raw_file(raw, reach)
+        if (refined / "overlay.json").is_file() and not is_current(refined, urdf, folder):
+            write_loops(refined, urdf, folder, owner)
+
+
+def raw_file(raw: Path, reach: Reach) -> Path | None:
+    """The file of an asset as it came; None where it is not here, or names files outside that are out of reach."""
+    try:
+        file = find_source(raw)
+        text = file.read_text(encoding="utf-8", errors="replace")
+    except (AssetError, OSError):
+        return None
+    # Links are followed.
+    inside = not outer_references(text) and all(reach.allows(file.parent / name) for name in REFERENCE.findall(text))
+    return file if inside or reach.anywhere else None

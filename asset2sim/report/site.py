@@ -21,10 +21,22 @@ from asset2sim.catalog.storage.mirror import pull, push
 from asset2sim.catalog.storage.objects import StoreError, fetch_objects, list_objects, remove_objects, store_usage_error
 from asset2sim.report.exchanges import exchanges_of
 from asset2sim.report.index_page import index_page
+from asset2sim.report.loops.write import RECORD
 from asset2sim.report.object_page import object_page
 from asset2sim.report.page_files import render, source, write_text
-from asset2sim.report.pictures import AFTER, BEFORE, LOOPS, PICTURES, SIZE, THUMB, write_after, write_before
+from asset2sim.report.pictures import (
+    AFTER,
+    BEFORE,
+    LOOPS,
+    PICTURES,
+    SIZE,
+    THUMB,
+    write_after,
+    write_before,
+    write_motion,
+)
 from asset2sim.report.snapshot import Row, Snapshot, newest, read_snapshot, rows, rows_of
+from asset2sim.runs.isolation import stop_children
 from asset2sim.runs.remote.fetch_asset import local_copy_path
 from schemas.inputs import InputSettings
 from schemas.location import is_url, location_of
@@ -128,11 +140,21 @@ def _draw(
         seen = write_after(view, folder)
         raw = _here(asset["source_path"])
         (folder / BEFORE).unlink(missing_ok=True)
-        if before and seen and raw.is_dir():
-            write_before(raw, reaches[asset["run_id"]], folder / BEFORE, out / "logs" / f"{name}.report.log")
+        if not (before and seen):
+            return
+        reach = reaches[asset["run_id"]]
+        if raw.is_dir():
+            write_before(raw, reach, folder / BEFORE, out / "logs" / f"{name}.report.log")
+        write_motion(out / "assets" / name if url is None else f"{url}/assets/{name}", raw, reach, folder, str(out))
 
-    with ThreadPoolExecutor(max(1, workers)) as pool:
+    pool = ThreadPoolExecutor(max(1, workers))
+    try:
         list(pool.map(draw, todo))
+    except KeyboardInterrupt:
+        stop_children(str(out))
+        raise
+    finally:
+        pool.shutdown(cancel_futures=True)
     return {name: kept.get(name, key + WHOLE * before) for name, key in keys.items()}
 
 
@@ -261,5 +283,9 @@ def _send(url: str, out: Path, changed: Sequence[str], gone: Collection[str]) ->
     names += [folder / name for name in (STYLE, INDEX, STATE)]
     push(url, out, [path.relative_to(out).as_posix() for path in names])
     remove_objects(
-        [f"{url}/{FOLDER}/{OBJECTS}/{name}/{file}" for name in gone for file in (INDEX, *PICTURES, *LOOPS, SIZE)]
+        [
+            f"{url}/{FOLDER}/{OBJECTS}/{name}/{file}"
+            for name in gone
+            for file in (INDEX, *PICTURES, *LOOPS, SIZE, RECORD)
+        ]
     )

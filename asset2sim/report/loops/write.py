@@ -28,7 +28,7 @@ LIMIT_S = 60.0
 """Wall time that one object's loops may take, s: they take one or two of a core that is free."""
 SHOWN = re.compile(r"  (mobility\.urdf|overlay\.json|(?!views/).*/.*)\n")
 """The lines of a refined folder's checksums that count: not what was measured of it, nor other forms and pictures."""
-REFERENCE = re.compile(rb"filename\s*=\s*[\"']([^\"']+)[\"']")
+REFERENCE = re.compile(r"filename\s*=\s*[\"']([^\"']+)[\"']")
 
 log = logging.getLogger(__name__)
 
@@ -46,8 +46,8 @@ def loops_key(refined: Path, raw_urdf: Path | None) -> str:
     if raw_urdf is not None:
         content = content_of(raw_urdf)
         digest.update(b"\nraw\n" + content)
-        for name in sorted(set(REFERENCE.findall(content))):
-            digest.update(name + b" %d\n" % size_of(raw_urdf.parent / name.decode(errors="replace")))
+        for name in sorted(set(REFERENCE.findall(content.decode(errors="replace")))):
+            digest.update(f"{name} {size_of(raw_urdf.parent / name)}\n".encode(errors="replace"))
     return digest.hexdigest()
 
 
