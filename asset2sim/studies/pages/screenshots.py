@@ -38,15 +38,17 @@ def take(report: Path, folder: Path, asset_id: str = SHOWN) -> list[Path]:
         from playwright.sync_api import sync_playwright
     except ImportError as error:
         raise UsageError("Playwright is not installed; the extra 'browser' has it") from error
-    pages = {"report_index.webp": "index.html#figures", "report_object.webp": page_path(asset_id)}
+    pages = {"report_index.webp": "index.html", "report_object.webp": page_path(asset_id)}
     with tempfile.TemporaryDirectory() as profile, sync_playwright() as program:
         browser = program.chromium.launch_persistent_context(
             profile, executable_path=chromium(), args=list(ARGUMENTS), viewport={"width": WIDTH, "height": HEIGHT}
         )
         page = browser.new_page()
         for name, address in pages.items():
-            page.goto((report / address).resolve().as_uri())
-            page.wait_for_load_state("networkidle")
+            page.goto(f"{report.resolve().as_uri()}/{address}")
+            if name == "report_index.webp":
+                page.evaluate("document.getElementById('figures').scrollIntoView()")
+            page.wait_for_timeout(1000)  # smooth scrolling, and pictures that load as they are seen
             with Image.open(BytesIO(page.screenshot())) as image:
                 image.save(folder / name, quality=QUALITY, method=6)
         browser.close()
