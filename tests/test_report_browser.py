@@ -7,7 +7,6 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from PIL import Image
 
 from asset2sim.catalog.run import finish_run, start_run
 from asset2sim.catalog.write import write_run
@@ -84,7 +83,7 @@ def published(out: Path, records: list[AssetRecord]) -> None:
 
 @pytest.fixture(scope="module")
 def sampled(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """Two runs over samples as they are, the second with a new failure, and an animation as the loops are."""
+    """Two runs over samples as they are, the second with a new failure."""
     out = tmp_path_factory.mktemp("sampled")
     names = ("box_wooden", "laptop_silver", "planted_not_xml")
     records = [refine_asset(sample(name), out, QUICK, prior) for name in names]
@@ -92,9 +91,6 @@ def sampled(tmp_path_factory: pytest.TempPathFactory) -> Path:
     write_site(out)
     failed = make_failure("scissors_paper", FailureMode.TIMEOUT, "asset_timeout")
     published(out, [*records, failed])
-    loop = out / "report" / "objects" / "box_wooden" / "sweep.webp"
-    frames = [Image.new("RGB", (64, 32), colour) for colour in ("red", "blue")]
-    frames[0].save(loop, save_all=True, append_images=frames[1:], duration=100, loop=0)
     write_site(out)
     return out / "report"
 
@@ -122,8 +118,8 @@ def test_the_report_opens_from_disk_with_no_complaint_no_request_and_every_pictu
             assert image.get_attribute("alt") is not None
             pictures += 1
         assert page.locator("svg[aria-label='']").count() == 0
-    # Thumbnails on the index, before and after on two pages, and the loop.
-    assert pictures == 2 + 4 + 1 and tab.problems == []
+    # Thumbnails on the index; on two pages before, after, both at their size, and three loops.
+    assert pictures == 2 + 2 * 6 and tab.problems == []
 
 
 def test_an_object_page_shows_what_was_asked_what_came_of_it_and_how_to_load_it(tab: Tab, sampled: Path) -> None:
