@@ -13,6 +13,7 @@ from asset2sim.runs import options as asked
 from asset2sim.runs.command_line import Options
 from asset2sim.runs.interrupt import lost_interrupts_repeated, sigterm_as_interrupt
 from asset2sim.runs.options import parse
+from asset2sim.runs.page_options import PagesOptions, ReportOptions, ViewOptions
 from asset2sim.runs.request import RefineRequest, refine_request, settings_for_run, stated_settings
 from flows import PIPELINE
 from schemas.errors import DONE, FAILED, UsageError, exit_code_of
@@ -50,13 +51,13 @@ def _dispatch(options: Options, refine: Refine, nightly: Nightly) -> int:
 
             sys.stdout.write(settings_text(settings_for_run(options.settings, {}), options.format))
             return DONE
-        case asked.ViewOptions():
-            from flows.show import serve_viewer
+        case ViewOptions():
+            from flows.serve_pages import serve_viewer
 
             settings = settings_for_run(options.settings, {})
             serve_viewer(options.out, options.asset_id, options.engine, options.host, options.port, settings)
             return DONE
-        case asked.ReportOptions():
+        case ReportOptions():
             from flows.show import print_site
 
             print_site(options.out, settings_for_run(options.settings, stated_settings(options)), options.force)
@@ -87,9 +88,11 @@ def _print(options: Options) -> int:
         case asked.CheckOptions():
             settings = settings_for_run(options.settings, stated_settings(options))
             return DONE if show.print_checks(options.folders, settings, json=options.json_) else FAILED
-        case asked.PagesOptions():
+        case PagesOptions():
+            from flows.serve_pages import serve_pages
+
             ports = options.report_port, options.prefect_port, options.mlflow_port
-            show.print_and_serve_pages(options.out, *ports)
+            serve_pages(options.out, *ports)
         case asked.DoctorOptions():
             model = settings_for_run(options.settings, stated_settings(options)).model
             return DONE if show.print_doctor(options.out, model) else FAILED

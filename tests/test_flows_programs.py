@@ -11,7 +11,7 @@ import pytest
 
 from flows.command import main
 from flows.programs import ProgramError, run_together
-from flows.show import commands
+from flows.serve_pages import commands
 from tests.assets import ROOT
 from tests.processes import alive, wait_until
 
@@ -52,11 +52,11 @@ def test_the_pages_programs_are_installed_and_listen_for_this_machine_alone(tmp_
 
 UI = """
 import sys
-import flows.show
+import flows.serve_pages
 from flows.command import main
 import flows.programs
 flows.programs.STOP_LIMIT_S = 2.0
-flows.show.commands = lambda *_: {
+flows.serve_pages.commands = lambda *_: {
     "Prefect": [sys.executable, "-c", "import sys; sys.exit(5)"],
     "MLflow": [sys.executable, "-c", "import subprocess; subprocess.run(['sleep', '600'])"],
 }

@@ -13,7 +13,7 @@ from asset2sim.runs.request import parse_request
 from asset2sim.runs.result import INTERRUPTED
 from asset2sim.runs.spread.refine_all import RunRecords
 from flows import run_report
-from flows.show import commands
+from flows.serve_pages import commands
 from schemas.settings import RunSettings, Settings, ViewSettings
 from schemas.summary import AssetSummary
 from tests.factories import make_record

@@ -17,7 +17,6 @@ from asset2sim.runs.option_types import (
     COUNT,
     CRON,
     DAY,
-    ENGINE,
     ENGINES,
     FOLDERS,
     FORMAT,
@@ -30,7 +29,6 @@ from asset2sim.runs.option_types import (
     NAME,
     OUT,
     PACKAGES,
-    PORT,
     PROPOSER,
     RATE,
     RULE,
@@ -43,7 +41,6 @@ from asset2sim.runs.option_types import (
     TEXT,
     URL,
     USD,
-    VIEWED,
     VIEWS,
     Listed,
     N,
@@ -51,6 +48,7 @@ from asset2sim.runs.option_types import (
     exclusive,
     nothing,
 )
+from asset2sim.runs.page_options import PagesOptions, ReportOptions, ViewOptions
 from schemas.errors import UsageError
 from schemas.location import Location
 from schemas.support import SupportKind
@@ -220,15 +218,6 @@ class ShowOptions(CatalogOptions):
     asset_id: CliPositionalArg[str] = Field(description="an asset's id, as the manifest has it")
 
 
-class ViewOptions(CatalogOptions, FileOptions):
-    """Look at refined objects and touch them, beside the raw ones, and review them: a page on this machine."""
-
-    asset_id: CliPositionalArg[NAME | None] = Field(None, description="the asset to begin with (default: the first)")
-    engine: ENGINE = Field(Engine.PYBULLET, description=f"the engine to begin with: {', '.join(VIEWED)}")
-    host: NAME = Field("127.0.0.1", description="the address to serve on; others let any machine that reaches it in")
-    port: PORT = Field(8080, description="the port to serve on")
-
-
 class ViewsOptions(CatalogOptions, FileOptions):
     """Write the pictures that a run with --views later left out."""
 
@@ -269,21 +258,6 @@ class CheckOptions(FileOptions):
     up: AXIS | None = Field(None, description=f"{', '.join(UpAxis)}: the axis that points up in the files (default: z)")
     json_: CliToggleFlag[bool] = Field(False, alias="json", description="JSON instead of a table")
     workers: N | None = Field(None, description="assets checked at once (default: all cores)")
-
-
-class ReportOptions(CatalogOptions, FileOptions):
-    """Write the report for people, OUT/report: an index and a page an object, as a run does at its end."""
-
-    workers: N | None = Field(None, description="objects drawn at once (default: all cores)")
-    force: CliToggleFlag[bool] = Field(False, description="make every page anew")
-
-
-class PagesOptions(CatalogOptions):
-    """Serve the report and the pages of Prefect and MLflow."""
-
-    report_port: PORT = Field(4100, description="port of 127.0.0.1 for the report")
-    prefect_port: PORT = Field(4200, description="port of 127.0.0.1 for Prefect's pages")
-    mlflow_port: PORT = Field(5000, description="port of 127.0.0.1 for MLflow's pages")
 
 
 class Command(Options):

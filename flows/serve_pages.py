@@ -1,0 +1,93 @@
+"""The pages that are served until their user has seen enough: the viewer's, the report, Prefect's and MLflow's."""
+
+import socket
+import sys
+from contextlib import suppress
+from itertools import combinations
+from pathlib import Path
+
+from rich.text import Text
+
+from asset2sim.catalog.storage.objects import open_store
+from asset2sim.catalog.text import output
+from schemas.errors import UsageError
+from schemas.location import is_url, location_of
+from schemas.settings import Settings
+from schemas.vocabulary import Engine
+
+
+def serve_viewer(
+    out: Path | str, asset_id: str | None, engine: Engine, host: str, port: int, settings: Settings
+) -> None:
+    """Serve the viewer until interrupted, by Ctrl-C or SIGTERM. Raises UsageError for a port that is in use, an unknown
+    asset, and where viser is not installed."""
+    from asset2sim.runs.interrupt import sigterm_as_interrupt
+    from asset2sim.viewer.serve import open_viewer
+
+    opened = open_viewer(out, asset_id, engine=engine, host=host, port=port, settings=settings.engine)
+    with suppress(KeyboardInterrupt), sigterm_as_interrupt(), opened as viewer:
+        output().print(Text(f"viewer: {viewer.address}, until Ctrl-C"))
+        sys.stdout.flush()
+        viewer.wait()
+
+
+def serve_pages(out: Path | str, report_port: int, prefect_port: int, mlflow_port: int) -> None:
+    """Serve the report and the pages of Prefect and MLflow for the runs in ``out`` until interrupted, by Ctrl-C or
+    SIGTERM. Raises UsageError for a port that is in use or twice the same, and for a URL of no store."""
+    from asset2sim.runs.interrupt import sigterm_as_interrupt
+    from flows.programs import run_side_by_side
+
+    if is_url(out):
+        open_store(out)
+    ports = {"Prefect": prefect_port, "MLflow": mlflow_port}
+    reported = report_folder(out).is_dir()
+    ports |= {"report": report_port} if reported else {}
+    for name, port in ports.items():
+        _check_port(name, port)
+    for (name, port), (other, same) in combinations(ports.items(), 2):
+        if port == same:
+            raise UsageError(f"--{name.lower()}-port and --{other.lower()}-port are both {port}; choose two")
+    console = output()
+    for name, port in ports.items():
+        console.print(f"{name}: http://127.0.0.1:{port}")
+    if not reported:
+        console.print(f"report: none in {report_folder(out)}; asset2sim report --out {out} writes it", soft_wrap=True)
+    with suppress(KeyboardInterrupt), sigterm_as_interrupt():
+        run_side_by_side(commands(out, prefect_port, mlflow_port, report_port))
+
+
+def _check_port(name: str, port: int) -> None:
+    try:
+        socket.create_server(("127.0.0.1", port)).close()
+    except OSError as error:
+        raise UsageError(
+            f"port {port} of 127.0.0.1 cannot be used for {name} ({error.strerror or error}); choose another with "
+            f"--{name.lower()}-port"
+        ) from error
+
+
+def report_folder(out: Path | str) -> Path:
+    """The folder of this machine in which the report of ``out`` lies, where there is one."""
+    from asset2sim.catalog.report_file import SITE_FOLDER
+    from asset2sim.catalog.storage.cache import working_folder
+
+    return working_folder(location_of(out)) / SITE_FOLDER
+
+
+def commands(
+    out: Path | str, prefect_port: int = 4200, mlflow_port: int = 5000, report_port: int = 4100
+) -> dict[str, list[str]]:
+    """Name → command line of each server; all listen on 127.0.0.1 only. MLflow shows the runs of this machine; the
+    report is served where there is one."""
+    from asset2sim.catalog.mlflow_store import tracking_uri
+    from asset2sim.catalog.storage.cache import working_folder
+
+    programs, folder = Path(sys.executable).parent, report_folder(out)
+    served = [sys.executable, "-m", "http.server", "--bind", "127.0.0.1", "--directory", str(folder), str(report_port)]
+    return {
+        "Prefect": [str(programs / "prefect"), "server", "start", "--host", "127.0.0.1", "--port", str(prefect_port)],
+        "MLflow": [
+            *(str(programs / "mlflow"), "server", "--backend-store-uri", tracking_uri(working_folder(out))),
+            *("--host", "127.0.0.1", "--port", str(mlflow_port)),
+        ],
+    } | ({"report": served} if folder.is_dir() else {})
