@@ -199,7 +199,7 @@ def report_holding(name: str, held_by: Holding, kind: Handling, notes: Notes) ->
     if held_by.cut:
         message = (
             f"joint '{name}': friction that holds it, {held_by.wanted:.3g}, set to {held_by.friction:.3g}: with more a "
-            "hand could not move it, or it would tip over or slide; where contacts are stiffer than friction it may creep"
+            "hand could not move it, or it would tip or slide; where contacts are stiffer than friction it may creep"
         )
         notes.info("friction_handled", message, joint=name, value=held_by.wanted, limit=held_by.friction)
 
