@@ -279,7 +279,7 @@ def test_a_lid_that_must_hold_has_friction_over_its_load_where_it_is_asked_to_st
     level = 2.0 * G * 0.2 * 0.5
     friction, load, _ = lid(result)
     assert near(abs(load), level * math.cos(math.pi / 3.0 - 0.5))
-    # 1.5 times the load, if the object, of little mass beside it, did not tip over before a hand moved the lid.
+    # Twice the load, if the object, of little mass beside it, did not tip over before a hand moved the lid.
     assert PHYSICS.least_hold_margin * abs(load) < friction < PHYSICS.hold_margin * abs(load)
     (finding,) = [item for item in find(findings, "friction_bounded") if item.joint == "lid_hinge"]
     assert near((finding.value, finding.limit), (0.001, friction))
