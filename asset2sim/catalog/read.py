@@ -2,7 +2,7 @@
 folder or a URL."""
 
 import os
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from difflib import get_close_matches
 from pathlib import Path
 from typing import TypeVar
@@ -23,6 +23,8 @@ from schemas.tables import HISTORY, PUBLISHED, TABLES
 from schemas.tables_reviews import REVIEWS
 
 Result = TypeVar("Result")
+Filters = list[tuple[str, str, object]]
+"""Conditions on columns, all of which hold, as pyarrow has them: (column, comparison, value)."""
 
 _ATTEMPTS = 20
 _NULLABLE = {pa.int64(): pd.Int64Dtype(), pa.bool_(): pd.BooleanDtype()}
@@ -60,17 +62,30 @@ def read_asset(out: str | os.PathLike[str], asset_id: str) -> dict[str, pd.DataF
 
 
 def read_tables(
-    out: str | os.PathLike[str], of_history: Callable[[pd.DataFrame], Sequence[str]]
+    out: str | os.PathLike[str],
+    filters: Mapping[str, Filters | None],
+    of_history: Callable[[pd.DataFrame], Sequence[str]],
 ) -> dict[str, pd.DataFrame]:
-    """Table name → all its rows, and the history's rows of the runs that ``of_history`` chooses of the table ``runs``;
-    all from one state of OUT. Raises UsageError where OUT has no catalog."""
+    """Table name → its rows that pass its ``filters``, all where it has none, of these tables, ``runs`` among them, and
+    the history's rows of the runs that ``of_history`` chooses of ``runs``; all from one state of OUT. Raises UsageError
+    where OUT has no catalog."""
     out = local_tables(out)
 
     def read(folder: Path) -> dict[str, pd.DataFrame]:
-        frames = {name: _frame(folder / table.file) for name, table in TABLES.items()}
+        frames = {name: _frame(folder / TABLES[name].file, those) for name, those in filters.items()}
         return frames | {HISTORY.name: _history_frame(out, of_history(frames["runs"]))}
 
     return _read_consistent(out, read)
+
+
+def read_assets(out: str | os.PathLike[str], asset_ids: Sequence[str]) -> dict[str, pd.DataFrame]:
+    """Table name → the rows of these assets, in every table that has rows of assets; all from one state of OUT. Raises
+    UsageError where OUT has no catalog."""
+    mine: Filters = [("asset_id", "in", list(asset_ids))]
+    tables = [table for table in TABLES.values() if table.per_asset]
+    return _read_consistent(
+        local_tables(out), lambda folder: {table.name: _frame(folder / table.file, mine) for table in tables}
+    )
 
 
 def _asset_frames(folder: Path, asset_id: str) -> dict[str, pd.DataFrame]:
@@ -78,13 +93,13 @@ def _asset_frames(folder: Path, asset_id: str) -> dict[str, pd.DataFrame]:
     known = pq.read_table(path, columns=["asset_id"]).column("asset_id").unique().to_pylist()
     if asset_id not in known:
         raise UnknownChoiceError("asset", asset_id, get_close_matches(asset_id, known, n=8, cutoff=0.5) or known)
-    mine = [("asset_id", "==", asset_id)]
+    mine: Filters = [("asset_id", "==", asset_id)]
     frames = {table.name: _frame(folder / table.file, mine) for table in TABLES.values() if table.per_asset}
     runs = _frame(folder / TABLES["runs"].file)
     return frames | {"runs": runs[runs["run_id"].isin(frames["assets"]["run_id"])]}
 
 
-def _frame(path: Path, filters: list[tuple[str, str, str]] | None = None) -> pd.DataFrame:
+def _frame(path: Path, filters: Filters | None = None) -> pd.DataFrame:
     # A catalog that an earlier version wrote may lack a table that was added since.
     added = not path.exists() and path.with_name(TABLES["runs"].file).exists()
     table = TABLES[path.stem].schema.empty_table() if added else pq.read_table(path, filters=filters)

@@ -41,13 +41,14 @@ from asset2sim.runs.remote.fetch_asset import local_copy_path
 from schemas.inputs import InputSettings
 from schemas.location import is_url, location_of
 from schemas.table import ASSET_KEY
-from schemas.tables import TABLES
 
 OBJECTS, INDEX = "objects", "index.html"
 STATE = "pages.json"
 """Asset id → what its pictures and its page were made of."""
 STYLE, SCRIPT = "report.css", "index.js"
 VIEW = "views/perspective.png"
+AT_ONCE = 200
+"""Objects whose rows are in memory at once."""
 WHOLE = "+"
 """Ending of the key of pictures among which is the object as it came."""
 
@@ -95,7 +96,8 @@ def write_site(out: Path, url: str | None = None, *, workers: int = 1, before: b
         drawn = _draw(found, assets, out, url, state, workers, before)
         pages = {name: _page_key(row, None if url else folder) for name, row in assets.items()}
         changed = [name for name, key in pages.items() if state.get(name, ["", ""])[1] != key]
-        _write_pages(found, {name: assets[name] for name in changed}, out, url)
+        for first in range(0, len(changed), AT_ONCE):
+            _write_pages({name: assets[name] for name in changed[first : first + AT_ONCE]}, out, url)
         for gone in state.keys() - assets.keys():
             shutil.rmtree(_object_folder(folder, gone), ignore_errors=True)
         here = {
@@ -209,11 +211,9 @@ def _digest(*parts: str) -> str:
     return hashlib.sha256("\0".join(parts).encode("utf-8", "replace")).hexdigest()[:16]
 
 
-def _write_pages(found: Snapshot, assets: Mapping[str, Row], out: Path, url: str | None) -> None:
+def _write_pages(assets: Mapping[str, Row], out: Path, url: str | None) -> None:
     """Write the pages of these assets; ``out`` is the folder in which the answers are kept too."""
-    if not assets:
-        return
-    own = {name: rows_of(found.tables[name], assets) for name, table in TABLES.items() if table.per_asset}
+    own = rows_of(out, list(assets))
     systems: set[str] = set()
     for name, asset in assets.items():
         folder = _object_folder(out / FOLDER, name)

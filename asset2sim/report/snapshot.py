@@ -1,7 +1,7 @@
-"""The catalog as the report reads it: every table of one state of OUT, its latest run, and the run before that."""
+"""The catalog as the report reads it: what its index shows of one state of OUT, and the rows of some assets."""
 
 import math
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -9,19 +9,24 @@ from typing import Any
 import pandas as pd
 
 from asset2sim.catalog.changes import compared
-from asset2sim.catalog.read import read_tables
+from asset2sim.catalog.read import Filters, read_assets, read_tables
 from schemas.errors import UsageError
 from schemas.table import ASSET_KEY
 from schemas.tables import HISTORY
 
+NEEDED: Mapping[str, Filters | None] = {
+    "assets": None, "runs": None, "joints": None, "interactions": [("test", "==", "effort")],
+}  # fmt: skip
+"""What an index shows of the tables, by name: of the largest a few rows, so that ten thousand assets fit."""
 Row = Mapping[str, Any]
 """A row as read: column → value, None where it is missing."""
 
 
 @dataclass(frozen=True)
 class Snapshot:
-    """Table name → its rows; ``runs`` are those that can be compared with the latest, oldest first, it included; and
-    ``modes`` are run id → (asset, method, model) → failure mode, of the latest and the run before."""
+    """Table name → its rows, as far as ``NEEDED``; ``runs`` are those that can be compared with the latest, oldest
+    first, it included; and ``modes`` are run id → (asset, method, model) → failure mode, of the latest and the run
+    before."""
 
     tables: Mapping[str, pd.DataFrame]
     runs: tuple[Row, ...]
@@ -40,7 +45,7 @@ class Snapshot:
 
 def read_snapshot(out: Path | str) -> Snapshot:
     """The catalog of OUT, a folder or a URL. Raises UsageError where there is none, or no run in it."""
-    tables = read_tables(out, lambda runs: [row["run_id"] for row in _comparable(runs)[-2:]])
+    tables = read_tables(out, NEEDED, lambda runs: [row["run_id"] for row in _comparable(runs)[-2:]])
     runs = _comparable(tables["runs"])
     if not runs:
         raise UsageError(f"{out}: its catalog has no run; refine a dataset into it first")
@@ -65,11 +70,13 @@ def rows(frame: pd.DataFrame) -> list[dict[str, Any]]:
     return found
 
 
-def rows_of(table: pd.DataFrame, assets: Collection[str]) -> dict[str, list[dict[str, Any]]]:
-    """Asset id → its rows of a table, for these assets only."""
-    found: dict[str, list[dict[str, Any]]] = {}
-    for row in rows(table[table["asset_id"].isin(list(assets))]):
-        found.setdefault(row["asset_id"], []).append(row)
+def rows_of(out: Path, assets: Sequence[str]) -> dict[str, dict[str, list[dict[str, Any]]]]:
+    """Table name → asset id → its rows, for these assets only."""
+    found: dict[str, dict[str, list[dict[str, Any]]]] = {}
+    for name, table in read_assets(out, assets).items():
+        found[name] = {}
+        for row in rows(table):
+            found[name].setdefault(row["asset_id"], []).append(row)
     return found
 
 
