@@ -43,7 +43,12 @@ class Tab:
         page.on("console", lambda said: self.problems.append(said.text) if said.type in ("error", "warning") else None)
         page.on("pageerror", lambda error: self.problems.append(str(error)))
         page.on("request", lambda asked: self._asked(asked.url))
-        page.on("requestfailed", lambda asked: self.problems.append(f"not loaded: {asked.url}"))
+        page.on("requestfailed", self._failed)
+
+    def _failed(self, asked: Any) -> None:
+        # What was loading when the tab left its page is no problem of the page.
+        if asked.failure != "net::ERR_ABORTED":
+            self.problems.append(f"not loaded: {asked.url} ({asked.failure})")
 
     def _asked(self, url: str) -> None:
         if not url.startswith(("file://", "data:")):
