@@ -12,7 +12,7 @@ import pytest
 from PIL import Image
 
 from asset2sim.assets.checksums import write_checksums
-from asset2sim.report.loops import is_current, loops_key, make, write, write_all
+from asset2sim.report.loops import is_current, loops_key, make, write, write_loops
 from asset2sim.report.loops.figure import read_figure
 from asset2sim.report.loops.film import MOST_BYTES, SIDE
 from asset2sim.report.loops.make import SWEEP_FRAMES, make_loops
@@ -128,16 +128,25 @@ def test_what_fails_is_an_empty_list_and_a_line_in_the_log(
     for folder in (torn, whole):
         shutil.copytree(refined, folder)
     shutil.rmtree(torn / "textured_objs")
-    raws: dict[str, Path | None] = {"torn": None, "whole": raw_of("scissors_paper")}
+    raws: dict[Path, Path | None] = {torn: None, whole: raw_of("scissors_paper")}
+
+    def due() -> dict[str, list[str]]:
+        to = {folder: tmp_path / folder.name for folder in raws}
+        return {
+            folder.name: write_loops(folder, raw, to[folder])
+            for folder, raw in raws.items()
+            if not is_current(folder, raw, to[folder])
+        }
+
     with caplog.at_level(logging.WARNING):
-        assert write_all(out, raws, workers=2) == {"torn": [], "whole": [*LOOPS, "size.webp"]}
+        assert due() == {"torn": [], "whole": [*LOOPS, "size.webp"]}
     assert [record.message.partition(":")[0] for record in caplog.records] == ["torn"]
     assert "cannot find 'textured_objs" in caplog.text
     monkeypatch.setattr(write, "make_loops", dies)
-    assert write_all(out, raws).keys() == {"torn"}, "made only for what changed"
+    assert due().keys() == {"torn"}, "made only for what changed"
     (whole / "mobility.urdf").write_text((whole / "mobility.urdf").read_text().replace('effort="', 'effort="1'))
     write_checksums(whole)
-    assert write_all(out, raws) == {"torn": [], "whole": []}
+    assert due() == {"torn": [], "whole": []}
     assert "SIGKILL" in caplog.text
 
 

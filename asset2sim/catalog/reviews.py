@@ -83,7 +83,7 @@ def reviewed_failures(out: Path | str) -> pd.DataFrame:
 
 
 def unreviewed_line(found: pd.DataFrame) -> str:
-    """How many of the failures nobody has reviewed as they are now; empty where there is no failure."""
+    """How many failures have no review of their present state; empty where there is no failure."""
     left = int((~found["current"]).sum())
     return f"{left} of {len(found)} failures not reviewed" if len(found) else ""
 

@@ -161,7 +161,7 @@ def _svg(chart: Any, title: str, told: Sequence[str]) -> str:
 
 
 def _short(value: str) -> str:
-    """Coordinates with one decimal: nobody sees more, and an index of a thousand marks is smaller."""
+    """Coordinates with one decimal: a tenth of a pixel is not visible, and the page is smaller."""
     words = value.split(" ") if value[:1].isdigit() or value[:2] == "M " or value[:1] == "-" else [value]
     return " ".join(f"{float(word):.1f}" if _is_long(word) else word for word in words)
 

@@ -89,7 +89,7 @@ def _code_words(text: str) -> Markup:
 
 
 def _place(path: str, parts: int = 2) -> Markup:
-    """The end of a path, which says what it is; all of it where somebody points at it."""
+    """The end of a path, which says what it is; the whole path as its tooltip."""
     words = path.rstrip("/").split("/")
     shown = path if len(words) <= parts + 1 else "…/" + "/".join(words[-parts:])
     return Markup('<code title="{}">{}</code>').format(path, shown)

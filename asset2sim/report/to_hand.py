@@ -15,7 +15,7 @@ ENDLESS_S = 600.0
 NO_MOTION = 1e-6
 """Position, m or rad, that is 0 to anybody."""
 AT_ONCE_S = 0.02
-"""Time that nobody sees, s."""
+"""Time too short to be seen, s."""
 UNFELT_N = 0.01
 """Force that no hand feels, N: the weight of a gram."""
 

@@ -32,7 +32,7 @@ div[style*="max-height: 60%"], div[style*="max-height: 60%"] div[style*="width: 
 div[style*="max-height: 60%"] { max-height: 50% !important; }
 }</style>"""
 """On a phone viser's sheet is narrower than the page, and covers more than half of it."""
-NOBODY = "(none)"
+NO_ASSET = "(none)"
 """What the list offers where there is nothing to walk through."""
 PREVIOUS, NEXT = "← Previous", "Next →"
 RESET, DROP, NUDGE = "Reset", "Drop", "Nudge"
@@ -180,7 +180,7 @@ class Panel:
     def list(self, stops: Sequence[Stop], now: str | None) -> None:
         """Offer these assets, and show which one is open."""
         self.choices = {choice(stop): stop.asset_id for stop in stops}
-        names = tuple(self.choices) or (NOBODY,)
+        names = tuple(self.choices) or (NO_ASSET,)
         if names != tuple(self.asset.options):
             self.asset.options = names
         self.asset.value = next((name for name, asset_id in self.choices.items() if asset_id == now), names[0])

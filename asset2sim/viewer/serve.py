@@ -36,7 +36,7 @@ def open_viewer(
     # It prints where it listens, and so does the command.
     with redirect_stdout(io.StringIO()):
         server = viser.ViserServer(host=host, port=port, label="asset2sim", verbose=False)
-    # Any page that connects may ask for it: a tunnel through somebody else's server.
+    # Any page that connects may ask for it: a tunnel through viser's public server.
     server.request_share_url = no_share  # type: ignore[method-assign]
     try:
         viewer = Viewer(out, server, asset_id, engine, settings)

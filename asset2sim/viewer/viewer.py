@@ -179,7 +179,7 @@ class Viewer:
         self._close()
 
     def _failed(self, error: Exception) -> None:
-        """Say it in a line on the page, and, of what is nobody's mistake, all in the log, once."""
+        """Show the error in a line on the page; one that is not the user's mistake goes into the log in full, once."""
         line = one_line(error)
         if not isinstance(error, Asset2SimError) and line not in self.problems:
             logger.error("the viewer goes on", exc_info=error)

@@ -1,25 +1,20 @@
-"""Loops of a whole output: each object's in a killable child, and only where the object is another than it was."""
+"""Loops of an object, made in a killable child, and the key by which they are made anew only for another object."""
 
 import hashlib
 import json
 import logging
 import re
 import tempfile
-from collections.abc import Mapping
-from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 from asset2sim.assets.checksums import FILE
 from asset2sim.assets.folder import URDF_NAME
 from asset2sim.engines.registry import engine_version
 from asset2sim.report.loops.make import make_loops, save
-from asset2sim.runs.isolation import Ending, run_isolated, stop_children
-from asset2sim.runs.isolation.children import warm_up
+from asset2sim.runs.isolation import Ending, run_isolated
 from schemas.settings import RunSettings
 from schemas.vocabulary import Engine
 
-FOLDER = "report/objects"
-"""Where an output has its objects' pages, and beside each its loops."""
 RECORD = "loops.json"
 """The file beside the loops that says of what they are."""
 VERSION = 1
@@ -84,27 +79,6 @@ def write_loops(refined: Path, raw_urdf: Path | None, to: Path, owner: str = "")
     names = [str(name) for name in outcome.value]
     save(to / RECORD, (json.dumps({"key": key, "files": names}) + "\n").encode())
     return names
-
-
-def write_all(out: Path, raw_urdfs: Mapping[str, Path | None], workers: int = 1) -> dict[str, list[str]]:
-    """Write the loops of an output's refined objects that have none of today's object, so many at once; asset id → the
-    names written, empty where that failed. ``raw_urdfs``: asset id → the URDF that it was refined from."""
-    due: dict[str, tuple[Path, Path | None, Path, str]] = {}
-    for refined in sorted((out / "assets").iterdir()):
-        raw, to = raw_urdfs.get(refined.name), out / FOLDER / refined.name
-        if (refined / "overlay.json").is_file() and not is_current(refined, raw, to):
-            due[refined.name] = refined, raw, to, str(out)
-    if due:
-        warm_up(f"{make_loops.__module__}:{make_loops.__name__}")
-    pool = ThreadPoolExecutor(workers)
-    try:
-        written = pool.map(lambda item: write_loops(*item), due.values())
-        return dict(zip(due, written, strict=True))
-    except KeyboardInterrupt:
-        stop_children(str(out))
-        raise
-    finally:
-        pool.shutdown(cancel_futures=True)
 
 
 def content_of(file: Path) -> bytes:
