@@ -108,7 +108,7 @@ def test_a_verdict_is_good_or_bad_and_an_out_that_cannot_be_written_to_says_so(t
         path.unlink()
     (tmp_path / "reviews").rmdir()
     (tmp_path / "reviews").write_text("in the way", encoding="utf-8")
-    with pytest.raises(UsageError, match="the review is not stored"):
+    with pytest.raises(UsageError, match="reviews: nothing is stored"):
         file.add(review("b", "r"))
     assert not file.reviews
 

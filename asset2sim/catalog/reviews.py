@@ -4,26 +4,21 @@ No run touches these files, and no two viewers write the same one: a review need
 and also where OUT is a URL.
 """
 
-import tempfile
-import uuid
 from dataclasses import asdict, dataclass
-from datetime import UTC, datetime
+from datetime import datetime
 from pathlib import Path
 
 import pandas as pd
-import pyarrow as pa
-import pyarrow.parquet as pq
 from rich.table import Table
 from rich.text import Text
 
 from asset2sim.catalog.enforce import to_arrow
+from asset2sim.catalog.own_files import new_name, write_own_file
 from asset2sim.catalog.query import packaged_sql
 from asset2sim.catalog.read import query
-from asset2sim.catalog.storage.objects import StoreError, send_objects, store_usage_error
-from asset2sim.catalog.stored_reviews import REVIEWS_FOLDER, write_reviews
 from asset2sim.catalog.text import NOTHING, cut, titled_table
 from schemas.errors import UsageError
-from schemas.location import is_url, location_of
+from schemas.location import location_of
 from schemas.tables_reviews import REVIEWS
 
 VERDICTS = ("good", "bad")
@@ -47,8 +42,7 @@ class ReviewFile:
     """The file of one viewer's reviews in OUT, a folder or a URL; written anew, in one step, with each of them."""
 
     def __init__(self, out: Path | str) -> None:
-        self.out = location_of(out)
-        self.name = f"{datetime.now(UTC):%Y%m%dT%H%M%S}-{uuid.uuid4().hex[:8]}.parquet"
+        self.out, self.name = location_of(out), new_name()
         self.reviews: tuple[Review, ...] = ()
 
     def add(self, review: Review) -> None:
@@ -57,23 +51,8 @@ class ReviewFile:
         if review.verdict not in VERDICTS:
             raise UsageError(f"a verdict is {' or '.join(VERDICTS)}, not '{review.verdict}'")
         every = (*self.reviews, review)
-        rows = to_arrow(REVIEWS, [asdict(item) for item in every])
-        try:
-            self._write(rows)
-        except StoreError as error:
-            raise store_usage_error(error) from error
-        except OSError as error:
-            raise UsageError(f"the review is not stored: {self.out} cannot be written to ({error})") from error
+        write_own_file(self.out, REVIEWS, self.name, to_arrow(REVIEWS, [asdict(item) for item in every]))
         self.reviews = every
-
-    def _write(self, rows: pa.Table) -> None:
-        if is_url(self.out):
-            with tempfile.TemporaryDirectory() as folder:
-                staged = Path(folder, self.name)
-                pq.write_table(rows, staged, compression="zstd")
-                send_objects({f"{self.out}/{REVIEWS_FOLDER}/{self.name}": staged})
-            return
-        write_reviews(self.out, self.name, rows)
 
 
 def reviewed_failures(out: Path | str) -> pd.DataFrame:

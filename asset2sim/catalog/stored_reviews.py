@@ -6,10 +6,10 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 
 from asset2sim.catalog.enforce import conform
-from asset2sim.catalog.switch import replace_file
+from asset2sim.catalog.own_files import write_own_file
 from schemas.tables_reviews import REVIEWS
 
-REVIEWS_FOLDER = "reviews"
+REVIEWS_FOLDER = REVIEWS.name
 REVIEWS_PATTERN = f"{REVIEWS_FOLDER}/*.parquet"
 """The files, relative to OUT."""
 EMPTY = "none.parquet"
@@ -24,16 +24,7 @@ def review_files(out: Path) -> list[Path]:
 def make_reviews(out: Path) -> None:
     """Write the file without rows, where there is none."""
     if not (out / REVIEWS_FOLDER / EMPTY).exists():
-        write_reviews(out, EMPTY, REVIEWS.schema.empty_table())
-
-
-def write_reviews(out: Path, name: str, rows: pa.Table) -> None:
-    """Write a file of reviews in one step."""
-    place = out / REVIEWS_FOLDER / name
-    place.parent.mkdir(exist_ok=True)
-    staged = place.with_name(f".{name}.part")
-    pq.write_table(rows, staged, compression="zstd")
-    replace_file(staged, place)
+        write_own_file(out, REVIEWS, EMPTY, REVIEWS.schema.empty_table())
 
 
 def stored_reviews(out: Path) -> pa.Table:

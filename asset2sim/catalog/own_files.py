@@ -1,0 +1,83 @@
+"""Tables beside the catalog that people and judges write: ``OUT/TABLE/NAME.parquet``, a file of each writer.
+
+No run touches these files, and no two writers write the same one: no lock is needed, also while a run is going on, and
+also where OUT is a URL. OUT needs no catalog.
+"""
+
+import tempfile
+import uuid
+from collections.abc import Sequence
+from datetime import UTC, datetime
+from pathlib import Path
+
+import pandas as pd
+import pyarrow as pa
+import pyarrow.parquet as pq
+
+from asset2sim.catalog.enforce import conform, to_arrow
+from asset2sim.catalog.storage.cache import reading_folder
+from asset2sim.catalog.storage.mirror import pull
+from asset2sim.catalog.storage.objects import StoreError, send_objects, store_usage_error
+from asset2sim.catalog.switch import replace_file
+from schemas.errors import UsageError
+from schemas.location import is_url, location_of
+from schemas.table import Row, Table
+
+
+def new_name() -> str:
+    """A file name that no other writer has."""
+    return f"{datetime.now(UTC):%Y%m%dT%H%M%S}-{uuid.uuid4().hex[:8]}.parquet"
+
+
+class OwnFile:
+    """One writer's file of a table in OUT, a folder or a URL; written anew, in one step, whenever rows are added."""
+
+    def __init__(self, out: Path | str, table: Table) -> None:
+        self.out, self.table = location_of(out), table
+        self.name = new_name()
+        self.rows: tuple[Row, ...] = ()
+
+    def add(self, rows: Sequence[Row]) -> None:
+        """Store more rows. Raises CatalogError for rows that do not fit the table, and UsageError where OUT cannot be
+        written to; then none of them is kept."""
+        every = (*self.rows, *rows)
+        write_own_file(self.out, self.table, self.name, to_arrow(self.table, every))
+        self.rows = every
+
+
+def write_own_file(out: Path | str, table: Table, name: str, rows: pa.Table) -> None:
+    """Write a file of a table in one step. Raises UsageError where OUT cannot be written to."""
+    try:
+        if is_url(out):
+            with tempfile.TemporaryDirectory() as folder:
+                staged = Path(folder, name)
+                pq.write_table(rows, staged, compression="zstd")
+                send_objects({f"{out}/{table.name}/{name}": staged})
+            return
+        place = out / table.name / name
+        place.parent.mkdir(parents=True, exist_ok=True)
+        staged = place.with_name(f".{name}.part")
+        pq.write_table(rows, staged, compression="zstd")
+        replace_file(staged, place)
+    except StoreError as error:
+        raise store_usage_error(error) from error
+    except OSError as error:
+        raise UsageError(f"{table.name}: nothing is stored, {out} cannot be written to ({error})") from error
+
+
+def read_own_files(out: Path | str, table: Table) -> pd.DataFrame:
+    """All rows of a table in OUT, in today's schema and in the order of their files; empty where there is none. Raises
+    CatalogError for a file of another version, UsageError where OUT's store cannot be read."""
+    place = location_of(out)
+    if is_url(place):
+        folder = reading_folder(place)
+        try:
+            pull(place, folder, (f"{table.name}/",))
+        except StoreError as error:
+            raise store_usage_error(error) from error
+        place = folder
+    files = sorted(place.glob(f"{table.name}/*.parquet"))
+    found = [conform(table, pq.read_table(path, partitioning=None), str(path)) for path in files]
+    whole = pa.concat_tables(found) if found else table.schema.empty_table()
+    frame: pd.DataFrame = whole.to_pandas(types_mapper={pa.int64(): pd.Int64Dtype()}.get)
+    return frame
