@@ -26,18 +26,13 @@ _VIDEO_SCORES: tuple[Column, ...] = (
 _RATER: tuple[Column, ...] = (
     ("rater!", TEXT, "", "Who rated: a name or a code"),
     ("asset_id!", TEXT, "", "The asset"),
-    (
-        "label!",
-        TEXT,
-        "",
-        "The variant on the page: A, B, …, in the rater's own order; says nothing of the method",
-    ),
+    ("label!", TEXT, "", "The variant on the page: A, B, …, in the rater's own order; says nothing of the method"),
 )
 _OUT_OF_TEN = "0 to 10; null if not asked"
 
 _RATINGS: tuple[Column, ...] = (
     *_RATER,
-    ("rated_at!", TIME, "UTC", "When; the latest rating of a variant by a rater counts"),
+    ("rated_at", TIME, "UTC", "When; of several ratings of a variant by a rater the latest counts; null if not known"),
     ("score_before", REAL, "1", f"Stage 1, before touching, nothing simulated: {_OUT_OF_TEN}"),
     ("score_untouched", REAL, "1", f"Stage 2, simulated and untouched: {_OUT_OF_TEN}"),
     ("score_touched", REAL, "1", f"Stage 3, pushed and moved: {_OUT_OF_TEN}"),
@@ -65,7 +60,7 @@ VIDEO_SCORES = make_table(
 )  # fmt: skip
 """Scores of videos: a folder of files, each written by one run of a judge."""
 RATINGS = make_table(
-    "ratings", "one row per rating of a variant by a rater", ("rater", "asset_id", "label", "rated_at"),
+    "ratings", "one row per variant that a rater has rated", ("rater", "asset_id", "label"),
     "What people made of variants that they looked at and handled without knowing the method", _RATINGS,
 )  # fmt: skip
 """Ratings: a folder of files, each written by one rating page."""

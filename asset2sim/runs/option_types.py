@@ -66,6 +66,7 @@ Listed = Words[Annotated[Kind, BeforeValidator(once)]]
 FILE = TypeAliasType("FILE", Path)
 OUT = TypeAliasType("OUT", Location)
 FOLDERS = TypeAliasType("FOLDERS", tuple[Location, ...])
+FOLDER = TypeAliasType("FOLDER", Path)
 NAME = TypeAliasType("NAME", str)
 IDS = TypeAliasType("IDS", tuple[str, ...])
 N = TypeAliasType("N", Annotated[int, Field(ge=1)])

@@ -1,10 +1,11 @@
-"""The options of the commands that show pages: the viewer, the report, and what is served together."""
+"""The options of the commands that show pages, the viewer, the report and what is served together, and of ratings."""
 
 from pydantic import Field
 from pydantic_settings import CliPositionalArg, CliToggleFlag
 
+from asset2sim.runs.command_line import Options
 from asset2sim.runs.option_groups import CatalogOptions, FileOptions
-from asset2sim.runs.option_types import ENGINE, NAME, PORT, VIEWED, N
+from asset2sim.runs.option_types import ENGINE, FOLDER, FOLDERS, NAME, PORT, VIEWED, N
 from schemas.vocabulary import Engine
 
 
@@ -30,3 +31,14 @@ class PagesOptions(CatalogOptions):
     report_port: PORT = Field(4100, description="port of 127.0.0.1 for the report")
     prefect_port: PORT = Field(4200, description="port of 127.0.0.1 for Prefect's pages")
     mlflow_port: PORT = Field(5000, description="port of 127.0.0.1 for MLflow's pages")
+
+
+class RatingsOptions(Options):
+    """Print what people made of variants, and judges of videos: per method, agreement, order, beside our verdicts."""
+
+    outs: CliPositionalArg[FOLDERS] = Field(
+        (), description="output folders, or that of a comparison, as asset2sim rate took them"
+    )
+    published: FOLDER | None = Field(
+        None, description="a folder with the paper's human_ratings.csv and video_judges.csv, to print these too"
+    )

@@ -15,12 +15,15 @@ from schemas.failure_guide import FAILURE_GUIDE
 from schemas.settings import Settings
 from schemas.table import Table
 from schemas.tables import PUBLISHED
+from schemas.tables_judged import JUDGED
 from schemas.vocabulary import PAPER_FAILURE_MODES, RETRIED_MODES
 
 MADE = "*Made by `make docs` from the schemas; do not edit.*"
 DICTIONARY = """\
 Every table is a Parquet file in `OUT/catalog`, `asset_history` a folder of them in `OUT/history`, `reviews` one in
-`OUT/reviews`. The same words are in the files' metadata and, through `connect`, in DuckDB's comments:
+`OUT/reviews`. Those of outer judges, `video_scores`, `ratings` and `rating_keys`, are folders of files too, in OUT or
+in the folder of a comparison, and `asset2sim ratings` reads them. The same words are in the files' metadata and, but for
+these three, through `connect` in DuckDB's comments:
 `SELECT column_name, comment FROM duckdb_columns()`. A column that is *required* is never null; a number that was never
 measured is null, never 0."""
 MODES = """\
@@ -36,7 +39,8 @@ states."""
 
 def dictionary_page() -> str:
     """Every published table with its columns, types, units and descriptions, in Markdown."""
-    return "\n\n".join(["# Data dictionary", MADE, DICTIONARY, *map(table_section, PUBLISHED.values())]) + "\n"
+    tables = map(table_section, (PUBLISHED | JUDGED).values())
+    return "\n\n".join(["# Data dictionary", MADE, DICTIONARY, *tables]) + "\n"
 
 
 def table_section(table: Table) -> str:

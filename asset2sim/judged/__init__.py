@@ -1,0 +1,1 @@
+"""Outer judges: the page on which people rate anonymous variants, the paper's ratings and scores, and their figures."""

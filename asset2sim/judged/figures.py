@@ -1,0 +1,135 @@
+"""Means of ratings and of video scores with the paper's ± and a bootstrap interval: pure, seeded, over data frames."""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+import pandas as pd
+from scipy.stats import bootstrap
+
+from asset2sim.physics.arrays import Array
+from schemas.errors import UsageError
+
+CONFIDENCE = 0.95
+"""Share of the bootstrap's distribution that an interval holds."""
+RESAMPLES = 4999
+"""Resamples of a bootstrap."""
+SEED = 0
+"""Seed of every bootstrap and permutation: the same scores give the same figures."""
+VARIANT = ["method", "model"]
+RATED = ["rater", "asset_id", "label"]
+
+
+@dataclass(frozen=True)
+class VideoFigure:
+    """One judge's scores (0 to 5) of one method: the mean over tasks of the task means, the paper's ± of it,
+    √(Σ sd_t²) / n_tasks with the sample deviation over trials (NaN where a task has one trial), and the 95 % bootstrap
+    interval over tasks."""
+
+    judge: str
+    method: str
+    model: str
+    mean: float
+    plus_minus: float
+    low: float
+    high: float
+    tasks: int
+    trials: int
+
+
+@dataclass(frozen=True)
+class RatingFigure:
+    """Ratings (0 to 10) of one method: the mean, its 95 % bootstrap interval over objects, the sample deviations over
+    raters of each one's mean over objects and over objects of each one's mean over raters, and the mean of each stage
+    (NaN where none was scored)."""
+
+    method: str
+    model: str
+    mean: float
+    low: float
+    high: float
+    over_raters: float
+    over_objects: float
+    stages: tuple[float, float, float]
+    raters: int
+    objects: int
+
+
+def video_figures(scores: pd.DataFrame) -> list[VideoFigure]:
+    """A figure for each judge and method of a table ``video_scores``, the best first within a judge."""
+    found = []
+    for (judge, method, model), some in scores.groupby(["judge", *VARIANT]):
+        tasks = [task_score(part) for _, part in some.groupby("task")]
+        means, deviations = (np.array(values) for values in zip(*tasks, strict=True))
+        low, high = interval(means)
+        spread = float(np.sqrt(np.sum(deviations**2)) / len(tasks))
+        count = int(some["trials"].sum())
+        found.append(VideoFigure(judge, method, model, float(means.mean()), spread, low, high, len(tasks), count))
+    return sorted(found, key=lambda item: (item.judge, -item.mean))
+
+
+def task_score(rows: pd.DataFrame) -> tuple[float, float]:
+    """Mean and sample deviation of a task's trials, of which a row may stand for several; NaN for one trial."""
+    counts, means = (rows[name].to_numpy(float) for name in ("trials", "score"))
+    within = rows["score_deviation"].fillna(0.0).to_numpy(float)
+    total = counts.sum()
+    mean = float(counts @ means / total)
+    squares = (counts - 1.0) @ within**2 + counts @ (means - mean) ** 2
+    return mean, math.sqrt(squares / (total - 1.0)) if total > 1.0 else math.nan
+
+
+def joined(ratings: pd.DataFrame, keys: pd.DataFrame) -> pd.DataFrame:
+    """The latest rating of each variant by each rater, with its method. Raises UsageError where a rating's key is
+    missing."""
+    latest = ratings.sort_values("rated_at", kind="stable").drop_duplicates(RATED, keep="last")
+    found = latest.merge(keys.drop_duplicates(RATED, keep="last"), on=RATED, how="left", validate="one_to_one")
+    lost = found[found["method"].isna()]
+    if len(lost):
+        rater, asset_id, label = lost.iloc[0][RATED]
+        raise UsageError(
+            f"{len(lost)} ratings have no key, as that of asset {asset_id}, variant {label}, by {rater}: bring back "
+            "the file of rating_keys that was written with it"
+        )
+    return found
+
+
+def rating_figures(rated: pd.DataFrame) -> list[RatingFigure]:
+    """A figure for each method of ``joined`` ratings, the best first."""
+    found = []
+    for (method, model), some in rated.groupby(VARIANT):
+        of_raters, of_objects = (some.groupby(by)["score"].mean().to_numpy() for by in ("rater", "asset_id"))
+        low, high = interval(of_objects)
+        before, untouched, touched = (
+            float(some[name].mean()) for name in ("score_before", "score_untouched", "score_touched")
+        )
+        found.append(
+            RatingFigure(
+                method=str(method),
+                model=str(model),
+                mean=float(some["score"].mean()),
+                low=low,
+                high=high,
+                over_raters=deviation(of_raters),
+                over_objects=deviation(of_objects),
+                stages=(before, untouched, touched),
+                raters=len(of_raters),
+                objects=len(of_objects),
+            )
+        )
+    return sorted(found, key=lambda item: -item.mean)
+
+
+def deviation(values: Array) -> float:
+    """Sample deviation of (n,) values; NaN for one."""
+    return float(np.std(values, ddof=1)) if len(values) > 1 else math.nan
+
+
+def interval(values: Array) -> tuple[float, float]:
+    """95 % percentile bootstrap interval of the mean of (n,) values; NaN for one."""
+    if len(values) < 2:
+        return math.nan, math.nan
+    found = bootstrap(
+        (values,), np.mean, n_resamples=RESAMPLES, confidence_level=CONFIDENCE, method="percentile",
+        rng=np.random.default_rng(SEED),
+    )  # fmt: skip
+    return float(found.confidence_interval.low), float(found.confidence_interval.high)
