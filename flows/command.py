@@ -15,6 +15,7 @@ from asset2sim.runs.interrupt import lost_interrupts_repeated, sigterm_as_interr
 from asset2sim.runs.options import parse
 from asset2sim.runs.page_options import PagesOptions, RatingsOptions, ReportOptions, ViewOptions
 from asset2sim.runs.request import RefineRequest, refine_request, settings_for_run, stated_settings
+from asset2sim.runs.trial_options import RecordMotionOptions
 from flows import PIPELINE
 from schemas.errors import DONE, FAILED, UsageError, exit_code_of
 
@@ -61,6 +62,15 @@ def _dispatch(options: Options, refine: Refine, nightly: Nightly) -> int:
             from flows.show import print_site
 
             print_site(options.out, settings_for_run(options.settings, stated_settings(options)), options.force)
+            return DONE
+        case RecordMotionOptions():
+            from asset2sim.models.gateway.environment import quiet_environment
+
+            quiet_environment()
+            from flows.record_motion import record_motion
+
+            run = settings_for_run(options.settings, stated_settings(options)).run
+            record_motion(options, run)
             return DONE
         case RatingsOptions():
             from flows.show import print_ratings

@@ -49,6 +49,7 @@ from asset2sim.runs.option_types import (
     nothing,
 )
 from asset2sim.runs.page_options import PagesOptions, RatingsOptions, ReportOptions, ViewOptions
+from asset2sim.runs.trial_options import RecordMotionOptions
 from schemas.errors import UsageError
 from schemas.location import Location
 from schemas.support import SupportKind
@@ -269,6 +270,9 @@ class Command(Options):
     show: CliSubCommand[ShowOptions] = Field(description="one refined asset")
     view: CliSubCommand[ViewOptions] = Field(description="refined objects live, to be touched and reviewed")
     ratings: CliSubCommand[RatingsOptions] = Field(description="what people and judges made of variants, per method")
+    record_motion: CliSubCommand[RecordMotionOptions] = Field(
+        alias="record-motion", description="a scripted arm's tasks with refined objects, filmed and judged"
+    )
     check: CliSubCommand[CheckOptions] = Field(description="the checks alone, on any URDF folder")
     views: CliSubCommand[ViewsOptions] = Field(description="the pictures that refine --views later left out")
     report: CliSubCommand[ReportOptions] = Field(description="the report for people: an index and a page an object")
