@@ -64,7 +64,9 @@ def video_figures(scores: pd.DataFrame) -> list[VideoFigure]:
         low, high = interval(means)
         spread = float(np.sqrt(np.sum(deviations**2)) / len(tasks))
         count = int(some["trials"].sum())
-        found.append(VideoFigure(judge, method, model, float(means.mean()), spread, low, high, len(tasks), count))
+        found.append(
+            VideoFigure(str(judge), str(method), str(model), float(means.mean()), spread, low, high, len(tasks), count)
+        )
     return sorted(found, key=lambda item: (item.judge, -item.mean))
 
 
