@@ -115,7 +115,7 @@ class RatingDesk:
 
     def leave(self) -> None:
         """See ``RaterWishes``."""
-        self.commands.put(self.page.ask_who)
+        self.commands.put(self._leave)
 
     def grabbed(self, side: str, phase: str, link: str, held: Array, target: Array) -> None:
         """A part is dragged on the page, which counts in the third stage alone: see ``Grabbed``."""
@@ -147,6 +147,11 @@ class RatingDesk:
         """From when on the rater may go on, s."""
         return self.durations.untouched_s if len(self.given) < 2 else self.durations.least_touched_s
 
+    @property
+    def _over(self) -> bool:
+        """Whether less than a step and a half is left on the clock: sums of steps are not exact."""
+        return self._whole - self.seconds < 1.5 * self.settings.timestep_s
+
     def _run(self) -> None:
         run_live(self.commands, self.ended, self._frame, self._failed)
         self._close()
@@ -170,7 +175,7 @@ class RatingDesk:
         self.seconds += passed
         if self._touching:
             self.page.wait(self.seconds >= self.durations.least_touched_s)
-        if self.seconds > self._whole - self.settings.timestep_s:
+        if self._over:
             self.running = False
             self.session.release()
             self.page.wait(True)
@@ -194,6 +199,11 @@ class RatingDesk:
             return
         self.plan, self.left = plan, unrated(plan, read_own_files(self.out, RATINGS))
         self._open()
+
+    def _leave(self) -> None:
+        self._close()
+        self.plan, self.left = None, []
+        self.page.ask_who()
 
     def _open(self) -> None:
         """Show the next variant that is not rated, at rest."""
@@ -248,7 +258,7 @@ class RatingDesk:
         if self.session is not None and self.left and STAGES[len(self.given)] is not BEFORE:
             if not self._touching and len(self.given) == 1:
                 self.session.reset()
-            self.seconds = 0.0 if self.seconds >= self._whole - self.settings.timestep_s else self.seconds
+            self.seconds = 0.0 if self._over else self.seconds
             self.page.wait(False)
             self.running = True
 
@@ -291,6 +301,7 @@ class RatingDesk:
 
     def _close(self) -> None:
         self.stage.clear()
+        self.surroundings.hide()
         self.running = False
         if self.session is not None:
             self.session.__exit__(None, None, None)

@@ -1,6 +1,7 @@
 """The controls of the rating page. Nothing that is put here names a method, a folder or a file of one."""
 
 from collections.abc import Callable, Sequence
+from functools import partial
 from typing import Any, Protocol
 
 import viser
@@ -81,6 +82,8 @@ class RatingPage:
                 self._button(RESET, self.wishes.reset, color="gray")
         self._ask_score()
         self.on = self._button(NEXT, self._go_on, disabled=True)
+        if stage is first:
+            self._button(LEAVE, self.wishes.leave, color="gray")
         self.wait(stage is first)
 
     def show_end(self, where: str, given: Sequence[float]) -> None:
@@ -127,11 +130,11 @@ class RatingPage:
         self.scores = self._add(self.gui.add_markdown(f"**Score**: {NO_SCORE}"))
         for some in (SCORES[:6], SCORES[6:]):
             group = self._add(self.gui.add_button_group("", [str(score) for score in some]))
-            self._when(group, lambda group=group: self._give(int(group.value)))
+            self._when(group, partial(self._give, group))
 
-    def _give(self, score: int) -> None:
-        self.score = score
-        self.scores.content = f"**Score**: **{score}** of 10"
+    def _give(self, group: Any) -> None:
+        self.score = int(group.value)
+        self.scores.content = f"**Score**: **{self.score}** of 10"
         self.wait(self.may_go_on)
 
     def _go_on(self) -> None:

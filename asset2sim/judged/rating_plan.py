@@ -14,8 +14,8 @@ from schemas.errors import UnknownChoiceError, UsageError
 from schemas.table import Row
 from schemas.vocabulary import Method
 
-IDENTITY = ("asset_id", "method", "model", "run_id", "out")
-"""Columns of ``rating_keys`` that say which variant a label stands for."""
+IDENTITY = ("asset_id", "method", "model", "run_id")
+"""Columns of ``rating_keys`` that say which variant a label stands for, wherever its folder may be moved to."""
 
 
 @dataclass(frozen=True)
@@ -29,7 +29,7 @@ class Variant:
     def identity(self) -> tuple[str, ...]:
         """Its values of the columns ``IDENTITY``."""
         stop = self.stop
-        return stop.asset_id, stop.method, stop.model, stop.run_id, str(self.out)
+        return stop.asset_id, stop.method, stop.model, stop.run_id
 
 
 @dataclass(frozen=True)
@@ -58,7 +58,7 @@ class RatingPlan:
     def key_rows(self) -> list[Row]:
         """The rows of ``rating_keys``."""
         return [
-            {"rater": self.rater, "label": item.label, "seed": self.seed}
+            {"rater": self.rater, "label": item.label, "seed": self.seed, "out": str(item.variant.out)}
             | dict(zip(IDENTITY, item.variant.identity, strict=True))
             for item in self.shown
         ]
@@ -69,7 +69,8 @@ def variants_of(
 ) -> tuple[tuple[Variant, ...], tuple[Variant, ...]]:
     """The variants in output folders, of these methods and assets or of all, and those of them of which no object was
     written, so that there is nothing to rate. Raises UsageError where nothing is left, or an asset is not there."""
-    every = [Variant(out, stop) for out in folders for stop in stops_of(out)]
+    found = [Variant(out, stop) for out in folders for stop in stops_of(out)]
+    every = list({item.identity: item for item in found}.values())
     known = {item.stop.asset_id for item in every}
     for name in asset_ids:
         if name not in known:

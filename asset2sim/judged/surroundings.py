@@ -32,7 +32,7 @@ def person() -> trimesh.Trimesh:
     parts += [trimesh.creation.box(bounds=[[-0.1, -0.2, 0.82], [0.1, 0.2, 1.45]]), _standing(0.06, 1.43, 0.12)]
     head = trimesh.creation.icosphere(subdivisions=3, radius=0.125)
     head.apply_translation([0.0, 0.0, PERSON_M - 0.125])
-    whole: trimesh.Trimesh = trimesh.util.concatenate([*parts, head])
+    whole: trimesh.Trimesh = trimesh.Scene([*parts, head]).to_mesh()
     return whole
 
 
@@ -46,6 +46,10 @@ class Surroundings:
             )
             for name, made, color in (("can", can(), CAN_COLOR), ("person", person(), PERSON_COLOR))
         )
+
+    def hide(self) -> None:
+        """Take them off the page."""
+        self.can.visible = self.person.visible = False
 
     def stand(self, stage: Stage) -> None:
         """Stand them on the left of the objects, and look at these and the can."""
@@ -61,6 +65,6 @@ class Surroundings:
 
 
 def _standing(radius: float, bottom: float, height: float, y: float = 0.0) -> trimesh.Trimesh:
-    made = trimesh.creation.cylinder(radius=radius, height=height, sections=32)
+    made: trimesh.Trimesh = trimesh.creation.cylinder(radius=radius, height=height, sections=32)
     made.apply_translation([0.0, y, bottom + height / 2.0])
     return made
