@@ -28,14 +28,14 @@ BEFORE = RatingStage(
 UNTOUCHED = RatingStage(
     "score_untouched",
     "Stage 2 of 3: left alone",
-    "It is simulated now. Watch it, without touching it.",
+    "Press Start, and watch it without touching it.",
     ("Does it move by itself?", "Do parts creep or wiggle?", "Does it slide, shake or turn?"),
 )
 TOUCHED = RatingStage(
     "score_touched",
     "Stage 3 of 3: push it",
-    "Drag parts with the left button: a spring between the part and the pointer pulls. Tap it, push it lightly from "
-    "the side, move each part that moves, again and again.",
+    "Press Start, and drag parts with the left button: a spring between the part and the pointer pulls. Tap it, push "
+    "it lightly from the side, move each part that moves, again and again.",
     (
         "Does it react as the real thing would?",
         "Is it too stiff, too loose, unstable?",
