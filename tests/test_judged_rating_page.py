@@ -13,10 +13,12 @@ from typing import Any
 import numpy as np
 import pytest
 
+from asset2sim.assets.folder import URDF_NAME
 from asset2sim.catalog.own_files import read_own_files
 from asset2sim.catalog.write import write_run
 from asset2sim.judged.agreement import krippendorff_alpha, rater_matrix
 from asset2sim.judged.figures import joined
+from asset2sim.judged.rating_desk import BROKEN, HAND_N_M, NAMELESS, UNSEEN, UNSTORED
 from asset2sim.judged.rating_page import BEGIN, LEAVE, NEXT, START, STORE
 from asset2sim.judged.rating_plan import variants_of
 from asset2sim.judged.rating_serve import open_rating
@@ -236,10 +238,14 @@ def test_nothing_that_the_browser_gets_names_a_method_a_folder_or_a_file(rated: 
         assert hit is None, text[max(0, hit.start() - 80) : hit.end() + 80]
 
 
-def test_a_part_can_be_dragged_in_the_third_stage_alone(rated: Rated, tmp_path: Path) -> None:
-    """Without a browser: what the page would send."""
-    out = shutil.copytree(rated.out, tmp_path / "out", ignore=shutil.ignore_patterns("ratings", "rating_keys"))
-    with desk_of(out) as desk:
+@pytest.fixture
+def copied(rated: Rated, tmp_path: Path) -> Path:
+    """The comparison before anybody rated it, for tests without a browser."""
+    return Path(shutil.copytree(rated.out, tmp_path / "out", ignore=shutil.ignore_patterns("ratings", "rating_keys")))
+
+
+def test_a_part_can_be_dragged_in_the_third_stage_alone_and_always_by_the_same_spring(copied: Path) -> None:
+    with desk_of(copied) as desk:
         desk.begin("dan")
         side = desk.commands.ask(lambda: desk.session.sides[REFINED])
         place = desk.commands.ask(lambda: side.poses()["arm"][:3, 3] + np.array([0.1, 0.0, 0.0]))
@@ -247,8 +253,41 @@ def test_a_part_can_be_dragged_in_the_third_stage_alone(rated: Rated, tmp_path: 
         for score in (1.0, 2.0, 3.0):
             desk.start()
             desk.grabbed(REFINED, "start", "arm", place, place)
-            held.append(desk.commands.ask(lambda: side.grip is not None))
+            held.append(desk.commands.ask(lambda: side.grip and side.grip.stiffness_n_m))
             desk.commands.ask(lambda score=score: desk.go_on(score))
-        assert held == [False, False, True]
+        assert held == [None, None, HAND_N_M]
         desk.commands.ask(lambda: None)
         assert desk.given == [1.0, 2.0, 3.0] and desk.commands.ask(lambda: side.grip) is None
+        lent = desk.commands.ask(lambda: [side.hand(link, place, HAND_N_M) for link in ("arm", "base")])
+        assert [stiffness for stiffness, _ in lent] == [HAND_N_M] * 2, "whatever it weighs"
+        assert lent != desk.commands.ask(lambda: [side.hand(link, place) for link in ("arm", "base")])
+
+
+def test_what_goes_wrong_is_said_without_a_name_and_loses_no_rater(copied: Path) -> None:
+    """A variant whose folder is gone, one that no engine loads, and a place where nothing can be stored."""
+    with desk_of(copied) as desk:
+        shutil.rmtree(copied / "direct" / "prior_household" / "assets")
+        broken = copied / "asset2sim" / "prior_household" / "assets" / "thing" / URDF_NAME
+        broken.write_text(
+            broken.read_text(encoding="utf-8").replace("<robot", "<object").replace("</robot", "</object"),
+            encoding="utf-8",
+        )
+        said, desk.page.tell = [], lambda line: said.append(line)
+        desk.begin("")
+        desk.begin("eve")
+        for number in range(2):
+            desk.commands.ask(lambda: None)
+            for score in (1.0, 2.0, 3.0):
+                desk.start()
+                desk.commands.ask(lambda score=score: desk.go_on(score))
+            if number:
+                shutil.rmtree(copied / "ratings")
+                (copied / "ratings").write_text("in the way", encoding="utf-8")
+            desk.commands.ask(lambda: desk.store(4.0, ""))
+            desk.commands.ask(lambda: None)
+        assert len(desk.left) == 1, "the second is not stored"
+        (copied / "ratings").unlink()
+        desk.commands.ask(lambda: desk.store(4.0, ""))
+        assert desk.commands.ask(lambda: len(desk.left)) == 0 and len(read_own_files(copied, RATINGS)) == 2
+        assert {line for line in said if line} <= {NAMELESS, UNSEEN, BROKEN, UNSTORED}
+        assert {NAMELESS, UNSEEN, UNSTORED} <= set(said)

@@ -12,7 +12,7 @@ import viser
 from asset2sim.catalog.own_files import OwnFile, read_own_files
 from asset2sim.judged.rating_page import RatingPage, where_of
 from asset2sim.judged.rating_plan import RatingPlan, Shown, Variant, new_keys, plan_for, unrated
-from asset2sim.judged.rating_stages import BEFORE, STAGES, TOUCHED, Durations
+from asset2sim.judged.rating_stages import STAGES, TOUCHED, UNTOUCHED, Durations
 from asset2sim.judged.surroundings import Surroundings
 from asset2sim.physics.arrays import Array
 from asset2sim.viewer.commands import Commands
@@ -33,6 +33,10 @@ UNSEEN = "This variant cannot be shown. Rate it 0."
 UNSTORED = "The rating is not stored: its folder cannot be written to. Ask whoever runs this page, and try again."
 AGAIN = "Something went wrong here; whoever runs this page finds it in the log. Try again."
 NAMELESS = "A name or a code is needed: ratings are told apart by it."
+
+HAND_N_M = 300.0
+"""Stiffness of a rater's hand, N/m: 30 N at 10 cm. It is the same for all variants: a hand that suits what it holds, as
+the viewer's, would hide that a drawer weighs half a ton."""
 
 logger = logging.getLogger(__name__)
 
@@ -124,7 +128,7 @@ class RatingDesk:
             if self.session is None or not self._touching:
                 return
             if phase == "start":
-                self.session.grab(side, link, held)
+                self.session.grab(side, link, held, HAND_N_M)
             self.session.drag(target)
             if phase == "end":
                 self.session.release()
@@ -255,8 +259,8 @@ class RatingDesk:
             self.page.show_end(where, self.given)
 
     def _start(self) -> None:
-        if self.session is not None and self.left and STAGES[len(self.given)] is not BEFORE:
-            if not self._touching and len(self.given) == 1:
+        if self.session is not None and 0 < len(self.given) < len(STAGES):
+            if STAGES[len(self.given)] is UNTOUCHED:
                 self.session.reset()
             self.seconds = 0.0 if self._over else self.seconds
             self.page.wait(False)
