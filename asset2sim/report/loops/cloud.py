@@ -115,9 +115,12 @@ def starts_of(link: Ints, links: Sequence[str]) -> tuple[int, ...]:
     return tuple(np.searchsorted(link, np.arange(len(links) + 1)).tolist())
 
 
-def cloud_of(faces: Faces, spacing: float, views: Sequence[tuple[Singles, Lens]]) -> Cloud:
+def cloud_of(
+    faces: Faces, spacing: float, views: Sequence[tuple[Singles, Lens]], most_points: int = MOST_POINTS
+) -> Cloud:
     """The points, ``spacing`` m apart, that are seen in any of these views, (links, 3, 4) transforms to a world in
-    which the object is one unit long, and a lens; and their surroundings."""
+    which the object is one unit long, and a lens; and their surroundings. About ``most_points``, or they are set
+    further apart."""
     area = 0.5 * float(np.linalg.norm(np.cross(*np.moveaxis(np.diff(faces.corners, axis=1), 1, 0)), axis=1).sum())
     edge = max(COARSE * spacing, (area / MOST_CELLS) ** 0.5)
     cells = cells_of(faces.corners, edge)
@@ -136,7 +139,7 @@ def cloud_of(faces: Faces, spacing: float, views: Sequence[tuple[Singles, Lens]]
     ]
     across, upwards = counts(sides, spacing)
     for _ in range(2):  # rounding up leaves too many the first time
-        spacing *= max(1.0, float(across @ upwards) / MOST_POINTS) ** 0.5
+        spacing *= max(1.0, float(across @ upwards) / most_points) ** 0.5
         across, upwards = counts(sides, spacing)
     cell, place = spread(across * upwards)
     fine = cells.pick(cell)

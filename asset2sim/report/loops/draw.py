@@ -115,9 +115,9 @@ def background(lens: Lens, *, disc: bool) -> Picture:
     return image
 
 
-def shadowed(ground: Picture, cloud: Cloud, motion: Singles, lens: Lens) -> Picture:
-    """A copy of the ground with the shadow that the object casts on the plane z = 0, soft."""
-    stride = max(1, cloud.points.shape[1] // SHADOW_POINTS)
+def shadowed(ground: Picture, cloud: Cloud, motion: Singles, lens: Lens, points: int = SHADOW_POINTS) -> Picture:
+    """A copy of the ground with the shadow that the object casts on the plane z = 0, soft, by about so many points."""
+    stride = max(1, cloud.points.shape[1] // points)
     everything = np.ones(len(cloud.links), dtype=bool)
     parts = [
         motion[link, :, :3] @ cloud.points[:, first:last:stride] + motion[link, :, 3:]

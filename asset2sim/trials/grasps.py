@@ -1,0 +1,125 @@
+"""Where a gripper takes hold of an object from above, to lift it into a bowl: found by rays, from geometry alone."""
+
+import math
+from collections.abc import Iterator
+from itertools import pairwise, product
+
+import mujoco
+import numpy as np
+
+from asset2sim.physics.arrays import Array
+from asset2sim.trials.franka import MAX_OPENING_M
+from asset2sim.trials.paths import Path, carried, vertices
+from asset2sim.trials.scene import Bowl, Stage
+
+DIRECTIONS = 8
+"""Directions along which the fingers may close, over half a turn."""
+SPREAD = (0.0, 0.15, -0.15, 0.3, -0.3, 0.42, -0.42)
+"""Where over the object a hold is looked for, shares of its extent from its middle."""
+DEPTHS_M = (0.035, 0.02, 0.012)
+"""How far below the top of what is there the finger tips reach, m, deepest first."""
+LOWEST_M = 0.008
+"""Least height of the finger tips' middle above the floor, m."""
+ROOM_M = 0.006
+"""Room left on either side between an open finger and the object, m."""
+PAD_M = 0.008
+"""Half the width of a finger, m: what lies between the fingers is looked at over that width."""
+LIFT_M, ABOVE_BOWL_M = 0.12, 0.04
+"""How high the object is lifted, and how far its lowest point stays above the bowl's rim until it is let go of."""
+LOOSE_COST = 0.2
+"""Metres of width that a hold of the heaviest part is worth over one of a lid or a handle, which gives way."""
+CENTER_WEIGHT = 0.6
+"""Metres of width that a metre of distance from the centre of mass is worth: a hold off the middle turns the object."""
+
+
+def bowl_for(stage: Stage) -> Bowl:
+    """A bowl into which the object fits, beside it."""
+    points = vertices(stage, frozenset(range(1, stage.model.nbody)))
+    low, high = points.min(axis=0), points.max(axis=0)
+    radius = max(0.09, 0.5 * float(np.linalg.norm((high - low)[:2])) + 0.015)
+    middle = (low + high) / 2.0
+    return Bowl((float(middle[0]), float(high[1]) + radius + 0.1), radius, 0.05)
+
+
+def grasp_paths(stage: Stage, bowl: Bowl) -> Iterator[Path]:
+    """Ways to lift the object into the bowl, each with another hold, the narrowest and nearest to its centre of mass
+    first. None where nothing of it fits between the fingers."""
+    bodies = frozenset(
+        index for index in range(1, stage.model.nbody) if stage.model.body(index).name.startswith(stage.prefix)
+    )
+    points = vertices(stage, bodies)
+    mass = stage.model.body_mass[sorted(bodies)]
+    center = mass @ stage.data.xipos[sorted(bodies)] / mass.sum()
+    low, high = points.min(axis=0), points.max(axis=0)
+    groups = [carried(stage.model, body) for body in bodies]
+    heavy = max(groups, key=lambda group: float(stage.model.body_mass[sorted(group)].sum()))
+    found = []
+    for x, y in product(SPREAD, SPREAD):
+        at = np.array([*((low + high) / 2.0)[:2] + np.array([x, y]) * (high - low)[:2], high[2]])
+        at[:2] = center[:2] if x == y == 0.0 else at[:2]
+        top = height_at(stage, at, high[2])
+        for depth, turn in product(DEPTHS_M, range(DIRECTIONS)) if top > 0.0 else ():
+            across = np.array([math.cos(math.pi * turn / DIRECTIONS), math.sin(math.pi * turn / DIRECTIONS), 0.0])
+            hold = np.array([at[0], at[1], max(top - depth, LOWEST_M)])
+            span = between(stage, hold, across, heavy)
+            if span is not None and span[1] - span[0] <= MAX_OPENING_M - 2.0 * ROOM_M and top - hold[2] > 0.004:
+                held = hold + across * (span[0] + span[1]) / 2.0
+                off = float(np.linalg.norm(held[:2] - center[:2]))
+                cost = span[1] - span[0] + CENTER_WEIGHT * off - 0.3 * depth + (0.0 if span[2] else LOOSE_COST)
+                found.append((cost, held, across, span[1] - span[0]))
+    for _, held, across, width in sorted(found, key=lambda item: item[0]):
+        yield lifted(held, across, width, bowl, float(held[2] - low[2]), float(high[2]))
+
+
+def height_at(stage: Stage, at: Array, top: float) -> float:
+    """Height of what is seen from above at a place, m; zero where that is the floor."""
+    geom = np.array([-1], dtype=np.int32)
+    source = np.array([at[0], at[1], top + 0.1])
+    distance = mujoco.mj_ray(stage.model, stage.data, source, np.array([0.0, 0.0, -1.0]), None, 1, -1, geom)
+    return float(source[2] - distance) if distance >= 0.0 and stage.object_geoms[geom[0]] else 0.0
+
+
+def between(stage: Stage, hold: Array, across: Array, heavy: frozenset[int]) -> tuple[float, float, bool] | None:
+    """What is between the fingers about a place, from and to, m along ``across``, and whether it is of the ``heavy``
+    bodies alone; None where nothing is, or where a finger would start in it."""
+    side = np.array([-across[1], across[0], 0.0])
+    ends, firm = [], True
+    for sign in (-1.0, 1.0):
+        nearest = []
+        for offset, rise in product((-PAD_M, 0.0, PAD_M), (0.0, 0.012)):
+            source = hold + sign * across * MAX_OPENING_M / 2.0 + side * offset + np.array([0.0, 0.0, rise])
+            geom = np.array([-1], dtype=np.int32)
+            distance = mujoco.mj_ray(stage.model, stage.data, source, -sign * across, None, 1, -1, geom)
+            if distance >= 0.0 and stage.object_geoms[geom[0]] and distance < MAX_OPENING_M:
+                nearest.append(distance)
+                firm &= int(stage.model.geom_bodyid[geom[0]]) in heavy
+        if not nearest or min(nearest) < ROOM_M:
+            return None
+        ends.append(sign * (MAX_OPENING_M / 2.0 - min(nearest)))
+    return (ends[0], ends[1], firm) if ends[0] < ends[1] else None
+
+
+def lifted(held: Array, across: Array, width: float, bowl: Bowl, below: float, top: float) -> Path:
+    """The way of one hold: down to it, close, up, over the bowl, down, open, up. ``below`` is how far the object
+    reaches below the hold, m."""
+    up = np.array([0.0, 0.0, 1.0])
+    open_m = min(MAX_OPENING_M, width + 4.0 * ROOM_M)
+    aloft = max(held[2] + LIFT_M, bowl.height_m + below + ABOVE_BOWL_M)
+    over = np.array([bowl.at[0], bowl.at[1], aloft])
+    lowered = np.array([bowl.at[0], bowl.at[1], max(below + 0.02, held[2])])
+    raised = held * np.array([1.0, 1.0, 0.0]) + up * aloft
+    first = held + up * max(0.05, top - held[2] + 0.03)
+    stops: list[tuple[Array, float, str]] = [
+        (first, open_m, "approach"), (held, open_m, "approach"), (held, 0.0, "grip"), (raised, 0.0, "lift"),
+        (over, 0.0, "carry"), (lowered, 0.0, "lower"), (lowered, open_m, "release"),
+        (lowered + up * 0.12, open_m, "retreat"),
+    ]  # fmt: skip
+    points, opening, phases = [stops[0][0]], [stops[0][1]], [stops[0][2]]
+    for before, after in pairwise(stops):
+        count = max(1, math.ceil(float(np.linalg.norm(after[0] - before[0])) / 0.03))
+        for share in np.linspace(0.0, 1.0, count + 1)[1:]:
+            points.append(before[0] + share * (after[0] - before[0]))
+            opening.append(before[1] + share * (after[1] - before[1]))
+            phases.append(after[2])
+    axes = np.tile(-up, (len(points), 1))
+    return Path(np.array(points), axes, across, np.array(opening), tuple(phases), np.zeros(len(points)))

@@ -1,0 +1,25 @@
+"""Thresholds of the physical judge: what of a recorded interaction a person would object to."""
+
+from schemas.base import Frozen, Positive
+
+
+class TrialSettings(Frozen):
+    """From which value something recorded is a fault. The paper's judges are told what to look for and not how much of
+    it; these are about twice what a picture of 512 pixels shows, but for what the paper states."""
+
+    moved_rad: Positive = 0.05
+    """Turn of the object or of a part that nothing has touched yet, rad: the end of a 10 cm lid moves by 5 mm."""
+    moved_m: Positive = 0.005
+    """Shift of the object or of a sliding part that nothing has touched yet, m."""
+    appeared_m: Positive = 0.002
+    """Energy that no tool, spring or weight gave, as the height to which it would lift the object, m."""
+    impulse_m_s: Positive = 0.25
+    """Speed that the object would have of what such energy comes in one picture (1/15 s), m/s: a jump of 17 mm."""
+    overlap_m: Positive = 0.003
+    """How deep the tool is in the object, m: what a finger's rubber gives."""
+    ringing_rad: Positive = 0.05
+    """Amplitude of a part that swings to and fro after it was let go, rad: the paper's, of oscillation."""
+    ringing_m: Positive = 0.005
+    """The same of a sliding part, m."""
+    ringing_turns: int = 3
+    """How often it changes direction: the paper's."""
