@@ -10,7 +10,7 @@ from rich.text import Text
 from asset2sim.catalog.own_files import read_own_files
 from asset2sim.catalog.text import NOTHING, number, number_table
 from asset2sim.judged.agreement import OrderEffect, krippendorff_alpha, order_effect, rater_matrix
-from asset2sim.judged.figures import joined, rating_figures, video_figures
+from asset2sim.judged.figures import TASK, VARIANT, joined, rating_figures, video_figures
 from asset2sim.judged.published import published_ratings, published_videos
 from asset2sim.judged.variant_folders import variant_folders
 from asset2sim.judged.verdicts import disagreements, rated_variants, verdict_figures, verdicts_of
@@ -62,7 +62,7 @@ def _ratings(title: str, rated: pd.DataFrame, verdicts: pd.DataFrame | None) -> 
         if rated[name].notna().any()
     ]
     lines = [f"agreement of raters (Krippendorff's alpha, interval): {', '.join(alphas)}"]
-    order = order_effect(rated, ["rater", "asset_id"], ["asset_id", "method", "model"])
+    order = order_effect(rated, ["rater", "asset_id"], ["asset_id", *VARIANT])
     lines += [_order("rating", order)] + ([] if verdicts is None else _verdicts(rated, verdicts))
     table = number_table(f"{title}, 0 to 10; n is raters × objects", headings, rows, left=1)
     return [table, Text("\n".join(lines))]
@@ -105,7 +105,7 @@ def _videos(title: str, scores: pd.DataFrame) -> list[RenderableType]:
     ]
     headings = ("judge", "method", "mean ± as the paper", "95 % over tasks", "tasks", "trials")
     lines = [
-        _order(f"score of {judge}", order_effect(some, ["task", "trial"], ["task", "method", "model"]))
+        _order(f"score of {judge}", order_effect(some, [*TASK, "trial"], [*TASK, *VARIANT]))
         for judge, some in scores.groupby("judge")
     ]
     return [number_table(f"{title}, 0 to 5", headings, rows, left=2), Text("\n".join(lines))]
