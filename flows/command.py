@@ -13,7 +13,7 @@ from asset2sim.runs import options as asked
 from asset2sim.runs.command_line import Options
 from asset2sim.runs.interrupt import lost_interrupts_repeated, sigterm_as_interrupt
 from asset2sim.runs.options import parse
-from asset2sim.runs.page_options import PagesOptions, RatingsOptions, ReportOptions, ViewOptions
+from asset2sim.runs.page_options import PagesOptions, RateOptions, RatingsOptions, ReportOptions, ViewOptions
 from asset2sim.runs.request import RefineRequest, refine_request, settings_for_run, stated_settings
 from asset2sim.runs.trial_options import RecordMotionOptions
 from flows import PIPELINE
@@ -71,6 +71,11 @@ def _dispatch(options: Options, refine: Refine, nightly: Nightly) -> int:
 
             run = settings_for_run(options.settings, stated_settings(options)).run
             record_motion(options, run)
+            return DONE
+        case RateOptions():
+            from flows.serve_pages import serve_rating
+
+            serve_rating(options, settings_for_run(options.settings, {}))
             return DONE
         case RatingsOptions():
             from flows.show import print_ratings

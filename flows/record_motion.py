@@ -18,25 +18,25 @@ from flows.server.server import temporary_server
 from schemas.settings import RunSettings
 from schemas.table import Row
 
-BLOCK, SHORT_BLOCK = "trials", "trials-methods"
-"""Names of the pages' blocks."""
+BLOCK = "judged"
+"""Name of the pages' block."""
 
 
 def record_motion(options: RecordMotionOptions, run: RunSettings) -> None:
     """Record the trials of these outputs' objects and print what became of them. Raises UsageError for an output
     without a catalog or refined objects, and for a page without the block's markers."""
     folders = [Path(folder) for folder in variant_folders(options.folders())]
-    pages = [(options.page, BLOCK, trials_block), (options.readme, SHORT_BLOCK, methods_block)]
-    for page, name, _ in pages:
+    pages = [(options.page, trials_block), (options.readme, methods_block)]
+    for page, _ in pages:
         if page is not None:
-            check_page(page, name)
+            check_page(page, BLOCK)
     with temporary_server() as address, use_server(address):
         trials = record_motions(folders, options.assets, run, options.film)
     for part in described(trials):
         output().print(part)
-    for page, name, block in pages:
+    for page, block in pages:
         if page is not None:
-            write_block(page, name, block(trials))
+            write_block(page, BLOCK, block(trials))
 
 
 @flow(name="record-motion", persist_result=False, validate_parameters=False)

@@ -16,6 +16,7 @@ RESAMPLES = 4999
 """Resamples of a bootstrap."""
 SEED = 0
 """Seed of every bootstrap and permutation: the same scores give the same figures."""
+TASK = ["task", "asset_id"]
 VARIANT = ["method", "model"]
 RATED = ["rater", "asset_id", "label"]
 
@@ -59,12 +60,14 @@ def video_figures(scores: pd.DataFrame) -> list[VideoFigure]:
     """A figure for each judge and method of a table ``video_scores``, the best first within a judge."""
     found = []
     for (judge, method, model), some in scores.groupby(["judge", *VARIANT]):
-        tasks = [task_score(part) for _, part in some.groupby("task")]
+        tasks = [task_score(part) for _, part in some.groupby(TASK)]
         means, deviations = (np.array(values) for values in zip(*tasks, strict=True))
         low, high = interval(means)
         spread = float(np.sqrt(np.sum(deviations**2)) / len(tasks))
         count = int(some["trials"].sum())
-        found.append(VideoFigure(judge, method, model, float(means.mean()), spread, low, high, len(tasks), count))
+        found.append(
+            VideoFigure(str(judge), str(method), str(model), float(means.mean()), spread, low, high, len(tasks), count)
+        )
     return sorted(found, key=lambda item: (item.judge, -item.mean))
 
 

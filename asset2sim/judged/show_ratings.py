@@ -10,8 +10,8 @@ from rich.text import Text
 from asset2sim.catalog.own_files import read_own_files
 from asset2sim.catalog.text import NOTHING, number, number_table
 from asset2sim.judged.agreement import OrderEffect, krippendorff_alpha, order_effect, rater_matrix
-from asset2sim.judged.figures import joined, rating_figures, video_figures
-from asset2sim.judged.published import NO_MODEL, published_ratings, published_videos
+from asset2sim.judged.figures import TASK, VARIANT, joined, rating_figures, video_figures
+from asset2sim.judged.published import published_ratings, published_videos
 from asset2sim.judged.variant_folders import variant_folders
 from asset2sim.judged.verdicts import disagreements, rated_variants, verdict_figures, verdicts_of
 from schemas.errors import UsageError
@@ -45,10 +45,11 @@ def describe_ratings(outs: Sequence[Path | str], published: Path | None) -> list
 def _ratings(title: str, rated: pd.DataFrame, verdicts: pd.DataFrame | None) -> list[RenderableType]:
     if rated.empty:
         return []
+    names = _names(rated)
     headings = ("method", "mean", "95 % of it", "± raters", "± objects", "before", "untouched", "touched", "n")
     rows = [
         (
-            *(_named(item.method, item.model), _two(item.mean), _span(item.low, item.high)),
+            *(names[item.method, item.model], _two(item.mean), _span(item.low, item.high)),
             *(_two(value) for value in (item.over_raters, item.over_objects, *item.stages)),
             f"{item.raters} × {item.objects}",
         )
@@ -61,14 +62,14 @@ def _ratings(title: str, rated: pd.DataFrame, verdicts: pd.DataFrame | None) -> 
         if rated[name].notna().any()
     ]
     lines = [f"agreement of raters (Krippendorff's alpha, interval): {', '.join(alphas)}"]
-    order = order_effect(rated, ["rater", "asset_id"], ["asset_id", "method", "model"])
+    order = order_effect(rated, ["rater", "asset_id"], ["asset_id", *VARIANT])
     lines += [_order("rating", order)] + ([] if verdicts is None else _verdicts(rated, verdicts))
     table = number_table(f"{title}, 0 to 10; n is raters × objects", headings, rows, left=1)
     return [table, Text("\n".join(lines))]
 
 
 def _verdicts(rated: pd.DataFrame, verdicts: pd.DataFrame) -> list[str]:
-    variants = rated_variants(rated, verdicts)
+    variants, names = rated_variants(rated, verdicts), _names(rated)
     if not variants:
         return ["no verdict of ours on what was rated"]
     figures = verdict_figures(variants)
@@ -85,7 +86,7 @@ def _verdicts(rated: pd.DataFrame, verdicts: pd.DataFrame) -> list[str]:
         notes = "".join(f" “{note}”" for note in item.notes)
         who = "rater" if item.raters == 1 else "raters"
         lines.append(
-            f"  {item.asset_id}, {_named(item.method, item.model)}: rated {_two(item.rating)} by {item.raters} {who}, "
+            f"  {item.asset_id}, {names[item.method, item.model]}: rated {_two(item.rating)} by {item.raters} {who}, "
             f"{said}{notes}"
         )
     return lines
@@ -94,16 +95,17 @@ def _verdicts(rated: pd.DataFrame, verdicts: pd.DataFrame) -> list[str]:
 def _videos(title: str, scores: pd.DataFrame) -> list[RenderableType]:
     if scores.empty:
         return []
+    names = _names(scores)
     rows = [
         (
-            *(item.judge, _named(item.method, item.model), f"{_two(item.mean)} ± {_two(item.plus_minus)}"),
+            *(item.judge, names[item.method, item.model], f"{_two(item.mean)} ± {_two(item.plus_minus)}"),
             *(_span(item.low, item.high), item.tasks, item.trials),
         )
         for item in video_figures(scores)
     ]
     headings = ("judge", "method", "mean ± as the paper", "95 % over tasks", "tasks", "trials")
     lines = [
-        _order(f"score of {judge}", order_effect(some, ["task", "trial"], ["task", "method", "model"]))
+        _order(f"score of {judge}", order_effect(some, [*TASK, "trial"], [*TASK, *VARIANT]))
         for judge, some in scores.groupby("judge")
     ]
     return [number_table(f"{title}, 0 to 5", headings, rows, left=2), Text("\n".join(lines))]
@@ -117,8 +119,11 @@ def _order(what: str, found: OrderEffect | None) -> str:
     )
 
 
-def _named(method: str, model: str) -> str:
-    return method if model == NO_MODEL else f"{method}, {model}"
+def _names(rows: pd.DataFrame) -> dict[tuple[str, str], str]:
+    """(method, model) → what to call it: the method, and its model where it was run with several."""
+    pairs = sorted(set(zip(rows["method"], rows["model"], strict=True)))
+    methods = [method for method, _ in pairs]
+    return {(method, model): f"{method}, {model}" if methods.count(method) > 1 else method for method, model in pairs}
 
 
 def _two(value: float) -> str:

@@ -48,7 +48,7 @@ from asset2sim.runs.option_types import (
     exclusive,
     nothing,
 )
-from asset2sim.runs.page_options import PagesOptions, RatingsOptions, ReportOptions, ViewOptions
+from asset2sim.runs.page_options import PagesOptions, RateOptions, RatingsOptions, ReportOptions, ViewOptions
 from asset2sim.runs.trial_options import RecordMotionOptions
 from schemas.errors import UsageError
 from schemas.location import Location
@@ -269,6 +269,7 @@ class Command(Options):
     query: CliSubCommand[QueryOptions] = Field(description="SQL over the tables and the history of all runs")
     show: CliSubCommand[ShowOptions] = Field(description="one refined asset")
     view: CliSubCommand[ViewOptions] = Field(description="refined objects live, to be touched and reviewed")
+    rate: CliSubCommand[RateOptions] = Field(description="a page on which people rate anonymous variants")
     ratings: CliSubCommand[RatingsOptions] = Field(description="what people and judges made of variants, per method")
     record_motion: CliSubCommand[RecordMotionOptions] = Field(
         alias="record-motion", description="a scripted arm's tasks with refined objects, filmed and judged"
