@@ -32,8 +32,7 @@ from asset2sim.report.pictures import (
     SIZE,
     THUMB,
     write_after,
-    write_before,
-    write_motion,
+    write_pictures,
 )
 from asset2sim.report.snapshot import Row, Snapshot, newest, read_snapshot, rows, rows_of
 from asset2sim.runs.isolation import stop_children
@@ -142,12 +141,10 @@ def _draw(
         seen = write_after(view, folder)
         raw = _here(asset["source_path"])
         (folder / BEFORE).unlink(missing_ok=True)
-        if not (before and seen):
-            return
-        reach = reaches[asset["run_id"]]
-        if raw.is_dir():
-            write_before(raw, reach, folder / BEFORE, out / "logs" / f"{name}.report.log")
-        write_motion(out / "assets" / name if url is None else f"{url}/assets/{name}", raw, reach, folder, str(out))
+        if before and seen:
+            refined = out / "assets" / name if url is None else f"{url}/assets/{name}"
+            log = out / "logs" / f"{name}.report.log"
+            write_pictures(refined, raw, reaches[asset["run_id"]], folder, log, str(out))
 
     pool = ThreadPoolExecutor(max(1, workers))
     try:
