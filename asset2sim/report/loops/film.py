@@ -14,8 +14,9 @@ from asset2sim.report.loops.draw import Picture, background, image_of, pictures
 from asset2sim.report.loops.figure import Figure
 from asset2sim.report.loops.zbuffer import FOV, Lens, Singles, changes, lens_for
 
-SIDE = 256
-"""Edge of one of the two pictures side by side, pixels."""
+SIDE = 208
+"""Edge of one of the two pictures side by side, pixels: pages show both 300 to 400 wide, and time goes with the
+square."""
 OVERSAMPLING = 1.25
 """Pixels drawn per pixel shown, along each side."""
 SPACING = 0.75
@@ -140,9 +141,7 @@ def filmed(scenes: Scenes, lens: Lens, clouds: Clouds) -> bytes:
     return found
 
 
-def panels(
-    act: Act | None, name: str, lens: Lens, clouds: Clouds, frames: int, drawn: Drawn
-) -> Iterator[Image.Image]:
+def panels(act: Act | None, name: str, lens: Lens, clouds: Clouds, frames: int, drawn: Drawn) -> Iterator[Image.Image]:
     """One of the two pictures of a loop, frame by frame; of what the other one has ``drawn`` nothing is drawn again."""
     if act is None:
         empty = Image.new("RGB", (SIDE, SIDE), EMPTY)

@@ -19,7 +19,15 @@ from asset2sim.engines.child import ChildOutcome, in_child
 from asset2sim.report.draw import Before, draw_before
 from asset2sim.report.loops.figure import Figure, read_alike, read_figure, sweep
 from asset2sim.report.loops.film import Act, Scenes, clouds_of, filmed, lens_of
-from asset2sim.report.loops.record import DROP_TIMES_S, RELEASE_TIMES_S, Recording, half_open, let_fall, let_go, without_looks
+from asset2sim.report.loops.record import (
+    DROP_TIMES_S,
+    RELEASE_TIMES_S,
+    Recording,
+    half_open,
+    let_fall,
+    let_go,
+    without_looks,
+)
 from asset2sim.report.loops.sizes import cube, in_a_row, size_picture, standing
 from schemas.errors import AssetError
 from schemas.overlay import PhysicsOverlay

@@ -62,8 +62,8 @@ def let_go(
 
 
 def without_looks(urdf: Path, folder: Path) -> Path:
-    """A copy in ``folder`` of a URDF whose OBJs name no materials, which are nothing to its motion: PyBullet decodes the
-    pictures of a collision mesh, as often as a mesh names them (3.8 s for a knife). The URDF itself where it is not
+    """A copy in ``folder`` of a URDF whose OBJs name no materials, which are nothing to its motion: PyBullet decodes
+    the pictures of collision meshes, as often as a mesh names them (3.8 s for a knife). The URDF itself where it is not
     XML. Files that are missing stay so."""
     try:
         tree = etree.parse(str(urdf))
