@@ -25,7 +25,7 @@ KEYS = 4
 """Frames of each picture at which is found out what is seen."""
 ROOM = np.array([1.2, 1.2, 1.7])
 """How far from where it starts a raw object is followed, in its longest edges: what explodes leaves the picture."""
-QUALITIES, METHOD = (46, 25), 1
+QUALITIES, METHOD = (70, 40), 1
 """WebP's quality, the second where the file is else too large, and effort, 0 to 6."""
 WHOLE = {"kmin": 5, "kmax": 6}
 """Every how many frames one is whole, which takes away what others leave behind. Pillow's 3 to 5 has the encoder try it
