@@ -5,7 +5,7 @@ import os
 from collections.abc import Callable, Mapping, Sequence
 from difflib import get_close_matches
 from pathlib import Path
-from typing import TypeVar
+from typing import NamedTuple, TypeVar
 
 import pandas as pd
 import pyarrow as pa
@@ -18,13 +18,21 @@ from asset2sim.catalog.read_remote import local_tables
 from asset2sim.catalog.stored_reviews import stored_reviews
 from asset2sim.catalog.switch import find_catalog, no_catalog_error
 from schemas.errors import UnknownChoiceError, UsageError
-from schemas.table import ASSET_KEY, with_names_of_today
+from schemas.table import ASSET_KEY, RENAMED, with_names_of_today
 from schemas.tables import HISTORY, PUBLISHED, TABLES
 from schemas.tables_reviews import REVIEWS
 
 Result = TypeVar("Result")
 Filters = list[tuple[str, str, object]]
 """Conditions on columns, all of which hold, as pyarrow has them: (column, comparison, value)."""
+
+
+class Part(NamedTuple):
+    """Part of a table: the rows that pass ``filters``, and the ``columns`` of these names, as far as it has them."""
+
+    filters: Filters | None = None
+    columns: tuple[str, ...] | None = None
+
 
 _ATTEMPTS = 20
 _NULLABLE = {pa.int64(): pd.Int64Dtype(), pa.bool_(): pd.BooleanDtype()}
@@ -62,17 +70,14 @@ def read_asset(out: str | os.PathLike[str], asset_id: str) -> dict[str, pd.DataF
 
 
 def read_tables(
-    out: str | os.PathLike[str],
-    filters: Mapping[str, Filters | None],
-    of_history: Callable[[pd.DataFrame], Sequence[str]],
+    out: str | os.PathLike[str], parts: Mapping[str, Part], of_history: Callable[[pd.DataFrame], Sequence[str]]
 ) -> dict[str, pd.DataFrame]:
-    """Table name → its rows that pass its ``filters``, all where it has none, of these tables, ``runs`` among them, and
-    the history's rows of the runs that ``of_history`` chooses of ``runs``; all from one state of OUT. Raises UsageError
-    where OUT has no catalog."""
+    """Table name → its part, of these tables, ``runs`` among them, and the history's rows of the runs that
+    ``of_history`` chooses of ``runs``; all from one state of OUT. Raises UsageError where OUT has no catalog."""
     out = local_tables(out)
 
     def read(folder: Path) -> dict[str, pd.DataFrame]:
-        frames = {name: _frame(folder / TABLES[name].file, those) for name, those in filters.items()}
+        frames = {name: _frame(folder / TABLES[name].file, *part) for name, part in parts.items()}
         return frames | {HISTORY.name: _history_frame(out, of_history(frames["runs"]))}
 
     return _read_consistent(out, read)
@@ -99,11 +104,14 @@ def _asset_frames(folder: Path, asset_id: str) -> dict[str, pd.DataFrame]:
     return frames | {"runs": runs[runs["run_id"].isin(frames["assets"]["run_id"])]}
 
 
-def _frame(path: Path, filters: Filters | None = None) -> pd.DataFrame:
-    # A catalog that an earlier version wrote may lack a table that was added since.
-    added = not path.exists() and path.with_name(TABLES["runs"].file).exists()
-    table = TABLES[path.stem].schema.empty_table() if added else pq.read_table(path, filters=filters)
-    return _pandas(with_names_of_today(table))
+def _frame(path: Path, filters: Filters | None = None, columns: tuple[str, ...] | None = None) -> pd.DataFrame:
+    # A catalog that an earlier version wrote may lack a table that was added since, or have columns of other names.
+    if not path.exists() and path.with_name(TABLES["runs"].file).exists():
+        return _pandas(TABLES[path.stem].schema.empty_table())
+    names = None
+    if columns is not None:
+        names = [name for name in pq.read_schema(path).names if RENAMED.get(name, name) in columns]
+    return _pandas(with_names_of_today(pq.read_table(path, columns=names, filters=filters)))
 
 
 def _history_frame(out: Path, runs: Sequence[str] | None = None) -> pd.DataFrame:
