@@ -97,7 +97,7 @@ def write_site(out: Path, url: str | None = None, *, workers: int = 1, before: b
         pages = {name: _page_key(row, None if url else folder) for name, row in assets.items()}
         changed = [name for name, key in pages.items() if state.get(name, ["", ""])[1] != key]
         for first in range(0, len(changed), AT_ONCE):
-            _write_pages({name: assets[name] for name in changed[first : first + AT_ONCE]}, out, url)
+            _write_pages([assets[name] for name in changed[first : first + AT_ONCE]], out, url)
         for gone in state.keys() - assets.keys():
             shutil.rmtree(_object_folder(folder, gone), ignore_errors=True)
         here = {
@@ -211,14 +211,17 @@ def _digest(*parts: str) -> str:
     return hashlib.sha256("\0".join(parts).encode("utf-8", "replace")).hexdigest()[:16]
 
 
-def _write_pages(assets: Mapping[str, Row], out: Path, url: str | None) -> None:
+def _write_pages(assets: Sequence[Row], out: Path, url: str | None) -> None:
     """Write the pages of these assets; ``out`` is the folder in which the answers are kept too."""
-    own = rows_of(out, list(assets))
+    own = rows_of(out, [asset["asset_id"] for asset in assets])
     systems: set[str] = set()
-    for name, asset in assets.items():
+    for asset in assets:
+        name = asset["asset_id"]
+        mine = {table: [row for row in of.get(name, ()) if _same(row, asset)] for table, of in own.items()}
+        if not mine["assets"]:  # a run has removed it meanwhile
+            continue
         folder = _object_folder(out / FOLDER, name)
         folder.mkdir(parents=True, exist_ok=True)
-        mine = {table: [row for row in of.get(name, ()) if _same(row, asset)] for table, of in own.items()}
         others = [row for row in own["assets"].get(name, ()) if not _same(row, asset)]
         calls = exchanges_of(out, mine["model_calls"])
         systems |= {call.question.system for call in calls if call.question is not None}
@@ -226,7 +229,7 @@ def _write_pages(assets: Mapping[str, Row], out: Path, url: str | None) -> None:
         if url is not None and AFTER not in files:
             # Drawn by another machine.
             files |= set(list_objects(f"{url}/{FOLDER}/{OBJECTS}/{name}"))
-        values = object_page(asset, mine, others, files, calls)
+        values = object_page(mine["assets"][0], mine, others, files, calls)
         write_text(folder / INDEX, render("object.html.jinja", values, "../../"))
     _copy_systems(out, systems)
 

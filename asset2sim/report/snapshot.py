@@ -9,15 +9,24 @@ from typing import Any
 import pandas as pd
 
 from asset2sim.catalog.changes import compared
-from asset2sim.catalog.read import Filters, read_assets, read_tables
+from asset2sim.catalog.read import Part, read_assets, read_tables
 from schemas.errors import UsageError
 from schemas.table import ASSET_KEY
 from schemas.tables import HISTORY
 
-NEEDED: Mapping[str, Filters | None] = {
-    "assets": None, "runs": None, "joints": None, "interactions": [("test", "==", "effort")],
-}  # fmt: skip
-"""What an index shows of the tables, by name: of the largest a few rows, so that ten thousand assets fit."""
+ASSETS = (
+    *(*ASSET_KEY, "run_id", "content_hash", "category", "prompt", "status", "failure_mode", "reason", "support"),
+    *("mass_kg", *(f"size_{axis}_m" for axis in "xyz"), "penetration_mm", "seconds_total", "cost_usd"),
+    *("source_path", "refined_path"),
+)
+NEEDED: Mapping[str, Part] = {
+    "assets": Part(ASSETS),
+    "runs": Part(),
+    "joints": Part(("position_unit", "damping")),
+    "interactions": Part((*ASSET_KEY, "test", "reason", "value"), [("test", "==", "effort")]),
+    HISTORY.name: Part(("run_id", *ASSET_KEY, "failure_mode")),
+}
+"""What an index shows of the tables, by name: a few columns, so that ten thousand assets fit."""
 Row = Mapping[str, Any]
 """A row as read: column → value, None where it is missing."""
 
@@ -50,7 +59,7 @@ def read_snapshot(out: Path | str) -> Snapshot:
     if not runs:
         raise UsageError(f"{out}: its catalog has no run; refine a dataset into it first")
     modes: dict[str, dict[tuple[str, ...], str]] = {row["run_id"]: {} for row in runs[-2:]}
-    for row in rows(tables[HISTORY.name][["run_id", *ASSET_KEY, "failure_mode"]]):
+    for row in rows(tables[HISTORY.name]):
         modes[row["run_id"]][tuple(row[name] for name in ASSET_KEY)] = row["failure_mode"]
     return Snapshot(tables, tuple(runs), modes)
 
