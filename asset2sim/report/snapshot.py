@@ -24,7 +24,8 @@ NEEDED: Mapping[str, Part] = {
     "assets": Part(columns=COLUMNS),
     "runs": Part(),
     "joints": Part(columns=("position_unit", "damping")),
-    "interactions": Part([("test", "==", "effort")], (*ASSET_KEY, "test", "reason", "value")),
+    "interactions": Part((*ASSET_KEY, "test", "reason", "value"), [("test", "==", "effort")]),
+    HISTORY.name: Part(("run_id", *ASSET_KEY, "failure_mode")),
 }
 """What an index shows of the tables, by name: few columns, and of the largest few rows, so that ten thousand assets
 fit."""
@@ -61,7 +62,7 @@ def read_snapshot(out: Path | str) -> Snapshot:
     if not runs:
         raise UsageError(f"{out}: its catalog has no run; refine a dataset into it first")
     modes: dict[str, dict[tuple[str, ...], str]] = {row["run_id"]: {} for row in runs[-2:]}
-    for row in rows(tables[HISTORY.name][["run_id", *ASSET_KEY, "failure_mode"]]):
+    for row in rows(tables[HISTORY.name]):
         modes[row["run_id"]][tuple(row[name] for name in ASSET_KEY)] = row["failure_mode"]
     # A catalog that an earlier version wrote may lack a column.
     assets = tables.pop("assets").reindex(columns=list(COLUMNS))
