@@ -2,7 +2,6 @@
 work and energy beside what can be computed by hand."""
 
 import json
-from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
@@ -19,60 +18,20 @@ from asset2sim.trials.scene import base_at, build_stage, pusher_spec
 from asset2sim.trials.study import Job, trial_of
 from asset2sim.trials.tasks import Task, Verb, tasks_of
 from asset2sim.trials.trial import FILM, TRACK, planned, run_trial
-from schemas.overlay import JointPhysics, LinkPhysics, PhysicsOverlay
-from schemas.support import Support, SupportKind
+from schemas.overlay import PhysicsOverlay
 from schemas.trial_settings import TrialSettings
-from schemas.vocabulary import Source
-from tests.assets import joint, link, robot, shape, written
-from tests.factories import make_joint, make_link
+from tests.assets import joint, link, robot, shape
+from tests.factories import make_joint
+from tests.refined_things import DAMPING, FRICTION_N, OPEN_M, block, inertial, refined
+from tests.refined_things import drawer as made_drawer
 
 pytestmark = pytest.mark.system
 CLOSE = Task("close", Verb.CLOSE)
-FRICTION_N, DAMPING = 2.0, 5.0
-OPEN_M = 0.06
-
-
-def inertial(mass: float, size: float) -> str:
-    moment = mass * size**2 / 6.0
-    return (
-        f'<inertial><mass value="{mass}"/>'
-        f'<inertia ixx="{moment}" iyy="{moment}" izz="{moment}" ixy="0" ixz="0" iyz="0"/></inertial>'
-    )
-
-
-def refined(
-    folder: Path, urdf: str, joints: Sequence[JointPhysics], masses: dict[str, float], *, fixed: bool = True
-) -> Path:
-    """A refined folder as a run writes it."""
-    links: list[LinkPhysics] = [make_link(name, mass) for name, mass in masses.items()]
-    support = Support(kind=SupportKind.FIXED if fixed else SupportKind.FREESTANDING)
-    overlay = PhysicsOverlay(
-        asset_id="thing", scale=1.0, scale_source=Source.USER, contact_friction=0.8, links=tuple(links),
-        joints=tuple(joints), support=support,
-    )  # fmt: skip
-    written(folder, urdf)
-    (folder / "overlay.json").write_text(json.dumps(overlay.model_dump(mode="json")), encoding="utf-8")
-    return folder
 
 
 @pytest.fixture
 def drawer(tmp_path: Path) -> Path:
-    """A block with a front that slides out along x, and is 6 cm out."""
-    urdf = robot(
-        link("body", shape("0.2 0.2 0.16", xyz="0 0 0.08") + inertial(3.0, 0.2)),
-        link("front", shape("0.02 0.18 0.1") + inertial(0.3, 0.1)),
-        joint("slide", "prismatic", "body", "front", xyz="0.112 0 0.09", axis="1 0 0", limit="0 0.1"),
-    )
-    terms = make_joint("slide", "prismatic", OPEN_M).model_copy(
-        update={"upper": 0.1, "open": 0.1, "friction": FRICTION_N, "damping": DAMPING, "holds": True}
-    )
-    return refined(tmp_path / "thing", urdf, [terms], {"body": 3.0, "front": 0.3})
-
-
-@pytest.fixture
-def block(tmp_path: Path) -> Path:
-    urdf = robot(link("body", shape("0.05 0.05 0.05", xyz="0 0 0.025") + inertial(0.2, 0.05)))
-    return refined(tmp_path / "thing", urdf, [], {"body": 0.2}, fixed=False)
+    return made_drawer(tmp_path / "thing")
 
 
 def test_the_arm_reaches_points_in_front_of_it_and_says_where_it_cannot() -> None:
@@ -138,16 +97,17 @@ def test_the_arm_is_drawn_with_all_its_links() -> None:
     assert {"panda_link1", "panda_hand", "panda_leftfinger"} <= set(faces.links) and len(poses) > 10
 
 
-def test_a_block_is_lifted_into_the_bowl(block: Path, tmp_path: Path) -> None:
-    row = run_trial(block, Task("grasp", Verb.GRASP), tmp_path / "to", False, TrialSettings())
+def test_a_block_is_lifted_into_the_bowl(tmp_path: Path) -> None:
+    row = run_trial(
+        block(tmp_path / "thing", 0.05, 0.2), Task("grasp", Verb.GRASP), tmp_path / "to", False, TrialSettings()
+    )
     assert (row["outcome"], row["reason"]) == ("done", "")
     # Lifted against its weight, and set down again into the bowl: the arm gave little in the end.
     assert not row["energy_appeared"] and not row["moved_before_contact"]
 
 
 def test_a_block_too_wide_for_the_hand_is_unreachable_and_no_error(tmp_path: Path) -> None:
-    urdf = robot(link("body", shape("0.2 0.2 0.2", xyz="0 0 0.1") + inertial(1.0, 0.2)))
-    folder = refined(tmp_path / "thing", urdf, [], {"body": 1.0}, fixed=False)
+    folder = block(tmp_path / "thing", 0.2, 1.0)
     row = run_trial(folder, Task("grasp", Verb.GRASP), tmp_path / "to", False, TrialSettings())
     assert row["outcome"] == "unreachable" and "score" not in row
 
