@@ -98,11 +98,9 @@ def test_the_arm_is_drawn_with_all_its_links() -> None:
 
 
 def test_a_block_is_lifted_into_the_bowl(tmp_path: Path) -> None:
-    row = run_trial(
-        block(tmp_path / "thing", 0.05, 0.2), Task("grasp", Verb.GRASP), tmp_path / "to", False, TrialSettings()
-    )
+    folder = block(tmp_path / "thing", 0.05, 0.2)
+    row = run_trial(folder, Task("grasp", Verb.GRASP), tmp_path / "to", False, TrialSettings())
     assert (row["outcome"], row["reason"]) == ("done", "")
-    # Lifted against its weight, and set down again into the bowl: the arm gave little in the end.
     assert not row["energy_appeared"] and not row["moved_before_contact"]
 
 
