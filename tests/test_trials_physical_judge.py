@@ -88,6 +88,13 @@ def test_what_a_contact_takes_and_gives_back_within_a_picture_is_no_energy() -> 
     assert judged(replace(still(), given_j=given))[0] == []
 
 
+@pytest.mark.parametrize(("later_s", "faults"), [(0.2, []), (3.0, ["energy_appeared"])])
+def test_a_stop_may_give_back_for_a_while_what_it_took_and_not_for_ever(later_s: float, faults: list[str]) -> None:
+    given = np.zeros(N)
+    given[500], given[500 + round(later_s / STEP)] = -0.03, 0.012
+    assert judged(replace(still(), given_j=given))[0] == faults
+
+
 def test_a_tool_inside_the_object_is_a_fault() -> None:
     deep = still().depth_m.copy()
     deep[900] = 0.004

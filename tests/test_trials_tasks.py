@@ -39,6 +39,12 @@ def test_of_other_objects_what_is_open_is_closed_and_what_is_closed_is_opened() 
     assert lift.verb is Verb.GRASP and joint_of(lift, overlay(ajar)) is None
 
 
+def test_what_a_spring_holds_open_is_pressed() -> None:
+    sprung = make_joint("lid", initial_position=0.4).model_copy(update={"stiffness": 0.5})
+    (press,) = tasks_of(overlay(sprung))
+    assert press.verb is Verb.PRESS and target_of(press, sprung) == 0.0
+
+
 def test_a_joint_that_closes_upwards_opens_downwards() -> None:
     turned = make_joint("turned", initial_position=1.0).model_copy(update={"closed": 1.0, "open": 0.0})
     assert target_of(Task("open", Verb.OPEN), turned) == pytest.approx(2.0 / 3.0)

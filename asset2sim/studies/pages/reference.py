@@ -23,8 +23,8 @@ MADE = "*Made by `make docs` from the schemas; do not edit.*"
 DICTIONARY = """\
 Every table is a Parquet file in `OUT/catalog`, `asset_history` a folder of them in `OUT/history`, `reviews` one in
 `OUT/reviews`. Those of outer judges, `trials`, `video_scores`, `ratings` and `rating_keys`, are folders of files too,
-in OUT or in the folder of a comparison, and `asset2sim ratings` reads them. The same words are in the files' metadata and,
-for all but these four, through `connect` in DuckDB's comments:
+in OUT or in the folder of a comparison, and `asset2sim ratings` reads them. The same words are in the files' metadata
+and, for all but these four, through `connect` in DuckDB's comments:
 `SELECT column_name, comment FROM duckdb_columns()`. A column that is *required* is never null; a number that was never
 measured is null, never 0."""
 MODES = """\
