@@ -143,3 +143,18 @@ def test_a_task_that_starts_solved_is_not_done(tmp_path: Path, drawer: Path) -> 
     (drawer / "overlay.json").write_text(json.dumps(overlay), encoding="utf-8")
     row = run_trial(drawer, CLOSE, tmp_path / "to", False, TrialSettings())
     assert row["outcome"] == "solved at start" and not (tmp_path / "to" / TRACK).exists()
+
+
+def test_a_shut_drawer_with_a_knob_is_pulled_open(tmp_path: Path) -> None:
+    knob = shape("0.05 0.02 0.02", "visual collision", "0.035 0 0").replace("<visual>", '<visual name="knob">')
+    urdf = robot(
+        link("body", shape("0.2 0.2 0.16", xyz="0 0 0.08") + inertial(3.0, 0.2)),
+        link("front", shape("0.02 0.18 0.1") + knob + inertial(0.3, 0.1)),
+        joint("slide", "prismatic", "body", "front", xyz="0.112 0 0.09", axis="1 0 0", limit="0 0.12"),
+    )
+    changes = {"upper": 0.12, "open": 0.12, "friction": FRICTION_N, "damping": DAMPING, "holds": True}
+    terms = make_joint("slide", "prismatic", 0.0).model_copy(update=changes)
+    folder = refined(tmp_path / "thing", urdf, [terms], {"body": 3.0, "front": 0.3})
+    row = run_trial(folder, Task("open", Verb.OPEN), tmp_path / "to", False, TrialSettings())
+    assert (row["outcome"], row["reason"], row["tool"]) == ("done", "", "arm")
+    assert row["end"] == pytest.approx(0.04, abs=0.006) and row["work_j"] == pytest.approx(FRICTION_N * 0.04, rel=0.5)

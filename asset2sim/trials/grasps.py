@@ -65,7 +65,7 @@ def grasp_paths(stage: Stage, bowl: Bowl) -> Iterator[Path]:
         for depth, turn in product(DEPTHS_M, range(DIRECTIONS)) if top > 0.0 else ():
             across = np.array([math.cos(math.pi * turn / DIRECTIONS), math.sin(math.pi * turn / DIRECTIONS), 0.0])
             hold = np.array([at[0], at[1], max(top - depth, LOWEST_M)])
-            span = between(stage, hold, across, heavy)
+            span = between(stage, hold, across, heavy, np.array([0.0, 0.0, 1.0]))
             if span is not None and span[1] - span[0] <= MAX_OPENING_M - 2.0 * ROOM_M and top - hold[2] > 0.004:
                 held = hold + across * (span[0] + span[1]) / 2.0
                 off = float(np.linalg.norm(held[:2] - center[:2]))
@@ -83,22 +83,30 @@ def height_at(stage: Stage, at: Array, top: float) -> float:
     return float(source[2] - distance) if distance >= 0.0 and stage.object_geoms[geom[0]] else 0.0
 
 
-def between(stage: Stage, hold: Array, across: Array, heavy: frozenset[int]) -> tuple[float, float, bool] | None:
-    """What is between the fingers about a place, from and to, m along ``across``, and whether it is of the ``heavy``
-    bodies alone; None where nothing is, or where a finger would start in it."""
-    side = np.array([-across[1], across[0], 0.0])
+def seen(stage: Stage, source: Array, towards: Array) -> float:
+    """Distance to the first surface that a ray meets, m; negative for none."""
+    geom = np.array([-1], dtype=np.int32)
+    return float(mujoco.mj_ray(stage.model, stage.data, source, towards, None, 1, -1, geom))
+
+
+def between(
+    stage: Stage, hold: Array, across: Array, firmly: frozenset[int], back: Array
+) -> tuple[float, float, bool] | None:
+    """What is between the fingers about a place, from and to, m along ``across``, and whether it is of the bodies
+    ``firmly`` alone; None where nothing is, or where a finger that comes against ``back`` runs into something."""
+    side = np.cross(back, across)
     ends, firm = [], True
     for sign in (-1.0, 1.0):
         nearest = []
         for offset, rise in product((-PAD_M, 0.0, PAD_M), (0.0, 0.012)):
-            source = hold + sign * across * MAX_OPENING_M / 2.0 + side * offset + np.array([0.0, 0.0, rise])
-            if height_at(stage, source, source[2] + REACH_M) > source[2]:
+            source = hold + sign * across * MAX_OPENING_M / 2.0 + side * offset + back * rise
+            if 0.0 <= seen(stage, source + back * REACH_M, -back) < REACH_M:
                 return None
             geom = np.array([-1], dtype=np.int32)
             distance = mujoco.mj_ray(stage.model, stage.data, source, -sign * across, None, 1, -1, geom)
             if distance >= 0.0 and stage.object_geoms[geom[0]] and distance < MAX_OPENING_M:
                 nearest.append(distance)
-                firm &= int(stage.model.geom_bodyid[geom[0]]) in heavy
+                firm &= int(stage.model.geom_bodyid[geom[0]]) in firmly
         if not nearest or min(nearest) < ROOM_M or slants(nearest):
             return None
         ends.append(sign * (MAX_OPENING_M / 2.0 - min(nearest)))
@@ -134,4 +142,11 @@ def lifted(held: Array, across: Array, width: float, bowl: Bowl, below: float, t
             opening.append(before[1] + share * (after[1] - before[1]))
             phases.append(after[2])
     axes = np.tile(-up, (len(points), 1))
-    return Path(np.array(points), axes, across, np.array(opening), tuple(phases), np.zeros(len(points)))
+    return Path(
+        np.array(points),
+        axes,
+        np.tile(across, (len(points), 1)),
+        np.array(opening),
+        tuple(phases),
+        np.zeros(len(points)),
+    )

@@ -33,8 +33,9 @@ LEANS = (0.35, 0.0, 0.7, 1.0)
 
 @dataclass(frozen=True, eq=False)
 class Path:
-    """A tool's way in the object's world: (n, 3) ``points``, m, (n, 3) ``axes`` to which the fingers point, ``across``
-    (3,) along which they open, or None where that is free, (n,) ``opening`` of the fingers, m, and the ``phases``."""
+    """A tool's way in the object's world: (n, 3) ``points``, m, (n, 3) ``axes`` to which the fingers point, (n, 3)
+    ``across`` along which they open, or None where that is free, (n,) ``opening`` of the fingers, m, and the
+    ``phases``."""
 
     points: Array
     axes: Array

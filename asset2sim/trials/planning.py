@@ -16,8 +16,10 @@ from asset2sim.trials.scene import TOOL, Stage, base_at, place, quaternion
 AZIMUTHS = tuple(math.radians(angle) for angle in (-60, 60, -30, 30, -90, 90, 0, -120, 120, 180, 150, -150))
 """Where the base may stand about the object, seen from above."""
 DISTANCES_M = (0.5, 0.42, 0.6, 0.7)
-OFF_M, TILT_RAD = 0.004, 0.9
-"""By how much the tool may miss its way, and point elsewhere: a push does not need an exact hand."""
+FROM_ABOVE = -0.9
+"""Vertical part of the fingers' direction below which a hand comes from above."""
+OFF_M, TILT_RAD, HELD_RAD = 0.004, 0.9, 0.1
+"""By how much the tool may miss its way, and point elsewhere where it pushes, and where it holds something."""
 OVERLAP_M = 0.004
 """How deep the arm may be in the object along a plan, but for the finger tips where they push."""
 SPEED_M_S, PUSH_M_S, TURN_RAD_S = 0.3, 0.1, 1.2
@@ -50,12 +52,11 @@ class Plan:
     phases: tuple[str, ...]
 
 
-def plan_arm(
-    stage: Stage, arm: Arm, joint: str | None, paths: Iterable[Path], tilt_rad: float = TILT_RAD
-) -> Plan | None:
+def plan_arm(stage: Stage, arm: Arm, joint: str | None, paths: Iterable[Path]) -> Plan | None:
     """The first way that the arm can follow from somewhere about the object without running into it; None for none."""
     tried = 0
-    for path in paths:
+    for path in list(paths):  # all of them before the arm comes near: they are found by rays
+        tilt_rad = TILT_RAD if path.across is None else HELD_RAD
         for distance, azimuth in product(DISTANCES_M, AZIMUTHS):
             base = base_at(azimuth, distance)
             away = np.linalg.norm(path.points[:, :2] - base[:2, 3], axis=1)
@@ -69,7 +70,9 @@ def plan_arm(
             if coarse is None:
                 continue
             if path.across is not None and not hand_fits(stage, arm, path, base, coarse[0], tilt_rad):
-                break  # nor does it from anywhere else: the hand is the same
+                if path.axes[0, 2] < FROM_ABOVE:
+                    break  # nor does it from anywhere else: hand and forearm are the same
+                continue
             found = follow(arm, base, path, range(len(path.points)), tilt_rad)
             if found is None:
                 continue
@@ -82,8 +85,8 @@ def plan_arm(
 def hand_fits(stage: Stage, arm: Arm, path: Path, base: Array, near: Array, tilt_rad: float) -> bool:
     """Whether hand and open fingers are free of the object where they are about to close."""
     last = max(index for index, phase in enumerate(path.phases) if phase == "approach")
-    turn, across = base[:3, :3].T, path.across
-    assert across is not None  # only such ways say how the hand is turned
+    assert path.across is not None  # only such ways say how the hand is turned
+    turn, across = base[:3, :3].T, path.across[last]
     found = arm.reach(turn @ (path.points[last] - base[:3, 3]), turn @ path.axes[last], near, turn @ across)
     move_base(stage, base)
     half = float(path.opening[last]) / 2.0
@@ -95,13 +98,14 @@ def hand_fits(stage: Stage, arm: Arm, path: Path, base: Array, near: Array, tilt
 def follow(arm: Arm, base: Array, path: Path, chosen: Sequence[int], tilt_rad: float) -> Array | None:
     """(n, 7) joint positions along the chosen points; None where one cannot be reached."""
     turn, origin = base[:3, :3], base[:3, 3]
-    across = None if path.across is None else turn.T @ path.across
+    across = None if path.across is None else path.across @ turn
     now, found = HOME, []
     # The first solution decides the arm's posture: come to it from above.
     above = turn.T @ (path.points[chosen[0]] + ABOVE - origin)
-    now = arm.reach(above, turn.T @ path.axes[chosen[0]], now, across).joints
+    now = arm.reach(above, turn.T @ path.axes[chosen[0]], now, None if across is None else across[chosen[0]]).joints
     for index in chosen:
-        reached = arm.reach(turn.T @ (path.points[index] - origin), turn.T @ path.axes[index], now, across)
+        held = None if across is None else across[index]
+        reached = arm.reach(turn.T @ (path.points[index] - origin), turn.T @ path.axes[index], now, held)
         if reached.off_m > OFF_M or reached.tilt_rad > tilt_rad:
             return None
         now = reached.joints
@@ -112,8 +116,8 @@ def follow(arm: Arm, base: Array, path: Path, chosen: Sequence[int], tilt_rad: f
 def timed(arm: Arm, base: Array, path: Path, joints: Array) -> Plan:
     """The arm's whole motion: wait, come from above, follow the way, go back up, wait."""
     lifted = []
-    across = None if path.across is None else base[:3, :3].T @ path.across
     for index in (0, -1):
+        across = None if path.across is None else base[:3, :3].T @ path.across[index]
         point = base[:3, :3].T @ (path.points[index] + ABOVE - base[:3, 3])
         lifted.append(arm.reach(point, base[:3, :3].T @ path.axes[index], joints[index], across).joints)
     whole = np.array([HOME, HOME, lifted[0], *joints, lifted[1], HOME, HOME])

@@ -16,6 +16,7 @@ from asset2sim.trials.grasps import bowl_for, grasp_paths
 from asset2sim.trials.paths import push_paths
 from asset2sim.trials.physical_judge import judge, score
 from asset2sim.trials.planning import Plan, plan_arm, plan_pusher
+from asset2sim.trials.pulls import pull_paths
 from asset2sim.trials.record import Track, record
 from asset2sim.trials.scene import Bowl, Stage, base_at, build_stage, place, pusher_spec
 from asset2sim.trials.tasks import Task, Verb, is_near, joint_of, target_of
@@ -24,8 +25,6 @@ from schemas.table import Row
 from schemas.trial_settings import TrialSettings
 
 FILM, TRACK = "motion.mp4", "motion.parquet"
-GRASP_TILT_RAD = 0.1
-"""By how much a gripper may lean while it lifts something."""
 LIFTED_M = 0.03
 """How far an object must have been off the floor to have been lifted."""
 PRESSED_SHARE = 0.2
@@ -90,9 +89,12 @@ def planned(folder: Path, task: Task, joint: JointPhysics | None) -> tuple[Attem
     mujoco.mj_forward(stage.model, stage.data)
     if joint is None:
         assert bowl is not None
-        plan = plan_arm(stage, arm, None, grasp_paths(stage, bowl), GRASP_TILT_RAD)
+        plan = plan_arm(stage, arm, None, grasp_paths(stage, bowl))
     else:
-        plan = plan_arm(stage, arm, joint.name, push_paths(stage, joint, target_of(task, joint), task.verb))
+        target, plan = target_of(task, joint), None
+        if task.verb is Verb.OPEN:
+            plan = plan_arm(stage, arm, joint.name, pull_paths(stage, joint, target))
+        plan = plan or plan_arm(stage, arm, joint.name, push_paths(stage, joint, target, task.verb))
     if plan is not None:
         return Attempt("arm", build_stage(folder, franka_spec(), plan.base, bowl), plan), bowl
     if joint is None:
