@@ -10,6 +10,7 @@ from pydantic_settings import get_subcommand as chosen_command
 
 from asset2sim.runs.command_line import Options
 from asset2sim.runs.command_line import parse as parse_words
+from asset2sim.runs.judged_options import JudgeVideosOptions
 from asset2sim.runs.option_groups import AnswerOptions, CatalogOptions, FileOptions, ModelOptions, Selection
 from asset2sim.runs.option_types import (
     AXIS,
@@ -268,6 +269,9 @@ class Command(Options):
     query: CliSubCommand[QueryOptions] = Field(description="SQL over the tables and the history of all runs")
     show: CliSubCommand[ShowOptions] = Field(description="one refined asset")
     view: CliSubCommand[ViewOptions] = Field(description="refined objects live, to be touched and reviewed")
+    judge_videos: CliSubCommand[JudgeVideosOptions] = Field(
+        alias="judge-videos", description="films of recorded interactions, scored by models side by side"
+    )
     ratings: CliSubCommand[RatingsOptions] = Field(description="what people and judges made of variants, per method")
     check: CliSubCommand[CheckOptions] = Field(description="the checks alone, on any URDF folder")
     views: CliSubCommand[ViewsOptions] = Field(description="the pictures that refine --views later left out")
