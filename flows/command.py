@@ -68,7 +68,7 @@ def _dispatch(options: Options, refine: Refine, nightly: Nightly) -> int:
 
             looks = options.trials, options.frames, options.seed
             model = settings_for_run(options.settings, stated_settings(options)).model
-            print_judged(options.outs, options.judges, *looks, model)
+            print_judged(options.outs, options.judges, *looks, model, options.record)
             return DONE
         case RatingsOptions():
             from flows.show import print_ratings

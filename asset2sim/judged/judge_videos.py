@@ -8,8 +8,10 @@ import pandas as pd
 from asset2sim.catalog.own_files import OwnFile
 from asset2sim.judged.physical_scores import PHYSICAL_JUDGE, physical_scores
 from asset2sim.judged.published import table_frame
+from asset2sim.judged.record_judges import record_judge
 from asset2sim.judged.video_candidates import comparisons, recorded_trials
 from asset2sim.judged.video_judge import judged, open_judging_run
+from asset2sim.models.gateway.ask import prompt_title
 from asset2sim.runs.interrupt import sigterm_as_interrupt
 from schemas.errors import UsageError
 from schemas.settings import ModelSettings
@@ -24,10 +26,12 @@ def judge_videos(
     seed: int,
     settings: ModelSettings,
     told: Callable[[str], None],
+    record: Path | None = None,
 ) -> pd.DataFrame:
     """Judge the films of output folders, or of a comparison's, by these judges or, where none is named, the physical
-    one. The rows are stored in the first folder, each trial as it ends, and returned; ``told`` hears how far it is.
-    Raises UsageError for folders without recordings, and for judges that cannot be asked, with nothing done."""
+    one. The rows are stored in the first folder, each trial as it ends, and returned; ``told`` hears how far it is, and
+    ``record`` is a folder that keeps the judges' answers. Raises UsageError for folders without recordings, and for
+    judges that cannot be asked, with nothing done."""
     judges = judges or (PHYSICAL_JUDGE,)
     recorded = recorded_trials(outs)
     models = [judge for judge in judges if judge != PHYSICAL_JUDGE]
@@ -44,6 +48,9 @@ def judge_videos(
     if models:
         told(f"{trials} trials of {', '.join(models)}, {frames} frames each, temperature {settings.temperature:g}")
         with sigterm_as_interrupt():
-            for rows in judged(run, about, told):
-                file.add(rows)
+            for item in judged(run, about, told):
+                file.add(item.rows)
+                if record is not None:
+                    prompt = prompt_title(item.request)
+                    record_judge(record, item.look.judge, item.look.about.asset_id, prompt, item.answers)
     return table_frame(VIDEO_SCORES, list(file.rows))

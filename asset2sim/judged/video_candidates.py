@@ -92,7 +92,9 @@ def trial_seeds(about: Comparison, trials: int, seed: int) -> tuple[int, ...]:
             number = max(1, int.from_bytes(hashlib.sha256(text.encode()).digest()[:4], "big") >> 1)
             if (order := shuffled(number, len(who))) not in used:
                 break
-        used = {order} | (used if len(used) + 1 < every else set())
+        used.add(order)
+        if len(used) == every:
+            used.clear()
         found.append(number)
     return tuple(found)
 

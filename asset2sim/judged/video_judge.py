@@ -20,6 +20,7 @@ from asset2sim.models.gateway.choices import check_model
 from asset2sim.models.gateway.session import open_gateway_session
 from schemas.errors import UsageError
 from schemas.model_names import is_local, is_prior, settings_for
+from schemas.request import ModelAnswer, ModelRequest
 from schemas.settings import ModelSettings
 from schemas.table import Row
 from schemas.tables_judged import VIDEO_SCORES
@@ -53,6 +54,16 @@ class JudgeTrial:
     began: datetime
 
 
+@dataclass(frozen=True)
+class Judgement:
+    """What came of a trial: its rows of ``video_scores``, and what the judge was asked and answered."""
+
+    look: JudgeTrial
+    rows: list[Row]
+    request: ModelRequest
+    answers: tuple[ModelAnswer, ...]
+
+
 def open_judging_run(
     out: Path, judges: Sequence[str], trials: int, frames: int, seed: int, settings: ModelSettings
 ) -> JudgingRun:
@@ -73,8 +84,8 @@ def judge_settings(settings: ModelSettings, judges: Sequence[str], judge: str) -
     return settings_for(named, judge)
 
 
-def judged(run: JudgingRun, about: Sequence[Comparison], told: Callable[[str], None]) -> Iterator[list[Row]]:
-    """The rows of ``video_scores`` of each trial, as they end; ``told`` hears what is shown of each task, and what has
+def judged(run: JudgingRun, about: Sequence[Comparison], told: Callable[[str], None]) -> Iterator[Judgement]:
+    """What came of each trial, as they end; ``told`` hears what is shown of each task, and what has
     no film. An interruption ends every wait."""
     stopped = threading.Event()
     pool = ThreadPoolExecutor(run.settings.concurrent_requests, thread_name_prefix="judge")
@@ -111,8 +122,8 @@ def _watchable(run: JudgingRun, about: Comparison) -> tuple[Comparison, Films]:
     return replace(about, candidates=tuple(films), missing=tuple(missing)), films
 
 
-def judge_trial(run: JudgingRun, look: JudgeTrial, films: Films, stopped: Callable[[], bool]) -> list[Row]:
-    """A row for each candidate of a trial: its score, or why there is none."""
+def judge_trial(run: JudgingRun, look: JudgeTrial, films: Films, stopped: Callable[[], bool]) -> Judgement:
+    """A trial, with a row for each candidate: its score, or why there is none."""
     settings = judge_settings(run.settings, run.judges, look.judge)
     shown = [look.about.candidates[index] for index in shuffled(look.seed, len(films))]
     request = video_request(look.about.task, look.about.verb, [films[item] for item in shown], look.seed)
@@ -139,13 +150,14 @@ def judge_trial(run: JudgingRun, look: JudgeTrial, films: Films, stopped: Callab
         "reason": reason,
     }
     answers: Sequence[CandidateAnswer | None] = [None] * len(shown) if reason or said.value is None else said.value
-    return [
+    rows = [
         dict.fromkeys(VIDEO_SCORES.schema.names)
         | common
         | {"method": item.method, "model": item.model, "run_id": item.run_id, "position": place}
         | ({} if answer is None else answer.model_dump(include={"description", "pros", "cons", "score"}))
         for place, (item, answer) in enumerate(zip(shown, answers, strict=True))
     ]
+    return Judgement(look, rows, request, said.answers)
 
 
 def why_no_score(said: Replies[tuple[CandidateAnswer, ...]]) -> str | None:

@@ -4,7 +4,7 @@ from pydantic import Field
 from pydantic_settings import CliDualFlag, CliPositionalArg
 
 from asset2sim.runs.option_groups import FileOptions
-from asset2sim.runs.option_types import COUNT, FOLDERS, IDS, RATE, URL, USD, Listed, N
+from asset2sim.runs.option_types import COUNT, FOLDER, FOLDERS, IDS, RATE, URL, USD, Listed, N
 
 
 class JudgeVideosOptions(FileOptions):
@@ -18,7 +18,10 @@ class JudgeVideosOptions(FileOptions):
         (), description="vision models, recorded/FOLDER, or physical-judge: a formula over measurements (the default)"
     )
     trials: N = Field(10, description="looks of each model at each task, each in another order")
-    frames: N = Field(8, description="frames of each film, at even intervals")
+    frames: N = Field(12, description="frames of each film, spread evenly over what moves")
+    record: FOLDER | None = Field(
+        None, description="a folder to keep the answers in, for --judges recorded/FOLDER/JUDGE with the same seed"
+    )
     seed: COUNT = Field(0, description="the orders are drawn from it")
     api_base: URL | None = Field(None, description="the address of a server of your own for the first of the models")
     budget_usd: USD | None = Field(None, description="the most that all calls may cost")
