@@ -39,7 +39,7 @@ PARALLEL = --numprocesses $(if $(JOBS),$(JOBS),2) --dist loadfile --no-loadscope
 
 .DEFAULT_GOAL := help
 .DELETE_ON_ERROR:
-.PHONY: help install flow test test-fast lint typecheck failures report screenshots settings view views doctor nightly ui judge judged rules withheld proposers corrections compare first bench-defects samples questions summary loaders held weights docs picture clean bench
+.PHONY: help install flow test test-fast lint typecheck failures report screenshots settings view rate ratings views doctor nightly ui judge judged rules withheld proposers corrections compare first bench-defects samples questions summary loaders held weights docs picture clean bench
 
 help: ## list the targets
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / { printf "  %-14s %s\n", $$1, $$2 }' Makefile
@@ -91,6 +91,13 @@ failures: $(INSTALLED) ## the failure modes in OUT; REVIEWED=1: each failure wit
 
 view: $(INSTALLED) ## look at OUT's objects, touch and review them, on a page; ASSET, PORT (8080)
 	@$(BIN)/python -m flows.command view $(if $(ASSET),"$(ASSET)") --out "$(OUT)" $(if $(PORT),--port "$(PORT)") $(FROM_FILE)
+
+rate: $(INSTALLED) ## let people rate anonymous variants in OUT, also that of compare, on a page; METHODS, ASSETS, PORT (8080)
+	@$(BIN)/python -m flows.command rate "$(OUT)" $(if $(METHODS),--methods "$(METHODS)") $(if $(ASSETS),--assets "$(ASSETS)") \
+		$(if $(PORT),--port "$(PORT)") $(FROM_FILE)
+
+ratings: $(INSTALLED) ## what people made of the variants in OUT, by method; PUBLISHED: the folder of the paper's tables, beside them
+	@$(BIN)/python -m flows.command ratings "$(OUT)" $(if $(PUBLISHED),--published "$(PUBLISHED)")
 
 report: $(INSTALLED) ## write the report for people, OUT/report, as a run does at its end; FORCE=1: every page anew
 	@$(BIN)/python -m flows.command report --out "$(OUT)" $(if $(WORKERS),--workers "$(WORKERS)") $(if $(FORCE),--force) $(FROM_FILE)

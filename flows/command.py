@@ -14,8 +14,9 @@ from asset2sim.runs.command_line import Options
 from asset2sim.runs.interrupt import lost_interrupts_repeated, sigterm_as_interrupt
 from asset2sim.runs.judged_options import JudgeVideosOptions
 from asset2sim.runs.options import parse
-from asset2sim.runs.page_options import PagesOptions, RatingsOptions, ReportOptions, ViewOptions
+from asset2sim.runs.page_options import PagesOptions, RateOptions, RatingsOptions, ReportOptions, ViewOptions
 from asset2sim.runs.request import RefineRequest, refine_request, settings_for_run, stated_settings
+from asset2sim.runs.trial_options import RecordMotionOptions
 from flows import PIPELINE
 from schemas.errors import DONE, FAILED, UsageError, exit_code_of
 
@@ -69,6 +70,20 @@ def _dispatch(options: Options, refine: Refine, nightly: Nightly) -> int:
             looks = options.trials, options.frames, options.seed
             model = settings_for_run(options.settings, stated_settings(options)).model
             print_judged(options.outs, options.judges, *looks, model, options.record)
+            return DONE
+        case RecordMotionOptions():
+            from asset2sim.models.gateway.environment import quiet_environment
+
+            quiet_environment()
+            from flows.record_motion import record_motion
+
+            run = settings_for_run(options.settings, stated_settings(options)).run
+            record_motion(options, run)
+            return DONE
+        case RateOptions():
+            from flows.serve_pages import serve_rating
+
+            serve_rating(options, settings_for_run(options.settings, {}))
             return DONE
         case RatingsOptions():
             from flows.show import print_ratings

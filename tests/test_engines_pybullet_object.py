@@ -4,13 +4,16 @@ What holds in every engine is in ``test_engines_joints`` and ``test_engines_cont
 """
 
 import math
+from contextlib import nullcontext
 from pathlib import Path
 
 import numpy as np
 import pybullet
 import pytest
 import trimesh
+from pybullet_utils.bullet_client import BulletClient
 
+from asset2sim.assets.urdf.read import MOST_LINKS
 from asset2sim.engines.pybullet_object import IDLE, PyBulletObject, loaded
 from asset2sim.engines.pybullet_world import PyBulletWorld, open_pybullet
 from asset2sim.physics.arrays import Array
@@ -199,3 +202,20 @@ def test_a_tiny_knob_turns_although_its_friction_would_stop_a_hundred_radians_a_
                 )
                 item.client.stepSimulation()
             assert bool(abs(item.positions()[0]) > 1e-3) is moves
+
+
+@pytest.mark.parametrize(("links", "told"), [(MOST_LINKS, True), (MOST_LINKS + 1, False)])
+def test_an_object_of_more_links_than_are_let_in_would_have_no_state(tmp_path: Path, links: int, told: bool) -> None:
+    spokes = [f"<link name='l{place}'/>" for place in range(links)]
+    spokes += [
+        f"<joint name='j{place}' type='fixed'>\n<parent link='l0'/>\n<child link='l{place}'/></joint>"
+        for place in range(1, links)
+    ]
+    urdf = tmp_path / "wheel.urdf"
+    urdf.write_text(f"<robot name='wheel'>{chr(10).join(spokes)}</robot>")
+    client = BulletClient(pybullet.DIRECT)
+    try:
+        with pytest.raises(pybullet.error) if not told else nullcontext():
+            client.getBasePositionAndOrientation(client.loadURDF(str(urdf)))
+    finally:
+        client.disconnect()

@@ -25,7 +25,7 @@ def printed(words: list[str], capsys: pytest.CaptureFixture[str], code: int = 0)
     def never(request: object) -> object:
         raise AssertionError("no flow must start")
 
-    assert run_command(["ratings", *words], refine=never, nightly=never) == code  # type: ignore[arg-type]
+    assert run_command(words, refine=never, nightly=never) == code  # type: ignore[arg-type]
     captured = capsys.readouterr()
     return captured.err if code else captured.out
 
@@ -60,8 +60,8 @@ def test_where_people_and_numbers_disagree_is_listed_object_by_object(
     assert [Path(out).parent.name for out in variant_folders([compared])] == ["asset2sim", "direct"]
     rate(compared, "ann", {("a", "A"): ("direct", 2), ("a", "B"): ("asset2sim", 8), ("b", "A"): ("asset2sim", 9)})
     rate(compared, "bob", {("a", "A"): ("asset2sim", 7), ("a", "B"): ("direct", 3), ("b", "A"): ("asset2sim", 8)}, "ok")
-    said = " ".join(printed([str(compared)], capsys).split())
-    assert f"asset2sim, {MODEL} 8.00" in said and "2 × 2" in said and f"direct, {MODEL} 2.50" in said
+    said = " ".join(printed(["ratings", str(compared)], capsys).split())
+    assert "asset2sim 8.00" in said and "2 × 2" in said and "direct 2.50" in said
     # Pairs (2, 3), (8, 7), (9, 8), each 1 apart in square: 1, over that of all thirty ordered pairs.
     values = [2, 3, 8, 7, 9, 8]
     expected = sum((x - y) ** 2 for x in values for y in values) / 30
@@ -69,8 +69,8 @@ def test_where_people_and_numbers_disagree_is_listed_object_by_object(
     assert "effect of the order on the rating: -" in said or "effect of the order on the rating: +" in said
     assert "with our verdicts on 3 variants" in said and "passes 5.00, of what fails 8.50" in said
     assert "disagree on 2:" in said, "as the first night left them, whatever the second did"
-    assert f"a, direct, {MODEL}: rated 2.50 by 2 raters, passes every check “ok”" in said
-    assert f"b, asset2sim, {MODEL}: rated 8.50 by 2 raters, fails (jam: bad_file: cannot go on) “ok”" in said
+    assert "a, direct: rated 2.50 by 2 raters, passes every check “ok”" in said
+    assert "b, asset2sim: rated 8.50 by 2 raters, fails (jam: bad_file: cannot go on) “ok”" in said
 
 
 def test_the_rows_of_ratings_alone_name_no_method(compared: Path) -> None:
@@ -86,13 +86,13 @@ def test_the_rows_of_ratings_alone_name_no_method(compared: Path) -> None:
 def test_the_published_tables_are_printed_beside_our_verdicts(
     compared: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    said = " ".join(printed([str(compared), "--published", str(PAPER)], capsys).split())
+    said = " ".join(printed(["ratings", str(compared), "--published", str(PAPER)], capsys).split())
     for words in ("asset2sim 7.04 5.89 to 8.02 0.54 1.75", "2.50 ± 0.21", "2.96 ± 0.13", "0.69 in all"):
         assert words in said
     assert "no verdict of ours on what was rated" in said, "other assets"
     ours = [make_record("7236", method=Method.DIRECT), make_failure("7236", FailureMode.JAM, method=Method.IVW)]
     write_run(compared / "direct" / "prior_household", night(3), ours)
-    said = " ".join(printed([str(compared), "--published", str(PAPER)], capsys).split())
+    said = " ".join(printed(["ratings", str(compared), "--published", str(PAPER)], capsys).split())
     rating = published_ratings(PAPER)[0].merge(published_ratings(PAPER)[1], on=["rater", "asset_id", "label"])
     mean = rating[(rating["asset_id"] == "7236") & (rating["method"] == "direct")]["score"].mean()
     assert mean < 5.0 and f"7236, direct: rated {mean:.2f} by 5 raters, passes every check" in said
@@ -102,9 +102,14 @@ def test_the_published_tables_are_printed_beside_our_verdicts(
 def test_what_is_not_rated_or_not_there_says_what_to_do(
     compared: Path, capsys: pytest.CaptureFixture[str], tmp_path: Path
 ) -> None:
-    assert "nothing is rated or scored; asset2sim rate OUT opens" in printed([str(compared)], capsys, code=2)
-    assert "name an output folder, or --published" in printed([], capsys, code=2)
-    assert "no catalog in it, nor in METHOD/MODEL below it" in printed([str(tmp_path / "none")], capsys, code=2)
+    assert "nothing is rated or scored; asset2sim rate OUT opens" in printed(["ratings", str(compared)], capsys, code=2)
+    assert "name an output folder, or --published" in printed(["ratings"], capsys, code=2)
+    assert "no catalog in it, nor in METHOD/MODEL below it" in printed(
+        ["ratings", str(tmp_path / "none")], capsys, code=2
+    )
+    assert "no refined object of these methods" in printed(["rate", str(compared), "--methods", "agent"], capsys, 2)
+    assert "unknown asset 'z'" in printed(["rate", str(compared), "--assets", "a,z"], capsys, 2)
+    assert "argument --engine: the viewer runs" in printed(["rate", str(compared), "--engine", "sapien"], capsys, 2)
     (compared / "ratings").write_text("in the way", encoding="utf-8")
     with pytest.raises(UsageError, match="ratings: nothing is stored"):
         OwnFile(compared, RATINGS).add([])

@@ -49,7 +49,8 @@ ELSEWHERE = {
     ("nightly.md", "prefect work-pool"): "tests/test_flows_serve_nightly.py: prefect.yaml deploys to a work pool",
     ("nightly.md", "dask scheduler"): "tests/test_flows_faults.py: a scheduler and its workers, one killed",
     ("buckets.md", "export AWS_ACCESS_KEY_ID"): "tests/test_flows_remote.py: into a bucket of a server here",
-    ("judged.md", "asset2sim ratings"): "tests/test_judged_ratings.py: of stored ratings and the published ones",
+    ("judged.md", "asset2sim rate"): "tests/test_judged_rating_page.py: the page; tests/test_judged_ratings.py",
+    ("trials.md", "pip install"): "tests/test_flows_record_motion.py: the command over an output",
     ("viewer.md", "asset2sim view"): "tests/test_viewer_page.py: the page is served, and a review shown by failures",
 }
 """Blocks that no walk runs, and what runs the like."""

@@ -11,8 +11,9 @@ from PIL import Image
 from asset2sim.physics.kinematics import link_to_root, tree_of
 from asset2sim.report.loops.cloud import cloud_of
 from asset2sim.report.loops.draw import background, pictures
-from asset2sim.report.loops.figure import Figure, link_poses, read_alike, read_figure, sweep
+from asset2sim.report.loops.figure import Figure, link_poses, read_alike, read_figure, sweep, swept
 from asset2sim.report.loops.film import clouds_of
+from asset2sim.report.loops.make import SWEEP_FRAMES
 from asset2sim.report.loops.record import Recording
 from asset2sim.report.loops.sizes import BOTTOM, HEIGHT, TOP, cube, in_a_row, length_text, size_picture, standing
 from asset2sim.report.loops.zbuffer import Layers, lens_for, splat, together
@@ -112,5 +113,15 @@ def test_a_link_that_turns_changes_the_picture_and_one_at_rest_does_not(tmp_path
     motions = figure.normalised(placed, floor=True)
     lens = lens_for(figure.spanned(motions).astype(np.float32), np.array([0.6, -0.5, 0.62], dtype=np.float32), 96, 96)
     cloud = cloud_of(figure.faces, 0.01, [(motion, lens) for motion in motions])
-    first, second, third = pictures(cloud, motions, lens, background(lens, disc=True))
+    drawn: list[tuple[np.ndarray, np.ndarray]] = []
+    first, second, third = pictures(cloud, motions, lens, background(lens, disc=True), drawn)
     assert first is second and np.abs(third.astype(int) - first).max() > 30
+    again = list(pictures(cloud, motions[[2, 0]], lens, background(lens, disc=True), drawn))
+    assert again[0] is third and again[1] is first and len(drawn) == 2, "what the other object has drawn"
+
+
+def test_a_joint_comes_back_the_way_it_went() -> None:
+    for start, ends in ((0.0, (0.0, 1.0)), (0.3, (0.0, 1.0)), (1.0, (-1.0, 1.0)), (0.0, (0.0, 0.0))):
+        path = swept(start, *ends, SWEEP_FRAMES)
+        assert (path.min(), path.max()) == pytest.approx(ends) and path[0] == path[-1] == start
+        assert len(np.unique(path)) <= (SWEEP_FRAMES + 1) // 2, "which halves what is drawn"

@@ -12,11 +12,16 @@ import pytest
 from PIL import Image
 
 from asset2sim.assets.checksums import write_checksums
+from asset2sim.assets.urdf.reach import Reach
+from asset2sim.assets.views import scene
+from asset2sim.assets.views.load import load_surfaces
+from asset2sim.assets.views.surface import Surface
+from asset2sim.report.draw import Before
 from asset2sim.report.loops import is_current, loops_key, make, write, write_loops
 from asset2sim.report.loops.figure import read_figure
 from asset2sim.report.loops.film import MOST_BYTES, SIDE
 from asset2sim.report.loops.make import SWEEP_FRAMES, make_loops
-from asset2sim.report.loops.record import DROP_TIMES_S, RELEASE_TIMES_S, let_fall
+from asset2sim.report.loops.record import DROP_TIMES_S, RELEASE_TIMES_S, let_fall, without_looks
 from asset2sim.report.loops.sizes import HEIGHT, WIDTH
 from schemas.overlay import PhysicsOverlay
 from schemas.settings import EngineSettings, Settings, ViewSettings
@@ -112,6 +117,30 @@ def test_a_raw_object_that_cannot_be_read_loaded_or_borne_moves_nothing(
         drop = frames(tmp_path / place / "drop.webp")
         changed = np.abs(drop - drop[0]).mean(axis=(0, 1, 3))
         assert 5.0 * changed[: SIDE - 4].mean() < changed[SIDE + 4 :].mean()
+
+
+@pytest.mark.system
+def test_every_mesh_is_read_once_for_all_pictures_and_without_its_looks_by_the_engine(
+    refined: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    raw, read = raw_of("scissors_paper"), list[bytes]()
+
+    def counted(path: Path) -> tuple[Surface, ...]:
+        read.append(path.read_bytes())
+        return load_surfaces(path)
+
+    monkeypatch.setattr(scene, "load_surfaces", counted)
+    before = Before(raw.parent, Reach((raw.parent,)), tmp_path / "before.webp", 82)
+    assert make_loops(refined, raw, tmp_path, before) == [*LOOPS, "size.webp"]
+    assert len(read) == len(set(read)) > 1 and before.to.is_file()
+    broken = Before(tmp_path, before.reach, tmp_path / "none.webp", 82)
+    assert make_loops(refined, raw, tmp_path / "more", broken) == [*LOOPS, "size.webp"]
+    bare = without_looks(raw, tmp_path)
+    assert b"mtllib" in b"".join(read) and not any(b"mtllib" in file.read_bytes() for file in tmp_path.glob("*.obj"))
+    was, now = (let_fall(urdf, {}, 0.5, EngineSettings()) for urdf in (raw, bare))
+    assert np.array_equal(was.root, now.root) and all(
+        np.array_equal(was.joints[name], now.joints[name]) for name in was.joints
+    )
 
 
 def dies(*args: object) -> None:

@@ -249,7 +249,8 @@ def test_workers_are_bounded_by_memory_with_a_sentence() -> None:
     asked = Settings(run=RunSettings(workers=64))
     settings, sentence = bounded_by_memory(asked, memory_mb=8192)
     assert settings.run.workers == 8 and sentence is not None
-    assert "8 assets are refined at once, not 64: each takes up to 1024 MB, and this machine has 8192 MB" in sentence
+    assert "8 assets are refined at once, not 64: each takes up to 768 MB, the run itself 1536 MB, and" in sentence
+    assert "this machine has 8192 MB" in sentence
     assert bounded_by_memory(asked, memory_mb=65_536) == (asked, None)
     assert bounded_by_memory(asked, memory_mb=100)[0].run.workers == 1
     elsewhere = Settings(run=RunSettings(workers=64, scheduler="tcp://h:1"))

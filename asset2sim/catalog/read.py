@@ -5,10 +5,11 @@ import os
 from collections.abc import Callable, Mapping, Sequence
 from difflib import get_close_matches
 from pathlib import Path
-from typing import TypeVar
+from typing import NamedTuple, TypeVar
 
 import pandas as pd
 import pyarrow as pa
+import pyarrow.compute as pc
 import pyarrow.parquet as pq
 
 from asset2sim.catalog.enforce import conform
@@ -18,7 +19,7 @@ from asset2sim.catalog.read_remote import local_tables
 from asset2sim.catalog.stored_reviews import stored_reviews
 from asset2sim.catalog.switch import find_catalog, no_catalog_error
 from schemas.errors import UnknownChoiceError, UsageError
-from schemas.table import ASSET_KEY, with_names_of_today
+from schemas.table import ASSET_KEY, RENAMED, with_names_of_today
 from schemas.tables import HISTORY, PUBLISHED, TABLES
 from schemas.tables_reviews import REVIEWS
 
@@ -26,6 +27,15 @@ Result = TypeVar("Result")
 Filters = list[tuple[str, str, object]]
 """Conditions on columns, all of which hold, as pyarrow has them: (column, comparison, value)."""
 
+
+class Part(NamedTuple):
+    """What is read of a table: the columns of these names, and the rows that pass; None for all."""
+
+    columns: Sequence[str] | None = None
+    filters: Filters | None = None
+
+
+WHOLE = Part()
 _ATTEMPTS = 20
 _NULLABLE = {pa.int64(): pd.Int64Dtype(), pa.bool_(): pd.BooleanDtype()}
 
@@ -62,18 +72,16 @@ def read_asset(out: str | os.PathLike[str], asset_id: str) -> dict[str, pd.DataF
 
 
 def read_tables(
-    out: str | os.PathLike[str],
-    filters: Mapping[str, Filters | None],
-    of_history: Callable[[pd.DataFrame], Sequence[str]],
+    out: str | os.PathLike[str], parts: Mapping[str, Part], of_history: Callable[[pd.DataFrame], Sequence[str]]
 ) -> dict[str, pd.DataFrame]:
-    """Table name → its rows that pass its ``filters``, all where it has none, of these tables, ``runs`` among them, and
-    the history's rows of the runs that ``of_history`` chooses of ``runs``; all from one state of OUT. Raises UsageError
-    where OUT has no catalog."""
+    """Table name → the part of it that is asked for, ``runs`` among them; of the history rows of the runs alone that
+    ``of_history`` chooses of ``runs``. All from one state of OUT. Raises UsageError where OUT has no catalog."""
     out = local_tables(out)
+    columns = parts.get(HISTORY.name, WHOLE).columns
 
     def read(folder: Path) -> dict[str, pd.DataFrame]:
-        frames = {name: _frame(folder / TABLES[name].file, those) for name, those in filters.items()}
-        return frames | {HISTORY.name: _history_frame(out, of_history(frames["runs"]))}
+        frames = {name: _frame(folder / TABLES[name].file, part) for name, part in parts.items() if name in TABLES}
+        return frames | {HISTORY.name: _history_frame(out, of_history(frames["runs"]), columns)}
 
     return _read_consistent(out, read)
 
@@ -81,7 +89,7 @@ def read_tables(
 def read_assets(out: str | os.PathLike[str], asset_ids: Sequence[str]) -> dict[str, pd.DataFrame]:
     """Table name → the rows of these assets, in every table that has rows of assets; all from one state of OUT. Raises
     UsageError where OUT has no catalog."""
-    mine: Filters = [("asset_id", "in", list(asset_ids))]
+    mine = Part(filters=[("asset_id", "in", list(asset_ids))])
     tables = [table for table in TABLES.values() if table.per_asset]
     return _read_consistent(
         local_tables(out), lambda folder: {table.name: _frame(folder / table.file, mine) for table in tables}
@@ -93,26 +101,29 @@ def _asset_frames(folder: Path, asset_id: str) -> dict[str, pd.DataFrame]:
     known = pq.read_table(path, columns=["asset_id"]).column("asset_id").unique().to_pylist()
     if asset_id not in known:
         raise UnknownChoiceError("asset", asset_id, get_close_matches(asset_id, known, n=8, cutoff=0.5) or known)
-    mine: Filters = [("asset_id", "==", asset_id)]
+    mine = Part(filters=[("asset_id", "==", asset_id)])
     frames = {table.name: _frame(folder / table.file, mine) for table in TABLES.values() if table.per_asset}
     runs = _frame(folder / TABLES["runs"].file)
     return frames | {"runs": runs[runs["run_id"].isin(frames["assets"]["run_id"])]}
 
 
-def _frame(path: Path, filters: Filters | None = None) -> pd.DataFrame:
+def _frame(path: Path, part: Part = WHOLE) -> pd.DataFrame:
     # A catalog that an earlier version wrote may lack a table that was added since.
-    added = not path.exists() and path.with_name(TABLES["runs"].file).exists()
-    table = TABLES[path.stem].schema.empty_table() if added else pq.read_table(path, filters=filters)
-    return _pandas(with_names_of_today(table))
+    if not path.exists() and path.with_name(TABLES["runs"].file).exists():
+        return _pandas(TABLES[path.stem].schema.empty_table())
+    own = pq.read_schema(path).names
+    columns = [name for name in own if part.columns is None or RENAMED.get(name, name) in part.columns]
+    return _pandas(with_names_of_today(pq.read_table(path, columns=columns, filters=part.filters, use_threads=False)))
 
 
-def _history_frame(out: Path, runs: Sequence[str] | None = None) -> pd.DataFrame:
+def _history_frame(out: Path, runs: Sequence[str] | None = None, columns: Sequence[str] | None = None) -> pd.DataFrame:
     """The history's rows, of all runs or of these."""
-    mine = None if runs is None else [("run_id", "in", list(runs))]
-    found = {path: pq.read_table(path, partitioning=None, filters=mine) for path in history_files(out)}
-    tables = [conform(HISTORY, table, str(path)) for path, table in found.items()]
-    whole = pa.concat_tables(tables) if tables else HISTORY.schema.empty_table()
-    return _pandas(whole)
+    mine = None if runs is None else pc.field("run_id").isin(pa.array(list(runs), type=pa.string()))
+    whole = HISTORY.schema.empty_table()
+    for path in history_files(out):
+        table = conform(HISTORY, pq.read_table(path, partitioning=None, filters=mine, use_threads=False), str(path))
+        whole = pa.concat_tables([whole, table])
+    return _pandas(whole.select(columns or whole.schema.names))
 
 
 def _pandas(table: pa.Table) -> pd.DataFrame:
@@ -162,14 +173,17 @@ def _identity(out: Path, folder: Path) -> tuple[int, int, tuple[Path, ...]] | No
 def latest_rows(out: str | os.PathLike[str], *names: str) -> tuple[pd.DataFrame, ...]:
     """Rows of these per-asset tables for the assets of the latest run; unchanged assets have rows of earlier runs.
     Raises UsageError where OUT has no run."""
-    runs = read_table(out, "runs")
-    if runs.empty:
+    runs, history = "runs", HISTORY.name
+
+    def latest(found: pd.DataFrame) -> Sequence[str]:
+        return list(found.sort_values("started_at")["run_id"].tail(1))
+
+    found = read_tables(out, dict.fromkeys((runs, *names), WHOLE) | {history: Part(ASSET_KEY)}, latest)
+    if found[runs].empty:
         raise UsageError(f"{out}: its catalog has no run; refine a dataset into it first")
-    run_id = runs.sort_values("started_at").iloc[-1]["run_id"]
-    history = read_table(out, "asset_history")
-    keys = history.loc[history["run_id"] == run_id, list(ASSET_KEY)]
-    tables = [read_table(out, name) for name in names]
-    if keys.empty:
+    tables = [found[name] for name in names]
+    if found[history].empty:
         # A catalog of a version that kept no history: every run wrote all rows of its assets.
+        (run_id,) = latest(found[runs])
         return tuple(table[table["run_id"] == run_id] for table in tables)
-    return tuple(table.merge(keys, on=list(ASSET_KEY), how="inner") for table in tables)
+    return tuple(table.merge(found[history], on=list(ASSET_KEY), how="inner") for table in tables)

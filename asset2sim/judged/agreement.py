@@ -53,8 +53,8 @@ def order_effect(rows: pd.DataFrame, block: list[str], item: list[str]) -> Order
     if known.empty:
         return None
     score, place = known["score"].to_numpy(float), known["position"].to_numpy(float)
-    blocks = known.groupby(block).ngroup().to_numpy()
-    others = np.concatenate([_members(blocks), _members(known.groupby(item).ngroup().to_numpy())], axis=1)
+    blocks, items = (np.asarray(known.groupby(by).ngroup(), dtype=float) for by in (block, item))
+    others = np.concatenate([_members(blocks), _members(items)], axis=1)
     basis, sizes, _ = np.linalg.svd(others, full_matrices=False)
     basis = basis[:, sizes > 1e-9 * sizes[0]]
 
@@ -84,4 +84,4 @@ def mean_by_place(rows: pd.DataFrame) -> list[float]:
 
 def _members(numbers: Array) -> Array:
     """(n, groups) 1 where a row is in a group."""
-    return np.eye(int(numbers.max()) + 1)[numbers]
+    return np.asarray(numbers[:, None] == np.unique(numbers), dtype=float)

@@ -16,6 +16,7 @@ RESAMPLES = 4999
 """Resamples of a bootstrap."""
 SEED = 0
 """Seed of every bootstrap and permutation: the same scores give the same figures."""
+TASK = ["task", "asset_id"]
 VARIANT = ["method", "model"]
 RATED = ["rater", "asset_id", "label"]
 
@@ -60,12 +61,14 @@ def video_figures(scores: pd.DataFrame) -> list[VideoFigure]:
     score do not count; a task is one with its asset."""
     found = []
     for (judge, method, model), some in scores.dropna(subset=["score"]).groupby(["judge", *VARIANT]):
-        tasks = [task_score(part) for _, part in some.groupby(["task", "asset_id"])]
+        tasks = [task_score(part) for _, part in some.groupby(TASK)]
         means, deviations = (np.array(values) for values in zip(*tasks, strict=True))
         low, high = interval(means)
         spread = float(np.sqrt(np.sum(deviations**2)) / len(tasks))
         count = int(some["trials"].sum())
-        found.append(VideoFigure(judge, method, model, float(means.mean()), spread, low, high, len(tasks), count))
+        found.append(
+            VideoFigure(str(judge), str(method), str(model), float(means.mean()), spread, low, high, len(tasks), count)
+        )
     return sorted(found, key=lambda item: (item.judge, -item.mean))
 
 

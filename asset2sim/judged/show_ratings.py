@@ -10,9 +10,9 @@ from rich.text import Text
 from asset2sim.catalog.own_files import read_own_files
 from asset2sim.catalog.text import NOTHING, number, number_table
 from asset2sim.judged.agreement import OrderEffect, krippendorff_alpha, mean_by_place, order_effect, rater_matrix
-from asset2sim.judged.figures import joined, latest_scores, rating_figures, video_figures
+from asset2sim.judged.figures import TASK, VARIANT, joined, latest_scores, rating_figures, video_figures
 from asset2sim.judged.physical_scores import PHYSICAL_JUDGE
-from asset2sim.judged.published import NO_MODEL, published_ratings, published_videos
+from asset2sim.judged.published import published_ratings, published_videos
 from asset2sim.judged.variant_folders import variant_folders
 from asset2sim.judged.verdicts import disagreements, rated_variants, verdict_figures, verdicts_of
 from schemas.errors import UsageError
@@ -46,10 +46,11 @@ def describe_ratings(outs: Sequence[Path | str], published: Path | None) -> list
 def _ratings(title: str, rated: pd.DataFrame, verdicts: pd.DataFrame | None) -> list[RenderableType]:
     if rated.empty:
         return []
+    names = _names(rated)
     headings = ("method", "mean", "95 % of it", "± raters", "± objects", "before", "untouched", "touched", "n")
     rows = [
         (
-            *(_named(item.method, item.model), _two(item.mean), _span(item.low, item.high)),
+            *(names[item.method, item.model], _two(item.mean), _span(item.low, item.high)),
             *(_two(value) for value in (item.over_raters, item.over_objects, *item.stages)),
             f"{item.raters} × {item.objects}",
         )
@@ -62,14 +63,14 @@ def _ratings(title: str, rated: pd.DataFrame, verdicts: pd.DataFrame | None) -> 
         if rated[name].notna().any()
     ]
     lines = [f"agreement of raters (Krippendorff's alpha, interval): {', '.join(alphas)}"]
-    order = order_effect(rated, ["rater", "asset_id"], ["asset_id", "method", "model"])
+    order = order_effect(rated, ["rater", "asset_id"], ["asset_id", *VARIANT])
     lines += [_order("rating", order)] + ([] if verdicts is None else _verdicts(rated, verdicts))
     table = number_table(f"{title}, 0 to 10; n is raters × objects", headings, rows, left=1)
     return [table, Text("\n".join(lines))]
 
 
 def _verdicts(rated: pd.DataFrame, verdicts: pd.DataFrame) -> list[str]:
-    variants = rated_variants(rated, verdicts)
+    variants, names = rated_variants(rated, verdicts), _names(rated)
     if not variants:
         return ["no verdict of ours on what was rated"]
     figures = verdict_figures(variants)
@@ -86,7 +87,7 @@ def _verdicts(rated: pd.DataFrame, verdicts: pd.DataFrame) -> list[str]:
         notes = "".join(f" “{note}”" for note in item.notes)
         who = "rater" if item.raters == 1 else "raters"
         lines.append(
-            f"  {item.asset_id}, {_named(item.method, item.model)}: rated {_two(item.rating)} by {item.raters} {who}, "
+            f"  {item.asset_id}, {names[item.method, item.model]}: rated {_two(item.rating)} by {item.raters} {who}, "
             f"{said}{notes}"
         )
     return lines
@@ -98,9 +99,10 @@ def describe_scores(title: str, scores: pd.DataFrame) -> list[RenderableType]:
     scores = latest_scores(scores)
     if scores.empty:
         return []
+    names = _names(scores)
     rows = [
         (
-            *(item.judge, _named(item.method, item.model), f"{_two(item.mean)} ± {_two(item.plus_minus)}"),
+            *(item.judge, names[item.method, item.model], f"{_two(item.mean)} ± {_two(item.plus_minus)}"),
             *(_span(item.low, item.high), item.tasks, item.trials),
         )
         for item in video_figures(scores)
@@ -109,13 +111,15 @@ def describe_scores(title: str, scores: pd.DataFrame) -> list[RenderableType]:
     lines = []
     for judge, some in scores.groupby("judge"):
         if judge == PHYSICAL_JUDGE:
-            lines.append(f"{judge}: a formula over what was measured of the recordings; nobody looked at the films")
+            lines.append(
+                f"{PHYSICAL_JUDGE}: a formula over what was measured of the recordings; nobody looked at the films"
+            )
             continue
-        order = order_effect(some, ["asset_id", "task", "trial"], ["asset_id", "task", "method", "model"])
-        lines.append(_order(f"score of {judge}", order))
+        order = order_effect(some, [*TASK, "trial"], [*TASK, *VARIANT])
+        lines.append(_order(f"score of {judge!s}", order))
         if order is not None:
             lines.append(f"  mean by place, the first first: {', '.join(map(_two, mean_by_place(some)))}")
-        without = some[some["score"].isna()].drop_duplicates(["asset_id", "task", "trial"])
+        without = some[some["score"].isna()].drop_duplicates([*TASK, "trial"])
         for reason, times in without["reason"].value_counts().items():
             lines.append(f"  {times} {'trial' if times == 1 else 'trials'} without a score: {reason}")
     return [number_table(f"{title}, 0 to 5", headings, rows, left=2), Text("\n".join(lines))]
@@ -129,8 +133,11 @@ def _order(what: str, found: OrderEffect | None) -> str:
     )
 
 
-def _named(method: str, model: str) -> str:
-    return method if model == NO_MODEL else f"{method}, {model}"
+def _names(rows: pd.DataFrame) -> dict[tuple[str, str], str]:
+    """(method, model) → what to call it: the method, and its model where it was run with several."""
+    pairs = sorted(set(zip(rows["method"], rows["model"], strict=True)))
+    methods = [method for method, _ in pairs]
+    return {(method, model): f"{method}, {model}" if methods.count(method) > 1 else method for method, model in pairs}
 
 
 def _two(value: float) -> str:

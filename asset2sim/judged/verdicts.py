@@ -82,7 +82,8 @@ def rated_variants(rated: pd.DataFrame, verdicts: pd.DataFrame) -> list[RatedVar
             passes = sum(status == Status.OK for status, *_ in of_it) / len(of_it)
             notes = tuple(note for note in some["note"] if note)
             mean, raters = float(some["score"].mean()), some["rater"].nunique()
-            found.append(RatedVariant(asset_id, method, model, mean, raters, notes, passes, "; ".join(reasons)))
+            named = str(asset_id), str(method), str(model)
+            found.append(RatedVariant(*named, mean, raters, notes, passes, "; ".join(reasons)))
     return found
 
 

@@ -3,12 +3,16 @@
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 from PIL import Image
 
 from asset2sim.assets.views import png_bytes
 from schemas.errors import Asset2SimError, UsageError
+
+if TYPE_CHECKING:
+    from av import VideoFrame
 
 CHANGED_LEVELS, CHANGED_SHARE = 16, 4e-4
 """A frame is another picture where more than this share of its pixels differs by more than so many of 255 levels of a
@@ -46,12 +50,12 @@ def sampled_frames(film: Path, count: int, side_px: int) -> tuple[Frame, ...]:
         raise UnreadableFilmError(f"{film} cannot be read ({error}); record it anew") from error
     if not found:
         raise UnreadableFilmError(f"{film} holds no picture; record it anew")
-    small = [frame.to_ndarray(format="rgb24")[::2, ::2].copy() for frame in found]
+    small = [_pixels(frame)[::2, ::2].copy() for frame in found]
     start, end = (float(frame.time or 0.0) for frame in (found[0], found[-1]))
     frames = []
     for index in chosen(small, count):
-        pixels = found[index].to_ndarray(format="rgb24")
-        frames.append(Frame(float(found[index].time or 0.0) - start, end - start, _png(pixels, side_px)))
+        time_s = float(found[index].time or 0.0) - start
+        frames.append(Frame(time_s, end - start, _png(_pixels(found[index]), side_px)))
     return tuple(frames)
 
 
@@ -67,6 +71,10 @@ def chosen(pictures: Sequence[Pixels], count: int) -> tuple[int, ...]:
         changing = list(range(len(pictures)))
     changing[-1] = len(pictures) - 1
     return tuple(changing[place] for place in np.unique(np.linspace(0, len(changing) - 1, count).round().astype(int)))
+
+
+def _pixels(frame: "VideoFrame") -> Pixels:
+    return np.asarray(frame.to_ndarray(format="rgb24"), dtype=np.uint8)
 
 
 def _png(pixels: Pixels, side_px: int) -> bytes:

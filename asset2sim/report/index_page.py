@@ -10,7 +10,7 @@ import pandas as pd
 
 from asset2sim.catalog.text import NOTHING, number, percent
 from asset2sim.report.charts import histogram, line
-from asset2sim.report.snapshot import Row, Snapshot, rows
+from asset2sim.report.snapshot import Row, Snapshot
 from schemas.errors import shortened
 from schemas.model_names import described
 from schemas.table import ASSET_KEY
@@ -52,7 +52,7 @@ class Group(NamedTuple):
 
 def index_page(found: Snapshot, pictures: Collection[str]) -> dict[str, Any]:
     """The template's values for the index; ``pictures`` are the assets with a thumbnail."""
-    assets = rows(found.tables["assets"])
+    assets = found.assets
     efforts = opening_efforts(found.tables["interactions"])
     return {
         "run": found.run,

@@ -11,6 +11,7 @@ from PIL import Image
 from asset2sim.assets.urdf.locate import find_source, outer_references
 from asset2sim.assets.urdf.reach import Reach
 from asset2sim.catalog.storage.objects import fetch_objects, list_objects
+from asset2sim.report.draw import Before, draw_before
 from asset2sim.report.loops import is_current, write_loops
 from asset2sim.report.loops.write import REFERENCE
 from asset2sim.runs.isolation import Ending, run_isolated
@@ -47,24 +48,26 @@ def write_after(view: Path, folder: Path) -> bool:
     return True
 
 
-def write_before(raw: Path, reach: Reach, to: Path, log: Path) -> bool:
-    """Draw an asset as it came, every joint at zero, into ``to``, in a child process that may crash or hang: whether
-    that went well. What went wrong is a line in the log."""
+def write_before(before: Before, log: Path) -> bool:
+    """Draw an asset as it came, every joint at zero, in a child process that may crash or hang: whether that went
+    well. What went wrong is a line in the log."""
     start = time.monotonic()
     outcome = run_isolated(
-        "asset2sim.report.draw:draw_before", (raw, reach, to, QUALITY), time_limit_s=TIME_LIMIT_S,
+        draw_before, (before,), time_limit_s=TIME_LIMIT_S,
         memory_limit_mb=RunSettings().asset_memory_limit_mb, services={}, log_path=log,
     )  # fmt: skip
     if outcome.ending is not Ending.RETURNED:
-        logger.warning("no picture of %s as it came: %s", raw, outcome.reason)
-    logger.debug("%s drawn in %.2f s", raw, time.monotonic() - start)
+        logger.warning("no picture of %s as it came: %s", before.raw, outcome.reason)
+    logger.debug("%s drawn in %.2f s", before.raw, time.monotonic() - start)
     return outcome.ending is Ending.RETURNED
 
 
-def write_motion(refined: Path | str, raw: Path, reach: Reach, folder: Path, owner: str) -> None:
-    """Write the loops and the size picture of a refined object into ``folder``, where those there are of another;
-    ``refined`` is its folder, or the URL of one, which is fetched. The object as it came is beside it where its files
-    are here and name none outside. ``stop_children(owner)`` ends it. Raises StoreError."""
+def write_pictures(refined: Path | str, raw: Path, reach: Reach, folder: Path, log: Path, owner: str) -> None:
+    """Write the picture of an object as it came, where its files are here, and the loops and the size picture of the
+    refined one into ``folder``, where those there are of another; ``refined`` is its folder, or the URL of one, which
+    is fetched. The object as it came is in the loops where its files name none outside. What goes wrong is a line in
+    the log. ``stop_children(owner)`` ends it. Raises StoreError."""
+    before = Before(raw, reach, folder / BEFORE, QUALITY) if raw.is_dir() else None
     with tempfile.TemporaryDirectory(prefix="asset2sim-report-") as place:
         if isinstance(refined, str):
             here = Path(place, refined.rpartition("/")[2])
@@ -75,7 +78,10 @@ def write_motion(refined: Path | str, raw: Path, reach: Reach, folder: Path, own
             refined = here
         urdf = raw_file(raw, reach)
         if (refined / "overlay.json").is_file() and not is_current(refined, urdf, folder):
-            write_loops(refined, urdf, folder, owner)
+            # One process for all: it reads the meshes once.
+            write_loops(refined, urdf, folder, owner, before)
+    if before is not None and not before.to.is_file():
+        write_before(before, log)
 
 
 def raw_file(raw: Path, reach: Reach) -> Path | None:

@@ -24,17 +24,7 @@ from asset2sim.report.index_page import index_page
 from asset2sim.report.loops.write import RECORD
 from asset2sim.report.object_page import object_page
 from asset2sim.report.page_files import render, source, write_text
-from asset2sim.report.pictures import (
-    AFTER,
-    BEFORE,
-    LOOPS,
-    PICTURES,
-    SIZE,
-    THUMB,
-    write_after,
-    write_before,
-    write_motion,
-)
+from asset2sim.report.pictures import AFTER, BEFORE, LOOPS, PICTURES, SIZE, THUMB, write_after, write_pictures
 from asset2sim.report.snapshot import Row, Snapshot, newest, read_snapshot, rows, rows_of
 from asset2sim.runs.isolation import stop_children
 from asset2sim.runs.remote.fetch_asset import local_copy_path
@@ -92,7 +82,7 @@ def write_site(out: Path, url: str | None = None, *, workers: int = 1, before: b
         if url is not None:
             _fetch(url, {f"{FOLDER}/{STATE}": folder / STATE})
         state = {} if anew else _read_state(folder)
-        assets = {row["asset_id"]: row for row in rows(newest(found.tables["assets"], found.tables["runs"]))}
+        assets = newest(found)
         drawn = _draw(found, assets, out, url, state, workers, before)
         pages = {name: _page_key(row, None if url else folder) for name, row in assets.items()}
         changed = [name for name, key in pages.items() if state.get(name, ["", ""])[1] != key]
@@ -142,12 +132,10 @@ def _draw(
         seen = write_after(view, folder)
         raw = _here(asset["source_path"])
         (folder / BEFORE).unlink(missing_ok=True)
-        if not (before and seen):
-            return
-        reach = reaches[asset["run_id"]]
-        if raw.is_dir():
-            write_before(raw, reach, folder / BEFORE, out / "logs" / f"{name}.report.log")
-        write_motion(out / "assets" / name if url is None else f"{url}/assets/{name}", raw, reach, folder, str(out))
+        if before and seen:
+            refined = out / "assets" / name if url is None else f"{url}/assets/{name}"
+            log = out / "logs" / f"{name}.report.log"
+            write_pictures(refined, raw, reaches[asset["run_id"]], folder, log, str(out))
 
     pool = ThreadPoolExecutor(max(1, workers))
     try:
@@ -215,10 +203,13 @@ def _write_pages(assets: Mapping[str, Row], out: Path, url: str | None) -> None:
     """Write the pages of these assets; ``out`` is the folder in which the answers are kept too."""
     own = rows_of(out, list(assets))
     systems: set[str] = set()
-    for name, asset in assets.items():
+    for name, shown in assets.items():
         folder = _object_folder(out / FOLDER, name)
         folder.mkdir(parents=True, exist_ok=True)
-        mine = {table: [row for row in of.get(name, ()) if _same(row, asset)] for table, of in own.items()}
+        mine = {table: [row for row in of.get(name, ()) if _same(row, shown)] for table, of in own.items()}
+        if not mine["assets"]:  # a run that has published since has it by another method
+            continue
+        asset = mine["assets"][0]
         others = [row for row in own["assets"].get(name, ()) if not _same(row, asset)]
         calls = exchanges_of(out, mine["model_calls"])
         systems |= {call.question.system for call in calls if call.question is not None}

@@ -9,26 +9,38 @@ from typing import Any
 import pandas as pd
 
 from asset2sim.catalog.changes import compared
-from asset2sim.catalog.read import Filters, read_assets, read_tables
+from asset2sim.catalog.read import Part, read_assets, read_tables
 from schemas.errors import UsageError
 from schemas.table import ASSET_KEY
 from schemas.tables import HISTORY
 
-NEEDED: Mapping[str, Filters | None] = {
-    "assets": None, "runs": None, "joints": None, "interactions": [("test", "==", "effort")],
-}  # fmt: skip
-"""What an index shows of the tables, by name: of the largest a few rows, so that ten thousand assets fit."""
+COLUMNS = (
+    *ASSET_KEY, "run_id", "content_hash", "refined_path", "source_path", "category", "prompt", "status", "failure_mode",
+    "reason", "support", "size_x_m", "size_y_m", "size_z_m", "mass_kg", "penetration_mm", "seconds_total", "cost_usd",
+)  # fmt: skip
+"""What an index shows of an asset, and what its pictures and its page are made anew for: a row of all columns takes
+five times the memory."""
+NEEDED: Mapping[str, Part] = {
+    "assets": Part(columns=COLUMNS),
+    "runs": Part(),
+    "joints": Part(columns=("position_unit", "damping")),
+    "interactions": Part((*ASSET_KEY, "test", "reason", "value"), [("test", "==", "effort")]),
+    HISTORY.name: Part(("run_id", *ASSET_KEY, "failure_mode")),
+}
+"""What an index shows of the tables, by name: few columns, and of the largest few rows, so that ten thousand assets
+fit."""
 Row = Mapping[str, Any]
 """A row as read: column → value, None where it is missing."""
 
 
 @dataclass(frozen=True)
 class Snapshot:
-    """Table name → its rows, as far as ``NEEDED``; ``runs`` are those that can be compared with the latest, oldest
-    first, it included; and ``modes`` are run id → (asset, method, model) → failure mode, of the latest and the run
-    before."""
+    """Table name → its rows, as far as ``NEEDED``, but for those of assets: these are ``assets``, of ``COLUMNS`` alone;
+    ``runs`` are those that can be compared with the latest, oldest first, it included; and ``modes`` are run id →
+    (asset, method, model) → failure mode, of the latest and the run before."""
 
     tables: Mapping[str, pd.DataFrame]
+    assets: tuple[Row, ...]
     runs: tuple[Row, ...]
     modes: Mapping[str, Mapping[tuple[str, ...], str]]
 
@@ -50,16 +62,18 @@ def read_snapshot(out: Path | str) -> Snapshot:
     if not runs:
         raise UsageError(f"{out}: its catalog has no run; refine a dataset into it first")
     modes: dict[str, dict[tuple[str, ...], str]] = {row["run_id"]: {} for row in runs[-2:]}
-    for row in rows(tables[HISTORY.name][["run_id", *ASSET_KEY, "failure_mode"]]):
+    for row in rows(tables[HISTORY.name]):
         modes[row["run_id"]][tuple(row[name] for name in ASSET_KEY)] = row["failure_mode"]
-    return Snapshot(tables, tuple(runs), modes)
+    # A catalog that an earlier version wrote may lack a column.
+    assets = tables.pop("assets").reindex(columns=list(COLUMNS))
+    return Snapshot(tables, tuple(rows(assets)), tuple(runs), modes)
 
 
-def newest(assets: pd.DataFrame, runs: pd.DataFrame) -> pd.DataFrame:
-    """The row of each asset that was written last, whichever its method and model: the one whose folder OUT has."""
-    started = runs.set_index("run_id")["started_at"]
-    ordered = assets.assign(_at=assets["run_id"].map(started)).sort_values("_at", kind="stable")
-    return ordered.drop_duplicates("asset_id", keep="last").drop(columns="_at")
+def newest(found: Snapshot) -> dict[str, Row]:
+    """Asset id → its row that was written last, whichever its method and model: the one whose folder OUT has."""
+    runs = found.tables["runs"].sort_values("started_at", kind="stable")["run_id"]
+    at = {run_id: place for place, run_id in enumerate(runs)}
+    return {row["asset_id"]: row for row in sorted(found.assets, key=lambda row: at.get(row["run_id"], len(at)))}
 
 
 def rows(frame: pd.DataFrame) -> list[dict[str, Any]]:

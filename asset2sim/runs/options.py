@@ -49,7 +49,8 @@ from asset2sim.runs.option_types import (
     exclusive,
     nothing,
 )
-from asset2sim.runs.page_options import PagesOptions, RatingsOptions, ReportOptions, ViewOptions
+from asset2sim.runs.page_options import PagesOptions, RateOptions, RatingsOptions, ReportOptions, ViewOptions
+from asset2sim.runs.trial_options import RecordMotionOptions
 from schemas.errors import UsageError
 from schemas.location import Location
 from schemas.support import SupportKind
@@ -269,10 +270,14 @@ class Command(Options):
     query: CliSubCommand[QueryOptions] = Field(description="SQL over the tables and the history of all runs")
     show: CliSubCommand[ShowOptions] = Field(description="one refined asset")
     view: CliSubCommand[ViewOptions] = Field(description="refined objects live, to be touched and reviewed")
+    rate: CliSubCommand[RateOptions] = Field(description="a page on which people rate anonymous variants")
     judge_videos: CliSubCommand[JudgeVideosOptions] = Field(
         alias="judge-videos", description="films of recorded interactions, scored by models side by side"
     )
     ratings: CliSubCommand[RatingsOptions] = Field(description="what people and judges made of variants, per method")
+    record_motion: CliSubCommand[RecordMotionOptions] = Field(
+        alias="record-motion", description="a scripted arm's tasks with refined objects, filmed and judged"
+    )
     check: CliSubCommand[CheckOptions] = Field(description="the checks alone, on any URDF folder")
     views: CliSubCommand[ViewsOptions] = Field(description="the pictures that refine --views later left out")
     report: CliSubCommand[ReportOptions] = Field(description="the report for people: an index and a page an object")

@@ -26,11 +26,12 @@ def bounded_by_memory(settings: Settings, memory_mb: int | None = None) -> tuple
     if run.scheduler is not None:
         return settings, None
     memory_mb = machine_memory_mb() if memory_mb is None else memory_mb
-    most = max(1, memory_mb // run.worker_memory_mb)
+    most = max(1, (memory_mb - run.own_memory_mb) // run.worker_memory_mb)
     if run.workers <= most:
         return settings, None
     sentence = (
-        f"{most} assets are refined at once, not {run.workers}: each takes up to {run.worker_memory_mb} MB, and this "
-        f"machine has {memory_mb} MB (run.worker_memory_mb sets the former)"
+        f"{most} assets are refined at once, not {run.workers}: each takes up to {run.worker_memory_mb} MB, the run "
+        f"itself {run.own_memory_mb} MB, and this machine has {memory_mb} MB (run.worker_memory_mb and "
+        "run.own_memory_mb set the former two)"
     )
     return settings.model_copy(update={"run": run.model_copy(update={"workers": most})}), sentence

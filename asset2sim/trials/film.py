@@ -60,7 +60,7 @@ def film(folder: Path, track: Track, base: Array, bowl: Bowl | None) -> Iterator
     ground, before = background(lens, disc=False), np.zeros_like(motions[0])
     for motion in motions:
         if np.abs(motion - before).max() > STILL_M:
-            picture, before = drawn(cloud, motion, lens, ground), motion
+            picture, before = np.ascontiguousarray(drawn(cloud, motion, lens, ground)[:, :, :3]), motion
         yield picture
 
 

@@ -24,6 +24,10 @@ ROOM_M = 0.006
 """Room left on either side between an open finger and the object, m."""
 PAD_M = 0.008
 """Half the width of a finger, m: what lies between the fingers is looked at over that width."""
+SLANT_M, BEHIND_M = 0.006, 0.024
+"""Differences in distance over a finger's width between which a surface slants: friction holds up to 20 degrees."""
+REACH_M = 0.1
+"""Height over the finger tips in which nothing may be beside what they hold, m."""
 LIFT_M, ABOVE_BOWL_M = 0.12, 0.04
 """How high the object is lifted, and how far its lowest point stays above the bowl's rim until it is let go of."""
 LOOSE_COST = 0.2
@@ -57,7 +61,7 @@ def grasp_paths(stage: Stage, bowl: Bowl) -> Iterator[Path]:
     for x, y in product(SPREAD, SPREAD):
         at = np.array([*((low + high) / 2.0)[:2] + np.array([x, y]) * (high - low)[:2], high[2]])
         at[:2] = center[:2] if x == y == 0.0 else at[:2]
-        top = height_at(stage, at, high[2])
+        top = height_at(stage, at, high[2] + 0.1)
         for depth, turn in product(DEPTHS_M, range(DIRECTIONS)) if top > 0.0 else ():
             across = np.array([math.cos(math.pi * turn / DIRECTIONS), math.sin(math.pi * turn / DIRECTIONS), 0.0])
             hold = np.array([at[0], at[1], max(top - depth, LOWEST_M)])
@@ -74,7 +78,7 @@ def grasp_paths(stage: Stage, bowl: Bowl) -> Iterator[Path]:
 def height_at(stage: Stage, at: Array, top: float) -> float:
     """Height of what is seen from above at a place, m; zero where that is the floor."""
     geom = np.array([-1], dtype=np.int32)
-    source = np.array([at[0], at[1], top + 0.1])
+    source = np.array([at[0], at[1], top])
     distance = mujoco.mj_ray(stage.model, stage.data, source, np.array([0.0, 0.0, -1.0]), None, 1, -1, geom)
     return float(source[2] - distance) if distance >= 0.0 and stage.object_geoms[geom[0]] else 0.0
 
@@ -88,15 +92,23 @@ def between(stage: Stage, hold: Array, across: Array, heavy: frozenset[int]) -> 
         nearest = []
         for offset, rise in product((-PAD_M, 0.0, PAD_M), (0.0, 0.012)):
             source = hold + sign * across * MAX_OPENING_M / 2.0 + side * offset + np.array([0.0, 0.0, rise])
+            if height_at(stage, source, source[2] + REACH_M) > source[2]:
+                return None
             geom = np.array([-1], dtype=np.int32)
             distance = mujoco.mj_ray(stage.model, stage.data, source, -sign * across, None, 1, -1, geom)
             if distance >= 0.0 and stage.object_geoms[geom[0]] and distance < MAX_OPENING_M:
                 nearest.append(distance)
                 firm &= int(stage.model.geom_bodyid[geom[0]]) in heavy
-        if not nearest or min(nearest) < ROOM_M:
+        if not nearest or min(nearest) < ROOM_M or slants(nearest):
             return None
         ends.append(sign * (MAX_OPENING_M / 2.0 - min(nearest)))
     return (ends[0], ends[1], firm) if ends[0] < ends[1] else None
+
+
+def slants(distances: list[float]) -> bool:
+    """Whether a surface lies so askew to a finger that it would slide off; what is much further away is another."""
+    nearest = min(distances)
+    return any(SLANT_M < distance - nearest < BEHIND_M for distance in distances)
 
 
 def lifted(held: Array, across: Array, width: float, bowl: Bowl, below: float, top: float) -> Path:

@@ -64,6 +64,8 @@ def contacts(stage: Stage, joint: JointPhysics, body: int, away: float) -> Itera
     axis, anchor = stage.data.xaxis[number].copy(), stage.data.xanchor[number].copy()
     bodies = carried(stage.model, body)
     points = vertices(stage, bodies) - anchor
+    if not len(points):
+        return
     along = points @ axis
     if joint.type == "prismatic":
         normal = away * axis

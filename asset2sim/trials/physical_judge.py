@@ -12,6 +12,8 @@ from schemas.trial_settings import TrialSettings
 
 PICTURE_S = 1.0 / 15.0
 """The time over which energy is balanced: contacts give back in one step what they took in another."""
+STORED_S = 0.5
+"""For how long a contact may keep what it took: a lid pressed onto its stop springs back."""
 GRAVITY = 9.81
 FULL, FLOOR = 5.0, 0.0
 PENALTIES = {"moved_before_contact": 1.5, "energy_appeared": 1.5, "jumped": 1.0, "overlapped": 1.0, "rang": 1.0}
@@ -51,7 +53,7 @@ def judge(
     before = int(touched[0]) if len(touched) else len(track.times_s) - 1
     turned, shifted = moved(track, before, sliders, free)
     pictures = np.floor(track.times_s / PICTURE_S).astype(int)
-    given = np.maximum(np.bincount(pictures, weights=track.given_j), 0.0)
+    given = unexplained(np.bincount(pictures, weights=track.given_j))
     appeared, most = float(given.sum()), float(given.max(initial=0.0))
     height, speed = appeared / (mass_kg * GRAVITY), float(np.sqrt(2.0 * most / mass_kg))
     depth = float(track.depth_m.max(initial=0.0))
@@ -86,6 +88,16 @@ def score(judged: Judged, done: bool, finite: bool) -> float:
     )
     most = FULL if judged.first_contact_s is not None else NOT_TOUCHED
     return max(FLOOR, min(most, found))
+
+
+def unexplained(given: Array) -> Array:
+    """(n,) of the energy that contacts and stops gave in each picture, J, what they had not taken shortly before: they
+    give like springs, and forget what they took with a time constant of ``STORED_S``."""
+    found, stored = np.zeros(len(given)), 0.0
+    for index, energy in enumerate(given):
+        stored = stored * np.exp(-PICTURE_S / STORED_S) - energy
+        found[index], stored = max(0.0, -stored), max(0.0, stored)
+    return found
 
 
 def moved(track: Track, before: int, sliders: Collection[str], free: Collection[str]) -> tuple[float, float]:

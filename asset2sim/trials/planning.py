@@ -10,7 +10,7 @@ import numpy as np
 
 from asset2sim.physics.arrays import Array
 from asset2sim.trials.franka import HOME, WAITING, Arm
-from asset2sim.trials.paths import Path
+from asset2sim.trials.paths import Path, vertices
 from asset2sim.trials.scene import TOOL, Stage, base_at, place, quaternion
 
 AZIMUTHS = tuple(math.radians(angle) for angle in (-60, 60, -30, 30, -90, 90, 0, -120, 120, 180, 150, -150))
@@ -141,8 +141,9 @@ def times_of(tools: Array, commands: Array, phases: tuple[str, ...]) -> Array:
 def plan_pusher(stage: Stage, joint: str, paths: Iterable[Path]) -> Plan | None:
     """The first way that the bare pusher can follow without running into anything; None for none."""
     for path in paths:
-        away = np.array([0.0, 0.0, max(0.4, float(path.points[:, 2].max()) + 0.2)])
-        tools = np.array([away, away, path.points[0] + ABOVE, *path.points, path.points[-1] + ABOVE, away, away])
+        top = float(vertices(stage, frozenset(range(1, stage.model.nbody)))[:, 2].max())
+        first, last = ([*at[:2], max(top, at[2]) + ABOVE[2]] for at in (path.points[0], path.points[-1]))
+        tools = np.array([first, first, path.points[0] + ABOVE, *path.points, path.points[-1] + ABOVE, last, last])
         phases = ("settle", "settle", "approach", *path.phases, "retreat", "retreat", "rest")
         plan = Plan(np.eye(4), times_of(tools, tools, phases), tools, phases)
         if not runs_into(stage, joint, path, plan):

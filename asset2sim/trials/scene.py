@@ -68,6 +68,13 @@ class Stage:
         """Joint → position in which the object was written, rad or m."""
         return {joint.name: joint.initial_position for joint in self.about.joints}
 
+    @property
+    def moving_kg(self) -> float:
+        """Mass of the object, kg, but for what is fixed to the world."""
+        names = (self.model.body(index).name for index in range(self.model.nbody))
+        mine = np.array([name.startswith(self.prefix) for name in names])
+        return float(self.model.body_mass[mine & (self.model.body_weldid != 0)].sum())
+
     def joint(self, name: str) -> int:
         """The place of an object's joint among positions."""
         return int(self.model.joint(self.prefix + name).qposadr[0])

@@ -48,13 +48,15 @@ PAPER = MappingProxyType(
 
 
 def tasks_of(overlay: PhysicsOverlay) -> tuple[Task, ...]:
-    """The paper's tasks of one of its nine; of another object: close what stands open, else open what is closed, else
-    lift it."""
+    """The paper's tasks of one of its nine; of another object: close what stands open, or press it where a spring holds
+    it open; else open what is closed, else lift it."""
     if overlay.asset_id in PAPER:
         return PAPER[overlay.asset_id]
     joints = [joint for joint in overlay.joints if range_of(joint) > 0.0]
     if any(openness(joint) > 0.0 and not is_near(joint, joint.initial_position, joint.closed) for joint in joints):
-        return (Task("close", Verb.CLOSE),)
+        opened = joint_of(Task("close", Verb.CLOSE), overlay)
+        sprung = opened is not None and opened.stiffness > 0.0
+        return (Task("press", Verb.PRESS) if sprung else Task("close", Verb.CLOSE),)
     return (Task("open", Verb.OPEN),) if joints else (Task("grasp", Verb.GRASP),)
 
 

@@ -68,7 +68,7 @@ def run_trial(folder: Path, task: Task, to: Path, filmed: bool, settings: TrialS
     write_track(track, to / TRACK)
     sliders = {item.name for item in overlay.joints if item.type == "prismatic"}
     free = {item.name for item in overlay.joints if not item.holds}
-    judged = judge(track, sum(link.mass_kg for link in overlay.links), sliders, free, settings)
+    judged = judge(track, attempt.stage.moving_kg, sliders, free, settings)
     reason = missing(track, task, joint, bowl)
     done = not reason and judged.first_contact_s is not None
     reason = reason if judged.first_contact_s is not None else "the tool never touched it"

@@ -14,6 +14,8 @@ from schemas.settings import EngineSettings
 from schemas.vocabulary import Engine
 
 if TYPE_CHECKING:
+    import viser
+
     from asset2sim.viewer.viewer import Viewer
 
 HOW_TO_INSTALL = "pip install -c constraints.txt -e '.[view]'"
@@ -25,26 +27,34 @@ def open_viewer(
 ) -> Iterator["Viewer"]:
     """The viewer of OUT, serving and simulating until the context ends. Raises UsageError where viser or the engine is
     not installed, for an address that cannot be served on, an OUT without a catalog and an unknown asset."""
-    if find_spec("viser") is None:
-        raise UsageError(f"the viewer needs viser, which is not installed; {HOW_TO_INSTALL}")
-    require(engine)
-    check_address(host, port)
-    import viser
+    with open_server(engine, host, port, "asset2sim") as server:
+        from asset2sim.viewer.viewer import Viewer
 
-    from asset2sim.viewer.viewer import Viewer
-
-    # It prints where it listens, and so does the command.
-    with redirect_stdout(io.StringIO()):
-        server = viser.ViserServer(host=host, port=port, label="asset2sim", verbose=False)
-    # Any page that connects may ask for it: a tunnel through viser's public server.
-    server.request_share_url = no_share  # type: ignore[method-assign]
-    try:
         viewer = Viewer(out, server, asset_id, engine, settings)
         viewer.start()
         try:
             yield viewer
         finally:
             viewer.stop()
+
+
+@contextmanager
+def open_server(engine: Engine, host: str, port: int, title: str) -> Iterator["viser.ViserServer"]:
+    """A server of pages with this title, until the context ends. Raises UsageError where viser or the engine is not
+    installed, and for an address that cannot be served on."""
+    if find_spec("viser") is None:
+        raise UsageError(f"the viewer needs viser, which is not installed; {HOW_TO_INSTALL}")
+    require(engine)
+    check_address(host, port)
+    import viser
+
+    # It prints where it listens, and so does the command.
+    with redirect_stdout(io.StringIO()):
+        server = viser.ViserServer(host=host, port=port, label=title, verbose=False)
+    # Any page that connects may ask for it: a tunnel through viser's public server.
+    server.request_share_url = no_share  # type: ignore[method-assign]
+    try:
+        yield server
     finally:
         with redirect_stdout(io.StringIO()):
             server.stop()

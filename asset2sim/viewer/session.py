@@ -80,9 +80,10 @@ class Session(AbstractContextManager["Session"]):
         """Apply an effort (N·m or N) on one joint of the refined object: raw it may be a hundred times as heavy."""
         self._each(lambda side, _: side.set_effort(joint, effort), only=REFINED)
 
-    def grab(self, name: str, link: str, point: Array) -> None:
-        """Take hold of a link of one object at a (3,) point in its world."""
-        self._each(lambda side, _: side.grab(link, point), only=name)
+    def grab(self, name: str, link: str, point: Array, even_n_m: float | None = None) -> None:
+        """Take hold of a link of one object at a (3,) point in its world, by a spring that suits it or by an even one
+        (see ``Side.hand``)."""
+        self._each(lambda side, _: side.grab(link, point, even_n_m=even_n_m), only=name)
 
     def drag(self, target: Array) -> None:
         """Move the hand."""

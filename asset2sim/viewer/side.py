@@ -107,12 +107,18 @@ class Side:
             self.world.push(self.efforts)
 
     def grab(
-        self, link: str, point: Array, *, stiffness_n_m: float | None = None, damping: float | None = None
+        self,
+        link: str,
+        point: Array,
+        *,
+        stiffness_n_m: float | None = None,
+        damping: float | None = None,
+        even_n_m: float | None = None,
     ) -> None:
         """Take hold of a link at a (3,) point in the world. Without a stiffness (N/m) and damping (N·s/m) of the
-        spring they suit what is held."""
+        spring they are those of ``hand``."""
         pose = self.handle.poses()[link]
-        stiffness, suits = self.hand(link, point)
+        stiffness, suits = self.hand(link, point, even_n_m)
         self.grip = Grip(
             link,
             pose[:3, :3].T @ (point - pose[:3, 3]),
@@ -141,9 +147,10 @@ class Side:
         place: Array = pose[:3, :3] @ self.grip.place + pose[:3, 3]
         return place
 
-    def hand(self, link: str, point: Array) -> tuple[float, float]:
+    def hand(self, link: str, point: Array, even_n_m: float | None = None) -> tuple[float, float]:
         """Stiffness (N/m) and damping (N·s/m) of a hand there: those of a swing at ``HAND_HZ``, or stiffer where the
-        joint needs more force, within what the time step bears."""
+        joint needs more force; or, where ``even_n_m`` is stated, that stiffness, with the damping that suits 1 kg,
+        whatever is held. Both within what the time step bears."""
         carried = sum(self.masses.get(name, 0.0) for name in self.subject.carried(link))
         moved_by = self.subject.moved_by(link)
         joint = None if moved_by is None else self.joints.get(moved_by.name)
@@ -151,9 +158,10 @@ class Side:
         if joint is not None:
             lever = 1.0 if joint.slides else self._lever(joint, link, point)
             mass, needed = max(mass, joint.inertia / lever**2), joint.needed / lever
-        stiffness = max(carried * (2.0 * math.pi * HAND_HZ) ** 2, needed / HAND_REACH_M)
-        stiffness = min(stiffness, HAND_STEP * mass / self.world.timestep_s**2)
-        return stiffness, 2.0 * HAND_DAMPING * math.sqrt(stiffness * mass)
+        suits = max(carried * (2.0 * math.pi * HAND_HZ) ** 2, needed / HAND_REACH_M)
+        stiffness = min(suits if even_n_m is None else even_n_m, HAND_STEP * mass / self.world.timestep_s**2)
+        damped = mass if even_n_m is None else min(mass, 1.0)
+        return stiffness, 2.0 * HAND_DAMPING * math.sqrt(stiffness * damped)
 
     def step(self, count: int = 1) -> None:
         """Advance by that many time steps. Raises ExplodedError."""

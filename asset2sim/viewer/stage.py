@@ -31,12 +31,15 @@ class Stage:
         self.nodes: dict[str, ObjectNodes] = {}
         self.across = self.height = self.deep = 0.1
 
-    def show(self, name: str, subject: Subject, side: Side | None, scale: float, overlays: Overlays) -> None:
+    def show(
+        self, name: str, subject: Subject, side: Side | None, scale: float, overlays: Overlays, title: str = ""
+    ) -> None:
         """Draw one object ``scale`` times as large as it is; in its initial state where it has no ``side`` that moves.
-        Raises AssetError for a URDF that cannot be read."""
+        The ``title`` above it is its name unless stated. Raises AssetError for a URDF that cannot be read."""
         poses = link_to_root(subject.tree, subject.root, subject.start) if side is None else side.poses()
         nodes = ObjectNodes(self.server, name, shapes_of(subject.urdf, scale), poses, self.grabbed, scale)
-        nodes.label(name if abs(scale - 1.0) < 1e-3 else f"{name}, drawn {100.0 * scale:.0f} % as large")
+        title = title or name
+        nodes.label(title if abs(scale - 1.0) < 1e-3 else f"{title}, drawn {100.0 * scale:.0f} % as large")
         nodes.show(overlays)
         self.nodes[name] = nodes
 

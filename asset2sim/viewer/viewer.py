@@ -3,7 +3,6 @@
 import logging
 import math
 import threading
-import time
 from collections.abc import Callable
 from datetime import UTC, datetime
 from pathlib import Path
@@ -13,6 +12,7 @@ import viser
 from asset2sim.catalog.reviews import Review, ReviewFile
 from asset2sim.physics.arrays import Array
 from asset2sim.viewer.commands import Commands
+from asset2sim.viewer.live import run_live, step_for
 from asset2sim.viewer.panel import DROP, NUDGE, RESET, Panel
 from asset2sim.viewer.session import RAW, REFINED, Session, one_line
 from asset2sim.viewer.stage import Stage
@@ -22,14 +22,8 @@ from schemas.errors import Asset2SimError, UnknownChoiceError, UsageError
 from schemas.settings import EngineSettings
 from schemas.vocabulary import Engine
 
-FRAME_S = 1.0 / 30.0
-"""Time between two pictures, s."""
-STEPPING_S = 0.8 * FRAME_S
-"""Time of that which may go into steps, s: a slow simulation gets slower, the page does not."""
 READ_S = 0.2
 """Time between two readings of the numbers, s."""
-CHUNK = 4
-"""Steps between two looks at the clock."""
 
 logger = logging.getLogger(__name__)
 
@@ -55,7 +49,7 @@ class Viewer:
         self.stage = Stage(server, self.grabbed)
         self.problems: list[str] = []
         self.now: Stop = self.by_id[asset_id] if asset_id is not None else self.stops[0]
-        self.pace = 1.0
+        self.pace, self.read_at = 1.0, 0.0
         self.ended = threading.Event()
         self.panel = Panel(server, self, engine, len(self.stops))
         self.panel.theme()
@@ -161,22 +155,18 @@ class Viewer:
     # The simulation's thread.
 
     def _run(self) -> None:
-        before, read_at, late = time.perf_counter(), 0.0, 0.0
-        while not self.ended.is_set():
-            self.commands.obey(self._failed)
-            began = time.perf_counter()
-            late, before = late + began - before, began
-            try:
-                late = self._advance(late, began)
-                if self.session is not None:
-                    self.stage.move(self.session)
-                if began - read_at > READ_S:
-                    read_at = began
-                    self._read()
-            except Exception as error:  # whatever an engine or a page does, the viewer goes on
-                self._failed(error)
-            self.ended.wait(max(0.0, began + FRAME_S - time.perf_counter()))
+        run_live(self.commands, self.ended, self._frame, self._failed)
         self._close()
+
+    def _frame(self, late: float, began: float) -> float:
+        """Simulate ``late`` seconds, as far as there is time, and draw; what is left of less than a step, s."""
+        late = self._advance(late, began)
+        if self.session is not None:
+            self.stage.move(self.session)
+        if began - self.read_at > READ_S:
+            self.read_at = began
+            self._read()
+        return late
 
     def _failed(self, error: Exception) -> None:
         """Show the error in a line on the page; one that is not the user's mistake goes into the log in full, once."""
@@ -186,19 +176,12 @@ class Viewer:
         self._tell([line])
 
     def _advance(self, late: float, began: float) -> float:
-        """Simulate ``late`` seconds, as far as there is time; what is left of less than a step, s."""
         if self.session is None or not self.panel.run.value or late > 1.0:
             return 0.0
-        count = math.floor(late / self.settings.timestep_s)
-        left = late - count * self.settings.timestep_s
-        done = 0
-        while done < count and time.perf_counter() - began < STEPPING_S:
-            some = min(CHUNK, count - done)
-            self.session.step(some)
-            done += some
+        count, done = step_for(self.session, late, self.settings.timestep_s, began)
         if count:
             self.pace = 0.9 * self.pace + 0.1 * done / count
-        return left
+        return late - count * self.settings.timestep_s
 
     def _read(self) -> None:
         if self.session is None:

@@ -19,6 +19,9 @@ from asset2sim.physics.kinematics import TreeJoint, transform
 
 JOINT_TYPES = ("revolute", "continuous", "prismatic", "fixed")
 """The joint types that PyBullet, MuJoCo and PhysX all load; ``read_document`` says what becomes of others."""
+MOST_LINKS = 128
+"""Links of an object, its root among them, that PyBullet simulates (measured: with 129 of them, joints fixed or not, it
+loads the object and then tells no state of it, nor of any other). The keyboard of 115 keys has 117."""
 
 logging.getLogger("yourdfpy").setLevel(logging.ERROR)
 
@@ -83,10 +86,14 @@ def element_joint(element: "etree._Element") -> TreeJoint:
 
 
 def check_tree(path: Path, robot: yourdfpy.Robot) -> None:
-    """Refuse duplicate names, unknown parents and children, several roots, loops and unknown joint types."""
+    """Refuse duplicate names, unknown parents and children, several roots, loops, unknown joint types and more links
+    than can be simulated."""
     links = [link.name for link in robot.links]
     if not links:
         raise unreadable(path, "no_links", "it has no link")
+    if len(links) > MOST_LINKS:
+        remedy = f"PyBullet simulates at most {MOST_LINKS}; merge those that are fixed to one another"
+        raise unreadable(path, "too_many_links", f"it has {len(links)} links, and {remedy}")
     for kind, names in (("link", links), ("joint", [joint.name for joint in robot.joints])):
         twice = [name for name, count in Counter(names).items() if count > 1]
         if twice:

@@ -14,6 +14,7 @@ from asset2sim.assets.views.batch import batches_of
 from asset2sim.assets.views.camera import NARROW_FOV, WIDE_FOV, directions, fit
 from asset2sim.assets.views.renderer import Frame, Pixels, render
 from asset2sim.assets.views.scene import load_scene, nothing_to_draw
+from asset2sim.assets.views.surface import Surface
 from schemas.model_names import is_local
 from schemas.request import LabelledImage
 from schemas.settings import Settings, ViewSettings
@@ -29,13 +30,17 @@ DARK, LIGHTER, DARKER = 70.0, 90.0, 0.75
 
 
 def render_views(
-    urdf_file: Path, positions: Mapping[str, float], settings: ViewSettings, names: Sequence[str] = VIEW_NAMES
+    urdf_file: Path,
+    positions: Mapping[str, float],
+    settings: ViewSettings,
+    names: Sequence[str] = VIEW_NAMES,
+    loaded: dict[Path, tuple[Surface, ...]] | None = None,
 ) -> dict[str, Image.Image]:
     """View name → RGB picture of the asset at these joint positions (radians or metres; joints not named are at zero);
-    besides the canonical views there is ``top``.
+    besides the canonical views there is ``top``. ``loaded`` remembers mesh files already read.
     Meshes that are missing are left out. Raises AssetError: unreadable_asset or invalid_joint_configuration if the URDF
     is refused, missing_mesh if nothing is left to draw."""
-    scene = load_scene(urdf_file, positions)
+    scene = load_scene(urdf_file, positions, loaded)
     batches = batches_of(scene.surfaces)
     if not batches:
         raise nothing_to_draw(urdf_file)

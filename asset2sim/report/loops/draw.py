@@ -28,24 +28,29 @@ CREASE, CREASE_DEPTH, CREASE_PIXELS = 0.45, (0.01, 0.07), 5
 many pixels."""
 
 
-def pictures(cloud: Cloud, motions: Singles, lens: Lens, ground: Picture) -> Iterator[Picture]:
+def pictures(
+    cloud: Cloud, motions: Singles, lens: Lens, ground: Picture, drawn: list[tuple[Singles, Picture]] | None = None
+) -> Iterator[Picture]:
     """The cloud with its links at (frames, links, 3, 4) transforms from where they are in it to a world in which it is
-    about one unit long and the floor is z = 0: (h, w, 3) pictures over the (h, w, 3) ``ground``. Links that never move
-    are drawn once, and a frame in which nothing moves is the one before."""
-    motions = motions.astype(np.float32)
+    about one unit long and the floor is z = 0: (h, w, 4) pictures, red, green, blue and nothing, over the ``ground``.
+    Links that never move are drawn once, and a frame that is ``drawn`` already, by its (links, 3, 4) transforms, is the
+    same picture: a joint comes back as it went, and raw and refined often move alike."""
+    motions, drawn = motions.astype(np.float32), [] if drawn is None else drawn
     still = np.abs(motions - motions[:1]).max(axis=(0, 2, 3)) < ALIKE
     base = Layers.empty(lens)
     for link, first, last in together(cloud.starts, motions[0], still):
         splat(base, cloud.points, first, last, motions[0][link], lens)
-    before: tuple[Singles, Picture] | None = None
     for motion in motions:
-        if before is None or np.abs(motion - before[0]).max() > ALIKE:
+        picture = next((known for at, known in drawn if np.abs(motion - at).max() <= ALIKE), None)
+        if picture is None:
             layers = base.copy()
             for link, first, last in together(cloud.starts, motion, ~still):
                 splat(layers, cloud.points, first, last, motion[link], lens)
             picture = shaded(cloud, layers, motion, lens, shadowed(ground, cloud, motion, lens))
-            before = motion, picture if cloud.glass is None else glazed(cloud.glass, layers, motion, lens, picture)
-        yield before[1]
+            if cloud.glass is not None:
+                picture = glazed(cloud.glass, layers, motion, lens, picture)
+            drawn.append((motion, picture))
+        yield picture
 
 
 def glazed(glass: Cloud, behind: Layers, motion: Singles, lens: Lens, picture: Picture) -> Picture:
@@ -67,12 +72,13 @@ def shaded(cloud: Cloud, layers: Layers, motion: Singles, lens: Lens, ground: Pi
     light = lit(motion, lens)[cloud.facing[index]]
     light *= np.float32(1.0) - creases(layers.depth.reshape(shape)[inner]).ravel()[place]
     rgba = cloud.colors.view(np.uint32).ravel()[index].view(np.uint8).reshape(-1, 4)
-    color = np.minimum(rgba[:, :3] * light[:, None], np.float32(255.0))
-    flat = ground.reshape(-1, 3)
+    color = rgba * light[:, None]
+    np.minimum(color, np.float32(255.0), out=color)
     if (rgba[:, 3] < 255).any():
         share = rgba[:, 3:].astype(np.float32) / np.float32(255.0)
-        color = share * color + (np.float32(1.0) - share) * flat[place]
-    flat[place] = color.astype(np.uint8)
+        color = share * color + (np.float32(1.0) - share) * ground.reshape(-1, 4)[place]
+    # Whole pixels: four times as fast as their colours.
+    ground.view(np.uint32).ravel()[place] = color.astype(np.uint8).view(np.uint32).ravel()
     return ground
 
 
@@ -82,7 +88,8 @@ def lit(motion: Singles, lens: Lens) -> Singles:
     lamp = np.array(LAMP) @ axes(lens.towards.astype(float))
     both = np.stack([lamp / np.linalg.norm(lamp), lens.towards]).astype(np.float32)
     lamps, viewers = np.einsum("ljk,dj->dlk", turn, both)
-    facing = np.copysign(lamps @ DIRECTIONS.T, (lamps @ DIRECTIONS.T) * (viewers @ DIRECTIONS.T))
+    towards = lamps @ DIRECTIONS.T
+    facing = np.copysign(towards, towards * (viewers @ DIRECTIONS.T))
     bright: Singles = np.float32(AMBIENT) + np.float32(DIFFUSE) * np.maximum(facing, np.float32(0.0))
     return bright.ravel()
 
@@ -101,17 +108,18 @@ def creases(depth: Singles) -> Singles:
 
 
 def background(lens: Lens, *, disc: bool) -> Picture:
-    """(h, w, 3) ground of pictures: a gradient, and with ``disc`` a round floor in the plane z = 0 about its origin."""
+    """(h, w, 4) ground of pictures: a gradient, and with ``disc`` a round floor in the plane z = 0 about its origin."""
     share = np.linspace(0.0, 1.0, lens.height, dtype=np.float32)[:, None, None]
     wall, floor = np.array(WALL, dtype=np.float32), np.array(FLOOR, dtype=np.float32)
     image = np.repeat((wall + share * (floor - wall)).astype(np.uint8), lens.width, axis=1)
+    image = np.pad(image, ((0, 0), (0, 0), (0, 1)))
     if not disc:
         return image
     turn = np.linspace(0.0, 2.0 * np.pi, 97)
     rim = np.stack([DISC_RADIUS * np.cos(turn), DISC_RADIUS * np.sin(turn), 0.0 * turn]).astype(np.float32)
     mask = Image.new("L", (lens.width, lens.height), 0)
     ImageDraw.Draw(mask).polygon([(x, y) for x, y in lens.project(rim)[:2].T.tolist()], fill=255)
-    image[np.asarray(mask) > 0] = DISC
+    image[np.asarray(mask) > 0, :3] = DISC
     return image
 
 
@@ -131,6 +139,13 @@ def shadowed(ground: Picture, cloud: Cloud, motion: Singles, lens: Lens, points:
     inside = (x >= 0) & (y >= 0) & (x < mask.shape[1]) & (y < mask.shape[0])
     mask[y[inside], x[inside]] = SHADOW
     soft = Image.fromarray(mask).filter(ImageFilter.GaussianBlur(1.6))
-    image = Image.fromarray(ground)
-    image.paste(SHADE, mask=soft.resize(image.size, Image.Resampling.BILINEAR))
-    return np.array(image)
+    shade = Image.new("RGBX", (lens.width, lens.height), SHADE)
+    behind = Image.frombuffer("RGBX", shade.size, ground.tobytes())
+    # Three times as fast as to paste a colour.
+    return np.array(Image.composite(shade, behind, soft.resize(shade.size, Image.Resampling.BILINEAR)))
+
+
+def image_of(picture: Picture) -> Image.Image:
+    """A picture as an image without its fourth bytes."""
+    height, width = picture.shape[:2]
+    return Image.frombuffer("RGB", (width, height), picture.tobytes(), "raw", "RGBX", 0, 1)

@@ -151,8 +151,8 @@ def motions(joint: TreeJoint, positions: Array) -> Array:
 
 
 def sweep(figure: Figure, start: Mapping[str, float], names: Sequence[str], frames: int, least: int) -> Recording:
-    """Its joints moved one after another, from ``start`` to one end of the range, to the other and back, the root held.
-    Where there are many they overlap, so that each has ``least`` of the frames."""
+    """Its joints moved one after another, from ``start`` to one end of the range and back, then to the other and back,
+    the root held. Where there are many they overlap, so that each has ``least`` of the frames."""
     still = {name: np.full(frames, value) for name, value in start.items()}
     each = max(frames // max(len(names), 1), least)
     moved, sliders = {}, {joint.name for joint in figure.tree if joint.type == "prismatic"}
@@ -168,14 +168,13 @@ def sweep(figure: Figure, start: Mapping[str, float], names: Sequence[str], fram
 
 
 def swept(start: float, lower: float, upper: float, frames: int) -> Array:
-    """(frames,) positions from ``start`` to one end, to the other, and back, slow at each."""
-    ends = np.array([start, lower, upper, start])
-    legs = np.abs(np.diff(ends))
-    if legs.sum() <= 0.0:
-        return np.full(frames, start)
-    turns = np.rint(np.concatenate([[0.0], np.cumsum(legs / legs.sum())]) * (frames - 1)).astype(int)
+    """(frames,) positions from ``start`` to one end and back, then to the other and back, slow at each. The way back is
+    through the positions of the way there, which are drawn once."""
     found = np.full(frames, start)
-    for first, last, here, there in zip(turns[:-1], turns[1:], ends[:-1], ends[1:], strict=True):
-        share = 0.5 - 0.5 * np.cos(np.linspace(0.0, math.pi, last - first + 1))
-        found[first : last + 1] = here + share * (there - here)
+    half = (frames - 1) // 2
+    down = round(half * (start - lower) / max(upper - lower, 1e-12))
+    for first, steps, end in ((0, down, lower), (2 * down, half - down, upper)):
+        share = 0.5 - 0.5 * np.cos(np.linspace(0.0, math.pi, steps + 1))
+        there = start + share * (end - start)
+        found[first : first + 2 * steps + 1] = np.concatenate([there, there[-2::-1]])
     return found

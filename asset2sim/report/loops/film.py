@@ -10,12 +10,13 @@ from PIL import Image, ImageDraw, ImageFont
 from asset2sim.assets.views.camera import directions
 from asset2sim.physics.arrays import Array
 from asset2sim.report.loops.cloud import Cloud, cloud_of
-from asset2sim.report.loops.draw import Picture, background, pictures
+from asset2sim.report.loops.draw import Picture, background, image_of, pictures
 from asset2sim.report.loops.figure import Figure
 from asset2sim.report.loops.zbuffer import FOV, Lens, Singles, changes, lens_for
 
-SIDE = 256
-"""Edge of one of the two pictures side by side, pixels."""
+SIDE = 208
+"""Edge of one of the two pictures side by side, pixels: pages show both 300 to 400 wide, and time goes with the
+square."""
 OVERSAMPLING = 1.25
 """Pixels drawn per pixel shown, along each side."""
 SPACING = 0.75
@@ -24,8 +25,11 @@ KEYS = 4
 """Frames of each picture at which is found out what is seen."""
 ROOM = np.array([1.2, 1.2, 1.7])
 """How far from where it starts a raw object is followed, in its longest edges: what explodes leaves the picture."""
-QUALITIES, METHOD = (46, 25), 1
+QUALITIES, METHOD = (70, 40), 1
 """WebP's quality, the second where the file is else too large, and effort, 0 to 6."""
+WHOLE = {"kmin": 5, "kmax": 6}
+"""Every how many frames one is whole, which takes away what others leave behind. Pillow's 3 to 5 has the encoder try it
+at three of five, which takes half as long again."""
 MOST_BYTES = 150_000
 INK, SOFT_INK = (62, 70, 82), (120, 128, 140)
 LINE, EMPTY = (255, 255, 255), (226, 230, 236)
@@ -36,6 +40,8 @@ FIRST, LAST = 6, 10
 
 Clouds = dict[int, Cloud]
 """The ``id`` of a figure's triangles → the cloud of them."""
+Drawn = dict[int, list[tuple[Singles, Picture]]]
+"""The same → what is drawn of them in one loop: transforms and picture."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -114,8 +120,9 @@ def filmed(scenes: Scenes, lens: Lens, clouds: Clouds) -> bytes:
     """A loop as an animated WebP."""
     frames = len(scenes.acts[1].motions)
     sheets = [Image.new("RGB", (2 * SIDE, SIDE)) for _ in range(frames)]
+    drawn: Drawn = {}
     for left, act, name in zip((0, SIDE), scenes.acts, ("raw", "refined"), strict=True):
-        for sheet, picture in zip(sheets, panels(act, name, lens, clouds, frames), strict=True):
+        for sheet, picture in zip(sheets, panels(act, name, lens, clouds, frames, drawn), strict=True):
             sheet.paste(picture, (left, 0))
     for number, sheet in enumerate(sheets):
         ImageDraw.Draw(sheet).line([(SIDE, 0), (SIDE, SIDE)], fill=LINE, width=2)
@@ -127,25 +134,26 @@ def filmed(scenes: Scenes, lens: Lens, clouds: Clouds) -> bytes:
     for quality in QUALITIES:
         stream = io.BytesIO()
         options = {"save_all": True, "append_images": sheets[1:], "duration": durations, "loop": 0}
-        sheets[0].save(stream, "WEBP", quality=quality, method=METHOD, **options)
+        sheets[0].save(stream, "WEBP", quality=quality, method=METHOD, **options, **WHOLE)
         found = stream.getvalue()
         if len(found) <= MOST_BYTES:
             break
     return found
 
 
-def panels(act: Act | None, name: str, lens: Lens, clouds: Clouds, frames: int) -> Iterator[Image.Image]:
-    """One of the two pictures of a loop, frame by frame."""
+def panels(act: Act | None, name: str, lens: Lens, clouds: Clouds, frames: int, drawn: Drawn) -> Iterator[Image.Image]:
+    """One of the two pictures of a loop, frame by frame; of what the other one has ``drawn`` nothing is drawn again."""
     if act is None:
         empty = Image.new("RGB", (SIDE, SIDE), EMPTY)
         yield from [captioned(empty, name, "cannot be shown")] * frames
         return
-    before: Picture | None = None
-    for picture in pictures(clouds[id(act.figure.faces)], act.motions, lens, background(lens, disc=True)):
-        if picture is not before:
-            small = Image.fromarray(picture).resize((SIDE, SIDE), Image.Resampling.BOX)
-            panel, before = captioned(small, name, act.word), picture
-        yield panel
+    key, panel = id(act.figure.faces), {}
+    ground, known = background(lens, disc=True), drawn.setdefault(key, [])
+    for picture in pictures(clouds[key], act.motions, lens, ground, known):
+        if id(picture) not in panel:
+            small = image_of(picture).resize((SIDE, SIDE), Image.Resampling.BOX)
+            panel[id(picture)] = captioned(small, name, act.word)
+        yield panel[id(picture)]
 
 
 def captioned(image: Image.Image, name: str, word: str) -> Image.Image:

@@ -4,8 +4,10 @@ import filecmp
 import logging
 import os
 from collections.abc import Mapping
+from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
+from tempfile import TemporaryDirectory
 
 import numpy as np
 
@@ -14,9 +16,18 @@ from asset2sim.assets.formats.source import open_source
 from asset2sim.assets.views.surface import Surface
 from asset2sim.checks.mechanism import span_of
 from asset2sim.engines.child import ChildOutcome, in_child
+from asset2sim.report.draw import Before, draw_before
 from asset2sim.report.loops.figure import Figure, read_alike, read_figure, sweep
 from asset2sim.report.loops.film import Act, Scenes, clouds_of, filmed, lens_of
-from asset2sim.report.loops.record import DROP_TIMES_S, RELEASE_TIMES_S, Recording, half_open, let_fall, let_go
+from asset2sim.report.loops.record import (
+    DROP_TIMES_S,
+    RELEASE_TIMES_S,
+    Recording,
+    half_open,
+    let_fall,
+    let_go,
+    without_looks,
+)
 from asset2sim.report.loops.sizes import cube, in_a_row, size_picture, standing
 from schemas.errors import AssetError
 from schemas.overlay import PhysicsOverlay
@@ -27,11 +38,11 @@ SWEEP, DROP, RELEASE, SIZE = "sweep", "drop", "release", "size"
 NAMES = (SWEEP, DROP, RELEASE, SIZE)
 SHOWN_MS = {SWEEP: 90, DROP: 125, RELEASE: 125}
 """How long a frame is shown, ms: a release at its own speed, a fall at a tenth of it until it is over."""
-SWEEP_FRAMES = 22
+SWEEP_FRAMES = 21
 TIMES_S = {SWEEP: None, DROP: DROP_TIMES_S, RELEASE: RELEASE_TIMES_S}
 MANY_JOINTS = 40
 """Joints beyond which an object is shown without an engine: a step of a keyboard of 115 takes 30 ms."""
-LEAST_FRAMES = 10
+LEAST_FRAMES = 11
 """Frames that a joint is given for its range, at least."""
 RAW_FRICTION = 0.5
 """PyBullet's default friction coefficient, which raw objects have."""
@@ -43,9 +54,10 @@ Recordings = Mapping[str, Recording]
 log = logging.getLogger(__name__)
 
 
-def make_loops(refined: Path, raw_urdf: Path | None, to: Path) -> list[str]:
+def make_loops(refined: Path, raw_urdf: Path | None, to: Path, before: Before | None = None) -> list[str]:
     """Write the loops and the size picture of one refined object into a folder, each whole or not at all; the names
-    written. Raises AssetError where the refined object cannot be read or loaded."""
+    written. Then the picture of it ``before``, of the meshes that are read by then, if it can be drawn. Raises
+    AssetError where the refined object cannot be read or loaded."""
     overlay = PhysicsOverlay.model_validate_json((refined / "overlay.json").read_text(encoding="utf-8"))
     urdf, settings, loaded = refined / URDF_NAME, EngineSettings(), dict[Path, tuple[Surface, ...]]()
     start = overlay.initial_positions
@@ -63,9 +75,9 @@ def make_loops(refined: Path, raw_urdf: Path | None, to: Path) -> list[str]:
             source = None if raw_urdf.suffix == ".urdf" else open_source(raw_urdf.parent)
             raw_urdf = raw_urdf if source is None else source.urdf
             remember_twins(loaded, refined, raw_urdf.parent)
-            before = read_alike(raw_urdf, unscaled(start, overlay), loaded, figure, overlay.scale)
-            raw = raw_acts(raw_urdf, before, overlay, played, starts, settings)
-            items.insert(0, standing(before, at_rest({}, 1), "raw"))
+            came = read_alike(raw_urdf, unscaled(start, overlay), loaded, figure, overlay.scale)
+            raw = raw_acts(raw_urdf, came, overlay, played, starts, settings)
+            items.insert(0, standing(came, at_rest({}, 1), "raw"))
     except (AssetError, ValueError) as error:  # it cannot be drawn, and its picture says so
         log.warning("raw %s: %s", raw_urdf, error)
     films = [
@@ -82,6 +94,9 @@ def make_loops(refined: Path, raw_urdf: Path | None, to: Path) -> list[str]:
     written[SIZE] = size_picture(row, clouds)
     for name in NAMES:
         save(to / f"{name}.webp", written.get(name))
+    if before is not None:
+        with suppress(Exception):  # it is drawn alone then, and what is wrong with it said there
+            draw_before(before, loaded)
     return [f"{name}.webp" for name in NAMES if name in written]
 
 
@@ -135,9 +150,11 @@ def raw_acts(
     is. Where the engine refuses it, dies or hangs, it stands still, and a word says so."""
     go = None if starts.go is None else unscaled(starts.go, overlay)
     own = Starts(None if starts.fall is None else {}, go, unscaled(starts.speeds, overlay))
-    outcome: ChildOutcome[dict[str, Recording]] = in_child(
-        Engine.PYBULLET, play, urdf, own, RAW_FRICTION, settings, time_limit_s=RAW_LIMIT_S
-    )
+    with TemporaryDirectory(prefix="asset2sim-loops-") as place:
+        bare = without_looks(urdf, Path(place))
+        outcome: ChildOutcome[dict[str, Recording]] = in_child(
+            Engine.PYBULLET, play, bare, own, RAW_FRICTION, settings, time_limit_s=RAW_LIMIT_S
+        )
     found: dict[str, Act] = {}
     for name in refined:
         if name == SWEEP:

@@ -5,8 +5,12 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
+from lxml import etree
 from scipy.spatial.transform import Rotation
 
+from asset2sim.assets.formats.confine import references
+from asset2sim.assets.urdf.locate import find_mesh
+from asset2sim.assets.urdf.mesh_files import without_materials
 from asset2sim.engines.contacts import penetration
 from asset2sim.engines.pybullet_world import PyBulletWorld, open_pybullet
 from asset2sim.physics.arrays import Array
@@ -19,6 +23,7 @@ RELEASE_TIMES_S = np.arange(17) / 8.0
 STILL, STILL_FRAMES = 1e-4, 3
 """Change of any number of a pose (m, rad) from frame to frame below which nothing moves, and for how many frames until
 nothing will."""
+MATERIALS = b"mtllib"
 TRIED = 12
 """Joints that are opened half way before they are let go of, at most."""
 
@@ -54,6 +59,31 @@ def let_go(
         world.place(positions)
         world.kick({name: speed for name, speed in speeds.items() if name in world.joint_names})
         return follow(world, inertial, RELEASE_TIMES_S)
+
+
+def without_looks(urdf: Path, folder: Path) -> Path:
+    """A copy in ``folder`` of a URDF whose OBJs name no materials, which are nothing to its motion: PyBullet decodes
+    the pictures of collision meshes, as often as a mesh names them (3.8 s for a knife). The URDF itself where it is not
+    XML. Files that are missing stay so."""
+    try:
+        tree = etree.parse(str(urdf))
+    except (etree.XMLSyntaxError, OSError):
+        return urdf
+    bare: dict[str, str] = {}
+    for element, reference in references(tree.getroot()):
+        file = find_mesh(reference, urdf.parent)
+        if file is None:
+            continue
+        if reference not in bare:
+            place = file.resolve()
+            if file.suffix.lower() == ".obj" and MATERIALS in (content := file.read_bytes()):
+                place = folder / f"{len(bare)}.obj"
+                place.write_bytes(without_materials(content))
+            bare[reference] = str(place)
+        element.set("filename", bare[reference])
+    copy = folder / urdf.name
+    tree.write(str(copy), encoding="utf-8")
+    return copy
 
 
 def half_open(

@@ -14,7 +14,7 @@ from asset2sim.assets.views.scene import Scene
 from asset2sim.assets.views.surface import Paint, Surface
 from asset2sim.physics.arrays import Array
 from asset2sim.report.loops.cloud import DIRECTIONS, Cloud
-from asset2sim.report.loops.draw import background, pictures
+from asset2sim.report.loops.draw import background, image_of, pictures
 from asset2sim.report.loops.faces import faces_of
 from asset2sim.report.loops.figure import Figure
 from asset2sim.report.loops.film import INK, METHOD, OVERSAMPLING, SOFT_INK, SPACING, Clouds, lengthening, text
@@ -123,7 +123,7 @@ def size_picture(row: Row, clouds: Clouds) -> bytes:
     ]
     lens = row.lens.shrunk(1.0 / min(OVERSAMPLING, *density))
     drawn = next(pictures(merged(chosen), np.concatenate(row.motions)[None], lens, background(lens, disc=False)))
-    image = Image.fromarray(drawn).resize((WIDTH, HEIGHT), Image.Resampling.LANCZOS)
+    image = image_of(drawn).resize((WIDTH, HEIGHT), Image.Resampling.LANCZOS)
     for center, item in zip(row.centers, row.items, strict=True):
         text(image, (center, HEIGHT - 22), item.words[0], 14, INK, "ms")
         text(image, (center, HEIGHT - 7), item.words[1], 12, SOFT_INK, "ms")

@@ -10,6 +10,7 @@ from pathlib import Path
 from asset2sim.assets.checksums import FILE
 from asset2sim.assets.folder import URDF_NAME
 from asset2sim.engines.registry import engine_version
+from asset2sim.report.draw import Before
 from asset2sim.report.loops.make import make_loops, save
 from asset2sim.runs.isolation import Ending, run_isolated
 from schemas.settings import RunSettings
@@ -17,7 +18,7 @@ from schemas.vocabulary import Engine
 
 RECORD = "loops.json"
 """The file beside the loops that says of what they are."""
-VERSION = 1
+VERSION = 2
 """Raised when loops are drawn otherwise, so that all are made anew."""
 LIMIT_S = 60.0
 """Wall time that one object's loops may take, s: they take one or two of a core that is free."""
@@ -57,16 +58,19 @@ def is_current(refined: Path, raw_urdf: Path | None, to: Path) -> bool:
         return False
 
 
-def write_loops(refined: Path, raw_urdf: Path | None, to: Path, owner: str = "") -> list[str]:
+def write_loops(
+    refined: Path, raw_urdf: Path | None, to: Path, owner: str = "", before: Before | None = None
+) -> list[str]:
     """Write an object's loops and size picture into the folder ``to``, in a child process that may crash or hang; the
     names of the files, none where that failed, which is a warning in the log. ``raw_urdf``: the URDF that it was
-    refined from, None where it is no longer at hand. ``stop_children(owner)`` ends it."""
+    refined from, None where it is no longer at hand. The picture of it ``before`` is drawn there too, if it can be.
+    ``stop_children(owner)`` ends it."""
     to.mkdir(parents=True, exist_ok=True)
     key = loops_key(refined, raw_urdf)
     with tempfile.TemporaryDirectory(prefix="asset2sim-loops-") as place:
         outcome = run_isolated(
             make_loops,
-            (refined, raw_urdf, to),
+            (refined, raw_urdf, to, before),
             time_limit_s=LIMIT_S,
             memory_limit_mb=RunSettings().asset_memory_limit_mb,
             services={},

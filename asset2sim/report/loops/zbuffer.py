@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 from scipy.ndimage import maximum_filter
 
 from asset2sim.assets.views.camera import axes, fit
+from asset2sim.assets.views.surface import Ints
 
 Singles = NDArray[np.float32]
 Words = NDArray[np.int32]
@@ -79,7 +80,7 @@ class Layers:
 
 def splat(
     layers: Layers, points: Singles, first: int, last: int, to_world: Singles, lens: Lens
-) -> tuple[Words, Singles]:
+) -> tuple[Ints, Singles]:
     """Draw the points ``first`` to ``last`` of (3, n), moved by a (3, 4) transform; the pixel and depth of each."""
     linear = lens.matrix[:, :3] @ to_world[:, :3]
     offset = lens.matrix[:, :3] @ to_world[:, 3] + lens.matrix[:, 3]
@@ -93,7 +94,7 @@ def splat(
     # What lies outside lands in the border.
     np.clip(seen[0], 0.0, lens.width + 1, out=seen[0])
     np.clip(seen[1], 0.0, lens.height + 1, out=seen[1])
-    pixel = seen[1].astype(np.int32)
+    pixel = seen[1].astype(np.intp)
     pixel *= lens.width + 2
     pixel += seen[0].astype(np.int32)
     np.minimum.at(layers.depth, pixel, depth)

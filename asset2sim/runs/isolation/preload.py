@@ -5,6 +5,7 @@ here: they hold threads and hundreds of megabytes, and belong to the parent.
 """
 
 import ctypes
+import gc
 import importlib
 import logging
 import os
@@ -43,3 +44,5 @@ def import_quietly(names: tuple[str, ...]) -> None:
 
 
 import_quietly((*MODULES, *filter(None, [os.environ.get(PIPELINE_VARIABLE)])))
+# What is loaded is there to stay: no child's garbage collector looks at it, 4 % of its time, or unshares its memory.
+gc.freeze()
