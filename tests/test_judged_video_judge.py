@@ -8,6 +8,7 @@ import io
 import json
 import math
 import re
+import shutil
 from collections.abc import Callable, Mapping, Sequence
 from datetime import UTC, datetime
 from pathlib import Path
@@ -77,16 +78,23 @@ def trial_row(method: Method, **changes: object) -> Row:
     return dict.fromkeys(TRIALS.schema.names) | row | faults | changes
 
 
-@pytest.fixture
-def compared(tmp_path: Path) -> Path:
+@pytest.fixture(scope="module")
+def made(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """The folder of a comparison, in which each method has a film of the same task."""
+    folder = tmp_path_factory.mktemp("made")
     for method in COLOURS:
-        out = tmp_path / method.value / "prior_household"
+        out = folder / method.value / "prior_household"
         out.mkdir(parents=True)
         write_run(out, night(1), [make_record(ASSET, method=method)])
         write_film(motion_folder(out, ASSET, TASK) / "motion.mp4", method)
         OwnFile(out, TRIALS).add([trial_row(method)])
-    return tmp_path
+    return folder
+
+
+@pytest.fixture
+def compared(made: Path, tmp_path: Path) -> Path:
+    """A copy of it."""
+    return Path(shutil.copytree(made, tmp_path, dirs_exist_ok=True))
 
 
 def pictures(body: Mapping[str, Any]) -> list[list[bytes]]:
