@@ -29,6 +29,9 @@ from asset2sim.judged.video_candidates import Candidate, Comparison, shuffled, t
 from asset2sim.judged.video_frames import UnreadableFilmError, sampled_frames
 from asset2sim.judged.video_judge import judge_settings
 from asset2sim.judged.video_prompt import parse_video_answer
+from asset2sim.runs.judged_options import JudgeVideosOptions
+from asset2sim.runs.options import parse
+from asset2sim.runs.request import settings_for_run, stated_settings
 from asset2sim.trials.study import motion_folder
 from flows.command import run_command
 from schemas.errors import InvalidAnswerError, UsageError
@@ -453,6 +456,21 @@ def test_what_cannot_be_judged_is_one_line_before_anything_is_asked(compared: Pa
     with pytest.raises(UsageError, match="both hold 'trashcan close' with asset 102181 by direct"):
         judge_videos(twice, (), 1, 2, 0, ModelSettings(), print)
     assert read_own_files(compared, VIDEO_SCORES).empty
+
+
+def test_the_command_s_options_become_settings() -> None:
+    words = ["judge-videos", "a", "b", "--judges", "openai/one,openai/one,physical-judge", "--api-base", "http://h/v1"]
+    words += ["--budget-usd", "2", "--budget-calls", "9", "--budget-tokens", "90", "--rpm", "3", "--no-answer-cache"]
+    options = parse(words)
+    assert isinstance(options, JudgeVideosOptions) and options.outs == (Path("a"), Path("b"))
+    assert options.judges == ("openai/one", PHYSICAL_JUDGE) and (options.trials, options.frames, options.seed) == (
+        10,
+        12,
+        0,
+    )
+    assert settings_for_run(None, stated_settings(options)).model == ModelSettings(
+        api_base="http://h/v1", run_usd=2.0, run_calls=9, run_tokens=90, requests_per_minute=3.0, cache=False
+    )
 
 
 def test_an_address_goes_with_the_first_judge_that_is_asked_at_one() -> None:
