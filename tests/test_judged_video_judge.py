@@ -437,12 +437,18 @@ def test_a_variant_without_a_film_is_not_shown_and_told(compared: Path) -> None:
     assert {len(pictures(body)) for body in server.requests} == {2}
 
 
-def test_what_cannot_be_judged_is_one_line_before_anything_is_asked(compared: Path, tmp_path: Path) -> None:
+@pytest.mark.system
+def test_what_cannot_be_judged_is_one_line_before_anything_is_asked(
+    compared: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    for name in ("GEMINI_API_KEY", "GOOGLE_API_KEY"):
+        monkeypatch.delenv(name, raising=False)
     for judge, message in (
         ("prior/household", "sees no pictures"),
         ("recorded/nowhere", "no folder"),
         ("openai/gpt-3.5-turbo", "takes no images"),
         ("nobody/judge", "nobody/judge"),
+        ("gemini/gemini-2.5-pro", "needs GEMINI_API_KEY or GOOGLE_API_KEY|needs GOOGLE_API_KEY or GEMINI_API_KEY"),
     ):
         with pytest.raises(UsageError, match=message):
             run(compared, "http://127.0.0.1:9/v1" if "openai" in judge else None, judges=(judge,))

@@ -17,6 +17,7 @@ from asset2sim.models.ask_overlay import MAX_ASKS, Replies, ask_until_valid
 from asset2sim.models.gateway.abilities import model_abilities
 from asset2sim.models.gateway.ask import ask
 from asset2sim.models.gateway.choices import check_model
+from asset2sim.models.gateway.secrets import find_provider, listed, missing_variables
 from asset2sim.models.gateway.session import open_gateway_session
 from schemas.errors import UsageError
 from schemas.model_names import is_local, is_prior, settings_for
@@ -71,7 +72,14 @@ def open_judging_run(
     for judge in judges:
         if is_prior(judge):
             raise UsageError(f"judge '{judge}' runs in this process and sees no pictures; name a vision model")
-        check_model(judge_settings(settings, judges, judge))
+        asked = judge_settings(settings, judges, judge)
+        missing = missing_variables(asked) if find_provider(judge) is not None else ()
+        if missing:
+            raise UsageError(
+                f"judge '{judge}' needs {listed(missing)} in the environment or in .env: set it, or name "
+                "recorded/FOLDER or physical-judge, which need no key"
+            )
+        check_model(asked)
         if not is_local(judge) and not model_abilities(judge).images:
             raise UsageError(f"judge '{judge}' takes no images, by LiteLLM's list of models; name a vision model")
     return JudgingRun(out, tuple(judges), trials, frames, seed, settings, f"judge-{uuid.uuid4().hex}")
