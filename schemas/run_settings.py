@@ -29,7 +29,8 @@ class RunSettings(Frozen):
     """Memory that one asset at work takes of this machine's, MB, by which ``workers`` is bounded: of 15 real objects in
     three engines the heaviest (a box whose 376 meshes have 9 MB) took 485 MB, the median 284 MB."""
     own_memory_mb: int = Field(1536, ge=0)
-    """Memory that a run takes besides, MB: itself, Prefect's server, and the process that the assets' are forked of."""
+    """Memory that a run takes besides, MB: itself (690 for 1,000 assets), Prefect's server (200), the process of which
+    the assets' are forked (180), and room for larger datasets."""
     min_success: Fraction | None = None
     """Gate: least share of the run's assets, unchanged ones included, that must pass; None: any."""
     max_new_failures: int | None = Field(None, ge=0)

@@ -53,7 +53,7 @@ def judge(
     before = int(touched[0]) if len(touched) else len(track.times_s) - 1
     turned, shifted = moved(track, before, sliders, free)
     pictures = np.floor(track.times_s / PICTURE_S).astype(int)
-    given = unexplained(np.bincount(pictures, weights=track.given_j))
+    given = unexplained(np.bincount(pictures, weights=track.given_j).astype(float))
     appeared, most = float(given.sum()), float(given.max(initial=0.0))
     height, speed = appeared / (mass_kg * GRAVITY), float(np.sqrt(2.0 * most / mass_kg))
     depth = float(track.depth_m.max(initial=0.0))
