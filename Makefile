@@ -39,7 +39,7 @@ PARALLEL = --numprocesses $(if $(JOBS),$(JOBS),2) --dist loadfile --no-loadscope
 
 .DEFAULT_GOAL := help
 .DELETE_ON_ERROR:
-.PHONY: help install flow test test-fast lint typecheck failures report screenshots settings view rate ratings views doctor nightly ui judge rules withheld proposers corrections compare first bench-defects samples questions summary loaders held weights docs picture clean bench
+.PHONY: help install flow test test-fast lint typecheck failures report screenshots settings view rate ratings views doctor nightly ui judge judged rules withheld proposers corrections compare first bench-defects samples questions summary loaders held weights docs picture clean bench
 
 help: ## list the targets
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / { printf "  %-14s %s\n", $$1, $$2 }' Makefile
@@ -131,6 +131,13 @@ judge: $(INSTALLED) .venv-judge/.installed ## an independent checker, simcheck, 
 	@$(BIN)/python -m venv --clear .venv-judge && \
 	.venv-judge/bin/python -m pip install --quiet --disable-pip-version-check "simcheck[all]" networkx  # which its mesh checks need
 	@touch $@
+
+judged: $(INSTALLED) ## record, judge and rate variants of OUT, a run or a comparison; JUDGES, TRIALS, FRAMES, SEED
+	@$(BIN)/python -m flows.command record-motion "$(OUT)"
+	@$(BIN)/python -m flows.command judge-videos "$(OUT)" $(if $(JUDGES),--judges "$(JUDGES)") $(if $(TRIALS),--trials "$(TRIALS)") \
+		$(if $(FRAMES),--frames "$(FRAMES)") $(if $(SEED),--seed "$(SEED)") $(if $(API_BASE),--api-base "$(API_BASE)") \
+		$(if $(BUDGET_USD),--budget-usd "$(BUDGET_USD)") $(if $(BUDGET_CALLS),--budget-calls "$(BUDGET_CALLS)") $(FROM_FILE)
+	@$(BIN)/python -m flows.command ratings "$(OUT)"
 
 rules: $(INSTALLED) ## refine DATA as it came, with the paper's ranges and by ours, and write the table of docs/measured.md
 	@$(BIN)/python -m flows.compare_rules "$(DATA)" "$(OUT)" docs/measured.md

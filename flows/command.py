@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING
 from asset2sim.runs import options as asked
 from asset2sim.runs.command_line import Options
 from asset2sim.runs.interrupt import lost_interrupts_repeated, sigterm_as_interrupt
+from asset2sim.runs.judged_options import JudgeVideosOptions
 from asset2sim.runs.options import parse
 from asset2sim.runs.page_options import PagesOptions, RateOptions, RatingsOptions, ReportOptions, ViewOptions
 from asset2sim.runs.request import RefineRequest, refine_request, settings_for_run, stated_settings
@@ -62,6 +63,13 @@ def _dispatch(options: Options, refine: Refine, nightly: Nightly) -> int:
             from flows.show import print_site
 
             print_site(options.out, settings_for_run(options.settings, stated_settings(options)), options.force)
+            return DONE
+        case JudgeVideosOptions():
+            from flows.show import print_judged
+
+            looks = options.trials, options.frames, options.seed
+            model = settings_for_run(options.settings, stated_settings(options)).model
+            print_judged(options.outs, options.judges, *looks, model, options.record)
             return DONE
         case RecordMotionOptions():
             from asset2sim.models.gateway.environment import quiet_environment

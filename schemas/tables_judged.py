@@ -14,13 +14,16 @@ _VIDEO_SCORES: tuple[Column, ...] = (
     ("position", COUNT, "1", "Place among the candidates of the trial as shown, 0 for the first; null if not known"),
     ("candidates", COUNT, "1", "How many candidates the trial showed; null if not known"),
     ("seed", COUNT, "1", "Seed of the trial's shuffle; null if not known"),
-    ("score!", REAL, "1", "0 to 5; the mean over the trials of a row that stands for several"),
+    ("frames", COUNT, "1", "Frames that were shown of each candidate; null if not known, or none were"),
+    ("temperature", REAL, "1", "Temperature at which the judge was asked; null if not known, or it has none"),
+    ("score", REAL, "1", "0 to 5; the mean over the trials of a row that stands for several; null without an answer"),
     ("score_deviation", REAL, "1", "Sample deviation over those trials; null for one trial"),
     ("description", TEXT, "", "What the judge saw"),
     ("pros", TEXT, "", "What spoke for it"),
     ("cons", TEXT, "", "What spoke against it"),
-    ("cost_usd", REAL, "USD", "Cost of the call, shared equally among its candidates; null if not known"),
-    ("judged_at", TIME, "UTC", "When; null if not known"),
+    ("reason", TEXT, "", "Why there is no score; null where there is one"),
+    ("cost_usd", REAL, "USD", "Cost of the trial's calls, shared equally among its candidates; null if not known"),
+    ("judged_at", TIME, "UTC", "When the judge began with the task; the latest time counts; null if not known"),
 )
 
 _RATER: tuple[Column, ...] = (

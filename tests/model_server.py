@@ -44,11 +44,12 @@ Script = Callable[[dict[str, Any]], Reply]
 
 @dataclass
 class ModelServer:
-    """The server's address and its requests so far: bodies, keys, times, and the most that were open at once."""
+    """The server's address and its requests so far: bodies, headers, keys, times, the most that were open at once."""
 
     api_base: str
     requests: list[dict[str, Any]] = field(default_factory=list)
     authorizations: list[str | None] = field(default_factory=list)
+    headers: list[dict[str, str]] = field(default_factory=list)
     times: list[float] = field(default_factory=list)
     at_once: int = 0
 
@@ -92,6 +93,7 @@ def _handler(
                 number = len(server.requests)
                 reply = replies(body) if callable(replies) else replies[min(number, len(replies) - 1)]
                 server.requests.append(body)
+                server.headers.append({**self.headers, "request line": self.requestline})
                 server.authorizations.append(self.headers.get("Authorization"))
                 server.times.append(time.monotonic())
                 working += 1

@@ -1,1 +1,1 @@
-"""Outer judges: the page on which people rate anonymous variants, the paper's ratings and scores, and their figures."""
+"""Outer judges: a page on which people rate anonymous variants, models that score films, and the figures of both."""

@@ -76,6 +76,12 @@ def order_effect(rows: pd.DataFrame, block: list[str], item: list[str]) -> Order
     return OrderEffect(slope, (1.0 + float(steep.sum())) / (1.0 + PERMUTATIONS), len(known))
 
 
+def mean_by_place(rows: pd.DataFrame) -> list[float]:
+    """The mean ``score`` at each ``position``, the first place first; NaN at one that has none."""
+    means = rows.dropna(subset=["position", "score"]).groupby("position")["score"].mean()
+    return [float(means.get(place, math.nan)) for place in range(int(means.index.max()) + 1)] if len(means) else []
+
+
 def _members(numbers: Array) -> Array:
     """(n, groups) 1 where a row is in a group."""
     return np.asarray(numbers[:, None] == np.unique(numbers), dtype=float)

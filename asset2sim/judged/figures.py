@@ -57,9 +57,10 @@ class RatingFigure:
 
 
 def video_figures(scores: pd.DataFrame) -> list[VideoFigure]:
-    """A figure for each judge and method of a table ``video_scores``, the best first within a judge."""
+    """A figure for each judge and method of a table ``video_scores``, the best first within a judge. Trials without a
+    score do not count; a task is one with its asset."""
     found = []
-    for (judge, method, model), some in scores.groupby(["judge", *VARIANT]):
+    for (judge, method, model), some in scores.dropna(subset=["score"]).groupby(["judge", *VARIANT]):
         tasks = [task_score(part) for _, part in some.groupby(TASK)]
         means, deviations = (np.array(values) for values in zip(*tasks, strict=True))
         low, high = interval(means)
@@ -69,6 +70,13 @@ def video_figures(scores: pd.DataFrame) -> list[VideoFigure]:
             VideoFigure(str(judge), str(method), str(model), float(means.mean()), spread, low, high, len(tasks), count)
         )
     return sorted(found, key=lambda item: (item.judge, -item.mean))
+
+
+def latest_scores(scores: pd.DataFrame) -> pd.DataFrame:
+    """The rows of each judge's latest look at each task and asset: candidates are scored beside each other, so that the
+    trials of two looks are not mixed."""
+    latest = scores.groupby(["judge", "task", "asset_id"])["judged_at"].transform("max")
+    return scores[(scores["judged_at"] == latest) | latest.isna()]
 
 
 def task_score(rows: pd.DataFrame) -> tuple[float, float]:

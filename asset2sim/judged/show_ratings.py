@@ -9,8 +9,9 @@ from rich.text import Text
 
 from asset2sim.catalog.own_files import read_own_files
 from asset2sim.catalog.text import NOTHING, number, number_table
-from asset2sim.judged.agreement import OrderEffect, krippendorff_alpha, order_effect, rater_matrix
-from asset2sim.judged.figures import TASK, VARIANT, joined, rating_figures, video_figures
+from asset2sim.judged.agreement import OrderEffect, krippendorff_alpha, mean_by_place, order_effect, rater_matrix
+from asset2sim.judged.figures import TASK, VARIANT, joined, latest_scores, rating_figures, video_figures
+from asset2sim.judged.physical_scores import PHYSICAL_JUDGE
 from asset2sim.judged.published import published_ratings, published_videos
 from asset2sim.judged.variant_folders import variant_folders
 from asset2sim.judged.verdicts import disagreements, rated_variants, verdict_figures, verdicts_of
@@ -31,11 +32,11 @@ def describe_ratings(outs: Sequence[Path | str], published: Path | None) -> list
             pd.concat([read_own_files(out, table) for out in outs], ignore_index=True)
             for table in (RATINGS, RATING_KEYS, VIDEO_SCORES)
         ]
-        parts += _ratings("Ratings", joined(*tables[:2]), verdicts) + _videos("Video scores", tables[2])
+        parts += _ratings("Ratings", joined(*tables[:2]), verdicts) + describe_scores("Video scores", tables[2])
     if published is not None:
         found = joined(*published_ratings(published))
         parts += _ratings("Published ratings", found, verdicts)
-        parts += _videos("Published video scores", published_videos(published))
+        parts += describe_scores("Published video scores", published_videos(published))
     if not parts:
         told = f"{', '.join(map(str, outs))}: {NOTHING_RATED}" if outs else "name an output folder, or --published"
         raise UsageError(f"{told}; asset2sim rate OUT opens the page on which people rate")
@@ -92,7 +93,10 @@ def _verdicts(rated: pd.DataFrame, verdicts: pd.DataFrame) -> list[str]:
     return lines
 
 
-def _videos(title: str, scores: pd.DataFrame) -> list[RenderableType]:
+def describe_scores(title: str, scores: pd.DataFrame) -> list[RenderableType]:
+    """Scores of videos as a table, and lines on the order of the candidates and on trials without a score; nothing
+    where there are none."""
+    scores = latest_scores(scores)
     if scores.empty:
         return []
     names = _names(scores)
@@ -104,10 +108,20 @@ def _videos(title: str, scores: pd.DataFrame) -> list[RenderableType]:
         for item in video_figures(scores)
     ]
     headings = ("judge", "method", "mean ± as the paper", "95 % over tasks", "tasks", "trials")
-    lines = [
-        _order(f"score of {judge}", order_effect(some, [*TASK, "trial"], [*TASK, *VARIANT]))
-        for judge, some in scores.groupby("judge")
-    ]
+    lines = []
+    for judge, some in scores.groupby("judge"):
+        if judge == PHYSICAL_JUDGE:
+            lines.append(
+                f"{PHYSICAL_JUDGE}: a formula over what was measured of the recordings; nobody looked at the films"
+            )
+            continue
+        order = order_effect(some, [*TASK, "trial"], [*TASK, *VARIANT])
+        lines.append(_order(f"score of {judge!s}", order))
+        if order is not None:
+            lines.append(f"  mean by place, the first first: {', '.join(map(_two, mean_by_place(some)))}")
+        without = some[some["score"].isna()].drop_duplicates([*TASK, "trial"])
+        for reason, times in without["reason"].value_counts().items():
+            lines.append(f"  {times} {'trial' if times == 1 else 'trials'} without a score: {reason}")
     return [number_table(f"{title}, 0 to 5", headings, rows, left=2), Text("\n".join(lines))]
 
 

@@ -10,6 +10,7 @@ from pydantic_settings import get_subcommand as chosen_command
 
 from asset2sim.runs.command_line import Options
 from asset2sim.runs.command_line import parse as parse_words
+from asset2sim.runs.judged_options import JudgeVideosOptions
 from asset2sim.runs.option_groups import AnswerOptions, CatalogOptions, FileOptions, ModelOptions, Selection
 from asset2sim.runs.option_types import (
     AXIS,
@@ -270,6 +271,9 @@ class Command(Options):
     show: CliSubCommand[ShowOptions] = Field(description="one refined asset")
     view: CliSubCommand[ViewOptions] = Field(description="refined objects live, to be touched and reviewed")
     rate: CliSubCommand[RateOptions] = Field(description="a page on which people rate anonymous variants")
+    judge_videos: CliSubCommand[JudgeVideosOptions] = Field(
+        alias="judge-videos", description="films of recorded interactions, scored by models side by side"
+    )
     ratings: CliSubCommand[RatingsOptions] = Field(description="what people and judges made of variants, per method")
     record_motion: CliSubCommand[RecordMotionOptions] = Field(
         alias="record-motion", description="a scripted arm's tasks with refined objects, filmed and judged"
