@@ -132,8 +132,8 @@ judge: $(INSTALLED) .venv-judge/.installed ## an independent checker, simcheck, 
 	.venv-judge/bin/python -m pip install --quiet --disable-pip-version-check "simcheck[all]" networkx  # which its mesh checks need
 	@touch $@
 
-judged: $(INSTALLED) ## record, judge and rate variants of OUT, a run or a comparison; JUDGES, TRIALS, FRAMES, SEED
-	@$(BIN)/python -m flows.command record-motion "$(OUT)"
+judged: $(INSTALLED) ## record, judge and rate variants of OUT, a run or a comparison; JUDGES, TRIALS, FRAMES, SEED, PAGE, README
+	@$(BIN)/python -m flows.command record-motion "$(OUT)" $(if $(PAGE),--page "$(PAGE)") $(if $(README),--readme "$(README)")
 	@$(BIN)/python -m flows.command judge-videos "$(OUT)" $(if $(JUDGES),--judges "$(JUDGES)") $(if $(TRIALS),--trials "$(TRIALS)") \
 		$(if $(FRAMES),--frames "$(FRAMES)") $(if $(SEED),--seed "$(SEED)") $(if $(API_BASE),--api-base "$(API_BASE)") \
 		$(if $(BUDGET_USD),--budget-usd "$(BUDGET_USD)") $(if $(BUDGET_CALLS),--budget-calls "$(BUDGET_CALLS)") $(FROM_FILE)
