@@ -20,6 +20,7 @@ from asset2sim.catalog.switch import find_catalog, no_catalog_error
 from schemas.errors import UsageError
 from schemas.table import RENAMED, Table
 from schemas.tables import HISTORY, PUBLISHED, TABLES
+from schemas.tables_judged import JUDGED
 from schemas.tables_reviews import REVIEWS
 
 if TYPE_CHECKING:
@@ -30,9 +31,9 @@ _NO_TABLE = re.compile(r"Table with name (\S+) does not exist")
 
 
 def connect(out: str | os.PathLike[str]) -> "duckdb.DuckDBPyConnection":
-    """A connection with a view per table of OUT, ``asset_history`` among them; times are in UTC. The views read the
-    files at each query; for a URL they read copies made now. Close the connection after use. Raises UsageError where
-    OUT has no catalog."""
+    """A connection with a view per table of OUT, its history and those of outer judges among them; times are in UTC.
+    The views read the files at each query; for a URL they read copies made now. Close the connection after use. Raises
+    UsageError where OUT has no catalog."""
     import duckdb  # late: writing the catalog does not need it
 
     place = local_tables(out)
@@ -58,6 +59,7 @@ def make_views(connection: "duckdb.DuckDBPyConnection", out: Path, folder: Path)
     for table, pattern, there in (
         (HISTORY, PATTERN, history_files(out)),
         (REVIEWS, REVIEWS_PATTERN, review_files(out)),
+        *((table, f"{table.name}/*.parquet", sorted(out.glob(f"{table.name}/*.parquet"))) for table in JUDGED.values()),
     ):
         if there:
             # Files of older versions may lack columns.
@@ -65,7 +67,7 @@ def make_views(connection: "duckdb.DuckDBPyConnection", out: Path, folder: Path)
             connection.execute(f"CREATE VIEW {table.name} AS SELECT * FROM {files}")
         else:
             connection.register(table.name, table.schema.empty_table())
-    for table in PUBLISHED.values():
+    for table in (PUBLISHED | JUDGED).values():
         _comment(connection, table)
 
 
@@ -90,7 +92,7 @@ def query_error(error: "duckdb.Error") -> UsageError:
     lines = [line.strip() for line in str(error).splitlines() if line.strip() and not _LEFT_OUT.match(line)]
     if _NO_TABLE.search(str(error)):
         # DuckDB's own suggestion may be a table of its own.
-        lines = [lines[0], f"choose from: {', '.join(sorted(PUBLISHED))}"]
+        lines = [lines[0], f"choose from: {', '.join(sorted(PUBLISHED | JUDGED))}"]
     if not lines:
         lines = [type(error).__name__]
     return UsageError(f"the query failed: {'; '.join(line.rstrip('!;') for line in lines)}")

@@ -16,15 +16,14 @@ from schemas.settings import Settings
 from schemas.table import Table
 from schemas.tables import PUBLISHED
 from schemas.tables_judged import JUDGED
-from schemas.tables_trials import TRIALS
 from schemas.vocabulary import PAPER_FAILURE_MODES, RETRIED_MODES
 
 MADE = "*Made by `make docs` from the schemas; do not edit.*"
 DICTIONARY = """\
 Every table is a Parquet file in `OUT/catalog`, `asset_history` a folder of them in `OUT/history`, `reviews` one in
 `OUT/reviews`. Those of outer judges, `trials`, `video_scores`, `ratings` and `rating_keys`, are folders of files too,
-in OUT or in the folder of a comparison, and `asset2sim ratings` reads them. The same words are in the files' metadata
-and, for all but these four, through `connect` in DuckDB's comments:
+in OUT or in the folder of a comparison; they keep every recording and rating, and `asset2sim ratings` reads them. The
+same words are in the files' metadata and, through `connect`, in DuckDB's comments:
 `SELECT column_name, comment FROM duckdb_columns()`. A column that is *required* is never null; a number that was never
 measured is null, never 0."""
 MODES = """\
@@ -40,7 +39,7 @@ states."""
 
 def dictionary_page() -> str:
     """Every published table with its columns, types, units and descriptions, in Markdown."""
-    tables = map(table_section, (PUBLISHED | JUDGED | {TRIALS.name: TRIALS}).values())
+    tables = map(table_section, (PUBLISHED | JUDGED).values())
     return "\n\n".join(["# Data dictionary", MADE, DICTIONARY, *tables]) + "\n"
 
 
