@@ -1,6 +1,8 @@
 """An object's triangles, and what is known at any point of them: normal, colour and opacity."""
 
 from dataclasses import dataclass
+from functools import cached_property
+from itertools import pairwise
 
 import numpy as np
 from PIL import Image
@@ -9,7 +11,12 @@ from asset2sim.assets.views.batch import LIFT, QUANTUM, mixed, with_lifts
 from asset2sim.assets.views.scene import Scene
 from asset2sim.assets.views.surface import PLAIN, Floats, Ints, Paint, Surface, Texture
 from asset2sim.assets.views.textures import decode_texture
+from asset2sim.physics.arrays import Array
 from asset2sim.report.loops.zbuffer import Singles
+
+DIAGONALS = np.array([(x, y, z) for x in (-1, 0, 1) for y in (-1, 0, 1) for z in (-1, 0, 1)][14:], dtype=float)
+"""Directions along which a link's furthest points are looked for, to know what must fit into the picture: one of each
+two that are opposite."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -32,6 +39,19 @@ class Faces:
     def size_m(self) -> float:
         """The longest edge of its box, m."""
         return float(np.ptp(self.corners.reshape(-1, 3), axis=0).max())
+
+    @cached_property
+    def extremes(self) -> Array:
+        """(links, k, 4) points that span each link's triangles, homogeneous."""
+        found = []
+        bounds = np.searchsorted(self.link, np.arange(len(self.links) + 1))
+        for first, last in pairwise(bounds.tolist()):
+            points = self.corners[first:last].reshape(-1, 3)
+            along = (DIAGONALS @ points.T) if len(points) else np.zeros((len(DIAGONALS), 1))
+            ends = np.concatenate([along.argmin(axis=1), along.argmax(axis=1)])
+            found.append(points[ends] if len(points) else np.zeros((len(ends), 3)))
+        spans = np.array(found)
+        return np.concatenate([spans, np.ones((*spans.shape[:2], 1))], axis=2)
 
 
 def faces_of(scene: Scene) -> Faces:
