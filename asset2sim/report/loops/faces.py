@@ -84,9 +84,11 @@ def faces_of(scene: Scene) -> Faces:
 
 def at(weights: Singles, corners: Singles, face: Ints) -> Singles:
     """(n, k) values at points of these faces, of (m, 3, k) values at the faces' corners."""
-    found: Singles = weights[:, :1] * corners[face, 0]
-    found += weights[:, 1:2] * corners[face, 1]
-    found += weights[:, 2:] * corners[face, 2]
+    # Taken from each corner's own rows: a third of the time of indices in two axes.
+    first, second, third = (np.ascontiguousarray(corners[:, corner]).take(face, axis=0) for corner in range(3))
+    found: Singles = weights[:, :1] * first
+    found += weights[:, 1:2] * second
+    found += weights[:, 2:] * third
     return found
 
 
@@ -104,8 +106,8 @@ def smooth_normals(faces: Faces, face: Ints, weights: Singles) -> Singles:
 def painted(faces: Faces, face: Ints, weights: Singles) -> Singles:
     """(n, 4) colours and opacities, 0 to 1, of points on these faces."""
     paints = [item.paint or Paint(PLAIN) for item in faces.surfaces]
-    surface = faces.surface[face]
-    colors = np.array([paint.color for paint in paints], dtype=np.float32)[surface]
+    surface = faces.surface.take(face)
+    colors = np.array([paint.color for paint in paints], dtype=np.float32).take(surface, axis=0)
     pictures: dict[Texture, Singles | None] = {}
     for index, paint in enumerate(paints):
         if paint.texture is None or faces.surfaces[index].uv is None:
