@@ -21,7 +21,7 @@ from asset2sim.report.loops import is_current, loops_key, make, write, write_loo
 from asset2sim.report.loops.figure import read_figure
 from asset2sim.report.loops.film import MOST_BYTES, SIDE
 from asset2sim.report.loops.make import SWEEP_FRAMES, make_loops
-from asset2sim.report.loops.record import DROP_TIMES_S, RELEASE_TIMES_S, let_fall, without_looks
+from asset2sim.report.loops.record import DROP_TIMES_S, RELEASE_TIMES_S, as_hulls, let_fall, points_of
 from asset2sim.report.loops.sizes import HEIGHT, WIDTH
 from schemas.overlay import PhysicsOverlay
 from schemas.settings import EngineSettings, Settings, ViewSettings
@@ -120,7 +120,7 @@ def test_a_raw_object_that_cannot_be_read_loaded_or_borne_moves_nothing(
 
 
 @pytest.mark.system
-def test_every_mesh_is_read_once_for_all_pictures_and_without_its_looks_by_the_engine(
+def test_every_mesh_is_read_once_for_all_pictures(
     refined: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     raw, read = raw_of("scissors_paper"), list[bytes]()
@@ -135,12 +135,37 @@ def test_every_mesh_is_read_once_for_all_pictures_and_without_its_looks_by_the_e
     assert len(read) == len(set(read)) > 1 and before.to.is_file()
     broken = Before(tmp_path, before.reach, tmp_path / "none.webp", 82)
     assert make_loops(refined, raw, tmp_path / "more", broken) == [*LOOPS, "size.webp"]
-    bare = without_looks(raw, tmp_path)
-    assert b"mtllib" in b"".join(read) and not any(b"mtllib" in file.read_bytes() for file in tmp_path.glob("*.obj"))
-    was, now = (let_fall(urdf, {}, 0.5, EngineSettings()) for urdf in (raw, bare))
-    assert np.array_equal(was.root, now.root) and all(
-        np.array_equal(was.joints[name], now.joints[name]) for name in was.joints
-    )
+
+
+@pytest.mark.system
+def test_a_raw_object_falls_as_its_files_do_when_the_engine_is_given_their_points_alone(tmp_path: Path) -> None:
+    raw = raw_of("scissors_paper")
+    loaded = {file: load_surfaces(file) for file in (raw.parent / "textured_objs").glob("*.obj")}
+    falls = [let_fall(raw, {}, 0.5, EngineSettings())]
+    for name, known in (("bare", {}), ("points", loaded)):
+        folder = tmp_path / name
+        folder.mkdir()
+        falls.append(let_fall(as_hulls(raw, folder, known), {}, 0.5, EngineSettings()))
+        contents = [file.read_bytes() for file in folder.glob("*.obj")]
+        assert len(contents) > 1 and not any(b"mtllib" in content for content in contents), "it decodes their pictures"
+        assert all((b"usemtl" in content) is (name == "bare") for content in contents)
+    assert np.ptp(falls[0].root, axis=0).max() > 1e-2
+    for fall in falls[1:]:
+        assert np.allclose(fall.root, falls[0].root, rtol=0.0, atol=1e-9)
+        assert all(np.allclose(fall.joints[name], path, rtol=0.0, atol=1e-9) for name, path in falls[0].joints.items())
+
+
+def test_groups_of_which_the_engine_makes_hulls_of_their_own_stay_apart(tmp_path: Path) -> None:
+    corners = "".join(f"v {x} {y} {z}\n" for x in (0, 1, 5, 6) for y, z in ((0, 0), (0, 1), (1, 0)))
+    for line, alone in (("o other", False), ("g other", False), ("usemtl other", True), ("s off", True)):
+        file = tmp_path / "two.obj"
+        file.write_text(f"{corners}o one\nf 1 2 3\nf 1 2 4\n{line}\nf 7 8 9\nf 7 8 10\n")
+        found = points_of(file.read_bytes(), load_surfaces(file))
+        assert (found is not None) is alone
+        assert found is None or sorted(found.splitlines()[:8]) == sorted(
+            b"v %.1f %.1f %.1f" % point for point in [(0, 0, 0), (0, 0, 1), (0, 1, 0), (1, 0, 0),
+                                                      (5, 0, 0), (5, 0, 1), (5, 1, 0), (6, 0, 0)]
+        )  # fmt: skip
 
 
 def dies(*args: object) -> None:

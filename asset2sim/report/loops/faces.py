@@ -1,6 +1,8 @@
 """An object's triangles, and what is known at any point of them: normal, colour and opacity."""
 
 from dataclasses import dataclass
+from functools import cached_property
+from itertools import pairwise
 
 import numpy as np
 from PIL import Image
@@ -9,7 +11,12 @@ from asset2sim.assets.views.batch import LIFT, QUANTUM, mixed, with_lifts
 from asset2sim.assets.views.scene import Scene
 from asset2sim.assets.views.surface import PLAIN, Floats, Ints, Paint, Surface, Texture
 from asset2sim.assets.views.textures import decode_texture
+from asset2sim.physics.arrays import Array
 from asset2sim.report.loops.zbuffer import Singles
+
+DIAGONALS = np.array([(x, y, z) for x in (-1, 0, 1) for y in (-1, 0, 1) for z in (-1, 0, 1)][14:], dtype=float)
+"""Directions along which a link's furthest points are looked for, to know what must fit into the picture: one of each
+two that are opposite."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -32,6 +39,19 @@ class Faces:
     def size_m(self) -> float:
         """The longest edge of its box, m."""
         return float(np.ptp(self.corners.reshape(-1, 3), axis=0).max())
+
+    @cached_property
+    def extremes(self) -> Array:
+        """(links, k, 4) points that span each link's triangles, homogeneous."""
+        found = []
+        bounds = np.searchsorted(self.link, np.arange(len(self.links) + 1))
+        for first, last in pairwise(bounds.tolist()):
+            points = self.corners[first:last].reshape(-1, 3)
+            along = (DIAGONALS @ points.T) if len(points) else np.zeros((len(DIAGONALS), 1))
+            ends = np.concatenate([along.argmin(axis=1), along.argmax(axis=1)])
+            found.append(points[ends] if len(points) else np.zeros((len(ends), 3)))
+        spans = np.array(found)
+        return np.concatenate([spans, np.ones((*spans.shape[:2], 1))], axis=2)
 
 
 def faces_of(scene: Scene) -> Faces:
@@ -64,9 +84,11 @@ def faces_of(scene: Scene) -> Faces:
 
 def at(weights: Singles, corners: Singles, face: Ints) -> Singles:
     """(n, k) values at points of these faces, of (m, 3, k) values at the faces' corners."""
-    found: Singles = weights[:, :1] * corners[face, 0]
-    found += weights[:, 1:2] * corners[face, 1]
-    found += weights[:, 2:] * corners[face, 2]
+    # Taken from each corner's own rows: a third of the time of indices in two axes.
+    first, second, third = (np.ascontiguousarray(corners[:, corner]).take(face, axis=0) for corner in range(3))
+    found: Singles = weights[:, :1] * first
+    found += weights[:, 1:2] * second
+    found += weights[:, 2:] * third
     return found
 
 
@@ -84,8 +106,8 @@ def smooth_normals(faces: Faces, face: Ints, weights: Singles) -> Singles:
 def painted(faces: Faces, face: Ints, weights: Singles) -> Singles:
     """(n, 4) colours and opacities, 0 to 1, of points on these faces."""
     paints = [item.paint or Paint(PLAIN) for item in faces.surfaces]
-    surface = faces.surface[face]
-    colors = np.array([paint.color for paint in paints], dtype=np.float32)[surface]
+    surface = faces.surface.take(face)
+    colors = np.array([paint.color for paint in paints], dtype=np.float32).take(surface, axis=0)
     pictures: dict[Texture, Singles | None] = {}
     for index, paint in enumerate(paints):
         if paint.texture is None or faces.surfaces[index].uv is None:

@@ -2,15 +2,14 @@
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
-from functools import cached_property
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
 import yourdfpy
 
 from asset2sim.assets.urdf.read import read_urdf, root_of, tree_joint
-from asset2sim.assets.views.scene import load_scene
+from asset2sim.assets.views.scene import Scene, load_scene
 from asset2sim.assets.views.surface import Surface
 from asset2sim.physics.arrays import Array
 from asset2sim.physics.kinematics import TreeJoint, link_to_root, parents_first
@@ -22,34 +21,23 @@ WIDEST = 4.0 * math.pi
 """Widest range of a joint, rad or m, that counts as one: beyond it URDFs mean that there is no limit."""
 SAME = 1e-3
 """Difference of two objects' corners, as a share of their size, up to which they are drawn from the same points."""
-EXTREMES = np.array([(x, y, z) for x in (-1, 0, 1) for y in (-1, 0, 1) for z in (-1, 0, 1) if x or y or z], dtype=float)
-"""Directions in which a link's furthest points are looked for, to know what must fit into the picture."""
 
 
 @dataclass(frozen=True, eq=False)
 class Figure:
-    """An object and how it is drawn. ``faces`` are of the object, or of one of the same shape that is ``scale`` times
-    as large, in the root frame, where the links of that are at ``links_to_root``. ``size_m`` is the longest edge of
-    its box as it was read, m; ``limits`` the (lower, upper) of joints that have any, rad or m."""
+    """An object and how it is drawn. ``scene`` is as it was read; ``faces`` are of the object, or of one of the same
+    shape that is ``scale`` times as large, in the root frame, where the links of that are at ``links_to_root``.
+    ``size_m`` is the longest edge of its box as it was read, m; ``limits`` the (lower, upper) of joints that have any,
+    rad or m."""
 
     tree: tuple[TreeJoint, ...]
     root: str
     limits: dict[str, tuple[float, float]]
-    front: Array
+    scene: Scene
     faces: Faces
     links_to_root: dict[str, Array]
     size_m: float
     scale: float = 1.0
-
-    @cached_property
-    def extremes(self) -> Array:
-        """(links, k, 4) points that span each link's triangles, homogeneous, in the frame of ``faces``."""
-        found = []
-        for index in range(len(self.faces.links)):
-            points = self.faces.corners[self.faces.link == index].reshape(-1, 3)
-            found.append(points[(points @ EXTREMES.T).argmax(axis=0)] if len(points) else np.zeros((26, 3)))
-        spans = np.array(found)
-        return np.concatenate([spans, np.ones((*spans.shape[:2], 1))], axis=2)
 
     def placed(self, recording: Recording) -> Array:
         """(frames, links, 4, 4) transforms of its triangles to the recording's world, m."""
@@ -69,20 +57,22 @@ class Figure:
             moved[..., 2, 3] -= low[2] / self.size_m
         return np.asarray(moved, dtype=np.float32)
 
+    def in_link(self, surface: Surface, link: str) -> Array:
+        """(n, 3) vertices of a surface of the object as it was read, in the frame of its link, m; only before other
+        triangles take their place."""
+        to_root = self.links_to_root[link]
+        return np.asarray((surface.vertices - to_root[:3, 3]) @ to_root[:3, :3])
+
     def spanned(self, transforms: Array | Singles) -> Array:
         """(n, 3) points that span the object in all frames of (frames, links, 3 or 4, 4) transforms."""
-        return np.asarray(np.einsum("fljk,lpk->flpj", transforms[..., :3, :], self.extremes).reshape(-1, 3))
+        return np.asarray(np.einsum("fljk,lpk->flpj", transforms[..., :3, :], self.faces.extremes).reshape(-1, 3))
 
 
 def read_figure(urdf: Path, positions: Mapping[str, float], loaded: dict[Path, tuple[Surface, ...]]) -> Figure:
     """A URDF's object, read at these joint positions (rad or m). ``loaded`` remembers mesh files. Raises AssetError as
     ``load_scene`` does."""
-    robot = read_urdf(urdf)
     scene = load_scene(urdf, positions, loaded)
-    faces = faces_of(scene)
-    tree = parents_first([tree_joint(joint) for joint in robot.joints])
-    poses = link_to_root(tree, root_of(robot), positions)
-    return Figure(tree, root_of(robot), limits_of(robot), scene.front, faces, poses, faces.size_m)
+    return figure_of(urdf, positions, scene, faces_of(scene))
 
 
 def read_alike(
@@ -90,26 +80,28 @@ def read_alike(
 ) -> Figure:
     """As ``read_figure``, drawn from the triangles of the ``other`` object where that has the same, ``scale`` times as
     large: one cloud of points is made then, not two."""
-    own = read_figure(urdf, positions, loaded)
-    mine, theirs = in_links(own), in_links(other)
-    same = mine.keys() == theirs.keys() and all(
-        mine[link].shape == theirs[link].shape
-        and np.abs(mine[link] * scale - theirs[link]).max(initial=0.0) <= SAME * other.size_m
-        for link in mine
+    scene = load_scene(urdf, positions, loaded)
+    own = figure_of(urdf, positions, scene, other.faces)
+    alike = scene.links == other.scene.links and all(
+        np.array_equal(mine.faces, theirs.faces)
+        and mine.vertices.shape == theirs.vertices.shape
+        and np.abs(own.in_link(mine, link) * scale - other.in_link(theirs, link)).max() <= SAME * other.size_m
+        for mine, theirs, link in zip(scene.surfaces, other.scene.surfaces, scene.links, strict=True)
     )
-    if not same:
-        return own
-    return Figure(own.tree, own.root, own.limits, own.front, other.faces, other.links_to_root, own.size_m, scale)
+    if not alike:
+        return replace(own, faces=faces_of(scene))
+    return replace(own, links_to_root=other.links_to_root, scale=scale)
 
 
-def in_links(figure: Figure) -> dict[str, Array]:
-    """Link → (n, 3) corners of its triangles in the link's frame, m."""
-    found = {}
-    for index, link in enumerate(figure.faces.links):
-        to_root = figure.links_to_root[link]
-        points = figure.faces.corners[figure.faces.link == index].reshape(-1, 3)
-        found[link] = (points - to_root[:3, 3]) @ to_root[:3, :3]
-    return found
+def figure_of(urdf: Path, positions: Mapping[str, float], scene: Scene, faces: Faces) -> Figure:
+    """The figure of a scene that was read at these joint positions, drawn from these triangles."""
+    robot = read_urdf(urdf)
+    tree = parents_first([tree_joint(joint) for joint in robot.joints])
+    poses = link_to_root(tree, root_of(robot), positions)
+    corners = [surface.vertices[surface.faces].reshape(-1, 3) for surface in scene.surfaces]
+    low, high = (np.array([of(points, axis=0) for points in corners]) for of in (np.min, np.max))
+    size_m = float((high.max(axis=0) - low.min(axis=0)).max())
+    return Figure(tree, root_of(robot), limits_of(robot), scene, faces, poses, size_m)
 
 
 def limits_of(robot: yourdfpy.Robot) -> dict[str, tuple[float, float]]:

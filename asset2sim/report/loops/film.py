@@ -72,7 +72,7 @@ def lens_of(scenes: Scenes) -> Lens:
         if act is not None:
             points.append(in_room(act.figure.spanned(act.motions[changes(act.motions)])))
     side = round(SIDE * OVERSAMPLING)
-    towards = directions(scenes.acts[1].figure.front)["perspective"]
+    towards = directions(scenes.acts[1].figure.scene.front)["perspective"]
     return lens_for(np.concatenate(points).astype(np.float32), towards.astype(np.float32), side, side)
 
 

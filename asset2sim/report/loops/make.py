@@ -23,10 +23,10 @@ from asset2sim.report.loops.record import (
     DROP_TIMES_S,
     RELEASE_TIMES_S,
     Recording,
+    as_hulls,
     half_open,
     let_fall,
     let_go,
-    without_looks,
 )
 from asset2sim.report.loops.sizes import cube, in_a_row, size_picture, standing
 from schemas.errors import AssetError
@@ -76,7 +76,7 @@ def make_loops(refined: Path, raw_urdf: Path | None, to: Path, before: Before | 
             raw_urdf = raw_urdf if source is None else source.urdf
             remember_twins(loaded, refined, raw_urdf.parent)
             came = read_alike(raw_urdf, unscaled(start, overlay), loaded, figure, overlay.scale)
-            raw = raw_acts(raw_urdf, came, overlay, played, starts, settings)
+            raw = raw_acts(raw_urdf, loaded, came, overlay, played, starts, settings)
             items.insert(0, standing(came, at_rest({}, 1), "raw"))
     except (AssetError, ValueError) as error:  # it cannot be drawn, and its picture says so
         log.warning("raw %s: %s", raw_urdf, error)
@@ -144,14 +144,20 @@ def play(urdf: Path, starts: Starts, friction: float, settings: EngineSettings) 
 
 
 def raw_acts(
-    urdf: Path, figure: Figure, overlay: PhysicsOverlay, refined: Recordings, starts: Starts, settings: EngineSettings
+    urdf: Path,
+    loaded: Mapping[Path, tuple[Surface, ...]],
+    figure: Figure,
+    overlay: PhysicsOverlay,
+    refined: Recordings,
+    starts: Starts,
+    settings: EngineSettings,
 ) -> dict[str, Act]:
     """What the raw object shows in the loops of the refined one: let fall as it came, let go of where the refined one
     is. Where the engine refuses it, dies or hangs, it stands still, and a word says so."""
     go = None if starts.go is None else unscaled(starts.go, overlay)
     own = Starts(None if starts.fall is None else {}, go, unscaled(starts.speeds, overlay))
     with TemporaryDirectory(prefix="asset2sim-loops-") as place:
-        bare = without_looks(urdf, Path(place))
+        bare = as_hulls(urdf, Path(place), loaded)
         outcome: ChildOutcome[dict[str, Recording]] = in_child(
             Engine.PYBULLET, play, bare, own, RAW_FRICTION, settings, time_limit_s=RAW_LIMIT_S
         )

@@ -1,6 +1,7 @@
 """What an object does in PyBullet, for the loops: let fall, and its parts let go, as poses at even times."""
 
-from collections.abc import Mapping
+import re
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -11,6 +12,8 @@ from scipy.spatial.transform import Rotation
 from asset2sim.assets.formats.confine import references
 from asset2sim.assets.urdf.locate import find_mesh
 from asset2sim.assets.urdf.mesh_files import without_materials
+from asset2sim.assets.views.batch import mixed
+from asset2sim.assets.views.surface import Surface
 from asset2sim.engines.contacts import penetration
 from asset2sim.engines.pybullet_world import PyBulletWorld, open_pybullet
 from asset2sim.physics.arrays import Array
@@ -23,7 +26,8 @@ RELEASE_TIMES_S = np.arange(17) / 8.0
 STILL, STILL_FRAMES = 1e-4, 3
 """Change of any number of a pose (m, rad) from frame to frame below which nothing moves, and for how many frames until
 nothing will."""
-MATERIALS = b"mtllib"
+FACE, GROUP = b"\nf ", re.compile(rb"\n[go]\s")
+"""What a face of an OBJ begins with, and where PyBullet begins another hull."""
 TRIED = 12
 """Joints that are opened half way before they are let go of, at most."""
 
@@ -61,29 +65,45 @@ def let_go(
         return follow(world, inertial, RELEASE_TIMES_S)
 
 
-def without_looks(urdf: Path, folder: Path) -> Path:
-    """A copy in ``folder`` of a URDF whose OBJs name no materials, which are nothing to its motion: PyBullet decodes
-    the pictures of collision meshes, as often as a mesh names them (3.8 s for a knife). The URDF itself where it is not
-    XML. Files that are missing stay so."""
+def as_hulls(urdf: Path, folder: Path, loaded: Mapping[Path, tuple[Surface, ...]]) -> Path:
+    """A copy in ``folder`` of a URDF that moves in PyBullet as it does, and is loaded faster: of an OBJ that is
+    ``loaded`` PyBullet is given the points alone, of which it makes convex hulls, others name no materials, for it
+    decodes the pictures of collision meshes (3.8 s for a knife). The URDF itself where it is not XML. Files that are
+    missing stay so."""
     try:
         tree = etree.parse(str(urdf))
     except (etree.XMLSyntaxError, OSError):
         return urdf
-    bare: dict[str, str] = {}
+    known: dict[str, str] = {}
     for element, reference in references(tree.getroot()):
         file = find_mesh(reference, urdf.parent)
         if file is None:
             continue
-        if reference not in bare:
+        if reference not in known:
             place = file.resolve()
-            if file.suffix.lower() == ".obj" and MATERIALS in (content := file.read_bytes()):
-                place = folder / f"{len(bare)}.obj"
-                place.write_bytes(without_materials(content))
-            bare[reference] = str(place)
-        element.set("filename", bare[reference])
+            if file.suffix.lower() == ".obj":
+                place = folder / f"{len(known)}.obj"
+                content = file.read_bytes()
+                place.write_bytes(points_of(content, loaded.get(file, ())) or without_materials(content))
+            known[reference] = str(place)
+        element.set("filename", known[reference])
     copy = folder / urdf.name
     tree.write(str(copy), encoding="utf-8")
     return copy
+
+
+def points_of(content: bytes, surfaces: Sequence[Surface]) -> bytes | None:
+    """An OBJ of the points of an OBJ that these surfaces were read of, each once, as triangles of any three. PyBullet
+    makes one hull of each ``g`` or ``o`` that has faces, whatever their order or material: None where there are many,
+    which trimesh joins."""
+    if not surfaces or GROUP.search(content, content.find(FACE), content.rfind(FACE) + 1):
+        return None
+    vertices = np.concatenate(list({id(surface.vertices): surface.vertices for surface in surfaces}.values()))
+    x, y, z = np.ascontiguousarray(vertices.T).view(np.int64)
+    points = vertices[np.unique(mixed(mixed(mixed(x) + y) + z), return_index=True)[1]]
+    corners = np.resize(np.arange(1, len(points) + 1), 3 * -(-len(points) // 3))
+    lines = "v %r %r %r\n" * len(points) % tuple(points.ravel().tolist())
+    return (lines + "f %d %d %d\n" * (len(corners) // 3) % tuple(corners.tolist())).encode()
 
 
 def half_open(

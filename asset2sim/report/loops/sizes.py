@@ -45,8 +45,8 @@ def cube() -> Item:
     """The cube."""
     box = from_mesh(trimesh.creation.box((CUBE_M, CUBE_M, CUBE_M)))
     surface = Surface(box.vertices, box.faces, None, None, Paint(CUBE_COLOR))
-    faces = faces_of(Scene((surface,), ("cube",), np.array([1.0, 0.0, 0.0])))
-    figure = Figure((), "cube", {}, np.array([1.0, 0.0, 0.0]), faces, {"cube": np.eye(4)}, CUBE_M)
+    scene = Scene((surface,), ("cube",), np.array([1.0, 0.0, 0.0]))
+    figure = Figure((), "cube", {}, scene, faces_of(scene), {"cube": np.eye(4)}, CUBE_M)
     lifted = np.eye(4)[None, :3].copy()
     lifted[0, 2, 3] = 0.5 * CUBE_M
     return Item(figure, lifted, ("cube", "10 cm"))
@@ -94,7 +94,7 @@ class Row:
 
 def in_a_row(items: Sequence[Item]) -> Row:
     """The items side by side, from the left."""
-    right, up, back = axes(directions(items[0].figure.front)["perspective"])
+    right, up, back = axes(directions(items[0].figure.scene.front)["perspective"])
     spans = [item.figure.spanned(item.motion[None]) @ np.stack([right, up]).T for item in items]
     boxes = [(float(np.ptp(span[:, 0])), float(np.ptp(span[:, 1]))) for span in spans]
     scale, unit = scale_of(boxes), max(item.figure.size_m for item in items)
