@@ -255,6 +255,14 @@ def test_an_object_without_collision_shapes_cannot_stand(tmp_path: Path, engine:
 
 
 @every_engine
+def test_what_has_flown_away_still_has_a_height(tmp_path: Path, engine: Engine) -> None:
+    # PyBullet sees no further than 40 m: what burst apart was said to have no collision shape.
+    with on_plane(engine, block_urdf(tmp_path)) as world:
+        world.place({}, height_m=100.0)
+        assert world.lowest_m() >= 99.0
+
+
+@every_engine
 @pytest.mark.parametrize("turn", [(0.0, 0.0, 0.0), (0.4, -0.3, 0.2)])
 def test_what_collides_is_the_shape_where_its_origin_puts_it(tmp_path: Path, engine: Engine, turn: Vector3) -> None:
     (tmp_path / "bar.obj").write_text(box_obj((0.0, 0.0, 0.0), (0.1, 0.02, 0.3)), encoding="utf-8")

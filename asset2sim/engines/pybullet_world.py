@@ -92,6 +92,8 @@ class PyBulletWorld:
         client.resetBasePositionAndOrientation(body, (x, y, FAR_ABOVE_M), orientation)
         self.item.place(positions)
         lowest = self.lowest_m()
+        if not math.isfinite(lowest):
+            raise nothing_collides()
         client.resetBasePositionAndOrientation(body, (x, y, FAR_ABOVE_M - lowest + height_m), orientation)
         self.item.place(positions)
 
@@ -149,11 +151,9 @@ class PyBulletWorld:
         return lengths
 
     def lowest_m(self) -> float:
-        """See ``World``. Raises AssetError (engine_crash) where the object has no collision shape or no plane."""
+        """See ``World``; infinite for what has no collision shape, or has flown out of reach of the plane."""
         points = self.item.client.getClosestPoints(self.plane, self.item.body, 2.0 * FAR_ABOVE_M)
-        if not points:
-            raise nothing_collides()
-        return min(float(point[8]) for point in points)
+        return min((float(point[8]) for point in points), default=math.inf)
 
     def contacts(self) -> list[ContactPoint]:
         """See ``World``: no contacts of a link with its parent."""
