@@ -39,13 +39,15 @@ class GuardSettings(Frozen):
 
     success: Fraction = 0.9
     """S from which a task is done."""
-    solved_share: Fraction = 0.05
-    """A start within this share of the range of the target is solved: as near as a slider must end (trials)."""
+    pressed: Fraction = 0.8
+    """The same where something is pressed, at its deepest: springs and rubber give (as in recorded interactions)."""
+    solved_share: Fraction = 0.02
+    """A start within this share of the range of the target is solved, as ε of S: the stapler of the paper has 4 %."""
     untouched_share: Fraction = 0.5
-    """Share of the way to the target that the part may go untouched: one that is flicked coasts, and lids fall the rest
-    of their way, but more than half of the way without the hand is not the hand's doing."""
+    """Share of the way to the target that the part may go untouched: one that is flicked coasts, but more than half of
+    the way without the hand is not the hand's doing. A lid that falls shut once it was touched is left out."""
     drift_share: Fraction = 0.05
-    """Share of its way by which the part may move towards the target before it is touched; as ``solved_share``."""
+    """Share of its way by which the part may move towards the target before it is first touched: 5 mm of 10 cm."""
     spring_share: Fraction = 0.5
     """Share of the work of spring and arm that the part's spring may do."""
     least_work_j: Positive = 1e-3
@@ -74,4 +76,5 @@ class LearningSettings(Frozen):
     perturbed: bool = True
     """Whether a reset draws one of the starts of the reset check (``checks/reset.py``) or always the plain one."""
     settle_s: Positive = 1.0
-    """Time that an object is given to come to rest after a perturbed start, s: a drop of 2 cm takes 0.06 s."""
+    """Time that a free object is given to come to rest after a perturbed start, s: a drop of 2 cm takes 0.06 s. Its
+    joints are held meanwhile: in the drop a lid that friction holds would slip, and the task begin solved."""

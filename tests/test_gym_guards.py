@@ -13,13 +13,17 @@ from schemas.learning_settings import GuardSettings
 N = 1000
 TIMES = np.arange(N) * 0.004
 SETTINGS = GuardSettings()
+LEVEL = np.full(N, 0.3)
 
 
 def pushed(begins: float, ends: float, touch: tuple[float, float], joules: float = 0.1) -> Rollout:
     """A drawer of 0.2 m that goes from 0.1 m to 0, evenly, touched over a time."""
-    touched = (TIMES >= touch[0]) & (TIMES < touch[1])
+    since, until = touch
+    touched = (since <= TIMES) & (until > TIMES)
     positions = 0.1 * (1.0 - np.clip((TIMES - begins) / (ends - begins), 0.0, 1.0))
-    return Rollout(positions, touched, touched * (joules / touched.sum() if touched.any() else 0.0), 0.0, 0.2, 0.0)
+    return Rollout(
+        positions, touched, touched * (joules / touched.sum() if touched.any() else 0.0), LEVEL, 0.0, 0.2, 0.0
+    )
 
 
 def test_a_part_that_moves_while_it_is_touched_is_used() -> None:
@@ -40,6 +44,16 @@ def test_a_part_that_goes_most_of_its_way_by_itself_is_found(released: float, fi
     found = guard(pushed(1.0, 2.0, (0.9, released)), SETTINGS)
     assert found.untouched_share == pytest.approx(2.0 - released, abs=0.01)
     assert found.moved_untouched == fires and not found.drifted
+
+
+def test_a_lid_that_falls_shut_once_it_was_pushed_over_is_used_and_one_that_falls_first_is_not() -> None:
+    touched_first = pushed(1.0, 2.0, (0.9, 1.1))
+    found = guard(replace(touched_first, heights=0.2 + touched_first.positions), SETTINGS)
+    assert found.fallen_share == pytest.approx(0.9, abs=0.01) and found.untouched_share == 0.0 and not found.degenerate
+    touched_late = pushed(1.0, 2.0, (1.9, 2.2))
+    found = guard(replace(touched_late, heights=0.2 + touched_late.positions), SETTINGS)
+    assert found.drift_share == pytest.approx(0.9, abs=0.01) and found.drifted
+    assert found.untouched_share == pytest.approx(0.9, abs=0.01) and found.moved_untouched and found.fallen_share == 0.0
 
 
 def test_drift_before_the_touch_is_found_even_where_the_push_does_the_rest() -> None:

@@ -21,8 +21,8 @@ def terms(
     to_part: tuple[float, ...] = (0.0, 0.0, 0.0), x: tuple[float, ...] = (0.5,), target: tuple[float, ...] = (0.5,),
     opening: float = 0.0, axis: tuple[float, ...] = DOWN, settings: RewardSettings = SETTINGS,
 ) -> Terms:  # fmt: skip
-    one = [np.array([value], dtype=float) for value in (to_part, x, target)]
-    return reward_terms(*one, np.array([opening]), np.array([axis]), 0.04, settings)
+    vector, now, wanted, toward = (np.array([value], dtype=float) for value in (to_part, x, target, axis))
+    return reward_terms(vector, now, wanted, np.array([opening]), toward, 0.04, settings)
 
 
 def test_at_the_part_and_at_the_target_all_is_paid_and_nothing_taken() -> None:

@@ -4,7 +4,7 @@ import math
 from dataclasses import replace
 from pathlib import Path
 from types import MappingProxyType
-from typing import Any, ClassVar, Literal
+from typing import Any, Literal
 
 import gymnasium
 import mujoco
@@ -62,16 +62,14 @@ class ObjectEnv(gymnasium.Env[NDArray[np.float32], Action]):
     about these axes, of 0.05 rad at 1, opening of the gripper, -1 closed to 1 open. ``joints`` (8): change of the seven
     joints' commands, of 0.05 rad at 1, and the same opening. An action lasts 0.04 s, commands change evenly over it.
 
-    **Reward**: the paper's (``asset2sim.gym.reward``); ``info`` has each term, weights included, before Δt: ``reach``,
-    ``reach_xy``, ``joint``, ``opening``, ``tilt``, ``off_xy``, the ``gate`` and ``dt_s``; and ``S``, ``position`` (rad
-    or m). A reset's has ``start`` (0 is the plain one) and ``solved_at_start``. The last step's has ``is_success`` (S
-    at least 0.9, where a press was deepest, and no guard fired) and what ``asset2sim.gym.guards`` found.
+    **Reward**: the paper's (``asset2sim.gym.reward``). ``info`` has each term, weights included, before Δt: ``reach``,
+    ``reach_xy``, ``joint``, ``opening``, ``tilt``, ``off_xy``; the ``gate`` and ``dt_s``; ``S``, and ``position``, rad
+    or m. A reset's has ``start`` (0 is the plain one) and ``solved_at_start``. The last step's has ``S_best``, what
+    ``asset2sim.gym.guards`` found, and ``is_success``: S is at least 0.9 (a press: 0.8 at its deepest), no guard fires.
 
     An episode is truncated after ``episode_s``; it is terminated only where the simulation diverges or the object flies
     away. ``reset(seed=…)`` draws a start of the reset check; ``reset(options={"start": 0})`` asks for one.
     """
-
-    metadata: ClassVar[dict[str, Any]] = {"render_modes": [], "render_fps": 25}
 
     def __init__(
         self,
@@ -86,7 +84,7 @@ class ObjectEnv(gymnasium.Env[NDArray[np.float32], Action]):
         self.subject = subject_of(Path(folder), task, base)
         self.stage: Stage = replace(self.subject.stage, data=mujoco.MjData(self.subject.stage.model))
         self.by_joints = action == "joints"
-        self.render_mode = render_mode
+        self.metadata, self.render_mode = {"render_modes": []}, render_mode
         self.dt_s = self.settings.samples_per_action * SAMPLE_STEPS * TIMESTEP_S
         self.steps = math.ceil(self.settings.episode_s / self.dt_s - 1e-9)
         high = np.zeros(SIZE, dtype=np.float32)
@@ -107,7 +105,8 @@ class ObjectEnv(gymnasium.Env[NDArray[np.float32], Action]):
         self.step_number = 0
         self.command = WAITING.copy()
         self.positions, self.touched, self.works = [float(data.qpos[self.subject.place])], [False], [0.0]
-        self.best = 0.0
+        self.heights = [float(data.subtree_com[self.subject.body, 2])]
+        self.done = self.best = 0.0
 
     def reset(
         self, *, seed: int | None = None, options: dict[str, Any] | None = None
@@ -137,6 +136,7 @@ class ObjectEnv(gymnasium.Env[NDArray[np.float32], Action]):
             touched = touching(self.stage)
             self.positions.append(float(data.qpos[self.subject.place]))
             self.touched.append(touched)
+            self.heights.append(float(data.subtree_com[self.subject.body, 2]))
             self.works.append(powers(self.stage)[0] * SAMPLE_STEPS * TIMESTEP_S if touched else 0.0)
         self.step_number += 1
         if self.lost():
@@ -196,13 +196,13 @@ class ObjectEnv(gymnasium.Env[NDArray[np.float32], Action]):
         self.axes = data.xmat[subject.hand].reshape(3, 3)
         self.vector = self.to_part()
         arm = data.qpos[stage.tool_places[:7]]
-        self.x = float(subject.share(data.qpos[subject.place]))
+        self.x = subject.share(float(data.qpos[subject.place]))
         self.opening = float(data.qpos[stage.tool_places[7:]].sum()) / MAX_OPENING_M
         values = np.concatenate([
             arm, data.qvel[subject.arm_dofs], [self.opening],
             turn @ (data.geom_xpos[subject.tool_geom] - origin), turn @ self.axes[:, 2], turn @ self.axes[:, 1],
             turn @ self.vector, [self.x, data.qvel[subject.dof] / (subject.upper - subject.lower)],
-            [subject.share(np.float64(subject.target)), float(self.touched[-1])], self.command[:7] - arm,
+            [subject.share(subject.target), float(self.touched[-1])], self.command[:7] - arm,
         ])  # fmt: skip
         high = self.observation_space.high  # type: ignore[attr-defined]
         found: NDArray[np.float32] = np.clip(values.astype(np.float32), -high, high)
@@ -211,33 +211,26 @@ class ObjectEnv(gymnasium.Env[NDArray[np.float32], Action]):
     def judged(self) -> tuple[float, dict[str, Any]]:
         """Reward of the step, its terms, and S."""
         subject, settings = self.subject, self.settings.reward
-        x, target = np.array([[self.x]]), np.array([[subject.share(np.float64(subject.target))]])
+        x, target = np.array([[self.x]]), np.array([[subject.share(subject.target)]])
         terms = reward_terms(
             self.vector[None], x, target, np.array([min(max(self.opening, 0.0), 1.0)]), self.axes[:, 2][None],
             self.dt_s, settings,
         )  # fmt: skip
-        start = np.array([[subject.share(np.float64(self.positions[0]))]])
-        done = float(success(x, start, target, settings)[0])
-        self.best = max(self.best, done)
+        start = np.array([[subject.share(self.positions[0])]])
+        self.done = float(success(x, start, target, settings)[0])
+        self.best = max(self.best, self.done)
         names = ("reach", "reach_xy", "joint", "opening", "tilt", "off_xy", "gate")
         info: dict[str, Any] = {name: float(getattr(terms, name)[0]) for name in names}
-        info |= {"dt_s": self.dt_s, "S": done, "position": self.positions[-1]}
+        info |= {"dt_s": self.dt_s, "S": self.done, "position": self.positions[-1]}
         return float(terms.reward[0]), info
 
     def ending(self) -> dict[str, Any]:
         """What the last step's info says besides: success and guards."""
         found = self.guards()
-        done = self.best if self.subject.task.verb is Verb.PRESS else float(self.now())
-        return {
-            "is_success": bool(done >= self.settings.guards.success and not found.degenerate),
-            "S_best": self.best,
-            **found.info(),
-        }
-
-    def now(self) -> float:
-        """S as it is."""
-        way = [self.subject.share(np.array([value])) for value in (self.positions[0], self.subject.target)]
-        return float(success(np.array([self.x]), way[0], way[1], self.settings.reward))
+        limits = self.settings.guards
+        pressed = self.subject.task.verb is Verb.PRESS
+        done = self.best >= limits.pressed if pressed else self.done >= limits.success
+        return {"is_success": done and not found.degenerate, "S_best": self.best, **found.info()}
 
     def guards(self) -> Guards:
         """What the guards find in the episode so far."""
@@ -247,8 +240,8 @@ class ObjectEnv(gymnasium.Env[NDArray[np.float32], Action]):
         """What the episode recorded so far, a sample every 4 ms."""
         joint = self.subject.joint
         return Rollout(
-            np.array(self.positions), np.array(self.touched), np.array(self.works), self.subject.lower,
-            self.subject.upper, self.subject.target, joint.stiffness, joint.spring_reference,
+            np.array(self.positions), np.array(self.touched), np.array(self.works), np.array(self.heights),
+            self.subject.lower, self.subject.upper, self.subject.target, joint.stiffness, joint.spring_reference,
         )  # fmt: skip
 
     def lost(self) -> bool:

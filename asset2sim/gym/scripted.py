@@ -16,7 +16,8 @@ def planned_action(env: ObjectEnv, plan: Plan) -> Action:
     then = command(plan, (env.step_number + 1) * env.dt_s)
     turn = (then[:7] - env.command[:7]) / env.settings.turn_step_rad
     opening = 2.0 * float(then[7:].sum()) / MAX_OPENING_M - 1.0
-    return np.clip(np.array([*turn, opening]), -1.0, 1.0).astype(np.float32)
+    found: Action = np.clip(np.array([*turn, opening]), -1.0, 1.0).astype(np.float32)
+    return found
 
 
 def replay(env: ObjectEnv, start: int = 0) -> dict[str, Any]:

@@ -65,12 +65,13 @@ class Subject:
     arm_dofs: NDArray[np.int64]
     place: int
     dof: int
+    body: int
     free_place: int | None
     starts: tuple[Start, ...]
     settled: dict[tuple[int, float], tuple[Array, Array]] = field(default_factory=dict)
 
-    def share(self, position: Array) -> Array:
-        """Positions of the joint as shares of its limits as loaded."""
+    def share(self, position: float) -> float:
+        """A position of the joint, rad or m, as a share of its limits as loaded."""
         return (position - self.lower) / (self.upper - self.lower)
 
     def started_at(self, data: mujoco.MjData, index: int, settle_s: float) -> None:
@@ -84,7 +85,7 @@ class Subject:
         mujoco.mj_forward(self.stage.model, data)
 
     def settle(self, data: mujoco.MjData, start: Start, settle_s: float) -> tuple[Array, Array]:
-        """Positions and speeds after an object was let go of in a start, and given time."""
+        """Positions and speeds after an object was let go of in a start, its joints held, and given time."""
         model, stage = self.stage.model, replace(self.stage, data=data)
         mujoco.mj_resetData(model, data)
         data.ctrl[:] = data.qpos[stage.tool_places] = WAITING
@@ -97,8 +98,12 @@ class Subject:
         if self.free_place is not None and start != PLAIN:
             self.moved_off(stage, start)
         mujoco.mj_forward(model, data)
-        for _ in range(round(settle_s / model.opt.timestep)):
+        numbers = [int(model.joint(stage.prefix + joint.name).id) for joint in stage.about.joints]
+        places, dofs = model.jnt_qposadr[numbers], model.jnt_dofadr[numbers]
+        held = data.qpos[places].copy()
+        for _ in range(round(settle_s / model.opt.timestep) if self.free_place is not None else 0):
             mujoco.mj_step(model, data)
+            data.qpos[places], data.qvel[dofs] = held, 0.0
         return data.qpos.copy(), data.qvel.copy()
 
     def moved_off(self, stage: Stage, start: Start) -> None:
@@ -175,7 +180,8 @@ def _subject(
         part_geoms=np.array(parts), tool_geom=int(model.geom(TOOL + TOOL_POINT).id),
         hand=int(model.body(TOOL + HAND).id),
         arm_dofs=np.array([int(model.joint(TOOL + name).dofadr[0]) for name in JOINTS]),
-        place=int(model.jnt_qposadr[number]), dof=int(model.jnt_dofadr[number]), free_place=free[0] if free else None,
+        place=int(model.jnt_qposadr[number]), dof=int(model.jnt_dofadr[number]),
+        body=int(model.jnt_bodyid[number]), free_place=free[0] if free else None,
         starts=tuple(perturbed(bool(free), EngineSettings())),
     )  # fmt: skip
 
