@@ -17,6 +17,7 @@ from asset2sim.gym import ENVIRONMENT, ObjectEnv, make_env, replay
 from asset2sim.gym.environment import OBSERVATION
 from asset2sim.gym.scripted import planned_action
 from asset2sim.gym.subject import learned_tasks
+from asset2sim.load import LoadError
 from asset2sim.trials.franka import franka_spec
 from asset2sim.trials.record import record
 from asset2sim.trials.scene import base_at, build_stage
@@ -201,16 +202,44 @@ def test_x_follows_the_limits_as_loaded(tmp_path: Path) -> None:
     assert seen[OBSERVATION["x"][0]] == pytest.approx([OPEN_M / 0.3])
 
 
+def broken(folder: Path, name: str) -> Path:
+    """The drawer with a file cut off."""
+    file = drawer(folder) / name
+    file.write_text(file.read_text(encoding="utf-8")[:200], encoding="utf-8")
+    return folder
+
+
 @pytest.mark.parametrize(("make", "task", "says"), [
     (lambda to: to / "absent", None, "overlay.json is missing"),
     (lambda to: block(to / "thing", 0.05, 0.2), None, "has no joint with limits for the task 'open'"),
+    (lambda to: broken(to / "thing", "overlay.json"), None, "overlay.json is not what a run writes"),
+    (lambda to: broken(to / "thing", "mobility.urdf"), None, "mobility.urdf"),
     (lambda to: drawer(to / "thing"), "fold", "has no task 'fold' that moves a joint; it has: close"),
 ])  # fmt: skip
 def test_what_cannot_be_learned_is_said(
     tmp_path: Path, make: Callable[[Path], Path], task: str | None, says: str
 ) -> None:
-    with pytest.raises(UsageError, match=says):
+    with pytest.raises((UsageError, LoadError), match=says):
         make_env(make(tmp_path), task)
+
+
+def test_another_kind_of_action_is_said(thing: Path) -> None:
+    with pytest.raises(UsageError, match="wheels"):
+        opened(thing, action="wheels")
+
+
+def test_a_simulation_that_diverges_ends_the_episode_and_the_next_one_is_sound(
+    thing: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)  # MuJoCo writes its log where it runs
+    env = opened(thing, settings=SHORT)
+    first, _ = env.reset(options={"start": 0})
+    env.stage.data.qvel[0] = np.nan
+    seen, reward, lost, _, info = env.step(np.zeros(7, dtype=np.float32))
+    assert lost and reward == 0.0 and np.isfinite(seen).all() and not info["is_success"]
+    assert (env.reset(options={"start": 0})[0] == first).all()
+    with pytest.raises(ValueError, match="must be finite"):
+        env.step(np.full(7, np.nan, dtype=np.float32))
 
 
 def test_an_object_that_the_planner_cannot_move_gets_the_stated_place_of_the_base(tmp_path: Path) -> None:

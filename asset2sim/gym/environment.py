@@ -20,6 +20,7 @@ from asset2sim.trials.franka import MAX_OPENING_M, WAITING
 from asset2sim.trials.record import LOST_M, SAMPLE_STEPS, powers
 from asset2sim.trials.scene import TIMESTEP_S, Stage
 from asset2sim.trials.tasks import Task, Verb
+from schemas.errors import UnknownChoiceError
 from schemas.learning_settings import LearningSettings
 
 ENVIRONMENT = "Asset2Sim-v0"
@@ -42,7 +43,9 @@ OBSERVATION = MappingProxyType(
 )
 """Where each quantity is in the (38,) observation, and the bound at which it is cut off; units in ``ObjectEnv``."""
 SIZE, DAMPED = 38, 0.05
-JOINTS_AT_BOUND = 0.02
+INSIDE_RAD = 0.02
+"""How far commands stay from the joints' bounds."""
+DIVERGED = (mujoco.mjtWarning.mjWARN_BADQPOS, mujoco.mjtWarning.mjWARN_BADQVEL, mujoco.mjtWarning.mjWARN_BADQACC)
 
 Action = NDArray[np.float32]
 
@@ -80,6 +83,8 @@ class ObjectEnv(gymnasium.Env[NDArray[np.float32], Action]):
         base: Array | None = None,
         render_mode: None = None,
     ) -> None:
+        if action not in ("tool", "joints"):
+            raise UnknownChoiceError("action", action, ("tool", "joints"))
         self.settings = settings or LearningSettings()
         self.subject = subject_of(Path(folder), task, base)
         self.stage: Stage = replace(self.subject.stage, data=mujoco.MjData(self.subject.stage.model))
@@ -93,8 +98,7 @@ class ObjectEnv(gymnasium.Env[NDArray[np.float32], Action]):
         self.observation_space = spaces.Box(-high, high, dtype=np.float32)
         self.action_space = spaces.Box(-1.0, 1.0, (8 if self.by_joints else 7,), dtype=np.float32)
         arm = [int(self.stage.model.dof_jntid[dof]) for dof in self.subject.arm_dofs]
-        inside = np.array([JOINTS_AT_BOUND, -JOINTS_AT_BOUND])
-        self.lower, self.upper = (self.stage.model.jnt_range[arm] + inside).T
+        self.lower, self.upper = (self.stage.model.jnt_range[arm] + (INSIDE_RAD, -INSIDE_RAD)).T
         self.command = WAITING.copy()
         self.jacobian = np.zeros((2, 3, self.stage.model.nv))
         self.begin()
@@ -126,7 +130,9 @@ class ObjectEnv(gymnasium.Env[NDArray[np.float32], Action]):
         return self.last.copy(), {"start": index, "solved_at_start": solved, "position": first}
 
     def step(self, action: Action) -> tuple[NDArray[np.float32], float, bool, bool, dict[str, Any]]:
-        """Do one action of ``dt_s`` seconds."""
+        """Do one action of ``dt_s`` seconds. Raises ValueError where it is not finite."""
+        if not np.isfinite(action).all():
+            raise ValueError(f"an action must be finite, not {action}: what chooses it has diverged")
         before, data = self.command, self.stage.data
         self.command = self.commanded(np.clip(np.asarray(action, dtype=float), -1.0, 1.0))
         count = self.settings.samples_per_action
@@ -247,7 +253,7 @@ class ObjectEnv(gymnasium.Env[NDArray[np.float32], Action]):
     def lost(self) -> bool:
         """Whether the simulation diverged or the object flew away."""
         data = self.stage.data
-        if not np.isfinite(data.qpos).all() or data.warning.number[mujoco.mjtWarning.mjWARN_BADQACC]:
+        if not np.isfinite(data.qpos).all() or any(data.warning.number[kind] for kind in DIVERGED):
             return True
         return bool(np.abs(data.geom_xpos[self.subject.part_geoms]).max() > LOST_M)
 

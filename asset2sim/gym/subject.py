@@ -139,7 +139,10 @@ def subject_of(folder: Path, task: Task | str | None, base: Array | None) -> Sub
     file = folder / "overlay.json"
     if not file.is_file():
         raise UsageError(f"{file} is missing: name the folder of a refined object, as OUT/assets/ID")
-    overlay = PhysicsOverlay.model_validate_json(file.read_text(encoding="utf-8"))
+    try:
+        overlay = PhysicsOverlay.model_validate_json(file.read_text(encoding="utf-8"))
+    except ValueError as error:
+        raise UsageError(f"{file} is not what a run writes: {error}; refine the object again") from error
     chosen = task if isinstance(task, Task) else task_to_learn(overlay, task)
     joint = joint_of(chosen, overlay)
     if joint is None:
@@ -147,7 +150,13 @@ def subject_of(folder: Path, task: Task | str | None, base: Array | None) -> Sub
         raise UsageError(f"{folder}: {overlay.asset_id} has no joint{label} with limits for the task '{chosen.name}'")
     stamps = tuple(sorted((item.name, item.stat().st_mtime_ns) for item in folder.iterdir() if item.is_file()))
     key = None if base is None else tuple(float(value) for value in np.asarray(base, dtype=float).ravel())
-    return _subject(folder.resolve(), chosen, joint, key, stamps)
+    try:
+        return _subject(folder.resolve(), chosen, joint, key, stamps)
+    except (ValueError, SyntaxError, mujoco.FatalError) as error:  # a broken URDF is a SyntaxError
+        said = str(error).splitlines()[0]
+        raise UsageError(
+            f"{folder}: mobility.urdf or its meshes are refused: {said}; refine the object again"
+        ) from error
 
 
 @lru_cache(maxsize=KEPT)
