@@ -1,5 +1,6 @@
 """The environment in MuJoCo: Gymnasium's own checks, the same push as in a recorded interaction, planted cheats."""
 
+import json
 import warnings
 from collections.abc import Callable
 from pathlib import Path
@@ -196,7 +197,10 @@ def test_a_spring_that_does_the_work_is_no_success(tmp_path: Path) -> None:
 
 def test_x_follows_the_limits_as_loaded(tmp_path: Path) -> None:
     """The overlay still says 0.1 m; the URDF, which MuJoCo reads, says 0.3 m."""
-    folder = slider(tmp_path / "thing", upper=0.3, open=0.1)
+    folder = slider(tmp_path / "thing", upper=0.3)
+    overlay = json.loads((folder / "overlay.json").read_text(encoding="utf-8"))
+    overlay["joints"][0] |= {"upper": 0.1, "open": 0.1}
+    (folder / "overlay.json").write_text(json.dumps(overlay), encoding="utf-8")
     env = opened(folder, base=BASE)
     seen, _ = env.reset(options={"start": 0})
     assert seen[OBSERVATION["x"][0]] == pytest.approx([OPEN_M / 0.3])
