@@ -1,0 +1,277 @@
+"""The environment in MuJoCo: Gymnasium's own checks, the same push as in a recorded interaction, planted cheats."""
+
+import json
+import warnings
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+pytest.importorskip("gymnasium", reason="gymnasium is not installed: it comes with the extra learn")
+pytest.importorskip("mujoco", reason="MuJoCo is not installed here")
+import gymnasium
+from gymnasium.utils.env_checker import check_env
+
+from asset2sim.gym import ENVIRONMENT, ObjectEnv, make_env, replay
+from asset2sim.gym.environment import OBSERVATION
+from asset2sim.gym.scripted import planned_action
+from asset2sim.gym.subject import learned_tasks
+from asset2sim.load import LoadError
+from asset2sim.trials.franka import franka_spec
+from asset2sim.trials.record import record
+from asset2sim.trials.scene import base_at, build_stage
+from asset2sim.trials.tasks import Task, Verb
+from schemas.errors import UsageError
+from schemas.learning_settings import LearningSettings
+from tests.assets import joint, link, robot, shape
+from tests.doc_blocks import ROOT, blocks
+from tests.factories import make_joint
+from tests.refined_things import OPEN_M, block, drawer, inertial, refined
+
+pytestmark = pytest.mark.system
+BASE = base_at(0.0, 0.6)
+SHORT = LearningSettings(episode_s=1.0)
+
+
+@pytest.fixture(scope="module")
+def thing(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    return drawer(tmp_path_factory.mktemp("gym") / "thing")
+
+
+def opened(folder: Path, **options: Any) -> ObjectEnv:
+    env = make_env(folder, **options).unwrapped
+    assert isinstance(env, ObjectEnv)
+    return env
+
+
+def slider(folder: Path, *, upper: float = 0.1, axis: str = "1 0 0", fixed: bool = True, **terms: float | bool) -> Path:
+    """The drawer with other terms: limits, direction, support, friction, spring."""
+    urdf = robot(
+        link("body", shape("0.2 0.2 0.16", xyz="0 0 0.08") + inertial(3.0, 0.2)),
+        link("front", shape("0.02 0.18 0.1") + inertial(0.3, 0.1)),
+        joint("slide", "prismatic", "body", "front", xyz="0.112 0 0.09", axis=axis, limit=f"0 {upper}"),
+    )
+    changes = {"upper": upper, "open": upper, "friction": 2.0, "damping": 5.0, "holds": True} | terms
+    made = make_joint("slide", "prismatic", OPEN_M).model_copy(update=changes)
+    return refined(folder, urdf, [made], {"body": 3.0, "front": 0.3}, fixed=fixed)
+
+
+@pytest.mark.parametrize("action", ["tool", "joints"])
+def test_gymnasium_finds_no_fault_and_no_warning(thing: Path, action: Any) -> None:
+    with warnings.catch_warnings(action="error"):
+        check_env(opened(thing, action=action, settings=SHORT))
+
+
+def test_many_environments_of_a_process_share_one_model_and_not_their_states(thing: Path) -> None:
+    envs = gymnasium.make_vec(ENVIRONMENT, num_envs=3, folder=str(thing), settings=SHORT)
+    first, second, _ = (env.unwrapped for env in envs.envs)  # type: ignore[attr-defined]
+    assert first.stage.model is second.stage.model and first.stage.data is not second.stage.data
+    envs.reset(seed=1)
+    for _ in range(25):
+        seen, reward, lost, ended, info = envs.step(envs.action_space.sample())
+    assert seen.shape == (3, 38) and reward.shape == (3,) and ended.all() and not lost.any()
+    assert info["S"].shape == info["is_success"].shape == info["reach"].shape == (3,)
+    assert not np.allclose(first.stage.data.qpos, second.stage.data.qpos)
+
+
+def test_a_seed_decides_everything(thing: Path) -> None:
+    env = opened(thing, settings=SHORT)
+
+    def episode(seed: int) -> tuple[int, np.ndarray[Any, Any]]:
+        seen, info = env.reset(seed=seed)
+        rng = np.random.default_rng(seed)
+        rows = [seen]
+        for _ in range(10):
+            rows.append(env.step(rng.uniform(-1, 1, 7).astype(np.float32))[0])
+        return info["start"], np.array(rows)
+
+    (one, first), (again, second) = episode(3), episode(3)
+    assert one == again and (first == second).all()
+    assert len({episode(seed)[0] for seed in range(12)}) > 2
+
+
+def test_the_observation_is_where_and_what_its_table_says(thing: Path) -> None:
+    env = opened(thing, action="joints")
+    seen, _ = env.reset(options={"start": 0})
+    assert sorted(index for where, _ in OBSERVATION.values() for index in range(38)[where]) == list(range(38))
+    part = {name: seen[where] for name, (where, _) in OBSERVATION.items()}
+    assert part["x"] == pytest.approx([OPEN_M / 0.1]) and part["x_target"] == [0.0] and part["touching"] == [0.0]
+    to_world = env.stage.base[:3, :3]
+    tool = to_world @ part["tool_point"] + env.stage.base[:3, 3]
+    # The drawer's front is a box of 0.02 x 0.18 x 0.1 m about (0.172, 0, 0.09).
+    half, middle = np.array([0.01, 0.09, 0.05]), np.array([0.112 + OPEN_M, 0.0, 0.09])
+    nearest = np.clip(tool, middle - half, middle + half)
+    assert to_world @ part["to_part"] == pytest.approx(nearest - tool, abs=1e-3)
+    assert part["tool_axis"] == pytest.approx([0.0, 0.0, -1.0], abs=0.02)
+
+
+def test_an_action_moves_the_tool_as_it_says(thing: Path) -> None:
+    env = opened(thing, base=base_at(0.0, 0.9))
+    seen, _ = env.reset(options={"start": 0})
+    where = OBSERVATION["tool_point"][0]
+    for _ in range(10):
+        after = env.step(np.array([0, 0.5, 0, 0, 0, 0, 1], dtype=np.float32))[0]
+    for _ in range(10):
+        after = env.step(np.array([0, 0, 0, 0, 0, 0, 1], dtype=np.float32))[0]
+    assert after[where] - seen[where] == pytest.approx([0.0, 0.06, 0.0], abs=0.006)
+    assert after[OBSERVATION["opening"][0]] == pytest.approx([1.0], abs=0.01)
+
+
+def test_the_same_push_moves_the_drawer_as_in_a_recorded_interaction(thing: Path) -> None:
+    env = opened(thing, action="joints")
+    info = replay(env)
+    assert info["S"] >= 0.9 and info["is_success"] and not info["degenerate"]
+    plan = env.subject.plan
+    assert plan is not None
+    track = record(build_stage(thing, franka_spec(), plan.base), plan, env.stage.about_positions)
+    count = min(len(track.positions), len(env.positions))
+    apart = np.abs(track.positions[:count, 0] - np.array(env.positions)[:count]).max()
+    assert count > 1000 and apart < 0.05 * np.ptp(track.positions[:, 0])
+
+
+def test_an_arm_that_moves_at_random_does_not_do_it(thing: Path) -> None:
+    env = opened(thing)
+    for seed in range(3):
+        env.reset(seed=seed)
+        env.action_space.seed(seed)
+        info: dict[str, Any] = {}
+        ended = False
+        while not ended:
+            *_, ended, info = env.step(env.action_space.sample())
+        assert info["S"] < 0.9 and not info["is_success"]
+
+
+def test_free_objects_start_shifted_and_tilted_and_have_come_to_rest(tmp_path: Path) -> None:
+    env = opened(slider(tmp_path / "thing", fixed=False), base=BASE)
+    place = env.subject.free_place
+    assert place is not None and len(env.subject.starts) == 9
+    plain = env.reset(options={"start": 0})[1]
+    at = env.stage.data.qpos[place : place + 3].copy()
+    for index in range(1, 9):
+        info = env.reset(options={"start": index})[1]
+        moved = env.stage.data.qpos[place : place + 3] - at
+        assert np.abs(moved[:2]) == pytest.approx([0.02, 0.02], abs=0.006) and abs(moved[2]) < 2e-3
+        assert np.abs(env.stage.data.qvel).max() < 0.01
+        assert info["position"] == plain["position"] and not info["solved_at_start"]
+
+
+def test_held_objects_start_with_their_joints_moved_both_ways(thing: Path) -> None:
+    env = opened(thing)
+    starts = [env.reset(options={"start": index})[1]["position"] for index in range(len(env.subject.starts))]
+    assert min(starts) < OPEN_M - 0.004 and max(starts) > OPEN_M + 0.004
+    with pytest.raises(ValueError, match="no start 99"):
+        env.reset(options={"start": 99})
+
+
+def hold(env: ObjectEnv) -> dict[str, Any]:
+    """Do nothing for an episode."""
+    env.reset(options={"start": 0})
+    while True:
+        *_, ended, info = env.step(np.zeros(env.action_space.shape or (), dtype=np.float32))
+        if ended:
+            return info
+
+
+def test_limits_so_wide_that_the_start_is_the_goal_are_no_success(tmp_path: Path) -> None:
+    env = opened(slider(tmp_path / "thing", upper=20.0), task=Task("close", Verb.CLOSE), action="joints")
+    assert env.reset(options={"start": 0})[1]["solved_at_start"]
+    info = replay(env)
+    assert info["S"] > 0.0 and info["solved_at_start"] and not info["is_success"]
+
+
+def test_a_part_that_drifts_to_the_target_by_itself_is_no_success_and_pays_nothing(tmp_path: Path) -> None:
+    folder = slider(tmp_path / "thing", axis="0.8 0 0.6", friction=0.0)
+    info = hold(opened(folder, base=BASE, settings=SHORT))
+    assert info["S"] > 0.9 and info["gate"] == info["joint"] == 0.0
+    assert info["drifted"] and info["moved_untouched"] and not info["is_success"]
+
+
+def test_a_spring_that_does_the_work_is_no_success(tmp_path: Path) -> None:
+    folder = slider(tmp_path / "thing", friction=5.0, stiffness=13.0, spring_reference=-0.3)
+    env = opened(folder, action="joints")
+    info = replay(env)
+    assert info["S"] >= 0.9 and info["spring_did_it"] and not info["is_success"]
+
+
+def test_x_follows_the_limits_as_loaded(tmp_path: Path) -> None:
+    """The overlay still says 0.1 m; the URDF, which MuJoCo reads, says 0.3 m."""
+    folder = slider(tmp_path / "thing", upper=0.3)
+    overlay = json.loads((folder / "overlay.json").read_text(encoding="utf-8"))
+    overlay["joints"][0] |= {"upper": 0.1, "open": 0.1}
+    (folder / "overlay.json").write_text(json.dumps(overlay), encoding="utf-8")
+    env = opened(folder, base=BASE)
+    seen, _ = env.reset(options={"start": 0})
+    assert seen[OBSERVATION["x"][0]] == pytest.approx([OPEN_M / 0.3])
+
+
+def broken(folder: Path, name: str) -> Path:
+    """The drawer with a file cut off."""
+    file = drawer(folder) / name
+    file.write_text(file.read_text(encoding="utf-8")[:200], encoding="utf-8")
+    return folder
+
+
+@pytest.mark.parametrize(("make", "task", "says"), [
+    (lambda to: to / "absent", None, "overlay.json is missing"),
+    (lambda to: block(to / "thing", 0.05, 0.2), None, "has no joint with limits for the task 'open'"),
+    (lambda to: broken(to / "thing", "overlay.json"), None, "overlay.json is not what a run writes"),
+    (lambda to: broken(to / "thing", "mobility.urdf"), None, "mobility.urdf"),
+    (lambda to: drawer(to / "thing"), "fold", "has no task 'fold' that moves a joint; it has: close"),
+])  # fmt: skip
+def test_what_cannot_be_learned_is_said(
+    tmp_path: Path, make: Callable[[Path], Path], task: str | None, says: str
+) -> None:
+    with pytest.raises((UsageError, LoadError), match=says):
+        make_env(make(tmp_path), task)
+
+
+def test_another_kind_of_action_is_said(thing: Path) -> None:
+    with pytest.raises(UsageError, match="wheels"):
+        opened(thing, action="wheels")
+
+
+def test_a_simulation_that_diverges_ends_the_episode_and_the_next_one_is_sound(
+    thing: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)  # MuJoCo writes its log where it runs
+    env = opened(thing, settings=SHORT)
+    first, _ = env.reset(options={"start": 0})
+    env.stage.data.qvel[0] = np.nan
+    seen, reward, lost, _, info = env.step(np.zeros(7, dtype=np.float32))
+    assert lost and reward == 0.0 and np.isfinite(seen).all() and not info["is_success"]
+    assert (env.reset(options={"start": 0})[0] == first).all()
+    with pytest.raises(ValueError, match="must be finite"):
+        env.step(np.full(7, np.nan, dtype=np.float32))
+
+
+def test_an_object_that_the_planner_cannot_move_gets_the_stated_place_of_the_base(tmp_path: Path) -> None:
+    """It would be pushed 6.7 m further open."""
+    env = opened(slider(tmp_path / "thing", upper=20.0), action="joints")
+    assert env.subject.plan is None
+    assert env.stage.base[:3, 3] == pytest.approx([0.1 + 0.45, 0.0, 0.0], abs=0.2)
+    assert env.stage.base[:3, 0] == pytest.approx([-1.0, 0.0, 0.0])
+    with pytest.raises(UsageError, match="a base that was planned"):
+        replay(env)
+
+
+def test_a_plan_is_replayed_with_joint_actions_only(thing: Path) -> None:
+    with pytest.raises(UsageError, match="action='joints'"):
+        replay(opened(thing))
+    env = opened(thing, action="joints")
+    assert env.subject.plan is not None
+    env.reset(options={"start": 0})
+    assert planned_action(env, env.subject.plan).shape == (8,)
+
+
+def test_the_three_lines_of_the_documentation_run(thing: Path) -> None:
+    (code,) = (block.text for block in blocks(ROOT / "docs/learn.md") if "make_env" in block.text)
+    named: dict[str, Any] = {}
+    exec(code.replace("data/refined/assets/laptop_silver", str(thing)), named)
+    assert named["seen"].shape == (38,) and set(named["info"]) >= {"S", "reach", "gate"}
+
+
+def test_the_papers_nine_have_a_task_each_that_moves_a_joint() -> None:
+    tasks = learned_tasks()
+    assert len(tasks) == 9 and tasks["101673"].name == "bag handle sideways" and tasks["103275"].name == "stapler press"

@@ -1,0 +1,89 @@
+"""Guards over rollouts written by hand: what the arm did, what the asset did, and what was done before it began."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+pytest.importorskip("gymnasium", reason="gymnasium is not installed: it comes with the extra learn")
+pytest.importorskip("mujoco", reason="MuJoCo is not installed here")
+from asset2sim.gym.guards import Rollout, guard, solved_at_start
+from schemas.learning_settings import GuardSettings
+
+N = 1000
+TIMES = np.arange(N) * 0.004
+SETTINGS = GuardSettings()
+LEVEL = np.full(N, 0.3)
+
+
+def pushed(begins: float, ends: float, touch: tuple[float, float], joules: float = 0.1) -> Rollout:
+    """A drawer of 0.2 m that goes from 0.1 m to 0, evenly, touched over a time."""
+    since, until = touch
+    touched = (since <= TIMES) & (until > TIMES)
+    positions = 0.1 * (1.0 - np.clip((TIMES - begins) / (ends - begins), 0.0, 1.0))
+    return Rollout(
+        positions, touched, touched * (joules / touched.sum() if touched.any() else 0.0), LEVEL, 0.0, 0.2, 0.0
+    )
+
+
+def test_a_part_that_moves_while_it_is_touched_is_used() -> None:
+    found = guard(pushed(1.0, 2.0, (0.9, 2.2)), SETTINGS)
+    assert not found.degenerate
+    assert (found.untouched_share, found.drift_share, found.spring_share) == (0.0, 0.0, 0.0)
+
+
+def test_a_part_that_drifts_there_untouched_is_found() -> None:
+    found = guard(pushed(1.0, 2.0, (3.0, 3.5)), SETTINGS)
+    assert found.drifted and found.moved_untouched and found.degenerate
+    assert found.untouched_share == pytest.approx(1.0) and found.drift_share == pytest.approx(1.0)
+    assert guard(pushed(1.0, 2.0, (9.0, 9.5)), SETTINGS).drifted, "it was never touched"
+
+
+@pytest.mark.parametrize(("released", "fires"), [(1.6, False), (1.4, True)])
+def test_a_part_that_goes_most_of_its_way_by_itself_is_found(released: float, fires: bool) -> None:
+    found = guard(pushed(1.0, 2.0, (0.9, released)), SETTINGS)
+    assert found.untouched_share == pytest.approx(2.0 - released, abs=0.01)
+    assert found.moved_untouched == fires and not found.drifted
+
+
+def test_a_lid_that_falls_shut_once_it_was_pushed_over_is_used_and_one_that_falls_first_is_not() -> None:
+    touched_first = pushed(1.0, 2.0, (0.9, 1.1))
+    found = guard(replace(touched_first, heights=0.2 + touched_first.positions), SETTINGS)
+    assert found.fallen_share == pytest.approx(0.9, abs=0.01) and found.untouched_share == 0.0 and not found.degenerate
+    touched_late = pushed(1.0, 2.0, (1.9, 2.2))
+    found = guard(replace(touched_late, heights=0.2 + touched_late.positions), SETTINGS)
+    assert found.drift_share == pytest.approx(0.9, abs=0.01) and found.drifted
+    assert found.untouched_share == pytest.approx(0.9, abs=0.01) and found.moved_untouched and found.fallen_share == 0.0
+
+
+def test_drift_before_the_touch_is_found_even_where_the_push_does_the_rest() -> None:
+    found = guard(pushed(1.0, 2.0, (1.08, 2.2)), SETTINGS)
+    assert found.drift_share == pytest.approx(0.08, abs=0.005) and found.drifted and not found.moved_untouched
+
+
+def test_what_moves_away_from_the_target_untouched_is_no_cheat() -> None:
+    opened = replace(pushed(1.0, 2.0, (3.0, 3.5)), target=0.2)
+    found = guard(opened, SETTINGS)
+    assert found.untouched_share == found.drift_share == 0.0 and not found.degenerate
+
+
+@pytest.mark.parametrize(
+    ("stiffness", "rest", "share"), [(10.0, -0.2, 0.2), (10.0, 0.0, 1 / 3), (40.0, -0.05, 0.4 / 0.5)]
+)
+def test_a_spring_that_does_most_of_the_work_is_found(stiffness: float, rest: float, share: float) -> None:
+    work = 0.5 * stiffness * ((0.1 - rest) ** 2 - rest**2)
+    given = work * (1.0 - share) / share
+    rollout = replace(pushed(1.0, 2.0, (0.9, 2.2), given), stiffness=stiffness, spring_reference=rest)
+    found = guard(rollout, SETTINGS)
+    assert found.spring_share == pytest.approx(share) and found.spring_did_it == (share > 0.5)
+
+
+def test_a_spring_that_is_wound_up_by_the_arm_is_no_cheat() -> None:
+    found = guard(replace(pushed(1.0, 2.0, (0.9, 2.2)), stiffness=50.0, spring_reference=0.1), SETTINGS)
+    assert found.spring_share == 0.0 and not found.degenerate
+
+
+def test_limits_that_are_too_wide_make_the_start_the_goal() -> None:
+    assert not solved_at_start(0.1, 0.0, 0.0, 0.2, SETTINGS)
+    assert solved_at_start(0.1, 0.0, 0.0, 20.0, SETTINGS)
+    assert guard(replace(pushed(1.0, 2.0, (0.9, 2.2)), upper=20.0), SETTINGS).degenerate
