@@ -65,11 +65,12 @@ def _dispatch(options: Options, refine: Refine, nightly: Nightly) -> int:
             print_site(options.out, settings_for_run(options.settings, stated_settings(options)), options.force)
             return DONE
         case JudgeVideosOptions():
-            from flows.show import print_judged
+            from asset2sim.models.gateway.environment import quiet_environment
 
-            looks = options.trials, options.frames, options.seed
-            model = settings_for_run(options.settings, stated_settings(options)).model
-            print_judged(options.outs, options.judges, *looks, model, options.record)
+            quiet_environment()
+            from flows.judge_films import judge_films
+
+            judge_films(options, settings_for_run(options.settings, stated_settings(options)).model)
             return DONE
         case RecordMotionOptions():
             from asset2sim.models.gateway.environment import quiet_environment

@@ -233,29 +233,3 @@ def print_ratings(outs: Sequence[Path | str], published: Path | None) -> None:
 
     for part in describe_ratings(outs, published):
         output().print(part)
-
-
-def print_judged(
-    outs: Sequence[Path | str],
-    judges: Sequence[str],
-    trials: int,
-    frames: int,
-    seed: int,
-    model: ModelSettings,
-    record: Path | None,
-) -> None:
-    """Have the films of output folders judged; print how far it is, and in the end what the scores come to."""
-    from asset2sim.judged.judge_videos import judge_videos
-    from asset2sim.judged.show_ratings import describe_scores
-    from asset2sim.models.gateway.environment import quiet_environment
-
-    def told(line: str) -> None:
-        output().print(Text(line))
-
-    quiet_environment()
-    scores = judge_videos(outs, judges, trials, frames, seed, model, told, record)
-    for part in describe_scores("Video scores", scores):
-        output().print(part)
-    output().print(
-        Text(f"stored in {below(location_of(str(outs[0])), 'video_scores')}; asset2sim ratings prints them too")
-    )

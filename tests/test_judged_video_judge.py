@@ -385,13 +385,14 @@ def test_a_judge_that_likes_the_first_place_is_found_out(compared: Path, capsys:
 
 def printed(words: list[str], capsys: pytest.CaptureFixture[str], code: int = 0) -> str:
     def never(request: object) -> object:
-        raise AssertionError("no flow must start")
+        raise AssertionError("no refinement must start")
 
     assert run_command(words, refine=never, nightly=never) == code  # type: ignore[arg-type]
     captured = capsys.readouterr()
     return " ".join((captured.err if code else captured.out).split())
 
 
+@pytest.mark.system
 def test_without_a_model_the_score_is_that_of_the_physical_judge(
     compared: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
