@@ -7,13 +7,15 @@ from pathlib import Path
 import pytest
 
 from asset2sim.checks.interaction_verdict import interaction_verdicts
-from asset2sim.checks.reset import held_starts
+from asset2sim.checks.mechanism import Mechanism
+from asset2sim.checks.reset import held_start, held_starts
 from asset2sim.checks.rest import measure
 from schemas.interaction import Interaction
 from schemas.settings import EngineSettings
 from schemas.support import Support, SupportKind
 from schemas.vocabulary import Engine, FailureMode, Source
 from tests.builders import UrdfJoint
+from tests.factories import make_joint
 from tests.interaction_objects import ENGINES, LIMITS, SETTINGS, Subject, interaction, solid, subject
 
 FIXED = Support(kind=SupportKind.FIXED, source=Source.USER, confidence=1.0)
@@ -71,3 +73,10 @@ def test_the_root_stays_and_a_level_hinge_without_friction_does_not(engine: Engi
 def test_perturbed_starts_go_both_ways_and_then_half_as_far() -> None:
     assert held_starts(EngineSettings(resets=8)) == [0.05, -0.05, 0.025, -0.025]
     assert held_starts(EngineSettings(resets=0)) == []
+
+
+def test_in_perturbed_starts_each_joint_is_moved_both_ways() -> None:
+    joints = tuple(make_joint(name, initial_position=0.5) for name in ("first", "second"))
+    item = Mechanism("base", (), {}, joints, {}, {}, {}, {})
+    starts = [held_start(item, share) for share in held_starts(EngineSettings(resets=4))]
+    assert starts == [{"first": 0.55, "second": 0.45}, {"first": 0.45, "second": 0.55}]

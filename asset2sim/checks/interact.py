@@ -199,8 +199,7 @@ def on_its_mount(
             found["drops"] = fine, drop(coarse.ready(), item.start, settings, held=True)
     if wanted(only, FailureMode.RESET):
         found["resets"] = tuple(
-            held_reset(held.sound(), item, share, index, settings, limits)
-            for index, share in enumerate(held_starts(settings))
+            held_reset(held.sound(), item, share, settings, limits) for share in held_starts(settings)
         )
     return Interaction(engine=engine).model_copy(update=found), rest
 

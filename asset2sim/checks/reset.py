@@ -86,17 +86,22 @@ def held_starts(settings: EngineSettings) -> list[float]:
     return [SIGNS[index % 2] * settings.reset_share * 0.5 ** (index // 2) for index in range(count)]
 
 
-def held_reset(
-    world: World, item: Mechanism, share: float, index: int, settings: EngineSettings, limits: Thresholds
-) -> Reset:
-    """Start with every joint moved by ``share`` of its range, every second one the other way, the root held, and watch
-    until it is still, at most ``fall_s``. A joint that must hold may stay where it starts or go back to where
-    the object begins, no further: not to where it would fall undisturbed."""
+def held_start(item: Mechanism, share: float) -> dict[str, float]:
+    """Joint → where a perturbed start puts it, rad or m: every joint moved by ``share`` of its range, every second one
+    the other way, within its limits."""
     start = dict(item.start)
     for place, joint in enumerate(item.joints):
         lower, upper = span_of(joint)
-        moved = start[joint.name] + share * (1.0 if (place + index) % 2 == 0 else -1.0) * (upper - lower)
+        moved = start[joint.name] + share * (1.0 if place % 2 == 0 else -1.0) * (upper - lower)
         start[joint.name] = moved if joint.lower is None else min(max(moved, lower), upper)
+    return start
+
+
+def held_reset(world: World, item: Mechanism, share: float, settings: EngineSettings, limits: Thresholds) -> Reset:
+    """Start as ``held_start`` has it, the root held, and watch until it is still, at most ``fall_s``. A joint that must
+    hold may stay where it starts or go back to where the object begins, no further: not to where it would fall
+    undisturbed."""
+    start = held_start(item, share)
     world.place(start)
     seen = watch(world, settings.fall_s, settings)
     motion, name = held_motion(item, world, item.start, limits, start) if seen.finite else (1.0, None)
