@@ -18,8 +18,8 @@ from asset2sim.catalog.own_files import read_own_files
 from asset2sim.catalog.write import write_run
 from asset2sim.judged.agreement import krippendorff_alpha, rater_matrix
 from asset2sim.judged.figures import joined
-from asset2sim.judged.rating_desk import BROKEN, HAND_N_M, NAMELESS, UNSEEN, UNSTORED
-from asset2sim.judged.rating_page import BEGIN, LEAVE, NEXT, START, STORE
+from asset2sim.judged.rating_desk import HAND_N_M
+from asset2sim.judged.rating_page import BEGIN, BROKEN, LEAVE, NAMELESS, NEXT, START, STORE, UNSEEN, UNSTORED
 from asset2sim.judged.rating_plan import variants_of
 from asset2sim.judged.rating_serve import open_rating
 from asset2sim.judged.rating_stages import Durations

@@ -4,14 +4,13 @@ import logging
 import threading
 import time
 from collections.abc import Sequence
-from datetime import UTC, datetime
 from pathlib import Path
 
 import viser
 
 from asset2sim.catalog.own_files import OwnFile, read_own_files
-from asset2sim.judged.rating_page import RatingPage, where_of
-from asset2sim.judged.rating_plan import RatingPlan, Shown, Variant, new_keys, plan_for, unrated
+from asset2sim.judged.rating_page import AGAIN, BROKEN, NAMELESS, UNSEEN, UNSTORED, RatingPage, where_of
+from asset2sim.judged.rating_plan import RatingPlan, Shown, Variant, new_keys, plan_for, rating_row, unrated
 from asset2sim.judged.rating_stages import STAGES, TOUCHED, UNTOUCHED, Durations
 from asset2sim.judged.surroundings import Surroundings
 from asset2sim.physics.arrays import Array
@@ -27,12 +26,6 @@ from schemas.errors import UsageError
 from schemas.settings import EngineSettings
 from schemas.tables_judged import RATING_KEYS, RATINGS
 from schemas.vocabulary import Engine
-
-BROKEN = "This variant does not move: the simulator refuses it, or it flew apart. Rate it as it is; Reset may mend it."
-UNSEEN = "This variant cannot be shown. Rate it 0."
-UNSTORED = "The rating is not stored: its folder cannot be written to. Ask whoever runs this page, and try again."
-AGAIN = "Something went wrong here; whoever runs this page finds it in the log. Try again."
-NAMELESS = "A name or a code is needed: ratings are told apart by it."
 
 HAND_N_M = 300.0
 """Stiffness of a rater's hand, N/m: 30 N at 10 cm. It is the same for all variants: a hand that suits what it holds, as
@@ -91,8 +84,6 @@ class RatingDesk:
         """End the thread."""
         self.ended.set()
         self.thread.join()
-
-    # What the rater wants.
 
     def begin(self, rater: str) -> None:
         """See ``RaterWishes``."""
@@ -285,12 +276,8 @@ class RatingDesk:
         if shown is None or not self.left or shown is not self.left[0] or len(self.given) != len(STAGES):
             return
         assert self.plan is not None, "there is a rater"
-        row: dict[str, object] = {
-            "rater": self.plan.rater, "asset_id": shown.asset_id, "label": shown.label, "rated_at": datetime.now(UTC),
-            "score": score, "seconds": time.monotonic() - self.began, "seconds_touched": self.touched_s,
-            "position": shown.position, "presented": shown.presented, "note": note,
-        }  # fmt: skip
-        row |= {stage.column: given for stage, given in zip(STAGES, self.given, strict=True)}
+        clocks = time.monotonic() - self.began, self.touched_s
+        row = rating_row(self.plan.rater, shown, (score, *self.given), clocks, note)
         try:
             self.ratings.add([row])
         except UsageError as error:

@@ -20,6 +20,11 @@ time you give a score from **0** (broken) to **10** (like the real thing), and o
 Whoever comes back under the same name goes on where they left.
 """
 NO_SCORE = "*no score yet*"
+BROKEN = "This variant does not move: the simulator refuses it, or it flew apart. Rate it as it is; Reset may mend it."
+UNSEEN = "This variant cannot be shown. Rate it 0."
+UNSTORED = "The rating is not stored: its folder cannot be written to. Ask whoever runs this page, and try again."
+AGAIN = "Something went wrong here; whoever runs this page finds it in the log. Try again."
+NAMELESS = "A name or a code is needed: ratings are told apart by it."
 
 
 class RaterWishes(Protocol):

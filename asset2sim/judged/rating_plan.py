@@ -3,12 +3,14 @@
 import zlib
 from collections.abc import Sequence
 from dataclasses import dataclass
+from datetime import UTC, datetime
 from pathlib import Path
 
 import numpy as np
 import pandas as pd
 
 from asset2sim.judged.published import label_of
+from asset2sim.judged.rating_stages import STAGES
 from asset2sim.viewer.walk import Stop, stops_of
 from schemas.errors import UnknownChoiceError, UsageError
 from schemas.table import Row
@@ -124,3 +126,13 @@ def unrated(plan: RatingPlan, ratings: pd.DataFrame) -> list[Shown]:
 def _rng(seed: int, *names: str) -> np.random.Generator:
     # Python's own hash of a text is another in every process.
     return np.random.default_rng([seed, *(zlib.crc32(name.encode()) for name in names)])
+
+
+def rating_row(rater: str, shown: Shown, scores: Sequence[float], seconds: tuple[float, float], note: str) -> Row:
+    """The row of a rating made now: the scores in all and of each stage; seconds in all, and simulated in stage 3."""
+    stages = dict(zip((stage.column for stage in STAGES), scores[1:], strict=True))
+    return {
+        "rater": rater, "asset_id": shown.asset_id, "label": shown.label, "rated_at": datetime.now(UTC),
+        "score": scores[0], "seconds": seconds[0], "seconds_touched": seconds[1],
+        "position": shown.position, "presented": shown.presented, "note": note,
+    } | stages  # fmt: skip
