@@ -161,9 +161,9 @@ compare: $(INSTALLED) ## methods and models on the same objects: the paper's tab
 		$(if $(NO_INTERACTION),--no-interaction) $(if $(WORKERS),--workers "$(WORKERS)") $(if $(PAGE),--page "$(PAGE)") \
 		$(if $(FIRST),--first "$(FIRST)") $(FROM_FILE)
 
-first: $(INSTALLED) ## the README table: models and methods on the paper's nine, into OUT; SHARED (../shared)
+first: $(INSTALLED) ## a table of docs/measured.md: models and methods on the paper's nine, into OUT; SHARED (../shared)
 	@$(BIN)/python -m flows.compare_methods "$(or $(SHARED),../shared)/partnet_mobility" "$(OUT)" --subset paper9 \
-		--methods asset2sim,direct,constant,reference --engines pybullet,mujoco,sapien --first README.md \
+		--methods asset2sim,direct,constant,reference --engines pybullet,mujoco,sapien --first docs/measured.md \
 		--models "prior/household,prior/noisy,recorded/$(or $(SHARED),../shared)/vlm_answers"
 
 bench-defects: $(INSTALLED) ## plant known defects in clean objects: what share is caught, and what is mended
