@@ -18,7 +18,7 @@ from asset2sim.trials.gripper import (
     ROBOTIQ,
     gripper_of,
     knuckle_of,
-)  # fmt: skip
+)
 from asset2sim.trials.planning import Plan
 from asset2sim.trials.record import record
 from asset2sim.trials.robotiq import JOINTS, REMEDY, TORQUE, robotiq_file

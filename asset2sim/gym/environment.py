@@ -54,10 +54,10 @@ class ObjectEnv(gymnasium.Env[NDArray[np.float32], Action]):
     """An arm that learns to move one part of a refined object to a target.
 
     **Observation**, (38,) float32, vectors in the frame of the arm's base, ``OBSERVATION`` says where each is:
-    ``arm_positions`` (7) rad and ``arm_speeds`` (7) rad/s; ``opening`` (1) of the gripper, 0 closed to 1, which is 0.08 m of
-    the arm's own and 0.085 m of the Robotiq; ``tool_point`` (3) between the finger tips, m; ``tool_axis`` (3) to which
-    the fingers point and ``finger_axis`` (3)
-    along which they open, unit vectors; ``to_part`` (3) from the tool point to the nearest point of the part, m;
+    ``arm_positions`` (7) rad and ``arm_speeds`` (7) rad/s; ``opening`` (1) of the gripper, 0 closed to 1 (0.08 m; the
+    Robotiq 0.085 m); ``tool_point`` (3) between the finger tips, m; ``tool_axis`` (3) to which the fingers point and
+    ``finger_axis`` (3) along which they open, unit vectors; ``to_part`` (3) from the tool point to the nearest point of
+    the part, m;
     ``x`` (1) position of the part's joint as a share of its limits as loaded, ``x_speed`` (1) its change, 1/s,
     ``x_target`` (1) where it should be; ``touching`` (1) 1 where the arm touches the object; ``command_lead`` (7) by
     how much the servos' commands are ahead of the arm, rad.
