@@ -103,6 +103,7 @@ BASE = TypeAliasType("BASE", BaseMode)
 GATE = TypeAliasType("GATE", Gate)
 AXIS = TypeAliasType("AXIS", UpAxis)
 VIEWS = TypeAliasType("VIEWS", Literal["now", "later"])
+GRIPPER = TypeAliasType("GRIPPER", Literal["panda", "robotiq"])
 FORMAT = TypeAliasType("FORMAT", Literal["yaml", "toml"])
 
 
