@@ -1,5 +1,7 @@
 """Settings of the environment in which a robot learns to use an object: its reward, its clock and its guards."""
 
+from typing import Literal
+
 from pydantic import Field
 
 from schemas.base import Fraction, Frozen, Positive
@@ -57,6 +59,8 @@ class GuardSettings(Frozen):
 class LearningSettings(Frozen):
     """Everything that decides what an episode is."""
 
+    gripper: Literal["panda", "robotiq"] = "panda"
+    """The arm's own, or the paper's Robotiq 2F-85, whose model robosuite's package has."""
     reward: RewardSettings = RewardSettings()
     guards: GuardSettings = GuardSettings()
     samples_per_action: int = Field(10, ge=1)

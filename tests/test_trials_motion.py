@@ -9,15 +9,16 @@ import pytest
 
 pytest.importorskip("mujoco", reason="MuJoCo is not installed here")
 from asset2sim.trials.actors import arm_faces
+from asset2sim.trials.attempt import planned
 from asset2sim.trials.film import film, film_frames, write_mp4
-from asset2sim.trials.franka import HOME, WAITING, Arm, franka_spec
+from asset2sim.trials.franka import HOME, Arm, franka_spec, waiting
 from asset2sim.trials.physical_judge import judge
 from asset2sim.trials.planning import SETTLE_S, Plan
 from asset2sim.trials.record import record
 from asset2sim.trials.scene import base_at, build_stage, pusher_spec
 from asset2sim.trials.study import Job, trial_of
 from asset2sim.trials.tasks import Task, Verb, tasks_of
-from asset2sim.trials.trial import FILM, TRACK, planned, run_trial
+from asset2sim.trials.trial import FILM, TRACK, run_trial
 from schemas.overlay import PhysicsOverlay
 from schemas.trial_settings import TrialSettings
 from tests.assets import joint, link, robot, shape
@@ -45,8 +46,8 @@ def test_the_arm_reaches_points_in_front_of_it_and_says_where_it_cannot() -> Non
 
 def test_the_servos_hold_the_arm_up_where_they_are_told(drawer: Path) -> None:
     stage = build_stage(drawer, franka_spec(), base_at(0.0, 1.0))
-    plan = Plan(stage.base, np.array([0.0, 1.0]), np.array([WAITING, WAITING]), ("settle", "rest"))
-    assert np.abs(record(stage, plan, {}).tool[-1] - WAITING).max() < 2e-3
+    plan = Plan(stage.base, np.array([0.0, 1.0]), np.array([waiting(), waiting()]), ("settle", "rest"))
+    assert np.abs(record(stage, plan, {}).tool[-1] - waiting()).max() < 2e-3
 
 
 def test_a_drawer_is_pushed_shut_with_the_work_that_its_friction_and_damping_take(drawer: Path) -> None:

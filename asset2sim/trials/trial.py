@@ -1,7 +1,7 @@
 """One trial: plan, run, judge, film. What a child process does for one task with one refined object."""
 
 import time
-from dataclasses import asdict, dataclass
+from dataclasses import asdict
 from pathlib import Path
 
 import mujoco
@@ -10,15 +10,12 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 
 from asset2sim.load import LoadError
+from asset2sim.trials.attempt import planned
 from asset2sim.trials.film import film, write_mp4
-from asset2sim.trials.franka import WAITING, Arm, franka_spec
-from asset2sim.trials.grasps import bowl_for, grasp_paths
-from asset2sim.trials.paths import push_paths
+from asset2sim.trials.gripper import gripper_of
 from asset2sim.trials.physical_judge import judge, score
-from asset2sim.trials.planning import Plan, plan_arm, plan_pusher
-from asset2sim.trials.pulls import pull_paths
 from asset2sim.trials.record import Track, record
-from asset2sim.trials.scene import Bowl, Stage, base_at, build_stage, place, pusher_spec
+from asset2sim.trials.scene import Bowl
 from asset2sim.trials.tasks import Task, Verb, is_near, joint_of, target_of
 from schemas.overlay import JointPhysics, PhysicsOverlay
 from schemas.table import Row
@@ -29,15 +26,6 @@ LIFTED_M = 0.03
 """How far an object must have been off the floor to have been lifted."""
 PRESSED_SHARE = 0.2
 """Share of its way that may be left where something is pressed: springs and rubber give."""
-
-
-@dataclass(frozen=True, eq=False)
-class Attempt:
-    """A planned trial: the tool's name and motion, in a world of its own."""
-
-    tool: str
-    stage: Stage
-    plan: Plan
 
 
 def run_trial(folder: Path, task: Task, to: Path, filmed: bool, settings: TrialSettings) -> Row:
@@ -58,7 +46,7 @@ def run_trial(folder: Path, task: Task, to: Path, filmed: bool, settings: TrialS
         if is_near(joint, joint.initial_position, target):
             return row | ended("solved at start", f"{joint.name} starts where it should end", began)
     try:
-        attempt, bowl = planned(folder, task, joint)
+        attempt, bowl = planned(folder, task, joint, gripper_of(settings.gripper))
     except (LoadError, ValueError, mujoco.FatalError) as error:
         return row | failed(f"MuJoCo refuses it: {str(error).splitlines()[0]}", began)
     if attempt is None:
@@ -72,38 +60,12 @@ def run_trial(folder: Path, task: Task, to: Path, filmed: bool, settings: TrialS
     done = not reason and judged.first_contact_s is not None
     reason = reason if judged.first_contact_s is not None else "the tool never touched it"
     if filmed:
-        write_mp4(film(folder, track, attempt.plan.base, bowl), to / FILM)
+        write_mp4(film(folder, track, attempt.plan.base, bowl, attempt.stage.gripper), to / FILM)
     end = None if joint is None else float(track.positions[-1, track.joints.index(joint.name)])
     return row | asdict(judged) | {
         "tool": attempt.tool, "end": end, "score": score(judged, done, track.finite),
         "seconds_simulated": float(track.times_s[-1]),
     } | ended("done" if done else "not done", "" if done else reason, began)  # fmt: skip
-
-
-def planned(folder: Path, task: Task, joint: JointPhysics | None) -> tuple[Attempt | None, Bowl | None]:
-    """A trial's tool and motion, and the bowl where it needs one; the pusher pushes where the arm finds no way."""
-    arm = Arm()
-    bowl = bowl_for(build_stage(folder, None, np.eye(4))) if joint is None else None
-    stage = build_stage(folder, franka_spec(), base_at(0.0, 1.0), bowl)
-    place(stage, stage.about_positions, WAITING)
-    mujoco.mj_forward(stage.model, stage.data)
-    if joint is None:
-        assert bowl is not None
-        plan = plan_arm(stage, arm, None, grasp_paths(stage, bowl))
-    else:
-        target, plan = target_of(task, joint), None
-        if task.verb is Verb.OPEN:
-            plan = plan_arm(stage, arm, joint.name, pull_paths(stage, joint, target))
-        plan = plan or plan_arm(stage, arm, joint.name, push_paths(stage, joint, target, task.verb))
-    if plan is not None:
-        return Attempt("arm", build_stage(folder, franka_spec(), plan.base, bowl), plan), bowl
-    if joint is None:
-        return None, bowl
-    stage = build_stage(folder, pusher_spec(), np.eye(4))
-    place(stage, stage.about_positions, np.array([0.0, 0.0, 10.0]))
-    mujoco.mj_forward(stage.model, stage.data)
-    plan = plan_pusher(stage, joint.name, push_paths(stage, joint, target_of(task, joint), task.verb))
-    return (None if plan is None else Attempt("pusher", stage, plan)), None
 
 
 def missing(track: Track, task: Task, joint: JointPhysics | None, bowl: Bowl | None) -> str:
