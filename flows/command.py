@@ -16,7 +16,7 @@ from asset2sim.runs.judged_options import JudgeVideosOptions
 from asset2sim.runs.options import parse
 from asset2sim.runs.page_options import PagesOptions, RateOptions, RatingsOptions, ReportOptions, ViewOptions
 from asset2sim.runs.request import RefineRequest, refine_request, settings_for_run, stated_settings
-from asset2sim.runs.trial_options import RecordMotionOptions
+from asset2sim.runs.trial_options import ProbeOptions, RecordMotionOptions
 from flows import PIPELINE
 from schemas.errors import DONE, FAILED, UsageError, exit_code_of
 
@@ -80,6 +80,14 @@ def _dispatch(options: Options, refine: Refine, nightly: Nightly) -> int:
 
             run = settings_for_run(options.settings, stated_settings(options)).run
             record_motion(options, run)
+            return DONE
+        case ProbeOptions():
+            from asset2sim.models.gateway.environment import quiet_environment
+
+            quiet_environment()
+            from flows.probe import probe
+
+            probe(options, settings_for_run(options.settings, stated_settings(options)).run)
             return DONE
         case RateOptions():
             from flows.serve_pages import serve_rating

@@ -4,9 +4,11 @@ for an interpreter that has the package ``openpi-client``, one of openpi's own p
     python -m tests.policy_servers obey SEEN.npz     # writes down the last question
     python -m tests.policy_servers openpi SEEN.npz
     python -m tests.policy_servers ask PORT          # openpi's client asks once and prints what it got
+    python -m tests.policy_servers groot SEEN.npz    # GR00T's protocol over ZeroMQ, as its PolicyServer speaks it
 """
 
 import asyncio
+import io
 import os
 import sys
 import time
@@ -112,5 +114,38 @@ def ask(port: str) -> None:
     print(client.get_server_metadata(), actions.shape, actions.dtype, actions[0].tolist())
 
 
+def groot(path: str) -> None:
+    """A server as Isaac-GR00T's ``PolicyServer``: REP, msgpack, arrays as .npy; wrong where the instruction says so."""
+    import msgpack
+    import zmq
+
+    def read(value: dict[Any, Any]) -> Any:
+        return np.load(io.BytesIO(value["as_npy"]), allow_pickle=False) if "__ndarray_class__" in value else value
+
+    def write(value: Any) -> Any:
+        file = io.BytesIO()
+        np.save(file, value, allow_pickle=False)
+        return {"__ndarray_class__": True, "as_npy": file.getvalue()}
+
+    socket = zmq.Context().socket(zmq.REP)
+    print(socket.bind_to_random_port("tcp://127.0.0.1"), flush=True)
+    while True:
+        request = msgpack.unpackb(socket.recv(), object_hook=read)
+        if request["endpoint"] == "ping":
+            socket.send(msgpack.packb({"status": "ok", "message": "Server is running"}))
+            continue
+        assert request["endpoint"] == "get_action" and set(request["data"]) == {"observation", "options"}
+        question = request["data"]["observation"]
+        note(path, question)
+        prompt = question["annotation.language.language_instruction"][0]
+        if prompt == SLOW:
+            time.sleep(2.0)
+        shape = (1, 16, 6) if prompt == SHAPE else (1, 16, 7)
+        actions = {"action.joint_position": np.full(shape, 0.5, np.float32),
+                   "action.gripper_position": np.full((1, 16, 1), 0.6, np.float32)}  # fmt: skip
+        answer: Any = {"error": "the wrong embodiment"} if prompt == TEXT else [actions, {}]
+        socket.send(b"\xc1" if prompt == GARBAGE else msgpack.packb(answer, default=write))
+
+
 if __name__ == "__main__":
-    {"obey": obey, "openpi": openpi, "ask": ask}[sys.argv[1]](sys.argv[2])
+    {"groot": groot, "obey": obey, "openpi": openpi, "ask": ask}[sys.argv[1]](sys.argv[2])

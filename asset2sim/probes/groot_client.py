@@ -49,9 +49,7 @@ class GrootPolicy:
     """A GR00T policy at ``host:port`` as a context manager that is called with what is seen; its actions are absolute
     joint positions, and its gripper is opened or closed, as its example does. Raises PolicyError."""
 
-    def __init__(
-        self, host: str, port: int, camera: Camera = "left", settings: ProbeSettings | None = None
-    ) -> None:
+    def __init__(self, host: str, port: int, camera: Camera = "left", settings: ProbeSettings | None = None) -> None:
         self.uri, self.camera, self.settings = f"tcp://{host}:{port}", camera, settings or ProbeSettings()
         self._context = zmq.Context()
         self._socket: Any = None
@@ -73,6 +71,7 @@ class GrootPolicy:
         self._context.term()
 
     def __call__(self, seen: Seen) -> Chunk:
+        """What the policy answers. Raises PolicyError."""
         limit = self.settings.answer_s if self._asked else self.settings.first_answer_s
         data = {"observation": observation(seen, self.camera), "options": None}
         said = self._call("get_action", data, limit, Ending.TIMED_OUT)
@@ -82,7 +81,9 @@ class GrootPolicy:
             parts = np.asarray(action[ACTION_POSITIONS])[0], np.asarray(action[ACTION_GRIPPER])[0]
             found = np.concatenate(parts, axis=1)
         except (KeyError, TypeError, ValueError, IndexError) as error:
-            raise refused(f"{self.uri}: no {ACTION_POSITIONS} (1, n, {JOINTS}) and {ACTION_GRIPPER} (1, n, 1): {error!r}") from error
+            raise refused(
+                f"{self.uri}: no {ACTION_POSITIONS} (1, n, {JOINTS}) and {ACTION_GRIPPER} (1, n, 1): {error!r}"
+            ) from error
         actions = checked_chunk(found, "joint_position", self.settings.most_actions).actions
         actions[:, -1] = actions[:, -1] > CLOSED
         return Chunk(actions, "joint_position")

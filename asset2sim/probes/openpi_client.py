@@ -45,6 +45,7 @@ class OpenPiPolicy:
         self._close()
 
     def __call__(self, seen: Seen) -> Chunk:
+        """What the policy answers. Raises PolicyError."""
         answer = unpack(self._answer(pack(observation(seen, self.camera))))
         return chunk_of(answer, self.kind, self.settings.most_actions, bool(self.metadata.get(CONTINUOUS)))
 
@@ -59,14 +60,14 @@ class OpenPiPolicy:
             try:
                 self._connection.send(frame)
                 said = self._connection.recv(timeout=limit)
-            except TimeoutError as error:
+            except (TimeoutError, ConnectionClosed, OSError) as error:
+                closing = self._connection.protocol.close_sent
                 self._close()  # a late answer must not be taken for the next one
-                raise PolicyError(Ending.TIMED_OUT, f"{self.uri} did not answer within {limit:g} s") from error
-            except (ConnectionClosed, OSError) as error:
-                if _too_big(error):
+                if closing is not None and closing.code == CloseCode.MESSAGE_TOO_BIG:
                     raise refused(f"{self.uri} answered more than {self.settings.most_bytes} bytes") from error
+                if isinstance(error, TimeoutError):
+                    raise PolicyError(Ending.TIMED_OUT, f"{self.uri} did not answer within {limit:g} s") from error
                 lost = str(error)
-                self._close()
                 continue
             self._asked = True
             if isinstance(said, str):
@@ -107,8 +108,3 @@ class OpenPiPolicy:
         if self._connection is not None:
             self._connection.close()
         self._connection = None
-
-
-def _too_big(error: BaseException) -> bool:
-    """Whether we closed a connection because of a frame that is too large."""
-    return isinstance(error, ConnectionClosed) and error.sent is not None and error.sent.code == CloseCode.MESSAGE_TOO_BIG

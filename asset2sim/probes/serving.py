@@ -53,7 +53,10 @@ def serve(
                     if isinstance(frame, str):
                         raise PolicyError(Ending.REFUSED, "text; a question is a binary frame")
                     with turn:
-                        answer = answer_of(policy(seen_of(unpack(frame))))
+                        chunk = policy(seen_of(unpack(frame)))
+                    if space not in (None, chunk.kind):
+                        raise ValueError(f"the policy answered {chunk.kind}, and said {space} in its metadata")
+                    answer = answer_of(chunk)
                 except Exception:  # whatever a policy raises is told to who asked, as openpi's server does
                     connection.send(traceback.format_exc())
                     connection.close(CloseCode.INTERNAL_ERROR, "the traceback was the frame before")

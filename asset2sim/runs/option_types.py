@@ -101,6 +101,8 @@ BASE = TypeAliasType("BASE", BaseMode)
 GATE = TypeAliasType("GATE", Gate)
 AXIS = TypeAliasType("AXIS", UpAxis)
 VIEWS = TypeAliasType("VIEWS", Literal["now", "later"])
+ACTIONS = TypeAliasType("ACTIONS", Literal["joint_velocity", "joint_position"])
+CAMERA = TypeAliasType("CAMERA", Literal["left", "right"])
 FORMAT = TypeAliasType("FORMAT", Literal["yaml", "toml"])
 
 

@@ -1,0 +1,222 @@
+"""Probe trials of many refined objects: each in a killable child, spread over Dask's workers; the table of them."""
+
+import logging
+import pkgutil
+import tempfile
+import uuid
+from collections.abc import Callable, Collection, Mapping, Sequence
+from dataclasses import dataclass, replace
+from datetime import UTC, datetime
+from functools import partial
+from pathlib import Path
+from typing import Protocol
+
+import pandas as pd
+from distributed import Client, as_completed
+
+from asset2sim.catalog.own_files import OwnFile, read_own_files
+from asset2sim.catalog.read import latest_rows
+from asset2sim.probes.answers import Ending
+from asset2sim.probes.policies import PolicySpec
+from asset2sim.probes.probe_trial import FAILED, run_probe
+from asset2sim.probes.seen import Policy
+from asset2sim.runs.interrupt import sigterm_as_interrupt
+from asset2sim.runs.isolation import Ending as ChildEnding
+from asset2sim.runs.isolation import accept_children, run_isolated, stop_children
+from asset2sim.runs.spread.cluster import open_client
+from schemas.errors import UnknownChoiceError, UsageError
+from schemas.probe_settings import ProbeSettings
+from schemas.settings import RunSettings
+from schemas.table import Row
+from schemas.tables_probes import PROBE_TRIALS
+
+PROBES_FOLDER = "probes"
+"""Folder of an output in which films are: ``probes/POLICY/ASSET/TASK/TRIAL/``."""
+EPISODE = "asset2sim.probes.episode:run_episode"
+MAKER = "asset2sim.probes.experts:make_probe"
+UNFINISHED = tuple(ending.value for ending in Ending)
+"""Outcomes of trials that are done again."""
+KEY = list(PROBE_TRIALS.key)
+
+log = logging.getLogger(__name__)
+
+
+class NamedTask(Protocol):
+    """What is to be done with an object, by the name that the paper's tables have."""
+
+    @property
+    def name(self) -> str:
+        """Its name, as 'cabinet close'."""
+
+
+@dataclass(frozen=True)
+class ProbeJob:
+    """One trial to do: a task with an asset of an output, by a policy, from a start that the seed makes. ``episode``
+    and ``maker`` name the functions ``module:function`` that run it and that make a probe of ours."""
+
+    out: Path
+    folder: Path
+    task: NamedTask
+    spec: PolicySpec
+    trial: int
+    seed: int
+    method: str
+    model: str
+    run_id: str | None
+    episode: str = EPISODE
+    maker: str = MAKER
+    owner: str = ""
+
+    @property
+    def to(self) -> Path:
+        """Where its film goes."""
+        return (
+            self.out
+            / PROBES_FOLDER
+            / self.spec.folder
+            / self.folder.name
+            / self.task.name.replace(" ", "-")
+            / str(self.trial)
+        )
+
+    @property
+    def known(self) -> Row:
+        """What is known of it before it is done: columns of its row."""
+        return {
+            "task": self.task.name, "asset_id": self.folder.name, "method": self.method, "model": self.model,
+            "policy": self.spec.name, "trial": self.trial, "seed": self.seed, "protocol": self.spec.protocol,
+            "ours": self.spec.ours, "run_id": self.run_id,
+        }  # fmt: skip
+
+
+@dataclass(frozen=True)
+class ProbeChoice:
+    """Which trials are asked for: tasks by asset, names of assets and methods (all where empty), how many, from which
+    seed on."""
+
+    tasks: Mapping[str, Sequence[NamedTask]]
+    asset_ids: Collection[str] = ()
+    methods: Collection[str] = ()
+    trials: int = 5
+    seed: int = 0
+
+
+def jobs_of(outs: Sequence[Path], spec: PolicySpec, choice: ProbeChoice) -> list[ProbeJob]:
+    """The trials of outputs' refined objects. The seed of a trial is the choice's plus its number, for all methods and
+    policies the same. Raises UsageError where there is no catalog or nothing to do, UnknownChoiceError for an asset or
+    a method that no output has."""
+    rows = [(out, row) for out in outs for (frame,) in [latest_rows(out, "assets")] for row in frame.to_dict("records")]
+    for kind, names, column in (("asset", choice.asset_ids, "asset_id"), ("method", choice.methods, "method")):
+        there = {str(row[column]) for _, row in rows}
+        for name in names:
+            if name not in there:
+                raise UnknownChoiceError(kind, name, there)
+    found: list[ProbeJob] = []
+    for out, row in rows:
+        asset_id, method = str(row["asset_id"]), str(row["method"])
+        folder = out / "assets" / asset_id
+        if asset_id not in (choice.asset_ids or (asset_id,)) or method not in (choice.methods or (method,)):
+            continue
+        if (folder / "overlay.json").is_file():
+            who = method, str(row["model"]), str(row["run_id"])
+            found.extend(
+                ProbeJob(out, folder, task, spec, trial, choice.seed + trial, *who)
+                for task in choice.tasks.get(asset_id, ())
+                for trial in range(choice.trials)
+            )
+    if not found:
+        known = ", ".join(sorted(choice.tasks))
+        raise UsageError(
+            f"{', '.join(map(str, outs))}: no refined object among those chosen has one of these tasks; they are of "
+            f"the assets {known}"
+        )
+    return found
+
+
+def left_to_do(jobs: Sequence[ProbeJob]) -> list[ProbeJob]:
+    """The jobs whose latest row, of the same seed and of the object as it is now, is none or has no result."""
+    kept = []
+    done = {out: _results(out) for out in dict.fromkeys(job.out for job in jobs)}
+    for job in jobs:
+        row = job.known
+        if (*(row[name] for name in KEY), job.seed, job.run_id) not in done[job.out]:
+            kept.append(job)
+    return kept
+
+
+def _results(out: Path) -> set[tuple[object, ...]]:
+    latest = latest_probes([out])
+    kept = latest[~latest["outcome"].isin(UNFINISHED)]
+    return set(kept[[*KEY, "seed", "run_id"]].itertuples(index=False, name=None))
+
+
+def run_probes(
+    jobs: Sequence[ProbeJob], run: RunSettings, settings: ProbeSettings, told: Callable[[Row, int], None]
+) -> int:
+    """Do every trial and store its row in its output; ``told`` hears each row and how many are left. Whatever a trial
+    or its policy does is a row. Returns how many were left undone: all that remain once several trials in a row found
+    nobody to ask. An interruption ends the children and keeps the rows so far."""
+    files = {job.out: OwnFile(job.out, PROBE_TRIALS) for job in jobs}
+    owner = f"probes-{uuid.uuid4().hex}"
+    accept_children(owner)
+    left, alone = len(jobs), 0
+    with tempfile.TemporaryDirectory() as place, sigterm_as_interrupt(), open_client(run, Path(place)) as client:
+        try:
+            futures = _submit(client, [replace(job, owner=owner) for job in jobs], settings)
+            for future in as_completed(futures):
+                job, row = futures[future], future.result()
+                files[job.out].add([row])
+                left -= 1
+                told(row, left)
+                alone = alone + 1 if row["outcome"] == Ending.UNREACHABLE else 0
+                if alone == settings.unreachable_in_a_row:
+                    break
+        finally:
+            stop_children(owner)
+    return left
+
+
+def _submit(client: Client, jobs: Sequence[ProbeJob], settings: ProbeSettings) -> dict[object, ProbeJob]:
+    return {client.submit(trial_of, job, settings, pure=False): job for job in jobs}
+
+
+def trial_of(job: ProbeJob, settings: ProbeSettings) -> Row:
+    """One trial in a child of its own, which may crash or hang."""
+    with tempfile.TemporaryDirectory(prefix="asset2sim-probe-") as place:
+        outcome = run_isolated(
+            episode_of,
+            (job, settings),
+            time_limit_s=settings.trial_s,
+            memory_limit_mb=settings.trial_mb,
+            services={},
+            log_path=Path(place, "probe.log"),
+            owner=job.owner,
+        )
+    row: Row = {"outcome": FAILED, "reason": outcome.reason, "success": False}
+    if outcome.ending is ChildEnding.RETURNED and isinstance(outcome.value, dict):
+        row = outcome.value
+    return dict.fromkeys(PROBE_TRIALS.schema.names) | row | job.known | {"recorded_at": datetime.now(UTC)}
+
+
+def episode_of(job: ProbeJob, settings: ProbeSettings) -> Row:
+    """The trial itself: what a child does."""
+    job.to.mkdir(parents=True, exist_ok=True)
+    episode = pkgutil.resolve_name(job.episode)
+    row = run_probe(
+        lambda policy: episode(job.folder, job.task, job.seed, policy, job.to),
+        job.spec, partial(_make, job), settings,
+    )  # fmt: skip
+    video = row.get("video")
+    return row if not isinstance(video, Path) else row | {"video": str(video.relative_to(job.out))}
+
+
+def _make(job: ProbeJob) -> Policy:
+    found: Policy = pkgutil.resolve_name(job.maker)(job.spec.name, job.folder, job.task, job.seed)
+    return found
+
+
+def latest_probes(outs: Sequence[Path | str]) -> pd.DataFrame:
+    """The latest row of every trial in these outputs."""
+    frames = [read_own_files(out, PROBE_TRIALS) for out in outs]
+    whole = pd.concat(frames, ignore_index=True) if frames else pd.DataFrame(columns=PROBE_TRIALS.schema.names)
+    return whole.sort_values("recorded_at").drop_duplicates(KEY, keep="last").sort_values(KEY, ignore_index=True)
