@@ -4,12 +4,11 @@ import sys
 from collections.abc import Sequence
 from pathlib import Path
 
-import pandas as pd
 from prefect import flow
 
 from asset2sim.catalog.text import output
 from asset2sim.judged.published import published_rates
-from asset2sim.judged.show_fidelity import describe_probes, fidelity_block
+from asset2sim.judged.show_fidelity import describe_probes, fidelity_block, real_rates
 from asset2sim.judged.variant_folders import variant_folders
 from asset2sim.probes.policies import check_installed, policy_spec
 from asset2sim.probes.probe_study import ProbeChoice, ProbeJob, jobs_of, latest_probes, left_to_do, run_probes
@@ -22,9 +21,8 @@ from schemas.probe_settings import ProbeSettings
 from schemas.settings import RunSettings
 from schemas.table import Row
 
-BLOCK = "probes"
+BLOCK = "probe"
 """Name of the page's block."""
-NO_RATES = pd.DataFrame(columns=["policy", "method", "model", "task", "rate", "trials"])
 
 
 def probe(options: ProbeOptions, run: RunSettings) -> None:
@@ -36,7 +34,9 @@ def probe(options: ProbeOptions, run: RunSettings) -> None:
     folders = [Path(folder) for folder in variant_folders(options.folders())]
     tasks = chosen_tasks(options.tasks)
     choice = ProbeChoice(tasks, options.assets, [*options.methods], options.trials, options.seed)
-    real = published_rates(options.published) if options.published is not None else NO_RATES
+    if options.published is not None:
+        published_rates(options.published)  # a folder without them is said before the trials
+    real = real_rates(options.published)
     if options.page is not None:
         check_page(options.page, BLOCK)
     jobs = jobs_of(folders, spec, choice)
@@ -47,10 +47,10 @@ def probe(options: ProbeOptions, run: RunSettings) -> None:
         with temporary_server() as address, use_server(address):
             run_probe_trials(todo, run)
     trials = latest_probes(folders)
-    for part in describe_probes(trials, real[real["method"] == "real"]):
+    for part in describe_probes(trials, real):
         output().print(part)
     if options.page is not None:
-        write_block(options.page, BLOCK, fidelity_block(trials, real[real["method"] == "real"]))
+        write_block(options.page, BLOCK, fidelity_block(trials, real))
 
 
 @flow(name="probe", persist_result=False, validate_parameters=False)

@@ -23,7 +23,8 @@ NAN, SHAPE, TEXT, HUGE, SLOW, DIE, CLOSE, NOTHING, GARBAGE, WORDS = (
 
 def note(path: str, question: dict[str, Any]) -> None:
     """Write a question down, each value as it came."""
-    np.savez(f"{path}.part.npz", **{key.replace("/", "|"): np.asarray(value) for key, value in question.items()})
+    arrays: dict[str, Any] = {key.replace("/", "|"): np.asarray(value) for key, value in question.items()}
+    np.savez(f"{path}.part.npz", **arrays)
     os.replace(f"{path}.part.npz", path)
 
 
@@ -34,8 +35,7 @@ def openpi_actions(question: dict[str, Any]) -> Any:
     assert state.shape == (8,)
     for key in ("observation/exterior_image_1_left", "observation/wrist_image_left"):
         picture = np.asarray(question[key])
-        assert picture.shape == (224, 224, 3) and picture.dtype == np.uint8 and picture.shape[0] != 3
-        np.zeros_like(picture)
+        assert picture.shape == (224, 224, 3) and picture.dtype == np.uint8
     assert isinstance(question["prompt"], str)
     return np.tile(np.append(np.linspace(-2.0, 2.0, 7), 0.6), (15, 1)).astype(np.float32)
 

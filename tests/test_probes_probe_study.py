@@ -42,11 +42,11 @@ def out(tmp_path: Path) -> Path:
     return place
 
 
-def done(jobs: list[ProbeJob], settings: ProbeSettings = QUICK) -> tuple[list[Row], int]:
+def done(jobs: list[ProbeJob], settings: ProbeSettings = QUICK, run: RunSettings = RUN) -> tuple[list[Row], int]:
     heard: list[Row] = []
     stand_in = "tests.probe_episodes"
     jobs = [replace(job, episode=f"{stand_in}:run_episode", maker=f"{stand_in}:make_probe") for job in jobs]
-    left = run_probes(jobs, RUN, settings, lambda row, _: heard.append(row))
+    left = run_probes(jobs, run, settings, lambda row, _: heard.append(row))
     return heard, left
 
 
@@ -86,13 +86,8 @@ def test_a_policy_killed_midway_is_a_row_and_the_run_goes_on(out: Path, tmp_path
             LAPTOP: (Task("laptop fold", Verb.CLOSE),),
         }  # fmt: skip
         jobs = jobs_of([out], spec, ProbeChoice(tasks, trials=1))
-        heard: list[Row] = []
-        for job in jobs:  # in this order
-            rows, left = done([job], QUICK.model_copy(update={"first_answer_s": 1.0}))
-            heard += rows
-            assert left == 0
-    outcomes = [str(row["outcome"]) for row in heard]
-    assert outcomes == ["not done", "policy timed out", "answer refused", "policy died", "policy unreachable"]
+        heard, left = done(jobs, QUICK.model_copy(update={"first_answer_s": 1.0}), RunSettings(workers=1))
+    assert left == 0 and [row["outcome"] for row in heard] == ["not done", "policy timed out", "answer refused", "policy died", "policy unreachable"]
     assert "ConnectionRefused" in str(heard[3]["reason"]) and heard[3]["asked"] == 1
     assert all(row["reason"] and row["success"] is None for row in heard[1:])
     assert heard[0]["success"] is False and heard[0]["protocol"] == "openpi" and heard[0]["ours"] is False
@@ -109,13 +104,13 @@ def test_a_run_that_finds_nobody_three_times_ends_and_says_how_much_is_left(out:
 
 @pytest.mark.system
 def test_a_crash_and_a_probe_without_a_way_are_results_of_the_object(out: Path) -> None:
-    for name in (CRASHES, "unplanned"):
-        (out / "assets" / BOX).rename(out / "assets" / name)
-        (job,) = jobs_of([out], SCRIPTED, ProbeChoice({LAPTOP: (Task("laptop fold", Verb.CLOSE),)}, trials=1))
-        ((row,), _) = done([replace(job, folder=out / "assets" / name)])
+    reasons = {CRASHES: "killed by SIGKILL", "unplanned": "there is no way to it"}
+    (job,) = jobs_of([out], SCRIPTED, ProbeChoice({LAPTOP: (Task("laptop fold", Verb.CLOSE),)}, trials=1))
+    rows, left = done([replace(job, folder=out / "assets" / name) for name in reasons])
+    assert left == 0 and len(rows) == 2
+    for row in rows:
         assert (row["outcome"], row["success"]) == ("failed", False)
-        assert ("killed by SIGKILL" if name == CRASHES else "there is no way to it") in str(row["reason"])
-        (out / "assets" / name).rename(out / "assets" / BOX)
+        assert reasons[str(row["asset_id"])] in str(row["reason"])
 
 
 def test_what_cannot_be_asked_for_is_said_in_one_line(out: Path) -> None:

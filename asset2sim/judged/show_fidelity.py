@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Sequence
+from pathlib import Path
 
 import pandas as pd
 from rich.console import RenderableType
@@ -18,10 +19,19 @@ from asset2sim.judged.fidelity import (
     rates_of,
     smallest_r,
 )
+from asset2sim.judged.published import SUCCESS_FILE, published_rates
 from asset2sim.trials.figures import FAULTS
 
 HEADINGS = ("policy", "method", "success, %", "95 % over tasks", "SRCC", "95 %", "p", "tasks", "trials")
 ENDED = ("done", "not done")
+
+
+def real_rates(published: Path | None) -> pd.DataFrame:
+    """Rates of policies in reality, of a folder of the paper's tables that has them; else none."""
+    if published is None or not (published / SUCCESS_FILE).is_file():
+        return pd.DataFrame(columns=["policy", "method", "model", "task", "rate", "trials"])
+    rates = published_rates(published)
+    return rates[rates["method"] == REAL]
 
 
 def describe_fidelity(title: str, rates: pd.DataFrame, real: pd.DataFrame) -> list[RenderableType]:

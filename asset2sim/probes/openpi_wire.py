@@ -93,14 +93,19 @@ def seen_of(said: Mapping[str, Any]) -> Seen:
         (GRIPPER, "f", (1,)),
     ):  # fmt: skip
         value = said.get(key)
-        fits = isinstance(value, np.ndarray) and value.dtype.str[1:].startswith(kind) and value.ndim == len(shape)
-        if not fits or any(size not in (None, there) for size, there in zip(shape, value.shape, strict=True)):
+        if not _fits(value, kind, shape):
             there = f"{value.dtype} of shape {value.shape}" if isinstance(value, np.ndarray) else type(value).__name__
             raise refused(f"{key}: {there}; numbers of kind {kind} and shape {shape} are valid")
     if not isinstance(said.get(PROMPT), str):
         raise refused(f"{PROMPT}: text is valid, not {type(said.get(PROMPT)).__name__}")
     left = said[EXTERIOR]
     return Seen(left, np.zeros_like(left), said[WRIST], said[POSITIONS], float(said[GRIPPER][0]), said[PROMPT])
+
+
+def _fits(value: object, kind: str, shape: tuple[int | None, ...]) -> bool:
+    if not isinstance(value, np.ndarray) or value.ndim != len(shape) or not value.dtype.str[1:].startswith(kind):
+        return False
+    return all(size in (None, found) for size, found in zip(shape, value.shape, strict=True))
 
 
 def chunk_of(answer: Mapping[str, Any], kind: ActionKind, most: int, continuous: bool) -> Chunk:

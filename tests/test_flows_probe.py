@@ -1,0 +1,36 @@
+"""``asset2sim probe``: the flow over an output, its rows, its page, and what it refuses."""
+
+from pathlib import Path
+
+import pytest
+
+pytest.importorskip("mujoco", reason="MuJoCo is not installed here")
+from asset2sim.probes.probe_study import latest_probes
+from flows.command import refine, run_command, serve
+from tests.test_probes_probe_study import BOX, out
+
+__all__ = ["out"]
+
+pytestmark = pytest.mark.system
+
+
+def test_the_command_does_what_is_left_to_do_and_writes_the_page(
+    out: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    page = out.parent / "page.md"
+    page.write_text("<!-- probe: begin (make probe) -->\n<!-- probe: end -->\n", encoding="utf-8")
+    words = ["probe", str(out), "--policy", "scripted", "--tasks", "box close", "--trials", "1", "--page", str(page)]
+    # The box is no object: the expert finds no way, and the task is not done.
+    assert run_command(words, refine=refine, nightly=serve) == 0
+    assert "no SRCC of scripted" in capsys.readouterr().out
+    assert "| scripted | asset2sim | 0.00 |" in page.read_text(encoding="utf-8")
+    (row,) = latest_probes([out]).to_dict("records")
+    assert (row["asset_id"], row["outcome"], row["success"]) == (BOX, "failed", False) and "no way for" in row["reason"]
+    assert run_command(words, refine=refine, nightly=serve) == 0
+    assert "1 of 1 trials have a result" in capsys.readouterr().err
+
+
+def test_what_is_no_policy_is_said_in_one_line(out: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    for policy, said in (("pi0", "unknown policy 'pi0'"), ("http://h", "names no policy")):
+        assert run_command(["probe", str(out), "--policy", policy], refine=refine, nightly=serve) == 2
+        assert said in capsys.readouterr().err
