@@ -11,8 +11,15 @@ from asset2sim.judged.published import published_rates
 from asset2sim.judged.show_fidelity import describe_probes, fidelity_block, real_rates
 from asset2sim.judged.variant_folders import variant_folders
 from asset2sim.probes.policies import check_installed, policy_spec
-from asset2sim.probes.probe_study import ProbeChoice, ProbeJob, jobs_of, latest_probes, left_to_do, run_probes
-from asset2sim.probes.probe_tasks import chosen_tasks
+from asset2sim.probes.probe_study import (
+    ProbeChoice,
+    ProbeJob,
+    chosen_tasks,
+    jobs_of,
+    latest_probes,
+    left_to_do,
+    run_probes,
+)
 from asset2sim.runs.trial_options import ProbeOptions
 from asset2sim.studies.pages.blocks import check_page, write_block
 from flows.server.client import use_server

@@ -1,6 +1,7 @@
 """The table of probe trials: what a policy did with an object in the DROID scene, and what was measured meanwhile."""
 
 from schemas.table import COUNT, FLAG, REAL, TEXT, TIME, Column, make_table
+from schemas.tables_trials import MEASURED
 
 _PROBE_TRIALS: tuple[Column, ...] = (
     ("task!", TEXT, "", "What was to be done, as 'cabinet close'"),
@@ -17,7 +18,7 @@ _PROBE_TRIALS: tuple[Column, ...] = (
     ("outcome!", TEXT, "", "done, not done, failed (no episode), or how the policy ended it: policy died, policy timed "
      "out, answer refused, policy unreachable"),
     ("reason!", TEXT, "", "Why it is not done; empty if it is"),
-    ("success", FLAG, "", "The final state is within the tolerance of the target; null where the policy ended the trial"),
+    ("success", FLAG, "", "The final state is within the tolerance of the target; null where there is no result"),
     ("start", REAL, "rad or m", "State at the start: the joint's position, or distance of the object from the bowl"),
     ("target", REAL, "rad or m", "Where it should end"),
     ("end", REAL, "rad or m", "Where it ended"),
@@ -27,15 +28,7 @@ _PROBE_TRIALS: tuple[Column, ...] = (
     ("asked", COUNT, "1", "Times that the policy was asked"),
     ("latency_s", REAL, "s", "Median time to an answer; null where it was not asked"),
     ("latency_max_s", REAL, "s", "Longest time to an answer"),
-    ("first_contact_s", REAL, "s", "When the arm first touched the object; null if never"),
-    ("impulse_m_s", REAL, "m/s", "Speed that the object would have of what came from nowhere in one picture (1/15 s)"),
-    ("ringing_turns", COUNT, "1", "Changes of direction of a part that was let go, above the amplitude that counts"),
-    ("force_n", REAL, "N", "Largest force between arm and object"),
-    ("moved_before_contact", FLAG, "", "Something moved before it was touched"),
-    ("energy_appeared", FLAG, "", "Energy appeared"),
-    ("jumped", FLAG, "", "An impulse that no touch explains"),
-    ("overlapped", FLAG, "", "Arm and object interpenetrated"),
-    ("rang", FLAG, "", "A part oscillated after it was let go"),
+    *MEASURED,
     ("video", TEXT, "", "The film, below the output folder; null where there is none"),
     ("seconds_simulated", REAL, "s", "Length of the episode"),
     ("seconds", REAL, "s", "Wall time of the trial"),

@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from asset2sim.probes.seen import OPEN_LOOP, Chunk, Policy, Seen
-from asset2sim.trials.tasks import Task
+from asset2sim.probes.tasks import ProbeTask
 from schemas.table import Row
 
 QUESTIONS, EPSILON = 4, 0.05
@@ -17,7 +17,7 @@ CRASHES = "crashes"
 """An asset that takes its process along."""
 
 
-def run_episode(folder: Path, task: Task, seed: int, policy: Callable[[Seen], Chunk], to: Path) -> Row:
+def run_episode(folder: Path, task: ProbeTask, seed: int, policy: Callable[[Seen], Chunk], to: Path) -> Row:
     """The first joint is to go to 1 rad from where the seed puts it."""
     if folder.name == CRASHES:
         os.kill(os.getpid(), signal.SIGKILL)
@@ -39,7 +39,7 @@ def run_episode(folder: Path, task: Task, seed: int, policy: Callable[[Seen], Ch
     }  # fmt: skip
 
 
-def make_probe(name: str, folder: Path, task: Task, seed: int) -> Policy:
+def make_probe(name: str, folder: Path, task: ProbeTask, seed: int) -> Policy:
     """Goes there; the noisy one goes elsewhere."""
     if folder.name == "unplanned":
         raise ValueError("there is no way to it")

@@ -14,9 +14,7 @@ __all__ = ["out"]
 pytestmark = pytest.mark.system
 
 
-def test_the_command_does_what_is_left_to_do_and_writes_the_page(
-    out: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_the_command_does_what_is_left_to_do_and_writes_the_page(out: Path, capsys: pytest.CaptureFixture[str]) -> None:
     page = out.parent / "page.md"
     page.write_text("<!-- probe: begin (make probe) -->\n<!-- probe: end -->\n", encoding="utf-8")
     words = ["probe", str(out), "--policy", "scripted", "--tasks", "box close", "--trials", "1", "--page", str(page)]

@@ -16,7 +16,7 @@ from asset2sim.probes.answers import Ending, PolicyError
 from asset2sim.probes.openpi_client import OpenPiPolicy
 from asset2sim.probes.openpi_wire import SPEED_RAD_S, answer_of, chunk_of, pack, resized, unpack
 from asset2sim.probes.seen import Chunk, Policy, Seen
-from asset2sim.probes.serving import ServingError, served
+from asset2sim.probes.serving import served
 from schemas.probe_settings import ProbeSettings
 from tests import policy_servers as does
 
@@ -186,7 +186,7 @@ def test_our_policies_are_served_over_the_same_websocket_by_a_process_of_their_o
         assert np.allclose(chunk.actions[0], [*np.linspace(-1.0, 1.0, 7), 0.25]) and len(chunk.actions) == 9
         with pytest.raises(PolicyError, match="RuntimeError: it broke"):
             policy(seen("break"))
-    with pytest.raises(ServingError, match="no way"), served(lambda: fail("no way")):
+    with pytest.raises(ValueError, match="no way"), served(lambda: fail("no way")):
         pass
 
 

@@ -9,9 +9,16 @@ from asset2sim.catalog.own_files import read_own_files
 from asset2sim.catalog.query import connect
 from asset2sim.catalog.write import write_run
 from asset2sim.probes.policies import PROBES, PolicySpec, policy_spec
-from asset2sim.probes.probe_study import ProbeChoice, ProbeJob, jobs_of, latest_probes, left_to_do, run_probes
-from asset2sim.probes.probe_tasks import chosen_tasks
-from asset2sim.trials.tasks import Task, Verb
+from asset2sim.probes.probe_study import (
+    ProbeChoice,
+    ProbeJob,
+    chosen_tasks,
+    jobs_of,
+    latest_probes,
+    left_to_do,
+    run_probes,
+)
+from asset2sim.probes.tasks import PAPER11
 from schemas.errors import UnknownChoiceError, UsageError
 from schemas.probe_settings import ProbeSettings
 from schemas.settings import RunSettings
@@ -81,13 +88,17 @@ def test_trials_of_a_probe_are_rows_and_are_not_done_twice(out: Path) -> None:
 def test_a_policy_killed_midway_is_a_row_and_the_run_goes_on(out: Path, tmp_path: Path) -> None:
     with program("obey", str(tmp_path / "seen.npz")) as port:
         spec = PolicySpec("pi0.5-DROID", host="127.0.0.1", port=port)
-        tasks: dict[str, tuple[Task, ...]] = {
-            BOX: tuple(Task(name, Verb.CLOSE) for name in ("box close", does.SLOW, does.NAN, does.DIE)),
-            LAPTOP: (Task("laptop fold", Verb.CLOSE),),
-        }  # fmt: skip
+        wrong = [replace(PAPER11["box close"], name=name) for name in (does.SLOW, does.NAN, does.DIE)]
+        tasks = [PAPER11["box close"], *wrong, PAPER11["laptop fold"]]
         jobs = jobs_of([out], spec, ProbeChoice(tasks, trials=1))
         heard, left = done(jobs, QUICK.model_copy(update={"first_answer_s": 1.0}), RunSettings(workers=1))
-    assert left == 0 and [row["outcome"] for row in heard] == ["not done", "policy timed out", "answer refused", "policy died", "policy unreachable"]
+    assert left == 0 and [row["outcome"] for row in heard] == [
+        "not done",
+        "policy timed out",
+        "answer refused",
+        "policy died",
+        "policy unreachable",
+    ]
     assert "ConnectionRefused" in str(heard[3]["reason"]) and heard[3]["asked"] == 1
     assert all(row["reason"] and row["success"] is None for row in heard[1:])
     assert heard[0]["success"] is False and heard[0]["protocol"] == "openpi" and heard[0]["ours"] is False
@@ -105,7 +116,7 @@ def test_a_run_that_finds_nobody_three_times_ends_and_says_how_much_is_left(out:
 @pytest.mark.system
 def test_a_crash_and_a_probe_without_a_way_are_results_of_the_object(out: Path) -> None:
     reasons = {CRASHES: "killed by SIGKILL", "unplanned": "there is no way to it"}
-    (job,) = jobs_of([out], SCRIPTED, ProbeChoice({LAPTOP: (Task("laptop fold", Verb.CLOSE),)}, trials=1))
+    (job,) = jobs_of([out], SCRIPTED, ProbeChoice([PAPER11["laptop fold"]], trials=1))
     rows, left = done([replace(job, folder=out / "assets" / name) for name in reasons])
     assert left == 0 and len(rows) == 2
     for row in rows:

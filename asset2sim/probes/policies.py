@@ -4,8 +4,10 @@ import re
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
+from importlib.util import find_spec
 from urllib.parse import urlsplit
 
+from asset2sim.probes.cameras import open_gl
 from asset2sim.probes.openpi_client import OpenPiPolicy
 from asset2sim.probes.openpi_wire import Camera
 from asset2sim.probes.seen import ActionKind, Policy
@@ -84,7 +86,10 @@ def opened(spec: PolicySpec, make: Callable[[], Policy], settings: ProbeSettings
 
 
 def check_installed(spec: PolicySpec) -> None:
-    """Raise UsageError where a library that the policy's protocol needs is not installed."""
+    """Raise UsageError where pictures cannot be drawn, or what the policy needs is not installed."""
+    open_gl(16, 16).free()
+    if spec.name == "cloned" and spec.ours and find_spec("torch") is None:
+        raise UsageError("the cloned probe is a network and needs torch: pip install 'asset2sim[learn]'")
     if spec.protocol == GROOT:
         try:
             import zmq  # noqa: F401

@@ -4,12 +4,11 @@ import logging
 import pkgutil
 import tempfile
 import uuid
-from collections.abc import Callable, Collection, Mapping, Sequence
+from collections.abc import Callable, Collection, Sequence
 from dataclasses import dataclass, replace
 from datetime import UTC, datetime
 from functools import partial
 from pathlib import Path
-from typing import Protocol
 
 import pandas as pd
 from distributed import Client, as_completed
@@ -20,6 +19,7 @@ from asset2sim.probes.answers import Ending
 from asset2sim.probes.policies import PolicySpec
 from asset2sim.probes.probe_trial import FAILED, run_probe
 from asset2sim.probes.seen import Policy
+from asset2sim.probes.tasks import PAPER11, ProbeTask
 from asset2sim.runs.interrupt import sigterm_as_interrupt
 from asset2sim.runs.isolation import Ending as ChildEnding
 from asset2sim.runs.isolation import accept_children, run_isolated, stop_children
@@ -32,21 +32,13 @@ from schemas.tables_probes import PROBE_TRIALS
 
 PROBES_FOLDER = "probes"
 """Folder of an output in which films are: ``probes/POLICY/ASSET/TASK/TRIAL/``."""
+ALL_TASKS = "paper11"
+"""The name of all of the paper's tasks."""
 EPISODE = "asset2sim.probes.episode:run_episode"
 MAKER = "asset2sim.probes.experts:make_probe"
-UNFINISHED = tuple(ending.value for ending in Ending)
-"""Outcomes of trials that are done again."""
 KEY = list(PROBE_TRIALS.key)
 
 log = logging.getLogger(__name__)
-
-
-class NamedTask(Protocol):
-    """What is to be done with an object, by the name that the paper's tables have."""
-
-    @property
-    def name(self) -> str:
-        """Its name, as 'cabinet close'."""
 
 
 @dataclass(frozen=True)
@@ -56,7 +48,7 @@ class ProbeJob:
 
     out: Path
     folder: Path
-    task: NamedTask
+    task: ProbeTask
     spec: PolicySpec
     trial: int
     seed: int
@@ -91,14 +83,21 @@ class ProbeJob:
 
 @dataclass(frozen=True)
 class ProbeChoice:
-    """Which trials are asked for: tasks by asset, names of assets and methods (all where empty), how many, from which
-    seed on."""
+    """Which trials are asked for: tasks, assets and methods (all where empty), how many, from which seed on."""
 
-    tasks: Mapping[str, Sequence[NamedTask]]
+    tasks: Sequence[ProbeTask]
     asset_ids: Collection[str] = ()
     methods: Collection[str] = ()
     trials: int = 5
     seed: int = 0
+
+
+def chosen_tasks(names: Sequence[str]) -> tuple[ProbeTask, ...]:
+    """The tasks of these names, ``ALL_TASKS`` among them. Raises UnknownChoiceError for a name that is none."""
+    for name in names:
+        if name != ALL_TASKS and name not in PAPER11:
+            raise UnknownChoiceError("task", name, (ALL_TASKS, *PAPER11))
+    return tuple(task for name, task in PAPER11.items() if name in names or ALL_TASKS in names)
 
 
 def jobs_of(outs: Sequence[Path], spec: PolicySpec, choice: ProbeChoice) -> list[ProbeJob]:
@@ -121,11 +120,12 @@ def jobs_of(outs: Sequence[Path], spec: PolicySpec, choice: ProbeChoice) -> list
             who = method, str(row["model"]), str(row["run_id"])
             found.extend(
                 ProbeJob(out, folder, task, spec, trial, choice.seed + trial, *who)
-                for task in choice.tasks.get(asset_id, ())
+                for task in choice.tasks
+                if task.asset_id == asset_id
                 for trial in range(choice.trials)
             )
     if not found:
-        known = ", ".join(sorted(choice.tasks))
+        known = ", ".join(sorted({task.asset_id for task in choice.tasks}))
         raise UsageError(
             f"{', '.join(map(str, outs))}: no refined object among those chosen has one of these tasks; they are of "
             f"the assets {known}"
@@ -145,8 +145,7 @@ def left_to_do(jobs: Sequence[ProbeJob]) -> list[ProbeJob]:
 
 
 def _results(out: Path) -> set[tuple[object, ...]]:
-    latest = latest_probes([out])
-    kept = latest[~latest["outcome"].isin(UNFINISHED)]
+    kept = latest_probes([out]).dropna(subset=["success"])
     return set(kept[[*KEY, "seed", "run_id"]].itertuples(index=False, name=None))
 
 
@@ -192,10 +191,17 @@ def trial_of(job: ProbeJob, settings: ProbeSettings) -> Row:
             log_path=Path(place, "probe.log"),
             owner=job.owner,
         )
-    row: Row = {"outcome": FAILED, "reason": outcome.reason, "success": False}
+    # A child that dies or hangs does so over the object; an exception is a broken program, and says nothing of it.
+    row: Row = {
+        "outcome": FAILED,
+        "reason": outcome.reason,
+        "success": None if outcome.ending is ChildEnding.RAISED else False,
+    }
     if outcome.ending is ChildEnding.RETURNED and isinstance(outcome.value, dict):
         row = outcome.value
-    return dict.fromkeys(PROBE_TRIALS.schema.names) | row | job.known | {"recorded_at": datetime.now(UTC)}
+    columns = PROBE_TRIALS.schema.names
+    kept = {name: value for name, value in row.items() if name in columns}
+    return dict.fromkeys(columns) | kept | job.known | {"recorded_at": datetime.now(UTC)}
 
 
 def episode_of(job: ProbeJob, settings: ProbeSettings) -> Row:

@@ -4,7 +4,11 @@ import statistics
 import time
 from collections.abc import Callable
 
+import mujoco
+
+from asset2sim.load import LoadError
 from asset2sim.probes.answers import Ending, PolicyError
+from asset2sim.probes.experts import NoWayError
 from asset2sim.probes.policies import PolicySpec, opened
 from asset2sim.probes.seen import Chunk, Policy, Seen
 from asset2sim.probes.serving import ServingError
@@ -38,7 +42,7 @@ class Timed:
 
 def run_probe(episode: Episode, spec: PolicySpec, make: Callable[[], Policy], settings: ProbeSettings) -> Row:
     """The row of an episode with a policy, but for what the run knows. What the policy does wrong is an outcome, and no
-    result of the object; a probe of ours that cannot be made for it is one."""
+    result of the object; that it cannot be put into the scene, or that a probe of ours finds no way, is one."""
     began = time.monotonic()
     timed: Timed | None = None
     try:
@@ -47,8 +51,8 @@ def run_probe(episode: Episode, spec: PolicySpec, make: Callable[[], Policy], se
             row = episode(timed)
     except PolicyError as error:
         row = {"outcome": error.ending.value, "reason": str(error), "success": None}
-    except ServingError as error:
-        row = {"outcome": FAILED, "reason": f"no way for {spec.name}: {error}", "success": False}
+    except (LoadError, ValueError, NoWayError, ServingError, mujoco.FatalError) as error:
+        row = {"outcome": FAILED, "reason": str(error).partition("\n")[0], "success": False}
     latencies = timed.latencies if timed is not None else []
     times: Row = {
         "latency_s": statistics.median(latencies) if latencies else None,

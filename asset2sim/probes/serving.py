@@ -4,6 +4,7 @@ openpi's."""
 import logging
 import multiprocessing
 import os
+import pickle
 import signal
 import threading
 import time
@@ -33,7 +34,7 @@ log = logging.getLogger(__name__)
 
 
 class ServingError(Asset2SimError):
-    """A policy of our own could not be made; the message says why."""
+    """The process that makes a policy of our own died, or took too long."""
 
 
 def serve(
@@ -72,7 +73,7 @@ def serve(
 @contextmanager
 def served(make: Callable[[], Policy], space: ActionKind | None = None) -> Iterator[int]:
     """Serve the policy that ``make`` makes in a forked process while the block runs; gives its port. To be used where
-    this process has one thread. Raises ServingError where it cannot be made."""
+    this process has one thread. Raises what ``make`` raises, and ServingError."""
     context = multiprocessing.get_context("fork")
     ours, theirs = context.Pipe()
     process = context.Process(target=_serve_made, args=(make, space, theirs, os.getpid()))
@@ -86,8 +87,8 @@ def served(make: Callable[[], Policy], space: ActionKind | None = None) -> Itera
         except EOFError as error:
             process.join()
             raise ServingError(f"the process that makes the policy ended with {process.exitcode}") from error
-        if isinstance(said, str):
-            raise ServingError(said)
+        if isinstance(said, Exception):
+            raise said
         yield int(said)
     finally:
         process.kill()
@@ -101,8 +102,11 @@ def _serve_made(make: Callable[[], Policy], space: ActionKind | None, pipe: Conn
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     try:
         policy = make()
-    except Exception as error:  # a broken policy is the trial's to report
+    except Exception as error:  # raised anew where the policy was asked for
         traceback.print_exc()
-        pipe.send(f"{type(error).__name__}: {error}")
+        try:
+            pipe.send(error)
+        except (pickle.PicklingError, AttributeError, TypeError):
+            pipe.send(RuntimeError(f"{type(error).__name__}: {error}"))
         return
     serve(policy, 0, pipe.send, space)
