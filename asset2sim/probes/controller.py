@@ -27,9 +27,9 @@ def carried_out(chunk: Chunk) -> Array:
 
 
 def commands_of(action: Array, kind: ActionKind, measured: Array, fingers: Array, arm: Arm) -> Array:
-    """(9,) what the servos are told for one step: joint positions, rad, and fingers, m. ``measured`` are the arm's seven
-    joints, ``fingers`` what the two fingers were told before. A velocity that is too fast is scaled down as a whole, as
-    DROID does; a position is led to in steps of the same size."""
+    """(9,) what the servos are told for one step: joint positions, rad, and fingers, m. ``measured`` are the arm's
+    seven joints, ``fingers`` what the two fingers were told before. A velocity that is too fast is scaled down as a
+    whole, as DROID does; a position is led to in steps of the same size."""
     if kind == "joint_velocity":
         change = action[:JOINTS] / CONTROL_HZ
         change = change / max(1.0, float(np.abs(change).max()) / STEP_RAD)

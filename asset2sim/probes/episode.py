@@ -206,7 +206,7 @@ def off_bowl(stage: Stage, poses: Array) -> float:
 
 
 class Film:
-    """Pictures of an episode: from the left as it goes on, and what the policy saw last from the right and the wrist."""
+    """Pictures of an episode: from the left all along, and what the policy last saw from the right and the wrist."""
 
     def __init__(self) -> None:
         self.beside = np.zeros((HEIGHT, 2 * WIDTH, 3), dtype=np.uint8)

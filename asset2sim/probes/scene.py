@@ -1,4 +1,4 @@
-"""The DROID scene's physics: the arm before a table, the task's object on it, seeded, and a bowl where one is needed."""
+"""The DROID scene's physics: the arm before a table, the task's object on it, seeded, and a bowl where it needs one."""
 
 import zlib
 from dataclasses import dataclass, replace
@@ -88,7 +88,9 @@ def started(stage: Stage, joint: JointPhysics | None) -> Stage:
     place(stage, stage.about_positions)
     root = int(stage.model.body(stage.prefix + stage.about.root).id)
     if stage.model.body_dofnum[root] == 6:
-        bodies = (index for index in range(1, stage.model.nbody) if stage.model.body(index).name.startswith(stage.prefix))
+        bodies = (
+            index for index in range(1, stage.model.nbody) if stage.model.body(index).name.startswith(stage.prefix)
+        )
         lowest = float(vertices(stage, frozenset(bodies))[:, 2].min())
         stage.data.qpos[stage.model.jnt_qposadr[stage.model.body_jntadr[root]] + 2] -= lowest
         place(stage, {})
