@@ -47,7 +47,9 @@ class Named(Protocol):
 
 
 def probe_task(task: Named) -> ProbeTask:
-    """The task of this name. Raises UnknownChoiceError."""
+    """The task itself, or the paper's of this name. Raises UnknownChoiceError."""
+    if isinstance(task, ProbeTask):
+        return task
     if task.name not in PAPER11:
         raise UnknownChoiceError("task", task.name, PAPER11)
     return PAPER11[task.name]
@@ -105,14 +107,14 @@ def run_episode(folder: Path, task: Named, seed: int, policy: Policy, to: Path |
     can be drawn or the object has not the task's joint; LoadError, ValueError where MuJoCo refuses the object."""
     began = time.monotonic()
     scene = build_scene(folder, probe_task(task), seed)
-    run, film = Run(scene), Film()
+    run, film = Run(scene), None if to is None else Film()
     steps = 0
     try:
         with Cameras(folder, scene.stage) as cameras:
             run.advance(SETTLE_S, "settle")
             steps = act(run, policy, cameras, film)
     finally:
-        if to is not None and film.pictures:
+        if to is not None and film is not None and film.pictures:
             to.mkdir(parents=True, exist_ok=True)
             write_mp4(film.frames(), to / FILM, CONTROL_HZ / FILMED_EVERY)
     track = run.track()
@@ -129,15 +131,16 @@ def run_episode(folder: Path, task: Named, seed: int, policy: Policy, to: Path |
     }  # fmt: skip
 
 
-def act(run: Run, policy: Policy, cameras: Cameras, film: "Film") -> int:
+def act(run: Run, policy: Policy, cameras: Cameras, film: "Film | None") -> int:
     """Ask the policy and carry out what it answers until the horizon, or until nothing moves; how many actions."""
     arm, fingers, states, step = Arm(), OPEN[JOINTS:], [run.state()], 0
     while step < HORIZON and run.finite:
         seen = seen_of(run, cameras)
-        film.seen(seen)
+        if film is not None:
+            film.seen(seen)
         chunk = policy(seen)
         for action in carried_out(chunk):
-            if step % FILMED_EVERY == 0:
+            if film is not None and step % FILMED_EVERY == 0:
                 cameras.follow()
                 film.add(cameras.picture("exterior_left"))
             told = commands_of(action, chunk.kind, run.tool()[:JOINTS], fingers, arm)

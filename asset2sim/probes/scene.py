@@ -8,7 +8,7 @@ import mujoco
 import numpy as np
 
 from asset2sim.physics.arrays import Array
-from asset2sim.probes.tasks import SHIFT_M, TURN_RAD, ProbeTask
+from asset2sim.probes.tasks import BOWL_HIGH_M, SHIFT_M, TURN_RAD, ProbeTask
 from asset2sim.trials.franka import MAX_OPENING_M, franka_spec
 from asset2sim.trials.paths import vertices
 from asset2sim.trials.scene import Bowl, Stage, build_stage, place
@@ -23,7 +23,6 @@ OPEN = np.array([*START, MAX_OPENING_M / 2.0, MAX_OPENING_M / 2.0])
 """The arm's nine joints at the start: rad, and m of the open fingers."""
 NEAREST_M = 0.28
 """Least distance ahead of the arm's base at which anything of the object stands, m."""
-BOWL_HIGH_M = 0.05
 
 
 @dataclass(frozen=True, eq=False)

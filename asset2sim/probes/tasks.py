@@ -6,6 +6,7 @@ from types import MappingProxyType
 
 import numpy as np
 
+from asset2sim.trials.scene import Bowl
 from asset2sim.trials.tasks import Verb, range_of
 from schemas.overlay import JointPhysics
 
@@ -15,6 +16,9 @@ the policies see, and the trials' own. The paper has an ε for each task and pub
 SHIFT_M, TURN_RAD = 0.02, 0.087
 """By how much the object's place may differ between trials, m each way and rad each way (5 degrees): a person puts it
 back by eye no better."""
+
+BOWL_HIGH_M = 0.05
+"""Height of a bowl, m."""
 
 
 @dataclass(frozen=True)
@@ -54,7 +58,7 @@ class ProbeTask:
         """How near it must end, rad; of a slider m; of the bowl's middle m."""
         if joint is None:
             assert self.bowl is not None
-            return self.bowl.radius_m
+            return Bowl((self.bowl.x, self.bowl.y), self.bowl.radius_m, BOWL_HIGH_M).rim_m
         return SLIDE_SHARE * range_of(joint) if joint.type == "prismatic" else HINGE_RAD
 
     def start_of(self, joint: JointPhysics) -> float:
