@@ -113,8 +113,8 @@ def looking(camera: Camera) -> Array:
 
 
 def open_gl(width: int, height: int) -> Any:
-    """A current OpenGL context without a window: ``MUJOCO_GL`` (egl or osmesa) if it says so, else the first that works.
-    Raises UsageError where none does."""
+    """A current OpenGL context without a window: of ``MUJOCO_GL`` where that is egl or osmesa, else the first that
+    works. Raises UsageError where none does."""
     asked = os.environ.get("MUJOCO_GL", "").lower()
     for name in [asked] if asked in ("egl", "osmesa") else ["egl", "osmesa"]:
         before = os.environ.get("PYOPENGL_PLATFORM")

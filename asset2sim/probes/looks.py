@@ -3,9 +3,11 @@ itself. Its world is the arm's base: z = 0 is the table's top."""
 
 from collections.abc import Mapping
 from pathlib import Path
+from typing import Any
 
 import mujoco
 import numpy as np
+from numpy.typing import NDArray
 from PIL import Image
 
 from asset2sim.assets.folder import URDF_NAME
@@ -37,8 +39,8 @@ LIGHT_AT, LIGHT_TO = (0.2, 0.5, 1.8), (0.25, -0.3, -1.0)
 
 def looks_of(folder: Path, stage: Stage, width: int, height: int) -> mujoco.MjSpec:
     """A specification of how the stage looks, with the refined object in ``folder``: a mocap body a link, named as the
-    stage's bodies are, and rooms for pictures of this size. Cameras are to be added. Raises AssetError as ``load_scene``
-    does."""
+    stage's bodies are, with room for pictures of this size. Cameras are to be added. Raises AssetError as
+    ``load_scene`` does."""
     spec = mujoco.MjSpec()
     spec.visual.global_.offwidth, spec.visual.global_.offheight = width, height
     spec.visual.quality.shadowsize, spec.visual.quality.offsamples = SHADOWS, SAMPLES
@@ -95,13 +97,19 @@ def painted(spec: mujoco.MjSpec, name: str, paint: Paint) -> None:
         image = paint.texture.image.convert("RGB")
         image.thumbnail((LARGEST, LARGEST))
         texture = spec.add_texture(
-            name=paint.texture.key, type=mujoco.mjtTexture.mjTEXTURE_2D, width=image.width, height=image.height, nchannel=3
+            name=paint.texture.key,
+            type=mujoco.mjtTexture.mjTEXTURE_2D,
+            width=image.width,
+            height=image.height,
+            nchannel=3,
         )
         texture.data = image.tobytes()
     material.textures[mujoco.mjtTextureRole.mjTEXROLE_RGB] = paint.texture.key
 
 
-def add_faces(spec: mujoco.MjSpec, faces: Faces, read: dict[str, Array], prefix: str, cells: Mapping[str, float], sides: int = 2) -> None:
+def add_faces(
+    spec: mujoco.MjSpec, faces: Faces, read: dict[str, Array], prefix: str, cells: Mapping[str, float], sides: int = 2
+) -> None:
     """Add a mocap body for each link with its triangles, which were read with the links at these (4, 4) poses, and are
     thinned out to ``cells``: link → edge, m, for links of many triangles, "" for all others."""
     for index, surface in enumerate(faces.surfaces):
@@ -117,11 +125,15 @@ def add_faces(spec: mujoco.MjSpec, faces: Faces, read: dict[str, Array], prefix:
             mesh = f"{prefix}{link} {index}"
             if add_mesh(spec, mesh, corners, normals, faces.uv[chosen], cell, sides):
                 body.add_geom(
-                    type=mujoco.mjtGeom.mjGEOM_MESH, meshname=mesh, material=f"{prefix}{index}", contype=0, conaffinity=0
+                    type=mujoco.mjtGeom.mjGEOM_MESH,
+                    meshname=mesh,
+                    material=f"{prefix}{index}",
+                    contype=0,
+                    conaffinity=0,
                 )
 
 
-def own_normals(faces: Faces, chosen: Array) -> Array:
+def own_normals(faces: Faces, chosen: NDArray[np.signedinteger[Any]]) -> Array:
     """(n, 3, 3) normals at these triangles' corners: the file's own, or the triangle's where it has none or they are
     far from it."""
     flat = np.repeat(faces.flat[chosen][:, None], 3, axis=1)

@@ -1,4 +1,4 @@
-"""The DROID scene's physics: the arm before a table, the task's object on it, seeded, and a bowl where one is needed."""
+"""The DROID scene's physics: the arm before a table, the task's object on it, seeded, and a bowl where it needs one."""
 
 import zlib
 from dataclasses import dataclass, replace
@@ -8,7 +8,7 @@ import mujoco
 import numpy as np
 
 from asset2sim.physics.arrays import Array
-from asset2sim.probes.tasks import SHIFT_M, TURN_RAD, ProbeTask
+from asset2sim.probes.tasks import BOWL_HIGH_M, SHIFT_M, TURN_RAD, ProbeTask
 from asset2sim.trials.franka import MAX_OPENING_M, franka_spec
 from asset2sim.trials.paths import vertices
 from asset2sim.trials.scene import Bowl, Stage, build_stage, place
@@ -23,7 +23,6 @@ OPEN = np.array([*START, MAX_OPENING_M / 2.0, MAX_OPENING_M / 2.0])
 """The arm's nine joints at the start: rad, and m of the open fingers."""
 NEAREST_M = 0.28
 """Least distance ahead of the arm's base at which anything of the object stands, m."""
-BOWL_HIGH_M = 0.05
 
 
 @dataclass(frozen=True, eq=False)
@@ -88,7 +87,9 @@ def started(stage: Stage, joint: JointPhysics | None) -> Stage:
     place(stage, stage.about_positions)
     root = int(stage.model.body(stage.prefix + stage.about.root).id)
     if stage.model.body_dofnum[root] == 6:
-        bodies = (index for index in range(1, stage.model.nbody) if stage.model.body(index).name.startswith(stage.prefix))
+        bodies = (
+            index for index in range(1, stage.model.nbody) if stage.model.body(index).name.startswith(stage.prefix)
+        )
         lowest = float(vertices(stage, frozenset(bodies))[:, 2].min())
         stage.data.qpos[stage.model.jnt_qposadr[stage.model.body_jntadr[root]] + 2] -= lowest
         place(stage, {})

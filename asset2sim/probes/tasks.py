@@ -4,6 +4,9 @@ every method."""
 from dataclasses import dataclass
 from types import MappingProxyType
 
+import numpy as np
+
+from asset2sim.trials.scene import Bowl
 from asset2sim.trials.tasks import Verb, range_of
 from schemas.overlay import JointPhysics
 
@@ -11,8 +14,11 @@ HINGE_RAD, SLIDE_SHARE = 0.1, 0.05
 """ε of hinges, rad, and of sliders, share of their range: a lid or a door that looks shut in a picture of the size that
 the policies see, and the trials' own. The paper has an ε for each task and publishes none."""
 SHIFT_M, TURN_RAD = 0.02, 0.087
-"""By how much the object's place may differ between trials, m each way and rad each way (5 degrees): as well as a person
-puts it back by eye."""
+"""By how much the object's place may differ between trials, m each way and rad each way (5 degrees): a person puts it
+back by eye no better."""
+
+BOWL_HIGH_M = 0.05
+"""Height of a bowl, m."""
 
 
 @dataclass(frozen=True)
@@ -52,7 +58,7 @@ class ProbeTask:
         """How near it must end, rad; of a slider m; of the bowl's middle m."""
         if joint is None:
             assert self.bowl is not None
-            return self.bowl.radius_m
+            return Bowl((self.bowl.x, self.bowl.y), self.bowl.radius_m, BOWL_HIGH_M).rim_m
         return SLIDE_SHARE * range_of(joint) if joint.type == "prismatic" else HINGE_RAD
 
     def start_of(self, joint: JointPhysics) -> float:
@@ -72,14 +78,13 @@ PAPER11 = MappingProxyType(
             ProbeTask("box grasp", "100221", Verb.GRASP, "put the box in the bowl", (0.48, 0.1), 0.0,
                       bowl=BowlAt(0.5, -0.25, 0.13)),
             ProbeTask("microwave close", "7236", Verb.CLOSE, "close the microwave", (0.55, 0.0), 0.0, "joint_0", 0.8),
-            ProbeTask("toilet close", "102703", Verb.CLOSE, "close the lid of the toilet", (0.5, 0.0), 0.0, "joint_2", 1.6),
+            ProbeTask("toilet close", "102703", Verb.CLOSE, "close the toilet lid", (0.5, 0.0), 0.0, "joint_2", 1.6),
             ProbeTask("laptop fold", "9912", Verb.CLOSE, "close the laptop", (0.5, 0.0), 0.0, "joint_1", 0.5),
             ProbeTask("bag grasp", "101673", Verb.GRASP, "put the bag in the bowl", (0.48, 0.1), 0.0,
                       bowl=BowlAt(0.5, -0.28, 0.16)),
-            ProbeTask("cabinet close", "19179", Verb.CLOSE, "close the drawer", (0.6, 0.0), 0.0, "joint_0", 0.25),
+            ProbeTask("cabinet close", "19179", Verb.CLOSE, "close the drawer", (0.6, 0.0), np.pi / 6, "joint_0", 0.25),
             ProbeTask("suitcase close", "103755", Verb.CLOSE, "close the suitcase", (0.5, 0.0), 0.0, "joint_1", 0.4),
-            ProbeTask("trashcan close", "102181", Verb.CLOSE, "close the lid of the trash can", (0.5, 0.0), 0.0, "joint_1",
-                      0.4),
+            ProbeTask("trashcan close", "102181", Verb.CLOSE, "close the trash can", (0.5, 0.0), 0.0, "joint_1", 0.4),
         )
     }
 )  # fmt: skip
