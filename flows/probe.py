@@ -10,20 +10,15 @@ from asset2sim.catalog.text import output
 from asset2sim.judged.published import published_rates
 from asset2sim.judged.show_fidelity import describe_probes, fidelity_block, real_rates
 from asset2sim.judged.variant_folders import variant_folders
-from asset2sim.probes.policies import check_installed, policy_spec
-from asset2sim.probes.probe_study import (
-    ProbeChoice,
-    ProbeJob,
-    chosen_tasks,
-    jobs_of,
-    latest_probes,
-    left_to_do,
-    run_probes,
-)
+from asset2sim.probes.cloning import FIRST_SEED
+from asset2sim.probes.kept_trials import latest_probes
+from asset2sim.probes.policies import CLONED, check_installed, policy_spec
+from asset2sim.probes.probe_study import ProbeChoice, ProbeJob, chosen_tasks, jobs_of, left_to_do, run_probes
 from asset2sim.runs.trial_options import ProbeOptions
 from asset2sim.studies.pages.blocks import check_page, write_block
 from flows.server.client import use_server
 from flows.server.server import temporary_server
+from schemas.errors import UsageError
 from schemas.probe_settings import ProbeSettings
 from schemas.settings import RunSettings
 from schemas.table import Row
@@ -36,8 +31,10 @@ def probe(options: ProbeOptions, run: RunSettings) -> None:
     """Do the trials that have no result yet and print what all of these outputs' say. Raises UsageError for an output
     without a catalog or a refined object that has one of the tasks, a policy that is none, and a page without the
     block's markers."""
-    spec = policy_spec(options.policy, options.name, options.actions, options.camera)
+    spec = policy_spec(options.policy, options.name, options.actions, options.camera, options.network)
     check_installed(spec)
+    if spec.name == CLONED and options.seed + options.trials > FIRST_SEED:
+        raise UsageError(f"a clone has seen the starts from seed {FIRST_SEED} on: choose seeds below")
     folders = [Path(folder) for folder in variant_folders(options.folders())]
     tasks = chosen_tasks(options.tasks)
     choice = ProbeChoice(tasks, options.assets, [*options.methods], options.trials, options.seed)

@@ -1,5 +1,5 @@
 """A stand-in for the DROID scene, which takes seconds: episodes of a few questions and no simulation, for tests of what
-is around them. It is driven by the policy's answers alone; ``tests/test_probes_episode.py`` has the scene itself."""
+is around them. It is driven by the policy's answers alone; ``tests/test_probes_scene.py`` has the scene itself."""
 
 import os
 import signal
@@ -8,6 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
+from asset2sim.probes.policies import PolicySpec
 from asset2sim.probes.seen import OPEN_LOOP, Chunk, Policy, Seen
 from asset2sim.probes.tasks import ProbeTask
 from schemas.table import Row
@@ -39,11 +40,11 @@ def run_episode(folder: Path, task: ProbeTask, seed: int, policy: Callable[[Seen
     }  # fmt: skip
 
 
-def make_probe(name: str, folder: Path, task: ProbeTask, seed: int) -> Policy:
+def make_probe(spec: PolicySpec, folder: Path, task: ProbeTask, seed: int) -> Policy:
     """Goes there; the noisy one goes elsewhere."""
     if folder.name == "unplanned":
         raise ValueError("there is no way to it")
-    goal = 1.0 if name == "scripted" else 0.5
+    goal = 1.0 if spec.name == "scripted" else 0.5
 
     def act(seen: Seen) -> Chunk:
         actions = np.zeros((10, 8))

@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 
 pytest.importorskip("mujoco", reason="MuJoCo is not installed here")
-from asset2sim.probes.probe_study import latest_probes
+from asset2sim.probes.kept_trials import latest_probes
 from flows.command import refine, run_command, serve
 from tests.test_probes_probe_study import BOX, out
 

@@ -8,16 +8,9 @@ import pytest
 from asset2sim.catalog.own_files import read_own_files
 from asset2sim.catalog.query import connect
 from asset2sim.catalog.write import write_run
+from asset2sim.probes.kept_trials import latest_probes
 from asset2sim.probes.policies import PROBES, PolicySpec, policy_spec
-from asset2sim.probes.probe_study import (
-    ProbeChoice,
-    ProbeJob,
-    chosen_tasks,
-    jobs_of,
-    latest_probes,
-    left_to_do,
-    run_probes,
-)
+from asset2sim.probes.probe_study import ProbeChoice, ProbeJob, chosen_tasks, jobs_of, left_to_do, run_probes
 from asset2sim.probes.tasks import PAPER11
 from schemas.errors import UnknownChoiceError, UsageError
 from schemas.probe_settings import ProbeSettings
@@ -140,8 +133,8 @@ def test_a_policy_is_an_address_or_a_probe_of_ours_whose_name_no_other_has() -> 
     assert found == PolicySpec("pi0.5-DROID", "openpi", "robot", 8001, "joint_position", "right") and not found.ours
     assert policy_spec("gr00t://[::1]", None, "joint_velocity", "left").port == 5555
     assert policy_spec("openpi://h", None, "joint_velocity", "left").folder == "openpi-h"
-    assert all(policy_spec(name, None, "joint_velocity", "left").ours for name in PROBES)
+    assert all(policy_spec(name, None, "joint_velocity", "left", Path(__file__)).ours for name in PROBES)
     for text, name in (("scripted", "pi0.5-DROID"), ("openpi://h", "cloned"), ("http://h", None), ("openpi://", None),
-                       ("openpi://h:99999", None), ("openpi://h/path", None), ("pi0", None)):  # fmt: skip
+                       ("openpi://h:99999", None), ("openpi://h/path", None), ("pi0", None), ("cloned", None)):  # fmt: skip
         with pytest.raises(UsageError):
             policy_spec(text, name, "joint_velocity", "left")

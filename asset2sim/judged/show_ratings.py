@@ -16,7 +16,7 @@ from asset2sim.judged.published import SUCCESS_FILE, published_rates, published_
 from asset2sim.judged.show_fidelity import describe_fidelity, describe_probes, real_rates
 from asset2sim.judged.variant_folders import variant_folders
 from asset2sim.judged.verdicts import disagreements, rated_variants, verdict_figures, verdicts_of
-from asset2sim.probes.probe_study import latest_probes
+from asset2sim.probes.kept_trials import latest_probes
 from schemas.errors import UsageError
 from schemas.tables_judged import RATING_KEYS, RATINGS, VIDEO_SCORES
 

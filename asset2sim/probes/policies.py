@@ -5,20 +5,25 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from importlib.util import find_spec
+from pathlib import Path
 from urllib.parse import urlsplit
 
 from asset2sim.probes.cameras import open_gl
+from asset2sim.probes.cloning import Cloned
+from asset2sim.probes.experts import make_probe as scripted_probe
 from asset2sim.probes.openpi_client import OpenPiPolicy
 from asset2sim.probes.openpi_wire import Camera
 from asset2sim.probes.seen import ActionKind, Policy
 from asset2sim.probes.serving import HOST, served
+from asset2sim.probes.tasks import ProbeTask
 from schemas.errors import UnknownChoiceError, UsageError
 from schemas.probe_settings import ProbeSettings
 
 OPENPI, GROOT = "openpi", "gr00t"
 PORTS = {OPENPI: 8000, GROOT: 5555}
 """Protocol → the port of its servers where none is named."""
-PROBES = ("scripted", "noisy", "cloned")
+CLONED = "cloned"
+PROBES = ("scripted", "noisy", CLONED)
 """Probes of ours: they never acted in reality."""
 NEED = f"name {', '.join(PROBES)}, or a server as openpi://HOST:PORT or gr00t://HOST:PORT"
 
@@ -27,7 +32,7 @@ NEED = f"name {', '.join(PROBES)}, or a server as openpi://HOST:PORT or gr00t://
 class PolicySpec:
     """A policy: the name under which its trials are kept, its protocol, and where it is; a probe of ours is nowhere
     before it is served. ``kind`` is what openpi's actions are unless the server says so, ``camera`` the outside one
-    that the policy sees."""
+    that the policy sees, ``network`` the file of a cloned one."""
 
     name: str
     protocol: str = OPENPI
@@ -35,6 +40,7 @@ class PolicySpec:
     port: int = 0
     kind: ActionKind = "joint_velocity"
     camera: Camera = "left"
+    network: Path | None = None
 
     @property
     def ours(self) -> bool:
@@ -47,7 +53,9 @@ class PolicySpec:
         return re.sub(r"[^\w.-]+", "-", self.name).strip("-.") or "policy"
 
 
-def policy_spec(text: str, name: str | None, kind: ActionKind, camera: Camera) -> PolicySpec:
+def policy_spec(
+    text: str, name: str | None, kind: ActionKind, camera: Camera, network: Path | None = None
+) -> PolicySpec:
     """The policy that an option names. A probe of ours keeps its own name, so that its trials are never taken for a
     real policy's. Raises UsageError."""
     if "://" not in text:
@@ -55,7 +63,11 @@ def policy_spec(text: str, name: str | None, kind: ActionKind, camera: Camera) -
             raise UnknownChoiceError("policy", text, (*PROBES, "openpi://HOST:PORT", "gr00t://HOST:PORT"))
         if name is not None:
             raise UsageError(f"--name is for policies of a server; '{text}' is a probe of ours and keeps its name")
-        return PolicySpec(text, kind=kind, camera=camera)
+        if text == CLONED and (network is None or not network.is_file()):
+            raise UsageError(
+                f"--policy {CLONED} needs --network FILE, a network that make clone has trained; see docs/probes.md"
+            )
+        return PolicySpec(text, kind=kind, camera=camera, network=network)
     try:
         parts = urlsplit(text)
         port = parts.port
@@ -66,6 +78,14 @@ def policy_spec(text: str, name: str | None, kind: ActionKind, camera: Camera) -
     if name in PROBES:
         raise UsageError(f"--name {name} is the name of a probe of ours; give the policy another")
     return PolicySpec(name or text, parts.scheme, parts.hostname, port or PORTS[parts.scheme], kind, camera)
+
+
+def make_probe(spec: PolicySpec, folder: Path, task: ProbeTask, seed: int) -> Policy:
+    """A probe of ours for a trial. Raises NoWayError, LoadError and ValueError as its expert does, UsageError."""
+    if spec.name == CLONED:
+        assert spec.network is not None
+        return Cloned(spec.network)
+    return scripted_probe(spec.name, folder, task, seed)
 
 
 @contextmanager
@@ -88,7 +108,7 @@ def opened(spec: PolicySpec, make: Callable[[], Policy], settings: ProbeSettings
 def check_installed(spec: PolicySpec) -> None:
     """Raise UsageError where pictures cannot be drawn, or what the policy needs is not installed."""
     open_gl(16, 16).free()
-    if spec.name == "cloned" and spec.ours and find_spec("torch") is None:
+    if spec.name == CLONED and find_spec("torch") is None:
         raise UsageError("the cloned probe is a network and needs torch: pip install 'asset2sim[learn]'")
     if spec.protocol == GROOT:
         try:

@@ -10,12 +10,12 @@ from datetime import UTC, datetime
 from functools import partial
 from pathlib import Path
 
-import pandas as pd
 from distributed import Client, as_completed
 
-from asset2sim.catalog.own_files import OwnFile, read_own_files
+from asset2sim.catalog.own_files import OwnFile
 from asset2sim.catalog.read import latest_rows
 from asset2sim.probes.answers import Ending
+from asset2sim.probes.kept_trials import KEY, results
 from asset2sim.probes.policies import PolicySpec
 from asset2sim.probes.probe_trial import FAILED, run_probe
 from asset2sim.probes.seen import Policy
@@ -35,8 +35,7 @@ PROBES_FOLDER = "probes"
 ALL_TASKS = "paper11"
 """The name of all of the paper's tasks."""
 EPISODE = "asset2sim.probes.episode:run_episode"
-MAKER = "asset2sim.probes.experts:make_probe"
-KEY = list(PROBE_TRIALS.key)
+MAKER = "asset2sim.probes.policies:make_probe"
 
 log = logging.getLogger(__name__)
 
@@ -136,17 +135,12 @@ def jobs_of(outs: Sequence[Path], spec: PolicySpec, choice: ProbeChoice) -> list
 def left_to_do(jobs: Sequence[ProbeJob]) -> list[ProbeJob]:
     """The jobs whose latest row, of the same seed and of the object as it is now, is none or has no result."""
     kept = []
-    done = {out: _results(out) for out in dict.fromkeys(job.out for job in jobs)}
+    done = {out: results(out) for out in dict.fromkeys(job.out for job in jobs)}
     for job in jobs:
         row = job.known
         if (*(row[name] for name in KEY), job.seed, job.run_id) not in done[job.out]:
             kept.append(job)
     return kept
-
-
-def _results(out: Path) -> set[tuple[object, ...]]:
-    kept = latest_probes([out]).dropna(subset=["success"])
-    return set(kept[[*KEY, "seed", "run_id"]].itertuples(index=False, name=None))
 
 
 def run_probes(
@@ -217,12 +211,5 @@ def episode_of(job: ProbeJob, settings: ProbeSettings) -> Row:
 
 
 def _make(job: ProbeJob) -> Policy:
-    found: Policy = pkgutil.resolve_name(job.maker)(job.spec.name, job.folder, job.task, job.seed)
+    found: Policy = pkgutil.resolve_name(job.maker)(job.spec, job.folder, job.task, job.seed)
     return found
-
-
-def latest_probes(outs: Sequence[Path | str]) -> pd.DataFrame:
-    """The latest row of every trial in these outputs."""
-    frames = [read_own_files(out, PROBE_TRIALS) for out in outs]
-    whole = pd.concat(frames, ignore_index=True) if frames else pd.DataFrame(columns=PROBE_TRIALS.schema.names)
-    return whole.sort_values("recorded_at").drop_duplicates(KEY, keep="last").sort_values(KEY, ignore_index=True)

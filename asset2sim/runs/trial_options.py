@@ -49,6 +49,7 @@ class ProbeOptions(FileOptions):
         "joint_velocity", description="what openpi's actions are: joint_velocity or joint_position"
     )
     camera: CAMERA = Field("left", description="the outside camera that the policy sees: left or right")
+    network: FILE | None = Field(None, description="of cloned: the file that make clone has written")
     tasks: Listed[IDS] = Field(("paper11",), description="paper11, or names as 'box close', separated by commas")
     trials: N = Field(5, description="trials of each task with each object")
     seed: COUNT = Field(0, description="seed of the first trial's start; the next ones have the next seeds")
