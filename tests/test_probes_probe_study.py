@@ -67,7 +67,7 @@ def test_trials_of_a_probe_are_rows_and_are_not_done_twice(out: Path) -> None:
     assert trials["ours"].all() and (trials["latency_s"] > 0.0).all() and (trials["distance"] <= 0.05).all()
     assert out.joinpath(trials["video"][0]).read_bytes() == b"film"
     assert set(trials["video"]) == {
-        f"probes/scripted/{BOX}/{task}/{trial}/episode.mp4" for task in ("box-close", "box-grasp") for trial in (0, 1)
+        f"probes/scripted/{BOX}/{task}/{trial}/motion.mp4" for task in ("box-close", "box-grasp") for trial in (0, 1)
     }
     assert left_to_do(jobs) == jobs[4:]
     assert left_to_do([replace(job, seed=7) for job in jobs[:4]]) != [], "another start is another trial"
@@ -135,6 +135,7 @@ def test_a_policy_is_an_address_or_a_probe_of_ours_whose_name_no_other_has() -> 
     assert policy_spec("openpi://h", None, "joint_velocity", "left").folder == "openpi-h"
     assert all(policy_spec(name, None, "joint_velocity", "left", Path(__file__)).ours for name in PROBES)
     for text, name in (("scripted", "pi0.5-DROID"), ("openpi://h", "cloned"), ("http://h", None), ("openpi://", None),
-                       ("openpi://h:99999", None), ("openpi://h/path", None), ("pi0", None), ("cloned", None)):  # fmt: skip
+                       ("openpi://h:99999", None), ("openpi://h/path", None), ("pi0", None),
+                       ("cloned", None)):  # fmt: skip
         with pytest.raises(UsageError):
             policy_spec(text, name, "joint_velocity", "left")

@@ -1,7 +1,7 @@
 """Probe trials of many refined objects: each in a killable child, spread over Dask's workers; the table of them."""
 
-import logging
 import pkgutil
+import shutil
 import tempfile
 import uuid
 from collections.abc import Callable, Collection, Sequence
@@ -24,6 +24,7 @@ from asset2sim.runs.interrupt import sigterm_as_interrupt
 from asset2sim.runs.isolation import Ending as ChildEnding
 from asset2sim.runs.isolation import accept_children, run_isolated, stop_children
 from asset2sim.runs.spread.cluster import open_client
+from asset2sim.trials.trial import FILM
 from schemas.errors import UnknownChoiceError, UsageError
 from schemas.probe_settings import ProbeSettings
 from schemas.settings import RunSettings
@@ -36,8 +37,6 @@ ALL_TASKS = "paper11"
 """The name of all of the paper's tasks."""
 EPISODE = "asset2sim.probes.episode:run_episode"
 MAKER = "asset2sim.probes.policies:make_probe"
-
-log = logging.getLogger(__name__)
 
 
 @dataclass(frozen=True)
@@ -61,14 +60,8 @@ class ProbeJob:
     @property
     def to(self) -> Path:
         """Where its film goes."""
-        return (
-            self.out
-            / PROBES_FOLDER
-            / self.spec.folder
-            / self.folder.name
-            / self.task.name.replace(" ", "-")
-            / str(self.trial)
-        )
+        task = self.task.name.replace(" ", "-")
+        return self.out / PROBES_FOLDER / self.spec.folder / self.folder.name / task / str(self.trial)
 
     @property
     def known(self) -> Row:
@@ -200,14 +193,15 @@ def trial_of(job: ProbeJob, settings: ProbeSettings) -> Row:
 
 def episode_of(job: ProbeJob, settings: ProbeSettings) -> Row:
     """The trial itself: what a child does."""
-    job.to.mkdir(parents=True, exist_ok=True)
+    shutil.rmtree(job.to, ignore_errors=True)
+    job.to.mkdir(parents=True)
     episode = pkgutil.resolve_name(job.episode)
     row = run_probe(
-        lambda policy: episode(job.folder, job.task, job.seed, policy, job.to),
-        job.spec, partial(_make, job), settings,
-    )  # fmt: skip
-    video = row.get("video")
-    return row if not isinstance(video, Path) else row | {"video": str(video.relative_to(job.out))}
+        lambda policy: episode(job.folder, job.task, job.seed, policy, job.to), job.spec, partial(_make, job), settings
+    )
+    # Of an episode that its policy has ended there is a film, too.
+    film = job.to / FILM
+    return row | {"video": str(film.relative_to(job.out)) if film.is_file() else None}
 
 
 def _make(job: ProbeJob) -> Policy:
