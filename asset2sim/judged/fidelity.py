@@ -9,14 +9,13 @@ import numpy as np
 import pandas as pd
 from scipy.stats import PermutationMethod, pearsonr, spearmanr, t
 
+from asset2sim.judged.agreement import PERMUTATIONS
 from asset2sim.judged.figures import CONFIDENCE, RESAMPLES, SEED, interval
 from asset2sim.physics.arrays import Array
 from asset2sim.trials.figures import ORDER
 
 REAL = "real"
 """The published method that is reality."""
-PERMUTATIONS = 9999
-"""Permutations of a p-value: it is then steady to half a hundredth."""
 NO_VARIANCE = "no variance"
 
 
