@@ -8,14 +8,12 @@ import pytest
 pytest.importorskip("mujoco", reason="MuJoCo is not installed here")
 from asset2sim.probes import cloning
 from asset2sim.probes.cloning import (
-    CLONE,
     HEIGHT,
     NETWORK,
     WIDTH,
     Cloned,
     Demonstrations,
     Demonstrator,
-    find_network,
     inputs_of,
     load_demonstrations,
     small,
@@ -65,16 +63,6 @@ def test_without_pytorch_the_error_says_what_to_install(monkeypatch: pytest.Monk
     monkeypatch.setattr(cloning, "import_module", lambda name: (_ for _ in ()).throw(ImportError(name)))
     with pytest.raises(UsageError, match=r"asset2sim\[learn\]"):
         Cloned(tmp_path / NETWORK)
-
-
-def test_the_nearest_clone_above_an_object_is_taken(tmp_path: Path) -> None:
-    folder = tmp_path / "method" / "model" / "assets" / "9912"
-    with pytest.raises(UsageError, match=r"asset2sim\.probes\.cloning OUT --to .*model/cloned"):
-        find_network(folder)
-    for place in (tmp_path, tmp_path / "method"):
-        (place / CLONE).mkdir(parents=True)
-        (place / CLONE / NETWORK).write_bytes(b"")
-        assert find_network(folder) == place / CLONE / NETWORK
 
 
 @pytest.mark.system

@@ -1,7 +1,6 @@
 """A policy cloned from the expert's own recordings: a small network from two pictures and the joints to a chunk."""
 
-import argparse
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from importlib import import_module
 from itertools import product
@@ -24,10 +23,8 @@ WIDTH, HEIGHT = 48, 27
 FIRST_SEED = 1000
 """Seeds of demonstrations begin here: trials have smaller ones."""
 EPOCHS, BATCH, RATE = 150, 64, 1e-3
-COUNT = 6
-"""Demonstrations of each task."""
-CLONE, NETWORK, DEMONSTRATIONS = "cloned", "cloned.pt", "demonstrations"
-"""The folder of a clone, in an output or above several; in it the network's file, and the folder of recordings."""
+NETWORK, DEMONSTRATIONS = "cloned.pt", "demonstrations"
+"""The network's file, and the folder of recordings beside it."""
 
 Small = NDArray[np.uint8]
 
@@ -211,46 +208,15 @@ class Cloned:
         return Chunk(actions, "joint_velocity")
 
 
-def find_network(folder: Path) -> Path:
-    """The network's file for the refined object in ``folder``: of the nearest folder above it that has one in
-    ``CLONE``. Raises UsageError where none has."""
-    above = folder.resolve().parents
-    for place in above:
-        if (place / CLONE / NETWORK).is_file():
-            return place / CLONE / NETWORK
-    raise UsageError(
-        f"no cloned policy in a folder '{CLONE}' above {folder}; make one of the expert's recordings:"
-        f" python -m asset2sim.probes.cloning OUT --to {above[1] / CLONE}"
-    )
-
-
-def clone(out: Path, to: Path, count: int, told: Callable[[str], None], epochs: int = EPOCHS) -> Path:
-    """Record ``count`` demonstrations of each task with an output's refined objects, train, and write the network into
-    the folder ``to``; its file. Recordings that are there are kept. Raises UsageError."""
+def clone(folders: Mapping[str, Path], to: Path, count: int, told: Callable[[str], None], epochs: int = EPOCHS) -> Path:
+    """Record ``count`` demonstrations of each task with the refined objects in ``folders``, asset → folder, train, and
+    write the network into the folder ``to``; its file. Recordings that are there are kept. Raises UsageError."""
     torch_module()
     files = []
     for task, seed in product(PAPER11.values(), range(FIRST_SEED, FIRST_SEED + count)):
-        folder = out / "assets" / task.asset_id
-        if (folder / "overlay.json").is_file():
+        if task.asset_id in folders:
             files.append(to / DEMONSTRATIONS / f"{task.name.replace(' ', '-')}-{seed}.npz")
-            done = demonstrate(folder, task, seed, files[-1])
+            done = demonstrate(folders[task.asset_id], task, seed, files[-1])
             told(f"{task.name}, start {seed}: {'done' if done else 'not done, left out'}")
     told(f"trained: mean error {train(load_demonstrations(files), to / NETWORK, epochs):.4f} of scaled actions")
     return to / NETWORK
-
-
-def main() -> None:
-    """Clone the expert: ``python -m asset2sim.probes.cloning OUT``."""
-    parser = argparse.ArgumentParser(description="Clone the scripted expert from its recordings")
-    parser.add_argument("out", type=Path, help="an output folder that holds objects of the paper's tasks")
-    parser.add_argument("--to", type=Path, help=f"where the network goes; OUT/{CLONE} if not given")
-    parser.add_argument("--count", type=int, default=COUNT, help="demonstrations of each task")
-    given = parser.parse_args()
-    try:
-        clone(given.out, given.to or given.out / CLONE, given.count, print)
-    except UsageError as error:
-        parser.exit(2, f"{error}\n")
-
-
-if __name__ == "__main__":
-    main()

@@ -27,9 +27,6 @@ BEHIND_RAD = 0.12
 NOISE_RAD_S = 0.3
 """Standard deviation of the noisy expert's velocities about the expert's, rad/s: a tenth of DROID's largest."""
 
-PROBES = ("scripted", "noisy", "cloned")
-"""Probes of ours."""
-
 
 class NoWayError(Asset2SimError):
     """The expert finds no way to do the task with this object from where the arm stands."""
@@ -98,16 +95,12 @@ def scripted(folder: Path, task: Named, seed: int) -> Expert:
 
 
 def make_probe(name: str, folder: Path, task: Named, seed: int) -> Policy:
-    """A probe of ours by its name. Raises UnknownChoiceError, as ``scripted`` does, and UsageError where there is no
-    cloned policy."""
-    if name == "cloned":
-        from asset2sim.probes.cloning import Cloned, find_network  # late: it is made of experts
-
-        return Cloned(find_network(folder))
-    if name not in PROBES:
-        raise UnknownChoiceError("probe", name, PROBES)
-    expert = scripted(folder, task, seed)
-    return Noisy(expert, seed) if name == "noisy" else expert
+    """A probe of ours by its name. Raises UnknownChoiceError, and as ``scripted`` does."""
+    if name == "scripted":
+        return scripted(folder, task, seed)
+    if name == "noisy":
+        return Noisy(scripted(folder, task, seed), seed)
+    raise UnknownChoiceError("probe", name, ("scripted", "noisy"))
 
 
 def ways_of(scene: Scene) -> Iterator[Way]:
