@@ -114,9 +114,11 @@ def load_demonstrations(files: Sequence[Path]) -> Demonstrations:
 def torch_module() -> Any:
     """PyTorch. Raises UsageError where it is not installed."""
     try:
-        return import_module("torch")
+        torch = import_module("torch")
     except ImportError:
         raise UsageError("a cloned policy needs PyTorch: pip install 'asset2sim[learn]'") from None
+    torch.set_num_threads(1)  # the network is small, and other processes use the other processors
+    return torch
 
 
 def network() -> Any:
@@ -172,7 +174,7 @@ def train(data: Demonstrations, to: Path, epochs: int = EPOCHS, seed: int = 0) -
             loss.backward()
             optimizer.step()
             schedule.step()
-            error += float(loss) / steps
+            error += float(loss.detach()) / steps
     to.parent.mkdir(parents=True, exist_ok=True)
     torch.save({"network": net.state_dict(), "scales": {k: torch.from_numpy(v) for k, v in scales.items()}}, to)
     return error
@@ -193,7 +195,6 @@ class Cloned:
         except Exception as error:  # of whatever kind: PyTorch raises what its formats' readers raise
             raise UsageError(f"{file} is no cloned policy of this version: {str(error).splitlines()[0]}") from error
         self.net.eval()
-        self.torch.set_num_threads(1)
 
     def __call__(self, seen: Seen) -> Chunk:
         """What the expert would have done."""

@@ -168,7 +168,8 @@ def add_mesh(
     mesh = spec.add_mesh(name=name, inertia=mujoco.mjtMeshInertia.mjMESH_INERTIA_SHELL)
     mesh.uservert = np.concatenate([corner[:, :3]] * sides).ravel()
     mesh.usernormal = np.concatenate([corner[:, 3:6], -corner[:, 3:6]][:sides]).ravel()
-    mesh.usertexcoord = np.concatenate([corner[:, 6:]] * sides).ravel()
+    above = corner[:, 6:] * [1.0, -1.0] + [0.0, 1.0]  # its pictures begin at the bottom
+    mesh.usertexcoord = np.concatenate([above] * sides).ravel()
     mesh.userface = np.concatenate([faces, faces[:, ::-1] + len(corner)][:sides]).ravel()
     return True
 
