@@ -72,23 +72,8 @@ def _dispatch(options: Options, refine: Refine, nightly: Nightly) -> int:
 
             judge_films(options, settings_for_run(options.settings, stated_settings(options)).model)
             return DONE
-        case RecordMotionOptions():
-            from asset2sim.models.gateway.environment import quiet_environment
-
-            quiet_environment()
-            from flows.record_motion import record_motion
-
-            run = settings_for_run(options.settings, stated_settings(options)).run
-            record_motion(options, run)
-            return DONE
-        case ProbeOptions():
-            from asset2sim.models.gateway.environment import quiet_environment
-
-            quiet_environment()
-            from flows.probe import probe
-
-            probe(options, settings_for_run(options.settings, stated_settings(options)).run)
-            return DONE
+        case RecordMotionOptions() | ProbeOptions():
+            return _run_trials(options)
         case RateOptions():
             from flows.serve_pages import serve_rating
 
@@ -100,6 +85,23 @@ def _dispatch(options: Options, refine: Refine, nightly: Nightly) -> int:
             print_ratings(options.outs, options.published)
             return DONE
     return _print(options)
+
+
+def _run_trials(options: RecordMotionOptions | ProbeOptions) -> int:
+    """Have an arm do tasks with refined objects, by a script or by a policy. Returns the exit code."""
+    from asset2sim.models.gateway.environment import quiet_environment
+
+    quiet_environment()
+    run = settings_for_run(options.settings, stated_settings(options)).run
+    if isinstance(options, ProbeOptions):
+        from flows.probe import probe
+
+        probe(options, run)
+    else:
+        from flows.record_motion import record_motion
+
+        record_motion(options, run)
+    return DONE
 
 
 def _print(options: Options) -> int:
