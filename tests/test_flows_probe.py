@@ -25,7 +25,8 @@ def test_the_command_does_what_is_left_to_do_and_writes_the_page(
     monkeypatch.setattr(module, "run_probe_trials", module.run_probe_trials.fn)
     page = out.parent / "page.md"
     page.write_text("<!-- probe: begin (make probe) -->\n<!-- probe: end -->\n", encoding="utf-8")
-    words = ["probe", str(out), "--policy", "scripted", "--tasks", "box close", "--trials", "1", "--page", str(page)]
+    words = ["probe", str(out), "--policy", "scripted", "--tasks", "box close", "--trials", "1"]
+    words += ["--methods", "asset2sim", "--page", str(page)]
     # The box is no object: it cannot be put into the scene, and the task is not done.
     assert run_command(words, refine=refine, nightly=serve) == 0
     assert "no SRCC of scripted" in capsys.readouterr().out
