@@ -39,7 +39,7 @@ PARALLEL = --numprocesses $(if $(JOBS),$(JOBS),2) --dist loadfile --no-loadscope
 
 .DEFAULT_GOAL := help
 .DELETE_ON_ERROR:
-.PHONY: help install flow test test-fast lint typecheck failures report screenshots settings view rate ratings views doctor nightly ui judge judged rules withheld proposers corrections compare first bench-defects samples questions summary loaders held weights docs picture clean bench
+.PHONY: help install flow test test-fast lint typecheck failures report screenshots settings view rate ratings views doctor nightly ui judge judged probe clone rules withheld proposers corrections compare first bench-defects samples questions summary loaders held weights docs picture clean bench
 
 help: ## list the targets
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / { printf "  %-14s %s\n", $$1, $$2 }' Makefile
@@ -67,7 +67,7 @@ $(INSTALLED): pyproject.toml constraints.txt
 	fi; \
 	echo "installing into $(VENV) with $$python ..."; \
 	"$$python" -m venv --clear $(VENV) && \
-	$(BIN)/python -m pip install --quiet --disable-pip-version-check --constraint constraints.txt --editable '.[dev,browser,engines,judged,learn,usd,s3,view]'
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check --constraint constraints.txt --editable '.[dev,browser,engines,judged,learn,probe,usd,s3,view]'
 	@touch $@
 
 flow: $(INSTALLED) ## refine DATA (data/raw) into OUT (data/refined)
@@ -138,6 +138,15 @@ judged: $(INSTALLED) ## record, judge and rate variants of OUT, a run or a compa
 		$(if $(FRAMES),--frames "$(FRAMES)") $(if $(SEED),--seed "$(SEED)") $(if $(API_BASE),--api-base "$(API_BASE)") \
 		$(if $(BUDGET_USD),--budget-usd "$(BUDGET_USD)") $(if $(BUDGET_CALLS),--budget-calls "$(BUDGET_CALLS)") $(FROM_FILE)
 	@$(BIN)/python -m flows.command ratings "$(OUT)"
+
+probe: $(INSTALLED) ## POLICY (openpi://HOST:PORT, or scripted) does the paper's tasks with variants of OUT; NAME, TRIALS, METHODS, PAGE
+	@$(BIN)/python -m flows.command probe "$(OUT)" --policy "$(or $(POLICY),scripted)" $(if $(NAME),--name "$(NAME)") \
+		$(if $(TRIALS),--trials "$(TRIALS)") $(if $(METHODS),--methods "$(METHODS)") $(if $(ASSETS),--assets "$(ASSETS)") \
+		$(if $(WORKERS),--workers "$(WORKERS)") $(if $(FORCE),--force) $(if $(PUBLISHED),--published "$(PUBLISHED)") \
+		$(if $(NETWORK),--network "$(NETWORK)") $(if $(PAGE),--page "$(PAGE)") $(FROM_FILE)
+
+clone: $(INSTALLED) ## a network learns from the scripted expert what to do with the objects of OUT, into TO (OUT/clone); COUNT
+	@$(BIN)/python -m flows.clone_expert "$(OUT)" "$(or $(TO),$(OUT)/clone)" $(if $(COUNT),--count "$(COUNT)")
 
 rules: $(INSTALLED) ## refine DATA as it came, with the paper's ranges and by ours, and write the table of docs/measured.md
 	@$(BIN)/python -m flows.compare_rules "$(DATA)" "$(OUT)" docs/measured.md

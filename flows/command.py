@@ -16,7 +16,7 @@ from asset2sim.runs.judged_options import JudgeVideosOptions
 from asset2sim.runs.options import parse
 from asset2sim.runs.page_options import PagesOptions, RateOptions, RatingsOptions, ReportOptions, ViewOptions
 from asset2sim.runs.request import RefineRequest, refine_request, settings_for_run, stated_settings
-from asset2sim.runs.trial_options import RecordMotionOptions
+from asset2sim.runs.trial_options import ProbeOptions, RecordMotionOptions
 from flows import PIPELINE
 from schemas.errors import DONE, FAILED, UsageError, exit_code_of
 
@@ -72,15 +72,8 @@ def _dispatch(options: Options, refine: Refine, nightly: Nightly) -> int:
 
             judge_films(options, settings_for_run(options.settings, stated_settings(options)).model)
             return DONE
-        case RecordMotionOptions():
-            from asset2sim.models.gateway.environment import quiet_environment
-
-            quiet_environment()
-            from flows.record_motion import record_motion
-
-            run = settings_for_run(options.settings, stated_settings(options)).run
-            record_motion(options, run)
-            return DONE
+        case RecordMotionOptions() | ProbeOptions():
+            return _run_trials(options)
         case RateOptions():
             from flows.serve_pages import serve_rating
 
@@ -92,6 +85,23 @@ def _dispatch(options: Options, refine: Refine, nightly: Nightly) -> int:
             print_ratings(options.outs, options.published)
             return DONE
     return _print(options)
+
+
+def _run_trials(options: RecordMotionOptions | ProbeOptions) -> int:
+    """Have an arm do tasks with refined objects, by a script or by a policy. Returns the exit code."""
+    from asset2sim.models.gateway.environment import quiet_environment
+
+    quiet_environment()
+    run = settings_for_run(options.settings, stated_settings(options)).run
+    if isinstance(options, ProbeOptions):
+        from flows.probe import probe
+
+        probe(options, run)
+    else:
+        from flows.record_motion import record_motion
+
+        record_motion(options, run)
+    return DONE
 
 
 def _print(options: Options) -> int:

@@ -2,22 +2,7 @@
 
 from schemas.table import COUNT, FLAG, REAL, TEXT, TIME, Column, make_table
 
-_TRIALS: tuple[Column, ...] = (
-    ("task!", TEXT, "", "What was to be done, as 'cabinet close'"),
-    ("asset_id!", TEXT, "", "The asset"),
-    ("method!", TEXT, "", "How the asset was refined"),
-    ("model!", TEXT, "", "Model that was asked when it was refined; none where no model was"),
-    ("run_id", TEXT, "", "Run that had refined it; null if not known"),
-    ("verb!", TEXT, "", "close, press, open or grasp"),
-    ("joint", TEXT, "", "Joint that was to move; null for grasp"),
-    ("tool", TEXT, "", "arm, or pusher where the arm could not reach; null where neither could"),
-    ("gripper", TEXT, "", "panda, the arm's own, or robotiq; null in rows of older versions"),
-    ("outcome!", TEXT, "", "done, not done, solved at start, unreachable, or failed (no recording)"),
-    ("reason!", TEXT, "", "Why it is not done; empty if it is"),
-    ("score", REAL, "1", "Of the physical judge, 0 to 5; null without a recording"),
-    ("start", REAL, "rad or m", "Position of the joint at the start"),
-    ("target", REAL, "rad or m", "Where it should end"),
-    ("end", REAL, "rad or m", "Where it ended"),
+MEASURED: tuple[Column, ...] = (
     ("first_contact_s", REAL, "s", "When the tool first touched the object; null if never"),
     ("moved_rad", REAL, "rad", "Largest turn of the object or a part that nothing had touched yet"),
     ("moved_m", REAL, "m", "Largest shift of the object or a sliding part that nothing had touched yet"),
@@ -44,6 +29,26 @@ _TRIALS: tuple[Column, ...] = (
     ("jumped", FLAG, "", "An impulse that no touch explains"),
     ("overlapped", FLAG, "", "Tool and object interpenetrated"),
     ("rang", FLAG, "", "A part swung to and fro after it was let go"),
+)
+"""What the physical judge measures of a recording, and its faults."""
+
+_TRIALS: tuple[Column, ...] = (
+    ("task!", TEXT, "", "What was to be done, as 'cabinet close'"),
+    ("asset_id!", TEXT, "", "The asset"),
+    ("method!", TEXT, "", "How the asset was refined"),
+    ("model!", TEXT, "", "Model that was asked when it was refined; none where no model was"),
+    ("run_id", TEXT, "", "Run that had refined it; null if not known"),
+    ("verb!", TEXT, "", "close, press, open or grasp"),
+    ("joint", TEXT, "", "Joint that was to move; null for grasp"),
+    ("tool", TEXT, "", "arm, or pusher where the arm could not reach; null where neither could"),
+    ("gripper", TEXT, "", "panda, the arm's own, or robotiq; null in rows of older versions"),
+    ("outcome!", TEXT, "", "done, not done, solved at start, unreachable, or failed (no recording)"),
+    ("reason!", TEXT, "", "Why it is not done; empty if it is"),
+    ("score", REAL, "1", "Of the physical judge, 0 to 5; null without a recording"),
+    ("start", REAL, "rad or m", "Position of the joint at the start"),
+    ("target", REAL, "rad or m", "Where it should end"),
+    ("end", REAL, "rad or m", "Where it ended"),
+    *MEASURED,
     ("seconds_simulated", REAL, "s", "Length of the recording"),
     ("seconds", REAL, "s", "Wall time of planning, simulation and film"),
     ("recorded_at!", TIME, "UTC", "When"),

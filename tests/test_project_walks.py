@@ -52,6 +52,7 @@ ELSEWHERE = {
     ("learn.md", "pip install"): "tests/test_gym_environment.py: needs what the extra installs",
     ("learn.md", "from asset2sim.gym import make_env"): "tests/test_gym_environment.py: runs these lines",
     ("judged.md", "asset2sim rate"): "tests/test_judged_rating_page.py: the page; tests/test_judged_ratings.py",
+    ("probes.md", "pip install"): "tests/test_flows_probe.py: the command over an output",
     ("trials.md", "pip install"): "tests/test_flows_record_motion.py: the command over an output",
     ("viewer.md", "asset2sim view"): "tests/test_viewer_page.py: the page is served, and a review shown by failures",
 }

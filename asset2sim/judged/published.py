@@ -1,4 +1,4 @@
-"""The paper's published ratings and video scores, from a folder of its tables, as the tables that our own fill."""
+"""The paper's published ratings, video scores and success rates, from a folder of its tables, as our own tables."""
 
 from pathlib import Path
 
@@ -11,10 +11,12 @@ from schemas.table import Row, Table
 from schemas.tables_judged import RATING_KEYS, RATINGS, VIDEO_SCORES
 from schemas.vocabulary import Method
 
-RATINGS_FILE, VIDEOS_FILE = "human_ratings.csv", "video_judges.csv"
+RATINGS_FILE, VIDEOS_FILE, SUCCESS_FILE = "human_ratings.csv", "video_judges.csv", "policy_success.csv"
 NO_MODEL = "none"
 PUBLISHED_TRIALS = 10
 """Trials per task, judge and method behind a published mean."""
+PUBLISHED_EPISODES = 5
+"""Trials per task, policy and method behind a published success rate."""
 METHODS = {"human": Method.REFERENCE.value}
 """The paper's name of a method → ours, where they differ."""
 
@@ -51,6 +53,16 @@ def published_videos(folder: Path) -> pd.DataFrame:
             | {"score": float(row["mean_score"]), "score_deviation": float(row["standard_deviation"])}
         )
     return table_frame(VIDEO_SCORES, rows)
+
+
+def published_rates(folder: Path) -> pd.DataFrame:
+    """Success rates of ``policy_success.csv``, 0 to 1, by policy, method, model and task, in the form of ``rates_of``;
+    the method ``real`` is reality. Raises UsageError as ``published_ratings``."""
+    found = _read(folder, SUCCESS_FILE, ("task", "policy", "method", "success_percent"))
+    rates = found["success_percent"].astype(float) / 100.0
+    method = found["method"].map(our_name)
+    some = found[["policy", "task"]].astype(str)
+    return some.assign(method=method, model=NO_MODEL, rate=rates, trials=PUBLISHED_EPISODES)
 
 
 def label_of(place: int) -> str:

@@ -12,9 +12,11 @@ from asset2sim.catalog.text import NOTHING, number, number_table
 from asset2sim.judged.agreement import OrderEffect, krippendorff_alpha, mean_by_place, order_effect, rater_matrix
 from asset2sim.judged.figures import TASK, VARIANT, joined, latest_scores, rating_figures, video_figures
 from asset2sim.judged.physical_scores import PHYSICAL_JUDGE
-from asset2sim.judged.published import published_ratings, published_videos
+from asset2sim.judged.published import SUCCESS_FILE, published_rates, published_ratings, published_videos
+from asset2sim.judged.show_fidelity import describe_fidelity, describe_probes, real_rates
 from asset2sim.judged.variant_folders import variant_folders
 from asset2sim.judged.verdicts import disagreements, rated_variants, verdict_figures, verdicts_of
+from asset2sim.probes.kept_trials import latest_probes
 from schemas.errors import UsageError
 from schemas.tables_judged import RATING_KEYS, RATINGS, VIDEO_SCORES
 
@@ -23,8 +25,9 @@ NOTHING_RATED = "nothing is rated or scored"
 
 
 def describe_ratings(outs: Sequence[Path | str], published: Path | None) -> list[RenderableType]:
-    """The ratings and video scores of output folders, then the published ones, as tables and lines for the terminal.
-    Raises UsageError where nothing is rated or named, for a folder without a catalog, and for a rating without key."""
+    """The ratings, video scores and probe trials of output folders, then published ones, as tables and lines for the
+    terminal. Raises UsageError where nothing is rated or named, for a folder without a catalog, and for a rating
+    without key."""
     verdicts = verdicts_of(variant_folders(outs)) if outs else None
     parts: list[RenderableType] = []
     if outs:
@@ -33,10 +36,14 @@ def describe_ratings(outs: Sequence[Path | str], published: Path | None) -> list
             for table in (RATINGS, RATING_KEYS, VIDEO_SCORES)
         ]
         parts += _ratings("Ratings", joined(*tables[:2]), verdicts) + describe_scores("Video scores", tables[2])
+        parts += describe_probes(latest_probes(outs), real_rates(published))
     if published is not None:
         found = joined(*published_ratings(published))
         parts += _ratings("Published ratings", found, verdicts)
         parts += describe_scores("Published video scores", published_videos(published))
+        if (published / SUCCESS_FILE).is_file():
+            title = "Published behavioural fidelity"
+            parts += describe_fidelity(title, published_rates(published), real_rates(published))
     if not parts:
         told = f"{', '.join(map(str, outs))}: {NOTHING_RATED}" if outs else "name an output folder, or --published"
         raise UsageError(f"{told}; asset2sim rate OUT opens the page on which people rate")

@@ -104,6 +104,8 @@ GATE = TypeAliasType("GATE", Gate)
 AXIS = TypeAliasType("AXIS", UpAxis)
 VIEWS = TypeAliasType("VIEWS", Literal["now", "later"])
 GRIPPER = TypeAliasType("GRIPPER", Literal["panda", "robotiq"])
+ACTIONS = TypeAliasType("ACTIONS", Literal["joint_velocity", "joint_position"])
+CAMERA = TypeAliasType("CAMERA", Literal["left", "right"])
 FORMAT = TypeAliasType("FORMAT", Literal["yaml", "toml"])
 
 

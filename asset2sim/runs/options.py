@@ -50,7 +50,7 @@ from asset2sim.runs.option_types import (
     nothing,
 )
 from asset2sim.runs.page_options import PagesOptions, RateOptions, RatingsOptions, ReportOptions, ViewOptions
-from asset2sim.runs.trial_options import RecordMotionOptions
+from asset2sim.runs.trial_options import ProbeOptions, RecordMotionOptions
 from schemas.errors import UsageError
 from schemas.location import Location
 from schemas.support import SupportKind
@@ -278,6 +278,7 @@ class Command(Options):
     record_motion: CliSubCommand[RecordMotionOptions] = Field(
         alias="record-motion", description="a scripted arm's tasks with refined objects, filmed and judged"
     )
+    probe: CliSubCommand[ProbeOptions] = Field(description="a policy's tasks with refined objects, asked over a socket")
     check: CliSubCommand[CheckOptions] = Field(description="the checks alone, on any URDF folder")
     views: CliSubCommand[ViewsOptions] = Field(description="the pictures that refine --views later left out")
     report: CliSubCommand[ReportOptions] = Field(description="the report for people: an index and a page an object")

@@ -1,14 +1,36 @@
-"""The options of the command that records what a scripted arm does with refined objects."""
+"""The options of the commands that let an arm do tasks with refined objects: by a script, or by a policy."""
 
+from collections.abc import Sequence
 from pathlib import Path
 
 from pydantic import Field
-from pydantic_settings import CliDualFlag, CliPositionalArg
+from pydantic_settings import CliDualFlag, CliPositionalArg, CliToggleFlag
 
 from asset2sim.runs.option_groups import FileOptions
-from asset2sim.runs.option_types import FILE, FOLDERS, GRIPPER, IDS, Listed, N
+from asset2sim.runs.option_types import (
+    ACTIONS,
+    CAMERA,
+    COUNT,
+    FILE,
+    FOLDER,
+    FOLDERS,
+    GRIPPER,
+    IDS,
+    METHODS,
+    NAME,
+    Listed,
+    N,
+)
 from schemas.errors import UsageError
-from schemas.location import is_url
+from schemas.location import Location, is_url
+
+
+def local_folders(outs: Sequence[Location]) -> tuple[Path, ...]:
+    """Output folders of this machine. Raises UsageError for a URL."""
+    for out in outs:
+        if is_url(out):
+            raise UsageError(f"{out}: trials are recorded beside the objects; fetch the output into a folder first")
+    return tuple(Path(out) for out in outs)
 
 
 class RecordMotionOptions(FileOptions):
@@ -24,7 +46,34 @@ class RecordMotionOptions(FileOptions):
 
     def folders(self) -> tuple[Path, ...]:
         """The output folders. Raises UsageError for a URL: recordings are written beside the objects."""
-        for out in self.outs:
-            if is_url(out):
-                raise UsageError(f"{out}: trials are recorded beside the objects; fetch the output into a folder first")
-        return tuple(Path(out) for out in self.outs)
+        return local_folders(self.outs)
+
+
+class ProbeOptions(FileOptions):
+    """Let a policy behind a socket do the paper's tasks with each refined object, in the DROID scene, and compare."""
+
+    outs: CliPositionalArg[FOLDERS] = Field(description="output folders of runs, or that of a comparison")
+    policy: NAME = Field(
+        description="openpi://HOST:PORT, gr00t://HOST:PORT, or a probe of ours: scripted, noisy, cloned"
+    )
+    name: NAME | None = Field(
+        None, description="the name of a server's policy, as pi0.5-DROID (default: its address); SRCC goes by it"
+    )
+    actions: ACTIONS = Field(
+        "joint_velocity", description="what openpi's actions are: joint_velocity or joint_position"
+    )
+    camera: CAMERA = Field("left", description="the outside camera that the policy sees: left or right")
+    network: FILE | None = Field(None, description="of cloned: the file that make clone has written")
+    tasks: Listed[IDS] = Field(("paper11",), description="paper11, or names as 'box close', separated by commas")
+    trials: N = Field(5, description="trials of each task with each object")
+    seed: COUNT = Field(0, description="seed of the first trial's start; the next ones have the next seeds")
+    methods: Listed[METHODS] = Field((), description="only these methods, separated by commas")
+    assets: Listed[IDS] = Field((), description="only these assets, separated by commas")
+    force: CliToggleFlag[bool] = Field(False, description="do trials again that have a result")
+    published: FOLDER | None = Field(None, description="the paper's tables: SRCC against what acted in reality")
+    page: FILE | None = Field(None, description="write the tables between this file's markers too")
+    workers: N | None = Field(None, description="trials at once (default: all cores)")
+
+    def folders(self) -> tuple[Path, ...]:
+        """The output folders. Raises UsageError for a URL: films are kept beside the objects."""
+        return local_folders(self.outs)

@@ -2,6 +2,7 @@
 
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
+from fractions import Fraction
 from itertools import product
 from pathlib import Path
 
@@ -156,19 +157,20 @@ def join(clouds: Sequence[Cloud]) -> Cloud:
     )
 
 
-def write_mp4(frames: Iterator[Picture], to: Path) -> int:
-    """Write the pictures as H.264 in an MP4 that browsers play from its first bytes; how many there were. Raises
-    UsageError where the package ``av`` is not installed."""
+def write_mp4(frames: Iterator[Picture], to: Path, rate: float = RATE) -> int:
+    """Write the pictures, ``rate`` a second, as H.264 in an MP4 that browsers play from its first bytes; how many there
+    were. Raises UsageError where the package ``av`` is not installed."""
     try:
         import av
     except ImportError:
         raise UsageError("writing MP4 files needs the package av: pip install 'asset2sim[judged]'") from None
     count = 0
     with av.open(str(to), "w", options={"movflags": "+faststart"}) as container:
-        stream = container.add_stream("libx264", rate=RATE, options={"crf": "24", "preset": "fast"})
-        stream.width = stream.height = SIDE
+        stream = container.add_stream("libx264", rate=Fraction(rate), options={"crf": "24", "preset": "fast"})
         stream.pix_fmt = "yuv420p"
         for picture in frames:
+            if not count:
+                stream.height, stream.width = picture.shape[:2]
             container.mux(stream.encode(av.VideoFrame.from_ndarray(picture, format="rgb24")))
             count += 1
         container.mux(stream.encode())

@@ -1,0 +1,73 @@
+"""Trials of a policy with refined objects, as a flow: on Dask, a child each, and the table of probe trials."""
+
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+
+from prefect import flow
+
+from asset2sim.catalog.text import output
+from asset2sim.judged.published import published_rates
+from asset2sim.judged.show_fidelity import describe_probes, fidelity_block, real_rates
+from asset2sim.judged.variant_folders import variant_folders
+from asset2sim.probes.cloning import FIRST_SEED
+from asset2sim.probes.kept_trials import latest_probes
+from asset2sim.probes.policies import CLONED, check_installed, policy_spec
+from asset2sim.probes.probe_study import ProbeChoice, ProbeJob, chosen_tasks, jobs_of, left_to_do, run_probes
+from asset2sim.runs.trial_options import ProbeOptions
+from asset2sim.studies.pages.blocks import check_page, write_block
+from flows.server.client import use_server
+from flows.server.server import temporary_server
+from schemas.errors import UsageError
+from schemas.probe_settings import ProbeSettings
+from schemas.settings import RunSettings
+from schemas.table import Row
+
+BLOCK = "probe"
+"""Name of the page's block."""
+
+
+def probe(options: ProbeOptions, run: RunSettings) -> None:
+    """Do the trials that have no result yet and print what all of these outputs' say. Raises UsageError for an output
+    without a catalog or a refined object that has one of the tasks, a policy that is none, and a page without the
+    block's markers."""
+    spec = policy_spec(options.policy, options.name, options.actions, options.camera, options.network)
+    check_installed(spec)
+    if spec.name == CLONED and options.seed + options.trials > FIRST_SEED:
+        raise UsageError(f"a clone has seen the starts from seed {FIRST_SEED} on: choose seeds below")
+    folders = [Path(folder) for folder in variant_folders(options.folders())]
+    tasks = chosen_tasks(options.tasks)
+    choice = ProbeChoice(tasks, options.assets, [*options.methods], options.trials, options.seed)
+    if options.published is not None:
+        published_rates(options.published)  # a folder without them is said before the trials
+    real = real_rates(options.published)
+    if options.page is not None:
+        check_page(options.page, BLOCK)
+    jobs = jobs_of(folders, spec, choice)
+    todo = jobs if options.force else left_to_do(jobs)
+    if len(todo) < len(jobs):
+        sys.stderr.write(f"{len(jobs) - len(todo)} of {len(jobs)} trials have a result; --force does them again\n")
+    if todo:
+        with temporary_server() as address, use_server(address):
+            run_probe_trials(todo, run)
+    trials = latest_probes(folders)
+    for part in describe_probes(trials, real):
+        output().print(part)
+    if options.page is not None:
+        write_block(options.page, BLOCK, fidelity_block(trials, real))
+
+
+@flow(name="probe", persist_result=False, validate_parameters=False)
+def run_probe_trials(jobs: Sequence[ProbeJob], run: RunSettings) -> int:
+    """Do every trial and store its row; how many were left undone because nobody answered."""
+    left = run_probes(jobs, run, ProbeSettings(), tell)
+    if left:
+        sys.stderr.write(f"nobody answers for {jobs[0].spec.name}: {left} trials are left for the next run\n")
+    return left
+
+
+def tell(row: Row, left: int) -> None:
+    """A line about a trial that has ended, on standard error."""
+    what = f"{row['policy']} {row['method']} {row['task']} ({row['asset_id']}), trial {row['trial']}"
+    why = f": {row['reason']}" if row["reason"] else ""
+    sys.stderr.write(f"{what}: {row['outcome']}{why}; {left} left\n")
