@@ -13,6 +13,7 @@ from asset2sim.runs import options as asked
 from asset2sim.runs.command_line import Options
 from asset2sim.runs.interrupt import lost_interrupts_repeated, sigterm_as_interrupt
 from asset2sim.runs.judged_options import JudgeVideosOptions
+from asset2sim.runs.learn_options import LearnOptions
 from asset2sim.runs.options import parse
 from asset2sim.runs.page_options import PagesOptions, RateOptions, RatingsOptions, ReportOptions, ViewOptions
 from asset2sim.runs.request import RefineRequest, refine_request, settings_for_run, stated_settings
@@ -72,15 +73,8 @@ def _dispatch(options: Options, refine: Refine, nightly: Nightly) -> int:
 
             judge_films(options, settings_for_run(options.settings, stated_settings(options)).model)
             return DONE
-        case RecordMotionOptions():
-            from asset2sim.models.gateway.environment import quiet_environment
-
-            quiet_environment()
-            from flows.record_motion import record_motion
-
-            run = settings_for_run(options.settings, stated_settings(options)).run
-            record_motion(options, run)
-            return DONE
+        case RecordMotionOptions() | LearnOptions():
+            return _move_arm(options)
         case RateOptions():
             from flows.serve_pages import serve_rating
 
@@ -92,6 +86,23 @@ def _dispatch(options: Options, refine: Refine, nightly: Nightly) -> int:
             print_ratings(options.outs, options.published)
             return DONE
     return _print(options)
+
+
+def _move_arm(options: RecordMotionOptions | LearnOptions) -> int:
+    """Let the arm do, or learn to do, things with refined objects. Returns the exit code."""
+    from asset2sim.models.gateway.environment import quiet_environment
+
+    quiet_environment()
+    run = settings_for_run(options.settings, stated_settings(options)).run
+    if isinstance(options, LearnOptions):
+        from flows.learn import learn
+
+        learn(options, run)
+        return DONE
+    from flows.record_motion import record_motion
+
+    record_motion(options, run)
+    return DONE
 
 
 def _print(options: Options) -> int:

@@ -54,8 +54,8 @@ def published(out: Path, request: RefineRequest) -> RunResult:
         ([], "COMMAND"),
         (
             ["refin"],
-            "choose from refine, failures, query, show, view, rate, judge-videos, ratings, record-motion, check, "
-            "views, report, ui, doctor, nightly, ask, record, settings",
+            "choose from refine, failures, query, show, view, rate, judge-videos, ratings, record-motion, learn, "
+            "check, views, report, ui, doctor, nightly, ask, record, settings",
         ),
         (["refine"], "required: DATA, --out"),
         (["refine", "{data}"], "required: --out"),

@@ -133,7 +133,7 @@ def task_to_learn(overlay: PhysicsOverlay, name: str | None = None) -> Task:
     return found[0]
 
 
-def subject_of(folder: Path, task: Task | str | None, base: Array | None) -> Subject:
+def subject_of(folder: Path, task: Task | str | None, base: Array | None, timestep_s: float) -> Subject:
     """The shared world of a refined object and task, made once in a process and again where the files change. Raises
     UsageError where the folder has no refined object, or the object no joint to move; LoadError as ``load`` does."""
     file = folder / "overlay.json"
@@ -151,7 +151,7 @@ def subject_of(folder: Path, task: Task | str | None, base: Array | None) -> Sub
     stamps = tuple(sorted((item.name, item.stat().st_mtime_ns) for item in folder.iterdir() if item.is_file()))
     key = None if base is None else tuple(float(value) for value in np.asarray(base, dtype=float).ravel())
     try:
-        return _subject(folder.resolve(), chosen, joint, key, stamps)
+        return _subject(folder.resolve(), chosen, joint, key, timestep_s, stamps)
     except (ValueError, SyntaxError, mujoco.FatalError) as error:  # a broken URDF is a SyntaxError
         said = str(error).splitlines()[0]
         raise UsageError(
@@ -161,7 +161,12 @@ def subject_of(folder: Path, task: Task | str | None, base: Array | None) -> Sub
 
 @lru_cache(maxsize=KEPT)
 def _subject(
-    folder: Path, task: Task, joint: JointPhysics, base: tuple[float, ...] | None, _: tuple[tuple[str, int], ...]
+    folder: Path,
+    task: Task,
+    joint: JointPhysics,
+    base: tuple[float, ...] | None,
+    timestep_s: float,
+    _: tuple[tuple[str, int], ...],
 ) -> Subject:
     plan = None
     if base is None:
@@ -170,6 +175,7 @@ def _subject(
     own = plan.base if plan is not None else None if base is None else np.array(base).reshape(4, 4)
     stage = build_stage(folder, arm_spec(), default_base(folder) if own is None else own)
     model = stage.model
+    model.opt.timestep = timestep_s
     number = int(model.joint(stage.prefix + joint.name).id)
     if not model.jnt_limited[number] or model.jnt_range[number][0] >= model.jnt_range[number][1]:
         raise UsageError(f"{folder}: joint {joint.name} has no limits as MuJoCo loads it; give it some")

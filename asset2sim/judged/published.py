@@ -11,7 +11,7 @@ from schemas.table import Row, Table
 from schemas.tables_judged import RATING_KEYS, RATINGS, VIDEO_SCORES
 from schemas.vocabulary import Method
 
-RATINGS_FILE, VIDEOS_FILE = "human_ratings.csv", "video_judges.csv"
+RATINGS_FILE, VIDEOS_FILE, LEARNING_FILE = "human_ratings.csv", "video_judges.csv", "learning_success.csv"
 NO_MODEL = "none"
 PUBLISHED_TRIALS = 10
 """Trials per task, judge and method behind a published mean."""
@@ -51,6 +51,13 @@ def published_videos(folder: Path) -> pd.DataFrame:
             | {"score": float(row["mean_score"]), "score_deviation": float(row["standard_deviation"])}
         )
     return table_frame(VIDEO_SCORES, rows)
+
+
+def published_learning(folder: Path) -> pd.DataFrame:
+    """``learning_success.csv``: what share of its rollouts (``success_percent``) a policy of the paper's did, by task,
+    ``asset_id`` and our name of the method. Raises UsageError as ``published_ratings``."""
+    found = _read(folder, LEARNING_FILE, ("task", "asset_id", "method", "success_percent"))
+    return found.assign(asset_id=found["asset_id"].astype(str), method=found["method"].map(our_name))
 
 
 def label_of(place: int) -> str:
