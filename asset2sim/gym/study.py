@@ -62,9 +62,7 @@ class Training:
 
 def check_libraries() -> None:
     """Raise UsageError where what learns is not installed."""
-    missing = [
-        name for name in ("gymnasium", "mujoco", "stable_baselines3", "torch") if importlib.util.find_spec(name) is None
-    ]
+    missing = [name for name in LIBRARIES if importlib.util.find_spec(name) is None]
     if missing:
         raise UsageError(f"learning needs {', '.join(missing)}: pip install 'asset2sim[learn]' (make learn does it)")
 

@@ -70,7 +70,7 @@ def learnt(lesson: Lesson, progress: Progress, judges: Sequence[ObjectEnv], tell
         steps, then = model.num_timesteps, time.monotonic()
         try:
             some = min(ppo.checkpoint_steps, lesson.budget - steps)
-            model.learn(some, callback=go_on, reset_num_timesteps=False, log_interval=None)  # type: ignore[arg-type]
+            model.learn(some, callback=go_on, reset_num_timesteps=False, log_interval=None)
         except (ValueError, FloatingPointError) as error:  # of numbers that are none
             return progress.model_copy(update={"ended": f"the policy diverged: {str(error).splitlines()[0]}"})
         took = time.monotonic() - then
