@@ -1,6 +1,8 @@
 """Settings of the environment in which a robot learns to use an object, its reward, its clock and its guards; and of
 how a policy is trained in it."""
 
+from typing import Literal
+
 from pydantic import Field
 
 from schemas.base import Fraction, Frozen, NonNegative, Positive
@@ -58,6 +60,8 @@ class GuardSettings(Frozen):
 class LearningSettings(Frozen):
     """Everything that decides what an episode is."""
 
+    gripper: Literal["panda", "robotiq"] = "panda"
+    """The arm's own, or the paper's Robotiq 2F-85, whose model robosuite's package has."""
     reward: RewardSettings = RewardSettings()
     guards: GuardSettings = GuardSettings()
     timestep_s: Positive = Field(2e-3, le=4e-3)

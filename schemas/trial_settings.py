@@ -1,4 +1,6 @@
-"""Thresholds of the physical judge: what of a recorded interaction a person would object to."""
+"""The gripper of recorded interactions, and thresholds of their physical judge: what a person would object to."""
+
+from typing import Literal
 
 from schemas.base import Frozen, Positive
 
@@ -7,6 +9,8 @@ class TrialSettings(Frozen):
     """From which value something recorded is a fault. The paper's judges are told what to look for and not how much of
     it; these are about twice what a picture of 512 pixels shows, but for what the paper states."""
 
+    gripper: Literal["panda", "robotiq"] = "panda"
+    """The arm's own, or the paper's Robotiq 2F-85, whose model robosuite's package has."""
     moved_rad: Positive = 0.05
     """Turn of the object or of a part that nothing has touched yet, rad: the end of a 10 cm lid moves by 5 mm."""
     moved_m: Positive = 0.005

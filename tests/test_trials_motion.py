@@ -10,7 +10,7 @@ import pytest
 pytest.importorskip("mujoco", reason="MuJoCo is not installed here")
 from asset2sim.trials.actors import arm_faces
 from asset2sim.trials.film import film, film_frames, write_mp4
-from asset2sim.trials.franka import HOME, WAITING, Arm, franka_spec
+from asset2sim.trials.franka import HOME, Arm, franka_spec, waiting
 from asset2sim.trials.physical_judge import judge
 from asset2sim.trials.planning import SETTLE_S, Plan
 from asset2sim.trials.record import record
@@ -45,8 +45,8 @@ def test_the_arm_reaches_points_in_front_of_it_and_says_where_it_cannot() -> Non
 
 def test_the_servos_hold_the_arm_up_where_they_are_told(drawer: Path) -> None:
     stage = build_stage(drawer, franka_spec(), base_at(0.0, 1.0))
-    plan = Plan(stage.base, np.array([0.0, 1.0]), np.array([WAITING, WAITING]), ("settle", "rest"))
-    assert np.abs(record(stage, plan, {}).tool[-1] - WAITING).max() < 2e-3
+    plan = Plan(stage.base, np.array([0.0, 1.0]), np.array([waiting(), waiting()]), ("settle", "rest"))
+    assert np.abs(record(stage, plan, {}).tool[-1] - waiting()).max() < 2e-3
 
 
 def test_a_drawer_is_pushed_shut_with_the_work_that_its_friction_and_damping_take(drawer: Path) -> None:

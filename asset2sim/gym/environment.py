@@ -18,7 +18,7 @@ from asset2sim.gym.guards import Guards, Rollout, guard, solved_at_start
 from asset2sim.gym.reward import reward_terms, success
 from asset2sim.gym.subject import subject_of
 from asset2sim.physics.arrays import Array
-from asset2sim.trials.franka import MAX_OPENING_M, WAITING
+from asset2sim.trials.franka import waiting
 from asset2sim.trials.record import LOST_M, SAMPLE_STEPS
 from asset2sim.trials.scene import TIMESTEP_S, Stage
 from asset2sim.trials.tasks import Task, Verb
@@ -58,9 +58,10 @@ class ObjectEnv(gymnasium.Env[NDArray[np.float32], Action]):
     """An arm that learns to move one part of a refined object to a target.
 
     **Observation**, (38,) float32, vectors in the frame of the arm's base, ``OBSERVATION`` says where each is:
-    ``arm_positions`` (7) rad and ``arm_speeds`` (7) rad/s; ``opening`` (1) of the gripper, 0 closed to 1 (0.08 m);
-    ``tool_point`` (3) between the finger tips, m; ``tool_axis`` (3) to which the fingers point and ``finger_axis`` (3)
-    along which they open, unit vectors; ``to_part`` (3) from the tool point to the nearest point of the part, m;
+    ``arm_positions`` (7) rad and ``arm_speeds`` (7) rad/s; ``opening`` (1) of the gripper, 0 closed to 1 (0.08 m; the
+    Robotiq 0.085 m); ``tool_point`` (3) between the finger tips, m; ``tool_axis`` (3) to which the fingers point and
+    ``finger_axis`` (3) along which they open, unit vectors; ``to_part`` (3) from the tool point to the nearest point of
+    the part, m;
     ``x`` (1) position of the part's joint as a share of its limits as loaded, ``x_speed`` (1) its change, 1/s,
     ``x_target`` (1) where it should be; ``touching`` (1) 1 where the arm touches the object; ``command_lead`` (7) by
     how much the servos' commands are ahead of the arm, rad.
@@ -90,7 +91,7 @@ class ObjectEnv(gymnasium.Env[NDArray[np.float32], Action]):
         if action not in ("tool", "joints"):
             raise UnknownChoiceError("action", action, ("tool", "joints"))
         self.settings = settings or LearningSettings()
-        self.subject = subject_of(Path(folder), task, base, self.settings.timestep_s)
+        self.subject = subject_of(Path(folder), task, base, self.settings)
         self.stage: Stage = replace(self.subject.stage, data=mujoco.MjData(self.subject.stage.model))
         self.by_joints = action == "joints"
         self.metadata, self.render_mode = {"render_modes": []}, render_mode
@@ -104,7 +105,7 @@ class ObjectEnv(gymnasium.Env[NDArray[np.float32], Action]):
         self.action_space = spaces.Box(-1.0, 1.0, (8 if self.by_joints else 7,), dtype=np.float32)
         arm = [int(self.stage.model.dof_jntid[dof]) for dof in self.subject.arm_dofs]
         self.lower, self.upper = (self.stage.model.jnt_range[arm] + (INSIDE_RAD, -INSIDE_RAD)).T
-        self.command = WAITING.copy()
+        self.command = waiting(self.stage.gripper)
         self.jacobian = np.zeros((2, 3, self.stage.model.nv))
         self.touch = Touch(self.stage)
         self.watched: Callable[[mujoco.MjData, float], None] | None = None
@@ -114,7 +115,7 @@ class ObjectEnv(gymnasium.Env[NDArray[np.float32], Action]):
         """Forget the last episode."""
         data = self.stage.data
         self.step_number = 0
-        self.command = WAITING.copy()
+        self.command = waiting(self.stage.gripper)
         self.positions, self.touched, self.works = [float(data.qpos[self.subject.place])], [False], [0.0]
         self.heights = [float(data.subtree_com[self.subject.body, 2])]
         self.done = self.best = 0.0
@@ -176,15 +177,16 @@ class ObjectEnv(gymnasium.Env[NDArray[np.float32], Action]):
         return self.last.copy(), reward, False, ended, info
 
     def commanded(self, action: Array) -> Array:
-        """(9,) servo commands after an action: within the joints' limits and not far ahead of the arm."""
+        """Servo commands after an action: within the joints' limits and not far ahead of the arm."""
         now = self.stage.data.qpos[self.stage.tool_places[:7]]
         change = self.settings.turn_step_rad * action[:7] if self.by_joints else self.toward(action[:6])
         arm = np.clip(self.command[:7] + change, now - self.settings.lead_rad, now + self.settings.lead_rad)
         arm = np.clip(arm, self.lower, self.upper)
-        finger = (float(action[-1]) + 1.0) / 4.0 * MAX_OPENING_M
-        most = self.settings.finger_step_m
-        fingers = self.command[7:] + np.clip(finger - self.command[7:], -most, most)
-        return np.concatenate([arm, fingers])
+        gripper, most = self.stage.gripper, 2.0 * self.settings.finger_step_m
+        before = gripper.opening_of(self.command[7:])
+        wanted = (float(action[-1]) + 1.0) / 2.0 * gripper.opening_m
+        opening = np.array([before + np.clip(wanted - before, -most, most)])
+        return np.concatenate([arm, gripper.servos(opening)[0]])
 
     def toward(self, action: Array) -> Array:
         """(7,) change of the joints, rad, that shifts and turns the tool as asked, by damped least squares."""
@@ -224,7 +226,7 @@ class ObjectEnv(gymnasium.Env[NDArray[np.float32], Action]):
         self.vector = self.to_part()
         arm = data.qpos[stage.tool_places[:7]]
         self.x = subject.share(float(data.qpos[subject.place]))
-        self.opening = float(data.qpos[stage.tool_places[7:]].sum()) / MAX_OPENING_M
+        self.opening = stage.gripper.opened(data.qpos[stage.tool_places[7:]]) / stage.gripper.opening_m
         values = np.concatenate([
             arm, data.qvel[subject.arm_dofs], [self.opening],
             turn @ (data.geom_xpos[subject.tool_geom] - origin), turn @ self.axes[:, 2], turn @ self.axes[:, 1],

@@ -93,4 +93,4 @@ def write_film(folder: Path, env: ObjectEnv, act: Act, seed: int, to: Path) -> N
     finally:
         env.watched = None
     track = samples.phased((PHASE,) * len(samples.times), not end.diverged)
-    write_mp4(film(folder, track, env.stage.base, None), to)
+    write_mp4(film(folder, track, env.stage.base, None, env.stage.gripper), to)

@@ -5,7 +5,6 @@ from typing import Any
 import numpy as np
 
 from asset2sim.gym.environment import Action, ObjectEnv
-from asset2sim.trials.franka import MAX_OPENING_M
 from asset2sim.trials.planning import Plan
 from asset2sim.trials.record import command
 from schemas.errors import UsageError
@@ -15,7 +14,8 @@ def planned_action(env: ObjectEnv, plan: Plan) -> Action:
     """The action after which the servos are told what the plan tells them then; in an environment of joint actions."""
     then = command(plan, (env.step_number + 1) * env.dt_s)
     turn = (then[:7] - env.command[:7]) / env.settings.turn_step_rad
-    opening = 2.0 * float(then[7:].sum()) / MAX_OPENING_M - 1.0
+    gripper = env.stage.gripper
+    opening = 2.0 * gripper.opening_of(then[7:]) / gripper.opening_m - 1.0
     found: Action = np.clip(np.array([*turn, opening]), -1.0, 1.0).astype(np.float32)
     return found
 

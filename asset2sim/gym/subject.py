@@ -12,7 +12,8 @@ from numpy.typing import NDArray
 
 from asset2sim.checks.reset import held_starts, starts
 from asset2sim.physics.arrays import Array
-from asset2sim.trials.franka import HAND, JOINTS, TIP_M, WAITING, franka_spec
+from asset2sim.trials.franka import HAND, JOINTS, franka_spec, waiting
+from asset2sim.trials.gripper import Gripper, gripper_of
 from asset2sim.trials.paths import carried, vertices
 from asset2sim.trials.planning import FURTHEST_M, NEAREST_M, Plan
 from asset2sim.trials.scene import TOOL, Stage, base_at, build_stage
@@ -20,6 +21,7 @@ from asset2sim.trials.tasks import PAPER, Task, Verb, joint_of, target_of, tasks
 from asset2sim.trials.trial import planned
 from schemas.base import Vector3
 from schemas.errors import UsageError
+from schemas.learning_settings import LearningSettings
 from schemas.overlay import JointPhysics, PhysicsOverlay
 from schemas.settings import EngineSettings
 
@@ -81,14 +83,15 @@ class Subject:
             self.settled[key] = self.settle(data, self.starts[index], settle_s if index else 0.0)
         mujoco.mj_resetData(self.stage.model, data)
         data.qpos[:], data.qvel[:] = self.settled[key]
-        data.ctrl[:] = WAITING
+        data.ctrl[:] = waiting(self.stage.gripper)
         mujoco.mj_forward(self.stage.model, data)
 
     def settle(self, data: mujoco.MjData, start: Start, settle_s: float) -> tuple[Array, Array]:
         """Positions and speeds after an object was let go of in a start, its joints held, and given time."""
         model, stage = self.stage.model, replace(self.stage, data=data)
         mujoco.mj_resetData(model, data)
-        data.ctrl[:] = data.qpos[stage.tool_places] = WAITING
+        data.ctrl[:] = waiting(stage.gripper)
+        data.qpos[stage.tool_places] = stage.ratios @ data.ctrl
         for number, joint in enumerate(stage.about.joints):
             moved = start.share * (1.0 if (number + start.turn) % 2 == 0 else -1.0)
             low, high = model.jnt_range[int(model.joint(stage.prefix + joint.name).id)]
@@ -133,9 +136,10 @@ def task_to_learn(overlay: PhysicsOverlay, name: str | None = None) -> Task:
     return found[0]
 
 
-def subject_of(folder: Path, task: Task | str | None, base: Array | None, timestep_s: float) -> Subject:
+def subject_of(folder: Path, task: Task | str | None, base: Array | None, settings: LearningSettings) -> Subject:
     """The shared world of a refined object and task, made once in a process and again where the files change. Raises
-    UsageError where the folder has no refined object, or the object no joint to move; LoadError as ``load`` does."""
+    UsageError where the folder has no refined object, the object no joint to move, or the gripper is not installed;
+    LoadError as ``load`` does."""
     file = folder / "overlay.json"
     if not file.is_file():
         raise UsageError(f"{file} is missing: name the folder of a refined object, as OUT/assets/ID")
@@ -151,7 +155,7 @@ def subject_of(folder: Path, task: Task | str | None, base: Array | None, timest
     stamps = tuple(sorted((item.name, item.stat().st_mtime_ns) for item in folder.iterdir() if item.is_file()))
     key = None if base is None else tuple(float(value) for value in np.asarray(base, dtype=float).ravel())
     try:
-        return _subject(folder.resolve(), chosen, joint, key, timestep_s, stamps)
+        return _subject(folder.resolve(), chosen, joint, key, gripper_of(settings.gripper), settings.timestep_s, stamps)
     except (ValueError, SyntaxError, mujoco.FatalError) as error:  # a broken URDF is a SyntaxError
         said = str(error).splitlines()[0]
         raise UsageError(
@@ -165,15 +169,16 @@ def _subject(
     task: Task,
     joint: JointPhysics,
     base: tuple[float, ...] | None,
+    gripper: Gripper,
     timestep_s: float,
     _: tuple[tuple[str, int], ...],
 ) -> Subject:
     plan = None
     if base is None:
-        attempt, _bowl = planned(folder, task, joint)
+        attempt, _bowl = planned(folder, task, joint, gripper)
         plan = attempt.plan if attempt is not None and attempt.tool == "arm" else None
     own = plan.base if plan is not None else None if base is None else np.array(base).reshape(4, 4)
-    stage = build_stage(folder, arm_spec(), default_base(folder) if own is None else own)
+    stage = build_stage(folder, arm_spec(gripper), default_base(folder) if own is None else own, gripper=gripper)
     model = stage.model
     model.opt.timestep = timestep_s
     number = int(model.joint(stage.prefix + joint.name).id)
@@ -210,11 +215,11 @@ def perturbed(free: bool, settings: EngineSettings) -> Iterator[Start]:
         yield from (Start(share=share, turn=index // 2) for index, share in enumerate(held_starts(settings)))
 
 
-def arm_spec() -> mujoco.MjSpec:
+def arm_spec(gripper: Gripper) -> mujoco.MjSpec:
     """The arm with a point between its finger tips, which touches nothing: distances are from it."""
-    spec = franka_spec()
+    spec = franka_spec(gripper)
     spec.body(HAND).add_geom(
-        name=TOOL_POINT, type=mujoco.mjtGeom.mjGEOM_SPHERE, size=(1e-4, 0.0, 0.0), pos=(0.0, 0.0, TIP_M),
+        name=TOOL_POINT, type=mujoco.mjtGeom.mjGEOM_SPHERE, size=(1e-4, 0.0, 0.0), pos=(0.0, 0.0, gripper.tip_m),
         contype=0, conaffinity=0, mass=0.0,
     )  # fmt: skip
     return spec

@@ -117,7 +117,7 @@ def row_of(lesson: Lesson, progress: Progress, best: Point, found: Sequence[Roll
     return outcome | {
         "steps": progress.steps, "chosen_steps": best.steps, "seconds": seconds, "fps": progress.steps / seconds,
         "s": mean(item.s for item in found), "success": rate, "rollouts": len(found), "first_seed": found[0].seed,
-        "diverged": sum(item.diverged for item in found), "gripper": "panda", "device": "cpu",
+        "diverged": sum(item.diverged for item in found), "gripper": lesson.learning.gripper, "device": "cpu",
         "video": FILM if lesson.filmed else None,
         **{name: sum(bool(getattr(item, name)) for item in found) for name in GUARDS},
     }  # fmt: skip

@@ -19,6 +19,7 @@ from asset2sim.physics.arrays import Array
 from asset2sim.report.loops.faces import Faces, faces_of
 from asset2sim.report.loops.zbuffer import Singles
 from asset2sim.trials.franka import Arm, franka_tree
+from asset2sim.trials.gripper import PANDA, Gripper
 from asset2sim.trials.record import Track
 from asset2sim.trials.scene import PUSHER_M, Bowl
 
@@ -49,23 +50,23 @@ def object_actor(folder: Path, track: Track, chosen: Ints) -> tuple[Actor, Array
 
 
 @cache
-def arm_faces() -> tuple[Faces, dict[str, Array]]:
+def arm_faces(gripper: Gripper = PANDA) -> tuple[Faces, dict[str, Array]]:
     """The arm's triangles at zero, and its links' poses there."""
     with tempfile.TemporaryDirectory(prefix="asset2sim-arm-") as place:
         file = Path(place) / "panda.urdf"
-        ET.ElementTree(franka_tree()).write(file)
+        ET.ElementTree(franka_tree(gripper)).write(file)
         return faces_of(load_scene(file, {})), poses_of(read_urdf(file), {})
 
 
-def arm_actor(arm: Array, base: Array) -> Actor:
-    """The arm at (frames, 9) joint positions."""
-    faces, read = arm_faces()
-    kinematics = Arm()
+def arm_actor(arm: Array, base: Array, gripper: Gripper = PANDA) -> Actor:
+    """The arm at (frames, joints) joint positions."""
+    faces, read = arm_faces(gripper)
+    kinematics = Arm(gripper)
     bodies = [int(kinematics.model.body(name).id) for name in faces.links]
     inverse = np.array([np.linalg.inv(read[name]) for name in faces.links])
     found = []
     for positions in arm:
-        kinematics.data.qpos[:9] = positions
+        kinematics.data.qpos[:] = positions
         mujoco.mj_kinematics(kinematics.model, kinematics.data)
         poses = np.tile(np.eye(4), (len(bodies), 1, 1))
         poses[:, :3, :3] = kinematics.data.xmat[bodies].reshape(-1, 3, 3)

@@ -13,6 +13,7 @@ from asset2sim.report.loops.cloud import DIRECTIONS, Cloud, cloud_of
 from asset2sim.report.loops.draw import Picture, background, glazed, shaded, shadowed
 from asset2sim.report.loops.zbuffer import Layers, Lens, Singles, lens_for, splat, together
 from asset2sim.trials.actors import Actor, arm_actor, bowl_actor, object_actor, pusher_actor
+from asset2sim.trials.gripper import PANDA, Gripper
 from asset2sim.trials.record import Track
 from asset2sim.trials.scene import Bowl
 from schemas.errors import UsageError
@@ -43,12 +44,12 @@ def film_frames(track: Track) -> Ints:
     return np.unique(np.clip(np.searchsorted(track.times_s, due - 1e-9), 0, len(track.times_s) - 1))
 
 
-def film(folder: Path, track: Track, base: Array, bowl: Bowl | None) -> Iterator[Picture]:
+def film(folder: Path, track: Track, base: Array, bowl: Bowl | None, gripper: Gripper = PANDA) -> Iterator[Picture]:
     """(SIDE, SIDE, 3) pictures of a trial with the refined object in ``folder``, ``RATE`` a second."""
     chosen = film_frames(track)
     thing, front = object_actor(folder, track, chosen)
     tool = track.tool[chosen]
-    actors = [pusher_actor(tool) if tool.shape[1] == 3 else arm_actor(tool, base), thing]
+    actors = [pusher_actor(tool) if tool.shape[1] == 3 else arm_actor(tool, base, gripper), thing]
     if bowl is not None:
         actors.append(bowl_actor(bowl, len(chosen)))
     lens = lens_of(thing, front, base, bowl)

@@ -1,4 +1,4 @@
-"""The Franka Panda arm and its gripper, from PyBullet's data package: a MuJoCo specification, and its kinematics."""
+"""The Franka Panda arm with a gripper, from PyBullet's data package: a MuJoCo specification, and its kinematics."""
 
 import importlib.util
 import xml.etree.ElementTree as ET
@@ -9,18 +9,17 @@ import mujoco
 import numpy as np
 
 from asset2sim.physics.arrays import Array
+from asset2sim.trials.gripper import PANDA, ROBOTIQ, Gripper
+from asset2sim.trials.robotiq import add_robotiq, drive
 from schemas.errors import UsageError
 
 JOINTS = tuple(f"panda_joint{index}" for index in range(1, 8))
 FINGERS = ("panda_finger_joint1", "panda_finger_joint2")
-HAND, TIPS = "panda_hand", ("panda_leftfinger", "panda_rightfinger")
-TIP_M = 0.1034
-"""Distance from the hand's frame to between the finger pads, m, along the hand's z axis."""
-MAX_OPENING_M = 0.08
+HAND = "panda_hand"
+OWN_HAND = (HAND, "panda_leftfinger", "panda_rightfinger", "panda_grasptarget")
+"""Links of the arm's own gripper, the first the frame on which any is mounted."""
 HOME = np.array([0.0, -0.75, 0.0, -2.35, 0.0, 1.6, 0.785])
 """Joint positions, rad, at which the arm waits: the hand points down in front of its base."""
-WAITING = np.array([*HOME, 0.0, 0.0])
-"""The same with closed fingers: what its nine servos are told."""
 STIFFNESS = (500.0, 500.0, 500.0, 500.0, 200.0, 200.0, 100.0)
 """Of the position servos, N·m/rad; their damping is critical for the inertia that they move (``DAMPING``)."""
 DAMPING = (60.0, 60.0, 60.0, 60.0, 20.0, 20.0, 8.0)
@@ -36,8 +35,14 @@ STEPS, STEP_RAD, DAMPED = 60, 0.25, 0.05
 """Inverse kinematics: iterations at most, the largest change of a joint in one, and the damping of least squares."""
 
 
-def franka_tree() -> ET.Element:
-    """The arm's URDF with absolute mesh paths. Raises UsageError where PyBullet's data package lacks it."""
+def waiting(gripper: Gripper = PANDA) -> Array:
+    """What the servos of arm and gripper are told while the arm waits, the fingers closed."""
+    return np.concatenate([HOME, gripper.servos(np.zeros(1))[0]])
+
+
+def franka_tree(gripper: Gripper = PANDA) -> ET.Element:
+    """The arm's URDF with absolute mesh paths. Raises UsageError where PyBullet's data package lacks it, or robosuite's
+    its gripper."""
     spec = importlib.util.find_spec("pybullet_data")
     folder = Path(spec.origin or "").parent / "franka_panda" if spec else Path()
     file = folder / "panda.urdf"
@@ -46,13 +51,24 @@ def franka_tree() -> ET.Element:
     tree = ET.parse(file).getroot()
     for mesh in tree.iter("mesh"):
         mesh.set("filename", str(folder / str(mesh.get("filename")).removeprefix("package://")))
+    if gripper is ROBOTIQ:
+        for joint in tree.findall("joint"):
+            child = joint.find("child")
+            if child is not None and child.get("link") in OWN_HAND[1:]:
+                tree.remove(joint)
+        for link in tree.findall("link"):
+            if link.get("name") == HAND:
+                link[:] = []
+            elif link.get("name") in OWN_HAND:
+                tree.remove(link)
+        add_robotiq(tree, HAND)
     return tree
 
 
-def franka_spec() -> mujoco.MjSpec:
+def franka_spec(gripper: Gripper = PANDA) -> mujoco.MjSpec:
     """The arm as a specification whose position servos hold its weight; its base is at the origin. No part of it
     touches another: contacts are with what is not the arm."""
-    tree = franka_tree()
+    tree = franka_tree(gripper)
     for link in tree.findall("link"):
         link[:] = [element for element in link if element.tag != "visual"]
     settings = {"strippath": "false", "fusestatic": "false", "discardvisual": "false", "balanceinertia": "true"}
@@ -66,9 +82,11 @@ def franka_spec() -> mujoco.MjSpec:
     for name, stiffness, damping, torque in zip(JOINTS, STIFFNESS, DAMPING, TORQUE, strict=True):
         spec.joint(name).armature = ARMATURE
         servo(spec, name, stiffness, damping, torque)
-    for name in FINGERS:
+    for name in FINGERS if gripper is PANDA else ():
         spec.joint(name).armature = 0.05
         servo(spec, name, 4000.0, 60.0, GRIP_N)
+    if gripper is ROBOTIQ:
+        drive(spec)
     return spec
 
 
@@ -92,8 +110,9 @@ class Reached:
 class Arm:
     """The arm alone, for its kinematics: nothing moves in it."""
 
-    def __init__(self) -> None:
-        self.model = franka_spec().compile()
+    def __init__(self, gripper: Gripper = PANDA) -> None:
+        self.gripper = gripper
+        self.model = franka_spec(gripper).compile()
         self.data = mujoco.MjData(self.model)
         self.hand = int(self.model.body(HAND).id)
         self.places = np.array([int(self.model.joint(name).qposadr[0]) for name in JOINTS])
@@ -107,7 +126,7 @@ class Arm:
         self.data.qpos[self.places] = joints
         mujoco.mj_kinematics(self.model, self.data)
         axes = self.data.xmat[self.hand].reshape(3, 3).copy()
-        return self.data.xpos[self.hand] + TIP_M * axes[:, 2], axes
+        return self.data.xpos[self.hand] + self.gripper.tip_m * axes[:, 2], axes
 
     def reach(self, point: Array, axis: Array, start: Array, across: Array | None = None) -> Reached:
         """Joint positions near ``start`` that bring the tool to a point (m, base frame), its z axis along ``axis`` and,

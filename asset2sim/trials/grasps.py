@@ -8,7 +8,6 @@ import mujoco
 import numpy as np
 
 from asset2sim.physics.arrays import Array
-from asset2sim.trials.franka import MAX_OPENING_M
 from asset2sim.trials.paths import Path, carried, vertices
 from asset2sim.trials.scene import Bowl, Stage
 
@@ -18,12 +17,8 @@ SPREAD = (0.0, 0.15, -0.15, 0.3, -0.3, 0.42, -0.42)
 """Where over the object a hold is looked for, shares of its extent from its middle."""
 DEPTHS_M = (0.035, 0.02, 0.012)
 """How far below the top of what is there the finger tips reach, m, deepest first."""
-LOWEST_M = 0.008
-"""Least height of the finger tips' middle above the floor, m."""
 ROOM_M = 0.006
 """Room left on either side between an open finger and the object, m."""
-PAD_M = 0.008
-"""Half the width of a finger, m: what lies between the fingers is looked at over that width."""
 SLANT_M, BEHIND_M = 0.006, 0.024
 """Differences in distance over a finger's width between which a surface slants: friction holds up to 20 degrees."""
 REACH_M = 0.1
@@ -64,15 +59,19 @@ def grasp_paths(stage: Stage, bowl: Bowl) -> Iterator[Path]:
         top = height_at(stage, at, high[2] + 0.1)
         for depth, turn in product(DEPTHS_M, range(DIRECTIONS)) if top > 0.0 else ():
             across = np.array([math.cos(math.pi * turn / DIRECTIONS), math.sin(math.pi * turn / DIRECTIONS), 0.0])
-            hold = np.array([at[0], at[1], max(top - depth, LOWEST_M)])
+            hold = np.array([at[0], at[1], max(top - depth, stage.gripper.lowest_m)])
             span = between(stage, hold, across, heavy, np.array([0.0, 0.0, 1.0]))
-            if span is not None and span[1] - span[0] <= MAX_OPENING_M - 2.0 * ROOM_M and top - hold[2] > 0.004:
+            if (
+                span is not None
+                and span[1] - span[0] <= stage.gripper.opening_m - 2.0 * ROOM_M
+                and top - hold[2] > 0.004
+            ):
                 held = hold + across * (span[0] + span[1]) / 2.0
                 off = float(np.linalg.norm(held[:2] - center[:2]))
                 cost = span[1] - span[0] + CENTER_WEIGHT * off - 0.3 * depth + (0.0 if span[2] else LOOSE_COST)
                 found.append((cost, held, across, span[1] - span[0]))
     for _, held, across, width in sorted(found, key=lambda item: item[0]):
-        yield lifted(held, across, width, bowl, float(held[2] - low[2]), float(high[2]))
+        yield lifted(held, across, opened_for(stage, width), bowl, float(held[2] - low[2]), float(high[2]))
 
 
 def height_at(stage: Stage, at: Array, top: float) -> float:
@@ -94,22 +93,22 @@ def between(
 ) -> tuple[float, float, bool] | None:
     """What is between the fingers about a place, from and to, m along ``across``, and whether it is of the bodies
     ``firmly`` alone; None where nothing is, or where a finger that comes against ``back`` runs into something."""
-    side = np.cross(back, across)
+    side, most, pad = np.cross(back, across), stage.gripper.opening_m, stage.gripper.pad_m
     ends, firm = [], True
     for sign in (-1.0, 1.0):
         nearest = []
-        for offset, rise in product((-PAD_M, 0.0, PAD_M), (0.0, 0.012)):
-            source = hold + sign * across * MAX_OPENING_M / 2.0 + side * offset + back * rise
+        for offset, rise in product((-pad, 0.0, pad), (0.0, 0.012)):
+            source = hold + sign * across * most / 2.0 + side * offset + back * rise
             if 0.0 <= seen(stage, source + back * REACH_M, -back) < REACH_M:
                 return None
             geom = np.array([-1], dtype=np.int32)
             distance = mujoco.mj_ray(stage.model, stage.data, source, -sign * across, None, 1, -1, geom)
-            if distance >= 0.0 and stage.object_geoms[geom[0]] and distance < MAX_OPENING_M:
+            if distance >= 0.0 and stage.object_geoms[geom[0]] and distance < most:
                 nearest.append(distance)
                 firm &= int(stage.model.geom_bodyid[geom[0]]) in firmly
         if not nearest or min(nearest) < ROOM_M or slants(nearest):
             return None
-        ends.append(sign * (MAX_OPENING_M / 2.0 - min(nearest)))
+        ends.append(sign * (most / 2.0 - min(nearest)))
     return (ends[0], ends[1], firm) if ends[0] < ends[1] else None
 
 
@@ -119,11 +118,15 @@ def slants(distances: list[float]) -> bool:
     return any(SLANT_M < distance - nearest < BEHIND_M for distance in distances)
 
 
-def lifted(held: Array, across: Array, width: float, bowl: Bowl, below: float, top: float) -> Path:
+def opened_for(stage: Stage, width: float) -> float:
+    """How far the fingers open around something of this width, m."""
+    return min(stage.gripper.opening_m, width + 4.0 * ROOM_M)
+
+
+def lifted(held: Array, across: Array, open_m: float, bowl: Bowl, below: float, top: float) -> Path:
     """The way of one hold: down to it, close, up, over the bowl, down, open, up. ``below`` is how far the object
     reaches below the hold, m."""
     up = np.array([0.0, 0.0, 1.0])
-    open_m = min(MAX_OPENING_M, width + 4.0 * ROOM_M)
     aloft = max(held[2] + LIFT_M, bowl.height_m + below + ABOVE_BOWL_M)
     over = np.array([bowl.at[0], bowl.at[1], aloft])
     lowered = np.array([bowl.at[0], bowl.at[1], max(below + 0.02, held[2])])

@@ -13,8 +13,6 @@ from asset2sim.trials.scene import Stage, place
 from asset2sim.trials.tasks import Verb
 from schemas.overlay import JointPhysics
 
-TIP_RADIUS_M = 0.011
-"""Half the thickness of closed finger tips: how far from a surface the tool's point is when they touch it."""
 PRESSED_M = 0.004
 """How far beyond the surface the tool is led, so that it pushes."""
 CLEAR_M = 0.07
@@ -143,7 +141,7 @@ def push_path(
         place(stage, {name: position})
         pose = pose_of(stage, body)
         normals.append(pose[:3, :3] @ local_normal)
-        points.append(pose[:3, :3] @ local + pose[:3, 3] + normals[-1] * (TIP_RADIUS_M - PRESSED_M))
+        points.append(pose[:3, :3] @ local + pose[:3, 3] + normals[-1] * (stage.gripper.finger_m - PRESSED_M))
         at.append(position)
     place(stage, {name: start})
     points.append(points[-1] - normals[-1] * BEYOND_M)

@@ -9,9 +9,9 @@ import mujoco
 import numpy as np
 
 from asset2sim.physics.arrays import Array
-from asset2sim.trials.franka import HOME, WAITING, Arm
+from asset2sim.trials.franka import HOME, Arm
 from asset2sim.trials.paths import Path, vertices
-from asset2sim.trials.scene import TOOL, Stage, base_at, place, quaternion
+from asset2sim.trials.scene import PUSHER, TOOL, Stage, base_at, place, quaternion
 
 AZIMUTHS = tuple(math.radians(angle) for angle in (-60, 60, -30, 30, -90, 90, 0, -120, 120, 180, 150, -150))
 """Where the base may stand about the object, seen from above."""
@@ -43,7 +43,7 @@ TRIED = 600
 @dataclass(frozen=True, eq=False)
 class Plan:
     """A tool's motion: the (4, 4) ``base``, (n,) ``times_s``, (n, k) ``commands`` to its servos (the arm's: seven
-    joints, rad, and two fingers, m; the pusher's: x, y, z, m) and the ``phases``, one a point; between two points the
+    joints, rad, and its gripper's; the pusher's: x, y, z, m) and the ``phases``, one a point; between two points the
     commands change evenly."""
 
     base: Array
@@ -89,8 +89,8 @@ def hand_fits(stage: Stage, arm: Arm, path: Path, base: Array, near: Array, tilt
     turn, across = base[:3, :3].T, path.across[last]
     found = arm.reach(turn @ (path.points[last] - base[:3, 3]), turn @ path.axes[last], near, turn @ across)
     move_base(stage, base)
-    half = float(path.opening[last]) / 2.0
-    place(stage, stage.about_positions, np.array([*found.joints, half, half]))
+    fingers = arm.gripper.servos(path.opening[last : last + 1])[0]
+    place(stage, stage.about_positions, np.concatenate([found.joints, fingers]))
     deep = deepest(stage, tips=True)
     return found.off_m <= OFF_M and found.tilt_rad <= tilt_rad and deep <= OVERLAP_M
 
@@ -121,10 +121,10 @@ def timed(arm: Arm, base: Array, path: Path, joints: Array) -> Plan:
         point = base[:3, :3].T @ (path.points[index] + ABOVE - base[:3, 3])
         lifted.append(arm.reach(point, base[:3, :3].T @ path.axes[index], joints[index], across).joints)
     whole = np.array([HOME, HOME, lifted[0], *joints, lifted[1], HOME, HOME])
-    halves = np.concatenate([np.full(3, path.opening[0]), path.opening, np.full(3, path.opening[-1])])[:, None] / 2.0
+    opening = np.concatenate([np.full(3, path.opening[0]), path.opening, np.full(3, path.opening[-1])])
     tools = np.array([arm.tool(at)[0] for at in whole])
     phases = ("settle", "settle", "approach", *path.phases, "retreat", "retreat", "rest")
-    commands = np.concatenate([whole, halves, halves], axis=1)
+    commands = np.concatenate([whole, arm.gripper.servos(opening)], axis=1)
     return Plan(base, times_of(tools, commands, phases), commands, phases)
 
 
@@ -158,7 +158,7 @@ def plan_pusher(stage: Stage, joint: str, paths: Iterable[Path]) -> Plan | None:
 def runs_into(stage: Stage, joint: str | None, path: Path, plan: Plan) -> bool:
     """Whether the arm would be in the object or the floor somewhere along a plan; of the finger tips while they push or
     hold, that is meant. What is carried is not looked at."""
-    if plan.commands.shape[1] == len(WAITING):
+    if plan.commands.shape[1] > len(PUSHER):
         move_base(stage, plan.base)
     start = stage.about_positions.get(joint or "", 0.0)
     first = len(plan.commands) - len(path.points) - 3

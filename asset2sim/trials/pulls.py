@@ -7,8 +7,7 @@ from itertools import product
 import numpy as np
 
 from asset2sim.physics.arrays import Array
-from asset2sim.trials.franka import MAX_OPENING_M
-from asset2sim.trials.grasps import ROOM_M, between, seen
+from asset2sim.trials.grasps import ROOM_M, between, opened_for, seen
 from asset2sim.trials.paths import PACE_M, Path, carried, pose_of
 from asset2sim.trials.scene import Stage, place
 from schemas.overlay import JointPhysics
@@ -51,7 +50,7 @@ def pull_paths(stage: Stage, joint: JointPhysics, target: float) -> Iterator[Pat
         for depth in DEPTHS_M:
             hold = aim + out * (BEFORE_M + 0.1 - front - depth)
             span = between(stage, hold, across, bodies, out)
-            if span is not None and span[2] and span[1] - span[0] <= MAX_OPENING_M - 2.0 * ROOM_M:
+            if span is not None and span[2] and span[1] - span[0] <= stage.gripper.opening_m - 2.0 * ROOM_M:
                 held = hold + across * (span[0] + span[1]) / 2.0
                 yield pulled(stage, joint, body, held, out, across, (span[1] - span[0], target))
                 break
@@ -75,7 +74,7 @@ def pulled(
     arm = float(np.linalg.norm(held - stage.data.xanchor[int(stage.model.joint(stage.prefix + joint.name).id)]))
     length = abs(target - start) * (1.0 if joint.type == "prismatic" else max(arm, 0.02))
     at = [start] * 3 + list(np.linspace(start, target, max(4, math.ceil(length / PACE_M)))) + [target] * 2
-    open_m = min(MAX_OPENING_M, width + 4.0 * ROOM_M)
+    open_m = opened_for(stage, width)
     moving = len(at) - 5
     phases = ("approach", "approach", "grip", *["open"] * moving, "release", "retreat")
     opening = np.array([open_m, open_m, *[0.0] * (moving + 1), open_m, open_m])

@@ -50,7 +50,7 @@ def record(stage: Stage, plan: Plan, start: Mapping[str, float]) -> Track:
     mujoco.mj_resetData(model, data)
     for name, value in start.items():
         data.qpos[stage.joint(name)] = value
-    data.qpos[stage.tool_places] = command(plan, 0.0)
+    data.qpos[stage.tool_places] = stage.ratios @ command(plan, 0.0)
     data.ctrl[:] = command(plan, 0.0)
     mujoco.mj_forward(model, data)
     samples = Samples(stage)

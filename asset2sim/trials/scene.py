@@ -11,7 +11,8 @@ import numpy as np
 
 from asset2sim.load import Description, load, mesh_points
 from asset2sim.physics.arrays import Array
-from asset2sim.trials.franka import TIPS, servo
+from asset2sim.trials.franka import servo
+from asset2sim.trials.gripper import GRIPPERS, PANDA, Gripper
 
 TIMESTEP_S = 1e-3
 """Time step of a trial, s: a quarter of the checks', so that what is seen is not the integrator's."""
@@ -49,7 +50,8 @@ class Bowl:
 class Stage:
     """A compiled world. ``base`` is the (4, 4) pose of the arm's base; ``object_dofs`` is a mask of velocities,
     ``object_geoms``, ``tool_geoms`` and ``tip_geoms`` are masks of geoms: the object's, the tool's, and those of it
-    that are meant to touch; ``tool_places`` are the places of the tool's joints among positions."""
+    that are meant to touch; ``tool_places`` are the places of the tool's joints among positions, (joints, k) ``ratios``
+    times its servos' commands is where these lead them."""
 
     about: Description
     prefix: str
@@ -61,6 +63,8 @@ class Stage:
     tool_geoms: Array
     tip_geoms: Array
     tool_places: Array
+    ratios: Array
+    gripper: Gripper
     bowl: Bowl | None
 
     @property
@@ -90,9 +94,12 @@ class Stage:
         return {joint.name: float(self.data.qpos[self.joint(joint.name)]) for joint in self.about.joints}
 
 
-def build_stage(folder: Path, tool: mujoco.MjSpec | None, base: Array, bowl: Bowl | None = None) -> Stage:
-    """The world with a refined object at the origin in its initial state, and a tool, the arm or the pusher, with its
-    base at this (4, 4) pose. Raises LoadError as ``load`` does, ValueError where MuJoCo refuses the model."""
+def build_stage(
+    folder: Path, tool: mujoco.MjSpec | None, base: Array, bowl: Bowl | None = None, gripper: Gripper = PANDA
+) -> Stage:
+    """The world with a refined object at the origin in its initial state, and a tool, the arm with this gripper or the
+    pusher, with its base at this (4, 4) pose. Raises LoadError as ``load`` does, ValueError where MuJoCo refuses the
+    model."""
     spec = mujoco.MjSpec()
     spec.option.timestep, spec.option.integrator = TIMESTEP_S, mujoco.mjtIntegrator.mjINT_IMPLICITFAST
     spec.option.cone, spec.option.impratio = mujoco.mjtCone.mjCONE_ELLIPTIC, 100.0
@@ -105,8 +112,12 @@ def build_stage(folder: Path, tool: mujoco.MjSpec | None, base: Array, bowl: Bow
     for geom in spec.geoms:
         geom.solref = (CONTACT_TIME_S, 1.0)
     joints: list[str] = []
+    ratios = np.zeros((0, 0))
     if tool is not None:
         joints = [joint.name for joint in tool.joints]
+        ratios = np.eye(len(joints), len(tool.actuators))
+        if len(joints) > len(tool.actuators):  # some joints follow a servo's
+            ratios[-len(gripper.ratios) :, -gripper.ratios.shape[1] :] = gripper.ratios
         spec.attach(tool, prefix=TOOL, frame=spec.worldbody.add_frame(pos=base[:3, 3], quat=quaternion(base)))
     if bowl is not None:
         add_bowl(spec, bowl)
@@ -116,11 +127,12 @@ def build_stage(folder: Path, tool: mujoco.MjSpec | None, base: Array, bowl: Bow
     names = [model.body(int(body)).name for body in model.geom_bodyid]
     mine = np.array([name.startswith(prefix) for name in names])
     tools = np.array([name.startswith(TOOL) for name in names])
-    tips = np.array([name in (f"{TOOL}{tip}" for tip in (*TIPS, "pusher")) for name in names])
+    all_tips = [tip for known in GRIPPERS.values() for tip in known.tips]
+    tips = np.array([name in (f"{TOOL}{tip}" for tip in ("pusher", *all_tips)) for name in names])
     dofs = np.array([model.body(int(body)).name.startswith(prefix) for body in model.dof_bodyid])
     places = np.array([int(model.joint(TOOL + name).qposadr[0]) for name in joints], dtype=int)
     loaded.finish(model, data)
-    return Stage(about, prefix, model, data, base.copy(), dofs, mine, tools, tips, places, bowl)
+    return Stage(about, prefix, model, data, base.copy(), dofs, mine, tools, tips, places, ratios, gripper, bowl)
 
 
 def thicken_flat(spec: mujoco.MjSpec) -> None:
@@ -193,11 +205,12 @@ def yaw_tilt(yaw: float, tilt: float) -> Array:
 
 
 def place(stage: Stage, positions: Mapping[str, float], tool: Array | None = None) -> None:
-    """Set joints of the object (rad or m) and, if given, the tool's, and what follows from them: poses and contacts."""
+    """Set joints of the object (rad or m) and, if given, the tool's to where these commands lead them, and what follows
+    from that: poses and contacts."""
     for name, value in positions.items():
         stage.data.qpos[stage.joint(name)] = value
     if tool is not None:
-        stage.data.qpos[stage.tool_places] = tool
+        stage.data.qpos[stage.tool_places] = stage.ratios @ tool
     mujoco.mj_kinematics(stage.model, stage.data)
     mujoco.mj_comPos(stage.model, stage.data)
     mujoco.mj_collision(stage.model, stage.data)

@@ -11,8 +11,9 @@ import pyarrow.parquet as pq
 
 from asset2sim.load import LoadError
 from asset2sim.trials.film import film, write_mp4
-from asset2sim.trials.franka import WAITING, Arm, franka_spec
+from asset2sim.trials.franka import Arm, franka_spec, waiting
 from asset2sim.trials.grasps import bowl_for, grasp_paths
+from asset2sim.trials.gripper import PANDA, Gripper, gripper_of
 from asset2sim.trials.paths import push_paths
 from asset2sim.trials.physical_judge import judge, score
 from asset2sim.trials.planning import Plan, plan_arm, plan_pusher
@@ -58,7 +59,7 @@ def run_trial(folder: Path, task: Task, to: Path, filmed: bool, settings: TrialS
         if is_near(joint, joint.initial_position, target):
             return row | ended("solved at start", f"{joint.name} starts where it should end", began)
     try:
-        attempt, bowl = planned(folder, task, joint)
+        attempt, bowl = planned(folder, task, joint, gripper_of(settings.gripper))
     except (LoadError, ValueError, mujoco.FatalError) as error:
         return row | failed(f"MuJoCo refuses it: {str(error).splitlines()[0]}", began)
     if attempt is None:
@@ -72,7 +73,7 @@ def run_trial(folder: Path, task: Task, to: Path, filmed: bool, settings: TrialS
     done = not reason and judged.first_contact_s is not None
     reason = reason if judged.first_contact_s is not None else "the tool never touched it"
     if filmed:
-        write_mp4(film(folder, track, attempt.plan.base, bowl), to / FILM)
+        write_mp4(film(folder, track, attempt.plan.base, bowl, attempt.stage.gripper), to / FILM)
     end = None if joint is None else float(track.positions[-1, track.joints.index(joint.name)])
     return row | asdict(judged) | {
         "tool": attempt.tool, "end": end, "score": score(judged, done, track.finite),
@@ -80,12 +81,14 @@ def run_trial(folder: Path, task: Task, to: Path, filmed: bool, settings: TrialS
     } | ended("done" if done else "not done", "" if done else reason, began)  # fmt: skip
 
 
-def planned(folder: Path, task: Task, joint: JointPhysics | None) -> tuple[Attempt | None, Bowl | None]:
+def planned(
+    folder: Path, task: Task, joint: JointPhysics | None, gripper: Gripper = PANDA
+) -> tuple[Attempt | None, Bowl | None]:
     """A trial's tool and motion, and the bowl where it needs one; the pusher pushes where the arm finds no way."""
-    arm = Arm()
+    arm = Arm(gripper)
     bowl = bowl_for(build_stage(folder, None, np.eye(4))) if joint is None else None
-    stage = build_stage(folder, franka_spec(), base_at(0.0, 1.0), bowl)
-    place(stage, stage.about_positions, WAITING)
+    stage = build_stage(folder, franka_spec(gripper), base_at(0.0, 1.0), bowl, gripper)
+    place(stage, stage.about_positions, waiting(gripper))
     mujoco.mj_forward(stage.model, stage.data)
     if joint is None:
         assert bowl is not None
@@ -96,7 +99,7 @@ def planned(folder: Path, task: Task, joint: JointPhysics | None) -> tuple[Attem
             plan = plan_arm(stage, arm, joint.name, pull_paths(stage, joint, target))
         plan = plan or plan_arm(stage, arm, joint.name, push_paths(stage, joint, target, task.verb))
     if plan is not None:
-        return Attempt("arm", build_stage(folder, franka_spec(), plan.base, bowl), plan), bowl
+        return Attempt("arm", build_stage(folder, franka_spec(gripper), plan.base, bowl, gripper), plan), bowl
     if joint is None:
         return None, bowl
     stage = build_stage(folder, pusher_spec(), np.eye(4))
