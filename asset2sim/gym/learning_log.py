@@ -18,7 +18,8 @@ log = logging.getLogger(__name__)
 
 
 def begin_run(out: Path, to: Path, name: str, params: Mapping[str, object]) -> str | None:
-    """The id of a training's run in OUT's store, a new one where it has none; None where MLflow refuses."""
+    """The id of the run in OUT's store of the training in ``to``, a new one where it has none; None where MLflow
+    refuses."""
     try:
         with open_mlflow(out) as client:
             from mlflow.entities import Param

@@ -68,10 +68,14 @@ def key_of(folder: Path, task: Task, seed: int, learning: LearningSettings, ppo:
 
 
 def read_progress(to: Path, key: str) -> Progress:
-    """How far a training is; at the beginning where its file is missing or of something else, which is removed."""
+    """How far a training is; at the beginning where its file is missing, or of something else: then all that is kept of
+    that is removed."""
+    file = to / PROGRESS
+    if not file.is_file():
+        return Progress(key=key)
     try:
-        found = Progress.model_validate_json((to / PROGRESS).read_text(encoding="utf-8"))
-    except (OSError, ValueError):
+        found = Progress.model_validate_json(file.read_text(encoding="utf-8"))
+    except ValueError:
         found = Progress(key="")
     if found.key == key:
         return found

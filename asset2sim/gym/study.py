@@ -17,11 +17,11 @@ from asset2sim.catalog.read import latest_rows
 from asset2sim.gym.learning_log import begin_run, end_run, log_point
 from asset2sim.gym.lesson import Lesson
 from asset2sim.gym.progress import Point, read_progress
-from asset2sim.gym.subject import task_to_learn
+from asset2sim.gym.subject import learned_tasks, task_to_learn
 from asset2sim.runs.interrupt import sigterm_as_interrupt
 from asset2sim.runs.isolation import Ending, accept_children, run_isolated, stop_children
 from asset2sim.runs.spread.cluster import open_client
-from asset2sim.trials.tasks import PAPER, Task, joint_of
+from asset2sim.trials.tasks import PAPER, Task, Verb, joint_of
 from schemas.errors import UnknownChoiceError, UsageError
 from schemas.learning_settings import LearningSettings, PpoSettings
 from schemas.overlay import PhysicsOverlay
@@ -111,10 +111,14 @@ def task_chosen(folder: Path, chosen: Chosen) -> Task | None:
     file, asset_id = folder / "overlay.json", folder.name
     if not file.is_file() or (chosen.assets and asset_id not in chosen.assets):
         return None
-    overlay = PhysicsOverlay.model_validate_json(file.read_text(encoding="utf-8"))
-    task = task_to_learn(overlay)
-    if not chosen.assets and joint_of(task, overlay) is None:
-        return None
+    try:
+        overlay = PhysicsOverlay.model_validate_json(file.read_text(encoding="utf-8"))
+    except ValueError:  # its training says so, in its row
+        task = learned_tasks().get(asset_id, Task("open", Verb.OPEN))
+    else:
+        task = task_to_learn(overlay)
+        if not chosen.assets and joint_of(task, overlay) is None:
+            return None
     asked = not chosen.tasks or task.name in chosen.tasks or (PAPER9 in chosen.tasks and asset_id in PAPER)
     return task if asked else None
 
@@ -154,7 +158,9 @@ def trained(item: Training, heard: Heard) -> tuple[Row, tuple[Point, ...]]:
     lesson = item.lesson
     name = f"{lesson.task.name}, {item.method}, seed {lesson.seed}"
     params = item.who | {"budget": lesson.budget, **lesson.ppo.model_dump()}
-    run = begin_run(item.out, lesson.to.parent / f".{lesson.to.name}", name, params)
+    if not read_progress(lesson.to, lesson.key).points:
+        shutil.rmtree(lesson.to, ignore_errors=True)  # a run in MLflow of its own, if it began before
+    run = begin_run(item.out, lesson.to, name, params)
 
     def tell(point: Point) -> None:
         heard(item, point)
@@ -192,7 +198,6 @@ def left_to_do(todo: Sequence[Training], out: Path, force: bool) -> list[Trainin
     if force:
         for item in todo:
             shutil.rmtree(item.lesson.to, ignore_errors=True)
-            shutil.rmtree(item.lesson.to.parent / f".{item.lesson.to.name}", ignore_errors=True)
         return list(todo)
     known = latest(out, LEARNING).set_index(list(LEARNING.key)).index
     return [item for item in todo if tuple(item.who.values()) not in known or not has_ended(item.lesson)]
