@@ -187,7 +187,7 @@ def test_the_table_has_a_number_a_seed_beside_the_papers(tmp_path: Path) -> None
         "task,asset_id,method,success_percent\nlaptop close,9912,human,0.0\nlaptop close,9912,asset2sim,100.0\n"
     )
     row = dict.fromkeys(LEARNING.schema.names) | {"task": "laptop fold", "asset_id": "9912", "outcome": "learnt"}
-    row |= {"seconds": 60.0, "chosen_steps": 20_000, "solved_at_start": 0, "moved_untouched": 0, "spring_did_it": 0}
+    row |= {"seconds": 60.0, "steps": 20_000, "solved_at_start": 0, "moved_untouched": 0, "spring_did_it": 0}
     rows = pd.DataFrame(
         [
             row | {"method": "asset2sim", "seed": 0, "success": 1.0, "drifted": 0},

@@ -1,5 +1,6 @@
 """What was learnt, for people: tables for the terminal and for the documentation, and a picture of the curves."""
 
+import math
 from collections.abc import Sequence
 from io import BytesIO
 from pathlib import Path
@@ -33,25 +34,32 @@ def described(rows: pd.DataFrame) -> list[RenderableType]:
 
 
 def learning_block(rows: pd.DataFrame, published: pd.DataFrame | None) -> str:
-    """Tasks and methods as Markdown, beside what the paper publishes where that is given."""
-    methods, lines = methods_of(rows), list[list[str]]()
-    for task in sorted(set(rows["task"])):
-        asset_id = str(rows.loc[rows["task"] == task, "asset_id"].iloc[0])
-        line = [task]
+    """Tasks and methods as Markdown, beside what the paper publishes of the same objects where that is given; the last
+    line is the mean over the tasks of a method."""
+    methods = methods_of(rows)
+    headings, lines, whole = ["task"], list[list[str]](), ["mean"]
+    tasks = sorted(set(zip(rows["task"], rows["asset_id"], strict=True)))
+    for task, asset_id in tasks:
+        line = [str(task)]
         for method in methods:
             line.append(cell(of(rows, task, method)))
             if published is not None:
-                line.append(paper(published, asset_id, method))
+                line.append(percents([paper(published, asset_id, method)]))
         lines.append(line)
-    whole = ["mean"]
     for method in methods:
-        whole.append(f"{100.0 * rows.loc[rows['method'] == method, 'success'].fillna(0.0).mean():.1f} %")
+        mine = [of(rows, task, method)["success"].fillna(0.0).mean() for task, _ in tasks]
+        whole.append(percents([100.0 * value for value in mine], 1))
+        headings.append(method)
         if published is not None:
-            whole.append(f"{published.loc[published['method'] == method, 'success_percent'].mean():.1f} %")
-    headings = ["task"]
-    for method in methods:
-        headings += [method] if published is None else [method, "paper"]
+            headings.append("paper")
+            whole.append(percents([paper(published, asset_id, method) for _, asset_id in tasks], 1))
     return markdown_table(headings, [*lines, whole], range(1, len(headings)))
+
+
+def percents(values: Sequence[float], digits: int = 0) -> str:
+    """The mean of percentages, those left out that are none; a dash where none is one."""
+    known = [value for value in values if value == value]
+    return f"{np.mean(known):.{digits}f} %" if known else "–"
 
 
 def methods_of(rows: pd.DataFrame) -> list[str]:
@@ -73,15 +81,15 @@ def cell(some: pd.DataFrame) -> str:
     if rated.empty:
         return str(some["outcome"].iloc[0])
     each = ", ".join(f"{100.0 * value:.0f}" for value in rated["success"])
-    needed = f"{rated['chosen_steps'].astype(float).mean() / 1000.0:.0f}k, {rated['seconds'].mean() / 60.0:.0f} min"
+    needed = f"{rated['steps'].astype(float).mean() / 1000.0:.0f}k, {rated['seconds'].mean() / 60.0:.0f} min"
     fired = [f"{words} {int(total)}" for name, words in GUARDS.items() if (total := rated[name].sum())]
     return f"{each} % ({'; '.join([needed, *fired])})"
 
 
-def paper(published: pd.DataFrame, asset_id: str, method: str) -> str:
-    """What the paper publishes; a dash for nothing."""
+def paper(published: pd.DataFrame, asset_id: str, method: str) -> float:
+    """What the paper publishes, %; NaN for nothing."""
     found = published[(published["asset_id"] == asset_id) & (published["method"] == method)]["success_percent"]
-    return f"{found.iloc[0]:.0f} %" if len(found) else "–"
+    return float(found.iloc[0]) if len(found) else math.nan
 
 
 def draw_curves(curves: pd.DataFrame, to: Path) -> None:

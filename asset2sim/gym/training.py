@@ -19,6 +19,7 @@ from schemas.table import Row
 
 FILM = "rollout.mp4"
 LEARNT, NOT_LEARNT, SOLVED, DIVERGED, FAILED = "learnt", "not learnt", "solved at start", "diverged", "failed"
+MOST_SEED = 2**31
 NUMBERS = ("train/approx_kl", "train/clip_fraction", "train/explained_variance", "train/std", "train/value_loss")
 """What the library says of an update that is kept of each checkpoint."""
 
@@ -54,7 +55,7 @@ def learnt(lesson: Lesson, progress: Progress, judges: Sequence[ObjectEnv], tell
     if lesson.finished(progress):
         return progress
     # Episodes other than those that it began with, where it goes on.
-    seed, make = lesson.seed + (1000 * at.steps if at is not None else 0), partial(made, lesson)
+    seed, make = (lesson.seed + 1000 * progress.steps) % MOST_SEED, partial(made, lesson)
     if at is None:
         model = new_model(environments(make, ppo, seed), ppo, seed)
     else:
