@@ -30,7 +30,7 @@ from schemas.table import Row, Table
 from schemas.tables_learning import LEARNING, LEARNING_CURVES
 
 PAPER9 = "paper9"
-LIBRARIES = ("gymnasium", "mujoco", "stable_baselines3", "torch")
+LIBRARIES = ("av", "gymnasium", "mujoco", "stable_baselines3", "torch")
 TRAIN = "asset2sim.gym.training:train"
 REST_S = 600.0
 """Wall time that a training may take beside its minutes, s: its world, the last checkpoint's rollouts, and the film."""

@@ -6,8 +6,7 @@ from pydantic import AfterValidator, Field
 from pydantic_settings import CliDualFlag, CliPositionalArg, CliToggleFlag
 
 from asset2sim.runs.option_groups import FileOptions
-from asset2sim.runs.option_types import FILE, FOLDER, FOLDERS, IDS, STEPS, Listed, N, methods_named
-from schemas.base import Positive
+from asset2sim.runs.option_types import FILE, FOLDER, FOLDERS, IDS, MINUTES, STEPS, Listed, N, methods_named
 
 
 class LearnOptions(FileOptions):
@@ -21,7 +20,7 @@ class LearnOptions(FileOptions):
     )
     assets: Listed[IDS] = Field((), description="only these assets, separated by commas")
     budget: STEPS = Field(2_000_000, description="the most actions of a training, as 2e6")
-    minutes: Annotated[float, Positive] = Field(30.0, description="the most minutes of a training")
+    minutes: MINUTES = Field(30.0, description="the most minutes of a training")
     seeds: N = Field(3, description="trainings of each object, with the seeds 0, 1, …")
     workers: N | None = Field(None, description="trainings at once, each one thread (default: all cores)")
     film: CliDualFlag[bool] = Field(True, description="write an MP4 of a rollout of each")

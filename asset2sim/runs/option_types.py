@@ -91,6 +91,7 @@ STEPS = TypeAliasType("STEPS", Annotated[int, BeforeValidator(actions), Field(ge
 COUNT = TypeAliasType("COUNT", Annotated[int, Field(ge=0)])
 RATE = TypeAliasType("RATE", Positive)
 SECONDS = TypeAliasType("SECONDS", Positive)
+MINUTES = TypeAliasType("MINUTES", Positive)
 SHARE = TypeAliasType("SHARE", Fraction)
 PORT = TypeAliasType("PORT", Annotated[int, Field(ge=1, le=65_535)])
 CRON = TypeAliasType("CRON", str)
