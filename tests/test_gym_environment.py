@@ -146,11 +146,11 @@ def test_the_power_of_the_tool_is_that_of_a_recorded_interaction(thing: Path) ->
     assert ours == pytest.approx(theirs, rel=1e-9, abs=1e-12)
 
 
-def test_a_blow_that_is_over_at_the_sample_is_a_touch(thing: Path) -> None:
+def test_a_blow_that_is_over_at_the_sample_is_a_touch(thing: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     env = opened(thing, base=BASE)
     env.reset(options={"start": 0})
     felt = cycle([(True, 1.0), (False, 0.0)])
-    env.touch.felt = lambda _: next(felt)  # type: ignore[method-assign]
+    monkeypatch.setattr(env.touch, "felt", lambda _: next(felt))
     env.step(np.zeros(7, dtype=np.float32))
     assert env.touched[1:] == [True] * 20 and sum(env.works) == pytest.approx(20 * 0.002)
 

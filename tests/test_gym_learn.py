@@ -5,6 +5,7 @@ from dataclasses import replace
 from functools import partial
 from pathlib import Path
 
+import numpy as np
 import pandas as pd
 import pytest
 
@@ -75,7 +76,8 @@ def test_the_command_writes_rows_policies_curves_a_film_and_the_page_and_trains_
     assert (row["steps"], row["rollouts"], row["budget"]) == (128, 2, 100) and 0.0 <= row["s"] <= 1.0
     assert (to / row["video"]).stat().st_size > 1000
     folder = (to / row["video"]).parent
-    assert load_policy(folder / f"step-{row['chosen_steps']:09d}") and (folder / PROGRESS).is_file()
+    act = load_policy(folder / f"step-{row['chosen_steps']:09d}")
+    assert act(np.zeros((3, 38), dtype=np.float32)).shape == (3, 7) and (folder / PROGRESS).is_file()
     curve = read_own_files(to, LEARNING_CURVES)
     assert curve["steps"].tolist() == [64, 128]
     assert "drawer" not in page.read_text(encoding="utf-8") and "| close |" in page.read_text(encoding="utf-8")
