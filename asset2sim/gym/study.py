@@ -30,6 +30,8 @@ from schemas.table import Row, Table
 from schemas.tables_learning import LEARNING, LEARNING_CURVES
 
 PAPER9 = "paper9"
+POLICIES = "policies"
+"""Folder of OUT in which checkpoints and films are: ``policies/ASSET/TASK/METHOD-MODEL-SEED/``."""
 LIBRARIES = ("av", "gymnasium", "mujoco", "stable_baselines3", "torch")
 TRAIN = "asset2sim.gym.training:train"
 REST_S = 600.0
@@ -97,7 +99,7 @@ def trainings_of(data: Path, out: Path, chosen: Chosen) -> list[Training]:
         if task is None or (chosen.methods and method not in chosen.methods):
             continue
         model = str(row["model"])
-        place = out / LEARNING.name / asset_id / task.name.replace(" ", "-")
+        place = out / POLICIES / asset_id / task.name.replace(" ", "-")
         for seed in range(chosen.seeds):
             to = place / f"{method}-{model.replace('/', '_')}-{seed}"
             limits = chosen.learning, chosen.ppo, chosen.budget, chosen.minutes, chosen.filmed
