@@ -39,7 +39,7 @@ PARALLEL = --numprocesses $(if $(JOBS),$(JOBS),2) --dist loadfile --no-loadscope
 
 .DEFAULT_GOAL := help
 .DELETE_ON_ERROR:
-.PHONY: help install flow test test-fast lint typecheck failures report screenshots settings view rate ratings views doctor nightly ui judge judged probe clone rules withheld proposers corrections compare first bench-defects samples questions summary loaders held weights docs picture clean bench
+.PHONY: help install flow test test-fast lint typecheck failures report screenshots settings learn view rate ratings views doctor nightly ui judge judged probe clone rules withheld proposers corrections compare first bench-defects samples questions summary loaders held weights docs picture clean bench
 
 help: ## list the targets
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / { printf "  %-14s %s\n", $$1, $$2 }' Makefile
@@ -67,7 +67,7 @@ $(INSTALLED): pyproject.toml constraints.txt
 	fi; \
 	echo "installing into $(VENV) with $$python ..."; \
 	"$$python" -m venv --clear $(VENV) && \
-	$(BIN)/python -m pip install --quiet --disable-pip-version-check --constraint constraints.txt --editable '.[dev,browser,engines,judged,learn,probe,usd,s3,view]'
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check --constraint constraints.txt --editable '.[dev,browser,engines,gym,judged,probe,usd,s3,view]'
 	@touch $@
 
 flow: $(INSTALLED) ## refine DATA (data/raw) into OUT (data/refined)
@@ -104,6 +104,19 @@ report: $(INSTALLED) ## write the report for people, OUT/report, as a run does a
 
 settings: $(INSTALLED) ## every setting with its unit and its reason, as a file for SETTINGS=
 	@$(BIN)/python -m flows.command settings $(FROM_FILE)
+
+learn: $(VENV)/.learn ## a robot learns to use OUT's objects, with PPO, into OUT; TASKS, METHODS, BUDGET, MINUTES, SEEDS, PAGE
+	@$(BIN)/python -m flows.command learn "$(OUT)" --out "$(OUT)" $(if $(TASKS),--tasks "$(TASKS)") \
+		$(if $(METHODS),--methods "$(METHODS)") $(if $(ASSETS),--assets "$(ASSETS)") $(if $(BUDGET),--budget "$(BUDGET)") \
+		$(if $(MINUTES),--minutes "$(MINUTES)") $(if $(SEEDS),--seeds "$(SEEDS)") $(if $(WORKERS),--workers "$(WORKERS)") \
+		$(if $(FORCE),--force) $(if $(PAGE),--page "$(PAGE)") $(FROM_FILE)
+
+# torch and stable-baselines3, which nothing else needs (TORCH_INDEX is an index of its CPU builds).
+$(VENV)/.learn: $(INSTALLED)
+	@echo "installing torch and stable-baselines3 into $(VENV) ..."
+	@$(BIN)/python -m pip install --quiet --disable-pip-version-check --constraint constraints.txt \
+		$(if $(TORCH_INDEX),--extra-index-url "$(TORCH_INDEX)") --editable '.[learn]'
+	@touch $@
 
 views: $(INSTALLED) ## write the pictures that a run with VIEWS=later left out, into OUT
 	@$(BIN)/python -m flows.command views --out "$(OUT)" $(if $(WORKERS),--workers "$(WORKERS)") $(FROM_FILE)

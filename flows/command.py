@@ -13,6 +13,7 @@ from asset2sim.runs import options as asked
 from asset2sim.runs.command_line import Options
 from asset2sim.runs.interrupt import lost_interrupts_repeated, sigterm_as_interrupt
 from asset2sim.runs.judged_options import JudgeVideosOptions
+from asset2sim.runs.learn_options import LearnOptions
 from asset2sim.runs.options import parse
 from asset2sim.runs.page_options import PagesOptions, RateOptions, RatingsOptions, ReportOptions, ViewOptions
 from asset2sim.runs.request import RefineRequest, refine_request, settings_for_run, stated_settings
@@ -72,8 +73,8 @@ def _dispatch(options: Options, refine: Refine, nightly: Nightly) -> int:
 
             judge_films(options, settings_for_run(options.settings, stated_settings(options)).model)
             return DONE
-        case RecordMotionOptions() | ProbeOptions():
-            return _run_trials(options)
+        case RecordMotionOptions() | ProbeOptions() | LearnOptions():
+            return _move_arm(options)
         case RateOptions():
             from flows.serve_pages import serve_rating
 
@@ -87,8 +88,8 @@ def _dispatch(options: Options, refine: Refine, nightly: Nightly) -> int:
     return _print(options)
 
 
-def _run_trials(options: RecordMotionOptions | ProbeOptions) -> int:
-    """Have an arm do tasks with refined objects, by a script or by a policy. Returns the exit code."""
+def _move_arm(options: RecordMotionOptions | ProbeOptions | LearnOptions) -> int:
+    """Let the arm do things with refined objects, by a script or a policy, or learn to. Returns the exit code."""
     from asset2sim.models.gateway.environment import quiet_environment
 
     quiet_environment()
@@ -97,6 +98,10 @@ def _run_trials(options: RecordMotionOptions | ProbeOptions) -> int:
         from flows.probe import probe
 
         probe(options, run)
+    elif isinstance(options, LearnOptions):
+        from flows.learn import learn
+
+        learn(options, run)
     else:
         from flows.record_motion import record_motion
 

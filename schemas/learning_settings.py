@@ -1,10 +1,11 @@
-"""Settings of the environment in which a robot learns to use an object: its reward, its clock and its guards."""
+"""Settings of the environment in which a robot learns to use an object, its reward, its clock and its guards; and of
+how a policy is trained in it."""
 
 from typing import Literal
 
 from pydantic import Field
 
-from schemas.base import Fraction, Frozen, Positive
+from schemas.base import Fraction, Frozen, NonNegative, Positive
 
 
 class RewardSettings(Frozen):
@@ -63,22 +64,72 @@ class LearningSettings(Frozen):
     """The arm's own, or the paper's Robotiq 2F-85, whose model robosuite's package has."""
     reward: RewardSettings = RewardSettings()
     guards: GuardSettings = GuardSettings()
-    samples_per_action: int = Field(10, ge=1)
-    """Samples of 4 ms (four time steps) that an action lasts: 40 ms, 25 actions a second. Position servos of this arm
-    settle in 0.1 s, so faster actions are not felt, and slower ones miss a contact of a tenth of a second."""
+    timestep_s: Positive = Field(2e-3, le=4e-3)
+    """Time step, s, a divisor of 4 ms: twice that of recorded interactions and half the time constant of contacts, the
+    longest that MuJoCo keeps stable. The planned pushes of the paper's nine come out as with 1 ms, at half the cost."""
+    samples_per_action: int = Field(20, ge=1)
+    """Samples of 4 ms that an action lasts: 80 ms, 12.5 actions a second (DROID's policies act 15 times). The arm's
+    servos settle in 0.1 s, so faster actions are hardly felt, and their noise averages out before a part moves."""
     episode_s: Positive = 10.0
     """Length of an episode, s: a planned push of the paper's objects takes 5 to 9 s with the way there."""
-    tool_step_m: Positive = 0.012
+    tool_step_m: Positive = 0.024
     """Largest shift of the tool in one action, m, along each axis: 0.3 m/s, as the scripted arm moves."""
-    turn_step_rad: Positive = 0.05
+    turn_step_rad: Positive = 0.1
     """Largest turn of the tool about each axis, or of a joint, in one action, rad: 1.25 rad/s, as the scripted arm."""
-    finger_step_m: Positive = 0.004
+    finger_step_m: Positive = 0.008
     """Largest motion of a finger in one action, m: 0.1 m/s."""
     lead_rad: Positive = 0.25
     """How far a joint's command may be ahead of it, rad: what the servo lags at full speed (0.15 rad), and some force
     left to push with; beyond it a blocked arm would store up commands."""
     perturbed: bool = True
     """Whether a reset draws one of the starts of the reset check (``checks/reset.py``) or always the plain one."""
+    arm_noise_rad: NonNegative = 0.02
+    """How far each joint of the arm may be off its waiting position at the start of an episode that draws its start,
+    rad, evenly distributed: the size that robosuite gives its arms. Without it two rollouts of a policy from the same
+    of the nine starts are the same rollout."""
     settle_s: Positive = 1.0
     """Time that a free object is given to come to rest after a perturbed start, s: a drop of 2 cm takes 0.06 s. Its
     joints are held meanwhile: in the drop a lid that friction holds would slip, and the task begin solved."""
+
+
+class PpoSettings(Frozen):
+    """How a policy is trained: PPO of stable-baselines3, the same numbers for every object and method. The paper
+    publishes none; where the library's own do, they are kept."""
+
+    environments: int = Field(8, ge=1)
+    """Environments of a training, all in one process of one thread: together with ``rollout`` it makes a batch."""
+    rollout: int = Field(256, ge=2)
+    """Actions of each between two updates: one episode of 10 s and a half, so that a batch sees whole ones."""
+    minibatch: int = Field(256, ge=2)
+    """Samples of a gradient step: 64 (the library's) costs four times the time here, and learns as fast."""
+    epochs: int = Field(8, ge=1)
+    """Passes over a batch: simulating costs more than learning, so about as many as the library's 10."""
+    learning_rate: Positive = 3e-4
+    """Of Adam: the library's."""
+    discount: Fraction = 0.99
+    """Of an action of 80 ms: what comes 8 s later counts e⁻¹, so the whole episode is in sight."""
+    smoothing: Fraction = 0.95
+    """λ of the generalised advantage: the library's."""
+    clip: Positive = 0.2
+    """Of the policy's ratio: the library's."""
+    most_divergence: Positive = 0.03
+    """Divergence from the policy that acted at which an update ends early: twice the usual bound of 0.015."""
+    entropy: NonNegative = 0.0
+    """Weight of the policy's entropy: the library's; the noise below explores."""
+    hidden: tuple[int, ...] = (128, 128)
+    """Neurons of the layers of actor and critic, each its own: 38 numbers in, 7 out."""
+    noise_log_std: float = -1.5
+    """Logarithm of the noise's scale at the start, of weights whose sum over a layer is the action's noise."""
+    noise_actions: int = Field(4, ge=0)
+    """Actions for which a direction of exploring is kept (generalised state-dependent exploration): noise that is drawn
+    anew at each action averages out within a contact, and a door is never pushed. 0: drawn anew."""
+    checkpoint_steps: int = Field(16_384, ge=1)
+    """Actions between two checkpoints, rounded up to whole batches: eight."""
+    checkpoint_rollouts: int = Field(9, ge=1)
+    """Rollouts, without noise, that give a checkpoint's S: the paper's set of nine, a fourteenth of the simulation."""
+    held: int = Field(2, ge=1)
+    """Checkpoints in a row all of whose rollouts succeed, after which training ends: once may be luck."""
+    rollouts: int = Field(18, ge=1)
+    """Rollouts of the chosen checkpoint that give the success rate: the paper's, in multiples of nine."""
+    memory_mb: int = Field(8192, ge=512)
+    """Address space that a training's process may add, MB: torch alone maps two to three thousand."""

@@ -1,6 +1,7 @@
 """Tables of outer judges: scores of videos by vision models, ratings by people, and which variant a person rated."""
 
 from schemas.table import COUNT, REAL, TEXT, TIME, Column, make_table
+from schemas.tables_learning import LEARNING, LEARNING_CURVES
 from schemas.tables_probes import PROBE_TRIALS
 from schemas.tables_trials import TRIALS
 
@@ -75,5 +76,6 @@ RATING_KEYS = make_table(
 )  # fmt: skip
 """Keys of ratings, in a folder of their own: a row of ratings alone does not name a method."""
 
-JUDGED = {table.name: table for table in (TRIALS, PROBE_TRIALS, VIDEO_SCORES, RATINGS, RATING_KEYS)}
+_ALL = (TRIALS, PROBE_TRIALS, LEARNING, LEARNING_CURVES, VIDEO_SCORES, RATINGS, RATING_KEYS)
+JUDGED = {table.name: table for table in _ALL}
 """Tables of outer judges by name, each a folder ``NAME`` of Parquet files in an output folder that no run touches."""

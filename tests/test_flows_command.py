@@ -55,7 +55,7 @@ def published(out: Path, request: RefineRequest) -> RunResult:
         (
             ["refin"],
             "choose from refine, failures, query, show, view, rate, judge-videos, ratings, record-motion, probe, "
-            "check, views, report, ui, doctor, nightly, ask, record, settings",
+            "learn, check, views, report, ui, doctor, nightly, ask, record, settings",
         ),
         (["refine"], "required: DATA, --out"),
         (["refine", "{data}"], "required: --out"),

@@ -3,13 +3,14 @@
 import json
 import warnings
 from collections.abc import Callable
+from itertools import cycle
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 
-pytest.importorskip("gymnasium", reason="gymnasium is not installed: it comes with the extra learn")
+pytest.importorskip("gymnasium", reason="gymnasium is not installed: it comes with the extra gym")
 pytest.importorskip("mujoco", reason="MuJoCo is not installed here")
 import gymnasium
 from gymnasium.utils.env_checker import check_env
@@ -20,7 +21,7 @@ from asset2sim.gym.scripted import planned_action
 from asset2sim.gym.subject import learned_tasks
 from asset2sim.load import LoadError
 from asset2sim.trials.franka import franka_spec
-from asset2sim.trials.record import record
+from asset2sim.trials.record import powers, record
 from asset2sim.trials.scene import base_at, build_stage
 from asset2sim.trials.tasks import Task, Verb
 from schemas.errors import UsageError
@@ -69,7 +70,7 @@ def test_many_environments_of_a_process_share_one_model_and_not_their_states(thi
     first, second, _ = (env.unwrapped for env in envs.envs)  # type: ignore[attr-defined]
     assert first.stage.model is second.stage.model and first.stage.data is not second.stage.data
     envs.reset(seed=1)
-    for _ in range(25):
+    for _ in range(13):
         seen, reward, lost, ended, info = envs.step(envs.action_space.sample())
     assert seen.shape == (3, 38) and reward.shape == (3,) and ended.all() and not lost.any()
     assert info["S"].shape == info["is_success"].shape == info["reach"].shape == (3,)
@@ -111,9 +112,9 @@ def test_an_action_moves_the_tool_as_it_says(thing: Path) -> None:
     env = opened(thing, base=base_at(0.0, 0.9))
     seen, _ = env.reset(options={"start": 0})
     where = OBSERVATION["tool_point"][0]
-    for _ in range(10):
+    for _ in range(5):
         after = env.step(np.array([0, 0.5, 0, 0, 0, 0, 1], dtype=np.float32))[0]
-    for _ in range(10):
+    for _ in range(5):
         after = env.step(np.array([0, 0, 0, 0, 0, 0, 1], dtype=np.float32))[0]
     assert after[where] - seen[where] == pytest.approx([0.0, 0.06, 0.0], abs=0.006)
     assert after[OBSERVATION["opening"][0]] == pytest.approx([1.0], abs=0.01)
@@ -129,6 +130,29 @@ def test_the_same_push_moves_the_drawer_as_in_a_recorded_interaction(thing: Path
     count = min(len(track.positions), len(env.positions))
     apart = np.abs(track.positions[:count, 0] - np.array(env.positions)[:count]).max()
     assert count > 1000 and apart < 0.05 * np.ptp(track.positions[:, 0])
+
+
+def test_the_power_of_the_tool_is_that_of_a_recorded_interaction(thing: Path) -> None:
+    env = opened(thing, action="joints")
+    plan, found = env.subject.plan, list[tuple[bool, float, float]]()
+    assert plan is not None
+    env.reset(options={"start": 0})
+    ended = False
+    while not ended:
+        *_, ended, _ = env.step(planned_action(env, plan))
+        found.append((*env.touch.felt(env.stage.data), powers(env.stage)[0]))
+    touched, ours, theirs = (np.array(column) for column in zip(*found, strict=True))
+    assert touched.any() and not touched.all() and np.abs(theirs).max() > 0.01
+    assert ours == pytest.approx(theirs, rel=1e-9, abs=1e-12)
+
+
+def test_a_blow_that_is_over_at_the_sample_is_a_touch(thing: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    env = opened(thing, base=BASE)
+    env.reset(options={"start": 0})
+    felt = cycle([(True, 1.0), (False, 0.0)])
+    monkeypatch.setattr(env.touch, "felt", lambda _: next(felt))
+    env.step(np.zeros(7, dtype=np.float32))
+    assert env.touched[1:] == [True] * 20 and sum(env.works) == pytest.approx(20 * 0.002)
 
 
 def test_an_arm_that_moves_at_random_does_not_do_it(thing: Path) -> None:

@@ -70,7 +70,7 @@ def log_run(
     """
     try:
         with open_mlflow(out) as client:
-            _log(client, _experiment(client, out), out, run, records, changes, unchanged, parts, index)
+            _log(client, experiment_of(client, out, EXPERIMENT), out, run, records, changes, unchanged, parts, index)
     except Exception as error:  # whatever a store or a server can raise
         lines = str(error).splitlines() or [type(error).__name__]
         return f"MLflow does not hold run {run.run_id}: {without_credentials(lines[0])[:300]}; the catalog is complete"
@@ -85,12 +85,13 @@ def run_params(settings: Settings) -> dict[str, str]:
     }
 
 
-def _experiment(client: "MlflowClient", out: Path) -> str:
-    found = client.get_experiment_by_name(EXPERIMENT)
+def experiment_of(client: "MlflowClient", out: Path, name: str) -> str:
+    """The id of OUT's experiment of this name, which is made where there is none. Raises whatever MLflow does."""
+    found = client.get_experiment_by_name(name)
     if found is not None:
         return str(found.experiment_id)
     place = None if os.environ.get("MLFLOW_TRACKING_URI") else (out / ARTIFACTS).resolve().as_uri()
-    return str(client.create_experiment(EXPERIMENT, artifact_location=place))
+    return str(client.create_experiment(name, artifact_location=place))
 
 
 def _log(
@@ -205,7 +206,7 @@ def remove_old_artifacts(out: Path, run: RunRow, days: int) -> str | None:
         with open_mlflow(out) as client:
             from mlflow.store.artifact.artifact_repository_registry import get_artifact_repository
 
-            for old in _runs_before(client, _experiment(client, out), limit):
+            for old in _runs_before(client, experiment_of(client, out, EXPERIMENT), limit):
                 tags = old.data.tags
                 if tags.get("catalog") != str(find_catalog(out)) or REMOVED in tags or tags["run_id"] in newest:
                     continue

@@ -1,6 +1,7 @@
 """The environment: an arm, a refined object, the paper's reward. One object a world, many worlds a process."""
 
 import math
+from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 from types import MappingProxyType
@@ -12,12 +13,13 @@ import numpy as np
 from gymnasium import spaces
 from numpy.typing import NDArray
 
+from asset2sim.gym.contact import Touch
 from asset2sim.gym.guards import Guards, Rollout, guard, solved_at_start
 from asset2sim.gym.reward import reward_terms, success
 from asset2sim.gym.subject import subject_of
 from asset2sim.physics.arrays import Array
 from asset2sim.trials.franka import waiting
-from asset2sim.trials.record import LOST_M, SAMPLE_STEPS, powers
+from asset2sim.trials.record import LOST_M, SAMPLE_STEPS
 from asset2sim.trials.scene import TIMESTEP_S, Stage
 from asset2sim.trials.tasks import Task, Verb
 from schemas.errors import UnknownChoiceError
@@ -43,6 +45,8 @@ OBSERVATION = MappingProxyType(
 )
 """Where each quantity is in the (38,) observation, and the bound at which it is cut off; units in ``ObjectEnv``."""
 SIZE, DAMPED = 38, 0.05
+SAMPLE_S = SAMPLE_STEPS * TIMESTEP_S
+"""Time between two samples, s: as in recorded interactions."""
 INSIDE_RAD = 0.02
 """How far commands stay from the joints' bounds."""
 DIVERGED = (mujoco.mjtWarning.mjWARN_BADQPOS, mujoco.mjtWarning.mjWARN_BADQVEL, mujoco.mjtWarning.mjWARN_BADQACC)
@@ -62,9 +66,9 @@ class ObjectEnv(gymnasium.Env[NDArray[np.float32], Action]):
     ``x_target`` (1) where it should be; ``touching`` (1) 1 where the arm touches the object; ``command_lead`` (7) by
     how much the servos' commands are ahead of the arm, rad.
 
-    **Action**, float32 in [-1, 1]. ``tool`` (7): shift of the tool along x, y, z of the base, of 0.012 m at 1, turn
-    about these axes, of 0.05 rad at 1, opening of the gripper, -1 closed to 1 open. ``joints`` (8): change of the seven
-    joints' commands, of 0.05 rad at 1, and the same opening. An action lasts 0.04 s, commands change evenly over it.
+    **Action**, float32 in [-1, 1]. ``tool`` (7): shift of the tool along x, y, z of the base, of 0.024 m at 1, turn
+    about these axes, of 0.1 rad at 1, opening of the gripper, -1 closed to 1 open. ``joints`` (8): change of the seven
+    joints' commands, of 0.1 rad at 1, and the same opening. An action lasts 0.08 s, commands change evenly over it.
 
     **Reward**: the paper's (``asset2sim.gym.reward``). ``info`` has each term, weights included, before Δt: ``reach``,
     ``reach_xy``, ``joint``, ``opening``, ``tilt``, ``off_xy``; the ``gate`` and ``dt_s``; ``S``, and ``position``, rad
@@ -87,11 +91,12 @@ class ObjectEnv(gymnasium.Env[NDArray[np.float32], Action]):
         if action not in ("tool", "joints"):
             raise UnknownChoiceError("action", action, ("tool", "joints"))
         self.settings = settings or LearningSettings()
-        self.subject = subject_of(Path(folder), task, base, self.settings.gripper)
+        self.subject = subject_of(Path(folder), task, base, self.settings)
         self.stage: Stage = replace(self.subject.stage, data=mujoco.MjData(self.subject.stage.model))
         self.by_joints = action == "joints"
         self.metadata, self.render_mode = {"render_modes": []}, render_mode
-        self.dt_s = self.settings.samples_per_action * SAMPLE_STEPS * TIMESTEP_S
+        self.sample_steps = round(SAMPLE_S / self.settings.timestep_s)
+        self.dt_s = self.settings.samples_per_action * SAMPLE_S
         self.steps = math.ceil(self.settings.episode_s / self.dt_s - 1e-9)
         high = np.zeros(SIZE, dtype=np.float32)
         for where, bound in OBSERVATION.values():
@@ -102,6 +107,8 @@ class ObjectEnv(gymnasium.Env[NDArray[np.float32], Action]):
         self.lower, self.upper = (self.stage.model.jnt_range[arm] + (INSIDE_RAD, -INSIDE_RAD)).T
         self.command = waiting(self.stage.gripper)
         self.jacobian = np.zeros((2, 3, self.stage.model.nv))
+        self.touch = Touch(self.stage)
+        self.watched: Callable[[mujoco.MjData, float], None] | None = None
         self.begin()
 
     def begin(self) -> None:
@@ -125,10 +132,19 @@ class ObjectEnv(gymnasium.Env[NDArray[np.float32], Action]):
             raise ValueError(f"there is no start {index}: they are 0 to {count - 1}")
         self.subject.started_at(self.stage.data, index, self.settings.settle_s)
         self.begin()
+        if self.settings.perturbed and "start" not in (options or {}):
+            self.shift_arm()
         first, subject = self.positions[0], self.subject
         solved = solved_at_start(first, subject.target, subject.lower, subject.upper, self.settings.guards)
         self.last = self.observe()
         return self.last.copy(), {"start": index, "solved_at_start": solved, "position": first}
+
+    def shift_arm(self) -> None:
+        """Let the arm wait a little beside where it waits."""
+        most, data = self.settings.arm_noise_rad, self.stage.data
+        self.command[:7] = np.clip(self.command[:7] + self.np_random.uniform(-most, most, 7), self.lower, self.upper)
+        data.qpos[self.stage.tool_places[:7]] = data.ctrl[:7] = self.command[:7]
+        mujoco.mj_forward(self.stage.model, data)
 
     def step(self, action: Action) -> tuple[NDArray[np.float32], float, bool, bool, dict[str, Any]]:
         """Do one action of ``dt_s`` seconds. Raises ValueError where it is not finite."""
@@ -139,12 +155,17 @@ class ObjectEnv(gymnasium.Env[NDArray[np.float32], Action]):
         count = self.settings.samples_per_action
         for part in range(1, count + 1):
             data.ctrl[:] = before + (part / count) * (self.command - before)
-            mujoco.mj_step(self.stage.model, data, SAMPLE_STEPS)
-            touched = touching(self.stage)
+            touched, work = False, 0.0
+            for _ in range(self.sample_steps):  # a blow may be over before the sample
+                mujoco.mj_step(self.stage.model, data)
+                now, power = self.touch.felt(data)
+                touched, work = touched or now, work + power * self.settings.timestep_s
             self.positions.append(float(data.qpos[self.subject.place]))
             self.touched.append(touched)
             self.heights.append(float(data.subtree_com[self.subject.body, 2]))
-            self.works.append(powers(self.stage)[0] * SAMPLE_STEPS * TIMESTEP_S if touched else 0.0)
+            self.works.append(work)
+            if self.watched is not None:
+                self.watched(data, self.works[-1])
         self.step_number += 1
         if self.lost():
             return self.last.copy(), 0.0, True, False, {"S": 0.0, "diverged": True, "is_success": False}
@@ -258,15 +279,6 @@ class ObjectEnv(gymnasium.Env[NDArray[np.float32], Action]):
         if not np.isfinite(data.qpos).all() or any(data.warning.number[kind] for kind in DIVERGED):
             return True
         return bool(np.abs(data.geom_xpos[self.subject.part_geoms]).max() > LOST_M)
-
-
-def touching(stage: Stage) -> bool:
-    """Whether the tool presses on the object."""
-    contact = stage.data.contact
-    first, second = contact.geom[:, 0], contact.geom[:, 1]
-    tool, thing = stage.tool_geoms, stage.object_geoms
-    rows = contact.efc_address[(tool[first] & thing[second]) | (tool[second] & thing[first])]
-    return bool((stage.data.efc_force[rows[rows >= 0]] > 1e-6).any())
 
 
 def make_env(

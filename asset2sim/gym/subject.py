@@ -21,6 +21,7 @@ from asset2sim.trials.scene import TOOL, Stage, base_at, build_stage
 from asset2sim.trials.tasks import PAPER, Task, Verb, joint_of, target_of, tasks_of
 from schemas.base import Vector3
 from schemas.errors import UsageError
+from schemas.learning_settings import LearningSettings
 from schemas.overlay import JointPhysics, PhysicsOverlay
 from schemas.settings import EngineSettings
 
@@ -135,7 +136,7 @@ def task_to_learn(overlay: PhysicsOverlay, name: str | None = None) -> Task:
     return found[0]
 
 
-def subject_of(folder: Path, task: Task | str | None, base: Array | None, gripper: str = "panda") -> Subject:
+def subject_of(folder: Path, task: Task | str | None, base: Array | None, settings: LearningSettings) -> Subject:
     """The shared world of a refined object and task, made once in a process and again where the files change. Raises
     UsageError where the folder has no refined object, the object no joint to move, or the gripper is not installed;
     LoadError as ``load`` does."""
@@ -154,7 +155,7 @@ def subject_of(folder: Path, task: Task | str | None, base: Array | None, grippe
     stamps = tuple(sorted((item.name, item.stat().st_mtime_ns) for item in folder.iterdir() if item.is_file()))
     key = None if base is None else tuple(float(value) for value in np.asarray(base, dtype=float).ravel())
     try:
-        return _subject(folder.resolve(), chosen, joint, key, gripper_of(gripper), stamps)
+        return _subject(folder.resolve(), chosen, joint, key, gripper_of(settings.gripper), settings.timestep_s, stamps)
     except (ValueError, SyntaxError, mujoco.FatalError) as error:  # a broken URDF is a SyntaxError
         said = str(error).splitlines()[0]
         raise UsageError(
@@ -164,9 +165,14 @@ def subject_of(folder: Path, task: Task | str | None, base: Array | None, grippe
 
 @lru_cache(maxsize=KEPT)
 def _subject(
-    folder: Path, task: Task, joint: JointPhysics, base: tuple[float, ...] | None, gripper: Gripper,
+    folder: Path,
+    task: Task,
+    joint: JointPhysics,
+    base: tuple[float, ...] | None,
+    gripper: Gripper,
+    timestep_s: float,
     _: tuple[tuple[str, int], ...],
-) -> Subject:  # fmt: skip
+) -> Subject:
     plan = None
     if base is None:
         attempt, _bowl = planned(folder, task, joint, gripper)
@@ -174,6 +180,7 @@ def _subject(
     own = plan.base if plan is not None else None if base is None else np.array(base).reshape(4, 4)
     stage = build_stage(folder, arm_spec(gripper), default_base(folder) if own is None else own, gripper=gripper)
     model = stage.model
+    model.opt.timestep = timestep_s
     number = int(model.joint(stage.prefix + joint.name).id)
     if not model.jnt_limited[number] or model.jnt_range[number][0] >= model.jnt_range[number][1]:
         raise UsageError(f"{folder}: joint {joint.name} has no limits as MuJoCo loads it; give it some")

@@ -11,7 +11,8 @@ from schemas.table import Row, Table
 from schemas.tables_judged import RATING_KEYS, RATINGS, VIDEO_SCORES
 from schemas.vocabulary import Method
 
-RATINGS_FILE, VIDEOS_FILE, SUCCESS_FILE = "human_ratings.csv", "video_judges.csv", "policy_success.csv"
+RATINGS_FILE, VIDEOS_FILE = "human_ratings.csv", "video_judges.csv"
+SUCCESS_FILE, LEARNING_FILE = "policy_success.csv", "learning_success.csv"
 NO_MODEL = "none"
 PUBLISHED_TRIALS = 10
 """Trials per task, judge and method behind a published mean."""
@@ -63,6 +64,13 @@ def published_rates(folder: Path) -> pd.DataFrame:
     method = found["method"].map(our_name)
     some = found[["policy", "task"]].astype(str)
     return some.assign(method=method, model=NO_MODEL, rate=rates, trials=PUBLISHED_EPISODES)
+
+
+def published_learning(folder: Path) -> pd.DataFrame:
+    """``learning_success.csv``: what share of its rollouts (``success_percent``) a policy of the paper's did, by task,
+    ``asset_id`` and our name of the method. Raises UsageError as ``published_ratings``."""
+    found = _read(folder, LEARNING_FILE, ("task", "asset_id", "method", "success_percent"))
+    return found.assign(asset_id=found["asset_id"].astype(str), method=found["method"].map(our_name))
 
 
 def label_of(place: int) -> str:

@@ -50,6 +50,23 @@ def once(names: object) -> object:
     return tuple(dict.fromkeys(names)) if isinstance(names, tuple) else names
 
 
+def actions(text: object) -> object:
+    """A number of actions, also as 2e6."""
+    try:
+        return int(float(text)) if isinstance(text, str) else text
+    except (ValueError, OverflowError):
+        return text  # which is refused as no whole number
+
+
+def methods_named(names: tuple[str, ...]) -> tuple[str, ...]:
+    """Names of methods; ``ours`` is Asset2Sim's. Raises ValueError."""
+    found = tuple(Method.ASSET2SIM.value if name == "ours" else name for name in names)
+    for name in found:
+        if name not in set(Method):
+            raise ValueError(f"'{name}' is no method; choose from ours, {', '.join(Method)}")
+    return found
+
+
 def utc(text: object) -> object:
     """A day or a time; what states no time zone is UTC. Raises ValueError."""
     try:
@@ -71,9 +88,11 @@ FOLDER = TypeAliasType("FOLDER", Path)
 NAME = TypeAliasType("NAME", str)
 IDS = TypeAliasType("IDS", tuple[str, ...])
 N = TypeAliasType("N", Annotated[int, Field(ge=1)])
+STEPS = TypeAliasType("STEPS", Annotated[int, BeforeValidator(actions), Field(ge=1)])
 COUNT = TypeAliasType("COUNT", Annotated[int, Field(ge=0)])
 RATE = TypeAliasType("RATE", Positive)
 SECONDS = TypeAliasType("SECONDS", Positive)
+MINUTES = TypeAliasType("MINUTES", Positive)
 SHARE = TypeAliasType("SHARE", Fraction)
 PORT = TypeAliasType("PORT", Annotated[int, Field(ge=1, le=65_535)])
 CRON = TypeAliasType("CRON", str)

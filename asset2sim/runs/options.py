@@ -11,6 +11,7 @@ from pydantic_settings import get_subcommand as chosen_command
 from asset2sim.runs.command_line import Options
 from asset2sim.runs.command_line import parse as parse_words
 from asset2sim.runs.judged_options import JudgeVideosOptions
+from asset2sim.runs.learn_options import LearnOptions
 from asset2sim.runs.option_groups import AnswerOptions, CatalogOptions, FileOptions, ModelOptions, Selection
 from asset2sim.runs.option_types import (
     AXIS,
@@ -279,6 +280,7 @@ class Command(Options):
         alias="record-motion", description="a scripted arm's tasks with refined objects, filmed and judged"
     )
     probe: CliSubCommand[ProbeOptions] = Field(description="a policy's tasks with refined objects, asked over a socket")
+    learn: CliSubCommand[LearnOptions] = Field(description="a robot learns to use refined objects: PPO, resumable")
     check: CliSubCommand[CheckOptions] = Field(description="the checks alone, on any URDF folder")
     views: CliSubCommand[ViewsOptions] = Field(description="the pictures that refine --views later left out")
     report: CliSubCommand[ReportOptions] = Field(description="the report for people: an index and a page an object")

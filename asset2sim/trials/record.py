@@ -134,10 +134,13 @@ class Samples:
         self.felt.append((force, depth, touched, given, work))
 
     def track(self, plan: Plan, finite: bool) -> Track:
-        """All of it."""
+        """All of it, with the plan's phases."""
+        index = np.clip(np.searchsorted(plan.times_s, np.array(self.times), side="left"), 0, len(plan.phases) - 1)
+        return self.phased(tuple(plan.phases[number] for number in index), finite)
+
+    def phased(self, phases: tuple[str, ...], finite: bool) -> Track:
+        """All of it; ``phases`` is one a sample."""
         times = np.array(self.times)
-        index = np.clip(np.searchsorted(plan.times_s, times, side="left"), 0, len(plan.phases) - 1)
-        phases = tuple(plan.phases[number] for number in index)
         positions, speeds, tool = (np.array([row[column] for row in self.rows]) for column in range(3))
         force, depth, touched, given, work = np.array(self.felt).T
         return Track(
