@@ -6,14 +6,12 @@ import shutil
 import signal
 import subprocess
 import sys
-import urllib.request
 from collections.abc import Hashable, Iterator
 from dataclasses import replace
 from pathlib import Path
 
 import pytest
 
-from flows.server.server import temporary_server
 from tests.assets import ROOT
 from tests.dask_programs import answering, programs, start_scheduler, start_workers, worker_of
 from tests.fault_runs import LIMIT_S, PLAIN, Place, assert_met, assert_nobody_left, dataset, findings, rows, start
@@ -26,28 +24,9 @@ pytestmark = [
 ]
 
 
-@pytest.fixture(scope="module")
-def server(tmp_path_factory: pytest.TempPathFactory) -> Iterator[str]:
-    """One Prefect server for the module: starting one takes seconds."""
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setenv("PREFECT_HOME", str(tmp_path_factory.mktemp("prefect")))
-        patch.delenv("PREFECT_API_URL", raising=False)
-        with temporary_server() as address:
-            assert address is not None and wait_until(lambda: answers(address), LIMIT_S)
-            yield address
-
-
-def answers(address: str) -> bool:
-    try:
-        with urllib.request.urlopen(f"{address}/health", timeout=10.0):
-            return True
-    except OSError:
-        return False
-
-
 @pytest.fixture
-def place(tmp_path: Path, server: str) -> Iterator[Place]:
-    place = Place(tmp_path, server)
+def place(tmp_path: Path, prefect_server: str) -> Iterator[Place]:
+    place = Place(tmp_path, prefect_server)
     yield place
     kill_marked(place.mark)
 

@@ -1,7 +1,6 @@
 """The command with a model behind a real server: labelled views in every question, and an object that passes."""
 
 import json
-import os
 import subprocess
 import sys
 from pathlib import Path
@@ -10,6 +9,7 @@ import pytest
 
 from asset2sim.catalog.read import read_table
 from tests.assets import ROOT, SHARED
+from tests.prefect_server import using
 from tests.scripted_server import scripted
 
 OBJECTS = SHARED / "partnet_mobility"
@@ -25,11 +25,12 @@ VIEWS = ["perspective", "front", "left", "back", "parts", "parts_open"]
 STATE_VIEWS = ["perspective", "front", "right", "top"]
 
 
-def test_an_object_of_the_paper_with_a_model_that_looks(tmp_path: Path) -> None:
+def test_an_object_of_the_paper_with_a_model_that_looks(tmp_path: Path, prefect_server: str) -> None:
     log, out = tmp_path / "requests.jsonl", tmp_path / "out"
     unset = ("OPENAI_API_KEY", "OPENAI_API_BASE")
-    environment = {name: value for name, value in os.environ.items() if name not in unset}
-    environment["PREFECT_HOME"] = str(tmp_path / "prefect")
+    environment = {
+        name: value for name, value in using(prefect_server, tmp_path / "prefect").items() if name not in unset
+    }
     with scripted(log=log) as server:
         command = [
             sys.executable, "-m", "flows.command", "refine", str(OBJECTS), "--out", str(out), "--subset", "paper9",

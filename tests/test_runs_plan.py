@@ -32,6 +32,7 @@ from schemas.vocabulary import DECIDING_PACKAGES, RETRIED_MODES, Engine, Failure
 from tests.assets import RAW, ROOT, box_obj, link, mesh, robot, written
 from tests.factories import make_record
 from tests.incremental_runs import NAMES, NO_VIEWS, asking, dataset, done, failing, manifest, run, runs
+from tests.prefect_server import using
 
 # What an asset's content is
 
@@ -444,7 +445,7 @@ if __name__ == "__main__":
 
 @pytest.mark.system
 @pytest.mark.skipif(not (RAW / "manifest.csv").exists(), reason="the sample dataset is not here")
-def test_a_flow_refines_what_changed(tmp_path: Path) -> None:
+def test_a_flow_refines_what_changed(tmp_path: Path, prefect_server: str) -> None:
     lines = (RAW / "manifest.csv").read_text(encoding="utf-8").splitlines()
     chosen = {line.split(",")[0]: line for line in lines}
     ids = ("planted_not_xml", "scissors_paper", "laptop_silver")
@@ -453,7 +454,7 @@ def test_a_flow_refines_what_changed(tmp_path: Path) -> None:
     (tmp_path / "data" / "manifest.csv").write_text("\n".join([lines[0], *(chosen[i] for i in ids)]) + "\n")
     script = tmp_path / "runs.py"
     script.write_text(SCRIPT)
-    environment = {**os.environ, "PREFECT_HOME": str(tmp_path / "prefect"), "PYTHONPATH": str(ROOT)}
+    environment = {**using(prefect_server, tmp_path / "prefect"), "PYTHONPATH": str(ROOT)}
     command = [sys.executable, str(script), str(tmp_path / "data"), str(tmp_path / "out")]
     ran = subprocess.run(command, cwd=ROOT, env=environment, capture_output=True, text=True, timeout=300)
     assert ran.returncode == 0, ran.stderr

@@ -18,6 +18,7 @@ from flows.serve_nightly import parameters
 from schemas.errors import UsageError
 from schemas.settings import ModelSettings, RunSettings, Settings, Thresholds
 from schemas.vocabulary import Engine, Export, Method
+from tests.prefect_server import using
 
 ROOT = Path(__file__).resolve().parents[1]
 SAMPLES = ROOT / "data" / "raw"
@@ -161,7 +162,7 @@ def test_make_hands_the_file_on_and_states_no_model_over_it() -> None:
 
 @pytest.mark.skipif(not (SAMPLES / "manifest.csv").exists(), reason="the sample dataset is not here")
 @pytest.mark.system
-def test_a_real_run_by_a_file_then_by_none(tmp_path: Path) -> None:
+def test_a_real_run_by_a_file_then_by_none(tmp_path: Path, prefect_server: str) -> None:
     file, out = tmp_path / "my settings.yaml", tmp_path / "out"
     quick = "engine: {verify: [pybullet], interact: false, test_s: 0.5}\nviews: {write: false}\n"
 
@@ -170,7 +171,12 @@ def test_a_real_run_by_a_file_then_by_none(tmp_path: Path) -> None:
             words = (*words, "--settings", str(written(tmp_path, text, file.name)))
         command = [sys.executable, "-m", "flows.command", "refine", str(SAMPLES), "--out", str(out)]
         done = subprocess.run(
-            [*command, "--assets", "box_wooden", *words], cwd=ROOT, text=True, capture_output=True, timeout=180
+            [*command, "--assets", "box_wooden", *words],
+            cwd=ROOT,
+            env=using(prefect_server, tmp_path / "prefect"),
+            text=True,
+            capture_output=True,
+            timeout=180,
         )
         assert done.returncode == 0, done.stderr
         return done.stdout

@@ -1,6 +1,5 @@
 """What a comparison is asked, what it runs, and a real one: two sample objects by two methods."""
 
-import os
 import subprocess
 import sys
 from pathlib import Path
@@ -14,6 +13,7 @@ from flows.compare_methods import main
 from schemas.errors import UsageError
 from schemas.settings import Settings
 from schemas.vocabulary import Engine, Method
+from tests.prefect_server import using
 
 pytestmark = pytest.mark.system
 
@@ -79,7 +79,7 @@ def test_mistakes_are_one_line_before_anything_runs(
 
 
 @pytest.mark.skipif(not (SAMPLES / "manifest.csv").exists(), reason="the sample dataset is not here")
-def test_two_objects_by_two_methods(tmp_path: Path) -> None:
+def test_two_objects_by_two_methods(tmp_path: Path, prefect_server: str) -> None:
     page = tmp_path / "README.md"
     page.write_text("\n".join(markers("compare")), encoding="utf-8")
     out = tmp_path / "my out"
@@ -94,7 +94,7 @@ def test_two_objects_by_two_methods(tmp_path: Path) -> None:
         "--no-interaction",
     ]
     command += ["--methods", "asset2sim,raw", "--models", "prior/household", "--workers", "2", "--page", str(page)]
-    environment = {**os.environ, "PREFECT_HOME": str(tmp_path / "prefect")}
+    environment = using(prefect_server, tmp_path / "prefect")
     done = subprocess.run(command, cwd=ROOT, env=environment, text=True, capture_output=True, timeout=LIMIT_S)
     assert done.returncode == 0, done.stderr
     objects = pq.read_table(out / "tables" / "objects.parquet").to_pandas()

@@ -5,12 +5,15 @@ engines nor the search take part: what the answer comes to is what synthesis and
 """
 
 from collections import Counter
+from collections.abc import Mapping
+from contextlib import ExitStack
 from dataclasses import dataclass
 from pathlib import Path
 
 import pytest
 
 from asset2sim.assets.extract import Extraction, extract
+from asset2sim.assets.views.marked import question_pictures
 from asset2sim.checks.alignment.expectations import Expectations, meet, read_expectations
 from asset2sim.models.gateway.ask import ask
 from asset2sim.models.gateway.session import open_gateway_session
@@ -20,6 +23,7 @@ from schemas.alignment import SIZE
 from schemas.asset import AssetRef
 from schemas.model_names import settings_for
 from schemas.overlay import PhysicsOverlay
+from schemas.request import LabelledImage
 from schemas.settings import DoubtSettings, ModelSettings, Settings, ViewSettings
 from tasks.job import AssetJob
 from tasks.synthesize import by_rules, with_users_numbers
@@ -27,7 +31,7 @@ from tasks.validate import validate_overlay
 from tests.assets import SHARED
 from tests.factories import make_record
 from tests.mistaken_model import MistakenModel
-from tests.scripted_server import scripted
+from tests.scripted_server import ScriptedServer, scripted
 
 OBJECTS = SHARED / "partnet_mobility"
 pytestmark = [
@@ -49,14 +53,13 @@ class Answered:
     findings: tuple[str, ...]
 
 
-def answered(ref: AssetRef, expectations: Expectations, settings: Settings, out: Path) -> Answered:
+def answered(
+    ref: AssetRef, extraction: Extraction, expectations: Expectations, settings: Settings, out: Path
+) -> Answered:
     """One asset through synthesis and validation, asked through the gateway."""
     model = settings_for(settings.model, settings.model.model)
     session = open_gateway_session(out, "run", ref.asset_id, model)
     job = AssetJob(ref, out, settings, lambda request: ask(request, model, session))
-    if ref.asset_id not in EXTRACTED:
-        EXTRACTED[ref.asset_id] = extract(ref)
-    extraction = EXTRACTED[ref.asset_id]
     said = with_users_numbers(by_rules, job, extraction)
     overlay = validate_overlay(job, extraction, said.proposal, rules=True).overlay
     record = make_record(ref.asset_id, ref=ref, overlay=overlay, features=extraction.features, reports=())
@@ -71,26 +74,35 @@ def answered(ref: AssetRef, expectations: Expectations, settings: Settings, out:
     return Answered(overlay, frozenset(wrong), len(said.calls), codes)
 
 
-EXTRACTED: dict[str, Extraction] = {}
-
-
-def run(refs: list[AssetRef], expectations: Expectations, out: Path, seed: int, **doubt: object) -> (
-    tuple[dict[str, Answered], MistakenModel]
+def run(refs: list[AssetRef], expectations: Expectations, folder: Path, ways: Mapping[str, Mapping[str, object]]) -> (
+    tuple[dict[str, dict[str, Answered]], dict[str, MistakenModel]]
 ):  # fmt: skip
-    """Every asset with the mistaken model at a server of its own."""
-    model = MistakenModel(expectations, seed=seed)
-    with scripted(model) as server:
-        settings = Settings(
-            # This model does not look at its pictures: small ones are made sooner.
-            model=ModelSettings(
-                model="openai/scripted", api_base=server.api_base, max_attempts=1, cache=False, image_side_px=64
-            ),
-            doubt=DoubtSettings.model_validate(doubt),
-            views=ViewSettings(width=64, height=64),
-        )
-        found = {ref.asset_id: answered(ref, expectations, settings, out) for ref in refs}
-    assert {name: item.calls for name, item in found.items()} == model.asked
-    return found, model
+    """Every asset in each way of doubting, each way with the mistaken model at a server of its own. An object's meshes
+    are read once for all ways, and let go before the next object's."""
+    models = {name: MistakenModel(expectations, seed=0) for name in ways}
+    found: dict[str, dict[str, Answered]] = {name: {} for name in ways}
+    with ExitStack() as servers:
+        settings = {
+            name: settings_of(servers.enter_context(scripted(models[name])), doubt) for name, doubt in ways.items()
+        }
+        for ref in refs:
+            extraction = extract(ref)
+            for name in ways:
+                found[name][ref.asset_id] = answered(ref, extraction, expectations, settings[name], folder / name)
+    for name, model in models.items():
+        assert {asset_id: item.calls for asset_id, item in found[name].items()} == model.asked
+    return found, models
+
+
+def settings_of(server: ScriptedServer, doubt: Mapping[str, object]) -> Settings:
+    return Settings(
+        # This model does not look at its pictures: small ones are made sooner.
+        model=ModelSettings(
+            model="openai/scripted", api_base=server.api_base, max_attempts=1, cache=False, image_side_px=64
+        ),
+        doubt=DoubtSettings.model_validate(doubt),
+        views=ViewSettings(width=64, height=64),
+    )
 
 
 @pytest.fixture(autouse=True)
@@ -98,12 +110,28 @@ def no_key(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.delenv("OPENAI_API_KEY", raising=False)
 
 
+@pytest.fixture(autouse=True)
+def drawn_once(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Each way asks with the same pictures of an object: they are drawn for the first and kept for the next. PyBullet
+    keeps some 30 MB of every drawing until the process ends, and drawing is most of the work here."""
+    drawn: list[tuple[Extraction, Mapping[str, str] | None, tuple[LabelledImage, ...]]] = []
+
+    def pictures(
+        extraction: Extraction, settings: Settings, names: Mapping[str, str] | None = None
+    ) -> tuple[LabelledImage, ...]:
+        if not drawn or drawn[0][0] is not extraction or drawn[0][1] != names:
+            drawn[:] = [(extraction, names, question_pictures(extraction, settings, names))]
+        return drawn[0][2]
+
+    monkeypatch.setattr("tasks.synthesize.question_pictures", pictures)
+
+
 def test_asking_again_mends_half_of_the_measured_mistakes(tmp_path: Path) -> None:
     """Of those that units do not mend; a right answer that is doubted may be spoilt, which counts as well."""
     expectations = read_expectations(OBJECTS / "expectations.csv")
     refs = load_dataset(OBJECTS, None, tuple(expectations), None)
-    once, model = run(refs, expectations, tmp_path / "once", 0, ask_again=False)
-    again, same = run(refs, expectations, tmp_path / "again", 0)
+    found, models = run(refs, expectations, tmp_path, {"once": {"ask_again": False}, "again": {}})
+    once, again, model, same = found["once"], found["again"], models["once"], models["again"]
     assert same.planted == model.planted and {item.calls for item in once.values()} == {1}
     shown = [(name, thing) for name, things in model.planted.items() for thing in things if thing in once[name].wrong]
     mended = [(name, thing) for name, thing in shown if thing not in again[name].wrong]
