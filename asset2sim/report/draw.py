@@ -9,6 +9,9 @@ from asset2sim.assets.views import render_views
 from asset2sim.assets.views.surface import Surface
 from schemas.settings import ViewSettings
 
+OVERSAMPLING = 1.25
+"""Pixels drawn per pixel of the picture, along each side: time goes with the square, and WebP takes away the rest."""
+
 
 @dataclass(frozen=True)
 class Before:
@@ -21,9 +24,14 @@ class Before:
     quality: int
 
 
-def draw_before(before: Before, loaded: dict[Path, tuple[Surface, ...]] | None = None) -> None:
+def draw_before(
+    before: Before, loaded: dict[Path, tuple[Surface, ...]] | None = None, urdf: Path | None = None
+) -> None:
     """Draw an asset's own files, every joint at zero, from the view that its refined picture has. ``loaded`` remembers
-    mesh files already read. Raises AssetError."""
-    source = open_source(before.raw, reach=before.reach)
-    picture = render_views(source.urdf, {}, ViewSettings(), ("perspective",), loaded)["perspective"]
+    mesh files already read; ``urdf`` is the asset's own as it is read, if that is known, all of whose files are within
+    reach. Raises AssetError."""
+    # A URDF that is made is there as long as its source.
+    source = open_source(before.raw, reach=before.reach) if urdf is None else None
+    urdf = urdf or source.urdf
+    picture = render_views(urdf, {}, ViewSettings(), ("perspective",), loaded, OVERSAMPLING)["perspective"]
     picture.save(before.to, quality=before.quality)

@@ -65,6 +65,18 @@ def sorted_faces(batch: Batch, center: Floats) -> tuple[Batch, float]:
     return Batch(batch.vertices, batch.normals, batch.uv, batch.faces[order], batch.paint), rank
 
 
+def facing(batches: Sequence[Batch], eye: Floats) -> tuple[Batch, ...]:
+    """The batches without the faces that are turned away from (3,) ``eye``, none of which the renderer draws: half."""
+    found = []
+    for batch in batches:
+        corner = batch.vertices[batch.faces]
+        normal = np.cross(corner[:, 1] - corner[:, 0], corner[:, 2] - corner[:, 0])
+        seen = np.einsum("ij,ij->i", normal, eye - corner[:, 0]) > 0.0
+        if seen.any():
+            found.append(compact(replace(batch, faces=batch.faces[seen])))
+    return tuple(found) or tuple(batches)
+
+
 MAX_VERTICES = 120_000
 """Vertices a batch: PyBullet's shapes take 131072."""
 MAX_FACES = 170_000

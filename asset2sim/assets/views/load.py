@@ -11,6 +11,7 @@ from trimesh.visual.material import PBRMaterial, SimpleMaterial
 from trimesh.visual.texture import TextureVisuals
 
 from asset2sim.assets.meshes.load import load_scene
+from asset2sim.assets.views.plain_obj import Part, plain_obj
 from asset2sim.assets.views.surface import Color, Floats, Paint, Surface, Texture
 
 COLOR_LEVELS = 16
@@ -36,6 +37,9 @@ class NearbyFiles(FilePathResolver):
 def load_surfaces(path: Path) -> tuple[Surface, ...]:
     """A mesh file's surfaces in its own frame; () if it is unreadable or has no triangle, for a view may be partial."""
     try:
+        parts = plain_obj(path, NearbyFiles(str(path))) if path.suffix.lower() == ".obj" else None
+        if parts is not None:
+            return tuple(surface_of(part, path) for part in parts if np.isfinite(part.vertices).all())
         scene = load_scene(path, process=False, resolver=NearbyFiles(str(path)))
     except Exception:  # a loader raises whatever its format's parser raises; extraction reports the file
         return ()
@@ -46,6 +50,13 @@ def load_surfaces(path: Path) -> tuple[Surface, ...]:
         if isinstance(mesh, trimesh.Trimesh) and len(mesh.faces):
             surfaces.extend(split_by_paint(mesh, np.asarray(node_to_mesh, dtype=float), path))
     return tuple(surfaces)
+
+
+def surface_of(part: Part, path: Path) -> Surface:
+    """The painted surface of a part of an OBJ."""
+    uv = None if part.uv is None or not np.isfinite(part.uv).all() else part.uv
+    paint = None if part.material is None else paint_of(part.material, uv is not None, path)
+    return Surface(part.vertices, part.faces, part.normals, uv, paint)
 
 
 def from_mesh(mesh: trimesh.Trimesh) -> Surface:

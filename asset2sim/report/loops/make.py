@@ -70,6 +70,7 @@ def make_loops(refined: Path, raw_urdf: Path | None, to: Path, before: Before | 
     resting = Recording(np.eye(4)[None], {name: np.array([value]) for name, value in start.items()})
     items = [standing(figure, resting, "refined"), cube()]
     raw: dict[str, Act] = {}
+    came: Figure | None = None
     try:
         if raw_urdf is not None:
             source = None if raw_urdf.suffix == ".urdf" else open_source(raw_urdf.parent)
@@ -96,7 +97,7 @@ def make_loops(refined: Path, raw_urdf: Path | None, to: Path, before: Before | 
         save(to / f"{name}.webp", written.get(name))
     if before is not None:
         with suppress(Exception):  # it is drawn alone then, and what is wrong with it said there
-            draw_before(before, loaded)
+            draw_before(before, loaded, raw_urdf if came is not None else None)
     return [f"{name}.webp" for name in NAMES if name in written]
 
 
