@@ -17,7 +17,7 @@ RUNS = re.compile(rb"((?:v [^\n]*\n)+)|((?:vn [^\n]*\n)+)|((?:vt [^\n]*\n)+)|((?
 """What follows each other: lines of vertices, of normals, of texture coordinates, of faces, or any other line."""
 COLUMNS = (3, 3, 2)
 """Numbers of a line of each of the first three."""
-WITHOUT_EFFECT = (b"#", b"o", b"g", b"s")
+WITHOUT_EFFECT = (b"", b"o", b"g", b"s")
 BLANK = bytes.maketrans(b"vntf/", b"     ")
 
 
@@ -33,49 +33,69 @@ class Part:
     material: SimpleMaterial | None
 
 
+@dataclass(frozen=True, eq=False)
+class Content:
+    """What an OBJ says: its ``tables`` of vertices, normals and texture coordinates, material → runs of (m, 3, k)
+    corners and the table of each of the k, and the file of the materials, which may be empty."""
+
+    tables: tuple[list[Floats], ...]
+    faces: dict[bytes, list[tuple[Ints, tuple[int, ...]]]]
+    library: bytes
+
+
 def plain_obj(path: Path, resolver: Resolver) -> list[Part] | None:
     """An OBJ's triangles as ``trimesh`` groups them; None where it is to be read by that: what has polygons, relative
     numbers, colours of vertices, or is broken. Materials come through the ``resolver``. Raises OSError."""
-    content = path.read_bytes().replace(b"\r\n", b"\n") + b"\n"
-    if b"\\" in content:
+    content = content_of(path.read_bytes().replace(b"\r\n", b"\n") + b"\n")
+    if content is None:
         return None
-    tables: tuple[list[Floats], ...] = ([], [], [])
-    faces: dict[bytes, list[tuple[Ints, tuple[int, ...]]]] = {}
-    material, library = b"", b""
-    for run in RUNS.finditer(content):
-        kind, text = run.lastindex, run[0]
-        if kind is None:
-            words = text.split(maxsplit=1)
-            if not words or words[0] in WITHOUT_EFFECT or words[0].startswith(b"#"):
-                continue
-            rest = words[1].strip() if len(words) > 1 else b""
-            if words[0] == b"usemtl":
-                material = rest
-            elif words[0] == b"mtllib":
-                library = library or rest
-            else:
-                return None
-        elif kind <= len(COLUMNS):
-            numbers = numbers_of(text, np.float64)
-            if numbers is None or numbers.size != COLUMNS[kind - 1] * text.count(b"\n"):
-                return None
-            tables[kind - 1].append(numbers.reshape(-1, COLUMNS[kind - 1]))
-        else:
-            corners = corners_of(text)
-            if corners is None:
-                return None
-            faces.setdefault(material, []).append(corners)
-    whole = [np.concatenate(table) if table else np.zeros((0, 1)) for table in tables]
-    materials = materials_of(library, resolver)
+    whole = [np.concatenate(table) if table else np.zeros((0, 1)) for table in content.tables]
+    materials = materials_of(content.library, resolver)
     found = []
-    for name, runs in reversed(faces.items()):
-        if len({tables for _, tables in runs}) > 1:
-            return None
-        part = part_of(np.concatenate([corners for corners, _ in runs]), runs[0][1], whole)
+    for name, runs in reversed(content.faces.items()):
+        corners, tables = np.concatenate([run for run, _ in runs]) if one_kind(runs) else None, runs[0][1]
+        part = None if corners is None else part_of(corners, tables, whole)
         if part is None:
             return None
         found.append(Part(*part, materials.get(name.decode(errors="replace"))))
     return found or None
+
+
+def one_kind(runs: list[tuple[Ints, tuple[int, ...]]]) -> bool:
+    """Whether the corners of all runs are of the same tables."""
+    return len({tables for _, tables in runs}) == 1
+
+
+def content_of(text: bytes) -> Content | None:
+    """An OBJ's numbers; None where there is anything that is not known here."""
+    content, material, library = Content(([], [], []), {}, b""), b"", b""
+    for run in RUNS.finditer(text):
+        kind, lines = run.lastindex, run[0]
+        if kind is None:
+            word, _, rest = lines.strip().partition(b" ")
+            if word == b"usemtl":
+                material = rest.strip()
+            elif word == b"mtllib":
+                library = library or rest.strip()
+            elif word not in WITHOUT_EFFECT and not word.startswith(b"#"):
+                return None
+        elif not add_run(content, kind - 1, lines, material):
+            return None
+    return Content(content.tables, content.faces, library)
+
+
+def add_run(content: Content, kind: int, lines: bytes, material: bytes) -> bool:
+    """Add the numbers of a run of lines; returns whether they are as expected."""
+    if kind == len(COLUMNS):
+        corners = corners_of(lines)
+        if corners is not None:
+            content.faces.setdefault(material, []).append(corners)
+        return corners is not None
+    numbers = numbers_of(lines, np.float64)
+    if numbers is None or numbers.size != COLUMNS[kind] * lines.count(b"\n"):
+        return False
+    content.tables[kind].append(numbers.reshape(-1, COLUMNS[kind]))
+    return True
 
 
 def numbers_of(text: bytes, kind: type) -> np.ndarray | None:

@@ -66,7 +66,8 @@ def glazed(glass: Cloud, behind: Layers, motion: Singles, light: Singles, lens: 
 
 
 def shaded(cloud: Cloud, layers: Layers, brightness: Singles, lens: Lens, ground: Picture) -> Picture:
-    """The z-buffer's points in the light that ``lit`` gives, drawn on the ground, through which translucent ones let see."""
+    """The z-buffer's points in the light that ``lit`` gives, drawn on the ground, which shows through translucent
+    ones."""
     inner = (slice(1, -1), slice(1, -1))
     shape = (lens.height + 2, lens.width + 2)
     point = layers.point.reshape(shape)[inner].ravel()

@@ -26,11 +26,11 @@ KEYS = 4
 ROOM = np.array([1.2, 1.2, 1.7])
 """How far from where it starts a raw object is followed, in its longest edges: what explodes leaves the picture."""
 QUALITIES, METHOD = (70, 40), 0
-"""WebP's quality, the second where the file is else too large, and effort, 0 to 6: at 1 files are an eighth smaller, and
-take a fifth longer."""
-WHOLE = {"kmin": 8, "kmax": 9}
-"""Every how many frames one is whole, which takes away what others leave behind. Pillow's 3 to 5 has the encoder try it
-at three of five, which takes half as long again."""
+"""WebP's quality, the second where the file is else too large, and effort, 0 to 6: at 1 files are an eighth smaller
+and take a fifth longer."""
+WHOLE = {"kmin": 0, "kmax": 0}
+"""No frame but the first is whole: in loops this short the others leave nothing behind that is worse than WebP's own
+errors, and Pillow's every 3 to 5 has the encoder try three of five twice."""
 MOST_BYTES = 150_000
 INK, SOFT_INK = (62, 70, 82), (120, 128, 140)
 LINE, EMPTY = (255, 255, 255), (226, 230, 236)

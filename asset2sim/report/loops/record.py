@@ -7,12 +7,12 @@ from pathlib import Path
 
 import numpy as np
 from lxml import etree
-from scipy.spatial import ConvexHull, QhullError
 from scipy.spatial.transform import Rotation
 
 from asset2sim.assets.formats.confine import references
 from asset2sim.assets.urdf.locate import find_mesh
 from asset2sim.assets.urdf.mesh_files import without_materials
+from asset2sim.assets.views.batch import mixed
 from asset2sim.assets.views.surface import Surface
 from asset2sim.engines.contacts import penetration
 from asset2sim.engines.pybullet_world import PyBulletWorld, open_pybullet
@@ -67,7 +67,7 @@ def let_go(
 
 def as_hulls(urdf: Path, folder: Path, loaded: Mapping[Path, tuple[Surface, ...]]) -> Path:
     """A copy in ``folder`` of a URDF that moves in PyBullet as it does, and is loaded faster: of an OBJ that is
-    ``loaded`` PyBullet is given the corners of the convex hull alone, which it makes of all points, others name no materials, for it
+    ``loaded`` PyBullet is given the points alone, of which it makes convex hulls, others name no materials, for it
     decodes the pictures of collision meshes (3.8 s for a knife). The URDF itself where it is not XML. Files that are
     missing stay so."""
     try:
@@ -93,16 +93,14 @@ def as_hulls(urdf: Path, folder: Path, loaded: Mapping[Path, tuple[Surface, ...]
 
 
 def points_of(content: bytes, surfaces: Sequence[Surface]) -> bytes | None:
-    """An OBJ of the corners of the convex hull of an OBJ that these surfaces were read of, as triangles of any three.
-    PyBullet makes one hull of each ``g`` or ``o`` that has faces, whatever their order or material: None where there
-    are many, which trimesh joins."""
+    """An OBJ of the points of an OBJ that these surfaces were read of, each once, as triangles of any three. PyBullet
+    makes one hull of each ``g`` or ``o`` that has faces, whatever their order or material: None where there are many,
+    which trimesh joins."""
     if not surfaces or GROUP.search(content, content.find(FACE), content.rfind(FACE) + 1):
         return None
     vertices = np.concatenate(list({id(surface.vertices): surface.vertices for surface in surfaces}.values()))
-    try:
-        points = vertices[ConvexHull(vertices).vertices]
-    except (QhullError, ValueError):  # flat, or few: each point once
-        points = np.unique(vertices, axis=0)
+    x, y, z = np.ascontiguousarray(vertices.T).view(np.int64)
+    points = vertices[np.unique(mixed(mixed(mixed(x) + y) + z), return_index=True)[1]]
     corners = np.resize(np.arange(1, len(points) + 1), 3 * -(-len(points) // 3))
     lines = "v %r %r %r\n" * len(points) % tuple(points.ravel().tolist())
     return (lines + "f %d %d %d\n" * (len(corners) // 3) % tuple(corners.tolist())).encode()
