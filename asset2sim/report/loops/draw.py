@@ -19,7 +19,7 @@ WALL, FLOOR = (236.0, 239.0, 243.0), (216.0, 221.0, 228.0)
 """Colours at the top and at the bottom of the background, RGB: light beside white pages, and not glaring on black."""
 DISC, DISC_RADIUS = (228.0, 232.0, 238.0), 0.95
 """Colour of the round floor under the object, and its radius as a share of the object's longest edge."""
-SHADE, SHADOW, SHADOW_POINTS, SHADOW_SHRINK = (92, 97, 106), 205, 3000, 3
+SHADE, SHADOW, SHADOW_POINTS, SHADOW_SHRINK = (92, 97, 106), 205, 2000, 3
 """Colour of the shadow and its opacity, to 255; the points that cast it; by how much smaller it is drawn before it is
 blurred."""
 SUN = np.array([0.25, 0.15], dtype=np.float32)
