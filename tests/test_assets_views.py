@@ -193,6 +193,13 @@ def test_sheet_is_as_light_from_behind(tmp_path: Path) -> None:
     assert middle(images["back"])[0] > 150
 
 
+def test_a_view_alone_is_the_same_picture(tmp_path: Path) -> None:
+    write_painted_box(tmp_path)
+    urdf = write_urdf(tmp_path, f'<link name="a">{visual("box.obj")}</link>')
+    alone = render_views(urdf, {}, SMALL, ("perspective",))["perspective"]
+    assert np.array_equal(np.asarray(alone), np.asarray(render_views(urdf, {}, SMALL)["perspective"]))
+
+
 def test_two_faces_back_to_back_keep_their_own_colours(tmp_path: Path) -> None:
     write_sheet(tmp_path, "newmtl r\nKd 1 0 0\nnewmtl b\nKd 0 0 1\n", f"usemtl r\n{FRONT}\nusemtl b\n{BACK}")
     images = render_views(write_urdf(tmp_path, f'<link name="a">{visual("sheet.obj")}</link>'), {}, SMALL)

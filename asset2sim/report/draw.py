@@ -3,27 +3,47 @@
 from dataclasses import dataclass
 from pathlib import Path
 
+from PIL import Image
+
 from asset2sim.assets.formats.source import open_source
 from asset2sim.assets.urdf.reach import Reach
 from asset2sim.assets.views import render_views
 from asset2sim.assets.views.surface import Surface
 from schemas.settings import ViewSettings
 
+OVERSAMPLING = 1.25
+"""Pixels drawn per pixel of the picture, along each side: time goes with the square, and WebP takes away the rest."""
+
 
 @dataclass(frozen=True)
 class Before:
     """The picture of an asset as it came: of the folder ``raw``, of what is within ``reach``, into the file ``to``, as
-    a WebP of this quality (0 to 100)."""
+    a WebP of this quality (0 to 100) and effort (0 to 6)."""
 
     raw: Path
     reach: Reach
     to: Path
     quality: int
+    method: int = 2
 
 
-def draw_before(before: Before, loaded: dict[Path, tuple[Surface, ...]] | None = None) -> None:
+def draw_before(
+    before: Before,
+    loaded: dict[Path, tuple[Surface, ...]] | None = None,
+    urdf: Path | None = None,
+    view: Path | None = None,
+) -> None:
     """Draw an asset's own files, every joint at zero, from the view that its refined picture has. ``loaded`` remembers
-    mesh files already read. Raises AssetError."""
-    source = open_source(before.raw, reach=before.reach)
-    picture = render_views(source.urdf, {}, ViewSettings(), ("perspective",), loaded)["perspective"]
-    picture.save(before.to, quality=before.quality)
+    mesh files already read; ``urdf`` is the asset's own as it is read, if that is known, all of whose files are within
+    reach; ``view`` a picture that shows the same, which is taken where it is as large. Raises AssetError."""
+    settings = ViewSettings()
+    if view is not None and view.is_file():
+        with Image.open(view) as image:
+            if image.size == (settings.width, settings.height):
+                image.convert("RGB").save(before.to, quality=before.quality, method=before.method)
+                return
+    if urdf is None:
+        source = open_source(before.raw, reach=before.reach)  # what is made of it is there as long as this is
+        urdf = source.urdf
+    picture = render_views(urdf, {}, settings, ("perspective",), loaded, OVERSAMPLING)["perspective"]
+    picture.save(before.to, quality=before.quality, method=before.method)

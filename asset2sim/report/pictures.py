@@ -29,7 +29,8 @@ LOOPS: Mapping[str, str] = {
 SIZE = "size.webp"
 """Both at their true relative size."""
 THUMB_PX = 96
-QUALITY = 82
+QUALITY, METHOD = 82, 2
+"""WebP's quality and effort: at Pillow's own 4 a picture takes twice as long."""
 TIME_LIMIT_S = 60.0
 """Time in which an object as it came is drawn, s: the largest real ones take 3."""
 
@@ -43,7 +44,7 @@ def write_after(view: Path, folder: Path) -> bool:
             picture = image.convert("RGB")
     except (OSError, ValueError, Image.DecompressionBombError):
         return False
-    picture.save(folder / AFTER, quality=QUALITY)
+    picture.save(folder / AFTER, quality=QUALITY, method=METHOD)
     picture.resize((THUMB_PX, THUMB_PX), Image.Resampling.LANCZOS).save(folder / THUMB, quality=QUALITY)
     return True
 
@@ -67,7 +68,7 @@ def write_pictures(refined: Path | str, raw: Path, reach: Reach, folder: Path, l
     refined one into ``folder``, where those there are of another; ``refined`` is its folder, or the URL of one, which
     is fetched. The object as it came is in the loops where its files name none outside. What goes wrong is a line in
     the log. ``stop_children(owner)`` ends it. Raises StoreError."""
-    before = Before(raw, reach, folder / BEFORE, QUALITY) if raw.is_dir() else None
+    before = Before(raw, reach, folder / BEFORE, QUALITY, METHOD) if raw.is_dir() else None
     with tempfile.TemporaryDirectory(prefix="asset2sim-report-") as place:
         if isinstance(refined, str):
             here = Path(place, refined.rpartition("/")[2])

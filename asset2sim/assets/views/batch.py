@@ -5,7 +5,18 @@ from dataclasses import replace
 
 import numpy as np
 
-from asset2sim.assets.views.surface import PLAIN, Batch, Bools, Floats, Ints, Paint, Surface, compact, unit
+from asset2sim.assets.views.surface import (
+    PLAIN,
+    Batch,
+    Bools,
+    Floats,
+    Ints,
+    Paint,
+    Surface,
+    compact,
+    face_normals,
+    unit,
+)
 
 LIFT = 4e-5
 """How far the smallest flat surface is lifted, as a share of the object's size: a tenth of a large view's pixel."""
@@ -36,7 +47,7 @@ def with_lifts(surfaces: Sequence[Surface]) -> list[tuple[Surface, float]]:
 def area_and_thickness(surface: Surface) -> tuple[float, float]:
     """The surface's area, m² (of both sides where both are given), and extent along its largest face's normal, m."""
     corner = surface.vertices[surface.faces]
-    normal = np.cross(corner[:, 1] - corner[:, 0], corner[:, 2] - corner[:, 0])
+    normal = face_normals(corner)
     double = np.linalg.norm(normal, axis=1)
     widest = int(double.argmax())
     along = corner.reshape(-1, 3) @ (normal[widest] / (double[widest] or 1.0))
@@ -57,12 +68,24 @@ def outside_first(batches: Sequence[Batch]) -> list[Batch]:
 def sorted_faces(batch: Batch, center: Floats) -> tuple[Batch, float]:
     """The batch with its outermost faces first, and the area-weighted mean of how far out they are, m."""
     corner = batch.vertices[batch.faces]
-    normal = np.cross(corner[:, 1] - corner[:, 0], corner[:, 2] - corner[:, 0])
+    normal = face_normals(corner)
     area = np.linalg.norm(normal, axis=1)
     out = np.einsum("ij,ij->i", corner.mean(axis=1) - center, unit(normal))
     rank = float(np.average(out, weights=area)) if area.sum() > 0.0 else 0.0
     order = np.argsort(-out, kind="stable")
     return Batch(batch.vertices, batch.normals, batch.uv, batch.faces[order], batch.paint), rank
+
+
+def facing(batches: Sequence[Batch], eye: Floats) -> tuple[Batch, ...]:
+    """The batches without the faces that are turned away from (3,) ``eye``, none of which the renderer draws: half."""
+    found = []
+    for batch in batches:
+        corner = batch.vertices[batch.faces]
+        normal = face_normals(corner)
+        seen = np.einsum("ij,ij->i", normal, eye - corner[:, 0]) > 0.0
+        if seen.any():
+            found.append(compact(replace(batch, faces=batch.faces[seen])))
+    return tuple(found) or tuple(batches)
 
 
 MAX_VERTICES = 120_000
@@ -100,7 +123,7 @@ def faces_to_draw(surfaces: Sequence[Surface]) -> tuple[Bools, Bools]:
     points = mixed(mixed(mixed(grid[..., 0]) + grid[..., 1]) + grid[..., 2])
     triangles = points.sum(axis=1)  # the same for every order of the corners
     _, first, group = np.unique(triangles, return_index=True, return_inverse=True)
-    normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    normals = face_normals(corners)
     reversed_ = np.einsum("ij,ij->i", normals, normals[first][group]) < 0.0
     has_area = (points[:, 0] != points[:, 1]) & (points[:, 1] != points[:, 2]) & (points[:, 0] != points[:, 2])
     sided = 2 * group + reversed_
@@ -125,7 +148,7 @@ def two_sided(surface: Surface, paint: Paint, keep: Bools, alone: Bools) -> Batc
     alone = alone[keep]
     vertices, uv = surface.vertices, surface.uv if paint.texture is not None else None
     corner = vertices[faces]
-    flat = unit(np.cross(corner[:, 1] - corner[:, 0], corner[:, 2] - corner[:, 0]))
+    flat = unit(face_normals(corner))
     if surface.normals is not None:
         normals = surface.normals
         agreement = np.einsum("fkj,fj->fk", normals[faces], flat)

@@ -10,7 +10,7 @@ import numpy as np
 from PIL import Image
 
 from asset2sim.assets.extract import Extraction
-from asset2sim.assets.views.batch import batches_of
+from asset2sim.assets.views.batch import batches_of, facing
 from asset2sim.assets.views.camera import NARROW_FOV, WIDE_FOV, directions, fit
 from asset2sim.assets.views.renderer import Frame, Pixels, render
 from asset2sim.assets.views.scene import load_scene, nothing_to_draw
@@ -35,6 +35,7 @@ def render_views(
     settings: ViewSettings,
     names: Sequence[str] = VIEW_NAMES,
     loaded: dict[Path, tuple[Surface, ...]] | None = None,
+    oversampling: float = OVERSAMPLING,
 ) -> dict[str, Image.Image]:
     """View name → RGB picture of the asset at these joint positions (radians or metres; joints not named are at zero);
     besides the canonical views there is ``top``. ``loaded`` remembers mesh files already read.
@@ -51,7 +52,9 @@ def render_views(
         for name, towards in directions(scene.front).items()
         if name in names
     }
-    frames = render(batches, cameras, round(OVERSAMPLING * settings.width), round(OVERSAMPLING * settings.height))
+    if len(cameras) == 1:
+        batches = facing(batches, next(iter(cameras.values())).eye)
+    frames = render(batches, cameras, round(oversampling * settings.width), round(oversampling * settings.height))
     return {name: finish(frames[name], settings.width, settings.height) for name in names}
 
 

@@ -21,12 +21,13 @@ from schemas.vocabulary import FailureMode
 
 @dataclass(frozen=True, eq=False)
 class Scene:
-    """The surfaces to draw, in the root frame (z up), the link of each, and the (3,) unit direction that the object's
-    front faces."""
+    """The surfaces to draw, in the root frame (z up), the link of each, the (3,) unit direction that the object's front
+    faces, and the URDF that was read, None where there is none."""
 
     surfaces: tuple[Surface, ...]
     links: tuple[str, ...]
     front: Floats
+    robot: yourdfpy.Robot | None = None
 
 
 def load_scene(
@@ -54,7 +55,7 @@ def load_scene(
                 surfaces.extend(posed(piece, shape_to_root, scale, fallback) for piece in pieces)
                 names.extend(link.name for _ in pieces)
         if surfaces:
-            return Scene(tuple(surfaces), tuple(names), front_of(robot, urdf_file))
+            return Scene(tuple(surfaces), tuple(names), front_of(robot, urdf_file), robot)
     raise nothing_to_draw(urdf_file)
 
 

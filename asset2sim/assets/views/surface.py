@@ -74,6 +74,16 @@ def unit(vectors: Floats) -> Floats:
     return np.asarray(vectors / np.where(length > 1e-30, length, 1.0))
 
 
+def face_normals(corners: Floats) -> Floats:
+    """(m, 3) normals of (m, 3, 3) triangles, each twice as long as its triangle's area."""
+    # By columns that lie together: np.cross takes twice as long.
+    origin, one, other = np.ascontiguousarray(corners.transpose(1, 2, 0))
+    (ax, ay, az), (bx, by, bz) = one - origin, other - origin
+    found = np.empty((len(corners), 3))
+    found[:, 0], found[:, 1], found[:, 2] = ay * bz - az * by, az * bx - ax * bz, ax * by - ay * bx
+    return found
+
+
 def compact(batch: Batch) -> Batch:
     """The batch without vertices that no face uses."""
     used = np.zeros(len(batch.vertices), dtype=bool)

@@ -1,6 +1,7 @@
 """Drawing clouds of points: shaded, over a floor with the object's shadow."""
 
 from collections.abc import Iterator
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,7 +19,7 @@ WALL, FLOOR = (236.0, 239.0, 243.0), (216.0, 221.0, 228.0)
 """Colours at the top and at the bottom of the background, RGB: light beside white pages, and not glaring on black."""
 DISC, DISC_RADIUS = (228.0, 232.0, 238.0), 0.95
 """Colour of the round floor under the object, and its radius as a share of the object's longest edge."""
-SHADE, SHADOW, SHADOW_POINTS, SHADOW_SHRINK = (92, 97, 106), 205, 3000, 4
+SHADE, SHADOW, SHADOW_POINTS, SHADOW_SHRINK = (92, 97, 106), 205, 2000, 3
 """Colour of the shadow and its opacity, to 255; the points that cast it; by how much smaller it is drawn before it is
 blurred."""
 SUN = np.array([0.25, 0.15], dtype=np.float32)
@@ -40,36 +41,39 @@ def pictures(
     base = Layers.empty(lens)
     for link, first, last in together(cloud.starts, motions[0], still):
         splat(base, cloud.points, first, last, motions[0][link], lens)
+    casting = shadow_points(cloud)
     for motion in motions:
         picture = next((known for at, known in drawn if np.abs(motion - at).max() <= ALIKE), None)
         if picture is None:
             layers = base.copy()
             for link, first, last in together(cloud.starts, motion, ~still):
                 splat(layers, cloud.points, first, last, motion[link], lens)
-            picture = shaded(cloud, layers, motion, lens, shadowed(ground, cloud, motion, lens))
+            light = lit(motion, lens)
+            picture = shaded(cloud, layers, light, lens, shadowed(ground, casting, motion, lens))
             if cloud.glass is not None:
-                picture = glazed(cloud.glass, layers, motion, lens, picture)
+                picture = glazed(cloud.glass, layers, motion, light, lens, picture)
             drawn.append((motion, picture))
         yield picture
 
 
-def glazed(glass: Cloud, behind: Layers, motion: Singles, lens: Lens, picture: Picture) -> Picture:
+def glazed(glass: Cloud, behind: Layers, motion: Singles, light: Singles, lens: Lens, picture: Picture) -> Picture:
     """The picture with translucent points blended over it where they are nearer than what it shows, one layer deep."""
     layers = Layers.empty(lens)
     for link, first, last in together(glass.starts, motion, np.ones(len(glass.links), dtype=bool)):
         splat(layers, glass.points, first, last, motion[link], lens)
     front = np.where(layers.depth < behind.depth, layers.point, np.int32(-1))
-    return shaded(glass, Layers(layers.depth, front), motion, lens, picture)
+    return shaded(glass, Layers(layers.depth, front), light, lens, picture)
 
 
-def shaded(cloud: Cloud, layers: Layers, motion: Singles, lens: Lens, ground: Picture) -> Picture:
-    """The z-buffer's points lit by the lamp, drawn on the ground, through which translucent ones let see."""
+def shaded(cloud: Cloud, layers: Layers, brightness: Singles, lens: Lens, ground: Picture) -> Picture:
+    """The z-buffer's points in the light that ``lit`` gives, drawn on the ground, which shows through translucent
+    ones."""
     inner = (slice(1, -1), slice(1, -1))
     shape = (lens.height + 2, lens.width + 2)
     point = layers.point.reshape(shape)[inner].ravel()
     place = np.flatnonzero(point >= 0)
     index = point[place]
-    light = lit(motion, lens)[cloud.facing[index]]
+    light = brightness[cloud.facing[index]]
     light *= np.float32(1.0) - creases(layers.depth.reshape(shape)[inner]).ravel()[place]
     rgba = cloud.colors.view(np.uint32).ravel()[index].view(np.uint8).reshape(-1, 4)
     color = rgba * light[:, None]
@@ -87,11 +91,15 @@ def lit(motion: Singles, lens: Lens) -> Singles:
     turn = motion[:, :, :3] / np.maximum(np.linalg.norm(motion[:, :, :1], axis=1, keepdims=True), 1e-9)
     lamp = np.array(LAMP) @ axes(lens.towards.astype(float))
     both = np.stack([lamp / np.linalg.norm(lamp), lens.towards]).astype(np.float32)
-    lamps, viewers = np.einsum("ljk,dj->dlk", turn, both)
-    towards = lamps @ DIRECTIONS.T
-    facing = np.copysign(towards, towards * (viewers @ DIRECTIONS.T))
+    lamps = (both @ turn).reshape(-1, 6)
+    # Most links are turned as others are.
+    known: dict[bytes, int] = {}
+    which = [known.setdefault(row.tobytes(), len(known)) for row in np.rint(1e4 * lamps).astype(np.int32)]
+    first = [which.index(number) for number in range(len(known))]
+    towards, viewed = np.moveaxis(lamps[first].reshape(-1, 2, 3), 1, 0) @ DIRECTIONS.T
+    facing = np.copysign(towards, towards * viewed)
     bright: Singles = np.float32(AMBIENT) + np.float32(DIFFUSE) * np.maximum(facing, np.float32(0.0))
-    return bright.ravel()
+    return bright[which].ravel()
 
 
 def creases(depth: Singles) -> Singles:
@@ -123,15 +131,24 @@ def background(lens: Lens, *, disc: bool) -> Picture:
     return image
 
 
-def shadowed(ground: Picture, cloud: Cloud, motion: Singles, lens: Lens, points: int = SHADOW_POINTS) -> Picture:
-    """A copy of the ground with the shadow that the object casts on the plane z = 0, soft, by about so many points."""
+def shadow_points(cloud: Cloud, points: int = SHADOW_POINTS) -> tuple[Singles, tuple[int, ...]]:
+    """(3, n) points, about so many, that cast the object's shadow, and where those of each link start."""
     stride = max(1, cloud.points.shape[1] // points)
-    everything = np.ones(len(cloud.links), dtype=bool)
-    parts = [
-        motion[link, :, :3] @ cloud.points[:, first:last:stride] + motion[link, :, 3:]
-        for link, first, last in together(cloud.starts, motion, everything)
-    ]
-    place = np.concatenate(parts, axis=1)
+    parts = [cloud.points[:, first:last:stride] for first, last in pairwise(cloud.starts)]
+    return np.concatenate(parts, axis=1), (0, *np.cumsum([part.shape[1] for part in parts]).tolist())
+
+
+def shadowed(ground: Picture, casting: tuple[Singles, tuple[int, ...]], motion: Singles, lens: Lens) -> Picture:
+    """A copy of the ground with the soft shadow on the plane z = 0 of the object's ``shadow_points``."""
+    points, starts = casting
+    everything = np.ones(len(starts) - 1, dtype=bool)
+    place = np.concatenate(
+        [
+            motion[link, :, :3] @ points[:, first:last] + motion[link, :, 3:]
+            for link, first, last in together(starts, motion, everything)
+        ],
+        axis=1,
+    )
     place[:2] -= SUN[:, None] * place[2]
     place[2] = 0.0
     x, y = (lens.project(place)[:2] / SHADOW_SHRINK).astype(np.int32)
@@ -139,10 +156,14 @@ def shadowed(ground: Picture, cloud: Cloud, motion: Singles, lens: Lens, points:
     inside = (x >= 0) & (y >= 0) & (x < mask.shape[1]) & (y < mask.shape[0])
     mask[y[inside], x[inside]] = SHADOW
     soft = Image.fromarray(mask).filter(ImageFilter.GaussianBlur(1.6))
-    shade = Image.new("RGBX", (lens.width, lens.height), SHADE)
-    behind = Image.frombuffer("RGBX", shade.size, ground.tobytes())
-    # Three times as fast as to paste a colour.
-    return np.array(Image.composite(shade, behind, soft.resize(shade.size, Image.Resampling.BILINEAR)))
+    picture, box = ground.copy(), soft.getbbox()
+    if box is not None:
+        left, top, right, bottom = (SHADOW_SHRINK * edge for edge in box)
+        part = picture[top:bottom, left:right]
+        share = np.asarray(soft.resize((right - left, bottom - top), Image.Resampling.BILINEAR, box), dtype=np.uint16)
+        share = share[: part.shape[0], : part.shape[1], None]
+        part[:] = (part * (256 - share) + np.array([*SHADE, 0], dtype=np.uint16) * share) >> 8
+    return picture
 
 
 def image_of(picture: Picture) -> Image.Image:

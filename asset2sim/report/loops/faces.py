@@ -9,7 +9,7 @@ from PIL import Image
 
 from asset2sim.assets.views.batch import LIFT, QUANTUM, mixed, with_lifts
 from asset2sim.assets.views.scene import Scene
-from asset2sim.assets.views.surface import PLAIN, Floats, Ints, Paint, Surface, Texture
+from asset2sim.assets.views.surface import PLAIN, Floats, Ints, Paint, Surface, Texture, face_normals
 from asset2sim.assets.views.textures import decode_texture
 from asset2sim.physics.arrays import Array
 from asset2sim.report.loops.zbuffer import Singles
@@ -76,7 +76,7 @@ def faces_of(scene: Scene) -> Faces:
     link = np.array([number[link_of[id(surface)]] for surface in surfaces])[index]
     kept = first[np.lexsort((first, link[first]))]
     corners, index = corners[kept], index[kept]
-    flat = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    flat = face_normals(corners)
     flat /= np.maximum(np.linalg.norm(flat, axis=1, keepdims=True), 1e-30)
     lift = np.array([lift for _, lift in layers])[index] / (LIFT * size)
     return Faces(corners, normals[kept], uv[kept], flat, index, lift, link[kept], surfaces, links)

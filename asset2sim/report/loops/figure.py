@@ -95,7 +95,7 @@ def read_alike(
 
 def figure_of(urdf: Path, positions: Mapping[str, float], scene: Scene, faces: Faces) -> Figure:
     """The figure of a scene that was read at these joint positions, drawn from these triangles."""
-    robot = read_urdf(urdf)
+    robot = scene.robot or read_urdf(urdf)
     tree = parents_first([tree_joint(joint) for joint in robot.joints])
     poses = link_to_root(tree, root_of(robot), positions)
     corners = [surface.vertices[surface.faces].reshape(-1, 3) for surface in scene.surfaces]

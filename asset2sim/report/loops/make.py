@@ -29,6 +29,7 @@ from asset2sim.report.loops.record import (
     let_go,
 )
 from asset2sim.report.loops.sizes import cube, in_a_row, size_picture, standing
+from asset2sim.report.loops.zbuffer import ALIKE
 from schemas.errors import AssetError
 from schemas.overlay import PhysicsOverlay
 from schemas.settings import EngineSettings
@@ -70,6 +71,7 @@ def make_loops(refined: Path, raw_urdf: Path | None, to: Path, before: Before | 
     resting = Recording(np.eye(4)[None], {name: np.array([value]) for name, value in start.items()})
     items = [standing(figure, resting, "refined"), cube()]
     raw: dict[str, Act] = {}
+    came: Figure | None = None
     try:
         if raw_urdf is not None:
             source = None if raw_urdf.suffix == ".urdf" else open_source(raw_urdf.parent)
@@ -96,8 +98,26 @@ def make_loops(refined: Path, raw_urdf: Path | None, to: Path, before: Before | 
         save(to / f"{name}.webp", written.get(name))
     if before is not None:
         with suppress(Exception):  # it is drawn alone then, and what is wrong with it said there
-            draw_before(before, loaded)
+            same = came is not None and look_alike(came, figure, start)
+            view = refined / "views" / "perspective.png" if same else None
+            draw_before(before, loaded, raw_urdf if came is not None else None, view)
     return [f"{name}.webp" for name in NAMES if name in written]
+
+
+def look_alike(came: Figure, figure: Figure, start: Mapping[str, float]) -> bool:
+    """Whether a raw object with every joint at zero is the picture of the refined one at ``start``, whatever the scale:
+    the same triangles and paints, the links in the same places."""
+    if came.faces is not figure.faces or not np.allclose(came.scene.front, figure.scene.front):
+        return False
+    if any(one.paint != other.paint for one, other in zip(came.scene.surfaces, figure.scene.surfaces, strict=True)):
+        return False
+    joints = {name: np.array([value]) for name, value in start.items()}
+    refined = figure.placed(Recording(np.eye(4)[None], joints)) / figure.size_m
+    raw = came.placed(at_rest({}, 1)) / came.size_m
+    return bool(
+        np.abs(refined[..., :3, 3] - raw[..., :3, 3]).max() < ALIKE
+        and np.abs(refined[..., :3, :3] * figure.size_m - raw[..., :3, :3] * came.size_m * came.scale).max() < ALIKE
+    )
 
 
 @dataclass(frozen=True)

@@ -80,11 +80,12 @@ def as_hulls(urdf: Path, folder: Path, loaded: Mapping[Path, tuple[Surface, ...]
         if file is None:
             continue
         if reference not in known:
-            place = file.resolve()
             if file.suffix.lower() == ".obj":
                 place = folder / f"{len(known)}.obj"
                 content = file.read_bytes()
                 place.write_bytes(points_of(content, loaded.get(file, ())) or without_materials(content))
+            else:
+                place = file.resolve()
             known[reference] = str(place)
         element.set("filename", known[reference])
     copy = folder / urdf.name

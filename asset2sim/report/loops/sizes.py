@@ -17,12 +17,14 @@ from asset2sim.report.loops.cloud import DIRECTIONS, Cloud
 from asset2sim.report.loops.draw import background, image_of, pictures
 from asset2sim.report.loops.faces import faces_of
 from asset2sim.report.loops.figure import Figure
-from asset2sim.report.loops.film import INK, METHOD, OVERSAMPLING, SOFT_INK, SPACING, Clouds, lengthening, text
+from asset2sim.report.loops.film import INK, SOFT_INK, SPACING, Clouds, lengthening, text
 from asset2sim.report.loops.record import Recording
 from asset2sim.report.loops.zbuffer import Lens, Singles, Words
 
 WIDTH, HEIGHT = 640, 320
 """Pixels of the picture."""
+OVERSAMPLING, METHOD = 1.25, 1
+"""Pixels drawn per pixel shown along each side, at most, and WebP's effort, 0 to 6."""
 TOP, BOTTOM, GAP = 14, 70, 28
 """Pixels above the highest object, for the words below, and between two objects."""
 SLOT = 96

@@ -1,0 +1,60 @@
+"""OBJs as exporters write them are read as trimesh reads them, and all others are left to it."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from asset2sim.assets.views import load
+from asset2sim.assets.views.load import NearbyFiles, load_surfaces
+from asset2sim.assets.views.plain_obj import plain_obj
+from asset2sim.assets.views.surface import Surface
+
+DATA = Path(__file__).resolve().parents[1] / "data" / "raw"
+CORNERS = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 1 1 0\nvn 0 0 1\nvt 0 0\n"
+
+
+def corners(surface: Surface) -> np.ndarray:
+    """(m, 3, k) all that is known of each corner of each triangle."""
+    known = [surface.vertices, surface.normals, surface.uv]
+    return np.concatenate([values[surface.faces] for values in known if values is not None], axis=2)
+
+
+def test_the_samples_are_read_as_trimesh_reads_them(monkeypatch: pytest.MonkeyPatch) -> None:
+    files = [file for name in ("Scissors", "Suitcase", "Microwave") for file in sorted((DATA / name).rglob("*.obj"))]
+    ours = {file: load_surfaces(file) for file in files}
+    assert any(plain_obj(file, NearbyFiles(str(file))) is not None for file in files)
+    monkeypatch.setattr(load, "plain_obj", lambda *args: None)
+    for file, found in ours.items():
+        for one, other in zip(found, load_surfaces(file), strict=True):
+            assert one.paint == other.paint and (one.normals is None) is (other.normals is None), file
+            assert np.allclose(corners(one), corners(other), rtol=0.0, atol=1e-12), file
+
+
+def test_materials_and_windows_line_ends(tmp_path: Path) -> None:
+    (tmp_path / "two.mtl").write_text("newmtl red\nKd 1 0 0\nnewmtl blue\nKd 0 0 1\nd 0.5\n")
+    text = f"mtllib two.mtl\n# a comment\n{CORNERS}usemtl red\nf 1//1 2//1 3//1\nusemtl blue\nf 2//1 4//1 3//1\n"
+    (tmp_path / "two.obj").write_bytes(text.replace("\n", "\r\n").encode())
+    assert plain_obj(tmp_path / "two.obj", NearbyFiles(str(tmp_path / "two.obj"))) is not None
+    paints = {surface.paint.color for surface in load_surfaces(tmp_path / "two.obj") if surface.paint is not None}
+    assert paints == {(1.0, 0.0, 0.0, 1.0), (0.0, 0.0, 1.0, 0.5)}
+
+
+@pytest.mark.parametrize(
+    "lines",
+    [
+        "f 1 2 4 3",  # a polygon
+        "f 1 2 3\nf 1 2 4 3",
+        "f -4 -3 -2",  # numbers from the end
+        "f 1 2 5",  # of which there is none
+        "f 1/1/1 2/1/1 3/1/1\nf 1//1 2//1 4//1",  # mixed
+        "v 0 0 1 1 0 0\nf 1 2 3",  # coloured
+        "v 0 0 one\nf 1 2 3",
+        "curv 0 1\nf 1 2 3",
+        "",
+    ],
+)
+def test_what_is_not_plain_is_left_to_trimesh(tmp_path: Path, lines: str) -> None:
+    file = tmp_path / "odd.obj"
+    file.write_text(f"{CORNERS}{lines}\n")
+    assert plain_obj(file, NearbyFiles(str(file))) is None
