@@ -16,7 +16,7 @@ from asset2sim.models.language.csv_rows import LEFT_OUT_VARIABLE
 from schemas.alignment import Expectation
 from schemas.asset import AssetRef
 from schemas.settings import EngineSettings, Settings
-from schemas.vocabulary import DECIDING_PACKAGES, Engine
+from schemas.vocabulary import DECIDING_PACKAGES, Check, Engine
 
 CHECKOUT = Path(__file__).resolve().parents[3]
 ROOMS = (
@@ -28,17 +28,19 @@ ROOMS = (
     *("asset2sim/runs/isolation", "asset2sim/runs/remote/fetch_asset.py", "asset2sim/runs/spread/worker.py"),
 )
 """Folders and modules, relative to the checkout, that decide an asset's result or its rows."""
+ROOMS_OF_CHECKS: Mapping[Check, Sequence[str]] = {Check.REACHABLE: ("asset2sim/trials", "asset2sim/load.py")}
+"""What further checks run besides: it counts where they are asked for."""
 IRRELEVANT_SOURCES = ("schemas/tables_compare.py", "tasks/check.py")
 """Sources within them that do not: tables of a study, and what only looks."""
 DATA_SUFFIXES = (".csv", ".md")
 """Endings of data files that decide results: the offline model's tables, and prompts."""
 
 
-def counted_files(root: Path) -> list[str]:
-    """The sources and data files of ``ROOMS``, relative to the checkout ``root``. Raises FileNotFoundError for a room
-    that is not there: a hash over nothing would never change."""
+def counted_files(root: Path, checks: Sequence[Check] = ()) -> list[str]:
+    """The sources and data files of ``ROOMS`` and of these further checks, relative to the checkout ``root``. Raises
+    FileNotFoundError for a room that is not there: a hash over nothing would never change."""
     found: list[str] = []
-    for room in ROOMS:
+    for room in (*ROOMS, *(room for check in checks for room in ROOMS_OF_CHECKS[check])):
         place = root / room
         files = [place] if place.is_file() else place.rglob("*")
         names = [file.relative_to(root).as_posix() for file in files if file.suffix in (".py", *DATA_SUFFIXES)]
@@ -49,10 +51,10 @@ def counted_files(root: Path) -> list[str]:
 
 
 @functools.cache
-def source_version(root: Path = CHECKOUT) -> str:
+def source_version(root: Path = CHECKOUT, checks: tuple[Check, ...] = ()) -> str:
     """SHA-256 over the code of ``counted_files`` without comments and docstrings; computed once a process, in 0.4 s."""
     digest = hashlib.sha256()
-    for name in counted_files(root):
+    for name in counted_files(root, checks):
         content = (root / name).read_bytes()
         code = bare_code(content) if name.endswith(".py") else content
         digest.update(f"{name}\0{hashlib.sha256(code).hexdigest()}\n".encode())
@@ -110,7 +112,7 @@ def shared_hash(settings: Settings, pipeline: str) -> str:
     """SHA-256 over what all assets of a run depend on: settings, sources, packages and the pipeline's name."""
     chosen = settings.model_dump_json(exclude=IRRELEVANT_SETTINGS)
     left_out = os.environ.get(LEFT_OUT_VARIABLE, "")
-    material = [pipeline, chosen, source_version(), package_versions(settings.engine), left_out]
+    material = [pipeline, chosen, source_version(CHECKOUT, settings.checks), package_versions(settings.engine), left_out]
     return hashlib.sha256(json.dumps(material, sort_keys=True).encode()).hexdigest()
 
 
