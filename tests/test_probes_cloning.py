@@ -51,6 +51,8 @@ def test_what_the_expert_meant_is_kept_and_not_what_its_shaking_hand_did() -> No
     assert (did.actions[:, :7] != 0.5).all() and (did.actions[:, 7] == 0.5).all()
     kept = demonstrator.demonstrations()
     assert kept.actions.shape == (1, OPEN_LOOP, 8) and (kept.actions == 0.5).all()
+    still = Chunk(np.zeros((OPEN_LOOP, 8)), "joint_velocity")
+    assert (Demonstrator(lambda _: still, 3)(seen(np.zeros((180, 320, 3), dtype=np.uint8))).actions == 0.0).all()
 
 
 def test_nobody_learns_from_what_was_not_done(tmp_path: Path) -> None:

@@ -22,6 +22,8 @@ WIDTH, HEIGHT = 48, 27
 """Of a picture as the network sees it, pixels."""
 FIRST_SEED = 1000
 """Seeds of demonstrations begin here: trials have smaller ones."""
+STILL_RAD_S = 0.05
+"""Fastest of an expert's actions, rad/s, below which it stands still."""
 EPOCHS, BATCH, RATE = 150, 64, 1e-3
 NETWORK, DEMONSTRATIONS = "cloned.pt", "demonstrations"
 """The network's file, and the folder of recordings beside it."""
@@ -53,7 +55,8 @@ class Demonstrator:
         chunk = self.expert(seen)
         self.rows.append((*inputs_of(seen), chunk.actions))
         actions = chunk.actions.copy()
-        actions[:, :JOINTS] += self.random.normal(0.0, NOISE_RAD_S, (len(actions), JOINTS))
+        if np.abs(actions[:, :JOINTS]).max() > STILL_RAD_S:  # else an episode that is done would never come to rest
+            actions[:, :JOINTS] += self.random.normal(0.0, NOISE_RAD_S, (len(actions), JOINTS))
         return Chunk(actions, chunk.kind)
 
     def demonstrations(self) -> Demonstrations:
