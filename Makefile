@@ -21,7 +21,7 @@ OPTIONS = --out "$(OUT)" $(if $(MODEL),--model "$(MODEL)") \
 	$(if $(SCHEDULER),--scheduler "$(SCHEDULER)") $(if $(NO_VIEWS),--no-views,$(if $(VIEWS),--views "$(VIEWS)")) $(if $(STRICT),--strict) \
 	$(if $(ENGINES),--engines "$(ENGINES)") $(if $(COLLISION),--collision "$(COLLISION)") $(if $(STATE),--state "$(STATE)") \
 	$(if $(UP),--up="$(UP)") $(if $(PACKAGE),--package "$(PACKAGE)") $(if $(ALLOW_OUTSIDE),--allow-outside) \
-	$(if $(DYNAMICS),--dynamics "$(DYNAMICS)") $(if $(EXPORT),--export "$(EXPORT)") \
+	$(if $(DYNAMICS),--dynamics "$(DYNAMICS)") $(if $(EXPORT),--export "$(EXPORT)") $(if $(CHECK),--check "$(CHECK)") \
 	$(if $(REFINEMENT_MODEL),--refinement-model "$(REFINEMENT_MODEL)") $(if $(JUDGE_MODEL),--judge-model "$(JUDGE_MODEL)") \
 	$(if $(PROPOSER),--proposer "$(PROPOSER)") \
 	$(if $(BUDGET_USD),--budget-usd "$(BUDGET_USD)") $(if $(BUDGET_CALLS),--budget-calls "$(BUDGET_CALLS)") \
@@ -45,7 +45,7 @@ help: ## list the targets
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / { printf "  %-14s %s\n", $$1, $$2 }' Makefile
 	@echo
 	@echo "  variables of flow and nightly: DATA OUT MODEL API_BASE SUBSET ASSETS LIMIT METHOD WORKERS SCHEDULER NO_VIEWS=1 VIEWS STRICT=1"
-	@echo "                                 ENGINES COLLISION DYNAMICS STATE UP EXPORT REFINEMENT_MODEL PROPOSER JUDGE_MODEL RPM"
+	@echo "                                 ENGINES COLLISION DYNAMICS STATE UP EXPORT CHECK REFINEMENT_MODEL PROPOSER JUDGE_MODEL RPM"
 	@echo "                                 CORRECT SAMPLES ASK_AGAIN=1 NO_ASK_AGAIN=1"
 	@echo "                                 PACKAGE=name=path ALLOW_OUTSIDE=1"
 	@echo "                                 BUDGET_USD BUDGET_CALLS BUDGET_TOKENS ASSET_BUDGET_USD ASSET_BUDGET_CALLS NO_ANSWER_CACHE=1"

@@ -11,6 +11,8 @@ from asset2sim.catalog.text import output
 from asset2sim.judged.variant_folders import variant_folders
 from asset2sim.runs.trial_options import RecordMotionOptions
 from asset2sim.studies.pages.blocks import check_page, write_block
+from asset2sim.trials.gripper import ROBOTIQ
+from asset2sim.trials.robotiq import robotiq_file
 from asset2sim.trials.show_trials import described, methods_block, trials_block
 from asset2sim.trials.study import jobs_of, latest_trials, run_trials
 from flows.server.client import use_server
@@ -24,14 +26,16 @@ BLOCK = "judged"
 
 def record_motion(options: RecordMotionOptions, run: RunSettings) -> None:
     """Record the trials of these outputs' objects and print what became of them. Raises UsageError for an output
-    without a catalog or refined objects, and for a page without the block's markers."""
+    without a catalog or refined objects, a page without the block's markers, and a gripper that is not installed."""
+    if options.gripper == ROBOTIQ.name:
+        robotiq_file()
     folders = [Path(folder) for folder in variant_folders(options.folders())]
     pages = [(options.page, trials_block), (options.readme, methods_block)]
     for page, _ in pages:
         if page is not None:
             check_page(page, BLOCK)
     with temporary_server() as address, use_server(address):
-        trials = record_motions(folders, options.assets, run, options.film)
+        trials = record_motions(folders, options.assets, run, options.film, options.gripper)
     for part in described(trials):
         output().print(part)
     for page, block in pages:
@@ -40,9 +44,11 @@ def record_motion(options: RecordMotionOptions, run: RunSettings) -> None:
 
 
 @flow(name="record-motion", persist_result=False, validate_parameters=False)
-def record_motions(outs: Sequence[Path], asset_ids: tuple[str, ...], run: RunSettings, filmed: bool) -> pd.DataFrame:
+def record_motions(
+    outs: Sequence[Path], asset_ids: tuple[str, ...], run: RunSettings, filmed: bool, gripper: str
+) -> pd.DataFrame:
     """Do every trial and store its row; the latest of each, those of earlier recordings included."""
-    jobs = [job for out in outs for job in jobs_of(out, asset_ids, filmed)]
+    jobs = [job for out in outs for job in jobs_of(out, asset_ids, filmed, gripper)]
     run_trials(jobs, run, tell)
     return latest_trials(outs)
 

@@ -8,7 +8,7 @@ from schemas.alignment import Alignment, Expected
 from schemas.base import Frozen
 from schemas.features import Features
 from schemas.finding import Finding, TraceStep
-from schemas.interaction import EngineReport, OverlapPair
+from schemas.interaction import EngineReport, OverlapPair, Reached
 from schemas.measurement import Measurement
 from schemas.overlay import PhysicsOverlay
 from schemas.overrides import Overrides
@@ -69,6 +69,7 @@ class AssetRecord(Frozen):
     measurement: Measurement | None = None
     reports: tuple[EngineReport, ...] = ()
     overlaps: tuple[OverlapPair, ...] = ()
+    reached: Reached | None = None
     alignment: Alignment | None = None
     expected: tuple[Expected, ...] = ()
     calls: tuple[ModelCall, ...] = ()

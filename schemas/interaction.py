@@ -2,7 +2,7 @@
 
 from pydantic import Field
 
-from schemas.base import Frozen, NonNegative, Positive, Vector3
+from schemas.base import Fraction, Frozen, NonNegative, Positive, Vector3
 from schemas.measurement import ContactPair, Measurement
 from schemas.vocabulary import Engine, OverlapCause
 
@@ -209,6 +209,16 @@ class Interaction(Frozen):
     """The least rise of the centre of mass that topples the object from where it rests, m; None where not computed."""
     support_m: NonNegative = 0.0
     """Largest horizontal distance from its centre of mass to an edge of what it stands on, m."""
+
+
+class Reached(Frozen):
+    """What a scripted arm did with an object. ``share``: of the way of its task, 0 to 1, on which it moved the joint;
+    None where nothing was moved, of which ``reason`` says why; else it says what is amiss, and is empty if nothing."""
+
+    task: str = ""
+    joint: str | None = None
+    share: Fraction | None = None
+    reason: str = ""
 
 
 class EngineReport(Frozen):

@@ -12,8 +12,10 @@ from schemas.model_names import is_prior
 from schemas.run_settings import RunSettings as RunSettings
 from schemas.support import SupportKind
 from schemas.thresholds import Thresholds as Thresholds
+from schemas.view_settings import ViewSettings as ViewSettings
 from schemas.vocabulary import (
     BaseMode,
+    Check,
     CollisionMode,
     Correction,
     DynamicsRule,
@@ -239,22 +241,6 @@ class MethodSettings(Frozen):
     were refined to that state. An authored asset has no requested state."""
 
 
-class ViewSettings(Frozen):
-    """The five canonical views."""
-
-    width: int = Field(320, ge=16)
-    height: int = Field(320, ge=16)
-    write: bool = True
-    """Whether views of the refined state are written beside it."""
-    later: bool = False
-    """Whether these are left to ``asset2sim views``, once the run is over: they take a fifth of an asset's time."""
-
-    @property
-    def in_run(self) -> bool:
-        """Whether a run writes them."""
-        return self.write and not self.later
-
-
 class Settings(Frozen):
     """Everything that steers a run."""
 
@@ -280,6 +266,8 @@ class Settings(Frozen):
     exports: tuple[Export, ...] = ()
     search: SearchSettings = SearchSettings()
     thresholds: Thresholds = Thresholds()
+    checks: tuple[Check, ...] = ()
+    """Further checks of what was written, each seconds an object; they warn, and decide nothing."""
     views: ViewSettings = ViewSettings()
     run: RunSettings = RunSettings()
 

@@ -11,6 +11,7 @@ _TRIALS: tuple[Column, ...] = (
     ("verb!", TEXT, "", "close, press, open or grasp"),
     ("joint", TEXT, "", "Joint that was to move; null for grasp"),
     ("tool", TEXT, "", "arm, or pusher where the arm could not reach; null where neither could"),
+    ("gripper", TEXT, "", "panda, the arm's own, or robotiq; null in rows of older versions"),
     ("outcome!", TEXT, "", "done, not done, solved at start, unreachable, or failed (no recording)"),
     ("reason!", TEXT, "", "Why it is not done; empty if it is"),
     ("score", REAL, "1", "Of the physical judge, 0 to 5; null without a recording"),

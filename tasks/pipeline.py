@@ -27,6 +27,7 @@ from tasks.job import AssetJob
 from tasks.measure import measure_written
 from tasks.progress import Progress
 from tasks.publish import publish_folder
+from tasks.reach import measure_reach
 from tasks.refine import Refined, refine_written
 from tasks.validate import validate_overlay
 
@@ -87,6 +88,7 @@ def run_stages(job: AssetJob, progress: Progress) -> Verdict:
                 Stage.MEASURE, measure_written, job, extraction, applied.urdf, refined.overlay, refined.reports
             )
             run(Stage.PUBLISH, publish_folder, job, folder, refined.overlay, measured.reports)
+            run(Stage.MEASURE, measure_reach, job, folder)
         progress.written = proposal is not None
         return measured.verdict
     finally:

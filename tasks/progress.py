@@ -12,7 +12,7 @@ from schemas.asset import AssetRecord, AssetRef
 from schemas.errors import AssetError, is_disk_full, shortened
 from schemas.features import Features
 from schemas.finding import Finding, TraceStep
-from schemas.interaction import EngineReport, OverlapPair
+from schemas.interaction import EngineReport, OverlapPair, Reached
 from schemas.overlay import PhysicsOverlay
 from schemas.request import ModelCall
 from schemas.settings import Settings
@@ -33,6 +33,7 @@ class StageResult:
     overlay: PhysicsOverlay | None = None
     reports: tuple[EngineReport, ...] | None = None
     overlaps: tuple[OverlapPair, ...] | None = None
+    reached: Reached | None = None
 
 
 Given = ParamSpec("Given")
@@ -66,6 +67,7 @@ class Progress:
     overlay: PhysicsOverlay | None = None
     reports: tuple[EngineReport, ...] = ()
     overlaps: tuple[OverlapPair, ...] = ()
+    reached: Reached | None = None
     calls: list[ModelCall] = field(default_factory=list)
     trace: list[TraceStep] = field(default_factory=list)
     findings: list[Finding] = field(default_factory=list)
@@ -93,7 +95,7 @@ class Progress:
         self.findings.extend(result.findings)
         self.calls.extend(result.calls)
         self.trace.extend(result.trace)
-        for name in ("features", "overlay", "reports", "overlaps"):
+        for name in ("features", "overlay", "reports", "overlaps", "reached"):
             if getattr(result, name) is not None:
                 setattr(self, name, getattr(result, name))
         return result
@@ -129,6 +131,7 @@ class Progress:
             measurement=next((r.measurement for r in self.reports if r.measurement is not None), None),
             reports=self.reports,
             overlaps=self.overlaps,
+            reached=self.reached,
             calls=tuple(self.calls),
             trace=tuple(step.model_copy(update={"step": index}) for index, step in enumerate(self.trace)),
             findings=tuple(self.findings),

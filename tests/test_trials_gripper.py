@@ -3,9 +3,11 @@
 import math
 from pathlib import Path
 
-import mujoco
 import numpy as np
 import pytest
+
+pytest.importorskip("mujoco", reason="MuJoCo is not installed here")
+import mujoco
 
 from asset2sim.trials.franka import HAND, HOME, OWN_HAND, franka_spec, waiting
 from asset2sim.trials.gripper import (

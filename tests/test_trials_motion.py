@@ -9,6 +9,7 @@ import pytest
 
 pytest.importorskip("mujoco", reason="MuJoCo is not installed here")
 from asset2sim.trials.actors import arm_faces
+from asset2sim.trials.attempt import planned
 from asset2sim.trials.film import film, film_frames, write_mp4
 from asset2sim.trials.franka import HOME, Arm, franka_spec, waiting
 from asset2sim.trials.physical_judge import judge
@@ -17,7 +18,7 @@ from asset2sim.trials.record import record
 from asset2sim.trials.scene import base_at, build_stage, pusher_spec
 from asset2sim.trials.study import Job, trial_of
 from asset2sim.trials.tasks import Task, Verb, tasks_of
-from asset2sim.trials.trial import FILM, TRACK, planned, run_trial
+from asset2sim.trials.trial import FILM, TRACK, run_trial
 from schemas.overlay import PhysicsOverlay
 from schemas.trial_settings import TrialSettings
 from tests.assets import joint, link, robot, shape

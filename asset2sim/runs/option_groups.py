@@ -4,9 +4,9 @@ from pydantic import Field
 from pydantic_settings import CliDualFlag
 
 from asset2sim.runs.command_line import Options
-from asset2sim.runs.option_types import CORRECT, FILE, IDS, NAME, OUT, URL, Listed, N
+from asset2sim.runs.option_types import CHECKS, CORRECT, FILE, IDS, NAME, OUT, URL, Listed, N
 from schemas.settings import ModelSettings
-from schemas.vocabulary import Correction
+from schemas.vocabulary import Check, Correction
 
 
 class FileOptions(Options):
@@ -33,6 +33,7 @@ class Selection(Options):
     interaction: CliDualFlag[bool] = Field(
         True, description="drops, nudges, sweeps and resets beside the paper's tests"
     )
+    check: Listed[CHECKS] = Field((), description=f"further checks, seconds an object: {', '.join(Check)}")
     workers: N | None = Field(None, description="assets at work at once (default: all cores)")
 
 

@@ -16,6 +16,7 @@ from schemas.location import Location
 from schemas.support import SupportKind
 from schemas.vocabulary import (
     BaseMode,
+    Check,
     CollisionMode,
     Correction,
     DynamicsRule,
@@ -106,6 +107,7 @@ VIEWED = (Engine.PYBULLET, Engine.MUJOCO)
 """Engines of the viewer."""
 ENGINE = TypeAliasType("ENGINE", Annotated[Engine, AfterValidator(viewed)])
 FORMATS = TypeAliasType("FORMATS", tuple[Export, ...])
+CHECKS = TypeAliasType("CHECKS", tuple[Check, ...])
 PACKAGES = TypeAliasType("PACKAGES", tuple[Package, ...])
 GROUP = TypeAliasType("GROUP", Grouping)
 METHOD = TypeAliasType("METHOD", Method)
@@ -120,6 +122,7 @@ BASE = TypeAliasType("BASE", BaseMode)
 GATE = TypeAliasType("GATE", Gate)
 AXIS = TypeAliasType("AXIS", UpAxis)
 VIEWS = TypeAliasType("VIEWS", Literal["now", "later"])
+GRIPPER = TypeAliasType("GRIPPER", Literal["panda", "robotiq"])
 FORMAT = TypeAliasType("FORMAT", Literal["yaml", "toml"])
 
 

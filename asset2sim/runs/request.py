@@ -44,6 +44,7 @@ SETS: Mapping[str, str] = {
     "proposer": "search.proposer",
     "engines": "engine.verify",
     "interaction": "engine.interact",
+    "check": "checks",
     "collision": "collision.mode",
     "workers": "run.workers",
     "scheduler": "run.scheduler",

@@ -6,7 +6,7 @@ from pydantic import Field
 from pydantic_settings import CliDualFlag, CliPositionalArg
 
 from asset2sim.runs.option_groups import FileOptions
-from asset2sim.runs.option_types import FILE, FOLDERS, IDS, Listed, N
+from asset2sim.runs.option_types import FILE, FOLDERS, GRIPPER, IDS, Listed, N
 from schemas.errors import UsageError
 from schemas.location import is_url
 
@@ -16,6 +16,7 @@ class RecordMotionOptions(FileOptions):
 
     outs: CliPositionalArg[FOLDERS] = Field(description="output folders of runs, or that of a comparison")
     assets: Listed[IDS] = Field((), description="only these assets, separated by commas")
+    gripper: GRIPPER = Field("panda", description="panda, the arm's own, or robotiq: a 2F-85, from robosuite's package")
     film: CliDualFlag[bool] = Field(True, description="write an MP4 of each trial")
     workers: N | None = Field(None, description="trials at once (default: all cores)")
     page: FILE | None = Field(None, description="write the tables between this file's markers too")

@@ -171,6 +171,8 @@ def runs_into(stage: Stage, joint: str | None, path: Path, plan: Plan) -> bool:
             turned = float(np.abs(plan.commands[index] - plan.commands[index - 1]).max())
             for share in np.linspace(1.0, 0.0, max(1, math.ceil(turned / CHECKED)), endpoint=False):
                 at = plan.commands[index - 1] + share * (plan.commands[index] - plan.commands[index - 1])
+                if path.across is not None:  # what the fingers hold keeps them apart
+                    at[7:] = plan.commands[0, 7:]
                 position = whole[index - 1] + share * (whole[index] - whole[index - 1])
                 place(stage, {joint: float(position)} if joint else {}, at)
                 if deepest(stage, tips=not meant) > OVERLAP_M:

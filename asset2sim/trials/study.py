@@ -44,6 +44,7 @@ class Job:
     model: str
     run_id: str | None
     filmed: bool
+    gripper: str = "panda"
     owner: str = ""
 
     @property
@@ -57,7 +58,7 @@ def motion_folder(out: Path, asset_id: str, task: str) -> Path:
     return out / MOTIONS / asset_id / task.replace(" ", "-")
 
 
-def jobs_of(out: Path, asset_ids: Collection[str], filmed: bool) -> list[Job]:
+def jobs_of(out: Path, asset_ids: Collection[str], filmed: bool, gripper: str = "panda") -> list[Job]:
     """The trials of an output's refined objects, all or these. Raises UsageError where there is no catalog or no
     refined object, UnknownChoiceError for an asset that is none of it."""
     (assets,) = latest_rows(out, "assets")
@@ -72,7 +73,7 @@ def jobs_of(out: Path, asset_ids: Collection[str], filmed: bool) -> list[Job]:
             continue
         overlay = PhysicsOverlay.model_validate_json((folder / "overlay.json").read_text(encoding="utf-8"))
         who = str(row["method"]), str(row["model"]), str(row["run_id"])
-        found.extend(Job(out, folder, task, *who, filmed) for task in tasks_of(overlay))
+        found.extend(Job(out, folder, task, *who, filmed, gripper) for task in tasks_of(overlay))
     if not found:
         raise UsageError(f"{out} holds no refined object to do anything with")
     return found
@@ -105,7 +106,7 @@ def trial_of(job: Job) -> Row:
     with tempfile.TemporaryDirectory(prefix="asset2sim-trial-") as place:
         outcome = run_isolated(
             run_trial,
-            (job.folder, job.task, job.to, job.filmed, TrialSettings()),
+            (job.folder, job.task, job.to, job.filmed, TrialSettings.model_validate({"gripper": job.gripper})),
             time_limit_s=LIMIT_S,
             memory_limit_mb=MEMORY_MB,
             services={},
@@ -117,7 +118,7 @@ def trial_of(job: Job) -> Row:
         row = outcome.value
     else:
         row |= {"outcome": "failed", "reason": outcome.reason}
-    who: Row = {"method": job.method, "model": job.model, "run_id": job.run_id}
+    who: Row = {"method": job.method, "model": job.model, "run_id": job.run_id, "gripper": job.gripper}
     return dict.fromkeys(TRIALS.schema.names) | row | who | {"recorded_at": datetime.now(UTC)}
 
 

@@ -1,7 +1,7 @@
 """One trial: plan, run, judge, film. What a child process does for one task with one refined object."""
 
 import time
-from dataclasses import asdict, dataclass
+from dataclasses import asdict
 from pathlib import Path
 
 import mujoco
@@ -10,16 +10,12 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 
 from asset2sim.load import LoadError
+from asset2sim.trials.attempt import planned
 from asset2sim.trials.film import film, write_mp4
-from asset2sim.trials.franka import Arm, franka_spec, waiting
-from asset2sim.trials.grasps import bowl_for, grasp_paths
-from asset2sim.trials.gripper import PANDA, Gripper, gripper_of
-from asset2sim.trials.paths import push_paths
+from asset2sim.trials.gripper import gripper_of
 from asset2sim.trials.physical_judge import judge, score
-from asset2sim.trials.planning import Plan, plan_arm, plan_pusher
-from asset2sim.trials.pulls import pull_paths
 from asset2sim.trials.record import Track, record
-from asset2sim.trials.scene import Bowl, Stage, base_at, build_stage, place, pusher_spec
+from asset2sim.trials.scene import Bowl
 from asset2sim.trials.tasks import Task, Verb, is_near, joint_of, target_of
 from schemas.overlay import JointPhysics, PhysicsOverlay
 from schemas.table import Row
@@ -30,15 +26,6 @@ LIFTED_M = 0.03
 """How far an object must have been off the floor to have been lifted."""
 PRESSED_SHARE = 0.2
 """Share of its way that may be left where something is pressed: springs and rubber give."""
-
-
-@dataclass(frozen=True, eq=False)
-class Attempt:
-    """A planned trial: the tool's name and motion, in a world of its own."""
-
-    tool: str
-    stage: Stage
-    plan: Plan
 
 
 def run_trial(folder: Path, task: Task, to: Path, filmed: bool, settings: TrialSettings) -> Row:
@@ -79,34 +66,6 @@ def run_trial(folder: Path, task: Task, to: Path, filmed: bool, settings: TrialS
         "tool": attempt.tool, "end": end, "score": score(judged, done, track.finite),
         "seconds_simulated": float(track.times_s[-1]),
     } | ended("done" if done else "not done", "" if done else reason, began)  # fmt: skip
-
-
-def planned(
-    folder: Path, task: Task, joint: JointPhysics | None, gripper: Gripper = PANDA
-) -> tuple[Attempt | None, Bowl | None]:
-    """A trial's tool and motion, and the bowl where it needs one; the pusher pushes where the arm finds no way."""
-    arm = Arm(gripper)
-    bowl = bowl_for(build_stage(folder, None, np.eye(4))) if joint is None else None
-    stage = build_stage(folder, franka_spec(gripper), base_at(0.0, 1.0), bowl, gripper)
-    place(stage, stage.about_positions, waiting(gripper))
-    mujoco.mj_forward(stage.model, stage.data)
-    if joint is None:
-        assert bowl is not None
-        plan = plan_arm(stage, arm, None, grasp_paths(stage, bowl))
-    else:
-        target, plan = target_of(task, joint), None
-        if task.verb is Verb.OPEN:
-            plan = plan_arm(stage, arm, joint.name, pull_paths(stage, joint, target))
-        plan = plan or plan_arm(stage, arm, joint.name, push_paths(stage, joint, target, task.verb))
-    if plan is not None:
-        return Attempt("arm", build_stage(folder, franka_spec(gripper), plan.base, bowl, gripper), plan), bowl
-    if joint is None:
-        return None, bowl
-    stage = build_stage(folder, pusher_spec(), np.eye(4))
-    place(stage, stage.about_positions, np.array([0.0, 0.0, 10.0]))
-    mujoco.mj_forward(stage.model, stage.data)
-    plan = plan_pusher(stage, joint.name, push_paths(stage, joint, target_of(task, joint), task.verb))
-    return (None if plan is None else Attempt("pusher", stage, plan)), None
 
 
 def missing(track: Track, task: Task, joint: JointPhysics | None, bowl: Bowl | None) -> str:
