@@ -112,7 +112,8 @@ def shared_hash(settings: Settings, pipeline: str) -> str:
     """SHA-256 over what all assets of a run depend on: settings, sources, packages and the pipeline's name."""
     chosen = settings.model_dump_json(exclude=IRRELEVANT_SETTINGS)
     left_out = os.environ.get(LEFT_OUT_VARIABLE, "")
-    material = [pipeline, chosen, source_version(CHECKOUT, settings.checks), package_versions(settings.engine), left_out]
+    sources = source_version(CHECKOUT, settings.checks)
+    material = [pipeline, chosen, sources, package_versions(settings.engine), left_out]
     return hashlib.sha256(json.dumps(material, sort_keys=True).encode()).hexdigest()
 
 
