@@ -35,7 +35,7 @@ OPTIONS = --out "$(OUT)" $(if $(MODEL),--model "$(MODEL)") \
 	$(if $(NO_REPORT),--no-report) $(if $(DRY_RUN),--dry-run) $(if $(KEEP_DAYS),--keep-days "$(KEEP_DAYS)") $(if $(HOOK),--hook "$$HOOK") $(FROM_FILE)
 
 # A file's tests stay in one process and in order.
-PARALLEL = --numprocesses $(if $(JOBS),$(JOBS),2) --dist loadfile --no-loadscope-reorder
+PARALLEL = --numprocesses $(if $(JOBS),$(JOBS),3) --dist loadfile --no-loadscope-reorder
 
 .DEFAULT_GOAL := help
 .DELETE_ON_ERROR:
@@ -73,7 +73,7 @@ $(INSTALLED): pyproject.toml constraints.txt
 flow: $(INSTALLED) ## refine DATA (data/raw) into OUT (data/refined)
 	@$(BIN)/python -m flows.command refine "$(DATA)" $(OPTIONS)
 
-test: $(INSTALLED) ## run all tests, on JOBS cores (2); ARGS="-k dataset" chooses
+test: $(INSTALLED) ## run all tests, in JOBS processes (3: many wait); ARGS="-k dataset" chooses
 	@$(BIN)/python -m pytest $(PARALLEL) $(ARGS)
 
 test-fast: $(INSTALLED) ## run the tests that start no engine, server or process: a minute
