@@ -11,7 +11,7 @@ import numpy as np
 from asset2sim.assets.views.surface import Ints
 from asset2sim.physics.arrays import Array
 from asset2sim.report.loops.cloud import DIRECTIONS, Cloud, cloud_of
-from asset2sim.report.loops.draw import Picture, background, glazed, shaded, shadowed
+from asset2sim.report.loops.draw import Picture, background, glazed, lit, shaded, shadow_points, shadowed
 from asset2sim.report.loops.zbuffer import Layers, Lens, Singles, lens_for, splat, together
 from asset2sim.trials.actors import Actor, arm_actor, bowl_actor, object_actor, pusher_actor
 from asset2sim.trials.gripper import PANDA, Gripper
@@ -58,24 +58,29 @@ def film(folder: Path, track: Track, base: Array, bowl: Bowl | None, gripper: Gr
         cloud_of(actor.faces, pixel_m(lens, actor) * SPACING, views(actor, lens), MOST_POINTS) for actor in actors
     ]
     cloud = merged(clouds)
+    casting = shadow_points(cloud, SHADOW_POINTS)
     motions = np.concatenate([actor.motions for actor in actors], axis=1)
     ground, before = background(lens, disc=False), np.zeros_like(motions[0])
     for motion in motions:
         if np.abs(motion - before).max() > STILL_M:
-            picture, before = np.ascontiguousarray(drawn(cloud, motion, lens, ground)[:, :, :3]), motion
+            picture, before = np.ascontiguousarray(drawn(cloud, casting, motion, lens, ground)[:, :, :3]), motion
         yield picture
 
 
-def drawn(cloud: Cloud, motion: Singles, lens: Lens, ground: Picture) -> Picture:
-    """One picture over the ground; a point covers two by two pixels, so that what is near has no holes."""
+def drawn(
+    cloud: Cloud, casting: tuple[Singles, tuple[int, ...]], motion: Singles, lens: Lens, ground: Picture
+) -> Picture:
+    """One picture over the ground with the shadow of the points that are ``casting`` it; a point covers two by two
+    pixels, so that what is near has no holes."""
     layers, everything = Layers.empty(lens), np.ones(len(cloud.links), dtype=bool)
     for x, y in product((-0.5, 0.5), repeat=2):
         shift = np.array([[x], [y], [0.0]], dtype=np.float32) * lens.matrix[2]
         moved = replace(lens, matrix=lens.matrix + shift)
         for link, first, last in together(cloud.starts, motion, everything):
             splat(layers, cloud.points, first, last, motion[link], moved)
-    picture = shaded(cloud, layers, motion, lens, shadowed(ground, cloud, motion, lens, SHADOW_POINTS))
-    return picture if cloud.glass is None else glazed(cloud.glass, layers, motion, lens, picture)
+    light = lit(motion, lens)
+    picture = shaded(cloud, layers, light, lens, shadowed(ground, casting, motion, lens))
+    return picture if cloud.glass is None else glazed(cloud.glass, layers, motion, light, lens, picture)
 
 
 def views(actor: Actor, lens: Lens) -> list[tuple[Singles, Lens]]:
