@@ -21,11 +21,11 @@ from schemas.vocabulary import PAPER_FAILURE_MODES, RETRIED_MODES
 MADE = "*Made by `make docs` from the schemas; do not edit.*"
 DICTIONARY = """\
 Every table is a Parquet file in `OUT/catalog`, `asset_history` a folder of them in `OUT/history`, `reviews` one in
-`OUT/reviews`. Those of outer judges, `trials`, `probe_trials`, `learning`, `learning_curves`, `video_scores`, `ratings`
-and `rating_keys`, are folders of files too, in OUT or in the folder of a comparison; they keep every recording and rating,
-and `asset2sim ratings` reads the judges'. The same words are in the files' metadata and, through `connect`, in DuckDB's
-comments: `SELECT column_name, comment FROM duckdb_columns()`. A column that is *required* is never null; a number that
-was never measured is null, never 0."""
+`OUT/reviews`. Those of outer judges, `trials`, `probe_trials`, `learning`, `learning_curves`, `video_scores`,
+`ratings` and `rating_keys`, are folders of files too, in OUT or in the folder of a comparison; they keep every
+recording and rating, and `asset2sim ratings` reads the judges'. The same words are in the files' metadata and,
+through `connect`, in DuckDB's comments: `SELECT column_name, comment FROM duckdb_columns()`. A column that is
+*required* is never null; a number that was never measured is null, never 0."""
 MODES = """\
 The column `failure_mode` of the table `assets` says why an asset failed, `reason` says it in a sentence with numbers.
 Modes with ↻ may be the machine's, the provider's or the day's fault: such assets are tried again in every run."""
