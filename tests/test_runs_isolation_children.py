@@ -166,3 +166,29 @@ def test_ctrl_c_while_the_fork_server_loads_is_its_parents_affair(tmp_path: Path
         env={**os.environ, "PYTHONPATH": os.pathsep.join((str(tmp_path), root))},
     )  # fmt: skip
     assert (done.stdout, done.stderr, done.returncode) == ("False\n", "", 0)
+
+
+WORK_AND_LEAVE = """
+import atexit, sys
+from pathlib import Path
+atexit.register(lambda: print(len(children._idle), "idle"))  # first in, last out
+from asset2sim.runs.isolation import children, run_isolated
+from tests import crashers
+if __name__ == "__main__":
+    run_isolated(
+        crashers.own_pid, (), time_limit_s=60.0, memory_limit_mb=600, services={}, log_path=Path(sys.argv[1])
+    )
+    print(len(children._idle), "idle")
+"""
+
+
+def test_a_process_that_ends_does_not_wait_for_its_idle_children(tmp_path: Path) -> None:
+    """Python's exit joins children, which end by themselves only after ``IDLE_LIMIT_S``."""
+    script = tmp_path / "leave.py"
+    script.write_text(WORK_AND_LEAVE)
+    root = Path(__file__).parents[1]
+    done = subprocess.run(
+        [sys.executable, script, tmp_path / "log"], capture_output=True, text=True, check=True, timeout=120,
+        env=os.environ | {"PYTHONPATH": str(root)}, cwd=root,
+    )  # fmt: skip
+    assert [line for line in done.stdout.splitlines() if line.endswith("idle")] == ["1 idle", "0 idle"]

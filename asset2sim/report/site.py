@@ -120,7 +120,8 @@ def _draw(
     had = {name: state[name][0] for name in assets if name in state}
     # A run without pictures of objects as they came leaves those that there are.
     kept = {name: had[name] for name, key in keys.items() if had.get(name) in {key + WHOLE, *([] if before else [key])}}
-    todo = [name for name in assets if name not in kept]
+    # What takes longest comes first, so that no worker has it left at the end.
+    todo = sorted((name for name in assets if name not in kept), key=lambda name: -assets[name]["seconds_total"])
     reaches = {row["run_id"]: reach_of_run(row) for row in rows(found.tables["runs"])}
 
     def draw(name: str) -> None:

@@ -16,8 +16,8 @@ from asset2sim.report.loops.draw import Picture, background, image_of, pictures
 from asset2sim.report.loops.figure import Figure
 from asset2sim.report.loops.zbuffer import FOV, Lens, Singles, changes, lens_for
 
-SIDE = 176
-"""Edge of one of the two pictures side by side, pixels: a wide page shows both 353 wide, and time goes with the square.
+SIDE = 160
+"""Edge of one of the two pictures side by side, pixels: a page shows both 320 wide, and time goes with the square.
 Nothing is drawn larger than it is shown: in motion, at WebP's quality, nobody sees smoother edges."""
 SPACING = 0.75
 """Distance between two points, in pixels: any pixel of a surface has one."""
