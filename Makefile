@@ -37,9 +37,10 @@ OPTIONS = --out "$(OUT)" $(if $(MODEL),--model "$(MODEL)") \
 # A file's tests stay in one process and in order.
 PARALLEL = --numprocesses $(if $(JOBS),$(JOBS),3) --dist loadfile --no-loadscope-reorder
 
+comma := ,
 .DEFAULT_GOAL := help
 .DELETE_ON_ERROR:
-.PHONY: help install flow test test-fast lint typecheck failures report screenshots settings learn view rate ratings views doctor nightly ui judge judged probe clone rules withheld proposers corrections compare first bench-defects samples questions summary loaders held weights docs picture clean bench
+.PHONY: help install flow test test-fast lint typecheck failures report screenshots settings learn view rate ratings views doctor nightly ui judge judged probe clone rules withheld proposers corrections compare first bench-defects bench-gym samples questions summary loaders held weights docs picture clean bench
 
 help: ## list the targets
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / { printf "  %-14s %s\n", $$1, $$2 }' Makefile
@@ -190,6 +191,10 @@ first: $(INSTALLED) ## a table of docs/measured.md: models and methods on the pa
 
 bench-defects: $(INSTALLED) ## plant known defects in clean objects: what share is caught, and what is mended
 	@$(BIN)/python -m flows.bench_defects "$(OUT)"
+
+bench-gym: $(INSTALLED) ## actions a second of a core with OUT's objects, ASSETS; DOOR: a Python with robosuite, beside its door task
+	@$(BIN)/python -m asset2sim.studies.speed.environment_rate $(if $(ASSETS),$(foreach asset,$(subst $(comma), ,$(ASSETS)),"$(OUT)/assets/$(asset)"),"$(OUT)"/assets/*) \
+		$(if $(DOOR),--door "$(DOOR)")
 
 bench: $(INSTALLED) ## how fast a night is, and where its time goes; DATA (../shared/partnet_mobility), WORK, LIMIT
 	@$(MAKE) --no-print-directory .venv-judge/.installed || echo "simcheck cannot be installed; its line will say so" >&2

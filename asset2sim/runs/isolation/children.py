@@ -160,7 +160,7 @@ def return_to_pool(child: Child) -> None:
 
 @atexit.register
 def end_idle() -> None:
-    """End the idle children. Python's exit waits for every child: for idle ones that was 5 s at the end of a command."""
+    """End the idle children. Python's exit waits for every child: for idle ones, 5 s at a command's end."""
     with _lock:
         while _idle:
             _idle.pop().pipe.close()  # which ends it
