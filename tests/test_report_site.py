@@ -2,6 +2,7 @@
 
 import json
 from datetime import UTC, datetime
+from io import BytesIO
 from pathlib import Path
 
 import pytest
@@ -22,6 +23,7 @@ from schemas.settings import Settings
 from schemas.vocabulary import FailureMode, Method
 from tests.factories import make_call, make_failure, make_record
 from tests.object_store import Store
+from tests.refined_things import drawer
 
 REQUEST = ModelRequest(purpose="synthesis", system="Answer <b>well</b>.", text="Box & lid <script>alert(1)</script>")
 
@@ -200,3 +202,23 @@ def test_the_report_of_a_bucket_lies_in_the_bucket_whichever_machine_writes_it(
     assert not any(name.startswith("report/objects/b/") for name in left)
     text = store.files.cat_file(f"{there}/report/objects/a/index.html").decode()
     assert 'src="after.webp"' in text and "report/objects/a/after.webp" in left
+
+
+@pytest.mark.system
+def test_the_loops_of_a_buckets_objects_are_made_of_its_files_and_lie_beside_their_pages(
+    store: Store, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    here, there = tmp_path / "here", f"{store.url}/moving"
+    published(here, make_record("a"))
+    drawer(here / "assets/a")
+    view(here, "a", "red")
+    store.put(here, there)
+    for machine in ("one", "another"):
+        monkeypatch.setenv("ASSET2SIM_CACHE", str(tmp_path / machine))
+        assert write_report_of(there).written == (1 if machine == "one" else 0)
+    place = f"{there}/report/objects/a"
+    text = store.files.cat_file(f"{place}/index.html").decode()
+    for name in ("sweep.webp", "release.webp"):
+        assert f'src="{name}"' in text
+        with Image.open(BytesIO(store.files.cat_file(f"{place}/{name}"))) as loop:
+            assert loop.n_frames > 10  # type: ignore[attr-defined]
