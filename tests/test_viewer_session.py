@@ -15,6 +15,7 @@ from asset2sim.viewer.serve import open_viewer
 from asset2sim.viewer.session import RAW, REFINED, Session
 from asset2sim.viewer.side import HAND_MOST_N, Side, open_side
 from asset2sim.viewer.subject import Subject, raw_subject, refined_subject
+from asset2sim.viewer.tried import why_not
 from schemas.errors import UsageError
 from schemas.settings import EngineSettings
 from schemas.vocabulary import Engine
@@ -210,6 +211,29 @@ def test_the_raw_object_goes_in_step_and_one_that_is_refused_costs_itself_alone(
         session.nudge()
         session.step(3)
         assert session.sides[REFINED].readings().speeds["slide"] > 0.05
+
+
+def test_a_raw_object_that_crashes_the_engine_is_tried_elsewhere_and_costs_its_own_side(tmp_path: Path) -> None:
+    raw = tmp_path / "raw"
+    raw.mkdir()
+    # A face of a corner that is none: PyBullet reads memory that is not its own.
+    (raw / "part.obj").write_text("v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 2 3\nf 1 2 400000000\nf 1 3 4\n")
+    shape = '<geometry><mesh filename="part.obj"/></geometry>'
+    (raw / "mobility.urdf").write_text(
+        f'<robot name="a"><link name="base"><collision>{shape}</collision></link></robot>'
+    )
+    broken, whole = raw_subject(raw, held=False), raw_subject(DATA / "Table/table_two_drawers", held=False)
+    said = why_not(broken, Engine.PYBULLET, SETTINGS)
+    assert said is not None and "pybullet dies of it" in said and "SIGSEGV" in said
+    assert why_not(whole, Engine.PYBULLET, SETTINGS) is None
+    # What is refused without dying is said by the world itself.
+    assert why_not(whole, Engine.MUJOCO, SETTINGS) is None
+    subjects: dict[str, Subject | str] = {REFINED: chest(tmp_path / "r"), RAW: broken}
+    with Session(subjects, Engine.PYBULLET, SETTINGS, {RAW: said}) as session:
+        session.step(24)
+        session.reset()
+        session.step(24)
+        assert session.problems == {RAW: said} and session.sides[REFINED].seconds == pytest.approx(0.1)
 
 
 def test_an_explosion_is_a_line_until_the_reset(tmp_path: Path) -> None:

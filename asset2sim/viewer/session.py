@@ -19,8 +19,14 @@ REFINED, RAW = "refined", "raw"
 class Session(AbstractContextManager["Session"]):
     """Sides by name, ``REFINED`` first; ``problems`` says in a line why one does not move. Use it in one thread."""
 
-    def __init__(self, subjects: Mapping[str, Subject | str], engine: Engine, settings: EngineSettings) -> None:
-        """A subject may be a line that says why there is none."""
+    def __init__(
+        self,
+        subjects: Mapping[str, Subject | str],
+        engine: Engine,
+        settings: EngineSettings,
+        unmoved: Mapping[str, str] | None = None,
+    ) -> None:
+        """A subject may be a line that says why there is none; of those in ``unmoved`` one says why it is not tried."""
         self.engine, self.settings = engine, settings
         self.sides: dict[str, Side] = {}
         self.problems: dict[str, str] = {}
@@ -28,6 +34,9 @@ class Session(AbstractContextManager["Session"]):
         for name, subject in subjects.items():
             if isinstance(subject, str):
                 self.problems[name] = subject
+                continue
+            if unmoved and name in unmoved:
+                self.problems[name] = unmoved[name]
                 continue
             try:
                 # PyBullet prints when it is connected to.

@@ -17,6 +17,7 @@ from asset2sim.viewer.panel import DROP, NUDGE, RESET, Panel
 from asset2sim.viewer.session import RAW, REFINED, Session, one_line
 from asset2sim.viewer.stage import Stage
 from asset2sim.viewer.subject import Subject
+from asset2sim.viewer.tried import why_not
 from asset2sim.viewer.walk import Stop, chosen, raw_of, refined_of, reviews_of, stops_of
 from schemas.errors import Asset2SimError, UnknownChoiceError, UsageError
 from schemas.settings import EngineSettings
@@ -204,7 +205,9 @@ class Viewer:
         if self.panel.beside.value:
             held = isinstance(refined, Subject) and refined.held
             found[RAW] = self._subject(lambda: raw_of(stop, held=held))
-        self.session = Session(found, Engine(self.panel.engine.value), self.settings)
+        engine, raw = Engine(self.panel.engine.value), found.get(RAW)
+        problem = why_not(raw, engine, self.settings) if isinstance(raw, Subject) else None
+        self.session = Session(found, engine, self.settings, {} if problem is None else {RAW: problem})
         scale = refined.scale if isinstance(refined, Subject) and not self.panel.true_size.value else 1.0
         for name, subject in found.items():
             if isinstance(subject, Subject):
