@@ -153,11 +153,11 @@ judged: $(INSTALLED) ## record, judge and rate variants of OUT, a run or a compa
 		$(if $(BUDGET_USD),--budget-usd "$(BUDGET_USD)") $(if $(BUDGET_CALLS),--budget-calls "$(BUDGET_CALLS)") $(FROM_FILE)
 	@$(BIN)/python -m flows.command ratings "$(OUT)"
 
-probe: $(INSTALLED) ## POLICY (openpi://HOST:PORT, or scripted) does the paper's tasks with variants of OUT; NAME, TRIALS, METHODS, PAGE
+probe: $(INSTALLED) ## POLICY (openpi://HOST:PORT, or scripted) does the paper's tasks with variants of OUT; NAME, TRIALS, METHODS, PAGE, README
 	@$(BIN)/python -m flows.command probe "$(OUT)" --policy "$(or $(POLICY),scripted)" $(if $(NAME),--name "$(NAME)") \
 		$(if $(TRIALS),--trials "$(TRIALS)") $(if $(METHODS),--methods "$(METHODS)") $(if $(ASSETS),--assets "$(ASSETS)") \
 		$(if $(WORKERS),--workers "$(WORKERS)") $(if $(FORCE),--force) $(if $(PUBLISHED),--published "$(PUBLISHED)") \
-		$(if $(NETWORK),--network "$(NETWORK)") $(if $(PAGE),--page "$(PAGE)") $(FROM_FILE)
+		$(if $(NETWORK),--network "$(NETWORK)") $(if $(PAGE),--page "$(PAGE)") $(if $(README),--readme "$(README)") $(FROM_FILE)
 
 clone: $(INSTALLED) ## a network learns from the scripted expert what to do with the objects of OUT, into TO (OUT/clone); COUNT
 	@$(BIN)/python -m flows.clone_expert "$(OUT)" "$(or $(TO),$(OUT)/clone)" $(if $(COUNT),--count "$(COUNT)")

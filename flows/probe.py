@@ -1,12 +1,14 @@
 """Trials of a policy with refined objects, as a flow: on Dask, a child each, and the table of probe trials."""
 
 import sys
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
 
+import pandas as pd
 from prefect import flow
 
 from asset2sim.catalog.text import output
+from asset2sim.judged.probe_tables import short_block
 from asset2sim.judged.published import published_rates
 from asset2sim.judged.show_fidelity import describe_probes, fidelity_block, real_rates
 from asset2sim.judged.variant_folders import variant_folders
@@ -38,11 +40,16 @@ def probe(options: ProbeOptions, run: RunSettings) -> None:
     folders = [Path(folder) for folder in variant_folders(options.folders())]
     tasks = chosen_tasks(options.tasks)
     choice = ProbeChoice(tasks, options.assets, [*options.methods], options.trials, options.seed)
-    if options.published is not None:
-        published_rates(options.published)  # a folder without them is said before the trials
+    # A folder without them is said before the trials.
+    rates = published_rates(options.published) if options.published is not None else None
     real = real_rates(options.published)
-    if options.page is not None:
-        check_page(options.page, BLOCK)
+    pages: list[tuple[Path | None, Callable[[pd.DataFrame], str]]] = [
+        (options.page, lambda trials: fidelity_block(trials, real)),
+        (options.readme, lambda trials: short_block(trials, rates)),
+    ]
+    for page, _ in pages:
+        if page is not None:
+            check_page(page, BLOCK)
     jobs = jobs_of(folders, spec, choice)
     todo = jobs if options.force else left_to_do(jobs)
     if len(todo) < len(jobs):
@@ -53,8 +60,9 @@ def probe(options: ProbeOptions, run: RunSettings) -> None:
     trials = latest_probes(folders)
     for part in describe_probes(trials, real):
         output().print(part)
-    if options.page is not None:
-        write_block(options.page, BLOCK, fidelity_block(trials, real))
+    for page, block in pages:
+        if page is not None:
+            write_block(page, BLOCK, block(trials))
 
 
 @flow(name="probe", persist_result=False, validate_parameters=False)

@@ -10,7 +10,9 @@ import pandas as pd
 import pytest
 from rich.console import Console, RenderableType
 
+from asset2sim.catalog.text import NOTHING
 from asset2sim.judged.fidelity import NO_VARIANCE, REAL, agreements, correlation, fidelity_figures, rates_of, smallest_r
+from asset2sim.judged.probe_tables import short_block, task_tables
 from asset2sim.judged.published import published_rates
 from asset2sim.judged.show_fidelity import describe_fidelity, describe_probes, fidelity_block
 from schemas.table import Row
@@ -115,3 +117,19 @@ def test_trials_without_a_final_state_are_counted_and_no_failure_of_the_object()
     empty = rates("p", REAL, [])
     assert "| scripted | asset2sim | 3 | 0 | 0 | 0 | 0 | 1 | 1 |" in fidelity_block(trials, empty)
     assert "policy died" in shown(describe_probes(trials, empty))
+
+
+def test_pages_have_each_task_in_the_papers_order_of_methods_and_name_who_was_not_run() -> None:
+    rows = [trial(), trial(trial=1, outcome="not done", success=False), trial(method=DIRECT, success=False),
+            trial(method=DIRECT, trial=1, outcome="policy died", success=None),
+            trial(task="other", outcome="policy died", success=None)]  # fmt: skip
+    found = pd.DataFrame(rows)
+    said = task_tables(found)
+    assert said.splitlines()[0] == f"| scripted: done | {DIRECT} | {OURS} |"
+    first, second = rows[0]["task"], "other"
+    assert f"| {first} | 0 of 1 | 1 of 2 |" in said and f"| {second} | {NOTHING} | {NOTHING} |" in said
+    published = pd.concat([rates("real policy", OURS, [0.2, 0.4]), rates("real policy", REAL, [1.0, 1.0]),
+                           rates("scripted", OURS, [1.0])])  # fmt: skip
+    short = short_block(found, published).splitlines()
+    assert short[2] == "| scripted | 0 % (1) | 50 % (2) |"
+    assert short[3] == f"| real policy: not run; the paper's | {NOTHING} | 30 % |" and len(short) == 4

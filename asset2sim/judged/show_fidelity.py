@@ -19,6 +19,7 @@ from asset2sim.judged.fidelity import (
     rates_of,
     smallest_r,
 )
+from asset2sim.judged.probe_tables import task_tables
 from asset2sim.judged.published import SUCCESS_FILE, published_rates
 from asset2sim.trials.figures import FAULTS
 
@@ -53,14 +54,14 @@ def describe_probes(trials: pd.DataFrame, real: pd.DataFrame) -> list[Renderable
 
 
 def fidelity_block(trials: pd.DataFrame, real: pd.DataFrame) -> str:
-    """The same as Markdown."""
+    """The same as Markdown, with the tasks of each policy."""
     rates = rates_of(trials)
     figures = fidelity_figures(rates, real)
     parts = [markdown_table(HEADINGS, rows_of(figures), range(2, len(HEADINGS)))]
     parts.append("\n".join(f"- {line}" for line in _caution(figures, rates)))
     headings = fault_headings(trials)
     parts.append(markdown_table(headings, fault_rows(trials), range(2, len(headings))))
-    return "\n\n".join(parts)
+    return "\n\n".join([*parts, task_tables(trials)])
 
 
 def rows_of(figures: Sequence[FidelityFigure]) -> list[tuple[str, ...]]:

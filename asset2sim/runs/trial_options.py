@@ -72,6 +72,7 @@ class ProbeOptions(FileOptions):
     force: CliToggleFlag[bool] = Field(False, description="do trials again that have a result")
     published: FOLDER | None = Field(None, description="the paper's tables: SRCC against what acted in reality")
     page: FILE | None = Field(None, description="write the tables between this file's markers too")
+    readme: FILE | None = Field(None, description="write the policies' table alone between this file's markers")
     workers: N | None = Field(None, description="trials at once (default: all cores)")
 
     def folders(self) -> tuple[Path, ...]:
