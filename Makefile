@@ -106,10 +106,10 @@ report: $(INSTALLED) ## write the report for people, OUT/report, as a run does a
 settings: $(INSTALLED) ## every setting with its unit and its reason, as a file for SETTINGS=
 	@$(BIN)/python -m flows.command settings $(FROM_FILE)
 
-learn: $(VENV)/.learn ## a robot learns to use OUT's objects, with PPO, into OUT; TASKS, METHODS, BUDGET, MINUTES, SEEDS, PAGE
+learn: $(VENV)/.learn ## a robot learns to use OUT's objects, with PPO, into OUT; TASKS, METHODS, BUDGET, MINUTES, SEEDS, WARP, PAGE
 	@$(BIN)/python -m flows.command learn "$(OUT)" --out "$(OUT)" $(if $(TASKS),--tasks "$(TASKS)") \
 		$(if $(METHODS),--methods "$(METHODS)") $(if $(ASSETS),--assets "$(ASSETS)") $(if $(BUDGET),--budget "$(BUDGET)") \
-		$(if $(MINUTES),--minutes "$(MINUTES)") $(if $(SEEDS),--seeds "$(SEEDS)") $(if $(WORKERS),--workers "$(WORKERS)") \
+		$(if $(MINUTES),--minutes "$(MINUTES)") $(if $(SEEDS),--seeds "$(SEEDS)") $(if $(WARP),--warp "$(WARP)") $(if $(WORKERS),--workers "$(WORKERS)") \
 		$(if $(FORCE),--force) $(if $(PAGE),--page "$(PAGE)") $(FROM_FILE)
 
 # torch and stable-baselines3, which nothing else needs (TORCH_INDEX is an index of its CPU builds).

@@ -2,6 +2,7 @@
 
 import sys
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 
 import pandas as pd
@@ -18,6 +19,7 @@ from asset2sim.studies.pages.blocks import check_page, write_block
 from flows.server.client import use_server
 from flows.server.server import temporary_server
 from schemas.errors import UsageError
+from schemas.learning_settings import warp_settings
 from schemas.location import is_url
 from schemas.settings import RunSettings
 from schemas.table import Row
@@ -30,7 +32,7 @@ BLOCK, PICTURE = "learn", "learning_curves.svg"
 def learn(options: LearnOptions, run: RunSettings) -> None:
     """Train on these outputs' objects and print what became of it. Raises UsageError where a library is missing, for an
     output without a catalog, where nothing is chosen, and for a page without the block's markers."""
-    check_libraries()
+    check_libraries(warp=options.warp is not None)
     if options.page is not None:
         check_page(options.page, BLOCK)
     published = published_learning(options.published) if options.published is not None else None
@@ -40,6 +42,8 @@ def learn(options: LearnOptions, run: RunSettings) -> None:
     chosen = Chosen(
         options.tasks, options.assets, options.methods, options.seeds, options.budget, options.minutes, options.film
     )
+    if options.warp is not None:
+        chosen = replace(chosen, ppo=warp_settings(options.warp))
     todo = [item for data in variant_folders(options.outs) for item in trainings_of(Path(data), options.out, chosen)]
     if not todo:
         raise UsageError("no refined object of these outputs has a joint and is of these tasks, methods and assets")

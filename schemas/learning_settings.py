@@ -96,6 +96,11 @@ class PpoSettings(Frozen):
     """How a policy is trained: PPO of stable-baselines3, the same numbers for every object and method. The paper
     publishes none; where the library's own do, they are kept."""
 
+    physics: Literal["mujoco", "warp"] = "mujoco"
+    """MuJoCo on the processor, or MuJoCo Warp with all environments at once; rollouts that judge a policy, and their
+    guards, are MuJoCo's in both."""
+    device: Literal["cpu", "auto"] = "cpu"
+    """Where the policy, and Warp's worlds, are: the processor, or a GPU where there is one."""
     environments: int = Field(8, ge=1)
     """Environments of a training, all in one process of one thread: together with ``rollout`` it makes a batch."""
     rollout: int = Field(256, ge=2)
@@ -133,3 +138,15 @@ class PpoSettings(Frozen):
     """Rollouts of the chosen checkpoint that give the success rate: the paper's, in multiples of nine."""
     memory_mb: int = Field(8192, ge=512)
     """Address space that a training's process may add, MB: torch alone maps two to three thousand."""
+
+
+def warp_settings(environments: int) -> PpoSettings:
+    """Settings for so many environments in MuJoCo Warp, on a GPU where there is one. A batch has 32 actions of each
+    where there are thousands, as training with thousands is done (the paper does not say), but never less than the
+    2048 of the processor's; it is gone through in sixteen parts, or in parts of 256."""
+    rollout = max(32, 2048 // environments)
+    batch = rollout * environments
+    return PpoSettings(
+        physics="warp", device="auto", environments=environments, rollout=rollout, minibatch=max(256, batch // 16),
+        checkpoint_steps=max(16_384, 4 * batch), memory_mb=1 << 20,  # CUDA maps what it may ever use
+    )  # fmt: skip

@@ -11,7 +11,7 @@ import numpy as np
 import torch
 from numpy.typing import NDArray
 from stable_baselines3 import PPO
-from stable_baselines3.common.vec_env import DummyVecEnv, VecNormalize
+from stable_baselines3.common.vec_env import DummyVecEnv, VecEnv, VecNormalize
 
 from asset2sim.gym.environment import Action, ObjectEnv
 from asset2sim.gym.rollouts import Act
@@ -26,9 +26,20 @@ CLIPPED = 10.0
 def environments(make: Callable[[], ObjectEnv], settings: PpoSettings, seed: int) -> VecNormalize:
     """Environments side by side in this thread, what they show and pay scaled to deviation 1 as it comes."""
     torch.set_num_threads(1)
-    several = DummyVecEnv([make for _ in range(settings.environments)])
+    if settings.physics == "warp":
+        from asset2sim.gym.warp_env import WarpEnv
+        from asset2sim.gym.warp_ppo import WarpVecEnv
+
+        several: VecEnv = WarpVecEnv(WarpEnv(make(), settings.environments, on_device(settings)))
+    else:
+        several = DummyVecEnv([make for _ in range(settings.environments)])
     several.seed(seed)
     return VecNormalize(several, gamma=settings.discount, clip_obs=CLIPPED, clip_reward=CLIPPED)
+
+
+def on_device(settings: PpoSettings) -> str:
+    """Where the policy is trained, and the worlds of Warp are: ``cuda`` where there is a GPU and it is wanted."""
+    return "cuda" if settings.device == "auto" and torch.cuda.is_available() else "cpu"
 
 
 def new_model(envs: VecNormalize, settings: PpoSettings, seed: int) -> PPO:
@@ -38,7 +49,7 @@ def new_model(envs: VecNormalize, settings: PpoSettings, seed: int) -> PPO:
         "MlpPolicy", envs, n_steps=settings.rollout, batch_size=settings.minibatch, n_epochs=settings.epochs,
         learning_rate=settings.learning_rate, gamma=settings.discount, gae_lambda=settings.smoothing,
         clip_range=settings.clip, target_kl=settings.most_divergence, ent_coef=settings.entropy, seed=seed,
-        use_sde=noisy, sde_sample_freq=settings.noise_actions if noisy else -1, device="cpu",
+        use_sde=noisy, sde_sample_freq=settings.noise_actions if noisy else -1, device=on_device(settings),
         policy_kwargs={"net_arch": list(settings.hidden), "log_std_init": settings.noise_log_std},
     )  # fmt: skip
 
@@ -58,7 +69,7 @@ def save(model: PPO, to: Path) -> None:
 def restore(checkpoint: Path, make: Callable[[], ObjectEnv], settings: PpoSettings, seed: int) -> PPO:
     """A policy that goes on from its checkpoint; its environments begin with other episodes than they first had."""
     envs = VecNormalize.load(str(checkpoint / SCALING), environments(make, settings, seed).venv)
-    found: PPO = PPO.load(checkpoint / MODEL, env=envs, device="cpu")
+    found: PPO = PPO.load(checkpoint / MODEL, env=envs, device=on_device(settings))
     found.set_random_seed(seed)
     return found
 

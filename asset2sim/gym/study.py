@@ -62,11 +62,13 @@ class Training:
         }  # fmt: skip
 
 
-def check_libraries() -> None:
-    """Raise UsageError where what learns is not installed."""
+def check_libraries(*, warp: bool = False) -> None:
+    """Raise UsageError where what learns, with ``warp`` also MuJoCo Warp, is not installed."""
     missing = [name for name in LIBRARIES if importlib.util.find_spec(name) is None]
     if missing:
         raise UsageError(f"learning needs {', '.join(missing)}: pip install 'asset2sim[learn]' (make learn does it)")
+    if warp and importlib.util.find_spec("mujoco_warp") is None:
+        raise UsageError("--warp needs MuJoCo Warp: pip install 'asset2sim[warp]'")
 
 
 @dataclass(frozen=True)

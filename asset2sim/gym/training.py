@@ -10,7 +10,7 @@ from stable_baselines3 import PPO
 
 from asset2sim.gym.environment import ObjectEnv
 from asset2sim.gym.lesson import Lesson
-from asset2sim.gym.ppo import acting, environments, load_policy, new_model, restore, save
+from asset2sim.gym.ppo import acting, environments, load_policy, new_model, on_device, restore, save
 from asset2sim.gym.progress import Point, Progress, checkpoint, read_progress, write_progress
 from asset2sim.gym.rollouts import GUARDS, Rolled, roll, rollout_seeds, write_film
 from asset2sim.load import LoadError
@@ -118,8 +118,8 @@ def row_of(lesson: Lesson, progress: Progress, best: Point, found: Sequence[Roll
     return outcome | {
         "steps": progress.steps, "chosen_steps": best.steps, "seconds": seconds, "fps": progress.steps / seconds,
         "s": mean(item.s for item in found), "success": rate, "rollouts": len(found), "first_seed": found[0].seed,
-        "diverged": sum(item.diverged for item in found), "gripper": lesson.learning.gripper, "device": "cpu",
-        "video": FILM if lesson.filmed else None,
+        "diverged": sum(item.diverged for item in found), "gripper": lesson.learning.gripper,
+        "device": on_device(lesson.ppo), "video": FILM if lesson.filmed else None,
         **{name: sum(bool(getattr(item, name)) for item in found) for name in GUARDS},
     }  # fmt: skip
 

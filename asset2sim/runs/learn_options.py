@@ -22,6 +22,9 @@ class LearnOptions(FileOptions):
     budget: STEPS = Field(2_000_000, description="the most actions of a training, as 2e6")
     minutes: MINUTES = Field(30.0, description="the most minutes of a training")
     seeds: N = Field(3, description="trainings of each object, with the seeds 0, 1, …")
+    warp: N | None = Field(
+        None, description="train in so many worlds of MuJoCo Warp at once, on a GPU where there is one (extra warp)"
+    )
     workers: N | None = Field(None, description="trainings at once, each one thread (default: all cores)")
     film: CliDualFlag[bool] = Field(True, description="write an MP4 of a rollout of each")
     force: CliToggleFlag[bool] = Field(False, description="begin anew, also what has ended")

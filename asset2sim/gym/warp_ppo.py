@@ -1,0 +1,67 @@
+"""The environments of MuJoCo Warp as stable-baselines3 takes them."""
+
+from collections.abc import Iterable, Sequence
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from stable_baselines3.common.vec_env import VecEnv
+
+from asset2sim.gym.warp_env import WarpEnv
+
+
+class WarpVecEnv(VecEnv):  # type: ignore[misc]
+    """One ``WarpEnv`` as the library's vectorised environment; each has no object of its own to be asked."""
+
+    def __init__(self, envs: WarpEnv) -> None:
+        self.envs, self.actions = envs, np.zeros(envs.action_space.shape or (0,), dtype=np.float32)
+        self.first_seed: int | None = None
+        super().__init__(envs.num_envs, envs.single_observation_space, envs.single_action_space)
+
+    def seed(self, seed: int | None = None) -> Sequence[int | None]:
+        """The seed of the next reset, of all together."""
+        self.first_seed = seed
+        return [seed] * self.num_envs
+
+    def reset(self) -> NDArray[np.float32]:
+        """Begin all anew; what they see."""
+        seen, _ = self.envs.reset(seed=self.first_seed)
+        self.first_seed = None
+        return seen
+
+    def step_async(self, actions: NDArray[np.float32]) -> None:
+        """Remember what is to be done."""
+        self.actions = actions
+
+    def step_wait(self) -> tuple[NDArray[np.float32], NDArray[Any], NDArray[np.bool_], list[dict[str, Any]]]:
+        """Do it. Of those that ended, what they last saw is in their info, and whether time alone ended them."""
+        seen, rewards, lost, ended, info = self.envs.step(self.actions)
+        over = lost | ended
+        infos: list[dict[str, Any]] = [{} for _ in range(self.num_envs)]
+        for index in np.flatnonzero(over):
+            last = info["final_obs"][index]
+            infos[index] = {"terminal_observation": last, "TimeLimit.truncated": bool(ended[index])}
+        return seen, rewards.astype(np.float32), over, infos
+
+    def close(self) -> None:
+        """Nothing is held."""
+
+    def get_attr(self, attr_name: str, indices: Any = None) -> list[Any]:
+        """An attribute of all of them together, once for each that is asked."""
+        return [getattr(self.envs, attr_name, None) for _ in self._indices(indices)]
+
+    def set_attr(self, attr_name: str, value: Any, indices: Any = None) -> None:
+        """There is nothing to set. Raises AttributeError."""
+        raise AttributeError(f"{attr_name} cannot be set: worlds of MuJoCo Warp share one model")
+
+    def env_method(self, method_name: str, *args: Any, indices: Any = None, **options: Any) -> list[Any]:
+        """There is nothing to call. Raises AttributeError."""
+        raise AttributeError(f"{method_name} cannot be called: worlds of MuJoCo Warp are stepped together")
+
+    def env_is_wrapped(self, wrapper_class: Any, indices: Any = None) -> list[bool]:
+        """None is."""
+        return [False for _ in self._indices(indices)]
+
+    def _indices(self, indices: Any) -> Iterable[int]:
+        found: Iterable[int] = self._get_indices(indices)
+        return found

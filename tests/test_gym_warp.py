@@ -1,0 +1,117 @@
+"""Many environments in MuJoCo Warp are the one in MuJoCo: what they see, what they are paid, how they begin and end."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+pytest.importorskip("gymnasium", reason="gymnasium is not installed: it comes with the extra gym")
+pytest.importorskip("mujoco", reason="MuJoCo is not installed here")
+pytest.importorskip("mujoco_warp", reason="MuJoCo Warp is not installed: it comes with the extra warp")
+import mujoco
+
+from asset2sim.gym.environment import OBSERVATION, ObjectEnv
+from asset2sim.gym.scripted import planned_action
+from asset2sim.gym.warp_env import WarpEnv, make_warp_env
+from asset2sim.gym.warp_worlds import part_surfaces, surface
+from schemas.errors import UsageError
+from schemas.learning_settings import LearningSettings, PpoSettings, warp_settings
+from tests.refined_things import drawer
+
+pytestmark = pytest.mark.system
+SHORT = LearningSettings(episode_s=0.4)
+
+
+@pytest.fixture(scope="module")
+def thing(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    return drawer(tmp_path_factory.mktemp("warp") / "thing")
+
+
+def test_a_planned_push_moves_the_drawer_as_in_mujoco_and_is_paid_the_same(thing: Path) -> None:
+    one = ObjectEnv(thing, action="joints")
+    assert one.subject.plan is not None
+    many = WarpEnv(one, 2, "cpu")
+    other = ObjectEnv(thing, action="joints")
+    seen, _ = many.reset(options={"start": 0})
+    first, _ = other.reset(options={"start": 0})
+    assert np.abs(seen - first).max() < 1e-3
+    differed = []
+    while True:
+        action = planned_action(other, other.subject.plan)  # type: ignore[arg-type]
+        # Only one of two acts: the other's drawer stays.
+        wanted, paid, _, ended, info = other.step(action)
+        still = np.concatenate([np.zeros(7), action[-1:]]).astype(np.float32)
+        seen, rewards, lost, over, infos = many.step(np.stack([action, still]))
+        if ended:
+            break
+        free = np.ones(38, dtype=bool)
+        free[OBSERVATION["to_part"][0]] = False  # of a flat front and an edge that faces it many points are nearest
+        differed.append(np.abs(seen[0] - wanted)[free].max())
+        assert rewards[0] == pytest.approx(paid, abs=2e-3) and not lost.any() and not over.any()
+    assert over.all() and info["S"] > 0.9
+    # Single precision, and a contact that is felt some milliseconds earlier: speeds differ as it begins.
+    assert np.median(differed) < 0.01
+    assert infos["S"][0] == pytest.approx(info["S"], abs=0.02) and infos["S"][1] < 0.02
+    assert infos["position"][0] == pytest.approx(info["position"], abs=0.02 * 0.06)
+
+
+def test_what_ends_begins_anew_in_the_same_step_and_what_it_last_saw_is_kept(thing: Path) -> None:
+    many = make_warp_env(thing, 3, settings=SHORT, device="cpu")
+    seen, _ = many.reset(seed=1)
+    again, _ = many.reset(seed=1)
+    assert np.array_equal(seen, again) and many.observation_space.contains(seen)
+    assert np.abs(seen[0] - seen[1]).max() > 1e-3, "each draws its own start"
+    action = np.tile(np.array([0.0, 0.0, -1.0, 0.0, 0.0, 0.0, 1.0], dtype=np.float32), (3, 1))
+    for step in range(1, 6):
+        seen, _, lost, ended, info = many.step(action)
+        assert not lost.any() and ended.all() == ended.any() == (step == 5)
+    tool = OBSERVATION["tool_point"][0]
+    fallen = info["final_obs"][:, tool][:, 2] - seen[:, tool][:, 2]
+    assert (fallen < -0.05).all() and info["_final_obs"].all(), "it went down, and waits again"
+    with pytest.raises(ValueError, match="finite"):
+        many.step(np.full_like(action, np.nan))
+
+
+def test_surfaces_are_those_of_the_shapes(thing: Path) -> None:
+    model = mujoco.MjModel.from_xml_string(
+        '<mujoco><worldbody><body pos="1 0 0"><geom type="box" size=".1 .2 .3" pos="0 0 .5" mass="1"/>'
+        '<geom type="sphere" size=".1" mass="1"/><geom type="capsule" size=".1 .2" mass="1"/>'
+        '<geom type="cylinder" size=".1 .2" mass="1"/><geom type="ellipsoid" size=".1 .1 .2" mass="1"/>'
+        "</body></worldbody></mujoco>"
+    )
+    areas = [0.88, 0.1257, 0.3770, 0.3142]
+    assert [surface(model, geom).area for geom in range(4)] == pytest.approx(areas, rel=0.03)
+    (found,) = part_surfaces(model, np.array([0])).items()
+    assert found[0] == 1 and found[1].bounds.tolist() == pytest.approx(np.array([[-0.1, -0.2, 0.2], [0.1, 0.2, 0.8]]))
+    with pytest.raises(ValueError, match="ELLIPSOID"):
+        surface(model, 4)
+
+
+def test_a_folder_without_an_object_is_refused_as_ever(tmp_path: Path) -> None:
+    with pytest.raises(UsageError, match=r"overlay\.json is missing"):
+        make_warp_env(tmp_path, 2)
+
+
+def test_ppo_learns_from_them_and_goes_on_from_a_checkpoint(thing: Path, tmp_path: Path) -> None:
+    pytest.importorskip("stable_baselines3", reason="stable-baselines3 is not installed: it comes with the extra learn")
+    from asset2sim.gym.ppo import environments, load_policy, new_model, restore, save
+
+    ppo = PpoSettings(physics="warp", environments=2, rollout=8, minibatch=8, epochs=1)
+    envs = environments(lambda: ObjectEnv(thing, settings=SHORT), ppo, seed=3)
+    model = new_model(envs, ppo, seed=3)
+    model.learn(16)
+    assert model.num_timesteps == 16 and envs.obs_rms.count > 16, "episodes of five actions ended, and began anew"
+    save(model, tmp_path / "step")
+    again = restore(tmp_path / "step", lambda: ObjectEnv(thing, settings=SHORT), ppo, seed=4)
+    again.learn(16, reset_num_timesteps=False)
+    assert again.num_timesteps == 32
+    seen, _ = ObjectEnv(thing, settings=SHORT).reset(seed=0)
+    assert load_policy(tmp_path / "step")(seen[None]).shape == (1, 7)
+
+
+def test_settings_for_many_worlds_keep_the_batch_at_least_as_large() -> None:
+    for count in (4, 64, 4096):
+        found = warp_settings(count)
+        batch = found.rollout * count
+        assert batch >= 2048 and batch % found.minibatch == 0 and found.environments == count
+    assert warp_settings(4096).rollout == 32
