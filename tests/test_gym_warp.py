@@ -10,12 +10,14 @@ pytest.importorskip("mujoco", reason="MuJoCo is not installed here")
 pytest.importorskip("mujoco_warp", reason="MuJoCo Warp is not installed: it comes with the extra warp")
 import mujoco
 
+from asset2sim.gym import warp_worlds
 from asset2sim.gym.environment import OBSERVATION, ObjectEnv
 from asset2sim.gym.scripted import planned_action
 from asset2sim.gym.warp_env import WarpEnv, make_warp_env
 from asset2sim.gym.warp_worlds import part_surfaces, surface
 from schemas.errors import UsageError
 from schemas.learning_settings import LearningSettings, PpoSettings, warp_settings
+from schemas.support import SupportKind
 from tests.refined_things import drawer
 
 pytestmark = pytest.mark.system
@@ -53,6 +55,22 @@ def test_a_planned_push_moves_the_drawer_as_in_mujoco_and_is_paid_the_same(thing
     assert np.median(differed) < 0.01
     assert infos["S"][0] == pytest.approx(info["S"], abs=0.02) and infos["S"][1] < 0.02
     assert infos["position"][0] == pytest.approx(info["position"], abs=0.02 * 0.06)
+
+
+def test_contacts_without_room_are_said_once(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
+) -> None:
+    file = drawer(tmp_path / "thing") / "overlay.json"
+    file.write_text(file.read_text().replace(SupportKind.FIXED, SupportKind.FREESTANDING))  # it stands on four corners
+    hold = np.zeros((1, 7), dtype=np.float32)
+    for rows, said in ((warp_worlds.ROWS, []), (4, ["WARNING"])):
+        monkeypatch.setattr(warp_worlds, "ROWS", rows)
+        many = make_warp_env(file.parent, 1, settings=SHORT, device="cpu")
+        many.reset(options={"start": 0})
+        for _ in range(3):
+            many.step(hold)
+        assert [record.levelname for record in caplog.records] == said
+    assert "left out" in caplog.text
 
 
 def test_what_ends_begins_anew_in_the_same_step_and_what_it_last_saw_is_kept(thing: Path) -> None:

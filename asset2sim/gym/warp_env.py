@@ -1,5 +1,6 @@
 """Thousands of environments of one object at once, in MuJoCo Warp: model, starts and reward are ``ObjectEnv``'s."""
 
+import logging
 from pathlib import Path
 from typing import Any, Literal
 
@@ -21,6 +22,8 @@ from schemas.learning_settings import LearningSettings
 
 TERMS = ("reach", "reach_xy", "joint", "opening", "tilt", "off_xy", "gate")
 Arrays = NDArray[np.float32]
+
+logger = logging.getLogger(__name__)
 
 
 class WarpEnv(gymnasium.vector.VectorEnv[Arrays, Arrays, NDArray[Any]]):
@@ -47,7 +50,7 @@ class WarpEnv(gymnasium.vector.VectorEnv[Arrays, Arrays, NDArray[Any]]):
         self.positions, self.speeds = np.zeros((num_envs, model.nq)), np.zeros((num_envs, model.nv))
         self.commands = np.tile(waiting(self.stage.gripper), (num_envs, 1))
         self.counts, self.first = np.zeros(num_envs, dtype=int), np.zeros(num_envs)
-        self.best = np.zeros(num_envs)
+        self.best, self.crowded = np.zeros(num_envs), False
         self.seen: Arrays = np.zeros((num_envs, SIZE), dtype=np.float32)
 
     def reset(
@@ -84,6 +87,9 @@ class WarpEnv(gymnasium.vector.VectorEnv[Arrays, Arrays, NDArray[Any]]):
         before = self.commands
         self.commands = self.commanded(np.clip(np.asarray(actions, dtype=float), -1.0, 1.0))
         self.worlds.act(before.astype(np.float32), self.commands.astype(np.float32))
+        if not self.crowded and self.worlds.overflowed():
+            self.crowded = True
+            logger.warning("%s: more contacts than Warp was given room for; some are left out", self.subject.task.name)
         self.touched_before = np.zeros(self.num_envs, dtype=bool)
         last = self.seen.copy()
         seen = self.look()

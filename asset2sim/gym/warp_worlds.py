@@ -16,6 +16,13 @@ from asset2sim.gym.warp_kernels import blend, nearest, touching
 CONTACTS, ROWS = 96, 512
 """Room for contacts and for rows of constraints of a world: the paper's nine need at most 40 and 250."""
 
+LEFT_OUT = int(
+    mujoco_warp.OverflowType.NEFC
+    | mujoco_warp.OverflowType.NJMAX_NNZ
+    | mujoco_warp.OverflowType.BROADPHASE
+    | mujoco_warp.OverflowType.NARROWPHASE
+)
+
 warp.config.quiet = True
 
 
@@ -120,8 +127,8 @@ class Worlds:
         )  # fmt: skip
 
     def overflowed(self) -> bool:
-        """Whether a world has had more contacts than there is room for, so that some were left out."""
-        return bool(self.data.nacon.numpy()[0] > self.data.naconmax)
+        """Whether a world has had more contacts or constraints than there is room for, so that some were left out."""
+        return bool((self.data.overflow.numpy() & LEFT_OUT).any())
 
 
 def part_surfaces(model: mujoco.MjModel, geoms: NDArray[np.int64]) -> dict[int, trimesh.Trimesh]:
