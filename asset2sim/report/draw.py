@@ -11,8 +11,8 @@ from asset2sim.assets.views import render_views
 from asset2sim.assets.views.surface import Surface
 from schemas.settings import ViewSettings
 
-OVERSAMPLING = 1.25
-"""Pixels drawn per pixel of the picture, along each side: time goes with the square, and WebP takes away the rest."""
+OVERSAMPLING = 1.0
+"""Pixels drawn per pixel of the picture, along each side: 1.25 takes a quarter longer, and WebP leaves little of it."""
 
 
 @dataclass(frozen=True)
