@@ -2,6 +2,7 @@
 
 import json
 from dataclasses import replace
+from datetime import UTC, datetime
 from functools import partial
 from pathlib import Path
 
@@ -14,7 +15,7 @@ pytest.importorskip("stable_baselines3", reason="stable-baselines3 is not instal
 pytest.importorskip("torch", reason="torch is not installed: it comes with the extra learn")
 import mlflow
 
-from asset2sim.catalog.own_files import read_own_files
+from asset2sim.catalog.own_files import OwnFile, read_own_files
 from asset2sim.catalog.write import write_run
 from asset2sim.gym import study
 from asset2sim.gym.environment import ObjectEnv
@@ -23,7 +24,7 @@ from asset2sim.gym.lesson import Lesson
 from asset2sim.gym.ppo import environments, load_policy, new_model, without_noise
 from asset2sim.gym.progress import PROGRESS, Point, Progress
 from asset2sim.gym.rollouts import roll
-from asset2sim.gym.study import Chosen, Training, check_libraries, trained, trainings_of
+from asset2sim.gym.study import Chosen, Training, check_libraries, latest, trained, trainings_of
 from asset2sim.gym.training import train
 from asset2sim.runs.isolation import accept_children, stop_children
 from asset2sim.trials.tasks import Task, Verb
@@ -92,6 +93,13 @@ def test_the_command_writes_rows_policies_curves_a_film_and_the_page_and_trains_
     assert run_command(words, refine=refine, nightly=serve) == 0
     assert "1 of 1 trainings have ended before" in capsys.readouterr().err
     assert len(read_own_files(to, LEARNING_CURVES)) == 2
+    # One that broke down after its last checkpoint has its rollouts left, and nothing to train.
+    lost = {"outcome": "failed", "success": None, "video": None, "recorded_at": datetime.now(UTC)}
+    OwnFile(to, LEARNING).add([read_own_files(to, LEARNING).to_dict("records")[0] | lost])
+    assert run_command(words, refine=refine, nightly=serve) == 0
+    assert "ended before" not in capsys.readouterr().err
+    assert latest(to, LEARNING)["outcome"].tolist() == ["not learnt"]
+    assert set(read_own_files(to, LEARNING_CURVES)["steps"]) == {64, 128}
 
 
 def test_a_training_that_is_killed_goes_on_from_its_last_checkpoint_in_the_same_run(out: Path, tmp_path: Path) -> None:

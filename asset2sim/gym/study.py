@@ -34,6 +34,8 @@ POLICIES = "policies"
 """Folder of OUT in which checkpoints and films are: ``policies/ASSET/TASK/METHOD-MODEL-SEED/``."""
 LIBRARIES = ("av", "gymnasium", "mujoco", "stable_baselines3", "torch")
 TRAIN = "asset2sim.gym.training:train"
+FAILED = "failed"
+"""Outcome of a training that broke down: the next command does what is left of it."""
 REST_S = 600.0
 """Wall time that a training may take beside its minutes, s: its world, the last checkpoint's rollouts, and the film."""
 
@@ -175,7 +177,7 @@ def trained(item: Training, heard: Heard) -> tuple[Row, tuple[Point, ...]]:
             TRAIN, (lesson,), time_limit_s=60.0 * lesson.minutes + REST_S, memory_limit_mb=lesson.ppo.memory_mb,
             services={"tell": tell}, log_path=Path(place, "training.log"), owner=item.owner, fresh=True,
         )  # fmt: skip
-    row: Row = {"outcome": "failed", "reason": outcome.reason}
+    row: Row = {"outcome": FAILED, "reason": outcome.reason}
     points: tuple[Point, ...] = ()
     if outcome.ending is Ending.RETURNED and isinstance(outcome.value, tuple):
         row, points = outcome.value
@@ -198,12 +200,14 @@ def curve_row(item: Training, point: Point, row: Row) -> Row:
 
 
 def left_to_do(todo: Sequence[Training], out: Path, force: bool) -> list[Training]:
-    """The trainings that have not ended, by their checkpoints and the table; with ``force`` all, from the beginning."""
+    """The trainings that have not ended, by their checkpoints and the table, or broke down; with ``force`` all, from
+    the beginning."""
     if force:
         for item in todo:
             shutil.rmtree(item.lesson.to, ignore_errors=True)
         return list(todo)
-    known = latest(out, LEARNING).set_index(list(LEARNING.key)).index
+    rows = latest(out, LEARNING)
+    known = rows[rows["outcome"] != FAILED].set_index(list(LEARNING.key)).index
     return [item for item in todo if tuple(item.who.values()) not in known or not has_ended(item.lesson)]
 
 
