@@ -94,8 +94,8 @@ def test_the_command_writes_rows_policies_curves_a_film_and_the_page_and_trains_
     assert "1 of 1 trainings have ended before" in capsys.readouterr().err
     assert len(read_own_files(to, LEARNING_CURVES)) == 2
     # One that broke down after its last checkpoint has its rollouts left, and nothing to train.
-    lost = {"outcome": "failed", "success": None, "video": None, "recorded_at": datetime.now(UTC)}
-    OwnFile(to, LEARNING).add([read_own_files(to, LEARNING).to_dict("records")[0] | lost])
+    lost = dict(row) | {"outcome": "failed", "success": None, "video": None, "recorded_at": datetime.now(UTC)}
+    OwnFile(to, LEARNING).add([{str(name): value for name, value in lost.items()}])
     assert run_command(words, refine=refine, nightly=serve) == 0
     assert "ended before" not in capsys.readouterr().err
     assert latest(to, LEARNING)["outcome"].tolist() == ["not learnt"]
