@@ -14,7 +14,7 @@ from asset2sim.gym.subject import Subject
 from asset2sim.gym.warp_kernels import blend, nearest, touching
 
 CONTACTS, ROWS = 96, 512
-"""Room for contacts and for rows of constraints of a world: planned pushes of the paper's nine have at most 14 and 46."""
+"""Room for contacts and for rows of constraints of a world: pushes of the paper's nine have at most 14 and 46."""
 
 LEFT_OUT = int(
     mujoco_warp.OverflowType.NEFC
