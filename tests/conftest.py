@@ -1,5 +1,6 @@
 """Set-up of every test: quiet libraries, no network beyond this machine, true ``system`` marks."""
 
+import signal
 import socket
 from collections.abc import Generator, Iterator
 from typing import Any
@@ -17,6 +18,9 @@ __all__ = ["prefect_server", "store", "store_server"]
 
 quiet_environment()
 preload("tasks.pipeline:refine_asset")
+# A shell starts what it puts into the background with Ctrl-C ignored, which its children would inherit.
+if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
+    signal.signal(signal.SIGINT, signal.default_int_handler)
 # A busy machine must fail no test.
 hypothesis.settings.register_profile("tests", deadline=None)
 hypothesis.settings.load_profile("tests")
