@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from asset2sim.gym.contact import Touch
 from asset2sim.gym.guards import Guards, Rollout, guard, solved_at_start
-from asset2sim.gym.reward import reward_terms, success
+from asset2sim.gym.reward import TERMS, reward_terms, success
 from asset2sim.gym.subject import subject_of
 from asset2sim.physics.arrays import Array
 from asset2sim.trials.franka import waiting
@@ -248,8 +248,7 @@ class ObjectEnv(gymnasium.Env[NDArray[np.float32], Action]):
         start = np.array([[subject.share(self.positions[0])]])
         self.done = float(success(x, start, target, settings)[0])
         self.best = max(self.best, self.done)
-        names = ("reach", "reach_xy", "joint", "opening", "tilt", "off_xy", "gate")
-        info: dict[str, Any] = {name: float(getattr(terms, name)[0]) for name in names}
+        info: dict[str, Any] = {name: float(getattr(terms, name)[0]) for name in TERMS}
         info |= {"dt_s": self.dt_s, "S": self.done, "position": self.positions[-1]}
         return float(terms.reward[0]), info
 

@@ -8,6 +8,8 @@ from asset2sim.physics.arrays import Array
 from schemas.learning_settings import RewardSettings
 
 DOWN = np.array([0.0, 0.0, -1.0])
+TERMS = ("reach", "reach_xy", "joint", "opening", "tilt", "off_xy", "gate")
+"""The terms, and the gate, as ``info`` names them."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -12,7 +12,7 @@ from gymnasium.vector.utils import batch_space
 from numpy.typing import NDArray
 
 from asset2sim.gym.environment import DAMPED, OBSERVATION, SIZE, ObjectEnv
-from asset2sim.gym.reward import reward_terms, success
+from asset2sim.gym.reward import TERMS, reward_terms, success
 from asset2sim.gym.warp_worlds import Worlds
 from asset2sim.physics.arrays import Array
 from asset2sim.trials.franka import waiting
@@ -20,7 +20,6 @@ from asset2sim.trials.record import LOST_M
 from asset2sim.trials.tasks import Task
 from schemas.learning_settings import LearningSettings
 
-TERMS = ("reach", "reach_xy", "joint", "opening", "tilt", "off_xy", "gate")
 Arrays = NDArray[np.float32]
 
 logger = logging.getLogger(__name__)

@@ -87,8 +87,7 @@ class Worlds:
             if self.graph is not None:
                 warp.capture_launch(self.graph)
             elif self.device.is_cuda:
-                self._act()  # which compiles
-                self.before.assign(before)
+                self._act()  # which compiles; capturing alone does nothing
                 with warp.ScopedCapture() as captured:
                     self._act()
                 self.graph = captured.graph

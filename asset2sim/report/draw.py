@@ -12,7 +12,7 @@ from asset2sim.assets.views.surface import Surface
 from schemas.settings import ViewSettings
 
 OVERSAMPLING = 1.0
-"""Pixels drawn per pixel of the picture, along each side: 1.25 takes a quarter longer, and WebP leaves little of it."""
+"""Pixels drawn per pixel of the picture, along each side: 1.25 took 16 to 55 % longer on three objects."""
 
 
 @dataclass(frozen=True)

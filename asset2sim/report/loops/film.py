@@ -18,7 +18,7 @@ from asset2sim.report.loops.zbuffer import FOV, Lens, Singles, changes, lens_for
 
 SIDE = 160
 """Edge of one of the two pictures side by side, pixels: a page shows both 320 wide, and time goes with the square.
-Nothing is drawn larger than it is shown: in motion, at WebP's quality, nobody sees smoother edges."""
+Pictures are drawn at the size at which the page shows them, without supersampling."""
 SPACING = 0.75
 """Distance between two points, in pixels: any pixel of a surface has one."""
 KEYS = 4
