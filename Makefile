@@ -135,10 +135,10 @@ ui: $(INSTALLED) ## the report, Prefect's and MLflow's pages, until interrupted;
 		$(if $(MLFLOW_PORT),--mlflow-port "$(MLFLOW_PORT)")
 
 samples: $(INSTALLED) ## make data/raw anew, byte for byte
-	@$(BIN)/python -m asset2sim.studies.samples.sample_dataset
+	@$(BIN)/python -m lab.samples.sample_dataset
 
 judge: $(INSTALLED) .venv-judge/.installed ## an independent checker, simcheck, over OUT
-	@$(BIN)/python -m asset2sim.studies.simcheck.checker "$(OUT)" $(if $(JOBS),--jobs "$(JOBS)")
+	@$(BIN)/python -m lab.simcheck.checker "$(OUT)" $(if $(JOBS),--jobs "$(JOBS)")
 
 .venv-judge/.installed:
 	@echo "installing simcheck into .venv-judge ..."
@@ -160,24 +160,24 @@ probe: $(INSTALLED) ## POLICY (openpi://HOST:PORT, or scripted) does the paper's
 		$(if $(NETWORK),--network "$(NETWORK)") $(if $(PAGE),--page "$(PAGE)") $(if $(README),--readme "$(README)") $(FROM_FILE)
 
 clone: $(INSTALLED) ## a network learns from the scripted expert what to do with the objects of OUT, into TO (OUT/clone); COUNT
-	@$(BIN)/python -m flows.clone_expert "$(OUT)" "$(or $(TO),$(OUT)/clone)" $(if $(COUNT),--count "$(COUNT)")
+	@$(BIN)/python -m lab.flows.clone_expert "$(OUT)" "$(or $(TO),$(OUT)/clone)" $(if $(COUNT),--count "$(COUNT)")
 
 rules: $(INSTALLED) ## refine DATA as it came, with the paper's ranges and by ours, and write the table of docs/measured.md
-	@$(BIN)/python -m flows.compare_rules "$(DATA)" "$(OUT)" docs/measured.md
+	@$(BIN)/python -m lab.flows.compare_rules "$(DATA)" "$(OUT)" docs/measured.md
 
 withheld: $(INSTALLED) ## DATA without labels, and with each category left out of the tables: a table of docs/measured.md
-	@$(BIN)/python -m flows.compare_withheld "$(DATA)" "$(OUT)" docs/measured.md
+	@$(BIN)/python -m lab.flows.compare_withheld "$(DATA)" "$(OUT)" docs/measured.md
 
 proposers: $(INSTALLED) ## a search first, or a model at every step, on what overlaps: a table of docs/method.md; MODELS, ASSETS
-	@$(BIN)/python -m flows.compare_proposers "$(DATA)" $(if $(filter file,$(origin DATA)),,data/raw) --out "$(OUT)" --page docs/method.md \
+	@$(BIN)/python -m lab.flows.compare_proposers "$(DATA)" $(if $(filter file,$(origin DATA)),,data/raw) --out "$(OUT)" --page docs/method.md \
 		$(if $(MODELS),--models "$(MODELS)") $(if $(ASSETS),--assets "$(ASSETS)")
 
 corrections: $(INSTALLED) ## answers of MODELS over SUBSET as they are, corrected, asked again: a table of docs/measured.md
-	@$(BIN)/python -m flows.compare_corrections "$(DATA)" "$(OUT)" $(if $(MODELS),--models "$(MODELS)") \
+	@$(BIN)/python -m lab.flows.compare_corrections "$(DATA)" "$(OUT)" $(if $(MODELS),--models "$(MODELS)") \
 		$(if $(SUBSET),--subset "$(SUBSET)") --page docs/measured.md
 
 compare: $(INSTALLED) ## methods and models on the same objects: the paper's tables and charts, into OUT
-	@$(BIN)/python -m flows.compare_methods "$(DATA)" "$(OUT)" $(if $(SUBSET),--subset "$(SUBSET)") \
+	@$(BIN)/python -m lab.flows.compare_methods "$(DATA)" "$(OUT)" $(if $(SUBSET),--subset "$(SUBSET)") \
 		$(if $(ASSETS),--assets "$(ASSETS)") $(if $(LIMIT),--limit "$(LIMIT)") $(if $(METHODS),--methods "$(METHODS)") \
 		$(if $(MODELS),--models "$(MODELS)") $(if $(LEVELS),--levels "$(LEVELS)") $(if $(ENGINES),--engines "$(ENGINES)") \
 		$(if $(API_BASE),--api-base "$(API_BASE)") $(if $(JUDGE_MODEL),--judge-model "$(JUDGE_MODEL)") \
@@ -185,34 +185,34 @@ compare: $(INSTALLED) ## methods and models on the same objects: the paper's tab
 		$(if $(FIRST),--first "$(FIRST)") $(FROM_FILE)
 
 first: $(INSTALLED) ## a table of docs/measured.md: models and methods on the paper's nine, into OUT; SHARED (../shared)
-	@$(BIN)/python -m flows.compare_methods "$(or $(SHARED),../shared)/partnet_mobility" "$(OUT)" --subset paper9 \
+	@$(BIN)/python -m lab.flows.compare_methods "$(or $(SHARED),../shared)/partnet_mobility" "$(OUT)" --subset paper9 \
 		--methods asset2sim,direct,constant,reference --engines pybullet,mujoco,sapien --first docs/measured.md \
 		--models "prior/household,prior/noisy,recorded/$(or $(SHARED),../shared)/vlm_answers"
 
 bench-defects: $(INSTALLED) ## plant known defects in clean objects: what share is caught, and what is mended
-	@$(BIN)/python -m flows.bench_defects "$(OUT)"
+	@$(BIN)/python -m lab.flows.bench_defects "$(OUT)"
 
 bench-gym: $(INSTALLED) ## actions a second of a core with OUT's objects, ASSETS; DOOR: a Python with robosuite, beside its door task
-	@$(BIN)/python -m asset2sim.studies.speed.environment_rate $(if $(ASSETS),$(foreach asset,$(subst $(comma), ,$(ASSETS)),"$(OUT)/assets/$(asset)"),"$(OUT)"/assets/*) \
+	@$(BIN)/python -m lab.speed.environment_rate $(if $(ASSETS),$(foreach asset,$(subst $(comma), ,$(ASSETS)),"$(OUT)/assets/$(asset)"),"$(OUT)"/assets/*) \
 		$(if $(DOOR),--door "$(DOOR)")
 
 bench: $(INSTALLED) ## how fast a night is, and where its time goes; DATA (../shared/partnet_mobility), WORK, LIMIT
 	@$(MAKE) --no-print-directory .venv-judge/.installed || echo "simcheck cannot be installed; its line will say so" >&2
-	@$(BIN)/python -m flows.bench "$(if $(filter file,$(origin DATA)),../shared/partnet_mobility,$(DATA))" \
+	@$(BIN)/python -m lab.flows.bench "$(if $(filter file,$(origin DATA)),../shared/partnet_mobility,$(DATA))" \
 		"$(if $(WORK),$(WORK),$(OUT)/bench)" $(if $(LIMIT),--limit "$(LIMIT)") $(if $(STRICT),--strict) $(ARGS)
 
 questions: $(INSTALLED) ## write five questions and OUT's answers into docs/catalog.md
-	@$(BIN)/python -m asset2sim.studies.pages.blocks questions "$(OUT)" docs/catalog.md
+	@$(BIN)/python -m lab.pages.blocks questions "$(OUT)" docs/catalog.md
 
 summary: $(INSTALLED) ## write the table of OUT's latest run into docs/output.md
-	@$(BIN)/python -m asset2sim.studies.pages.blocks summary "$(OUT)" docs/output.md
+	@$(BIN)/python -m lab.pages.blocks summary "$(OUT)" docs/output.md
 
 loaders: $(INSTALLED) ## what each engine's own loader honours of OUT's URDFs, measured, into docs/load.md
-	@$(BIN)/python -m asset2sim.studies.loaders.loader_table "$(OUT)" docs/load.md
+	@$(BIN)/python -m lab.loaders.loader_table "$(OUT)" docs/load.md
 
 held: $(INSTALLED) ## what holds in every engine, by its own URDF loader and through asset2sim.load, into docs/load.md
 	@$(MAKE) --no-print-directory .venv-load/.installed || echo "Drake, Genesis or Newton cannot be installed; their rows will say so" >&2
-	@$(BIN)/python -m asset2sim.studies.loaders.held_table "$(OUT)" docs/load.md
+	@$(BIN)/python -m lab.loaders.held_table "$(OUT)" docs/load.md
 
 # Engines that asset2sim.load knows and we do not run: Newton's solver pins another MuJoCo, Genesis brings torch
 # (TORCH_INDEX is an index of its CPU builds, where yours has none).
@@ -224,18 +224,18 @@ held: $(INSTALLED) ## what holds in every engine, by its own URDF loader and thr
 	@touch $@
 
 weights: $(INSTALLED) ## weigh the objects of SHARED (../shared) beside published weights, into docs/masses.md
-	@$(BIN)/python -m asset2sim.studies.weights.compare "$(or $(SHARED),../shared)" docs/masses.md
+	@$(BIN)/python -m lab.weights.compare "$(or $(SHARED),../shared)" docs/masses.md
 
 docs: $(INSTALLED) ## the documentation: its pages from the schemas, then HTML in OUT/docs
-	@$(BIN)/python -m asset2sim.studies.pages.reference docs
+	@$(BIN)/python -m lab.pages.reference docs
 	@$(BIN)/python -m sphinx -q -W --keep-going -d "$(OUT)/docs/.doctrees" docs "$(OUT)/docs" && echo "see $(OUT)/docs/index.html"
 
 picture: $(INSTALLED) ## draw the README's before-and-after picture from data/raw and data/refined
-	@$(BIN)/python -m asset2sim.studies.pages.picture data/raw data/refined docs/before_after.png \
+	@$(BIN)/python -m lab.pages.picture data/raw data/refined docs/before_after.png \
 		laptop_silver box_wooden storage_sideboard trashcan_pedal toilet_white
 
 screenshots: $(INSTALLED) ## take the README's two pictures of the report of data/refined, with the system's Chromium
-	@$(BIN)/python -m asset2sim.studies.pages.screenshots data/refined/report docs
+	@$(BIN)/python -m lab.pages.screenshots data/refined/report docs
 
 clean: ## remove the environment, the caches and data/refined
 	rm -rf $(VENV) .venv-judge .venv-load .prefect data/refined .hypothesis .import_linter_cache .mypy_cache .pytest_cache .ruff_cache

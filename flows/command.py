@@ -12,13 +12,13 @@ from typing import TYPE_CHECKING
 from asset2sim.runs import options as asked
 from asset2sim.runs.command_line import Options
 from asset2sim.runs.interrupt import lost_interrupts_repeated, sigterm_as_interrupt
-from asset2sim.runs.judged_options import JudgeVideosOptions
-from asset2sim.runs.learn_options import LearnOptions
 from asset2sim.runs.options import parse
 from asset2sim.runs.page_options import PagesOptions, RateOptions, RatingsOptions, ReportOptions, ViewOptions
 from asset2sim.runs.request import RefineRequest, refine_request, settings_for_run, stated_settings
-from asset2sim.runs.trial_options import ProbeOptions, RecordMotionOptions
 from flows import PIPELINE
+from lab.options.judged_options import JudgeVideosOptions
+from lab.options.learn_options import LearnOptions
+from lab.options.trial_options import ProbeOptions, RecordMotionOptions
 from schemas.errors import DONE, FAILED, UsageError, exit_code_of
 
 if TYPE_CHECKING:
@@ -69,7 +69,7 @@ def _dispatch(options: Options, refine: Refine, nightly: Nightly) -> int:
             from asset2sim.models.gateway.environment import quiet_environment
 
             quiet_environment()
-            from flows.judge_films import judge_films
+            from lab.flows.judge_films import judge_films
 
             judge_films(options, settings_for_run(options.settings, stated_settings(options)).model)
             return DONE
@@ -95,15 +95,15 @@ def _move_arm(options: RecordMotionOptions | ProbeOptions | LearnOptions) -> int
     quiet_environment()
     run = settings_for_run(options.settings, stated_settings(options)).run
     if isinstance(options, ProbeOptions):
-        from flows.probe import probe
+        from lab.flows.probe import probe
 
         probe(options, run)
     elif isinstance(options, LearnOptions):
-        from flows.learn import learn
+        from lab.flows.learn import learn
 
         learn(options, run)
     else:
-        from flows.record_motion import record_motion
+        from lab.flows.record_motion import record_motion
 
         record_motion(options, run)
     return DONE

@@ -35,11 +35,11 @@ def serve_viewer(
 def serve_rating(options: RateOptions, settings: Settings) -> None:
     """Serve the rating page until interrupted, by Ctrl-C or SIGTERM. Raises UsageError for a port that is in use, where
     there is nothing to rate, and where viser is not installed."""
-    from asset2sim.judged.rating_plan import variants_of
-    from asset2sim.judged.rating_serve import open_rating
-    from asset2sim.judged.rating_stages import lasting
-    from asset2sim.judged.variant_folders import variant_folders
     from asset2sim.runs.interrupt import sigterm_as_interrupt
+    from lab.judged.rating_plan import variants_of
+    from lab.judged.rating_serve import open_rating
+    from lab.judged.rating_stages import lasting
+    from lab.judged.variant_folders import variant_folders
 
     variants, missing = variants_of(variant_folders(options.outs), options.methods, options.assets)
     out = options.outs[0]

@@ -229,7 +229,7 @@ def print_site(out: Path | str, settings: Settings, anew: bool) -> None:
 
 def print_ratings(outs: Sequence[Path | str], published: Path | None) -> None:
     """Print the ratings and video scores of output folders, and the published ones of a folder."""
-    from asset2sim.judged.show_ratings import describe_ratings
+    from lab.judged.show_ratings import describe_ratings
 
     for part in describe_ratings(outs, published):
         output().print(part)

@@ -15,6 +15,7 @@ from asset2sim.baselines.constant import without_model
 from asset2sim.baselines.no_semantics import unlabelled, without_semantics
 from asset2sim.checks.alignment.vision_judge import with_judge_score
 from asset2sim.checks.verdict import Verdict
+from lab.trials.reach_stage import measure_reach
 from schemas.asset import AssetRecord, AssetRef
 from schemas.errors import AssetError
 from schemas.request import ModelAsk
@@ -27,7 +28,6 @@ from tasks.job import AssetJob
 from tasks.measure import measure_written
 from tasks.progress import Progress
 from tasks.publish import publish_folder
-from tasks.reach import measure_reach
 from tasks.refine import Refined, refine_written
 from tasks.validate import validate_overlay
 

@@ -11,9 +11,9 @@ from asset2sim.assets.exports.refined_object import read_object
 from asset2sim.assets.folder import URDF_NAME
 from asset2sim.assets.urdf.bake import bake_file, baked
 from asset2sim.assets.urdf.base import hung_from_world
-from asset2sim.assets.views import write_views
 from asset2sim.engines.contacts import penetration
 from asset2sim.engines.pybullet_object import contacts_at
+from asset2sim.render import write_views
 from schemas.finding import Finding
 from schemas.interaction import EngineReport
 from schemas.overlay import PhysicsOverlay

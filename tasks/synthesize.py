@@ -5,14 +5,14 @@ from dataclasses import dataclass, replace
 
 from asset2sim.assets.extract import Extraction
 from asset2sim.assets.rest_overlaps import rest_overlaps
-from asset2sim.assets.views.canonical import labelled_views
-from asset2sim.assets.views.marked import question_pictures
 from asset2sim.baselines.constant import propose_constant
 from asset2sim.baselines.ivw import ask_fused
 from asset2sim.baselines.no_semantics import name_aliases
 from asset2sim.baselines.reference import propose_reference
 from asset2sim.models.ask_overlay import ask_overlay
 from asset2sim.models.prompts import DIRECT, overlay_request, synthesis_request
+from asset2sim.render.canonical import labelled_views
+from asset2sim.render.marked import question_pictures
 from asset2sim.validation.doubts import Asked
 from asset2sim.validation.overrides import (
     check_overrides,

@@ -19,7 +19,7 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from asset2sim.models.prior.answer import answer
-from asset2sim.models.prior.noise_level import uniform
+from lab.noise.noise_level import uniform
 from schemas.alignment import SIZE, Expectation
 from tests.model_server import Reply
 from tests.scripted_server import Asked, information

@@ -9,9 +9,9 @@ from PIL import Image
 
 from asset2sim.assets.extract import Extraction
 from asset2sim.assets.marks import PALETTE, mark_names
-from asset2sim.assets.views.marked import marked, question_pictures
-from asset2sim.assets.views.name_tags import with_names
-from asset2sim.assets.views.scene import load_scene
+from asset2sim.assets.surfaces.scene import load_scene
+from asset2sim.render.marked import marked, question_pictures
+from asset2sim.render.name_tags import with_names
 from schemas.settings import Settings
 from tests.assets import joint, link, read, robot, shape, written
 

@@ -8,10 +8,10 @@ import pytest
 import trimesh
 from PIL import Image
 
-from asset2sim.assets.views import VIEW_NAMES, render_views, write_views
-from asset2sim.assets.views.batch import MAX_FACES, MAX_VERTICES, batches_of
-from asset2sim.assets.views.load import load_surfaces
-from asset2sim.assets.views.surface import Paint, Surface
+from asset2sim.assets.surfaces.load import load_surfaces
+from asset2sim.assets.surfaces.surface import Paint, Surface
+from asset2sim.render import VIEW_NAMES, render_views, write_views
+from asset2sim.render.batch import MAX_FACES, MAX_VERTICES, batches_of
 from schemas.errors import AssetError
 from schemas.settings import ViewSettings
 from schemas.vocabulary import FailureMode

@@ -5,10 +5,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from asset2sim.assets.views import load
-from asset2sim.assets.views.load import NearbyFiles, load_surfaces
-from asset2sim.assets.views.plain_obj import plain_obj
-from asset2sim.assets.views.surface import Surface
+from asset2sim.assets.surfaces import load
+from asset2sim.assets.surfaces.load import NearbyFiles, load_surfaces
+from asset2sim.assets.surfaces.plain_obj import plain_obj
+from asset2sim.assets.surfaces.surface import Surface
 
 DATA = Path(__file__).resolve().parents[1] / "data" / "raw"
 CORNERS = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 1 1 0\nvn 0 0 1\nvt 0 0\n"

@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from asset2sim.assets.extract import extract
-from asset2sim.assets.views import VIEW_NAMES
+from asset2sim.render import VIEW_NAMES
 from schemas.request import ModelAnswer, ModelRequest
 from schemas.vocabulary import FailureMode, Method, Status
 from tests.assets import near, prior, sample, saying

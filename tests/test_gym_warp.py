@@ -112,7 +112,7 @@ def test_a_folder_without_an_object_is_refused_as_ever(tmp_path: Path) -> None:
 
 def test_ppo_learns_from_them_and_goes_on_from_a_checkpoint(thing: Path, tmp_path: Path) -> None:
     pytest.importorskip("stable_baselines3", reason="stable-baselines3 is not installed: it comes with the extra learn")
-    from asset2sim.gym.ppo import environments, load_policy, new_model, restore, save
+    from lab.learning.ppo import environments, load_policy, new_model, restore, save
 
     ppo = PpoSettings(physics="warp", environments=2, rollout=8, minibatch=8, epochs=1)
     envs = environments(lambda: ObjectEnv(thing, settings=SHORT), ppo, seed=3)

@@ -16,9 +16,9 @@ from asset2sim.catalog.index import write_index
 from asset2sim.catalog.run import RunRow
 from asset2sim.catalog.write import write_run
 from asset2sim.load import describe
-from asset2sim.studies.loaders import hold
-from asset2sim.studies.loaders.held_table import BLOCK, WAYS, held_block, sample_folders
-from asset2sim.studies.pages.blocks import markers
+from lab.loaders import hold
+from lab.loaders.held_table import BLOCK, WAYS, held_block, sample_folders
+from lab.pages.blocks import markers
 from schemas.errors import UsageError
 from schemas.settings import Settings
 from schemas.vocabulary import Export, FailureMode

@@ -2,8 +2,8 @@
 
 import pytest
 
-from asset2sim.models.language.lexicon import segments, tokenize
-from asset2sim.models.language.object_info import ObjectInfo
+from asset2sim.guidance.lexicon import segments, tokenize
+from asset2sim.guidance.object_info import ObjectInfo
 from asset2sim.models.prior.answer import prior_overlay
 from tests import prior_objects as known
 from tests.prior_objects import Json, ask, felt

@@ -3,8 +3,8 @@
 import pytest
 
 from asset2sim.checks.alignment.user_request import read_request
-from asset2sim.models.language.amounts import plain, stated_mass, unmet_numbers
-from asset2sim.models.language.lexicon import tokenize
+from asset2sim.guidance.amounts import plain, stated_mass, unmet_numbers
+from asset2sim.guidance.lexicon import tokenize
 from tests import prior_objects as known
 from tests.factories import make_features
 

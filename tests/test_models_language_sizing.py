@@ -2,9 +2,9 @@
 
 import pytest
 
-from asset2sim.models.language import tables
-from asset2sim.models.language.object_info import ObjectInfo
-from asset2sim.models.language.sizing import identify
+from asset2sim.guidance import tables
+from asset2sim.guidance.object_info import ObjectInfo
+from asset2sim.guidance.sizing import identify
 from tests import prior_objects as known
 
 

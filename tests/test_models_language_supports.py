@@ -2,8 +2,8 @@
 
 import pytest
 
-from asset2sim.models.language.object_info import ObjectInfo
-from asset2sim.models.language.supports import said_support, support_rows, usual_support
+from asset2sim.guidance.object_info import ObjectInfo
+from asset2sim.guidance.supports import said_support, support_rows, usual_support
 from schemas.support import Mount, SupportKind
 
 

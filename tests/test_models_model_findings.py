@@ -32,6 +32,6 @@ def test_an_answer_without_remarks_has_no_findings() -> None:
 
 
 def test_every_kind_has_a_code_that_is_explained() -> None:
-    from asset2sim.studies.pages.reference import finding_rows
+    from lab.pages.reference import finding_rows
 
     assert set(CODES.values()) <= {row["code"] for row in finding_rows()}

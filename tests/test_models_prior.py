@@ -10,8 +10,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from asset2sim.models.language import tables
-from asset2sim.models.language.object_info import ObjectInfo
+from asset2sim.guidance import tables
+from asset2sim.guidance.object_info import ObjectInfo
 from asset2sim.models.prior.answer import answer
 from asset2sim.models.prior.link_proposals import link_mass
 from schemas.asset import AssetRef

@@ -5,9 +5,9 @@ import re
 
 import pytest
 
+from asset2sim.guidance.object_facts import object_info, told_object
+from asset2sim.guidance.object_info import ObjectInfo, read_prompt
 from asset2sim.models.answers import WITHOUT, overlay_schema
-from asset2sim.models.language.object_facts import object_info, told_object
-from asset2sim.models.language.object_info import ObjectInfo, read_prompt
 from asset2sim.models.prompts import data_block, overlay_request, synthesis_request, system_text, with_validation_errors
 from schemas.base import Vector3
 from schemas.features import Features

@@ -10,10 +10,10 @@ from pathlib import Path
 
 import pytest
 
-from asset2sim.studies.pages import reference
-from asset2sim.studies.pages.blocks import markers, with_block
-from asset2sim.studies.samples.bad_assets import bad_assets
 from flows.schedule import nightly_schedule
+from lab.pages import reference
+from lab.pages.blocks import markers, with_block
+from lab.samples.bad_assets import bad_assets
 from schemas.failure_guide import FAILURE_GUIDE
 from schemas.vocabulary import FailureMode
 
@@ -90,7 +90,7 @@ def test_every_finding_that_stages_make_is_explained() -> None:
     ]
     codes = {code for text in sources for code in re.findall(r'\bcode="([a-z_]+)"', text)}
     codes |= {code for text in sources for code in re.findall(r'\b(?:info|note|warning|error)\(\s*"([a-z_]+)"', text)}
-    assert len(codes) > 40 and codes - named == set(), "add them to asset2sim/studies/pages/findings.csv"
+    assert len(codes) > 40 and codes - named == set(), "add them to lab/pages/findings.csv"
 
 
 @pytest.mark.system

@@ -7,7 +7,7 @@ import pytest
 
 from asset2sim.catalog.read import query
 from asset2sim.catalog.write import write_run
-from asset2sim.studies.pages.blocks import FOLDER, QUESTIONS, frame_table, markers, question, questions_block
+from lab.pages.blocks import FOLDER, QUESTIONS, frame_table, markers, question, questions_block
 from schemas.vocabulary import FailureMode
 from tests.factories import make_failure, make_record
 from tests.test_catalog_history import night

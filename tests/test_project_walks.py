@@ -51,11 +51,11 @@ ELSEWHERE = {
     ("buckets.md", "export AWS_ACCESS_KEY_ID"): "tests/test_flows_remote.py: into a bucket of a server here",
     ("learn.md", "pip install"): "tests/test_gym_environment.py: needs what the extra installs",
     ("learn.md", "from asset2sim.gym import make_env"): "tests/test_gym_environment.py: runs these lines",
-    ("learn.md", "asset2sim learn"): "tests/test_gym_learn.py: the command over an output",
-    ("learn.md", "from asset2sim.gym.ppo import"): "tests/test_gym_learn.py: loads a policy that it has trained",
-    ("judged.md", "asset2sim rate"): "tests/test_judged_rating_page.py: the page; tests/test_judged_ratings.py",
-    ("probes.md", "pip install"): "tests/test_flows_probe.py: the command over an output",
-    ("trials.md", "pip install"): "tests/test_flows_record_motion.py: the command over an output",
+    ("learn.md", "asset2sim learn"): "lab/tests/test_gym_learn.py: the command over an output",
+    ("learn.md", "from lab.learning.ppo import"): "lab/tests/test_gym_learn.py: loads a policy that it has trained",
+    ("judged.md", "asset2sim rate"): "lab/tests/test_judged_rating_page.py: the page; lab/tests/test_judged_ratings.py",
+    ("probes.md", "pip install"): "lab/tests/test_flows_probe.py: the command over an output",
+    ("trials.md", "pip install"): "lab/tests/test_flows_record_motion.py: the command over an output",
     ("viewer.md", "asset2sim view"): "tests/test_viewer_page.py: the page is served, and a review shown by failures",
 }
 """Blocks that no walk runs, and what runs the like."""

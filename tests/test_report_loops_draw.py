@@ -9,14 +9,14 @@ import pytest
 from PIL import Image
 
 from asset2sim.physics.kinematics import link_to_root, tree_of
-from asset2sim.report.loops.cloud import cloud_of
-from asset2sim.report.loops.draw import background, pictures
+from asset2sim.render.cloud import cloud_of
+from asset2sim.render.draw import background, pictures
+from asset2sim.render.zbuffer import Layers, lens_for, splat, together
 from asset2sim.report.loops.figure import Figure, link_poses, read_alike, read_figure, sweep, swept
 from asset2sim.report.loops.film import clouds_of
 from asset2sim.report.loops.make import SWEEP_FRAMES
 from asset2sim.report.loops.record import Recording
 from asset2sim.report.loops.sizes import BOTTOM, HEIGHT, TOP, cube, in_a_row, length_text, size_picture, standing
-from asset2sim.report.loops.zbuffer import Layers, lens_for, splat, together
 from tests.assets import cabinet, joint, link, read, robot, shape, written
 
 BOX = robot(link("box", shape("0.4 0.5 0.6")))

@@ -12,10 +12,10 @@ import pytest
 from PIL import Image
 
 from asset2sim.assets.checksums import write_checksums
+from asset2sim.assets.surfaces import scene
+from asset2sim.assets.surfaces.load import load_surfaces
+from asset2sim.assets.surfaces.surface import Surface
 from asset2sim.assets.urdf.reach import Reach
-from asset2sim.assets.views import scene
-from asset2sim.assets.views.load import load_surfaces
-from asset2sim.assets.views.surface import Surface
 from asset2sim.report.draw import Before, draw_before
 from asset2sim.report.loops import film, is_current, loops_key, make, write, write_loops
 from asset2sim.report.loops.figure import read_alike, read_figure

@@ -4,7 +4,7 @@ from pathlib import Path
 
 import pytest
 
-from asset2sim.assets.views import VIEW_NAMES
+from asset2sim.render import VIEW_NAMES
 from asset2sim.runs.later_views import write_missing_views
 from schemas.errors import UsageError
 from schemas.settings import EngineSettings, RunSettings, Settings, ViewSettings

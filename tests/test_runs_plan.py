@@ -326,7 +326,7 @@ def test_whatever_the_pipeline_imports_counts() -> None:
     # A run's row, and not an asset's.
     assert seen - set(counted_files(ROOT, tuple(Check))) <= {"asset2sim/catalog/run.py"}, "run, and not in ROOMS"
     # Code that only optional checks run changes the content hash only where such a check is asked for.
-    assert not any(name.startswith("asset2sim/trials") for name in counted_files(ROOT))
+    assert not any(name.startswith("lab/trials") for name in counted_files(ROOT))
 
 
 # What is refined again

@@ -13,10 +13,10 @@ from pathlib import Path
 import pytest
 
 from asset2sim.assets.extract import Extraction, extract
-from asset2sim.assets.views.marked import question_pictures
 from asset2sim.checks.alignment.expectations import Expectations, meet, read_expectations
 from asset2sim.models.gateway.ask import ask
 from asset2sim.models.gateway.session import open_gateway_session
+from asset2sim.render.marked import question_pictures
 from asset2sim.runs.dataset import load_dataset
 from asset2sim.validation.doubts import fallen
 from schemas.alignment import SIZE

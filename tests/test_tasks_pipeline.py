@@ -6,8 +6,8 @@ from pathlib import Path
 
 import pytest
 
-from asset2sim.assets.views import VIEW_NAMES
-from asset2sim.studies.samples.bad_assets import bad_assets
+from asset2sim.render import VIEW_NAMES
+from lab.samples.bad_assets import bad_assets
 from schemas.asset import AssetRecord, AssetRef
 from schemas.interaction import EngineReport
 from schemas.overlay import PhysicsOverlay

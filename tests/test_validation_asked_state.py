@@ -6,7 +6,7 @@ from typing import Any
 
 import pytest
 
-from asset2sim.models.language.object_info import ObjectInfo
+from asset2sim.guidance.object_info import ObjectInfo
 from asset2sim.validation.asked_state import note_out_of_reach, with_asked_state
 from asset2sim.validation.notes import Notes
 from asset2sim.validation.sanity import convert_misread_units

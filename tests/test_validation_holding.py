@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from asset2sim.models.language.tables import part_effort
+from asset2sim.guidance.tables import part_effort
 from asset2sim.physics.mass_matrix import Pull
 from asset2sim.validation.handling import SAFE_SHARE, Handling, handling, standing_part
 from asset2sim.validation.holding import NO_BALANCE, counterbalance, holding

@@ -8,8 +8,8 @@ from pathlib import Path
 import pytest
 
 from asset2sim.assets.extract import Extraction
-from asset2sim.models.language import tables
-from asset2sim.models.language.object_info import ObjectInfo
+from asset2sim.guidance import tables
+from asset2sim.guidance.object_info import ObjectInfo
 from asset2sim.validation.notes import Notes
 from asset2sim.validation.sanity import sensible
 from asset2sim.validation.size import HAND_M, with_sensible_size

@@ -7,7 +7,7 @@ import pytest
 from lxml import etree
 
 from asset2sim.assets.extract import extract
-from asset2sim.models.language.tables import sizes
+from asset2sim.guidance.tables import sizes
 from asset2sim.validation.upright import find_up
 from schemas.asset import AssetRef
 from schemas.vocabulary import UpAxis

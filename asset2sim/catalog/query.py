@@ -17,10 +17,10 @@ from asset2sim.catalog.history import PATTERN, history_files
 from asset2sim.catalog.read_remote import local_tables
 from asset2sim.catalog.stored_reviews import REVIEWS_PATTERN, review_files
 from asset2sim.catalog.switch import find_catalog, no_catalog_error
+from lab.schemas.tables_judged import JUDGED
 from schemas.errors import UsageError
 from schemas.table import RENAMED, Table
 from schemas.tables import HISTORY, PUBLISHED, TABLES
-from schemas.tables_judged import JUDGED
 from schemas.tables_reviews import REVIEWS
 
 if TYPE_CHECKING:

@@ -3,7 +3,7 @@
 import mujoco
 import numpy as np
 
-from asset2sim.trials.scene import Stage
+from asset2sim.gym.arm.scene import Stage
 
 TOUCHING, LEAST_N = 3, 1e-6
 """Sum of the sides of a contact between tool and object, and the force that counts as one, N."""

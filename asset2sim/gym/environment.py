@@ -13,15 +13,15 @@ import numpy as np
 from gymnasium import spaces
 from numpy.typing import NDArray
 
+from asset2sim.gym.arm.franka import waiting
+from asset2sim.gym.arm.record import LOST_M, SAMPLE_STEPS
+from asset2sim.gym.arm.scene import TIMESTEP_S, Stage
+from asset2sim.gym.arm.tasks import Task, Verb
 from asset2sim.gym.contact import Touch
 from asset2sim.gym.guards import Guards, Rollout, guard, solved_at_start
 from asset2sim.gym.reward import TERMS, reward_terms, success
 from asset2sim.gym.subject import subject_of
 from asset2sim.physics.arrays import Array
-from asset2sim.trials.franka import waiting
-from asset2sim.trials.record import LOST_M, SAMPLE_STEPS
-from asset2sim.trials.scene import TIMESTEP_S, Stage
-from asset2sim.trials.tasks import Task, Verb
 from schemas.errors import UnknownChoiceError
 from schemas.learning_settings import LearningSettings
 

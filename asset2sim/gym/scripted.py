@@ -4,9 +4,9 @@ from typing import Any
 
 import numpy as np
 
+from asset2sim.gym.arm.planning import Plan
+from asset2sim.gym.arm.record import command
 from asset2sim.gym.environment import Action, ObjectEnv
-from asset2sim.trials.planning import Plan
-from asset2sim.trials.record import command
 from schemas.errors import UsageError
 
 

@@ -11,13 +11,13 @@ from gymnasium.vector import AutoresetMode
 from gymnasium.vector.utils import batch_space
 from numpy.typing import NDArray
 
+from asset2sim.gym.arm.franka import waiting
+from asset2sim.gym.arm.record import LOST_M
+from asset2sim.gym.arm.tasks import Task
 from asset2sim.gym.environment import DAMPED, OBSERVATION, SIZE, ObjectEnv
 from asset2sim.gym.reward import TERMS, reward_terms, success
 from asset2sim.gym.warp_worlds import Worlds
 from asset2sim.physics.arrays import Array
-from asset2sim.trials.franka import waiting
-from asset2sim.trials.record import LOST_M
-from asset2sim.trials.tasks import Task
 from schemas.learning_settings import LearningSettings
 
 Arrays = NDArray[np.float32]

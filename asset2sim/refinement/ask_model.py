@@ -4,7 +4,6 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from asset2sim.assets.views import png_bytes, render_views
 from asset2sim.models.answers import InvalidFieldsError, RefinementAnswer, parse_refinement
 from asset2sim.models.ask_overlay import images_not_sent, marked_invalid
 from asset2sim.models.prompts import with_validation_errors
@@ -13,6 +12,7 @@ from asset2sim.refinement.bands import Band, Pose
 from asset2sim.refinement.context import warning
 from asset2sim.refinement.locate_overlaps import locate_overlaps
 from asset2sim.refinement.search_state import Ask
+from asset2sim.render import png_bytes, render_views
 from schemas.errors import AssetError, InvalidAnswerError
 from schemas.features import Features
 from schemas.finding import Finding

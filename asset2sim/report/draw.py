@@ -6,9 +6,9 @@ from pathlib import Path
 from PIL import Image
 
 from asset2sim.assets.formats.source import open_source
+from asset2sim.assets.surfaces.surface import Surface
 from asset2sim.assets.urdf.reach import Reach
-from asset2sim.assets.views import render_views
-from asset2sim.assets.views.surface import Surface
+from asset2sim.render import render_views
 from schemas.settings import ViewSettings
 
 OVERSAMPLING = 1.0

@@ -10,8 +10,6 @@ from pydantic_settings import get_subcommand as chosen_command
 
 from asset2sim.runs.command_line import Options
 from asset2sim.runs.command_line import parse as parse_words
-from asset2sim.runs.judged_options import JudgeVideosOptions
-from asset2sim.runs.learn_options import LearnOptions
 from asset2sim.runs.option_groups import AnswerOptions, CatalogOptions, FileOptions, ModelOptions, Selection
 from asset2sim.runs.option_types import (
     AXIS,
@@ -51,7 +49,9 @@ from asset2sim.runs.option_types import (
     nothing,
 )
 from asset2sim.runs.page_options import PagesOptions, RateOptions, RatingsOptions, ReportOptions, ViewOptions
-from asset2sim.runs.trial_options import ProbeOptions, RecordMotionOptions
+from lab.options.judged_options import JudgeVideosOptions
+from lab.options.learn_options import LearnOptions
+from lab.options.trial_options import ProbeOptions, RecordMotionOptions
 from schemas.errors import UsageError
 from schemas.location import Location
 from schemas.support import SupportKind

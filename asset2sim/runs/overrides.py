@@ -8,7 +8,7 @@ from pathlib import Path
 
 from asset2sim.assets.regular import path_problem
 from asset2sim.catalog.storage.tree import Tree
-from asset2sim.models.language.tables import materials
+from asset2sim.guidance.tables import materials
 from asset2sim.runs.table_file import MAX_TABLE_BYTES, Columns, read_rows
 from schemas.asset import AssetRef
 from schemas.errors import UsageError

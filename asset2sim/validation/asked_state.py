@@ -6,11 +6,11 @@ clearly which end of a joint's range is closed. A proposal that merely differs f
 
 from dataclasses import dataclass
 
-from asset2sim.models.language.lexicon import segments
-from asset2sim.models.language.object_info import JointInfo, ObjectInfo
-from asset2sim.models.language.parts import parts_of
-from asset2sim.models.language.sizing import identify
-from asset2sim.models.language.states import asked_states, useful_travel
+from asset2sim.guidance.lexicon import segments
+from asset2sim.guidance.object_info import JointInfo, ObjectInfo
+from asset2sim.guidance.parts import parts_of
+from asset2sim.guidance.sizing import identify
+from asset2sim.guidance.states import asked_states, useful_travel
 from asset2sim.validation.notes import Notes
 from schemas.overlay import Overlay
 from schemas.settings import PhysicsSettings

@@ -10,10 +10,10 @@ from collections.abc import Collection, Mapping
 from dataclasses import dataclass, field
 
 from asset2sim.assets.extract import Extraction
-from asset2sim.models.language.lexicon import segments
-from asset2sim.models.language.object_facts import told_object
-from asset2sim.models.language.object_info import ObjectInfo
-from asset2sim.models.language.sizing import dimension, identify, propose_scale
+from asset2sim.guidance.lexicon import segments
+from asset2sim.guidance.object_facts import told_object
+from asset2sim.guidance.object_info import ObjectInfo
+from asset2sim.guidance.sizing import dimension, identify, propose_scale
 from asset2sim.validation.asked_state import RequestedState, read_states, share_of
 from asset2sim.validation.joints import HELD_STATE
 from asset2sim.validation.size import STATED_SHARE, size_bounds

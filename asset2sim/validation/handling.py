@@ -6,8 +6,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from asset2sim.models.language.parts import part_name
-from asset2sim.models.language.tables import part_effort
+from asset2sim.guidance.parts import part_name
+from asset2sim.guidance.tables import part_effort
 from asset2sim.physics.arrays import Array
 from asset2sim.physics.felt import press_forces
 from asset2sim.physics.grip import grip_on

@@ -5,8 +5,8 @@ import math
 from collections.abc import Iterable
 from functools import partial
 
-from asset2sim.models.language.amounts import LARGEST_M, SMALLEST_M, unmet_numbers
-from asset2sim.models.language.tables import materials
+from asset2sim.guidance.amounts import LARGEST_M, SMALLEST_M, unmet_numbers
+from asset2sim.guidance.tables import materials
 from asset2sim.validation.masses import link_mass, link_masses
 from asset2sim.validation.notes import Notes
 from schemas.errors import AssetError

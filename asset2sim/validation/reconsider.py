@@ -4,15 +4,15 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 
-from asset2sim.assets.views import png_bytes, render_views
+from asset2sim.guidance.object_facts import told_object
+from asset2sim.guidance.parts import parts_of
+from asset2sim.guidance.sizing import identify
+from asset2sim.guidance.states import useful_travel
 from asset2sim.models.answers import parse_overlay
 from asset2sim.models.ask_overlay import Synthesized, marked_invalid
-from asset2sim.models.language.object_facts import told_object
-from asset2sim.models.language.parts import parts_of
-from asset2sim.models.language.sizing import identify
-from asset2sim.models.language.states import useful_travel
 from asset2sim.models.median_answer import median_answer
 from asset2sim.models.prompts import with_consequences
+from asset2sim.render import png_bytes, render_views
 from asset2sim.validation.doubts import SCALE, Asked, Outcome, outcome, position_sigma, scale_sigma
 from asset2sim.validation.sanity import sensible
 from schemas.errors import AssetError, InvalidAnswerError

@@ -3,7 +3,7 @@
 import math
 
 from asset2sim.assets.extract import Extraction
-from asset2sim.models.language.object_facts import told_object
+from asset2sim.guidance.object_facts import told_object
 from asset2sim.validation.asked_state import note_out_of_reach, with_asked_state
 from asset2sim.validation.link_units import convert_link_units
 from asset2sim.validation.notes import Notes

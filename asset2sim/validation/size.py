@@ -3,9 +3,9 @@
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from asset2sim.models.language.lexicon import Segment, segments
-from asset2sim.models.language.object_info import ObjectInfo
-from asset2sim.models.language.sizing import (
+from asset2sim.guidance.lexicon import Segment, segments
+from asset2sim.guidance.object_info import ObjectInfo
+from asset2sim.guidance.sizing import (
     KEEP_WITHIN,
     REAL_SLACK,
     asks_real_size,
@@ -15,7 +15,7 @@ from asset2sim.models.language.sizing import (
     size_word,
     stated_scale,
 )
-from asset2sim.models.language.tables import Size
+from asset2sim.guidance.tables import Size
 from asset2sim.validation.notes import Notes
 from schemas.overlay import Overlay
 

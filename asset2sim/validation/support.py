@@ -8,8 +8,8 @@ from scipy.spatial import ConvexHull, QhullError
 
 from asset2sim.assets.extract import Extraction
 from asset2sim.assets.urdf.base import WORLD
-from asset2sim.models.language.object_facts import object_info
-from asset2sim.models.language.supports import said_support, usual_support
+from asset2sim.guidance.object_facts import object_info
+from asset2sim.guidance.supports import said_support, usual_support
 from asset2sim.physics.arrays import Array
 from asset2sim.physics.inertia import tensor_of
 from asset2sim.physics.kinematics import TreeJoint, link_to_root, tree_of

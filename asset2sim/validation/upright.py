@@ -15,7 +15,7 @@ import numpy as np
 from scipy.spatial import ConvexHull, QhullError, cKDTree
 
 from asset2sim.assets.extract import Extraction
-from asset2sim.models.language.tables import sizes
+from asset2sim.guidance.tables import sizes
 from asset2sim.physics.arrays import Array
 from asset2sim.physics.kinematics import apply, link_to_root, tree_of
 from schemas.features import JointFeatures

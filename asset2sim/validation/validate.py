@@ -7,10 +7,10 @@ from types import MappingProxyType
 import numpy as np
 
 from asset2sim.assets.extract import Extraction
-from asset2sim.models.language.amounts import LARGEST_M as LARGEST_M
-from asset2sim.models.language.amounts import SMALLEST_M as SMALLEST_M
-from asset2sim.models.language.amounts import stated_mass
-from asset2sim.models.language.tables import materials
+from asset2sim.guidance.amounts import LARGEST_M as LARGEST_M
+from asset2sim.guidance.amounts import SMALLEST_M as SMALLEST_M
+from asset2sim.guidance.amounts import stated_mass
+from asset2sim.guidance.tables import materials
 from asset2sim.physics.arrays import six, vector
 from asset2sim.physics.kinematics import locked, tree_of
 from asset2sim.physics.mass_matrix import Body

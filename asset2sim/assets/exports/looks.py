@@ -6,8 +6,8 @@ from pathlib import Path
 import numpy as np
 
 from asset2sim.assets.exports.refined_object import ExportObject
-from asset2sim.assets.views.scene import pieces_of, shape_paint
-from asset2sim.assets.views.surface import Paint, Surface, posed
+from asset2sim.assets.surfaces.scene import pieces_of, shape_paint
+from asset2sim.assets.surfaces.surface import Paint, Surface, posed
 
 LEAST_AREA_M2 = 1e-12
 """Area below which a surface is left out, m²: engines refuse meshes without an area."""

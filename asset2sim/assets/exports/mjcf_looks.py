@@ -11,7 +11,7 @@ from lxml.etree import _Element as Element
 from PIL import Image
 
 from asset2sim.assets.exports.looks import Look
-from asset2sim.assets.views.surface import Paint, Surface, Texture
+from asset2sim.assets.surfaces.surface import Paint, Surface, Texture
 
 FOLDER = "mjcf"
 """Where the files lie, beside the MJCF."""

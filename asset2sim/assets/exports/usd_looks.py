@@ -10,7 +10,7 @@ import numpy as np
 
 from asset2sim.assets.exports.looks import Look
 from asset2sim.assets.exports.refined_object import ExportObject
-from asset2sim.assets.views.surface import Paint, Texture
+from asset2sim.assets.surfaces.surface import Paint, Texture
 
 if TYPE_CHECKING:
     from pxr import Usd, UsdShade

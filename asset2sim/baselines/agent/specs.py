@@ -2,7 +2,7 @@
 
 from typing import Any
 
-from asset2sim.assets.views import VIEW_NAMES
+from asset2sim.render import VIEW_NAMES
 from schemas.request import Tool
 
 READ_PARTS = ("summary", "links", "joints", "files")

@@ -5,15 +5,15 @@ import re
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from asset2sim.models.language import tables
-from asset2sim.models.language.amounts import plain
-from asset2sim.models.language.lexicon import Segment, longest_spans, segments
-from asset2sim.models.language.object_facts import object_info
-from asset2sim.models.language.object_info import ObjectInfo
-from asset2sim.models.language.parts import parts_of
-from asset2sim.models.language.sizing import dimension, identify
-from asset2sim.models.language.states import State, asked_states, useful_travel
-from asset2sim.models.language.tables import Size
+from asset2sim.guidance import tables
+from asset2sim.guidance.amounts import plain
+from asset2sim.guidance.lexicon import Segment, longest_spans, segments
+from asset2sim.guidance.object_facts import object_info
+from asset2sim.guidance.object_info import ObjectInfo
+from asset2sim.guidance.parts import parts_of
+from asset2sim.guidance.sizing import dimension, identify
+from asset2sim.guidance.states import State, asked_states, useful_travel
+from asset2sim.guidance.tables import Size
 from schemas.base import Vector3
 from schemas.features import Features
 

@@ -11,11 +11,11 @@ from pydantic import ValidationError
 from asset2sim.assets.formats.source import open_source
 from asset2sim.assets.urdf.locate import find_source
 from asset2sim.assets.urdf.reach import reach_of
-from asset2sim.assets.views import png_bytes, render_views
 from asset2sim.checks.alignment.align import align, final_positions
 from asset2sim.models.ask_overlay import MAX_ASKS, ask_until_valid
 from asset2sim.models.lenient_json import parse_json
 from asset2sim.models.prompts import data_block, system_text
+from asset2sim.render import png_bytes, render_views
 from schemas.alignment import Score
 from schemas.asset import AssetRecord
 from schemas.base import Fraction, Frozen

@@ -67,8 +67,9 @@ def answer_key(request: ModelRequest, settings: ModelSettings, shown: bool) -> s
 def tables_digest() -> str:
     """SHA-256 over the sources and tables of the offline model: another table is another model."""
     digest = hashlib.sha256()
-    for room in ("language", "prior"):
-        for source in sorted((Path(__file__).parents[1] / room).rglob("*")):
+    package = Path(__file__).parents[2]
+    for room in ("guidance", "models/prior"):
+        for source in sorted((package / room).rglob("*")):
             if source.suffix in (".py", ".csv"):
                 digest.update(source.read_bytes())
     return digest.hexdigest()

@@ -8,8 +8,8 @@ import re
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
+from asset2sim.guidance.object_info import JointInfo, ObjectInfo, decoded, dicts, read_prompt
 from asset2sim.models.answers import REASONED, RULE_FIELDS
-from asset2sim.models.language.object_info import JointInfo, ObjectInfo, decoded, dicts, read_prompt
 from asset2sim.models.prior.answer import answer
 
 Arguments = Mapping[str, Any]

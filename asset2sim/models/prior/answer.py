@@ -2,12 +2,12 @@
 
 import json
 
-from asset2sim.models.language.lexicon import segments
-from asset2sim.models.language.object_info import ObjectInfo, read_prompt
-from asset2sim.models.language.parts import parts_of
-from asset2sim.models.language.sizing import identify, propose_scale
-from asset2sim.models.language.states import asked_states
-from asset2sim.models.language.supports import said_support, usual_support
+from asset2sim.guidance.lexicon import segments
+from asset2sim.guidance.object_info import ObjectInfo, read_prompt
+from asset2sim.guidance.parts import parts_of
+from asset2sim.guidance.sizing import identify, propose_scale
+from asset2sim.guidance.states import asked_states
+from asset2sim.guidance.supports import said_support, usual_support
 from asset2sim.models.prior.joint_proposals import propose_joints
 from asset2sim.models.prior.link_proposals import propose_links
 from asset2sim.models.prior.refinement import read_refinement, refinement_step

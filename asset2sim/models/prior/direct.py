@@ -3,7 +3,7 @@ tables as its other answers, with the paper's absolute ranges in place of times 
 
 import numpy as np
 
-from asset2sim.models.language.object_info import LinkInfo, ObjectInfo
+from asset2sim.guidance.object_info import LinkInfo, ObjectInfo
 from asset2sim.models.prior.link_proposals import TINY_KG, link_mass
 from asset2sim.physics.arrays import six
 from asset2sim.physics.inertia import box_inertia

@@ -3,13 +3,13 @@
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 
-from asset2sim.models.language import tables
-from asset2sim.models.language.clauses import NO_MENTION, mention
-from asset2sim.models.language.lexicon import Item, Segment
-from asset2sim.models.language.object_info import ObjectInfo
-from asset2sim.models.language.parts import MovablePart, main_parts
-from asset2sim.models.language.states import high_end
-from asset2sim.models.language.tables import MotionWord
+from asset2sim.guidance import tables
+from asset2sim.guidance.clauses import NO_MENTION, mention
+from asset2sim.guidance.lexicon import Item, Segment
+from asset2sim.guidance.object_info import ObjectInfo
+from asset2sim.guidance.parts import MovablePart, main_parts
+from asset2sim.guidance.states import high_end
+from asset2sim.guidance.tables import MotionWord
 from schemas.overlay import JointProposal, Level
 
 SPRING_HZ = {"hinge": 3.0, "slider": 6.0, "spin": 3.0}

@@ -3,12 +3,12 @@
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
-from asset2sim.models.language import tables
-from asset2sim.models.language.amounts import stated_mass
-from asset2sim.models.language.lexicon import Segment, singular
-from asset2sim.models.language.object_info import LinkInfo, ObjectInfo
-from asset2sim.models.language.parts import MovablePart, front, part_name, parts_named
-from asset2sim.models.language.tables import Size
+from asset2sim.guidance import tables
+from asset2sim.guidance.amounts import stated_mass
+from asset2sim.guidance.lexicon import Segment, singular
+from asset2sim.guidance.object_info import LinkInfo, ObjectInfo
+from asset2sim.guidance.parts import MovablePart, front, part_name, parts_named
+from asset2sim.guidance.tables import Size
 from asset2sim.physics.walls import wall_volume
 from schemas.overlay import Content, LinkProposal, MassChange
 

@@ -11,7 +11,7 @@ from litellm.llms.custom_llm import CustomLLMError
 from litellm.types.utils import Message
 
 from asset2sim.models.prior.agent import message_text, next_turn
-from asset2sim.models.prior.noise_level import noise_of
+from lab.noise.noise_level import noise_of
 from schemas.errors import UnknownChoiceError
 from schemas.model_names import PRIOR_PROVIDER
 
@@ -58,7 +58,7 @@ def next_answer(
     def proposal(text: str) -> str:
         if noise is None:
             return answer(text)
-        from asset2sim.models.prior.noise import noisy
+        from lab.noise.noise import noisy
 
         return noisy(answer(text), text, noise, sample, f"{text}\n{conversation}")
 

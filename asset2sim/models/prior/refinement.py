@@ -4,7 +4,7 @@ import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
-from asset2sim.models.language.object_info import dicts, number, number_or_none, text_or_empty, unique
+from asset2sim.guidance.object_info import dicts, number, number_or_none, text_or_empty, unique
 
 APPROVE_M = 0.002
 """Φ at which the paper approves a state, m."""

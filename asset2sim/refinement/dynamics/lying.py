@@ -4,7 +4,7 @@ import math
 
 from scipy.spatial.transform import Rotation
 
-from asset2sim.models.language.tables import sizes
+from asset2sim.guidance.tables import sizes
 from asset2sim.physics.arrays import vector
 from asset2sim.refinement.dynamics.case import Case
 from schemas.base import Vector3

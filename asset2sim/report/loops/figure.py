@@ -8,14 +8,14 @@ from pathlib import Path
 import numpy as np
 import yourdfpy
 
+from asset2sim.assets.surfaces.scene import Scene, load_scene
+from asset2sim.assets.surfaces.surface import Surface
 from asset2sim.assets.urdf.read import read_urdf, root_of, tree_joint
-from asset2sim.assets.views.scene import Scene, load_scene
-from asset2sim.assets.views.surface import Surface
 from asset2sim.physics.arrays import Array
 from asset2sim.physics.kinematics import TreeJoint, link_to_root, parents_first
-from asset2sim.report.loops.faces import Faces, faces_of
+from asset2sim.render.faces import Faces, faces_of
+from asset2sim.render.zbuffer import Singles
 from asset2sim.report.loops.record import Recording
-from asset2sim.report.loops.zbuffer import Singles
 
 WIDEST = 4.0 * math.pi
 """Widest range of a joint, rad or m, that counts as one: beyond it URDFs mean that there is no limit."""

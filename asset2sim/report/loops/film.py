@@ -9,12 +9,12 @@ from math import ceil, floor
 import numpy as np
 from PIL import Image, ImageDraw, ImageFont
 
-from asset2sim.assets.views.camera import directions
 from asset2sim.physics.arrays import Array
-from asset2sim.report.loops.cloud import Cloud, cloud_of
-from asset2sim.report.loops.draw import Picture, background, image_of, pictures
+from asset2sim.render.camera import directions
+from asset2sim.render.cloud import Cloud, cloud_of
+from asset2sim.render.draw import Picture, background, image_of, pictures
+from asset2sim.render.zbuffer import FOV, Lens, Singles, changes, lens_for
 from asset2sim.report.loops.figure import Figure
-from asset2sim.report.loops.zbuffer import FOV, Lens, Singles, changes, lens_for
 
 SIDE = 160
 """Edge of one of the two pictures side by side, pixels: a page shows both 320 wide, and time goes with the square.

@@ -13,9 +13,10 @@ import numpy as np
 
 from asset2sim.assets.folder import URDF_NAME
 from asset2sim.assets.formats.source import open_source
-from asset2sim.assets.views.surface import Surface
+from asset2sim.assets.surfaces.surface import Surface
 from asset2sim.checks.mechanism import span_of
 from asset2sim.engines.child import ChildOutcome, in_child
+from asset2sim.render.zbuffer import ALIKE
 from asset2sim.report.draw import Before, draw_before
 from asset2sim.report.loops.figure import Figure, read_alike, read_figure, sweep
 from asset2sim.report.loops.film import Act, Scenes, clouds_of, filmed, lens_of
@@ -29,7 +30,6 @@ from asset2sim.report.loops.record import (
     let_go,
 )
 from asset2sim.report.loops.sizes import cube, in_a_row, size_picture, standing
-from asset2sim.report.loops.zbuffer import ALIKE
 from schemas.errors import AssetError
 from schemas.overlay import PhysicsOverlay
 from schemas.settings import EngineSettings

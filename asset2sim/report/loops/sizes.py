@@ -8,18 +8,18 @@ import numpy as np
 import trimesh
 from PIL import Image
 
-from asset2sim.assets.views.camera import axes, directions
-from asset2sim.assets.views.load import from_mesh
-from asset2sim.assets.views.scene import Scene
-from asset2sim.assets.views.surface import Paint, Surface
+from asset2sim.assets.surfaces.load import from_mesh
+from asset2sim.assets.surfaces.scene import Scene
+from asset2sim.assets.surfaces.surface import Paint, Surface
 from asset2sim.physics.arrays import Array
-from asset2sim.report.loops.cloud import DIRECTIONS, Cloud
-from asset2sim.report.loops.draw import background, image_of, pictures
-from asset2sim.report.loops.faces import faces_of
+from asset2sim.render.camera import axes, directions
+from asset2sim.render.cloud import DIRECTIONS, Cloud
+from asset2sim.render.draw import background, image_of, pictures
+from asset2sim.render.faces import faces_of
+from asset2sim.render.zbuffer import Lens, Singles, Words
 from asset2sim.report.loops.figure import Figure
 from asset2sim.report.loops.film import INK, SOFT_INK, SPACING, Clouds, lengthening, text
 from asset2sim.report.loops.record import Recording
-from asset2sim.report.loops.zbuffer import Lens, Singles, Words
 
 WIDTH, HEIGHT = 640, 320
 """Pixels of the picture."""

@@ -12,7 +12,7 @@ from pathlib import Path
 
 from asset2sim.checks.alignment.reference import Reference
 from asset2sim.engines.registry import installed
-from asset2sim.models.language.csv_rows import LEFT_OUT_VARIABLE
+from asset2sim.guidance.csv_rows import LEFT_OUT_VARIABLE
 from schemas.alignment import Expectation
 from schemas.asset import AssetRef
 from schemas.settings import EngineSettings, Settings
@@ -20,7 +20,7 @@ from schemas.vocabulary import DECIDING_PACKAGES, Check, Engine
 
 CHECKOUT = Path(__file__).resolve().parents[3]
 ROOMS = (
-    *("schemas", "tasks"),
+    *("schemas", "tasks", "asset2sim/guidance", "asset2sim/render", "lab/noise"),
     *("asset2sim/physics", "asset2sim/assets", "asset2sim/models", "asset2sim/validation", "asset2sim/engines"),
     *("asset2sim/checks", "asset2sim/refinement", "asset2sim/baselines"),
     # An asset's rows, and the records of those that fail outside the pipeline.
@@ -28,9 +28,11 @@ ROOMS = (
     *("asset2sim/runs/isolation", "asset2sim/runs/remote/fetch_asset.py", "asset2sim/runs/spread/worker.py"),
 )
 """Folders and modules, relative to the checkout, that decide an asset's result or its rows."""
-ROOMS_OF_CHECKS: Mapping[Check, Sequence[str]] = {Check.REACHABLE: ("asset2sim/trials", "asset2sim/load.py")}
+ROOMS_OF_CHECKS: Mapping[Check, Sequence[str]] = {
+    Check.REACHABLE: ("lab/trials", "lab/schemas", "asset2sim/gym/arm", "asset2sim/load.py", "asset2sim/report/loops")
+}
 """What further checks run besides: it counts where they are asked for."""
-IRRELEVANT_SOURCES = ("schemas/tables_compare.py", "tasks/check.py")
+IRRELEVANT_SOURCES = "tasks/check.py"
 """Sources within them that do not: tables of a study, and what only looks."""
 DATA_SUFFIXES = (".csv", ".md")
 """Endings of data files that decide results: the offline model's tables, and prompts."""

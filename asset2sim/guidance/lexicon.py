@@ -1,0 +1,202 @@
+"""The phrases of the guidance and their meanings, in segments of one statement each."""
+
+import math
+import re
+from dataclasses import dataclass
+
+from asset2sim.guidance import tables
+from asset2sim.guidance.amounts import plain
+
+_TOKEN = re.compile(r"\d+(?:[.,]\d+)?|[a-z]+n't|[a-z]+|[%°;:,.!?()]")
+_COUNTED = re.compile(r"\b(?:\d+|one|two|three|four|five|six|seven|eight|nine|ten)-(?!third|quarter|half)[a-z]+")
+_SENTENCE_ENDS = frozenset(".!?;")
+_SEGMENT_ENDS = frozenset(",:()")
+_SPLITTERS = frozenset(("and", "but", "while", "whereas", "with", "whose", "that", "which", "so", "plus", "yet"))
+_UNITS = {
+    "degree": ("angle", math.radians(1.0)), "degrees": ("angle", math.radians(1.0)),
+    "deg": ("angle", math.radians(1.0)), "°": ("angle", math.radians(1.0)),
+    "rad": ("angle", 1.0), "radian": ("angle", 1.0), "radians": ("angle", 1.0),
+    "%": ("share", 0.01), "percent": ("share", 0.01),
+    "m": ("length", 1.0), "metre": ("length", 1.0), "metres": ("length", 1.0),
+    "meter": ("length", 1.0), "meters": ("length", 1.0),
+    "cm": ("length", 0.01), "centimetre": ("length", 0.01), "centimetres": ("length", 0.01),
+    "centimeter": ("length", 0.01), "centimeters": ("length", 0.01),
+    "mm": ("length", 0.001), "millimetre": ("length", 0.001), "millimetres": ("length", 0.001),
+    "millimeter": ("length", 0.001), "millimeters": ("length", 0.001),
+    "inch": ("length", 0.0254), "inches": ("length", 0.0254),
+    "s": ("time", 1.0), "sec": ("time", 1.0), "secs": ("time", 1.0), "seconds": ("time", 1.0),
+    "kg": ("mass", 1.0), "kilogram": ("mass", 1.0), "kilograms": ("mass", 1.0), "kilos": ("mass", 1.0),
+    "g": ("mass", 0.001), "gram": ("mass", 0.001), "grams": ("mass", 0.001),
+}  # fmt: skip
+_REACHES = {"length": "stops", "angle": "turns"}
+"""What a length or an angle means after "within": how far a part may glide, and no size or state."""
+_ORDINALS = {
+    "first": "0", "1st": "0", "second": "1", "2nd": "1", "third": "2", "3rd": "2", "fourth": "3", "4th": "3",
+    "fifth": "4", "sixth": "5", "last": "-1",
+    "top": "top", "upper": "top", "uppermost": "top", "topmost": "top",
+    "bottom": "bottom", "lower": "bottom", "lowest": "bottom", "bottommost": "bottom",
+    "left": "left", "leftmost": "left", "right": "right", "rightmost": "right",
+    "middle": "middle", "centre": "middle", "center": "middle", "central": "middle",
+}  # fmt: skip
+_QUANTIFIERS = {
+    "all": "all", "both": "all", "every": "all", "each": "all",
+    "other": "other", "others": "other", "rest": "other", "remaining": "other", "else": "other",
+    "everything": "everything", "anything": "everything",
+}  # fmt: skip
+_COUNTS = {"one": 1, "two": 2, "three": 3, "four": 4}
+_UNREAL = frozenset(("to", "can", "could", "would", "will", "may", "might", "be"))
+_CONDITIONS = frozenset(("when", "whenever", "if", "once", "until", "after", "before"))
+_STATE_KINDS = ("open", "closed", "rest", "pressed")
+
+
+@dataclass(frozen=True)
+class Item:
+    """A phrase with a meaning; ``start`` counts tokens. ``number`` is in SI units for measured phrases."""
+
+    kind: str
+    value: str
+    start: int
+    end: int
+    number: float = 0.0
+
+
+@dataclass(frozen=True)
+class Segment:
+    """One statement: the phrases between two separators, and the numbers of its sentence and first token."""
+
+    sentence: int
+    items: tuple[Item, ...]
+    tokens: tuple[str, ...]
+    start: int = 0
+
+    def of(self, *kinds: str) -> tuple[Item, ...]:
+        """The items of these kinds."""
+        return tuple(item for item in self.items if item.kind in kinds)
+
+
+def tokenize(guidance: str) -> tuple[str, ...]:
+    """Lower-case words, numbers and separators, without "two-drawer" and the like, which only count parts, and without
+    numbers that cannot be met."""
+    text = plain(guidance)
+    text = re.sub(r"\b(\d)(st|nd|rd|th)\b", lambda m: _ORDINAL_NAMES.get(m.group(1), m.group(1)), text)
+    return tuple(_TOKEN.findall(_COUNTED.sub(" ", text)))
+
+
+_ORDINAL_NAMES = {"1": "first", "2": "second", "3": "third", "4": "fourth", "5": "fifth", "6": "sixth"}
+
+
+def segments(guidance: str, category: str) -> tuple[Segment, ...]:
+    """The guidance cut into segments, each with what was recognised in it. Words that name the object ("drawer
+    cabinet", or "shelf" where that is its category) are not taken for its parts."""
+    tokens = tokenize(guidance)
+    nouns = [(a, b) for a, b, noun in noun_spans(tokens) if b - a > 1 or noun == category]
+    found: list[Segment] = []
+    items: list[Item] = []
+    words: list[str] = []
+    sentence, index, start = 0, 0, 0
+    while index < len(tokens):
+        token = tokens[index]
+        ends_sentence = token in _SENTENCE_ENDS
+        if ends_sentence or token in _SEGMENT_ENDS or token in _SPLITTERS:
+            found.append(Segment(sentence, tuple(items), tuple(words), start))
+            items, words = [], []
+            sentence += ends_sentence
+            index += 1
+            start = index
+            continue
+        item = None if any(a <= index < b for a, b in nouns) else _item(tokens, index)
+        if item is not None:
+            items.append(item)
+        end = item.end if item is not None else index + 1
+        words.extend(tokens[index:end])
+        index = end
+    found.append(Segment(sentence, tuple(items), tuple(words), start))
+    return tuple(segment for segment in found if segment.tokens)
+
+
+def noun_spans(tokens: tuple[str, ...]) -> list[tuple[int, int, str]]:
+    """(start, end, category) of every phrase that names a category, longest match first, left to right."""
+    return longest_spans(tokens, tables.nouns())
+
+
+def longest_spans(tokens: tuple[str, ...], table: dict[tuple[str, ...], str]) -> list[tuple[int, int, str]]:
+    """(start, end, value) of the longest phrases of a table in the tokens; plurals match their singulars."""
+    longest = max(map(len, table), default=1)
+    spans, index = [], 0
+    while index < len(tokens):
+        for length in range(min(longest, len(tokens) - index), 0, -1):
+            phrase = tokens[index : index + length]
+            value = table.get(phrase) or table.get((*phrase[:-1], singular(phrase[-1])))
+            if value is not None:
+                spans.append((index, index + length, value))
+                index += length - 1
+                break
+        index += 1
+    return spans
+
+
+def singular(word: str) -> str:
+    """A plain plural's singular; other words as they are."""
+    if word.endswith("ves"):
+        return word[:-3] + "f"
+    if word.endswith(("shes", "ches", "xes", "sses")):
+        return word[:-2]
+    return word[:-1] if word.endswith("s") and not word.endswith("ss") else word
+
+
+def _item(tokens: tuple[str, ...], index: int) -> Item | None:
+    token = tokens[index]
+    if token[0].isdigit():
+        return _measure(tokens, index)
+    vocabulary = tables.words()
+    for length in range(min(max(map(len, vocabulary)), len(tokens) - index), 0, -1):
+        word = vocabulary.get(tokens[index : index + length])
+        if word is not None and not (word.kind in _STATE_KINDS and _is_hypothetical(tokens, index)):
+            return Item(word.kind, word.value, index, index + length)
+    if token == "close" and (index == 0 or not tokens[index - 1].isalpha()):
+        return Item("closed", "", index, index + 1)
+    if token == "left" and tokens[index - 1 : index] != ("the",) and _opens(tokens[index + 1 : index + 2]):
+        return None
+    if token.endswith("n't"):
+        return Item("not", "state", index, index + 1)
+    if token in _COUNTS and any(map(part_word, tokens[index + 1 : index + 2])):
+        return Item("count", token, index, index + 1, _COUNTS[token])
+    if token in _ORDINALS and not _is_time(tokens, index):
+        return Item("ordinal", _ORDINALS[token], index, index + 1)
+    if token in _QUANTIFIERS:
+        return Item("quantifier", _QUANTIFIERS[token], index, index + 1)
+    name = part_word(token)
+    return Item("part" if name == token else "parts", name, index, index + 1) if name else None
+
+
+def part_word(token: str) -> str:
+    """The word of the part table that a token is, in the singular; "" if there is none."""
+    forms = (token, singular(token), token.removesuffix("es"))
+    return next((form for form in forms if form in tables.part_words()), "")
+
+
+def _is_hypothetical(tokens: tuple[str, ...], index: int) -> bool:
+    """Whether the words before speak of what the object can do ("can be opened") or of another time ("when closed")."""
+    start = max((i + 1 for i in range(index) if not tokens[i][0].isalnum()), default=0)
+    clause = tokens[max(start, index - 4) : index]
+    return tokens[max(index - 1, 0)] in _UNREAL or bool(_CONDITIONS & set(clause))
+
+
+def _opens(following: tuple[str, ...]) -> bool:
+    word = tables.words().get(following)
+    return word is not None and word.kind in ("open", "closed", "ajar", "degree")
+
+
+def _is_time(tokens: tuple[str, ...], index: int) -> bool:
+    before = tokens[index - 1] if index > 0 else ""
+    return tokens[index] == "second" and (before in ("a", "per") or before[:1].isdigit())
+
+
+def _measure(tokens: tuple[str, ...], index: int) -> Item | None:
+    unit = _UNITS.get(tokens[index + 1]) if index + 1 < len(tokens) else None
+    if unit is None:
+        return Item("number", tokens[index], index, index + 1, float(tokens[index].replace(",", ".")))
+    kind, factor = unit
+    if index > 0 and tokens[index - 1] == "within" and kind in _REACHES:
+        kind = _REACHES[kind]
+    return Item(kind, tokens[index], index, index + 2, float(tokens[index].replace(",", ".")) * factor)

@@ -1,0 +1,179 @@
+"""Which joint carries which part, and which of several like parts an ordinal or a side names."""
+
+import math
+import re
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from asset2sim.guidance import tables
+from asset2sim.guidance.object_info import JointInfo, LinkInfo, ObjectInfo, Vector
+from asset2sim.guidance.tables import PartMechanism
+
+ROW_SHARE = 0.15
+"""Parts whose centres differ by less than this share of the object's height stand in one row."""
+
+
+@dataclass(frozen=True)
+class MovablePart:
+    """A joint with what it carries: ``name`` is a part of the tables or "", ``link`` the one with the geometry."""
+
+    joint: JointInfo
+    link: LinkInfo | None
+    name: str
+    mechanism: PartMechanism
+
+    @property
+    def center(self) -> Vector:
+        """Centre of the part at rest in the root frame, m."""
+        return self.link.center_m if self.link is not None else (0.0, 0.0, 0.0)
+
+    @property
+    def extent(self) -> float:
+        """The volume of the part's box, m³."""
+        return math.prod(self.link.box_m) if self.link is not None else 0.0
+
+
+def parts_of(info: ObjectInfo, category: str) -> tuple[MovablePart, ...]:
+    """A part per movable joint, in the order of the joints."""
+    found = []
+    for joint in info.joints:
+        link = carried_link(info, joint)
+        name = part_name(link.label if link else "", joint.name, joint.child)
+        found.append(MovablePart(joint, link, name, tables.mechanism(name, category, joint.motion)))
+    return tuple(found)
+
+
+def part_name(label: str, *names: str) -> str:
+    """The part that a label stands for; without a label, the part that a joint's or link's name speaks of; else ""."""
+    labels = tables.part_labels()
+    if label:
+        stripped = re.sub(r"^(rotation|translation)_", "", label)
+        return labels.get(label) or labels.get(stripped) or ""
+    for name in names:
+        for word in re.findall(r"[a-z]+", name.lower()):
+            if word in labels:
+                return labels[word]
+    return ""
+
+
+def carried_link(info: ObjectInfo, joint: JointInfo) -> LinkInfo | None:
+    """The joint's child, or where that is a bare helper the first labelled link that hangs from it."""
+    seen: set[str] = set()
+    name = joint.child
+    while name not in seen:
+        seen.add(name)
+        link = info.link_by_name.get(name)
+        if link is not None and (link.has_geometry or link.label):
+            return link
+        below = [child for parent, child in info.edges if parent == name]
+        if not below:
+            return link
+        name = below[0]
+    return None
+
+
+def parts_named(parts: Sequence[MovablePart], word: str) -> tuple[MovablePart, ...]:
+    """The parts that a word names: the first of its choices in the table of which the object has any."""
+    for choice in tables.part_words().get(word, ()):
+        if choice.startswith("@"):
+            motion = {"@hinge": "hinge", "@slider": "slider"}.get(choice)
+            mains = main_parts(parts)
+            return tuple(part for part in mains if motion in (None, part.joint.motion)) or mains
+        found = tuple(part for part in parts if part.name == choice)
+        if found:
+            return found
+    return ()
+
+
+def main_parts(parts: Sequence[MovablePart]) -> tuple[MovablePart, ...]:
+    """The parts that open and close; where there are none, the caps, then the rest."""
+    for roles in (("main",), ("cap",), ("roll", "control", "minor")):
+        found = [part for part in parts if part.mechanism.role in roles]
+        if found:
+            # A joint that carries the body itself ("free" to the root) is no lid or door.
+            return tuple([part for part in found if part.name] or found)
+    return ()
+
+
+def outermost(info: ObjectInfo, chosen: Sequence[MovablePart]) -> tuple[MovablePart, ...]:
+    """The chosen parts without those that hang from another of them, whose motion would be added to theirs."""
+    children = {part.joint.child for part in chosen}
+    return tuple(part for part in chosen if not _hangs_from(info, part.joint.parent, children))
+
+
+def pick(
+    info: ObjectInfo, candidates: Sequence[MovablePart], ordinals: Sequence[str], parts: Sequence[MovablePart]
+) -> tuple[MovablePart, ...]:
+    """Candidates that ordinals name, in reading order: top row first, each from left to right as seen from the front.
+    "top", "bottom", "left", "right" and "middle" filter by place, numbers then count what is left."""
+    chosen = reading_order(info, candidates, parts)
+    for side in (ordinal for ordinal in ordinals if not _counts(ordinal)):
+        chosen = _at_side(info, chosen, side, parts)
+    numbers = [int(ordinal) for ordinal in ordinals if _counts(ordinal)]
+    if not numbers:
+        return tuple(chosen)
+    return tuple(chosen[number] for number in numbers if -len(chosen) <= number < len(chosen))
+
+
+def reading_order(
+    info: ObjectInfo, candidates: Sequence[MovablePart], parts: Sequence[MovablePart]
+) -> list[MovablePart]:
+    """Top to bottom in rows, each from left to right as seen from the front."""
+    row = max(ROW_SHARE * info.size_m[2], 1e-9)
+    rest = sorted(candidates, key=lambda part: -part.center[2])
+    ordered: list[MovablePart] = []
+    while rest:
+        level = rest[0].center[2]
+        in_row = [part for part in rest if level - part.center[2] <= row]
+        ordered += sorted(in_row, key=lambda part: _rightness(part, info, parts))
+        rest = [part for part in rest if level - part.center[2] > row]
+    return ordered
+
+
+def front(info: ObjectInfo, parts: Sequence[MovablePart]) -> tuple[float, float]:
+    """(x, y) of the direction in which the object faces, along one axis: where drawers slide and doors stand. Where no
+    part shows it, −x, as in PartNet-Mobility."""
+    x = y = 0.0
+    body = info.body
+    for part in parts:
+        if part.joint.motion == "slider" and part.name in ("drawer", "shelf"):
+            sign = math.copysign(1.0, part.joint.open - part.joint.closed)
+            x, y = x + sign * part.joint.axis[0], y + sign * part.joint.axis[1]
+        elif part.name == "door" and body is not None:
+            x += part.center[0] - body.center_m[0]
+            y += part.center[1] - body.center_m[1]
+    if math.hypot(x, y) < 1e-3:
+        return (-1.0, 0.0)
+    return (math.copysign(1.0, x), 0.0) if abs(x) >= abs(y) else (0.0, math.copysign(1.0, y))
+
+
+def _rightness(part: MovablePart, info: ObjectInfo, parts: Sequence[MovablePart]) -> float:
+    forward_x, forward_y = front(info, parts)
+    return part.center[0] * -forward_y + part.center[1] * forward_x
+
+
+def _at_side(info: ObjectInfo, chosen: list[MovablePart], side: str, parts: Sequence[MovablePart]) -> list[MovablePart]:
+    if not chosen:
+        return []
+    if side == "middle":
+        return [chosen[len(chosen) // 2]] if len(chosen) % 2 else chosen[len(chosen) // 2 - 1 :][:1]
+    vertical = side in ("top", "bottom")
+    key = (lambda part: part.center[2]) if vertical else (lambda part: _rightness(part, info, parts))
+    values = [key(part) for part in chosen]
+    best = max(values) if side in ("top", "right") else min(values)
+    slack = ROW_SHARE * (info.size_m[2] if vertical else max(info.size_m[:2]))
+    return [part for part, value in zip(chosen, values, strict=True) if abs(value - best) <= slack]
+
+
+def _counts(ordinal: str) -> bool:
+    return ordinal.lstrip("-").isdigit()
+
+
+def _hangs_from(info: ObjectInfo, link: str, ancestors: set[str]) -> bool:
+    seen: set[str] = set()
+    while link not in seen:
+        if link in ancestors:
+            return True
+        seen.add(link)
+        link = info.parent_of.get(link, link)
+    return False

@@ -1,0 +1,285 @@
+"""The data files beside this module as frozen rows. Every row states its source; nothing here is per object."""
+
+import math
+from dataclasses import dataclass
+from functools import lru_cache
+
+from asset2sim.guidance.csv_rows import csv_rows
+
+
+@dataclass(frozen=True)
+class Size:
+    """A category's typical size. ``dimension``: longest edge or height of the closed object, or its body's longest.
+    ``across_max_m`` is the most that the second longest edge may be, 0 for any: a jar is no bottle lying down.
+    ``refines``: categories of which this is a kind, so that a word for it in the guidance says more than they do.
+    ``lies``: such a thing is put down on whatever side it comes to rest."""
+
+    category: str
+    dimension: str
+    typical_m: float
+    min_m: float
+    max_m: float
+    across_max_m: float
+    mass_min_kg: float
+    mass_max_kg: float
+    contact: str
+    refines: tuple[str, ...]
+    lies: bool
+
+
+@dataclass(frozen=True)
+class Material:
+    """Density, the thickness of its walls relative to moulded plastic, and the Coulomb coefficient on a table."""
+
+    name: str
+    density_kg_m3: float
+    wall_factor: float
+    friction: float
+
+
+@dataclass(frozen=True)
+class PartMaterial:
+    """What a part is made of: a wall, or the share of its hull's volume that is material. ``wall_m`` (0 for a solid) is
+    the wall's thickness over the part's outer area: as built, times the share of that area that has such a wall."""
+
+    material: str
+    hollow: float
+    wall_m: float
+
+
+@dataclass(frozen=True)
+class PartContent:
+    """Something heavy inside a part of an object of typical size: its mass, kg, its height in the part's box and its
+    depth from the front, as shares. An object that has one of the parts in ``unless`` has it there, not inside."""
+
+    name: str
+    mass_kg: float
+    height: float
+    depth: float
+    unless: tuple[str, ...]
+
+
+@dataclass(frozen=True)
+class PartMechanism:
+    """How a part moves. ``role``: main (opens), cap, control, roll, minor. ``usual_rad``: how far a hinged part is
+    opened in use, from closed: no lid is by 270°. ``press_n``: with what its spring resists at the start and at the
+    end of its travel, N, at a hinged part's far edge."""
+
+    role: str
+    coast_s: float
+    spring_hz: float | None
+    spring_rest: str
+    holds: bool
+    usual_rad: float
+    press_n: tuple[float, float] | None
+
+
+@dataclass(frozen=True)
+class PartEffort:
+    """The forces (N at its edge) between which a part of a ``kind`` moves. ``anywhere``: people leave it at any
+    position, not only at an end or where it is asked to be. ``counterbalanced``: springs carry its weight."""
+
+    kind: str
+    least_n: float
+    most_n: float
+    anywhere: bool
+    counterbalanced: bool
+    source: str
+
+
+@dataclass(frozen=True)
+class MotionWord:
+    """What a word about motion stands for: seconds to fall shut from half open, metres (slider) or radians (hinge)
+    that it glides when let go, seconds in which a spring brings it back."""
+
+    closes_s: float | None
+    stops_m: float | None
+    stops_rad: float | None
+    returns_s: float | None
+
+
+@dataclass(frozen=True)
+class Word:
+    """What a phrase of the guidance means."""
+
+    kind: str
+    value: str
+
+
+Phrase = tuple[str, ...]
+
+
+@lru_cache
+def sizes() -> dict[str, Size]:
+    """Category → size; "*" is the fallback."""
+    return {
+        row["category"]: Size(
+            category=row["category"],
+            dimension=row["dimension"],
+            typical_m=float(row["typical_m"]),
+            min_m=float(row["min_m"]),
+            max_m=float(row["max_m"]),
+            across_max_m=float(row["across_max_m"] or 0.0),
+            mass_min_kg=float(row["mass_min_kg"]),
+            mass_max_kg=float(row["mass_max_kg"]),
+            contact=row["contact"],
+            refines=tuple(row["refines"].split("|")),
+            lies=row["lies"] == "yes",
+        )
+        for row in csv_rows("sizes")
+    }
+
+
+@lru_cache
+def materials() -> dict[str, Material]:
+    """Name → material."""
+    return {
+        row["material"]: Material(
+            row["material"], float(row["density_kg_m3"]), float(row["wall_factor"]), float(row["friction"])
+        )
+        for row in csv_rows("materials")
+    }
+
+
+@lru_cache
+def nouns() -> dict[Phrase, str]:
+    """Noun phrase → category."""
+    return {tuple(row["phrase"].split()): row["category"] for row in csv_rows("synonyms")}
+
+
+@lru_cache
+def size_words() -> dict[Phrase, float]:
+    """Phrase → factor on the typical size."""
+    return {tuple(row["phrase"].split()): float(row["factor"]) for row in csv_rows("size_words")}
+
+
+@lru_cache
+def tabletop_words() -> frozenset[str]:
+    """Words of size that ask for a thing that is handled on a table, as the paper's prompts use "small"."""
+    return frozenset(row["phrase"] for row in csv_rows("size_words") if row["tabletop"] == "yes")
+
+
+@lru_cache
+def words() -> dict[Phrase, Word]:
+    """Phrase → meaning."""
+    return {tuple(row["phrase"].split()): Word(row["kind"], row["value"]) for row in csv_rows("words")}
+
+
+@lru_cache
+def material_words() -> dict[str, str]:
+    """A word of the guidance → material."""
+    return {row["word"]: row["material"] for row in csv_rows("material_words")}
+
+
+@lru_cache
+def part_words() -> dict[str, tuple[str, ...]]:
+    """A part's name in plain words → parts, the best match first; "@hinge", "@slider", "@main" stand for joints."""
+    return {row["word"]: tuple(row["parts"].split("|")) for row in csv_rows("part_words")}
+
+
+@lru_cache
+def part_labels() -> dict[str, str]:
+    """A link's label → part."""
+    return {row["label"]: row["part"] for row in csv_rows("part_labels")}
+
+
+@lru_cache
+def coast_times() -> dict[str, float]:
+    """A level of damping → the time in which a free joint loses 63 % of its speed, s."""
+    return {row["level"]: float(row["coast_s"]) for row in csv_rows("damping_levels")}
+
+
+@lru_cache
+def wishes() -> dict[str, MotionWord]:
+    """A word about motion → the time or distance that it stands for."""
+    return {
+        row["word"]: MotionWord(*(float(row[key]) if row[key] else None for key in _WISHES))
+        for row in csv_rows("wishes")
+    }
+
+
+_WISHES = ("closes_s", "stops_m", "stops_rad", "returns_s")
+
+
+@lru_cache
+def part_material(category: str, part: str) -> PartMaterial:
+    """The most specific row: category and part, then category for its body, then part, then anything. A part that has a
+    row of its own (a button, a wheel) is the same on every object, so it goes before the body."""
+    table = _part_materials()
+    keys = ((category, part), ("*", part), (category, "*"), ("*", "*"))
+    return next(table[key] for key in keys if key in table)
+
+
+@lru_cache
+def part_contents(category: str, part: str) -> tuple[PartContent, ...]:
+    """What is inside that part of an object of that category, "" being its body."""
+    return tuple(
+        PartContent(
+            name=row["content"],
+            mass_kg=float(row["mass_kg"]),
+            height=float(row["height"]),
+            depth=float(row["depth"]),
+            unless=tuple(row["unless"].split("|")) if row["unless"] else (),
+        )
+        for row in csv_rows("contents")
+        if row["category"] == category and row["part"] == (part or "*")
+    )
+
+
+@lru_cache
+def mechanism(part: str, category: str, motion: str) -> PartMechanism:
+    """The most specific row for the part, the category and the motion (hinge, slider, spin)."""
+    table = _mechanisms()
+    keys = ((part, category, motion), (part, "*", motion), ("*", "*", motion))
+    return next(table[key] for key in keys if key in table)
+
+
+@lru_cache
+def part_effort(part: str, category: str, motion: str) -> PartEffort:
+    """The most specific row for the part, the category and the motion (hinge, slider, spin)."""
+    table = _part_efforts()
+    keys = [(p, c, m) for p in (part, "*") for c in (category, "*") for m in (motion, "*")]
+    return next(table[key] for key in keys if key in table)
+
+
+@lru_cache
+def _part_efforts() -> dict[tuple[str, str, str], PartEffort]:
+    return {
+        (row["part"], row["category"], row["motion"]): PartEffort(
+            kind=row["kind"],
+            least_n=float(row["least_n"]),
+            most_n=float(row["most_n"]),
+            anywhere=row["left"] == "anywhere",
+            counterbalanced=row["counterbalanced"] == "yes",
+            source=row["source"],
+        )
+        for row in csv_rows("efforts")
+    }
+
+
+@lru_cache
+def _part_materials() -> dict[tuple[str, str], PartMaterial]:
+    return {
+        (row["category"], row["part"]): PartMaterial(
+            row["material"],
+            float(row["hollow"] or 1.0),
+            1e-3 * float(row["wall_mm"] or 0.0) * float(row["faces"] or 1.0),
+        )
+        for row in csv_rows("parts")
+    }
+
+
+@lru_cache
+def _mechanisms() -> dict[tuple[str, str, str], PartMechanism]:
+    return {
+        (row["part"], row["category"], row["motion"]): PartMechanism(
+            role=row["role"],
+            coast_s=float(row["coast_s"]),
+            spring_hz=float(row["spring_hz"]) if row["spring_hz"] else None,
+            spring_rest=row["spring_rest"],
+            holds=row["holds"] == "yes",
+            usual_rad=math.radians(float(row["usual_deg"])) if row["usual_deg"] else math.inf,
+            press_n=(float(row["press_start_n"]), float(row["press_end_n"])) if row["press_end_n"] else None,
+        )
+        for row in csv_rows("mechanisms")
+    }

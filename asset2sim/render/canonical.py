@@ -1,0 +1,112 @@
+"""The five canonical views of an asset: render, lay over a background, and write as PNG."""
+
+import io
+import os
+import tempfile
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+
+import numpy as np
+from PIL import Image
+
+from asset2sim.assets.extract import Extraction
+from asset2sim.assets.surfaces.scene import load_scene, nothing_to_draw
+from asset2sim.assets.surfaces.surface import Surface
+from asset2sim.render.batch import batches_of, facing
+from asset2sim.render.camera import NARROW_FOV, WIDE_FOV, directions, fit
+from asset2sim.render.renderer import Frame, Pixels, render
+from schemas.model_names import is_local
+from schemas.request import LabelledImage
+from schemas.settings import Settings, ViewSettings
+
+VIEW_NAMES = ("front", "back", "left", "right", "perspective")
+
+OVERSAMPLING = 1.5
+"""Pixels drawn per pixel shown, along each side: TinyRenderer smooths no edges, and its time goes with the square."""
+BACKGROUND_TOP, BACKGROUND_BOTTOM = (244.0, 246.0, 249.0), (224.0, 228.0, 234.0)
+"""Background colours, RGB: light, and never quite white, so that white objects keep an outline."""
+DARK, LIGHTER, DARKER = 70.0, 90.0, 0.75
+"""Level (0 to 255) below which a pixel is dark; by how much its edges are lighter; share by which others are darker."""
+
+
+def render_views(
+    urdf_file: Path,
+    positions: Mapping[str, float],
+    settings: ViewSettings,
+    names: Sequence[str] = VIEW_NAMES,
+    loaded: dict[Path, tuple[Surface, ...]] | None = None,
+    oversampling: float = OVERSAMPLING,
+) -> dict[str, Image.Image]:
+    """View name → RGB picture of the asset at these joint positions (radians or metres; joints not named are at zero);
+    besides the canonical views there is ``top``. ``loaded`` remembers mesh files already read.
+    Meshes that are missing are left out. Raises AssetError: unreadable_asset or invalid_joint_configuration if the URDF
+    is refused, missing_mesh if nothing is left to draw."""
+    scene = load_scene(urdf_file, positions, loaded)
+    batches = batches_of(scene.surfaces)
+    if not batches:
+        raise nothing_to_draw(urdf_file)
+    points = np.concatenate([batch.vertices for batch in batches])
+    aspect = settings.width / settings.height
+    cameras = {
+        name: fit(points, towards, WIDE_FOV if name == "perspective" else NARROW_FOV, aspect)
+        for name, towards in directions(scene.front).items()
+        if name in names
+    }
+    if len(cameras) == 1:
+        batches = facing(batches, next(iter(cameras.values())).eye)
+    frames = render(batches, cameras, round(oversampling * settings.width), round(oversampling * settings.height))
+    return {name: finish(frames[name], settings.width, settings.height) for name in names}
+
+
+def finish(frame: Frame, width: int, height: int, outlines: Pixels | None = None) -> Image.Image:
+    """The frame over the background, averaged down to ``width`` by ``height`` pixels. ``outlines``: (h, w), 0 to 1, how
+    strongly each pixel is drawn as an edge: darker, and lighter where it is dark itself."""
+    rows = np.linspace(0.0, 1.0, frame.color.shape[0], dtype=np.float32)[:, None, None]
+    top, bottom = np.array(BACKGROUND_TOP, dtype=np.float32), np.array(BACKGROUND_BOTTOM, dtype=np.float32)
+    color = np.where(frame.drawn[..., None], frame.color, top + rows * (bottom - top))
+    if outlines is not None:
+        dark = (color.mean(axis=2) < DARK)[..., None]
+        color = color + outlines[..., None] * np.where(dark, LIGHTER, -DARKER * color)
+    image = Image.fromarray(np.clip(color + 0.5, 0.0, 255.0).astype(np.uint8), "RGB")
+    if image.size != (width, height):
+        image = image.resize((width, height), Image.Resampling.BOX)
+    return image
+
+
+def png_bytes(image: Image.Image) -> bytes:
+    """The picture as a PNG file."""
+    stream = io.BytesIO()
+    image.save(stream, format="PNG")
+    return stream.getvalue()
+
+
+def write_views(
+    urdf_file: Path, positions: Mapping[str, float], folder: Path, settings: ViewSettings
+) -> tuple[Path, ...]:
+    """Render the views into ``folder`` as ``front.png`` and so on; each file appears whole or not at all. Raises what
+    ``render_views`` raises, before anything is written."""
+    images = render_views(urdf_file, positions, settings)
+    folder.mkdir(parents=True, exist_ok=True)
+    written = []
+    for name, image in images.items():
+        path = folder / f"{name}.png"
+        handle, temporary = tempfile.mkstemp(dir=folder, prefix=f".{name}-", suffix=".png")
+        try:
+            with os.fdopen(handle, "wb") as stream:
+                stream.write(png_bytes(image))
+            os.chmod(temporary, 0o644)
+            os.replace(temporary, path)
+        except BaseException:
+            Path(temporary).unlink(missing_ok=True)
+            raise
+        written.append(path)
+    return tuple(written)
+
+
+def labelled_views(extraction: Extraction, settings: Settings) -> dict[str, LabelledImage]:
+    """View name → labelled picture of the authored asset; empty for a model that takes no images, being tables
+    or files."""
+    if is_local(settings.model.model):
+        return {}
+    views = render_views(extraction.urdf, {}, settings.views)
+    return {name: LabelledImage(label=name, png=png_bytes(image)) for name, image in views.items()}

@@ -1,0 +1,201 @@
+"""Pictures for a model that is asked about an asset: its looks with every edge drawn, and its links in colours of their
+own with their names beside them, as it stands, closed and open."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+from PIL import Image
+
+from asset2sim.assets.extract import Extraction
+from asset2sim.assets.marks import GREY, PALETTE, mark_names
+from asset2sim.assets.surfaces.scene import Scene, load_scene, nothing_to_draw
+from asset2sim.assets.surfaces.surface import Batch, Floats, Paint, Surface
+from asset2sim.physics.kinematics import apply, link_to_root, tree_of
+from asset2sim.render.batch import batches_of
+from asset2sim.render.camera import NARROW_FOV, WIDE_FOV, Camera, directions, fit
+from asset2sim.render.canonical import finish, png_bytes
+from asset2sim.render.name_tags import with_names
+from asset2sim.render.renderer import Frame, Pixels, render, render_bodies
+from schemas.features import Features, JointFeatures
+from schemas.model_names import is_local
+from schemas.request import LabelledImage
+from schemas.settings import Settings
+
+OVERSAMPLING = 1.25
+"""Pixels drawn per pixel shown, along each side; the edges that are drawn hide the steps of more."""
+LOOKS = ("perspective", "front", "left", "back")
+"""Views of the looks; the perspective is from the front right and above: it shows the right side and the top."""
+CREASE = 0.5
+"""Change of a surface's slope from one pixel to the next from which an edge is drawn: that of a bend by 27°."""
+MOVED = 0.03
+"""Distance that a link must move, as a share of the object's longest edge, for a picture of its own."""
+HIDDEN_PX, MUCH_MORE = 60, 3.0
+"""Pixels of a link below which it is looked for from behind, and how much more must be seen of it there."""
+Links = NDArray[np.int64]
+
+
+@dataclass(frozen=True, eq=False)
+class Marked:
+    """A picture of the links in their colours: the frame's edges drawn, and (h, w) which link each pixel shows, -1 for
+    none, as numbers into ``links``."""
+
+    image: Image.Image
+    shown: Links
+    links: tuple[str, ...]
+
+    def seen_px(self, link: str) -> int:
+        """Pixels that show a link."""
+        return int((self.shown == self.links.index(link)).sum()) if link in self.links else 0
+
+
+def question_pictures(
+    extraction: Extraction, settings: Settings, names: Mapping[str, str] | None = None
+) -> tuple[LabelledImage, ...]:
+    """The labelled pictures for a question about the asset; none for a model that takes none, being tables or files.
+    ``names`` are those that are written beside the links, where they are called otherwise. Raises AssetError where
+    there is nothing to draw."""
+    if is_local(settings.model.model):
+        return ()
+    side = settings.model.image_side_px
+    loaded: dict[Path, tuple[Surface, ...]] = {}
+    scene = load_scene(extraction.urdf, {}, loaded)
+    pictures = looks(scene, extraction, side)
+    names = {link: link for link in mark_names(extraction.features)} if names is None else names
+    parts = marked(scene, extraction.features, side)
+    behind = marked(scene, extraction.features, side, behind=True)
+    pictures["parts"] = with_names(parts.image, parts.shown, shown_names(parts, extraction.features, names))
+    colors = mark_names(extraction.features)
+    hidden = [
+        link
+        for link in behind.links
+        if colors[link] in PALETTE and parts.seen_px(link) < HIDDEN_PX <= behind.seen_px(link) / MUCH_MORE
+    ]
+    if hidden:
+        pictures["parts_behind"] = with_names(
+            behind.image, behind.shown, shown_names(behind, extraction.features, names)
+        )
+    for label, positions in end_poses(extraction.features).items():
+        posed = marked(load_scene(extraction.urdf, positions, loaded), extraction.features, side)
+        pictures[label] = with_names(posed.image, posed.shown, shown_names(posed, extraction.features, names))
+    return tuple(LabelledImage(label=label, png=png_bytes(image)) for label, image in pictures.items())
+
+
+def looks(scene: Scene, extraction: Extraction, side: int) -> dict[str, Image.Image]:
+    """View → picture of the asset as it looks, with its edges."""
+    batches = batches_of(scene.surfaces)
+    if not batches:
+        raise nothing_to_draw(extraction.urdf)
+    points = np.concatenate([batch.vertices for batch in batches])
+    towards = directions(scene.front)
+    cameras = {
+        name: fit(points, towards[name], WIDE_FOV if name == "perspective" else NARROW_FOV, 1.0) for name in LOOKS
+    }
+    pixels = round(OVERSAMPLING * side)
+    frames = render(batches, cameras, pixels, pixels)
+    return {name: finish(frame, side, side, outlines(frame, cameras[name])) for name, frame in frames.items()}
+
+
+def marked(scene: Scene, features: Features, side: int, *, behind: bool = False) -> Marked:
+    """The links in their colours, seen from the front right and above, or from behind on the left."""
+    colors = mark_names(features)
+    links = tuple(colors)
+    paints = {link: Paint((*PALETTE.get(color, GREY), 1.0)) for link, color in colors.items()}
+    batches: list[Batch] = []
+    owners: list[int] = []
+    for index, link in enumerate(links):
+        own = [
+            replace(surface, paint=paints[link], uv=None)
+            for surface, name in zip(scene.surfaces, scene.links, strict=True)
+            if name == link
+        ]
+        found = batches_of(own) if own else ()
+        batches.extend(found)
+        owners.extend(index for _ in found)
+    towards = directions(scene.front)["perspective"]
+    if behind:
+        towards = towards * np.array([-1.0, -1.0, 1.0])
+    points = np.concatenate([batch.vertices for batch in batches])
+    camera = fit(points, towards, WIDE_FOV, 1.0)
+    pixels = round(OVERSAMPLING * side)
+    frame, bodies = render_bodies(batches, camera, pixels, pixels)
+    shown = np.append(np.asarray(owners, dtype=np.int64), -1)[bodies]
+    edges = np.maximum(outlines(frame, camera), borders(shown))
+    image = finish(frame, side, side, edges)
+    steps = np.minimum((np.arange(side) + 0.5) * OVERSAMPLING, pixels - 1).astype(np.int64)
+    return Marked(image, shown[steps][:, steps], links)
+
+
+def outlines(frame: Frame, camera: Camera) -> Pixels:
+    """(h, w) 0 to 1: silhouettes, and creases where the surface bends. Over a plane one over the distance is linear in
+    the picture, so that its second difference, over itself, is how the slope changes."""
+    near = frame.nearness
+    focal = 0.5 * near.shape[0] / np.tan(0.5 * camera.fov)
+    distance = 1.0 / np.where(near > 0.0, near, 1.0)
+    bend = np.zeros_like(near)
+    bend[1:-1] = np.abs(near[2:] - 2.0 * near[1:-1] + near[:-2])[:]
+    bend[:, 1:-1] = np.maximum(bend[:, 1:-1], np.abs(near[:, 2:] - 2.0 * near[:, 1:-1] + near[:, :-2]))
+    slope = bend * distance**2 * focal / np.maximum(distance, 1e-9)
+    return np.asarray(np.where(frame.drawn, np.clip(slope / CREASE - 1.0, 0.0, 1.0), 0.0), dtype=np.float32)
+
+
+def borders(shown: Links) -> Pixels:
+    """(h, w) 1 where a pixel and its right or lower neighbour show different links."""
+    edge = np.zeros(shown.shape, dtype=np.float32)
+    edge[:, :-1] = shown[:, :-1] != shown[:, 1:]
+    edge[:-1] = np.maximum(edge[:-1], shown[:-1] != shown[1:])
+    return edge
+
+
+def shown_names(picture: Marked, features: Features, names: Mapping[str, str]) -> dict[int, tuple[str, Floats]]:
+    """Number of a link → the name to write beside it and its colour, of the links that have one of their own."""
+    colors = mark_names(features)
+    return {
+        index: (names.get(link, link), np.asarray(PALETTE[colors[link]]))
+        for index, link in enumerate(picture.links)
+        if colors[link] in PALETTE
+    }
+
+
+def end_poses(features: Features) -> dict[str, dict[str, float]]:
+    """Label → joint positions of the pictures at the ends of travel, each only where it differs from position 0. Of
+    parts that hang from a part that opens, only the outer one is opened."""
+    closed = {joint.name: joint.closed or 0.0 for joint in features.movable_joints if joint.mimic is None}
+    opening = [joint for joint in features.movable_joints if joint.mimic is None and sweeps(features, joint, closed)]
+    children = {joint.child for joint in opening}
+    parents = {joint.child: joint.parent for joint in features.joints}
+
+    def hangs(link: str) -> bool:
+        seen = set[str]()
+        while link in parents and link not in seen and link not in children:
+            seen.add(link)
+            link = parents[link]
+        return link in children
+
+    outer = {joint.name: joint.open or 0.0 for joint in opening if not hangs(joint.parent)}
+    found = {}
+    if shift(features, {}, closed) > MOVED:
+        found["parts_closed"] = closed
+    if outer and shift(features, {}, closed | outer) > MOVED:
+        found["parts_open"] = closed | outer
+    return found
+
+
+def sweeps(features: Features, joint: JointFeatures, closed: Mapping[str, float]) -> bool:
+    """Whether a joint moves its part far enough to be seen."""
+    return shift(features, closed, {**closed, joint.name: joint.open or 0.0}) > 2.0 * MOVED
+
+
+def shift(features: Features, before: Mapping[str, float], after: Mapping[str, float]) -> float:
+    """How far the corners of the links' boxes move between two states, at most, as a share of the longest edge."""
+    tree = tree_of(features.joints)
+    poses = [link_to_root(tree, features.root, positions) for positions in (before, after)]
+    farthest = 0.0
+    for link in features.links:
+        if link.has_geometry:
+            grid = np.array(np.meshgrid(*zip(link.box_min, link.box_max, strict=True))).reshape(3, -1).T
+            first, second = (apply(pose[link.name], grid) for pose in poses)
+            farthest = max(farthest, float(np.linalg.norm(first - second, axis=1).max()))
+    return farthest / max(max(features.closed_size), 1e-12)

@@ -1,0 +1,1 @@
+"""What is measured about the project itself: experiments, comparisons, judges, and the pages of the documentation."""

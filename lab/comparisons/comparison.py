@@ -1,0 +1,178 @@
+"""Output of a comparison: Parquet tables, Markdown, charts, and the page's section."""
+
+import shutil
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import pandas as pd
+import pyarrow.parquet as pq
+
+from asset2sim.catalog.enforce import to_arrow
+from lab.comparisons.charts import failure_chart, growth_chart
+from lab.comparisons.comparison_rows import Row, failure_rows, figure_rows, growth_rows
+from lab.comparisons.figure_specs import COST, STABILITY, SUCCESS
+from lab.comparisons.first_table import first_table
+from lab.comparisons.markdown import (
+    agreement_sentences,
+    by_model,
+    failure_table,
+    figure_table,
+    meaning_table,
+    notes,
+    stability_tables,
+)
+from lab.comparisons.meaning import apart_table
+from lab.comparisons.method_runs import Run, slug
+from lab.pages.blocks import write_block
+from lab.schemas import tables_compare as schema
+from schemas.model_names import NOISY, described
+from schemas.table import Table
+
+BLOCK = "compare"
+"""Name of the page's block."""
+GROWTH_CHART = "growth.png"
+
+
+@dataclass(frozen=True)
+class Comparison:
+    """A comparison's rows. ``engines`` names the engines in which the objects were verified, ``apart`` lists what
+    experts chose that readers of the same words do not accept."""
+
+    subset: str | None
+    engines: str
+    objects: pd.DataFrame
+    stability: list[Row]
+    success: list[Row]
+    failures: list[Row]
+    cost: list[Row]
+    growth: list[Row]
+    apart: tuple[dict[str, object], ...] = ()
+
+    @property
+    def count(self) -> int:
+        """Objects that were compared."""
+        return int(self.objects["asset_id"].nunique())
+
+
+def compare(
+    objects: pd.DataFrame, subset: str | None, engines: str, apart: Sequence[dict[str, object]] = ()
+) -> Comparison:
+    """Every table, from one row per object, method and model."""
+    return Comparison(
+        subset=subset,
+        engines=engines,
+        objects=objects,
+        stability=figure_rows(objects, STABILITY, subset),
+        success=figure_rows(objects, SUCCESS, subset),
+        failures=failure_rows(objects),
+        cost=figure_rows(objects, COST, subset),
+        growth=growth_rows(objects),
+        apart=tuple(apart),
+    )
+
+
+def write_comparison(out: Path, runs: Sequence[Run], found: Comparison) -> Path:
+    """Write ``tables/*.parquet``, ``charts/*.png`` and ``compare.md`` into OUT; returns the last."""
+    tables = out / "tables"
+    tables.mkdir(parents=True, exist_ok=True)
+    for table, rows in _tables(found):
+        pq.write_table(to_arrow(table, rows), tables / table.file, compression="zstd")
+    charts = write_charts(out / "charts", found)
+    parts = ["# Methods compared", first_table(found.objects, found.subset, found.engines)]
+    for model in by_model(found.stability):
+        parts += model_section(found, model, f"charts/{charts[model].name}")
+    if found.growth:
+        parts += [
+            f"## As the model errs more ({described(NOISY)})",
+            f"![Success and scale error by error level](charts/{GROWTH_CHART})",
+        ]
+    listed = [f"- {run.method.value}, {described(run.label)}: `{run.folder.relative_to(out)}`" for run in runs]
+    parts += [*agreement_sentences(found.objects), "Runs:", "\n".join(listed)]
+    report = out / "compare.md"
+    report.write_text("\n\n".join(parts) + "\n", encoding="utf-8")
+    return report
+
+
+def write_charts(folder: Path, found: Comparison) -> dict[str, Path]:
+    """A chart of outcomes for each model, by model, and one of error growth where several levels were run."""
+    charts = {}
+    for model, rows in by_model(found.failures).items():
+        title = f"How {found.count} assets ended: {described(model)}"
+        charts[model] = failure_chart(rows, folder / f"failures_{slug(model)}.png", title)
+    if found.growth:
+        growth_chart(found.growth, folder / GROWTH_CHART, f"As the model errs more: {described(NOISY)}")
+    return charts
+
+
+def model_section(found: Comparison, model: str, chart: str) -> list[str]:
+    """One model's tables and chart, by paragraph."""
+    return [
+        f"## {described(model)}",
+        notes(model, found.subset, found.count, found.engines),
+        "### Stability and semantics",
+        stability_tables(found.stability, model),
+        *meaning_section(found, model),
+        "### How assets ended",
+        failure_table(found.failures, found.success, model),
+        f"![Outcomes of each method with {described(model)}]({chart})",
+        "### Cost of an asset",
+        figure_table(found.cost, COST, model),
+    ]
+
+
+def meaning_section(found: Comparison, model: str) -> list[str]:
+    """What readers expect and what came of it, and where experts part from them; empty without expectations."""
+    table = meaning_table(found.objects, model)
+    if not table:
+        return []
+    said = "As careful readers of prompt and pictures expect, written before any result (`expectations.csv`):"
+    parts = [said, table]
+    if found.apart:
+        parts += ["Where the experts' choice is not what readers of the same words accept:", apart_table(found.apart)]
+    return parts
+
+
+def page_block(found: Comparison, pictures: dict[str, str]) -> str:
+    """The page's section: Table 1 without the differences, outcomes as a chart, cost, and the growth of errors.
+    ``pictures`` maps a model, or ``GROWTH_CHART``, to the path of its picture. Only the first model has tables; the
+    error levels of others are in the growth chart."""
+    model = next(iter(by_model(found.stability)))
+    parts = [
+        notes(model, found.subset, found.count, found.engines),
+        figure_table(found.stability, STABILITY, model),
+        *meaning_section(found, model),
+        f"![Outcomes of each method with {described(model)}]({pictures[model]})",
+        figure_table(found.cost, COST, model),
+    ]
+    if GROWTH_CHART in pictures:
+        parts.append(f"![Success and scale error as {described(NOISY)} errs more]({pictures[GROWTH_CHART]})")
+    return "\n\n".join([*parts, *agreement_sentences(found.objects)])
+
+
+def write_page(page: Path, out: Path, found: Comparison) -> None:
+    """Put the section between the page's markers, and its pictures beside it."""
+    model = next(iter(by_model(found.stability)))
+    charts = {model: out / "charts" / f"failures_{slug(model)}.png"}
+    if found.growth:
+        charts[GROWTH_CHART] = out / "charts" / GROWTH_CHART
+    names = {model: "compare_failures.png", GROWTH_CHART: "compare_growth.png"}
+    pictures = {key: names[key] for key in charts}
+    for key, chart in charts.items():
+        shutil.copyfile(chart, page.parent / pictures[key])
+    write_block(page, BLOCK, page_block(found, pictures))
+
+
+def _tables(found: Comparison) -> list[tuple[Table, list[Row]]]:
+    objects: list[Row] = [
+        {str(name): None if pd.isna(value) else value for name, value in row.items()}
+        for row in found.objects.to_dict("records")
+    ]
+    return [
+        (schema.OBJECTS, objects),
+        (schema.STABILITY, found.stability),
+        (schema.SUCCESS, found.success),
+        (schema.FAILURES, found.failures),
+        (schema.COST, found.cost),
+        (schema.GROWTH, found.growth),
+    ]

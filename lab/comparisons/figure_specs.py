@@ -1,0 +1,148 @@
+"""Definitions of the tables' figures: name, computation from the objects, and which direction is better."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+import pandas as pd
+
+from asset2sim.physics.arrays import Array
+from lab.comparisons.statistics import Statistic, mean, mean_not_zero
+from schemas.vocabulary import Method
+
+
+@dataclass(frozen=True)
+class Stated:
+    """A figure as the paper states it, with its standard deviation where there is one."""
+
+    value: float
+    spread: float | None = None
+
+
+NINE_SUBSET = "paper9"
+"""The subset of Table 1's nine objects."""
+EXCLUDED_CATEGORIES = ("Stapler", "Toilet")
+"""Categories that one of the paper's penetration columns excludes."""
+
+TABLE_1: dict[Method, dict[str, Stated]] = {
+    Method.REFERENCE: {
+        "penetration_nonzero": Stated(15.95, 22.55), "drift": Stated(88.9), "oscillation": Stated(100.0),
+    },
+    Method.IVW: {
+        "penetration_nonzero": Stated(13.62, 19.26), "drift": Stated(77.8), "oscillation": Stated(77.8),
+        "scale": Stated(38.35, 31.35), "joint": Stated(0.42, 0.41), "alignment": Stated(82.22),
+    },
+    Method.DIRECT: {
+        "penetration_nonzero": Stated(61.77, 70.76), "drift": Stated(66.7), "oscillation": Stated(77.8),
+        "scale": Stated(35.02, 37.58), "joint": Stated(0.50, 0.48), "alignment": Stated(86.11),
+    },
+    Method.ASSET2SIM: {
+        "penetration_nonzero": Stated(12.83, 18.14), "drift": Stated(100.0), "oscillation": Stated(100.0),
+        "scale": Stated(32.73, 16.51), "joint": Stated(0.40, 0.48), "alignment": Stated(97.22),
+    },
+    Method.AGENT: {
+        "penetration_nonzero": Stated(723.4), "drift": Stated(88.9), "oscillation": Stated(88.9),
+        "scale": Stated(325.76), "joint": Stated(0.48), "alignment": Stated(52.78),
+    },
+    Method.NO_SEMANTICS: {
+        "penetration_nonzero": Stated(16.01), "drift": Stated(100.0), "oscillation": Stated(100.0),
+        "scale": Stated(44.48), "joint": Stated(0.53), "alignment": Stated(88.89),
+    },
+}  # fmt: skip
+"""Stability and semantics over the nine objects (Table 1, and its ablations), by key of figure: mm, %, rad."""
+
+TABLE_6: dict[Method, dict[str, Stated]] = {
+    Method.IVW: {
+        "penetration_nonzero": Stated(18.03, 57.19), "drift": Stated(93.75), "oscillation": Stated(98.75),
+    },
+    Method.DIRECT: {"penetration_nonzero": Stated(19.86), "drift": Stated(77.5), "oscillation": Stated(82.5)},
+    Method.ASSET2SIM: {
+        "penetration_nonzero": Stated(11.65, 37.85), "drift": Stated(97.5), "oscillation": Stated(98.75),
+        "success": Stated(96.0),
+    },
+}  # fmt: skip
+"""The large set: 80 of 93 assets that all methods finished; ``success`` is over all 93."""
+
+TABLE_7: dict[Method, dict[str, Stated]] = {
+    Method.IVW: {"calls": Stated(25.0)},
+    Method.DIRECT: {"calls": Stated(1.0)},
+    Method.ASSET2SIM: {"calls": Stated(2.26, 3.72)},
+}
+"""Queries an asset."""
+
+
+def stated(subset: str | None, method: Method, key: str) -> Stated | None:
+    """The paper's figure for a method, or None: of the nine objects where those were run, else of the large set."""
+    source = TABLE_1 if subset == NINE_SUBSET and key != "success" else TABLE_6
+    return (source.get(method) or {}).get(key) or (TABLE_7.get(method) or {}).get(key)
+
+
+ZERO_MM = 1e-6
+"""Penetration up to which Φ counts as zero, mm: rounding in an engine that counts in single precision."""
+
+
+@dataclass(frozen=True)
+class FigureSpec:
+    """One figure. ``values`` gives (n,) numbers, one per row of the objects, NaN where it is undefined for a row.
+    ``given`` names methods for which it is zero by definition: the experts' deviation from themselves. ``ranked`` says
+    whether the tables mark the best method."""
+
+    key: str
+    heading: str
+    unit: str
+    higher_is_better: bool
+    digits: int
+    values: Callable[[pd.DataFrame], Array]
+    statistic: Statistic = mean
+    given: tuple[Method, ...] = ()
+    ranked: bool = True
+
+
+def _column(name: str, factor: float = 1.0) -> Callable[[pd.DataFrame], Array]:
+    return lambda rows: factor * rows[name].to_numpy(dtype=float)
+
+
+def _share(name: str) -> Callable[[pd.DataFrame], Array]:
+    return _column(name, 100.0)
+
+
+def _penetration(rows: pd.DataFrame) -> Array:
+    phi = rows["penetration_mm"].to_numpy(dtype=float)
+    return np.where(phi <= ZERO_MM, 0.0, phi)
+
+
+def _penetration_of_others(rows: pd.DataFrame) -> Array:
+    return np.where(rows["category"].isin(EXCLUDED_CATEGORIES).to_numpy(), np.nan, _penetration(rows))
+
+
+def _rubric(rows: pd.DataFrame) -> Array:
+    """Prompt alignment by rubric, %, of objects without expectations; 0 for one without an overlay."""
+    return 100.0 * rows["alignment"].fillna(0.0).where(rows["meaning"].isna()).to_numpy(dtype=float)
+
+
+STABILITY: tuple[FigureSpec, ...] = (
+    FigureSpec("penetration", "Φ mm", "mm", False, 2, _penetration),
+    FigureSpec("penetration_nonzero", "Φ mm, not zero", "mm", False, 2, _penetration, mean_not_zero),
+    FigureSpec("penetration_others", "Φ mm, no stapler or toilet", "mm", False, 2, _penetration_of_others),
+    FigureSpec("drift", "drift passes %", "%", True, 1, _share("drift_passes")),
+    FigureSpec("oscillation", "oscillation passes %", "%", True, 1, _share("oscillation_passes")),
+    FigureSpec("scale", "scale off %", "%", False, 1, _column("scale_deviation", 100.0), given=(Method.REFERENCE,)),
+    FigureSpec("joint", "joint off rad", "rad", False, 2, _column("joint_deviation_rad"), given=(Method.REFERENCE,)),
+    FigureSpec("alignment", "alignment %, as readers expect", "%", True, 1, _column("meaning", 100.0)),
+    FigureSpec("rubric", "by our rubric %, others", "%", True, 1, _rubric),
+)
+"""Table 1: stability and semantics."""
+
+SUCCESS: tuple[FigureSpec, ...] = (
+    FigureSpec("success", "success %", "%", True, 1, _share("ok")),
+    FigureSpec("paper_success", "the paper's three tests %", "%", True, 1, _share("paper_tests_pass")),
+)
+"""Table 6: success by every check that was run, and by the paper's three alone."""
+
+COST: tuple[FigureSpec, ...] = (
+    FigureSpec("calls", "calls", "1", False, 2, _column("calls"), ranked=False),
+    FigureSpec("tokens", "tokens", "1", False, 0, _column("tokens"), ranked=False),
+    FigureSpec("cost", "USD", "USD", False, 4, _column("cost_usd"), ranked=False),
+    FigureSpec("seconds", "seconds", "s", False, 1, _column("seconds"), ranked=False),
+)
+"""Table 7: cost of an asset."""

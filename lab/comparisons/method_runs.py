@@ -1,0 +1,161 @@
+"""Runs of a comparison: methods × models, each with an output folder of its own."""
+
+import re
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Annotated
+
+from pydantic import AfterValidator, BeforeValidator, Field
+from pydantic_settings import CliPositionalArg
+from typing_extensions import TypeAliasType
+
+from asset2sim.runs.command_line import parse
+from asset2sim.runs.option_groups import FileOptions, Selection
+from asset2sim.runs.option_types import ENGINES, FILE, NAME, URL, Listed, nothing
+from asset2sim.runs.request import merged, settings_for_run, stated_settings
+from lab.noise.noise_level import noise_of
+from schemas.base import Frozen
+from schemas.errors import UsageError
+from schemas.location import local_folder
+from schemas.model_names import MAX_LEVEL, NOISY, is_noisy
+from schemas.settings import Settings
+from schemas.vocabulary import Engine, Method
+
+METHODS = (
+    *(Method.REFERENCE, Method.IVW, Method.DIRECT, Method.ASSET2SIM, Method.AGENT, Method.NO_SEMANTICS),
+    *(Method.CONSTANT, Method.RAW),
+)
+"""Every method, in the order of the tables: the paper's, the trivial baseline, and the raw asset."""
+WITHOUT_MODEL = (Method.REFERENCE, Method.CONSTANT, Method.RAW)
+"""Methods without model calls: each is run once, however many models are compared."""
+NO_MODEL = "none"
+"""Model name of those methods in the tables."""
+
+
+@dataclass(frozen=True)
+class Run:
+    """One run of the flow. ``label`` is what the tables call its model, ``folder`` is below the comparison's output."""
+
+    method: Method
+    model: str
+    folder: Path
+
+    @property
+    def label(self) -> str:
+        """The model's name in the tables; ``NO_MODEL`` for a method without model calls."""
+        return NO_MODEL if self.method in WITHOUT_MODEL else self.model
+
+    def settings(self, base: Settings) -> Settings:
+        """The settings of this run."""
+        model = base.model.model_copy(update={"model": self.model})
+        return base.model_copy(update={"method": self.method, "model": model})
+
+
+def planned_runs(out: Path, methods: Sequence[Method], models: Sequence[str]) -> tuple[Run, ...]:
+    """A run for each method and model; one for a method that asks none. Raises UsageError for no method or model."""
+    if not methods or not models:
+        raise UsageError("name at least one method and one model")
+    runs: list[Run] = []
+    for method in methods:
+        for model in models[:1] if method in WITHOUT_MODEL else models:
+            label = NO_MODEL if method in WITHOUT_MODEL else model
+            runs.append(Run(method, model, out / method.value / slug(label)))
+    folders = [run.folder for run in runs]
+    for run in runs:
+        if folders.count(run.folder) > 1:
+            raise UsageError(f"two models share the folder {run.folder}; name each model once")
+    return tuple(runs)
+
+
+def slug(model: str) -> str:
+    """Folder name for a model."""
+    return re.sub(r"[^A-Za-z0-9.@=-]+", "_", model).strip("._") or "model"
+
+
+def noisy_models(levels: Sequence[float]) -> tuple[str, ...]:
+    """The simulated fallible models of these levels; level 1 is the model itself."""
+    return tuple(NOISY if level == 1.0 else f"{NOISY}@{level:g}" for level in levels)
+
+
+def level_of(model: str) -> float | None:
+    """The error level of a simulated fallible model; None for any other."""
+    noise = noise_of(model) if is_noisy(model) else None
+    return None if noise is None else noise.level
+
+
+Folder = Annotated[Path, BeforeValidator(local_folder)]
+METHOD_NAMES = TypeAliasType("METHOD_NAMES", tuple[Method, ...])
+MODELS = TypeAliasType("MODELS", tuple[str, ...])
+LEVELS = TypeAliasType("LEVELS", str)
+
+
+class CompareRequest(Frozen):
+    """A dataset, what to take of it, the methods and models, and the settings that all runs share."""
+
+    data: Path
+    out: Path
+    subset: str | None = None
+    asset_ids: tuple[str, ...] = ()
+    limit: int | None = None
+    methods: tuple[Method, ...] = METHODS
+    models: tuple[str, ...] = (NOISY,)
+    settings: Settings = Settings()
+    page: Path | None = None
+    first: Path | None = None
+
+    @property
+    def engines(self) -> str:
+        """Names of the engines to verify in, as text."""
+        return ", ".join(self.settings.engine.verify or ("every engine installed",))
+
+
+class CompareOptions(Selection, FileOptions):
+    """Compare methods and models on the same objects."""
+
+    data: CliPositionalArg[Folder] = Field(description="a dataset, as asset2sim refine takes it")
+    out: CliPositionalArg[Folder] = Field(
+        description="the output folder: one folder for each method and model, and the tables"
+    )
+    methods: Listed[METHOD_NAMES] = Field((), description=f"methods, of {', '.join(Method)} (default: all)")
+    models: Listed[MODELS] = Field((), description=f"any LiteLLM models (default: {NOISY})")
+    levels: LEVELS | None = Field(None, description=f"also {NOISY} at these error levels, such as 0,0.5,1,2,4")
+    engines: Annotated[Listed[ENGINES | None], AfterValidator(nothing)] = Field(
+        (Engine.PYBULLET,), description="engines to verify in (default: pybullet)"
+    )
+    api_base: URL | None = Field(None, description="the address of a server of your own for the models")
+    judge_model: NAME | None = Field(None, description="a vision model that scores every asset against its prompt")
+    page: FILE | None = Field(None, description="write the tables and charts between this file's markers")
+    first: FILE | None = Field(None, description="write one table over all methods and models between this file's")
+
+
+def parse_request(words: Sequence[str]) -> CompareRequest:
+    """The request that a command line states. Raises UsageError."""
+    options = parse(CompareOptions, words, "python -m lab.flows.compare_methods")
+    levels = noisy_models(_levels(options.levels))
+    # The default model comes first, so that the documentation's tables are of it.
+    models = options.models or ((NOISY,) if NOISY in levels or not levels else ())
+    stated = merged(stated_settings(options), {"views": {"write": False}})
+    below = {"engine": {"verify": (Engine.PYBULLET,)}}
+    return CompareRequest(
+        data=options.data,
+        out=options.out.resolve(),
+        subset=options.subset,
+        asset_ids=options.assets,
+        limit=options.limit,
+        methods=tuple(method for method in METHODS if method in options.methods) or METHODS,
+        models=tuple(dict.fromkeys((*models, *levels))),
+        settings=settings_for_run(options.settings, stated, below),
+        page=options.page,
+        first=options.first,
+    )
+
+
+def _levels(text: str | None) -> tuple[float, ...]:
+    try:
+        levels = {float(word) for word in (text or "").split(",") if word.strip()}
+    except ValueError:
+        levels = {-1.0}
+    if not all(0.0 <= level <= MAX_LEVEL for level in levels):
+        raise UsageError(f"--levels {text}: give numbers from 0 to {MAX_LEVEL:g}, such as 0,0.5,1,2,4")
+    return tuple(sorted(levels))

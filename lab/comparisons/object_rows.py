@@ -1,0 +1,105 @@
+"""One row for each object, method and model, read from the runs' catalogs."""
+
+from collections.abc import Sequence
+
+import numpy as np
+import pandas as pd
+
+from asset2sim.catalog.read import latest_rows
+from asset2sim.checks.alignment.expectations import SWINGS
+from lab.comparisons.method_runs import Run
+from schemas.alignment import NOTHING, SIZE
+from schemas.model_names import JUDGE_PURPOSE
+from schemas.settings import Thresholds
+from schemas.vocabulary import PAPER_FAILURE_MODES, FailureMode
+
+
+def read_objects(runs: Sequence[Run], limits: Thresholds) -> pd.DataFrame:
+    """The latest run of every folder, as rows of ``lab.schemas.tables_compare.OBJECTS``; numbers not measured are NaN.
+    Raises UsageError where a folder has no run."""
+    return pd.concat([_objects(run, limits) for run in runs], ignore_index=True)
+
+
+def _objects(run: Run, limits: Thresholds) -> pd.DataFrame:
+    assets, aligned, calls, expected = latest_rows(run.folder, "assets", "alignment", "model_calls", "expectations")
+    columns = ["asset_id", "alignment", "judged", "scale_deviation", "reference_states_scale", "joint_deviation_rad"]
+    merged = assets.merge(aligned[columns], on="asset_id", how="left")
+    merged = merged.merge(_spent(calls), on="asset_id", how="left")
+    merged = merged.merge(_met(expected), on="asset_id", how="left")
+    drift, steady = drift_passes(merged, limits), oscillation_passes(merged)
+    phi = _number(merged, "penetration_mm")
+    stated = true_of(merged["reference_states_scale"])
+    slow = _number(merged, "peak_speed_m_s") <= limits.peak_speed_m_s
+    return pd.DataFrame(
+        {
+            "method": run.method.value,
+            "model": run.label,
+            "asset_id": merged["asset_id"].astype(str),
+            "category": merged["category"].astype(str),
+            "ok": merged["status"] == "ok",
+            "failure_mode": merged["failure_mode"].astype(str),
+            "paper_failure_mode": [PAPER_FAILURE_MODES.get(FailureMode(mode)) for mode in merged["failure_mode"]],
+            "penetration_mm": phi,
+            "drift_passes": drift,
+            "oscillation_passes": steady,
+            "paper_tests_pass": drift & steady & slow & (phi <= 1000.0 * limits.penetration_m),
+            "alignment": _number(merged, "alignment"),
+            "meaning": _number(merged, "meaning"),
+            "size_met": merged["size_met"].astype("boolean"),
+            **{name: _number(merged, name).astype("Int64") for name in JOINT_COUNTS},
+            "judged": _number(merged, "judged"),
+            "scale_deviation": _number(merged, "scale_deviation").where(stated),
+            "joint_deviation_rad": _number(merged, "joint_deviation_rad"),
+            "calls": merged["calls"].fillna(0).astype(int),
+            "tokens": merged["tokens"].fillna(0).astype(int),
+            "cost_usd": _number(merged, "spent_usd").fillna(0.0),
+            "seconds": _number(merged, "seconds_total"),
+        }
+    )
+
+
+def true_of(flags: "pd.Series[bool]") -> "pd.Series[bool]":
+    """The flags, with null as False."""
+    return flags.astype("boolean").fillna(False).astype(bool)
+
+
+def drift_passes(rows: pd.DataFrame, limits: Thresholds) -> "pd.Series[bool]":
+    """Whether each row's drift is within the limits; False for null: not measured, or not finite."""
+    return (_number(rows, "drift_m") <= limits.drift_m) & (_number(rows, "drift_rad") <= limits.drift_rad)
+
+
+def oscillation_passes(rows: pd.DataFrame) -> "pd.Series[bool]":
+    """Whether no joint of each row oscillated; False where it was not measured, or exploded."""
+    return true_of(rows["finite"]) & (_number(rows, "oscillating_joints") == 0)
+
+
+def _spent(calls: pd.DataFrame) -> pd.DataFrame:
+    """Calls, tokens and cost of each asset without the vision judge's; an answer from the cache counts as a call."""
+    own = calls[calls["purpose"] != JUDGE_PURPOSE]
+    tokens = own["prompt_tokens"] + own["completion_tokens"]
+    grouped = own.assign(tokens=tokens).groupby("asset_id")
+    spent = grouped.agg(calls=("call_index", "size"), tokens=("tokens", "sum"), spent_usd=("cost_usd", "sum"))
+    return spent.reset_index()
+
+
+JOINT_COUNTS = ("joints_asked", "joints_met_at_start", "joints_met")
+
+
+def _met(expected: pd.DataFrame) -> pd.DataFrame:
+    """How each asset with expectations meets them: a row each, with ``meaning``, ``size_met`` and ``JOINT_COUNTS``."""
+    rows: list[dict[str, object]] = []
+    for asset_id, own in expected.groupby("asset_id"):
+        size = own.loc[own["what"] == SIZE, "met_at_start"].dropna()
+        joints = own[~own["what"].isin([SIZE, NOTHING]) & own["met_at_start"].notna()]
+        ends = joints["met_at_start"].where(joints["unit"] == SWINGS, joints["met_at_rest"])
+        halves = [float(size.iloc[0])] if len(size) else []
+        halves += [float(true_of(ends).mean())] if len(joints) else []
+        row: dict[str, object] = {"asset_id": asset_id, "meaning": float(np.mean(halves)) if halves else np.nan}
+        row |= {"size_met": bool(size.iloc[0]) if len(size) else None}
+        counts = (len(joints), int(true_of(joints["met_at_start"]).sum()), int(true_of(ends).sum()))
+        rows.append(row | dict(zip(JOINT_COUNTS, counts, strict=True)))
+    return pd.DataFrame(rows, columns=["asset_id", "meaning", "size_met", *JOINT_COUNTS])
+
+
+def _number(frame: pd.DataFrame, name: str) -> "pd.Series[float]":
+    return pd.to_numeric(frame[name], errors="coerce").astype("float64").replace([np.inf, -np.inf], np.nan)

@@ -1,0 +1,1 @@
+"""Experiments as Prefect flows and as programs of make."""

@@ -1,0 +1,89 @@
+"""A robot learns to use refined objects, as a flow: trainings on Dask, a child each, and the tables of learning."""
+
+import sys
+from collections.abc import Sequence
+from dataclasses import replace
+from pathlib import Path
+
+import pandas as pd
+from prefect import flow
+
+from asset2sim.catalog.text import output
+from flows.server.client import use_server
+from flows.server.server import temporary_server
+from lab.judged.published import published_learning
+from lab.judged.variant_folders import variant_folders
+from lab.learning.progress import Point
+from lab.learning.show_learning import described, draw_curves, learning_block
+from lab.learning.study import Chosen, Training, check_libraries, latest, left_to_do, run_trainings, trainings_of
+from lab.options.learn_options import LearnOptions
+from lab.pages.blocks import check_page, write_block
+from lab.schemas.tables_learning import LEARNING, LEARNING_CURVES
+from schemas.errors import UsageError
+from schemas.learning_settings import warp_settings
+from schemas.location import is_url
+from schemas.settings import RunSettings
+from schemas.table import Row
+
+BLOCK, PICTURE = "learn", "learning_curves.svg"
+"""Name of the page's block, and of the picture beside the page."""
+
+
+def learn(options: LearnOptions, run: RunSettings) -> None:
+    """Train on these outputs' objects and print what became of it. Raises UsageError where a library is missing, for an
+    output without a catalog, where nothing is chosen, and for a page without the block's markers."""
+    check_libraries(warp=options.warp is not None)
+    if options.page is not None:
+        check_page(options.page, BLOCK)
+    published = published_learning(options.published) if options.published is not None else None
+    for out in (*options.outs, options.out):
+        if is_url(out):
+            raise UsageError(f"{out}: a robot learns with objects in a folder; fetch the output first")
+    chosen = Chosen(
+        options.tasks, options.assets, options.methods, options.seeds, options.budget, options.minutes, options.film
+    )
+    if options.warp is not None:
+        chosen = replace(chosen, ppo=warp_settings(options.warp))
+    todo = [item for data in variant_folders(options.outs) for item in trainings_of(Path(data), options.out, chosen)]
+    if not todo:
+        raise UsageError("no refined object of these outputs has a joint and is of these tasks, methods and assets")
+    left = left_to_do(todo, options.out, options.force)
+    if len(left) < len(todo):
+        sys.stderr.write(f"{len(todo) - len(left)} of {len(todo)} trainings have ended before; --force begins anew\n")
+    if left:
+        with temporary_server() as address, use_server(address):
+            train_all(left, options.out, run)
+    rows, curves = (of_these(latest(options.out, table), todo) for table in (LEARNING, LEARNING_CURVES))
+    for part in described(rows):
+        output().print(part)
+    if options.page is not None:
+        write_block(options.page, BLOCK, learning_block(rows, published))
+        draw_curves(curves, options.page.with_name(PICTURE))
+
+
+@flow(name="learn", persist_result=False, validate_parameters=False)
+def train_all(todo: Sequence[Training], out: Path, run: RunSettings) -> None:
+    """Do every training and store its rows."""
+    run_trainings(todo, out, run, heard, told)
+
+
+def heard(item: Training, point: Point) -> None:
+    """A line about a checkpoint, on standard error."""
+    lesson = item.lesson
+    sys.stderr.write(
+        f"{lesson.task.name} ({lesson.folder.name}) {item.method} seed {lesson.seed}: {point.steps} actions, "
+        f"S {point.s:.2f}, {point.success:.0%} done, {point.fps:.0f} actions/s, {point.seconds:.0f} s\n"
+    )
+
+
+def told(row: Row, left: int) -> None:
+    """A line about a training that has ended, on standard error."""
+    why = f": {row['reason']}" if row["reason"] else ""
+    sys.stderr.write(f"{row['task']} {row['method']} seed {row['seed']}: {row['outcome']}{why}; {left} left\n")
+
+
+def of_these(rows: pd.DataFrame, todo: Sequence[Training]) -> pd.DataFrame:
+    """The rows of these trainings."""
+    names = list(todo[0].who)
+    wanted = {tuple(item.who.values()) for item in todo}
+    return rows[[key in wanted for key in rows[names].itertuples(index=False, name=None)]].reset_index(drop=True)

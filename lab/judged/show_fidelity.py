@@ -1,0 +1,155 @@
+"""What policies say of methods, for people: rates, correlations with reality, agreement, and what went wrong."""
+
+import math
+from collections.abc import Sequence
+from pathlib import Path
+
+import pandas as pd
+from rich.console import RenderableType
+from rich.text import Text
+
+from asset2sim.catalog.text import NOTHING, markdown_table, number_table
+from lab.judged.fidelity import (
+    REAL,
+    Agreement,
+    Correlation,
+    FidelityFigure,
+    agreements,
+    fidelity_figures,
+    rates_of,
+    smallest_r,
+)
+from lab.judged.probe_tables import task_tables
+from lab.judged.published import SUCCESS_FILE, published_rates
+from lab.trials.figures import FAULTS
+
+HEADINGS = ("policy", "method", "success, %", "95 % over tasks", "SRCC", "95 %", "p", "tasks", "trials")
+ENDED = ("done", "not done")
+
+
+def real_rates(published: Path | None) -> pd.DataFrame:
+    """Rates of policies in reality, of a folder of the paper's tables that has them; else none."""
+    if published is None or not (published / SUCCESS_FILE).is_file():
+        return pd.DataFrame(columns=["policy", "method", "model", "task", "rate", "trials"])
+    rates = published_rates(published)
+    return rates[rates["method"] == REAL]
+
+
+def describe_fidelity(title: str, rates: pd.DataFrame, real: pd.DataFrame) -> list[RenderableType]:
+    """Success rates (``rates_of``) as a table and lines that say how far to trust it; nothing where there are none."""
+    if rates.empty:
+        return []
+    figures = fidelity_figures(rates, real)
+    return [number_table(title, HEADINGS, rows_of(figures), left=2), Text("\n".join(_caution(figures, rates)))]
+
+
+def describe_probes(trials: pd.DataFrame, real: pd.DataFrame) -> list[RenderableType]:
+    """The latest rows of a table ``probe_trials``: figures, agreement of methods, and faults found in recordings."""
+    rates = rates_of(trials)
+    parts = describe_fidelity("Behavioural fidelity", rates, real)
+    rows = fault_rows(trials)
+    if rows:
+        parts.append(number_table("In the recordings, trials", fault_headings(trials), rows, left=2))
+    return parts
+
+
+def fidelity_block(trials: pd.DataFrame, real: pd.DataFrame) -> str:
+    """The same as Markdown, with the tasks of each policy."""
+    rates = rates_of(trials)
+    figures = fidelity_figures(rates, real)
+    parts = [markdown_table(HEADINGS, rows_of(figures), range(2, len(HEADINGS)))]
+    parts.append("\n".join(f"- {line}" for line in _caution(figures, rates)))
+    headings = fault_headings(trials)
+    parts.append(markdown_table(headings, fault_rows(trials), range(2, len(headings))))
+    return "\n\n".join([*parts, task_tables(trials)])
+
+
+def rows_of(figures: Sequence[FidelityFigure]) -> list[tuple[str, ...]]:
+    """A row per policy and method, as the paper's table has them."""
+    names = _names(figures)
+    return [
+        (
+            *(item.policy, names[item.method, item.model], f"{100.0 * item.mean:.2f}"),
+            *(
+                _span(100.0 * item.low, 100.0 * item.high, 0),
+                *_correlated(item.srcc),
+                str(item.tasks),
+                str(item.trials),
+            ),
+        )
+        for item in figures
+    ]
+
+
+def fault_headings(trials: pd.DataFrame) -> tuple[str, ...]:
+    """Headings of ``fault_rows``: faults, then the ends that are no result."""
+    return ("policy", "method", "trials", *FAULTS.values(), *_ends(trials))
+
+
+def fault_rows(trials: pd.DataFrame) -> list[tuple[str, ...]]:
+    """By policy and method: how many trials, how many had each fault, and how many ended without a result, and how."""
+    return [
+        (
+            *(str(policy), str(method), str(len(some))),
+            *(str(int(some[fault].fillna(False).astype(bool).sum())) for fault in FAULTS),
+            *(str(int((some["outcome"] == end).sum())) for end in _ends(trials)),
+        )
+        for (policy, method), some in trials.groupby(["policy", "method"])
+    ]
+
+
+def _ends(trials: pd.DataFrame) -> list[str]:
+    return sorted(set(trials["outcome"].dropna()) - set(ENDED))
+
+
+def _correlated(found: Correlation | None) -> tuple[str, str, str]:
+    if found is None:
+        return NOTHING, NOTHING, NOTHING
+    if found.undefined:
+        return f"undefined ({found.undefined})", NOTHING, NOTHING
+    return f"{found.r:.2f}", _span(found.low, found.high, 2), f"{found.p:.2f}"
+
+
+def _caution(figures: Sequence[FidelityFigure], rates: pd.DataFrame) -> list[str]:
+    """How little eleven points are, which intervals miss resamples, and how methods agree where nothing acted in
+    reality."""
+    lines = []
+    known = [item.srcc for item in figures if item.srcc is not None]
+    if known:
+        n = max(item.n for item in known)
+        lines.append(
+            f"SRCC is Pearson's r over {n} tasks, which is little: below |r| = {smallest_r(n):.2f} it is not told from "
+            f"none at 5 %, and {len(known)} were computed"
+        )
+    lost = [
+        f"{item.policy}, {item.method}: {item.srcc.lost:.0%}" for item in figures if item.srcc and _lossy(item.srcc)
+    ]
+    if lost:
+        lines.append(f"resamples without variance, left out of the interval of r: {'; '.join(lost)}")
+    unreal = {item.policy for item in figures if item.srcc is None and item.method != REAL}
+    for item in agreements(rates[rates["policy"].isin(unreal)]):
+        lines.append(_agreed(item))
+    if unreal:
+        names = ", ".join(sorted(unreal))
+        lines.append(
+            f"no SRCC of {names}: no success in reality is known of that policy, so methods are compared alone"
+        )
+    return lines
+
+
+def _lossy(found: Correlation) -> bool:
+    return not found.undefined and found.lost > 0.01
+
+
+def _agreed(item: Agreement) -> str:
+    said = "no variance" if math.isnan(item.r) else f"r = {item.r:.2f}, ρ = {item.rho:.2f}"
+    return f"{item.policy}: success with {item.first} and with {item.second} over {item.n} tasks: {said}"
+
+
+def _span(low: float, high: float, digits: int) -> str:
+    return NOTHING if math.isnan(low) else f"{low:.{digits}f} to {high:.{digits}f}"
+
+
+def _names(figures: Sequence[FidelityFigure]) -> dict[tuple[str, str], str]:
+    several = len({item.model for item in figures}) > 1
+    return {(item.method, item.model): f"{item.method}, {item.model}" if several else item.method for item in figures}

@@ -1,0 +1,155 @@
+"""What ``asset2sim ratings`` prints: figures per method, agreement, order, and where people and numbers disagree."""
+
+from collections.abc import Sequence
+from pathlib import Path
+
+import pandas as pd
+from rich.console import RenderableType
+from rich.text import Text
+
+from asset2sim.catalog.own_files import read_own_files
+from asset2sim.catalog.text import NOTHING, number, number_table
+from lab.judged.agreement import OrderEffect, krippendorff_alpha, mean_by_place, order_effect, rater_matrix
+from lab.judged.figures import TASK, VARIANT, joined, latest_scores, rating_figures, video_figures
+from lab.judged.physical_scores import PHYSICAL_JUDGE
+from lab.judged.published import SUCCESS_FILE, published_rates, published_ratings, published_videos
+from lab.judged.show_fidelity import describe_fidelity, describe_probes, real_rates
+from lab.judged.variant_folders import variant_folders
+from lab.judged.verdicts import disagreements, rated_variants, verdict_figures, verdicts_of
+from lab.probes.kept_trials import latest_probes
+from lab.schemas.tables_judged import RATING_KEYS, RATINGS, VIDEO_SCORES
+from schemas.errors import UsageError
+
+STAGES = ("score_before", "score_untouched", "score_touched")
+NOTHING_RATED = "nothing is rated or scored"
+
+
+def describe_ratings(outs: Sequence[Path | str], published: Path | None) -> list[RenderableType]:
+    """The ratings, video scores and probe trials of output folders, then published ones, as tables and lines for the
+    terminal. Raises UsageError where nothing is rated or named, for a folder without a catalog, and for a rating
+    without key."""
+    verdicts = verdicts_of(variant_folders(outs)) if outs else None
+    parts: list[RenderableType] = []
+    if outs:
+        tables = [
+            pd.concat([read_own_files(out, table) for out in outs], ignore_index=True)
+            for table in (RATINGS, RATING_KEYS, VIDEO_SCORES)
+        ]
+        parts += _ratings("Ratings", joined(*tables[:2]), verdicts) + describe_scores("Video scores", tables[2])
+        parts += describe_probes(latest_probes(outs), real_rates(published))
+    if published is not None:
+        found = joined(*published_ratings(published))
+        parts += _ratings("Published ratings", found, verdicts)
+        parts += describe_scores("Published video scores", published_videos(published))
+        if (published / SUCCESS_FILE).is_file():
+            title = "Published behavioural fidelity"
+            parts += describe_fidelity(title, published_rates(published), real_rates(published))
+    if not parts:
+        told = f"{', '.join(map(str, outs))}: {NOTHING_RATED}" if outs else "name an output folder, or --published"
+        raise UsageError(f"{told}; asset2sim rate OUT opens the page on which people rate")
+    return parts
+
+
+def _ratings(title: str, rated: pd.DataFrame, verdicts: pd.DataFrame | None) -> list[RenderableType]:
+    if rated.empty:
+        return []
+    names = _names(rated)
+    headings = ("method", "mean", "95 % of it", "± raters", "± objects", "before", "untouched", "touched", "n")
+    rows = [
+        (
+            *(names[item.method, item.model], _two(item.mean), _span(item.low, item.high)),
+            *(_two(value) for value in (item.over_raters, item.over_objects, *item.stages)),
+            f"{item.raters} × {item.objects}",
+        )
+        for item in rating_figures(rated)
+    ]
+    alphas = [f"{_two(krippendorff_alpha(rater_matrix(rated)))} in all"]
+    alphas += [
+        f"{_two(krippendorff_alpha(rater_matrix(rated, name)))} {name.removeprefix('score_')}"
+        for name in STAGES
+        if rated[name].notna().any()
+    ]
+    lines = [f"agreement of raters (Krippendorff's alpha, interval): {', '.join(alphas)}"]
+    order = order_effect(rated, ["rater", "asset_id"], ["asset_id", *VARIANT])
+    lines += [_order("rating", order)] + ([] if verdicts is None else _verdicts(rated, verdicts))
+    table = number_table(f"{title}, 0 to 10; n is raters × objects", headings, rows, left=1)
+    return [table, Text("\n".join(lines))]
+
+
+def _verdicts(rated: pd.DataFrame, verdicts: pd.DataFrame) -> list[str]:
+    variants, names = rated_variants(rated, verdicts), _names(rated)
+    if not variants:
+        return ["no verdict of ours on what was rated"]
+    figures = verdict_figures(variants)
+    lines = [
+        f"with our verdicts on {figures.n} variants: r = {_two(figures.r)}; mean rating of what passes "
+        f"{_two(figures.of_passes)}, of what fails {_two(figures.of_failures)}"
+    ]
+    if rated["run_id"].isna().all():
+        lines.append("(ratings of the paper's variants, verdicts on ours of the same assets and methods)")
+    apart = disagreements(variants)
+    lines.append(f"people and verdicts disagree on {len(apart)}" + (":" if apart else ""))
+    for item in apart:
+        said = "passes every check" if item.passes > 0.5 else f"fails ({item.reason})"
+        notes = "".join(f" “{note}”" for note in item.notes)
+        who = "rater" if item.raters == 1 else "raters"
+        lines.append(
+            f"  {item.asset_id}, {names[item.method, item.model]}: rated {_two(item.rating)} by {item.raters} {who}, "
+            f"{said}{notes}"
+        )
+    return lines
+
+
+def describe_scores(title: str, scores: pd.DataFrame) -> list[RenderableType]:
+    """Scores of videos as a table, and lines on the order of the candidates and on trials without a score; nothing
+    where there are none."""
+    scores = latest_scores(scores)
+    if scores.empty:
+        return []
+    names = _names(scores)
+    rows = [
+        (
+            *(item.judge, names[item.method, item.model], f"{_two(item.mean)} ± {_two(item.plus_minus)}"),
+            *(_span(item.low, item.high), item.tasks, item.trials),
+        )
+        for item in video_figures(scores)
+    ]
+    headings = ("judge", "method", "mean ± as the paper", "95 % over tasks", "tasks", "trials")
+    lines = []
+    for judge, some in scores.groupby("judge"):
+        if judge == PHYSICAL_JUDGE:
+            lines.append(
+                f"{PHYSICAL_JUDGE}: a formula over what was measured of the recordings; nobody looked at the films"
+            )
+            continue
+        order = order_effect(some, [*TASK, "trial"], [*TASK, *VARIANT])
+        lines.append(_order(f"score of {judge!s}", order))
+        if order is not None:
+            lines.append(f"  mean by place, the first first: {', '.join(map(_two, mean_by_place(some)))}")
+        without = some[some["score"].isna()].drop_duplicates([*TASK, "trial"])
+        for reason, times in without["reason"].value_counts().items():
+            lines.append(f"  {times} {'trial' if times == 1 else 'trials'} without a score: {reason}")
+    return [number_table(f"{title}, 0 to 5", headings, rows, left=2), Text("\n".join(lines))]
+
+
+def _order(what: str, found: OrderEffect | None) -> str:
+    if found is None:
+        return f"effect of the order on the {what}: not known (no orders, or none in which it changes)"
+    return (
+        f"effect of the order on the {what}: {found.slope:+.2f} a place (permutation p = {found.p:.2g}, n = {found.n})"
+    )
+
+
+def _names(rows: pd.DataFrame) -> dict[tuple[str, str], str]:
+    """(method, model) → what to call it: the method, and its model where it was run with several."""
+    pairs = sorted(set(zip(rows["method"], rows["model"], strict=True)))
+    methods = [method for method, _ in pairs]
+    return {(method, model): f"{method}, {model}" if methods.count(method) > 1 else method for method, model in pairs}
+
+
+def _two(value: float) -> str:
+    return f"{value:.2f}" if number(value) != NOTHING else NOTHING
+
+
+def _span(low: float, high: float) -> str:
+    return NOTHING if number(low) == NOTHING else f"{low:.2f} to {high:.2f}"

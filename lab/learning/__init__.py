@@ -1,0 +1,1 @@
+"""Trainings of policies in the environment of an object."""

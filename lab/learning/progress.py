@@ -1,0 +1,99 @@
+"""What is kept of a training beside its checkpoints, so that it can go on: a file that is replaced in one step."""
+
+import hashlib
+import os
+import shutil
+from pathlib import Path
+
+from pydantic import Field
+
+from asset2sim.gym.arm.tasks import Task
+from schemas.base import Frozen
+from schemas.learning_settings import LearningSettings, PpoSettings
+
+PROGRESS = "progress.json"
+DECIDING = ("overlay.json", "mobility.urdf")
+"""Files of an asset that decide what is learnt: meshes come with the URDF."""
+
+
+class Point(Frozen):
+    """A checkpoint: after so many actions and seconds of training, the mean S, the share of successes and the mean sum
+    of rewards of its rollouts; ``fps`` actions a second since the one before, and the policy's numbers then."""
+
+    steps: int
+    seconds: float
+    s: float
+    success: float
+    reward: float
+    fps: float
+    numbers: dict[str, float] = Field(default_factory=dict)
+
+
+class Progress(Frozen):
+    """How far a training is. ``key`` says of what; ``ended`` why it ended, empty while it may go on."""
+
+    key: str
+    points: tuple[Point, ...] = ()
+    ended: str = ""
+
+    @property
+    def steps(self) -> int:
+        """Actions done."""
+        return self.points[-1].steps if self.points else 0
+
+    @property
+    def seconds(self) -> float:
+        """Wall time of training, s, checkpoints' rollouts included."""
+        return self.points[-1].seconds if self.points else 0.0
+
+    @property
+    def best(self) -> Point | None:
+        """The checkpoint with the highest S, the first of several: the paper's choice."""
+        return max(self.points, key=lambda point: point.s, default=None)
+
+    def held(self, count: int) -> bool:
+        """Whether every rollout of the last ``count`` checkpoints was a success."""
+        last = self.points[-count:]
+        return len(last) == count and all(point.success == 1.0 for point in last)
+
+
+def key_of(folder: Path, task: Task, seed: int, learning: LearningSettings, ppo: PpoSettings) -> str:
+    """What a training is of: another asset, task, seed or setting makes another one, another budget does not."""
+    found = hashlib.sha256()
+    for name in DECIDING:
+        file = folder / name
+        found.update(file.read_bytes() if file.is_file() else b"")
+    found.update(repr((task, seed, learning.model_dump_json(), ppo.model_dump_json())).encode())
+    return found.hexdigest()
+
+
+def read_progress(to: Path, key: str) -> Progress:
+    """How far a training is; at the beginning where its file is missing, or of something else: then all that is kept of
+    that is removed."""
+    file = to / PROGRESS
+    if not file.is_file():
+        return Progress(key=key)
+    try:
+        found = Progress.model_validate_json(file.read_text(encoding="utf-8"))
+    except ValueError:
+        found = Progress(key="")
+    if found.key == key:
+        return found
+    shutil.rmtree(to, ignore_errors=True)
+    return Progress(key=key)
+
+
+def write_progress(to: Path, progress: Progress) -> None:
+    """Replace the file, and remove checkpoints that are neither the best nor the last."""
+    part = to / f".{PROGRESS}.part"
+    part.write_text(progress.model_dump_json(indent=1), encoding="utf-8")
+    os.replace(part, to / PROGRESS)
+    kept = {checkpoint(to, point).name for point in (progress.best, progress.points[-1]) if point is not None}
+    for folder in to.glob("step-*"):
+        if folder.name not in kept:
+            shutil.rmtree(folder)
+
+
+def checkpoint(to: Path, point: Point) -> Path:
+    """The folder of a checkpoint's policy."""
+    return to / f"step-{point.steps:09d}"

@@ -1,0 +1,96 @@
+"""Rollouts of a policy: several at once, what became of each, and the recording of one for its film."""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import mujoco
+import numpy as np
+from numpy.typing import NDArray
+
+from asset2sim.gym.arm.record import Samples
+from asset2sim.gym.arm.tasks import Verb
+from asset2sim.gym.environment import Action, ObjectEnv
+from lab.trials.film import film, write_mp4
+
+Act = Callable[[NDArray[np.float32]], Action]
+"""(n, 38) observations → (n, k) actions."""
+FIRST_SEED = 1_000_000
+"""Seed of the first rollout of all: the rollouts of a training begin at this many times one more than its seed, so that
+no training episode's seed, which are small, is among them."""
+PHASE = "policy"
+
+
+@dataclass(frozen=True)
+class Rolled:
+    """What became of one rollout: its ``seed`` and ``start``, S at its end (a press: the largest), the sum of its
+    rewards, whether it is a success, and what the guards found. ``diverged`` is whether the simulation did."""
+
+    seed: int
+    start: int
+    s: float
+    reward: float
+    success: bool
+    solved_at_start: bool = False
+    drifted: bool = False
+    moved_untouched: bool = False
+    spring_did_it: bool = False
+    diverged: bool = False
+
+
+def rollout_seeds(training_seed: int, count: int) -> range:
+    """The seeds of a training's rollouts."""
+    first = FIRST_SEED * (training_seed + 1)
+    return range(first, first + count)
+
+
+def roll(envs: Sequence[ObjectEnv], act: Act, seeds: Sequence[int]) -> list[Rolled]:
+    """What becomes of a rollout from each of these seeds, as many at a time as there are environments."""
+    found: list[Rolled] = []
+    for first in range(0, len(seeds), len(envs)):
+        some = seeds[first : first + len(envs)]
+        found.extend(together(envs[: len(some)], act, some))
+    return found
+
+
+def together(envs: Sequence[ObjectEnv], act: Act, seeds: Sequence[int]) -> list[Rolled]:
+    """One rollout in each environment, side by side: a policy answers all of them at once."""
+    begun = [env.reset(seed=seed) for env, seed in zip(envs, seeds, strict=True)]
+    seen, starts = np.array([first for first, _ in begun]), [int(info["start"]) for _, info in begun]
+    rewards, ends = np.zeros(len(envs)), dict[int, Rolled]()
+    while len(ends) < len(envs):
+        actions = act(seen)
+        for index in set(range(len(envs))) - set(ends):
+            env = envs[index]
+            seen[index], reward, lost, ended, info = env.step(actions[index])
+            rewards[index] += reward
+            if lost:
+                ends[index] = Rolled(seeds[index], starts[index], 0.0, rewards[index], False, diverged=True)
+            elif ended:
+                pressed = env.subject.task.verb is Verb.PRESS
+                ends[index] = Rolled(
+                    seeds[index], starts[index], info["S_best" if pressed else "S"], float(rewards[index]),
+                    bool(info["is_success"]), *(bool(info[name]) for name in GUARDS),
+                )  # fmt: skip
+    return [ends[index] for index in range(len(envs))]
+
+
+GUARDS = ("solved_at_start", "drifted", "moved_untouched", "spring_did_it")
+"""The guards, as the end of an episode names them."""
+
+
+def write_film(folder: Path, env: ObjectEnv, act: Act, seed: int, to: Path) -> None:
+    """Do the rollout of this seed once more and write its film. Raises UsageError where the package ``av`` is not
+    installed."""
+    samples = Samples(env.stage)
+
+    def watch(data: mujoco.MjData, work_j: float) -> None:
+        samples.take(data, 0.0, work_j)
+
+    env.watched = watch
+    try:
+        (end,) = together([env], act, [seed])
+    finally:
+        env.watched = None
+    track = samples.phased((PHASE,) * len(samples.times), not end.diverged)
+    write_mp4(film(folder, track, env.stage.base, None, env.stage.gripper), to)

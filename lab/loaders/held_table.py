@@ -1,0 +1,119 @@
+"""The table of what holds: the refined samples in every engine, by the engine's own URDF loader and through
+``asset2sim.load``. ``python -m lab.loaders.held_table OUT PAGE`` writes it.
+
+An engine that is not installed beside us is looked for in ``.venv-load``, which ``make held`` sets up: Newton's extra
+pins another MuJoCo than ours, and Genesis brings torch.
+"""
+
+import json
+import math
+import subprocess
+import sys
+import textwrap
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import asset2sim.load
+from asset2sim.catalog.text import markdown_table
+from lab.loaders import hold
+from lab.pages.blocks import check_page, write_block
+from schemas.errors import DONE, UsageError, exit_code_of
+
+BLOCK = "held"
+PACKAGES = {engine: engine for engine in hold.PLAIN} | {"genesis": "genesis-world"}
+"""Engine → the package whose version is told."""
+OTHER_PYTHON = Path(".venv-load/bin/python")
+TIME_LIMIT_S = 3600.0
+"""For all objects in one engine: Genesis compiles its kernels for each."""
+WAYS = {"as_loaded": "its URDF, as loaded", "put": "its URDF, put into the state by hand", "load": "`asset2sim.load`"}
+
+
+@dataclass(frozen=True)
+class Held:
+    """One engine's answers, an object each, as ``hold`` prints them; None where it is not installed anywhere here."""
+
+    engine: str
+    version: str
+    objects: tuple[dict[str, Any], ...] | None
+
+    def holding(self, way: str) -> int:
+        """How many objects hold their asked state."""
+        return sum(one[way] is not None and one[way] <= 1.0 for one in self.objects or ())
+
+    def cell(self, way: str) -> str:
+        """How many hold, and the worst of all as a share of its bound."""
+        if self.objects is None:
+            return "not installed here"
+        failed = sum(one[way] is None for one in self.objects)
+        worst = max((one[way] for one in self.objects if one[way] is not None), default=math.nan)
+        refused = f", {failed} refused" if failed else ""
+        return f"{self.holding(way)} of {len(self.objects)}; worst {worst:.2g}{refused}"
+
+
+def python_of(engine: str) -> tuple[str, str] | None:
+    """A Python that has an engine, and the engine's version; None where there is none."""
+    code = f"import importlib.metadata as m; print(m.version({PACKAGES[engine]!r}))"
+    for python in (sys.executable, str(OTHER_PYTHON.absolute())):
+        if Path(python).is_file():
+            asked = subprocess.run([python, "-c", code], capture_output=True, text=True, check=False, timeout=300)
+            if asked.returncode == 0:
+                return python, asked.stdout.strip()
+    return None
+
+
+def measure(engine: str, folders: Sequence[Path]) -> Held:
+    """One engine's answers for these refined objects. Raises UsageError where it dies before it answered for all."""
+    found = python_of(engine)
+    if found is None:
+        return Held(engine, "", None)
+    python, version = found
+    # Both by their files: nothing of ours is imported there.
+    words = [python, str(hold.__file__), str(asset2sim.load.__file__), engine, *map(str, folders)]
+    ended = subprocess.run(words, capture_output=True, text=True, check=False, timeout=TIME_LIMIT_S)
+    said = [json.loads(line[5:]) for line in ended.stdout.splitlines() if line.startswith("HELD ")]
+    if len(said) != len(folders):
+        raise UsageError(f"{engine} ended after {len(said)} of {len(folders)} objects: {ended.stderr[-400:]}")
+    return Held(engine, version, tuple(said))
+
+
+def sample_folders(out: Path) -> list[Path]:
+    """The refined objects in OUT that have a joint which holds, by the index. Raises UsageError where there is none."""
+    index = out / "assets" / "index.json"
+    if not index.is_file():
+        raise UsageError(f"no {index}; run make flow")
+    entries = json.loads(index.read_text(encoding="utf-8"))["assets"]
+    folders = [out / "assets" / entry["path"] for entry in entries if entry["status"] == "ok" and entry["path"]]
+    held = [folder for folder in folders if any(joint.holds for joint in asset2sim.load.describe(folder).joints)]
+    if not held:
+        raise UsageError(f"{out} has no refined object with a joint that holds")
+    return held
+
+
+def held_block(out: Path) -> str:
+    """The table with what it is of."""
+    folders = [folder.resolve() for folder in sample_folders(out)]
+    answers = [measure(engine, folders) for engine in hold.PLAIN]
+    rows = [[f"{one.engine} {one.version}".strip(), *(one.cell(way) for way in WAYS)] for one in answers]
+    table = markdown_table(("engine", *WAYS.values()), rows)
+    about = (
+        f"Of the {len(folders)} refined samples with a joint that must hold: how many have every such joint within "
+        f"{hold.TURN_RAD:g} rad or {1e3 * hold.SLIDE_M:g} mm of its asked position throughout {hold.HOLD_S:g} s, and "
+        "the worst deviation as a share of that. PyBullet's plain loader holds by its hidden motors, and then no push "
+        "moves the joint."
+    )
+    return f"{table}\n\n{textwrap.fill(about, 130, break_long_words=False, break_on_hyphens=False)}"
+
+
+def write_table(out: Path, page: Path) -> int:
+    """Measure, and write the page's block; the exit code. Raises UsageError for a page without its markers and for
+    an OUT without samples."""
+    check_page(page, BLOCK)
+    write_block(page, BLOCK, held_block(out))
+    return DONE
+
+
+if __name__ == "__main__":
+    refined, target = map(Path, sys.argv[1:])
+    sys.exit(exit_code_of("held", lambda: write_table(refined, target)))

@@ -1,0 +1,1 @@
+"""The simulated fallible model: the offline prior with seeded errors."""

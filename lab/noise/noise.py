@@ -1,0 +1,113 @@
+"""The simulated fallible model: the offline prior's answers with seeded errors of stated sizes. A simulation: it says
+how each method stands errors of these sizes, and nothing about any real model. The sizes and where they come from are
+in ``noise_level``."""
+
+import json
+import math
+import re
+from collections.abc import Mapping
+from typing import Any
+
+from asset2sim.guidance.object_info import ObjectInfo, dicts, read_prompt
+from asset2sim.models.prior.refinement import read_refinement
+from lab.noise.noise_level import Draws, Noise, NoiseLevel, draws_for
+from lab.noise.noise_numbers import with_sigmas, with_wrong_numbers
+from lab.noise.noise_state import SPRING, with_wrong_state
+
+MALFORMED = ("truncated", "fenced", "prose", "comments", "nan")
+"""The ways in which an answer is no plain JSON; the first and the last cannot be parsed at all."""
+TRUNCATED_SHARE = (0.4, 0.95)
+"""Share of its characters that a truncated answer keeps."""
+
+_NUMBER = re.compile(r"(?<=[:\[, ])-?\d+(?:\.\d+)?(?:[eE][+-]?\d+)?(?=[,}\]\s])")
+
+
+def noisy(answer: str, text: str, noise: Noise, sample: int = 0, conversation: str | None = None) -> str:
+    """The offline prior's answer to the request ``text``, with the simulated errors of ``noise``.
+
+    The shared part of every error depends on the object, the guidance and the seed; the rest on ``conversation`` (all
+    that was said, by default ``text``) and ``sample``, so that a repeated request, another view or a request with
+    validation errors draws that part anew. Level 0 changes nothing. Never raises for an answer of the prior.
+    """
+    if noise.level == 0.0:
+        return answer
+    information, guidance = read_prompt(text)
+    draws = draws_for(information, guidance, text if conversation is None else conversation, sample, noise.seed)
+    sizes, given = noise.sizes, json.loads(answer)
+    if information.get("purpose") == "refinement":
+        wrong = noisy_step(given, information, draws, sizes)
+    else:
+        wrong = noisy_overlay(given, ObjectInfo.from_json(information), draws, sizes)
+    written = json.dumps(wrong)
+    if draws.happens("malformed", sizes.p_malformed):
+        return malformed(written, MALFORMED[draws.index("malformed how", len(MALFORMED))], draws)
+    return written
+
+
+def noisy_overlay(given: dict[str, Any], info: ObjectInfo, draws: Draws, sizes: NoiseLevel) -> dict[str, Any]:
+    """An overlay with every kind of error but malformed text; ``given`` is not changed."""
+    joints = {joint.name: joint for joint in info.joints}
+    links = [link.name for link in info.links]
+    paths = tuple(given.get("sigmas") or ())
+    wrong = with_wrong_numbers(given, links, list(joints), draws, sizes)
+    wrong = with_wrong_state(wrong, joints, draws, sizes)
+    wrong = _dropped(wrong, "links", draws, sizes.p_dropped_link)
+    wrong = _dropped(wrong, "joints", draws, sizes.p_dropped_joint)
+    return with_sigmas(wrong, joints, _paths(paths, wrong), draws, sizes) if paths else wrong
+
+
+def noisy_step(
+    given: dict[str, Any], information: Mapping[str, Any], draws: Draws, sizes: NoiseLevel
+) -> dict[str, Any]:
+    """A refinement's answer whose steps are too long or too short, the wrong way, or in degrees."""
+    focus = dicts(information.get("focus_joints"))
+    sliders = {item.get("name") for item in focus if item.get("type") == "prismatic"}
+    places = {joint.name: index for index, joint in enumerate(read_refinement(information)[1])}
+    back = draws.happens("wrong end", sizes.p_wrong_end, sizes.shared_state)
+    turned = draws.happens("degrees", sizes.p_degrees)
+    deltas = {}
+    for name, delta in (given.get("deltas") or {}).items():
+        factor = draws.factor(f"step {places.get(name, -1)}", sizes.step_log, sizes.shared)
+        unit = math.degrees(1.0) if turned and name not in sliders else 1.0
+        deltas[name] = delta * factor * unit * (-1.0 if back else 1.0)
+    return given | {"deltas": deltas}
+
+
+def malformed(text: str, how: str, draws: Draws) -> str:
+    """The JSON text spoiled in one of the ways of ``MALFORMED``."""
+    if how == "truncated":
+        low, high = TRUNCATED_SHARE
+        return text[: max(int(len(text) * (low + (high - low) * draws.share("kept"))), 1)]
+    if how == "fenced":
+        return f"```json\n{text}\n```"
+    if how == "prose":
+        return f"Here is the physics of this object:\n\n{text}\n\nThe values are estimates; adjust them if needed."
+    if how == "comments":
+        return text.replace("{", "{  // all values in SI units\n", 1)
+    numbers = list(_NUMBER.finditer(text))
+    if not numbers:
+        return f"{text[:-1]}, NaN"
+    hit = numbers[draws.index("which number", len(numbers))]
+    return f"{text[: hit.start()]}NaN{text[hit.end() :]}"
+
+
+def _dropped(answer: dict[str, Any], key: str, draws: Draws, chance: float) -> dict[str, Any]:
+    """The answer without one entry of a list, with that probability."""
+    entries = list(answer.get(key) or [])
+    if not entries or not draws.happens(f"dropped {key}", chance):
+        return answer
+    entries.pop(draws.index(f"which of {key}", len(entries)))
+    return answer | {key: entries}
+
+
+def _paths(paths: tuple[str, ...], wrong: Mapping[str, Any]) -> tuple[str, ...]:
+    """The paths that the prior gave, with the states and springs that now belong to other joints."""
+    states = [f"initial_joint_positions.{name}" for name in wrong.get("initial_joint_positions") or {}]
+    moved = [
+        f"joints.{entry['name']}.{field}"
+        for entry in wrong.get("joints") or []
+        for field in SPRING
+        if entry.get(field) is not None and any(path.endswith(f".{field}") for path in paths)
+    ]
+    kept = [path for path in paths if not path.startswith("initial_joint_positions.")]
+    return tuple(dict.fromkeys((*kept, *states, *moved)))

@@ -1,0 +1,113 @@
+"""Generated blocks of the documentation, each between two markers that name it. ``python -m
+lab.pages.blocks summary|questions OUT PAGE`` writes one from OUT's catalog."""
+
+import sys
+from importlib import resources
+from pathlib import Path
+
+import pandas as pd
+
+from asset2sim.catalog.read import latest_rows, query
+from asset2sim.catalog.text import NOTHING, markdown_table
+from schemas.errors import UsageError
+
+QUESTIONS = ("modes", "changes", "calls", "slowest", "weak")
+"""Example questions to a catalog, in their order: an SQL file each, whose first line is the question in words."""
+FOLDER = "lab/pages"
+
+
+def markers(name: str) -> tuple[str, str]:
+    """The lines before and after a block, which ``make`` of the same name writes."""
+    return f"<!-- {name}: begin (make {name}) -->", f"<!-- {name}: end -->"
+
+
+def with_block(text: str, name: str, block: str) -> str:
+    """A page's text with the block between its markers. Raises UsageError where they are not there."""
+    begin, end = markers(name)
+    if begin not in text or end not in text:
+        raise UsageError(f"the page lacks the lines '{begin}' and '{end}'; put them where the block belongs")
+    before, rest = text.split(begin, 1)
+    return f"{before}{begin}\n\n{block}\n\n{end}{rest.split(end, 1)[1]}"
+
+
+def check_page(page: Path, name: str) -> None:
+    """Raise UsageError for a missing page, or one without the block's markers."""
+    if not page.is_file():
+        raise UsageError(f"no page at {page}")
+    with_block(page.read_text(encoding="utf-8"), name, "")
+
+
+def write_block(page: Path, name: str, block: str) -> None:
+    """Put the block between its markers in the file. Raises UsageError where they are not there."""
+    page.write_text(with_block(page.read_text(encoding="utf-8"), name, block), encoding="utf-8")
+
+
+def summary_block(out: Path) -> str:
+    """The latest run's assets as a table, and a line of totals."""
+    rows, measured = latest_rows(out, "assets", "measurements")
+    engines = measured.groupby("asset_id")["passed"].agg(["sum", "count"])
+    headings = (
+        "asset", "category", "verdict", "scale", "mass kg", "Φ mm", "drift mm", "drift rad", "engines", "calls", "s"
+    )  # fmt: skip
+    table = markdown_table(headings, [asset_cells(row, engines) for _, row in rows.iterrows()])
+    good = int((rows["status"] == "ok").sum())
+    total = f"{good} of {len(rows)} ok; the others are planted defects, each with its cause in `findings`."
+    return f"`make flow`, the sample dataset:\n\n{table}\n\n{total}"
+
+
+def asset_cells(row: "pd.Series[str]", engines: pd.DataFrame) -> list[str]:
+    """One asset as a row of the table; a dash where nothing was measured. ``engines`` holds, by asset, in how many
+    engines it passed (``sum``) and was measured (``count``)."""
+
+    def cell(name: str, form: str, factor: float = 1.0) -> str:
+        return NOTHING if pd.isna(row[name]) else format(factor * float(row[name]), form)
+
+    measured = row["asset_id"] in engines.index
+    return [
+        str(row["asset_id"]),
+        str(row["category"]),
+        str(row["status"] if row["status"] == "ok" else row["failure_mode"]),
+        cell("scale", ".3f"),
+        cell("mass_kg", ".2f"),
+        cell("penetration_mm", ".2f"),
+        cell("drift_m", ".3f", 1e3),
+        cell("drift_rad", ".4f"),
+        "{sum} of {count}".format(**engines.loc[row["asset_id"]]) if measured else NOTHING,
+        cell("queries", ".0f"),
+        cell("seconds_total", ".1f"),
+    ]
+
+
+def question(name: str) -> tuple[str, str]:
+    """The question in words, and its whole SQL file."""
+    sql = resources.files("lab.pages").joinpath(f"{name}.sql").read_text(encoding="utf-8")
+    return sql.splitlines()[0].removeprefix("-- "), sql
+
+
+def questions_block(out: Path) -> str:
+    """Every question with the answer of OUT's catalog. Raises UsageError where OUT has none."""
+    parts = []
+    for name in QUESTIONS:
+        words, sql = question(name)
+        parts.append(f"{words} (`{FOLDER}/{name}.sql`)\n\n{frame_table(query(out, sql))}")
+    return "\n\n".join(parts)
+
+
+def frame_table(frame: pd.DataFrame) -> str:
+    """A frame as a Markdown table, numbers to the right; a dash stands for null."""
+    right = [place for place, name in enumerate(frame.columns) if pd.api.types.is_numeric_dtype(frame[name])]
+    rows = [[_cell(value) for value in row] for row in frame.itertuples(index=False, name=None)]
+    return markdown_table([str(name) for name in frame.columns], rows, right)
+
+
+def _cell(value: object) -> str:
+    if value is None or value is pd.NA or value != value:
+        return NOTHING
+    return f"{value:g}" if isinstance(value, float) else str(value)
+
+
+BLOCKS = {"summary": summary_block, "questions": questions_block}
+
+if __name__ == "__main__":
+    block_name, refined, target = sys.argv[1:]
+    write_block(Path(target), block_name, BLOCKS[block_name](Path(refined)))

@@ -1,0 +1,228 @@
+"""One episode of a policy in the DROID scene: what it sees, what it does, what becomes of the object, and the film."""
+
+import time
+from collections.abc import Iterator
+from dataclasses import asdict
+from pathlib import Path
+from typing import Protocol
+
+import mujoco
+import numpy as np
+
+from asset2sim.gym.arm.franka import Arm
+from asset2sim.gym.arm.planning import SETTLE_S, Plan
+from asset2sim.gym.arm.record import LOST_M, SAMPLE_STEPS, Samples, Track, powers
+from asset2sim.gym.arm.scene import TIMESTEP_S, Stage
+from asset2sim.gym.arm.tasks import range_of
+from asset2sim.physics.arrays import Array
+from lab.probes.cameras import HEIGHT, WIDTH, Cameras
+from lab.probes.controller import carried_out, commands_of, gripper_of
+from lab.probes.scene import FLANGE, OPEN, Scene, build_scene
+from lab.probes.seen import CONTROL_HZ, JOINTS, Picture, Policy, Seen
+from lab.probes.tasks import PAPER11, ProbeTask
+from lab.schemas.trial_settings import TrialSettings
+from lab.trials.film import write_mp4
+from lab.trials.physical_judge import judge
+from lab.trials.trial import FILM, TRACK, write_track
+from schemas.errors import UnknownChoiceError
+from schemas.table import Row
+
+HORIZON = 450
+"""Most actions of an episode, 1/15 s each: half a minute."""
+DONE_AT_REST, IDLE_AT_REST = 30, 75
+"""Actions without any motion after which an episode ends, where the task is done and where it is not: what the person
+who watches a real one does. The final state is then the one at the horizon too."""
+REST_RAD, REST_M = 0.01, 0.001
+"""How much joints and object move at most in that time to be at rest."""
+FILMED_EVERY = 3
+"""Actions between two pictures of the film."""
+
+
+class Named(Protocol):
+    """A task by its name in the paper's tables."""
+
+    @property
+    def name(self) -> str:
+        """Its name, as 'cabinet close'."""
+
+
+def probe_task(task: Named) -> ProbeTask:
+    """The task itself, or the paper's of this name. Raises UnknownChoiceError."""
+    if isinstance(task, ProbeTask):
+        return task
+    if task.name not in PAPER11:
+        raise UnknownChoiceError("task", task.name, PAPER11)
+    return PAPER11[task.name]
+
+
+class Run:
+    """A scene while time passes, and what is recorded of it."""
+
+    def __init__(self, scene: Scene) -> None:
+        self.scene, self.stage = scene, scene.stage
+        self.samples = Samples(self.stage)
+        self.steps, self.given, self.work, self.finite = 0, 0.0, 0.0, True
+        self.phases: list[tuple[float, str]] = []
+        self.samples.take(self.stage.data, 0.0, 0.0)
+
+    def advance(self, until_s: float, phase: str) -> None:
+        """Let time pass with the servos' commands as they are."""
+        model, data = self.stage.model, self.stage.data
+        self.phases.append((until_s, phase))
+        while self.finite and self.steps < round(until_s / TIMESTEP_S):
+            mujoco.mj_step1(model, data)
+            mujoco.mj_step2(model, data)
+            self.steps += 1
+            tool, other = powers(self.stage)
+            self.work, self.given = self.work + tool * TIMESTEP_S, self.given + other * TIMESTEP_S
+            if self.steps % SAMPLE_STEPS:
+                continue
+            bad = int(data.warning.number[mujoco.mjtWarning.mjWARN_BADQACC])
+            self.finite = bool(np.isfinite(data.qpos).all()) and not bad
+            if self.finite:
+                self.samples.take(data, self.given, self.work)
+                self.given = self.work = 0.0
+                self.finite = bool(np.abs(self.samples.poses[-1][:, :3, 3]).max(initial=0.0) <= LOST_M)
+
+    def track(self) -> Track:
+        """The recording."""
+        times, phases = zip(*self.phases, strict=True)
+        plan = Plan(self.stage.base, np.array(times), np.zeros((len(times), len(OPEN))), tuple(phases))
+        return self.samples.track(plan, self.finite)
+
+    def tool(self) -> Array:
+        """(9,) positions of the arm's joints and fingers."""
+        return np.asarray(self.stage.data.qpos[self.stage.tool_places]).copy()
+
+    def state(self) -> Array:
+        """What has to be still for everything to be at rest, in units of what counts as still."""
+        places = np.concatenate([pose[:3, 3] for pose in self.samples.poses[-1]])
+        joints = list(self.stage.positions().values())
+        return np.concatenate([self.tool()[:JOINTS] / REST_RAD, places / REST_M, np.array(joints) / REST_RAD])
+
+
+def run_episode(folder: Path, task: Named, seed: int, policy: Policy, to: Path | None) -> Row:
+    """Let a policy do a task with the refined object in ``folder``: columns of the table of probe trials. Recording and
+    film go into ``to``. What the policy raises is passed on, once the film is written. Raises UsageError where nothing
+    can be drawn or the object has not the task's joint; LoadError, ValueError where MuJoCo refuses the object."""
+    began = time.monotonic()
+    scene = build_scene(folder, probe_task(task), seed)
+    run, film = Run(scene), None if to is None else Film()
+    steps = 0
+    try:
+        with Cameras(folder, scene.stage) as cameras:
+            run.advance(SETTLE_S, "settle")
+            steps = act(run, policy, cameras, film)
+    finally:
+        if to is not None and film is not None and film.pictures:
+            to.mkdir(parents=True, exist_ok=True)
+            write_mp4(film.frames(), to / FILM, CONTROL_HZ / FILMED_EVERY)
+    track = run.track()
+    if to is not None:
+        write_track(track, to / TRACK)
+    overlay = scene.overlay
+    sliders = {item.name for item in overlay.joints if item.type == "prismatic"}
+    free = {item.name for item in overlay.joints if not item.holds}
+    judged = asdict(judge(track, scene.stage.moving_kg, sliders, free, TrialSettings()))
+    return judged | outcome(run) | {
+        "task": scene.task.name, "asset_id": overlay.asset_id, "seed": seed, "instruction": scene.task.instruction,
+        "steps": steps, "video": None if to is None else to / FILM, "seconds_simulated": float(track.times_s[-1]),
+        "seconds": time.monotonic() - began,
+    }  # fmt: skip
+
+
+def act(run: Run, policy: Policy, cameras: Cameras, film: "Film | None") -> int:
+    """Ask the policy and carry out what it answers until the horizon, or until nothing moves; how many actions."""
+    arm, fingers, states, step = Arm(), OPEN[JOINTS:], [run.state()], 0
+    while step < HORIZON and run.finite:
+        seen = seen_of(run, cameras)
+        if film is not None:
+            film.seen(seen)
+        chunk = policy(seen)
+        for action in carried_out(chunk):
+            if film is not None and step % FILMED_EVERY == 0:
+                cameras.follow()
+                film.add(cameras.picture("exterior_left"))
+            told = commands_of(action, chunk.kind, run.tool()[:JOINTS], fingers, arm)
+            run.stage.data.ctrl[:], fingers = told, told[JOINTS:]
+            step += 1
+            run.advance(SETTLE_S + step / CONTROL_HZ, "policy")
+            states.append(run.state())
+            if step == HORIZON or not run.finite or at_rest(states, run):
+                return step
+    return step
+
+
+def at_rest(states: list[Array], run: Run) -> bool:
+    """Whether nothing has moved for so long that the episode ends."""
+    if len(states) <= DONE_AT_REST or np.abs(states[-1] - states[-1 - DONE_AT_REST]).max() > 1.0:
+        return False
+    recent = np.array(states[-1 - IDLE_AT_REST :])
+    if np.ptp(recent[-1 - DONE_AT_REST :], axis=0).max() > 1.0:
+        return False
+    idle = len(recent) > IDLE_AT_REST and np.ptp(recent, axis=0).max() <= 1.0
+    return bool(idle or outcome(run)["success"])
+
+
+def seen_of(run: Run, cameras: Cameras) -> Seen:
+    """What the policy sees now; its last joint is told as DROID's are."""
+    cameras.follow()
+    left, right, wrist = (cameras.picture(name) for name in ("exterior_left", "exterior_right", "wrist"))
+    tool = run.tool()
+    return Seen(left, right, wrist, tool[:JOINTS] - FLANGE, gripper_of(tool[JOINTS:]), run.scene.task.instruction)
+
+
+def outcome(run: Run) -> Row:
+    """How far the state is from the target, and whether that is near enough."""
+    scene, stage = run.scene, run.stage
+    if scene.joint is not None:
+        whole = range_of(scene.joint)
+        begun, end, target = scene.joint.initial_position, stage.positions()[scene.joint.name], scene.joint.closed
+        distance, tolerance = abs(end - target) / whole, scene.task.epsilon(scene.joint) / whole
+        reason = f"{scene.joint.name} ended at {end:.3g}, not {target:.3g}"
+        done = distance <= tolerance
+    else:
+        assert stage.bowl is not None
+        target, tolerance = 0.0, scene.task.epsilon(None)
+        begun, end = (off_bowl(stage, poses) for poses in (run.samples.poses[0], run.samples.poses[-1]))
+        distance = end
+        held = bool(run.samples.felt[-1][2])
+        done = distance <= tolerance and not held
+        where = f"{distance:.2f} m from the middle of the bowl"
+        reason = f"it ended {where}" + (", still in the hand" if held else "")
+    if not run.finite:
+        done, reason = False, "it flew away"
+    return {
+        "start": begun, "end": end, "target": target, "distance": distance, "tolerance": tolerance, "success": done,
+        "outcome": "done" if done else "not done", "reason": "" if done else reason,
+    }  # fmt: skip
+
+
+def off_bowl(stage: Stage, poses: Array) -> float:
+    """Horizontal distance of the object's centre of mass from the bowl's middle, m, with its links at these poses."""
+    assert stage.bowl is not None
+    bodies = [index for index in range(stage.model.nbody) if stage.model.body(index).name.startswith(stage.prefix)]
+    mass = stage.model.body_mass[bodies]
+    middles = np.einsum("bij,bj->bi", poses[:, :3, :3], stage.model.body_ipos[bodies]) + poses[:, :3, 3]
+    center = mass @ middles / mass.sum()
+    return float(np.linalg.norm(center[:2] - stage.bowl.at))
+
+
+class Film:
+    """Pictures of an episode: from the left all along, and what the policy last saw from the right and the wrist."""
+
+    def __init__(self) -> None:
+        self.beside = np.zeros((HEIGHT, 2 * WIDTH, 3), dtype=np.uint8)
+        self.pictures: list[Picture] = []
+
+    def seen(self, seen: Seen) -> None:
+        """Show what the policy sees."""
+        self.beside = np.concatenate([seen.exterior_right, seen.wrist], axis=1)
+
+    def add(self, picture: Picture) -> None:
+        """Add a picture from the left."""
+        self.pictures.append(np.concatenate([picture, self.beside], axis=1))
+
+    def frames(self) -> Iterator[Picture]:
+        """All of them."""
+        yield from self.pictures

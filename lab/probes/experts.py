@@ -1,0 +1,143 @@
+"""Scripted probes: an expert that knows the state and follows a planned motion, and the same with noise."""
+
+from collections.abc import Iterator
+from itertools import islice
+from pathlib import Path
+
+import numpy as np
+
+from asset2sim.gym.arm.franka import DAMPING, STIFFNESS, Arm
+from asset2sim.gym.arm.grasps import grasp_paths
+from asset2sim.gym.arm.gripper import PANDA
+from asset2sim.gym.arm.paths import Path as Way
+from asset2sim.gym.arm.paths import push_paths
+from asset2sim.gym.arm.planning import HELD_RAD, TILT_RAD, Plan, follow, hand_fits, runs_into, timed, times_of
+from asset2sim.gym.arm.record import command
+from asset2sim.gym.arm.scene import place
+from asset2sim.physics.arrays import Array
+from lab.probes.controller import STEP_RAD
+from lab.probes.episode import Named, probe_task
+from lab.probes.scene import FLANGE, OPEN, START, Scene, build_scene
+from lab.probes.seen import CONTROL_HZ, JOINTS, OPEN_LOOP, Chunk, Policy, Seen
+from schemas.errors import Asset2SimError, UnknownChoiceError
+
+MOST_WAYS = 150
+"""Ways that are tried before a task counts as out of reach."""
+BEHIND_RAD = 0.12
+"""How far the arm may be behind its plan before the plan waits for it, rad."""
+NOISE_RAD_S = 0.3
+"""Standard deviation of the noisy expert's velocities about the expert's, rad/s: a tenth of DROID's largest."""
+
+
+class NoWayError(Asset2SimError):
+    """The expert finds no way to do the task with this object from where the arm stands."""
+
+
+class Expert:
+    """Follows a plan: knows the object's state from the start, sees only its own joints, and no picture."""
+
+    def __init__(self, plan: Plan) -> None:
+        self.plan = plan
+        self.now_s = float(plan.times_s[1])  # the episode has waited already
+        self.speed = np.zeros(JOINTS)
+
+    def __call__(self, seen: Seen) -> Chunk:
+        """The next actions along the plan, from where the joints are; it waits where they are far behind."""
+        joints, actions = seen.joints + FLANGE, []
+        for _ in range(OPEN_LOOP):
+            after_s = min(self.now_s + 1.0 / CONTROL_HZ, float(self.plan.times_s[-1]))
+            wanted = command(self.plan, after_s)
+            if np.abs(wanted[:JOINTS] - joints).max() > BEHIND_RAD:
+                wanted = command(self.plan, self.now_s)
+            else:
+                self.now_s = after_s
+            change = (wanted[:JOINTS] - joints - DRIFT * self.speed) / REACHED
+            change = change / max(1.0, float(np.abs(change).max()) / STEP_RAD)
+            joints = joints + REACHED * change + DRIFT * self.speed
+            self.speed = KICK * change + KEPT * self.speed
+            gripper = 1.0 - wanted[JOINTS:].sum() / PANDA.opening_m
+            actions.append([*(change * CONTROL_HZ), np.clip(gripper, 0.0, 1.0)])
+        return Chunk(np.array(actions), "joint_velocity")
+
+
+class Noisy:
+    """An expert whose hand shakes: normal noise on its velocities."""
+
+    def __init__(self, expert: Policy, seed: int) -> None:
+        self.expert, self.random = expert, np.random.default_rng([seed, 1])
+
+    def __call__(self, seen: Seen) -> Chunk:
+        """The expert's actions, and noise."""
+        chunk = self.expert(seen)
+        actions = chunk.actions.copy()
+        actions[:, :JOINTS] += self.random.normal(0.0, NOISE_RAD_S, (len(actions), JOINTS))
+        return Chunk(actions, chunk.kind)
+
+
+def servo_terms() -> tuple[Array, Array, Array, Array]:
+    """What a servo of critical damping does in one step: the share of a commanded change that it reaches, the speed
+    that this leaves (1/s), and of the speed at the start the way that it goes (s) and the share that is kept."""
+    rate = 2.0 * np.array(STIFFNESS) / np.array(DAMPING)
+    took = 1.0 / CONTROL_HZ
+    fades = np.exp(-rate * took)
+    return 1.0 - (1.0 + rate * took) * fades, rate**2 * took * fades, took * fades, (1.0 - rate * took) * fades
+
+
+REACHED, KICK, DRIFT, KEPT = servo_terms()
+
+
+def scripted(folder: Path, task: Named, seed: int) -> Expert:
+    """The expert for a trial: it plans from the trial's own start. Raises NoWayError, and as ``build_scene`` does."""
+    scene = build_scene(folder, probe_task(task), seed)
+    plan = plan_of(scene)
+    if plan is None:
+        raise NoWayError(f"{task.name} with {folder.name}: the arm finds no way that runs into nothing")
+    return Expert(plan)
+
+
+def make_probe(name: str, folder: Path, task: Named, seed: int) -> Policy:
+    """A probe of ours by its name. Raises UnknownChoiceError, and as ``scripted`` does."""
+    if name == "scripted":
+        return scripted(folder, task, seed)
+    if name == "noisy":
+        return Noisy(scripted(folder, task, seed), seed)
+    raise UnknownChoiceError("probe", name, ("scripted", "noisy"))
+
+
+def ways_of(scene: Scene) -> Iterator[Way]:
+    """Ways of the tool to do the task, best first."""
+    stage, joint = scene.stage, scene.joint
+    if joint is None:
+        assert stage.bowl is not None
+        return grasp_paths(stage, stage.bowl)
+    return push_paths(stage, joint, joint.closed, scene.task.verb)
+
+
+def plan_of(scene: Scene) -> Plan | None:
+    """The first way that the arm can follow from where it stands without running into anything; None for none."""
+    stage, arm, name = scene.stage, Arm(), scene.joint.name if scene.joint is not None else None
+    base = stage.base.copy()
+    far = np.array([*START, 0.04, 0.04])
+    far[1] = -1.6  # out of the rays' way
+    place(stage, stage.about_positions, far)
+    ways = list(islice(ways_of(scene), MOST_WAYS))
+    try:
+        for way in ways:
+            tilt = TILT_RAD if way.across is None else HELD_RAD
+            joints = follow(arm, base, way, range(len(way.points)), tilt)
+            if joints is None or (way.across is not None and not hand_fits(stage, arm, way, base, joints[0], tilt)):
+                continue
+            plan = from_start(timed(arm, base, way, joints), arm)
+            if not runs_into(stage, name, way, plan):
+                return plan
+        return None
+    finally:
+        place(stage, stage.about_positions, OPEN)
+
+
+def from_start(plan: Plan, arm: Arm) -> Plan:
+    """The plan with DROID's start instead of the trials' own."""
+    commands = plan.commands.copy()
+    commands[[0, 1, -2, -1], :7] = START
+    tools = np.array([arm.tool(row[:7])[0] for row in commands])
+    return Plan(plan.base, times_of(tools, commands, plan.phases), commands, plan.phases)

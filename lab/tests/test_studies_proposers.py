@@ -1,0 +1,78 @@
+"""The table of who proposes states, from tables with stated numbers, and which objects each model is run on."""
+
+from pathlib import Path
+
+import pandas as pd
+
+from lab.comparisons.proposers import (
+    HEADINGS,
+    ProposerRun,
+    answered,
+    distances,
+    overlapping_at_start,
+    proposers_table,
+    settings_with,
+)
+from lab.pages.blocks import markers
+from schemas.model_names import REFINEMENT_PURPOSE, model_for
+from schemas.settings import Settings
+from schemas.vocabulary import Proposer
+from tests.assets import ROOT
+
+
+def frame(columns: str, *rows: tuple[object, ...]) -> pd.DataFrame:
+    return pd.DataFrame(rows, columns=columns.split())
+
+
+TRACE = frame(
+    "asset_id step_index proposer phi_before_mm phi_after_mm",
+    ("a", 0, "request", 10.0, 10.0), ("a", 1, "model", 10.0, 4.0), ("a", 2, "model", 4.0, 4.0),
+    ("a", 3, "shape", 4.0, 0.0),
+    ("b", 0, "request", 2.0, 2.0), ("b", 1, "line", 2.0, 0.05), ("c", 0, "request", 0.1, 0.1),
+)  # fmt: skip
+FINDINGS = frame(
+    "asset_id code joint value limit_value", ("a", "state_moved", "lid", 0.3, 0.5),
+    ("b", "state_moved", "drawer", 0.01, 0.0),
+    ("b", "mended", None, 1.0, 0.0),
+)  # fmt: skip
+JOINTS = frame("asset_id joint type", ("a", "lid", "revolute"), ("b", "drawer", "prismatic"), ("b", "lid", "revolute"))
+CALLS = frame(
+    "asset_id purpose", ("a", "synthesis"), ("a", REFINEMENT_PURPOSE), ("a", REFINEMENT_PURPOSE), ("b", "synthesis")
+)
+ASSETS = frame("asset_id status penetration_mm", ("a", "ok", 0.0), ("b", "failed", 0.05))
+
+
+def test_what_overlaps_at_the_start_is_compared() -> None:
+    assert overlapping_at_start(TRACE.sample(frac=1.0, random_state=1), 0.1) == ["a", "b"]
+
+
+def test_every_figure_is_a_mean_over_objects_with_the_largest_beside() -> None:
+    run = ProposerRun("prior/noisy", Proposer.MODEL, ASSETS, JOINTS, TRACE[TRACE["asset_id"] != "c"], CALLS, FINDINGS)
+    lines = [[cell.strip() for cell in line.strip("|").split("|")] for line in proposers_table([run]).splitlines()]
+    assert lines[0] == list(HEADINGS) and len(lines) == 3
+    assert lines[2] == [
+        "prior/noisy", "`model`", "2", "1.00 (2)", "1.00 (2)", "6.0 (10)", "2.02 (4.0)", "0.025 (0.05)", "0.200 (0.20)",
+        "10.0 (10)", "1 of 2",
+    ]  # fmt: skip
+
+
+def test_only_what_was_moved_has_a_distance() -> None:
+    assert distances(FINDINGS, JOINTS)["slides"].tolist() == [False, True]
+    none = distances(FINDINGS[FINDINGS["code"] == "mended"], JOINTS)
+    assert none.empty
+
+
+def test_a_recorded_model_is_run_on_what_it_answered_and_asks_a_simulated_one_for_states(tmp_path: Path) -> None:
+    (tmp_path / "a.json").write_text("{}", encoding="utf-8")
+    recorded = f"recorded/{tmp_path}"
+    assert answered(recorded, ["a", "b"]) == ["a"] and answered("prior/noisy", ["a", "b"]) == ["a", "b"]
+    settings = settings_with(Settings(), recorded, Proposer.MODEL)
+    assert settings.search.proposer is Proposer.MODEL and settings.model.model == recorded
+    assert model_for(settings.model, REFINEMENT_PURPOSE) == "prior/noisy"
+    quick = settings_with(Settings(), "prior/noisy@2", None)
+    assert model_for(quick.model, REFINEMENT_PURPOSE) == "prior/noisy@2" and not quick.engine.interact
+
+
+def test_the_page_has_the_blocks_markers() -> None:
+    page = (ROOT / "docs/method.md").read_text(encoding="utf-8")
+    assert all(marker in page for marker in markers("proposers"))

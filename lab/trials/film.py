@@ -1,0 +1,182 @@
+"""The film of a trial: the object, the arm and the bowl as the recording has them, as an MP4 that browsers play."""
+
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
+from fractions import Fraction
+from itertools import product
+from pathlib import Path
+
+import numpy as np
+
+from asset2sim.assets.surfaces.surface import Ints
+from asset2sim.gym.arm.gripper import PANDA, Gripper
+from asset2sim.gym.arm.record import Track
+from asset2sim.gym.arm.scene import Bowl
+from asset2sim.physics.arrays import Array
+from asset2sim.render.cloud import DIRECTIONS, Cloud, cloud_of
+from asset2sim.render.draw import Picture, background, glazed, lit, shaded, shadow_points, shadowed
+from asset2sim.render.zbuffer import Layers, Lens, Singles, lens_for, splat, together
+from lab.trials.actors import Actor, arm_actor, bowl_actor, object_actor, pusher_actor
+from schemas.errors import UsageError
+
+SIDE, RATE = 512, 15
+"""Edge of a picture, pixels, and pictures a second."""
+SPACING = 1.4
+"""Distance between two points of a surface, pixels: each covers two by two."""
+MOST_POINTS, SHADOW_POINTS = 800_000, 12_000
+"""Points of an actor, about: an arm is near and seen from all sides; and points that cast the shadow."""
+KEYS = 16
+"""Frames at which is found out which points are seen."""
+VIEWS = (0.6, -0.6, 0.2, -0.2, 1.1, -1.1)
+"""Azimuths from which it may be filmed, rad from where the object's front faces, best first."""
+BESIDE = 0.9
+"""Least angle between that and where the arm's base stands, rad: the arm is not before the object."""
+ABOVE = 0.42
+"""How far above, as the tangent of the angle."""
+STILL_M = 2e-4
+"""Change of any number of a transform below which a picture is the one before."""
+ROOM_M = 0.07
+"""How much is seen around the object, m."""
+
+
+def film_frames(track: Track) -> Ints:
+    """(frames,) the samples that are shown: ``RATE`` a second."""
+    due = np.arange(0.0, float(track.times_s[-1]) + 1e-9, 1.0 / RATE)
+    return np.unique(np.clip(np.searchsorted(track.times_s, due - 1e-9), 0, len(track.times_s) - 1))
+
+
+def film(folder: Path, track: Track, base: Array, bowl: Bowl | None, gripper: Gripper = PANDA) -> Iterator[Picture]:
+    """(SIDE, SIDE, 3) pictures of a trial with the refined object in ``folder``, ``RATE`` a second."""
+    chosen = film_frames(track)
+    thing, front = object_actor(folder, track, chosen)
+    tool = track.tool[chosen]
+    actors = [pusher_actor(tool) if tool.shape[1] == 3 else arm_actor(tool, base, gripper), thing]
+    if bowl is not None:
+        actors.append(bowl_actor(bowl, len(chosen)))
+    lens = lens_of(thing, front, base, bowl)
+    clouds = [
+        cloud_of(actor.faces, pixel_m(lens, actor) * SPACING, views(actor, lens), MOST_POINTS) for actor in actors
+    ]
+    cloud = merged(clouds)
+    casting = shadow_points(cloud, SHADOW_POINTS)
+    motions = np.concatenate([actor.motions for actor in actors], axis=1)
+    ground, before = background(lens, disc=False), np.zeros_like(motions[0])
+    for motion in motions:
+        if np.abs(motion - before).max() > STILL_M:
+            picture, before = np.ascontiguousarray(drawn(cloud, casting, motion, lens, ground)[:, :, :3]), motion
+        yield picture
+
+
+def drawn(
+    cloud: Cloud, casting: tuple[Singles, tuple[int, ...]], motion: Singles, lens: Lens, ground: Picture
+) -> Picture:
+    """One picture over the ground with the shadow of the points that are ``casting`` it; a point covers two by two
+    pixels, so that what is near has no holes."""
+    layers, everything = Layers.empty(lens), np.ones(len(cloud.links), dtype=bool)
+    for x, y in product((-0.5, 0.5), repeat=2):
+        shift = np.array([[x], [y], [0.0]], dtype=np.float32) * lens.matrix[2]
+        moved = replace(lens, matrix=lens.matrix + shift)
+        for link, first, last in together(cloud.starts, motion, everything):
+            splat(layers, cloud.points, first, last, motion[link], moved)
+    light = lit(motion, lens)
+    picture = shaded(cloud, layers, light, lens, shadowed(ground, casting, motion, lens))
+    return picture if cloud.glass is None else glazed(cloud.glass, layers, motion, light, lens, picture)
+
+
+def views(actor: Actor, lens: Lens) -> list[tuple[Singles, Lens]]:
+    """The key frames of an actor, and the lens."""
+    frames = np.unique(np.linspace(0, len(actor.motions) - 1, KEYS).round().astype(int))
+    return [(actor.motions[frame], lens) for frame in frames]
+
+
+def wrapped(angle: float) -> float:
+    """An angle as one between -π and π, rad."""
+    return float((angle + np.pi) % (2.0 * np.pi) - np.pi)
+
+
+def pixel_m(lens: Lens, actor: Actor) -> float:
+    """Edge of what a pixel shows where the actor is nearest, m."""
+    points = actor.faces.corners.reshape(-1, 3)[:: max(1, len(actor.faces.corners) // 500)]
+    links = np.repeat(actor.faces.link, 3)[:: max(1, len(actor.faces.corners) // 500)]
+    depth = np.inf
+    for motion, _ in views(actor, lens):
+        at = np.einsum("pjk,pk->jp", motion[links, :, :3], points) + motion[links, :, 3].T
+        x, y, z = lens.project(at.astype(np.float32))
+        seen = (x > 0) & (x < lens.width) & (y > 0) & (y < lens.height) & (z > 0)
+        depth = min(depth, float(z[seen].min(initial=np.inf)))
+    if not np.isfinite(depth):
+        depth = float(lens.project(np.zeros((3, 1), dtype=np.float32))[2, 0])
+    return depth / float(np.linalg.norm(lens.matrix[0, :3] - 0.5 * lens.width * lens.matrix[2, :3]))
+
+
+def lens_of(thing: Actor, front: Array, base: Array, bowl: Bowl | None) -> Lens:
+    """A lens beside the arm that shows the object wherever it is at the start, and the hand about it."""
+    corners = thing.faces.corners.reshape(-1, 3)
+    links = np.repeat(thing.faces.link, 3)
+    first = thing.motions[0]
+    points = np.einsum("pjk,pk->pj", first[links, :, :3], corners) + first[links, :, 3]
+    low, high = points.min(axis=0) - ROOM_M, points.max(axis=0) + ROOM_M
+    if bowl is not None:
+        reach = bowl.radius_m * 1.4
+        low = np.minimum(low, [bowl.at[0] - reach, bowl.at[1] - reach, 0.0])
+        high = np.maximum(high, [bowl.at[0] + reach, bowl.at[1] + reach, 0.0])
+    low[2], high[2] = 0.0, max(high[2], 0.2)
+    box = np.array([(x, y, z) for x in (low[0], high[0]) for y in (low[1], high[1]) for z in (low[2], high[2])])
+    arm, ahead = (float(np.arctan2(vector[1], vector[0])) for vector in (base[:2, 3], front))
+    azimuth = next((ahead + view for view in VIEWS if abs(wrapped(ahead + view - arm)) >= BESIDE), arm + BESIDE)
+    towards = np.array([np.cos(azimuth), np.sin(azimuth), ABOVE])
+    towards /= np.linalg.norm(towards)
+    return lens_for(box.astype(np.float32), towards.astype(np.float32), SIDE, SIDE)
+
+
+def merged(clouds: Sequence[Cloud]) -> Cloud:
+    """One cloud of several, their links in this order."""
+    glass = [replace(cloud.glass, links=cloud.links) if cloud.glass is not None else None for cloud in clouds]
+    solid = join(clouds)
+    if not any(item is not None for item in glass):
+        return solid
+    empty = [item or bare(cloud) for item, cloud in zip(glass, clouds, strict=True)]
+    return replace(solid, glass=join(empty))
+
+
+def bare(cloud: Cloud) -> Cloud:
+    """A cloud of the same links without points."""
+    none = (0,) * (len(cloud.links) + 1)
+    return Cloud(cloud.points[:, :0], cloud.facing[:0], cloud.colors[:0], cloud.spacing_m, cloud.links, none)
+
+
+def join(clouds: Sequence[Cloud]) -> Cloud:
+    """The points of several clouds, none of them translucent."""
+    starts, facing, before, links = [0], [], 0, 0
+    for cloud in clouds:
+        starts.extend(before + start for start in cloud.starts[1:])
+        facing.append(cloud.facing + np.int32(links * len(DIRECTIONS)))
+        before, links = before + cloud.points.shape[1], links + len(cloud.links)
+    return Cloud(
+        np.ascontiguousarray(np.concatenate([cloud.points for cloud in clouds], axis=1)),
+        np.concatenate(facing).astype(np.int32),
+        np.concatenate([cloud.colors for cloud in clouds]),
+        min(cloud.spacing_m for cloud in clouds),
+        tuple(name for cloud in clouds for name in cloud.links),
+        tuple(starts),
+    )
+
+
+def write_mp4(frames: Iterator[Picture], to: Path, rate: float = RATE) -> int:
+    """Write the pictures, ``rate`` a second, as H.264 in an MP4 that browsers play from its first bytes; how many there
+    were. Raises UsageError where the package ``av`` is not installed."""
+    try:
+        import av
+    except ImportError:
+        raise UsageError("writing MP4 files needs the package av: pip install 'asset2sim[judged]'") from None
+    count = 0
+    with av.open(str(to), "w", options={"movflags": "+faststart"}) as container:
+        stream = container.add_stream("libx264", rate=Fraction(rate), options={"crf": "24", "preset": "fast"})
+        stream.pix_fmt = "yuv420p"
+        for picture in frames:
+            if not count:
+                stream.height, stream.width = picture.shape[:2]
+            container.mux(stream.encode(av.VideoFrame.from_ndarray(picture, format="rgb24")))
+            count += 1
+        container.mux(stream.encode())
+    return count
