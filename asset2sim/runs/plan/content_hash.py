@@ -32,7 +32,7 @@ ROOMS_OF_CHECKS: Mapping[Check, Sequence[str]] = {
     Check.REACHABLE: ("lab/trials", "lab/schemas", "asset2sim/gym/arm", "asset2sim/load.py", "asset2sim/report/loops")
 }
 """What further checks run besides: it counts where they are asked for."""
-IRRELEVANT_SOURCES = "tasks/check.py"
+IRRELEVANT_SOURCES = ("tasks/check.py",)
 """Sources within them that do not: tables of a study, and what only looks."""
 DATA_SUFFIXES = (".csv", ".md")
 """Endings of data files that decide results: the offline model's tables, and prompts."""
