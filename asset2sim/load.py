@@ -170,6 +170,8 @@ def describe(folder: str | Path) -> Description:
         raise LoadError(f"{folder} lacks {' and '.join(missing)}; name the folder of a refined object, OUT/assets/<id>")
     overlay = json.loads((place / "overlay.json").read_text(encoding="utf-8"))
     urdf = ET.parse(place / "mobility.urdf").getroot()
+    # A transmission is a motor in Drake, on the joint that has friction, and an error in SAPIEN.
+    urdf[:] = [element for element in urdf if element.tag != "transmission"]
     for mesh in urdf.iter("mesh"):
         mesh.set("filename", str(place / str(mesh.get("filename"))))
     elements = {str(element.get("name")): element for element in urdf.findall("joint")}
@@ -410,22 +412,21 @@ def load_mujoco(about: Description, root: Root, into: Any, timestep_s: float) ->
     mujoco, spec, prefix = module("mujoco"), object_spec(about, root, timestep_s), f"{about.asset_id}/" if into else ""
 
     def finish(model: Any, data: Any) -> None:
+        handles.update(model=model, data=data)
         for joint in about.joints:
             data.joint(prefix + joint.name).qpos[0] = joint.initial_position
         mujoco.mj_forward(model, data)
 
-    model, data = UNSET, UNSET
+    handles: dict[str, Any] = {"spec": into or spec, "model": UNSET, "data": UNSET}
     if into is not None:
         into.attach(spec, prefix=prefix, frame=into.worldbody.add_frame())
     else:
         spec.worldbody.add_geom(name="floor", type=mujoco.mjtGeom.mjGEOM_PLANE, size=(0.0, 0.0, 0.05))
         spec.worldbody.add_light(pos=(0.0, 0.0, 4.0), dir=(0.0, 0.0, -1.0))
         model = spec.compile()
-        data = mujoco.MjData(model)
-        finish(model, data)
-    handles = {"spec": into or spec, "model": model, "data": data}
-    read = lambda: [data.joint(joint.name).qpos[0] for joint in about.joints]  # noqa: E731
-    return Loaded(about, handles, read, lambda: mujoco.mj_step(model, data), finish)
+        finish(model, mujoco.MjData(model))
+    read = lambda: [handles["data"].joint(prefix + joint.name).qpos[0] for joint in about.joints]  # noqa: E731
+    return Loaded(about, handles, read, lambda: mujoco.mj_step(handles["model"], handles["data"]), finish)
 
 
 def load_sapien(about: Description, root: Root, into: Any, timestep_s: float) -> Loaded:
@@ -523,10 +524,9 @@ def load_drake(about: Description, root: Root, into: Any, timestep_s: float) -> 
 
 
 def drake_urdf(urdf: ET.Element, mu: float) -> ET.Element:
-    """The tree with contact friction as Drake reads it, without transmissions, whose motors would be on the same joints
-    as the friction, and without names of shapes, which datasets repeat and Drake refuses."""
+    """The tree with contact friction as Drake reads it, without names of shapes, which datasets repeat and Drake
+    refuses."""
     urdf.set("xmlns:drake", "http://drake.mit.edu")
-    urdf[:] = [element for element in urdf if element.tag != "transmission"]
     for shape in (*urdf.iter("visual"), *urdf.iter("collision")):
         shape.attrib.pop("name", None)
         contact = ET.SubElement(shape, "drake:proximity_properties")
