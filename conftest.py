@@ -8,8 +8,8 @@ from typing import Any
 import hypothesis
 import pytest
 
+from asset2sim.experiments.isolation.children import preload
 from asset2sim.models.gateway.environment import quiet_environment
-from asset2sim.runs.isolation.children import preload
 from tests import started
 from tests.object_store import store, store_server
 from tests.prefect_server import prefect_server
@@ -72,11 +72,11 @@ def network_attempts() -> Iterator[list[str]]:
 
 SLOWEST_FIRST = (
     "test_project_walks", "test_flows_faults", "test_tasks_ask_again", "test_flows_serve_nightly",
-    "test_flows_refine_dataset", "test_runs_settings_file", "test_studies_speed", "test_runs_plan",
+    "test_flows_refine_dataset", "test_runs_settings_file", "test_speed", "test_runs_plan",
     "test_runs_remote_output", "test_flows_serving", "test_flows_remote", "test_runs_hostile_answers",
-    "test_catalog_history", "test_tasks_paper9", "test_studies_hostile", "test_studies_methods_method_runs",
+    "test_catalog_history", "test_tasks_paper9", "test_hostile", "test_comparisons_method_runs",
     "test_viewer_page", "test_assets_origins", "test_runs_refine_all", "test_runs_plan_records",
-    "test_runs_isolation_asset_attempt", "test_flows_scripted_model", "test_catalog_parts", "test_tasks_formats",
+    "test_runs_asset_attempt", "test_flows_scripted_model", "test_catalog_parts", "test_tasks_formats",
 )  # fmt: skip
 """Files of tests that take longest, each half a minute or more on a busy machine."""
 

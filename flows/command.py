@@ -9,9 +9,9 @@ from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager, suppress
 from typing import TYPE_CHECKING
 
+from asset2sim.experiments.interrupt import lost_interrupts_repeated, sigterm_as_interrupt
 from asset2sim.runs import options as asked
 from asset2sim.runs.command_line import Options
-from asset2sim.runs.interrupt import lost_interrupts_repeated, sigterm_as_interrupt
 from asset2sim.runs.options import parse
 from asset2sim.runs.page_options import PagesOptions, RateOptions, RatingsOptions, ReportOptions, ViewOptions
 from asset2sim.runs.request import RefineRequest, refine_request, settings_for_run, stated_settings
@@ -218,8 +218,8 @@ def ready(request: RefineRequest) -> Iterator[Refine]:
     from asset2sim.catalog.mlflow_store import load_mlflow
     from asset2sim.catalog.storage.cache import working_folder
     from asset2sim.catalog.switch import find_catalog
+    from asset2sim.experiments.isolation.children import warm_up
     from asset2sim.models.gateway.lite import load_litellm
-    from asset2sim.runs.isolation.children import warm_up
     from flows.server.server import temporary_server
 
     first = find_catalog(working_folder(request.out)) is None
@@ -280,7 +280,7 @@ def _night_now(request: RefineRequest) -> int:
     with temporary_server() as address:
         from asset2sim.catalog.storage.cache import working_folder
         from asset2sim.catalog.switch import find_catalog
-        from asset2sim.runs.isolation.children import warm_up
+        from asset2sim.experiments.isolation.children import warm_up
 
         if find_catalog(working_folder(request.out)) is None:
             warm_up(PIPELINE)

@@ -22,7 +22,7 @@ def serve_viewer(
 ) -> None:
     """Serve the viewer until interrupted, by Ctrl-C or SIGTERM. Raises UsageError for a port that is in use, an unknown
     asset, and where viser is not installed."""
-    from asset2sim.runs.interrupt import sigterm_as_interrupt
+    from asset2sim.experiments.interrupt import sigterm_as_interrupt
     from asset2sim.viewer.serve import open_viewer
 
     opened = open_viewer(out, asset_id, engine=engine, host=host, port=port, settings=settings.engine)
@@ -35,7 +35,7 @@ def serve_viewer(
 def serve_rating(options: RateOptions, settings: Settings) -> None:
     """Serve the rating page until interrupted, by Ctrl-C or SIGTERM. Raises UsageError for a port that is in use, where
     there is nothing to rate, and where viser is not installed."""
-    from asset2sim.runs.interrupt import sigterm_as_interrupt
+    from asset2sim.experiments.interrupt import sigterm_as_interrupt
     from lab.judged.rating_plan import variants_of
     from lab.judged.rating_serve import open_rating
     from lab.judged.rating_stages import lasting
@@ -68,7 +68,7 @@ def serve_rating(options: RateOptions, settings: Settings) -> None:
 def serve_pages(out: Path | str, report_port: int, prefect_port: int, mlflow_port: int) -> None:
     """Serve the report and the pages of Prefect and MLflow for the runs in ``out`` until interrupted, by Ctrl-C or
     SIGTERM. Raises UsageError for a port that is in use or twice the same, and for a URL of no store."""
-    from asset2sim.runs.interrupt import sigterm_as_interrupt
+    from asset2sim.experiments.interrupt import sigterm_as_interrupt
     from flows.programs import run_side_by_side
 
     if is_url(out):

@@ -12,7 +12,7 @@ from collections.abc import Callable
 from multiprocessing import parent_process
 from pathlib import Path
 
-from asset2sim.runs.isolation.asset_attempt import failed_record
+from asset2sim.runs.asset_attempt import failed_record
 from schemas.asset import AssetRecord, AssetRef
 from schemas.errors import AssetError
 from schemas.request import ModelAnswer, ModelRequest

@@ -243,4 +243,5 @@ def test_only_the_yardstick_s_own_readers_import_it() -> None:
     # A run reads them to hold results against, and for its plan; a report shows how they were met. Nothing hands them
     # to an asset's process.
     assert users <= {"catalog", "checks", "report", "runs", "studies", "flows"} and "checks" in users
-    assert not any("expectations" in file.read_text() for file in (root / "asset2sim/runs/isolation").rglob("*.py"))
+    isolation = root / "asset2sim/experiments/isolation"
+    assert not any("expectations" in file.read_text() for file in isolation.rglob("*.py"))

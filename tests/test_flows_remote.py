@@ -26,7 +26,7 @@ import json, os, sys
 from asset2sim.runs.request import parse_request
 from flows.command import check
 from flows.show import print_summary
-from asset2sim.runs.isolation.children import warm_up
+from asset2sim.experiments.isolation.children import warm_up
 from flows.server.server import temporary_server
 import flows
 

@@ -8,9 +8,9 @@ import pytest
 from asset2sim.catalog.read import read_table
 from asset2sim.catalog.storage import listing
 from asset2sim.catalog.storage.cache import data_root
+from asset2sim.runs.asset_attempt import AssetAttempt
 from asset2sim.runs.check_request import check_request
 from asset2sim.runs.dataset import load_dataset
-from asset2sim.runs.isolation.asset_attempt import AssetAttempt
 from asset2sim.runs.plan.plan import asset_files_hashes
 from asset2sim.runs.plan.state import open_state
 from asset2sim.runs.remote.fetch_asset import (

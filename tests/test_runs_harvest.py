@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from asset2sim.runs.isolation.asset_attempt import FirstAttempt, with_first_attempt, without_retry
+from asset2sim.runs.asset_attempt import FirstAttempt, with_first_attempt, without_retry
 from asset2sim.runs.plan import records
 from asset2sim.runs.plan.records import (
     KeptRecord,

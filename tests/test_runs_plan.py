@@ -313,8 +313,8 @@ def test_whatever_the_pipeline_imports_counts() -> None:
         "tasks/pipeline.py",
         "asset2sim/checks/alignment/align.py",
         "asset2sim/catalog/rows.py",
-        "asset2sim/runs/isolation/child.py",
-        "asset2sim/runs/isolation/asset_attempt.py",
+        "asset2sim/experiments/isolation/child.py",
+        "asset2sim/runs/asset_attempt.py",
         *(f"asset2sim/engines/{engine.value}_world.py" for engine in Engine),
     }
     seen: set[str] = set()
@@ -413,7 +413,7 @@ from pathlib import Path
 from flows.command import main
 from flows import PIPELINE
 from asset2sim.runs.request import parse_request
-from asset2sim.runs.isolation.children import warm_up
+from asset2sim.experiments.isolation.children import warm_up
 from flows.server.server import temporary_server
 
 data, out = Path(sys.argv[1]), Path(sys.argv[2])

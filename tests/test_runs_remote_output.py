@@ -16,7 +16,7 @@ from asset2sim.catalog.read import query, read_table
 from asset2sim.catalog.storage import listing
 from asset2sim.catalog.storage.cache import working_folder
 from asset2sim.catalog.storage.lock import LostLockError
-from asset2sim.runs.isolation.asset_attempt import AssetAttempt
+from asset2sim.runs.asset_attempt import AssetAttempt
 from asset2sim.runs.plan.records import RECORDS_FOLDER, KeptRecord, keep_record, record_file
 from asset2sim.runs.remote import output
 from asset2sim.runs.remote.output import fetch_record

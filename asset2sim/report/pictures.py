@@ -11,10 +11,10 @@ from PIL import Image
 from asset2sim.assets.urdf.locate import find_source, outer_references
 from asset2sim.assets.urdf.reach import Reach
 from asset2sim.catalog.storage.objects import fetch_objects, list_objects
+from asset2sim.experiments.isolation import Ending, run_isolated
 from asset2sim.report.draw import Before, draw_before
 from asset2sim.report.loops import is_current, write_loops
 from asset2sim.report.loops.write import REFERENCE
-from asset2sim.runs.isolation import Ending, run_isolated
 from schemas.errors import AssetError
 from schemas.settings import RunSettings
 

@@ -19,6 +19,7 @@ from asset2sim.catalog.storage.cache import working_folder
 from asset2sim.catalog.storage.lock import lock_output
 from asset2sim.catalog.storage.mirror import pull, push
 from asset2sim.catalog.storage.objects import StoreError, fetch_objects, list_objects, remove_objects, store_usage_error
+from asset2sim.experiments.isolation import stop_children
 from asset2sim.report.exchanges import exchanges_of
 from asset2sim.report.index_page import index_page
 from asset2sim.report.loops.write import RECORD
@@ -26,7 +27,6 @@ from asset2sim.report.object_page import object_page
 from asset2sim.report.page_files import render, source, write_text
 from asset2sim.report.pictures import AFTER, BEFORE, LOOPS, PICTURES, SIZE, THUMB, write_after, write_pictures
 from asset2sim.report.snapshot import Row, Snapshot, newest, read_snapshot, rows, rows_of
-from asset2sim.runs.isolation import stop_children
 from asset2sim.runs.remote.fetch_asset import local_copy_path
 from schemas.inputs import InputSettings
 from schemas.location import is_url, location_of

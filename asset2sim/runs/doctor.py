@@ -20,10 +20,10 @@ from asset2sim.catalog.run import git_state, versions
 from asset2sim.catalog.storage.cache import cache_root
 from asset2sim.catalog.storage.objects import StoreError, list_objects, remove_objects, send_objects
 from asset2sim.engines.registry import HOW_TO_INSTALL, engine_version, installed, open_world
+from asset2sim.experiments.isolation import Ending, run_isolated
 from asset2sim.models.gateway.choices import check_model
 from asset2sim.models.gateway.environment import quiet_environment
 from asset2sim.models.gateway.recorded import check_recorded
-from asset2sim.runs.isolation import Ending, run_isolated
 from asset2sim.runs.request import usable_cores
 from schemas.errors import Asset2SimError, UsageError
 from schemas.location import is_url, nearest_existing
@@ -227,7 +227,7 @@ def check_model_answers(settings: ModelSettings) -> str:
 
 def check_dask() -> str:
     """A cluster starts and computes."""
-    from asset2sim.runs.spread.cluster import open_client
+    from asset2sim.experiments.cluster import open_client
 
     with open_client(RunSettings(workers=1), Path.cwd()) as client:
         if client.submit(abs, -1).result(timeout=30) != 1:

@@ -7,10 +7,10 @@ from pathlib import Path
 from asset2sim.assets.folder import URDF_NAME
 from asset2sim.catalog.storage.lock import lock_output
 from asset2sim.catalog.switch import find_catalog, no_catalog_error
+from asset2sim.experiments.isolation.pipe_messages import Ending
+from asset2sim.experiments.isolation.supervise import run_isolated
 from asset2sim.models.gateway.refused_answers import LOG_FOLDER
 from asset2sim.render import write_views
-from asset2sim.runs.isolation.pipe_messages import Ending
-from asset2sim.runs.isolation.supervise import run_isolated
 from schemas.errors import UsageError
 from schemas.location import is_url
 from schemas.overlay import PhysicsOverlay

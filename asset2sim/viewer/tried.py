@@ -4,7 +4,7 @@ import tempfile
 from dataclasses import replace
 from pathlib import Path
 
-from asset2sim.runs.isolation import Ending, run_isolated
+from asset2sim.experiments.isolation import Ending, run_isolated
 from asset2sim.viewer.side import open_side
 from asset2sim.viewer.subject import Subject
 from schemas.settings import EngineSettings, RunSettings

@@ -8,8 +8,8 @@ from pathlib import Path
 from time import perf_counter
 
 from asset2sim.models.prior.answer import answer
+from asset2sim.runs.asset_attempt import attempt_in_child
 from asset2sim.runs.dataset import load_dataset
-from asset2sim.runs.isolation.asset_attempt import attempt_in_child
 from lab.defects.defect_results import (
     DefectResult,
     Symptom,

@@ -12,9 +12,9 @@ from functools import partial
 from pathlib import Path
 
 from asset2sim.catalog.storage.cache import working_folder
+from asset2sim.experiments.isolation.children import ONE_THREAD
 from asset2sim.models.gateway.session import open_gateway_session
 from asset2sim.runs.check_request import check_request
-from asset2sim.runs.isolation.children import ONE_THREAD
 from asset2sim.runs.request import RefineRequest, parse_request
 from asset2sim.runs.spread.worker import ask_for_asset
 from lab.speed.measured import LoopTimes
@@ -40,7 +40,7 @@ def loop(request: RefineRequest, at: Path) -> LoopTimes:
     """Refine every asset of a request in this process; the file ``at`` names the current one."""
     out = working_folder(request.out).resolve()
     found = check_request(request.data, out, request.settings, request.subset, request.asset_ids, request.limit)
-    import asset2sim.runs.isolation.preload  # noqa: F401
+    import asset2sim.experiments.isolation.preload  # noqa: F401
     from asset2sim.models.gateway.lite import load_litellm
     from tasks.pipeline import refine_asset
 

@@ -6,8 +6,8 @@ from pathlib import Path
 import pandas as pd
 
 from asset2sim.catalog.own_files import OwnFile
+from asset2sim.experiments.interrupt import sigterm_as_interrupt
 from asset2sim.models.gateway.ask import prompt_title
-from asset2sim.runs.interrupt import sigterm_as_interrupt
 from lab.judged.physical_scores import PHYSICAL_JUDGE, physical_scores
 from lab.judged.published import table_frame
 from lab.judged.record_judges import record_judge

@@ -14,11 +14,11 @@ from distributed import Client, as_completed
 
 from asset2sim.catalog.own_files import OwnFile, read_own_files
 from asset2sim.catalog.read import latest_rows
+from asset2sim.experiments.cluster import open_client
+from asset2sim.experiments.interrupt import sigterm_as_interrupt
+from asset2sim.experiments.isolation import Ending, accept_children, run_isolated, stop_children
 from asset2sim.gym.arm.tasks import PAPER, Task, Verb, joint_of
 from asset2sim.gym.subject import learned_tasks, task_to_learn
-from asset2sim.runs.interrupt import sigterm_as_interrupt
-from asset2sim.runs.isolation import Ending, accept_children, run_isolated, stop_children
-from asset2sim.runs.spread.cluster import open_client
 from lab.learning.learning_log import begin_run, end_run, log_point
 from lab.learning.lesson import Lesson
 from lab.learning.progress import Point, read_progress

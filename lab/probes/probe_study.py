@@ -14,10 +14,10 @@ from distributed import Client, as_completed
 
 from asset2sim.catalog.own_files import OwnFile
 from asset2sim.catalog.read import latest_rows
-from asset2sim.runs.interrupt import sigterm_as_interrupt
-from asset2sim.runs.isolation import Ending as ChildEnding
-from asset2sim.runs.isolation import accept_children, run_isolated, stop_children
-from asset2sim.runs.spread.cluster import open_client
+from asset2sim.experiments.cluster import open_client
+from asset2sim.experiments.interrupt import sigterm_as_interrupt
+from asset2sim.experiments.isolation import Ending as ChildEnding
+from asset2sim.experiments.isolation import accept_children, run_isolated, stop_children
 from lab.probes.answers import Ending
 from lab.probes.kept_trials import KEY, results
 from lab.probes.policies import PolicySpec

@@ -10,7 +10,7 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import TypeVar
 
-from asset2sim.runs.isolation.child_setup import MEGABYTE
+from asset2sim.experiments.isolation.child_setup import MEGABYTE
 from lab.simcheck.checker import check_object, find_simcheck, refined_objects
 from lab.speed.measured import CheckerTimes
 from schemas.base import Frozen

@@ -17,9 +17,9 @@ import mlflow
 
 from asset2sim.catalog.own_files import OwnFile, read_own_files
 from asset2sim.catalog.write import write_run
+from asset2sim.experiments.isolation import accept_children, stop_children
 from asset2sim.gym.arm.tasks import Task, Verb
 from asset2sim.gym.environment import ObjectEnv
-from asset2sim.runs.isolation import accept_children, stop_children
 from flows.command import refine, run_command, serve
 from lab.learning import study
 from lab.learning.learning_log import EXPERIMENT, IDENTITY

@@ -13,10 +13,10 @@ from distributed import Client, as_completed
 
 from asset2sim.catalog.own_files import OwnFile, read_own_files
 from asset2sim.catalog.read import latest_rows
+from asset2sim.experiments.cluster import open_client
+from asset2sim.experiments.interrupt import sigterm_as_interrupt
+from asset2sim.experiments.isolation import Ending, accept_children, run_isolated, stop_children
 from asset2sim.gym.arm.tasks import Task, tasks_of
-from asset2sim.runs.interrupt import sigterm_as_interrupt
-from asset2sim.runs.isolation import Ending, accept_children, run_isolated, stop_children
-from asset2sim.runs.spread.cluster import open_client
 from lab.schemas.tables_trials import TRIALS
 from lab.schemas.trial_settings import TrialSettings
 from lab.trials.trial import run_trial

@@ -18,7 +18,7 @@ from queue import Queue
 from random import Random
 
 from asset2sim.models.prior.answer import answer
-from asset2sim.runs.isolation.asset_attempt import attempt_in_child
+from asset2sim.runs.asset_attempt import attempt_in_child
 from lab.samples.sample_dataset import sample_files
 from schemas.asset import AssetRecord, AssetRef
 from schemas.errors import AssetError

@@ -10,9 +10,9 @@ from pathlib import Path
 from asset2sim.assets.checksums import FILE
 from asset2sim.assets.folder import URDF_NAME
 from asset2sim.engines.registry import engine_version
+from asset2sim.experiments.isolation import Ending, run_isolated
 from asset2sim.report.draw import Before
 from asset2sim.report.loops.make import make_loops, save
-from asset2sim.runs.isolation import Ending, run_isolated
 from schemas.settings import RunSettings
 from schemas.vocabulary import Engine
 

@@ -25,7 +25,8 @@ ROOMS = (
     *("asset2sim/checks", "asset2sim/refinement", "asset2sim/baselines"),
     # An asset's rows, and the records of those that fail outside the pipeline.
     *("asset2sim/catalog/rows.py", "asset2sim/catalog/rows_engines.py", "asset2sim/catalog/summarize.py"),
-    *("asset2sim/runs/isolation", "asset2sim/runs/remote/fetch_asset.py", "asset2sim/runs/spread/worker.py"),
+    *("asset2sim/experiments/isolation", "asset2sim/runs/asset_attempt.py"),
+    *("asset2sim/runs/remote/fetch_asset.py", "asset2sim/runs/spread/worker.py"),
 )
 """Folders and modules, relative to the checkout, that decide an asset's result or its rows."""
 ROOMS_OF_CHECKS: Mapping[Check, Sequence[str]] = {

@@ -21,7 +21,7 @@ from asset2sim.catalog.storage.objects import (
 )
 from asset2sim.checks.alignment.reference import FILE as REFERENCE
 from asset2sim.models.gateway.refused_answers import answers_file
-from asset2sim.runs.isolation.asset_attempt import AssetAttempt, failed_record, first_log_file, log_file
+from asset2sim.runs.asset_attempt import AssetAttempt, failed_record, first_log_file, log_file
 from asset2sim.runs.plan.url_files import BUCKET, UrlReach, choose_urdf_name, outer_objects, url_reach, visible
 from schemas.asset import AssetRecord, AssetRef
 from schemas.errors import is_disk_full

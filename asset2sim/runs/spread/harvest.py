@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Generic, TypeVar
 
 from asset2sim.catalog.storage.objects import StoreError
-from asset2sim.runs.isolation.asset_attempt import FirstAttempt, failed_record, with_first_attempt, without_retry
+from asset2sim.runs.asset_attempt import FirstAttempt, failed_record, with_first_attempt, without_retry
 from asset2sim.runs.plan import records
 from asset2sim.runs.plan.records import KeptRecord
 from asset2sim.runs.plan.timeouts import with_left_alone

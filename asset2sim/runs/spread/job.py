@@ -9,7 +9,7 @@ import pyarrow.compute as pc
 import pyarrow.parquet as pq
 
 from asset2sim.catalog.switch import find_catalog
-from asset2sim.runs.isolation.asset_attempt import FirstAttempt
+from asset2sim.runs.asset_attempt import FirstAttempt
 from schemas.asset import AssetRecord, AssetRef
 from schemas.tables import TABLES
 from schemas.vocabulary import Method, Status

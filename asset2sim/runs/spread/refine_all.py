@@ -12,15 +12,15 @@ from typing import Generic
 
 from distributed import Client, wait
 
+from asset2sim.experiments.cluster import concurrency, open_client
+from asset2sim.experiments.existing_cluster import RETURN_LIMIT_S
+from asset2sim.experiments.interrupt import sigterm_as_interrupt
+from asset2sim.experiments.isolation import accept_children, stop_children
+from asset2sim.experiments.isolation.children import warm_up
 from asset2sim.models.gateway.lite import load_litellm
-from asset2sim.runs.interrupt import sigterm_as_interrupt
-from asset2sim.runs.isolation import accept_children, stop_children
-from asset2sim.runs.isolation.children import warm_up
 from asset2sim.runs.plan.plan import LeftRecords, Plan
 from asset2sim.runs.plan.records import KeptRecord, drop_record, keep_record
 from asset2sim.runs.result import INTERRUPTED
-from asset2sim.runs.spread.cluster import concurrency, open_client
-from asset2sim.runs.spread.existing_cluster import RETURN_LIMIT_S
 from asset2sim.runs.spread.harvest import (
     Harvest,
     Kept,

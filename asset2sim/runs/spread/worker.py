@@ -11,16 +11,10 @@ from distributed import get_worker
 
 from asset2sim.catalog.storage.cache import working_folder
 from asset2sim.catalog.storage.objects import StoreError
+from asset2sim.experiments.isolation.stopping import is_stopped
 from asset2sim.models.gateway.ask import ask
 from asset2sim.models.gateway.session import GatewaySession, open_gateway_session
-from asset2sim.runs.isolation.asset_attempt import (
-    AssetAttempt,
-    attempt_in_child,
-    first_log_file,
-    log_file,
-    with_first_attempt,
-)
-from asset2sim.runs.isolation.stopping import is_stopped
+from asset2sim.runs.asset_attempt import AssetAttempt, attempt_in_child, first_log_file, log_file, with_first_attempt
 from asset2sim.runs.plan.records import (
     KeptRecord,
     call_writer,

@@ -9,7 +9,7 @@ from pathlib import Path
 import dask
 from distributed import Client, LocalCluster
 
-from asset2sim.runs.spread.existing_cluster import join_cluster
+from asset2sim.experiments.existing_cluster import join_cluster
 from schemas.settings import RunSettings
 
 _CONFIG = {

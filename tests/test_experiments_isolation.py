@@ -10,9 +10,9 @@ from pathlib import Path
 
 import pytest
 
-from asset2sim.runs.isolation import Ending, Outcome, child, run_isolated
-from asset2sim.runs.isolation.child import IDLE_LIMIT_S
-from asset2sim.runs.isolation.process_state import MAX_GROWTH_MB
+from asset2sim.experiments.isolation import Ending, Outcome, child, run_isolated
+from asset2sim.experiments.isolation.child import IDLE_LIMIT_S
+from asset2sim.experiments.isolation.process_state import MAX_GROWTH_MB
 from tests import crashers
 from tests.processes import gone, wait_until
 
@@ -143,7 +143,7 @@ def test_work_at_the_same_time_is_in_children_of_their_own(work: Callable[..., O
 INTERRUPTED_WHILE_IT_LOADS = """
 import os, signal, time
 from multiprocessing import forkserver
-from asset2sim.runs.isolation import children
+from asset2sim.experiments.isolation import children
 
 children.warm_up("slow_to_load")
 server = forkserver._forkserver._forkserver_pid
@@ -172,7 +172,7 @@ WORK_AND_LEAVE = """
 import atexit, sys
 from pathlib import Path
 atexit.register(lambda: print(len(children._idle), "idle"))  # first in, last out
-from asset2sim.runs.isolation import children, run_isolated
+from asset2sim.experiments.isolation import children, run_isolated
 from tests import crashers
 if __name__ == "__main__":
     run_isolated(

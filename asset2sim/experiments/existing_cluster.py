@@ -13,8 +13,8 @@ from distributed.diagnostics.plugin import WorkerPlugin
 from distributed.worker import Worker
 
 from asset2sim.catalog.storage.objects import StoreError, read_object, remove_objects, write_object
-from asset2sim.runs.isolation.children import refuse_daemon
-from asset2sim.runs.isolation.stopping import accept_children, stop_children
+from asset2sim.experiments.isolation.children import refuse_daemon
+from asset2sim.experiments.isolation.stopping import accept_children, stop_children
 from schemas.errors import UsageError
 from schemas.location import below, is_url
 

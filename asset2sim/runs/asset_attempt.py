@@ -3,10 +3,10 @@
 from dataclasses import dataclass
 from pathlib import Path
 
+from asset2sim.experiments.isolation.children import preload
+from asset2sim.experiments.isolation.pipe_messages import Ending, Outcome
+from asset2sim.experiments.isolation.supervise import run_isolated
 from asset2sim.models.gateway.refused_answers import LOG_FOLDER, LoggedAnswer, write_refused_answers
-from asset2sim.runs.isolation.children import preload
-from asset2sim.runs.isolation.pipe_messages import Ending, Outcome
-from asset2sim.runs.isolation.supervise import run_isolated
 from schemas.asset import AssetRecord, AssetRef
 from schemas.errors import Asset2SimError
 from schemas.finding import Finding

@@ -11,8 +11,8 @@ from pathlib import Path
 
 import pytest
 
-from asset2sim.runs.isolation import Ending, Outcome, accept_children, run_isolated, stop_children
-from asset2sim.runs.isolation.asset_attempt import StoppedError, attempt_in_child, failed_record, record_of_dead_child
+from asset2sim.experiments.isolation import Ending, Outcome, accept_children, run_isolated, stop_children
+from asset2sim.runs.asset_attempt import StoppedError, attempt_in_child, failed_record, record_of_dead_child
 from schemas.asset import AssetRecord, AssetRef
 from schemas.request import ModelAnswer, ModelCall, ModelRequest
 from schemas.settings import RunSettings, Settings
@@ -151,7 +151,8 @@ def test_a_killed_child_takes_its_own_children_with_it(log: Path, tmp_path: Path
 def test_children_and_grandchildren_die_with_a_killed_parent(tmp_path: Path, killer: signal.Signals) -> None:
     pids, log = tmp_path / "pids", tmp_path / "log"
     script = (
-        "from pathlib import Path; from asset2sim.runs.isolation import run_isolated; from tests import crashers\n"
+        "from pathlib import Path\nfrom asset2sim.experiments.isolation import run_isolated\n"
+        "from tests import crashers\n"
         f"run_isolated(crashers.start_a_grandchild_and_hang, ({str(pids)!r},), time_limit_s=600, memory_limit_mb=600,"
         f" services={{}}, log_path=Path({str(log)!r}))"
     )

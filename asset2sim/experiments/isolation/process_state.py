@@ -5,7 +5,7 @@ import threading
 from dataclasses import dataclass
 from pathlib import Path
 
-from asset2sim.runs.isolation.child_setup import MEGABYTE, memory
+from asset2sim.experiments.isolation.child_setup import MEGABYTE, memory
 
 MAX_GROWTH_MB = 400.0
 """Resident memory that work may leave behind, MB."""

@@ -9,9 +9,9 @@ from dataclasses import replace
 from multiprocessing.connection import Connection
 from pathlib import Path
 
-from asset2sim.runs.isolation import child_setup
-from asset2sim.runs.isolation.pipe_messages import Answer, Begun, Call, ChildWork, Raised, Returned
-from asset2sim.runs.isolation.process_state import ProcessState, is_unchanged_since, process_state
+from asset2sim.experiments.isolation import child_setup
+from asset2sim.experiments.isolation.pipe_messages import Answer, Begun, Call, ChildWork, Raised, Returned
+from asset2sim.experiments.isolation.process_state import ProcessState, is_unchanged_since, process_state
 from schemas.errors import Asset2SimError, is_disk_full
 
 MAX_WORK_PER_CHILD = 50

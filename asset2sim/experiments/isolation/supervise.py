@@ -9,9 +9,18 @@ from multiprocessing.context import ForkServerProcess
 from pathlib import Path
 
 from asset2sim.assets.child_process import dump_traceback
-from asset2sim.runs.isolation import stopping
-from asset2sim.runs.isolation.children import PROCESS_LOCK, Child, return_to_pool, start_work
-from asset2sim.runs.isolation.pipe_messages import Answer, Begun, Call, ChildWork, Ending, Outcome, Raised, Returned
+from asset2sim.experiments.isolation import stopping
+from asset2sim.experiments.isolation.children import PROCESS_LOCK, Child, return_to_pool, start_work
+from asset2sim.experiments.isolation.pipe_messages import (
+    Answer,
+    Begun,
+    Call,
+    ChildWork,
+    Ending,
+    Outcome,
+    Raised,
+    Returned,
+)
 
 REAP_WAIT_S = 5.0
 """Time in which a killed child must be gone, s: only a process stuck in the kernel takes longer."""

@@ -12,7 +12,7 @@ import os
 import sys
 
 from asset2sim.engines.registry import OPENERS
-from asset2sim.runs.isolation.children import PIPELINE_VARIABLE
+from asset2sim.experiments.isolation.children import PIPELINE_VARIABLE
 
 MODULES = ("numpy", "scipy.spatial", "trimesh", "yourdfpy", *OPENERS, *(module for module, _ in OPENERS.values()))
 """The adapters too: each check runs in a fork of the child, and would import its engine's anew."""

@@ -14,8 +14,8 @@ from multiprocessing import connection, resource_tracker
 from multiprocessing.connection import Connection
 from multiprocessing.context import ForkServerContext, ForkServerProcess
 
-from asset2sim.runs.isolation.child import child_main
-from asset2sim.runs.isolation.pipe_messages import Begun, ChildWork
+from asset2sim.experiments.isolation.child import child_main
+from asset2sim.experiments.isolation.pipe_messages import Begun, ChildWork
 from schemas.errors import UsageError
 
 ONE_THREAD = {"OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1", "MKL_NUM_THREADS": "1"}
@@ -71,7 +71,7 @@ def refuse_daemon() -> None:
 
 def _context() -> ForkServerContext:
     context = multiprocessing.get_context("forkserver")
-    context.set_forkserver_preload(["asset2sim.runs.isolation.preload"])
+    context.set_forkserver_preload(["asset2sim.experiments.isolation.preload"])
     return context
 
 

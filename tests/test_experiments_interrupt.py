@@ -8,7 +8,7 @@ import time
 
 import pytest
 
-from asset2sim.runs.interrupt import lost_interrupts_repeated, sigterm_as_interrupt, sigterm_deferred
+from asset2sim.experiments.interrupt import lost_interrupts_repeated, sigterm_as_interrupt, sigterm_deferred
 
 
 def stop() -> None:

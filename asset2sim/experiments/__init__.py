@@ -1,0 +1,1 @@
+"""One runner of experiments: jobs to killable children to rows of a table, spread over Dask and resumable."""
