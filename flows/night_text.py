@@ -3,7 +3,7 @@
 import sys
 from datetime import UTC, datetime
 
-from asset2sim.catalog.report import headline
+from asset2sim.catalog.run_page import headline
 from asset2sim.catalog.text import output
 from asset2sim.runs.request import RefineRequest
 from asset2sim.runs.result import RunResult

@@ -97,9 +97,8 @@ def refine_dataset(
         refined.stopped,
         warnings,
         refined.unchanged,
-        told.path,
+        told.index,
         told.changes,
         place,
         tuple(line for line in removed if line is not None),
-        told.index,
     )

@@ -1,4 +1,4 @@
-"""The run's report: a file under OUT, and a page of the flow run in Prefect."""
+"""The run's report: HTML under OUT, and a page of the flow run in Prefect."""
 
 from dataclasses import dataclass
 from datetime import datetime
@@ -9,12 +9,12 @@ from prefect.artifacts import create_markdown_artifact
 from prefect.runtime import flow_run
 
 from asset2sim.catalog.changes import Changes, Previous, find_changes
-from asset2sim.catalog.report import report_markdown
-from asset2sim.catalog.report_file import write_report
 from asset2sim.catalog.run import RunRow
+from asset2sim.catalog.run_page import run_page
 from asset2sim.runs.result import INTERRUPTED
 from asset2sim.runs.spread.refine_all import RunRecords
 from flows.server.deployment import count_skipped_runs
+from schemas.location import below
 from schemas.summary import AssetSummary
 
 ARTIFACT = "report"
@@ -23,11 +23,9 @@ ARTIFACT = "report"
 
 @dataclass(frozen=True)
 class WrittenReport:
-    """What the run changed, the file with its report, warnings where a report could not be written, and the index of
-    the one for people, where there is one."""
+    """The run's changes, warnings where a report could not be written, and the report's index, where there is one."""
 
     changes: Changes
-    path: Path | None
     warnings: tuple[str, ...]
     index: Path | None = None
 
@@ -42,8 +40,8 @@ def publish_report(
     by_hand: str | None = None,
     url: str | None = None,
 ) -> WrittenReport:
-    """Write the report, attach it to the flow run, and write the one for people, behind ``url`` too where the output is
-    one. A failure is a warning only: the tables hold the same data.
+    """Write the HTML report, behind ``url`` too where the output is one, and attach a page in Markdown to the flow run.
+    A failure is a warning only: the tables hold the same data.
     ``chosen`` counts the run's assets; ``died`` says what happened to the run before it, if that did not end;
     ``by_hand`` which results people changed since."""
     changes = find_changes(refined.records, previous)
@@ -51,25 +49,19 @@ def publish_report(
     problems = [problem for problem in (stopped_line(refined, chosen), previous.problem, *warnings) if problem]
     index, warning = _publish_site(out, run, refined, url)
     warnings += [warning] if warning else []
-    text = report_markdown(run, refined.records, previous, changes, problems, refined.unchanged, str(out))
-    pages = f"../{index.parent.name}" if index else None
-    linked = report_markdown(run, refined.records, previous, changes, problems, refined.unchanged, str(out), pages)
-    path = None
+    place = str(below(url or out, *index.relative_to(out).parts)) if index else None
+    page = run_page(run, refined.records, changes, problems, refined.unchanged, place)
     try:
-        path = write_report(out, run, linked)
-    except (OSError, UnicodeError) as error:
-        warnings.append(f"the report of run {run.run_id} is not in {out}: {error}")
-    try:
-        create_markdown_artifact(text, key=ARTIFACT, description=f"run {run.run_id}")
+        create_markdown_artifact(page, key=ARTIFACT, description=f"run {run.run_id}")
     except Exception as error:  # whatever a server can raise, and whatever way it goes away
         warnings.append(f"Prefect does not hold the report of run {run.run_id}: {str(error).splitlines()[0]}")
-    return WrittenReport(changes, path, tuple(warnings), index)
+    return WrittenReport(changes, tuple(warnings), index)
 
 
 def _publish_site(
     out: Path, run: RunRow, refined: RunRecords[AssetSummary], url: str | None
 ) -> tuple[Path | None, str | None]:
-    """Write the report for people, and return its index; None, and a warning, where that fails, and None where the run
+    """Write the HTML report, and return its index; None, and a warning, where that fails, and None where the run
     is to have none or was interrupted: then its user waits."""
     if not run.settings.run.report or refined.stopped == INTERRUPTED:
         return None, None
@@ -80,7 +72,7 @@ def _publish_site(
         site = write_site(out, url, workers=run.settings.run.workers, before=run.settings.views.in_run)
     except Exception as error:  # whatever is wrong with it, the run's results are there
         why = (str(error).splitlines() or [type(error).__name__])[0]
-        return None, f"the report of run {run.run_id} for people was not written: {why}; asset2sim report tries again"
+        return None, f"the report of run {run.run_id} was not written: {why}; asset2sim report tries again"
     return site.index, None
 
 

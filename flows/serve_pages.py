@@ -102,10 +102,10 @@ def _check_port(name: str, port: int) -> None:
 
 def report_folder(out: Path | str) -> Path:
     """The folder of this machine in which the report of ``out`` lies, where there is one."""
-    from asset2sim.catalog.report_file import SITE_FOLDER
     from asset2sim.catalog.storage.cache import working_folder
+    from asset2sim.report.page_files import FOLDER
 
-    return working_folder(location_of(out)) / SITE_FOLDER
+    return working_folder(location_of(out)) / FOLDER
 
 
 def commands(

@@ -101,7 +101,6 @@ def print_summary(result: RunResult) -> None:
             console.print(Text(line + "\n"))
     console.print(render_failures(failure_breakdown(result.out)))
     report = f"\nreport:  {result.shown_report}" if result.report else ""
-    report += f"\npages:   {result.shown_index}" if result.index else ""
     console.print(Text(f"assets:  {result.shown('assets')}\ncatalog: {result.shown('catalog')}{report}"))
     for line in result.removed:
         console.print(Text(line))

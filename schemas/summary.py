@@ -36,7 +36,7 @@ class AssetSummary:
     """One asset of a run. Fields of ``AssetRecord`` have its names; those of stages not reached are None.
 
     ``call_costs_usd`` has an entry per call not answered from the cache, as tokens count only those; ``engines`` is how
-    many engines passed every check, and how many ran; ``error_codes`` are of its error findings, each once.
+    many engines passed every check, and how many ran.
     """
 
     ref: AssetRef
@@ -53,7 +53,6 @@ class AssetSummary:
     prompt_tokens: int
     completion_tokens: int
     cached_calls: int
-    error_codes: tuple[str, ...]
     scale: float | None
     mass_kg: float | None
     measurement: MotionSummary | None

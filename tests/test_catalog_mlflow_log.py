@@ -14,7 +14,6 @@ from asset2sim.catalog.changes import Previous, find_changes
 from asset2sim.catalog.mlflow_log import EXPERIMENT, draw_failures, log_run, remove_old_artifacts, run_params
 from asset2sim.catalog.mlflow_store import PART, prepare_mlflow
 from asset2sim.catalog.parts import open_parts
-from asset2sim.catalog.report_file import write_report
 from asset2sim.catalog.run import RunRow, start_run
 from asset2sim.catalog.run_figures import run_figures
 from asset2sim.catalog.summarize import summarize_all
@@ -73,7 +72,6 @@ def test_a_run_is_in_mlflow_with_settings_figures_tables_and_chart(
 ) -> None:
     monkeypatch.delenv("MLFLOW_TRACKING_URI", raising=False)
     run = start_run(Settings(), "data/raw", "paper9")
-    report = write_report(tmp_path, run, "# fine\n")
     assert logged_with_parts(tmp_path, run, records, Previous({"4": "none", "9": "none"})) is None
     client = MlflowClient(tracking_uri=f"sqlite:///{tmp_path / 'mlflow.db'}")
     experiment = client.get_experiment_by_name(EXPERIMENT)
@@ -91,7 +89,7 @@ def test_a_run_is_in_mlflow_with_settings_figures_tables_and_chart(
     }
     # Nothing is expected of these assets, and a table without rows is not logged.
     tables = {f"changed/{item.file}" for item in TABLES.values() if item.per_asset and item.name != "expectations"}
-    assert artifacts == tables | {"changed", "failure_modes.png", "summary.json", report.name}
+    assert artifacts == tables | {"changed", "failure_modes.png", "summary.json"}
     assert (tmp_path / "mlartifacts").is_dir()
 
 

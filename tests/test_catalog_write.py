@@ -25,7 +25,6 @@ from asset2sim.catalog.changes import find_changes, read_previous
 from asset2sim.catalog.enforce import CatalogError, to_arrow
 from asset2sim.catalog.failures import compare_runs, failure_breakdown, failures_by
 from asset2sim.catalog.read import latest_rows, query, read_table
-from asset2sim.catalog.report import report_markdown
 from asset2sim.catalog.rows import asset_row, asset_rows, joint_rows, run_row, trace_rows
 from asset2sim.catalog.run import RunRow, finish_run, start_run, without_credentials
 from asset2sim.catalog.show import describe_asset
@@ -399,10 +398,8 @@ def test_tables_on_disk_are_read_by_every_command_and_taken_up_by_the_next_run(t
     assert [len(table) for table in latest_rows(tmp_path, "assets", "links")] == [2, 2]
     run = make_run("r3")
     before = read_previous(tmp_path, run)
-    assert before.modes == {"a": "jam", "b": "none"} and before.run is not None and before.run.run_id == "r2"
-    refined = summarize_all([make_record("a")])
-    report = report_markdown(run, refined, before, find_changes(refined, before))
-    assert "Mended: 1" in report
+    assert before.modes == {"a": "jam", "b": "none"}
+    assert len(find_changes(summarize_all([make_record("a")]), before).mended) == 1
     write_run(tmp_path, run, [make_record("a")])
     assert len(read_table(tmp_path, HISTORY.name)) == 5
     assert {row["asset_id"]: row["run_id"] for row in read_table(tmp_path, "assets").to_dict("records")} == {

@@ -86,7 +86,7 @@ def test_a_bucket_is_refined_into_a_bucket_as_a_folder_into_a_folder(store: Stor
     assert ran.returncode == 0, ran.stderr
     steps = [json.loads(line) for line in ran.stdout.splitlines() if line.startswith("[[")]
     assert steps == [[list(IDS), []], [list(IDS), []], [[], list(IDS)]]
-    assert f"assets:  {there}/assets" in ran.stdout and f"report:  {there}/reports/" in ran.stdout
+    assert f"assets:  {there}/assets" in ran.stdout and f"report:  {there}/report/index.html" in ran.stdout
 
     for name in PUBLISHED:
         pd.testing.assert_frame_equal(comparable(there, name), comparable(here, name), obj=name)

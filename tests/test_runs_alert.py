@@ -41,7 +41,7 @@ def result_of(out: Path, hook: str | None, stopped: str | None = None) -> RunRes
     run = finish_run(start_run(Settings(run=RunSettings(hook=hook)), "data"))
     refined = summarize_all(records)
     changes = find_changes(refined, Previous({"good": "none", "mended": "drift"}))
-    return RunResult(out, run, refined, stopped, (), report=out / "reports" / "day.md", changes=changes)
+    return RunResult(out, run, refined, stopped, (), report=out / "report" / "index.html", changes=changes)
 
 
 def test_the_hook_is_told_everything_by_its_environment(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -50,7 +50,7 @@ def test_the_hook_is_told_everything_by_its_environment(tmp_path: Path, monkeypa
     assert alert(result, strict=True) == result
     found = told(tmp_path)
     expected = {
-        "REPORT": str(tmp_path / "reports" / "day.md"), "ASSETS": "3", "OK": "2", "FAILED": "1", "NEW_FAILURES": "1",
+        "REPORT": str(tmp_path / "report" / "index.html"), "ASSETS": "3", "OK": "2", "FAILED": "1", "NEW_FAILURES": "1",
         "MENDED": "1", "EXIT": "1", "OUTCOME": "finished", "QUERIES": "2", "COST_USD": "0.0200", "ERROR": "",
         "RUN_ID": result.run.run_id, "OUT": str(tmp_path),
     }  # fmt: skip

@@ -3,14 +3,11 @@
 from collections import Counter
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field
-from datetime import datetime
 from pathlib import Path
-from typing import Any
 
 import pandas as pd
 import pyarrow as pa
 
-from asset2sim.catalog.read import read_table
 from asset2sim.catalog.run import RunRow
 from asset2sim.catalog.stored_tables import recorded_assets
 from asset2sim.catalog.switch import find_catalog
@@ -20,28 +17,10 @@ from schemas.vocabulary import FailureMode, Status
 
 
 @dataclass(frozen=True)
-class PreviousRun:
-    """The figures of an earlier run over the same dataset, method and model."""
-
-    run_id: str
-    started_at: datetime
-    assets: int
-    ok: int
-    refined: int
-    """Assets that the run refined; the others were unchanged."""
-    queries: int
-    tokens: int
-    cost_usd: float
-    seconds: float
-    asset_seconds: float
-
-
-@dataclass(frozen=True)
 class Previous:
     """The catalog before a run wrote to it. ``modes``: asset id → failure mode, for the run's method and model."""
 
     modes: Mapping[str, str] = field(default_factory=dict)
-    run: PreviousRun | None = None
     gone: tuple[str, ...] = ()
     """Assets that the dataset no longer has: they are not among ``modes``."""
     problem: str | None = None
@@ -111,8 +90,7 @@ def change_figures(changes: Changes) -> dict[str, float]:
 
 
 def read_previous(out: Path, run: RunRow, present: Collection[str] | None = None) -> Previous:
-    """How each asset of the run's method and model ended before it, and the last run over the same dataset, subset and
-    selection: a run over a part is not the one before a run over all.
+    """How each asset of the run's method and model ended before it, and which of them the dataset no longer has.
 
     ``present`` names the assets that the dataset still has, None where the run does not know. Call it before the run is
     written. Empty where OUT has no catalog yet; where the catalog cannot be read, ``problem`` says why, and the run
@@ -123,15 +101,12 @@ def read_previous(out: Path, run: RunRow, present: Collection[str] | None = None
     method, model = run.settings.method.value, run.settings.model.model
     try:
         before = recorded_assets(out, method, model)
-        runs = read_table(out, "runs")
     except (Asset2SimError, OSError, KeyError, ValueError, pa.ArrowException) as error:
         return Previous(problem=f"what was there before cannot be read, so every failure counts as new: {error}")
-    own = (run.dataset, method, model, run.subset or "", run.selection or "")
-    runs = runs[(compared(runs) == own).all(axis=1) & (runs["run_id"] != run.run_id)]
     modes = {name: row.failure_mode.value for name, row in before.items()}
     gone = () if present is None else tuple(sorted(name for name in modes if name not in present))
     modes = {name: mode for name, mode in modes.items() if present is None or name in present}
-    return Previous(modes, None if runs.empty else _run(runs.sort_values("started_at").iloc[-1]), gone)
+    return Previous(modes, gone)
 
 
 def compared(runs: pd.DataFrame) -> pd.DataFrame:
@@ -139,18 +114,3 @@ def compared(runs: pd.DataFrame) -> pd.DataFrame:
     names = ["dataset", "method", "model", "subset", "selection"]
     # A catalog that an earlier version wrote has no selection.
     return runs.reindex(columns=names).astype(object).fillna("")
-
-
-def _run(row: "pd.Series[Any]") -> PreviousRun:
-    return PreviousRun(
-        run_id=str(row["run_id"]),
-        started_at=pd.Timestamp(row["started_at"]).to_pydatetime(),
-        assets=int(row["assets"]),
-        ok=int(row["ok"]),
-        refined=int(row["assets"]) - (0 if pd.isna(row["unchanged"]) else int(row["unchanged"])),
-        queries=int(row["queries"]),
-        tokens=int(row["prompt_tokens"] + row["completion_tokens"]),
-        cost_usd=float(row["cost_usd"]),
-        seconds=float(row["seconds"]),
-        asset_seconds=float(row["asset_seconds"]),
-    )

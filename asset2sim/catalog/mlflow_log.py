@@ -13,7 +13,6 @@ from asset2sim.catalog.history import newest_runs
 from asset2sim.catalog.merge import merged, write_merged
 from asset2sim.catalog.mlflow_store import open_mlflow
 from asset2sim.catalog.parts import Parts
-from asset2sim.catalog.report_file import SITE_FOLDER, report_path
 from asset2sim.catalog.run import UNRECORDED_SETTINGS, RunRow, without_credentials
 from asset2sim.catalog.run_figures import all_asset_figures, failure_counts, run_figures
 from asset2sim.catalog.switch import find_catalog
@@ -60,8 +59,8 @@ def log_run(
     parts: Parts | None = None,
     index: Path | None = None,
 ) -> str | None:
-    """Logs one run; call it after ``write_run`` and ``write_report``, whose file it attaches, as it does ``index``, the
-    report for people, without its objects' pages: those are in OUT, and nights are many.
+    """Logs one run; call it after ``write_run``. It attaches ``index``, the report's, without the pages of objects:
+    those are in OUT, and nights are many.
 
     Its cost does not grow with the dataset: figures of the same names every night in one batch, a bounded number
     of failed assets as children, and of the tables what the run changed (``parts``) while that is little. Counts,
@@ -131,7 +130,7 @@ def _log(
         for first in range(_MAX_PARAMS, len(everything), _MAX_PARAMS):
             client.log_batch(identity, params=everything[first : first + _MAX_PARAMS])
         _log_failures(client, experiment, identity, run, changes)
-        _log_artifacts(client, identity, report_path(out, run), run, records, figures, parts, index)
+        _log_artifacts(client, identity, run, records, figures, parts, index)
         status = "FINISHED" if run.outcome == "finished" else "KILLED"
     finally:
         client.set_terminated(identity, status=status, end_time=finished)
@@ -159,7 +158,6 @@ def _log_failures(client: "MlflowClient", experiment: str, parent: str, run: Run
 def _log_artifacts(
     client: "MlflowClient",
     identity: str,
-    report: Path,
     run: RunRow,
     records: Sequence[AssetSummary],
     figures: Mapping[str, float],
@@ -177,9 +175,7 @@ def _log_artifacts(
             _write_changed(parts, folder / CHANGED, [*TABLES] if len(records) <= MAX_CHANGED else ["assets"])
         client.log_artifacts(identity, name)
     if index is not None:
-        client.log_artifact(identity, str(index), SITE_FOLDER)
-    if report.is_file():
-        client.log_artifact(identity, str(report))
+        client.log_artifact(identity, str(index), index.parent.name)
 
 
 def _write_changed(parts: Parts, folder: Path, names: Sequence[str]) -> None:

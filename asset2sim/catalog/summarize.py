@@ -10,7 +10,7 @@ from schemas.asset import AssetRecord
 from schemas.measurement import Measurement
 from schemas.settings import Thresholds
 from schemas.summary import AlignmentSummary, AssetSummary, MotionSummary
-from schemas.vocabulary import Severity, Stage
+from schemas.vocabulary import Stage
 
 
 def summarize(record: AssetRecord, limits: Thresholds) -> AssetSummary:
@@ -32,7 +32,6 @@ def summarize(record: AssetRecord, limits: Thresholds) -> AssetSummary:
         prompt_tokens=sum(call.prompt_tokens for call in paid),
         completion_tokens=sum(call.completion_tokens for call in paid),
         cached_calls=len(record.calls) - len(paid),
-        error_codes=tuple(sorted({shared(f.code) for f in record.findings if f.severity is Severity.ERROR})),
         scale=overlay.scale if overlay else None,
         mass_kg=overlay.mass_kg if overlay else None,
         measurement=_motion(record, record.measurement, limits) if record.measurement else None,

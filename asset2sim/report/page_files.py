@@ -6,17 +6,25 @@ from collections.abc import Mapping
 from functools import cache
 from pathlib import Path
 from typing import Any
+from urllib.parse import quote
 
 import pandas as pd
 from jinja2 import Environment, FileSystemBytecodeCache, PackageLoader, StrictUndefined
 from markupsafe import Markup
 
-from asset2sim.catalog.report_file import page_path
 from asset2sim.catalog.storage.cache import cache_root
 from asset2sim.catalog.text import number
 from asset2sim.report.charts import counted
 from asset2sim.report.index_page import duration
 from schemas.errors import printable
+
+FOLDER = "report"
+"""Folder of the report, relative to OUT."""
+
+
+def page_path(asset_id: str) -> str:
+    """Address of an asset's page, relative to the report's folder."""
+    return f"objects/{quote(asset_id, safe='')}/index.html"
 
 
 def write_text(path: Path, text: str) -> None:

@@ -14,7 +14,6 @@ from markupsafe import Markup
 
 from asset2sim.assets.urdf.reach import Reach
 from asset2sim.catalog.read_remote import PARTS, repair_history
-from asset2sim.catalog.report_file import SITE_FOLDER as FOLDER
 from asset2sim.catalog.storage.cache import working_folder
 from asset2sim.catalog.storage.lock import lock_output
 from asset2sim.catalog.storage.mirror import pull, push
@@ -24,7 +23,7 @@ from asset2sim.report.exchanges import exchanges_of
 from asset2sim.report.index_page import index_page
 from asset2sim.report.loops.write import RECORD
 from asset2sim.report.object_page import object_page
-from asset2sim.report.page_files import render, source, write_text
+from asset2sim.report.page_files import FOLDER, render, source, write_text
 from asset2sim.report.pictures import AFTER, BEFORE, LOOPS, PICTURES, SIZE, THUMB, write_after, write_pictures
 from asset2sim.report.snapshot import Row, Snapshot, newest, read_snapshot, rows, rows_of
 from asset2sim.runs.remote.fetch_asset import local_copy_path

@@ -16,9 +16,10 @@ INTERRUPTED = "interrupted"
 @dataclass(frozen=True)
 class RunResult:
     """A run that is in the catalog. ``stopped`` says why not every asset is; ``warnings`` what else went wrong;
-    ``unchanged`` are the assets not refined again, ``report`` is the file with the run's report, and ``changes`` the
-    differences from the catalog before it. ``out`` is the folder in which the run worked; ``place`` is the output as
-    the user named it, None if that is ``out``; ``removed`` are lines that say what was too old to keep."""
+    ``unchanged`` are the assets not refined again, ``report`` is the index of the run's report, if it wrote one, and
+    ``changes`` the differences from the catalog before it. ``out`` is the folder in which the run worked; ``place`` is
+    the output as the user named it, None if that is ``out``; ``removed`` are lines that say what was too old to
+    keep."""
 
     out: Path
     run: RunRow
@@ -30,8 +31,6 @@ class RunResult:
     changes: Changes | None = None
     place: Path | str | None = None
     removed: tuple[str, ...] = ()
-    index: Path | None = None
-    """The index of the report for people, where there is one."""
 
     def shown(self, *parts: str) -> Path | str:
         """Path or URL of the output as the user named it, or of ``parts`` below it."""
@@ -41,8 +40,3 @@ class RunResult:
     def shown_report(self) -> Path | str | None:
         """Path or URL of the report, below the output as the user named it."""
         return None if self.report is None else self.shown(*self.report.relative_to(self.out).parts)
-
-    @property
-    def shown_index(self) -> Path | str | None:
-        """Path or URL of the index of the report for people, likewise."""
-        return None if self.index is None else self.shown(*self.index.relative_to(self.out).parts)

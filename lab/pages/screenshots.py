@@ -9,7 +9,7 @@ from pathlib import Path
 
 from PIL import Image
 
-from asset2sim.catalog.report_file import page_path
+from asset2sim.report.page_files import page_path
 from schemas.errors import UsageError, exit_code_of
 
 WIDTH, HEIGHT = 1180, 1250

@@ -8,7 +8,7 @@ order of the uploads protects readers:
 2. ``history/month=…/<run>.parquet``, then every table but ``runs``, all at once;
 3. ``catalog/runs.parquet``: from here on the run counts;
 4. a month's merged history, and then the removal of what was merged into it;
-5. reports, ``.cache/files.db``, and the removal of the records that the tables now hold.
+5. ``.cache/files.db``, and the removal of the records that the tables now hold.
 
 Between 2 and 3 (about a second), a reader of the objects themselves may see an asset's new row beside another table's
 old one, and rows whose run is not in ``runs`` yet; between 4's two halves, a month's rows twice. Our own commands wait
@@ -27,7 +27,6 @@ from pathlib import Path
 
 from asset2sim.catalog.history import HISTORY_FOLDER, MERGED, compact_history
 from asset2sim.catalog.read_remote import repair_history
-from asset2sim.catalog.report_file import REPORTS_FOLDER
 from asset2sim.catalog.storage.cache import reading_folder, working_folder
 from asset2sim.catalog.storage.lock import lock_output, lock_url
 from asset2sim.catalog.storage.mirror import INCOMING_PREFIX, fetch, local_names, look, pull, push
@@ -51,10 +50,9 @@ from schemas.tables import TABLES as CATALOG_TABLES
 TABLES = f"{CATALOG}/"
 RUNS = f"{CATALOG}/{CATALOG_TABLES['runs'].file}"
 HISTORY = f"{HISTORY_FOLDER}/"
-REPORTS = f"{REPORTS_FOLDER}/"
 LOCK_TOKEN_FILE = ".held"
 """File in the local folder with the token of the lock that its last run took in the store."""
-SHARED = (TABLES, HISTORY, REPORTS, f"{RECORDS_FOLDER}/", STATE)
+SHARED = (TABLES, HISTORY, f"{RECORDS_FOLDER}/", STATE)
 """State of earlier runs that a run downloads. Refined folders and logs are only uploaded; caches, budgets and MLflow's
 store stay on the machine."""
 
@@ -156,12 +154,12 @@ def send_tables(output: Output, now: datetime) -> None:
 
 
 def send_rest(output: Output) -> None:
-    """Upload reports, state and the file of reviews that has none, and remove records that the tables hold (step 5)."""
+    """Upload state and the file of reviews that has none, and remove records that the tables hold (step 5)."""
     url, folder = output.url, output.folder
     if url is None:
         return
     output.check()
-    push(url, folder, local_names(folder, [REPORTS, STATE, f"{REVIEWS_FOLDER}/{EMPTY}"]))
+    push(url, folder, local_names(folder, [STATE, f"{REVIEWS_FOLDER}/{EMPTY}"]))
     _remove_gone(url, folder, [f"{RECORDS_FOLDER}/"])
 
 

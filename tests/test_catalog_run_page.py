@@ -1,4 +1,4 @@
-"""The report of a run: what it says, that it stays short and harmless, and where it goes."""
+"""A run's page in Markdown: its contents, its bounded length, and that names and reasons cannot break it."""
 
 import time
 from dataclasses import replace
@@ -7,11 +7,10 @@ from pathlib import Path
 
 import pytest
 
-from asset2sim.catalog.changes import Previous, PreviousRun, change_figures, find_changes, read_previous
+from asset2sim.catalog.changes import Previous, change_figures, find_changes, read_previous
 from asset2sim.catalog.failures import find_run
-from asset2sim.catalog.report import MAX_LISTED, escape, headline, report_markdown
-from asset2sim.catalog.report_file import report_path, write_report
 from asset2sim.catalog.run import MARK, RunRow, remove_run_marker, selection_of, write_run_marker
+from asset2sim.catalog.run_page import MAX_LISTED, escape, headline, run_page
 from asset2sim.catalog.summarize import summarize_all
 from asset2sim.catalog.write import write_run
 from schemas.asset import AssetRecord, Unchanged
@@ -34,7 +33,7 @@ def make_run(run_id: str = "now", hours: float = 0.0, **changes: object) -> RunR
 
 def written(records: list[AssetRecord], previous: Previous, *problems: str, run: RunRow | None = None) -> str:
     refined = summarize_all(records)
-    return report_markdown(run or make_run(), refined, previous, find_changes(refined, previous), problems)
+    return run_page(run or make_run(), refined, find_changes(refined, previous), problems)
 
 
 def left(*modes: FailureMode) -> list[Unchanged]:
@@ -43,12 +42,6 @@ def left(*modes: FailureMode) -> list[Unchanged]:
         Unchanged(asset_id=f"{i}", status=Status.OK if mode is OK else Status.FAILED, failure_mode=mode)
         for i, mode in enumerate(modes)
     ]
-
-
-def row(text: str, start: str) -> list[str]:
-    """The cells of the first table row whose first cell is ``start``."""
-    line = next(line for line in text.splitlines() if line.startswith(f"| {start} |"))
-    return [cell.strip() for cell in line.strip("|").split("|")]
 
 
 @pytest.fixture
@@ -64,8 +57,7 @@ def records() -> list[AssetRecord]:
 @pytest.fixture
 def previous() -> Previous:
     was = {"slow": "none", "mended": "oscillation", "broke": "none", "always": "drift", "elsewhere": "none"}
-    run = PreviousRun("last", START - timedelta(days=1), 4, 2, 3, 6, 7200, 0.06, 600.0, 900.0)
-    return Previous(was, run)
+    return Previous(was)
 
 
 def test_what_a_run_changed(records: list[AssetRecord], previous: Previous) -> None:
@@ -82,28 +74,23 @@ def test_what_a_run_changed(records: list[AssetRecord], previous: Previous) -> N
     assert change_figures(find_changes([], Previous())).keys() == figures.keys() - {"standing_success_rate"}
 
 
-def test_the_report_says_what_matters(records: list[AssetRecord], previous: Previous) -> None:
-    text = written(records, previous, "interrupted")
-    assert text.startswith("# 2 of 5 ok, 2 new failures, 1 mended\n")
+def test_the_page_names_new_failures_and_mended_assets(records: list[AssetRecord], previous: Previous) -> None:
+    text = written(records, previous, "interrupted", run=make_run(outcome="interrupted"))
+    assert text.startswith("# Interrupted: 2 of 5 ok, 2 new failures, 1 mended\n")
     assert "> **interrupted**" in text and "commit `0123456789ab` with changes" in text
-    assert row(text, "ok") == ["ok", "2 (40.0 %)", "2 (50.0 %)"]
-    assert row(text, "model calls")[1:] == ["2, and 2 from the cache", "6"]
-    assert row(text, "tokens")[1:] == ["2400", "7200"] and row(text, "cost, USD")[1:] == ["0.02", "0.06"]
-    assert row(text, "time, s")[1:] == ["840", "600"]
-    assert row(text, "broke") == ["broke", "Box", "`drift`", "ok", "drift_large: cannot go on"]
-    assert row(text, "added")[2:4] == ["`missing_mesh`", "not there"]
-    assert row(text, "mended") == ["mended", "1", "–"]
-    assert row(text.split("## Mended")[1], "mended") == ["mended", "Box", "`oscillation`"]
-    assert row(text, "`drift`") == ["`drift`", "2", "40.0 %", "0", "drift_large ×2", "broke, always"]
-    assert row(text, "slow")[2:4] == ["100.5", "measure, 99.5 s"]
-    assert "With the 1 others of this method and model in the catalog, 3 of 6 assets are ok (50.0 %)." in text
+    assert "2 of 5 ok (40.0 %)" in text and "2400 tokens" in text and "0.02 USD" in text
+    assert "`drift` 2, `missing_mesh` 1" in text
+    assert "| broke | Box | ok | `drift` | drift_large: cannot go on |" in text
+    assert "| added | Box | not there | `missing_mesh` |" in text and "| always |" not in text
+    assert "| mended | Box | `oscillation` | ok |  |" in text.split("## Mended: 1")[1]
 
 
-def test_a_first_run_and_an_empty_one_have_a_report_too(records: list[AssetRecord]) -> None:
-    assert row(written(records, Previous()), "ok")[2] == "–"
+def test_a_first_run_and_an_empty_one_have_a_page_too(records: list[AssetRecord]) -> None:
     empty = written([], Previous())
     assert empty.startswith("# no assets, 0 new failures\n") and "nan" not in empty
     assert written([make_record("a")], Previous({"a": "none"})).startswith("# 1 of 1 ok, 0 new failures\n")
+    changes = find_changes((), Previous())
+    assert "reasons: `out/report/index.html`." in run_page(make_run(), (), changes, report="out/report/index.html")
 
 
 def test_a_name_or_a_reason_is_never_more_than_text() -> None:
@@ -116,7 +103,7 @@ def test_a_name_or_a_reason_is_never_more_than_text() -> None:
     assert escape("box_wooden_2") == "box_wooden_2" and escape("_x_") == "\\_x\\_"
 
 
-def test_ten_thousand_assets_make_a_page_in_no_time() -> None:
+def test_ten_thousand_assets_make_a_short_page() -> None:
     failures = [FailureMode.DRIFT, FailureMode.JAM] * 1000
     records = [*make_run_records(100, failures), *([make_record("same")] * 7900)]
     started = time.process_time()
@@ -134,10 +121,7 @@ def test_what_was_before_is_read_from_the_catalog(tmp_path: Path, records: list[
     write_run(tmp_path, make_run("d", -1, settings=other), [make_record("slow", model="openai/other")])
     found = read_previous(tmp_path, make_run())
     assert found.modes["broke"] == "drift" and found.modes["bad0"] == "drift" and found.modes["far"] == "none"
-    assert found.run is not None and (found.run.run_id, found.run.assets, found.run.ok) == ("b", 5, 2)
-    assert (found.run.started_at, found.run.seconds) == (START - timedelta(hours=24), 840.0)
     assert read_previous(tmp_path, make_run(settings=other)).modes == {"slow": "none"}
-    assert read_previous(tmp_path, make_run(subset="some")).run is None
 
 
 def test_a_catalog_that_cannot_be_read_is_a_problem_of_the_report_not_of_the_run(tmp_path: Path) -> None:
@@ -147,22 +131,6 @@ def test_a_catalog_that_cannot_be_read_is_a_problem_of_the_report_not_of_the_run
     assert found.problem is not None and "every failure counts as new" in found.problem
 
 
-def test_a_day_has_one_file_with_its_last_run_on_top(tmp_path: Path) -> None:
-    first, second = make_run("first"), make_run("second", 0.5)
-    path = write_report(tmp_path, first, "# one\n\ntext\n")
-    assert path == report_path(tmp_path, first) and path.parent == tmp_path / "reports"
-    assert path.name == f"{first.started_at.astimezone():%Y-%m-%d}.md"
-    assert write_report(tmp_path, second, "# two\n") == path
-    text = path.read_text(encoding="utf-8")
-    assert text.index("# two") < text.index("\n---\n") < text.index("# one")
-    write_report(tmp_path, second, "# two again\n")
-    write_report(tmp_path, second, "# two again\n")
-    again = path.read_text(encoding="utf-8")
-    assert again.count("# two") == 1 and "# two again" in again and again.count("# one\n\ntext\n") == 1
-    assert [file.name for file in path.parent.iterdir()] == [path.name]
-    assert write_report(tmp_path, make_run("next", 24), "# three\n") != path
-
-
 def test_the_headline_counts() -> None:
     records = summarize_all(make_run_records(2, [FailureMode.DRIFT]))
     assert headline(records, find_changes(records, Previous())) == "2 of 3 ok, 1 new failure"
@@ -170,28 +138,12 @@ def test_the_headline_counts() -> None:
     assert headline((), quiet, left(OK, FailureMode.JAM)) == "1 of 2 ok, 0 new failures, 1 gone, 2 unchanged"
 
 
-def test_what_was_left_as_it_was_counts_and_its_failures_are_named(previous: Previous) -> None:
+def test_unchanged_assets_count_with_their_failures(previous: Previous) -> None:
     unchanged = left(OK, OK, FailureMode.JAM, FailureMode.TIMEOUT)
     was = replace(previous, modes={item.asset_id: item.failure_mode.value for item in unchanged})
     records = summarize_all([make_failure("broke", FailureMode.JAM, "blocked")])
-    text = report_markdown(make_run(), records, was, find_changes(records, was), (), unchanged, "/my out")
-    assert text.startswith("# 2 of 5 ok, 1 new failure, 4 unchanged\n")
-    assert row(text, "ok")[1:] == ["2 (40.0 %)", "2 (50.0 %)"] and row(text, "refined in this run")[1:] == ["1", "3"]
-    assert row(text, "calls an asset refined")[1:] == ["0", "2"]
-    assert row(text, "`jam`") == ["`jam`", "2", "40.0 %", "1", "blocked ×1", "broke, 2"]
-    assert row(text, "`timeout`") == ["`timeout`", "1", "20.0 %", "1", "–", "3"]
-    assert "others of this method" not in text
-    steps = text.split("## What to do next\n\n")[1].splitlines()
-    assert "`asset2sim show ASSET --out '/my out'`" in steps[0]
-    assert steps[1].startswith("- 1 asset fails by what may pass") and steps[2].startswith("- 2 assets fail by")
-
-
-def test_a_good_night_asks_for_nothing_and_an_interrupted_one_to_be_let_go_on() -> None:
-    good = [make_record("a")]
-    assert "What to do next" not in written(good, Previous())
-    stopped = written(good, Previous(), "stopped", run=make_run(outcome="interrupted"))
-    assert stopped.startswith("# Interrupted: 1 of 1 ok") and "goes on from there" in stopped
-    assert ", 14 min · " in written(good, Previous())
+    text = run_page(make_run(), records, find_changes(records, was), (), unchanged)
+    assert text.startswith("# 2 of 5 ok, 1 new failure, 4 unchanged\n") and "`jam` 2, `timeout` 1" in text
 
 
 def test_a_removed_asset_counts_nowhere_but_among_the_gone(tmp_path: Path) -> None:
@@ -199,9 +151,8 @@ def test_a_removed_asset_counts_nowhere_but_among_the_gone(tmp_path: Path) -> No
     kept = read_previous(tmp_path, make_run(), {"1000", "new"})
     assert (dict(kept.modes), kept.gone) == ({"1000": "none"}, ("1001", "bad0"))
     records = summarize_all([make_record("new")])
-    text = report_markdown(make_run(), records, kept, find_changes(records, kept), (), left(OK))
+    text = run_page(make_run(), records, find_changes(records, kept), (), left(OK))
     assert text.startswith("# 2 of 2 ok, 0 new failures, 2 gone, 1 unchanged\n")
-    assert row(text, "gone from the dataset")[1] == "2" and "others of this method" not in text
 
 
 def test_a_run_that_never_came_to_its_end_is_found_by_the_next_one(tmp_path: Path) -> None:
@@ -218,10 +169,6 @@ def test_a_run_over_a_part_is_not_the_one_before_a_run_over_all(tmp_path: Path) 
     write_run(tmp_path, make_run("whole", -3.0), [make_record("a"), make_record("b")])
     write_run(tmp_path, make_run("part", -2.0, selection=selection_of((), 1)), [make_record("a")])
     write_run(tmp_path, make_run("one", -1.0, selection=selection_of(("b", "a"), None)), [make_record("a")])
-    found = read_previous(tmp_path, make_run("now")).run
-    assert found is not None and (found.run_id, found.assets) == ("whole", 2)
-    again = read_previous(tmp_path, make_run("now", selection=selection_of(("a", "b"), None))).run
-    assert again is not None and again.run_id == "one"
     write_run(tmp_path, make_run("now"), [make_record("a"), make_record("b")])
     assert (find_run(tmp_path, "latest"), find_run(tmp_path, "previous")) == ("now", "whole")
     assert selection_of((), None) is None and len(str(selection_of([f"{n}" for n in range(999)], 5))) < 250
