@@ -215,3 +215,26 @@ def octahedron() -> Singles:
 
 STEPS = 48
 DIRECTIONS = octahedron()
+
+
+def merged(clouds: Sequence[Cloud]) -> Cloud:
+    """Several clouds as one, whose links are those of all, in their order; ``spacing_m`` is that of the coarsest."""
+    links: tuple[str, ...] = ()
+    starts: tuple[int, ...] = (0,)
+    facing: list[Words] = []
+    for cloud in clouds:
+        facing.append(cloud.facing + np.int32(len(links) * len(DIRECTIONS)))
+        links += cloud.links
+        starts += tuple(starts[-1] + start for start in cloud.starts[1:])
+    points = np.concatenate([cloud.points for cloud in clouds], axis=1)
+    colors, spacing = np.concatenate([cloud.colors for cloud in clouds]), max(cloud.spacing_m for cloud in clouds)
+    glass = None
+    if any(cloud.glass is not None for cloud in clouds):
+        glass = merged([cloud.glass or empty_like(cloud) for cloud in clouds])
+    return Cloud(points, np.concatenate(facing), colors, spacing, links, starts, glass)
+
+
+def empty_like(cloud: Cloud) -> Cloud:
+    """A cloud of the same links without a point."""
+    none, starts = cloud.facing[:0], (0,) * len(cloud.starts)
+    return Cloud(cloud.points[:, :0], none, cloud.colors[:0], cloud.spacing_m, cloud.links, starts)

@@ -1,6 +1,6 @@
 """The film of a trial: the object, the arm and the bowl as the recording has them, as an MP4 that browsers play."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from dataclasses import replace
 from fractions import Fraction
 from itertools import product
@@ -13,7 +13,7 @@ from asset2sim.gym.arm.gripper import PANDA, Gripper
 from asset2sim.gym.arm.record import Track
 from asset2sim.gym.arm.scene import Bowl
 from asset2sim.physics.arrays import Array
-from asset2sim.render.cloud import DIRECTIONS, Cloud, cloud_of
+from asset2sim.render.cloud import Cloud, cloud_of, merged
 from asset2sim.render.draw import Picture, background, glazed, lit, shaded, shadow_points, shadowed
 from asset2sim.render.zbuffer import Layers, Lens, Singles, lens_for, splat, together
 from lab.trials.actors import Actor, arm_actor, bowl_actor, object_actor, pusher_actor
@@ -127,39 +127,6 @@ def lens_of(thing: Actor, front: Array, base: Array, bowl: Bowl | None) -> Lens:
     towards = np.array([np.cos(azimuth), np.sin(azimuth), ABOVE])
     towards /= np.linalg.norm(towards)
     return lens_for(box.astype(np.float32), towards.astype(np.float32), SIDE, SIDE)
-
-
-def merged(clouds: Sequence[Cloud]) -> Cloud:
-    """One cloud of several, their links in this order."""
-    glass = [replace(cloud.glass, links=cloud.links) if cloud.glass is not None else None for cloud in clouds]
-    solid = join(clouds)
-    if not any(item is not None for item in glass):
-        return solid
-    empty = [item or bare(cloud) for item, cloud in zip(glass, clouds, strict=True)]
-    return replace(solid, glass=join(empty))
-
-
-def bare(cloud: Cloud) -> Cloud:
-    """A cloud of the same links without points."""
-    none = (0,) * (len(cloud.links) + 1)
-    return Cloud(cloud.points[:, :0], cloud.facing[:0], cloud.colors[:0], cloud.spacing_m, cloud.links, none)
-
-
-def join(clouds: Sequence[Cloud]) -> Cloud:
-    """The points of several clouds, none of them translucent."""
-    starts, facing, before, links = [0], [], 0, 0
-    for cloud in clouds:
-        starts.extend(before + start for start in cloud.starts[1:])
-        facing.append(cloud.facing + np.int32(links * len(DIRECTIONS)))
-        before, links = before + cloud.points.shape[1], links + len(cloud.links)
-    return Cloud(
-        np.ascontiguousarray(np.concatenate([cloud.points for cloud in clouds], axis=1)),
-        np.concatenate(facing).astype(np.int32),
-        np.concatenate([cloud.colors for cloud in clouds]),
-        min(cloud.spacing_m for cloud in clouds),
-        tuple(name for cloud in clouds for name in cloud.links),
-        tuple(starts),
-    )
 
 
 def write_mp4(frames: Iterator[Picture], to: Path, rate: float = RATE) -> int:

@@ -13,10 +13,10 @@ from asset2sim.assets.surfaces.scene import Scene
 from asset2sim.assets.surfaces.surface import Paint, Surface
 from asset2sim.physics.arrays import Array
 from asset2sim.render.camera import axes, directions
-from asset2sim.render.cloud import DIRECTIONS, Cloud
+from asset2sim.render.cloud import merged
 from asset2sim.render.draw import background, image_of, pictures
 from asset2sim.render.faces import faces_of
-from asset2sim.render.zbuffer import Lens, Singles, Words
+from asset2sim.render.zbuffer import Lens, Singles
 from asset2sim.report.loops.figure import Figure
 from asset2sim.report.loops.film import INK, SOFT_INK, SPACING, Clouds, lengthening, text
 from asset2sim.report.loops.record import Recording
@@ -132,26 +132,3 @@ def size_picture(row: Row, clouds: Clouds) -> bytes:
     stream = io.BytesIO()
     image.save(stream, "WEBP", quality=80, method=METHOD)
     return stream.getvalue()
-
-
-def merged(clouds: Sequence[Cloud]) -> Cloud:
-    """Several clouds as one, whose links are those of all, in their order."""
-    links: tuple[str, ...] = ()
-    starts: tuple[int, ...] = (0,)
-    facing: list[Words] = []
-    for cloud in clouds:
-        facing.append(cloud.facing + np.int32(len(links) * len(DIRECTIONS)))
-        links += cloud.links
-        starts += tuple(starts[-1] + start for start in cloud.starts[1:])
-    points = np.concatenate([cloud.points for cloud in clouds], axis=1)
-    colors, spacing = np.concatenate([cloud.colors for cloud in clouds]), max(cloud.spacing_m for cloud in clouds)
-    glass = None
-    if any(cloud.glass is not None for cloud in clouds):
-        glass = merged([cloud.glass or empty_like(cloud) for cloud in clouds])
-    return Cloud(points, np.concatenate(facing), colors, spacing, links, starts, glass)
-
-
-def empty_like(cloud: Cloud) -> Cloud:
-    """A cloud of the same links without a point."""
-    none, starts = cloud.facing[:0], (0,) * len(cloud.starts)
-    return Cloud(cloud.points[:, :0], none, cloud.colors[:0], cloud.spacing_m, cloud.links, starts)
